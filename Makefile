@@ -10,7 +10,7 @@ BIN := .venv/bin
 # Tests of runs, which the general kernel does with GALVI_FAST=0; other tests would only be run twice.
 CORE := integrate order corners group_conservation group_slopes group_systems lagrangian_scales \
     trajectory pieces events unjudged_runs judged_when_asked problems stiff_forces external_forces \
-    differences component_degrees users_errors limits_of_rounding calling own_space engines \
+    differences component_degrees limits_of_rounding calling own_space engines \
     end_of_step trees_of_engines interop compilation brownout mujoco_limits
 STAMP := .venv/installed-$(EXTRAS)
 
@@ -30,7 +30,8 @@ test: $(STAMP) ## run the tests except those marked slow or browser
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 core: $(STAMP) ## run the tests of runs by the general kernel alone
-	GALVI_FAST=0 $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal $(CORE:%=tests/galvi/test_%.py)
+	GALVI_FAST=0 $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal tests/users/test_users_errors.py \
+	    $(CORE:%=tests/properties/test_%.py)
 
 slow: $(STAMP) ## run the tests marked slow
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m 'slow and not browser'

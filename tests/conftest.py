@@ -19,10 +19,10 @@ from hypothesis import settings
 # Before numpy is imported: its threads, beside those of other workers, take an eighth longer.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# What needs the kernels that the worker in tests/galvi compiles in its first minute, and would wait
-# for it: these go to the end.
+# What needs the kernels that the worker in tests/properties compiles in its first minute, and would
+# wait for it: these go to the end.
 LATE = (
-    "tests/reports/test_contender_",
+    "tests/suite/reports/test_contender_",
     "tests/references/test_chains.py",
     "tests/references/test_forces.py",
 )

@@ -43,7 +43,7 @@ from galvi.systems.nbody import NBody
 LARGEST_STRETCH = 0.45  # half of what planets need, whose orbits may change
 # Eccentricity at the start, and its rounding: up to it a revolution errs by 4e-13 of the axis, and
 # up to that of `LEAST_DISTANCE` by 9e-13 (measured by
-# tests/galvi/test_eccentric_orbits_in_frames.py).
+# tests/properties/test_eccentric_orbits_in_frames.py).
 MOST_ECCENTRIC = 0.9 + 1e-9
 CLOCK = "clock=galvi.DynamicalTime()"
 # |beta X^2| in half a step, for which the series of a pass are accurate.

@@ -1,8 +1,8 @@
 """Elementary functions of the numbers in all lanes at once.
 
 Each errs by less than 1 ulp, a hyperbolic one by less than 3. Where an argument is outside the
-domain, or too large to be reduced exactly, the result is NaN. Coefficients are those
-that tests/galvi/test_lane_functions.py computes: series ascend; constants are sums of their parts.
+domain, or too large to be reduced exactly, the result is NaN. Coefficients are those that
+tests/properties/test_lane_functions.py computes: series ascend; constants are sums of their parts.
 """
 
 from __future__ import annotations

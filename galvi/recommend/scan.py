@@ -4,7 +4,7 @@ error.
 Each run is compared with one whose degree is higher by four, at the same step and times, which is
 far more accurate whenever either is usable, and has similar round-off. The reliability of the
 comparison and of its extrapolation was measured by benchmarks/studies/recommendation.py of commit
-03c0fc22; tests/galvi/test_recommend.py holds choices to it.
+03c0fc22; tests/properties/test_recommend.py holds choices to it.
 """
 
 from __future__ import annotations

@@ -26,8 +26,8 @@ MOMENTUM_TOLERANCE  of galvi.run.energies: 3 %, the error of a velocity whose en
 REST_SHARE          1e-9 of what a step gives, below which a kinetic energy is none
 
 They were chosen, and hold where they were tried: right runs are called good, and planted faults are
-found, in tests/galvi/test_ruined_runs.py and test_work_of_forces.py, and in clocks with forces in
-test_energy_in_a_clock.py.
+found, in test_ruined_runs.py and test_work_of_forces.py of tests/properties, and in clocks with
+forces in test_energy_in_a_clock.py.
 """
 
 from __future__ import annotations

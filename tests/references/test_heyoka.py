@@ -7,7 +7,7 @@ import galvi
 from references.closed_forms.kepler import KEPLER
 from references.heyoka.taylor import BEST, HEYOKA, HEYOKA_QUADRUPLE
 from references.stored.planets import STORED_TRUTH
-from tests.galvi.celestial_cases import CASES, MASSES, Q, V
+from tests.properties.celestial_cases import CASES, MASSES, Q, V
 
 needs_heyoka = pytest.mark.skipif(bool(HEYOKA.missing), reason=HEYOKA.missing or "present")
 needs_real128 = pytest.mark.skipif(

@@ -87,7 +87,9 @@ def test_a_derivative_by_differences_has_eleven_digits():
     assert derivative(lambda s: 0.0, 1.0) == 0.0
 
 
-@pytest.mark.slow(beside="tests/architecture/test_layers.py::test_every_import_contract_holds")
+@pytest.mark.slow(
+    beside="tests/suite/architecture/test_layers.py::test_every_import_contract_holds"
+)
 def test_no_reference_asks_galvi_for_a_force(monkeypatch):
     def refused(*arguments, **named):
         raise AssertionError("a reference asked galvi for a force")

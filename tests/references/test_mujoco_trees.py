@@ -11,8 +11,8 @@ import galvi
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.mujoco.body import MujocoTree
 from references.mujoco.steps import MUJOCO_RK4
-from tests.galvi.random_trees import random_state, random_tree
-from tests.galvi.tree_equations import defects
+from tests.properties.random_trees import random_state, random_tree
+from tests.properties.tree_equations import defects
 
 mujoco = pytest.importorskip("mujoco")
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 import galvi
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.pinocchio.tree import PINOCCHIO_ACCELERATIONS, PinocchioTree
-from tests.galvi.random_trees import random_state, random_tree
-from tests.galvi.tree_equations import terms
+from tests.properties.random_trees import random_state, random_tree
+from tests.properties.tree_equations import terms
 
 pytest.importorskip("pinocchio")
 mujoco = pytest.importorskip("mujoco")

@@ -14,7 +14,7 @@ kick  change of the relative velocity over that velocity, at most 1: 2 / e for e
 
 The error is one of the relative velocity, over that velocity. Measured on planets that meet near
 another star it is 1 to 10 times too small for the positions an orbit later
-(tests/galvi/test_ruined_runs.py).
+(tests/properties/test_ruined_runs.py).
 
 masses   (bodies,)               G m; two massless bodies do not meet
 Q, c     (bodies * dimension, s) positions at the stages, and the nodes (s,)
@@ -40,11 +40,11 @@ PARABOLA_ENERGY = 1e-3  # |v^2 d / 2 - G m| / G m below which its times are thos
 UNRESOLVED = 1e-5  # error above which a passage is reported; e^(-4 n tau / h) for tau = 2.9 h / n
 # Also in a clock: of 240 runs through 40 passages of planets it left none unsaid that was wrong by
 # more than 1e-3, and named 4 that were right to 1e-6; in problems that clocks solve the error stays
-# below 4e-7 up to steps of 0.8 (tests/galvi/test_passages_in_a_clock.py).
+# below 4e-7 up to steps of 0.8 (tests/properties/test_passages_in_a_clock.py).
 # In a frame errors are as large as this estimate where bodies pass fast, up to 300 times as large
 # where they pass slowly or are bound for a while: of 208 runs of comets past Jupiter 154 were wrong
 # by more than 1e-4 au, all but one of 4e-4 were named, and none that was right to 1e-7
-# (tests/galvi/test_passages_in_frames.py has some of them).
+# (tests/properties/test_passages_in_frames.py has some of them).
 SLOW_PASSAGE_WEIGHT = 60.0  # weight, in a frame, of a passage with d v^2 = G m
 UNRESOLVED_IN_A_FRAME = 6e-7
 

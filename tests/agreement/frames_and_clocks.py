@@ -1,0 +1,180 @@
+"""Moving frames and clocks: with forces, light bodies and hierarchies."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+import galvi
+from tests.agreement.row import Row, in_short_steps
+from tests.properties.celestial_cases import CASES, WITH_ENERGY, bodies
+from tests.properties.clock_problems import CASES as CLOCKS
+from tests.properties.clock_problems import CIRCLES, DAMPED, DRIVEN, DYNAMICAL
+from tests.properties.test_celestial_forces import eccentric
+from tests.properties.test_clock_elsewhere import along, called
+from tests.properties.test_frames import CASES as FRAMES
+from tests.properties.test_kepler_hierarchy import MOON, TREE
+
+# ---------------------------------------------------------------- frames
+
+
+def nested(planets: int) -> galvi.Problem:
+    """A star and planets in three dimensions, in a random order."""
+    random = np.random.default_rng(planets)
+    a = 1.0 + 0.9 * np.arange(planets) + random.uniform(0.0, 0.3, planets)
+    turn, pace = random.uniform(0.0, 6.0, planets), a**-0.5
+    q, v = np.zeros((2, planets + 1, 3))
+    q[1:] = np.stack([a * np.cos(turn), a * np.sin(turn), 0.05 * np.sin(3 * turn)], axis=1)
+    v[1:, :2] = np.stack([-pace * np.sin(turn), pace * np.cos(turn)], axis=1)
+    order = random.permutation(planets + 1)
+    masses = np.append(1.0, np.full(planets, 1e-4))[order]
+    return galvi.Problem(galvi.NBody(masses), q[order], v[order])
+
+
+def partly_massless() -> galvi.Problem:
+    outer = galvi.problems.outer_solar_system()
+    masses = outer.system.masses * np.array([1.0, 1.0, 1.0, 0.0, 1.0, 0.0])
+    return galvi.Problem(galvi.NBody(masses), outer.q0, outer.v0)
+
+
+def visited() -> galvi.Problem:
+    """The Moon's problem with a ship about the Sun and a probe about the Moon, both massless."""
+    ship, probe = MOON.q0[0] + [0.5, 1.7, 0.0], MOON.q0[3] + [5e-5, 0.0, 0.0]
+    pace = np.sqrt(MOON.system.masses[0] / 1.8)
+    slow = np.sqrt(MOON.system.masses[3] / 5e-5)
+    v = MOON.v0[0] + [-pace, 0.3 * pace, 0.0], MOON.v0[3] + [0.0, slow, 0.0]
+    masses = np.append(MOON.system.masses, [0.0, 0.0])
+    return galvi.Problem(
+        galvi.NBody(masses), np.vstack([MOON.q0, ship, probe]), np.vstack([MOON.v0, *v])
+    )
+
+
+def in_frame(make: Any, step: float, frame: Any, close: float = 16.0) -> Row:
+    return Row(make, step, "frame", 10, None, {"chart": frame}, close, in_short_steps)
+
+
+WEAK = {**WITH_ENERGY, "power laws": (galvi.PowerLaw(1, -1e-5, 0.5), galvi.PowerLaw(0, 1e-2, -1))}
+HIERARCHIES = {"planets": None, "pair and planet": ((0, 1), 2), "turned pair": ((1, 0), 2)}
+IN_FRAMES: dict[str, Row] = {
+    **{
+        f"frame: {name}": in_frame(
+            lambda problem=problem: problem, h, frame, 64.0 if "hierarchy" in name else 16.0
+        )
+        for name, (problem, frame, h) in FRAMES.items()
+    },
+    **{
+        f"frame: {planets} planets": in_frame(partial(nested, planets), 1.2, galvi.KeplerFrame())
+        for planets in (1, 2, 3, 5, 8, 9)
+    },
+    "frame: massless planets": in_frame(partly_massless, 400.0, galvi.KeplerFrame()),
+    "frame: the Moon": in_frame(lambda: MOON, 5.0, galvi.KeplerFrame(hierarchy=TREE)),
+    "frame: a ship and a probe": in_frame(
+        visited, 0.25, galvi.KeplerFrame(hierarchy=(0, 1, (2, (3, 6)), 4)), 256.0
+    ),
+    **{
+        f"frame: {force}, {last:g}, {hierarchy}{', plane' * plane}": in_frame(
+            partial(bodies, WEAK[force], [1.0, 1e-3, last], plane),
+            0.5,
+            galvi.KeplerFrame(hierarchy=HIERARCHIES[hierarchy]),
+        )
+        for force in WEAK
+        for last in (2e-4, 0.0)
+        for plane in (False, True)
+        for hierarchy in HIERARCHIES
+        if not (plane and "J4" in force)  # its pole is out of the plane
+    },
+}
+
+# ---------------------------------------------------------------- clocks
+
+POLE = (0.2, 0.3, 1.0)
+BESIDE_GRAVITY: dict[str, Any] = {
+    "none": (),
+    "J2 and J4": galvi.Oblateness(0, 0.02, 0.5, J4=-0.03, pole=POLE),
+    "relativity": galvi.Relativity(12.0, form="potential"),
+    "a logarithm": galvi.PowerLaw(0, -0.05, -1),
+}
+
+
+def heavy_bodies(forces: Any, masses: Any = (3.0, 4.0, 5.0), G: float = 1.3) -> galvi.Problem:
+    """Bodies about a unit apart, at moderate speeds."""
+    rng, n = np.random.default_rng(11), len(masses)
+    q = 1.5 * np.arange(n)[:, None] ** [[1.0, 0.5, 0.2]] + 0.2 * rng.normal(size=(n, 3))
+    return galvi.Problem(galvi.NBody(masses, G, forces), q, 0.3 * rng.normal(size=(n, 3)))
+
+
+def in_plane_orbit(system: Any) -> galvi.Problem:
+    return galvi.Problem(system, [1.0, 0.0], [0.0, 0.8], 0.5)
+
+
+def in_clock(make: Any, step: float, clock: Any, steps: int = 10, **more: Any) -> Row:
+    return Row(make, step, "clock", steps, None, {"clock": clock}, **more)
+
+
+def to_time(make: Any, step: float, clock: Any, duration: float, **more: Any) -> Row:
+    """A row in a clock whose oracle is the motion in time."""
+    return Row(make, step, "clock", None, duration, {"clock": clock}, oracle=in_short_steps, **more)
+
+
+# Where a run ends, rounding of the time moves places most: 11 to 23 units, by its last bits.
+NEAR_PERICENTRE = {"Kepler, Sundman": 40.0}
+CALLED = ("elastic pendulum",)  # whose Lagrangian in tau is not traced
+IN_CLOCKS: dict[str, Row] = {
+    **{
+        f"clock: {name}": in_clock(lambda problem=problem: problem, 0.5 * step, clock)
+        for name, (problem, clock, _, step) in CLOCKS.items()
+        if name not in CALLED
+    },
+    **{
+        f"clock: three heavy bodies, {name}": in_clock(
+            partial(heavy_bodies, force), 0.1, DYNAMICAL, slow=name != "none"
+        )
+        for name, force in BESIDE_GRAVITY.items()
+    },
+    "clock: damped": in_clock(partial(in_plane_orbit, DAMPED), 0.2, CIRCLES),
+    **{
+        f"clock: {name}": in_clock(partial(bodies, CASES[name]), 0.3, DYNAMICAL, 4, slow=True)
+        for name in ("one source", "drag")
+    },
+    **{
+        f"clock: relativity, step {step}": in_clock(
+            partial(eccentric, galvi.Relativity(1e2)), step, DYNAMICAL, 6, close=32.0, slow=True
+        )
+        for step in (0.6, 1.5, 1.9)
+    },
+}
+IN_TIME: dict[str, Row] = {
+    **{
+        f"time: {name}": to_time(
+            lambda problem=problem: problem,
+            0.1,
+            clock,
+            duration,
+            close=NEAR_PERICENTRE.get(name, 16.0),
+            newton=name in CALLED,
+            slow=name in CALLED,
+        )
+        for name, (problem, clock, duration, _) in CLOCKS.items()
+    },
+    "time: damped": to_time(partial(in_plane_orbit, DAMPED), 0.1, CIRCLES, 1.5),
+    "time: driven": to_time(
+        partial(in_plane_orbit, DRIVEN), 0.1, CIRCLES, 1.5, close=1000.0, slow=True
+    ),
+    **{
+        f"time: {name}": to_time(
+            partial(bodies, CASES[name]),
+            0.1,
+            DYNAMICAL,
+            1.0,
+            slow=name in ("one source", "a function of time", "Python", "a function"),
+        )
+        for name in CASES
+    },
+    "time: free body": to_time(galvi.problems.free_body_se3, 0.1, galvi.Clock(along), 2.0),
+    "time: free body, called": to_time(
+        galvi.problems.free_body_se3, 0.1, galvi.Clock(called), 2.0, newton=True, slow=True
+    ),
+}
+ROWS = {**IN_FRAMES, **IN_CLOCKS, **IN_TIME}

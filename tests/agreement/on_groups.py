@@ -1,0 +1,157 @@
+"""Systems on Lie groups: bodies, trees of bodies, and Lagrangians on every group."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numba import njit
+
+import galvi
+from tests.agreement.row import Row
+from tests.properties.ensemble_cases import in_plane
+from tests.properties.group_bodies import MOMENTS, R0, SPIN, bent, bent_slope
+from tests.properties.group_lagrangians import GROUPS, swelling
+from tests.properties.group_matrices import element
+from tests.properties.group_motions import COUPLED, FLYING, FREE, PENDULUM
+
+ARM, STIFFNESS = np.array([0.1, 0.2, 0.3]), 3.0
+
+
+def bulging(q: Any, v: Any) -> Any:
+    """Not quadratic in v, with a mass that depends on q, on any group."""
+    entries = np.asarray(q).ravel()
+    s = np.dot(np.linspace(0.3, -0.2, entries.size), entries)
+    square = v @ v + 0.3 * v[0] * v[-1]
+    return 0.5 * square * (1.0 + 0.2 * s * s) + 0.05 * square**2 - 0.5 * s * s - np.sin(s)
+
+
+def tether(q: Any) -> Any:
+    """A spring from the origin to a point of a body."""
+    return 0.5 * STIFFNESS * np.sum((q[:3, 3] + q[:3, :3] @ ARM) ** 2)
+
+
+def tether_slope(q: Any) -> Any:
+    pull = STIFFNESS * (q[:3, 3] + q[:3, :3] @ ARM)
+    out = np.zeros((4, 4))
+    out[:3, :3], out[:3, 3] = np.outer(pull, ARM), pull
+    return out
+
+
+def from_sympy() -> Any:
+    R = sp.MatrixSymbol("R", 3, 3)
+    return sp.lambdify(R, R[0, 1] ** 2 / 2 + sp.sin(R[2, 0]) - R[2, 2])
+
+
+def waving(R: Any, t: float) -> Any:
+    return math.cos(3.0 * t) * R[0, 2] - R[2, 2]
+
+
+def drag(q: Any, v: Any) -> Any:
+    return -0.2 * v * math.sqrt(1.0 + v @ v)
+
+
+GRAVITY = galvi.UniformGravity(1.0, (0.1, 0.0, 1.0), 2.0)
+BODY = 2.0, (1.0, 2.0, 2.5), (0.0, 0.0, -1.0)
+Q0 = np.block([[R0, np.array([[0.5], [-0.2], [0.8]])], [np.zeros((1, 3)), np.ones((1, 1))]])
+V0 = np.array([0.3, 1.0, 0.2, 0.5, -0.4, 0.7])
+
+
+def on(group: Any, **force: Any) -> tuple[Any, Any, Any]:
+    """A Lagrangian on a group, with a start."""
+    d = group.dimension
+    start = element(group, np.linspace(0.5, -0.4, d))
+    return galvi.Lagrangian(bulging, group, **force), start, np.linspace(0.6, 0.2, d)
+
+
+OF_FUNCTIONS: dict[str, tuple[Any, Any, Any]] = {  # system, q0, v0
+    "a potential": (galvi.RigidBody(MOMENTS, bent), R0, SPIN),
+    "a compiled gradient": (galvi.RigidBody(MOMENTS, njit(bent), njit(bent_slope)), R0, SPIN),
+    "SymPy": (galvi.RigidBody(MOMENTS, from_sympy()), R0, SPIN),
+    "a driven top with drag": (
+        galvi.RigidBody(MOMENTS, waving, force=drag, explicit_time=True),
+        R0,
+        SPIN,
+    ),
+    "gravity and drag": (galvi.RigidBody(MOMENTS, GRAVITY, force=drag), R0, SPIN),
+    "a tether": (galvi.FreeBody(*BODY, tether, tether_slope), Q0, V0),
+    "drag": (galvi.FreeBody(*BODY, force=drag), Q0, V0),
+    "L on SE(2)": on(galvi.SE2()),
+    "L on SE(3)": on(galvi.SE3()),
+    "L on SO(3) x R": on(galvi.Product((galvi.SO3(), galvi.Rn(1)))),
+    "a braked L": on(galvi.SE2(), force=drag),
+}
+
+
+def of_one_entry(i: int, j: int) -> galvi.Problem:
+    """A rotation whose mass depends on one entry of it alone."""
+    inertia = np.diag([3.3, 2.5, 3.4])
+    L = galvi.Lagrangian(lambda R, w: (0.5 + 0.05 * R[i, j]) * w @ (inertia @ w), galvi.SO3())
+    return galvi.Problem(L, np.eye(3), [2.0, -1.9, 1.0])
+
+
+def leaning(body: galvi.Problem, momentum: float) -> galvi.Problem:
+    """A body that rests, or almost."""
+    return body.with_initial_state(R0, [momentum, 0.0, 0.0])
+
+
+def swirl(q: Any, v: Any, t: float) -> Any:
+    return -0.1 * v * v[0] + 0.3 * t
+
+
+BALL = galvi.Link(galvi.Joint("ball"), 1.0, (0, 0, -0.5), (0.2, 0.3, 0.4))
+HINGED = galvi.Link(
+    [
+        galvi.Joint("hinge", axis=(0, 1, 0), damping=0.1),
+        galvi.Joint("slide", axis=(1, 0, 0), stiffness=3.0, armature=0.1),
+    ],
+    0.5,
+    (0, 0, -0.3),
+    (0.05,) * 3,
+    parent=0,
+    place=(0, 0, -1),
+)
+SPINNING = galvi.Problem(galvi.FreeBody(2.0, (1.0, 2.0, 2.5)), np.eye(4), V0)
+
+
+def hanging(*links: galvi.Link, **force: Any) -> galvi.Problem:
+    """A tree that hangs by a ball joint, whose other joints are at 0.3 and 0.1."""
+    system = galvi.Multibody(list(links), **force)
+    d = system.group.dimension
+    q0 = R0 if d == 3 else system.group.join(R0, np.array([0.3, 0.1]))
+    return galvi.Problem(system, q0, [0.3, -0.2, 0.1, 0.5, -0.4][:d])
+
+
+PLANAR = {"": galvi.SE2(), " beside a line": galvi.Product((galvi.SE2(), galvi.Rn(1)))}
+ROWS: dict[str, Row] = {
+    "free body": Row(lambda: FREE, 0.1),
+    "spherical pendulum": Row(lambda: PENDULUM, 0.1),
+    "top": Row(galvi.problems.heavy_top, 0.05),
+    "box": Row(galvi.problems.free_box, 0.1),
+    "thrown body": Row(lambda: FLYING, 0.05),
+    "flying body": Row(lambda: SPINNING, 0.1),
+    **{f"swelling on {name}": Row(partial(swelling, name, 2), 0.1) for name in GROUPS},
+    **{
+        f"body: {name}": Row(partial(galvi.Problem, *body), 0.05)
+        for name, body in OF_FUNCTIONS.items()
+    },
+    **{
+        f"mass of entry {i}{j}": Row(partial(of_one_entry, i, j), 0.05)
+        for i, j in ((0, 0), (1, 2), (2, 2))
+    },
+    **{
+        f"{name} from {momentum:g}": Row(partial(leaning, body, momentum), 0.1)
+        for momentum in (0.0, 1e-30, 1e-12, -1e-3)
+        for name, body in (("free", FREE), ("falling", PENDULUM))
+    },
+    **{f"body in the plane{name}": Row(partial(in_plane, PLANAR[name]), 0.1) for name in PLANAR},
+    "pendulum and body": Row(lambda: COUPLED, 0.1),
+    "ball joint": Row(partial(hanging, BALL), 0.05),
+    "ball, hinge and slide": Row(partial(hanging, BALL, HINGED), 0.05),
+    "tree with a force": Row(partial(hanging, BALL, HINGED, force=swirl, timed_force=True), 0.05),
+    "skew arm": Row(partial(galvi.problems.skew_arm, 0.1), 0.02),
+    "floating arm": Row(partial(galvi.problems.skew_arm, floating=True), 0.02, close=64.0),
+}

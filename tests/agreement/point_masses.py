@@ -1,0 +1,67 @@
+"""Point masses: in the plane and in space, massless ones, and with forces beside gravity."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import galvi
+from tests.agreement.row import Row
+from tests.properties.celestial_cases import CASES, MASSES, OF_VELOCITY, Q, V, bodies
+
+IN_THE_PLANE = galvi.Relativity | galvi.PowerLaw | galvi.Radiation | galvi.Drag
+POWERS = (-4, -3, -2.5, -2, 0.25, 1, 2, 7, -2.13, 0.7, 40.3)
+
+
+def planets(plane: bool = False, **bodies_of: int) -> galvi.Problem:
+    """All planets, or with ``particles`` the outer ones and massless bodies."""
+    make = galvi.problems.outer_solar_system if bodies_of else galvi.problems.solar_system
+    problem = make(**bodies_of)
+    size = 2 if plane else 3
+    return problem.with_initial_state(problem.q0[:, :size], problem.v0[:, :size])
+
+
+def forced(name: str, plane: bool) -> galvi.Problem:
+    """Three bodies with forces; without a mass is the last, where they allow it."""
+    forces = [force for force in CASES[name] if not plane or isinstance(force, IN_THE_PLANE)]
+    masses = MASSES if name in OF_VELOCITY else [1.0, 1e-3, 0.0]
+    return bodies(forces or galvi.Oblateness(0, 1e-3, 0.3), masses, plane)
+
+
+def with_force(force: Any, v: Any = V) -> galvi.Problem:
+    return galvi.Problem(galvi.NBody(MASSES, forces=force), Q, v)
+
+
+def dragged(power: float) -> galvi.Problem:
+    """From rest, where the drag has no direction."""
+    return with_force(galvi.Drag([1e-3] * 3, power), 0.0 * V)
+
+
+def in_power_law(power: float) -> galvi.Problem:
+    return with_force(galvi.PowerLaw(0, -(0.1 ** (2 + abs(power) / 3)), power))
+
+
+SPACE = {"": False, ", in the plane": True}
+ROWS: dict[str, Row] = {
+    **{f"planets{name}": Row(partial(planets, plane), 3.0) for name, plane in SPACE.items()},
+    **{
+        f"planets and massless bodies{name}": Row(partial(planets, plane, particles=2), 200.0)
+        for name, plane in SPACE.items()
+    },
+    **{
+        f"forces: {force}{name}": Row(
+            partial(forced, force, plane), 0.05, slow=force in ("a function of time", "Python")
+        )
+        for force in CASES
+        if force != "a function"
+        for name, plane in SPACE.items()
+    },
+    **{
+        f"drag by |v|^{power} from rest": Row(partial(dragged, power), 0.02)
+        for power in (0.5, 1.0, 1.3, 2.0, 3.0)
+    },
+    **{
+        f"force by r^{power}": Row(partial(in_power_law, power), 0.01, steps=5, close=4.0)
+        for power in POWERS
+    },
+}

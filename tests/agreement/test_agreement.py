@@ -1,0 +1,667 @@
+"""One table of engines, problems, spaces, rules and options, whose cells agree with their oracles.
+
+A row is a problem with the engine that runs it and its oracle, see `tests.agreement.row`; a
+column is a method, or an option of a run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import galvi
+from galvi.charts import CHARTS
+from galvi.lanes import vectors
+from tests.agreement import frames_and_clocks, on_groups, on_vector_spaces, point_masses
+from tests.agreement.called_functions import called
+from tests.agreement.left_to_newton import LEFT
+from tests.agreement.row import (
+    ROUND_OFF,
+    Cell,
+    check,
+    gaps,
+    in_short_steps,
+    relative_gap,
+    wide,
+)
+from tests.properties.ensemble_cases import starts
+
+pytestmark = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
+ROWS = on_vector_spaces.ROWS | on_groups.ROWS | point_masses.ROWS | frames_and_clocks.ROWS
+# Of each engine and kernel one row, at least: in places, of velocities, of point masses, on groups.
+KERNELS = (
+    "Kepler",
+    "V: driven, masses",
+    "planets and massless bodies",
+    "SymPy: elastic pendulum",
+    "SymPy: linear drag",
+    "double pendulum",
+    "spherical pendulum",
+    "body in the plane",
+    "forces: tides",
+    "frame: Kepler, even",
+    "frame: harmonic",
+    "clock: three bodies",
+    "clock: Kepler, Sundman",
+)
+STANDARD = {"lanes": 5, "frame": 16, "clock": 8}
+
+
+def standard(name: str) -> Cell:
+    """The cell of a row by as many points as it has in one or two vectors."""
+    row = ROWS[name]
+    return row.by(16 if row.oracle is in_short_steps else STANDARD[row.engine])
+
+
+# ---------------------------------------------------------------- every row
+
+VECTORS = {  # degree and points of methods that take other code or other tables
+    "lanes": ((5, 5), (4, 6), (9, 9), (7, 9)),
+    "frame": ((16, 16), (20, 20)),
+    "clock": ((8, 8), (5, 5)),
+    "time": ((16, 16), (12, 12)),
+}
+
+
+def cells() -> Iterator[Any]:
+    for name, row in ROWS.items():
+        in_time = row.engine == "clock" and row.oracle is in_short_steps
+        pairs = VECTORS["time" if in_time else row.engine]
+        for degree, points in pairs:
+            slow = row.slow or ((degree, points) != pairs[0] and name not in KERNELS)
+            yield pytest.param(name, degree, points, marks=[pytest.mark.slow] * slow)
+
+
+@pytest.mark.parametrize(("name", "degree", "points"), list(cells()))
+def test_every_problem_agrees(name: str, degree: int, points: int) -> None:
+    check(ROWS[name].by(degree, points))
+
+
+UNSTABLE = ("grain of 10 um", "grain of 50 um", "grain of 100 um")  # backwards
+
+
+@pytest.mark.slow(beside="test_every_problem_agrees")
+@pytest.mark.parametrize("name", [name for name in ROWS if not name.startswith(UNSTABLE)])
+def test_every_problem_agrees_backwards(name: str) -> None:
+    check(standard(name).backwards())
+
+
+# ---------------------------------------------------------------- every method
+
+SQUARE = (
+    "Kepler",
+    "double pendulum",
+    "planets and massless bodies",
+    "spherical pendulum",
+    "clock: three bodies",
+)
+
+
+@pytest.mark.parametrize("stages", range(1, 25))
+@pytest.mark.parametrize("name", SQUARE)
+def test_every_number_of_stages_agrees(name: str, stages: int) -> None:
+    row = ROWS[name]
+    check(replace(row, step=row.step * min(1.0, 0.3 * stages)).by(stages))
+
+
+PIECES = galvi.composite(galvi.gauss(4), 2)
+METHODS = (
+    (galvi.Polynomials(1), galvi.lobatto(2)),
+    (galvi.Polynomials(3), galvi.lobatto(4)),
+    (galvi.Polynomials(5), galvi.lobatto(7)),
+    (galvi.Polynomials(4), galvi.radau(5)),
+    (galvi.Polynomials(6), galvi.clenshaw_curtis(9)),
+    (galvi.Polynomials(3), galvi.newton_cotes(5)),
+    (galvi.Polynomials(5), galvi.gauss(6)),
+    (galvi.Polynomials(4), galvi.gauss(10)),
+    (galvi.PolynomialFourier(1, 2), galvi.gauss(16)),
+    (galvi.PiecewisePolynomials(3, 2), PIECES),
+    (galvi.PiecewiseHermite(2), PIECES),
+)
+OF_METHODS = (
+    "Kepler",
+    "V: driven, masses",
+    "SymPy: elastic pendulum",
+    "SymPy: relativistic",
+    "SymPy: driven",
+    "planets and massless bodies",
+    "spherical pendulum",
+    "flying body",
+    "clock: Kepler, Sundman",
+)
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda pair: f"{pair[0]}, {pair[1].name}")
+@pytest.mark.parametrize("name", OF_METHODS)
+def test_every_space_and_rule_agrees(name: str, method: Any) -> None:
+    check(ROWS[name].by_method(*method))
+
+
+@pytest.mark.parametrize("more", [0, 2])
+@pytest.mark.parametrize("degrees", [(6, 4), (2, 7), (8, 3), (5, 5)])
+@pytest.mark.parametrize("name", ["V: compiled", "SymPy: elastic pendulum", "SymPy: driven"])
+def test_a_degree_for_each_component_agrees(name: str, degrees: Any, more: int) -> None:
+    space = galvi.ComponentPolynomials(degrees)
+    check(ROWS[name].by_method(space, galvi.gauss(max(degrees) + more)))
+
+
+IN_CHARTS = ("free body", "spherical pendulum", "thrown body", "flying body")
+STAGES = (1, 2, 4, 5, 8, 9, 11, 13, 16, 17, 24)
+AT_REST = [name for name in ROWS if name.startswith(("free from", "falling from"))]
+
+
+def in_charts() -> Iterator[Any]:
+    for name in AT_REST:
+        for chart in CHARTS:
+            for degree in (1, 2, 5, 8):
+                yield pytest.param(name, chart, degree, degree)
+    for name in (*IN_CHARTS, *(f"swelling on {group}" for group in on_groups.GROUPS)):
+        for chart in CHARTS:
+            for degree in STAGES if name in IN_CHARTS else (4, 9):
+                for more in (0, 1):
+                    left = name in IN_CHARTS[2:] or degree + more > 8 or name not in IN_CHARTS
+                    yield pytest.param(
+                        name, chart, degree, degree + more, marks=[pytest.mark.slow] * left
+                    )
+
+
+@pytest.mark.parametrize(("name", "chart", "degree", "points"), list(in_charts()))
+def test_every_chart_agrees(name: str, chart: Any, degree: int, points: int) -> None:
+    row = ROWS[name]
+    check(replace(row, step=row.step * min(1.0, 0.5 * degree)).by(degree, points, chart=chart))
+
+
+# ---------------------------------------------------------------- every option
+
+
+def same_bits(run: Any, full: Any, rows: Any = slice(None)) -> None:
+    """AssertionError unless a run has the states of some rows of another."""
+    for part in ("q", "p", "t"):
+        np.testing.assert_array_equal(getattr(run, part), getattr(full, part)[rows])
+
+
+def agrees(cell: Cell, **options: Any) -> galvi.Trajectory:
+    """The run with options, which has to agree with the oracle with the same ones."""
+    run = cell.run(**options)
+    assert run.success and run.engine == cell.row.engine, run.status
+    assert wide(run, cell.truth(**options), cell.row) == {}
+    return run
+
+
+def from_later(cell: Cell) -> None:
+    check(cell.of(replace(cell.problem, t0=cell.problem.t0 + 2.5)))
+
+
+def thinned(cell: Cell) -> None:
+    nine = replace(cell, row=replace(cell.row, steps=9))
+    full = nine.run()
+    times = np.linspace(*full.t[[0, -1]], 11)
+    for k, curves in ((3, None), (3, True), (1, False)):
+        run = nine.run(save_every=k, curves=curves)
+        same_bits(run, full, slice(None, None, k))
+        assert (run.curves is not None) is (curves is True)
+        assert np.array_equal(run(times), full(times))
+        assert np.array_equal(run.velocity(times), full.velocity(times))
+
+
+def coarse(cell: Cell) -> None:
+    run, fine = cell.run(tolerance=1e-8), cell.run()
+    assert run.success and run.counts["iterations"] < fine.counts["iterations"]
+    assert gaps(run, fine)["q"] * ROUND_OFF < 1e-6
+
+
+def in_both_ways(cell: Cell) -> Iterator[Cell]:
+    """The cell, and in lanes that of more points than coefficients too."""
+    yield cell
+    if cell.row.engine == "lanes":
+        yield cell.row.by(4, 6)
+
+
+def resumed(cell: Cell) -> None:
+    for variant in in_both_ways(cell):
+        full = agrees(variant)
+        part = galvi.integrate(variant.problem, variant.method, variant.step, 4)
+        same_bits(galvi.resume(part, len(full.t) - 5), full, slice(4, None))
+
+
+def for_a_duration(cell: Cell) -> None:
+    full = cell.run()
+    length = abs(full.t[-1] - full.t[0])
+    if cell.row.engine == "clock":
+        length *= 0.97
+        run = galvi.integrate(cell.problem, cell.method, cell.step, duration=length)
+        truth = cell.row.oracle(cell.problem, cell.method, cell.step, None, duration=length)
+        assert run.success and wide(run, truth, cell.row) == {}
+    else:
+        same_bits(replace(cell, row=replace(cell.row, steps=None, duration=length)).run(), full)
+
+
+def by_fixed_point(cell: Cell) -> None:
+    same_bits(cell.run(solver="fixed_point"), cell.run())
+
+
+def among_many(cell: Cell) -> None:
+    full = cell.run()
+    problems = [cell.problem] * 3
+    runs = galvi.integrate_many(problems, cell.method, cell.step, len(full.t) - 1, threads=2)
+    for run in runs:
+        same_bits(run, full)
+
+
+AT_EVENTS = 1e5  # bound on gaps at events, 2e-11, in units of ROUND_OFF
+
+
+def crossing(cell: Cell, **more: Any) -> galvi.Event:
+    """An event where the first entry of a configuration passes what it is at 0.41 of the run."""
+    run = cell.run()
+    level = float(np.ravel(run(run.t[0] + 0.41 * (run.t[-1] - run.t[0])))[0])
+    return galvi.Event(lambda q, v, t: np.ravel(q)[0] - level, **more)
+
+
+def watched(cell: Cell) -> None:
+    event = crossing(cell)
+    run, truth = cell.run(events=event), cell.truth(events=event)
+    same_bits(run, cell.run())
+    assert len(run.events) == len(truth.events) > 0
+    assert relative_gap(run.events.t, truth.events.t) < AT_EVENTS
+
+
+def ended(cell: Cell) -> None:
+    event = crossing(cell, terminal=True)
+    run, truth = cell.run(events=event), cell.truth(events=event)
+    assert run.success and run.status.startswith("Ended by the event") and len(run.t) < 20
+    assert (
+        max(relative_gap(run.q[-1], truth.q[-1]), relative_gap(run.t[-1], truth.t[-1])) < AT_EVENTS
+    )
+
+
+def turned(cell: Cell) -> None:
+    event = crossing(cell, action=lambda q, v, t: (q, 0.99 * v))
+    run, truth = cell.run(events=event), cell.truth(events=event)
+    assert run.success and len(run.events) == len(truth.events) > 0
+    assert relative_gap(run.q[-1], truth.q[-1]) < AT_EVENTS
+    assert relative_gap(run.q[-1], cell.run().q[-1]) > 1e6
+
+
+MEMBERS = 11
+
+
+def perturbed(problem: galvi.Problem, seed: int) -> galvi.Problem:
+    """The problem from another start, which differs by about a hundredth."""
+    if isinstance(getattr(problem.system, "group", galvi.Rn(1)), galvi.Rn):
+        random = np.random.default_rng(seed)
+        states = problem.q0, problem.v0
+        return problem.with_initial_state(
+            *(x * (1.0 + random.uniform(-0.01, 0.01, x.shape)) for x in states)
+        )
+    q, v = starts(problem, 1, 0.01, seed)
+    return problem.with_initial_state(q[0], v[0])
+
+
+def members_agree(cell: Cell) -> None:
+    """Members with steps of their own: the first is the problem, and has the same bits alone."""
+    problem, steps = cell.problem, cell.row.steps
+    cells = [cell, *(cell.of(perturbed(problem, seed)) for seed in range(1, MEMBERS))]
+    q, v = (np.array([getattr(member.problem, x) for member in cells]) for x in ("q0", "v0"))
+    sizes = cell.step * np.where(np.arange(MEMBERS) < 7, 1.0, 0.5)
+    many, single = (
+        galvi.integrate_ensemble(problem, q[:n], v[:n], cell.method, sizes[:n], steps)
+        for n in (MEMBERS, 1)
+    )
+    assert many.success.all(), many.status
+    for number in (0, 7):
+        truth = replace(cells[number], step=float(sizes[number])).truth()
+        for k, end in enumerate((truth.q[-1], truth.p[-1])):
+            assert relative_gap(np.asarray(many[k])[number], end) < 4.0 * cell.row.bounds["qp"[k]]
+            assert np.array_equal(np.asarray(many[k])[0], np.asarray(single[k])[0])
+
+
+def members(cell: Cell) -> None:
+    for variant in in_both_ways(cell):
+        members_agree(variant)
+
+
+# Degree and points of which AVX2's registers of four lanes leave none idle, where eight would.
+FOURS = ((4, 4), (2, 2), (3, 4), (10, 10))
+COUNTED = 200  # steps in which passes are counted
+
+
+def in_fours(cell: Cell) -> None:
+    """As on a processor whose registers have four lanes."""
+    for degree, points in FOURS:
+        variant = cell.row.by(degree, points)
+        longer = replace(variant, row=replace(variant.row, steps=COUNTED))
+        eights = longer.run(curves=False)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(vectors, "AVX512", False)
+            check(variant)
+            fours = longer.run(curves=False)
+        assert fours.counts["iterations"] == pytest.approx(eights.counts["iterations"], rel=0.05)
+
+
+MORE = (
+    "V: driven",
+    "V: compiled",
+    "grain of 400 um, C = 0.44",
+    "force: a gradient of the time",
+    "SymPy: driven",
+    "SymPy: driven force",
+    "SymPy: polar Kepler",
+    "five rods",
+    "free body",
+    "thrown body",
+    "body in the plane beside a line",
+    "floating arm",
+    "tree with a force",
+    "planets, in the plane",
+    "forces: one source",
+    "forces: J2 and J4",
+    "frame: Kepler, hierarchy, forces",
+    "frame: J2 of a planet, 0, pair and planet",
+    "clock: damped",
+    "clock: three heavy bodies, relativity",
+)
+OPTIONS: dict[str, Callable[[Cell], None]] = {
+    function.__name__: function
+    for function in (
+        from_later,
+        thinned,
+        coarse,
+        resumed,
+        for_a_duration,
+        by_fixed_point,
+        among_many,
+        watched,
+        ended,
+        turned,
+        members,
+        in_fours,
+    )
+}
+
+
+def options_of(*names: str) -> list[tuple[str, str]]:
+    """Rows with each option that they have: what runs in fours are lanes."""
+    return [
+        (name, option)
+        for name in names
+        for option in OPTIONS
+        if ROWS[name].engine == "lanes" or option != "in_fours"
+    ]
+
+
+@pytest.mark.parametrize(("name", "option"), options_of(*KERNELS))
+def test_every_option_agrees(name: str, option: str) -> None:
+    OPTIONS[option](standard(name))
+
+
+@pytest.mark.slow(beside="test_every_option_agrees")
+@pytest.mark.parametrize(("name", "option"), options_of(*MORE))
+def test_every_option_agrees_for_more_problems(name: str, option: str) -> None:
+    OPTIONS[option](standard(name))
+
+
+OF_MEMBERS = [
+    *((name, *method) for name in ("V: compiled", "flying body") for method in METHODS),
+    *(
+        ("V: compiled", galvi.ComponentPolynomials(degrees), galvi.gauss(6))
+        for degrees in ((3, 5), (6, 6))
+    ),
+]
+
+
+@pytest.mark.slow_cases(but=["V: compiled, Polynomials(degree=3), Lobatto 4"])
+@pytest.mark.parametrize(
+    ("name", "space", "rule"),
+    [pytest.param(*row, id=f"{row[0]}, {row[1]}, {row[2].name}") for row in OF_MEMBERS],
+)
+def test_members_agree_by_every_space_and_rule(name: str, space: Any, rule: Any) -> None:
+    members_agree(ROWS[name].by_method(space, rule))
+
+
+@pytest.mark.slow(beside="test_members_agree_by_every_space_and_rule")
+@pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: type(chart).__name__)
+@pytest.mark.parametrize("name", ["free body", "thrown body"])
+def test_members_agree_in_every_chart(name: str, chart: Any) -> None:
+    members_agree(ROWS[name].by(3, 4, chart=chart))
+
+
+# ---------------------------------------------------------------- drawn cells
+
+ROBUST = [
+    name for name in ROWS if not name.startswith((*UNSTABLE, "frame: the Moon", "frame: a ship"))
+]
+DRAWN = [name for name in ROBUST if not ROWS[name].slow]
+
+
+def check_drawn(
+    name: str,
+    degree: int,
+    more: int,
+    share: float,
+    back: bool,
+    seed: int,
+    chart: Any,
+    ask: Callable[[Cell], None] = check,
+) -> None:
+    row = ROWS[name]
+    moving = {} if row.moving else {"chart": chart}
+    if row.engine != "lanes":  # of which some take square methods alone
+        degree, more = max(degree, 16 if row.oracle is in_short_steps else 5), 0
+    cell = replace(row, step=share * row.step).by(degree, degree + more, **moving)
+    cell = cell.of(perturbed(row.problem, seed))
+    ask = ask if row.duration is None else check
+    ask(cell.backwards() if back else cell)
+
+
+@given(
+    name=st.sampled_from(DRAWN),
+    degree=st.integers(2, 6),
+    more=st.integers(0, 2),
+    share=st.floats(0.2, 1.0),
+    back=st.booleans(),
+    seed=st.integers(0, 99),
+    chart=st.sampled_from(CHARTS),
+)
+@settings(max_examples=60)
+def test_drawn_cells_agree(**drawn: Any) -> None:
+    check_drawn(**drawn)
+
+
+@pytest.mark.slow(beside="test_drawn_cells_agree")
+@given(
+    name=st.sampled_from(ROBUST),
+    degree=st.integers(2, 24),
+    more=st.integers(0, 12),
+    share=st.floats(0.1, 1.0),
+    back=st.booleans(),
+    seed=st.integers(0, 9999),
+    chart=st.sampled_from(CHARTS),
+    ask=st.sampled_from((check, thinned, resumed, members_agree)),
+)
+@settings(max_examples=150)
+def test_many_drawn_cells_agree(**drawn: Any) -> None:
+    check_drawn(**drawn)
+
+
+@pytest.mark.slow_cases(but=["centre-coupled masses"])
+@pytest.mark.parametrize("masses", on_vector_spaces.MASSES)
+@pytest.mark.parametrize("potential", on_vector_spaces.POTENTIALS)
+@given(data=st.data())
+@settings(max_examples=6)
+def test_a_built_in_potential_with_any_masses_agrees(
+    potential: str, masses: str, data: st.DataObject
+) -> None:
+    d = data.draw(st.sampled_from(on_vector_spaces.POTENTIALS[potential][1]))
+    seed = data.draw(st.integers(0, 999))
+    degree, more = (
+        data.draw(st.sampled_from((1, 2, 5, 8, 9))),
+        data.draw(st.sampled_from((0, 1, 3))),
+    )
+    problem = on_vector_spaces.in_potential(potential, masses, d, seed)
+    cell = ROWS[f"{potential}, {masses}"].by(degree, degree + more).of(problem)
+    check(cell.backwards() if data.draw(st.booleans()) else cell)
+
+
+# ---------------------------------------------------------------- the general kernel
+
+
+CALLED = [name for name in ROWS if name.startswith(("V: ", "L: ", "body: ", "force: "))]
+DIFFERENCED = 2.0**20  # units of ROUND_OFF, 2e-10: derivatives of a function that has none
+
+
+@pytest.mark.slow_cases(
+    but=[
+        "V: compiled",
+        "V: Python",
+        "L: slopes of Python",
+        "L: braked",
+        "force: a chain",
+        "body: a compiled gradient",
+    ]
+)
+@pytest.mark.parametrize("name", CALLED)
+def test_functions_that_cannot_be_traced_agree_with_those_that_can(name: str) -> None:
+    """In the general kernel: its own fixed-point iteration for forces of places, else Newton's."""
+    row = replace(ROWS[name], steps=2)
+    traced, blind = row.by(2).run(), row.by(2).of(called(row.problem)).run()
+    assert traced.success and blind.success, (traced.status, blind.status)
+    assert (traced.engine, blind.engine) == ("lanes", "general")
+    assert traced.problem.system.untraced == "" != blind.problem.system.untraced
+    assert "potential_evaluations" not in traced.counts
+    for part in ("q", "p", "v"):
+        assert relative_gap(getattr(blind, part), getattr(traced, part)) < DIFFERENCED
+    np.testing.assert_allclose(galvi.energy(blind), galvi.energy(traced), rtol=0.0, atol=5e-10)
+
+
+@pytest.mark.parametrize("name", LEFT)
+def test_what_iteration_does_not_solve_is_left_to_newtons_method_and_agrees(name: str) -> None:
+    left = LEFT[name]
+    problem = left.make()
+    run, truth = (
+        galvi.integrate(problem, left.method, left.step, left.steps, solver=solver)
+        for solver in ("auto", "newton")
+    )
+    assert run.failed_step is None and run.counts["linear_solves"] > 0
+    assert "newton_steps" not in truth.counts
+    by_newton = run.counts.get("newton_steps", 0)
+    assert (0 < by_newton <= left.steps) is left.counted
+    if left.counted and run.status.startswith("Completed. "):
+        assert f"Newton's method did {by_newton} of {left.steps} steps," in run.status
+    for part in ("q", "p", "v"):
+        assert relative_gap(getattr(run, part), getattr(truth, part)) < 500.0  # 130 of 2^-52
+
+
+# ---------------------------------------------------------------- planted faults
+
+WRONG = 1.0 + 1e-9
+
+
+def with_masses(problem: galvi.Problem) -> galvi.Problem:
+    masses = problem.system.masses * np.append(np.ones(problem.system.masses.size - 1), WRONG)
+    if masses[-1] == 0.0:
+        masses = problem.system.masses * np.append(WRONG, np.ones(masses.size - 1))
+    return replace(problem, system=replace(problem.system, masses=masses))
+
+
+def with_pull(problem: galvi.Problem) -> galvi.Problem:
+    return replace(problem, system=galvi.Canonical(1.0, galvi.CentralForce(WRONG)))
+
+
+def with_inertia(problem: galvi.Problem) -> galvi.Problem:
+    inertia = np.diag(problem.system.inertia) * np.array([1.0, WRONG, 1.0])
+    return replace(problem, system=replace(problem.system, inertia=inertia))
+
+
+def with_links(problem: galvi.Problem) -> galvi.Problem:
+    chain = problem.system.function
+    wrong = replace(chain, masses=chain.masses * np.array([1.0, WRONG]))
+    return replace(problem, system=galvi.Lagrangian(wrong, problem.system.group))
+
+
+def with_springs(problem: galvi.Problem) -> galvi.Problem:
+    springs = problem.system.potential
+    return replace(
+        problem, system=galvi.Canonical(WRONG, galvi.SpringChain(springs.alpha, springs.beta))
+    )
+
+
+def of_larger_size(problem: galvi.Problem) -> galvi.Problem:
+    return galvi.problems.brownout(400e-6 * WRONG)
+
+
+def without_forces(problem: galvi.Problem) -> galvi.Problem:
+    return replace(problem, system=replace(problem.system, forces=()))
+
+
+FAULTS: dict[str, Callable[[galvi.Problem], galvi.Problem]] = {
+    "Kepler": with_pull,
+    "planets and massless bodies": with_masses,
+    "double pendulum": with_links,
+    "spherical pendulum": with_inertia,
+    "grain of 400 um, C = 0.44": of_larger_size,
+    "frame: Kepler, even": with_masses,
+    "frame: harmonic": with_springs,
+    "clock: three bodies": with_masses,
+    "clock: Kepler, Sundman": with_pull,
+    "time: three bodies": with_masses,
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_coefficient_that_is_off_by_a_billionth_is_seen(name: str) -> None:
+    cell = standard(name)
+    faulty = cell.of(FAULTS[name](cell.problem))
+    assert wide(cell.run(), cell.truth(), cell.row) == {}
+    assert {"q", "p"} <= wide(faulty.run(), cell.truth(), cell.row).keys()
+
+
+@pytest.mark.parametrize("power", point_masses.POWERS)
+def test_the_force_of_every_power_is_felt(power: float) -> None:
+    cell = standard(f"force by r^{power}")
+    assert "q" in wide(cell.of(without_forces(cell.problem)).run(), cell.truth(), cell.row)
+
+
+PLACES, VELOCITIES = ("A", "beta", "b", "C"), ("b", "integral", "projection")
+TABLES = {
+    "Kepler": PLACES,
+    "V: driven, masses": PLACES,
+    "planets and massless bodies": PLACES,
+    "SymPy: elastic pendulum": VELOCITIES,
+    "double pendulum": VELOCITIES,
+    "spherical pendulum": VELOCITIES,
+    "body in the plane": VELOCITIES,
+    "forces: tides": VELOCITIES,
+}
+
+
+def with_entry(method: galvi.Galerkin, array: str) -> galvi.Galerkin:
+    """The same method with an entry of its table, of the second stage, that is wrong."""
+    rule = replace(method.rule, name=f"{method.rule.name}, wrong {array}")
+    wrong = replace(method, rule=rule)
+    values = getattr(method.table, array).copy()
+    values[(1,) * values.ndim] *= WRONG
+    vars(wrong)["table"] = replace(method.table, **{array: values})
+    return wrong
+
+
+@pytest.mark.parametrize(
+    ("name", "array"), [(name, array) for name, arrays in TABLES.items() for array in arrays]
+)
+def test_an_entry_of_a_table_that_is_off_by_a_billionth_is_seen(name: str, array: str) -> None:
+    cell = standard(name)
+    faulty = replace(cell, method=with_entry(cell.method, array))
+    assert wide(faulty.run(), cell.truth(), cell.row) != {}
+
+
+def test_a_space_of_slopes_that_is_off_by_a_billionth_is_seen() -> None:
+    """What is outside it enters where there are more points than coefficients."""
+    cell = ROWS["SymPy: elastic pendulum"].by(4, 6)
+    faulty = replace(cell, method=with_entry(cell.method, "slope"))
+    assert wide(faulty.run(), cell.truth(), cell.row) != {}

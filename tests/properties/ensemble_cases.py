@@ -1,0 +1,93 @@
+"""Problems with a law for lanes of members, and starts near their own."""
+
+import numba
+import numpy as np
+import sympy
+from scipy.spatial.transform import Rotation
+
+import galvi
+from tests.properties.group_matrices import element
+
+
+def swinging():
+    """An elastic pendulum from SymPy, with a drag force and the time."""
+    r, a, vr, va, m, k, c, t = sympy.symbols("r a vr va m k c t", real=True)
+    L = m * (vr**2 + (r * va) ** 2) / 2 + m * 9.81 * r * sympy.cos(a) - k * (r - 1) ** 2 / 2
+    L = L * (1 + sympy.sin(t) / 10)
+    values = {m: 1.3, k: 40.0, c: 0.1}
+    system = galvi.Lagrangian.from_sympy(
+        L, [r, a], [vr, va], t=t, parameters=values, force=[-c * vr, -c * r**2 * va]
+    )
+    return galvi.Problem(system, [1.2, 0.4], [0.1, 0.2], t0=0.3)
+
+
+def traced():
+    """A quartic oscillator in two coordinates, coupled by its mass, from functions of Python."""
+    mass = np.array([[2.0, 0.5], [0.5, 1.0]])
+    system = galvi.Canonical(
+        mass, lambda q: 0.5 * (q @ q) + 0.25 * q[0] ** 4 + 0.1 * q[0] * q[1],
+        force=lambda q, v: -0.05 * v,
+    )  # fmt: skip
+    return galvi.Problem(system, [0.7, -0.4], [0.1, 0.5])
+
+
+def three_bodies():
+    """A star and two planets, one of them massless, in the plane."""
+    system = galvi.NBody(np.array([1.0, 1e-3, 0.0]))
+    return galvi.Problem(
+        system, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.7]], [[0.0, 0.0], [0.0, 1.0], [-0.75, 0.0]]
+    )
+
+
+def in_plane(group):
+    """A body on a group of motions of the plane, or a product with one, in a soft well."""
+    d, r = group.dimension, int(np.prod(group.shape))
+    masses, direction = 1.0 + 0.3 * np.arange(d), 0.4 * np.cos(np.arange(r))
+
+    def lagrangian(g, v):
+        height = direction @ g.reshape(r)
+        return 0.5 * (masses @ (v * v)) - height - 0.5 * height**2
+
+    system = galvi.Lagrangian(lagrangian, group)
+    return galvi.Problem(system, element(group, np.full(d, 0.3)), 0.5 - 0.2 * np.arange(d))
+
+
+# problem, a step at which iterations converge
+CASES = {
+    "kepler": (galvi.problems.kepler(0.3), 0.2),
+    "henon_heiles": (galvi.problems.henon_heiles(), 0.2),
+    "double_pendulum": (galvi.problems.double_pendulum(), 0.03),
+    "brownout": (galvi.problems.brownout(400e-6), 0.01),
+    "sympy": (swinging(), 0.05),
+    "traced": (traced(), 0.2),
+    "three_bodies": (three_bodies(), 0.1),
+    "polar": (galvi.problems.kepler_polar(), 0.1),
+    "free_body": (galvi.problems.free_rigid_body(), 0.1),
+    "pendulum_3d": (galvi.problems.pendulum_3d(), 0.1),
+    "free_body_se3": (galvi.problems.free_body_se3(), 0.05),
+    "se2": (in_plane(galvi.SE2()), 0.1),
+    "se2 x r1": (in_plane(galvi.Product((galvi.SE2(), galvi.Rn(1)))), 0.1),
+}
+
+
+def starts(problem, members, size=1e-2, seed=7):
+    """Configurations and velocities near the problem's."""
+    random = np.random.default_rng(seed)
+    q, v = problem.q0, problem.v0
+    near = v + size * random.standard_normal((members, *v.shape))
+    if isinstance(getattr(problem.system, "group", galvi.Rn(1)), galvi.Rn):
+        return q + size * random.standard_normal((members, *q.shape)), near
+    turned = np.stack([q] * members)
+    group = problem.system.group
+    if not isinstance(group, galvi.SO3 | galvi.SE3):
+        places = size * random.standard_normal((members, group.dimension))
+        return np.stack([element(group, place) for place in places]), near
+    turns = Rotation.from_rotvec(size * random.standard_normal((members, 3))).as_matrix()
+    turned[:, :3, :3] = q[:3, :3] @ turns
+    return turned, near
+
+
+@numba.njit
+def farthest(t, q, p):
+    """The largest entry of q, and the time."""
+    return np.array([np.abs(q).max(), t[-1]])

@@ -1,0 +1,144 @@
+"""Motions on groups, their methods and their truths, for the tests of runs."""
+
+from dataclasses import replace
+from functools import cache
+
+import numba
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import galvi
+from galvi.charts import CHARTS
+from references.closed_forms.top_motion import FREE_TOP
+from tests.properties.group_matrices import cross_matrix, element, title
+
+CAYLEY, EXPONENTIAL, RODRIGUES = galvi.Cayley(), galvi.Exponential(), galvi.ModifiedRodrigues()
+
+
+FREE, PENDULUM = galvi.problems.free_rigid_body(), galvi.problems.pendulum_3d()
+
+
+FLYING = galvi.problems.free_body_se3(g=(0.0, 0.5, -9.81))
+
+
+def collocation(degree, chart=CAYLEY):
+    return galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), chart)
+
+
+def hall(n, chart=CAYLEY):
+    """H's method with n control points."""
+    return galvi.Galerkin(galvi.Polynomials(n - 1), galvi.gauss(n), chart)
+
+
+MASSES = np.array([[1.0, 0.3, 0, 0], [0.3, 1.2, 0, 0], [0, 0, 1.5, 0], [0, 0, 0, 2.0]])
+
+
+def coupled_function(q, v):
+    """A pendulum on SO(2) and a body on SO(3), coupled in both energies; q has 4 + 9 entries."""
+    return 0.5 * np.sum(v * (MASSES @ v)) + 0.5 * q[2] + q[0] * q[8] - 0.5 * q[12] ** 2
+
+
+def coupled_slopes(q, v):
+    out = np.zeros(17)
+    for i in range(4):
+        for j in range(4):
+            out[i] += MASSES[i, j] * v[j]
+    out[4], out[4 + 2], out[4 + 8], out[4 + 12] = q[8], 0.5, q[0], -q[12]
+    return out
+
+
+PAIR = galvi.Product((galvi.SO2(), galvi.SO3()))
+
+
+COUPLED = galvi.Problem(
+    galvi.Lagrangian(coupled_function, PAIR, numba.njit(cache=True)(coupled_slopes)),
+    element(PAIR, [0.4, 0.1, -0.7, 0.3]),
+    [1.0, 0.3, -0.5, 0.2],
+    name="pendulum and body",
+)
+
+
+ALL = [FREE, PENDULUM, galvi.problems.heavy_top(), FLYING, COUPLED]
+
+
+each_chart = pytest.mark.parametrize("chart", CHARTS, ids=title)
+
+
+def same(one, two):
+    return np.array_equal(one.q, two.q) and np.array_equal(one.p, two.p)
+
+
+def right_side(problem):
+    """R' = R hat(v), p' = p x v + torque."""
+    system = problem.system
+    inverse, gravity = np.linalg.inv(system.inertia), system.potential
+
+    def right(t, y):
+        R, p = y[:9].reshape(3, 3), y[9:]
+        v = inverse @ p
+        torque = (
+            0.0 if gravity is None else gravity.mass * np.cross(gravity.centre, R.T @ gravity.g)
+        )
+        return np.concatenate([(R @ cross_matrix(v)).ravel(), np.cross(p, v) + torque])
+
+    return right
+
+
+def by_scipy(problem, length):
+    """R and p at the end."""
+    start = np.concatenate([problem.q0.ravel(), problem.p0])
+    y = solve_ivp(right_side(problem), (0, length), start, "DOP853", rtol=3e-14, atol=1e-15).y[
+        :, -1
+    ]
+    return y[:9].reshape(3, 3), y[9:]
+
+
+LENGTH = 4.0
+
+
+@cache
+def swung():
+    """R and p of the pendulum at LENGTH."""
+    return by_scipy(PENDULUM, LENGTH)
+
+
+@cache
+def turned():
+    """R and p of the free body at LENGTH, by its closed form."""
+    closed = FREE_TOP.run(FREE, LENGTH, {"samples": 1})
+    return closed.q[-1], closed.p[-1]
+
+
+def error(run, truth):
+    R, p = truth
+    return max(np.abs(run.q[-1] - R).max(), np.abs(run.p[-1] - p).max() / np.abs(p).max())
+
+
+def slope(problem, truth, method, lowest, highest):
+    """Least-squares slope of the end-point error over the step."""
+    counts = np.unique(np.geomspace(lowest, highest, 6).round().astype(int))
+    errors = []
+    for steps in counts.tolist():
+        run = galvi.integrate(problem, method, LENGTH / steps, steps, save_every=steps)
+        assert run.success, run.status
+        errors.append(error(run, truth))
+    return np.polyfit(np.log(LENGTH / counts), np.log(errors), 1)[0]
+
+
+# Steps in LENGTH between which errors are asymptotic and far above rounding.
+WINDOWS = {2: (32, 128), 3: (24, 64), 4: (17, 32), 5: (12, 18)}
+
+
+def same_rows(thin, full, rows):
+    return np.array_equal(thin.q, full.q[rows]) and np.array_equal(thin.p, full.p[rows])
+
+
+def spoiled(method, **changes):
+    """The same method with some arrays of its table multiplied."""
+    # another name for the rule makes another key for what is kept of tables
+    rule = replace(method.rule, name=f"{method.rule.name} {changes}")
+    wrong = galvi.Galerkin(method.space, rule, method.chart)
+    arrays = {name: getattr(wrong.table, name) * factor for name, factor in changes.items()}
+    vars(wrong)["table"] = replace(wrong.table, **arrays)
+    return wrong

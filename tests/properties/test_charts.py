@@ -1,0 +1,260 @@
+"""Charts: maps, tangent maps and inverses against mpmath and matrices, at every decade of angle."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.linalg import expm, expm_frechet
+
+import galvi
+from galvi.charts import CHARTS
+from galvi.charts.chart import coordinates, place, tangent, unwrapped
+from galvi.groups import GROUPS
+from galvi.kernels.lie import product
+from galvi.kernels.lie.dispatch import angle_of
+from galvi.systems.finite_differences import WEIGHTS, rotated
+from tests.properties.angles import CAYLEY, EXPONENTIAL, RODRIGUES, each_size
+from tests.properties.group_matrices import as_matrix, element, hat, title, vectors
+
+each_group = pytest.mark.parametrize("group", GROUPS, ids=title)
+each_chart = pytest.mark.parametrize("chart", CHARTS, ids=title)
+
+
+def one(group):
+    """The unit."""
+    return element(group, np.zeros(group.dimension))
+
+
+def tangent_slope(chart, group, xi, eta):
+    """d(T(xi) eta)/dxi, (d, d)."""
+    out = np.empty((xi.size, xi.size))
+    for unit, row in zip(np.eye(xi.size), out, strict=True):
+        product.momentum_slope(group.layout, chart.number, xi, eta, unit, row)
+    return out
+
+
+def sized(group, size):
+    """xi with a rotation by ``size`` in each factor that turns, and translations of about 1."""
+    if isinstance(group, galvi.Product):
+        return np.concatenate([sized(factor, size) for factor in group.factors])
+    axis = np.array([2.0, -3.0, 6.0]) / 7.0
+    moved = np.array([0.7, -0.4, 1.1])
+    in_plane = [size, *moved[:2]]
+    kinds = {galvi.Rn: moved, galvi.SO2: in_plane, galvi.SE2: in_plane}
+    return np.array(kinds.get(type(group), [*(size * axis), *moved]))[: group.dimension]
+
+
+def algebra(group, matrix):
+    """v from hat(v)."""
+    units = np.array([hat(group, e).ravel() for e in np.eye(group.dimension)])
+    return np.linalg.lstsq(units.T, matrix.ravel(), rcond=None)[0]
+
+
+def chart_matrix(chart, X):
+    """Phi by the definition, as a function of hat(xi)."""
+    if chart == RODRIGUES:
+        return np.linalg.matrix_power(chart_matrix(CAYLEY, 0.5 * X), 2)
+    half = 0.5 * X
+    one = np.eye(len(X))
+    return np.linalg.solve(one - half, one + half) if chart == CAYLEY else expm(X)
+
+
+def body_slope(chart, X, Y):
+    """Phi(X)^-1 dPhi(X)[Y]."""
+    if chart == RODRIGUES:
+        first, slope = chart_matrix(CAYLEY, 0.5 * X), body_slope(CAYLEY, 0.5 * X, 0.5 * Y)
+        return np.linalg.solve(first, slope @ first) + slope
+    if chart == CAYLEY:
+        one = np.eye(len(X))
+        return np.linalg.solve(one + 0.5 * X, Y) @ np.linalg.inv(one - 0.5 * X)
+    there, slope = expm_frechet(X, Y)
+    return np.linalg.solve(there, slope)
+
+
+@pytest.mark.slow_cases("ModifiedRodrigues()-0.001-SE3")
+@each_group
+@each_size
+def test_the_chart_its_tangent_and_its_inverse_are_those_of_matrices(group, chart, size):
+    xi = sized(group, size)
+    X = hat(group, xi)
+    assert np.allclose(as_matrix(group, place(chart, group, one(group), xi)),
+                       chart_matrix(chart, X), rtol=0.0, atol=2e-14)  # fmt: skip
+    T = tangent(chart, group, xi)
+    for eta, column in zip(np.eye(group.dimension), T.T, strict=True):
+        slope = algebra(group, body_slope(chart, X, hat(group, eta)))
+        assert np.allclose(column, slope, rtol=0.0, atol=3e-14)
+    if chart == CAYLEY or angle_of(chart.number, size) < 3.0:
+        g = element(group, np.linspace(-1.0, 1.0, group.dimension))
+        again = coordinates(chart, group, g, place(chart, group, g, xi))
+        # The coordinates stretch rotations by 1 + |xi|^2 / 4 in a Cayley chart.
+        stretched = 1.0 + {CAYLEY: 0.25, EXPONENTIAL: 0.0, RODRIGUES: 0.0625}[chart] * size**2
+        assert np.allclose(again, xi, rtol=0.0, atol=4e-15 * stretched)
+
+
+@pytest.mark.parametrize("group", [galvi.SO3(), galvi.SE3()], ids=title)
+@pytest.mark.parametrize("angle", [1e-9, 1e-3, 0.5, 2.0, 3.1])
+def test_the_exponential_chart_is_the_exponential_in_forty_digits(group, angle):
+    xi = sized(group, angle)
+    with mp.workdps(40):
+        exact = np.array(mp.expm(mp.matrix(hat(group, xi).tolist()), method="taylor").tolist())
+    found = place(EXPONENTIAL, group, one(group), xi)
+    assert np.max(np.abs(found - exact.astype(float))) < 5e-16  # 2.3e-16
+
+
+@pytest.mark.slow_cases("Cayley-Rn")
+@each_group
+@each_chart
+@given(data=st.data())
+def test_the_slope_of_the_tangent_map_is_that_of_differences(group, chart, data):
+    xi, eta = data.draw(vectors(group, 1.7)), data.draw(vectors(group, 1.0))
+    found, nudge = tangent_slope(chart, group, xi, eta), 2.0**-6
+    for unit, column in zip(np.eye(group.dimension), found.T, strict=True):
+        slope = sum(
+            weight / nudge
+            * (tangent(chart, group, xi + k * nudge * unit)
+               - tangent(chart, group, xi - k * nudge * unit)) @ eta
+            for k, weight in enumerate(WEIGHTS, start=1)
+        )  # fmt: skip
+        assert np.allclose(column, slope, rtol=0.0, atol=2e-10)
+
+
+@each_group
+@each_chart
+@given(data=st.data())
+def test_charts_move_with_their_base_point(group, chart, data):
+    g, k = (element(group, data.draw(vectors(group))) for _ in range(2))
+    xi = data.draw(vectors(group, 1.7))
+    moved = place(chart, group, group.multiply(k, g), xi)
+    assert np.allclose(moved, group.multiply(k, place(chart, group, g, xi)), atol=2e-14)
+    again = coordinates(chart, group, group.multiply(k, g), moved)
+    assert np.allclose(again, xi, atol=1e-12 if chart == CAYLEY else 1e-13)
+
+
+@each_group
+@each_chart
+def test_at_zero_a_chart_is_the_identity_and_so_is_its_tangent_map(group, chart):
+    zero, d = np.zeros(group.dimension), group.dimension
+    g = element(group, np.linspace(0.1, 1.0, d))
+    assert np.array_equal(place(chart, group, one(group), zero), one(group))
+    assert np.array_equal(tangent(chart, group, zero), np.eye(d))
+    assert np.array_equal(coordinates(chart, group, one(group), one(group)), zero)
+    assert np.allclose(coordinates(chart, group, g, g), zero, atol=1e-16)
+    eta = np.linspace(1.0, 2.0, d)
+    half = [0.5 * group.bracket(eta, unit) for unit in np.eye(d)]  # T = I - ad(xi) / 2 + ...
+    assert np.allclose(tangent_slope(chart, group, zero, eta), np.array(half).T, atol=1e-16)
+
+
+@each_chart
+def test_a_chart_says_by_which_angle_it_turns_and_where_it_ends(chart):
+    assert chart.limit == (np.pi if chart == CAYLEY else 2 * np.pi)
+    assert angle_of(chart.number, chart.farthest) == pytest.approx(0.995 * chart.limit, rel=1e-14)
+    for size in (1e-9, 0.3, 2.0, 3.1, 0.99 * chart.farthest):
+        R = place(chart, galvi.SO3(), np.eye(3), sized(galvi.SO3(), size))
+        turned = angle_of(chart.number, size)
+        assert np.trace(R) == pytest.approx(1.0 + 2.0 * np.cos(turned), abs=4e-15)
+
+
+@each_chart
+def test_where_a_chart_ends_its_tangent_map_has_no_inverse(chart):
+    size = {CAYLEY: 1e8, EXPONENTIAL: 2 * np.pi, RODRIGUES: 1e8}[chart]
+    T = tangent(chart, galvi.SO3(), sized(galvi.SO3(), size))
+    assert np.linalg.svd(T)[1].min() < 1e-7
+    inside = {CAYLEY: 1.0, EXPONENTIAL: np.pi, RODRIGUES: 4.0}[chart]
+    T = tangent(chart, galvi.SO3(), sized(galvi.SO3(), inside))
+    assert np.linalg.svd(T)[1].min() > 0.4
+
+
+@each_group
+def test_many_are_placed_at_once(group):
+    rng, d = np.random.default_rng(2), group.dimension
+    xi, g = rng.normal(size=(2, 3, d)), element(group, np.linspace(0.0, 1.0, d))
+    many = place(CAYLEY, group, g, xi)
+    assert many.shape == (2, 3, *group.shape)
+    assert np.array_equal(many[1, 2], place(CAYLEY, group, g, xi[1, 2]))
+    assert np.array_equal(tangent(CAYLEY, group, xi)[1, 2], tangent(CAYLEY, group, xi[1, 2]))
+    bases = np.stack([g] * 6).reshape(2, 3, *group.shape)
+    assert np.allclose(coordinates(CAYLEY, group, bases, many), xi, atol=1e-12)
+
+
+@pytest.mark.slow_cases(
+    "Cayley-SE3", "Cayley-Product", "Exponential-Product", "ModifiedRodrigues-Product"
+)
+@each_group
+@each_chart
+@given(data=st.data())
+def test_covectors_go_to_the_base_and_back_as_matrices_say(group, chart, data):
+    xi, mu = data.draw(vectors(group, 2.0)), data.draw(vectors(group))
+    there, back = np.empty(group.dimension), np.empty(group.dimension)
+    product.coadjoint_inverse(group.layout, chart.number, xi, mu, there)
+    product.coadjoint(group.layout, chart.number, xi, there, back)
+    assert np.allclose(back, mu, atol=1e-13)
+    P = as_matrix(group, place(chart, group, one(group), xi))
+    seen = [algebra(group, np.linalg.solve(P, hat(group, e) @ P)) for e in np.eye(len(mu))]
+    assert np.allclose(there, np.array(seen) @ mu, atol=1e-12)  # mu . Ad(Phi^-1) e
+
+
+@pytest.mark.slow_cases("Rn")
+@each_group
+@given(data=st.data())
+def test_a_euclidean_slope_is_pulled_back_along_the_group(group, data):
+    """Of a function that is not linear in the entries, by differences of order eight."""
+    g = element(group, data.draw(vectors(group, 1.5)))
+    weights = np.random.default_rng(5).normal(size=g.size)
+
+    def function(k):
+        return np.sin(weights @ k.ravel())
+
+    slope = np.cos(weights @ g.ravel()) * weights
+    found = np.empty(group.dimension)
+    product.left_derivative(group.layout, g.ravel().copy(), slope, found)
+    nudge = 2.0**-7
+    for unit, value in zip(np.eye(group.dimension), found, strict=True):
+        moved = sum(
+            weight / nudge
+            * (function(place(EXPONENTIAL, group, g, k * nudge * unit))
+               - function(place(EXPONENTIAL, group, g, -k * nudge * unit)))
+            for k, weight in enumerate(WEIGHTS, start=1)
+        )  # fmt: skip
+        assert value == pytest.approx(moved, abs=1e-10)
+
+
+@pytest.mark.slow_cases("Rn")
+@each_group
+def test_rounding_is_taken_out_of_an_element_to_second_order(group):
+    g = element(group, np.linspace(-1.0, 1.0, group.dimension))
+    off = g.ravel() + 1e-6 * np.random.default_rng(6).normal(size=g.size) * (g.ravel() % 1.0 != 0)
+    restored = off.copy()
+    product.restore(group.layout, restored)
+    group.check("restored", restored.reshape(group.shape))
+    assert np.max(np.abs(restored - off)) < 1e-5
+
+
+@pytest.mark.slow_cases("SO2")
+@each_group
+def test_another_chart_and_a_wrong_coefficient_are_caught_by_the_matrices(group):
+    """Cayley's formulas are right to second order in xi, and both are seen at a turn of 0.1."""
+    if isinstance(group, galvi.Rn):
+        return
+    xi = sized(group, 0.1)
+    wrong = as_matrix(group, place(CAYLEY, group, one(group), xi))
+    assert np.max(np.abs(wrong - chart_matrix(EXPONENTIAL, hat(group, xi)))) > 1e-5
+    T = tangent(CAYLEY, group, xi)
+    slopes = [
+        algebra(group, body_slope(EXPONENTIAL, hat(group, xi), hat(group, e)))
+        for e in np.eye(len(xi))
+    ]
+    assert np.max(np.abs(T - np.array(slopes).T)) > 1e-4
+
+
+def test_a_path_is_followed_past_pi_and_back_through_the_identity():
+    turns = np.array([0.0, 3.0, 3.3, 3.0, 1.5, 0.0, 0.5])[:, None]
+    wrapped = (turns + np.pi) % (2.0 * np.pi) - np.pi
+    path = unwrapped(EXPONENTIAL, galvi.SO2(), wrapped)
+    np.testing.assert_allclose(path, turns, rtol=0.0, atol=1e-15)
+
+
+@given(vectors(galvi.SO3()))
+def test_the_rotation_along_which_functions_are_differenced_is_one(w):
+    R = rotated(w)
+    np.testing.assert_allclose(R @ R.T, np.eye(3), rtol=0.0, atol=1e-15 * (1.0 + w @ w))

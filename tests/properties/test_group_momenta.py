@@ -1,0 +1,274 @@
+"""Momenta of bodies and points on groups: their definition, and what runs conserve of them."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import galvi
+from benchmarks.measures.matrix_group import MatrixGroup
+from galvi.diagnostics import group_momenta
+from tests.properties.group_matrices import cross_matrix, element
+
+SO2, SE2, SO3, SE3 = galvi.SO2(), galvi.SE2(), galvi.SO3(), galvi.SE3()
+POINT = galvi.Rn(3)
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+GROUPS = {
+    "SO2": SO2,
+    "SE2": SE2,
+    "SO3": SO3,
+    "SE3": SE3,
+    "two bodies": galvi.Product((SE3, SE3)),
+    "body, top and point": galvi.Product((galvi.Product((SE3, SO3)), POINT)),
+    "in the plane": galvi.Product((SE2, galvi.Rn(2), SO2)),
+}
+each_group = pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS)
+PLANE = (SO2, SE2, GROUPS["in the plane"])
+TINY = 1e-30  # step of a complex difference, which has no rounding
+
+
+def moved(group, g, Q, c):
+    """g after space turned by Q and moved by c."""
+    if isinstance(group, galvi.Product):
+        parts = zip(group.factors, group.parts(g), strict=True)
+        return group.join(*(moved(factor, part, Q, c) for factor, part in parts))
+    if isinstance(group, galvi.Rn):
+        return Q @ g + c
+    if g.shape == Q.shape:
+        return Q @ g
+    n = len(c)
+    return np.block([[Q, c[:, None]], [np.zeros((1, n)), np.ones((1, 1))]]) @ g
+
+
+def by_definition(group, L, g, v, Q_rate, c_rate):
+    """d/de L(g, v + e xi), where g xi is the rate of g while space turns and moves."""
+    matrices, n = MatrixGroup(group), len(c_rate)
+    after = moved(group, g + 0j, np.eye(n) + 1j * TINY * Q_rate, 1j * TINY * c_rate)
+    rate = matrices.matrix(after).imag / TINY
+    xi = matrices.vee(np.linalg.solve(matrices.matrix(g), rate))
+    return L(g, v + 1j * TINY * xi).imag / TINY
+
+
+def definitions(group, L, g, v):
+    """Angular momentum, (3,) or a number, and linear momentum, (n,), where there are places."""
+    n = 2 if group in PLANE else 3
+    turns = [np.array([[0.0, -1.0], [1.0, 0.0]])] if n == 2 else map(cross_matrix, np.eye(3))
+    angular = [by_definition(group, L, g, v, turn, np.zeros(n)) for turn in turns]
+    if group in (SO2, SO3):
+        return (np.array(angular).reshape(-1 if n == 3 else ()),)
+    linear = [by_definition(group, L, g, v, np.zeros((n, n)), c) for c in np.eye(n)]
+    return np.array(angular).reshape(-1 if n == 3 else ()), np.array(linear)
+
+
+@cache
+def any_problem(group):
+    """A Lagrangian without symmetry whose mass depends on the configuration."""
+    random, d = np.random.default_rng(7), group.dimension
+    root, c, b = random.normal(size=(d, d)), random.normal(size=group.shape), random.normal(size=d)
+
+    def L(q, v):
+        s = np.sum(c * q)
+        return 0.5 * v @ (root @ root.T + np.eye(d)) @ v + 0.1 * s**2 * v @ v + s * b @ v - s
+
+    start = element(group, random.normal(size=d)), random.normal(size=d)
+    return galvi.Problem(galvi.Lagrangian(L, group), *start)
+
+
+def random_states(group, seed):
+    """A trajectory of four states that have nothing to do with each other, and their velocities."""
+    random, problem = np.random.default_rng(seed), any_problem(group)
+    q = np.array([element(group, vector) for vector in random.normal(size=(4, group.dimension))])
+    v, times = random.normal(size=(4, group.dimension)), np.arange(4.0)
+    p = problem.system.momentum(v, q, times)
+    return galvi.Trajectory(problem, times, q, p, counts={}), v
+
+
+def momenta_of_states(group, seed):
+    """Angular and linear momenta of four states, by galvi and by definition."""
+    run, v = random_states(group, seed)
+    return momenta(run), defined(run.problem.system, run.q, v)
+
+
+def momenta(run, t=None):
+    """By galvi; the linear one is left out where there are no places."""
+    has_places = run.problem.system.group not in (SO2, SO3)
+    return [galvi.momentum_map(run, t), *([galvi.linear_momentum(run, t)] if has_places else [])]
+
+
+def defined(system, q, v):
+    """By definition, of several states."""
+    states = zip(q, v, strict=True)
+    each = [definitions(system.group, system.function, *state) for state in states]
+    return [np.array(values) for values in zip(*each, strict=True)]
+
+
+def agree(given, expected):
+    for value, truth in zip(given, expected, strict=True):
+        assert value.shape == truth.shape
+        assert np.allclose(value, truth, rtol=0.0, atol=1e-9 * np.abs(truth).max())
+
+
+@each_group
+@given(seed=st.integers(0, 2**31))
+@settings(max_examples=10)
+def test_momenta_are_those_of_noethers_definition(group, seed):
+    agree(*momenta_of_states(group, seed))
+
+
+@pytest.mark.parametrize(
+    "name, wrong",
+    [
+        ("turned", lambda g, mu: mu),
+        ("turned", lambda g, mu: np.einsum("...ji,...j->...i", g[..., :3, :3], mu)),
+        ("moment", lambda x, P: np.cross(P, x)),
+        ("moment", lambda x, P: 0.0 * x),
+        ("place_and_momentum", lambda factor, space: (factor.q[..., :3, 3], factor.p[..., 3:])),
+    ],
+)
+def test_another_formula_does_not_agree(monkeypatch, name, wrong):
+    monkeypatch.setattr(group_momenta, name, wrong)
+    with pytest.raises(AssertionError):
+        agree(*momenta_of_states(GROUPS["two bodies"], 1))
+
+
+def points(group, q, v, arms):
+    """(place in space, its rate) of a point of each body, at an arm from the body's origin."""
+    n = len(arms[0])
+    if isinstance(group, galvi.Product):
+        ends = np.cumsum([factor.dimension for factor in group.factors])[:-1]
+        parts = zip(group.factors, group.parts(q), np.split(v, ends), strict=True)
+        # a product's first body is at the second arm, so that nested ones differ
+        return [
+            point
+            for k, (factor, part, rate) in enumerate(parts)
+            for point in points(factor, part, rate, arms[1 + k :])
+        ]
+    if isinstance(group, galvi.Rn):
+        return [(q, v)]
+    R, turns = q[:n, :n], 2 * n - 3
+    arm_rate = (
+        np.array([-arms[0][1], arms[0][0]]) * v[0] if n == 2 else cross_matrix(v[:3]) @ arms[0]
+    )
+    if group in (SO2, SO3):
+        return [(R @ arms[0], R @ arm_rate)]
+    return [(R @ arms[0] + q[:n, n], R @ (v[turns:] + arm_rate))]
+
+
+def bodies_on_springs(group, seed, along):
+    """Bodies with springs between points of them and to the origin, whose kinetic energies are
+    coupled by relative velocities, in a field of a random direction and the strength ``along``."""
+    random, d, n = np.random.default_rng(seed), group.dimension, 2 if group in PLANE else 3
+    arms, direction = random.normal(size=(5, n)), random.normal(size=n)
+    stiffness, pull = random.uniform(0.2, 1.0, size=2)
+    masses, end = np.zeros((d, d)), 0
+    for factor, _, _ in group_momenta.factors(group, np.zeros(group.shape), np.zeros(d)):
+        size = factor.dimension
+        root = 0.4 * random.normal(size=(size, size)) * (not isinstance(factor, galvi.Rn))
+        masses[end : end + size, end : end + size] = np.eye(size) + root @ root.T
+        end += size
+
+    def L(q, v):
+        ends = points(group, q, v, arms)
+        value = 0.5 * v @ masses @ v
+        for k, (x, u) in enumerate(ends):
+            value = value - pull * x @ x - along * direction @ x
+            for y, w in ends[:k]:
+                value = value - stiffness * (x - y) @ (x - y) + 0.1 * (u - w) @ (u - w)
+        return value
+
+    start = element(group, random.normal(size=d)), 0.5 * random.normal(size=d)
+    run = galvi.integrate(galvi.Problem(galvi.Lagrangian(L, group), *start), FOUR, 0.1, 12)
+    assert run.success, run.status
+    return run
+
+
+def change(values):
+    """Largest change of a momentum, as a share of its size."""
+    return np.abs(values - values[0]).max() / np.abs(values).max()
+
+
+@pytest.mark.slow_cases("two bodies", "body, top and point")
+@each_group
+@given(seed=st.integers(0, 2**31))
+@settings(max_examples=3, deadline=None)
+def test_what_turns_with_space_keeps_its_angular_momentum_alone(group, seed):
+    run = bodies_on_springs(group, seed, along=0.0)
+    angular, *linear = momenta(run)
+    assert change(angular) < 1e-12  # 3e-15
+    assert all(change(each) > 1e-4 for each in linear)  # the springs to the origin
+    times = np.array([0.0, 0.33, 0.8, 1.15])
+    between, at_one = momenta(run, times), momenta(run, 0.33)
+    agree(between, defined(run.problem.system, run(times), run.velocity(times)))
+    agree(at_one, [values[1] for values in between])
+
+
+@pytest.mark.slow_cases("two bodies", "body, top and point")
+@each_group
+def test_in_a_field_neither_momentum_is_conserved(group):
+    assert all(change(each) > 1e-3 for each in momenta(bodies_on_springs(group, 5, along=0.7)))
+
+
+# (mass, place on its rod, which is along z) of the two spheres of each dumbbell
+SPHERES = (((1.0, 0.5), (0.6, -0.7)), ((0.8, 0.6), (1.1, -0.4)))
+INERTIA = 0.4 * 0.2**2  # of a sphere of mass 1 and radius 0.2 about its centre
+PAIR = GROUPS["two bodies"]
+
+
+def spheres(q, v):
+    """(mass, place, velocity, spin) of each sphere in space, by dumbbell."""
+    dumbbells = []
+    for g, rates, pair in zip(PAIR.parts(q), (v[:6], v[6:]), SPHERES, strict=True):
+        R, x, w = g[:3, :3], g[:3, 3], rates[:3]
+        places = [R @ np.array([0.0, 0.0, z]) + x for _, z in pair]
+        velocities = [R @ (rates[3:] + z * np.array([w[1], -w[0], 0.0])) for _, z in pair]
+        spins = [R @ (INERTIA * m * w) for m, _ in pair]
+        masses = [m for m, _ in pair]
+        dumbbells.append(list(zip(masses, places, velocities, spins, strict=True)))
+    return dumbbells
+
+
+def attracting(q, v):
+    """L of two dumbbells whose spheres attract each other, G = 1."""
+    first, second = spheres(q, v)
+    value = 0.0
+    for m, _, u, spin in first + second:
+        value = value + 0.5 * m * u @ u + 0.5 * spin @ spin / (INERTIA * m)
+    for m, x, _, _ in first:
+        for k, y, _, _ in second:
+            value = value + m * k / np.sqrt((x - y) @ (x - y))
+    return value
+
+
+def test_two_dumbbells_keep_both_momenta_which_are_the_sums_over_their_spheres():
+    turned, apart = [0.4, -0.3, 0.8, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 2.0, 0.0, 0.3]
+    v0 = [0.3, 0.2, 0.5, 0.1, 0.0, 0.2, -0.2, 0.4, 0.1, 0.0, 0.9, -0.3]
+    problem = galvi.Problem(
+        galvi.Lagrangian(attracting, PAIR), element(PAIR, [*turned, *apart]), v0
+    )
+    run = galvi.integrate(problem, FOUR, 0.05, 100)
+    assert run.success, run.status
+    angular, linear = galvi.momentum_map(run), galvi.linear_momentum(run)
+    assert change(angular) < 1e-13 and change(linear) < 1e-13  # 6e-16, 7e-16
+    for k in (0, 37, 100):
+        first, second = spheres(run.q[k], run.v[k])
+        total = sum(m * u for m, _, u, _ in first + second)
+        turning = sum(spin + m * np.cross(x, u) for m, x, u, spin in first + second)
+        assert np.allclose(linear[k], total, rtol=0.0, atol=1e-12)
+        assert np.allclose(angular[k], turning, rtol=0.0, atol=1e-12)
+
+
+@each_group
+def test_the_defect_of_rotations_is_the_largest_over_the_factors(group):
+    run, _ = random_states(group, 3)
+    assert galvi.orthogonality_defect(run).max() < 1e-14
+    first = 0
+    for factor, _, _ in group_momenta.factors(group, run.q, run.p):
+        q = np.array(run.q)
+        q.reshape(4, -1)[2, first] += 1e-3  # R_11, or x of a point
+        spoiled = galvi.Trajectory(run.problem, run.t, q, run.p, counts={})
+        defect = galvi.orthogonality_defect(spoiled)
+        assert defect.shape == (4,) and np.delete(defect, 2).max() < 1e-14
+        assert (defect[2] > 1e-5) == (not isinstance(factor, galvi.Rn))
+        first += int(np.prod(factor.shape))

@@ -1,0 +1,334 @@
+"""Forces on trees: a user's own, and those that a MuJoCo model has, by MuJoCo's accelerations."""
+
+import pickle
+from dataclasses import replace
+
+import numba
+import numpy as np
+import pytest
+
+import galvi
+from galvi.interop import from_mujoco as reader
+from galvi.interop import mujoco_forces
+from galvi.interop.mujoco_limits import BeyondTrees
+from galvi.tracing.laws_of_systems import lines_of
+from tests.properties.random_trees import random_tree
+
+mujoco = pytest.importorskip("mujoco")
+
+METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+INERTIA = '<inertial pos="0 .1 -.2" mass="1.5" diaginertia=".01 .02 .015" quat="1 .2 .4 .3"/>'
+FIXED = '<joint joint="a" coef="2"/><joint joint="b" coef="-1"/>'
+SITES = """<site site="w"/><site site="s1"/><pulley divisor="2"/><site site="s2"/><site site="s3"/>
+<pulley divisor="3"/><site site="s4"/><site site="s3"/>"""
+
+
+def model(more="", option="", joint="", body=""):
+    """Every kind of joint, with sites; ``more`` are tendons and actuators."""
+    return f"""<mujoco>{option}<worldbody><site name="w" pos=".3 .1 .2"/>
+<body {body}><joint name="a" axis="0 1 0" {joint}/>{INERTIA}<site name="s1" pos=".1 0 -.1"/>
+<body pos="0 0 -.4"><joint name="b" axis="1 .3 0" ref=".2"/><joint name="c" type="slide"/>{INERTIA}
+<site name="s2" pos=".1 .2 -.1" quat="1 .3 .2 .1"/>
+<body pos="0 0 -.4"><joint name="d" type="ball"/>{INERTIA}<site name="s3" pos=".1 .2 -.1"/></body>
+</body></body><body pos="1 0 0" {body}><freejoint name="f"/>{INERTIA}
+<site name="s4" pos=".1 .2 -.1"/></body></worldbody>{more}</mujoco>"""
+
+
+def act(*kinds):
+    return f"<actuator>{''.join(f'<{kind}/>' for kind in kinds)}</actuator>"
+
+
+def tendon(kind, path, inner=""):
+    return f'<tendon><{kind} name="t" {inner}>{path}</{kind}></tendon>'
+
+
+AFFINE = 'gaintype="affine" gainprm="1 2 3" biastype="affine" biasprm=".1 .2 .3"'
+SPRING = 'stiffness="3 4 5" damping="2 3 4"'
+MEDIUM = '<option density="900" viscosity="2" wind="1 2 3"/>'
+MODELS = {  # with the controls
+    "motors": (model(act('motor joint="a" gear="3"', 'motor joint="c" gear="2"',
+        'motor joint="d" gear="1 2 3"', 'motor joint="f" gear="1 2 3 4 5 6"')), [1, 2, 3, 4]),
+    "servos": (model(act('position joint="a" kp="10" kv="2" gear="3"',
+                         'velocity joint="c" kv="3"')), [1, 2]),
+    "affine gain and bias": (model(act(f'general joint="b" {AFFINE} gear="2"')), [0.7]),
+    "a motor of a tendon": (model(tendon("fixed", FIXED) + act('motor tendon="t" gear="2"')), [2]),
+    "a servo of a path": (model(tendon("spatial", SITES)
+                                + act('position tendon="t" kp="3" gear="2"')), [0.7]),
+    "thrusters": (model(act('motor site="s2" gear="1 2 3 4 5 6"', 'motor site="s4" gear="0 0 9"')),
+                  [0.7, 0.3]),
+    "a fixed tendon": (model(tendon("fixed", FIXED, SPRING + ' springlength=".1 .3"')), None),
+    "a path": (model(tendon("spatial", SITES, SPRING + ' springlength=".2 .25"')), None),
+    "held weights": (model(body='gravcomp=".7"'), None),
+    "a polynomial spring": (model(joint='stiffness="1 2 3" springref="10"'), None),
+    "a polynomial damper": (model(joint='damping="1 2 3"'), None),
+    "a medium": (model(option=MEDIUM), None),
+    "wind alone": (model(option='<option density="1.2" wind="9 0 1"/>'), None),
+}  # fmt: skip
+
+
+def read(kind):
+    text, ctrl = MODELS[kind]
+    return reader.read(text, ("contacts",), ctrl=ctrl)
+
+
+def states(problem, number=6):
+    """Random ones, and those with all coordinates and velocities of the other sign."""
+    draw, system = np.random.default_rng(4), problem.system
+    qpos, qvel = system.to_mujoco(problem.q0, problem.v0)
+    for _ in range(number):
+        away, rate = 0.5 * draw.normal(size=qpos.size), draw.normal(size=qvel.size)
+        for sign in (1.0, -1.0):
+            yield system.from_mujoco(qpos + sign * away, sign * rate)
+
+
+def off(problem, own):
+    """How far galvi's accelerations are from MuJoCo's of the file's own model, relatively."""
+    found, data = 0.0, own.data()
+    for q, v in states(problem):
+        data.qpos[:], data.qvel[:] = problem.system.to_mujoco(q, v)
+        mujoco.mj_forward(own.model, data)
+        ours = problem.system.acceleration(q, v)
+        found = max(found, np.max(np.abs(ours - data.qacc)) / np.max(np.abs(data.qacc)))
+    return found
+
+
+@pytest.mark.slow_cases("motors")
+@pytest.mark.parametrize("kind", MODELS)
+def test_forces_of_a_model_accelerate_as_in_mujoco(kind):
+    problem, own = read(kind)
+    assert not own.differences.keys() - {"contacts"}
+    assert off(problem, own) < 1e-12  # 4e-14
+    without = replace(problem.system, force=None, timed_force=False)
+    q, v = next(states(problem))
+    assert np.max(np.abs(without.acceleration(q, v) - problem.system.acceleration(q, v))) > 1e-3
+
+
+@pytest.mark.parametrize("kind", MODELS)
+def test_the_law_for_lanes_is_the_kernels(kind):
+    system, names = read(kind)[0].system, {}
+    exec(lines_of(system.force), names)
+    for q, v in states(read(kind)[0], 2):
+        kernels, numbers = system.force(q, v, 0.0), system.force.compiled()[1]
+        lanes = names["force"](q.ravel().tolist(), v.tolist(), 0.0, numbers)
+        assert np.array(lanes) == pytest.approx(kernels, rel=1e-13, abs=1e-13)
+
+
+FAULTS = {  # of one part each, most by 1e-6
+    "motors": ("pulls", lambda pull: replace(pull, constant=pull.constant + 1e-6)),
+    "servos": ("pulls", lambda pull: replace(pull, damper=(pull.damper[0] + 1e-6, 0.0, 0.0))),
+    "affine gain and bias": ("pulls", lambda pull: replace(pull, offset=1e-6)),
+    "a motor of a tendon": ("pulls", lambda pull: replace(pull, arms=pull.arms[:1])),
+    "a servo of a path": ("pulls", lambda pull: replace(pull, points=pull.points[:2])),
+    "thrusters": ("pushes", lambda push: (push[0], push[1] + 1e-6, *push[2:])),
+    "a fixed tendon": ("pulls", lambda pull: replace(pull, slack=(0.1 - 1e-4, 0.3 + 1e-4))),
+    "a path": ("pulls", lambda pull: replace(pull, spring=(3.0 + 1e-6, *pull.spring[1:]))),
+    "held weights": ("weights", lambda held: (held[0], held[1] + 1e-6)),
+    "a polynomial spring": ("pulls", lambda pull: replace(pull, spring=(0.0, 2.0, 3.0 + 1e-4))),
+    "a polynomial damper": ("pulls", lambda pull: replace(pull, damper=(0.0, 2.0, 3.0 + 1e-6))),
+    "a medium": ("wet", lambda wet: (*wet[:2], wet[2] * (1.0 + 1e-6))),
+    "wind alone": ("wet", lambda wet: (wet[0], np.eye(3), wet[2])),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", MODELS)
+def test_a_misread_force_is_caught_by_the_accelerations(kind, monkeypatch):
+    """Planted: each force with one number changed."""
+    part, change = FAULTS[kind]
+    sound = mujoco_forces.forces_of
+
+    def wrong(*given):
+        force = sound(*given)
+        changed = {part: tuple(change(one) for one in getattr(force, part))}
+        return replace(force, **changed, drives=())  # which would set the numbers anew
+
+    monkeypatch.setattr(reader, "forces_of", wrong)
+    with pytest.raises(ValueError, match="misreads this model: MuJoCo accelerates joint"):
+        read(kind)
+
+
+@pytest.mark.slow_cases("a path")
+@pytest.mark.parametrize("kind", ["servos", "a path"])
+def test_a_run_agrees_with_mujocos_rk4(kind):
+    problem, own = read(kind)
+    problem = problem.with_initial_state(*next(states(problem)))
+    run = galvi.integrate(problem, METHOD, 0.005, 40)
+    assert run.success and run.engine == "lanes"
+    own.model.opt.integrator, own.model.opt.timestep = int(mujoco.mjtIntegrator.mjINT_RK4), 1e-4
+    data = own.data()
+    data.qpos[:], data.qvel[:] = problem.system.to_mujoco(problem.q0, problem.v0)
+    mujoco.mj_step(own.model, data, nstep=2000)
+    ours = problem.system.to_mujoco(run.q[-1], run.v[-1])
+    signs = np.sign(ours[0] * data.qpos)  # of a quaternion
+    assert np.abs(ours[0]) * signs == pytest.approx(np.abs(data.qpos) * signs, abs=1e-8)
+    assert ours[1] == pytest.approx(data.qvel, abs=1e-7)
+    newton = galvi.integrate(problem, METHOD, 0.005, 40, solver="newton")
+    assert newton.q[-1] == pytest.approx(run.q[-1], abs=1e-12)
+
+
+# ---------------------------------------------------------------- limits, controls, refusals
+
+ARM = """<mujoco><worldbody><body><joint name="a" axis="0 1 0" {joint}/><inertial pos="0 0 -.5"
+mass="1" diaginertia=".1 .1 .1"/></body></worldbody><actuator><position name="drive" joint="a"
+kp="10" {drive}/></actuator><keyframe><key name="bent" ctrl=".5"/></keyframe></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        ({"drive": 'forcerange="-3 3"', "joint": ""}, "the force of actuator drive is beyond"),
+        ({"joint": 'actuatorfrcrange="-3 3"', "drive": ""}, "actuators push a beyond its limits"),
+    ],
+    ids=["actuator", "joint"],
+)
+def test_a_run_ends_where_a_force_reaches_its_limit(where, said):
+    problem = galvi.from_mujoco(ARM.format(**where), ctrl=[0.2])
+    assert galvi.integrate(problem, METHOD, 0.02, 20).success
+    faster = problem.with_initial_state(problem.q0, [2.0])
+    for solver in ("auto", "newton"):
+        run = galvi.integrate(faster, METHOD, 0.02, 200, solver=solver)
+        assert not run.success and said in run.status and "[-3.0, 3.0]" in run.status
+        kept = run.q[: run.failed_step, 0]
+        assert np.all(np.isfinite(kept)) and np.all(np.abs(10 * (0.2 - kept)) <= 3.0)
+        assert np.max(np.abs(10 * (0.2 - kept))) > 2.5
+    free = galvi.from_mujoco(ARM.format(drive="", joint=""), ctrl=[0.2])
+    free = galvi.integrate(free.with_initial_state(problem.q0, [2.0]), METHOD, 0.02, 200)
+    assert free.success and np.array_equal(free.q[: len(kept)], run.q[: len(kept)]) is False
+    assert free.q[: len(kept), 0] == pytest.approx(kept, abs=1e-12)
+    with pytest.raises(ValueError, match=f"{said}.* at the start. Start elsewhere"):
+        galvi.integrate(problem.with_initial_state([1.0], [0.0]), METHOD, 0.02, 20)
+
+
+def test_controls_are_given_a_keyframes_or_zero():
+    text, pull = ARM.format(joint="", drive='ctrlrange="-1 1"'), lambda p: p.system.force.pulls[0]
+    assert pull(galvi.from_mujoco(text)).constant == 0.0
+    assert pull(galvi.from_mujoco(text, key="bent")).constant == 5.0
+    assert pull(galvi.from_mujoco(text, key="bent", ctrl=[0.3])).constant == 3.0
+    far = text.replace('ctrl=".5"', 'ctrl="7"')
+    assert pull(galvi.from_mujoco(far, key="bent")).constant == 10.0  # clamped, as by MuJoCo
+    with pytest.raises(ValueError, match=r"ctrl\[0\] must be within .* from -1 to 1; received 7"):
+        galvi.from_mujoco(text, ctrl=[7.0])
+    with pytest.raises(ValueError, match=r"ctrl must have shape \(1,\)"):
+        galvi.from_mujoco(text, ctrl=[0.1, 0.2])
+    with pytest.raises(ValueError, match="ctrl is of actuators, which are ignored"):
+        galvi.from_mujoco(text, ignore="actuators", ctrl=[0.1])
+
+
+ROUND = '<site site="w"/><geom geom="g"/><site site="s1"/>'
+WRAPPED = tendon("spatial", ROUND, 'stiffness="1"')
+REFUSED = {
+    "with a state of their own (slow)": act('general name="slow" joint="a" dyntype="filter"'),
+    "some with a state of their own": act('muscle joint="a" lengthrange="0 1"'),
+    "on cranks": act('motor cranksite="s1" slidersite="s2" cranklength=".5"'),
+    "some that are servos of ball or free joints (spin)": act(
+        'position name="spin" joint="d" kp="1"'
+    ),
+    "some in the parent frame on ball or free joints": act('motor jointinparent="d" gear="1 2 3"'),
+    "between sites": act('position site="s1" refsite="s2" kp="1" gear="1"'),
+    "that wrap around geoms (t)": WRAPPED,
+    "on tendons that wrap around geoms (actuator 0)": WRAPPED + act('motor tendon="t"'),
+    "with an armature (t)": tendon("fixed", FIXED, 'armature="1"'),
+}
+
+
+@pytest.mark.parametrize("said", REFUSED)
+def test_what_is_not_understood_is_refused_by_name(said):
+    ball = '<geom name="g" size=".1" contype="0" conaffinity="0"/><site name="w"'
+    text = model(REFUSED[said]).replace('<site name="w"', ball)
+    with pytest.raises(BeyondTrees) as refused:
+        galvi.from_mujoco(text, "contacts")
+    assert said in str(refused.value)
+    assert galvi.from_mujoco(text, ("contacts", *refused.value.names)).v0.size == 12
+
+
+HANGING = """<mujoco><worldbody><site name="top"/><body><joint name="z" type="slide" axis="0 0 -1"/>
+<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><site name="m"/></body></worldbody>
+<tendon><spatial stiffness="100" damping="{damping}" springlength="{rest}"><site site="top"/>
+<site site="m"/></spatial></tendon></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    "rest, damping", [("0 1", 0.0), ("0 1", 3.0), ("0 0", 0.0), (".5 .5", 0.0)]
+)
+def test_a_tendon_whose_ends_meet_has_no_moment(rest, damping):
+    problem, own = reader.read(HANGING.format(rest=rest, damping=damping))
+    for v in (0.0, 1.0):
+        assert problem.system.acceleration([0.0], [v]) == pytest.approx([9.81], abs=1e-14)
+        data = own.data()
+        data.qpos[:], data.qvel[:] = 0.0, v
+        mujoco.mj_forward(own.model, data)
+        assert data.qacc == pytest.approx([9.81], abs=1e-14)
+
+
+def test_a_spring_of_no_length_is_linear_from_where_its_ends_meet():
+    problem = galvi.from_mujoco(HANGING.format(rest="0 0", damping=0.0))
+    run = galvi.integrate(problem, METHOD, 0.05, 20)
+    exact = 9.81 / 100.0 * (1.0 - np.cos(10.0 * run.t))
+    assert run.status == "Completed."
+    assert run.q[:, 0] == pytest.approx(exact, abs=1e-10)  # 7e-13
+
+
+# ---------------------------------------------------------------- a user's force
+
+
+def swirl(q, v, t):
+    return 0.1 * v * v[0] + 0.3 * t
+
+
+SMOOTH = numba.njit(lambda q, v: 0.1 * v * v[0])
+
+
+@pytest.mark.slow_cases(but=["swirl-True0"])
+@pytest.mark.parametrize(("force", "timed"), [(swirl, True), (SMOOTH, False),
+                                              (numba.njit(swirl), True)])  # fmt: skip
+def test_a_force_of_the_users_acts_beside_damping(force, timed):
+    plain = galvi.from_mujoco(random_tree(3, 3, kinds=("hinge",)))
+    system = galvi.Multibody(
+        plain.system.links, plain.system.gravity, force=force, timed_force=timed
+    )
+    assert np.any(plain.system.force.coefficients) and system.given_force == (force, timed)
+    q, v, t = plain.q0, plain.v0 + 0.5, (0.4,) * timed
+    change = system.acceleration(q, v, 0.4) - plain.system.acceleration(q, v)
+    assert system.tree.mass(q) @ change == pytest.approx(force(q, v, *t), abs=1e-12)
+    problem = galvi.Problem(system, q, v)
+    run = galvi.integrate(problem, METHOD, 0.01, 30)
+    again = galvi.integrate(problem, METHOD, 0.01, 30, solver="newton")
+    assert run.success and run.q[-1] == pytest.approx(again.q[-1], abs=1e-12)
+    lighter = system.with_numbers(gravity=[0.0, 0.0, -1.0])
+    assert lighter.given_force == (force, timed)
+    same = replace(system, gravity=(0.0, 0.0, -1.0))
+    assert np.array_equal(same.acceleration(q, v), lighter.acceleration(q, v))
+
+
+def test_a_bad_force_of_the_users_is_refused_in_words():
+    links = galvi.Link(galvi.Joint("hinge", damping=1.0), 1.0, (0, 0, -1))
+    for bad, error, said in (
+        ({"force": 3}, TypeError, r"force must be a function of \(q, v\); received 3"),
+        ({"timed_force": True}, ValueError, "received no force. Give one"),
+        ({"force": galvi.RotorDrag(1.0), "timed_force": True}, TypeError, "on joints with damping"),
+    ):
+        with pytest.raises(error, match=said):
+            galvi.Multibody(links, **bad)
+    wrong = galvi.Multibody(links, force=lambda q, v: np.zeros(2))
+    with pytest.raises(ValueError, match=r"force must return an array of shape \(1,\)"):
+        galvi.integrate(galvi.Problem(wrong, [0.1], [0.0]), METHOD, 0.01, 2)
+
+
+@pytest.mark.slow(
+    beside="test_ensembles_with_forces.py::test_a_saved_run_in_a_medium_can_get_other_masses"
+)
+def test_forces_are_pickled_stored_and_varied(tmp_path):
+    problem, own = read("held weights")
+    q, v = next(states(problem))
+    copied = pickle.loads(pickle.dumps(problem.system))
+    expected = problem.system.acceleration(q, v)
+    assert np.array_equal(copied.acceleration(q, v), expected)
+    run = galvi.integrate(problem.with_initial_state(q, v), METHOD, 0.005, 3)
+    galvi.save(run, tmp_path / "run.npz")
+    stored = galvi.load(tmp_path / "run.npz").problem.system
+    assert np.array_equal(stored.acceleration(q, v), expected)
+    own.model.opt.gravity[:] = 0.0, 3.0, -5.0
+    data = own.data()
+    data.qpos[:], data.qvel[:] = problem.system.to_mujoco(q, v)
+    mujoco.mj_forward(own.model, data)
+    varied = problem.system.with_numbers(gravity=[0.0, 3.0, -5.0])
+    assert varied.acceleration(q, v) == pytest.approx(data.qacc, rel=1e-11, abs=1e-11)

@@ -1,0 +1,207 @@
+"""Vector functions against mpmath: errors in units of the last place, and edges of the domains."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from galvi.lanes import functions
+from tests.properties.lane_functions import compiled
+
+NAN, INFINITY = float("nan"), float("inf")
+FEW, MANY = 5_000, 1_000_000
+DIGITS = 40
+WIDER = 1.0001  # of the interval of a series, for arguments whose reduction is rounded
+NEAR_ZERO = 1e-9  # below, the function is the first term of its series
+
+
+def uniform(low: float, high: float) -> Callable[[Any, int], Any]:
+    return lambda random, count: random.uniform(low, high, count)
+
+
+def spread(low: float, high: float) -> Callable[[Any, int], Any]:
+    """Positive numbers of all sizes."""
+    return lambda random, count: np.exp(random.uniform(np.log(low), np.log(high), count))
+
+
+def near_multiples(random: Any, count: int) -> Any:
+    """Angles near multiples of pi / 2, of which little remains after the reduction."""
+    k = random.integers(-(6 * 10**8), 6 * 10**8, count)
+    return np.round(k * (np.pi / 2.0) * 2.0**20) / 2.0**20 if count % 2 else k * (np.pi / 2.0)
+
+
+def signed(random: Any, count: int) -> Any:
+    return spread(1e-300, 1e300)(random, count) * random.choice([-1.0, 1.0], count)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A function of lanes, mpmath's, the arguments, which result is compared, and its error's
+    bound."""
+
+    function: Any
+    exact: Callable[..., Any]
+    arguments: tuple[Callable[[Any, int], Any], ...]
+    results: int = 1
+    which: int = 0
+    limit: float = 1.0
+
+
+CASES = {
+    "sin": Case(functions.sine_cosine, mp.sin, (uniform(-10.0, 10.0),), 2, 0),
+    "cos": Case(functions.sine_cosine, mp.cos, (uniform(-10.0, 10.0),), 2, 1),
+    "sin of large": Case(functions.sine_cosine, mp.sin, (uniform(-1e9, 1e9),), 2, 0),
+    "cos of large": Case(functions.sine_cosine, mp.cos, (uniform(-1e9, 1e9),), 2, 1),
+    "sin near multiples": Case(functions.sine_cosine, mp.sin, (near_multiples,), 2, 0),
+    "cos near multiples": Case(functions.sine_cosine, mp.cos, (near_multiples,), 2, 1),
+    "sin of small": Case(functions.sine_cosine, mp.sin, (spread(1e-300, 1.0),), 2, 0),
+    "exp": Case(functions.exponential, mp.exp, (uniform(-708.0, 709.7),)),
+    "exp near 0": Case(functions.exponential, mp.exp, (uniform(-1.0, 1.0),)),
+    "log": Case(functions.logarithm, mp.log, (spread(1e-307, 1e308),)),
+    "log near 1": Case(functions.logarithm, mp.log, (uniform(0.5, 2.0),)),
+    "sinh": Case(functions.hyperbolic_sine, mp.sinh, (uniform(-20.0, 20.0),), limit=2.5),
+    "sinh near 0": Case(functions.hyperbolic_sine, mp.sinh, (spread(1e-300, 1.5),), limit=2.5),
+    "cosh": Case(functions.hyperbolic_cosine, mp.cosh, (uniform(-20.0, 20.0),), limit=2.5),
+    "tanh": Case(functions.hyperbolic_tangent, mp.tanh, (uniform(-25.0, 25.0),), limit=3.0),
+    "tanh near 0": Case(functions.hyperbolic_tangent, mp.tanh, (spread(1e-300, 1.5),), limit=3.0),
+    "inverse fourth root": Case(
+        functions.inverse_fourth_root, lambda x: x ** mp.mpf(-0.25), (spread(1e-300, 1e300),)
+    ),
+    "sqrt": Case(functions.square_root, mp.sqrt, (spread(1e-300, 1e300),)),
+    "power": Case(functions.power, mp.power, (spread(1e-80, 1e80), uniform(-3.5, 3.5))),
+    "large power": Case(functions.power, mp.power, (uniform(0.1, 10.0), uniform(-300.0, 300.0))),
+    "atan2": Case(functions.arctangent, mp.atan2, (uniform(-1.0, 1.0), uniform(-1.0, 1.0))),
+    "atan2 of all sizes": Case(functions.arctangent, mp.atan2, (signed, signed)),
+}
+BY_NAME = pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
+
+
+def largest_error(case: Case, count: int) -> float:
+    """In units of the last place of the exact number."""
+    random = np.random.default_rng(7)
+    given = [make(random, count) for make in case.arguments]
+    found = compiled(case.function, len(given), case.results)(*given)
+    found = found[case.which] if case.results > 1 else found
+    worst = 0.0
+    with mp.workdps(DIGITS):
+        for value, *arguments in zip(found, *given, strict=True):
+            exact = case.exact(*map(mp.mpf, map(float, arguments)))
+            unit = float(np.spacing(abs(float(exact))))
+            worst = max(worst, float(abs(mp.mpf(float(value)) - exact) / unit))
+    return worst
+
+
+@pytest.mark.slow_cases("tanh", "inverse fourth root", "atan2")
+@BY_NAME
+def test_a_function_errs_by_less_than_its_bound(case: Case) -> None:
+    assert largest_error(case, FEW) < case.limit
+
+
+@pytest.mark.slow(beside="test_a_function_errs_by_less_than_its_bound")
+@pytest.mark.timeout(3600)
+@BY_NAME
+def test_so_it_does_at_a_million_points(case: Case) -> None:
+    assert largest_error(case, MANY) < case.limit
+
+
+def at(function: Any, *arguments: list[float], results: int = 1) -> Any:
+    return compiled(function, len(arguments), results)(*map(np.array, arguments))
+
+
+def test_outside_its_domain_a_function_is_nan() -> None:
+    outside = [NAN, INFINITY, -INFINITY, 1.0000001e9, -1e300]
+    assert np.isnan(at(functions.sine_cosine, outside, results=2)).all()
+    outside = [NAN, INFINITY, -INFINITY, 0.0, -0.0, -1.0, 1e-310]
+    assert np.isnan(at(functions.logarithm, outside)).all()
+    assert np.isnan(at(functions.power, outside, [2.5] * len(outside))).all()
+    assert np.isnan(at(functions.square_root, [NAN, -1.0, -INFINITY])).all()
+    outside = [NAN, -1.0, 0.0, 1e-310, INFINITY, -INFINITY]
+    assert np.isnan(at(functions.inverse_fourth_root, outside)).all()
+    assert np.isnan(at(functions.exponential, [NAN])).all()
+    assert np.isnan(at(functions.arctangent, [0.0, NAN, 1.0], [0.0, 1.0, NAN])).all()
+
+
+def test_at_the_edges_of_its_range_a_function_is_right() -> None:
+    large = [709.782, 709.79, 1e300, INFINITY, -745.0, -746.0, -INFINITY, -720.0]
+    with np.errstate(over="ignore", under="ignore"):
+        np.testing.assert_allclose(
+            at(functions.exponential, large), np.exp(large), rtol=3e-16, atol=5e-324
+        )
+    y, x = [0.0, 0.0, 1.0, -1.0, 1.0, -1.0], [1.0, -1.0, 0.0, 0.0, 1e308, -1e308]
+    np.testing.assert_array_max_ulp(at(functions.arctangent, y, x), np.arctan2(y, x), 1)
+    sine, cosine = at(functions.sine_cosine, [0.0, 5e-324, 1e-200, 1e9], results=2)
+    np.testing.assert_array_equal(sine[:3], [0.0, 5e-324, 1e-200])
+    np.testing.assert_array_equal(cosine[:3], 1.0)
+    np.testing.assert_array_max_ulp(at(functions.power, [2.0, 2.0], [-1022.0, 1023.0]),
+                                    np.array([2.0**-1022, 2.0**1023]), 1)  # fmt: skip
+
+
+def series(function: Callable[[Any], Any], low: Any, high: Any, degree: int) -> list[Any]:
+    """Coefficients, ascending, of the interpolating polynomial at Chebyshev points."""
+    half = (high - low) / 2
+    nodes = [
+        low + half + half * mp.cos(mp.pi * (2 * k + 1) / (2 * degree + 2))
+        for k in range(degree + 1)
+    ]
+    matrix = mp.matrix([[x**j for j in range(degree + 1)] for x in nodes])
+    return list(mp.lu_solve(matrix, mp.matrix([function(x) for x in nodes])))
+
+
+def tables() -> dict[str, tuple[Callable[[Any], Any], Any, Any, int]]:
+    """Name -> (function of z, interval, degree)."""
+    quarter, binary = (mp.pi / 4) ** 2 * WIDER, mp.log(2) / 2 * WIDER
+    ratio = ((mp.sqrt(2) - 1) / (mp.sqrt(2) + 1)) ** 2 * WIDER
+    eighth = mp.tan(mp.pi / 8) ** 2 * WIDER
+    root = mp.sqrt
+
+    def near(z: Any, limit: Any, function: Callable[[Any], Any]) -> Any:
+        return limit if abs(z) < NEAR_ZERO else function(z)
+
+    return {
+        "SINE": (  # sin x = x + x^3 SINE(x^2)
+            lambda z: near(z, -mp.mpf(1) / 6, lambda z: (mp.sin(root(z)) / root(z) - 1) / z),
+            mp.mpf(0), quarter, 6,
+        ),
+        "COSINE": (  # cos x = 1 - x^2 / 2 + x^4 COSINE(x^2)
+            lambda z: near(z, mp.mpf(1) / 24, lambda z: (mp.cos(root(z)) - 1 + z / 2) / z**2),
+            mp.mpf(0), quarter, 6,
+        ),
+        "EXPONENTIAL": (  # exp x = 1 + x + x^2 EXPONENTIAL(x)
+            lambda z: near(z, mp.mpf(1) / 2, lambda z: (mp.exp(z) - 1 - z) / z**2),
+            -binary, binary, 11,
+        ),
+        "LOGARITHM": (  # log((1 + s) / (1 - s)) = 2 s + s^3 (2 / 3 + s^2 LOGARITHM(s^2))
+            lambda z: near(
+                z, mp.mpf(2) / 5,
+                lambda z: ((2 * mp.atanh(root(z)) / root(z) - 2) / z - mp.mpf(2) / 3) / z,
+            ),
+            mp.mpf(0), ratio, 7,
+        ),
+        "ARCTANGENT": (  # atan x = x + x^3 ARCTANGENT(x^2)
+            lambda z: near(z, -mp.mpf(1) / 3, lambda z: (mp.atan(root(z)) / root(z) - 1) / z),
+            mp.mpf(0), eighth, 11,
+        ),
+    }  # fmt: skip
+
+
+def test_the_coefficients_are_those_of_the_polynomials_at_chebyshev_points() -> None:
+    with mp.workdps(DIGITS):
+        for name, (function, low, high, degree) in tables().items():
+            found = [float(c) for c in series(function, low, high, degree)]
+            assert found == pytest.approx(getattr(functions, name), rel=1e-12)
+
+
+def test_a_wrong_digit_of_a_coefficient_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong = (functions.SINE[0] * (1.0 + 1e-14), *functions.SINE[1:])
+    monkeypatch.setattr(functions, "SINE", wrong)
+
+    def spoiled(x: Any) -> Any:
+        return functions.sine_cosine(x)
+
+    case = Case(spoiled, mp.sin, (uniform(-10.0, 10.0),), 2, 0)
+    assert largest_error(case, FEW) > 1.0

@@ -1,0 +1,147 @@
+"""Random problems, methods and steps: the fast engines against the general kernel, or said.
+
+``python -m tests.properties.test_random_runs 10000`` does as many and prints how they ended.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+
+pytestmark = [
+    pytest.mark.slow(beside="tests/agreement/test_agreement.py::test_drawn_cells_agree"),
+    pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none"),
+]
+ready = galvi.problems
+MANY, STEPS = 500, 40
+NUDGE = 1e-13  # relative, of the start: how much an error of rounding grows in a run
+ALIKE = 300.0  # times that growth: what rounding in each of the steps may add to
+
+
+def pair(e: float) -> galvi.Problem:
+    orbit, share = ready.kepler(e), np.array([1.0, 2.0]) / 3.0
+    way = np.array([-share[1], share[0]])
+    return galvi.Problem(galvi.NBody(share), np.outer(way, orbit.q0), np.outer(way, orbit.v0))
+
+
+def moon(e: float) -> galvi.Problem:
+    """Three bodies of which one is light, boosted."""
+    masses = np.array([1.0, 0.3, 1e-4])
+    q = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.05 * (1.0 + e)]])
+    speed = np.sqrt(0.3 / 0.05 * (1.0 - e) / (1.0 + e))
+    v = np.array([[0.5, 0.0], [0.5, 1.1], [0.5 - speed, 1.1]])
+    return galvi.Problem(galvi.NBody(masses), q, v)
+
+
+# name -> (of a random number in [0, 1), the problem), and about the time in which it moves
+PROBLEMS: dict[str, tuple[Callable[[float], galvi.Problem], float]] = {
+    "Kepler": (lambda x: ready.kepler(0.95 * x), 1.0),
+    "a pair": (lambda x: pair(0.9 * x), 1.0),
+    "three bodies": (lambda x: moon(0.5 * x), 0.05),
+    "outer planets": (lambda x: ready.outer_solar_system(), 690.0),
+    "Henon-Heiles": (lambda x: ready.henon_heiles(0.02 + 0.13 * x), 1.0),
+    "oscillator": (lambda x: ready.harmonic_oscillator(), 1.0),
+    "lattice": (lambda x: ready.fermi_pasta_ulam_tsingou(8, 0.1 + x), 0.5),
+    "elastic pendulum": (lambda x: ready.elastic_pendulum(extended=1.0 + x), 0.15),
+    "double pendulum": (lambda x: ready.double_pendulum(angles=(2.5 * x, 1.0)), 0.2),
+    "chain": (lambda x: ready.planar_chain(3, angle=0.2 + 1.2 * x), 0.15),
+    "polar Kepler": (lambda x: ready.kepler_polar(0.5 * x), 1.0),
+    "free body": (lambda x: ready.free_rigid_body(velocity=(2.0, -2.0 * x, 1.0)), 0.4),
+    "pendulum on SO(3)": (lambda x: ready.pendulum_3d(3.0 + 7.0 * x), 0.3),
+    "top": (lambda x: ready.heavy_top(4.0 + 6.0 * x), 0.1),
+}
+CLOCKS = {
+    "Kepler": galvi.Sundman(),
+    "a pair": galvi.DynamicalTime(),
+    "three bodies": galvi.DynamicalTime(),
+}
+RULES = (lambda s: galvi.gauss(s), lambda s: galvi.gauss(2 * s), lambda s: galvi.lobatto(s + 1))
+
+
+def ended(problem: galvi.Problem, method: Any, step: float, **options: Any) -> Any:
+    try:
+        return galvi.integrate(problem, method, step, STEPS, **options)
+    except ValueError:  # a step that a clock refuses
+        return None
+
+
+def distance(one: Any, other: Any) -> float:
+    """Of two ends, relative to the size of the states."""
+    return float(
+        max(
+            np.max(np.abs(a[-1] - b[-1])) / np.max(np.abs(b))
+            for a, b in ((one.q, other.q), (one.p, other.p))
+        )
+    )
+
+
+def drawn(number: int) -> tuple[str, galvi.Problem, galvi.Galerkin, float]:
+    """A random problem with its name, a method and a step."""
+    rng = np.random.Generator(np.random.Philox(number))
+    name = list(PROBLEMS)[rng.integers(len(PROBLEMS))]
+    make, unit = PROBLEMS[name]
+    problem, degree = make(rng.random()), int(rng.integers(2, 21))
+    rule, step = RULES[rng.integers(len(RULES))](degree), unit * 10.0 ** rng.uniform(-2.0, 0.3)
+    clock = CLOCKS.get(name) if rng.random() < 0.5 else None
+    step *= -1.0 if rng.random() < 0.2 else 1.0
+    if clock is not None:
+        step *= 0.5 / unit
+    method = galvi.Galerkin(galvi.Polynomials(degree), rule, clock=clock)
+    return name, problem, method, step
+
+
+def outcome(number: int) -> tuple[str, str]:
+    """How one random run compares: "alike", "said", "not compared" or "WRONG", and what it was."""
+    name, problem, method, step = drawn(number)
+    clock, rule = method.clock, method.rule
+    words = f"{number}: {name}, degree {method.space.degree}, {rule.name}, {clock}, step {step!r}"
+    fast = ended(problem, method, step)
+    if fast is None or not fast.status.startswith("Completed.") or fast.engine == "general":
+        return "said" if fast is None or fast.engine != "general" else "not compared", words
+    slow = ended(problem, method, step, solver="newton")
+    on_space = problem.q0.shape == problem.v0.shape
+    q0 = problem.q0 * (1.0 + NUDGE) if on_space else problem.q0
+    nudged = problem.with_initial_state(q0, problem.v0 * (1.0 + NUDGE))
+    near = ended(nudged, method, step, solver="newton")
+    if slow is None or near is None or not (slow.success and near.success):
+        return "not compared", words
+    allowed = ALIKE * max(distance(near, slow), NUDGE)
+    if name == "three bodies" and clock is not None:  # a light body: other equations, H - E0 alike
+        finer = galvi.Galerkin(galvi.Polynomials(20), galvi.gauss(20), clock=clock)
+        true = galvi.integrate(problem, finer, 0.1 * np.sign(step), duration=abs(fast.t[-1]))
+        allowed += 100.0 * distance(fast, true) if true.success else np.inf
+        slow = true if true.success else slow
+    off = distance(fast, slow)
+    if off > allowed and clock is None:  # a step so long that its equations have several solutions
+        finer = galvi.Galerkin(galvi.Polynomials(16), galvi.gauss(16))
+        true = galvi.integrate(problem, finer, step / 8, 8 * STEPS)
+        if 0.1 < distance(fast, true) <= 2.0 * distance(slow, true):
+            return "not compared", words
+    return "alike" if off <= allowed else "WRONG", f"{words}: {off:.1e}, allowed {allowed:.1e}"
+
+
+def test_random_runs_are_those_of_the_general_kernel_or_say_that_they_are_not() -> None:
+    found = [outcome(number) for number in range(MANY)]
+    assert [words for how, words in found if how == "WRONG"] == []
+    counts = Counter(how for how, _ in found)
+    assert counts["alike"] > 0.6 * MANY and counts["said"] < 0.3 * MANY, counts
+
+
+if __name__ == "__main__":
+    first, last = (0, *map(int, sys.argv[1:]))[-2:]
+    tally: Counter[str] = Counter()
+    for k in range(first, last):
+        if k % 500 == 0:
+            print(k, dict(tally), flush=True)
+        how, words = outcome(k)
+        tally[how] += 1
+        if how == "WRONG":
+            print(words, flush=True)
+    print(dict(tally))

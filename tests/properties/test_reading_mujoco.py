@@ -1,0 +1,491 @@
+"""Models of MuJoCo are read whole, or refused by the name of what is not understood."""
+
+import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import galvi
+from galvi.interop import from_mujoco as reader
+from galvi.interop import mujoco_model
+from galvi.interop.mujoco_limits import PARTS, BeyondTrees, _pairs
+from tests.properties.random_trees import random_tree
+
+mujoco = pytest.importorskip("mujoco")
+
+# every kind of joint; a mocap body that carries some; nothing beyond trees
+PLAIN = """<mujoco><option gravity="0 1 -9.81"/><worldbody>
+<body name="hand" mocap="true" pos="0 0 1"><geom size=".05" contype="0" conaffinity="0"/>
+<body pos="0 .1 0"><joint name="a" axis="0 1 0" armature=".1" damping=".3" stiffness="2"
+springref="10" ref="5"/><geom type="capsule" size=".02" fromto="0 0 0 0 .1 -.5" contype="0"
+conaffinity="0"/>
+<body pos="0 0 -.5"><joint type="slide" axis="1 1 0" damping="1"/><geom type="box" size=".1 .2 .3"
+pos=".1 0 0" contype="0" conaffinity="0"/>
+<body pos="0 0 -.5"><joint type="ball" stiffness="1"/><geom type="box" size=".1 .2 .3"
+pos=".1 0 0" contype="0" conaffinity="0"/><site/></body></body></body></body>
+<body pos="2 0 0"><freejoint/><geom type="ellipsoid" size=".1 .2 .3" contype="0" conaffinity="0"/>
+</body></worldbody><sensor><clock/></sensor>
+<keyframe><key name="home" time="3" mpos="0 0 1.5" mquat="1 1 0 0"
+qpos=".1 .2 1 0 0 0 2 0 0 1 0 0 0" qvel="1 0 0 0 0 0 0 0 0 0 1"/><key name="other"/></keyframe>
+</mujoco>"""
+HAND = """<mujoco><worldbody><body mocap="true" pos="0 0 1"><geom size=".05" contype="0"
+conaffinity="0"/><body><joint name="wrist" axis="0 1 0"/><geom type="capsule" size=".02"
+fromto="0 0 0 0 0 -.5" mass="1" contype="0" conaffinity="0"/></body></body></worldbody><keyframe>
+<key qpos="0" mpos="0 0 1" mquat=".70710678 0 .70710678 0"/></keyframe></mujoco>"""
+SEVERAL = """<mujoco><worldbody><body><joint name="b" type="ball"/><geom type="box"
+size=".1 .2 .3"/></body><body pos="1 0 0"><joint name="h"/><geom size=".1"/></body></worldbody>
+<actuator><orientation joint="b" kp="1"/><motor joint="h" gear="3" armature=".2" damping=".5"/>
+</actuator></mujoco>"""
+BODY = '<inertial pos="0 .1 -.2" mass="1.5" diaginertia=".01 .02 .015"/>'
+
+
+def compiled(text=PLAIN):
+    return mujoco.MjModel.from_xml_string(text)
+
+
+def one(joint, option="", body=BODY):
+    return f"<mujoco>{option}<worldbody><body>{joint}{body}</body></worldbody></mujoco>"
+
+
+def accelerations(model, problem, q, v):
+    """MuJoCo's of this very model, with mocap bodies at its first keyframe, and galvi's."""
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    data.qpos[:], data.qvel[:] = problem.system.to_mujoco(q, v)
+    mujoco.mj_forward(model, data)
+    return data.qacc.copy(), problem.system.acceleration(q, v)
+
+
+# ---------------------------------------------------------------- the positive list
+
+FIELDS = sorted(
+    name for name in dir(compiled())
+    if isinstance(value := getattr(compiled(), name), np.ndarray)
+    and value.size and value.dtype.kind in "fb" and not name.startswith("_")
+)  # fmt: skip
+OPTIONS = sorted(
+    name for name in dir(compiled().opt)
+    if not name.startswith("_") and name not in ("disableflags", "enableflags", "cone", "solver",
+                                                 "jacobian", "integrator")
+)  # fmt: skip
+
+
+def read_or_refused(model):
+    """Galvi refuses the model, or has MuJoCo's accelerations of it, nothing of it disabled."""
+    try:
+        problem = galvi.from_mujoco(model, key=0)
+    except ValueError as refused:
+        return str(refused)
+    draw = np.random.default_rng(5)
+    qpos, qvel = problem.system.to_mujoco(problem.q0, problem.v0)
+    state = problem.system.from_mujoco(
+        qpos + 0.3 * draw.normal(size=qpos.size), draw.normal(size=qvel.size)
+    )
+    if model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_IPC):
+        return ""  # MuJoCo runs it with its integrator discrete alone
+    theirs, ours = accelerations(model, problem, *state)
+    assert ours == pytest.approx(theirs, rel=1e-8, abs=1e-8 * np.max(np.abs(theirs)))
+    return ""
+
+
+@pytest.mark.slow(beside="test_a_flag_is_read_harmless_or_refused")
+@settings(max_examples=150, deadline=None)
+@given(st.sampled_from(FIELDS), st.floats(0.05, 0.5))
+def test_an_array_of_a_model_is_read_harmless_or_refused(name, more):
+    model = compiled()
+    values = getattr(model, name)
+    try:
+        values[...] = ~values if values.dtype.kind == "b" else values + more
+    except ValueError:
+        return  # MuJoCo lets nobody write it
+    read_or_refused(model)
+
+
+@pytest.mark.slow(beside="test_a_flag_is_read_harmless_or_refused")
+@settings(max_examples=80, deadline=None)
+@given(st.sampled_from(OPTIONS), st.floats(0.05, 0.5))
+def test_an_option_is_read_harmless_or_refused(name, more):
+    model = compiled()
+    value = getattr(model.opt, name)
+    setattr(model.opt, name, value + (1 if isinstance(value, int) else more))
+    read_or_refused(model)
+
+
+BITS = [
+    (kind, bit) for kind, flags in (("disableflags", "mjtDisableBit"), ("enableflags",
+                                                                      "mjtEnableBit"))
+    for bit in range(len(getattr(mujoco, flags).__members__) + 2)
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "bit"), BITS)
+def test_a_flag_is_read_harmless_or_refused(kind, bit):
+    model = compiled()
+    setattr(model.opt, kind, 1 << bit)
+    refusal = read_or_refused(model)
+    flags = mujoco.mjtDisableBit if kind == "disableflags" else mujoco.mjtEnableBit
+    known = {int(one): name for name, one in flags.__members__.items() if "_" in name}
+    if 1 << bit not in known:
+        assert f"bits {1 << bit:#x} of {kind}" in refusal
+    else:
+        assert ("\n  sleep: " in refusal) is (known[1 << bit] == "mjENBL_SLEEP")
+
+
+@pytest.mark.parametrize(
+    ("list_of_names", "name", "said"),
+    [
+        ("READ", "body_pos", "body_pos"),
+        ("DERIVED", "dof_M0", "dof_M0"),
+        ("OBJECTS", "signature", "signature"),
+        ("OPTIONS", "magnetic", "option magnetic"),
+    ],
+)
+def test_a_field_of_a_newer_version_is_refused_by_name(monkeypatch, list_of_names, name, said):
+    """Planted: the list without a field that is set."""
+    assert not list(mujoco_model.unknown(compiled()))
+    known = set(getattr(mujoco_model, list_of_names)) - {name}
+    monkeypatch.setattr(mujoco_model, list_of_names, known)
+    with pytest.raises(ValueError, match=rf"what these settings .* to its motion: {said}\. Leave"):
+        galvi.from_mujoco(compiled())
+
+
+def test_a_flag_and_a_tendons_field_of_a_newer_version_are_refused_by_name(monkeypatch):
+    monkeypatch.setattr("galvi.interop.mujoco_limits.QUIET", ())
+    text = PLAIN.replace("<sensor>", '<tendon><fixed><joint joint="a" coef="1"/></fixed></tendon>'
+                                     "<sensor>")  # fmt: skip
+    with pytest.raises(BeyondTrees, match="tendons: some with what galvi does not know"):
+        galvi.from_mujoco(text)
+    model = compiled()
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+    assert galvi.from_mujoco(model).parameters["dt"] == 0.002
+    monkeypatch.setattr(mujoco_model, "FLAGS", ["GRAVITY"])
+    with pytest.raises(ValueError, match=r"bits 0x.* of disableflags"):
+        galvi.from_mujoco(model)
+
+
+def test_callbacks_of_the_user_are_refused_by_name():
+    model = compiled()
+    try:
+        mujoco.set_mjcb_passive(lambda model, data: None)
+        with pytest.raises(ValueError, match="the callback mjcb_passive"):
+            galvi.from_mujoco(model)
+    finally:
+        mujoco.set_mjcb_passive(None)
+    assert galvi.from_mujoco(PLAIN).v0.size == 11
+
+
+def test_sleep_is_named_and_switched_off_where_it_is_ignored():
+    """Asleep, the pendulum of the file stays 4.2e-3 away from where its damping takes it."""
+    text = PLAIN.replace("<option", '<option><flag sleep="enable"/></option><option')
+    with pytest.raises(BeyondTrees, match="\n  sleep: slow trees may be put to sleep") as refused:
+        galvi.from_mujoco(text)
+    assert refused.value.names == ("sleep",) and isinstance(refused.value, ValueError)
+    problem, own = reader.read(text, "sleep")
+    assert problem.parameters["ignored"] == ("sleep",) and own.model.opt.enableflags == 0
+    assert own.differences == {"sleep": "the flag sleep disabled"}
+
+
+def flexible(inner, attributes='dim="2" count="3 3 1"'):
+    return f"""<mujoco><worldbody><flexcomp type="grid" {attributes} spacing=".1 .1 .1" name="f"
+        mass="1" radius=".01">{inner}</flexcomp></worldbody></mujoco>"""
+
+
+ELASTIC = '<elasticity young="1e3" poisson=".1" thickness=".01" damping=".1"'
+BEYOND = {
+    "cloth": flexible(f'{ELASTIC} elastic2d="both"/>'),
+    "edges": flexible('<edge stiffness="10" damping="1"/>', 'dim="1" count="4 1 1"'),
+    "held edges": flexible('<edge equality="true"/>'),
+    "solid": flexible(f"{ELASTIC}/>", 'dim="3" count="3 3 3"'),
+    "few nodes": flexible(f"{ELASTIC}/>", 'dim="3" count="3 3 3" dof="trilinear"'),
+    "plastic": one('<joint axis="1 0 0" stiffness="1" springyield=".1"/>'),
+    "medium": one("<freejoint/>", '<option density="900" viscosity="1" wind="1 2 3"/>',
+                  '<geom type="box" size=".1 .2 .3" fluidshape="ellipsoid"/>'),
+    "tendon": one('<joint name="a" axis="1 0 0"/>').replace("</worldbody>", """</worldbody>
+        <tendon><fixed name="t" armature="2" stiffness="3" damping="1"><joint joint="a" coef="1"/>
+        </fixed></tendon><actuator><motor tendon="t" armature="5" damping="3"/></actuator>"""),
+    "ball and motor": one('<joint type="ball" name="b"/>').replace("</worldbody>", """</worldbody>
+        <actuator><motor joint="b" armature=".1" damping="2"/></actuator>"""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", BEYOND)
+def test_what_is_left_out_is_switched_off_by_which_the_numbers_agree(kind):
+    with pytest.raises(BeyondTrees) as refused:
+        galvi.from_mujoco(BEYOND[kind])
+    names = refused.value.names
+    problem, own = reader.read(BEYOND[kind], names)
+    assert set(own.differences) == set(names) <= set(PARTS)
+    qpos, qvel = problem.system.to_mujoco(problem.q0, problem.v0)
+    draw = np.random.default_rng(2)
+    state = problem.system.from_mujoco(
+        qpos + 0.1 * draw.normal(size=qpos.size), draw.normal(size=qvel.size)
+    )
+    theirs, ours = accelerations(own.model, problem, *state)
+    assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-9)
+    whole, _ = accelerations(compiled(BEYOND[kind]), problem, *state)
+    # what was left out did act; but a plastic spring is one of another kind once it has yielded
+    assert kind == "plastic" or np.max(np.abs(whole - ours)) > 1e-4
+
+
+# ---------------------------------------------------------------- the check by numbers
+
+
+def changed(**fields):
+    """Planted: the links of a tree with these fields changed."""
+    sound = reader._link
+
+    def wrong(*given):
+        link = sound(*given)
+        return replace(link, **{name: change(link) for name, change in fields.items()})
+
+    return wrong
+
+
+FAULTS = {
+    "a mass off by 1e-6": changed(mass=lambda link: link.mass * (1.0 + 1e-6)),
+    "a centre off by 1e-6": changed(centre=lambda link: link.centre + 1e-6),
+    "no damping": changed(joints=lambda link: [replace(j, damping=0.0) for j in link.joints]),
+    "no springs": changed(joints=lambda link: [replace(j, stiffness=0.0) for j in link.joints]),
+    "another anchor": changed(joints=lambda link: [
+        j if j.type == "free" else replace(j, anchor=j.anchor + 1e-3) for j in link.joints]),
+    "mocap poses left out": lambda model, body, data, sound=reader._link: sound(
+        model, body, mujoco.MjData(model)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_misreading_is_caught_by_the_accelerations(fault, monkeypatch):
+    monkeypatch.setattr(reader, "_link", FAULTS[fault])
+    with pytest.raises(ValueError, match=r"misreads this model: MuJoCo accelerates joint .* by"):
+        galvi.from_mujoco(PLAIN, key="home")
+
+
+def test_a_dropped_option_is_caught_by_the_accelerations(monkeypatch):
+    text = PLAIN.replace("<option", '<option><flag gravity="disable"/></option><option')
+    assert not np.any(galvi.from_mujoco(text).system.gravity)
+    monkeypatch.setattr(reader, "disabled", lambda model, flag: False)
+    with pytest.raises(ValueError, match="misreads this model"):
+        galvi.from_mujoco(text)
+
+
+def test_constants_that_are_older_than_the_masses_are_refused_with_the_remedy():
+    model = compiled()
+    model.body_mass[5] = 3.0  # MuJoCo keeps what it knows of a body of its own: dof_M0
+    with pytest.raises(ValueError, match=r"MuJoCo accelerates joint 3 by .* mujoco.mj_setConst"):
+        galvi.from_mujoco(model)
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    assert galvi.from_mujoco(model).system.links[4].mass == 3.0
+
+
+def off(model, *more):
+    problem, own = reader.read(model, *more)
+    states = mujoco_model.some_states(problem.system, problem.q0, problem.v0)
+    return max(np.max(one) for one, _ in mujoco_model.misfits(own, problem, states))
+
+
+@pytest.mark.slow(
+    beside="test_a_body_that_spins_about_a_principal_axis_is_not_taken_for_a_misreading"
+)
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 8), st.integers(0, 2**31))
+def test_a_tree_that_is_read_right_is_not_refused(joints, seed):
+    assert off(random_tree(joints, seed)) < 1e-11  # 5e-14
+
+
+WEIGHTLESS = '<option gravity="0 0 0"/>'
+BALANCED = {  # forces cancel, and rounding is all that is left of the accelerations
+    "an axis along gravity": one('<joint axis="0 0 1"/>'),
+    "an axis along gravity, tilted": one('<joint axis=".36 .48 .8"/>',
+                                         '<option gravity="-3.6 -4.8 -8"/>'),
+    "hanging": one('<joint axis="1 0 0"/>', body='<geom size=".1" pos="0 0 -.3"/>'),
+    "at rest without weight": one('<freejoint/>', WEIGHTLESS),
+    "a spring at rest": one('<joint type="ball" stiffness="5"/>', WEIGHTLESS).replace(
+        "<body>", '<body quat=".1 .7 -.3 .4">'),
+    "a free spring at rest": one('<joint type="free" stiffness="50"/>', WEIGHTLESS).replace(
+        "<body>", '<body pos="100 7 3" quat=".1 .7 -.3 .4">'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", BALANCED)
+def test_forces_that_cancel_are_not_taken_for_a_misreading(kind):
+    assert off(BALANCED[kind]) < 1e-11
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2), st.floats(1e-3, 1e3), st.floats(1e-6, 1e6))
+def test_a_body_that_spins_about_a_principal_axis_is_not_taken_for_a_misreading(k, rate, size):
+    body = f'<inertial pos="0 0 0" mass="{size}" diaginertia="{size} {size} {size}"/>'
+    text = one("<freejoint/>", WEIGHTLESS, body).replace("<body>", '<body quat=".1 .7 -.3 .4">')
+    assert off(text, (), None, None, [0.0] * 3 + [rate * (j == k) for j in range(3)]) < 1e-11
+
+
+# ---------------------------------------------------------------- starts, names, actuators
+
+
+def test_a_keyframe_places_mocap_bodies():
+    """Right value: mj_resetDataKeyframe and mj_forward; it was 0."""
+    problem = galvi.from_mujoco(HAND, key=0)
+    assert problem.system.acceleration(problem.q0, problem.v0) == pytest.approx(-28.60527, rel=1e-6)
+    assert problem.parameters["key"] == 0
+    unturned = galvi.from_mujoco(HAND.replace(".70710678 0 .70710678 0", "0 0 0 0"), key=0)
+    assert np.array_equal(unturned.system.links[0].attitude, np.eye(3))  # as MuJoCo takes it
+    at_rest = galvi.from_mujoco(HAND)
+    assert abs(at_rest.system.acceleration(at_rest.q0, at_rest.v0)[0]) < 1e-12
+    assert "key" not in at_rest.parameters
+
+
+def test_an_actuator_after_one_of_several_outputs_is_read():
+    """Right value: MuJoCo's own masses; reading it was an IndexError."""
+    problem, own = reader.read(SEVERAL, ("contacts", "actuators"))
+    assert repr(problem.system) == "Multibody(links=2, velocities=4)"
+    hinge = problem.system.links[1].joints[0]
+    assert hinge.armature == pytest.approx(9 * 0.2) and hinge.damping == pytest.approx(9 * 0.5)
+    data, mass = own.data(), np.zeros((4, 4))
+    mujoco.mj_forward(own.model, data)
+    mujoco.mj_fullM(own.model, data, mass)
+    assert problem.system.tree.mass(problem.q0) == pytest.approx(mass, rel=1e-12, abs=1e-12)
+
+
+def test_the_own_model_is_the_users_but_for_what_is_left_out():
+    model = compiled(SEVERAL)
+    model.opt.integrator, model.opt.timestep = int(mujoco.mjtIntegrator.mjINT_IMPLICIT), 0.007
+    before = copy.copy(model)
+    _, own = reader.read(model, ("contacts", "actuators"))
+    assert own.differences == {
+        "contacts": "the flag contact disabled", "actuators": "the flag actuation disabled",
+    }  # fmt: skip
+    bits = mujoco.mjtDisableBit
+    off = int(bits.mjDSBL_CONTACT) | int(bits.mjDSBL_ACTUATION)
+    assert own.model.opt.disableflags == off and model.opt.disableflags == 0
+    own.model.opt.disableflags = 0
+    size = mujoco.mj_sizeModel(before)
+    saved = [np.empty(size, np.uint8) for _ in range(3)]
+    for one_of_them, to in zip((before, model, own.model), saved, strict=True):
+        mujoco.mj_saveModel(one_of_them, None, to)
+    assert np.array_equal(saved[0], saved[1]) and np.array_equal(saved[0], saved[2])
+
+
+def test_the_own_data_begin_at_the_keyframe_or_at_what_is_given():
+    problem, own = reader.read(PLAIN, (), "home")
+    data = own.data()
+    assert data.time == 3.0 and data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
+    assert data is not own.data() and data.qvel[0] == 1.0 and problem.v0[0] == 1.0
+    qpos = np.array([0.3, -0.1, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0])
+    problem, own = reader.read(PLAIN, (), "home", qpos)
+    data = own.data()
+    assert np.array_equal(data.qpos, qpos) and data.qvel[0] == 1.0
+    assert data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
+    assert np.array_equal(problem.q0, problem.system.from_mujoco(qpos, data.qvel)[0])
+    for name, more in (("qpos", ([1.0],)), ("qvel", (None, [1.0]))):
+        with pytest.raises(ValueError, match=rf"{name} must have shape \(1[13],\)"):
+            reader.read(PLAIN, (), None, *more)
+
+
+def test_keyframes_have_numbers_and_names():
+    by_name, by_number = (galvi.from_mujoco(PLAIN, key=key) for key in ("home", 0))
+    assert np.array_equal(by_name.q0, by_number.q0) and by_name.v0[0] == 1.0
+    assert by_name.parameters["key"] == "home" and by_number.parameters["key"] == 0
+    with pytest.raises(ValueError, match=r"a name of a keyframe \('home', 'other'\); received 'h"):
+        galvi.from_mujoco(PLAIN, key="hom")
+    with pytest.raises(ValueError, match="key must be a whole number from 0 to 1"):
+        galvi.from_mujoco(PLAIN, key=2)
+    nameless = PLAIN.replace('name="home"', "").replace('name="other"', "")
+    with pytest.raises(ValueError, match=r"\(none has a name\); received ''"):
+        galvi.from_mujoco(nameless, key="")
+
+
+def test_joints_have_their_names():
+    joints = galvi.from_mujoco(PLAIN).system.tree.joints
+    assert [joint.name for joint in joints] == ["a", "", "", ""]
+    with pytest.raises(TypeError, match="name must be a string; received 3"):
+        galvi.Joint("hinge", name=3)
+
+
+# ---------------------------------------------------------------- sources
+
+
+def test_a_spec_is_read_by_compiling_a_copy():
+    spec = mujoco.MjSpec.from_string(PLAIN)
+    assert galvi.from_mujoco(spec).v0.size == 11
+    spec.joints[0].armature = 0.7
+    assert galvi.from_mujoco(spec).system.links[1].joints[0].armature == 0.7
+    with pytest.raises(ValueError, match=r"MuJoCo cannot read the MjSpec as a model: .*mass"):
+        empty = mujoco.MjSpec()
+        empty.worldbody.add_body().add_joint()
+        galvi.from_mujoco(empty)
+
+
+def test_an_archive_is_read(tmp_path):
+    path = tmp_path / "model.mjz"
+    spec = mujoco.MjSpec.from_string(PLAIN)
+    spec.compile()
+    with path.open("wb") as file:
+        spec.to_zip(file)
+    assert galvi.from_mujoco(path, key="home").v0[0] == 1.0
+    path.write_text("no archive")
+    with pytest.raises(ValueError, match=r"MuJoCo cannot read .*model\.mjz as a model"):
+        galvi.from_mujoco(path)
+
+
+# ---------------------------------------------------------------- pairs of geoms
+
+
+def pairs_one_by_one(model):
+    """As MuJoCo's documentation of collision detection has it."""
+    parents, welds = model.body_parentid, model.body_weldid
+    filtered = not model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
+    count = model.npair
+    for a in range(model.ngeom):
+        for b in range(a + 1, model.ngeom):
+            bodies = sorted((int(model.geom_bodyid[a]), int(model.geom_bodyid[b])))
+            low, high = (int(welds[body]) for body in bodies)
+            over, under = (int(welds[parents[root]]) for root in (low, high))
+            family = filtered and low and high and (low == under or high == over)
+            if low == high or family or (bodies[0] << 16) + bodies[1] in model.exclude_signature:
+                continue
+            some = model.geom_contype[a] & model.geom_conaffinity[b]
+            count += bool(some or model.geom_contype[b] & model.geom_conaffinity[a])
+    return count
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data())
+def test_pairs_of_geoms_are_counted_as_one_by_one(data):
+    inner, ends, names = "", "", []
+    for k in range(data.draw(st.integers(1, 7))):
+        joint = data.draw(st.sampled_from(["<joint/>", "<joint/>", ""]))
+        bits = data.draw(st.tuples(*[st.integers(0, 3)] * 2))
+        geom = f'<geom size=".1" contype="{bits[0]}" conaffinity="{bits[1]}"/>'
+        inner += f'<body name="b{k}">{joint}{geom}'
+        ends += "</body>"
+        names.append(f"b{k}")
+        if data.draw(st.booleans()):
+            inner, ends = inner + ends, ""
+    pair = st.tuples(st.sampled_from(names), st.sampled_from(names))
+    chosen = data.draw(st.sets(pair.filter(lambda both: both[0] < both[1]), max_size=3)) if (
+        len(names) > 1) else set()  # fmt: skip
+    apart = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in chosen)
+    flag = data.draw(st.sampled_from(["enable", "disable"]))
+    model = compiled(f"""<mujoco><option><flag filterparent="{flag}"/></option><worldbody>
+        <geom size=".1"/>{inner}{ends}</worldbody><contact>{apart}</contact></mujoco>""")
+    assert _pairs(model) == pairs_one_by_one(model)
+
+
+def test_an_inertia_that_a_compiled_model_was_given_is_read(tmp_path):
+    text = '<mujoco><worldbody><body><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="{}"/>'
+    text += "</body></worldbody></mujoco>"
+    with pytest.raises(ValueError, match="inertia must satisfy"):
+        galvi.from_mujoco(text.format("1 1 5"))
+    model = mujoco.MjModel.from_xml_string(text.format("1 1 1"))
+    model.body_inertia[1] = 1.0, 1.0, 5.0
+    problem = galvi.from_mujoco(model)
+    heavier = problem.system.with_numbers(masses=[2.0])
+    assert np.array_equal(np.diag(heavier.links[0].inertia), [1.0, 1.0, 5.0])
+    run = galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.1, 2)
+    galvi.save(run, tmp_path / "run.npz")
+    again = galvi.load(tmp_path / "run.npz")
+    assert np.array_equal(again.problem.system.links[0].inertia, problem.system.links[0].inertia)

@@ -1,0 +1,167 @@
+"""Lagrangians from SymPy move as hand-written ones and as equations derived by hand."""
+
+import pickle
+
+import mpmath
+import numba
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import galvi
+
+pytest.importorskip("sympy")
+
+import sympy
+from sympy.physics.mechanics import dynamicsymbols
+
+from tests.properties.symbolic_letters import FOUR, c, k, m, made, t, u, w, x, y
+
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+
+
+def hoop():
+    """A bead on a hoop of radius 1 that turns about the vertical: theta'' from by hand below."""
+    theta, spin = dynamicsymbols("theta"), sympy.Symbol("Omega")
+    rate = theta.diff(dynamicsymbols._t)
+    L = m * (rate**2 + spin**2 * sympy.sin(theta) ** 2) / 2 + m * k * sympy.cos(theta)
+    return made(L, [theta], parameters={m: 2.0, k: 9.81, spin: 4.0})
+
+
+def hoop_slope(t, s):
+    return [s[1], np.sin(s[0]) * (16.0 * np.cos(s[0]) - 9.81)]
+
+
+def polar_kepler():
+    """Kepler's motion in (r, phi): the mass of phi is r^2."""
+    return made((u**2 + (x * w) ** 2) / 2 + k / x, [x, y], [u, w], parameters={k: 1.0})
+
+
+def polar_slope(t, s):
+    r, _, speed, spin = s
+    return [speed, spin, r * spin**2 - 1.0 / r**2, -2.0 * speed * spin / r]
+
+
+def leaking():
+    """A mass that grows, (1 + t) v^2 / 2, on a spring that stiffens."""
+    return made((1 + t) * u**2 / 2 - (1 + t) ** 2 * x**2 / 2, x, u, t)
+
+
+def leaking_slope(t, s):
+    return [s[1], -((1.0 + t) ** 2 * s[0] + s[1]) / (1.0 + t)]
+
+
+def magnet():
+    """A charge in a plane, in a magnetic field of strength c and on an anharmonic spring."""
+    spring = (x**2 + 2 * y**2) / 2 + x**4 / 4
+    return made((u**2 + w**2) / 2 + c * (x * w - y * u) / 2 - spring, [x, y], [u, w],
+                parameters={c: 1.5})  # fmt: skip
+
+
+def magnet_slope(t, s):
+    return [s[2], s[3], 1.5 * s[3] - s[0] - s[0] ** 3, -1.5 * s[2] - 2.0 * s[1]]
+
+
+MOTIONS = {
+    "bead on a hoop": (hoop, hoop_slope, [0.4], [1.0], 0.05),
+    "Kepler in polar coordinates": (polar_kepler, polar_slope, [1.0, 0.3], [0.2, 1.1], 0.1),
+    "growing mass": (leaking, leaking_slope, [1.0], [0.5], 0.1),
+    "magnetic field": (magnet, magnet_slope, [1.0, -0.5], [0.3, 0.8], 0.1),
+}
+
+
+@pytest.fixture(scope="module", params=MOTIONS)
+def motion(request):
+    """(problem, its own slope, a good step)."""
+    make, slope, q0, v0, step = MOTIONS[request.param]
+    return galvi.Problem(make(), q0, v0, t0=0.5), slope, step
+
+
+def by_hand(problem, slope, duration):
+    start = np.concatenate([problem.q0, problem.v0])
+    span = (problem.t0, problem.t0 + duration)
+    return solve_ivp(slope, span, start, "DOP853", rtol=3e-14, atol=1e-15).y[:, -1]
+
+
+def test_the_motion_is_that_of_equations_derived_by_hand(motion):
+    problem, slope, step = motion
+    run = galvi.integrate(problem, EIGHT, step, 20)
+    end = by_hand(problem, slope, 20 * step)
+    v = problem.system.velocity(run.p[-1:], run.q[-1:], run.t[-1:], run.velocity(run.t[-1]))[0]
+    assert run.success, run.status
+    np.testing.assert_allclose(run.q[-1], end[: problem.q0.size], rtol=0, atol=1e-13)  # 3e-15
+    np.testing.assert_allclose(v, end[problem.q0.size :], rtol=0, atol=1e-12)  # 4e-14, of the bead
+    if not problem.system.explicit_time:
+        assert np.ptp(galvi.energy(run)) < 1e-13  # 4e-15
+
+
+def test_its_order_is_that_of_the_method_and_no_more():
+    problem = galvi.Problem(polar_kepler(), [1.0, 0.3], [0.2, 1.1])
+    end = by_hand(problem, polar_slope, 2.0)[:2]
+    steps = np.array([10, 14, 20])
+    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    errors = [np.abs(galvi.integrate(problem, two, 2.0 / n, n).q[-1] - end).max() for n in steps]
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(-4.0, abs=0.1)  # -3.996
+
+
+def test_a_damped_and_driven_oscillator_follows_its_closed_form_in_extended_precision():
+    pushed = made(
+        u**2 / 2 - k * x**2 / 2, x, u, t, parameters={k: 1.0, c: 0.25},
+        force=[c * sympy.cos(t) - c * u],
+    )  # fmt: skip
+    run = galvi.integrate(galvi.Problem(pushed, [1.0], [0.0]), EIGHT, 0.25, 40)
+    with mpmath.workdps(30):
+        rate = mpmath.sqrt(1 - mpmath.mpf(1) / 64)
+        truth = [
+            mpmath.sin(s) + mpmath.exp(-s / 8) * (
+                mpmath.cos(rate * s) - mpmath.mpf(7) / 8 / rate * mpmath.sin(rate * s))
+            for s in map(mpmath.mpf, run.t)
+        ]  # fmt: skip
+    assert np.max(np.abs(run.q[:, 0] - np.array(truth, dtype=float))) < 1e-14  # 2e-16
+
+
+@numba.njit
+def hand_slopes(q, v):
+    turning = 0.75 * np.array([-q[1], q[0]])
+    pull = np.array([q[0] + q[0] ** 3, 2.0 * q[1]])
+    return np.concatenate((v + turning, 0.75 * np.array([v[1], -v[0]]) - pull))
+
+
+@pytest.mark.slow(beside="test_the_motion_is_that_of_equations_derived_by_hand")
+def test_it_moves_as_slopes_written_by_hand_and_as_a_canonical_system():
+    def L(q, v):
+        spring = 0.5 * (q[0] ** 2 + 2.0 * q[1] ** 2) + 0.25 * q[0] ** 4
+        return 0.5 * v @ v + 0.75 * (q[0] * v[1] - q[1] * v[0]) - spring
+
+    start = ([1.0, -0.5], [0.3, 0.8])
+    hand = galvi.Problem(galvi.Lagrangian(L, galvi.Rn(2), hand_slopes), *start)
+    own = galvi.Problem(magnet(), *start)
+    a, b = (galvi.integrate(one, FOUR, 0.1, 50, solver="newton") for one in (hand, own))
+    assert np.max(np.abs(a.q - b.q)) < 1e-13 and np.max(np.abs(a.p - b.p)) < 1e-13  # 7e-16
+    assert a.counts == pytest.approx(b.counts, rel=0.01)
+    np.testing.assert_allclose(galvi.energy(a), galvi.energy(b), rtol=1e-13)
+    plain = made(u**2 / 2 - x**4 / 4, x, u)
+    known = galvi.Canonical(1.0, lambda q: q[0] ** 4 / 4, lambda q: q**3, lambda q: [3 * q**2])
+    runs = [galvi.integrate(galvi.Problem(s, [1.0], [0.2]), FOUR, 0.2, 50) for s in (plain, known)]
+    assert np.max(np.abs(runs[0].q - runs[1].q)) < 1e-13  # 3e-16
+
+
+def test_a_sign_gone_wrong_would_be_seen():
+    start = ([1.0, -0.5], [0.3, 0.8])
+    wrong = made((u**2 + w**2) / 2 - c * (x * w - y * u) / 2 - (x**2 + 2 * y**2) / 2 - x**4 / 4,
+                 [x, y], [u, w], parameters={c: 1.5})  # fmt: skip
+    run = galvi.integrate(galvi.Problem(wrong, *start), EIGHT, 0.1, 20)
+    end = by_hand(run.problem, magnet_slope, 2.0)
+    assert np.ptp(galvi.energy(run)) < 1e-12 and np.max(np.abs(run.q[-1] - end[:2])) > 0.1  # 2.0
+
+
+def test_a_problem_from_sympy_can_be_pickled_saved_and_resumed(tmp_path):
+    problem = galvi.Problem(magnet(), [1.0, -0.5], [0.3, 0.8])
+    run = galvi.integrate(problem, FOUR, 0.1, 10)
+    copy = pickle.loads(pickle.dumps(problem))
+    assert np.array_equal(galvi.integrate(copy, FOUR, 0.1, 10).q, run.q)
+    galvi.save(run, tmp_path / "run.npz")
+    with pytest.raises(ValueError, match="needs its problem"):
+        galvi.load(tmp_path / "run.npz")
+    again = galvi.load(tmp_path / "run.npz", problem)
+    assert np.array_equal(galvi.resume(again, 3).q, galvi.resume(run, 3).q)

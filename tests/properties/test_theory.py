@@ -1,0 +1,121 @@
+"""What theory says of pairs of a space and a rule: constants in closed form, names, refusals."""
+
+import json
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.analysis.step_bounds import Z0
+from galvi.spaces.fourier import Fourier
+from tests.properties.own_spaces import Monomials
+from tests.properties.theory_pairs import KEPLER, OSCILLATOR, P, method
+
+
+def test_z0_is_the_smallest_positive_root_of_1_equals_z_tan_z():
+    assert abs(Z0 * np.tan(Z0) - 1.0) < 1e-15
+    z = np.linspace(0.0, Z0 - 1e-6, 1000)
+    assert np.all(z * np.tan(z) < 1.0)
+
+
+@pytest.mark.parametrize(
+    ("space", "rule", "squared"),
+    [
+        # u = x + b (t - 1): x is u(1) and b its slope, |u|_X^2 = x^2 + b^2.
+        (P(1), galvi.gauss(1), 5 / 4),  # (x - b / 2)^2
+        (P(1), galvi.lobatto(2), (3 + np.sqrt(5.0)) / 4),  # ((x - b)^2 + x^2) / 2
+        (P(2), galvi.lobatto(2), (3 + np.sqrt(5.0)) / 4),  # the parabola is 0 at both points
+    ],
+)
+def test_the_constant_of_friedrichs_is_that_of_a_computation_by_hand(space, rule, squared):
+    said = galvi.theory(space, rule)
+    assert abs(said.friedrichs - Z0 * np.sqrt(squared)) < 1e-14
+
+
+@pytest.mark.slow_cases("40")
+@pytest.mark.parametrize("degree", [8, 16, 40])
+def test_the_constant_of_friedrichs_tends_to_1_with_the_degree(degree):
+    """M's inequality is sharp for cos(z0 t / h), which polynomials approach."""
+    for rule in (galvi.gauss(degree), galvi.gauss(2 * degree), galvi.lobatto(degree + 1)):
+        assert abs(galvi.theory(P(degree), rule).friedrichs - 1.0) < 1e-13
+
+
+@pytest.mark.parametrize("degree", [2, 3, 8, 32])
+def test_norms_of_exact_rules_are_equal_and_those_of_lobatto_are_not(degree):
+    for rule in (galvi.gauss(degree), galvi.lobatto(degree + 1)):
+        said = galvi.theory(P(degree), rule)
+        for ratio in (said.smallest_ratio, said.largest_ratio):
+            assert abs(ratio - 1.0) < 1e-13  # 7e-14 at degree 64
+    said = galvi.theory(P(degree), galvi.lobatto(degree))
+    assert said.largest_ratio > 1.1 and said.well_posed and said.consistent
+
+
+def test_the_constants_are_those_of_the_space_and_not_of_its_basis():
+    mine, ours = (galvi.theory(space, galvi.lobatto(4)) for space in (Monomials(4), P(4)))
+    for name in ("friedrichs", "smallest_ratio", "largest_ratio"):
+        assert abs(getattr(mine, name) - getattr(ours, name)) < 1e-10
+    assert mine.names == ours.names and mine.order == ours.order
+
+
+def test_constants_that_float64_cannot_tell_are_none():
+    said = galvi.theory(Monomials(10), galvi.gauss(11))
+    assert said.friedrichs is None and said.unseen is None and said.largest_ratio is None
+
+
+@pytest.mark.parametrize(("degree", "points", "unseen"), [(3, 2, 1), (6, 2, 4), (2, 1, 1)])
+def test_an_ill_posed_pair_is_described(degree, points, unseen):
+    said = galvi.theory(P(degree), galvi.gauss(points))
+    assert not said.well_posed and not said.consistent and said.unseen == unseen
+    assert said.friedrichs is None and said.symmetric is None
+    assert str(said).splitlines()[1] == "ill-posed: a free particle has no unique motion"
+
+
+def test_an_inconsistent_pair_is_well_posed_with_its_defect():
+    said = galvi.theory(Fourier(2), galvi.gauss(16))
+    assert said.well_posed and said.unseen == 0 and not said.consistent
+    assert abs(said.defect - 1.0) < 1e-12  # beta_p = 0: a free particle never moves
+    assert said.order == 0 and said.names == ()
+
+
+def test_components_of_different_degrees_have_the_worst_constants_and_no_tableau():
+    said = galvi.theory(galvi.ComponentPolynomials((4, 1)), galvi.lobatto(4), KEPLER, 0.1)
+    parts = [galvi.theory(P(degree), galvi.lobatto(4)) for degree in (4, 1)]
+    assert said.friedrichs == max(part.friedrichs for part in parts)
+    assert abs(said.largest_ratio - parts[0].largest_ratio) < 1e-14
+    assert said.order == min(part.order for part in parts) and said.names == ()
+    assert said.fixed_point_step is None and said.converges is None
+    assert said.exists is False and "no bound      fixed-point iteration" in str(said)
+
+
+def test_a_lagrangian_on_a_vector_space_keeps_the_symmetry():
+    said = method().theory(galvi.problems.double_pendulum(), 0.1)
+    assert said.symmetric is True
+    error = galvi.round_trip_error(galvi.problems.double_pendulum(), method(), 0.1, 20)
+    assert error < 1e-12  # 2e-14
+
+
+def test_names_reach_the_highest_degree():
+    assert galvi.theory(P(64), galvi.gauss(64)).name == "Gauss collocation, 64 stages"
+    assert galvi.theory(P(64), galvi.lobatto(64)).name == "Lobatto IIIA-IIIB, 64 stages"
+    assert galvi.theory(P(64), galvi.lobatto(65)).name == ""  # not for every Lagrangian
+    assert galvi.theory(P(64), galvi.gauss(65)).name == ""
+
+
+def test_bounds_that_do_not_apply_are_none_with_the_reason():
+    body = galvi.theory(P(4), galvi.gauss(4), galvi.problems.free_rigid_body(), 0.1)
+    assert body.order == 8 and body.symmetric is None and "not for a RigidBody" in body.no_bounds
+    for name in ("lipschitz", "unique_step", "exists", "fixed_point_step", "converges"):
+        assert getattr(body, name) is None
+    dragged = galvi.Canonical(1.0, lambda q: 0.5 * q @ q, lambda q: q, force=lambda q, v: -0.1 * v)
+    said = method().theory(galvi.Problem(dragged, [1.0], [0.0]), 0.1, lipschitz=1.0)
+    assert said.unique_step is None and "here is one besides" in said.no_bounds
+    short = galvi.theory(P(4), galvi.gauss(4), OSCILLATOR)
+    assert short.exists is None and short.unique_step is not None
+
+
+@pytest.mark.parametrize("problem", [None, OSCILLATOR, galvi.problems.free_rigid_body()])
+@pytest.mark.parametrize("rule", [galvi.gauss(4), galvi.gauss(3), galvi.lobatto(4)])
+def test_everything_can_be_stored(problem, rule):
+    said = galvi.theory(P(4), rule, problem, None if problem is None else 0.1)
+    assert json.loads(json.dumps(said.to_dict()))["names"] == list(said.names)
+    assert all(line == line.rstrip() and len(line) <= 120 for line in str(said).splitlines())

@@ -1,0 +1,139 @@
+"""What theory says of steps: the theorems' bounds, and the stiffness of a problem's force."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import galvi
+from galvi.analysis.step_bounds import Z0, lagrange_constants
+from tests.properties.theory_pairs import KEPLER, OSCILLATOR, P, method
+
+
+def radius(method):
+    """rho(A) of the method's tableau."""
+    return np.max(np.abs(np.linalg.eigvals(method.table.A)))
+
+
+def test_the_bounds_on_the_step_are_those_of_the_theorems():
+    """The oscillator has m = K = 1."""
+    said = method().theory(OSCILLATOR, step=0.1, lipschitz=1.0)
+    at_start = method().theory(OSCILLATOR, step=0.1)
+    assert at_start.lipschitz == 1.0 and at_start.unique_step == said.unique_step
+    assert at_start.exists is at_start.converges is None  # the constant may be larger elsewhere
+    assert abs(said.unique_step - Z0 / np.sqrt(3) / said.friedrichs) < 1e-15
+    assert abs(said.fixed_point_step - radius(method()) ** -0.5) < 1e-15
+    assert said.exists and said.converges
+    assert said.no_bounds == ""
+    far = method().theory(OSCILLATOR, step=-20.0)
+    assert far.step == -20.0
+    assert not (far.exists or far.converges)
+
+
+@pytest.mark.parametrize(("degree", "limit"), [(2, 3.46), (4, 6.05), (8, 11.3), (16, 21.9)])
+def test_fixed_point_iteration_ends_where_its_spectrum_says(degree, limit):
+    """The oscillator's passes shrink or grow by h^2 rho(A): counted beside Newton's method."""
+    gauss = galvi.Galerkin(P(degree), galvi.gauss(degree))
+    step = gauss.theory(OSCILLATOR).fixed_point_step
+    assert abs(step - limit) < 0.02
+    A = gauss.table.A
+    for h, grows in ((0.97 * step, False), (1.03 * step, True)):
+        stages = np.linalg.matrix_power(-h * h * A, 400) @ np.ones(len(A))
+        assert (np.max(np.abs(stages)) > 1.0) == grows
+
+
+def test_an_explicit_method_needs_no_limit_of_passes():
+    verlet = galvi.theory(P(1), galvi.lobatto(2), OSCILLATOR, 0.1)
+    assert verlet.fixed_point_step == np.inf
+    assert verlet.converges and "any step      fixed-point" in str(verlet)
+    assert "inf" not in str(verlet)
+
+
+def test_the_bound_of_h_is_in_the_unit_of_time_and_at_most_1():
+    inverse, most = lagrange_constants(P(4), galvi.gauss(5))
+    said = method().theory(OSCILLATOR)
+    assert abs(said.stage_step - 1 / (inverse * most)) < 1e-15
+    soft = method().theory(OSCILLATOR, lipschitz=1e-6)
+    assert soft.stage_step == 1.0 and soft.lipschitz == 1e-6
+
+
+def test_the_constant_of_keplers_force_is_that_at_pericentre():
+    said = method().theory(KEPLER, step=0.2)
+    assert abs(said.lipschitz - 2 / 0.4**3) < 1e-12
+    assert said.source == "at the start"
+    from_apocentre = replace(KEPLER, q0=[-1.6, 0.0], v0=[0.0, -0.5])
+    assert abs(method().theory(from_apocentre).lipschitz - 2 / 1.6**3) < 1e-12
+    given = method().theory(KEPLER, 0.2, lipschitz=31.25)
+    assert given.source == "given" and abs(given.unique_step - said.unique_step) < 1e-12
+
+
+def test_a_mass_matrix_and_a_change_of_coordinates_change_no_bound():
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    mass, stiff = turn @ np.diag([1.0, 100.0]) @ turn.T, turn @ np.diag([4.0, 100.0]) @ turn.T
+    chain = galvi.Canonical(mass, lambda q: 0.5 * q @ stiff @ q, lambda q: stiff @ q)
+    said = method().theory(galvi.Problem(chain, [1.0, 0.5], [0.0, 0.0]), step=0.1)
+    assert abs(said.lipschitz - 100.0) < 1e-4
+    assert abs(said.fixed_point_step * 2.0 * np.sqrt(radius(method())) - 1.0) < 1e-6
+    given = method().theory(galvi.Problem(chain, [1.0, 0.5], [0.0, 0.0]), lipschitz=100.0)
+    # the least mass is 1: safe, and not sharp
+    assert abs(given.fixed_point_step * 10.0 * np.sqrt(radius(method())) - 1.0) < 1e-12
+
+
+def test_heavy_and_light_bodies_are_compared_by_their_accelerations():
+    """Mercury's pull of the Sun decides, whatever the masses are counted in."""
+    problem = galvi.problems.solar_system()
+    eight = method(8, galvi.gauss(8))
+    said = eight.theory(problem, 10.0)
+    mercury = np.linalg.norm(problem.q0[1] - problem.q0[0])  # au; the Jacobian is 2 G M / r^3
+    frequency = 1.0 / (said.fixed_point_step * np.sqrt(radius(eight)))
+    assert abs(frequency**2 / (2 * 2.9591e-4 / mercury**3) - 1) < 1e-4
+    assert said.exists is False and said.converges is None
+
+
+def test_a_force_that_does_not_change_at_the_start_asks_for_its_constant():
+    """V = q^4 / 4 at 0."""
+    quartic = galvi.Canonical(
+        1.0, lambda q: 0.25 * q[0] ** 4, lambda q: q**3, lambda q: 3.0 * q[None] ** 2
+    )
+    said = method().theory(galvi.Problem(quartic, [0.0], [1.0]), step=0.1)
+    assert said.lipschitz is None and "Give lipschitz" in said.no_bounds
+    assert method().theory(galvi.Problem(quartic, [0.0], [1.0]), lipschitz=4.25).exists is None
+
+
+def test_no_step_is_called_safe_where_the_force_is_steeper_elsewhere():
+    """Kepler's orbit from its apocentre, whose constant at the pericentre allows h < 0.089."""
+    far = galvi.problems.kepler(0.6).with_initial_state([-1.6, 0.0], [0.0, -0.5])
+    said = method(8, galvi.gauss(8)).theory(far, step=0.6)
+    assert said.unique_step > 0.6 and said.exists is None
+    assert "not said at 0.6" in str(said) and "yes" not in str(said).replace("for a yes", "")
+    assert said.to_dict()["exists"] is None and said.to_dict()["name"] == said.name
+
+
+def test_a_constant_of_zero_and_the_smallest_one_allow_any_step():
+    falling = galvi.Problem(
+        galvi.Canonical(1.0, galvi.UniformField([0.0, -9.8])), [0.0, 0.0], [1.0, 1.0]
+    )
+    for lipschitz in (0.0, 5e-324):
+        said = method().theory(falling, step=0.1, lipschitz=lipschitz)
+        assert said.exists and said.converges
+    with pytest.raises(ValueError, match=r"lipschitz must not be negative; received -1\.0"):
+        method().theory(falling, lipschitz=-1.0)
+
+
+def test_what_the_theorems_do_not_cover_has_no_bounds():
+    light = galvi.Problem(galvi.NBody([1.0, 0.0]), [[0.0, 0.0], [1.0, 0.0]], np.zeros((2, 2)))
+    for lipschitz in (None, 1.0):
+        assert "without mass" in method().theory(light, lipschitz=lipschitz).no_bounds
+    dragged = galvi.NBody([1.0, 1e-3], forces=(galvi.Drag([0.1, 0.1]),))
+    pulled = galvi.Problem(dragged, [[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]])
+    assert "here is one besides" in method().theory(pulled, 0.1).no_bounds
+    seen = galvi.theory(P(8), galvi.gauss(1), KEPLER, 0.1)
+    assert seen.unique_step is None and "no bound" in str(seen)
+
+
+def test_a_force_that_is_not_finite_has_no_bounds():
+    broken = galvi.Canonical(
+        1.0, lambda q: 0.0 * q @ q, np.zeros_like, lambda q: np.nan * np.eye(1), check=False
+    )
+    said = method().theory(galvi.Problem(broken, [0.0], [1.0]), step=0.1)
+    assert said.lipschitz is None and "not finite at the start" in said.no_bounds

@@ -1,0 +1,245 @@
+"""A run keeps what it computed when its energy cannot be judged, and says why it was not."""
+
+import signal
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numba import njit
+
+import galvi
+from galvi.run.interruption import Interrupted, defer_interrupts
+from tests.properties.lagrangians import opaque
+
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+STEPS = 40
+
+
+class Planted:
+    """A potential, or L, that does ``what`` from its call ``at`` on, or where ``far``."""
+
+    def __init__(self, function, what, at=None, far=None):
+        self.function, self.what, self.at, self.far = function, what, at, far
+        self.calls = 0
+
+    def __call__(self, q, *v):
+        self.calls += 1
+        if (self.at is not None and self.calls >= self.at) or (self.far and self.far(q)):
+            self.what()
+        return self.function(q, *v)
+
+
+def raising(error):
+    def what():
+        raise error
+
+    return what
+
+
+def spring(q):
+    """|q|^2 / 2."""
+    return 0.5 * q[0] ** 2
+
+
+def height(R):
+    """2 R_33."""
+    return 2.0 * R[2, 2]
+
+
+def level(R):
+    out = np.zeros((3, 3))
+    out[2, 2] = 2.0
+    return out
+
+
+def tilted():
+    c, s = np.cos(1.0), np.sin(1.0)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+@njit
+def pull(q):
+    """The gradient of ``spring``, compiled: no step calls a Python function."""
+    return q.copy()
+
+
+def made(kind, what, at=None, far=None):
+    """A problem whose steps do not call the planted function, which is also returned."""
+    if kind == "canonical":
+        planted = Planted(spring, what, at, far)
+        return galvi.Problem(
+            galvi.Canonical(1.0, planted, pull, check=False), [1.0], [0.0]
+        ), planted
+    if kind == "rigid body":
+        planted = Planted(height, what, at, far)
+        system = galvi.RigidBody([1.0, 2.0, 2.5], planted, level, check=False)
+        return galvi.Problem(system, tilted(), [0.1, 0.2, 0.3]), planted
+    planted = Planted(lambda q, v: 0.5 * (v @ v - q @ q), what, at, far)
+    system = galvi.Lagrangian(
+        planted, galvi.Rn(1), lambda q, v: np.concatenate([v, -q]), check=False
+    )
+    return galvi.Problem(system, [1.0], [0.0]), planted
+
+
+def calls(kind):
+    """How many calls come before the judgement of a run, and how many in all."""
+    problem, planted = made(kind, lambda: None)
+    whole = galvi.integrate(problem, FOUR, 0.1, STEPS)
+    assert whole.status == "Completed."
+    total = planted.calls
+    assert galvi.integrate(problem, FOUR, 0.1, STEPS).success
+    return 2 * total - planted.calls, total, whole
+
+
+KINDS = ["canonical", "rigid body", "Lagrangian"]
+ERRORS = [KeyError(7), RuntimeError("outside\nthe table"), TypeError("no float"), OSError()]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
+def test_an_exception_in_the_judgement_is_told_and_loses_nothing(kind, error):
+    before, total, whole = calls(kind)
+    for at in sorted({before + 1, before + 2, (before + total) // 2, total}):
+        problem, planted = made(kind, raising(error), at)
+        run = galvi.integrate(problem, FOUR, 0.1, STEPS)
+        assert run.success and planted.calls >= at
+        assert run.failed_step is None and not run.interrupted
+        assert np.array_equal(run.q, whole.q) and np.array_equal(run.p, whole.p)
+        assert run.outcome.end is galvi.End.DOUBTFUL
+        reason = " ".join(str(error).split())
+        assert run.outcome.reason.endswith(
+            f"it raised {type(error).__name__}{': ' * bool(reason)}{reason}"
+        )
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_steps_that_can_be_judged_are(sign):
+    """The wrong force drives q from 1 to cosh 4, and the potential is a table that ends at 5."""
+    planted = Planted(spring, raising(KeyError("off")), far=lambda q: abs(q[0]) > 5.0)
+    system = galvi.Canonical(1.0, planted, lambda q: sign * q, check=False)
+    run = galvi.integrate(galvi.Problem(system, [1.0], [0.0]), FOUR, 0.1, STEPS)
+    first = int(np.flatnonzero(np.abs(run.q[:, 0]) > 5.0)[0]) if sign < 0 else None
+    assert run.success == (sign > 0) and np.all(np.isfinite(run.q))
+    if sign < 0:
+        assert run.outcome.end is galvi.End.RUINED and run.failed_step < first
+        assert run.outcome.notes == (
+            f"The energy could not be judged at t = {0.1 * first:.10g}, where it raised KeyError: "
+            "'off'.",
+        )
+    else:
+        assert run.outcome.end is galvi.End.COMPLETED
+
+
+def test_a_run_that_stops_where_its_energy_is_unknown_says_both():
+    planted = Planted(spring, raising(LookupError("end")), far=lambda q: q[0] > 3.0)
+    system = galvi.Canonical(1.0, planted, lambda q: -q if q[0] < 9.0 else q * np.nan, check=False)
+    run = galvi.integrate(galvi.Problem(system, [1.0], [0.5]), FOUR, 0.1, STEPS)
+    assert run.outcome.end is galvi.End.STEP_FAILED
+    assert "Its energy could not be judged at t = " in run.outcome.notes[-1]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("how", ["raised", "pressed"])
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_while_a_run_is_judged_raises_with_it_and_the_next_who_asks_is_told(kind, how):
+    what = raising(KeyboardInterrupt()) if how == "raised" else press
+    before, total, whole = calls(kind)
+    for at in sorted({before + 1, (before + total) // 2, total}):
+        problem, planted = made(kind, what, at)
+        with pytest.raises(Interrupted) as caught:
+            galvi.integrate(problem, FOUR, 0.1, STEPS)
+        run = caught.value.run
+        assert planted.calls == at  # the judgement ends at once
+        assert np.array_equal(run.q, whole.q) and np.array_equal(run.p, whole.p)
+        planted.at = None
+        assert run.status == "Completed." and galvi.resume(run, 3).success
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.parametrize("last", [True, False])
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_at_the_last_step_or_at_one_that_fails_raises_with_the_run(last):
+    pressed = []
+
+    def gradient(q):
+        if abs(q[0]) > 5.0:
+            if not pressed:
+                press()
+            pressed.append(True)
+            return q if last else q * np.nan
+        return -q
+
+    system = galvi.Canonical(1.0, spring, gradient, check=False)
+    problem = galvi.Problem(system, [1.0], [0.0])
+    free = galvi.integrate(
+        replace(problem, system=galvi.Canonical(1.0, spring, opaque(lambda q: -q), check=False)),
+        FOUR, 0.1, 40,
+    )  # fmt: skip
+    steps = int(np.flatnonzero(free.q[:, 0] > 5.0)[0])
+    with pytest.raises(Interrupted) as caught:
+        galvi.integrate(problem, FOUR, 0.1, steps)
+    run = caught.value.run
+    assert np.array_equal(run.q[: steps - 1], free.q[: steps - 1])
+    assert run.counts["steps"] == (steps if last else steps - 1)
+    assert np.isfinite(run.q[-1, 0]) == last
+
+
+def press():
+    """Ctrl-C."""
+    signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_that_nobody_asked_about_is_raised_at_the_end():
+    with pytest.raises(KeyboardInterrupt), defer_interrupts():
+        press()
+    with defer_interrupts() as pressed:
+        press()
+        assert pressed()
+    with pytest.raises(KeyboardInterrupt), defer_interrupts() as pressed:
+        assert not pressed()
+        press()
+    with pytest.raises(KeyboardInterrupt), defer_interrupts():
+        press()
+        press()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_finished_runs_of_an_ensemble_survive_ctrl_c():
+    """Pressed in the last evaluation of the last step."""
+    planted = Planted(lambda q: q.copy(), lambda: None)
+    system = galvi.Canonical(1.0, spring, opaque(planted), check=False)
+    problem = galvi.Problem(system, [1.0], [0.0])
+    whole = galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
+    last = planted.calls
+    galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
+    planted.at, planted.what = planted.calls + planted.calls - last, press
+    with pytest.raises(Interrupted) as caught:
+        galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
+    assert planted.calls == planted.at
+    for run, other in zip(caught.value.run, whole, strict=True):
+        assert np.array_equal(run.q, other.q) and run.status == "Completed."
+
+
+@pytest.mark.parametrize(
+    "potential",
+    [
+        galvi.CentralForce(2.0),
+        galvi.CosinePotential(1.5),
+        galvi.LinearSpring(3.0),
+        galvi.SpringChain(0.3, 0.2),
+        galvi.UniformField([1.0, 2.0, 3.0]),
+        galvi.UniformGravity(2.0, [0.1, 0.2, 0.3]),
+    ],
+    ids=lambda potential: type(potential).__name__,
+)
+def test_the_energies_of_many_states_are_those_of_each(potential):
+    shape = (3, 3) if isinstance(potential, galvi.UniformGravity) else (3,)
+    states = np.random.default_rng(0).normal(size=(7, *shape))
+    states[3] = np.nan
+    body = galvi.RigidBody([1.0, 2.0, 2.5], potential)
+    system = body if len(shape) == 2 else galvi.Canonical(1.0, potential)
+    found = system.potential_energy(states, np.zeros(7))
+    expected = [potential(q) if np.isfinite(q).all() else np.nan for q in states]
+    assert np.allclose(found, expected, rtol=1e-14, equal_nan=True)

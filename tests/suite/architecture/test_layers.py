@@ -1,0 +1,112 @@
+"""The import contracts of pyproject.toml hold, and each catches the fault it is there for."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+PACKAGES = ("galvi", "references", "benchmarks", "reports")
+
+# contract id: (a file, an import in it that the contract must catch)
+FAULTS = {
+    "folders": ("references/__init__.py", "import benchmarks"),
+    "alone": ("galvi/arrays.py", "import sympy"),
+    "engines": ("benchmarks/__init__.py", "import rebound"),
+    "frames": ("references/__init__.py", "import pandas"),
+    "pictures": ("benchmarks/__init__.py", "import matplotlib"),
+    "kernels": ("galvi/kernels/forces/nbody.py", "import scipy"),
+    "galvi": ("galvi/kernels/forces/nbody.py", "from galvi import arrays"),
+    "references": ("references/newton.py", "from references.scipy import ivp"),
+    "independent": ("references/newton.py", "from galvi.kernels.forces import nbody"),
+    "benchmarks": ("benchmarks/store/frames.py", "from benchmarks.studies import scaling"),
+    "reports": ("reports/tables/writing.py", "from reports.figures import picture"),
+    "cycles": ("galvi/spaces/polynomials.py", "from galvi.spaces import fourier"),
+}
+
+
+def lint_imports(folder: Path, *contracts: str) -> subprocess.CompletedProcess[str]:
+    command = "from importlinter.cli import lint_imports_command; lint_imports_command()"
+    chosen = [word for contract in contracts for word in ("--contract", contract)]
+    return subprocess.run(
+        [sys.executable, "-c", command, "--no-cache", "--no-logo", *chosen],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """The four packages and their contracts, to plant a fault in."""
+    for package in PACKAGES:
+        shutil.copytree(
+            ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__", "out")
+        )
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    return tmp_path
+
+
+def test_every_import_contract_holds() -> None:
+    result = lint_imports(ROOT)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_every_import_contract_has_a_planted_fault() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]
+    assert {contract["id"] for contract in settings["contracts"]} == set(FAULTS)
+
+
+@pytest.mark.slow(beside="test_an_upward_import_for_types_or_inside_a_function_counts")
+def test_a_forbidden_import_breaks_its_contract(copy: Path) -> None:
+    """A circle alone, then all faults at once, each told below the name of its contract."""
+
+    def planted(*contracts: str) -> str:
+        for file, fault in map(FAULTS.__getitem__, contracts):
+            with (copy / file).open("a") as source:
+                source.write(f"\n{fault}\n")
+        result = lint_imports(copy, *contracts)
+        assert result.returncode == 1, result.stdout + result.stderr
+        return result.stdout.replace("\n", " ").partition("Broken contracts")[2]
+
+    circle, *others = sorted(FAULTS, key=lambda contract: contract != "cycles")
+    assert "fourier" in planted(circle)
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]
+    told, names = planted(*others), {one["id"]: one["name"] for one in settings["contracts"]}
+    starts = {contract: told.index(f" {names[contract]} ----") for contract in others}
+    for contract, start in starts.items():
+        end = min((one for one in starts.values() if one > start), default=None)
+        file, fault = FAULTS[contract]
+        importer = file.removesuffix("/__init__.py").removesuffix(".py").replace("/", ".")
+        assert f"{importer} -> {'.'.join(fault.split()[1::2])}" in told[start:end], contract
+
+
+def test_an_upward_import_for_types_or_inside_a_function_counts(copy: Path) -> None:
+    for file, fault in (
+        (
+            "rules/rule",
+            "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from galvi import run\n",
+        ),
+        ("spaces/space", "def later():\n    from galvi import run\n    return run\n"),
+    ):
+        with (copy / "galvi" / f"{file}.py").open("a") as source:
+            source.write(f"\n{fault}")
+    result = lint_imports(copy, "galvi")
+    assert result.returncode == 1
+    assert "galvi.rules.rule -> galvi.run" in result.stdout
+    assert "galvi.spaces.space -> galvi.run" in result.stdout
+
+
+@pytest.mark.slow(beside="test_an_upward_import_for_types_or_inside_a_function_counts")
+def test_a_room_without_a_place_in_its_package_is_refused(copy: Path) -> None:
+    for package in PACKAGES:
+        stray = copy / package / "stray.py"
+        stray.touch()
+        result = lint_imports(copy, package)
+        assert result.returncode == 1 and f"{package}.stray" in result.stdout
+        stray.unlink()

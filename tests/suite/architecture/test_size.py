@@ -1,0 +1,95 @@
+"""The code stays within the sizes of CONTRIBUTING.md."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[3]
+FOLDERS = ("galvi", "references", "benchmarks", "reports", "tests")
+KERNELS = ("galvi/kernels/", "galvi/lanes/")  # what is handed over there is not grouped
+FUNCTION = (ast.FunctionDef, ast.AsyncFunctionDef)
+LIMIT = re.compile(r"^\| (.+?) \| ([\d,]+) \|$", re.MULTILINE)
+
+
+def is_statement(node: ast.AST) -> bool:
+    """Whether it counts: a docstring does not."""
+    if not isinstance(node, ast.stmt):
+        return False
+    return not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))
+
+
+def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """How many it has, without self and cls."""
+    given = function.args
+    names = [one.arg for one in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    return len(names) - (names[:1] in (["self"], ["cls"]))
+
+
+def lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """How many it has, without those of its docstring."""
+    first, last = function.body[0], function.end_lineno or 0
+    docstring = 0 if is_statement(first) else (first.end_lineno or 0) - first.lineno + 1
+    return last - function.lineno + 1 - docstring
+
+
+def writes_elsewhere(node: ast.stmt) -> bool:
+    """Whether a statement of a module fills what another one defined, when it is imported."""
+    if isinstance(node, ast.Assign):
+        return isinstance(node.targets[0], ast.Subscript | ast.Attribute)
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)
+
+
+def measured(files: Iterator[tuple[str, str]]) -> Counter[str]:
+    """The rows of CONTRIBUTING.md's table, of files given by path and text."""
+    sizes: Counter[str] = Counter()
+    for path, text in files:
+        tree = ast.parse(text)
+        statements = [node for node in ast.walk(tree) if is_statement(node)]
+        sizes[f"statements in `{path.split('/')[0]}/`"] += len(statements)
+        for node in statements:
+            if isinstance(node, FUNCTION):
+                most = 14 if path.startswith(KERNELS) else 10
+                sizes["functions of more than 80 lines"] += lines(node) > 80
+                sizes["functions with too many parameters"] += parameters(node) > most
+        if path.startswith("galvi/") and not path.startswith(KERNELS):
+            sizes["statements that write into another module at import"] += sum(
+                map(writes_elsewhere, tree.body)
+            )
+    return sizes
+
+
+def sources() -> Iterator[tuple[str, str]]:
+    for folder in FOLDERS:
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            if not path.is_relative_to(ROOT / "reports/out"):
+                yield path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8")
+
+
+def limits() -> dict[str, int]:
+    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    section = page.partition("\n## Size\n")[2].partition("\n## ")[0]
+    return {name: int(number.replace(",", "")) for name, number in LIMIT.findall(section)}
+
+
+def test_nothing_is_larger_than_contributing_allows() -> None:
+    sizes = measured(sources())
+    assert set(sizes) == set(limits())
+    larger = {name: (size, limits()[name]) for name, size in sizes.items() if size > limits()[name]}
+    assert larger == {}, "larger than CONTRIBUTING.md allows: (size, limit)"
+
+
+def test_what_is_larger_is_counted() -> None:
+    """Planted: a long function with many parameters, and modules that fill others."""
+    names = ", ".join(f"a{k}" for k in range(11))
+    long = f"def f(self, {names}):\n" + "    '''Text.'''\n" + "    pass\n" * 80
+    files = {"galvi/a.py": long, "galvi/b.py": "c.x = 1\nc['y'] = 1\nc.append(1)\n"}
+    assert measured(iter(files.items())) == {
+        "statements in `galvi/`": 84,
+        "functions of more than 80 lines": 1,
+        "functions with too many parameters": 1,
+        "statements that write into another module at import": 3,
+    }

@@ -1,0 +1,148 @@
+"""The workflows for a forge's CI: they parse, and what they run exists."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+import yaml
+
+from reports.cli.commands import application
+
+ROOT = Path(__file__).parents[3]
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+FOR_OTHERS = ROOT / "docs" / "workflow.yml"
+PINNED = re.compile(r"uses: (actions/[a-z/-]+)@([0-9a-f]{40}) # (v\d+\.\d+\.\d+)")
+ON_MAIN = "github.ref == 'refs/heads/main'"
+REPORTS = [".venv/bin/python", "-m", "reports"]
+every = pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
+
+
+def commands(text: str) -> list[str]:
+    """Every line that a workflow runs."""
+    jobs = yaml.safe_load(text)["jobs"].values()
+    runs = [step["run"] for job in jobs for step in job["steps"] if "run" in step]
+    return [line for run in runs for line in run.splitlines()]
+
+
+def unknown(line: str) -> list[str]:
+    """The words of a command that nothing here understands."""
+    words = shlex.split(re.sub(r"\$\{\{.*?\}\}", "x", line))
+    if words == [".ci/run"]:
+        return [] if (ROOT / ".ci" / "run").stat().st_mode & 0o111 else words
+    if words[0] == "make":
+        makefile = (ROOT / "Makefile").read_text()
+        known = {*re.findall(r"^([a-z]+):", makefile, re.M), *re.findall(r"\(([A-Z]+)\)", makefile)}
+        return [word for word in words[1:] if word.partition("=")[0] not in known]
+    if words[:3] != REPORTS:
+        return words
+    import typer
+
+    group = typer.main.get_command(application())
+    command = group.commands.get(words[3])
+    if command is None:
+        return [words[3]]
+    options = {name for parameter in command.params for name in parameter.opts}
+    return [word for word in words[4:] if word.startswith("--") and word not in options]
+
+
+def test_there_is_one_for_verify_and_one_for_track() -> None:
+    assert {"ci", "verify", "track"} <= {path.stem for path in WORKFLOWS}
+
+
+@every
+def test_a_workflow_says_when_where_and_for_how_long(path: Path) -> None:
+    workflow = yaml.safe_load(path.read_text())
+    assert workflow["name"] == path.stem
+    assert workflow[True]  # "on", as YAML 1.1 reads it
+    assert workflow["permissions"] == {"contents": "read"}
+    for job in workflow["jobs"].values():
+        assert job["runs-on"] == "ubuntu-latest" and 0 < job["timeout-minutes"] <= 150
+        for step in job["steps"]:
+            assert ("run" in step) != ("uses" in step)
+
+
+def unpinned(text: str) -> list[str]:
+    """The lines that name an action otherwise than by the digest of a commit and its version."""
+    lines = [line.strip().removeprefix("- ") for line in text.splitlines()]
+    return [line for line in lines if line.startswith("uses:") and not PINNED.fullmatch(line)]
+
+
+def saved_anywhere(text: str) -> list[str]:
+    """The actions that save a cache from other branches than main, too."""
+    actions = []
+    for job in yaml.safe_load(text)["jobs"].values():
+        for step in job["steps"]:
+            action = step.get("uses", "").partition("@")[0]
+            conditions = f"{job.get('if', '')} && {step.get('if', '')}".split(" && ")
+            if action == "actions/cache" or (
+                action == "actions/cache/save" and ON_MAIN not in conditions
+            ):
+                actions.append(action)
+    return actions
+
+
+pinned = pytest.mark.parametrize("path", [*WORKFLOWS, FOR_OTHERS], ids=lambda path: path.name)
+
+
+@pinned
+def test_actions_are_pinned_by_the_digest_of_a_commit_and_name_its_version(path: Path) -> None:
+    text = path.read_text()
+    assert PINNED.search(text) and unpinned(text) == []
+
+
+def test_one_action_has_one_digest_in_all_workflows() -> None:
+    pins = {pin for path in [*WORKFLOWS, FOR_OTHERS] for pin in PINNED.findall(path.read_text())}
+    assert len({digest for _, digest, _ in pins}) == 4  # of cache, its restore and its save: one
+
+
+@pinned
+def test_caches_are_saved_from_the_main_branch_alone(path: Path) -> None:
+    assert saved_anywhere(path.read_text()) == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["uses: actions/checkout@v4", "uses: actions/checkout@11bd719 # v4.2.2",
+     "uses: actions/checkout@" + 40 * "a", "uses: actions/checkout@" + 40 * "a" + " # v4"],
+)  # fmt: skip
+def test_an_action_that_is_not_pinned_would_be_noticed(line: str) -> None:
+    assert unpinned(f"    steps:\n      - {line}\n") == [line]
+
+
+@pytest.mark.parametrize(
+    "step", ["actions/cache@x", "actions/cache/save@x", "actions/cache/save@x, if: always()",
+             f"actions/cache/save@x, if: always() || {ON_MAIN}"],
+)  # fmt: skip
+def test_a_cache_saved_from_a_pull_request_would_be_noticed(step: str) -> None:
+    assert saved_anywhere(f"jobs: {{x: {{steps: [{{uses: {step}}}]}}}}")
+
+
+@every
+def test_every_command_of_a_workflow_exists(path: Path) -> None:
+    found = commands(path.read_text())
+    assert found and {line: words for line in found if (words := unknown(line))} == {}
+
+
+def test_commands_of_the_page_and_of_ci_exist() -> None:
+    page = (ROOT / "docs" / "suite.md").read_text() + (ROOT / ".ci" / "run").read_text()
+    lines = re.findall(r"^\.venv/bin/python -m reports[^\n#]*", page, re.M)
+    assert len(lines) >= 4 and [line for line in lines if unknown(line)] == []
+
+
+def test_ci_runs_tests_for_other_processors_that_exist() -> None:
+    script = (ROOT / ".ci" / "run").read_text()
+    named = re.findall(r"^ +(tests/\S+)$", script, re.M)
+    assert {"generic", "haswell"} == set(re.findall(r"NUMBA_CPU_NAME=(\w+)", script))
+    assert script.index("export NUMBA_CPU_FEATURES=''") < script.index("NUMBA_CPU_NAME=")
+    assert len(named) > 2 and [name for name in named if not (ROOT / name).is_file()] == []
+
+
+@pytest.mark.parametrize(
+    "line", ["make instal", ".venv/bin/python -m reports verfy", "rm -r x",
+             ".venv/bin/python -m reports verify --requires rebound"],
+)  # fmt: skip
+def test_a_command_that_does_not_exist_would_be_noticed(line: str) -> None:
+    assert unknown(line)

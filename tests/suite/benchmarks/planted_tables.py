@@ -1,0 +1,66 @@
+"""What claims say of planted faults, wrong methods among them."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from functools import cache
+from pkgutil import resolve_name
+from typing import Any
+
+import pytest
+
+import galvi
+from benchmarks.checks.bounds import CONTRADICTED
+from benchmarks.checks.claim import Claim, Row
+from benchmarks.checks.faults import Fault, faulty, reversed_clock, with_table
+from benchmarks.claims import CLAIMS
+from galvi import Problem
+from references.closed_forms.kepler import KEPLER
+from references.closed_forms.top_motion import FREE_TOP
+from references.rebound.ias15 import IAS15
+from tests.suite.benchmarks.quick_studies import quick
+
+TRUTHS = tuple(type(truth) for truth in (KEPLER, FREE_TOP, IAS15))
+CLAIM = {claim.id: claim for claim in CLAIMS}
+__all__ = ["CLAIM", "contradicted", "faulty", "reversed_clock", "rows", "with_table"]
+
+
+def rows(claim: Claim, fault: Fault | Callable[..., Any] = galvi.Galerkin) -> list[Row]:
+    """What the claim's quick study comes to with a fault, or with methods made otherwise; a truth
+    is computed once for all."""
+    if not isinstance(fault, Fault):
+        fault = Fault(fault)
+    if fault.table is not None:
+        table = quick(claim)
+        fault.table(table)
+        return claim.judge(table)
+    with pytest.MonkeyPatch.context() as patch:
+        for kind in TRUTHS:
+            patch.setattr(kind, "run", remembered(kind.run))
+        for name, change in fault.wrong.items():
+            patch.setattr(name, change(resolve_name(name)))
+        return claim.judge(claim.study(fault.make, True, lambda sentence: None))
+
+
+@cache
+def remembered(run: Callable[..., Any]) -> Callable[..., Any]:
+    """It runs once for all problems, durations and settings of the same content."""
+    kept: dict[bytes, Any] = {}
+
+    def again(self: Any, problem: Problem, duration: float, setting: Any) -> Any:
+        key = pickle.dumps((self, problem, duration, setting))
+        if key not in kept:
+            kept[key] = run(self, problem, duration, setting)
+        return kept[key]
+
+    return again
+
+
+def contradicted(claim: Claim, fault: Fault | Callable[..., Any] = galvi.Galerkin) -> set[str]:
+    """The quantities that were, and were not expected to be."""
+    return {
+        row.quantity
+        for row in rows(claim, fault)
+        if row.verdict == CONTRADICTED and row.expected != CONTRADICTED
+    }

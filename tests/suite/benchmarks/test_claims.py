@@ -1,0 +1,94 @@
+"""The claims have the verdicts expected of them, on the quick studies."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import pandas as pd
+import pytest
+
+from benchmarks.checks.bounds import HOLDS, NOT_RUN, VERDICTS, AtMost
+from benchmarks.checks.claim import Claim, Row, judged
+from benchmarks.claims import CLAIMS
+from benchmarks.store.frames import COLUMNS
+from tests.suite.benchmarks.quick_studies import quick
+
+BY_ID = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
+
+
+def test_the_claims_are_numbered_without_a_gap() -> None:
+    names = [claim.id for claim in CLAIMS]
+    for letter, least in (("V", 25), ("L", 16)):
+        own = [name for name in names if name[0] == letter]
+        assert own == [f"{letter}{k}" for k in range(1, max(least, len(own)) + 1)]
+    assert {name[0] for name in names} == {"V", "L"}
+
+
+def test_every_claim_begins_with_what_its_source_says() -> None:
+    without = [one.id for one in CLAIMS if not one.statement.startswith(("H ", "M ", "Ours"))]
+    assert without == []
+
+
+def test_a_row_has_its_numbers_and_a_verdict() -> None:
+    row = judged("V0", "an error", AtMost(1.0), 0.5, claimed="O(h^2)", reason="none")
+    assert (row.claimed, row.reason, row.bound) == ("O(h^2)", "none", "at most 1")
+    assert (row.measured, row.uncertainty, row.verdict) == (0.5, None, HOLDS) and row.slack == 2.0
+    missing = judged("V0", "an error", AtMost(1.0), float("nan"))
+    assert (missing.measured, missing.uncertainty, missing.verdict) == (None, None, NOT_RUN)
+    with pytest.raises(TypeError, match="colour"):
+        judged("V0", "an error", AtMost(1.0), 0.5, colour="blue")
+
+
+@pytest.mark.slow_cases(
+    but=[
+        "V2",
+        "V8",
+        "V10",
+        "V12",
+        "V13",
+        "V17",
+        "V18",
+        "V21",
+        "V24",
+        "V27",
+        "V32",
+        "V36",
+        "L2",
+        "L3",
+        "L4",
+        "L5",
+        "L6",
+        "L7",
+        "L10",
+        "L12",
+        "L13",
+        "L15",
+    ]
+)
+@BY_ID
+def test_every_row_has_the_verdict_expected_of_it(claim: Claim) -> None:
+    frame = quick(claim)
+    assert tuple(frame.columns) == tuple(COLUMNS)
+    rows = claim.judge(frame)
+    different = [row for row in rows if row.verdict != row.expected]
+    assert different == []
+    assert rows == claim.judge(frame.sample(frac=1.0, random_state=1)), "judge depends on the order"
+    for row in rows:
+        assert row.id == claim.id
+        assert row.expected in VERDICTS
+        assert isinstance(row.measured, float)
+        assert row.uncertainty is None or row.uncertainty > 0.0
+        empty = {f.name for f in fields(Row) if getattr(row, f.name) == ""}
+        assert {"absent"} <= empty <= {"absent", "slopes"}
+
+
+@BY_ID
+def test_nothing_measured_is_never_a_success(claim: Claim) -> None:
+    rows = claim.judge(pd.DataFrame())
+    assert rows and all(row.verdict == NOT_RUN for row in rows)
+
+
+@BY_ID
+def test_rows_of_a_claim_are_told_apart_by_their_quantity(claim: Claim) -> None:
+    quantities = [row.quantity for row in claim.judge(pd.DataFrame())]
+    assert len(set(quantities)) == len(quantities)

@@ -1,0 +1,372 @@
+"""A contender's process: what it breaks or hangs is a sentence, and it leaves nothing behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import OrderedDict
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.applications.external import worker
+from benchmarks.applications.external.check_problems import CHECK_PROBLEMS, CheckProblem
+from benchmarks.applications.external.checks import contender_checks
+from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.applications.external.loading import ContenderError
+from benchmarks.checks.claim import Row
+from benchmarks.store.foreign_texts import log_line
+from benchmarks.store.provenance import ROOT
+from tests.suite.benchmarks.contenders_at_hand import Gauss
+
+ORBIT = galvi.problems.kepler(0.6)
+TROUBLE = """
+import ctypes, multiprocessing, os, subprocess, sys, threading, time
+from pathlib import Path
+import numpy as np
+import galvi
+
+lock = multiprocessing.Lock()
+
+def child():
+    process = subprocess.Popen(["sleep", "60"])
+    Path(__file__).with_name("pids").write_text(f"{os.getpid()} {process.pid}")
+
+class Trouble:
+    name = "trouble"
+
+    def supports(self, problem):
+        if problem.name == "unsure":
+            raise RuntimeError("who knows")
+        return True
+
+    def run(self, problem, duration, setting):
+        print("a line that is no part of any table")
+        what = setting.get("what", "")
+        if what == "sleeps":
+            child()
+            time.sleep(60.0)
+        if what == "holds the interpreter":
+            child()
+            ctypes.PyDLL(None).sleep(60)
+        if what == "dies":
+            child()
+            os._exit(3)
+        if what == "exits":
+            sys.exit("that is all")
+        if what == "prints":
+            for k in range(3000):
+                print("::error::line", k, chr(27), flush=True)
+            sys.stderr.write("##[error]" + "x" * 10**6)
+        if what == "dies later":
+            threading.Timer(0.2, os._exit, (4,)).start()
+        t = problem.t0 + duration * np.arange(2)
+        q, p = (np.array([start] * 2) for start in (problem.q0, problem.p0))
+        return galvi.Trajectory(problem, t, q, p)
+
+class Hashing(Trouble):
+    def run(self, problem, duration, setting):
+        run = super().run(problem, duration, {})
+        saved = round(duration / setting["step"]) // setting["save_every"]
+        t = problem.t0 + np.linspace(0.0, duration, saved + 1)
+        q, p = (np.array([start] * len(t)) for start in (problem.q0, problem.p0))
+        q[1:] += hash("a") * 1e-25
+        return galvi.Trajectory(problem, t, q, p)
+
+class Sleeping(Hashing):
+    def run(self, problem, duration, setting):
+        if duration > 10.0:
+            time.sleep(60.0)
+        return super().run(problem, duration, setting)
+
+class Breaking(Trouble):
+    def __init__(self):
+        raise OSError("no licence")
+"""
+SCRIPT = """
+import sys
+import galvi
+from benchmarks.applications.external.integrator import ExternalIntegrator
+
+if __name__ == "__main__":
+    external = ExternalIntegrator.open("trouble:Trouble")
+    try:
+        external.run(galvi.problems.kepler(0.6), 1.0, {"samples": 1, "what": sys.argv[1]})
+    finally:
+        external.close()
+"""
+needs_groups = pytest.mark.skipif(os.name != "posix", reason="there are no process groups")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the contender's module is, on the path of new processes."""
+    (tmp_path / "trouble.py").write_text(TROUBLE)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return tmp_path
+
+
+def left(folder: Path) -> list[int]:
+    """Which of the contender's process and its child still run, ten seconds later at most."""
+    pids = [int(pid) for pid in (folder / "pids").read_text().split()]
+    for _ in range(100):
+        running = [pid for pid in pids if _runs(pid)]
+        if not running:
+            return []
+        time.sleep(0.1)
+    for pid in running:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+    return running
+
+
+def _runs(pid: int) -> bool:
+    state = subprocess.run(["ps", "-o", "stat=", "-p", str(pid)], capture_output=True, text=True)
+    return state.stdout.strip() not in ("", "Z", "Zs", "ZN")
+
+
+@pytest.mark.slow(beside="test_after_two_answers_that_were_late_it_is_not_asked_again")
+def test_one_that_hangs_dies_or_exits_is_a_sentence_and_the_next_run_goes_on(
+    folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    external = ExternalIntegrator.open("trouble:Trouble", limit=20.0)
+
+    def run(what: str = "", limit: float = 20.0, tried: bool = False) -> galvi.Trajectory:
+        external.limit = limit
+        return external.timed(ORBIT, 1.0, {"samples": 1, "what": what}, tried=tried)()
+
+    try:
+        assert run().success
+        for what, tried in (("sleeps", True), ("holds the interpreter", False)):
+            hung = run(what, 1.0, tried)
+            assert hung.status == "It did not answer within 1 s, and was stopped."
+            assert np.isnan(hung.q).all() and hung.q.shape == (2, 2) and not hung.success
+            assert left(folder) == []
+            assert run().success
+        assert run("dies").status == "Its process ended, with status 3." and left(folder) == []
+        assert run("exits").status == "It raised SystemExit: that is all."
+        assert run("dies later").success
+        time.sleep(1.0)
+        assert run().status.startswith("Its process ended") and run().success
+        assert external.supports(replace(ORBIT, name="unsure")) is False
+        assert external.faults[-1] == (
+            "trouble, unsure, asked whether it supports the problem: "
+            "It raised RuntimeError: who knows."
+        )
+    finally:
+        external.close()
+    printed = capfd.readouterr()
+    assert printed == ("", "")
+    assert external.printed.first[0] == "a line that is no part of any table"
+
+
+def test_what_it_prints_is_counted_and_its_first_lines_are_kept_without_commands(
+    folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    external = ExternalIntegrator.open("trouble:Trouble")
+    try:
+        assert external.run(ORBIT, 1.0, {"samples": 1, "what": "prints"}).success
+    finally:
+        external.close()
+    assert capfd.readouterr() == ("", "")
+    printed = external.printed
+    assert printed.lines == 3002 and len(printed.first) == 20
+    assert printed.first[1] == r": :error: :line 0 \x1b"
+    assert printed.sentence() == (
+        'printed 3,002 lines, the first of them "a line that is no part of any table".'
+    )
+    assert log_line("##[error]" + 10**6 * "x") == "# #[error]" + 188 * "x" + "..."
+
+
+def test_after_two_answers_that_were_late_it_is_not_asked_again(folder: Path) -> None:
+    external = ExternalIntegrator.open("trouble:Trouble", limit=20.0)
+    external.limit = 1.0
+    try:
+        for _ in range(2):
+            late = external.run(ORBIT, 1.0, {"samples": 1, "what": "sleeps"})
+            assert late.status.startswith("It did not answer within 1 s")
+        begin = time.monotonic()
+        for what in ("sleeps", ""):
+            assert external.run(ORBIT, 1.0, {"samples": 1, "what": what}).status == (
+                "It was not asked: 2 answers before took longer than 1 s. Give a longer "
+                "--timeout, in seconds, if it is only slow."
+            )
+        assert not external.supports(ORBIT) and time.monotonic() - begin < 0.5
+    finally:
+        external.close()
+
+
+def test_problems_that_it_is_not_asked_about_any_more_are_one_sentence() -> None:
+    external = ExternalIntegrator("m:Late", name="late")
+    external._late[False] = 2
+    assert not external.run(CHECK_PROBLEMS[0].problem, 5.0, {"step": 0.5}).success
+    for check in CHECK_PROBLEMS:
+        assert not external.supports(check.problem)
+    assert not external.run(CHECK_PROBLEMS[1].problem, 5.0, {"step": 0.5}).success
+    (fault,) = external.faults
+    assert fault.startswith(f"late, {CHECK_PROBLEMS[0].problem.name} and 1 more, T = 5, step=0.5")
+    assert "It was not asked: 2 answers before took longer than 60 s." in fault
+    assert not any(external.faults_on(check.problem) for check in CHECK_PROBLEMS[2:])
+
+
+def test_a_failure_that_it_words_like_a_request_that_was_not_made_is_a_fault_of_its_own() -> None:
+    external = ExternalIntegrator("m:Late", name="late")
+    for check in CHECK_PROBLEMS[:2]:
+        external.add_fault(check.problem, "T = 5", "It was not asked for a step.")
+    assert len(external.faults) == 2 and external.only_unasked == ""
+
+
+class Text(str):
+    def __str__(self) -> str:
+        return self
+
+    def __repr__(self) -> str:
+        raise RuntimeError("no words")
+
+
+class Whole(int):
+    pass
+
+
+class Number(float):
+    pass
+
+
+class Array(np.ndarray):
+    pass
+
+
+class Refused(ContenderError):
+    def __str__(self) -> str:
+        return Text("not this one")
+
+
+class Typed(Gauss):
+    """All that it says is of classes of its own."""
+
+    name, order = Text("typed"), Number(4.0)
+    conserves = {Text("energy"): Number(0.5)}  # noqa: RUF012
+
+    def supports(self, problem: galvi.Problem) -> bool:
+        raise Refused
+
+    def settings(self, problem: galvi.Problem, duration: float) -> list[Any]:
+        return [OrderedDict({Text("step"): np.float64(0.5), Text("save_every"): 10})]
+
+    def claimed_error(self, problem: galvi.Problem, duration: float, setting: Any) -> float:
+        return Number(0.5)
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        run = super().run(problem, duration, setting)
+        status, counts = Text("done"), OrderedDict({Text("steps"): Whole(10)})
+        t, q, p = (x.view(Array) for x in (run.t, run.q, run.p))
+        return galvi.Trajectory(problem, t, q, p, status=status, counts=counts)
+
+
+def kinds(value: Any) -> set[type]:
+    """The types of a value and of all that it holds."""
+    inside: Iterable[Any] = ()
+    if isinstance(value, Mapping):
+        inside = (*value, *value.values())
+    elif isinstance(value, tuple | list):
+        inside = value
+    return {type(value)}.union(*map(kinds, inside))
+
+
+def test_nothing_of_its_classes_comes_back_from_its_process(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(worker, "contender_at", lambda path: Typed())
+    about = ORBIT, 5.0, {"step": 0.5, "save_every": 10}
+    answers = {
+        "metadata": worker.answer("m:Typed", "metadata"),
+        "settings": worker.answer("m:Typed", "settings", ORBIT, 5.0, 100),
+        "claimed error": worker.answer("m:Typed", "claimed error", *about),
+        "timed run": worker.answer("m:Typed", "timed run", *about),
+    }
+    plain = {str, int, float, bool, dict, list, tuple, np.ndarray}
+    assert {name: kinds(value) - plain for name, value in answers.items()} == {
+        name: set() for name in answers
+    }
+    with pytest.raises(ContenderError, match="not this one") as caught:
+        worker.answer("m:Typed", "supports", ORBIT)
+    assert type(caught.value) is ContenderError and kinds(caught.value.args) == {tuple, str}
+
+
+def verified(path: str, limit: float, *more: CheckProblem) -> tuple[list[Row], ExternalIntegrator]:
+    """The rows of `verify` on two problems and more."""
+    external = ExternalIntegrator.open(path, limit)
+    try:
+        (claim,) = contender_checks([external], (*CHECK_PROBLEMS[:2], *more))
+        return claim.judge(claim.study(galvi.Galerkin, True, lambda sentence: None)), external
+    finally:
+        external.close()
+
+
+@pytest.mark.slow(beside="test_after_two_answers_that_were_late_it_is_not_asked_again")
+def test_one_that_sleeps_in_long_runs_is_asked_twice(folder: Path) -> None:
+    rows, external = verified("trouble:Sleeping", 8.0, CHECK_PROBLEMS[3])
+    failed = [row for row in rows if row.quantity.startswith("runs and answers that failed")]
+    assert [row.verdict for row in failed] == ["contradicted"] * 3
+    late = [fault for fault in external.faults if "It did not answer within 8 s" in fault]
+    assert len(late) == 2 and any("It was not asked" in fault for fault in external.faults)
+
+
+def test_a_result_that_depends_on_the_process_is_not_deterministic(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("PYTHONHASHSEED", raising=False)
+    rows, _ = verified("trouble:Hashing", 60.0)
+    measured = {row.quantity.partition(",")[0]: row.measured for row in rows}
+    assert measured["difference of two equal runs"] == 0.0
+    assert measured["difference of equal runs of two processes"] > 0.0
+
+
+def test_one_that_cannot_be_made_is_a_sentence_and_no_process_stays(folder: Path) -> None:
+    with pytest.raises(ContenderError, match=r"Breaking\(\) raised OSError: no licence"):
+        ExternalIntegrator.open("trouble:Breaking")
+
+
+def script(folder: Path, what: str) -> subprocess.Popen[str]:
+    """A process that runs the contender."""
+    path = os.pathsep.join((str(folder), str(ROOT)))
+    return subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, what],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env=os.environ | {"PYTHONPATH": path},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+
+
+@pytest.mark.slow(beside="test_when_we_are_stopped_it_goes_and_what_it_started")
+def test_a_normal_end_clears_up_without_a_word(folder: Path) -> None:
+    process = script(folder, "")
+    assert process.communicate(timeout=60.0) == ("", "")
+    assert process.returncode == 0
+
+
+@pytest.mark.slow_cases("2")
+@needs_groups
+@pytest.mark.parametrize(
+    "how",
+    [signal.SIGINT, signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)],
+)
+def test_when_we_are_stopped_it_goes_and_what_it_started(folder: Path, how: int) -> None:
+    process = script(folder, "sleeps")
+    for _ in range(600):
+        if (folder / "pids").exists() and (folder / "pids").read_text().count(" "):
+            break
+        time.sleep(0.1)
+    process.send_signal(how)
+    said = process.communicate(timeout=60.0)[1]
+    assert process.returncode != 0 and left(folder) == []
+    assert ("KeyboardInterrupt" in said) is (how == signal.SIGINT)

@@ -1,0 +1,152 @@
+"""Judging a tree of rigid bodies: errors of its joints, of one against its closed form."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.applications.judging import trees
+from benchmarks.applications.judging.candidate import Kind, Model
+from benchmarks.applications.judging.judgement import Judgement, judge, own_setting
+from galvi import Problem
+from galvi.interop import from_mujoco
+from references.closed_forms.pendulum import PENDULUM
+from references.pinocchio.tree import PINOCCHIO_ACCELERATIONS
+from reports.judge.sentences import sentences
+
+pytest.importorskip("mujoco")
+ROOT = Path(__file__).parents[3]
+
+
+def swing(damping: float = 0.0, **own: object) -> Problem:
+    """A ball of 1 kg at 1 m from a hinge, which swings from 2 radians; its moment is 1.01."""
+    hinge = galvi.Joint("hinge", axis=(0.0, 1.0, 0.0), damping=damping)
+    rod = galvi.Link(hinge, mass=1.0, centre=(0.0, 0.0, -1.0), inertia=(0.01,) * 3, name="rod")
+    system = galvi.Multibody([rod])
+    q, v = system.from_mujoco([2.0], [0.0])
+    return Problem(system, q, v, parameters={"integrator": "RK4", "dt": 0.02, **own})
+
+
+@pytest.fixture(scope="module")
+def found() -> Judgement:
+    return judge(swing(), duration=10.0, error=1e-6)
+
+
+def test_the_error_of_a_pendulum_is_that_against_the_closed_form(found: Judgement) -> None:
+    plain = galvi.Problem(galvi.Canonical(1.01, galvi.CosinePotential(9.81)), [2.0], [0.0])
+    exact = PENDULUM.run(plain, found.duration, {"samples": 100})
+    mine = trees.INTEGRATORS["rk4"].run(swing(), 10.0, {"step": 0.02, "save_every": 5})
+    off = np.abs(mine.q - exact.q).max()
+    assert found.own["error"] == pytest.approx(off, rel=1e-4)
+    assert found.truth_agreement < 1e-9 and found.own["energy"] > 0.0
+    assert list(found.parts["joint"]) == ["hinge of rod"]
+    assert found.recommended is not None and found.recommended["error"] <= 1e-6
+    tried = found.table["integrator"].drop_duplicates().tolist()
+    assert {"MuJoCo RK4 (yours)", "MuJoCo Euler", "galvi degree 8, Gauss 8"} <= {*tried}
+    assert "MuJoCo RK4" not in tried  # the same model with the same options
+    assert len(found.encounters.columns) == 0
+
+
+def test_where_sources_part_nothing_is_judged(found: Judgement) -> None:
+    """Planted: a source that leaves the truth after 4 s."""
+    assert math.isinf(found.trusted_until) and "part" not in sentences(found)[1]
+    one = found.agreements[0]
+    parted = replace(one, apart=np.where(one.t > 4.0, 0.1, one.apart))
+    wrong = replace(found, agreements=(parted, *found.agreements[1:]))
+    assert wrong.trusted_until == 4.0
+    assert "After t = 4 the sources part, and nothing can be judged" in sentences(wrong)[1]
+    opinion = replace(parted, source=found.agreements[-1].source)
+    assert math.isinf(replace(found, agreements=(opinion,)).trusted_until)
+
+
+def test_the_page_says_where_all_sources_are_of_one_engine(found: Judgement) -> None:
+    assert "runs of galvi are never the truth" in sentences(found)[1]
+    alone = "rests on one engine, MuJoCo: install the extra trees (pip install pin) for Pinocchio"
+    assert (alone in sentences(found)[1]) is bool(PINOCCHIO_ACCELERATIONS.missing)
+    first, *others = found.agreements
+    second = replace(first, source=replace(first.source, label="another", engine="Pinocchio"))
+    assert alone not in sentences(replace(found, agreements=(second, *others)))[1]
+
+
+@pytest.mark.slow(
+    beside="test_own_runs.py::test_a_damped_hinge_is_judged_with_the_damping_of_its_integrator"
+)
+def test_a_damped_tree_has_no_energy_error() -> None:
+    found = judge(swing(damping=0.1), duration=5.0, own={"integrator": "implicitfast"})
+    assert math.isnan(found.own["energy"]) and math.isnan(found.own["momentum"])
+    assert found.own["integrator"] == "MuJoCo implicitfast, dt = 0.02" and found.passed
+
+
+def test_errors_of_balls_and_free_bodies_are_angles_and_lengths() -> None:
+    links = [galvi.Link(galvi.Joint(kind), mass=1.0, inertia=(1.0, 2.0, 2.5))
+             for kind in ("ball", "free")]  # fmt: skip
+    system = galvi.Multibody(links)
+    half = 0.15  # of an angle of 0.3 about x
+    one, other = np.zeros((2, 11))
+    one[[0, 7]] = 1.0
+    other[:2] = math.cos(half), math.sin(half)
+    other[4:7], other[7] = (0.0, 0.4, 0.0), -1.0  # the same attitude
+    runs = []
+    for qpos in (one, other):
+        q, v = system.from_mujoco(qpos, np.zeros(9))
+        runs.append(galvi.Trajectory(Problem(system, q, v), np.zeros(1), q[None], v[None]))
+    assert trees.errors(*runs)[0] == pytest.approx([0.3, 0.4], rel=1e-12)
+    assert trees.names(runs[0].problem) == ["ball of link 0", "free of link 1"]
+
+
+def test_a_start_at_which_nothing_moves_is_refused() -> None:
+    still = swing().with_initial_state(*swing().system.from_mujoco([0.0], [0.0]))
+    with pytest.raises(ValueError, match=r"nothing moves from this start: .*--key 0"):
+        judge(still)
+
+
+FLOATING = (ROOT / "docs" / "models" / "floating_arm.xml").read_text()
+
+
+@pytest.mark.parametrize(("start", "warned"), [({}, 1), ({"key": 0}, 0), ({"qvel": [0.0] * 9}, 1),
+                                               ({"qvel": [0.0] * 8 + [0.1]}, 0)])  # fmt: skip
+def test_a_floating_model_that_only_falls_is_told(start: dict[str, Any], warned: int) -> None:
+    text = FLOATING.replace('gravity="0 0 0"', "")
+    problem, _ = from_mujoco.read(text, (), start.get("key"), None, start.get("qvel"))
+    truth = trees.INTEGRATORS["rk4"].run(problem, 1.0, {"step": 0.001, "save_every": 100})
+    own = own_setting(cast(Kind, trees), Model(problem), {})
+    found = trees.notes(Model(problem), own, truth)
+    assert len(found) == warned
+    assert all("moves as one rigid body" in one and "--key" in one for one in found)
+
+
+@pytest.mark.slow(
+    beside="tests/suite/reports/test_judge.py::test_only_an_error_that_was_asked_for_is_a_failure_and_an_unconfirmed_truth_is_none"
+)
+def test_a_run_that_fails_is_told_and_has_no_error() -> None:
+    stiff = swing(damping=1000.0)  # beyond the stability of RK4 with its steps
+    found = judge(stiff, duration=1.0, error=1e-6)
+    assert math.isnan(found.own["error"]) and "unstable" in found.own["status"]
+    assert not found.passed and np.isfinite(found.parts["largest_error"]).all()
+
+
+MOTOR = """<mujoco><option timestep=".002" integrator="implicitfast" {}/><worldbody><body>
+<joint name="h" axis="0 1 0" damping=".1"/><inertial pos="0 0 -.4" mass="1"
+diaginertia=".02 .03 .01"/></body></worldbody>{}<keyframe><key qpos="1"/></keyframe></mujoco>"""
+ACTING = {
+    "a motor": ("", '<actuator><motor joint="h"/></actuator>'),
+    "a medium": ('density="100" viscosity=".1"', ""),
+    "a tendon": ("", '<tendon><fixed stiffness="3"><joint joint="h" coef="1"/></fixed></tendon>'),
+}
+
+
+@pytest.mark.parametrize("name", ACTING)
+def test_all_of_mujocos_integrators_are_tried_on_a_model_with_forces(name: str) -> None:
+    """The user's own model is asked, not one that is made of the problem, which none can run."""
+    own, problem = from_mujoco.read(MOTOR.format(*ACTING[name]), key=0)[::-1]
+    model = Model(problem, own)
+    mine = own_setting(cast(Kind, trees), model, {})
+    found = [group[0].label for group in trees.candidates(model, 2.0, mine)]
+    theirs = {contender.name for contender in trees.INTEGRATORS.values() if not contender.missing}
+    assert theirs - {mine.name} <= {*found}

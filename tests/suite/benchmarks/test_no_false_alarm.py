@@ -1,0 +1,110 @@
+"""No correct symplectic integrator is said to lose its energy; a drift still is."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
+from benchmarks.applications.external.checks import _growth
+from benchmarks.applications.external.long_runs import CHOICE, PARTS, SEEDS, at_random
+from benchmarks.measures import independent_invariants
+from benchmarks.statistics.drift import drift
+from tests.suite.benchmarks.correct_contenders import triple_jump
+
+DURATIONS = np.random.default_rng(12).uniform(90.0, 150.0, 50)
+FEW = [123.0, *DURATIONS[:4]]  # the first is that of a false alarm
+STEPS, FINE = 4000, 2000
+NAMES = ("harmonic oscillator", "planar pendulum", "kepler", "henon-heiles")
+PROBLEMS = {
+    check.problem.name: (check.watched or check.problem, check.energy) for check in CHECK_PROBLEMS
+}
+
+
+def composed(problem: galvi.Problem, duration: float, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times and states (q, p) of compositions of leapfrog."""
+    steps = STEPS if order == 2 else FINE
+    h, q, v, saved = duration / steps, problem.q0, problem.v0, []
+    weights = triple_jump(order)
+    for _ in range(steps):
+        saved.append((q, v))
+        for w in weights:
+            q = q + 0.5 * w * h * v
+            v = v + w * h * problem.system.acceleration(q, 0.0)
+            q = q + 0.5 * w * h * v
+    saved.append((q, v))
+    places, velocities = np.swapaxes(saved, 0, 1)
+    return h * np.arange(steps + 1), np.array([places, problem.system.momentum(velocities)])
+
+
+def by_gauss(problem: galvi.Problem, duration: float, points: int):
+    steps = FINE
+    method = galvi.Galerkin(galvi.Polynomials(points), galvi.gauss(points))
+    run = galvi.integrate(problem, method, duration / steps, steps, curves=False)
+    return run.t - run.t[0], np.array([run.q, run.p])
+
+
+INTEGRATORS = {
+    **{f"leapfrog, order {order}": (composed, order) for order in (2, 4, 8)},
+    **{f"Gauss {points}": (by_gauss, points) for points in (1, 2, 3, 4)},
+}
+
+
+@cache
+def changes(integrator: str, name: str, duration: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times and relative changes of the energy."""
+    found = next(key for key in PROBLEMS if key.lower().startswith(name))
+    problem, energy = PROBLEMS[found]
+    run, parameter = INTEGRATORS[integrator]
+    t, (q, p) = run(problem, duration, parameter)
+    values = (energy or independent_invariants.hamiltonian)(problem, q, p)
+    return t, np.abs(values - values[0]) / abs(values[0])
+
+
+def alarm(t: np.ndarray, values: np.ndarray) -> str:
+    """What `verify` says of both samplings, if both are suspicious."""
+    faults = [_growth(np.inf, drift(*at_random(t, values, seed))) for seed in SEEDS]
+    return faults[0] if all(faults) else ""
+
+
+@pytest.mark.slow_cases(
+    "few-harmonic oscillator-leapfrog, order 4",
+    "few-harmonic oscillator-leapfrog, order 8",
+    "few-planar pendulum-leapfrog, order 2",
+    "few-planar pendulum-leapfrog, order 4",
+    "few-planar pendulum-leapfrog, order 8",
+    "few-kepler-leapfrog, order 2",
+    "few-kepler-leapfrog, order 4",
+    "few-kepler-leapfrog, order 8",
+    "few-henon-heiles-leapfrog, order 2",
+    "few-henon-heiles-leapfrog, order 4",
+    "few-henon-heiles-leapfrog, order 8",
+)
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "durations", [FEW, pytest.param(DURATIONS, marks=pytest.mark.slow)], ids=["few", "fifty"]
+)
+def test_there_is_no_false_alarm(integrator, name, durations):
+    said = {duration: alarm(*changes(integrator, name, float(duration))) for duration in durations}
+    assert not any(said.values()), said
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("share", [0.05, -0.05])
+def test_a_drift_of_a_twentieth_is_seen(name, share):
+    for duration in FEW:
+        t, values = changes("leapfrog, order 2", name, float(duration))
+        drifting = values + share * np.max(values) * t / t[-1]
+        assert "Over the run" in alarm(t, drifting), duration
+
+
+def test_samples_are_taken_at_random_where_there_are_enough():
+    t = np.arange(CHOICE * PARTS * 2 + 1.0)
+    (one, two), (middle, _) = (at_random(t, t, seed)[1] for seed in SEEDS), at_random(t, t, 1)
+    assert len(one) == 2 * PARTS and np.max(np.abs(one - middle)) < CHOICE
+    assert not np.array_equal(one, two) and np.ptp(np.diff(middle)) == 0.0
+    assert np.array_equal(at_random(t[: PARTS + 1], t[: PARTS + 1], 1)[1], t[: PARTS + 1])

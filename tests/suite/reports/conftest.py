@@ -1,0 +1,98 @@
+"""Fixtures of the tests of reports.
+
+The process that hands out the tests imports this file and runs none: what is needed is imported by
+the fixtures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from benchmarks.checks.claim import Claim, Row
+    from reports.results.suite import Suite
+
+
+@pytest.fixture(scope="session")
+def make_suite() -> Callable[..., Suite]:
+    """A suite of the given claims, by default one that holds."""
+    from reports.results.suite import Suite
+    from tests.suite.reports.small_reports import SKY, claim, cost, provenance, work_precision
+
+    def make(*claims: Claim, **others: object) -> Suite:
+        parts = {"work_precision": work_precision, "cost": cost, "sections": (SKY,), **others}
+        return Suite(claims or (claim(),), provenance=provenance, **parts)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def drawn_frames() -> dict[str, pd.DataFrame]:
+    """A frame for each figure of the catalogue, by its name."""
+    from reports.figures.catalogue.all import FIGURES
+    from tests.suite.reports.figure_frames import frame_for
+
+    return {figure.name: frame_for(figure) for figure in FIGURES}
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A build draws nothing, which is most of its time."""
+    from reports.figures.drawing import Gallery
+
+    monkeypatch.setattr("reports.build.build.draw", lambda *measured: Gallery({}, {}))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def pages_as_text() -> Iterator[None]:
+    """Sphinx takes seconds, and does not change what the pages say."""
+    from tests.suite.reports.sites import BUILDER, TextSite
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BUILDER, TextSite)
+        yield
+
+
+@pytest.fixture(scope="session")
+def make_row() -> Callable[..., Row]:
+    """A row of a claim that holds, with some of its fields replaced."""
+    from tests.suite.reports.small_reports import ROW
+
+    return lambda **fields: replace(ROW, **fields)
+
+
+@pytest.fixture(scope="session")
+def make_claim() -> Callable[..., Claim]:
+    """See `claim` of small_reports."""
+    from tests.suite.reports.small_reports import claim
+
+    return claim
+
+
+@pytest.fixture(scope="session", autouse=True)
+def labels_parsed_once() -> Iterator[None]:
+    """matplotlib parses the labels of a figure in every pass that draws it: a third of the time.
+
+    It keeps what it parsed for one renderer; here it is kept for all that are of the same kind.
+    """
+    from matplotlib.mathtext import MathTextParser
+
+    kept = getattr(MathTextParser, "_parse_cached", None)  # not public: it may go
+    with pytest.MonkeyPatch.context() as patch:
+        if kept is not None:
+            patch.setattr(MathTextParser, "__eq__", lambda one, other: kind(one) == kind(other))
+            patch.setattr(MathTextParser, "__hash__", lambda one: hash(kind(one)))
+            patch.setattr(MathTextParser, "_parse_cached", lru_cache(4096)(kept.__wrapped__))
+        yield
+
+
+def kind(parser: Any) -> object:
+    """Vectors or pixels."""
+    return parser._output_type

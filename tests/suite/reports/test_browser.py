@@ -1,0 +1,279 @@
+"""The site in a real browser: `python -m pytest -m browser tests/suite/reports`.
+
+Needs a chromium of the system, playwright and axe (extra `dev`); skipped where one is missing.
+REPORT=reports/out looks at that report instead of a small one.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from reports.cli.commands import run
+from reports.site.build import SiteBuilder
+from reports.site.pages import PAGES
+from tests.suite.reports.browsing import MARKS, WIDTHS, browsing, looking, violations
+from tests.suite.reports.sites import BUILDER
+
+OPEN = "document.querySelectorAll('details').forEach(one => { one.open = true; })"
+SHOW = "document.querySelectorAll('[hidden]').forEach(one => one.removeAttribute('hidden'))"
+FIRST_VIEW = 1_500_000  # bytes of the start with what it shows before scrolling, but the theme's
+RESULTS = tuple(f"results/{name}" for name in PAGES)
+DOCS = (  # a page of each kind, and those with what is widest
+    "index",
+    "which",
+    "trust",
+    "multibody",
+    "frames",
+    "suite",
+    "why",
+    "tutorials/index",
+    "tutorials/first_run",
+    "theory/index",
+    "theory/vector_spaces",
+    "reference/index",
+    "reference/run",
+    "reference/systems",
+    "commands",
+    "peers",
+    "defects",
+    "genindex",
+    "search",
+)
+NAMES = (*RESULTS, *DOCS)
+A4 = 680  # pixels of CSS across a page of A4 within its margins
+NOTICE = "[PST]:"  # of the theme, on what it does
+# What may be wider than the window scrolls in a box of its own.
+BOXES = "pre, .wide, .picture, .pst-scrollable-table-container, .ledger, mjx-container"
+OVERFLOW = """([inside, scrolls, boxes]) => [...document.querySelectorAll(inside)].filter(one => {
+    const box = one.getBoundingClientRect();
+    if (!box.width || one.closest('mjx-assistive-mml, .headerlink')) return false;
+    if (scrolls && one.closest(boxes)) return false;
+    return box.right > innerWidth + 1 || box.left < -1;
+}).slice(0, 5).map(one => one.tagName + '.' + one.className + ' ' + one.textContent.slice(0, 60))"""
+SIDEWAYS = """() => [...document.querySelectorAll('.wide')]
+    .filter(one => one.scrollWidth > one.clientWidth + 1)
+    .map(one => one.innerText.slice(0, 40))"""
+CUT = """() => [...document.querySelectorAll('.wide')].filter(one => {
+    const caption = one.querySelector('caption');
+    if (!caption || !caption.firstChild) return false;
+    const range = document.createRange();
+    range.selectNodeContents(caption);
+    return range.getBoundingClientRect().right > one.getBoundingClientRect().right + 1;
+}).map(one => one.ariaLabel)"""
+VISIBLE = (
+    "[...document.querySelectorAll('.claim')].filter(one => one.offsetParent).map(one => one.id)"
+)
+
+pytestmark = MARKS
+
+
+@pytest.fixture(scope="module")
+def out(make_suite, make_claim, make_row, tmp_path_factory) -> Path:
+    """The report to look at."""
+    if "REPORT" in os.environ:
+        return Path(os.environ["REPORT"]).resolve()
+    folder = tmp_path_factory.mktemp("report")
+    suite = make_suite(
+        make_claim("V1"),
+        make_claim("L3", (make_row(verdict="exceeds", quantity="order", setup="x; " * 60),)),
+        make_claim("V5", tuple(make_row(quantity=f"number {k}") for k in range(9))),
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BUILDER, SiteBuilder)
+        run(lambda: suite, ["build", "--quick", "--single-file", "--out", str(folder)])
+    return folder
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with browsing() as started:
+        yield started
+
+
+@pytest.fixture
+def opened(browser, out) -> Iterator[Any]:
+    """See `looking`; without a network, and with the formulas set."""
+    with looking(browser, out, NOTICE) as look:
+
+        def opened(name: str, width: int = 1400, dark: bool = False, scripts: bool = True) -> Any:
+            page = look(name, width, dark, scripts, offline=True)
+            if scripts:
+                page.wait_for_function(
+                    "!document.querySelector('.math') || document.querySelector('mjx-container')"
+                )
+            return page
+
+        yield opened
+
+
+def overflow(page: Any, scrolls: bool = True) -> list[str]:
+    """What is wider than the window."""
+    inside = "article *" if page.locator("article.bd-article").count() else "main *"
+    return page.evaluate(OVERFLOW, [inside, scrolls, BOXES])
+
+
+@pytest.mark.parametrize("name", (*NAMES, "report"))
+def test_nothing_is_too_wide_and_the_console_is_silent_without_a_network(opened, out, name):
+    if "REPORT" in os.environ and not (out / f"{name}.html").exists():
+        pytest.skip(f"{out} has no {name}.html: build it with --single-file")
+    for width in WIDTHS:
+        page = opened(name, width)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width, (name, width)
+        assert overflow(page) == [], (name, width)
+        assert page.said == []
+
+
+def test_a_telephone_is_shown_the_narrow_figures(opened):
+    for width, narrow in ((max(WIDTHS), False), (400, True)):
+        page = opened("results/claims", width)
+        page.evaluate(OPEN)
+        sources = page.evaluate(
+            "[...document.querySelectorAll('.picture img')]"
+            ".map(one => { one.loading = 'eager'; return one.decode().then(() => one.currentSrc) })"
+            ".reduce((all, one) => all.then(list => one.then(it => [...list, it])),"
+            " Promise.resolve([]))"
+        )
+        assert sources and all(one.endswith("-narrow.svg") == narrow for one in sources)
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_no_table_scrolls_sideways_in_a_wide_window(opened, name):
+    page = opened(name, max(WIDTHS))
+    page.evaluate(OPEN)
+    assert page.evaluate(SIDEWAYS) == []
+    wide = "<div class='wide'><div style='width: 2000px'>wide</div></div>"
+    page.evaluate(f"document.querySelector('article').insertAdjacentHTML('beforeend', `{wide}`)")
+    assert page.evaluate(SIDEWAYS) == ["wide"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_print_cuts_nothing_off_and_leaves_navigation_out(opened, name):
+    page = opened(name, A4)
+    page.evaluate(OPEN)
+    page.emulate_media(media="print")
+    assert overflow(page, scrolls=False) == []
+    assert not page.locator(".bd-sidebar-primary").is_visible()
+
+
+def test_something_too_wide_would_be_found(opened):
+    page = opened("index", 400)
+    wide = "<div style='width: 900px; height: 9px'>wide</div>"
+    page.evaluate(f"document.querySelector('article').insertAdjacentHTML('beforeend', `{wide}`)")
+    assert overflow(page) != []
+
+
+@pytest.mark.parametrize("dark", (False, True))
+@pytest.mark.parametrize("name", NAMES)
+def test_contrast_names_and_alternative_texts_satisfy_axe(opened, name, dark):
+    page = opened(name, 1400, dark)
+    if name in RESULTS:
+        page.evaluate(OPEN)
+        page.evaluate(f"document.querySelectorAll('article').forEach(() => {{ {SHOW} }})")
+    assert violations(page) == []
+
+
+def test_axe_finds_a_picture_without_a_text_and_pale_words(opened):
+    page = opened("results/provenance")
+    page.evaluate("document.querySelector('article').innerHTML += '<img src=\"data:,\">"
+                  "<p style=\"color: #ddd; background: #fff\">pale</p>'")  # fmt: skip
+    assert {"image-alt", "color-contrast"} <= {rule for rule, _ in violations(page)}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_picture_loads(opened, name):
+    page = opened(name)
+    page.evaluate(OPEN)
+    page.evaluate("document.querySelectorAll('img').forEach(one => { one.loading = 'eager'; })")
+    page.wait_for_function("[...document.images].every(one => one.complete)")
+    assert page.evaluate("[...document.images].filter(one => !one.naturalWidth).length") == 0
+
+
+@pytest.mark.parametrize("name", ("results/claims", "report"))
+def test_claims_are_found_by_their_names_their_words_and_their_verdicts(opened, out, name):
+    if not (out / f"{name}.html").exists():
+        pytest.skip(f"{out} has no {name}.html: build it with --single-file")
+    page = opened(name)
+    everything = page.evaluate(VISIBLE)
+    page.fill("#claim-search", "l3")
+    assert page.evaluate(VISIBLE) == ["L3"]
+    assert page.inner_text("form.search output").startswith("1 of ")
+    page.fill("#claim-search", "no such words anywhere")
+    assert page.evaluate(VISIBLE) == []
+    page.fill("#claim-search", "")
+    page.select_option("#claim-verdict", "exceeds")
+    chosen = page.evaluate(VISIBLE)
+    assert 0 < len(chosen) < len(everything) and ("L3" in chosen or "REPORT" in os.environ)
+
+
+def test_the_table_of_integrators_can_be_filtered(opened):
+    page = opened("results/index")
+    rows = "[...document.querySelectorAll('#chooser tbody tr')].filter(one => !one.hidden).length"
+    before = page.evaluate(rows)
+    page.select_option("form.filter select >> nth=1", index=1)
+    assert 0 < page.evaluate(rows) < before
+    assert page.inner_text("form.filter output").startswith(str(page.evaluate(rows)))
+
+
+def test_without_scripts_everything_is_shown(opened):
+    page = opened("results/claims", scripts=False)
+    assert page.locator(".claim:visible").count() == page.locator(".claim").count()
+    assert page.locator("form.search:visible").count() == 0
+
+
+def test_the_first_view_is_small(out, opened):
+    page = opened("results/index")
+    early = "one.getBoundingClientRect().top < 900 || one.loading != 'lazy'"
+    eager = f"[...document.images].filter(one => {early})"
+    seen = page.evaluate(f"{eager}.map(one => one.getAttribute('src'))")
+    files = ["index.html", "../_static/results.css", "../_static/results.js", *seen]
+    assert sum((out / "results" / name).stat().st_size for name in files) < FIRST_VIEW
+
+
+def test_a_moving_picture_rests_until_asked_where_motion_is_unwanted(opened):
+    page = opened("results/index")
+    for button in page.locator("figure.motion button").all():
+        assert button.inner_text() == "Play"
+    if page.locator("figure.motion").count():
+        before = page.get_attribute("figure.motion .moving", "cx")
+        page.locator("figure.motion button").first.click()
+        place = "document.querySelector('figure.motion .moving').getAttribute('cx')"
+        page.wait_for_function(f"{place} != '{before}'")
+
+
+def test_one_search_finds_names_of_the_reference_and_claims(opened, out):
+    for words, address in (
+        ("integrate_ensemble", "reference/ensembles"),
+        ("printed statement", "results/claims"),
+    ):
+        page = opened("search")
+        page.goto(f"{(out / 'search.html').as_uri()}?q={words}")
+        page.wait_for_selector(f"#search-results a[href*='{address}']")
+
+
+def test_the_navigation_leads_from_docs_to_results_and_back(opened):
+    page = opened("tutorials/first_run")
+    page.click(".bd-sidebar-primary a[href*='results/claims']")
+    assert re.search(r"/results/claims\.html$", page.url)
+    page.click(".bd-sidebar-primary .home a")
+    assert page.url.endswith("/index.html")
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_captions_are_as_wide_as_the_box_of_their_table(opened, name):
+    for width in WIDTHS:
+        page = opened(name, width)
+        page.evaluate(OPEN)
+        assert page.evaluate(CUT) == [], width
+
+
+def test_a_caption_that_is_cut_would_be_found(opened):
+    page = opened("results/comparisons", 400)
+    page.add_style_tag(content="caption { display: block !important; width: 3000px !important; "
+                       "max-width: none !important; white-space: nowrap; }")  # fmt: skip
+    assert page.evaluate(CUT) != []

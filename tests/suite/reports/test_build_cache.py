@@ -1,0 +1,229 @@
+"""Results of a build: kept to the last bit, measured again when damaged, studied by workers."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from unittest.mock import Mock
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks.applications.external.integrator import ExternalIntegrator
+from benchmarks.store.provenance import ROOT
+from reports.build.verify import verify
+from reports.build.workers import WORKERS, processors, study_in_workers
+from reports.contents import SECTIONS, load
+from reports.results.cache import FOLDER, BuildCache, Study
+from reports.results.claim_results import check
+from reports.results.options import Options
+from reports.results.own_problems import joined
+from reports.results.section_result import measure_sections, section_studies
+from tests.suite.reports.small_reports import SKY
+from tests.suite.reports.small_studies import broken, dying, meet, quiet
+
+FRAMES = (
+    pd.DataFrame({"x": [0.1 + 0.2, -0.0, np.nan, np.inf, -np.inf, 5e-324, 1e308]}),
+    pd.DataFrame({"n": [2**62, -1], "good": [True, False], "text": ["a", ""]}),
+    pd.DataFrame({"mixed": pd.Series(["a", None, np.nan, 1, 2.5, True], dtype=object)}),
+    pd.DataFrame(columns=["a", "b"]).astype({"a": "float64"}),
+    pd.DataFrame(),
+)
+
+
+def cache_of(out: Path, build: str = "mine") -> BuildCache:
+    """The cache of a build as it begins, on a monday."""
+    cache = BuildCache(out / FOLDER / build, "monday")
+    cache.load()
+    return cache
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, frame):
+    cache_of(tmp_path).keep("V1", frame, 0.1 + 0.2)
+    back = cache_of(tmp_path).results["V1"]
+    assert (back.seconds, back.run) == (0.1 + 0.2, "monday")
+    pd.testing.assert_frame_equal(back.frame, frame, check_exact=True)
+    for name in frame.select_dtypes("float"):
+        assert back.frame[name].to_numpy().tobytes() == frame[name].to_numpy().tobytes()
+
+
+def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
+    for name in ("a", "b c"):
+        cache_of(tmp_path).keep(name, FRAMES[0], 1.0)
+    cache_of(tmp_path, "other").keep("a", FRAMES[1], 1.0)
+    assert set(cache_of(tmp_path).results) == {"a", "b c"}
+    cache_of(tmp_path).forget()
+    assert cache_of(tmp_path).results == {}
+    assert list(cache_of(tmp_path, "other").results) == ["a"]
+    cache_of(tmp_path, "other").forget()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_damaged_result_is_measured_again(tmp_path):
+    for name in ("V1", "V2", "V3", "V4"):
+        cache_of(tmp_path).keep(name, FRAMES[1], 1.0)
+    one, two, three, _ = sorted((tmp_path / FOLDER).rglob("*.json"))
+    one.write_bytes(one.read_bytes()[:-3])
+    two.write_text("0.2")
+    three.write_text('["V1", {"run": "monday"}]')
+    assert len(cache_of(tmp_path).results) == 1
+
+
+def test_results_of_other_sources_are_removed_after_a_week(tmp_path):
+    for build in ("old", "new"):
+        cache_of(tmp_path, build).keep("V1", FRAMES[0], 1.0)
+    os.utime(tmp_path / FOLDER / "old", (0, 0))
+    cache_of(tmp_path).forget()
+    assert not cache_of(tmp_path, "old").results and cache_of(tmp_path, "new").results
+
+
+class Evil:
+    """Runs a command where it is unpickled."""
+
+    def __reduce__(self):
+        return os.system, ("touch ran",)
+
+
+def test_nothing_that_lies_in_the_folder_is_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    cache = cache_of(tmp_path)
+    cache.keep("V1", FRAMES[0], 1.0)
+    for name in ("cache.db", "0.json", "x.val", "x.pickle"):
+        (cache.folder / name).write_bytes(pickle.dumps((Evil(), "V1")))
+    assert list(cache_of(tmp_path).results) == ["V1"] and not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize("error", [OSError("No space left"), PermissionError("is read only")])
+def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch, capsys, error):
+    def full(*more: object) -> None:
+        raise error
+
+    monkeypatch.setattr("reports.results.cache.write", full)
+    frame, cache = FRAMES[0], cache_of(tmp_path)
+    assert cache.measure([Study("V1", "V1", "title", lambda report: frame)]) == {}
+    assert cache.results["V1"].frame is frame
+    assert f"V1 is not kept for a build that is resumed: {error}." in capsys.readouterr().err
+
+
+@pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
+def test_a_build_measures_sections_beside_its_claims_and_lists_each_once(
+    make_suite, make_claim, tmp_path, capsys
+):
+    section = replace(SKY, measure=partial(quiet, 0.0))
+    names = [f"V{k}" for k in range(1, 5)]
+    suite = make_suite(*map(make_claim, names), sections=(section,))
+    cache, options = BuildCache(), Options(True, out=tmp_path)
+    results = verify(suite, options, cache, section_studies(suite.sections, True))
+    assert [result.claim.id for result in results.checked] == names
+    (result,) = measure_sections(suite, options, suite.sections, cache)
+    assert not result.failure and result.frame["process"][0] != os.getpid()
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("[")]
+    assert len(lines) == len({line.split("] ")[1].rpartition(":")[0] for line in lines}) == 5
+
+
+def test_sections_open_to_external_integrators_are_then_measured_with_them(monkeypatch):
+    mine = Mock()
+    mine.name = "mine"
+    monkeypatch.setattr(ExternalIntegrator, "open", lambda path, limit: mine)
+    with joined(load(), ["mine:Mine"]) as suite:
+        here = {section.title for section in suite.sections if section.timed}
+    assert here == {section.title for section in SECTIONS if section.open or section.timed}
+
+
+def test_claims_with_results_are_judged_and_the_others_are_studied(make_claim, tmp_path, capsys):
+    cache = cache_of(tmp_path)
+    cache.keep("V2", pd.DataFrame({"there": [1.0]}), 7.0)
+    claims = [make_claim("V1"), make_claim("V2", raises=RuntimeError("not here")), make_claim("V3")]
+    results = check(claims, True, cache)
+    assert [result.claim.id for result in results] == ["V1", "V2", "V3"]
+    assert results[1].seconds == 7.0 and list(results[1].frame) == ["there"]
+    studied = capsys.readouterr().err.splitlines()
+    assert [line.partition(":")[0] for line in studied] == [
+        "[1/2] V1 title of V1",
+        "[2/2] V3 title of V3",
+    ]
+    assert set(cache_of(tmp_path).results) == {"V1", "V2", "V3"}
+
+
+def study(name: str, measure: Callable[..., pd.DataFrame]) -> Study:
+    return Study(name, "study", name, partial(measure, True), timed=False)
+
+
+@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd, tmp_path):
+    cache = BuildCache()
+    first, last = tmp_path / "a", tmp_path / "d"
+    meeting = {
+        "a": partial(meet, first, last), "b": broken, "c": partial(quiet, 0.3),
+        "d": partial(meet, last, first),
+    }  # fmt: skip
+    studies = [study(name, measure) for name, measure in meeting.items()]
+    seconds = {one.name: seconds for one, seconds in study_in_workers(studies, cache)}
+    assert set(seconds) == set(cache.results) == {"a", "c", "d"}
+    assert capfd.readouterr() == ("", "")
+    frames = [result.frame for result in cache.results.values()]
+    processes = {int(frame["process"][0]) for frame in frames}
+    assert len(processes) == 2 and os.getpid() not in processes
+    assert seconds["c"] >= 0.3 and all(frame["quick"].all() for frame in frames)
+    assert list(study_in_workers(studies[:1], BuildCache())) == []  # too few
+    timed = [replace(one, timed=True) for one in studies]
+    assert list(study_in_workers(timed, BuildCache())) == []
+
+
+@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+@pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
+def test_the_death_of_a_worker_is_no_more_than_missing_results():
+    studies = [study(name, dying if name == "d" else partial(quiet, 0.0)) for name in "abcde"]
+    assert {one.name for one, _ in study_in_workers(studies, BuildCache())} <= set("abce")
+    del studies[3]
+    assert {one.name for one, _ in study_in_workers(studies, BuildCache())} == set("abce")
+
+
+KILLED = """
+import os, signal, sys
+from functools import partial
+from reports.build.workers import study_in_workers
+from reports.results.cache import BuildCache, Study
+from tests.suite.reports.small_studies import quiet
+if __name__ == "__main__":
+    cache, seconds = BuildCache(), [0.0] + 9 * [300.0]
+    studies = [
+        Study(str(k), "", "", partial(quiet, after, True), timed=False)
+        for k, after in enumerate(seconds)
+    ]
+    next(finished := study_in_workers(studies, cache))
+    (process,) = cache.results["0"].frame["process"]
+    print(process, flush=True)
+    if sys.argv[1] == "kill":
+        os.kill(os.getpid(), signal.SIGKILL)
+    finished.close()
+"""
+
+
+@pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
+@pytest.mark.skipif(processors() < WORKERS, reason="one processor")
+@pytest.mark.parametrize("how", ["kill", "end"])
+def test_workers_end_with_the_build_however_it_ends(tmp_path: Path, how: str) -> None:
+    (tmp_path / "script.py").write_text(KILLED)
+    done = subprocess.run(
+        [sys.executable, str(tmp_path / "script.py"), how],
+        env=os.environ | {"PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == (-signal.SIGKILL if how == "kill" else 0)
+    for _ in range(100):
+        try:
+            os.kill(int(done.stdout), 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.1)
+    pytest.fail("a worker goes on without its build")

@@ -1,0 +1,220 @@
+"""[tool.galvi] in a project's pyproject.toml: defaults of the command, which the command line
+overrides."""
+
+from __future__ import annotations
+
+import re
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from reports.cli.commands import run
+from reports.cli.project import KINDS, read_table
+from reports.results.options import OUT
+
+VALUES = {
+    "contenders": '["mine:Leapfrog"]', "problems": '["mine:spring"]', "claims": '["V1", "V3"]',
+    "require": '["rebound"]', "timeout": "20", "fail-under": "50", "slower": "20.0",
+    "less-accurate": "5", "quick": "true", "out": '"results"',
+}  # fmt: skip
+
+
+@pytest.fixture
+def project(tmp_path, monkeypatch):
+    """Write this project's table, and stand in its folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(*keys: str, folder: Path = tmp_path, **values: str) -> None:
+        table = {key: VALUES[key] for key in keys} | values
+        lines = ["[project]", 'name = "mine"', "[tool.galvi]"]
+        lines += [f"{key} = {value}" for key, value in table.items()]
+        (folder / "pyproject.toml").write_text("\n".join(lines))
+
+    return write
+
+
+@pytest.fixture
+def suite(make_suite, make_claim, make_row, monkeypatch):
+    """Three claims, the second of which fails, and those of the contenders that were asked for."""
+    asked = []
+
+    @contextmanager
+    def joined(suite, contenders, timeout):
+        asked.append((list(contenders), timeout))
+        theirs = [make_claim(f"A-{path.partition(':')[2].lower()}") for path in contenders]
+        yield replace(suite, claims=(*suite.claims, *theirs))
+
+    monkeypatch.setattr("reports.results.own_problems.joined", joined)
+    wrong = make_claim("V2", (make_row(verdict="contradicted"),))
+    suite = make_suite(
+        make_claim("V1"), wrong, make_claim("V3"), engines=lambda: {"rebound": "It is absent."}
+    )
+    return suite, asked
+
+
+def checked(folder: Path | str = OUT) -> list[str]:
+    return list(pd.read_csv(Path(folder) / "claims.csv")["id"].unique())
+
+
+def test_contenders_of_a_project_are_checked_alone(project, suite):
+    project("contenders", "timeout", "out")
+    whole, asked = suite
+    assert run(lambda: whole, ["verify"]) == 0
+    assert asked == [(["mine:Leapfrog"], 20.0)] and checked("results") == ["A-leapfrog"]
+    assert not OUT.exists()
+
+
+def test_the_command_line_wins(project, suite):
+    project("contenders", "timeout", "out")
+    words = ["verify", "--contender", "other:Verlet", "--timeout", "7", "--claims", "V1"]
+    whole, asked = suite
+    assert run(lambda: whole, [*words, "--out", "here"]) == 0
+    assert asked == [(["other:Verlet"], 7.0)] and checked("here") == ["V1"]
+
+
+def test_without_contenders_all_claims_are_checked_and_so_they_are_on_the_command_line(
+    project, suite
+):
+    project("quick")
+    whole, _ = suite
+    assert run(lambda: whole, ["verify", "--contender", "mine:Leapfrog"]) == 1
+    assert checked() == ["V1", "V2", "V3", "A-leapfrog"]
+    words = ["verify", "--contender", "mine:Leapfrog", "--claims", "contenders,V3", "--out", "more"]
+    assert run(lambda: whole, words) == 0
+    assert checked("more") == ["V3", "A-leapfrog"]
+
+
+def test_claims_and_engines_and_the_share_that_is_enough_are_of_the_table(project, suite, capsys):
+    project("claims", "require")
+    assert run(lambda: suite[0], ["verify"]) == 1
+    assert checked() == ["V1", "V3"]
+    assert "rebound is absent, and was required" in capsys.readouterr().out
+    project("fail-under")
+    assert run(lambda: suite[0], ["verify"]) == 0
+    said = "66.67 % of the checks came out as expected; --fail-under asks for 50 %."
+    assert said in capsys.readouterr().out
+    text = (OUT / "verify.md").read_text()
+    assert text.startswith("## verify: passed\n") and said in text
+    assert run(lambda: suite[0], ["verify", "--fail-under", "70"]) == 1
+
+
+def test_without_a_command_the_report_is_built_with_these(project, suite, monkeypatch):
+    project("contenders", "require", "timeout", "quick")
+    options = []
+
+    def build(suite, given, single):
+        options.append(given)
+        raise ValueError("enough")
+
+    monkeypatch.setattr("reports.build.build.build", build)
+    assert run(lambda: suite[0], []) == run(lambda: suite[0], ["build"]) == 2
+    assert suite[1] == [(["mine:Leapfrog"], 20.0)] * 2
+    for given in options:
+        assert given.quick and given.require == ("rebound",) and len(given.claims) == 4
+
+
+def test_track_compares_these_contenders_where_a_revision_is_named_else_shows_the_history(
+    project, suite, monkeypatch
+):
+    asked = []
+
+    def track(out, provenance, against, only, quick, isolate, contenders, timeout, thresholds):
+        slower, less_accurate = thresholds.slower, thresholds.less_accurate
+        asked.append((against, contenders, timeout, round(slower, 6), round(less_accurate, 6)))
+        return 0
+
+    monkeypatch.setattr("reports.cli.track.track_command", track)
+    monkeypatch.setattr("reports.cli.assess._show_history", lambda suite, options: 0)
+    project(*VALUES)
+    assert run(lambda: suite[0], ["track"]) == 0 and asked == []  # the history
+    assert run(lambda: suite[0], ["track", "--against", "v1", "--slower", "30"]) == 0
+    project("contenders")
+    assert run(lambda: suite[0], ["track"]) == 0
+    assert run(lambda: suite[0], ["track", "--contender", "mine:Leapfrog"]) == 2
+    assert asked == [("v1", ["mine:Leapfrog"], 20.0, 0.3, 0.05)]
+
+
+def test_the_table_of_the_repository_counts_in_its_folders(project, suite, tmp_path, monkeypatch):
+    project("claims", "out")
+    (tmp_path / ".git").mkdir()
+    below = tmp_path / "a" / "b"
+    below.mkdir(parents=True)
+    monkeypatch.chdir(below)
+    assert run(lambda: suite[0], ["verify"]) == 0
+    assert checked(str(tmp_path / "results")) == ["V1", "V3"]
+    project("out", folder=below, claims='["V1"]')
+    assert run(lambda: suite[0], ["verify"]) == 0
+    assert checked("results") == ["V1"]
+
+
+def test_results_of_compare_and_judge_lie_below_the_folder_of_the_table(project, suite):
+    project("out")
+    words = ["compare", "--only", "none"]
+    assert run(lambda: suite[0], words) == 2  # no such problem
+    assert run(lambda: suite[0], ["judge", "nothing.bin"]) == 2
+    assert [path.name for path in Path("results").iterdir()] == ["judge"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[tool.galvi]\ncontender = ['a:B']", "has no key 'contender'; did you mean 'contenders'?"),
+        ("[tool.galvi]\ncontenders = 'a:B'", "contenders expects a list of one or more texts"),
+        ("[tool.galvi]\nclaims = []", "claims expects a list of one or more texts; received []."),
+        ("[tool.galvi]\ntimeout = true", "timeout expects a number; received True."),
+        ("[tool.galvi]\nagainst = 'v1'", "has no key 'against'"),
+        ("[tool.galvi]\nquick = 1", "quick expects true or false; received 1."),
+        ("[tool]\ngalvi = 3", "expects a table; received 3."),
+        ("[tool.galvi\n", "pyproject.toml cannot be read: "),
+        ("\udcff", "pyproject.toml cannot be read: "),
+    ],
+)
+def test_a_table_that_is_wrong_is_refused_in_a_sentence(
+    text, said, tmp_path, monkeypatch, capsys, suite
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pyproject.toml").write_text(text, errors="surrogateescape")
+    assert run(lambda: suite[0], ["verify"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+    assert run(lambda: suite[0], ["--help"]) == run(lambda: suite[0], ["--version"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("command", "key", "said"),
+    [
+        ("verify", "timeout = -1", "greater than or equal to 0.1"),
+        ("verify", "timeout = inf", "less than or equal to 86400"),
+        ("verify", "fail-under = 101", "less than or equal to 100"),
+        ("track", "slower = -1", "greater than or equal to 0"),
+    ],
+)
+def test_a_number_of_the_table_out_of_range_names_the_table_and_the_option(
+    command, key, said, tmp_path, monkeypatch, capsys, suite
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pyproject.toml").write_text(f"[tool.galvi]\n{key}")
+    assert run(lambda: suite[0], [command]) == 2
+    option = f"--{key.partition(' ')[0]}"
+    expected = f"[tool.galvi]: invalid value for '{option}': Input should be {said}.\n"
+    assert capsys.readouterr().err == expected
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-1", "x"])
+def test_a_number_out_of_range_is_refused_in_a_sentence(value, tmp_path, suite, capsys):
+    words = ["--out", str(tmp_path)]
+    for option in ("--timeout", "--fail-under"):
+        assert run(lambda: suite[0], ["verify", option, value, *words]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith(f"Invalid value for '{option}': Input should be ")
+
+
+def test_every_key_has_a_value_here_and_stands_on_the_page(tmp_path):
+    assert set(VALUES) == set(KINDS)
+    page = (Path(__file__).parents[3] / "docs" / "suite.md").read_text()
+    (table,) = re.findall(r"^```toml\n(\[tool\.galvi\]\n.*?)^```$", page, re.M | re.S)
+    (tmp_path / "pyproject.toml").write_text(re.sub("^# ", "", table, flags=re.M))
+    assert set(read_table(tmp_path / "pyproject.toml")) == set(KINDS)

@@ -1,0 +1,167 @@
+"""The generated pages of the command line and of the compared integrators."""
+
+from __future__ import annotations
+
+import csv
+import re
+from importlib import metadata
+from pathlib import Path
+from types import SimpleNamespace
+
+import pandas as pd
+import pytest
+import typer
+
+from benchmarks.work_precision.problems import work_precision_problems
+from reports.cli.commands import application
+from reports.cli.commands_page import commands_page
+from reports.contents import SECTIONS
+from reports.figures.picture import slug
+from reports.figures.style.identities import OURS, TABLE, identity
+from reports.results.comparison import Comparison
+from reports.results.options import Options
+from reports.site import build, pages
+from reports.site.peers import FACTS, peers
+from reports.site.report import Report
+
+ROOT = Path(__file__).parents[3]
+COMMANDS = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+PINS = dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "constraints.txt").read_text(), re.M))
+A_MACHINE = re.compile(r"/(?:home|root|tmp|work|opt|mnt|Users)/\w")
+
+
+def test_the_page_of_commands_holds_every_command_option_and_exit_status() -> None:
+    group = typer.main.get_command(application())
+    for name, command in group.commands.items():
+        _, _, section = COMMANDS.partition(f"### `galvi {name}`\n")
+        section = section.partition("\n### ")[0]
+        assert command.help.split(".")[0] in section, name
+        for one in command.params:
+            shown = one.opts[0] if one.param_type_name == "option" else one.metavar
+            assert (f"`{shown}" in section) != bool(getattr(one, "hidden", False)), (name, shown)
+    for code in (0, 1, 2, 130):
+        assert f"`{code}`\n: " in COMMANDS
+    assert not re.search(r"^\* `[^`]*`$", COMMANDS, re.M)  # every option says what it does
+
+
+def test_the_page_of_commands_is_what_the_commands_say() -> None:
+    """`python -m reports.cli.commands_page > docs/commands.md` renews it."""
+    if metadata.version("typer") != PINS["typer"]:
+        pytest.skip("another typer says it in other words")
+    assert commands_page() == COMMANDS
+
+
+@pytest.fixture(scope="module")
+def page(make_suite) -> str:
+    """The page of compared integrators, beside comparisons of all problems but one."""
+    names = [case.problem.name for case in work_precision_problems(quick=False)]
+    compared = pd.DataFrame({"problem": names[:-1]})
+    report = Report(make_suite(), Options(), [], Comparison(compared, None), [], {})
+    return pages.page("peers", report)
+
+
+def test_each_contender_of_a_comparison_has_a_section_that_names_its_comparisons(page) -> None:
+    every = work_precision_problems(quick=False)
+    sections = dict(zip((one.family for one in peers()), page.split("\n## ")[1:], strict=True))
+    for case in every:
+        for one in case.participants:
+            family = identity(one.label).family
+            assert family in (OURS, *TABLE)
+            address = f"results/comparisons.html#{slug(case.problem.name)}"
+            assert (address in sections[family]) == (case is not every[-1])
+            assert one.label.removeprefix(family).lstrip(" ,") in sections[family]
+
+
+def test_every_section_of_an_integrator_says_what_readers_ask(page) -> None:
+    for one, section in zip(peers(), page.split("\n## ")[1:], strict=True):
+        assert one.runs, f"{one.family} is in peers.csv, and in no comparison"
+        for heading in ("Order", "Steps", "Conserves", "Known limits and defects", "Sources"):
+            assert re.search(rf"^{heading}\n: \S", section, re.M), (one.family, heading)
+        assert re.search(r"\d+\.\d+|not installed|this repository", one.package)
+        assert f'<a href="#{one.anchor}">' in page
+    assert not A_MACHINE.search(page) and not A_MACHINE.search(COMMANDS)
+
+
+def test_the_table_of_facts_names_studies_and_files_that_exist() -> None:
+    text = FACTS.read_text(encoding="utf-8")
+    assert set(re.findall(r"studies\.html#([\w-]+)", text)) <= {one.anchor for one in SECTIONS}
+    rows = re.findall(r"\]\((data/[\w.]+)\)", text)
+    files = re.findall(r"`((?:references|reports|docs)/[\w/]+\.\w+)`", text)
+    assert rows and files
+    for file in (*files, *(f"docs/{name}" for name in rows)):
+        assert (ROOT / file).is_file(), file
+
+
+def test_settings_are_said_in_short(page) -> None:
+    best = r"best: \d+ settings: step [\d.]+ to [\d.]+ d, `corrector` 17, "
+    assert re.search(best, page.partition("## REBOUND WHFast\n")[2])
+
+
+def test_a_link_that_leads_nowhere_is_found_and_outside_links_are_listed(tmp_path: Path) -> None:
+    texts = {
+        "index.html": '<h1 id="top">A</h1><a href="deep/one.html#here">1</a><a href="#top">2</a>'
+        '<a href="results/claims.html#V1">3</a><a href="https://example.org/x">4</a>',
+        "results/claims.html": "<p>",
+        "deep/one.html": '<p id="here"><a href="../index.html#gone">1</a><a href="none.html">2</a>'
+        '<img src="picture.png"><a href="../results/claims.html#V9">3</a>'
+        '<a href="../odd.html">4</a>',
+    }
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    files = [tmp_path / name for name in texts]
+    sentences = build.broken(tmp_path, files, {"results/claims.html": {"V1"}})
+    targets = ("../index.html#gone", "../odd.html", "../results/claims.html#V9", "none.html",
+               "picture.png")  # fmt: skip
+    assert sentences == [f"deep/one.html: the link to {one} leads nowhere." for one in targets]
+    assert (tmp_path / build.OUTSIDE).read_text() == "https://example.org/x\n"
+
+
+def test_a_card_of_the_gallery_has_the_first_picture_of_its_tutorial() -> None:
+    nodes = pytest.importorskip("docutils.nodes", reason="Sphinx is not installed")
+    link = nodes.reference("", "The planets", refuri="planets.html", internal=True)
+    card = nodes.container("", nodes.paragraph("", "", link), classes=["sd-card"])
+    plots = nodes.section("", *(nodes.image(uri=f"{k}.png") for k in range(2)))
+    pages = {"tutorials/planets": plots}
+    app = SimpleNamespace(env=SimpleNamespace(get_doctree=pages.__getitem__))
+    build.picture_cards(app, nodes.section("", card), "faq")
+    assert not list(card.findall(nodes.image))
+    without = {"tutorials/planets": nodes.section("")}  # as where the tutorials were not run
+    bare = SimpleNamespace(env=SimpleNamespace(get_doctree=without.__getitem__))
+    build.picture_cards(bare, nodes.section("", card), build.GALLERY)
+    assert not list(card.findall(nodes.image))
+    build.picture_cards(app, nodes.section("", card), build.GALLERY)
+    assert card[0]["uri"] == "0.png" and card[0]["alt"] and plots[0] is not card[0]
+
+
+HIGH_ORDER = {"ias15": "IAS15", "bs": "BS", "whfast": "WHFast", "saba": "SABA", "trace": "TRACE",
+              "mercurius": "MERCURIUS"}  # fmt: skip
+
+
+def wrong_with_forces(page: str) -> dict[str, str]:
+    """Integrator of high order -> where the table of a page such as docs/forces.md says that it is
+    wrong."""
+    _, _, after = page.partition("prints this table")
+    lines = [line.strip("| ").split(" | ") for line in after.splitlines() if line[:1] == "|"]
+    headings, rows = lines[0], [row for row in lines[2:] if len(row) == len(lines[0])]
+    wrong = {
+        name: "; ".join(
+            f"{row[0]}, e = {row[1]}: {row[headings.index(integrator)]}"
+            for row in rows
+            if row[headings.index(integrator)].startswith("wrong")
+        )
+        for integrator, name in HIGH_ORDER.items()
+    }
+    return {name: text for name, text in wrong.items() if text}
+
+
+def test_an_integrator_that_is_wrong_with_a_force_is_among_the_defects() -> None:
+    text = (ROOT / "docs" / "forces.md").read_text(encoding="utf-8")
+    wrong = wrong_with_forces(text)
+    assert set(wrong) == {"SABA", "TRACE"} and "J2, e = 0.9: wrong by 6.7 %" in wrong["TRACE"]
+    with (ROOT / "docs" / "defects.csv").open(encoding="utf-8", newline="") as file:
+        lines = {line["what"].split()[0]: line for line in csv.DictReader(file)}
+    assert {name: lines[name]["seen"] for name in wrong} == wrong
+    planted = re.sub(r"(\| drag .* refused \|) [^|]+(\| right for)", r"\1 wrong by 9 % \2", text)
+    assert planted != text
+    assert any("drag" in text for text in wrong_with_forces(planted).values())

@@ -1,0 +1,282 @@
+"""The theory pages: each statement of the ledger once, claims and code that exist, and formulas
+that agree with galvi and with each other."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from runpy import run_path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import galvi
+from benchmarks.claims import CLAIMS
+from benchmarks.claims.statements import statements
+from references.textbook.galerkin import Rotations
+from reports.site import ledger
+
+FOLDER = Path(__file__).parents[3] / "docs" / "theory"
+STEPS = run_path(str(FOLDER / "steps_written_out.py"))
+cayley, collocation, hat, tangent = (
+    STEPS[name] for name in ("cayley", "collocation", "hat", "tangent")
+)
+vector_step, weak_step, group_step = (
+    STEPS[name] for name in ("vector_step", "weak_step", "group_step")
+)
+frame_step, kepler_frame = STEPS["frame_step"], STEPS["kepler_frame"]
+PAGES = {path.name: path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("*.md"))}
+INCLUDE = re.compile(r"^```\{literalinclude\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^```\{ledger\} (.+)$", re.MULTILINE)
+ROLE = re.compile(r"\{claim\}`(\w+)`")
+ROUND_OFF = 1e-14  # of a step, whose numbers have size 1; 4e-16 was measured
+
+
+def tables_of(page: str) -> Iterator[list[Any]]:
+    """The lines of each directive of a page's text."""
+    shown: list[Any] = []
+    for argument in FENCE.findall(page):
+        found = ledger.chosen(argument, shown)
+        shown += found
+        yield found
+
+
+def test_every_statement_is_on_exactly_one_page() -> None:
+    shown = Counter(one for page in PAGES.values() for found in tables_of(page) for one in found)
+    assert [one for one in statements() if shown[one] != 1] == []
+
+
+def test_a_place_takes_whole_words_and_the_lines_of_its_claims_and_one_without_a_line_is_told() -> (
+    None
+):
+    assert {one.where for one in ledger.chosen("H thm. 2.3.1")} == {"H thm. 2.3.1"}
+    assert {one.where for one in ledger.chosen("M thm. 1")} == {"M thm. 1", "M thm. 1, (5)"}
+    alone, none = (ledger.chosen(f"H 4.2 [{name}]") for name in ("V33", "-"))
+    assert all("V33" in one.claims for one in alone) and not any(one.claims for one in none)
+    for argument in ("H 9.9", "H 4.2 [V1]"):
+        with pytest.raises(ValueError, match="no line"):
+            ledger.chosen(argument)
+    with pytest.raises(ValueError, match="looks like"):
+        ledger.chosen("H 4.2 [V33")
+    page = "```{ledger} H 4.2 [V33]\n```\n```{ledger} H 4.2\n```\n"
+    assert list(tables_of(page)) == [alone, ledger.chosen("H 4.2", alone)]
+
+
+def test_a_table_names_the_status_the_claims_and_subscripts() -> None:
+    html = ledger.table(ledger.chosen("H thm. 2.3.8"), "../")
+    assert 'class="reproduced">reproduced</strong>' in html
+    assert '<a href="../results/claims.html#V13">V13</a>' in html and "C<sub>f</sub>" in html
+    assert "D C<sub>r</sub>" in html and "π" in html and "Pi" not in html
+    assert "false as printed, other result" in ledger.table(ledger.chosen("H (2.4)"), "")
+
+
+def test_every_claim_named_on_a_page_exists() -> None:
+    named = {name for page in PAGES.values() for name in ROLE.findall(page)}
+    assert len(named) > 9 and named <= {claim.id for claim in CLAIMS}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_included_line_of_code_exists(page: str) -> None:
+    for target, options in INCLUDE.findall(PAGES[page]):
+        text = (FOLDER / target).read_text(encoding="utf-8")
+        known = dict(re.findall(r"^:([\w-]+): ?(.*)$", options, re.MULTILINE))
+        if "pyobject" in known:
+            assert known["pyobject"] in _defined(text), known
+            continue
+        start, end = (known[key].strip('"') for key in ("start-at", "end-at"))
+        assert text.count(start) == text.count(end) == 1, known
+        assert text.index(start) < text.index(end), known
+
+
+def _defined(text: str) -> set[str]:
+    """Names of functions and classes, and of methods as Class.method."""
+    kinds = (ast.FunctionDef, ast.ClassDef)
+    top = [one for one in ast.parse(text).body if isinstance(one, kinds)]
+    inner = {
+        f"{one.name}.{part.name}" for one in top for part in one.body if isinstance(part, kinds)
+    }
+    return {one.name for one in top} | inner
+
+
+def rule_of(points: int, make=galvi.gauss):
+    """Nodes and weights of a rule."""
+    rule = make(points)
+    return np.asarray(rule.nodes), np.asarray(rule.weights)
+
+
+def powers(c, degree: int):
+    """t, .., t^degree at nodes, their derivatives, and their values at 1."""
+    p = np.arange(1, degree + 1)
+    return c[:, None] ** p, p * c[:, None] ** (p - 1), np.ones(degree)
+
+
+@pytest.mark.parametrize(("degree", "points", "make"), [
+    (4, 5, galvi.gauss), (3, 3, galvi.gauss), (3, 4, galvi.lobatto), (4, 4, galvi.lobatto),
+])  # fmt: skip
+def test_the_step_on_a_vector_space_is_galvis(degree, points, make) -> None:
+    problem, rule = galvi.problems.kepler(0.3), rule_of(points, make)
+    method = galvi.Galerkin(galvi.Polynomials(degree), make(points))
+    run = galvi.integrate(problem, method, 0.2, 1)
+    q, v, x = vector_step(
+        rule[1], powers(rule[0], degree), _attraction, problem.q0, problem.v0, 0.2
+    )
+    assert np.max(np.abs(q - run.q[1])) < ROUND_OFF and np.max(np.abs(v - run.p[1])) < ROUND_OFF
+    at = problem.q0 + powers(np.array([0.37]), degree)[0] @ x
+    assert np.max(np.abs(at - run(0.37 * 0.2))) < ROUND_OFF
+
+
+def _attraction(q):
+    return -q / np.sum(q * q, axis=1)[:, None] ** 1.5
+
+
+def test_the_weak_form_with_a_force_that_depends_on_velocity_is_galvis_step() -> None:
+    def drag(q, v):
+        return -0.4 * np.sqrt(v @ v) * v
+
+    def F(u, rate):
+        return 1.5 * u - np.stack([drag(None, v) for v in rate])
+
+    system = galvi.Canonical(2.0, galvi.LinearSpring(1.5), force=drag)
+    problem, h = galvi.Problem(system, [1.0, 0.2], [0.1, 0.7]), 0.3
+    (c, b), n = rule_of(4), np.arange(4)
+    run = galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4)), h, 1)
+    space = c[:, None] ** n, n * c[:, None] ** np.maximum(n - 1, 0), 1.0 * (n == 0), np.ones(4)
+    x, p_h = weak_step(b, space, 2.0, F, problem.q0, run.p[0], h)
+    assert np.max(np.abs(np.sum(x, axis=0) - run.q[1])) < ROUND_OFF
+    assert np.max(np.abs(p_h - run.p[1])) < 1e-13  # 1e-15, of numbers of size 1
+
+
+def test_the_step_of_a_body_is_galvis() -> None:
+    problem, rule = galvi.problems.pendulum_3d(), rule_of(5)
+    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(5))
+    run, J = galvi.integrate(problem, method, 0.3, 1), np.diag([4.8, 3.0, 3.8])
+
+    def torque(R):
+        return 9.81 * np.cross([0.0, 0.0, 1.0], R[2])
+
+    R, mu, x = group_step(rule[1], powers(rule[0], 4), J, torque, problem.q0, J @ problem.v0, 0.3)
+    assert np.max(np.abs(R - run.q[1])) < ROUND_OFF
+    assert np.max(np.abs(mu - run.p[1])) < 1e-13  # 2e-15, of numbers of size 3
+    at = problem.q0 @ cayley(powers(np.array([0.6]), 4)[0][0] @ x)
+    assert np.max(np.abs(at - run(0.6 * 0.3))) < ROUND_OFF
+
+
+def test_formulas_of_cayleys_chart_hold() -> None:
+    """Tangent map, singular values, the bounds of both differences, and H's inertia."""
+    random = np.random.default_rng(4)
+    for _ in range(50):
+        x, y, a, b = random.normal(size=(4, 3))
+        assert np.allclose(tangent(x), Rotations().tangent(x), atol=1e-13)
+        assert np.isclose(np.linalg.svd(tangent(x))[1][-1], 2.0 / (1.0 + x @ x))
+        assert np.allclose(cayley(x), 2.0 * np.linalg.inv(np.eye(3) + hat(x)) - np.eye(3))
+        far = np.linalg.norm(x - y)
+        assert np.linalg.norm(cayley(x) - cayley(y), 2) <= 2.0 * far * (1.0 + 1e-12)
+        rates = [-2.0 * m @ hat(e) @ m for m, e in ((np.linalg.inv(np.eye(3) + hat(z)), e)
+                                                    for z, e in ((x, a), (y, b)))]  # fmt: skip
+        most = 2.0 * np.linalg.norm(a - b) + 4.0 * min(np.linalg.norm(a), np.linalg.norm(b)) * far
+        assert np.linalg.norm(rates[0] - rates[1], 2) <= most * (1.0 + 1e-12)
+        J_d = np.diag(np.abs(y))
+        trace = np.trace(hat(x).T @ J_d @ hat(x))
+        assert np.isclose(trace, x @ (np.trace(J_d) * np.eye(3) - J_d) @ x)
+
+
+def test_a_step_in_the_kepler_frame_is_galvis() -> None:
+    m, h, (c, b) = np.array([1.0, 0.02, 0.03]), 0.9, rule_of(4)
+    q = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.2, 0.1]])
+    v = np.array([[0.0, 0.0, 0.0], [0.0, 1.1, 0.05], [-0.6, 0.0, 0.0]])
+    chart = galvi.KeplerFrame(passes=40, even=True)
+    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart=chart)
+    run = galvi.integrate(galvi.Problem(galvi.NBody(m), q, v), method, h, 1)
+    flow, rest, into = kepler_frame(m)
+    Q, V = frame_step((c, b), flow, rest, np.stack([into @ q, into @ v]), h)
+    assert np.max(np.abs(np.linalg.solve(into, Q) - run.q[1])) < ROUND_OFF
+    assert np.max(np.abs(m[:, None] * np.linalg.solve(into, V) - run.p[1])) < ROUND_OFF
+    assert np.allclose(_left_over(m, q, into @ q), rest(into @ q)[:-1], rtol=1e-12)
+
+
+def _left_over(m, q, Q):
+    """What the frame leaves, by the page's formula."""
+    M, n, x = np.cumsum(m), m.size - 1, q - q[0]
+    d = np.zeros((n + 1, 3))
+    for i in range(1, n):
+        d[i + 1] = d[i] + m[i] / M[i] * Q[i - 1]
+    f = [-m[0] * y / np.linalg.norm(y) ** 3 if k else 0.0 * y for k, y in enumerate(x)]
+    p = [sum(m[j] * (x[j] - y) / np.linalg.norm(x[j] - y) ** 3 for j in range(1, n + 1) if j != k)
+         for k, y in enumerate(x)]  # fmt: skip
+    out = []
+    for i in range(1, n + 1):
+        r, c = np.linalg.norm(Q[i - 1]), m[0] / M[i - 1]
+        e = d[i] @ (2.0 * Q[i - 1] + d[i]) / r**2
+        bracket = (1.0 - c) * Q[i - 1] + c * ((1.0 - (1.0 + e) ** -1.5) * x[i] - d[i])
+        outer = sum((m[k] * (p[k] + f[k]) for k in range(i + 1, n + 1)), np.zeros(3))
+        out.append(M[i] * bracket / r**3 + M[i] / M[i - 1] * p[i] + outer / M[i - 1])
+    return np.array(out)
+
+
+def test_a_step_in_the_harmonic_frame_is_galvis() -> None:
+    """Two masses of a chain with cubic springs, K = V''(0) and unit masses."""
+    K, alpha, h, (c, b) = np.array([[2.0, -1.0], [-1.0, 2.0]]), 0.3, 1.7, rule_of(5)
+    stretch = np.array([[1.0, 0.0], [-1.0, 1.0], [0.0, -1.0]])
+
+    def potential(q):
+        s = stretch @ q
+        return 0.5 * np.sum(s * s) + alpha / 3.0 * np.sum(s * s * s)
+
+    def gradient(q):
+        s = stretch @ q
+        return stretch.T @ (s + alpha * s * s)
+
+    q, v = np.array([0.4, -0.1]), np.array([0.0, 0.3])
+    problem = galvi.Problem(galvi.Canonical(1.0, potential, gradient), q, v)
+    chart = galvi.HarmonicFrame(stiffness=K, passes=50)
+    method = galvi.Galerkin(galvi.Polynomials(5), galvi.gauss(5), chart=chart)
+    run = galvi.integrate(problem, method, h, 1)
+    squares, F = np.linalg.eigh(K)
+    omega = np.sqrt(squares)
+
+    def flow(w, t):
+        cos, sin = np.cos(omega * t), np.sin(omega * t)
+        return np.stack([cos * w[0] + sin / omega * w[1], cos * w[1] - omega * sin * w[0]])
+
+    def rest(x):
+        return squares * x - F.T @ gradient(F @ x)
+
+    x, rate = frame_step((c, b), flow, rest, np.stack([F.T @ q, F.T @ v]), h)
+    assert np.max(np.abs(F @ x - run.q[1])) < ROUND_OFF
+    assert np.max(np.abs(F @ rate - run.p[1])) < ROUND_OFF
+
+
+def test_the_numbers_on_the_pages_follow() -> None:
+    """Bases of Kepler's problem, z0, the tableau of Gauss, Lobatto's square, beta_p."""
+    place = np.arccosh(1.0 / 0.6) - np.sqrt(1.0 - 0.36)
+    K = 1.0 / (place + np.sqrt(1.0 + place * place))  # h = 2: z = i place
+    assert f"{place:.4f}, {K:.4f}, {K * K:.4f}" == "0.2986, 0.7450, 0.5551"
+    page = PAGES["vector_spaces.md"]
+    assert all(number in page for number in ("0.2986", "0.7450", "0.5551"))
+    z0 = brentq(lambda z: z * np.tan(z) - 1.0, 0.5, 1.0)
+    assert f"z_0 \\approx {z0:.3f}" in PAGES["particles.md"]
+    root = np.sqrt(3.0)
+    assert np.allclose(
+        collocation(rule_of(2)[0]), [[0.25, 0.25 - root / 6], [0.25 + root / 6, 0.25]]
+    )
+    for k in (1, 2, 3, 6):
+        c, b = rule_of(k + 1, galvi.lobatto)
+        P = np.polynomial.legendre.Legendre.basis(k)(2.0 * c - 1.0)
+        assert np.isclose(b @ (P * P) * (2 * k + 1), 2.0 + 1.0 / k)
+    slope = 11.0 * 0.5**10  # of (1 - t)^11 at the midpoint
+    assert np.isclose(1.0 / slope**2, (2.0**10 / 11.0) ** 2)
+
+
+def test_with_the_printed_sign_a_free_particle_jumps_to_and_fro() -> None:
+    """n = 2, L = v^2 / 2: dS/dq^1 = -(q^2 - q^1) / h, set to +p as H (2.4) prints it."""
+    q, p, h, places = 0.0, 1.0, 0.5, []
+    for _ in range(4):
+        end = q - h * p
+        q, p = end, (end - q) / h
+        places.append(q)
+    assert places == [-0.5, 0.0, -0.5, 0.0]

@@ -1,0 +1,26 @@
+"""Bad input is answered in one sentence, before any work: one table, by subject."""
+
+import pytest
+
+from tests.users.refusals import groups, methods, models, runs, systems
+
+ROWS = [
+    pytest.param(*row, id=f"{subject}: {number}")
+    for table in (systems, groups, methods, runs, models)
+    for subject, rows in table.TABLE.items()
+    for number, row in enumerate(rows, 1)
+]
+
+
+@pytest.mark.slow_cases("functions on groups: 35")
+@pytest.mark.parametrize(("error", "words", "call"), ROWS)
+def test_bad_input_is_answered_in_one_sentence(error, words, call):
+    with pytest.raises(error, match=words) as refusal:
+        call()
+    assert str(refusal.value).rstrip().endswith((".", ")"))
+
+
+def test_what_is_no_model_of_mujoco_is_answered_in_one_sentence():
+    for error, words, call in models.mujoco():
+        with pytest.raises(error, match=words):
+            call()
