@@ -1,8 +1,8 @@
 """The table "Adding something" of CONTRIBUTING.md, followed in a copy of the sources.
 
 Charts and groups are added in tests/properties/test_new_chart_and_group.py; test_frames.py there
-has a case of every frame, tests/suite/reports/test_figures.py one of every figure, and the whole cost
-table is filled in tests/suite/benchmarks/test_work_precision.py.
+has a case of every frame, reports/test_figures.py in tests/suite one of every figure, and the whole
+cost table is filled in benchmarks/test_work_precision.py there.
 """
 
 from __future__ import annotations
