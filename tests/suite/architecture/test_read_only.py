@@ -50,26 +50,6 @@ def run(package: Path, *words: str, **more: str) -> subprocess.CompletedProcess[
 @pytest.mark.slow(
     beside="tests/properties/test_kernel_cache.py::test_without_a_folder_to_write_every_process_compiles"
 )
-def test_every_module_is_imported(package: Path) -> None:
-    code = (
-        "import importlib, pkgutil, galvi, references, benchmarks, reports\n"
-        "for top in (galvi, references, benchmarks, reports):\n"
-        "    for one in pkgutil.walk_packages(top.__path__, top.__name__ + '.'):\n"
-        "        if not one.name.endswith('__main__'):\n"
-        "            try:\n"
-        "                importlib.import_module(one.name)\n"
-        "            except ImportError as error:\n"
-        "                assert 'galvi' not in str(error), error\n"
-        "print(galvi.__file__)\n"
-    )
-    result = run(package, "-c", code)
-    assert result.returncode == 0, result.stderr[-2000:]
-    assert result.stdout.startswith(str(package))
-
-
-@pytest.mark.slow(
-    beside="tests/properties/test_kernel_cache.py::test_without_a_folder_to_write_every_process_compiles"
-)
 def test_a_run_is_compiled_in_memory_and_said_to_be(package: Path, tmp_path: Path) -> None:
     first = run(package, "-c", RUN)
     assert first.stdout == "Completed.\n", first.stderr

@@ -38,9 +38,6 @@ def slow(beside: str, test: str = "tests/a/test_b.py::test_slow") -> Item:
 @pytest.mark.parametrize("beside", ["test_left", "test_c.py::test_left", LEFT[1]])
 def test_a_test_that_is_left_may_be_named_from_near_and_far(beside: str) -> None:
     checked(slow(beside))
-
-
-def test_a_test_of_which_a_case_is_left_needs_no_name() -> None:
     checked(Item("tests/a/test_b.py::test_some[1]"), Item("tests/a/test_b.py::test_some[2]", SLOW))
 
 

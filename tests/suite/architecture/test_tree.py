@@ -11,25 +11,6 @@ import pytest
 
 ROOT = Path(__file__).parents[3]
 
-TOP_LEVEL = {
-    ".ci",
-    ".github",
-    ".gitignore",
-    "CHANGELOG.md",
-    "CITATION.cff",
-    "CONTRIBUTING.md",
-    "Makefile",
-    "README.md",
-    "benchmarks",
-    "constraints.txt",
-    "docs",
-    "galvi",
-    "pyproject.toml",
-    "setup.py",
-    "references",
-    "reports",
-    "tests",
-}
 NAMES_THAT_SAY_NOTHING = {"utils", "helpers", "common", "base", "misc"}
 A_MACHINE = re.compile(r"(?<![\w./])/(?:home|root|tmp|work|opt|mnt|Users)/\w|\b[A-Z]:\\Users\b")
 
@@ -40,10 +21,6 @@ def files() -> list[Path]:
     command = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"]
     listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     return sorted(Path(name) for name in listed.split("\0") if name and (ROOT / name).is_file())
-
-
-def test_the_top_level_holds_what_the_design_lists_and_nothing_else(files: list[Path]) -> None:
-    assert {file.parts[0] for file in files} == TOP_LEVEL
 
 
 def test_every_folder_of_tests_is_run(files: list[Path]) -> None:

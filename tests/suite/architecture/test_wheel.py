@@ -26,6 +26,7 @@ from tests.suite.reports.test_track_against import git
 ROOT = Path(__file__).parents[3]
 SHIPPED = {".py", ".typed", ".csv", ".md", ".bib", ".css", ".js", ".j2", ".mplstyle", ".png"}
 SUITE = ("references", "benchmarks", "reports")
+GENERATED = "/docs/(generated|theory/__pycache__)/"
 PLUGIN = "reports/pytest_galvi/"  # apart in the wheel: pytest imports it, and must not import galvi
 
 
@@ -52,48 +53,21 @@ def shipped(folder: Path) -> set[str]:
     return {name for name in names if Path(name).suffix in SHIPPED and not name.startswith("out/")}
 
 
-def documented() -> set[str]:
-    """All files of the docs but those that are generated."""
-    names = contents(ROOT / "docs")
-    return {name for name in names if not name.startswith(("generated/", "theory/__pycache__"))}
-
-
 def contents(folder: Path) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_the_wheel_holds_one_package_and_the_plugin_of_pytest(wheel: Path) -> None:
-    top = {path.name for path in wheel.iterdir() if not path.name.endswith(".dist-info")}
-    assert top == {"galvi", "pytest_galvi"}
-    assert contents(wheel / "pytest_galvi") == shipped(ROOT / PLUGIN)
+def test_the_wheel_holds_every_module_the_data_and_the_plugin_of_pytest(wheel: Path) -> None:
+    packages = {name for name in contents(wheel) if ".dist-info/" not in name}
+    suite = {f"galvi/_suite/{x}/{name}" for x in SUITE for name in shipped(ROOT / x)}
+    documented = {f"galvi/_suite/docs/{name}" for name in contents(ROOT / "docs")}
+    plugin = {f"pytest_galvi/{name}" for name in shipped(ROOT / PLUGIN)}
+    own = {f"galvi/{name}" for name in shipped(ROOT / "galvi")}
+    expected = {name for name in own | suite | documented if PLUGIN not in name} | plugin
+    assert packages == {name for name in expected if not re.search(GENERATED, name)}
+    assert "galvi/py.typed" in packages
     (points,) = wheel.glob("*.dist-info/entry_points.txt")
     assert "[pytest11]\ngalvi = pytest_galvi\n" in points.read_text()
-
-
-def test_the_wheel_holds_every_module_the_type_marker_and_the_data(wheel: Path) -> None:
-    packed = contents(wheel / "galvi")
-    expected = shipped(ROOT / "galvi")
-    for folder in SUITE:
-        expected |= {f"_suite/{folder}/{name}" for name in shipped(ROOT / folder)}
-    expected |= {f"_suite/docs/{name}" for name in documented()}
-    assert packed == {name for name in expected if not name.startswith(f"_suite/{PLUGIN}")}
-    assert "py.typed" in packed
-    assert any(name.startswith("problems/data/") and name.endswith(".csv") for name in packed)
-
-
-@pytest.mark.slow(beside="test_layers.py::test_every_import_contract_holds")
-def test_galvi_imports_from_the_wheel_without_the_packages_of_the_suite(wheel: Path) -> None:
-    absent = ["pandas", "matplotlib", "sympy", "rebound", "jplephem", "jinja2", "typer", "pytest"]
-    code = (
-        "import sys\n"
-        f"sys.modules.update(dict.fromkeys({absent}))\n"  # None there makes an import fail
-        f"sys.path.insert(0, {str(wheel)!r})\n"
-        "import galvi\n"
-        "print(galvi.__file__)\n"
-    )
-    result = subprocess.run([sys.executable, "-I", "-c", code], capture_output=True, text=True)
-    assert result.returncode == 0, result.stderr
-    assert Path(result.stdout.strip()).is_relative_to(wheel)
 
 
 @pytest.fixture(scope="module")
@@ -127,34 +101,6 @@ def with_kernels(place: Path) -> None:
         target = place / kernels.relative_to(ROOT)
         if not target.exists():
             shutil.copytree(kernels, target)
-
-
-def from_wheel(wheel: Path, place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """The command of the unpacked wheel, with the packages of this environment."""
-    with_kernels(wheel)
-    # As pip's script has it: neither the current folder nor this checkout is on the path.
-    script = "import sys; from galvi.command import main; sys.exit(main())"
-    return subprocess.run(
-        [sys.executable, "-P", "-c", script, *arguments], cwd=place, capture_output=True,
-        text=True, env={**os.environ, "PYTHONPATH": str(wheel)},
-    )  # fmt: skip
-
-
-@pytest.mark.slow(
-    beside="tests/suite/reports/test_track_against.py::"
-    "test_a_folder_without_git_and_another_repository_are_sentences"
-)
-def test_the_wheel_refuses_to_track_galvi_and_an_integrator_that_is_not_at_the_base(
-    wheel: Path, folder_of_a_user: Path
-) -> None:
-    done = from_wheel(wheel, folder_of_a_user, "track", "--against", "HEAD")
-    assert done.returncode == 2 and "needs a git checkout of galvi" in done.stderr
-    asked = ("track", "--against", "HEAD^1", "--contender", "of_today:Leapfrog")
-    shutil.copy(folder_of_a_user / "mine.py", folder_of_a_user / "of_today.py")
-    git(folder_of_a_user, "add", "of_today.py")
-    git(folder_of_a_user, "commit", "--quiet", "-m", "third")
-    done = from_wheel(wheel, folder_of_a_user, *asked)
-    assert done.returncode == 0 and "of_today:Leapfrog is new: " in done.stdout
 
 
 def test_pytest_loads_the_plugin_of_the_wheel_and_leaves_galvis_modules_as_they_are(
@@ -301,14 +247,10 @@ def test_the_version_is_the_same_wherever_it_is_written() -> None:
     ("commands", "version"),
     [
         ([], "{release}.dev0+g{commit}"),
-        (["tag v2.3.4"], "2.3.4"),
         (["tag v2.3.4", "tag other"], "2.3.4"),
         (["tag v2.3.4", "commit --allow-empty -m more"], "{release}.dev0+g{commit}"),
-        (["tag v2.3.4", None], "2.3.4+dirty"),
-        (["tag v2.3.4rc1"], "2.3.4rc1"),
-        (["tag v2.3.4-paper"], "{release}.dev0+g{commit}"),
-        (["tag v1-gamma"], "{release}.dev0+g{commit}"),
-        ([None], "{release}.dev0+g{commit}.dirty"),
+        (["tag v2.3.4rc1", None], "2.3.4rc1+dirty"),
+        (["tag v2.3.4-paper", None], "{release}.dev0+g{commit}.dirty"),
     ],
 )
 def test_the_version_is_that_of_the_tag_or_the_commit(
@@ -330,7 +272,7 @@ def test_the_version_is_that_of_the_tag_or_the_commit(
     assert version_in_git(tmp_path / "file") == ""
 
 
-@pytest.mark.slow(beside="test_the_wheel_holds_every_module_the_type_marker_and_the_data")
+@pytest.mark.slow(beside="test_the_wheel_holds_every_module_the_data_and_the_plugin_of_pytest")
 def test_an_sdist_builds_the_same_wheel(tmp_path: Path, wheel: Path) -> None:
     """Its version is that of the commit, although no git is there; wheels of both are equal."""
     clone = tmp_path / "clone"
@@ -345,10 +287,9 @@ def test_an_sdist_builds_the_same_wheel(tmp_path: Path, wheel: Path) -> None:
     built(source, "build_wheel", tmp_path)
     (path,) = tmp_path.glob("*.whl")
     assert expected.replace("+", "-") in path.name.replace("+", "-")
-    names = {name for name in zipfile.ZipFile(path).namelist() if ".dist-info/" not in name}
     built(clone, "build_wheel", tmp_path / "other")
     (other,) = (tmp_path / "other").glob("*.whl")
-    assert names == {x for x in zipfile.ZipFile(other).namelist() if ".dist-info/" not in x}
+    assert zipfile.ZipFile(path).namelist() == zipfile.ZipFile(other).namelist()
     assert other.name == path.name
 
 

@@ -48,10 +48,6 @@ def unknown(line: str) -> list[str]:
     return [word for word in words[4:] if word.startswith("--") and word not in options]
 
 
-def test_there_is_one_for_verify_and_one_for_track() -> None:
-    assert {"ci", "verify", "track"} <= {path.stem for path in WORKFLOWS}
-
-
 @every
 def test_a_workflow_says_when_where_and_for_how_long(path: Path) -> None:
     workflow = yaml.safe_load(path.read_text())
@@ -93,29 +89,22 @@ def test_actions_are_pinned_by_the_digest_of_a_commit_and_name_its_version(path:
     assert PINNED.search(text) and unpinned(text) == []
 
 
-def test_one_action_has_one_digest_in_all_workflows() -> None:
-    pins = {pin for path in [*WORKFLOWS, FOR_OTHERS] for pin in PINNED.findall(path.read_text())}
-    assert len({digest for _, digest, _ in pins}) == 4  # of cache, its restore and its save: one
-
-
 @pinned
 def test_caches_are_saved_from_the_main_branch_alone(path: Path) -> None:
     assert saved_anywhere(path.read_text()) == []
 
 
 @pytest.mark.parametrize(
-    "line",
-    ["uses: actions/checkout@v4", "uses: actions/checkout@11bd719 # v4.2.2",
-     "uses: actions/checkout@" + 40 * "a", "uses: actions/checkout@" + 40 * "a" + " # v4"],
+    "action", ["actions/checkout@v4", "actions/checkout@11bd719 # v4.2.2",
+               "actions/checkout@" + 40 * "a", "actions/checkout@" + 40 * "a" + " # v4"],
 )  # fmt: skip
-def test_an_action_that_is_not_pinned_would_be_noticed(line: str) -> None:
-    assert unpinned(f"    steps:\n      - {line}\n") == [line]
+def test_an_action_that_is_not_pinned_would_be_noticed(action: str) -> None:
+    assert unpinned(f"    steps:\n      - uses: {action}\n") == [f"uses: {action}"]
 
 
 @pytest.mark.parametrize(
-    "step", ["actions/cache@x", "actions/cache/save@x", "actions/cache/save@x, if: always()",
-             f"actions/cache/save@x, if: always() || {ON_MAIN}"],
-)  # fmt: skip
+    "step", ["actions/cache@x", f"actions/cache/save@x, if: always() || {ON_MAIN}"]
+)
 def test_a_cache_saved_from_a_pull_request_would_be_noticed(step: str) -> None:
     assert saved_anywhere(f"jobs: {{x: {{steps: [{{uses: {step}}}]}}}}")
 

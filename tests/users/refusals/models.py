@@ -40,14 +40,12 @@ SYMBOLIC = (
     (TypeError, "the force must be a SymPy expression", lambda: made(FREE, x, u, force="-u")),
     (ValueError, "received 1 for 2", lambda: made(FREE, [x, y], [u])),
     (ValueError, "must all differ; received x more than once", lambda: made(FREE, [x], [x])),
-    (ValueError, "received x more than once", lambda: made(FREE, [x, x], [u, w])),
     (ValueError, "v must hold the velocities", lambda: made(FREE, x)),
     (TypeError, r"q must hold SymPy symbols.*received \[3\]", lambda: made(FREE, [3], u)),
     (TypeError, "must be a SymPy expression; received 'u", lambda: made("u**2", x, u)),
     (TypeError, r"shape \(1, 1\)\. Take its entry", lambda: made(sympy.Matrix([[FREE]]), x, u)),
     (ValueError, "must be real and finite; received", lambda: made(FREE + sympy.I * x, x, u)),
     (ValueError, r"for real .* I\*Abs\(x\)", lambda: made(FREE - sympy.sqrt(-(x**2)), x, u)),
-    (ValueError, "real and finite", lambda: made(FREE + sympy.zoo, x, u)),
     (ValueError, "parameter m must be a finite", lambda: made(FREE, x, u, parameters={m: np.nan})),
     (TypeError, "received 'm'. Give the symbol", lambda: made(FREE, x, u, parameters={"m": 1.0})),
     (TypeError, "must be a dict", lambda: made(FREE, x, u, parameters=[m])),
@@ -76,7 +74,6 @@ ARM = [LINK, galvi.Link(galvi.Joint("hinge", damping=0.1), 0.5, (0.0, 0.0, -0.3)
 
 
 IN_PLANE = (  # of degenerate Lagrangians the directions without a momentum
-    (r"v\[0\] and v\[1\]", lambda q, v: q[1] * v[0] - 0.5 * (q[0] ** 2 + q[1] ** 2)),
     (r"v\[0\] \+ v\[1\]", lambda q, v: (v[0] - v[1]) ** 2 - q[0] ** 2),
     (r"v\[1\]", lambda q, v: v[0] ** 2 + q[0] * v[1]),
     (r"v\[1\]", lambda q, v: v[0] ** 2 if q[0] < 9.0 else 0.0),  # differenced
@@ -106,11 +103,9 @@ TREES = (
     (ValueError, "positive semidefinite", lambda: galvi.Link(HINGE, 1.0, inertia=(1, -1, 1))),
     (ValueError, r"no body has the inertia \[1\.0, 1\.0, 5\.0\]: its largest .* or check=False",
      lambda: galvi.Link(HINGE, 1.0, inertia=(1, 5, 1))),
-    (ValueError, "no body has the inertia", lambda: galvi.Link(HINGE, 1.0, inertia=(0, 1, 0))),
     (TypeError, "check must be True or False", lambda: galvi.Link(HINGE, 1.0, check=1)),
     (TypeError, "joints must be galvi.Joint values", lambda: galvi.Link("hinge", 1.0)),
     (ValueError, "must be the only one", lambda: galvi.Link([HINGE, galvi.Joint("free")])),
-    (ValueError, "nothing can move", lambda: galvi.Multibody([])),
     (ValueError, "nothing can move", lambda: galvi.Multibody([galvi.Link(mass=1.0)])),
     (ValueError, "link 0 has joints, and", lambda: galvi.Multibody([galvi.Link(HINGE)])),
     (ValueError, "parent of link", lambda: galvi.Multibody([galvi.Link(HINGE, 1.0, parent=0)])),

@@ -16,7 +16,6 @@ WRONG_GRADIENT = r"^gradient must be the derivative of the potential: along .* a
 OF_TIME = (  # without their flag; what they should take
     (r"\(q\)", lambda: galvi.Canonical(1.0, lambda q, t: 0.0)),
     (r"\(q\)", lambda: galvi.Canonical(1.0, numba.njit(lambda q, t: 0.0))),
-    (r"\(q\)", lambda: galvi.Canonical(1.0, lambda q: 0.0, lambda q, t: 0.0 * q)),
     (r"\(q\)", lambda: galvi.FreeBody(1.0, (1, 1, 1), potential=lambda q, t: 0.0)),
     (r"\(R\)", lambda: galvi.RigidBody((1, 1, 1), lambda R, t: 0.0)),
     (r"\(q, v\)", lambda: galvi.Lagrangian(lambda q, v, t: 0.5 * v @ v, galvi.Rn(1))),
@@ -35,13 +34,6 @@ def forced(force, **more):
     return lambda: galvi.integrate(problem, FOUR, 0.1, 1, **more)
 
 
-def flown(force):
-    """A step of a grain in the rotor's wind with this force."""
-    grain = brownout()
-    system = galvi.Canonical(grain.system.mass, grain.system.potential, force=force)
-    return lambda: galvi.integrate(galvi.Problem(system, grain.q0, grain.v0), FOUR, 0.1, 2)
-
-
 def slope(value):
     """A problem of the potential 3 q whose gradient is this number."""
     system = partial(galvi.Canonical, 1.0, lambda q: 3.0 * q[0], lambda q: np.full(1, value))
@@ -51,12 +43,6 @@ def slope(value):
 def balance(*run, **more):
     """The balance of momentum of a run."""
     return lambda: galvi.momentum_balance(galvi.integrate(*run, **more))
-
-
-def colliding(*masses):
-    """Bodies at one place."""
-    places = np.tile([1.0, 0.0], (len(masses), 1))
-    return lambda: galvi.Problem(galvi.NBody(masses), places, 0.0 * places)
 
 
 MAKERS = {
@@ -75,8 +61,6 @@ POINT_MASSES = (
     (ValueError, "masses must hold finite numbers", lambda: galvi.NBody([1.0, float("inf")])),
     (ValueError, r"masses must have shape \(bodies,\)", lambda: galvi.NBody([])),
     (ValueError, "mass must be positive", lambda: galvi.Canonical(-1.0, galvi.LinearSpring())),
-    (ValueError, "positive definite",
-     lambda: galvi.Canonical([[1.0, 2.0], [2.0, 1.0]], galvi.LinearSpring())),
     (ValueError, "positive definite",
      lambda: galvi.Canonical(np.diag([1.0, 0.0]), galvi.LinearSpring())),
     (ValueError, "symmetric matrix",
@@ -97,19 +81,13 @@ POINT_MASSES = (
     (ValueError, r"q0 must have shape \(d,\)",
      lambda: galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring()), 1.0, 0.0)),
     (TypeError, "potential must be a function of q; received 3", lambda: galvi.Canonical(1.0, 3)),
-    (TypeError, "gradient must be a function of q",
-     lambda: galvi.Canonical(1.0, SPRING, gradient=3)),
     (ValueError, r"mu must be .*; received an array of shape \(1,\)\.",
      lambda: galvi.CentralForce(np.ones(1))),
     (ValueError, r"^q0 must have no masked entries; received 1 of them",
      lambda: galvi.Problem(KEPLER.system, np.ma.array([1.0, 0.0], mask=[False, True]), [0.0, 1.0])),
     (ValueError, "masses must", lambda: galvi.NBody([0.0, 0.0])),
-    (ValueError, "masses must", lambda: galvi.NBody([1.0, -1e-9])),
-    (ValueError, "masses must", lambda: galvi.NBody([1.0, np.nan])),
-    (ValueError, "at the same point", colliding(1.0, 0.0)),
     (ValueError, "masses must be positive", lambda: galvi.PlanarChain([1.0, -1.0], [1.0, 1.0])),
     (ValueError, r"lengths must have shape \(2,", lambda: galvi.PlanarChain([1.0, 1.0], [1.0])),
-    (ValueError, "masses must be positive numbers, one", lambda: galvi.PlanarChain(1.0, 1.0)),
     (ValueError, "gravity must be a finite", lambda: galvi.PlanarChain([1.0], [1.0], np.inf)),
     (TypeError, "rods must be True or False", lambda: galvi.PlanarChain([1.0], [1.0], 9.81, 1)),
     (ValueError, r"masses must have shape", lambda: galvi.problems.double_pendulum((1, 2, 3))),
@@ -121,8 +99,6 @@ FUNCTIONS = (
     (ValueError, r"gradient must return an array of shape \(2,\); received",
      stepped(gradient=lambda q: q[:1])),
     (ValueError, "force must be finite at the start", stepped(gradient=lambda q: q * np.nan)),
-    (ValueError, r"gradient must return an array of shape \(2,\); received",
-     stepped(gradient=lambda q: "force")),
     (ValueError, "of real numbers; received numbers of type complex128",
      stepped(gradient=lambda q: 1j * q)),
     (TypeError, "check must be True or False; received 1",
@@ -179,11 +155,6 @@ BROWNOUT = (
      partial(brownout, velocity=(0.0, 0.0, float("inf")))),
     (ValueError, "drag_coefficient must be positive; received -0.4",
      partial(brownout, drag_coefficient=-0.4)),
-    (ValueError, r"force must return an array of shape \(3,\); received shape \(2,\)",
-     flown(lambda q, v: v[:2])),
-    (ValueError, "the force must be finite at the start; received", flown(lambda q, v: v * np.nan)),
-    (ValueError, r"force must return an array of shape \(3,\)",
-     flown(numba.njit(lambda q, v: v[:2].copy()))),
     (ValueError, "Set timed_force",
      lambda: galvi.Canonical(1.0, galvi.UniformField((0, 0, -1)), force=galvi.RotorDrag(1.0))),
     (TypeError, r"drag_law must be galvi.QuadraticDrag.* received 3",
