@@ -12,7 +12,6 @@ ROWS = [
 ]
 
 
-@pytest.mark.slow_cases("functions on groups: 35")
 @pytest.mark.parametrize(("error", "words", "call"), ROWS)
 def test_bad_input_is_answered_in_one_sentence(error, words, call):
     with pytest.raises(error, match=words) as refusal:

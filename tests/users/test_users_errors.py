@@ -91,7 +91,6 @@ def test_nan_from_a_users_function_during_the_run_is_a_failure(which, plain):
     )
     # turned about the vertical at unit speed, R_00 = cos t is below 0.5 from t = 1.047 on
     run = galvi.integrate(start(system, np.eye(3), [0.0, 0.0, 1.0]), FOUR, 0.1, 40)
-    assert run.failed_step == 11 and not run.success
-    assert run.status.startswith("Stopped at step 11 of 40, from t = 1: the force or the state")
+    assert run.failed_step == 11 and run.outcome.end is galvi.End.STEP_FAILED
     assert np.isfinite(run.q[:11]).all() and np.isnan(run.q[11:]).all()
     assert np.isnan(run.p[11:]).all() and np.isnan(run(1.05)).all()
