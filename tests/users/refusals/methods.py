@@ -77,9 +77,9 @@ RULES = (
     ),
     (TypeError, "left must be True or False; received 'yes'", lambda: galvi.radau(3, left="yes")),
     (TypeError, r"rule must be a rule such as galvi.gauss\(8\); received",
-     lambda: galvi.composite(galvi.gauss, 3)),
+     galvi.composite, galvi.gauss, 3),
     (ValueError, "pieces must be a whole number from 1 to 10000; received 0",
-     lambda: galvi.composite(galvi.gauss(2), 0)),
+     galvi.composite, galvi.gauss(2), 0),
 )  # fmt: skip
 SPACES = (
     (WRONG, "first basis function of a space must be the constant 1; that of",
@@ -124,9 +124,9 @@ SPACES = (
         for of in product((galvi.Fourier, partial(galvi.PolynomialFourier, 2)), (0, 65))
     ),
     (ValueError, "must be at most 512 radians a step; received 10 times",
-     lambda: galvi.Fourier(10, 60.0)),
+     galvi.Fourier, 10, 60.0),
     (ValueError, "must differ from polynomials and from each other",
-     lambda: galvi.PolynomialFourier(4, 8, 1e-3)),
+     galvi.PolynomialFourier, 4, 8, 1e-3),
 )  # fmt: skip
 PAIRS = (
     *(
