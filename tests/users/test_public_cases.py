@@ -123,12 +123,6 @@ def a_pendulum_that_nearly_turns_over() -> Any:
     return completed(start, gauss(8), 0.5, 200).q[-1, 0]
 
 
-@row("JuliaGNI/GeometricIntegrators.jl, tests of CGVI", 0.5 * np.cos(0.5**0.5), 8e-13)
-def an_oscillator() -> Any:
-    spring = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(0.5)), [0.5], [0.0])
-    return completed(spring, gauss(4), 0.1, 10).q[-1, 0]
-
-
 # ---------------------------------------------------------------- point masses
 
 
@@ -282,17 +276,6 @@ def oblateness_turns_the_node_and_the_pericentre() -> Any:
     found = galvi.orbital_elements(run, 0)
     turned = [np.unwrap(np.ravel(x)) for x in (found.node, found.pericentre)]
     return [np.degrees(x[-1] - x[0]) / 48.0 for x in turned]
-
-
-@row("poliastro, GMAT: from 7000 km to 42164 km by two burns", 42164.0, 1e-8)
-def hohmanns_transfer() -> Any:
-    GM, low, high = 398600.4418, 7000.0, 42164.0
-    speed = np.sqrt(2.0 * GM * high / (low * (low + high)))
-    start = galvi.Problem(galvi.Canonical(1.0, galvi.CentralForce(GM)), [low, 0.0], [0.0, speed])
-    circle = np.array([0.0, -np.sqrt(GM / high)])
-    burn = galvi.Event(lambda q, v, t: q[1], -1, action=lambda q, v, t: (q, circle))
-    run = completed(start, gauss(8), 300.0, 200, events=burn)
-    return np.linalg.norm(run.q[-1])
 
 
 @row("galpy and gala, isochrone potential: a period of the radius", (1.0, 0.0), 1e-10)

@@ -51,13 +51,9 @@ def unknown(line: str) -> list[str]:
 @every
 def test_a_workflow_says_when_where_and_for_how_long(path: Path) -> None:
     workflow = yaml.safe_load(path.read_text())
-    assert workflow["name"] == path.stem
-    assert workflow[True]  # "on", as YAML 1.1 reads it
-    assert workflow["permissions"] == {"contents": "read"}
+    assert workflow[True] and workflow["permissions"] == {"contents": "read"}  # True: "on"
     for job in workflow["jobs"].values():
         assert job["runs-on"] == "ubuntu-latest" and 0 < job["timeout-minutes"] <= 150
-        for step in job["steps"]:
-            assert ("run" in step) != ("uses" in step)
 
 
 def unpinned(text: str) -> list[str]:
@@ -111,12 +107,9 @@ def test_commands_of_the_page_and_of_ci_exist() -> None:
     assert len(lines) >= 4 and [line for line in lines if unknown(line)] == []
 
 
-def test_ci_runs_tests_for_other_processors_that_exist() -> None:
-    script = (ROOT / ".ci" / "run").read_text()
-    named = re.findall(r"^ +(tests/\S+)$", script, re.M)
-    assert {"generic", "haswell"} == set(re.findall(r"NUMBA_CPU_NAME=(\w+)", script))
-    assert script.index("export NUMBA_CPU_FEATURES=''") < script.index("NUMBA_CPU_NAME=")
-    assert len(named) > 2 and [name for name in named if not (ROOT / name).is_file()] == []
+def test_ci_runs_tests_that_exist() -> None:
+    named = re.findall(r"^ +(tests/\S+)$", (ROOT / ".ci" / "run").read_text(), re.M)
+    assert named and [name for name in named if not (ROOT / name).is_file()] == []
 
 
 @pytest.mark.parametrize(
