@@ -1,4 +1,4 @@
-"""The general kernel runs alone where GALVI_FAST=0, and where it is not said, other engines do."""
+"""GALVI_FAST=0: the general kernel runs alone."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import galvi
-from galvi.run.engines import ENGINES
 
 ROOT = Path(__file__).parents[3]
 ALONE = """
@@ -44,11 +42,6 @@ def test_the_general_kernel_runs_alone_agrees_and_refuses_moving_frames_in_words
     np.testing.assert_allclose([float(x), float(y)], run.q[-1], rtol=0.0, atol=1e-13)
     refusal = "ValueError: moving frames need the lanes, which GALVI_FAST=0 leaves out."
     assert done.stderr.strip().endswith(refusal)
-
-
-@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone")
-def test_other_engines_are_asked_first() -> None:
-    assert [engine.name for engine in ENGINES] == ["clock", "frame", "lanes", "general"]
 
 
 def test_a_mistyped_setting_is_refused() -> None:

@@ -64,8 +64,6 @@ def test_a_run_is_compiled_in_memory_and_said_to_be(package: Path, tmp_path: Pat
 def test_commands_work(package: Path, tmp_path: Path) -> None:
     helped = run(package, "-m", "galvi", "--help")
     assert helped.returncode == 0 and "verify" in helped.stdout, helped.stderr
-    mistyped = run(package, "-m", "galvi", "verify", "--clams", "V1")
-    assert mistyped.returncode == 2 and "Traceback" not in mistyped.stderr
     out = str(tmp_path / "out")
     done = run(package, "-m", "galvi", "verify", "--quick", "--claims", "V20", "--out", out)
     assert done.returncode == 0, done.stdout + done.stderr

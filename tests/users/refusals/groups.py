@@ -36,10 +36,6 @@ def moving(*factors):
     return one_step(galvi.Problem(system, *start))
 
 
-def complex_gradient(R):
-    return (1.0 + 1j) * R
-
-
 def line(L):
     """A step of a Lagrangian of one coordinate."""
     return lambda: one_step(galvi.Problem(galvi.Lagrangian(L, galvi.Rn(1)), [0.6], [1.0]))
@@ -117,7 +113,7 @@ AT_START = (
     (ValueError, "the derivatives of the Lagrangian must be finite at the start",
      galvi.Lagrangian(kinetic, SO3, lambda q, v: np.full(12, np.nan))),
     (ValueError, r"gradient must return an array of shape \(3, 3\), dV/dR, of real numbers; rece",
-     galvi.RigidBody(MOMENTS, lambda R: 1.0, complex_gradient)),
+     galvi.RigidBody(MOMENTS, lambda R: 1.0, lambda R: (1.0 + 1j) * R)),
 )  # fmt: skip
 GROUPS = (
     (ValueError, FACTORS, galvi.Product, ()),

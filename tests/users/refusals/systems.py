@@ -22,16 +22,10 @@ OF_TIME = (  # without their flag; what they should take
 )
 
 
-def stepped(gradient):
-    """A step with this gradient of a spring."""
-    system = galvi.Canonical(1.0, galvi.LinearSpring(), gradient)
-    return lambda: galvi.integrate(galvi.Problem(system, [1.0, 0.0], [0.0, 1.0]), FOUR, 0.1, 10)
-
-
-def forced(force, **more):
-    """A step of a spring with this force."""
-    problem = galvi.Problem(galvi.Canonical(1.0, SPRING, force=force), *START)
-    return lambda: galvi.integrate(problem, FOUR, 0.1, 1, **more)
+def stepped(solver="auto", **fields):
+    """A step of a spring with another gradient, or a force."""
+    problem = galvi.Problem(galvi.Canonical(1.0, SPRING, **fields), *START)
+    return lambda: galvi.integrate(problem, FOUR, 0.1, 1, solver=solver)
 
 
 def slope(value):
@@ -107,11 +101,11 @@ FUNCTIONS = (
      slope(-3.0)),
     (ValueError, WRONG_GRADIENT + r"expected 3, .* received 6, 2 times that\. ", slope(6.0)),
     (ValueError, r"force must return an array of shape \(2,\); received",
-     forced(lambda q, v: np.zeros(3))),
-    (ValueError, "force must be finite at the start", forced(lambda q, v: v * np.nan)),
-    (ValueError, "of real numbers", forced(lambda q, v: v * 1j)),
+     stepped(force=lambda q, v: np.zeros(3))),
+    (ValueError, "force must be finite at the start", stepped(force=lambda q, v: v * np.nan)),
+    (ValueError, "of real numbers", stepped(force=lambda q, v: v * 1j)),
     (ValueError, "external force",
-     forced(lambda q, v: np.maximum(v, 0.0), solver="fixed_point")),
+     stepped(force=lambda q, v: np.maximum(v, 0.0), solver="fixed_point")),
     *(
         (error, words, partial(make, force=force, timed_force=timed))
         for error, words, force, timed in (
