@@ -116,7 +116,7 @@ def eulers_equations() -> Any:
     return completed(body, gauss(8), 0.1, 200).v[-1] / units
 
 
-@row("SciMLBenchmarks, single pendulum: 2 arcsin(k sn) by mpmath", -3.108969708223564, 1e-9)
+@row("SciMLBenchmarks, single pendulum: 2 arcsin(k sn) by mpmath", -3.108969708223564, 1e-11)
 def a_pendulum_that_nearly_turns_over() -> Any:
     system = galvi.Canonical(1.0, lambda q: 1.0 - np.cos(q[0]))
     start = galvi.Problem(system, [0.99 * np.pi], [0.0])
@@ -137,13 +137,13 @@ def turning(mu: float, q: Any, v: Any, duration: float) -> Any:
     return c * x + s * y, c * y - s * x, z
 
 
-@row("Hairer, Norsett and Wanner I, II.0: Arenstorf's orbit", (0.994, 0.0, 0.0), 1e-9)
+@row("Hairer, Norsett and Wanner I, II.0: Arenstorf's orbit", (0.994, 0.0, 0.0), 1e-11)
 def arenstorfs_orbit() -> Any:
     v = [0.0, -2.00158510637908252240537862224, 0.0]
     return turning(0.012277471, [0.994, 0.0, 0.0], v, 17.0652165601579625588917206249)
 
 
-@row("Hairer, Norsett and Wanner I, II.0: the one with two loops", (0.994, 0.0, 0.0), 1e-9)
+@row("Hairer, Norsett and Wanner I, II.0: the one with two loops", (0.994, 0.0, 0.0), 1e-11)
 def arenstorfs_other_orbit() -> Any:
     v = [0.0, -2.0317326295573368357302057924, 0.0]
     return turning(0.012277471, [0.994, 0.0, 0.0], v, 11.124340337266085134999734047)
@@ -229,10 +229,9 @@ def a_frame_steps_over_a_passage() -> Any:
     return meteoroid(FRAME, 10.0)[0]
 
 
-@row("wmpg/WesternMeteorPyLib#99: IAS15", (24.52928, 1.684584e-4), 1e-5)
+@row("wmpg/WesternMeteorPyLib#99: IAS15, in au", 1.6845844e-4, 1e-10)
 def a_clock_resolves_the_passage() -> Any:
-    found = meteoroid(CLOCK, 0.1)[1]
-    return found.t[0], found.value[0]
+    return meteoroid(CLOCK, 0.1)[1].value
 
 
 @row("Noether; Kepler's problem of Hairer, Lubich and Wanner I.2", 0.0, 1e-13)
@@ -260,7 +259,7 @@ def a_step_in_other_units_than_the_clocks() -> Any:
     return craft(0.4)
 
 
-@row("Kepler's third law: ten revolutions", (7000.0, 0.0), 1e-6)
+@row("Kepler's third law: ten revolutions", (7000.0, 0.0), 1e-8)
 def a_step_in_units_of_the_clock() -> Any:
     return craft(0.4 / np.sqrt(398600.4418)).q[-1]
 
@@ -278,7 +277,7 @@ def oblateness_turns_the_node_and_the_pericentre() -> Any:
     return [np.degrees(x[-1] - x[0]) / 48.0 for x in turned]
 
 
-@row("galpy and gala, isochrone potential: a period of the radius", (1.0, 0.0), 1e-10)
+@row("galpy and gala, isochrone potential: a period of the radius", (1.0, 0.0), 1e-12)
 def an_isochrone_orbit() -> Any:
     """In the frame that has turned by the angle of the closed form."""
     system = galvi.Canonical(1.0, lambda q: -1.0 / (1.0 + np.sqrt(1.0 + q @ q)))
@@ -372,7 +371,7 @@ def members_with_a_limit_of_force() -> Any:
     return ends[0][:, 0]
 
 
-@row("mujocolab/mjlab#38: MuJoCo 4.0.1", -19.8110, 5e-5)
+@row("mujocolab/mjlab#38: MuJoCo 4.0.1", -19.810951067320374, 1e-11)
 def other_masses_in_a_medium() -> Any:
     body = '<inertial pos="0 0 -.4" mass="1" diaginertia=".02 .03 .01"/>'
     world = f'<worldbody><body><joint axis="0 1 0"/>{body}</body></worldbody>'
