@@ -8,13 +8,14 @@ behind, and a call that does not end before the time-out.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import inspect
+import json
 import linecache
 import traceback
 from collections.abc import Callable, Mapping
-from datetime import datetime
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -39,16 +40,14 @@ FOLDER = Path(galvi.__file__).parent
 
 TINY, HUGE = float(np.nextafter(0.0, 1.0)), 10**400
 NUMBERS = [
-    0, -0.0, 1, -1, 2, 0.5, TINY, 1e300, -1e308, np.inf, -np.inf, np.nan, 2**31, 2**63, -(2**63),
-    HUGE, True, False, np.float32(0.1), np.int8(-128), np.uint64(2**63), np.longdouble(1) / 3,
-    np.bool_(True), 1j, 1 + 0j, Decimal("0.1"), Decimal("NaN"), Fraction(1, 3), np.float64("nan"),
-    np.datetime64("2000-01-01"),
+    0, -0.0, 1, -1, 2, 0.5, TINY, 1e300, -1e308, np.inf, np.nan, 2**31, 2**63, HUGE, True,
+    np.float32(0.1), np.int8(-128), np.uint64(2**63), np.longdouble(1) / 3, np.bool_(True), 1j,
+    Decimal("0.1"), Decimal("NaN"), Fraction(1, 3), np.datetime64("2000-01-01"),
 ]  # fmt: skip
 OBJECTS = [
-    None, "", "1", "gauss", "\0", "ä" * 300, b"1", [], (), {}, set(), [[]], [[1.0], [2.0, 3.0]],
-    [None], [1, "a"], {"a": 1}, object(), type, len, lambda: None, lambda *given: given, range(3),
-    slice(1, 2), Ellipsis, NotImplemented, datetime(2000, 1, 1), iter([1.0, 2.0]), memoryview(b"1"),
-    np.array(None), np.array("a"), np.array([1, "a"], dtype=object), np.zeros(0), np.zeros((3, 0)),
+    None, "", "gauss", "\0", "ä" * 300, b"1", [], (), {}, set(), [[1.0], [2.0, 3.0]], [1, "a"],
+    {"a": 1}, object(), type, lambda: None, lambda *given: given, range(3), Ellipsis, iter([1.0]),
+    memoryview(b"1"), np.array(None), np.array("a"), np.array([1, "a"], dtype=object), np.zeros(0),
     np.ma.masked_array([1.0, 2.0], [True, False]), np.zeros((2, 2, 2)), np.eye(3), -np.eye(3),
     np.array([1 + 1j, 2.0]), np.array([True, False]), galvi, galvi.Polynomials,
     galvi.Polynomials(2), galvi.gauss(2), galvi.Rn(2), galvi.SO3(), galvi.SO3, galvi.Cayley(),
@@ -69,14 +68,13 @@ CHANGES: list[Callable[[Any], Any]] = [
 def spoilt(good: Any) -> st.SearchStrategy[Any]:
     """Arrays like a good one with one entry that is odd, or of another shape, size or type."""
     array = np.atleast_1d(np.asarray(good, dtype=float))
-
-    def replaced(place: int, entry: float) -> Any:
-        changed = array.copy()
-        changed.flat[place] = entry
-        return changed
-
-    other = st.sampled_from(CHANGES).map(lambda change: change(array))
-    return st.builds(replaced, st.integers(0, array.size - 1), ENTRIES) | other
+    places = np.arange(array.size).reshape(array.shape)
+    one = st.builds(
+        lambda place, entry: np.where(places == place, entry, array),
+        st.integers(0, array.size - 1),
+        ENTRIES,
+    )
+    return one | st.sampled_from(CHANGES).map(lambda change: change(array))
 
 
 def method(degree: int, points: int, **options: Any) -> galvi.Galerkin:
@@ -317,57 +315,82 @@ def test_odd_arguments_give_what_holds_or_a_refusal(name: str, empty_folder: Pat
 
 def damaged(data: st.DataObject, whole: bytes) -> bytes:
     """Bytes cut short, or with some changed, taken out or put in."""
-    changed = bytearray(whole)
-    for _ in range(data.draw(st.integers(1, 3))):
-        at = data.draw(st.integers(0, len(changed)))
-        end = data.draw(st.sampled_from([at, at + 1, at + 20, len(changed)]))
-        changed[at:end] = data.draw(st.binary(max_size=8))
-    return bytes(changed)
+    at = data.draw(st.integers(0, len(whole)))
+    end = at + data.draw(st.sampled_from([0, 1, 20, len(whole)]))
+    return whole[:at] + data.draw(st.binary(max_size=8)) + whole[end:]
 
 
-def test_a_damaged_saved_run_is_refused_or_what_was_saved(empty_folder: Path) -> None:
-    run, path = short_run("planets"), empty_folder / "run.npz"
-    galvi.save(run, path)
-    whole = path.read_bytes()
+@pytest.mark.parametrize("name", ["run.npz", "model.xml"])
+def test_a_damaged_file_is_refused_or_read(name: str, empty_folder: Path) -> None:
+    run, path = short_run("planets"), empty_folder / name
+    if name == "model.xml":
+        pytest.importorskip("mujoco")
+        path.write_text(MODEL)
+    else:
+        galvi.save(run, path)
+    whole, read = path.read_bytes(), galvi.load if name == "run.npz" else galvi.from_mujoco
 
     @property_of(st.data(), 5 * EXAMPLES)
     def check(data: st.DataObject) -> None:
         path.write_bytes(damaged(data, whole))
-        try:
-            loaded = galvi.load(path)
-        except Exception as error:
-            assert is_refusal(error)
-        else:
-            assert all(np.array_equal(getattr(loaded, x), getattr(run, x)) for x in "tqp")
+        assert fault(functools.partial(read, path)) == "", path.read_bytes()
+        if name == "run.npz":
+            with contextlib.suppress(ValueError, OSError):
+                loaded = galvi.load(path)
+                assert all(np.array_equal(getattr(loaded, x), getattr(run, x)) for x in "tqp")
 
     check()
 
 
-def test_a_damaged_model_is_refused_or_read(empty_folder: Path) -> None:
-    pytest.importorskip("mujoco")
-    path = empty_folder / "model.xml"
+def of_facts(**changes: Any) -> Callable[[dict[str, Any]], dict[str, Any]]:
+    def changed(arrays: dict[str, Any]) -> dict[str, Any]:
+        facts = json.loads(str(arrays["facts"])) | changes
+        left = {name: value for name, value in facts.items() if value is not None}
+        return {**arrays, "facts": np.array(json.dumps(left))}
 
-    @property_of(st.data(), 5 * EXAMPLES)
-    def check(data: st.DataObject) -> None:
-        path.write_bytes(damaged(data, MODEL.encode()))
-        call = functools.partial(galvi.from_mujoco, path)
-        assert fault(call) == "", path.read_bytes()
+    return changed
 
-    check()
+
+REFUSED = "must be a run written by galvi.save; some of it is missing or does not fit"
+ODD_FILES: dict[str, tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]] = {
+    "times in falling order": (REFUSED, lambda a: {**a, "t": a["t"][::-1]}),
+    "fewer configurations than times": (REFUSED, lambda a: {**a, "q": a["q"][:3]}),
+    "a state of another shape": (REFUSED, lambda a: {**a, "state": a["state"][:, :1]}),
+    "stages of another shape": (REFUSED, lambda a: {**a, "stages": a["stages"][:1]}),
+    "a state of whole numbers": (REFUSED, lambda a: {**a, "state": a["state"].astype(int)}),
+    "bases of another shape": (REFUSED, lambda a: {**a, "bases": a["bases"][:, :1][:3]}),
+    "curves of another shape": (
+        REFUSED, lambda a: {**a, "coefficients": a["coefficients"][:, :1][:3]},
+    ),
+    "no solver state": (REFUSED, lambda a: {x: a[x] for x in a if x != "solver_state"}),
+    "a step of 0": (REFUSED, of_facts(step=0.0)),
+    "no counts": (REFUSED, of_facts(counts=None)),
+    "another format": (r"must have format \d+; received format 3. Run ", of_facts(version=3)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("odd", ODD_FILES)
+@pytest.mark.parametrize("name", ["kepler", "body"])
+def test_a_file_whose_parts_do_not_fit_is_refused(name: str, odd: str, empty_folder: Path) -> None:
+    words, change = ODD_FILES[odd]
+    galvi.save(short_run(name), "run.npz")
+    with np.load("run.npz") as file:
+        arrays = dict(file)
+    np.savez("run.npz", **change(arrays))
+    with pytest.raises(ValueError, match=words):
+        galvi.load("run.npz")
 
 
 FORMS: dict[str, Callable[[Any], Any]] = {
-    "lists": np.ndarray.tolist, "objects": lambda a: a.astype(object), "Fortran": np.asfortranarray,
-    "longdouble": lambda a: a.astype(np.longdouble), "a view": lambda a: np.repeat(a, 2, 0)[::2],
-    "read-only": lambda a: np.frombuffer(a.tobytes()).reshape(a.shape),
+    "lists": np.ndarray.tolist, "Fortran": np.asfortranarray,
+    "a view": lambda a: np.repeat(a, 2, 0)[::2], "longdouble": lambda a: a.astype(np.longdouble),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_the_same_numbers_in_another_form_give_the_same_bits(form: str) -> None:
     planets, other, run = PROBLEMS["planets"], FORMS[form], short_run("planets")
-    system = dataclasses.replace(planets.system, masses=other(planets.system.masses))
-    problem = galvi.Problem(system, other(planets.q0), other(planets.v0))
+    problem = galvi.Problem(planets.system, other(planets.q0), other(planets.v0))
     again = galvi.integrate(problem, TWO, 0.1, 5)
     assert again.q.tobytes() == run.q.tobytes() and again.p.tobytes() == run.p.tobytes()
     times = np.array([0.11, 0.23])
@@ -375,23 +398,14 @@ def test_the_same_numbers_in_another_form_give_the_same_bits(form: str) -> None:
     assert np.array_equal(states, same)
 
 
-def raising(error: Exception) -> Callable[[], None]:
-    def call() -> None:
-        raise error
-
-    return call
-
-
 FAULTS: dict[str, tuple[Callable[[], Any], str]] = {
-    "another package's error": (raising(ValueError("It is wrong.")), "It is wrong"),
+    "another package's error": (lambda: int("a"), "invalid literal"),
     "an error of Python": (lambda: galvi.Rn(2).hat, "has no attribute"),
     "NaN": (lambda: np.array([1.0, np.nan]), "NaN in the result"),
     "energy": (
         lambda: dataclasses.replace(short_run("kepler"), q=0.5 * np.ones((6, 2)) + np.eye(6, 2)),
         "and called good",
     ),
-    "a status": (lambda: dataclasses.replace(short_run("kepler"), status="ok"), "no sentence"),
-    "a failure": (lambda: dataclasses.replace(short_run("kepler"), success=False), "failed step"),
 }
 
 

@@ -74,11 +74,6 @@ def test_the_code_of_a_page_prints_what_the_page_shows(
             assert output == shown
 
 
-def test_readme_and_the_page_on_models_show_output() -> None:
-    for page in ("README.md", "docs/models.md"):
-        assert any(shown for _, _, shown in examples((ROOT / page).read_text())), page
-
-
 @pytest.mark.parametrize("page", [*LINKED, "CONTRIBUTING.md"])
 def test_every_link_to_a_file_leads_to_one(page: str) -> None:
     folder, generated = (ROOT / page).parent, ROOT / "docs" / "generated"  # by `make docs`
@@ -128,3 +123,15 @@ def test_every_make_command_on_the_page_is_a_target(page: str) -> None:
     targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.M))
     names = {one or other for one, other in named}
     assert {"report", "test"} <= names <= targets
+
+
+def test_the_page_on_a_call_names_files_and_objects_that_there_are() -> None:
+    page = (ROOT / "docs" / "life_of_a_call.md").read_text(encoding="utf-8")
+    quoted = set(re.findall(r"`([^`\n]+)`", page))
+    paths = {word for word in quoted if "/" in word and word.isascii() and "NAME" not in word}
+    assert paths and [path for path in paths if not (ROOT / path).exists()] == []
+    folders = ("galvi", "references", "benchmarks", "tests")
+    files = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
+    words = {word for x in files for word in re.findall(r"\w+", x.read_text(encoding="utf-8"))}
+    names = {word for word in quoted if re.fullmatch(r"[A-Za-z_]\w+", word)}
+    assert names and names - words == set()

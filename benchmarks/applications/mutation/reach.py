@@ -27,7 +27,7 @@ from pathlib import Path
 from galvi.kernels.compile import cache
 
 KERNELS = ("galvi/kernels/", "galvi/lanes/")
-OF_SOURCES = "tests/suite/architecture/test_values.py"  # reads all of them
+OF_SOURCES = "tests/suite/architecture/test_sources.py"  # reads all of them
 FIRST = 120.0  # seconds of tests at most, the quickest ones first
 
 

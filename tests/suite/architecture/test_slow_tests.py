@@ -35,22 +35,13 @@ def slow(beside: str, test: str = "tests/a/test_b.py::test_slow") -> Item:
     return Item(test, pytest.mark.slow(beside=beside).mark)
 
 
-@pytest.mark.parametrize("beside", ["test_left", "test_c.py::test_left", LEFT[1]])
-def test_a_test_that_is_left_may_be_named_from_near_and_far(beside: str) -> None:
-    checked(slow(beside))
-
-
-def test_a_test_of_which_a_case_is_left_needs_no_name() -> None:
+def test_a_test_that_is_left_may_be_named_from_near_and_far(tmp_path: Path) -> None:
+    for beside in ("test_left", "test_c.py::test_left", LEFT[1]):
+        checked(slow(beside))
     checked(Item("tests/a/test_b.py::test_some[1]"), Item("tests/a/test_b.py::test_some[2]", SLOW))
-
-
-def test_a_file_that_was_not_collected_is_only_looked_for(tmp_path: Path) -> None:
-    named = slow("tests/d/test_e.py::test_left")
-    with pytest.raises(pytest.UsageError, match=r"beside 'tests/d/test_e\.py::test_left', which"):
-        checked(named, root=tmp_path)
     (tmp_path / "tests/d").mkdir(parents=True)
-    (tmp_path / "tests/d/test_e.py").touch()
-    checked(named, root=tmp_path)
+    (tmp_path / "tests/d/test_e.py").touch()  # not collected
+    checked(slow("tests/d/test_e.py::test_left"), root=tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -58,12 +49,13 @@ def test_a_file_that_was_not_collected_is_only_looked_for(tmp_path: Path) -> Non
     [
         ([Item("tests/a/test_b.py::test_slow", SLOW)], "test_slow is slow and names no"),
         ([Item(f"tests/a/test_b.py::test_all[{k}]", SLOW) for k in "12"], "test_all is slow and n"),
+        ([slow("tests/d/test_e.py::test_left")], "beside 'tests/d/test_e.py::test_left', which"),
         ([slow("test_gone")], "test_slow is slow beside 'test_gone', which is"),
         ([slow("test_slow")], "beside 'test_slow', which is"),
         ([slow("test_seen"), Item("tests/a/test_b.py::test_seen", pytest.mark.browser.mark)],
          "beside 'test_seen', which is"),
     ],
-    ids=["without a name", "all cases", "no test", "a slow one", "one of the browser"],
+    ids=["without a name", "all cases", "no file", "no test", "a slow one", "one of the browser"],
 )  # fmt: skip
 def test_what_names_no_test_that_is_left_is_refused(items: list[Item], words: str) -> None:
     with pytest.raises(pytest.UsageError, match=words):

@@ -48,20 +48,12 @@ def unknown(line: str) -> list[str]:
     return [word for word in words[4:] if word.startswith("--") and word not in options]
 
 
-def test_there_is_one_for_verify_and_one_for_track() -> None:
-    assert {"ci", "verify", "track"} <= {path.stem for path in WORKFLOWS}
-
-
 @every
 def test_a_workflow_says_when_where_and_for_how_long(path: Path) -> None:
     workflow = yaml.safe_load(path.read_text())
-    assert workflow["name"] == path.stem
-    assert workflow[True]  # "on", as YAML 1.1 reads it
-    assert workflow["permissions"] == {"contents": "read"}
+    assert workflow[True] and workflow["permissions"] == {"contents": "read"}  # True: "on"
     for job in workflow["jobs"].values():
         assert job["runs-on"] == "ubuntu-latest" and 0 < job["timeout-minutes"] <= 150
-        for step in job["steps"]:
-            assert ("run" in step) != ("uses" in step)
 
 
 def unpinned(text: str) -> list[str]:
@@ -72,50 +64,33 @@ def unpinned(text: str) -> list[str]:
 
 def saved_anywhere(text: str) -> list[str]:
     """The actions that save a cache from other branches than main, too."""
-    actions = []
-    for job in yaml.safe_load(text)["jobs"].values():
-        for step in job["steps"]:
-            action = step.get("uses", "").partition("@")[0]
-            conditions = f"{job.get('if', '')} && {step.get('if', '')}".split(" && ")
-            if action == "actions/cache" or (
-                action == "actions/cache/save" and ON_MAIN not in conditions
-            ):
-                actions.append(action)
-    return actions
+    steps = [step for job in yaml.safe_load(text)["jobs"].values() for step in job["steps"]]
+    saving = [x for x in steps if re.match("actions/cache(/save)?@", x.get("uses", ""))]
+    return [x["uses"] for x in saving if ON_MAIN not in x.get("if", "").split(" && ")]
 
 
 pinned = pytest.mark.parametrize("path", [*WORKFLOWS, FOR_OTHERS], ids=lambda path: path.name)
 
 
 @pinned
-def test_actions_are_pinned_by_the_digest_of_a_commit_and_name_its_version(path: Path) -> None:
+def test_actions_are_pinned_by_digest_and_version_and_save_caches_from_main_alone(
+    path: Path,
+) -> None:
     text = path.read_text()
-    assert PINNED.search(text) and unpinned(text) == []
-
-
-def test_one_action_has_one_digest_in_all_workflows() -> None:
-    pins = {pin for path in [*WORKFLOWS, FOR_OTHERS] for pin in PINNED.findall(path.read_text())}
-    assert len({digest for _, digest, _ in pins}) == 4  # of cache, its restore and its save: one
-
-
-@pinned
-def test_caches_are_saved_from_the_main_branch_alone(path: Path) -> None:
-    assert saved_anywhere(path.read_text()) == []
+    assert PINNED.search(text) and unpinned(text) == [] and saved_anywhere(text) == []
 
 
 @pytest.mark.parametrize(
-    "line",
-    ["uses: actions/checkout@v4", "uses: actions/checkout@11bd719 # v4.2.2",
-     "uses: actions/checkout@" + 40 * "a", "uses: actions/checkout@" + 40 * "a" + " # v4"],
+    "action", ["actions/checkout@v4", "actions/checkout@11bd719 # v4.2.2",
+               "actions/checkout@" + 40 * "a", "actions/checkout@" + 40 * "a" + " # v4"],
 )  # fmt: skip
-def test_an_action_that_is_not_pinned_would_be_noticed(line: str) -> None:
-    assert unpinned(f"    steps:\n      - {line}\n") == [line]
+def test_an_action_that_is_not_pinned_would_be_noticed(action: str) -> None:
+    assert unpinned(f"    steps:\n      - uses: {action}\n") == [f"uses: {action}"]
 
 
 @pytest.mark.parametrize(
-    "step", ["actions/cache@x", "actions/cache/save@x", "actions/cache/save@x, if: always()",
-             f"actions/cache/save@x, if: always() || {ON_MAIN}"],
-)  # fmt: skip
+    "step", ["actions/cache@x", f"actions/cache/save@x, if: always() || {ON_MAIN}"]
+)
 def test_a_cache_saved_from_a_pull_request_would_be_noticed(step: str) -> None:
     assert saved_anywhere(f"jobs: {{x: {{steps: [{{uses: {step}}}]}}}}")
 
@@ -132,12 +107,9 @@ def test_commands_of_the_page_and_of_ci_exist() -> None:
     assert len(lines) >= 4 and [line for line in lines if unknown(line)] == []
 
 
-def test_ci_runs_tests_for_other_processors_that_exist() -> None:
-    script = (ROOT / ".ci" / "run").read_text()
-    named = re.findall(r"^ +(tests/\S+)$", script, re.M)
-    assert {"generic", "haswell"} == set(re.findall(r"NUMBA_CPU_NAME=(\w+)", script))
-    assert script.index("export NUMBA_CPU_FEATURES=''") < script.index("NUMBA_CPU_NAME=")
-    assert len(named) > 2 and [name for name in named if not (ROOT / name).is_file()] == []
+def test_ci_runs_tests_that_exist() -> None:
+    named = re.findall(r"^ +(tests/\S+)$", (ROOT / ".ci" / "run").read_text(), re.M)
+    assert named and [name for name in named if not (ROOT / name).is_file()] == []
 
 
 @pytest.mark.parametrize(

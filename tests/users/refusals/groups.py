@@ -36,84 +36,56 @@ def moving(*factors):
     return one_step(galvi.Problem(system, *start))
 
 
-def complex_gradient(R):
-    return (1.0 + 1j) * R
-
-
 def line(L):
     """A step of a Lagrangian of one coordinate."""
     return lambda: one_step(galvi.Problem(galvi.Lagrangian(L, galvi.Rn(1)), [0.6], [1.0]))
-
-
-def turned(seed):
-    """A singular matrix of inertia in turned axes."""
-    Q = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
-    J = Q @ np.diag([1.0, 1.0, 0.0]) @ Q.T
-    return lambda: galvi.RigidBody(0.5 * (J + J.T))
 
 
 BODIES = (
     (ValueError,
      r"inertia must be positive definite; received principal moments \[-1\.0, 1\.0, 1\.0\]\."
      + REMEDY,
-     lambda: galvi.RigidBody((1.0, -1.0, 1.0))),
-    (ValueError, "inertia must be positive definite", lambda: galvi.RigidBody((0.0, 1.0, 1.0))),
-    (ValueError,
-     r"no body has the inertia \[1\.0, 1\.0, 2\.1\]: its largest moment exceeds the sum of the "
-     r"others\." + REMEDY,
-     lambda: galvi.RigidBody((1.0, 1.0, 2.1))),
+     galvi.RigidBody, (1.0, -1.0, 1.0)),
     (ValueError, "inertia must be symmetric; received",
-     lambda: galvi.RigidBody([[2, 0.5, 0], [0, 2, 0], [0, 0, 2]])),
+     galvi.RigidBody, [[2, 0.5, 0], [0, 2, 0], [0, 0, 2]]),
     (ValueError, r"inertia must have shape \(3,\) or \(3, 3\); received shape \(2,\)",
-     lambda: galvi.RigidBody([1.0, 2.0])),
-    (ValueError, r"received shape \(\)", lambda: galvi.RigidBody(3.0)),
-    (ValueError, "inertia must hold finite", lambda: galvi.RigidBody((1.0, np.nan, 1.0))),
-    (ValueError, "inertia must be an array of real numbers", lambda: galvi.RigidBody("abc")),
-    (ValueError, "no body has the inertia", lambda: galvi.FreeBody(1.0, (1.0, 1.0, 2.1))),
-    (ValueError, "mass must be positive; received -1", lambda: galvi.FreeBody(-1.0, MOMENTS)),
-    (ValueError, r"g must have shape \(3,\)", lambda: galvi.FreeBody(1.0, MOMENTS, 9.81)),
-    (TypeError, "potential must be a function of R", lambda: galvi.RigidBody(MOMENTS, 3)),
-    (TypeError, "gradient must be a function of R", lambda: galvi.RigidBody(MOMENTS, bent, 3)),
+     galvi.RigidBody, [1.0, 2.0]),
+    (ValueError, "inertia must hold finite", galvi.RigidBody, (1.0, np.nan, 1.0)),
+    (ValueError, "inertia must be an array of real numbers", galvi.RigidBody, "abc"),
+    (ValueError, "no body has the inertia", galvi.FreeBody, 1.0, (1.0, 1.0, 2.1)),
+    (ValueError, "mass must be positive; received -1", galvi.FreeBody, -1.0, MOMENTS),
+    (ValueError, r"g must have shape \(3,\)", galvi.FreeBody, 1.0, MOMENTS, 9.81),
+    (TypeError, "potential must be a function of R", galvi.RigidBody, MOMENTS, 3),
     (ValueError, "a gradient needs its potential; received none",
      lambda: galvi.RigidBody(MOMENTS, gradient=bent_slope)),
     (ValueError, r"explicit_time means functions of \(R, t\)",
      lambda: galvi.RigidBody(MOMENTS, galvi.UniformGravity(1.0, SPIN), explicit_time=True)),
-    (ValueError, "mass must be positive", lambda: galvi.UniformGravity(0.0, SPIN)),
-    (ValueError, r"centre must have shape", lambda: galvi.UniformGravity(1.0, (0.0, 1.0))),
-    (ValueError, r"g must have shape", lambda: galvi.UniformGravity(1.0, SPIN, np.ones(2))),
+    (ValueError, "mass must be positive", galvi.UniformGravity, 0.0, SPIN),
+    (ValueError, r"centre must have shape", galvi.UniformGravity, 1.0, (0.0, 1.0)),
+    (ValueError, r"g must have shape", galvi.UniformGravity, 1.0, SPIN, np.ones(2)),
     (ValueError,
      r"q0 must be a rotation, .* received \|R\^T R - I\| = 2\.0e-03\. The nearest rotation is",
-     lambda: galvi.Problem(galvi.RigidBody(MOMENTS), 1.001 * R0, SPIN)),
+     galvi.Problem, galvi.RigidBody(MOMENTS), 1.001 * R0, SPIN),
     (ValueError, r"v0 must have shape \(3,\); received shape \(3, 3\)\. v0 is the body velocity\.",
-     lambda: galvi.Problem(galvi.RigidBody(MOMENTS), R0, np.eye(3))),
+     galvi.Problem, galvi.RigidBody(MOMENTS), R0, np.eye(3)),
     (ValueError, "q0 must be a rigid motion",
-     lambda: galvi.Problem(galvi.FreeBody(1.0, MOMENTS), R0, np.ones(6))),
+     galvi.Problem, galvi.FreeBody(1.0, MOMENTS), R0, np.ones(6)),
     (ValueError, r"v0 must have shape \(6,\)",
-     lambda: galvi.Problem(galvi.FreeBody(1.0, MOMENTS), np.eye(4), SPIN)),
-    (TypeError, r"function must be a function of \(q, v\)", lambda: galvi.Lagrangian(3, SO3)),
-    (TypeError, r"slopes must be a function of", lambda: galvi.Lagrangian(bent, SO3, 3)),
-    (TypeError, r"group must be a group such as galvi.SO3", lambda: galvi.Lagrangian(bent, 3)),
-    (TypeError, "group must be a group such as", lambda: galvi.Lagrangian(bent, galvi.SO3)),
+     galvi.Problem, galvi.FreeBody(1.0, MOMENTS), np.eye(4), SPIN),
+    (TypeError, r"function must be a function of \(q, v\)", galvi.Lagrangian, 3, SO3),
+    (TypeError, r"group must be a group such as galvi.SO3", galvi.Lagrangian, bent, 3),
     (TypeError, r"chart must be a chart such as galvi\.Cayley\(\); received <class",
-     lambda: galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2), galvi.Exponential)),
-    (TypeError, r"space must be a space such as galvi\.Polynomials\(8\); received <class",
-     lambda: galvi.Galerkin(galvi.Polynomials, galvi.gauss(2))),
-    (TypeError, r"chart must be a chart such as",
-     lambda: galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2), 0)),
-    *((ValueError, "inertia must be positive definite", turned(seed)) for seed in range(5)),
+     galvi.Galerkin, galvi.Polynomials(2), galvi.gauss(2), galvi.Exponential),
+    *(  # singular, in turned axes
+        (ValueError, "must be positive definite", galvi.RigidBody, np.eye(3) - np.outer(u, u))
+        for u in ((0.36, 0.48, 0.8), (0.8, 0.0, 0.6), (2.0 / 3.0, 1.0 / 3.0, -2.0 / 3.0))
+    ),
     (ValueError, "tilt must be between 0 and pi", lambda: galvi.problems.heavy_top(tilt=0.0)),
     (ValueError, "spin must be a finite real number",
      lambda: galvi.problems.heavy_top(spin=np.inf)),
-    (ValueError, "angle must be between 0 and pi", lambda: galvi.problems.spherical_pendulum(4.0)),
-    (ValueError, "amplitude must be between 0 and pi", lambda: galvi.problems.planar_pendulum(0.0)),
-    (ValueError, "weight must be positive", lambda: galvi.problems.pendulum_3d(-1.0)),
-    (ValueError, "mass must be positive", lambda: galvi.problems.free_body_se3(mass=0.0)),
-    (ValueError, r"g must have shape \(3,\)", lambda: galvi.problems.free_body_se3(g=1.0)),
-    (ValueError, "no body has the inertia", lambda: galvi.problems.free_rigid_body((1, 1, 3))),
-    (ValueError, r"v0 must have shape \(3,\)",
-     lambda: galvi.problems.free_rigid_body(velocity=(1.0, 2.0))),
-    (ValueError, "q0 must be a rotation",
-     lambda: galvi.problems.free_rigid_body(attitude=2 * np.eye(3))),
+    (ValueError, "angle must be between 0 and pi", galvi.problems.spherical_pendulum, 4.0),
+    (ValueError, "amplitude must be between 0 and pi", galvi.problems.planar_pendulum, 0.0),
+    (ValueError, "weight must be positive", galvi.problems.pendulum_3d, -1.0),
 )  # fmt: skip
 AT_START = (
     (ValueError, NOT_FINITE, galvi.RigidBody(MOMENTS, lambda R: np.nan)),
@@ -122,12 +94,8 @@ AT_START = (
      galvi.RigidBody(MOMENTS, lambda R: R)),
     (ValueError, "potential must return a real number; received",
      galvi.RigidBody(MOMENTS, lambda R: None)),
-    (ValueError, "potential must return a real number; received",
-     galvi.RigidBody(MOMENTS, lambda R: 1j)),
     (ValueError, r"gradient must return an array of shape \(3, 3\), dV/dR; received shape \(3,\)",
      galvi.RigidBody(MOMENTS, bent, lambda R: R[0])),
-    (ValueError, r"gradient must return an array of shape \(3, 3\), dV/dR; received shape \(3,\)",
-     galvi.RigidBody(MOMENTS, bent, numba.njit(lambda R: R[0]))),
     (ValueError, r"gradient must return an array of shape \(3, 3\), dV/dR; received shape \(2, 3\)",
      galvi.RigidBody(MOMENTS, bent, numba.njit(lambda R: R[:2] + 0.0))),
     (ValueError, "the Lagrangian must return a finite number",
@@ -139,53 +107,38 @@ AT_START = (
     (ValueError,
      r"the Lagrangian is degenerate at the start: d2L/dv2 is singular, with eigenvalues",
      galvi.Lagrangian(lambda q, v: v[0] ** 2 + v[1] ** 2, SO3)),
-    (ValueError, "the Lagrangian is degenerate", galvi.Lagrangian(lambda q, v: 3.0 * v[0], SO3)),
     (ValueError,
      r"slopes must return dL/dv and dL/dq in an array of shape \(12,\); received shape \(3,\)",
      galvi.Lagrangian(kinetic, SO3, lambda q, v: v)),
-    (ValueError, "slopes must return",
-     galvi.Lagrangian(kinetic, SO3, numba.njit(lambda q, v: v + 0.0))),
     (ValueError, "the derivatives of the Lagrangian must be finite at the start",
      galvi.Lagrangian(kinetic, SO3, lambda q, v: np.full(12, np.nan))),
     (ValueError, r"gradient must return an array of shape \(3, 3\), dV/dR, of real numbers; rece",
-     galvi.RigidBody(MOMENTS, lambda R: 1.0, complex_gradient)),
-    (ValueError, "of real numbers; received numbers of type complex128",
-     galvi.RigidBody(MOMENTS, lambda R: 1.0, numba.njit(complex_gradient))),
+     galvi.RigidBody(MOMENTS, lambda R: 1.0, lambda R: (1.0 + 1j) * R)),
 )  # fmt: skip
 GROUPS = (
-    (ValueError, FACTORS, lambda: galvi.Product(())),
-    (ValueError, FACTORS, lambda: galvi.Product(5)),
-    (ValueError, FACTORS, lambda: galvi.Product((galvi.SO3(), 3))),
-    (ValueError, FACTORS, lambda: galvi.Product((galvi.SO3,))),
-    (ValueError, FACTORS, lambda: galvi.Product(galvi.SO3())),
-    (ValueError, "n must be a whole number", lambda: galvi.Rn(0)),
-    (ValueError, "n must be a whole number", lambda: galvi.Rn(1.5)),
+    (ValueError, FACTORS, galvi.Product, ()),
+    (ValueError, FACTORS, galvi.Product, (galvi.SO3(), 3)),
+    (ValueError, FACTORS, galvi.Product, galvi.SO3()),
+    (ValueError, "n must be a whole number", galvi.Rn, 0),
     (ValueError, r"matrix must be square; received an array of shape \(2, 3\)",
-     lambda: galvi.nearest_rotation(np.ones((2, 3)))),
-    (ValueError, r"received an array of shape \(3,\)\.",
-     lambda: galvi.nearest_rotation(np.ones(3))),
+     galvi.nearest_rotation, np.ones((2, 3))),
     (ValueError, r"finite numbers only; received a non-finite entry at \[0, 0\]",
-     lambda: galvi.nearest_rotation(np.full((3, 3), np.nan))),
+     galvi.nearest_rotation, np.full((3, 3), np.nan)),
     (ValueError, r"g must be a finite real number; received None\. Give a number, or a vector",
-     lambda: galvi.UniformGravity(1, (0, 0, 1), None)),
-    (ValueError, "received 'down'", lambda: galvi.UniformGravity(1, (0, 0, 1), "down")),
+     galvi.UniformGravity, 1, (0, 0, 1), None),
     (ValueError, r"join needs one part for each of the 2 factors; received 1\.",
-     lambda: PRODUCT.join(np.eye(3))),
+     PRODUCT.join, np.eye(3)),
     (ValueError,
      r"part 1 must have shape \(2,\), .* as an element of Rn\(n=2\); received shape \(3,\)",
-     lambda: PRODUCT.join(np.eye(3), np.ones(3))),
-    (ValueError, r"received shape \(\)", lambda: PRODUCT.join(np.eye(3), 1.0)),
+     PRODUCT.join, np.eye(3), np.ones(3)),
     (ValueError, r"parts must have the same leading axes; received \[\(4,\), \(5,\)\]",
-     lambda: PRODUCT.join(np.ones((4, 3, 3)), np.ones((5, 2)))),
-    (ValueError, r"matrix must be square; .* shape \(0,\)", lambda: galvi.nearest_rotation([])),
-    (ValueError, r"shape \(0, 0\)", lambda: galvi.nearest_rotation(np.zeros((0, 0)))),
-    (ValueError, "matrix must be an array of real", lambda: galvi.nearest_rotation([["a"]])),
-    (ValueError, "no nearest rotation is defined for a matrix of rank below 2",
-     lambda: galvi.nearest_rotation(np.zeros((3, 3)))),
-    (ValueError, "no nearest rotation is", lambda: galvi.nearest_rotation(np.ones((3, 3)))),
+     PRODUCT.join, np.ones((4, 3, 3)), np.ones((5, 2))),
+    (ValueError, r"shape \(0, 0\)", galvi.nearest_rotation, np.zeros((0, 0))),
+    (ValueError, "matrix must be an array of real", galvi.nearest_rotation, [["a"]]),
+    (ValueError, "no nearest rotation is", galvi.nearest_rotation, np.ones((3, 3))),
     (ValueError, r"q0 must be a rotation, .* Give a matrix with orthonormal columns\.",
-     lambda: galvi.Problem(galvi.RigidBody(MOMENTS), np.zeros((3, 3)), MOMENTS)),
-    (TypeError, "run must be a galvi.Trajectory; received 'x'", lambda: galvi.rotations("x")),
+     galvi.Problem, galvi.RigidBody(MOMENTS), np.zeros((3, 3)), MOMENTS),
+    (TypeError, "run must be a galvi.Trajectory; received 'x'", galvi.rotations, "x"),
     (ValueError,
      "a Lagrangian does not say how rotations and translations of space act .* use a galvi",
      lambda: galvi.momentum_map(one_step(swinging(1.0)))),
@@ -204,18 +157,12 @@ GROUPS = (
 )  # fmt: skip
 
 
-def once(system):
+def started(system):
     return lambda: galvi.integrate(start(system), FOUR, 0.1, 3)
-
-
-def many(system):
-    return lambda: galvi.integrate_many([start(system)], FOUR, 0.1, 3)
 
 
 TABLE = {
     "bodies": BODIES,
-    "functions on groups": tuple(
-        (error, words, how(system)) for error, words, system in AT_START for how in (once, many)
-    ),
+    "functions on groups": tuple((*row[:2], started(row[2])) for row in AT_START),
     "groups": GROUPS,
 }

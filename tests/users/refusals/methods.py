@@ -14,6 +14,7 @@ from tests.properties.theory_pairs import KEPLER, method
 
 WRONG = ValueError, TypeError
 HENON = galvi.problems.henon_heiles()
+PIECES = galvi.PiecewisePolynomials(2, 3)
 ON_PIECES = r".*galvi.composite\(rule, 3\)"
 theory = partial(partial, galvi.theory)
 rule = partial(partial, galvi.Rule, "mine")
@@ -30,10 +31,6 @@ def own(**fields):
     return pair(replace(Bernstein(), **fields))
 
 
-def pieces(rule):
-    return pair(galvi.PiecewisePolynomials(2, 3), rule)
-
-
 def unlike(*degrees, problem=HENON):
     """A step with a degree for each component."""
     space = galvi.ComponentPolynomials(degrees)
@@ -41,26 +38,17 @@ def unlike(*degrees, problem=HENON):
     return lambda: galvi.integrate(problem, each, 0.1, 1)
 
 
-class Unmet:
-    """A space without most of what one must have."""
-
-    def basis(self, t):
-        return np.ones((len(t), 1))
-
-
 OUTER = galvi.problems.outer_solar_system()
 THREE = galvi.Polynomials(3), galvi.gauss(3)
 ALONE = galvi.Problem(galvi.NBody([1.0]), [[0.0, 0.0, 1.0]], [[0.0, 1.0, 0.0]])
 RULES = (
     (ValueError, "sum to 1", rule(1, (0.2, 0.8), (0.5, 0.6))),
-    (ValueError, "must be positive", rule(1, (0.2, 0.8), (1.5, -0.5))),
     (ValueError, "must be positive", rule(1, (0.2, 0.8), (1.0, 0.0))),
     (ValueError, "must increase", rule(1, (0.8, 0.2), (0.5, 0.5))),
     (ValueError, r"inside \[0, 1\]", rule(1, (0.2, 1.8), (0.5, 0.5))),
     (ValueError, "one weight for each node", rule(1, (0.2,), (0.5, 0.5))),
     (ValueError, "at least one", rule(1, (), ())),
     (ValueError, "finite", rule(1, (0.2, float("nan")), (0.5, 0.5))),
-    (ValueError, "finite", rule(1, (0.2, 0.8), (0.5, float("inf")))),
     (ValueError, "finite numbers in one row; received", rule(1, (0.2, "a"), (0.5, 0.5))),
     (ValueError, "finite numbers in one row; received", rule(1, 0.5, 1.0)),
     (ValueError, "misses one of degree 2 by .* Say degree = 1", rule(2, (0.2, 0.8), (0.5, 0.5))),
@@ -68,21 +56,20 @@ RULES = (
      rule(4, (0.2, 0.8), (0.5, 0.5))),
     (ValueError, "degree of a rule must be a whole number of at least 0",
      rule(-1, (0.2, 0.8), (0.5, 0.5))),
-    (ValueError, "degree of a rule must be a whole number", rule(1.5, (0.2, 0.8), (0.5, 0.5))),
     *(
         (ValueError, r"points must be a whole number of at least .; received", partial(*of))
-        for of in product(FAMILIES, [0, -1, 2.5, float("nan"), "3", True, None])
+        for of in zip(FAMILIES, (True, 2.5, float("nan"), "3", 0), strict=True)
     ),
     *(
         (ValueError, r"9 points is the first with a negative weight; received",
          partial(galvi.newton_cotes, points))
-        for points in (9, 10, 100)
+        for points in (9, 10)
     ),
     (TypeError, "left must be True or False; received 'yes'", lambda: galvi.radau(3, left="yes")),
     (TypeError, r"rule must be a rule such as galvi.gauss\(8\); received",
-     lambda: galvi.composite(galvi.gauss, 3)),
+     galvi.composite, galvi.gauss, 3),
     (ValueError, "pieces must be a whole number from 1 to 10000; received 0",
-     lambda: galvi.composite(galvi.gauss(2), 0)),
+     galvi.composite, galvi.gauss(2), 0),
 )  # fmt: skip
 SPACES = (
     (WRONG, "first basis function of a space must be the constant 1; that of",
@@ -99,7 +86,6 @@ SPACES = (
      own(broken="sign")),
     (WRONG, "degree of Bernstein must be a whole number from 0 to 3; received 4",
      own(degree=4)),
-    (WRONG, "degree of Bernstein must be a whole number", own(degree=2.5)),
     (WRONG, "dimension of Bernstein must be a whole number of at least 2",
      own(dimension=1)),
     (WRONG, "exact of Bernstein must be True or False; received 'yes'",
@@ -107,48 +93,42 @@ SPACES = (
     (WRONG, "exact of Bernstein must be False unless its functions .*decimal",
      own(exact=True)),
     (ValueError, r"it lacks one of degree 1, by .* Say degree = 0", pair(Even())),
-    (ValueError, r"\(1, 4\) for t of .*; received shape \(1, 3\)", own(broken="fewer")),
     (TypeError, r"a space must have dimension, .* lacks degree", pair(Nameless())),
     (TypeError, r"a space must be hashable, .* Make it a frozen dataclass", pair(Changeable())),
-    (ValueError, "is inconsistent" + ON_PIECES, pieces(galvi.gauss(8))),
-    (ValueError, "is inconsistent" + ON_PIECES, pieces(galvi.composite(galvi.lobatto(3), 3))),
-    (ValueError, "is ill-posed" + ON_PIECES, pieces(galvi.composite(galvi.gauss(1), 3))),
+    (ValueError, "is inconsistent" + ON_PIECES, pair(PIECES, galvi.gauss(8))),
+    (ValueError, "is ill-posed" + ON_PIECES, pair(PIECES, galvi.composite(galvi.gauss(1), 3))),
     (ValueError, "a degree for each of the 2 components; received 3", unlike(4, 4, 4)),
-    (ValueError, "a degree for each of the 2 components; received 1", unlike(4)),
     (ValueError, "for Canonical and Lagrangian systems",
      unlike(*(3,) * OUTER.v0.size, problem=OUTER)),
     *(
         (ValueError, "degrees", partial(galvi.ComponentPolynomials, degrees))
-        for degrees in ((), 4, (4, 0), (4, 1.5), "44", (4, None))
+        for degrees in ((), (4, 0), "44")
     ),
     *(
         (ValueError, r"frequency must be .*; received .* radians a step", partial(space, value))
-        for value in (0.0, -1.0, float("nan"), float("inf"), "fast", None)
+        for value in (0.0, float("nan"))
         for space in (partial(galvi.Fourier, 2), partial(galvi.PolynomialFourier, 2, 2))
     ),
     *(
         (ValueError, "harmonics must be a whole number from 1 to 64; received", partial(*of))
-        for of in product(
-            (galvi.Fourier, partial(galvi.PolynomialFourier, 2)), (0, -1, 1.5, 65, np.nan, None)
-        )
+        for of in product((galvi.Fourier, partial(galvi.PolynomialFourier, 2)), (0, 65))
     ),
     (ValueError, "must be at most 512 radians a step; received 10 times",
-     lambda: galvi.Fourier(10, 60.0)),
+     galvi.Fourier, 10, 60.0),
     (ValueError, "must differ from polynomials and from each other",
-     lambda: galvi.PolynomialFourier(4, 8, 1e-3)),
+     galvi.PolynomialFourier, 4, 8, 1e-3),
 )  # fmt: skip
 PAIRS = (
     *(
         (ValueError, "is ill-posed: a free particle has no unique motion",
          pair(galvi.Polynomials(degree), degree - 1))
-        for degree in range(2, 13)
+        for degree in (2, 12)
     ),
     (ValueError, "is inconsistent: a free particle does not move in a str", pair(Sines(), 6)),
     *(
         (ValueError, r"is inconsistent.* Use a space that contains linear functions, e.g. g",
          pair(galvi.Fourier(1, frequency), points))
-        for frequency in (0.3, 3.0, 2 * np.pi, 20.0)
-        for points in (2, 5, 12, 30)
+        for frequency, points in ((0.3, 2), (20.0, 30))
     ),
     (ValueError, r"on each piece, galvi.composite\(rule, 2\), with a rule",
      pair(PiecewisePolynomials(1, 2), 3)),
@@ -157,23 +137,17 @@ PAIRS = (
     (TypeError, r"space must be a space such as galvi.Polynomials", pair(5)),
     (TypeError, r"rule must be a rule such as galvi.gauss", pair(galvi.Polynomials(3), None)),
     (TypeError, r"theory is of a method such as galvi.Galerkin\(.* received 5\.", theory(5)),
-    (TypeError, "theory is of a method such as", theory(galvi.Galerkin)),
-    (TypeError, "theory is of a method such as", theory(galvi.Polynomials)),
-    (TypeError, "a space must have dimension, degree, exact", theory(Unmet(), galvi.gauss(3))),
+    (TypeError, "a space must have dimension", theory(Nameless(), galvi.gauss(3))),
     (TypeError, r"needs a rule such as galvi.gauss\(8\); received None", theory(THREE[0])),
-    (TypeError, r"needs a rule such as galvi.gauss\(8\); received 4", theory(THREE[0], 4)),
     (TypeError, "a method has its own rule", theory(method(), galvi.gauss(3))),
     (TypeError, r"problem must be a galvi.Problem .* received 7", theory(*THREE, 7)),
     (ValueError, "step means nothing without a problem", theory(*THREE, None, 0.1)),
-    (ValueError, "lipschitz means nothing without", theory(*THREE, None, None, 1.0)),
     (ValueError, "step must not be zero; received 0.0", theory(*THREE, KEPLER, 0.0)),
     (ValueError, "step must be a finite real number", theory(*THREE, KEPLER, np.nan)),
     (ValueError, "lipschitz must not be negative", theory(*THREE, KEPLER, 0.1, -1.0)),
     (ValueError, "lipschitz must be a finite", theory(*THREE, KEPLER, 0.1, np.inf)),
     (ValueError, "a degree for each of the 2 components; received 3",
      theory(galvi.ComponentPolynomials((8, 4, 3)), galvi.gauss(8), KEPLER)),
-    (ValueError, "for Canonical and Lagrangian systems",
-     theory(galvi.ComponentPolynomials((8, 4, 3)), galvi.gauss(8), ALONE)),
 )  # fmt: skip
 
 
@@ -207,7 +181,6 @@ FRAMES = (
         (ValueError, r"a frame needs galvi\.Polynomials\(s\)", in_frame(space, rule))
         for space, rule in (
             (galvi.Polynomials(4), galvi.gauss(5)),
-            (galvi.Polynomials(4), galvi.lobatto(5)),
             (galvi.PolynomialFourier(1, 2), galvi.gauss(16)),
         )
     ),

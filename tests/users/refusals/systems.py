@@ -16,30 +16,16 @@ WRONG_GRADIENT = r"^gradient must be the derivative of the potential: along .* a
 OF_TIME = (  # without their flag; what they should take
     (r"\(q\)", lambda: galvi.Canonical(1.0, lambda q, t: 0.0)),
     (r"\(q\)", lambda: galvi.Canonical(1.0, numba.njit(lambda q, t: 0.0))),
-    (r"\(q\)", lambda: galvi.Canonical(1.0, lambda q: 0.0, lambda q, t: 0.0 * q)),
     (r"\(q\)", lambda: galvi.FreeBody(1.0, (1, 1, 1), potential=lambda q, t: 0.0)),
     (r"\(R\)", lambda: galvi.RigidBody((1, 1, 1), lambda R, t: 0.0)),
     (r"\(q, v\)", lambda: galvi.Lagrangian(lambda q, v, t: 0.5 * v @ v, galvi.Rn(1))),
 )
 
 
-def stepped(gradient):
-    """A step with this gradient of a spring."""
-    system = galvi.Canonical(1.0, galvi.LinearSpring(), gradient)
-    return lambda: galvi.integrate(galvi.Problem(system, [1.0, 0.0], [0.0, 1.0]), FOUR, 0.1, 10)
-
-
-def forced(force, **more):
-    """A step of a spring with this force."""
-    problem = galvi.Problem(galvi.Canonical(1.0, SPRING, force=force), *START)
-    return lambda: galvi.integrate(problem, FOUR, 0.1, 1, **more)
-
-
-def flown(force):
-    """A step of a grain in the rotor's wind with this force."""
-    grain = brownout()
-    system = galvi.Canonical(grain.system.mass, grain.system.potential, force=force)
-    return lambda: galvi.integrate(galvi.Problem(system, grain.q0, grain.v0), FOUR, 0.1, 2)
+def stepped(solver="auto", **fields):
+    """A step of a spring with another gradient, or a force."""
+    problem = galvi.Problem(galvi.Canonical(1.0, SPRING, **fields), *START)
+    return lambda: galvi.integrate(problem, FOUR, 0.1, 1, solver=solver)
 
 
 def slope(value):
@@ -53,12 +39,6 @@ def balance(*run, **more):
     return lambda: galvi.momentum_balance(galvi.integrate(*run, **more))
 
 
-def colliding(*masses):
-    """Bodies at one place."""
-    places = np.tile([1.0, 0.0], (len(masses), 1))
-    return lambda: galvi.Problem(galvi.NBody(masses), places, 0.0 * places)
-
-
 MAKERS = {
     "canonical": partial(galvi.Canonical, 1.0, SPRING),
     "lagrangian": partial(galvi.Lagrangian, lagrangian, galvi.Rn(2)),
@@ -66,63 +46,53 @@ MAKERS = {
     "tree": partial(galvi.Multibody, galvi.Link(galvi.Joint("hinge", damping=1.0), 1.0, (1, 0, 0))),
 }
 POINT_MASSES = (
-    (ValueError, r"eccentricity must be in \[0, 1\)", lambda: galvi.problems.kepler(1.0)),
-    (ValueError, r"eccentricity must be in \[0, 1\)", lambda: galvi.problems.kepler(-0.1)),
-    (ValueError, "eccentricity must be a finite real", lambda: galvi.problems.kepler(float("nan"))),
-    (ValueError, "energy must be in", lambda: galvi.problems.henon_heiles(0.2)),
+    (ValueError, r"eccentricity must be in \[0, 1\)", galvi.problems.kepler, 1.0),
+    (ValueError, r"eccentricity must be in \[0, 1\)", galvi.problems.kepler, -0.1),
+    (ValueError, "eccentricity must be a finite real", galvi.problems.kepler, float("nan")),
+    (ValueError, "energy must be in", galvi.problems.henon_heiles, 0.2),
     (ValueError, "one must be positive; received -1.0 for body 1",
-     lambda: galvi.NBody([1.0, -1.0])),
-    (ValueError, "masses must hold finite numbers", lambda: galvi.NBody([1.0, float("inf")])),
-    (ValueError, r"masses must have shape \(bodies,\)", lambda: galvi.NBody([])),
-    (ValueError, "mass must be positive", lambda: galvi.Canonical(-1.0, galvi.LinearSpring())),
+     galvi.NBody, [1.0, -1.0]),
+    (ValueError, "masses must hold finite numbers", galvi.NBody, [1.0, float("inf")]),
+    (ValueError, r"masses must have shape \(bodies,\)", galvi.NBody, []),
+    (ValueError, "mass must be positive", galvi.Canonical, -1.0, galvi.LinearSpring()),
     (ValueError, "positive definite",
-     lambda: galvi.Canonical([[1.0, 2.0], [2.0, 1.0]], galvi.LinearSpring())),
-    (ValueError, "positive definite",
-     lambda: galvi.Canonical(np.diag([1.0, 0.0]), galvi.LinearSpring())),
+     galvi.Canonical, np.diag([1.0, 0.0]), galvi.LinearSpring()),
     (ValueError, "symmetric matrix",
-     lambda: galvi.Canonical([[1.0, 2.0], [0.0, 1.0]], galvi.LinearSpring())),
-    (ValueError, "mu must be positive", lambda: galvi.CentralForce(0.0)),
-    (ValueError, "stiffness must be a finite real", lambda: galvi.LinearSpring(float("nan"))),
+     galvi.Canonical, [[1.0, 2.0], [0.0, 1.0]], galvi.LinearSpring()),
+    (ValueError, "mu must be positive", galvi.CentralForce, 0.0),
+    (ValueError, "stiffness must be a finite real", galvi.LinearSpring, float("nan")),
     (ValueError, "bodies 0 and 1 at the same point",
-     lambda: galvi.Problem(galvi.NBody([1.0, 2.0]), np.zeros((2, 3)), np.zeros((2, 3)))),
+     galvi.Problem, galvi.NBody([1.0, 2.0]), np.zeros((2, 3)), np.zeros((2, 3))),
     (ValueError, "one row for each of the 2 masses",
-     lambda: galvi.Problem(galvi.NBody([1.0, 2.0]), np.eye(3), np.eye(3))),
+     galvi.Problem, galvi.NBody([1.0, 2.0]), np.eye(3), np.eye(3)),
     (ValueError, r"v0 must have shape \(2, 2\); received shape \(3, 3\)",
-     lambda: galvi.Problem(galvi.NBody([1.0, 2.0]), np.eye(2), np.eye(3))),
+     galvi.Problem, galvi.NBody([1.0, 2.0]), np.eye(2), np.eye(3)),
     (ValueError, r"q0 must hold finite numbers only; received a non-finite entry at \[1\]",
-     lambda: galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring()), [1.0, float("nan")], [0.0,
-      0.0])),
+     galvi.Problem, galvi.Canonical(1.0, galvi.LinearSpring()), [1.0, float("nan")], [0.0,
+      0.0]),
     (ValueError, "mass must be a scalar or have 1 rows",
-     lambda: galvi.Problem(galvi.Canonical([1.0, 2.0], galvi.LinearSpring()), [1.0], [0.0])),
+     galvi.Problem, galvi.Canonical([1.0, 2.0], galvi.LinearSpring()), [1.0], [0.0]),
     (ValueError, r"q0 must have shape \(d,\)",
-     lambda: galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring()), 1.0, 0.0)),
-    (TypeError, "potential must be a function of q; received 3", lambda: galvi.Canonical(1.0, 3)),
-    (TypeError, "gradient must be a function of q",
-     lambda: galvi.Canonical(1.0, SPRING, gradient=3)),
+     galvi.Problem, galvi.Canonical(1.0, galvi.LinearSpring()), 1.0, 0.0),
+    (TypeError, "potential must be a function of q; received 3", galvi.Canonical, 1.0, 3),
     (ValueError, r"mu must be .*; received an array of shape \(1,\)\.",
-     lambda: galvi.CentralForce(np.ones(1))),
+     galvi.CentralForce, np.ones(1)),
     (ValueError, r"^q0 must have no masked entries; received 1 of them",
-     lambda: galvi.Problem(KEPLER.system, np.ma.array([1.0, 0.0], mask=[False, True]), [0.0, 1.0])),
-    (ValueError, "masses must", lambda: galvi.NBody([0.0, 0.0])),
-    (ValueError, "masses must", lambda: galvi.NBody([1.0, -1e-9])),
-    (ValueError, "masses must", lambda: galvi.NBody([1.0, np.nan])),
-    (ValueError, "at the same point", colliding(1.0, 0.0)),
-    (ValueError, "masses must be positive", lambda: galvi.PlanarChain([1.0, -1.0], [1.0, 1.0])),
-    (ValueError, r"lengths must have shape \(2,", lambda: galvi.PlanarChain([1.0, 1.0], [1.0])),
-    (ValueError, "masses must be positive numbers, one", lambda: galvi.PlanarChain(1.0, 1.0)),
-    (ValueError, "gravity must be a finite", lambda: galvi.PlanarChain([1.0], [1.0], np.inf)),
-    (TypeError, "rods must be True or False", lambda: galvi.PlanarChain([1.0], [1.0], 9.81, 1)),
-    (ValueError, r"masses must have shape", lambda: galvi.problems.double_pendulum((1, 2, 3))),
+     galvi.Problem, KEPLER.system, np.ma.array([1.0, 0.0], mask=[False, True]), [0.0, 1.0]),
+    (ValueError, "masses must", galvi.NBody, [0.0, 0.0]),
+    (ValueError, "masses must be positive", galvi.PlanarChain, [1.0, -1.0], [1.0, 1.0]),
+    (ValueError, r"lengths must have shape \(2,", galvi.PlanarChain, [1.0, 1.0], [1.0]),
+    (ValueError, "gravity must be a finite", galvi.PlanarChain, [1.0], [1.0], np.inf),
+    (TypeError, "rods must be True or False", galvi.PlanarChain, [1.0], [1.0], 9.81, 1),
+    (ValueError, r"masses must have shape", galvi.problems.double_pendulum, (1, 2, 3)),
     (ValueError, "angles must", lambda: galvi.problems.double_pendulum(angles=(1, np.nan))),
-    (ValueError, "links must be a whole number", lambda: galvi.problems.planar_chain(0)),
+    (ValueError, "links must be a whole number", galvi.problems.planar_chain, 0),
     (ValueError, "mass must be positive", lambda: galvi.problems.planar_chain(mass=0.0)),
 )  # fmt: skip
 FUNCTIONS = (
     (ValueError, r"gradient must return an array of shape \(2,\); received",
      stepped(gradient=lambda q: q[:1])),
     (ValueError, "force must be finite at the start", stepped(gradient=lambda q: q * np.nan)),
-    (ValueError, r"gradient must return an array of shape \(2,\); received",
-     stepped(gradient=lambda q: "force")),
     (ValueError, "of real numbers; received numbers of type complex128",
      stepped(gradient=lambda q: 1j * q)),
     (TypeError, "check must be True or False; received 1",
@@ -131,11 +101,11 @@ FUNCTIONS = (
      slope(-3.0)),
     (ValueError, WRONG_GRADIENT + r"expected 3, .* received 6, 2 times that\. ", slope(6.0)),
     (ValueError, r"force must return an array of shape \(2,\); received",
-     forced(lambda q, v: np.zeros(3))),
-    (ValueError, "force must be finite at the start", forced(lambda q, v: v * np.nan)),
-    (ValueError, "of real numbers", forced(lambda q, v: v * 1j)),
+     stepped(force=lambda q, v: np.zeros(3))),
+    (ValueError, "force must be finite at the start", stepped(force=lambda q, v: v * np.nan)),
+    (ValueError, "of real numbers", stepped(force=lambda q, v: v * 1j)),
     (ValueError, "external force",
-     forced(lambda q, v: np.maximum(v, 0.0), solver="fixed_point")),
+     stepped(force=lambda q, v: np.maximum(v, 0.0), solver="fixed_point")),
     *(
         (error, words, partial(make, force=force, timed_force=timed))
         for error, words, force, timed in (
@@ -156,7 +126,7 @@ FUNCTIONS = (
     (TypeError, r"with explicit_time=True; received one of 1, \(q\)\. Leave explicit_time out",
      lambda: galvi.Canonical(1.0, lambda q: 0.0, explicit_time=True)),
     (TypeError, r"gradient must be a function of \(q\); received <function .*> of \(\)",
-     lambda: galvi.Canonical(1.0, lambda q: 0.0, lambda: 0.0)),
+     galvi.Canonical, 1.0, lambda q: 0.0, lambda: 0.0),
     (ValueError, "one body", balance(galvi.problems.free_body_se3(), FOUR, 0.1, 1)),
     (ValueError, "needs the Galerkin curves",
      balance(KEPLER, FOUR, 0.1, 4, save_every=2)),
@@ -179,14 +149,9 @@ BROWNOUT = (
      partial(brownout, velocity=(0.0, 0.0, float("inf")))),
     (ValueError, "drag_coefficient must be positive; received -0.4",
      partial(brownout, drag_coefficient=-0.4)),
-    (ValueError, r"force must return an array of shape \(3,\); received shape \(2,\)",
-     flown(lambda q, v: v[:2])),
-    (ValueError, "the force must be finite at the start; received", flown(lambda q, v: v * np.nan)),
-    (ValueError, r"force must return an array of shape \(3,\)",
-     flown(numba.njit(lambda q, v: v[:2].copy()))),
     (ValueError, "Set timed_force",
      lambda: galvi.Canonical(1.0, galvi.UniformField((0, 0, -1)), force=galvi.RotorDrag(1.0))),
     (TypeError, r"drag_law must be galvi.QuadraticDrag.* received 3",
-     lambda: galvi.RotorDrag(1.0, 3)),
+     galvi.RotorDrag, 1.0, 3),
 )  # fmt: skip
 TABLE = {"point masses": POINT_MASSES, "functions": FUNCTIONS, "brownout": BROWNOUT}

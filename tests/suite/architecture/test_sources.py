@@ -1,0 +1,93 @@
+"""What the sources hold: frozen values, no pickle that travels, no trace of a machine."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import tomllib
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+
+import pytest
+
+import galvi
+
+ROOT = Path(__file__).parents[3]
+PACKAGES = ("galvi", "references", "benchmarks", "reports")
+MADE = re.compile(r"^@dataclass(\(.*\))?\nclass (\w+)", re.MULTILINE)
+CHANGE = {  # what a search, a measurement or a process knows so far
+    "Scan", "_Motion", "_Ladder", "_Measurement", "_Measured", "ExternalIntegrator", "TimedRun",
+    "BuildCache", "Pair", "Printed", "_Runs", "Runs", "ServedChecks",
+}  # fmt: skip
+# Loading a pickle runs whatever it says. Rows, caches, histories, folders of ensembles and saved
+# runs are text or arrays; models of engines are read by these.
+PICKLERS = r"\b(pickle|_pickle|cPickle|cloudpickle|dill|joblib|marshal|shelve)\b"
+UNPICKLES = re.compile(
+    rf"{PICKLERS}\.(load|Unpickler|open)|from {PICKLERS} import (?!PicklingError|[Pcd])"
+    rf"|import {PICKLERS} as|\.read_pickle|\.recv\(|allow_pickle=(?!False)"
+)
+ALLOWED = {
+    "galvi/interop/rebound.py": "a pipe from the process that reads a file of REBOUND's",
+    "galvi/interop/rebound_contents.py": "a pipe from the process that started this one",
+    "galvi/kernels/compile/cache.py": "compiled code, in a folder that is the user's own",
+    "reports/cli/handed_over.py": "a file of galvi.judge or galvi.convergence, by its digest",
+}
+NAMES_THAT_SAY_NOTHING = {"utils", "helpers", "common", "base", "misc"}
+A_MACHINE = re.compile(r"(?<![\w./])/(?:home|root|tmp|work|opt|mnt|Users)/\w|\b[A-Z]:\\Users\b")
+
+
+@pytest.fixture(scope="module")
+def texts() -> dict[Path, str]:
+    """The text of every file that git tracks, or would on the next `git add .`, from the root."""
+    command = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    files = [Path(name) for name in listed.split("\0") if name and (ROOT / name).is_file()]
+    return {file: (ROOT / file).read_text("utf-8", errors="replace") for file in files}
+
+
+def test_values_are_frozen(texts: dict[Path, str]) -> None:
+    for package in PACKAGES:
+        own = [text for file, text in texts.items() if file.parts[0] == package]
+        made = [one for text in own for one in MADE.findall(text)]
+        assert made and {name for options, name in made if "frozen=True" not in options} <= CHANGE
+
+
+def test_values_that_hold_arrays_are_compared_by_identity() -> None:
+    """Arrays that are compared entry by entry have no truth value, and no digest."""
+    values = [value for value in vars(galvi).values() if is_dataclass(value)]
+    holders = [one for one in values if any("Array" in str(x.type) for x in fields(one))]
+    assert galvi.NBody in holders
+    assert [one for one in holders if one.__eq__ is not object.__eq__] == []
+
+
+def test_what_is_unpickled_is_listed_with_the_reason(texts: dict[Path, str]) -> None:
+    own = {file: text for file, text in texts.items() if file.parts[0] in (*PACKAGES, "setup.py")}
+    found = {str(file) for file in own if file.suffix == ".py" and UNPICKLES.search(own[file])}
+    assert found == set(ALLOWED)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["pickle.loads(data)", "read = pickle.Unpickler", "import pickle as p", "shelve.open(path)",
+     "from cloudpickle import load", "pd.read_pickle(path)", "connection.recv()",
+     "np.load(path, allow_pickle=yes)"],
+)  # fmt: skip
+def test_unpickling_would_be_noticed(line: str) -> None:
+    assert UNPICKLES.search(line)
+    assert not UNPICKLES.search("pickle.dumps(data); np.load(path, allow_pickle=False)")
+
+
+def test_every_folder_of_tests_is_run(texts: dict[Path, str]) -> None:
+    settings = tomllib.loads(texts[Path("pyproject.toml")])["tool"]["pytest"]["ini_options"]
+    tests = [file for file in texts if file.parts[0] == "tests" and file.name.startswith("test_")]
+    assert sorted(settings["testpaths"]) == sorted({str(file.parent) for file in tests})
+
+
+def test_no_file_or_folder_has_a_name_that_says_nothing(texts: dict[Path, str]) -> None:
+    assert [x for x in texts if NAMES_THAT_SAY_NOTHING & {*x.parts[:-1], x.stem}] == []
+
+
+def test_no_file_names_a_place_on_the_machine_it_was_written_on(texts: dict[Path, str]) -> None:
+    assert [file for file, text in texts.items() if A_MACHINE.search(text)] == []
+    assert A_MACHINE.search("cd " + "/".join(["", "home", "someone", "galvi"]))
+    assert not A_MACHINE.search("see docs/home/index.md, work/precision and https://a.org/home/x")
