@@ -64,7 +64,9 @@ def velocity_with_momentum(
             if not np.all(np.isfinite(M)):
                 return lost
             weight = balance(M)
-        size = float(np.max(np.maximum(np.abs(p), np.abs(p - gap)) / weight))
+        # A momentum may be a difference of terms, as of a charge: these round as they are large.
+        sizes = np.maximum(np.abs(p), np.abs(p - gap)) + np.abs(M) @ np.abs(v)
+        size = float(np.max(sizes / weight))
         off = float(np.max(np.abs(gap) / weight))
         close = off <= ROUND_OFF_RESIDUAL * size
         if off <= SOLVED_RESIDUAL * size:

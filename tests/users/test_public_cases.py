@@ -287,13 +287,8 @@ def an_isochrone_orbit() -> Any:
     return np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
 
 
-FALSE_ALARM = pytest.mark.xfail(
-    strict=True, reason="where canonical momenta cancel to 0, their velocity is said not to exist"
-)
-
-
 @row(
-    "Boris 1970, a uniform magnetic field: half a circle", (0.0, -1.0), 1e-12, marks=FALSE_ALARM,
+    "Boris 1970, a uniform magnetic field: half a circle", (0.0, -1.0), 1e-12
 )  # fmt: skip
 def a_charged_particle() -> Any:
     system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v + q[0] * v[1] - q[1] * v[0], galvi.Rn(2))
