@@ -204,6 +204,42 @@ GROUPS = (
 )  # fmt: skip
 
 
+BODY_AND_CART = galvi.Product((SO3, galvi.Rn(1)))
+OFF = np.eye(3) + 1e-4 * np.diag([1.0, 0.0, 0.0])
+
+
+def starting(group, q0):
+    """A problem on the group with this start."""
+    system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v, group)
+    return lambda: galvi.Problem(system, q0, np.ones(group.dimension))
+
+
+ELEMENTS = tuple(
+    (ValueError, words, starting(group, q0))
+    for group, q0, words in (
+        (SO3, OFF, r"q0 must be a rotation, R\^T R = I with determinant 1, to 1e-09; "
+         r"received \|R\^T R - I\| = 2\.0e-04\. The nearest rotation is \[\[1\.0, 0\.0, 0\.0\], "
+         r".*\], from galvi\.nearest_rotation\."),
+        (SO3, np.diag([1.0, 1.0, -1.0]), r"received determinant -1\. The nearest rotation is"),
+        (SO3, np.zeros((3, 3)), r"received \|R\^T R - I\| = 1\.0e\+00"),
+        (SO3, np.eye(3).ravel(), r"of shape \(3, 3\); received shape \(9,\)"),
+        (galvi.SO2(), np.diag([1.0, -1.0]), "received determinant -1"),
+        (galvi.SO2(), np.eye(3), r"shape \(2, 2\); received shape \(3, 3\)"),
+        (galvi.Rn(2), np.zeros(3), r"q0 must have shape \(2,\); received shape \(3,\)"),
+        (galvi.SE3(), np.eye(3), r"q0 must be a rigid motion \[\[R, x\], \[0, 0, 0, 1\]\] of shape "
+         r"\(4, 4\); received shape \(3, 3\)"),
+        (galvi.SE3(), np.eye(4) + np.diag([1e-12], -3), r"with last row \[1e-12, 0\.0, 0\.0, 1\.0"),
+        (galvi.SE3(), np.eye(4) + np.diag([0.5, 0.0], 2),
+         "the rotation of q0 must be a rotation"),
+        (BODY_AND_CART, np.zeros(9), r"q0 must have shape \(10,\), the entries of all factors; "
+         r"received shape \(9,\)\. Make it with Product\.join"),
+        (BODY_AND_CART, BODY_AND_CART.join(OFF, np.zeros(1)), "part 0 of q0 must be a rotation"),
+        (galvi.Product((BODY_AND_CART, galvi.SO2())), np.zeros(14),
+         "part 0 of part 0 of q0 must be a rotation"),
+    )
+)  # fmt: skip
+
+
 def once(system):
     return lambda: galvi.integrate(start(system), FOUR, 0.1, 3)
 
@@ -218,4 +254,5 @@ TABLE = {
         (error, words, how(system)) for error, words, system in AT_START for how in (once, many)
     ),
     "groups": GROUPS,
+    "elements": ELEMENTS,
 }
