@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import galvi
+from galvi.charts import CHARTS
 from galvi.run.in_lanes import lagrangian as law_stepper
 from references.closed_forms.top_motion import FREE_TOP
 from tests.properties.group_motions import (
@@ -26,11 +27,10 @@ from tests.properties.group_motions import (
 
 @each_chart
 @pytest.mark.parametrize("degree", WINDOWS)
-@pytest.mark.parametrize("more", [0, 1], ids=["packed", "H's"])
-def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, more, chart):
-    """n = degree + 1 of H is 3 to 6; against scipy, on the pendulum."""
-    rule = galvi.gauss(degree + more)
-    method = galvi.Galerkin(galvi.Polynomials(degree), rule, chart)
+def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, chart):
+    """n = degree + 1 of H is 3 to 6; packed and with one point more; against scipy."""
+    more = (degree + CHARTS.index(chart)) % 2
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + more), chart)
     assert method.order == 2 * degree
     measured = slope(PENDULUM, swung(), method, *WINDOWS[degree])
     assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured  # off by 0.4 at most, at 10
@@ -38,11 +38,8 @@ def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, more, chart):
 
 @pytest.mark.parametrize(
     ("degree", "chart", "window"),
-    [
-        (2, CAYLEY, (48, 200)), (3, CAYLEY, (24, 64)), (4, CAYLEY, (36, 56)), (5, CAYLEY, (20, 28)),
-        (2, EXPONENTIAL, (48, 200)), (3, EXPONENTIAL, (32, 64)), (4, EXPONENTIAL, (18, 26)),
-        (2, RODRIGUES, (48, 200)), (3, RODRIGUES, (32, 64)), (4, RODRIGUES, (18, 26)),
-    ],
+    [(2, RODRIGUES, (48, 200)), (3, CAYLEY, (24, 64)), (4, EXPONENTIAL, (18, 26)),
+     (5, CAYLEY, (20, 28))],
 )  # fmt: skip
 def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, chart, window):
     measured = slope(FREE, turned(), collocation(degree, chart), *window)

@@ -1,4 +1,7 @@
-"""Runs on groups: in parts, curves, what is kept, counts, attitudes, momenta."""
+"""Runs on groups: curves, what is kept, attitudes, momenta, how they end and what solves them."""
+
+import time
+from itertools import cycle
 
 import numpy as np
 import pytest
@@ -7,10 +10,14 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import galvi
+from benchmarks.measures.matrix_group import MatrixGroup
+from galvi.charts import CHARTS
 from galvi.systems.finite_differences import WEIGHTS
-from tests.properties.group_matrices import cross_matrix, title
+from references.closed_forms.top_motion import FREE_TOP
+from tests.properties.group_matrices import title
 from tests.properties.group_motions import (
     ALL,
+    CAYLEY,
     COUPLED,
     EXPONENTIAL,
     FLYING,
@@ -19,69 +26,29 @@ from tests.properties.group_motions import (
     RODRIGUES,
     collocation,
     each_chart,
+    error,
     hall,
     same,
     same_rows,
-    swung,
 )
 
 KEPLER = galvi.problems.kepler(0.6)
-
-
-@pytest.mark.slow_cases("H's-pendulum and body")
-@pytest.mark.parametrize("problem", ALL, ids=title)
-@pytest.mark.parametrize(
-    "method",
-    [collocation(4), hall(5, EXPONENTIAL), collocation(4, RODRIGUES)],
-    ids=["square", "H's", "modified Rodrigues"],
-)
-def test_a_run_in_parts_and_from_a_file_is_one_long_run_to_the_bit(problem, method, tmp_path):
-    whole = galvi.integrate(problem, method, 0.11, 40)
-    part = galvi.integrate(problem, method, 0.11, 23, save_every=4)
-    rest = galvi.resume(part, 17, save_every=1)
-    assert np.array_equal(rest.q, whole.q[23:]) and np.array_equal(rest.p, whole.p[23:])
-    assert np.array_equal(rest.t, whole.t[23:])
-    assert np.allclose(rest(rest.t[3] + 0.05), whole(rest.t[3] + 0.05), rtol=0.0, atol=1e-13)
-    galvi.save(galvi.integrate(problem, method, 0.11, 23), tmp_path / "run.npz")
-    given_again = {"problem": problem} if isinstance(problem.system, galvi.Lagrangian) else {}
-    loaded = galvi.load(tmp_path / "run.npz", **given_again)
-    assert loaded.method == method
-    assert np.array_equal(galvi.resume(loaded, 17, save_every=1).q, whole.q[23:])
-    assert np.array_equal(loaded(1.234), whole(1.234))
-    assert np.array_equal(loaded.velocity(1.234), whole.velocity(1.234))
-
-
-@pytest.mark.parametrize("problem", ALL, ids=title)
-def test_backwards_undoes_forwards_for_degree_one_in_the_exponential_chart(problem):
-    """exp(-x) exp((1 - tau) x) = exp(-tau x): the same curve from its other end."""
-    for method in (collocation(1, EXPONENTIAL), hall(2, EXPONENTIAL)):
-        assert galvi.round_trip_error(problem, method, 0.02, 100) < 2e-13  # 6e-14, while falling
-    back = galvi.integrate(problem, method, -0.02, 10)
-    assert back.success and back.t[-1] == -0.2
+BEYOND = "chart=galvi.Exponential(), which ends at 2 pi"
 
 
 @pytest.mark.parametrize("problem", [PENDULUM, FLYING], ids=title)
 @each_chart
-@given(where=st.floats(0.15, 0.85), step=st.integers(0, 9))
-def test_the_velocity_is_the_slope_of_the_curve(problem, chart, where, step):
+def test_the_velocity_is_the_slope_of_the_curve(problem, chart):
     run = galvi.integrate(problem, collocation(6, chart), 0.2, 10)
-    t, nudge = 0.2 * (step + where), 0.2 * 2.0**-5
+    t, nudge = 0.2 * (np.arange(10) + np.linspace(0.15, 0.85, 10)), 0.2 * 2.0**-5
     slope = sum(
         weight / nudge * (run(t + k * nudge) - run(t - k * nudge))
         for k, weight in enumerate(WEIGHTS, start=1)
     )
-    body = np.linalg.inv(run(t)) @ slope
-    v = run.velocity(t)
-    assert np.allclose(body[:3, :3], cross_matrix(v[:3]), rtol=0.0, atol=1e-8)
-    assert np.allclose(body[:3, 3:].ravel(), v[3:], rtol=0.0, atol=1e-7)
-
-
-def test_counts_are_the_same_in_every_run():
-    for problem in ALL:
-        runs = [galvi.integrate(problem, collocation(4), 0.1, 50) for _ in range(2)]
-        assert runs[0].counts == runs[1].counts and same(*runs)
-        assert runs[0].counts["steps"] == 50
-        assert runs[0].counts["force_evaluations"] >= 4 * runs[0].counts["iterations"]
+    body = np.linalg.solve(run(t), slope)
+    expected = MatrixGroup(problem.system.group).hat(run.velocity(t))
+    assert np.allclose(body[:, :, :3], expected[:, :, :3], rtol=0.0, atol=1e-8)
+    assert np.allclose(body[:, :, 3:], expected[:, :, 3:], rtol=0.0, atol=1e-7)
 
 
 @given(steps=st.integers(1, 20), save_every=st.integers(1, 25))
@@ -96,36 +63,18 @@ def test_what_is_kept_is_every_kth_step_and_the_last(steps, save_every):
 
 def test_attitudes_come_as_scipys_rotations():
     run = galvi.integrate(PENDULUM, collocation(6), 0.2, 10)
-    turns = galvi.rotations(run)
-    assert np.allclose(turns.as_matrix(), run.q, rtol=0.0, atol=1e-15)
+    assert np.allclose(galvi.rotations(run).as_matrix(), run.q, rtol=0.0, atol=1e-15)
     assert galvi.rotations(run, 0.33).as_quat().shape == (4,)
     assert np.allclose(galvi.rotations(run, [0.3]).as_matrix()[0], run(0.3), rtol=0.0, atol=1e-15)
     assert np.all(galvi.orthogonality_defect(run, np.linspace(0.0, 2.0, 30)) < 4e-15)
-    assert galvi.orthogonality_defect(run).shape == (11,)
     flown = galvi.integrate(FLYING, collocation(6), 0.1, 10)
     assert np.allclose(galvi.rotations(flown).as_matrix(), flown.q[:, :3, :3], atol=1e-15)
-    assert galvi.orthogonality_defect(flown).max() < 1e-15
+    thin = galvi.integrate(PENDULUM, collocation(6), 0.2, 10, save_every=3)
+    for ask in (galvi.rotations, galvi.orthogonality_defect):  # between the kept steps too
+        assert repr(ask(thin, 0.3)) == repr(ask(run, 0.3))
 
 
-NOT_IN_SPACE = r"attitudes need a run on SO\(3\) or SE\(3\), such as"
-NO_MATRICES = r"needs a run on SO\(2\), SE\(2\), SO\(3\), SE\(3\) or a galvi\.Product"
-
-
-@pytest.mark.parametrize(
-    "ask, problem, message",
-    [
-        (galvi.rotations, galvi.problems.kepler(0.1), NOT_IN_SPACE),
-        (galvi.rotations, COUPLED, NOT_IN_SPACE + r".* Take a factor's matrices from .*parts\("),
-        (galvi.orthogonality_defect, galvi.problems.kepler(0.1), NO_MATRICES),
-    ],
-)
-def test_attitudes_of_what_has_none_are_refused(ask, problem, message):
-    run = galvi.integrate(problem, collocation(3), 0.1, 3)
-    with pytest.raises(ValueError, match=message):
-        ask(run)
-
-
-def test_the_remedies_of_refused_attitudes_work():
+def test_the_remedy_of_refused_attitudes_works():
     run = galvi.integrate(COUPLED, collocation(3), 0.1, 3)
     plane, space = run.problem.system.group.parts(run.q)
     turns = Rotation.from_matrix(space)
@@ -134,32 +83,70 @@ def test_the_remedies_of_refused_attitudes_work():
     assert angle[0] == pytest.approx(0.4) and galvi.orthogonality_defect(run).max() < 1e-15
 
 
-@pytest.mark.parametrize("ask", [galvi.rotations, galvi.orthogonality_defect])
-def test_attitudes_between_kept_steps_are_those_of_all_steps(ask):
-    thin = galvi.integrate(FREE, collocation(3), 0.1, 9, save_every=3)
-    whole = galvi.integrate(FREE, collocation(3), 0.1, 9)
-    found, expected = (ask(run, 0.2) for run in (thin, whole))
-    assert repr(found) == repr(expected)
-
-
-def test_momenta_are_those_of_the_definition():
+def test_momenta_and_energy_are_those_of_the_definition():
     run = galvi.integrate(FREE, collocation(6), 0.2, 10)
     by_hand = np.array([R @ p for R, p in zip(run.q, run.p, strict=True)])
     assert np.allclose(galvi.momentum_map(run), by_hand, rtol=0.0, atol=1e-14)
-    t = [0.1, 1.7]
-    v = run.velocity(t)
+    v = run.velocity([0.1, 1.7])
     energy = 0.5 * np.sum(v * (v @ FREE.system.inertia), axis=1)
-    assert np.allclose(galvi.energy(run, t), energy, rtol=1e-14)
-    flown = galvi.integrate(FLYING, collocation(6), 0.1, 10)
-    assert galvi.linear_momentum(flown).shape == (11, 3)
-    for refused, message in ((galvi.linear_momentum, run), (galvi.momentum_map, None)):
-        other = message or galvi.integrate(COUPLED, collocation(3), 0.1, 3)
-        with pytest.raises(ValueError, match="moment"):
-            refused(other)
+    assert np.allclose(galvi.energy(run, [0.1, 1.7]), energy, rtol=1e-14)
 
 
-def test_a_recommendation_for_a_pendulum_is_kept():
-    found = galvi.recommend(PENDULUM, 1e-8, 4.0, degrees=(4, 6), by="evaluations", budget=2e5)
-    assert found.reached, found.status
-    run = galvi.integrate(PENDULUM, found.method, found.step, found.steps)
-    assert np.linalg.norm(run.q[-1] - swung()[0], axis=-1).max() < 1e-8
+@pytest.mark.parametrize("method", [collocation(6), hall(7)], ids=["packed", "H's"])
+def test_a_step_that_leaves_the_chart_says_by_how_much_and_what_would_do(method):
+    """The free body is 3.486 radians away from its start before it comes nearer again."""
+    run = galvi.integrate(FREE, method, 1.2, 5)
+    assert run.outcome.end is galvi.End.STEP_FAILED and run.failed_step == 1
+    assert run.counts["steps"] == 0 and "turns by 3.486 radians" in run.outcome.reason
+    assert "at most 0.54" in run.status and BEYOND in run.status
+    assert np.array_equal(run.q[0], FREE.q0)
+    assert np.isnan(run.q[1:]).all() and np.isnan(run.p[1:]).all() and np.isnan(run(0.1)).all()
+    with pytest.raises(ValueError, match="a run that failed cannot be resumed"):
+        galvi.resume(run, 3)
+    with pytest.raises(ValueError, match="the run failed, and its states past the failure are NaN"):
+        galvi.rotations(run)
+    assert galvi.integrate(FREE, method, 0.54, 5).success
+    other = galvi.integrate(FREE, galvi.Galerkin(method.space, method.rule, EXPONENTIAL), 1.2, 5)
+    truth = FREE_TOP.run(FREE, 6.0, {"samples": 1})
+    assert other.success and error(other, (truth.q[-1], truth.p[-1])) < 1e-2
+
+
+def test_a_run_may_leave_the_chart_later_and_keeps_what_was_computed():
+    """Upside down, the pendulum starts slowly and comes down fast."""
+    problem = galvi.problems.pendulum_3d(weight=25.0, inverted=True)
+    run = galvi.integrate(problem, collocation(8), 0.6, 60)
+    done = run.failed_step
+    assert run.outcome.end is galvi.End.STEP_FAILED and done > 2
+    assert "radians" in run.outcome.reason
+    assert np.isfinite(run.q[:done]).all() and np.isnan(run.q[done:]).all()
+    assert np.isfinite(run(0.6 * (done - 1))).all() and np.isnan(run(0.6 * done - 0.1)).all()
+    assert np.isfinite(galvi.energy(run)[:done]).all() and np.isnan(galvi.energy(run)[done:]).all()
+    assert np.isnan(galvi.orthogonality_defect(run)[done:]).all()
+
+
+@pytest.mark.slow_cases("pendulum and body-Exponential")
+@pytest.mark.parametrize(
+    ("problem", "chart"), list(zip(ALL, cycle(CHARTS), strict=False)), ids=title
+)
+def test_huge_steps_end_at_once(problem, chart):
+    clock = time.process_time()
+    for step in (1e2, 1e10, 1e100, -1e300):
+        run = galvi.integrate(problem, collocation(4, chart), step, 1000)
+        assert run.outcome.end is galvi.End.STEP_FAILED
+        assert np.isnan(run.q[run.failed_step :]).all()
+    assert time.process_time() - clock < 10.0  # 0.1 s
+
+
+@each_chart
+@pytest.mark.parametrize("problem", [FREE, PENDULUM], ids=title)
+def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
+    runs = [galvi.integrate(problem, collocation(6, chart), 0.2, 30, solver=solver)
+            for solver in ("auto", "fixed_point")]  # fmt: skip
+    assert same(*runs) and runs[0].counts == runs[1].counts
+    run = galvi.integrate(problem, collocation(6, chart), 1.05, 30)
+    alone = galvi.integrate(problem, collocation(6, chart), 1.05, 30, solver="fixed_point")
+    assert alone.counts["linear_solves"] == 0
+    if not alone.success and run.success:
+        assert "Newton" not in alone.status
+        assert (BEYOND if chart == CAYLEY else "the solver auto") in alone.status
+    assert (problem is FREE and chart != RODRIGUES) == (not alone.success)

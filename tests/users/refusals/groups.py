@@ -16,7 +16,7 @@ from tests.properties.group_bodies import (
     start,
 )
 from tests.properties.group_matrices import element
-from tests.properties.lagrangians import METHOD, swinging
+from tests.properties.lagrangians import METHOD, opaque, swinging
 
 NOT_FINITE = "potential and gradient must be finite at the start"
 REMEDY = r" Give three positive moments, each at most the sum of the others, or such a matrix\."
@@ -195,6 +195,18 @@ GROUPS = (
      lambda: galvi.linear_momentum(moving(galvi.SE2(), galvi.Rn(3)))),
     (ValueError, r"has rotations only, on which translations .* such as galvi\.SE3\(\)",
      lambda: galvi.linear_momentum(moving(galvi.SO3(), galvi.SO3()))),
+    (ValueError, r"attitudes need a run on SO\(3\) or SE\(3\), .* Take a factor's matrices from",
+     lambda: galvi.rotations(moving(galvi.SO2(), SO3))),
+    (ValueError, r"attitudes need a run on SO\(3\) or SE\(3\), such as",
+     lambda: galvi.rotations(one_step(galvi.problems.kepler(0.1)))),
+    (ValueError, r"needs a run on SO\(2\), SE\(2\), SO\(3\), SE\(3\) or a galvi\.Product",
+     lambda: galvi.orthogonality_defect(one_step(galvi.problems.kepler(0.1)))),
+    (ValueError, "solver fixed_point needs functions",
+     lambda: galvi.integrate(start(galvi.Lagrangian(opaque(kinetic), SO3)), FOUR, 0.1, 3,
+      solver="fixed_point")),
+    (ValueError, "solver fixed_point needs functions",
+     lambda: galvi.integrate_many([start(galvi.RigidBody(MOMENTS, opaque(bent)))], FOUR, 0.1, 3,
+      solver="fixed_point")),
     (ValueError, r"attitudes need .* np\.arctan2\(run\.q\[:, 1, 0\], run\.q\[:, 0, 0\]\)",
      lambda: galvi.rotations(moving(galvi.SO2()))),
     (ValueError, r"no linear momentum of its own; use galvi\.momentum_map",
