@@ -1,4 +1,4 @@
-"""Laws on groups in lanes: their reach, the memory that they use, and a fault that is seen."""
+"""Laws on groups in lanes: their reach, the memory that they use, and faults that are seen."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,12 @@ import pytest
 import galvi
 from galvi.kernels.lie import rotations
 from galvi.kernels.lie.groups import so3
+from galvi.lanes.group_collocation import Chart
 from galvi.lanes.loops import OneRun
 from galvi.run.in_lanes.law_kernel import LawKernel
+from galvi.systems.traces import Untraceable
+from galvi.tracing.traced_lagrangian import traced_lagrangian
+from tests.agreement.on_groups import Q0, bulging
 from tests.properties.group_lagrangians import swelling
 
 
@@ -28,7 +32,7 @@ def test_a_curve_that_leaves_the_reach_of_lanes_and_returns_is_left_to_newtons_m
 
 
 def test_an_angular_momentum_is_measured_with_what_displacements_make_of_a_momentum():
-    """Else a body that hardly turns is iterated for what is lost in its moment: 14 passes a step."""
+    """Else a body that hardly turns is iterated for rounding of its moment: 14 passes a step."""
     body = galvi.FreeBody(2.0, (1.0, 2.0, 2.5))
     problem = galvi.Problem(body, np.eye(4), [3e-3, 1e-2, 2e-3, 5.0, -4.0, 7.0])
     method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), galvi.Exponential())
@@ -60,6 +64,23 @@ def test_a_step_reads_and_writes_no_number_beyond_the_state(group, monkeypatch):
     runs = [galvi.integrate(problem, method, 0.05, 8, solver=way) for way in ("auto", "newton")]
     assert runs[0].engine == "lanes" and checked and all(checked)
     np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-13)
+
+
+def test_a_planted_fault_of_a_groups_derivative_is_caught(monkeypatch):
+    group, derivative = galvi.SE3(), Chart.left_derivative
+
+    def wrong(chart, g, slope):
+        found = derivative(chart, g, slope)
+        return [found[1], found[0], *found[2:]] if hasattr(g[0], "graph") else found
+
+    def trace():
+        scales = np.ones(6), np.ones(6)
+        return traced_lagrangian(bulging, None, group, Q0, np.ones(6), 0.0, False, scales)
+
+    assert trace().holds
+    monkeypatch.setattr(Chart, "left_derivative", wrong)
+    with pytest.raises(Untraceable, match="its derivatives are not those of the function"):
+        trace()
 
 
 @pytest.mark.slow(beside="tests/agreement/test_agreement.py::test_every_chart_agrees")

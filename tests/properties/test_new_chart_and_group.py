@@ -121,11 +121,3 @@ def test_a_group_is_a_kernel_file_a_value_and_an_entry(copy):
     found = outcome(copy, NOW)
     assert found.returncode == 0, found.stderr
     assert "'Another'" in found.stdout
-
-
-@pytest.mark.slow(
-    beside="tests/suite/architecture/test_additions.py::test_every_row_names_folders_and_lists_that_exist"
-)
-def test_a_chart_without_its_kernel_file_is_refused(copy):
-    (copy / "galvi/kernels/lie/charts/modified_rodrigues.py").unlink()
-    assert "ImportError" in outcome(copy, NOW).stderr

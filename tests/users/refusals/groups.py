@@ -45,6 +45,10 @@ def line(L):
     return lambda: one_step(galvi.Problem(galvi.Lagrangian(L, galvi.Rn(1)), [0.6], [1.0]))
 
 
+def tether(q):
+    return 0.5 * np.sum(q[:3, 3] ** 2)
+
+
 def turned(seed):
     """A singular matrix of inertia in turned axes."""
     Q = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
@@ -201,6 +205,13 @@ GROUPS = (
      lambda: galvi.rotations(one_step(galvi.problems.kepler(0.1)))),
     (ValueError, r"needs a run on SO\(2\), SE\(2\), SO\(3\), SE\(3\) or a galvi\.Product",
      lambda: galvi.orthogonality_defect(one_step(galvi.problems.kepler(0.1)))),
+    (ValueError, "must be the derivative of the Lagrangian",
+     lambda: galvi.Problem(galvi.FreeBody(1.0, MOMENTS, (0, 0, -1.0), tether, lambda q: 0.0 * q),
+      np.eye(4), np.ones(6))),
+    (ValueError, "are those of a potential; received none",
+     lambda: galvi.FreeBody(1.0, MOMENTS, gradient=tether)),
+    (TypeError, "potential must be a function of q; received 5",
+     lambda: galvi.FreeBody(1.0, MOMENTS, (0, 0, -1.0), 5)),
     (ValueError, "solver fixed_point needs functions",
      lambda: galvi.integrate(start(galvi.Lagrangian(opaque(kinetic), SO3)), FOUR, 0.1, 3,
       solver="fixed_point")),
