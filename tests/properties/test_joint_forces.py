@@ -1,9 +1,7 @@
 """Forces on trees: a user's own, and those that a MuJoCo model has, by MuJoCo's accelerations."""
 
-import pickle
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 
@@ -113,24 +111,19 @@ def test_the_law_for_lanes_is_the_kernels(kind):
         assert np.array(lanes) == pytest.approx(kernels, rel=1e-13, abs=1e-13)
 
 
-FAULTS = {  # of one part each, most by 1e-6
+FAULTS = {  # of each part one or two, most by 1e-6
     "motors": ("pulls", lambda pull: replace(pull, constant=pull.constant + 1e-6)),
-    "servos": ("pulls", lambda pull: replace(pull, damper=(pull.damper[0] + 1e-6, 0.0, 0.0))),
-    "affine gain and bias": ("pulls", lambda pull: replace(pull, offset=1e-6)),
-    "a motor of a tendon": ("pulls", lambda pull: replace(pull, arms=pull.arms[:1])),
     "a servo of a path": ("pulls", lambda pull: replace(pull, points=pull.points[:2])),
     "thrusters": ("pushes", lambda push: (push[0], push[1] + 1e-6, *push[2:])),
     "a fixed tendon": ("pulls", lambda pull: replace(pull, slack=(0.1 - 1e-4, 0.3 + 1e-4))),
-    "a path": ("pulls", lambda pull: replace(pull, spring=(3.0 + 1e-6, *pull.spring[1:]))),
     "held weights": ("weights", lambda held: (held[0], held[1] + 1e-6)),
     "a polynomial spring": ("pulls", lambda pull: replace(pull, spring=(0.0, 2.0, 3.0 + 1e-4))),
-    "a polynomial damper": ("pulls", lambda pull: replace(pull, damper=(0.0, 2.0, 3.0 + 1e-6))),
     "a medium": ("wet", lambda wet: (*wet[:2], wet[2] * (1.0 + 1e-6))),
     "wind alone": ("wet", lambda wet: (wet[0], np.eye(3), wet[2])),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", MODELS)
+@pytest.mark.parametrize("kind", FAULTS)
 def test_a_misread_force_is_caught_by_the_accelerations(kind, monkeypatch):
     """Planted: each force with one number changed."""
     part, change = FAULTS[kind]
@@ -146,10 +139,8 @@ def test_a_misread_force_is_caught_by_the_accelerations(kind, monkeypatch):
         read(kind)
 
 
-@pytest.mark.slow_cases("a path")
-@pytest.mark.parametrize("kind", ["servos", "a path"])
-def test_a_run_agrees_with_mujocos_rk4(kind):
-    problem, own = read(kind)
+def test_a_run_agrees_with_mujocos_rk4():
+    problem, own = read("servos")
     problem = problem.with_initial_state(*next(states(problem)))
     run = galvi.integrate(problem, METHOD, 0.005, 40)
     assert run.success and run.engine == "lanes"
@@ -205,12 +196,6 @@ def test_controls_are_given_a_keyframes_or_zero():
     assert pull(galvi.from_mujoco(text, key="bent", ctrl=[0.3])).constant == 3.0
     far = text.replace('ctrl=".5"', 'ctrl="7"')
     assert pull(galvi.from_mujoco(far, key="bent")).constant == 10.0  # clamped, as by MuJoCo
-    with pytest.raises(ValueError, match=r"ctrl\[0\] must be within .* from -1 to 1; received 7"):
-        galvi.from_mujoco(text, ctrl=[7.0])
-    with pytest.raises(ValueError, match=r"ctrl must have shape \(1,\)"):
-        galvi.from_mujoco(text, ctrl=[0.1, 0.2])
-    with pytest.raises(ValueError, match="ctrl is of actuators, which are ignored"):
-        galvi.from_mujoco(text, ignore="actuators", ctrl=[0.1])
 
 
 ROUND = '<site site="w"/><geom geom="g"/><site site="s1"/>'
@@ -274,58 +259,29 @@ def swirl(q, v, t):
     return 0.1 * v * v[0] + 0.3 * t
 
 
-SMOOTH = numba.njit(lambda q, v: 0.1 * v * v[0])
-
-
-@pytest.mark.slow_cases(but=["swirl-True0"])
-@pytest.mark.parametrize(("force", "timed"), [(swirl, True), (SMOOTH, False),
-                                              (numba.njit(swirl), True)])  # fmt: skip
-def test_a_force_of_the_users_acts_beside_damping(force, timed):
+def test_a_force_of_the_users_acts_beside_damping():
     plain = galvi.from_mujoco(random_tree(3, 3, kinds=("hinge",)))
     system = galvi.Multibody(
-        plain.system.links, plain.system.gravity, force=force, timed_force=timed
+        plain.system.links, plain.system.gravity, force=swirl, timed_force=True
     )
-    assert np.any(plain.system.force.coefficients) and system.given_force == (force, timed)
-    q, v, t = plain.q0, plain.v0 + 0.5, (0.4,) * timed
+    assert np.any(plain.system.force.coefficients) and system.given_force == (swirl, True)
+    q, v = plain.q0, plain.v0 + 0.5
     change = system.acceleration(q, v, 0.4) - plain.system.acceleration(q, v)
-    assert system.tree.mass(q) @ change == pytest.approx(force(q, v, *t), abs=1e-12)
-    problem = galvi.Problem(system, q, v)
-    run = galvi.integrate(problem, METHOD, 0.01, 30)
-    again = galvi.integrate(problem, METHOD, 0.01, 30, solver="newton")
-    assert run.success and run.q[-1] == pytest.approx(again.q[-1], abs=1e-12)
+    assert system.tree.mass(q) @ change == pytest.approx(swirl(q, v, 0.4), abs=1e-12)
+    runs = [
+        galvi.integrate(galvi.Problem(system, q, v), METHOD, 0.01, 30, solver=solver)
+        for solver in ("auto", "newton")
+    ]
+    assert runs[0].success and runs[0].q[-1] == pytest.approx(runs[1].q[-1], abs=1e-12)
     lighter = system.with_numbers(gravity=[0.0, 0.0, -1.0])
-    assert lighter.given_force == (force, timed)
+    assert lighter.given_force == (swirl, True)
     same = replace(system, gravity=(0.0, 0.0, -1.0))
     assert np.array_equal(same.acceleration(q, v), lighter.acceleration(q, v))
 
 
-def test_a_bad_force_of_the_users_is_refused_in_words():
-    links = galvi.Link(galvi.Joint("hinge", damping=1.0), 1.0, (0, 0, -1))
-    for bad, error, said in (
-        ({"force": 3}, TypeError, r"force must be a function of \(q, v\); received 3"),
-        ({"timed_force": True}, ValueError, "received no force. Give one"),
-        ({"force": galvi.RotorDrag(1.0), "timed_force": True}, TypeError, "on joints with damping"),
-    ):
-        with pytest.raises(error, match=said):
-            galvi.Multibody(links, **bad)
-    wrong = galvi.Multibody(links, force=lambda q, v: np.zeros(2))
-    with pytest.raises(ValueError, match=r"force must return an array of shape \(1,\)"):
-        galvi.integrate(galvi.Problem(wrong, [0.1], [0.0]), METHOD, 0.01, 2)
-
-
-@pytest.mark.slow(
-    beside="test_ensembles_with_forces.py::test_a_saved_run_in_a_medium_can_get_other_masses"
-)
-def test_forces_are_pickled_stored_and_varied(tmp_path):
+def test_held_weights_follow_gravity():
     problem, own = read("held weights")
     q, v = next(states(problem))
-    copied = pickle.loads(pickle.dumps(problem.system))
-    expected = problem.system.acceleration(q, v)
-    assert np.array_equal(copied.acceleration(q, v), expected)
-    run = galvi.integrate(problem.with_initial_state(q, v), METHOD, 0.005, 3)
-    galvi.save(run, tmp_path / "run.npz")
-    stored = galvi.load(tmp_path / "run.npz").problem.system
-    assert np.array_equal(stored.acceleration(q, v), expected)
     own.model.opt.gravity[:] = 0.0, 3.0, -5.0
     data = own.data()
     data.qpos[:], data.qvel[:] = problem.system.to_mujoco(q, v)

@@ -156,7 +156,30 @@ def mujoco():
         return model
 
     hinge = f'<body><joint type="hinge"/>{body}</body>'
+    held = f"""<mujoco><worldbody><body><joint name="a"/>{body}</body></worldbody><actuator>
+        <position joint="a" ctrlrange="-1 1"/></actuator></mujoco>"""
+
+    def driven(**more):
+        return lambda: galvi.from_mujoco(held, **more)
+
+    def numbers(ctrl):
+        return lambda: galvi.from_mujoco(held).system.with_numbers(ctrl=ctrl)
+
+    def ticked(problem, **more):
+        return lambda: galvi.resume(galvi.integrate(problem, FOUR, 0.1, 1), **more)
+
     return (
+        (ValueError, r"ctrl\[0\] must be within .* from -1 to 1; received 7", driven(ctrl=[7.0])),
+        (ValueError, r"ctrl must have shape \(1,\); received shape \(2,\)", driven(ctrl=[0, 0])),
+        (ValueError, "ctrl is of actuators, which are ignored",
+         driven(ignore="actuators", ctrl=[0.1])),
+        (ValueError, r"ctrl\[0\] must be within its range, from -1 to 1; received 4",
+         numbers([4.0])),
+        (ValueError, r"ctrl must have shape \(1,\); received shape \(2,\)", numbers([0.0, 0.0])),
+        (ValueError, "ctrl is of the actuators of a MuJoCo model",
+         ticked(galvi.problems.pendulum_3d(), steps=1, ctrl=[0.0])),
+        (ValueError, "with ctrl give steps or duration; received until",
+         ticked(galvi.from_mujoco(held), until=1.0, ctrl=[0.0])),
         (ValueError, "the model has no keyframes; received key 0", read(hinge, key=0)),
         (ValueError, "one in which nothing can move", read(f"<body>{body}</body>")),
         (ValueError, "MuJoCo cannot read the text as a model", read("<body><joint/></body>")),
