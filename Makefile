@@ -11,7 +11,7 @@ BIN := .venv/bin
 CORE := integrate order corners group_conservation group_systems lagrangian_scales \
     trajectory pieces events unjudged_runs judged_when_asked problems stiff_forces external_forces \
     differences component_degrees limits_of_rounding calling own_space engines \
-    end_of_step trees_of_engines interop compilation brownout mujoco_limits
+    end_of_step trees_of_engines interop compilation brownout
 STAMP := .venv/installed-$(EXTRAS)
 
 # Tests and reports start many processes, which would compile every source anew.

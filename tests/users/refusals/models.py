@@ -97,6 +97,7 @@ def varied(**parameters):
 
 TREES = (
     (ValueError, "type must be one of hinge, slide, ball, free", lambda: galvi.Joint("screw")),
+    (TypeError, "name must be a string; received 3", lambda: galvi.Joint("hinge", name=3)),
     (ValueError, "axis must have a length", lambda: galvi.Joint("hinge", axis=(0, 0, 0))),
     (ValueError, "axis must have a length", lambda: galvi.Joint("slide", axis=(1e300, 2, 0))),
     (ValueError, "damping must not be negative", lambda: galvi.Joint("hinge", damping=-1.0)),
