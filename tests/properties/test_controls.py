@@ -59,7 +59,7 @@ def test_ticks_of_resume_are_those_of_mujoco() -> None:
         run = galvi.resume(run, 1, ctrl=u) if k else run
         data.ctrl[:] = u
         mujoco.mj_step(data.model, data, nstep=4)
-    assert run.success and run.t[-1] == pytest.approx(len(U) * TICK)
+    assert run.engine == "lanes" and run.t[-1] == pytest.approx(len(U) * TICK)
     assert run.q[-1] == pytest.approx(data.qpos, abs=1e-9)
     assert run.v[-1] == pytest.approx(data.qvel, abs=1e-7)
 

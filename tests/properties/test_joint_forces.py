@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numba
 import numpy as np
 import pytest
 
@@ -139,23 +140,6 @@ def test_a_misread_force_is_caught_by_the_accelerations(kind, monkeypatch):
         read(kind)
 
 
-def test_a_run_agrees_with_mujocos_rk4():
-    problem, own = read("servos")
-    problem = problem.with_initial_state(*next(states(problem)))
-    run = galvi.integrate(problem, METHOD, 0.005, 40)
-    assert run.success and run.engine == "lanes"
-    own.model.opt.integrator, own.model.opt.timestep = int(mujoco.mjtIntegrator.mjINT_RK4), 1e-4
-    data = own.data()
-    data.qpos[:], data.qvel[:] = problem.system.to_mujoco(problem.q0, problem.v0)
-    mujoco.mj_step(own.model, data, nstep=2000)
-    ours = problem.system.to_mujoco(run.q[-1], run.v[-1])
-    signs = np.sign(ours[0] * data.qpos)  # of a quaternion
-    assert np.abs(ours[0]) * signs == pytest.approx(np.abs(data.qpos) * signs, abs=1e-8)
-    assert ours[1] == pytest.approx(data.qvel, abs=1e-7)
-    newton = galvi.integrate(problem, METHOD, 0.005, 40, solver="newton")
-    assert newton.q[-1] == pytest.approx(run.q[-1], abs=1e-12)
-
-
 # ---------------------------------------------------------------- limits, controls, refusals
 
 ARM = """<mujoco><worldbody><body><joint name="a" axis="0 1 0" {joint}/><inertial pos="0 0 -.5"
@@ -259,22 +243,28 @@ def swirl(q, v, t):
     return 0.1 * v * v[0] + 0.3 * t
 
 
-def test_a_force_of_the_users_acts_beside_damping():
+@pytest.mark.slow_cases("compiled")
+@pytest.mark.parametrize(
+    ("force", "timed"),
+    [(swirl, True), (numba.njit(lambda q, v: 0.1 * v * v[0]), False)],
+    ids=["of time", "compiled"],
+)
+def test_a_force_of_the_users_acts_beside_damping(force, timed):
     plain = galvi.from_mujoco(random_tree(3, 3, kinds=("hinge",)))
     system = galvi.Multibody(
-        plain.system.links, plain.system.gravity, force=swirl, timed_force=True
+        plain.system.links, plain.system.gravity, force=force, timed_force=timed
     )
-    assert np.any(plain.system.force.coefficients) and system.given_force == (swirl, True)
-    q, v = plain.q0, plain.v0 + 0.5
+    assert np.any(plain.system.force.coefficients) and system.given_force == (force, timed)
+    q, v, t = plain.q0, plain.v0 + 0.5, (0.4,) * timed
     change = system.acceleration(q, v, 0.4) - plain.system.acceleration(q, v)
-    assert system.tree.mass(q) @ change == pytest.approx(swirl(q, v, 0.4), abs=1e-12)
+    assert system.tree.mass(q) @ change == pytest.approx(force(q, v, *t), abs=1e-12)
     runs = [
         galvi.integrate(galvi.Problem(system, q, v), METHOD, 0.01, 30, solver=solver)
         for solver in ("auto", "newton")
     ]
     assert runs[0].success and runs[0].q[-1] == pytest.approx(runs[1].q[-1], abs=1e-12)
     lighter = system.with_numbers(gravity=[0.0, 0.0, -1.0])
-    assert lighter.given_force == (swirl, True)
+    assert lighter.given_force == (force, timed)
     same = replace(system, gravity=(0.0, 0.0, -1.0))
     assert np.array_equal(same.acceleration(q, v), lighter.acceleration(q, v))
 

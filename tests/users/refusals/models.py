@@ -72,6 +72,7 @@ SYMBOLIC = (
 
 HINGE = galvi.Joint("hinge")
 LINK = galvi.Link(HINGE, 1.0, (0.0, 0.0, -1.0))
+DAMPED = galvi.Link(galvi.Joint("hinge", damping=1.0), 1.0, (0.0, 0.0, -1.0))
 ARM = [LINK, galvi.Link(galvi.Joint("hinge", damping=0.1), 0.5, (0.0, 0.0, -0.3), parent=0)]
 
 
@@ -103,6 +104,10 @@ TREES = (
     (ValueError, "damping must not be negative", lambda: galvi.Joint("hinge", damping=-1.0)),
     (ValueError, "zero is of a hinge or a slide", lambda: galvi.Joint("ball", zero=1.0)),
     (ValueError, r"rest must have shape \(3, 3\)", lambda: galvi.Joint("ball", rest=2.0)),
+    (TypeError, "on joints with damping, force must be a function; received",
+     lambda: galvi.Multibody(DAMPED, force=galvi.RotorDrag(1.0), timed_force=True)),
+    (ValueError, r"force must return an array of shape \(1,\)",
+     at(galvi.Multibody(DAMPED, force=lambda q, v: np.zeros(2)), [0.1], [0.0])),
     (ValueError, "mass must not be negative", lambda: galvi.Link(HINGE, -1.0)),
     (ValueError, "positive semidefinite", lambda: galvi.Link(HINGE, 1.0, inertia=(1, -1, 1))),
     (ValueError, r"no body has the inertia \[1\.0, 1\.0, 5\.0\]: its largest .* or check=False",
