@@ -1,17 +1,15 @@
 """One sand particle in the rotor's wind: its physics, other engines, stiffness and bad input."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from numba import njit
 
 import galvi
 from galvi.kernels.forces import rotor_wind as field
 from galvi.problems import brownout
 from references.heyoka.taylor import HEYOKA
-from references.scipy.ivp import DOP853, RADAU, TIGHT
+from references.scipy.ivp import DOP853, TIGHT
 from references.textbook.euler import SEMI_IMPLICIT_EULER
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(5))
@@ -52,12 +50,10 @@ def test_far_from_the_rotor_a_dropped_particle_falls_as_in_the_textbook():
     assert -v[2] == pytest.approx(speed * math.tanh(GRAVITY / speed), abs=1e-8)
 
 
-@pytest.mark.slow_cases("SciPy Radau--")
 @pytest.mark.parametrize(
     ("contender", "setting", "tolerance"),
     [
         (DOP853, TIGHT, 1e-10),  # 3e-12, galvi's own error: see V23
-        (RADAU, {"tolerance": 1e-11}, 1e-10),  # 3e-12
         (SEMI_IMPLICIT_EULER, {"step": 1e-4}, 1e-2),  # 4e-4
     ],
     ids=lambda value: getattr(value, "name", ""),
@@ -114,7 +110,7 @@ def test_steps_of_many_relaxation_times_are_solved_and_lose_only_the_order():
     problem = brownout(10e-6)
     assert 30.0 * relaxation(problem) < 0.25  # 36 times
     exact = DOP853.run(problem, 1.0, TIGHT).q[-1]
-    for degree, limit in ((1, 0.6), (2, 0.3), (4, 0.05), (8, 1e-3)):  # 0.30, 0.17, 0.01, 2e-4
+    for degree, limit in ((1, 0.6), (4, 0.05), (8, 1e-3)):  # 0.30, 0.01, 2e-4
         method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + 1))
         run = galvi.integrate(problem, method, 0.25, 4)
         assert run.success, run.status
@@ -139,41 +135,9 @@ def test_on_the_axis_a_particle_stays_and_the_air_overtakes_it():
     assert w[0] > 10.0 and w[-1] < -1.0
 
 
-@pytest.mark.slow_cases("True")
-@pytest.mark.parametrize("compiled", [False, True])
-def test_a_force_that_turns_nan_on_the_way_ends_the_run(compiled):
-    def force(q, v, t):
-        return v * (np.nan if t > 0.25 else -0.1)
-
-    problem = brownout()
-    given = njit(force) if compiled else force
-    run = galvi.integrate(replace(problem, system=replace(problem.system, force=given)),
-                          FOUR, 0.1, 5)  # fmt: skip
-    assert not run.success and run.failed_step == 3
-    assert np.all(np.isfinite(run.q[:3])) and np.all(np.isnan(run.q[3:]))
-
-
 def test_sizes_side_by_side_keep_their_own_numbers():
     problems = [brownout(d) for d in (11e-6, 23e-6)]
     alone = [galvi.integrate(problem, FOUR, 0.01, 3).q for problem in problems]
     assert np.max(np.abs(alone[0] - alone[1])) > 0.01  # m in 0.03 s
     for run, q in zip(galvi.integrate_many(problems, FOUR, 0.01, 3), alone, strict=True):
         assert np.array_equal(run.q, q)
-
-
-def test_a_run_is_loaded_with_its_problem(tmp_path):
-    run = galvi.integrate(brownout(), FOUR, 0.05, 6)
-    galvi.save(run, tmp_path / "run.npz")
-    loaded = galvi.load(tmp_path / "run.npz")
-    assert loaded.problem.system.force == run.problem.system.force
-    whole = galvi.integrate(brownout(), FOUR, 0.05, 8)
-    assert np.array_equal(galvi.resume(loaded, 2).q, whole.q[6:])
-
-
-def test_the_force_of_the_kernel_and_that_of_python_are_one():
-    known = brownout()
-    system = replace(known.system, force=lambda q, v, t: known.system.force(q, v, t))
-    runs = [
-        galvi.integrate(replace(known, system=s), FOUR, 0.05, 6) for s in (known.system, system)
-    ]
-    np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=1e-13, atol=1e-13)  # 2e-16
