@@ -8,7 +8,6 @@ import pytest
 import galvi
 from galvi.kernels.forces import rotor_wind as field
 from galvi.problems import brownout
-from references.heyoka.taylor import HEYOKA
 from references.scipy.ivp import DOP853, TIGHT
 from references.textbook.euler import SEMI_IMPLICIT_EULER
 
@@ -65,33 +64,6 @@ def test_other_ways_to_solve_it_agree(contender, setting, tolerance):
     assert run.success and other.success
     assert np.abs(run.q[-1] - other.q[-1]).max() < tolerance
     assert np.abs(run.p[-1] - other.p[-1]).max() / problem.system.mass < tolerance * 10.0
-
-
-@pytest.mark.skipif(bool(HEYOKA.missing), reason=HEYOKA.missing)
-def test_heyoka_which_derives_the_wind_from_its_stream_function_agrees():
-    import heyoka as hy
-
-    x, y, z, *v = hy.make_vars("x", "y", "z", "vx", "vy", "vz")
-    s, height = hy.make_vars("s"), field.LOW
-    height = field.LOW + (field.HIGH - field.LOW) * hy.exp(-hy.time / field.DESCENT)
-    stream = hy.expression(0.0)  # psi / r^2 as a function of s = r^2
-    for share in field.SHARES:
-        for zeta, sign in ((z - share * height, 1.0), (z + share * height, -1.0)):
-            P = s + field.R**2 + zeta * zeta + field.CORE**2
-            stream += sign * field.STRENGTH * (P * P - 4.0 * field.R**2 * s) ** -0.75
-    square = {"s": x * x + y * y}
-    outwards = hy.subs(-hy.diff(stream, "z"), square)
-    upwards = hy.subs(2.0 * stream + 2.0 * s * hy.diff(stream, "s"), square)
-    w = [a - b for a, b in zip(v, (x * outwards, y * outwards, upwards), strict=True)]
-    rate = 0.75 * AIR / SAND * DRAG / 100e-6
-    pull = [-rate * hy.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * a for a in w]
-    equations = list(zip((x, y, z), v, strict=True))
-    equations += list(zip(v, (pull[0], pull[1], pull[2] - GRAVITY), strict=True))
-    problem = brownout(100e-6)
-    engine = hy.taylor_adaptive(equations, [*problem.q0, *problem.v0], compact_mode=True)
-    engine.propagate_until(1.0)
-    exact = DOP853.run(problem, 1.0, TIGHT)
-    assert np.abs(exact.q[-1] - engine.state[:3]).max() < 1e-12  # 1e-14
 
 
 def test_the_change_of_momentum_is_the_impulse_of_weight_and_drag():
