@@ -1,7 +1,5 @@
 """The wind of the descending rotor: a stated field, checked against its stream function."""
 
-import cmath
-
 import mpmath as mp
 import numpy as np
 import pytest
@@ -9,43 +7,16 @@ import pytest
 from galvi.kernels.forces import rotor_wind as kernel
 from galvi.kernels.forces.rotor_wind import CORE, DOWNWASH, HIGH, SHARES, STRENGTH, R
 
-PLACES = np.random.default_rng(5).uniform([-15, -15, 0, 0], [15, 15, 20, 4], (60, 4))
-TINY = 1e-30
+PLACES = np.random.default_rng(5).uniform([-15, -15, 0, 0], [15, 15, 20, 4], (12, 4))
 
 
 def wind(x, y, z, t):
     return kernel.rotor_wind((x, y, z), kernel.decay(t))
 
 
-def largest_divergence():
-    """Sum of the derivatives by complex steps, over their largest size, at the worst place."""
-    worst = 0.0
-    for place in PLACES:
-        slopes = []
-        for i in range(3):
-            moved = place.astype(complex)
-            moved[i] += 1j * TINY
-            slopes.append(np.imag(wind(*moved)[i]) / TINY)
-        worst = max(worst, abs(sum(slopes)) / max(map(abs, slopes)))
-    return worst
+def off():
+    """How far the wind is from the curl of its stream function."""
 
-
-def test_the_wind_has_no_divergence():
-    assert largest_divergence() < 1e-13  # 3e-15
-
-
-def test_a_ring_with_a_digit_wrong_has_divergence_and_is_caught(monkeypatch):
-    def ring(square, zeta):
-        P = square + R * R + zeta * zeta + CORE * CORE
-        B = P * P - 4.0 * R * R * square
-        scale = cmath.sqrt(cmath.sqrt(B)) / (B * B)
-        return P * zeta * scale, (2.0 * B - 3.0 * square * (P - 2.001 * R * R)) * scale
-
-    monkeypatch.setattr(kernel, "ring", ring)
-    assert largest_divergence() > 1e-3  # 0.013
-
-
-def test_the_wind_is_the_curl_of_its_stream_function():
     def stream(r, z, t):
         height = kernel.LOW + (HIGH - kernel.LOW) * mp.exp(-t / kernel.DESCENT)
         total = mp.mpf(0)
@@ -56,14 +27,32 @@ def test_the_wind_is_the_curl_of_its_stream_function():
                 total += sign * STRENGTH * r**2 / (inner * outer) ** mp.mpf(0.75)
         return total
 
+    worst = 0.0
     with mp.workdps(40):
-        for x, y, z, t in PLACES[:12].tolist():
+        for x, y, z, t in PLACES.tolist():
             r = mp.hypot(x, y)
             out = -mp.diff(lambda s, r=r, t=t: stream(r, s, t), z) / r
             up = mp.diff(lambda s, z=z, t=t: stream(s, z, t), r) / r
-            found = wind(x, y, z, t)
             exact = [float(out * x / r), float(out * y / r), float(up)]
-            np.testing.assert_allclose(found, exact, rtol=0, atol=1e-12)  # 2e-14
+            worst = max(worst, np.max(np.abs(np.array(wind(x, y, z, t)) - exact)))
+    return worst
+
+
+def test_the_wind_is_the_curl_of_its_stream_function():
+    assert off() < 1e-12  # 2e-14
+
+
+def test_a_ring_with_a_digit_wrong_is_caught(monkeypatch):
+    """It has divergence."""
+
+    def ring(square, zeta):
+        P = square + R * R + zeta * zeta + CORE * CORE
+        B = P * P - 4.0 * R * R * square
+        scale = B**0.25 / (B * B)
+        return P * zeta * scale, (2.0 * B - 3.0 * square * (P - 2.001 * R * R)) * scale
+
+    monkeypatch.setattr(kernel, "ring", ring)
+    assert off() > 1e-4
 
 
 def test_no_wind_goes_through_the_ground_and_the_images_are_why():
