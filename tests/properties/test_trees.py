@@ -137,7 +137,7 @@ def test_the_momenta_of_a_floating_tree_are_kept_and_those_of_its_free_joint():
 
 @settings(max_examples=20)
 @given(st.integers(1, 8), st.integers(0, 2**32 - 1))
-def test_the_momenta_of_a_tree_are_those_that_mujoco_adds_up(joints, seed):
+def test_the_momenta_and_energies_of_a_tree_are_those_that_mujoco_adds_up(joints, seed):
     model, problem = problem_of(random_tree(joints, seed), seed)
     data, found = mujoco.MjData(model), problem.system.tree
     data.qpos[:], data.qvel[:] = problem.system.to_mujoco(problem.q0, problem.v0)
@@ -148,6 +148,12 @@ def test_the_momenta_of_a_tree_are_those_that_mujoco_adds_up(joints, seed):
     expected = np.concatenate([data.subtree_angmom[0] + np.cross(centre, linear), linear])
     momenta = found.momenta(problem.q0[None], problem.v0[None])[0]
     np.testing.assert_allclose(momenta, expected, rtol=0, atol=1e-13 * np.max(np.abs(expected)))
+    mujoco.mj_energyPos(model, data)
+    mujoco.mj_energyVel(model, data)
+    L, at_rest, _ = found.at_states(problem.q0[None], problem.v0[None], np.zeros(1))
+    far = np.abs(data.xipos @ model.opt.gravity) @ model.body_mass + np.abs(data.energy).sum()
+    energies = [-at_rest[0], L[0] - at_rest[0]]
+    np.testing.assert_allclose(energies, data.energy, rtol=0, atol=1e-12 * far)
 
 
 @pytest.mark.slow_cases("Problem('floating arm', q0 of shape (15,))")
