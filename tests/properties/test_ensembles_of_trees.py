@@ -68,7 +68,9 @@ def test_earth_and_moon() -> None:
     assert places[:, 0] == pytest.approx(angles, rel=1e-7)
 
 
-@pytest.mark.slow(beside="test_controls.py::test_a_planted_drive_that_keeps_its_slope_is_caught")
+@pytest.mark.slow(
+    beside="test_joint_forces.py::test_a_planted_drive_that_keeps_its_slope_is_caught"
+)
 def test_a_parameter_that_is_left_out_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: damping whose law has only the terms that the first member needs."""
     parameters = {"damping": np.array([[0.0, 0.0, 0.0], [0.5, 0.5, 0.5]])}

@@ -1,6 +1,7 @@
 """The problems on groups: their physics, and that every problem and system has its tests."""
 
 import inspect
+import pickle
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -28,7 +29,7 @@ def pace(problem):
 
 @pytest.mark.slow_cases("chain of 5 rods")
 @pytest.mark.parametrize("problem", EVERY, ids=title)
-def test_every_problem_says_what_it_is_and_can_be_integrated_saved_and_resumed(problem, tmp_path):
+def test_every_problem_says_what_it_is_and_can_be_run_saved_resumed_and_pickled(problem, tmp_path):
     assert problem.name and problem.units and isinstance(problem.parameters, dict | type(
         galvi.problems.kepler(0.1).parameters))  # fmt: skip
     chart = CHARTS[EVERY.index(problem) % len(CHARTS)]
@@ -46,6 +47,8 @@ def test_every_problem_says_what_it_is_and_can_be_integrated_saved_and_resumed(p
     galvi.save(run, tmp_path / "run.npz")
     loaded = galvi.load(tmp_path / "run.npz", *([] if known else [problem]))
     assert loaded.method == method and loaded.problem.name == problem.name
+    copied = pickle.loads(pickle.dumps(problem))
+    assert np.array_equal(galvi.integrate(copied, method, pace(problem), 5).q, run.q)
     assert np.array_equal(galvi.resume(loaded, 3).q, galvi.resume(run, 3).q)
 
 

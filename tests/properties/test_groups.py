@@ -1,5 +1,6 @@
-"""Groups: their laws against matrices, what is refused as an element, the nearest rotation."""
+"""Groups and their charts: their maps, tangent maps and inverses against mpmath and matrices."""
 
+import mpmath as mp
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,13 +9,24 @@ from scipy.linalg import expm, polar
 from scipy.spatial.transform import Rotation
 
 import galvi
-from benchmarks.measures.matrix_group import MatrixGroup
+from benchmarks.measures.matrix_group import MAPS, MatrixGroup
+from galvi.charts import CHARTS
+from galvi.charts.chart import coordinates, place, tangent, unwrapped
 from galvi.groups import GROUPS
+from galvi.kernels.lie import product
+from galvi.kernels.lie.dispatch import angle_of, coordinate_of
+from galvi.lanes.group_collocation import Chart
+from galvi.systems.finite_differences import WEIGHTS, rotated
+from tests.properties.angles import CAYLEY, EXPONENTIAL, RODRIGUES
 from tests.properties.group_matrices import element, title, vectors
+
+each_group = pytest.mark.parametrize("group", GROUPS, ids=title)
+each_chart = pytest.mark.parametrize("chart", CHARTS, ids=title)
+SE3, TINY = galvi.SE3(), 1e-30
 
 
 @pytest.mark.slow_cases("Product")
-@pytest.mark.parametrize("group", GROUPS, ids=title)
+@each_group
 @given(data=st.data())
 def test_the_product_and_the_inverse_are_those_of_matrices(group, data):
     a, b = (element(group, data.draw(vectors(group))) for _ in range(2))
@@ -24,7 +36,7 @@ def test_the_product_and_the_inverse_are_those_of_matrices(group, data):
     group.check("ab", ab)
 
 
-@pytest.mark.parametrize("group", GROUPS, ids=title)
+@each_group
 def test_the_curve_along_which_slopes_are_checked_is_the_exponential_of_matrices(group):
     d, matrices = group.dimension, MatrixGroup(group)
     q, xi = element(group, np.linspace(0.2, 1.1, d)), np.linspace(-2.0, 3.0, d)
@@ -34,7 +46,7 @@ def test_the_curve_along_which_slopes_are_checked_is_the_exponential_of_matrices
         assert np.allclose(matrices.matrix(moved(s)), exact, rtol=0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("group", GROUPS, ids=title)
+@each_group
 @given(data=st.data())
 def test_the_bracket_is_the_commutator_of_matrices(group, data):
     v, w = (data.draw(vectors(group)) for _ in range(2))
@@ -43,7 +55,7 @@ def test_the_bracket_is_the_commutator_of_matrices(group, data):
     assert np.allclose(hat(group.bracket(v, w)), V @ W - W @ V, atol=1e-14)
 
 
-@pytest.mark.parametrize("group", GROUPS, ids=title)
+@each_group
 def test_many_elements_are_multiplied_and_inverted_at_once(group):
     rng = np.random.default_rng(1)
     a, b = (
@@ -67,7 +79,7 @@ def test_a_product_is_joined_and_taken_apart():
     assert group.parts(group.join(*many))[0].shape == (3, 4, 4)
 
 
-@pytest.mark.parametrize("group", GROUPS, ids=title)
+@each_group
 def test_an_element_off_by_rounding_is_accepted(group):
     g = element(group, np.linspace(0.5, 1.0, group.dimension))
     group.check("g", g + 1e-10 * (np.abs(g) > 1e-3) * (np.abs(g) < 0.999))
@@ -95,3 +107,208 @@ def test_a_wrong_bracket_is_caught():
     hat = MatrixGroup(galvi.SE3()).hat
     wrong = np.concatenate([np.cross(v[:3], w[:3]), np.cross(v[:3], w[3:])])
     assert not np.allclose(hat(wrong), hat(v) @ hat(w) - hat(w) @ hat(v), atol=0.1)
+
+
+# ---------------------------------------------------------------- charts
+
+
+def one(group):
+    """The unit."""
+    return element(group, np.zeros(group.dimension))
+
+
+def mapped(name, chart, group, xi, *vectors):
+    """A map of velocities or momenta (d,), by its name in galvi.kernels.lie.groups."""
+    maps = Chart(group.layout.tolist(), chart.number)
+    return np.array(maps.apply(name, list(xi), *map(list, vectors)), dtype=float)
+
+
+def tangent_slope(chart, group, xi, eta):
+    """d(T(xi) eta)/dxi, (d, d)."""
+    units = np.eye(xi.size)
+    return np.array([mapped("momentum_slope", chart, group, xi, eta, unit) for unit in units])
+
+
+def sized(group, size):
+    """xi with a rotation by ``size`` in each factor that turns, and translations of about 1."""
+    if isinstance(group, galvi.Product):
+        return np.concatenate([sized(factor, size) for factor in group.factors])
+    axis = np.array([2.0, -3.0, 6.0]) / 7.0
+    moved = np.array([0.7, -0.4, 1.1])
+    in_plane = [size, *moved[:2]]
+    kinds = {galvi.Rn: moved, galvi.SO2: in_plane, galvi.SE2: in_plane}
+    return np.array(kinds.get(type(group), [*(size * axis), *moved]))[: group.dimension]
+
+
+def slopes_of(chart, group, xi):
+    """Phi(xi)^-1 dPhi(xi), (d, d), by a complex step, which has no rounding."""
+    matrices, there = MatrixGroup(group), MAPS[chart]
+    X = matrices.hat(xi)
+    rates = [there(X + 1j * TINY * unit).imag / TINY for unit in matrices.basis]
+    return np.array([matrices.vee(np.linalg.solve(there(X), rate)) for rate in rates]).T
+
+
+@each_group
+@each_chart
+@pytest.mark.parametrize("angle", [1e-9, 1e-3, 0.5, 2.0, None])
+def test_the_chart_and_its_maps_are_those_of_matrices(group, chart, angle):
+    """None: as far as a step may go."""
+    size = chart.farthest if angle is None else coordinate_of(chart.number, angle)
+    xi = sized(group, size)
+    g = element(group, np.linspace(-1.0, 1.0, group.dimension))
+    there, T = place(chart, group, g, xi), tangent(chart, group, xi)
+    assert np.allclose(there, MatrixGroup(group).chart(chart, g, xi), rtol=0.0, atol=2e-14)
+    assert np.allclose(T, slopes_of(chart, group, xi), rtol=0.0, atol=3e-14)
+    mu = np.linspace(1.0, -0.6, group.dimension)
+    assert np.allclose(mapped("momentum", chart, group, xi, mu), T.T @ mu, rtol=0.0, atol=3e-13)
+    if angle is not None:
+        assert np.allclose(mapped("rate", chart, group, xi, T @ mu), mu, rtol=0.0, atol=3e-14)
+        again = mapped("covector", chart, group, xi, T.T @ mu)
+        assert np.allclose(again, mu, rtol=0.0, atol=3e-14)
+    if chart == CAYLEY or angle is not None:
+        again = coordinates(chart, group, g, there)
+        # The coordinates stretch rotations by 1 + |xi|^2 / 4 in a Cayley chart.
+        stretched = 1.0 + {CAYLEY: 0.25, EXPONENTIAL: 0.0, RODRIGUES: 0.0625}[chart] * size**2
+        assert np.allclose(again, xi, rtol=0.0, atol=4e-15 * stretched)
+
+
+@pytest.mark.parametrize("group", [galvi.SO3(), galvi.SE3()], ids=title)
+@pytest.mark.parametrize("angle", [1e-9, 1e-3, 0.5, 2.0, 3.1])
+def test_the_exponential_chart_is_the_exponential_in_forty_digits(group, angle):
+    xi = sized(group, angle)
+    with mp.workdps(40):
+        exact = np.array(
+            mp.expm(mp.matrix(MatrixGroup(group).hat(xi).tolist()), method="taylor").tolist()
+        )
+    found = place(EXPONENTIAL, group, one(group), xi)
+    assert np.max(np.abs(found - exact.astype(float))) < 5e-16  # 2.3e-16
+    mu = np.array([0.7, 0.2, -0.4, 0.0, 0.0, 0.0])[: group.dimension]
+    change = mapped("coadjoint_change", EXPONENTIAL, group, xi, mu)[:3]  # not R mu less mu
+    turned = (exact[:3, :3] - np.eye(3)) @ mu[:3]
+    assert np.max(np.abs(change - turned.astype(float))) < 5e-16
+
+
+@pytest.mark.slow_cases("Cayley-Rn")
+@each_group
+@each_chart
+@given(data=st.data())
+def test_the_slope_of_the_tangent_map_is_that_of_differences(group, chart, data):
+    xi, eta = data.draw(vectors(group, 1.7)), data.draw(vectors(group, 1.0))
+    found, nudge = tangent_slope(chart, group, xi, eta), 2.0**-6
+    for unit, column in zip(np.eye(group.dimension), found.T, strict=True):
+        slope = sum(
+            weight / nudge
+            * (tangent(chart, group, xi + k * nudge * unit)
+               - tangent(chart, group, xi - k * nudge * unit)) @ eta
+            for k, weight in enumerate(WEIGHTS, start=1)
+        )  # fmt: skip
+        assert np.allclose(column, slope, rtol=0.0, atol=2e-10)
+
+
+@each_group
+@each_chart
+def test_at_zero_a_chart_is_the_identity_and_so_is_its_tangent_map(group, chart):
+    zero, d = np.zeros(group.dimension), group.dimension
+    g = element(group, np.linspace(0.1, 1.0, d))
+    assert np.array_equal(place(chart, group, one(group), zero), one(group))
+    assert np.array_equal(tangent(chart, group, zero), np.eye(d))
+    assert np.array_equal(coordinates(chart, group, one(group), one(group)), zero)
+    assert np.allclose(coordinates(chart, group, g, g), zero, atol=1e-16)
+
+
+@each_chart
+def test_a_chart_says_by_which_angle_it_turns_and_where_it_ends(chart):
+    assert chart.limit == (np.pi if chart == CAYLEY else 2 * np.pi)
+    assert angle_of(chart.number, chart.farthest) == pytest.approx(0.995 * chart.limit, rel=1e-14)
+    for size in (1e-9, 0.3, 2.0, 3.1, 0.99 * chart.farthest):
+        R = place(chart, galvi.SO3(), np.eye(3), sized(galvi.SO3(), size))
+        turned = angle_of(chart.number, size)
+        assert np.trace(R) == pytest.approx(1.0 + 2.0 * np.cos(turned), abs=4e-15)
+
+
+@each_chart
+def test_where_a_chart_ends_its_tangent_map_has_no_inverse(chart):
+    size = {CAYLEY: 1e8, EXPONENTIAL: 2 * np.pi, RODRIGUES: 1e8}[chart]
+    T = tangent(chart, galvi.SO3(), sized(galvi.SO3(), size))
+    assert np.linalg.svd(T)[1].min() < 1e-7
+    inside = {CAYLEY: 1.0, EXPONENTIAL: np.pi, RODRIGUES: 4.0}[chart]
+    T = tangent(chart, galvi.SO3(), sized(galvi.SO3(), inside))
+    assert np.linalg.svd(T)[1].min() > 0.4
+
+
+@each_group
+def test_many_are_placed_at_once(group):
+    rng, d = np.random.default_rng(2), group.dimension
+    xi, g = rng.normal(size=(2, 3, d)), element(group, np.linspace(0.0, 1.0, d))
+    many = place(CAYLEY, group, g, xi)
+    assert many.shape == (2, 3, *group.shape)
+    assert np.array_equal(many[1, 2], place(CAYLEY, group, g, xi[1, 2]))
+    assert np.array_equal(tangent(CAYLEY, group, xi)[1, 2], tangent(CAYLEY, group, xi[1, 2]))
+    bases = np.stack([g] * 6).reshape(2, 3, *group.shape)
+    assert np.allclose(coordinates(CAYLEY, group, bases, many), xi, atol=1e-12)
+
+
+@pytest.mark.slow_cases(
+    "Cayley-SE3", "Cayley-Product", "Exponential-Product", "ModifiedRodrigues-Product"
+)
+@each_group
+@each_chart
+@given(data=st.data())
+def test_covectors_go_to_the_base_and_back_as_matrices_say(group, chart, data):
+    xi, mu = data.draw(vectors(group, 2.0)), data.draw(vectors(group))
+    there = mu + mapped("coadjoint_change", chart, group, xi, mu)
+    assert np.allclose(mapped("coadjoint", chart, group, xi, there), mu, atol=1e-13)
+    matrices = MatrixGroup(group)
+    P = matrices.matrix(place(chart, group, one(group), xi))
+    seen = [matrices.vee(np.linalg.solve(P, unit @ P)) for unit in matrices.basis]
+    assert np.allclose(there, np.array(seen) @ mu, atol=1e-12)  # mu . Ad(Phi^-1) e
+
+
+@pytest.mark.slow_cases("Rn")
+@each_group
+@given(data=st.data())
+def test_a_euclidean_slope_is_pulled_back_along_the_group(group, data):
+    """Of a function that is not linear in the entries, by a complex step."""
+    g = element(group, data.draw(vectors(group, 1.5)))
+    weights = np.random.default_rng(5).normal(size=g.size)
+
+    def function(k):
+        return np.sin(weights @ k.ravel())
+
+    slope, found = np.cos(weights @ g.ravel()) * weights, np.empty(group.dimension)
+    product.left_derivative(group.layout, g.ravel().copy(), slope, found)
+    moved = [MatrixGroup(group).moved(g, 1j * TINY * unit) for unit in np.eye(group.dimension)]
+    expected = [function(k).imag / TINY for k in moved]
+    assert np.allclose(found, expected, rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.slow_cases("Rn")
+@each_group
+def test_rounding_is_taken_out_of_an_element_to_second_order(group):
+    g = element(group, np.linspace(-1.0, 1.0, group.dimension))
+    off = g.ravel() + 1e-6 * np.random.default_rng(6).normal(size=g.size) * (g.ravel() % 1.0 != 0)
+    restored = off.copy()
+    product.restore(group.layout, restored)
+    group.check("restored", restored.reshape(group.shape))
+    assert np.max(np.abs(restored - off)) < 1e-5
+
+
+def test_another_chart_is_caught_by_the_matrices():
+    """Cayley's formulas are right to second order in xi, and both are seen at a turn of 0.1."""
+    xi = sized(SE3, 0.1)
+    there = MatrixGroup(SE3).chart(EXPONENTIAL, np.eye(4), xi)
+    assert np.max(np.abs(place(CAYLEY, SE3, np.eye(4), xi) - there)) > 1e-5
+    assert np.max(np.abs(tangent(CAYLEY, SE3, xi) - slopes_of(EXPONENTIAL, SE3, xi))) > 1e-4
+
+
+def test_a_path_is_followed_past_pi_and_back_through_the_identity():
+    turns = np.array([0.0, 3.0, 3.3, 3.0, 1.5, 0.0, 0.5])[:, None]
+    wrapped = (turns + np.pi) % (2.0 * np.pi) - np.pi
+    path = unwrapped(EXPONENTIAL, galvi.SO2(), wrapped)
+    np.testing.assert_allclose(path, turns, rtol=0.0, atol=1e-15)
+
+
+@given(vectors(galvi.SO3()))
+def test_the_rotation_along_which_functions_are_differenced_is_one(w):
+    R = rotated(w)
+    np.testing.assert_allclose(R @ R.T, np.eye(3), rtol=0.0, atol=1e-15 * (1.0 + w @ w))

@@ -1,6 +1,5 @@
 """Trees of rigid bodies: accelerations, energies, states and motions against MuJoCo's."""
 
-import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -172,18 +171,6 @@ def test_a_damped_tree_is_not_symplectic_and_loses_what_its_energy_says():
     power = 0.1 * np.sum(run.velocity(times.ravel()) ** 2, axis=1).reshape(times.shape)
     lost = galvi.energy(run)[0] - galvi.energy(run)[-1]
     assert lost == pytest.approx(float(np.sum(power @ weights) * 0.005), rel=1e-8)
-
-
-def test_a_run_can_be_saved_without_its_problem_and_resumed(tmp_path):
-    joint = galvi.Joint("hinge", (0, 1, 0), stiffness=1.0, rest=0.3, damping=0.1)
-    system = galvi.Multibody(galvi.Link(joint, 1.0, (0, 0, -0.5), 0.01))
-    run = galvi.integrate(galvi.Problem(system, [1.0], [0.0]), SIX, 0.02, 30)
-    galvi.save(run, tmp_path / "run.npz")
-    loaded = galvi.load(tmp_path / "run.npz")
-    assert np.array_equal(galvi.resume(loaded, 5).q, galvi.resume(run, 5).q)
-    assert loaded.problem.system.links[0].joints[0].damping == 0.1
-    copy = pickle.loads(pickle.dumps(run.problem))
-    assert np.array_equal(galvi.integrate(copy, SIX, 0.02, 30).q, run.q)
 
 
 def energy_errors(seed, damping=0.0):
