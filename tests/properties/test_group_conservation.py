@@ -81,7 +81,7 @@ def test_a_body_that_starts_turned_moves_turned(method, chart, turn):
     ("problem", "method", "steps", "drift"),
     [
         # What rounding leaves in a step is not quite random: 1.0e-17 a step, packed, Cayley.
-        (FREE, collocation, 200_000, 3e-17),
+        (FREE, collocation, 50_000, 3e-17),
         (FREE, hall, 10_000, 1e-16),
         (SPINNING, collocation, 10_000, 1e-16),
     ],

@@ -49,14 +49,18 @@ def one(joint, option="", body=BODY):
     return f"<mujoco>{option}<worldbody><body>{joint}{body}</body></worldbody></mujoco>"
 
 
-def accelerations(model, problem, q, v):
-    """MuJoCo's of this very model, with mocap bodies at its first keyframe, and galvi's."""
+def accelerations(model, problem):
+    """MuJoCo's of this very model, with mocap bodies at its first keyframe, and galvi's, at a state
+    near the start."""
+    system, draw = problem.system, np.random.default_rng(2)
+    qpos, qvel = system.to_mujoco(problem.q0, problem.v0)
+    q, v = system.from_mujoco(qpos + 0.1 * draw.normal(size=qpos.size), draw.normal(size=qvel.size))
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
-    data.qpos[:], data.qvel[:] = problem.system.to_mujoco(q, v)
+    data.qpos[:], data.qvel[:] = system.to_mujoco(q, v)
     mujoco.mj_forward(model, data)
-    return data.qacc.copy(), problem.system.acceleration(q, v)
+    return data.qacc.copy(), system.acceleration(q, v)
 
 
 # ---------------------------------------------------------------- the positive list
@@ -79,14 +83,9 @@ def read_or_refused(model):
         problem = galvi.from_mujoco(model, key=0)
     except ValueError as refused:
         return str(refused)
-    draw = np.random.default_rng(5)
-    qpos, qvel = problem.system.to_mujoco(problem.q0, problem.v0)
-    state = problem.system.from_mujoco(
-        qpos + 0.3 * draw.normal(size=qpos.size), draw.normal(size=qvel.size)
-    )
     if model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_IPC):
         return ""  # MuJoCo runs it with its integrator discrete alone
-    theirs, ours = accelerations(model, problem, *state)
+    theirs, ours = accelerations(model, problem)
     assert ours == pytest.approx(theirs, rel=1e-8, abs=1e-8 * np.max(np.abs(theirs)))
     return ""
 
@@ -213,14 +212,9 @@ def test_what_is_left_out_is_switched_off_by_which_the_numbers_agree(kind):
     names = refused.value.names
     problem, own = reader.read(BEYOND[kind], names)
     assert set(own.differences) == set(names) <= set(PARTS)
-    qpos, qvel = problem.system.to_mujoco(problem.q0, problem.v0)
-    draw = np.random.default_rng(2)
-    state = problem.system.from_mujoco(
-        qpos + 0.1 * draw.normal(size=qpos.size), draw.normal(size=qvel.size)
-    )
-    theirs, ours = accelerations(own.model, problem, *state)
+    theirs, ours = accelerations(own.model, problem)
     assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-9)
-    whole, _ = accelerations(compiled(BEYOND[kind]), problem, *state)
+    whole, _ = accelerations(compiled(BEYOND[kind]), problem)
     # what was left out did act; but a plastic spring is one of another kind once it has yielded
     assert kind == "plastic" or np.max(np.abs(whole - ours)) > 1e-4
 
