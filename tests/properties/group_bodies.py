@@ -24,11 +24,5 @@ def start(system, q0=R0, v0=SPIN):
     return galvi.Problem(system, q0, v0)
 
 
-def run(system, method=FOUR, step=0.2, steps=30, **more):
-    done = galvi.integrate(start(system), method, step, steps, **more)
-    assert done.success, done.status
-    return done
-
-
 def kinetic(q, v):
     return 0.5 * v @ v

@@ -1,12 +1,7 @@
-"""Groups and algebras as matrices, written down independently of galvi's own formulas.
-
-An element of R^n is [[I, x], [0, 1]], one of a product is block-diagonal. v (d,) is the velocity
-of galvi's documentation, g' = g hat(v).
-"""
+"""Elements of groups by scipy's rotations, and strategies of velocities (d,)."""
 
 import numpy as np
 from hypothesis import strategies as st
-from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 import galvi
@@ -14,44 +9,6 @@ import galvi
 
 def cross_matrix(w):
     return np.array([np.cross(w, e) for e in np.eye(3)]).T
-
-
-def hat(group, v):
-    """The matrix of v in the algebra."""
-    v = np.asarray(v)
-    if isinstance(group, galvi.Product):
-        ends = np.cumsum([factor.dimension for factor in group.factors])[:-1]
-        return block_diag(
-            *(hat(f, part) for f, part in zip(group.factors, np.split(v, ends), strict=True))
-        )
-    if isinstance(group, galvi.SO2):
-        return np.array([[0.0, -v[0]], [v[0], 0.0]])
-    if isinstance(group, galvi.SO3):
-        return cross_matrix(v)
-    turning, moving = None, v
-    if isinstance(group, galvi.SE2):
-        turning, moving = np.array([[0.0, -v[0]], [v[0], 0.0]]), v[1:]
-    if isinstance(group, galvi.SE3):
-        turning, moving = cross_matrix(v[:3]), v[3:]
-    n = moving.size
-    matrix = np.zeros((n + 1, n + 1), dtype=v.dtype)
-    if turning is not None:
-        matrix[:n, :n] = turning
-    matrix[:n, n] = moving
-    return matrix
-
-
-def as_matrix(group, g):
-    """The matrix of an element."""
-    if isinstance(group, galvi.Product):
-        return block_diag(
-            *(as_matrix(f, part) for f, part in zip(group.factors, group.parts(g), strict=True))
-        )
-    if isinstance(group, galvi.Rn):
-        matrix = np.eye(group.n + 1)
-        matrix[: group.n, group.n] = g
-        return matrix
-    return np.asarray(g)
 
 
 def element(group, v):

@@ -6,12 +6,13 @@ from functools import cache
 import numba
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import galvi
 from galvi.charts import CHARTS
 from references.closed_forms.top_motion import FREE_TOP
-from tests.properties.group_matrices import cross_matrix, element, title
+from references.scipy.ivp import TIGHT
+from references.scipy.rigid_ivp import RIGID_DOP853
+from tests.properties.group_matrices import element, title
 
 CAYLEY, EXPONENTIAL, RODRIGUES = galvi.Cayley(), galvi.Exponential(), galvi.ModifiedRodrigues()
 
@@ -69,38 +70,14 @@ def same(one, two):
     return np.array_equal(one.q, two.q) and np.array_equal(one.p, two.p)
 
 
-def right_side(problem):
-    """R' = R hat(v), p' = p x v + torque."""
-    system = problem.system
-    inverse, gravity = np.linalg.inv(system.inertia), system.potential
-
-    def right(t, y):
-        R, p = y[:9].reshape(3, 3), y[9:]
-        v = inverse @ p
-        torque = (
-            0.0 if gravity is None else gravity.mass * np.cross(gravity.centre, R.T @ gravity.g)
-        )
-        return np.concatenate([(R @ cross_matrix(v)).ravel(), np.cross(p, v) + torque])
-
-    return right
-
-
-def by_scipy(problem, length):
-    """R and p at the end."""
-    start = np.concatenate([problem.q0.ravel(), problem.p0])
-    y = solve_ivp(right_side(problem), (0, length), start, "DOP853", rtol=3e-14, atol=1e-15).y[
-        :, -1
-    ]
-    return y[:9].reshape(3, 3), y[9:]
-
-
 LENGTH = 4.0
 
 
 @cache
 def swung():
     """R and p of the pendulum at LENGTH."""
-    return by_scipy(PENDULUM, LENGTH)
+    exact = RIGID_DOP853.run(PENDULUM, LENGTH, TIGHT)
+    return exact.q[-1], exact.p[-1]
 
 
 @cache

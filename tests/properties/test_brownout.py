@@ -1,22 +1,106 @@
-"""One sand particle in the rotor's wind: its physics, other engines, stiffness and bad input."""
+"""The wind of the descending rotor, and a particle in it: physics, other engines, stiffness."""
 
 import math
-from dataclasses import replace
 
+import mpmath as mp
 import numpy as np
 import pytest
-from numba import njit
 
 import galvi
 from galvi.kernels.forces import rotor_wind as field
 from galvi.problems import brownout
-from references.heyoka.taylor import HEYOKA
-from references.scipy.ivp import DOP853, RADAU, TIGHT
+from references.scipy.ivp import DOP853, TIGHT
 from references.textbook.euler import SEMI_IMPLICIT_EULER
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(5))
 AIR, SAND, DRAG, GRAVITY = 1.225, 2650.0, 0.44, 9.80665
 FAR = (1e6, 0.0, 50.0)  # where the wind is 1e-13 m/s
+
+
+PLACES = np.random.default_rng(5).uniform([-15, -15, 0, 0], [15, 15, 20, 4], (12, 4))
+
+
+def wind(x, y, z, t):
+    return field.rotor_wind((x, y, z), field.decay(t))
+
+
+def off():
+    """How far the wind is from the curl of its stream function."""
+
+    def stream(r, z, t):
+        height = field.LOW + (field.HIGH - field.LOW) * mp.exp(-t / field.DESCENT)
+        total = mp.mpf(0)
+        for share in field.SHARES:
+            for zeta, sign in ((z - share * height, 1), (z + share * height, -1)):
+                inner = (r - field.R) ** 2 + zeta**2 + mp.mpf(field.CORE) ** 2
+                outer = (r + field.R) ** 2 + zeta**2 + mp.mpf(field.CORE) ** 2
+                total += sign * field.STRENGTH * r**2 / (inner * outer) ** mp.mpf(0.75)
+        return total
+
+    worst = 0.0
+    with mp.workdps(40):
+        for x, y, z, t in PLACES.tolist():
+            r = mp.hypot(x, y)
+            out = -mp.diff(lambda s, r=r, t=t: stream(r, s, t), z) / r
+            up = mp.diff(lambda s, z=z, t=t: stream(s, z, t), r) / r
+            exact = [float(out * x / r), float(out * y / r), float(up)]
+            worst = max(worst, np.max(np.abs(np.array(wind(x, y, z, t)) - exact)))
+    return worst
+
+
+def test_the_wind_is_the_curl_of_its_stream_function():
+    assert off() < 1e-12  # 2e-14
+
+
+def test_a_ring_with_a_digit_wrong_is_caught(monkeypatch):
+    """It has divergence."""
+
+    def ring(square, zeta):
+        P = square + field.R * field.R + zeta * zeta + field.CORE * field.CORE
+        B = P * P - 4.0 * field.R * field.R * square
+        scale = B**0.25 / (B * B)
+        return P * zeta * scale, (2.0 * B - 3.0 * square * (P - 2.001 * field.R * field.R)) * scale
+
+    monkeypatch.setattr(field, "ring", ring)
+    assert off() > 1e-4
+
+
+def test_no_wind_goes_through_the_ground_and_the_images_are_why():
+    rng = np.random.default_rng(6)
+    for x, y, t in rng.uniform([-20, -20, 0], [20, 20, 5], (100, 3)):
+        assert wind(x, y, 0.0, t)[2] == 0.0
+    assert (
+        abs(field.ring(25.0, -4.0)[1] * field.STRENGTH) > 1.0
+    )  # one ring alone does blow through it
+
+
+def test_far_away_a_ring_is_that_of_biot_and_savart_and_on_the_axis_with_its_core():
+    for zeta in (0.0, -3.0, 40.0):
+        spread, rise = field.ring(0.0, zeta)
+        assert rise == pytest.approx(
+            2.0 * (field.R**2 + zeta**2 + field.CORE**2) ** -1.5, rel=1e-13
+        )
+        assert np.isfinite(spread)
+    rho, zeta = 3e4, 4e4  # a dipole: psi = r^2 / s^3
+    spread, rise = field.ring(rho**2, zeta)
+    s = np.hypot(rho, zeta)
+    assert spread == pytest.approx(zeta / s**5, rel=1e-6)
+    assert rise == pytest.approx(2.0 / s**3 - 3.0 * rho**2 / s**5, rel=1e-6)
+
+
+def test_the_downwash_at_the_hub_is_the_one_stated_and_the_rotor_descends():
+    alone = sum(field.STRENGTH * field.ring(0.0, (1.0 - s) * field.HIGH)[1] for s in field.SHARES)
+    assert alone == pytest.approx(-field.DOWNWASH, rel=1e-14)
+    heights = [field.rotor_height(field.decay(t)) for t in (0.0, 1.0, 2.0, 50.0)]
+    assert heights[0] == field.HIGH and np.all(np.diff(heights) < 0.0)
+    assert heights[-1] == pytest.approx(field.LOW, rel=1e-9)
+
+
+def test_on_the_axis_the_wind_is_exactly_vertical():
+    assert wind(0.0, 0.0, 7.0, 1.0)[:2] == (0.0, 0.0)
+
+
+# ---------------------------------------------------------------- a particle
 
 
 def relaxation(problem):
@@ -52,12 +136,10 @@ def test_far_from_the_rotor_a_dropped_particle_falls_as_in_the_textbook():
     assert -v[2] == pytest.approx(speed * math.tanh(GRAVITY / speed), abs=1e-8)
 
 
-@pytest.mark.slow_cases("SciPy Radau--")
 @pytest.mark.parametrize(
     ("contender", "setting", "tolerance"),
     [
         (DOP853, TIGHT, 1e-10),  # 3e-12, galvi's own error: see V23
-        (RADAU, {"tolerance": 1e-11}, 1e-10),  # 3e-12
         (SEMI_IMPLICIT_EULER, {"step": 1e-4}, 1e-2),  # 4e-4
     ],
     ids=lambda value: getattr(value, "name", ""),
@@ -69,33 +151,6 @@ def test_other_ways_to_solve_it_agree(contender, setting, tolerance):
     assert run.success and other.success
     assert np.abs(run.q[-1] - other.q[-1]).max() < tolerance
     assert np.abs(run.p[-1] - other.p[-1]).max() / problem.system.mass < tolerance * 10.0
-
-
-@pytest.mark.skipif(bool(HEYOKA.missing), reason=HEYOKA.missing)
-def test_heyoka_which_derives_the_wind_from_its_stream_function_agrees():
-    import heyoka as hy
-
-    x, y, z, *v = hy.make_vars("x", "y", "z", "vx", "vy", "vz")
-    s, height = hy.make_vars("s"), field.LOW
-    height = field.LOW + (field.HIGH - field.LOW) * hy.exp(-hy.time / field.DESCENT)
-    stream = hy.expression(0.0)  # psi / r^2 as a function of s = r^2
-    for share in field.SHARES:
-        for zeta, sign in ((z - share * height, 1.0), (z + share * height, -1.0)):
-            P = s + field.R**2 + zeta * zeta + field.CORE**2
-            stream += sign * field.STRENGTH * (P * P - 4.0 * field.R**2 * s) ** -0.75
-    square = {"s": x * x + y * y}
-    outwards = hy.subs(-hy.diff(stream, "z"), square)
-    upwards = hy.subs(2.0 * stream + 2.0 * s * hy.diff(stream, "s"), square)
-    w = [a - b for a, b in zip(v, (x * outwards, y * outwards, upwards), strict=True)]
-    rate = 0.75 * AIR / SAND * DRAG / 100e-6
-    pull = [-rate * hy.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * a for a in w]
-    equations = list(zip((x, y, z), v, strict=True))
-    equations += list(zip(v, (pull[0], pull[1], pull[2] - GRAVITY), strict=True))
-    problem = brownout(100e-6)
-    engine = hy.taylor_adaptive(equations, [*problem.q0, *problem.v0], compact_mode=True)
-    engine.propagate_until(1.0)
-    exact = DOP853.run(problem, 1.0, TIGHT)
-    assert np.abs(exact.q[-1] - engine.state[:3]).max() < 1e-12  # 1e-14
 
 
 def test_the_change_of_momentum_is_the_impulse_of_weight_and_drag():
@@ -114,7 +169,7 @@ def test_steps_of_many_relaxation_times_are_solved_and_lose_only_the_order():
     problem = brownout(10e-6)
     assert 30.0 * relaxation(problem) < 0.25  # 36 times
     exact = DOP853.run(problem, 1.0, TIGHT).q[-1]
-    for degree, limit in ((1, 0.6), (2, 0.3), (4, 0.05), (8, 1e-3)):  # 0.30, 0.17, 0.01, 2e-4
+    for degree, limit in ((1, 0.6), (4, 0.05), (8, 1e-3)):  # 0.30, 0.01, 2e-4
         method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + 1))
         run = galvi.integrate(problem, method, 0.25, 4)
         assert run.success, run.status
@@ -139,41 +194,9 @@ def test_on_the_axis_a_particle_stays_and_the_air_overtakes_it():
     assert w[0] > 10.0 and w[-1] < -1.0
 
 
-@pytest.mark.slow_cases("True")
-@pytest.mark.parametrize("compiled", [False, True])
-def test_a_force_that_turns_nan_on_the_way_ends_the_run(compiled):
-    def force(q, v, t):
-        return v * (np.nan if t > 0.25 else -0.1)
-
-    problem = brownout()
-    given = njit(force) if compiled else force
-    run = galvi.integrate(replace(problem, system=replace(problem.system, force=given)),
-                          FOUR, 0.1, 5)  # fmt: skip
-    assert not run.success and run.failed_step == 3
-    assert np.all(np.isfinite(run.q[:3])) and np.all(np.isnan(run.q[3:]))
-
-
 def test_sizes_side_by_side_keep_their_own_numbers():
     problems = [brownout(d) for d in (11e-6, 23e-6)]
     alone = [galvi.integrate(problem, FOUR, 0.01, 3).q for problem in problems]
     assert np.max(np.abs(alone[0] - alone[1])) > 0.01  # m in 0.03 s
     for run, q in zip(galvi.integrate_many(problems, FOUR, 0.01, 3), alone, strict=True):
         assert np.array_equal(run.q, q)
-
-
-def test_a_run_is_loaded_with_its_problem(tmp_path):
-    run = galvi.integrate(brownout(), FOUR, 0.05, 6)
-    galvi.save(run, tmp_path / "run.npz")
-    loaded = galvi.load(tmp_path / "run.npz")
-    assert loaded.problem.system.force == run.problem.system.force
-    whole = galvi.integrate(brownout(), FOUR, 0.05, 8)
-    assert np.array_equal(galvi.resume(loaded, 2).q, whole.q[6:])
-
-
-def test_the_force_of_the_kernel_and_that_of_python_are_one():
-    known = brownout()
-    system = replace(known.system, force=lambda q, v, t: known.system.force(q, v, t))
-    runs = [
-        galvi.integrate(replace(known, system=s), FOUR, 0.05, 6) for s in (known.system, system)
-    ]
-    np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=1e-13, atol=1e-13)  # 2e-16

@@ -1,11 +1,11 @@
 """The problems on groups: their physics, and that every problem and system has its tests."""
 
 import inspect
+import pickle
 from dataclasses import dataclass, fields
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 from scipy.special import ellipk
 
 import galvi
@@ -16,7 +16,6 @@ from tests.properties.group_matrices import title
 
 NEEDED = {"kepler": (0.3,)}  # arguments of problems that have no defaults for them
 EVERY = [getattr(galvi.problems, name)(*NEEDED.get(name, ())) for name in galvi.problems.__all__]
-ON_GROUPS = [problem for problem in EVERY if hasattr(problem.system, "group")]
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 VERTICAL = np.array([0.0, 0.0, 1.0])
 
@@ -30,11 +29,16 @@ def pace(problem):
 
 @pytest.mark.slow_cases("chain of 5 rods")
 @pytest.mark.parametrize("problem", EVERY, ids=title)
-def test_every_problem_says_what_it_is_and_can_be_integrated_saved_and_resumed(problem, tmp_path):
+def test_every_problem_says_what_it_is_and_can_be_run_saved_resumed_and_pickled(problem, tmp_path):
     assert problem.name and problem.units and isinstance(problem.parameters, dict | type(
         galvi.problems.kepler(0.1).parameters))  # fmt: skip
-    run = galvi.integrate(problem, EIGHT, pace(problem), 5)
+    chart = CHARTS[EVERY.index(problem) % len(CHARTS)]
+    method = galvi.Galerkin(EIGHT.space, EIGHT.rule, chart)
+    run = galvi.integrate(problem, method, pace(problem), 5)
     assert run.success, run.status
+    if hasattr(problem.system, "group"):
+        for g in run.q:
+            problem.system.group.check("q", g)
     energy = galvi.energy(run)
     if not getattr(problem.system, "explicit_time", False):
         assert np.allclose(energy, energy[0], rtol=1e-6, atol=1e-6)
@@ -42,19 +46,10 @@ def test_every_problem_says_what_it_is_and_can_be_integrated_saved_and_resumed(p
     known = galvi.run.saving.files.is_storable(problem.system)
     galvi.save(run, tmp_path / "run.npz")
     loaded = galvi.load(tmp_path / "run.npz", *([] if known else [problem]))
+    assert loaded.method == method and loaded.problem.name == problem.name
+    copied = pickle.loads(pickle.dumps(problem))
+    assert np.array_equal(galvi.integrate(copied, method, pace(problem), 5).q, run.q)
     assert np.array_equal(galvi.resume(loaded, 3).q, galvi.resume(run, 3).q)
-    assert loaded.problem.name == problem.name
-
-
-@pytest.mark.parametrize("problem", ON_GROUPS, ids=title)
-@pytest.mark.parametrize("chart", CHARTS, ids=title)
-def test_problems_on_groups_start_on_their_group_and_stay(problem, chart):
-    group = problem.system.group
-    group.check("q0", problem.q0)
-    assert problem.v0.shape == problem.p0.shape == (group.dimension,)
-    method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), chart)
-    for g in galvi.integrate(problem, method, 0.05, 40).q:
-        group.check("q", g)
 
 
 def test_every_system_and_every_group_has_a_run_in_the_tests():
@@ -84,20 +79,8 @@ def test_a_value_of_somebody_else_is_not_stored_as_one_of_galvi():
     assert not galvi.run.saving.files.is_storable(Polynomials(3))
 
 
-def test_the_top_keeps_its_energy_and_its_momenta_about_the_vertical_and_the_axis():
-    problem = galvi.problems.heavy_top()
-    run = galvi.integrate(problem, EIGHT, 0.05, 400)
-    assert np.ptp(galvi.energy(run)) < 1e-10 * abs(galvi.energy(run)[0])
-    about_vertical = galvi.momentum_map(run) @ VERTICAL
-    assert np.ptp(about_vertical) < 1e-13 * about_vertical[0]
-    assert np.ptp(run.p[:, 2]) < 1e-13 * run.p[0, 2]  # the axis of symmetry
-    assert run.p[0, 2] == 0.5 * 8.0
-    height = run.q[:, 2, 2]
-    assert height[0] == pytest.approx(np.cos(0.5)) and np.ptp(height) > 0.1  # it nutates
-
-
-@pytest.mark.parametrize("spin", [6.0, 8.0, 20.0])
-def test_the_top_nutates_between_the_roots_of_its_cubic(spin):
+@pytest.mark.parametrize("spin", [6.0, 20.0])
+def test_the_top_keeps_what_it_should_and_nutates_between_the_roots_of_its_cubic(spin):
     """From rest in the tilt: u = cos(tilt) moves between u0 and the smaller root below it.
 
     With moments (A, A, C), m g l = 2, p3 = C spin: p_z = p3 u0, and
@@ -108,10 +91,14 @@ def test_the_top_nutates_between_the_roots_of_its_cubic(spin):
     # 4 A (1 - u^2) = p3^2 (u0 - u)
     lowest = min(u for u in np.roots([-4.0 * A, p3**2, 4.0 * A - p3**2 * u0]) if abs(u) < 1.0)
     run = galvi.integrate(galvi.problems.heavy_top(spin), EIGHT, 0.02, 500)
-    t = np.linspace(0.0, 10.0, 20_001)
-    height = run(t)[:, 2, 2]
+    height = run(np.linspace(0.0, 10.0, 20_001))[:, 2, 2]
     assert height.max() == pytest.approx(u0, abs=1e-12)
     assert height.min() == pytest.approx(lowest, abs=1e-6)
+    assert np.ptp(galvi.energy(run)) < 1e-10 * abs(galvi.energy(run)[0])
+    about_vertical = galvi.momentum_map(run) @ VERTICAL
+    assert np.ptp(about_vertical) < 1e-13 * about_vertical[0]
+    assert np.ptp(run.p[:, 2]) < 1e-13 * run.p[0, 2]  # the axis of symmetry
+    assert run.p[0, 2] == p3
 
 
 def test_a_top_sleeps_only_when_it_is_fast():
@@ -121,7 +108,7 @@ def test_a_top_sleeps_only_when_it_is_fast():
         assert (run.q[:, 2, 2].min() > 1.0 - 1e-3) == sleeps
 
 
-@pytest.mark.parametrize(("angle", "rate"), [(1.0, 0.5), (2.0, 0.3), (0.4, 3.0)])
+@pytest.mark.parametrize(("angle", "rate"), [(2.0, 0.3), (0.4, 3.0)])
 def test_the_spherical_pendulum_keeps_energy_and_the_momentum_about_the_vertical(angle, rate):
     problem = galvi.problems.spherical_pendulum(angle, rate)
     run = galvi.integrate(problem, EIGHT, 0.1, 200)
@@ -149,7 +136,7 @@ def test_a_spherical_pendulum_without_momentum_about_the_vertical_is_the_plane_o
     assert np.allclose(space.q[:, 2, 2], -np.cos(plane.q[:, 0]), rtol=0.0, atol=1e-11)
 
 
-@pytest.mark.parametrize("amplitude", [0.1, 1.0, 2.0, 3.0, 3.14])
+@pytest.mark.parametrize("amplitude", [0.1, 2.0, 3.14])
 def test_the_plane_pendulum_has_its_period(amplitude):
     period = 4.0 * ellipk(np.sin(0.5 * amplitude) ** 2)
     run = galvi.integrate(galvi.problems.planar_pendulum(amplitude), EIGHT, period / 64, 64)
@@ -169,10 +156,8 @@ def test_halls_pendulum_hangs_and_stands_as_it_should():
 
 def test_the_free_box_has_the_inertia_of_a_box():
     problem = galvi.problems.free_box()
-    rng = np.random.default_rng(8)
-    points = (2.0 * rng.random((400_000, 3)) - 1.0) * [0.1, 0.2, 0.3]
-    square = np.mean(points**2, axis=0) * 48.0
-    assert np.allclose(np.diag(problem.system.inertia), square.sum() - square, rtol=5e-3)
+    square = 48.0 * np.array([0.1, 0.2, 0.3]) ** 2 / 3.0  # of half sides, by their mean squares
+    assert np.allclose(np.diag(problem.system.inertia), square.sum() - square, rtol=1e-14)
 
 
 def test_halls_body_has_the_inertia_of_his_second_moments():
@@ -187,5 +172,3 @@ def test_a_missing_weight_is_caught_by_the_physics():
     free = galvi.Problem(galvi.RigidBody(top.system.inertia), top.q0, top.v0)
     run = galvi.integrate(free, EIGHT, 0.05, 100)
     assert np.ptp(run.q[:, 2, 2]) < 1e-13
-    leaning = Rotation.from_euler("x", 0.5).as_matrix()
-    assert np.allclose(top.q0, leaning, atol=1e-15)

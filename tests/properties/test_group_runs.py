@@ -1,4 +1,7 @@
-"""Runs on groups: in parts, curves, what is kept, counts, attitudes, momenta."""
+"""Runs on groups: curves, what is kept, attitudes, momenta, how they end, and their orders."""
+
+import time
+from itertools import cycle
 
 import numpy as np
 import pytest
@@ -7,81 +10,51 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import galvi
+from benchmarks.measures.matrix_group import MatrixGroup
+from galvi.charts import CHARTS
+from galvi.run.in_lanes import lagrangian as law_stepper
 from galvi.systems.finite_differences import WEIGHTS
-from tests.properties.group_matrices import cross_matrix, title
+from references.closed_forms.top_motion import FREE_TOP
+from tests.properties.group_matrices import title
 from tests.properties.group_motions import (
     ALL,
+    CAYLEY,
     COUPLED,
     EXPONENTIAL,
     FLYING,
     FREE,
     PENDULUM,
     RODRIGUES,
+    WINDOWS,
     collocation,
     each_chart,
+    error,
     hall,
     same,
     same_rows,
+    slope,
+    spoiled,
     swung,
+    turned,
 )
 
 KEPLER = galvi.problems.kepler(0.6)
-
-
-@pytest.mark.slow_cases("H's-pendulum and body")
-@pytest.mark.parametrize("problem", ALL, ids=title)
-@pytest.mark.parametrize(
-    "method",
-    [collocation(4), hall(5, EXPONENTIAL), collocation(4, RODRIGUES)],
-    ids=["square", "H's", "modified Rodrigues"],
-)
-def test_a_run_in_parts_and_from_a_file_is_one_long_run_to_the_bit(problem, method, tmp_path):
-    whole = galvi.integrate(problem, method, 0.11, 40)
-    part = galvi.integrate(problem, method, 0.11, 23, save_every=4)
-    rest = galvi.resume(part, 17, save_every=1)
-    assert np.array_equal(rest.q, whole.q[23:]) and np.array_equal(rest.p, whole.p[23:])
-    assert np.array_equal(rest.t, whole.t[23:])
-    assert np.allclose(rest(rest.t[3] + 0.05), whole(rest.t[3] + 0.05), rtol=0.0, atol=1e-13)
-    galvi.save(galvi.integrate(problem, method, 0.11, 23), tmp_path / "run.npz")
-    given_again = {"problem": problem} if isinstance(problem.system, galvi.Lagrangian) else {}
-    loaded = galvi.load(tmp_path / "run.npz", **given_again)
-    assert loaded.method == method
-    assert np.array_equal(galvi.resume(loaded, 17, save_every=1).q, whole.q[23:])
-    assert np.array_equal(loaded(1.234), whole(1.234))
-    assert np.array_equal(loaded.velocity(1.234), whole.velocity(1.234))
-
-
-@pytest.mark.parametrize("problem", ALL, ids=title)
-def test_backwards_undoes_forwards_for_degree_one_in_the_exponential_chart(problem):
-    """exp(-x) exp((1 - tau) x) = exp(-tau x): the same curve from its other end."""
-    for method in (collocation(1, EXPONENTIAL), hall(2, EXPONENTIAL)):
-        assert galvi.round_trip_error(problem, method, 0.02, 100) < 2e-13  # 6e-14, while falling
-    back = galvi.integrate(problem, method, -0.02, 10)
-    assert back.success and back.t[-1] == -0.2
+BEYOND = "chart=galvi.Exponential(), which ends at 2 pi"
 
 
 @pytest.mark.parametrize("problem", [PENDULUM, FLYING], ids=title)
 @each_chart
-@given(where=st.floats(0.15, 0.85), step=st.integers(0, 9))
-def test_the_velocity_is_the_slope_of_the_curve(problem, chart, where, step):
+def test_the_velocity_is_the_slope_of_the_curve(problem, chart):
     run = galvi.integrate(problem, collocation(6, chart), 0.2, 10)
-    t, nudge = 0.2 * (step + where), 0.2 * 2.0**-5
+    t, nudge = 0.2 * (np.arange(10) + np.linspace(0.15, 0.85, 10)), 0.2 * 2.0**-5
     slope = sum(
         weight / nudge * (run(t + k * nudge) - run(t - k * nudge))
         for k, weight in enumerate(WEIGHTS, start=1)
     )
-    body = np.linalg.inv(run(t)) @ slope
-    v = run.velocity(t)
-    assert np.allclose(body[:3, :3], cross_matrix(v[:3]), rtol=0.0, atol=1e-8)
-    assert np.allclose(body[:3, 3:].ravel(), v[3:], rtol=0.0, atol=1e-7)
-
-
-def test_counts_are_the_same_in_every_run():
-    for problem in ALL:
-        runs = [galvi.integrate(problem, collocation(4), 0.1, 50) for _ in range(2)]
-        assert runs[0].counts == runs[1].counts and same(*runs)
-        assert runs[0].counts["steps"] == 50
-        assert runs[0].counts["force_evaluations"] >= 4 * runs[0].counts["iterations"]
+    body = np.linalg.solve(run(t), slope)
+    expected = MatrixGroup(problem.system.group).hat(run.velocity(t))
+    assert np.allclose(body[:, :, :3], expected[:, :, :3], rtol=0.0, atol=1e-8)
+    assert np.allclose(body[:, :, 3:], expected[:, :, 3:], rtol=0.0, atol=1e-7)
 
 
 @given(steps=st.integers(1, 20), save_every=st.integers(1, 25))
@@ -96,70 +69,161 @@ def test_what_is_kept_is_every_kth_step_and_the_last(steps, save_every):
 
 def test_attitudes_come_as_scipys_rotations():
     run = galvi.integrate(PENDULUM, collocation(6), 0.2, 10)
-    turns = galvi.rotations(run)
-    assert np.allclose(turns.as_matrix(), run.q, rtol=0.0, atol=1e-15)
+    assert np.allclose(galvi.rotations(run).as_matrix(), run.q, rtol=0.0, atol=1e-15)
     assert galvi.rotations(run, 0.33).as_quat().shape == (4,)
     assert np.allclose(galvi.rotations(run, [0.3]).as_matrix()[0], run(0.3), rtol=0.0, atol=1e-15)
     assert np.all(galvi.orthogonality_defect(run, np.linspace(0.0, 2.0, 30)) < 4e-15)
-    assert galvi.orthogonality_defect(run).shape == (11,)
     flown = galvi.integrate(FLYING, collocation(6), 0.1, 10)
     assert np.allclose(galvi.rotations(flown).as_matrix(), flown.q[:, :3, :3], atol=1e-15)
-    assert galvi.orthogonality_defect(flown).max() < 1e-15
+    thin = galvi.integrate(PENDULUM, collocation(6), 0.2, 10, save_every=3)
+    for ask in (galvi.rotations, galvi.orthogonality_defect):  # between the kept steps too
+        assert repr(ask(thin, 0.3)) == repr(ask(run, 0.3))
 
 
-NOT_IN_SPACE = r"attitudes need a run on SO\(3\) or SE\(3\), such as"
-NO_MATRICES = r"needs a run on SO\(2\), SE\(2\), SO\(3\), SE\(3\) or a galvi\.Product"
-
-
-@pytest.mark.parametrize(
-    "ask, problem, message",
-    [
-        (galvi.rotations, galvi.problems.kepler(0.1), NOT_IN_SPACE),
-        (galvi.rotations, COUPLED, NOT_IN_SPACE + r".* Take a factor's matrices from .*parts\("),
-        (galvi.orthogonality_defect, galvi.problems.kepler(0.1), NO_MATRICES),
-    ],
-)
-def test_attitudes_of_what_has_none_are_refused(ask, problem, message):
-    run = galvi.integrate(problem, collocation(3), 0.1, 3)
-    with pytest.raises(ValueError, match=message):
-        ask(run)
-
-
-def test_the_remedies_of_refused_attitudes_work():
+def test_the_remedy_of_refused_attitudes_works():
     run = galvi.integrate(COUPLED, collocation(3), 0.1, 3)
     plane, space = run.problem.system.group.parts(run.q)
-    turns = Rotation.from_matrix(space)
-    assert np.allclose(turns.as_matrix(), space, rtol=0.0, atol=1e-14)
-    angle = np.arctan2(plane[:, 1, 0], plane[:, 0, 0])
-    assert angle[0] == pytest.approx(0.4) and galvi.orthogonality_defect(run).max() < 1e-15
+    assert np.allclose(Rotation.from_matrix(space).as_matrix(), space, rtol=0.0, atol=1e-14)
+    assert np.arctan2(plane[0, 1, 0], plane[0, 0, 0]) == pytest.approx(0.4)
+    assert galvi.orthogonality_defect(run).max() < 1e-15
 
 
-@pytest.mark.parametrize("ask", [galvi.rotations, galvi.orthogonality_defect])
-def test_attitudes_between_kept_steps_are_those_of_all_steps(ask):
-    thin = galvi.integrate(FREE, collocation(3), 0.1, 9, save_every=3)
-    whole = galvi.integrate(FREE, collocation(3), 0.1, 9)
-    found, expected = (ask(run, 0.2) for run in (thin, whole))
-    assert repr(found) == repr(expected)
-
-
-def test_momenta_are_those_of_the_definition():
+def test_momenta_and_energy_are_those_of_the_definition():
     run = galvi.integrate(FREE, collocation(6), 0.2, 10)
     by_hand = np.array([R @ p for R, p in zip(run.q, run.p, strict=True)])
     assert np.allclose(galvi.momentum_map(run), by_hand, rtol=0.0, atol=1e-14)
-    t = [0.1, 1.7]
-    v = run.velocity(t)
+    v = run.velocity([0.1, 1.7])
     energy = 0.5 * np.sum(v * (v @ FREE.system.inertia), axis=1)
-    assert np.allclose(galvi.energy(run, t), energy, rtol=1e-14)
-    flown = galvi.integrate(FLYING, collocation(6), 0.1, 10)
-    assert galvi.linear_momentum(flown).shape == (11, 3)
-    for refused, message in ((galvi.linear_momentum, run), (galvi.momentum_map, None)):
-        other = message or galvi.integrate(COUPLED, collocation(3), 0.1, 3)
-        with pytest.raises(ValueError, match="moment"):
-            refused(other)
+    assert np.allclose(galvi.energy(run, [0.1, 1.7]), energy, rtol=1e-14)
 
 
-def test_a_recommendation_for_a_pendulum_is_kept():
-    found = galvi.recommend(PENDULUM, 1e-8, 4.0, degrees=(4, 6), by="evaluations", budget=2e5)
-    assert found.reached, found.status
-    run = galvi.integrate(PENDULUM, found.method, found.step, found.steps)
-    assert np.linalg.norm(run.q[-1] - swung()[0], axis=-1).max() < 1e-8
+@pytest.mark.parametrize("method", [collocation(6), hall(7)], ids=["packed", "H's"])
+def test_a_step_that_leaves_the_chart_says_by_how_much_and_what_would_do(method):
+    """The free body is 3.486 radians away from its start before it comes nearer again."""
+    run = galvi.integrate(FREE, method, 1.2, 5)
+    assert run.outcome.end is galvi.End.STEP_FAILED and run.failed_step == 1
+    assert run.counts["steps"] == 0 and "turns by 3.486 radians" in run.outcome.reason
+    assert "at most 0.54" in run.status and BEYOND in run.status
+    assert np.array_equal(run.q[0], FREE.q0)
+    assert np.isnan(run.q[1:]).all() and np.isnan(run.p[1:]).all() and np.isnan(run(0.1)).all()
+    with pytest.raises(ValueError, match="a run that failed cannot be resumed"):
+        galvi.resume(run, 3)
+    with pytest.raises(ValueError, match="the run failed, and its states past the failure are NaN"):
+        galvi.rotations(run)
+    assert galvi.integrate(FREE, method, 0.54, 5).success
+    other = galvi.integrate(FREE, galvi.Galerkin(method.space, method.rule, EXPONENTIAL), 1.2, 5)
+    truth = FREE_TOP.run(FREE, 6.0, {"samples": 1})
+    assert other.success and error(other, (truth.q[-1], truth.p[-1])) < 1e-2
+
+
+def test_a_run_may_leave_the_chart_later_and_keeps_what_was_computed():
+    """Upside down, the pendulum starts slowly and comes down fast."""
+    problem = galvi.problems.pendulum_3d(weight=25.0, inverted=True)
+    run = galvi.integrate(problem, collocation(8), 0.6, 60)
+    done = run.failed_step
+    assert run.outcome.end is galvi.End.STEP_FAILED and done > 2
+    assert "radians" in run.outcome.reason
+    assert np.isfinite(run.q[:done]).all() and np.isnan(run.q[done:]).all()
+    assert np.isfinite(run(0.6 * (done - 1))).all() and np.isnan(run(0.6 * done - 0.1)).all()
+    assert np.isfinite(galvi.energy(run)[:done]).all() and np.isnan(galvi.energy(run)[done:]).all()
+    assert np.isnan(galvi.orthogonality_defect(run)[done:]).all()
+
+
+@pytest.mark.slow_cases("pendulum and body-Exponential")
+@pytest.mark.parametrize(
+    ("problem", "chart"), list(zip(ALL, cycle(CHARTS), strict=False)), ids=title
+)
+def test_huge_steps_end_at_once(problem, chart):
+    clock = time.process_time()
+    for step in (1e2, 1e10, 1e100, -1e300):
+        run = galvi.integrate(problem, collocation(4, chart), step, 1000)
+        assert run.outcome.end is galvi.End.STEP_FAILED
+        assert np.isnan(run.q[run.failed_step :]).all()
+    assert time.process_time() - clock < 10.0  # 0.1 s
+
+
+@each_chart
+@pytest.mark.parametrize("problem", [FREE, PENDULUM], ids=title)
+def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
+    runs = [galvi.integrate(problem, collocation(6, chart), 0.2, 30, solver=solver)
+            for solver in ("auto", "fixed_point")]  # fmt: skip
+    assert same(*runs) and runs[0].counts == runs[1].counts
+    run = galvi.integrate(problem, collocation(6, chart), 1.05, 30)
+    alone = galvi.integrate(problem, collocation(6, chart), 1.05, 30, solver="fixed_point")
+    assert alone.counts["linear_solves"] == 0
+    if not alone.success and run.success:
+        assert "Newton" not in alone.status
+        assert (BEYOND if chart == CAYLEY else "the solver auto") in alone.status
+    assert (problem is FREE and chart != RODRIGUES) == (not alone.success)
+
+
+# ---------------------------------------------------------------- orders
+
+
+@each_chart
+@pytest.mark.parametrize("degree", WINDOWS)
+def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, chart):
+    """n = degree + 1 of H is 3 to 6; packed and with one point more; against scipy."""
+    more = (degree + CHARTS.index(chart)) % 2
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + more), chart)
+    assert method.order == 2 * degree
+    measured = slope(PENDULUM, swung(), method, *WINDOWS[degree])
+    assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured  # off by 0.4 at most, at 10
+
+
+@pytest.mark.parametrize(
+    ("degree", "chart", "window"),
+    [(2, RODRIGUES, (48, 200)), (3, CAYLEY, (24, 64)), (4, EXPONENTIAL, (18, 26)),
+     (5, CAYLEY, (20, 28))],
+)  # fmt: skip
+def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, chart, window):
+    measured = slope(FREE, turned(), collocation(degree, chart), *window)
+    assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured
+
+
+@pytest.mark.slow(beside="test_the_order_is_so_too_against_the_closed_form_of_the_free_body")
+def test_halls_method_at_half_a_unit_reaches_1e_12():
+    """n = 12, h = 0.5, T = 5 (H fig. 3.1; claim L2)."""
+    truth = FREE_TOP.run(FREE, 5.0, {"samples": 1})
+    found = {n: error(galvi.integrate(FREE, hall(n), 0.5, 10), (truth.q[-1], truth.p[-1]))
+             for n in (6, 8, 10, 12)}  # fmt: skip
+    assert found[12] < 1e-12  # 6e-14
+    assert found[10] < 1e-10 and found[8] < 1e-7 and found[6] > 1e-6  # 3e-11, 2e-8, 2e-5
+
+
+def test_a_spoiled_table_is_caught_by_the_order():
+    good, bent = hall(4), spoiled(hall(4), integral=1.0 + 1e-6 * np.arange(16).reshape(4, 4))
+    assert slope(PENDULUM, swung(), good, *WINDOWS[3]) > 5.5
+    assert slope(PENDULUM, swung(), bent, *WINDOWS[3]) < 5.0
+    square = spoiled(collocation(3), integral=1.0 + 1e-6 * np.arange(9).reshape(3, 3))
+    assert slope(PENDULUM, swung(), square, *WINDOWS[3]) < 5.0
+
+
+def test_forces_that_do_not_belong_to_the_moves_are_caught_by_symplecticity(monkeypatch):
+    """Any table makes a variational method; one without B_jk = b_k - A_kj b_k / b_j does not."""
+    sound = law_stepper.tables_on_group
+
+    def mismatched(table, form):
+        made, tables = sound(table, form), sound(table, form).tables.copy()
+        P = tables.shape[1]
+        tables[2 * P : 3 * P] *= 1.0 + 1e-5 * np.arange(P)
+        return made._replace(tables=tables)
+
+    assert galvi.symplecticity_defect(PENDULUM, collocation(3), 0.2) < 2e-12  # 4e-15
+    monkeypatch.setattr(law_stepper, "tables_on_group", mismatched)
+    assert galvi.symplecticity_defect(PENDULUM, collocation(3), 0.2) > 1e-9
+
+
+def test_a_wrong_torque_is_caught_by_the_truth_and_by_the_energy():
+    weight = -PENDULUM.system.potential.numbers[2]
+    gradient = np.zeros((3, 3))
+    gradient[2, 2] = weight
+    for factor in (1.0, 1.0 + 1e-6):
+        system = galvi.RigidBody(
+            PENDULUM.system.inertia, PENDULUM.system.potential, lambda R, f=factor: f * gradient
+        )
+        problem = galvi.Problem(system, PENDULUM.q0, PENDULUM.v0)
+        run = galvi.integrate(problem, collocation(8), 0.2, 20)
+        sound = factor == 1.0
+        assert (error(run, swung()) < 1e-12) == sound
+        assert (np.ptp(galvi.energy(run)) < 1e-11) == sound

@@ -1,57 +1,61 @@
-"""Groups: their laws against matrices, what is refused as an element, the nearest rotation."""
+"""Groups and their charts: their maps, tangent maps and inverses against mpmath and matrices."""
 
+import mpmath as mp
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm, polar
-from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 import galvi
+from benchmarks.measures.matrix_group import MAPS, MatrixGroup
+from galvi.charts import CHARTS
+from galvi.charts.chart import coordinates, place, tangent, unwrapped
 from galvi.groups import GROUPS
-from tests.properties.group_matrices import as_matrix, element, hat, title, vectors
+from galvi.kernels.lie import product
+from galvi.kernels.lie.dispatch import angle_of, coordinate_of
+from galvi.lanes.group_collocation import Chart
+from galvi.systems.finite_differences import WEIGHTS, rotated
+from tests.properties.angles import CAYLEY, EXPONENTIAL, RODRIGUES
+from tests.properties.group_matrices import element, title, vectors
 
-BODY_AND_CART = galvi.Product((galvi.SO3(), galvi.Rn(1)))
+each_group = pytest.mark.parametrize("group", GROUPS, ids=title)
+each_chart = pytest.mark.parametrize("chart", CHARTS, ids=title)
+SE3, TINY = galvi.SE3(), 1e-30
 
 
 @pytest.mark.slow_cases("Product")
-@pytest.mark.parametrize("group", GROUPS, ids=title)
+@each_group
 @given(data=st.data())
 def test_the_product_and_the_inverse_are_those_of_matrices(group, data):
-    a, b, c = (element(group, data.draw(vectors(group))) for _ in range(3))
-    ab = group.multiply(a, b)
-    assert np.allclose(as_matrix(group, ab), as_matrix(group, a) @ as_matrix(group, b), atol=1e-14)
-    inverse = np.linalg.inv(as_matrix(group, a))
-    assert np.allclose(as_matrix(group, group.inverse(a)), inverse, atol=1e-13)
-    left, right = group.multiply(ab, c), group.multiply(a, group.multiply(b, c))
-    assert np.allclose(left, right, atol=1e-13)
-    one = group.multiply(a, group.inverse(a))
-    assert np.allclose(as_matrix(group, one), np.eye(len(as_matrix(group, a))), atol=1e-14)
-    assert np.allclose(group.multiply(one, b), b, atol=1e-13)
+    a, b = (element(group, data.draw(vectors(group))) for _ in range(2))
+    ab, matrix = group.multiply(a, b), MatrixGroup(group).matrix
+    assert np.allclose(matrix(ab), matrix(a) @ matrix(b), atol=1e-14)
+    assert np.allclose(matrix(group.inverse(a)), np.linalg.inv(matrix(a)), atol=1e-13)
     group.check("ab", ab)
 
 
-@pytest.mark.parametrize("group", GROUPS, ids=title)
+@each_group
 def test_the_curve_along_which_slopes_are_checked_is_the_exponential_of_matrices(group):
-    d = group.dimension
+    d, matrices = group.dimension, MatrixGroup(group)
     q, xi = element(group, np.linspace(0.2, 1.1, d)), np.linspace(-2.0, 3.0, d)
     moved = galvi.Lagrangian(lambda q, v: 0.5 * v @ v, group)._moved(q, xi)
     for s in (-0.125, 0.0, 0.1):
-        exact = as_matrix(group, q) @ expm(s * hat(group, xi))
-        assert np.allclose(as_matrix(group, moved(s)), exact, rtol=0.0, atol=1e-14)
+        exact = matrices.matrix(q) @ expm(s * matrices.hat(xi))
+        assert np.allclose(matrices.matrix(moved(s)), exact, rtol=0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("group", GROUPS, ids=title)
+@each_group
 @given(data=st.data())
 def test_the_bracket_is_the_commutator_of_matrices(group, data):
     v, w = (data.draw(vectors(group)) for _ in range(2))
-    V, W = hat(group, v), hat(group, w)
-    assert np.allclose(hat(group, group.bracket(v, w)), V @ W - W @ V, atol=1e-14)
-    assert np.allclose(group.bracket(w, v), -group.bracket(v, w), atol=1e-14)
+    hat = MatrixGroup(group).hat
+    V, W = hat(v), hat(w)
+    assert np.allclose(hat(group.bracket(v, w)), V @ W - W @ V, atol=1e-14)
 
 
-@pytest.mark.parametrize("group", GROUPS, ids=title)
+@each_group
 def test_many_elements_are_multiplied_and_inverted_at_once(group):
     rng = np.random.default_rng(1)
     a, b = (
@@ -75,52 +79,7 @@ def test_a_product_is_joined_and_taken_apart():
     assert group.parts(group.join(*many))[0].shape == (3, 4, 4)
 
 
-def test_groups_are_values():
-    for group in GROUPS:
-        again = type(group)(**vars(group))
-        assert again == group and hash(again) == hash(group)
-    assert galvi.Rn(2) != galvi.Rn(3)
-    assert galvi.Product([galvi.SO3()]) == galvi.Product((galvi.SO3(),))
-
-
-OFF = np.eye(3) + 1e-4 * np.diag([1.0, 0.0, 0.0])
-FLIPPED = np.diag([1.0, 1.0, -1.0])
-SHEARED = np.eye(4) + np.diag([0.5, 0.0], 2)
-
-
-@pytest.mark.parametrize(
-    ("group", "q0", "sentence"),
-    [
-        (galvi.SO3(), OFF, r"q0 must be a rotation, R\^T R = I with determinant 1, to 1e-09; "
-         r"received \|R\^T R - I\| = 2\.0e-04\. The nearest rotation is \[\[1\.0, 0\.0, 0\.0\], "
-         r".*\], from galvi\.nearest_rotation\."),
-        (galvi.SO3(), FLIPPED, r"received determinant -1\. The nearest rotation is"),
-        (galvi.SO3(), np.zeros((3, 3)), r"received \|R\^T R - I\| = 1\.0e\+00"),
-        (galvi.SO3(), np.eye(2), r"q0 must be a rotation matrix of shape \(3, 3\); received shape "
-         r"\(2, 2\)\."),
-        (galvi.SO3(), np.eye(3).ravel(), r"received shape \(9,\)"),
-        (galvi.SO2(), np.diag([1.0, -1.0]), "received determinant -1"),
-        (galvi.SO2(), np.eye(3), r"shape \(2, 2\); received shape \(3, 3\)"),
-        (galvi.Rn(2), np.zeros(3), r"q0 must have shape \(2,\); received shape \(3,\)"),
-        (galvi.SE3(), np.eye(3), r"q0 must be a rigid motion \[\[R, x\], \[0, 0, 0, 1\]\] of shape "
-         r"\(4, 4\); received shape \(3, 3\)"),
-        (galvi.SE3(), np.eye(4) + np.diag([1e-12], -3), r"with last row \[1e-12, 0\.0, 0\.0, 1\.0"),
-        (galvi.SE3(), SHEARED, "the rotation of q0 must be a rotation"),
-        (BODY_AND_CART, np.zeros(9), r"q0 must have shape \(10,\), the entries of all factors; "
-         r"received shape \(9,\)\. Make it with Product\.join"),
-        (BODY_AND_CART, BODY_AND_CART.join(OFF, np.zeros(1)), r"part 0 of q0 must be a rotation"),
-        (galvi.Product((BODY_AND_CART, galvi.SO2())), np.zeros(14),
-         "part 0 of part 0 of q0 must be a rotation"),
-    ],
-)  # fmt: skip
-def test_what_is_no_element_is_refused_in_one_sentence(group, q0, sentence):
-    system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v, group)
-    with pytest.raises(ValueError, match=sentence) as refused:
-        galvi.Problem(system, q0, np.ones(group.dimension))
-    assert "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize("group", GROUPS, ids=title)
+@each_group
 def test_an_element_off_by_rounding_is_accepted(group):
     g = element(group, np.linspace(0.5, 1.0, group.dimension))
     group.check("g", g + 1e-10 * (np.abs(g) > 1e-3) * (np.abs(g) < 0.999))
@@ -128,40 +87,228 @@ def test_an_element_off_by_rounding_is_accepted(group):
 
 @given(angle=st.floats(0.0, 3.1), seed=st.integers(0, 100), size=st.floats(0.0, 0.3))
 def test_the_nearest_rotation_is_that_of_scipy(angle, seed, size):
+    """Also to a reflection, of which the orthogonal factor of the polar decomposition is none."""
     rng = np.random.default_rng(seed)
     R = Rotation.from_rotvec(angle * np.array([0.6, 0.0, 0.8])).as_matrix()
-    matrix = R + size * rng.uniform(-1.0, 1.0, (3, 3))
-    near = galvi.nearest_rotation(matrix)
-    galvi.SO3().check("near", near)
-    # The same sum of squares, by quaternions (Davenport) in scipy.
-    scipys = Rotation.align_vectors(matrix.T, np.eye(3))[0].as_matrix()
-    assert np.linalg.norm(near - matrix) <= np.linalg.norm(scipys - matrix) + 1e-12
-    if np.linalg.det(matrix) > 0.1:
-        assert np.allclose(near, polar(matrix)[0], atol=1e-12)
-
-
-def test_no_rotation_is_nearer_to_a_reflection():
-    """Where the orthogonal factor of the polar decomposition is no rotation."""
-    matrix = np.diag([1.0, 0.8, -0.3]) + 0.1 * np.random.default_rng(3).normal(size=(3, 3))
-    near = galvi.nearest_rotation(matrix)
-    assert np.linalg.det(near) == pytest.approx(1.0)
-
-    def distance(rotvec):
-        return np.linalg.norm(Rotation.from_rotvec(rotvec).as_matrix() - matrix)
-
-    starts = np.random.default_rng(4).normal(size=(8, 3))
-    best = min(minimize(distance, x, tol=1e-12).fun for x in starts)
-    assert np.linalg.norm(near - matrix) == pytest.approx(best, abs=1e-7)
-    assert np.linalg.norm(polar(matrix)[0] - matrix) < best - 0.1
+    for mirrored in (1.0, -0.4):
+        matrix = R @ np.diag([1.0, 0.9, mirrored]) + size * rng.uniform(-1.0, 1.0, (3, 3))
+        near = galvi.nearest_rotation(matrix)
+        galvi.SO3().check("near", near)
+        # The same sum of squares, by quaternions (Davenport) in scipy.
+        scipys = Rotation.align_vectors(matrix.T, np.eye(3))[0].as_matrix()
+        assert np.linalg.norm(near - matrix) <= np.linalg.norm(scipys - matrix) + 1e-12
+        if np.linalg.det(matrix) > 0.1:
+            assert np.allclose(near, polar(matrix)[0], atol=1e-12)
 
 
 def test_a_wrong_bracket_is_caught():
     """Of SE(3) without the second term, as of the direct product of rotations and translations."""
-
-    class Wrong(galvi.SE3):
-        def bracket(self, v, w):
-            return np.concatenate([np.cross(v[:3], w[:3]), np.cross(v[:3], w[3:])])
-
     v, w = np.arange(1.0, 7.0), np.array([2.0, -1.0, 0.5, 1.0, 0.0, 3.0])
-    V, W = hat(Wrong(), v), hat(Wrong(), w)
-    assert not np.allclose(hat(Wrong(), Wrong().bracket(v, w)), V @ W - W @ V, atol=0.1)
+    hat = MatrixGroup(galvi.SE3()).hat
+    wrong = np.concatenate([np.cross(v[:3], w[:3]), np.cross(v[:3], w[3:])])
+    assert not np.allclose(hat(wrong), hat(v) @ hat(w) - hat(w) @ hat(v), atol=0.1)
+
+
+# ---------------------------------------------------------------- charts
+
+
+def one(group):
+    """The unit."""
+    return element(group, np.zeros(group.dimension))
+
+
+def mapped(name, chart, group, xi, *vectors):
+    """A map of velocities or momenta (d,), by its name in galvi.kernels.lie.groups."""
+    maps = Chart(group.layout.tolist(), chart.number)
+    return np.array(maps.apply(name, list(xi), *map(list, vectors)), dtype=float)
+
+
+def tangent_slope(chart, group, xi, eta):
+    """d(T(xi) eta)/dxi, (d, d)."""
+    units = np.eye(xi.size)
+    return np.array([mapped("momentum_slope", chart, group, xi, eta, unit) for unit in units])
+
+
+def sized(group, size):
+    """xi with a rotation by ``size`` in each factor that turns, and translations of about 1."""
+    if isinstance(group, galvi.Product):
+        return np.concatenate([sized(factor, size) for factor in group.factors])
+    axis = np.array([2.0, -3.0, 6.0]) / 7.0
+    moved = np.array([0.7, -0.4, 1.1])
+    in_plane = [size, *moved[:2]]
+    kinds = {galvi.Rn: moved, galvi.SO2: in_plane, galvi.SE2: in_plane}
+    return np.array(kinds.get(type(group), [*(size * axis), *moved]))[: group.dimension]
+
+
+def slopes_of(chart, group, xi):
+    """Phi(xi)^-1 dPhi(xi), (d, d), by a complex step, which has no rounding."""
+    matrices, there = MatrixGroup(group), MAPS[chart]
+    X = matrices.hat(xi)
+    rates = [there(X + 1j * TINY * unit).imag / TINY for unit in matrices.basis]
+    return np.array([matrices.vee(np.linalg.solve(there(X), rate)) for rate in rates]).T
+
+
+@each_group
+@each_chart
+@pytest.mark.parametrize("angle", [1e-9, 1e-3, 0.5, 2.0, None])
+def test_the_chart_and_its_maps_are_those_of_matrices(group, chart, angle):
+    """None: as far as a step may go."""
+    size = chart.farthest if angle is None else coordinate_of(chart.number, angle)
+    xi = sized(group, size)
+    g = element(group, np.linspace(-1.0, 1.0, group.dimension))
+    there, T = place(chart, group, g, xi), tangent(chart, group, xi)
+    assert np.allclose(there, MatrixGroup(group).chart(chart, g, xi), rtol=0.0, atol=2e-14)
+    assert np.allclose(T, slopes_of(chart, group, xi), rtol=0.0, atol=3e-14)
+    mu = np.linspace(1.0, -0.6, group.dimension)
+    assert np.allclose(mapped("momentum", chart, group, xi, mu), T.T @ mu, rtol=0.0, atol=3e-13)
+    if angle is not None:
+        assert np.allclose(mapped("rate", chart, group, xi, T @ mu), mu, rtol=0.0, atol=3e-14)
+        again = mapped("covector", chart, group, xi, T.T @ mu)
+        assert np.allclose(again, mu, rtol=0.0, atol=3e-14)
+    if chart == CAYLEY or angle is not None:
+        again = coordinates(chart, group, g, there)
+        # The coordinates stretch rotations by 1 + |xi|^2 / 4 in a Cayley chart.
+        stretched = 1.0 + {CAYLEY: 0.25, EXPONENTIAL: 0.0, RODRIGUES: 0.0625}[chart] * size**2
+        assert np.allclose(again, xi, rtol=0.0, atol=4e-15 * stretched)
+
+
+@pytest.mark.parametrize("group", [galvi.SO3(), galvi.SE3()], ids=title)
+@pytest.mark.parametrize("angle", [1e-9, 1e-3, 0.5, 2.0, 3.1])
+def test_the_exponential_chart_is_the_exponential_in_forty_digits(group, angle):
+    xi = sized(group, angle)
+    with mp.workdps(40):
+        exact = np.array(
+            mp.expm(mp.matrix(MatrixGroup(group).hat(xi).tolist()), method="taylor").tolist()
+        )
+    found = place(EXPONENTIAL, group, one(group), xi)
+    assert np.max(np.abs(found - exact.astype(float))) < 5e-16  # 2.3e-16
+    mu = np.array([0.7, 0.2, -0.4, 0.0, 0.0, 0.0])[: group.dimension]
+    change = mapped("coadjoint_change", EXPONENTIAL, group, xi, mu)[:3]  # not R mu less mu
+    turned = (exact[:3, :3] - np.eye(3)) @ mu[:3]
+    assert np.max(np.abs(change - turned.astype(float))) < 5e-16
+
+
+@pytest.mark.slow_cases("Cayley-Rn")
+@each_group
+@each_chart
+@given(data=st.data())
+def test_the_slope_of_the_tangent_map_is_that_of_differences(group, chart, data):
+    xi, eta = data.draw(vectors(group, 1.7)), data.draw(vectors(group, 1.0))
+    found, nudge = tangent_slope(chart, group, xi, eta), 2.0**-6
+    for unit, column in zip(np.eye(group.dimension), found.T, strict=True):
+        slope = sum(
+            weight / nudge
+            * (tangent(chart, group, xi + k * nudge * unit)
+               - tangent(chart, group, xi - k * nudge * unit)) @ eta
+            for k, weight in enumerate(WEIGHTS, start=1)
+        )  # fmt: skip
+        assert np.allclose(column, slope, rtol=0.0, atol=2e-10)
+
+
+@each_group
+@each_chart
+def test_at_zero_a_chart_is_the_identity_and_so_is_its_tangent_map(group, chart):
+    zero, d = np.zeros(group.dimension), group.dimension
+    g = element(group, np.linspace(0.1, 1.0, d))
+    assert np.array_equal(place(chart, group, one(group), zero), one(group))
+    assert np.array_equal(tangent(chart, group, zero), np.eye(d))
+    assert np.array_equal(coordinates(chart, group, one(group), one(group)), zero)
+    assert np.allclose(coordinates(chart, group, g, g), zero, atol=1e-16)
+
+
+@each_chart
+def test_a_chart_says_by_which_angle_it_turns_and_where_it_ends(chart):
+    assert chart.limit == (np.pi if chart == CAYLEY else 2 * np.pi)
+    assert angle_of(chart.number, chart.farthest) == pytest.approx(0.995 * chart.limit, rel=1e-14)
+    for size in (1e-9, 0.3, 2.0, 3.1, 0.99 * chart.farthest):
+        R = place(chart, galvi.SO3(), np.eye(3), sized(galvi.SO3(), size))
+        turned = angle_of(chart.number, size)
+        assert np.trace(R) == pytest.approx(1.0 + 2.0 * np.cos(turned), abs=4e-15)
+
+
+@each_chart
+def test_where_a_chart_ends_its_tangent_map_has_no_inverse(chart):
+    size = {CAYLEY: 1e8, EXPONENTIAL: 2 * np.pi, RODRIGUES: 1e8}[chart]
+    T = tangent(chart, galvi.SO3(), sized(galvi.SO3(), size))
+    assert np.linalg.svd(T)[1].min() < 1e-7
+    inside = {CAYLEY: 1.0, EXPONENTIAL: np.pi, RODRIGUES: 4.0}[chart]
+    T = tangent(chart, galvi.SO3(), sized(galvi.SO3(), inside))
+    assert np.linalg.svd(T)[1].min() > 0.4
+
+
+@each_group
+def test_many_are_placed_at_once(group):
+    rng, d = np.random.default_rng(2), group.dimension
+    xi, g = rng.normal(size=(2, 3, d)), element(group, np.linspace(0.0, 1.0, d))
+    many = place(CAYLEY, group, g, xi)
+    assert many.shape == (2, 3, *group.shape)
+    assert np.array_equal(many[1, 2], place(CAYLEY, group, g, xi[1, 2]))
+    assert np.array_equal(tangent(CAYLEY, group, xi)[1, 2], tangent(CAYLEY, group, xi[1, 2]))
+    bases = np.stack([g] * 6).reshape(2, 3, *group.shape)
+    assert np.allclose(coordinates(CAYLEY, group, bases, many), xi, atol=1e-12)
+
+
+@pytest.mark.slow_cases(
+    "Cayley-SE3", "Cayley-Product", "Exponential-Product", "ModifiedRodrigues-Product"
+)
+@each_group
+@each_chart
+@given(data=st.data())
+def test_covectors_go_to_the_base_and_back_as_matrices_say(group, chart, data):
+    xi, mu = data.draw(vectors(group, 2.0)), data.draw(vectors(group))
+    there = mu + mapped("coadjoint_change", chart, group, xi, mu)
+    assert np.allclose(mapped("coadjoint", chart, group, xi, there), mu, atol=1e-13)
+    matrices = MatrixGroup(group)
+    P = matrices.matrix(place(chart, group, one(group), xi))
+    seen = [matrices.vee(np.linalg.solve(P, unit @ P)) for unit in matrices.basis]
+    assert np.allclose(there, np.array(seen) @ mu, atol=1e-12)  # mu . Ad(Phi^-1) e
+
+
+@pytest.mark.slow_cases("Rn")
+@each_group
+@given(data=st.data())
+def test_a_euclidean_slope_is_pulled_back_along_the_group(group, data):
+    """Of a function that is not linear in the entries, by a complex step."""
+    g = element(group, data.draw(vectors(group, 1.5)))
+    weights = np.random.default_rng(5).normal(size=g.size)
+
+    def function(k):
+        return np.sin(weights @ k.ravel())
+
+    slope, found = np.cos(weights @ g.ravel()) * weights, np.empty(group.dimension)
+    product.left_derivative(group.layout, g.ravel().copy(), slope, found)
+    moved = [MatrixGroup(group).moved(g, 1j * TINY * unit) for unit in np.eye(group.dimension)]
+    expected = [function(k).imag / TINY for k in moved]
+    assert np.allclose(found, expected, rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.slow_cases("Rn")
+@each_group
+def test_rounding_is_taken_out_of_an_element_to_second_order(group):
+    g = element(group, np.linspace(-1.0, 1.0, group.dimension))
+    off = g.ravel() + 1e-6 * np.random.default_rng(6).normal(size=g.size) * (g.ravel() % 1.0 != 0)
+    restored = off.copy()
+    product.restore(group.layout, restored)
+    group.check("restored", restored.reshape(group.shape))
+    assert np.max(np.abs(restored - off)) < 1e-5
+
+
+def test_another_chart_is_caught_by_the_matrices():
+    """Cayley's formulas are right to second order in xi, and both are seen at a turn of 0.1."""
+    xi = sized(SE3, 0.1)
+    there = MatrixGroup(SE3).chart(EXPONENTIAL, np.eye(4), xi)
+    assert np.max(np.abs(place(CAYLEY, SE3, np.eye(4), xi) - there)) > 1e-5
+    assert np.max(np.abs(tangent(CAYLEY, SE3, xi) - slopes_of(EXPONENTIAL, SE3, xi))) > 1e-4
+
+
+def test_a_path_is_followed_past_pi_and_back_through_the_identity():
+    turns = np.array([0.0, 3.0, 3.3, 3.0, 1.5, 0.0, 0.5])[:, None]
+    wrapped = (turns + np.pi) % (2.0 * np.pi) - np.pi
+    path = unwrapped(EXPONENTIAL, galvi.SO2(), wrapped)
+    np.testing.assert_allclose(path, turns, rtol=0.0, atol=1e-15)
+
+
+@given(vectors(galvi.SO3()))
+def test_the_rotation_along_which_functions_are_differenced_is_one(w):
+    R = rotated(w)
+    np.testing.assert_allclose(R @ R.T, np.eye(3), rtol=0.0, atol=1e-15 * (1.0 + w @ w))

@@ -1,6 +1,5 @@
-"""Forces on trees: a user's own, and those that a MuJoCo model has, by MuJoCo's accelerations."""
+"""Forces on trees: a user's own, those of a MuJoCo model by its accelerations, and its controls."""
 
-import pickle
 from dataclasses import replace
 
 import numba
@@ -11,7 +10,8 @@ import galvi
 from galvi.interop import from_mujoco as reader
 from galvi.interop import mujoco_forces
 from galvi.interop.mujoco_limits import BeyondTrees
-from galvi.tracing.laws_of_systems import lines_of
+from galvi.systems.trees.joint_forces import Drive
+from galvi.tracing.laws_of_systems import law_of, lines_of
 from tests.properties.random_trees import random_tree
 
 mujoco = pytest.importorskip("mujoco")
@@ -113,24 +113,19 @@ def test_the_law_for_lanes_is_the_kernels(kind):
         assert np.array(lanes) == pytest.approx(kernels, rel=1e-13, abs=1e-13)
 
 
-FAULTS = {  # of one part each, most by 1e-6
+FAULTS = {  # of each part one or two, most by 1e-6
     "motors": ("pulls", lambda pull: replace(pull, constant=pull.constant + 1e-6)),
-    "servos": ("pulls", lambda pull: replace(pull, damper=(pull.damper[0] + 1e-6, 0.0, 0.0))),
-    "affine gain and bias": ("pulls", lambda pull: replace(pull, offset=1e-6)),
-    "a motor of a tendon": ("pulls", lambda pull: replace(pull, arms=pull.arms[:1])),
     "a servo of a path": ("pulls", lambda pull: replace(pull, points=pull.points[:2])),
     "thrusters": ("pushes", lambda push: (push[0], push[1] + 1e-6, *push[2:])),
     "a fixed tendon": ("pulls", lambda pull: replace(pull, slack=(0.1 - 1e-4, 0.3 + 1e-4))),
-    "a path": ("pulls", lambda pull: replace(pull, spring=(3.0 + 1e-6, *pull.spring[1:]))),
     "held weights": ("weights", lambda held: (held[0], held[1] + 1e-6)),
     "a polynomial spring": ("pulls", lambda pull: replace(pull, spring=(0.0, 2.0, 3.0 + 1e-4))),
-    "a polynomial damper": ("pulls", lambda pull: replace(pull, damper=(0.0, 2.0, 3.0 + 1e-6))),
     "a medium": ("wet", lambda wet: (*wet[:2], wet[2] * (1.0 + 1e-6))),
     "wind alone": ("wet", lambda wet: (wet[0], np.eye(3), wet[2])),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", MODELS)
+@pytest.mark.parametrize("kind", FAULTS)
 def test_a_misread_force_is_caught_by_the_accelerations(kind, monkeypatch):
     """Planted: each force with one number changed."""
     part, change = FAULTS[kind]
@@ -144,25 +139,6 @@ def test_a_misread_force_is_caught_by_the_accelerations(kind, monkeypatch):
     monkeypatch.setattr(reader, "forces_of", wrong)
     with pytest.raises(ValueError, match="misreads this model: MuJoCo accelerates joint"):
         read(kind)
-
-
-@pytest.mark.slow_cases("a path")
-@pytest.mark.parametrize("kind", ["servos", "a path"])
-def test_a_run_agrees_with_mujocos_rk4(kind):
-    problem, own = read(kind)
-    problem = problem.with_initial_state(*next(states(problem)))
-    run = galvi.integrate(problem, METHOD, 0.005, 40)
-    assert run.success and run.engine == "lanes"
-    own.model.opt.integrator, own.model.opt.timestep = int(mujoco.mjtIntegrator.mjINT_RK4), 1e-4
-    data = own.data()
-    data.qpos[:], data.qvel[:] = problem.system.to_mujoco(problem.q0, problem.v0)
-    mujoco.mj_step(own.model, data, nstep=2000)
-    ours = problem.system.to_mujoco(run.q[-1], run.v[-1])
-    signs = np.sign(ours[0] * data.qpos)  # of a quaternion
-    assert np.abs(ours[0]) * signs == pytest.approx(np.abs(data.qpos) * signs, abs=1e-8)
-    assert ours[1] == pytest.approx(data.qvel, abs=1e-7)
-    newton = galvi.integrate(problem, METHOD, 0.005, 40, solver="newton")
-    assert newton.q[-1] == pytest.approx(run.q[-1], abs=1e-12)
 
 
 # ---------------------------------------------------------------- limits, controls, refusals
@@ -205,12 +181,6 @@ def test_controls_are_given_a_keyframes_or_zero():
     assert pull(galvi.from_mujoco(text, key="bent", ctrl=[0.3])).constant == 3.0
     far = text.replace('ctrl=".5"', 'ctrl="7"')
     assert pull(galvi.from_mujoco(far, key="bent")).constant == 10.0  # clamped, as by MuJoCo
-    with pytest.raises(ValueError, match=r"ctrl\[0\] must be within .* from -1 to 1; received 7"):
-        galvi.from_mujoco(text, ctrl=[7.0])
-    with pytest.raises(ValueError, match=r"ctrl must have shape \(1,\)"):
-        galvi.from_mujoco(text, ctrl=[0.1, 0.2])
-    with pytest.raises(ValueError, match="ctrl is of actuators, which are ignored"):
-        galvi.from_mujoco(text, ignore="actuators", ctrl=[0.1])
 
 
 ROUND = '<site site="w"/><geom geom="g"/><site site="s1"/>'
@@ -263,7 +233,7 @@ def test_a_spring_of_no_length_is_linear_from_where_its_ends_meet():
     problem = galvi.from_mujoco(HANGING.format(rest="0 0", damping=0.0))
     run = galvi.integrate(problem, METHOD, 0.05, 20)
     exact = 9.81 / 100.0 * (1.0 - np.cos(10.0 * run.t))
-    assert run.status == "Completed."
+    assert run.outcome.end is galvi.End.COMPLETED
     assert run.q[:, 0] == pytest.approx(exact, abs=1e-10)  # 7e-13
 
 
@@ -274,12 +244,12 @@ def swirl(q, v, t):
     return 0.1 * v * v[0] + 0.3 * t
 
 
-SMOOTH = numba.njit(lambda q, v: 0.1 * v * v[0])
-
-
-@pytest.mark.slow_cases(but=["swirl-True0"])
-@pytest.mark.parametrize(("force", "timed"), [(swirl, True), (SMOOTH, False),
-                                              (numba.njit(swirl), True)])  # fmt: skip
+@pytest.mark.slow_cases("compiled")
+@pytest.mark.parametrize(
+    ("force", "timed"),
+    [(swirl, True), (numba.njit(lambda q, v: 0.1 * v * v[0]), False)],
+    ids=["of time", "compiled"],
+)
 def test_a_force_of_the_users_acts_beside_damping(force, timed):
     plain = galvi.from_mujoco(random_tree(3, 3, kinds=("hinge",)))
     system = galvi.Multibody(
@@ -289,46 +259,146 @@ def test_a_force_of_the_users_acts_beside_damping(force, timed):
     q, v, t = plain.q0, plain.v0 + 0.5, (0.4,) * timed
     change = system.acceleration(q, v, 0.4) - plain.system.acceleration(q, v)
     assert system.tree.mass(q) @ change == pytest.approx(force(q, v, *t), abs=1e-12)
-    problem = galvi.Problem(system, q, v)
-    run = galvi.integrate(problem, METHOD, 0.01, 30)
-    again = galvi.integrate(problem, METHOD, 0.01, 30, solver="newton")
-    assert run.success and run.q[-1] == pytest.approx(again.q[-1], abs=1e-12)
+    runs = [
+        galvi.integrate(galvi.Problem(system, q, v), METHOD, 0.01, 30, solver=solver)
+        for solver in ("auto", "newton")
+    ]
+    assert runs[0].success and runs[0].q[-1] == pytest.approx(runs[1].q[-1], abs=1e-12)
     lighter = system.with_numbers(gravity=[0.0, 0.0, -1.0])
     assert lighter.given_force == (force, timed)
     same = replace(system, gravity=(0.0, 0.0, -1.0))
     assert np.array_equal(same.acceleration(q, v), lighter.acceleration(q, v))
 
 
-def test_a_bad_force_of_the_users_is_refused_in_words():
-    links = galvi.Link(galvi.Joint("hinge", damping=1.0), 1.0, (0, 0, -1))
-    for bad, error, said in (
-        ({"force": 3}, TypeError, r"force must be a function of \(q, v\); received 3"),
-        ({"timed_force": True}, ValueError, "received no force. Give one"),
-        ({"force": galvi.RotorDrag(1.0), "timed_force": True}, TypeError, "on joints with damping"),
-    ):
-        with pytest.raises(error, match=said):
-            galvi.Multibody(links, **bad)
-    wrong = galvi.Multibody(links, force=lambda q, v: np.zeros(2))
-    with pytest.raises(ValueError, match=r"force must return an array of shape \(1,\)"):
-        galvi.integrate(galvi.Problem(wrong, [0.1], [0.0]), METHOD, 0.01, 2)
-
-
-@pytest.mark.slow(
-    beside="test_ensembles_with_forces.py::test_a_saved_run_in_a_medium_can_get_other_masses"
-)
-def test_forces_are_pickled_stored_and_varied(tmp_path):
+def test_held_weights_follow_gravity():
     problem, own = read("held weights")
     q, v = next(states(problem))
-    copied = pickle.loads(pickle.dumps(problem.system))
-    expected = problem.system.acceleration(q, v)
-    assert np.array_equal(copied.acceleration(q, v), expected)
-    run = galvi.integrate(problem.with_initial_state(q, v), METHOD, 0.005, 3)
-    galvi.save(run, tmp_path / "run.npz")
-    stored = galvi.load(tmp_path / "run.npz").problem.system
-    assert np.array_equal(stored.acceleration(q, v), expected)
     own.model.opt.gravity[:] = 0.0, 3.0, -5.0
     data = own.data()
     data.qpos[:], data.qvel[:] = problem.system.to_mujoco(q, v)
     mujoco.mj_forward(own.model, data)
     varied = problem.system.with_numbers(gravity=[0.0, 3.0, -5.0])
     assert varied.acceleration(q, v) == pytest.approx(data.qacc, rel=1e-11, abs=1e-11)
+
+
+# ---------------------------------------------------------------- controls that change
+
+TICK = 0.002
+DRIVEN = """<mujoco><option timestep="0.0005" integrator="RK4"/><worldbody>
+  <body><joint name="a" axis="0 1 0" damping="0.3"/><joint name="b" axis="1 0 0"/>
+    <inertial pos="0 0 -0.2" mass="1" diaginertia="0.02 0.02 0.01"/>
+    <body pos="0 0 -0.4"><joint name="c" axis="0 1 0"/>
+      <inertial pos="0 0 -0.2" mass="0.5" diaginertia="0.01 0.01 0.005"/>
+      <site name="nozzle" pos="0 0 -0.3" euler="20 30 0"/></body></body></worldbody>
+  <tendon><fixed name="both"><joint joint="a" coef="1"/><joint joint="c" coef="-0.5"/></fixed>
+  </tendon>
+  <actuator>
+    <motor name="pusher" joint="a" gear="2" ctrlrange="-3 3"/>
+    <position name="servo" joint="b" kp="8" kv="0.2"/>
+    <motor name="pull" tendon="both"/>
+    <general name="stiff" joint="c" gaintype="affine" gainprm="0.5 0.4 -0.3" biastype="affine"
+      biasprm="0.1 -1 -0.1"/>
+    <motor name="jet" site="nozzle" gear="1 0.5 0 0 0 0.1" forcelimited="true" forcerange="-1 1"/>
+  </actuator></mujoco>"""
+U = np.random.default_rng(3).uniform(-1.5, 1.5, (50, 5))
+
+
+def arm(ctrl=None):
+    return galvi.from_mujoco(DRIVEN, ctrl=ctrl)
+
+
+@pytest.mark.parametrize("k", range(2))
+def test_with_numbers_is_the_model_read_with_these_controls(k):
+    read, given = arm(U[k]).system, arm().system.with_numbers(ctrl=U[k])
+    q, v = U[k + 1, :3], U[k + 2, :3]
+    assert given.acceleration(q, v) == pytest.approx(read.acceleration(q, v), rel=1e-13, abs=1e-13)
+    np.testing.assert_array_equal(given.force.numbers, read.force.numbers)
+    again = given.with_numbers(ctrl=U[k + 1])  # from one to the next, without reading
+    np.testing.assert_array_equal(again.force.numbers, arm(U[k + 1]).system.force.numbers)
+    heavy = given.with_numbers(masses=[2.0, 1.0])  # keeps its controls
+    assert heavy.with_numbers(masses=[1.0, 0.5]).acceleration(q, v) == pytest.approx(
+        read.acceleration(q, v), rel=1e-12
+    )
+
+
+def test_ticks_of_resume_are_those_of_mujoco():
+    problem = arm()
+    first = replace(problem, system=problem.system.with_numbers(ctrl=U[0]))
+    run = galvi.integrate(first, METHOD, TICK, 1)
+    data = mujoco.MjData(mujoco.MjModel.from_xml_string(DRIVEN))
+    for k, u in enumerate(U):
+        run = galvi.resume(run, 1, ctrl=u) if k else run
+        data.ctrl[:] = u
+        mujoco.mj_step(data.model, data, nstep=4)
+    assert run.engine == "lanes" and run.t[-1] == pytest.approx(len(U) * TICK)
+    assert run.q[-1] == pytest.approx(data.qpos, abs=1e-9)
+    assert run.v[-1] == pytest.approx(data.qvel, abs=1e-7)
+
+
+@pytest.mark.slow(beside="test_with_numbers_is_the_model_read_with_these_controls")
+def test_members_with_controls_of_their_own():
+    problem = arm()
+    q, v = np.repeat(problem.q0[None], 4, axis=0), np.repeat(problem.v0[None], 4, axis=0)
+    many = galvi.integrate_ensemble(problem, q, v, METHOD, TICK, 50, parameters={"ctrl": U[:4]})
+    for k in range(4):
+        one = galvi.integrate(arm(U[k]), METHOD, TICK, 50)
+        assert np.asarray(many)[k, 0] == pytest.approx(one.q[-1], abs=1e-13)
+
+
+def test_other_controls_do_not_compile_anew():
+    zero, other = (arm().system.with_numbers(ctrl=u) for u in (np.zeros(5), U[0]))
+    assert law_of(zero)[0] == law_of(other)[0] == law_of(arm().system)[0]
+
+
+def test_a_planted_drive_that_keeps_its_slope_is_caught(monkeypatch):
+    sound = Drive.law
+    monkeypatch.setattr(Drive, "law", lambda drive, u: (sound(drive, u)[0], *sound(drive, 0.0)[1:]))
+    with pytest.raises(ValueError, match="misreads this model"):
+        arm(U[0])
+
+
+@pytest.mark.slow(beside="tests/suite/reports/test_judge.py::test_sources_of_every_kind_are_judged")
+def test_judge_takes_controls():
+    """A servo at ctrl 0 rests; with others it moves, in MuJoCo's run as in galvi's."""
+    ctrl = np.array([0.5, 0.4, 0.0, 0.2, 0.3])
+    driven = mujoco.MjModel.from_xml_string(DRIVEN)
+    found = galvi.judge(driven, 0.2, 1e-6, ctrl=ctrl, qpos=[0.1, 0.0, 0.0], quick=True)
+    assert found.passed and found.own["error"] < 1e-8
+
+
+def test_a_thruster_on_the_world_pushes_nothing():
+    text = """<mujoco><worldbody><site name="w" pos="0.3 0.2 1"/>
+      <body><joint axis="0 1 0"/><inertial pos="0 0 -0.2" mass="1" diaginertia=".2 .2 .1"/></body>
+      </worldbody><actuator><motor site="w" gear="1 0 0 0 0 0"/></actuator></mujoco>"""
+    run = galvi.integrate(galvi.from_mujoco(text), METHOD, TICK, 1)
+    assert abs(galvi.resume(run, 50, ctrl=[3.0]).q[-1, 0]) < 1e-15
+
+
+def test_a_gain_that_is_misread_is_caught_where_controls_are_0(monkeypatch):
+    sound = mujoco_forces._laws
+    monkeypatch.setattr(
+        mujoco_forces, "_laws", lambda model, k: ((2.0, 0.0, 0.0), sound(model, k)[1])
+    )
+    with pytest.raises(ValueError, match="misreads this model"):
+        arm()
+
+
+def test_resume_with_controls_refuses_what_it_cannot_keep(tmp_path):
+    brake = galvi.Event(lambda q, v, t: np.sin(np.pi * t / 0.01), action=lambda q, v, t: (q, 0 * v))
+    run = galvi.integrate(arm(), METHOD, 0.005, 5, events=[brake])
+    galvi.save(run, tmp_path / "run")
+    for one in (run, galvi.load(tmp_path / "run")):
+        with pytest.raises(ValueError, match="events"):
+            galvi.resume(one, 1, ctrl=np.zeros(5))
+    strong = DRIVEN.replace('gear="2"', 'gear="2" forcelimited="true" forcerange="-1 1"')
+    run = galvi.integrate(galvi.from_mujoco(strong), METHOD, TICK, 1)
+    with pytest.raises(ValueError, match=r"actuator pusher is beyond its limits .* Choose other"):
+        galvi.resume(run, 1, ctrl=[3.0, 0.0, 0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("limits", ["5 10", "-9 -4", "-0.2 0.8", "0 0.1"])
+def test_ranges_need_not_hold_0_or_1(limits):
+    text = DRIVEN.replace('ctrlrange="-3 3"', f'ctrlrange="{limits}"')
+    least, most = map(float, limits.split())
+    found = galvi.from_mujoco(text).system.force
+    assert least <= found.controls[0] <= most and least <= found.some_controls()[0] <= most

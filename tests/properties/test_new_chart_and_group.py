@@ -1,6 +1,5 @@
 """A new chart, or group, is one kernel file, one value and one entry: nothing else changes."""
 
-import ast
 import os
 import shutil
 import subprocess
@@ -16,6 +15,34 @@ from galvi.kernels.lie.dispatch import CHARTS as MODULES
 SOURCE = Path(galvi.__file__).parent
 NOW = [MODULES[chart.number].__name__.rpartition(".")[2] for chart in CHARTS]
 LIKE = CHARTS.index(galvi.ModifiedRodrigues())
+KERNELS = {"charts": ("modified_rodrigues", "NewChart"), "groups": ("se2", "NewGroup")}  # copied
+VALUES = {
+    "charts": """
+from dataclasses import dataclass
+from typing import ClassVar
+
+from galvi.charts.chart import ModifiedRodrigues
+from galvi.kernels.lie.charts import another
+from galvi.kernels.lie.dispatch import CHARTS
+
+
+@dataclass(frozen=True)
+class NewChart(ModifiedRodrigues):
+    name: ClassVar[str] = "another"
+    number: ClassVar[int] = CHARTS.index(another)
+""",
+    "groups": """
+from dataclasses import dataclass
+
+from galvi.groups.group import SE2
+from galvi.kernels.lie.groups import another
+
+
+@dataclass(frozen=True)
+class NewGroup(SE2):
+    _kernels = another
+""",
+}
 USE = """
 import numpy as np
 from galvi.charts import CHARTS
@@ -27,6 +54,7 @@ from galvi.run.saving.files import storable_values
 
 assert [MODULES[chart.number].__name__.rpartition(".")[2] for chart in CHARTS] == {charts}
 chart, like = CHARTS[-1], CHARTS[{like}]
+assert (type(chart).__name__, type(GROUPS[-1]).__name__) == ("NewChart", "NewGroup")
 for group in GROUPS:
     name = type(group).__name__
     if name != "Product":
@@ -39,93 +67,26 @@ for group in GROUPS:
         for each, row in zip((chart, like), slopes):
             product.momentum_slope(group.layout, each.number, xi, eta, np.ones(xi.size), row)
         assert np.any(slopes) == (name != "Rn") and np.array_equal(*slopes), name
-stored = set(storable_values().values())
-assert type(chart) in stored and {{type(group) for group in GROUPS}} <= stored
-print(type(chart).__name__, [type(group).__name__ for group in GROUPS])
+assert {{type(chart), *map(type, GROUPS)}} <= set(storable_values().values())
 """
 
 
-def copied(old, new, names, only=""):
-    """A file of the package under another name, with other words in it; of a file with several
-    classes only the one of this name, and their bases."""
-    text = old.read_text()
-    if only:
-        parts = [one for one in ast.parse(text).body
-                 if not isinstance(one, ast.ClassDef)
-                 or one.name in (only, "_Matrices", "_Motions")]  # fmt: skip
-        text = "\n".join(map(ast.unparse, parts))
-    for one, other in names.items():
-        text = text.replace(one, other)
-    new.write_text(text)
-
-
-def entered(path, imported, before, after):
-    """One more entry in the tuple of an __init__.py."""
-    text = path.read_text()
-    assert before in text
-    path.write_text(imported + text.replace(before, after))
-
-
-def outcome(folder, charts):
-    """What a Python without numba's compiler says of the copy."""
-    return subprocess.run(
-        [sys.executable, "-c", USE.format(charts=charts, like=LIKE)],
-        cwd=folder,
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(folder)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
-@pytest.fixture
-def copy(tmp_path):
-    """The package, to add to."""
+@pytest.mark.slow(
+    beside="tests/suite/architecture/test_additions.py::test_every_row_names_folders_and_lists_that_exist"
+)
+def test_a_chart_and_a_group_are_each_a_kernel_file_a_value_and_an_entry(tmp_path):
+    """Their names come first in their folders, so that all other numbers change."""
     shutil.copytree(SOURCE, tmp_path / "galvi", ignore=shutil.ignore_patterns("__pycache__"))
-    return tmp_path
-
-
-@pytest.mark.slow(
-    beside="tests/suite/architecture/test_additions.py::test_every_row_names_folders_and_lists_that_exist"
-)
-def test_a_chart_is_a_kernel_file_a_value_and_an_entry(copy):
-    """Its name comes first in its folder, so that all other numbers change."""
-    names = {"modified_rodrigues": "another", "ModifiedRodrigues": "Another"}
-    folder = copy / "galvi/kernels/lie/charts"
-    copied(folder / "modified_rodrigues.py", folder / "another.py", names)
-    folder = copy / "galvi/charts"
-    copied(folder / "chart.py", folder / "another.py", names, "ModifiedRodrigues")
-    entries = copy / "galvi/charts/__init__.py"
-    text = entries.read_text().rstrip().removesuffix(")") + ", Another())\n"
-    entries.write_text("from galvi.charts.another import Another\n" + text)
-    found = outcome(copy, [*NOW, "another"])
-    assert found.returncode == 0, found.stderr
-    assert found.stdout.startswith("Another")
-
-
-@pytest.mark.slow(
-    beside="tests/suite/architecture/test_additions.py::test_every_row_names_folders_and_lists_that_exist"
-)
-def test_a_group_is_a_kernel_file_a_value_and_an_entry(copy):
-    names = {"se2,": "another,", "kernels = se2": "kernels = another", "SE2": "Another"}
-    folder = copy / "galvi/kernels/lie/groups"
-    copied(folder / "se2.py", folder / "another.py", names)
-    folder = copy / "galvi/groups"
-    copied(folder / "group.py", folder / "another.py", names, "SE2")
-    entered(
-        copy / "galvi/groups/__init__.py",
-        "from galvi.groups.another import Another\n",
-        "SE3(), Product",
-        "SE3(), Another(), Product",
+    for folder, (like, name) in KERNELS.items():
+        kernels, values = tmp_path / "galvi/kernels/lie" / folder, tmp_path / "galvi" / folder
+        shutil.copy(kernels / f"{like}.py", kernels / "another.py")
+        (values / "another.py").write_text(VALUES[folder])
+        text = (values / "__init__.py").read_text().rstrip().removesuffix(")")
+        imported = f"from galvi.{folder}.another import {name}\n"
+        (values / "__init__.py").write_text(imported + f"{text}, {name}())\n")
+    subprocess.run(  # by a Python without numba's compiler
+        [sys.executable, "-c", USE.format(charts=[*NOW, "another"], like=LIKE)],
+        cwd=tmp_path,
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(tmp_path)},
+        check=True,
     )
-    found = outcome(copy, NOW)
-    assert found.returncode == 0, found.stderr
-    assert "'Another'" in found.stdout
-
-
-@pytest.mark.slow(
-    beside="tests/suite/architecture/test_additions.py::test_every_row_names_folders_and_lists_that_exist"
-)
-def test_a_chart_without_its_kernel_file_is_refused(copy):
-    (copy / "galvi/kernels/lie/charts/modified_rodrigues.py").unlink()
-    assert "ImportError" in outcome(copy, NOW).stderr

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import logging
-from pathlib import Path
+import pickle
 from typing import Any
 
 import numpy as np
@@ -13,11 +13,29 @@ import pytest
 import galvi
 from galvi.interop import rebound as reader
 from galvi.interop import rebound_contents as contents
+from references.rebound.ias15 import IAS15
 
 rebound = pytest.importorskip("rebound")
 
 SIX = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 NUMBERS = (ctypes.c_double, ctypes.c_int, ctypes.c_uint, ctypes.c_size_t, ctypes.c_long)
+
+
+def simulation(active: bool = True) -> Any:
+    """A star, a planet and an asteroid, at t = 3 years."""
+    sim = rebound.Simulation()
+    sim.units = ("AU", "yr", "Msun")
+    sim.add(m=1.0, name="Sun")
+    sim.add(m=1e-3, a=1.0, e=0.1, inc=0.1, name="Planet")
+    sim.add(m=0.0 if active else 1e-6, a=2.1, e=0.05)
+    if not active:
+        sim.N_active = 2
+    sim.integrator = "whfast"
+    sim.integrator.safe_mode, sim.integrator.keep_unsynchronized = 0, 1
+    sim.dt = 0.01
+    sim.steps(300)
+    return sim
 
 
 def planets(**fields: Any) -> Any:
@@ -30,23 +48,200 @@ def planets(**fields: Any) -> Any:
     return sim
 
 
-def test_the_shearing_sheet_is_refused_by_name() -> None:
-    """Its true place at t = pi is (0.7, -0.6 pi), that of point masses at rest (0.1, 0)."""
-    sim = rebound.Simulation()
-    sim.integrator, sim.dt, sim.OMEGA = "sei", 1e-3, 1.0
-    sim.add(m=1e-12)
-    sim.add(m=1e-12, x=0.1)
-    with pytest.raises(ValueError, match=r"OMEGA = 1\.0.*the integrator 'sei'"):
-        galvi.from_rebound(sim)
+# ---------------------------------------------------------------- in and out
 
 
-def test_options_that_change_the_force_are_refused_by_name() -> None:
-    sim = planets()
+@pytest.mark.parametrize("active", [True, False])
+def test_a_simulation_comes_in_with_all_it_has_and_stays_as_it_was(active: bool) -> None:
+    sim = simulation(active)
+    before = sim.particles[1].x
+    problem = galvi.from_rebound(sim)
+    assert not sim.is_synchronized and sim.particles[1].x == before  # as it was
+    assert problem.t0 == sim.t and problem.system.G == sim.G
+    assert problem.units == "length au, time yr, mass msun"
+    assert problem.parameters["bodies"] == ("Sun", "Planet", "2")
+    assert problem.parameters["integrator"] == "whfast" and problem.parameters["dt"] == 0.01
+    assert problem.system.masses.tolist() == [1.0, 1e-3, 0.0]
+    sim.synchronize()
+    assert np.array_equal(problem.q0, [p.xyz for p in sim.particles])
+
+
+@pytest.mark.parametrize("active", [True, False])
+def test_the_run_of_a_simulation_goes_out_with_all_it_has(active: bool) -> None:
+    sim = simulation(active)
+    problem = galvi.from_rebound(sim)
+    run = galvi.integrate(problem, EIGHT, 0.1, 100)
+    truth = IAS15.run(problem, 10.0, {"samples": 1})
+    assert np.max(np.abs(run.q[-1] - truth.q[-1])) < 1e-11
+    out = run.to_rebound()
+    assert out.units == sim.units and out.G == sim.G and out.t == run.t[-1]
+    assert [p.name for p in out.particles] == ["Sun", "Planet", None] and out.N_active == 2
+    assert out.energy() == pytest.approx(galvi.energy(run)[-1], rel=1e-14)
+    again = galvi.from_rebound(run.to_rebound(at=7))
+    assert again.t0 == run.t[7] and np.array_equal(again.q0, run.q[7])
+    assert np.array_equal(again.v0, run.v[7])
+
+
+def test_what_a_simulation_has_comes_back(tmp_path: Any) -> None:
+    sim = planets(integrator="whfast", dt=-0.07, exit_max_distance=50.0)
+    sim.integrator.corrector, sim.integrator.kernel = 11, "LAZY"
+    sim.particles[1].r = 4e-4
+    problem = galvi.from_rebound(sim)
+    assert problem.parameters["exit_max_distance"] == 50.0
+    back = galvi.integrate(problem, SIX, -0.1, 4).to_rebound(at=0)
+    assert back.integrator.name.decode() == "whfast" and back.dt == -0.07
+    assert back.integrator.corrector == 11 and back.integrator.kernel == "LAZY"
+    assert [p.r for p in back.particles] == [0.0, 4e-4, 0.0] and back.particles[0].name == "Star"
+    assert galvi.from_rebound(back).parameters == {
+        key: value for key, value in problem.parameters.items() if key != "exit_max_distance"
+    }
+
+
+def test_the_usual_time_between_the_states_of_an_archive_is_read(tmp_path: Any) -> None:
+    sim, file = planets(), tmp_path / "archive.bin"
+    for k in range(5):
+        sim.integrate(0.7 * k)
+        sim.save_to_file(str(file))
+    assert galvi.from_rebound(file).parameters["output_every"] == pytest.approx(0.7)
+    assert galvi.from_rebound(str(file), snapshot=1).t0 == pytest.approx(0.7)
+    for snapshot in ("x", 1.5, True, None):
+        with pytest.raises(ValueError, match=r"snapshot must be a whole number; received .* -1 is"):
+            galvi.from_rebound(file, snapshot=snapshot)
+    with pytest.raises(ValueError, match="snapshot must be a whole number from -5 to 4"):
+        galvi.from_rebound(file, snapshot=5)
+    planets().save_to_file(str(file), delete_file=True)
+    assert "output_every" not in galvi.from_rebound(file).parameters
+
+
+@pytest.mark.slow(beside="test_the_usual_time_between_the_states_of_an_archive_is_read")
+def test_a_broken_file_is_refused(tmp_path: Any) -> None:
+    path, broken = tmp_path / "run.bin", tmp_path / "broken.bin"
+    planets().save_to_file(str(path))
+    whole = path.read_bytes()
+    for content in (b"", b"no archive", whole[:100], whole[: len(whole) // 2]):
+        broken.write_bytes(content)
+        with pytest.raises(ValueError, match=r"broken\.bin must be a file of REBOUND's"):
+            galvi.from_rebound(broken)
+    with pytest.raises(FileNotFoundError, match="there is no file"):
+        galvi.from_rebound(tmp_path / "absent.bin")
+
+
+def test_a_file_is_read_in_another_process_which_may_crash(
+    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, sim = tmp_path / "run.bin", simulation()
+    sim.save_to_file(str(path))
+    there = galvi.from_rebound(path)
+    monkeypatch.setattr(rebound, "Simulationarchive", None)  # here nothing is read
+    assert there.q0.tobytes() == galvi.from_rebound(path).q0.tobytes()
+    assert pickle.loads(pickle.dumps(galvi.from_rebound(sim))).parameters == there.parameters
+    program, damaged = tmp_path / "program.py", "it is damaged: REBOUND crashes"
+    monkeypatch.setattr(reader, "READER", str(program))
+    for text, words in (
+        ("import os; os.kill(os.getpid(), 11)", damaged),
+        ("import os; os._exit(3)", damaged),
+        ("import galvi_absent", "ended with: ModuleNotFoundError: No module named"),
+    ):
+        program.write_text(text)
+        with pytest.raises(ValueError, match=words):
+            galvi.from_rebound(path)
+
+
+@pytest.mark.slow(beside="test_the_usual_time_between_the_states_of_an_archive_is_read")
+def test_a_heartbeat_and_a_patch_version_do_not_matter(
+    tmp_path: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    sim = planets(heartbeat=lambda pointer: None)
+    sim.integrate(1.0)
+    there = galvi.from_rebound(sim)
+    path = tmp_path / "run.bin"
+    sim.save_to_file(str(path))
+    with caplog.at_level(logging.WARNING, logger="galvi"):
+        again, own = reader.read(path)
+    assert np.array_equal(again.q0, there.q0) and own.N == 3 and not own._heartbeat
+    assert "forces among them are not in it" in again.parameters["functions"]
+    assert "forces among them are not in it" in caplog.text
+    older = tmp_path / "older.bin"
+    ours = rebound.__version__.encode()
+    older.write_bytes(path.read_bytes().replace(ours, b"5.2.1"[: len(ours)], 1))
+    found = galvi.from_rebound(older)
+    assert np.array_equal(found.q0, there.q0)
+    assert "written by REBOUND 5.2.1" in found.parameters["written_by"]
+    for version in (b"4.4.9", b"3.9.3"):
+        older.write_bytes(path.read_bytes().replace(ours, version, 1))
+        with pytest.raises(ValueError, match=rf"by REBOUND {version.decode()}, .*Load it with"):
+            galvi.from_rebound(older)
+
+
+# ---------------------------------------------------------------- what is refused
+
+
+def sheared(sim: Any) -> None:
+    """A pair in which a place at t = pi is (0.7, -0.6 pi), that of point masses (0.1, 0)."""
+    sim.integrator, sim.OMEGA = "sei", 1.0
+
+
+def relativistic(sim: Any) -> None:
     sim.integrator = "whfast512"
-    assert galvi.from_rebound(sim).parameters["integrator"] == "whfast512"
     sim.integrator.gr_potential = 1
-    with pytest.raises(ValueError, match=r"whfast512\.gr_potential = 1"):
+
+
+def pulling(sim: Any) -> None:
+    sim.N_active, sim.testparticle_type, sim.particles[2].m = 2, 1, 1e-6
+
+
+def forced(sim: Any, extras: int = 0) -> None:
+    """With additional forces, which are REBOUNDx's where it has set ``extras``."""
+    sim.additional_forces = lambda pointer: None
+    sim.extras = extras
+
+
+def lost(sim: Any) -> None:
+    sim.particles[1].x = float("nan")
+
+
+REFUSED = {
+    r"OMEGA = 1\.0.*the integrator 'sei'": sheared,
+    r"whfast512\.gr_potential = 1": relativistic,
+    "test particles that pull": pulling,
+    "additional forces": forced,
+    r"additional forces\. Give .*extras=rebx\)\.$": lambda sim: forced(sim, 1),
+    r"extras=rebx\)\. Remove softening \(0\.1\) in REBOUND": lambda sim: (
+        forced(sim, 1),
+        setattr(sim, "softening", 0.1),
+    ),
+    "collisions": lambda sim: setattr(sim, "collision", "direct"),
+    r"softening \(0\.1\)": lambda sim: setattr(sim, "softening", 0.1),
+    "variational particles": lambda sim: sim.add_variation(),
+    r"received the position \[nan, .* of particle 1": lost,
+}
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("words", REFUSED)
+def test_what_is_more_than_point_masses_is_refused_by_name(words: str) -> None:
+    sim = planets()
+    REFUSED[words](sim)
+    with pytest.raises(ValueError, match=words):
         galvi.from_rebound(sim)
+    if words.startswith("additional forces"):
+        with pytest.raises(ValueError, match=words):
+            galvi.judge(sim)
+
+
+def test_what_is_no_simulation_is_refused() -> None:
+    with pytest.raises(ValueError, match="must have particles"):
+        galvi.from_rebound(rebound.Simulation())
+    with pytest.raises(TypeError, match=r"source must be a rebound\.Simulation"):
+        galvi.from_rebound(3)
+    swing = galvi.integrate(galvi.problems.planar_pendulum(), SIX, 0.1, 2)
+    with pytest.raises(ValueError, match="holds point masses"):
+        swing.to_rebound()
+    with pytest.raises(ValueError, match="at must be a whole number from -3 to 2"):
+        galvi.integrate(galvi.from_rebound(planets()), SIX, 0.1, 2).to_rebound(at=3)
+
+
+# ---------------------------------------------------------------- numbers
 
 
 # Sizes of memory, which cannot be set from outside without breaking it.
@@ -106,20 +301,6 @@ def test_a_misreading_is_caught_by_the_accelerations(
         galvi.from_rebound(planets())
 
 
-def test_readings_agree_to_rounding_at_other_states_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    for integrator in ("whfast", "mercurius", "ias15"):
-        sim = planets(integrator=integrator, dt=0.05)
-        sim.steps(3)
-        problem, own = reader.read(sim)
-        moved = problem.q0 + np.random.default_rng(1).normal(size=problem.q0.shape)
-        with monkeypatch.context() as patched:
-            patched.setattr(reader, "GRAVITY_TOLERANCE", 1e-14)  # 4e-16
-            reader.check_reading(own, problem, moved, problem.v0)
-        own.particles[0].m = 1.1
-        with pytest.raises(ValueError, match="misreads"):
-            reader.check_reading(own, problem, moved, problem.v0)
-
-
 def test_an_encounter_in_mercurius_is_read() -> None:
     """It leaves its own routine of gravity behind, called custom."""
     sim = rebound.Simulation()
@@ -134,54 +315,6 @@ def test_an_encounter_in_mercurius_is_read() -> None:
         galvi.from_rebound(sim)
 
 
-@pytest.mark.slow(beside="test_the_usual_time_between_the_states_of_an_archive_is_read")
-def test_a_heartbeat_and_a_patch_version_do_not_matter(
-    tmp_path: Any, caplog: pytest.LogCaptureFixture
-) -> None:
-    sim = planets(heartbeat=lambda pointer: None)
-    sim.integrate(1.0)
-    there = galvi.from_rebound(sim)
-    path = tmp_path / "run.bin"
-    sim.save_to_file(str(path))
-    with caplog.at_level(logging.WARNING, logger="galvi"):
-        again, own = reader.read(path)
-    assert np.array_equal(again.q0, there.q0) and own.N == 3 and not own._heartbeat
-    assert "forces among them are not in it" in again.parameters["functions"]
-    assert "forces among them are not in it" in caplog.text
-    older = tmp_path / "older.bin"
-    ours = rebound.__version__.encode()
-    older.write_bytes(path.read_bytes().replace(ours, b"5.2.1"[: len(ours)], 1))
-    found = galvi.from_rebound(older)
-    assert np.array_equal(found.q0, there.q0)
-    assert "written by REBOUND 5.2.1" in found.parameters["written_by"]
-    for version in (b"4.4.9", b"3.9.3"):
-        older.write_bytes(path.read_bytes().replace(ours, version, 1))
-        with pytest.raises(ValueError, match=rf"by REBOUND {version.decode()}, .*Load it with"):
-            galvi.from_rebound(older)
-
-
-def test_what_a_simulation_has_comes_back(tmp_path: Any) -> None:
-    sim = planets(integrator="whfast", dt=-0.07, exit_max_distance=50.0)
-    sim.integrator.corrector, sim.integrator.kernel = 11, "LAZY"
-    sim.particles[1].r = 4e-4
-    problem = galvi.from_rebound(sim)
-    assert problem.parameters["exit_max_distance"] == 50.0
-    back = galvi.integrate(problem, SIX, -0.1, 4).to_rebound(at=0)
-    assert back.integrator.name.decode() == "whfast" and back.dt == -0.07
-    assert back.integrator.corrector == 11 and back.integrator.kernel == "LAZY"
-    assert [p.r for p in back.particles] == [0.0, 4e-4, 0.0] and back.particles[0].name == "Star"
-    assert galvi.from_rebound(back).parameters == {
-        key: value for key, value in problem.parameters.items() if key != "exit_max_distance"
-    }
-
-
-def test_a_number_that_is_not_finite_is_said_of_its_particle() -> None:
-    sim = planets()
-    sim.particles[1].x = float("nan")
-    with pytest.raises(ValueError, match=r"received the position \[nan, .* of particle 1"):
-        galvi.from_rebound(sim)
-
-
 def test_a_tree_is_read_as_point_masses_and_says_so() -> None:
     sim = rebound.Simulation()
     sim.root_size = 40.0
@@ -190,13 +323,3 @@ def test_a_tree_is_read_as_point_masses_and_says_so() -> None:
     sim.gravity = "tree"
     problem, own = reader.read(sim)
     assert problem.parameters["read_as"] == contents.TREE and own.gravity == "tree"
-
-
-def test_the_usual_time_between_the_states_of_an_archive_is_read(tmp_path: Path) -> None:
-    sim, file = planets(), tmp_path / "archive.bin"
-    for k in range(5):
-        sim.integrate(0.7 * k)
-        sim.save_to_file(str(file))
-    assert galvi.from_rebound(file).parameters["output_every"] == pytest.approx(0.7)
-    planets().save_to_file(str(tmp_path / "one.bin"))
-    assert "output_every" not in galvi.from_rebound(tmp_path / "one.bin").parameters

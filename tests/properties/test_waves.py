@@ -1,7 +1,5 @@
 """Spaces with cosines and sines: what they hold, which rules they need, what they solve exactly."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
@@ -68,36 +66,18 @@ def test_the_gauss_points_that_the_docstring_names_are_enough_and_fewer_are_not(
         galvi.Galerkin(space, galvi.gauss(points - 1))
 
 
-@dataclass(frozen=True)
-class Spring:
-    """V = omega^2 q^2 / 2 - g q: waves on top of a constant."""
-
-    omega: float
-    g: float
-
-    def __call__(self, q):
-        return 0.5 * self.omega**2 * q[0] ** 2 - self.g * q[0]
-
-    def gradient(self, q):
-        return self.omega**2 * q - self.g
-
-
-@pytest.mark.parametrize("turn", [0.5, 3.0, 2 * np.pi, 15.0])
-@pytest.mark.parametrize("g", [0.0, 2.0])
+@pytest.mark.parametrize(("turn", "g"), [(0.5, 2.0), (2 * np.pi, 0.0), (15.0, 2.0)])
 def test_an_oscillator_whose_frequency_the_space_holds_is_solved_exactly(turn, g):
     """Exponentially fitted, with a frequency of ``turn`` radians a step: 15 are over two turns."""
-    spring = Spring(turn / 0.5, g)
-    system = galvi.Canonical(1.0, spring, spring.gradient)
-    problem = galvi.Problem(system, [1.0], [0.5])
+    w = turn / 0.5
+    waves = galvi.Canonical(
+        1.0, lambda q: 0.5 * w**2 * q[0] ** 2 - g * q[0], lambda q: w**2 * q - g
+    )
+    problem = galvi.Problem(waves, [1.0], [0.5])
     method = galvi.Galerkin(galvi.PolynomialFourier(1, 1, turn), galvi.gauss(26))
     run = galvi.integrate(problem, method, 0.5, 40)
     t = np.linspace(0.0, 20.0, 333)
-    centre = g / spring.omega**2
-    exact = (
-        centre
-        + (1.0 - centre) * np.cos(spring.omega * t)
-        + 0.5 * np.sin(spring.omega * t) / spring.omega
-    )
+    exact = g / w**2 + (1.0 - g / w**2) * np.cos(w * t) + 0.5 * np.sin(w * t) / w
     assert run.success, run.status
     assert np.max(np.abs(run(t)[:, 0] - exact)) < 1e-12  # 1.2e-13
     plain = galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(26)), 0.5, 40)

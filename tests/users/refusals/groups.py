@@ -16,7 +16,7 @@ from tests.properties.group_bodies import (
     start,
 )
 from tests.properties.group_matrices import element
-from tests.properties.lagrangians import METHOD, swinging
+from tests.properties.lagrangians import METHOD, opaque, swinging
 
 NOT_FINITE = "potential and gradient must be finite at the start"
 REMEDY = r" Give three positive moments, each at most the sum of the others, or such a matrix\."
@@ -39,6 +39,10 @@ def moving(*factors):
 def line(L):
     """A step of a Lagrangian of one coordinate."""
     return lambda: one_step(galvi.Problem(galvi.Lagrangian(L, galvi.Rn(1)), [0.6], [1.0]))
+
+
+def tether(q):
+    return 0.5 * np.sum(q[:3, 3] ** 2)
 
 
 BODIES = (
@@ -148,12 +152,67 @@ GROUPS = (
      lambda: galvi.linear_momentum(moving(galvi.SE2(), galvi.Rn(3)))),
     (ValueError, r"has rotations only, on which translations .* such as galvi\.SE3\(\)",
      lambda: galvi.linear_momentum(moving(galvi.SO3(), galvi.SO3()))),
+    (ValueError, r"attitudes need a run on SO\(3\) or SE\(3\), .* Take a factor's matrices from",
+     lambda: galvi.rotations(moving(galvi.SO2(), SO3))),
+    (ValueError, r"attitudes need a run on SO\(3\) or SE\(3\), such as",
+     lambda: galvi.rotations(one_step(galvi.problems.kepler(0.1)))),
+    (ValueError, r"needs a run on SO\(2\), SE\(2\), SO\(3\), SE\(3\) or a galvi\.Product",
+     lambda: galvi.orthogonality_defect(one_step(galvi.problems.kepler(0.1)))),
+    (ValueError, "must be the derivative of the Lagrangian",
+     lambda: galvi.Problem(galvi.FreeBody(1.0, MOMENTS, (0, 0, -1.0), tether, lambda q: 0.0 * q),
+      np.eye(4), np.ones(6))),
+    (ValueError, "are those of a potential; received none",
+     lambda: galvi.FreeBody(1.0, MOMENTS, gradient=tether)),
+    (TypeError, "potential must be a function of q; received 5",
+     lambda: galvi.FreeBody(1.0, MOMENTS, (0, 0, -1.0), 5)),
+    (ValueError, "solver fixed_point needs functions",
+     lambda: galvi.integrate(start(galvi.Lagrangian(opaque(kinetic), SO3)), FOUR, 0.1, 3,
+      solver="fixed_point")),
+    (ValueError, "solver fixed_point needs functions",
+     lambda: galvi.integrate_many([start(galvi.RigidBody(MOMENTS, opaque(bent)))], FOUR, 0.1, 3,
+      solver="fixed_point")),
     (ValueError, r"attitudes need .* np\.arctan2\(run\.q\[:, 1, 0\], run\.q\[:, 0, 0\]\)",
      lambda: galvi.rotations(moving(galvi.SO2()))),
     (ValueError, r"no linear momentum of its own; use galvi\.momentum_map",
      lambda: galvi.linear_momentum(one_step(galvi.problems.free_rigid_body()))),
     (ValueError, r"derivatives of the Lagrangian must be finite .* Give sl",
      line(lambda q, v: 0.5 * v @ v - abs(np.sin(1e40 * q[0] + q[0])))),
+)  # fmt: skip
+
+
+BODY_AND_CART = galvi.Product((SO3, galvi.Rn(1)))
+OFF = np.eye(3) + 1e-4 * np.diag([1.0, 0.0, 0.0])
+
+
+def starting(group, q0):
+    """A problem on the group with this start."""
+    system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v, group)
+    return lambda: galvi.Problem(system, q0, np.ones(group.dimension))
+
+
+ELEMENTS = tuple(
+    (ValueError, words, starting(group, q0))
+    for group, q0, words in (
+        (SO3, OFF, r"q0 must be a rotation, R\^T R = I with determinant 1, to 1e-09; "
+         r"received \|R\^T R - I\| = 2\.0e-04\. The nearest rotation is \[\[1\.0, 0\.0, 0\.0\], "
+         r".*\], from galvi\.nearest_rotation\."),
+        (SO3, np.diag([1.0, 1.0, -1.0]), r"received determinant -1\. The nearest rotation is"),
+        (SO3, np.zeros((3, 3)), r"received \|R\^T R - I\| = 1\.0e\+00"),
+        (SO3, np.eye(3).ravel(), r"of shape \(3, 3\); received shape \(9,\)"),
+        (galvi.SO2(), np.diag([1.0, -1.0]), "received determinant -1"),
+        (galvi.SO2(), np.eye(3), r"shape \(2, 2\); received shape \(3, 3\)"),
+        (galvi.Rn(2), np.zeros(3), r"q0 must have shape \(2,\); received shape \(3,\)"),
+        (galvi.SE3(), np.eye(3), r"q0 must be a rigid motion \[\[R, x\], \[0, 0, 0, 1\]\] of shape "
+         r"\(4, 4\); received shape \(3, 3\)"),
+        (galvi.SE3(), np.eye(4) + np.diag([1e-12], -3), r"with last row \[1e-12, 0\.0, 0\.0, 1\.0"),
+        (galvi.SE3(), np.eye(4) + np.diag([0.5, 0.0], 2),
+         "the rotation of q0 must be a rotation"),
+        (BODY_AND_CART, np.zeros(9), r"q0 must have shape \(10,\), the entries of all factors; "
+         r"received shape \(9,\)\. Make it with Product\.join"),
+        (BODY_AND_CART, BODY_AND_CART.join(OFF, np.zeros(1)), "part 0 of q0 must be a rotation"),
+        (galvi.Product((BODY_AND_CART, galvi.SO2())), np.zeros(14),
+         "part 0 of part 0 of q0 must be a rotation"),
+    )
 )  # fmt: skip
 
 
@@ -165,4 +224,5 @@ TABLE = {
     "bodies": BODIES,
     "functions on groups": tuple((*row[:2], started(row[2])) for row in AT_START),
     "groups": GROUPS,
+    "elements": ELEMENTS,
 }

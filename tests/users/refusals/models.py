@@ -70,6 +70,7 @@ SYMBOLIC = (
 
 HINGE = galvi.Joint("hinge")
 LINK = galvi.Link(HINGE, 1.0, (0.0, 0.0, -1.0))
+DAMPED = galvi.Link(galvi.Joint("hinge", damping=1.0), 1.0, (0.0, 0.0, -1.0))
 ARM = [LINK, galvi.Link(galvi.Joint("hinge", damping=0.1), 0.5, (0.0, 0.0, -0.3), parent=0)]
 
 
@@ -94,12 +95,17 @@ def varied(**parameters):
 
 TREES = (
     (ValueError, "type must be one of hinge, slide, ball, free", galvi.Joint, "screw"),
+    (TypeError, "name must be a string; received 3", lambda: galvi.Joint("hinge", name=3)),
     (ValueError, "axis must have a length", lambda: galvi.Joint("hinge", axis=(0, 0, 0))),
     (ValueError, "axis must have a length", lambda: galvi.Joint("slide", axis=(1e300, 2, 0))),
     (ValueError, "damping must not be negative", lambda: galvi.Joint("hinge", damping=-1.0)),
     (ValueError, "zero is of a hinge or a slide", lambda: galvi.Joint("ball", zero=1.0)),
     (ValueError, r"rest must have shape \(3, 3\)", lambda: galvi.Joint("ball", rest=2.0)),
     (ValueError, "mass must not be negative", galvi.Link, HINGE, -1.0),
+    (TypeError, "on joints with damping, force must be a function; received",
+     lambda: galvi.Multibody(DAMPED, force=galvi.RotorDrag(1.0), timed_force=True)),
+    (ValueError, r"force must return an array of shape \(1,\)",
+     at(galvi.Multibody(DAMPED, force=lambda q, v: np.zeros(2)), [0.1], [0.0])),
     (ValueError, "positive semidefinite", lambda: galvi.Link(HINGE, 1.0, inertia=(1, -1, 1))),
     (ValueError, r"no body has the inertia \[1\.0, 1\.0, 5\.0\]: its largest .* or check=False",
      lambda: galvi.Link(HINGE, 1.0, inertia=(1, 5, 1))),
@@ -151,7 +157,30 @@ def mujoco():
         return model
 
     hinge = f'<body><joint type="hinge"/>{body}</body>'
+    held = f"""<mujoco><worldbody><body><joint name="a"/>{body}</body></worldbody><actuator>
+        <position joint="a" ctrlrange="-1 1"/></actuator></mujoco>"""
+
+    def driven(**more):
+        return lambda: galvi.from_mujoco(held, **more)
+
+    def numbers(ctrl):
+        return lambda: galvi.from_mujoco(held).system.with_numbers(ctrl=ctrl)
+
+    def ticked(problem, **more):
+        return lambda: galvi.resume(galvi.integrate(problem, FOUR, 0.1, 1), **more)
+
     return (
+        (ValueError, r"ctrl\[0\] must be within .* from -1 to 1; received 7", driven(ctrl=[7.0])),
+        (ValueError, r"ctrl must have shape \(1,\); received shape \(2,\)", driven(ctrl=[0, 0])),
+        (ValueError, "ctrl is of actuators, which are ignored",
+         driven(ignore="actuators", ctrl=[0.1])),
+        (ValueError, r"ctrl\[0\] must be within its range, from -1 to 1; received 4",
+         numbers([4.0])),
+        (ValueError, r"ctrl must have shape \(1,\); received shape \(2,\)", numbers([0.0, 0.0])),
+        (ValueError, "ctrl is of the actuators of a MuJoCo model",
+         ticked(galvi.problems.pendulum_3d(), steps=1, ctrl=[0.0])),
+        (ValueError, "with ctrl give steps or duration; received until",
+         ticked(galvi.from_mujoco(held), until=1.0, ctrl=[0.0])),
         (ValueError, "the model has no keyframes; received key 0", read(hinge, key=0)),
         (ValueError, "one in which nothing can move", read(f"<body>{body}</body>")),
         (ValueError, "MuJoCo cannot read the text as a model", read("<body><joint/></body>")),
