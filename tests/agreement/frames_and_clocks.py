@@ -15,7 +15,7 @@ from tests.properties.clock_problems import CIRCLES, DAMPED, DRIVEN, DYNAMICAL
 from tests.properties.test_celestial_forces import eccentric
 from tests.properties.test_clock_elsewhere import along, called
 from tests.properties.test_frames import CASES as FRAMES
-from tests.properties.test_kepler_hierarchy import MOON, TREE
+from tests.properties.test_kepler_frame import MOON, TREE
 
 # ---------------------------------------------------------------- frames
 
