@@ -46,7 +46,7 @@ def test_a_planted_fault_of_a_groups_derivative_is_caught(monkeypatch: pytest.Mo
 
 
 @pytest.mark.slow(
-    beside="test_celestial_laws.py::test_a_function_is_traced_again_when_a_number_that_it_refers_to_changes"
+    beside="test_celestial_forces.py::test_a_function_is_traced_again_when_a_number_that_it_refers_to_changes"
 )
 def test_a_number_that_changes_between_two_runs_is_used() -> None:
     numbers = {"k": 1.0}
