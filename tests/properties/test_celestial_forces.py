@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.kernels.forces import celestial
+from galvi.tracing import traced_lagrangian
 from references import REFERENCES
 from references.forces.celestial import accelerations
 from tests.properties.celestial_cases import (
@@ -143,6 +144,15 @@ def test_a_saved_run_with_a_function_needs_its_problem(tmp_path):
     assert galvi.load(path, problem=problem).success
     with pytest.raises(ValueError, match="it has another one"):
         galvi.load(path, problem=bodies(CASES["drag"]))
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
+def test_a_law_too_long_to_be_written_out_gives_the_same_run_in_the_general_kernel(monkeypatch):
+    written = galvi.integrate(bodies(CASES["tides"]), METHOD, 0.05, 40)
+    monkeypatch.setattr(traced_lagrangian, "LONGEST_KNOWN", 0)
+    called = galvi.integrate(bodies(CASES["tides"]), METHOD, 0.05, 40)
+    assert (written.engine, called.engine) == ("lanes", "general")
+    assert np.max(np.abs(written.q - called.q)) < 1e-14
 
 
 @pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")

@@ -150,16 +150,22 @@ def test_a_run_that_stops_early_says_that_it_was_ruined_before(end):
     assert f"It was ruined from t = {t:.10g} on: the energy and the work" in run.status
 
 
-def test_what_a_potential_raises_after_the_run_is_said():
-    """At the end of the last step alone, where no step asks for it."""
+def test_what_a_lagrangian_raises_after_the_run_is_said():
+    """At the end of the last step alone, where no step asks for L."""
     end: list[float] = []
 
-    def potential(q):
+    def checked(q):
         if end and abs(q[0] - end[0]) < 1e-12:
             raise RuntimeError("out of the table")
-        return 0.5 * (q @ q)
+        return q
 
-    spring = started(galvi.Canonical(1.0, potential, lambda q: q, check=False))
+    def L(q, v):
+        return 0.5 * (v @ v) - 0.5 * (checked(q) @ q)
+
+    def slopes(q, v):
+        return np.concatenate([v, -checked(q)])
+
+    spring = started(galvi.Lagrangian(L, galvi.Rn(2), slopes))
     right = galvi.integrate(spring, gauss(3, NEAR), 0.3, 5)
     assert right.status == "Completed."
     end.append(float(right.q[-1, 0]))
