@@ -145,21 +145,6 @@ def test_a_sundman_clock_knows_its_gm_in_any_units() -> None:
 # ---------------------------------------------------------------- states between steps
 
 
-@pytest.mark.slow(beside="test_states_of_a_damped_run_have_the_energy_that_is_left")
-def test_the_curve_has_its_order_and_states_between_steps_that_of_the_steps() -> None:
-    problem, clock, duration, _ = CASES["Kepler, Sundman"]
-    times = np.linspace(0.01, 5.99, 401)
-    truth = galvi.integrate(problem, method(12, clock), 0.05, duration=duration)(times)
-    steps = np.array([0.3, 0.2, 0.15])
-    curve, state = [], []
-    for h in steps:
-        run = galvi.integrate(problem, method(3, clock), h, duration=duration)
-        curve.append(np.max(np.abs(run(times) - truth)))
-        state.append(np.max(np.abs(galvi.states_at(run, times[::20])[0] - truth[::20])))
-    orders = [np.polyfit(np.log(steps), np.log(e), 1)[0] for e in (curve, state)]
-    assert 3.4 < orders[0] < 4.8 and 5.5 < orders[1] < 6.9, orders
-
-
 def test_states_of_a_damped_run_have_the_energy_that_is_left() -> None:
     problem = galvi.Problem(DAMPED, [1.0, 0.0], [0.0, 0.8])
     times = np.array([0.333, 1.7, 2.8])
@@ -177,8 +162,8 @@ def test_states_between_steps_have_momenta_at_their_times() -> None:
 
     system = galvi.Lagrangian(growing, galvi.Rn(1), explicit_time=True)
     clock = galvi.Clock(lambda q: 1.0 / (1.0 + 0.3 * q[0] * q[0]))
-    run = galvi.integrate(galvi.Problem(system, [1.0], [0.2]), method(4, clock), 0.1, 12)
-    times = np.array([0.3 * run.t[6] + 0.7 * run.t[7], 0.5 * run.t[-1]])
+    run = galvi.integrate(galvi.Problem(system, [1.0], [0.2]), method(4, clock), 0.1, 6)
+    times = np.array([0.3 * run.t[4] + 0.7 * run.t[5], 0.5 * run.t[-1]])
     q, p = galvi.states_at(run, times)
     w = math.sqrt(1.0 - 0.15**2)
     fall, lag = np.exp(-0.15 * times), 0.35 / w
