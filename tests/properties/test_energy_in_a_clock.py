@@ -10,7 +10,7 @@ from galvi.outcome import End
 from galvi.run.clocked.stepper import ClockStepper
 
 KEPLER = galvi.problems.kepler(0.3)
-NEAR = galvi.Clock(lambda q: 1.0 / (1.0 + q @ q))
+NEAR = galvi.Clock(lambda q: 1.0 / (1.0 + q @ q), lambda q: -2.0 * q / (1.0 + q @ q) ** 2)
 
 
 def gauss(points, clock):

@@ -221,11 +221,9 @@ def pulled(*forces):
     return framed(galvi.Problem(system, PAIR.q0, PAIR.v0), IN_KEPLERS)
 
 
-def branching(q):
-    return 0.5 * q @ q if q[0] > 0.0 else 0.6 * q @ q
-
-
-BLIND = galvi.Problem(galvi.Canonical(1.0, branching, check=False), [1.0], [0.0])
+BLIND = galvi.Problem(
+    galvi.Canonical(1.0, lambda q: q @ q if q[0] > 0.0 else 0.0, check=False), [1.0], [0.0]
+)
 PLANETS = OUTER.parameters["bodies"]
 LIGHT = galvi.Problem(galvi.NBody([1.0, 0.0, 0.0]), np.eye(3), np.zeros((3, 3)))
 DRAG, TIDES = galvi.Drag([0.0, 0.1]), galvi.Tides(0, 0.3, 0.3, 0.01)
