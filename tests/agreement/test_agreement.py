@@ -677,7 +677,6 @@ def test_a_slip_of_one_lane_in_the_tables_for_fours_is_seen(
         made = sound(table, degrees, form)
         return made._replace(tables=np.roll(made.tables, form.lanes == 4, axis=1))
 
-    in_fours(standard("double pendulum"))
     monkeypatch.setattr(lagrangian, "tables_on_space", slipped)
     with pytest.raises(AssertionError):
         in_fours(standard("double pendulum"))
