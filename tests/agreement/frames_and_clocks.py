@@ -9,13 +9,11 @@ import numpy as np
 
 import galvi
 from tests.agreement.row import Row, in_short_steps
-from tests.properties.celestial_cases import CASES, WITH_ENERGY, bodies
+from tests.properties.celestial_cases import CASES, WITH_ENERGY, bodies, eccentric
 from tests.properties.clock_problems import CASES as CLOCKS
-from tests.properties.clock_problems import CIRCLES, DAMPED, DRIVEN, DYNAMICAL
-from tests.properties.test_celestial_forces import eccentric
-from tests.properties.test_clock_elsewhere import along, called
+from tests.properties.clock_problems import CIRCLES, DAMPED, DRIVEN, DYNAMICAL, along, called
 from tests.properties.test_frames import CASES as FRAMES
-from tests.properties.test_kepler_hierarchy import MOON, TREE
+from tests.properties.test_kepler_frame import MOON, TREE
 
 # ---------------------------------------------------------------- frames
 

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 import galvi
 from galvi.charts import CHARTS
 from galvi.lanes import vectors
+from galvi.run.in_lanes import lagrangian
 from tests.agreement import frames_and_clocks, on_groups, on_vector_spaces, point_masses
 from tests.agreement.called_functions import called
 from tests.agreement.left_to_newton import LEFT
@@ -665,3 +666,17 @@ def test_a_space_of_slopes_that_is_off_by_a_billionth_is_seen() -> None:
     cell = ROWS["SymPy: elastic pendulum"].by(4, 6)
     faulty = replace(cell, method=with_entry(cell.method, "slope"))
     assert wide(faulty.run(), cell.truth(), cell.row) != {}
+
+
+def test_a_slip_of_one_lane_in_the_tables_for_fours_is_seen(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sound = lagrangian.tables_on_space
+
+    def slipped(table: Any, degrees: Any, form: Any) -> Any:
+        made = sound(table, degrees, form)
+        return made._replace(tables=np.roll(made.tables, form.lanes == 4, axis=1))
+
+    monkeypatch.setattr(lagrangian, "tables_on_space", slipped)
+    with pytest.raises(AssertionError):
+        in_fours(standard("double pendulum"))

@@ -66,3 +66,13 @@ def bodies(forces, masses=MASSES, plane: bool = False) -> galvi.Problem:
     v = V - system.masses @ V / np.sum(system.masses)
     size = 2 if plane else 3
     return galvi.Problem(system, Q[:, :size], v[:, :size])
+
+
+def eccentric(force):
+    """Two bodies on an orbit of e = 0.6, a = 1, from its pericentre."""
+    masses = np.array([1.0, 1e-3])
+    share = np.array([[-1e-3], [1.0]]) / 1.001
+    speed = np.sqrt(1.001 * 1.6 / 0.4)
+    return galvi.Problem(
+        galvi.NBody(masses, forces=force), share * [[0.4, 0.0, 0.0]], share * [[0.0, speed, 0.0]]
+    )

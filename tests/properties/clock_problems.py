@@ -32,6 +32,15 @@ def three_bodies() -> galvi.Problem:
     return galvi.Problem(galvi.NBody([1.0, 0.02, 0.05]), q, v)
 
 
+def along(q: Any) -> Any:
+    return 1.0 / (1.5 + 0.5 * q[0, 0])
+
+
+def called(q: Any) -> Any:
+    """As `along`, but for a branch, so that it is not traced."""
+    return along(q) if q[0, 1] < 1e9 else 1.0
+
+
 CASES = {
     "Kepler, Sundman": (galvi.problems.kepler(0.5), galvi.Sundman(), 6.0, 0.4),
     "Kepler, eccentric anomaly": (galvi.problems.kepler(0.5), galvi.Sundman(1.0), 6.0, 0.4),
@@ -43,15 +52,6 @@ CASES = {
 
 def pulsing(q: Any, t: Any) -> Any:
     return -(1.0 + 0.1 * np.sin(t)) / np.sqrt(q @ q)
-
-
-def damped(t: float, y: Any) -> Any:
-    return np.concatenate([y[2:], -y[:2] / np.linalg.norm(y[:2]) ** 3 - 0.05 * y[2:]])
-
-
-def driven(t: float, y: Any) -> Any:
-    pull = (1.0 + 0.1 * np.sin(t)) / np.linalg.norm(y[:2]) ** 3
-    return np.concatenate([y[2:], -pull * y[:2]])
 
 
 DAMPED = galvi.Canonical(1.0, galvi.CentralForce(1.0), force=lambda q, v: -0.05 * v)

@@ -4,23 +4,19 @@ import copy
 import pickle
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 
 import galvi
-from galvi import input_checks
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 KEPLER = galvi.problems.kepler(0.3)
 
 
-@pytest.mark.slow_cases(but=["0.001"])
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e-10, 1e8])
 def test_a_differenced_gradient_follows_the_length_scale(size):
     """A Kepler orbit of any size, V without gradient; times scale as size^(3/2)."""
 
-    @numba.njit
     def potential(q):
         if q[0] == np.inf:
             return 0.0  # a branch, so that it is not traced
@@ -28,9 +24,8 @@ def test_a_differenced_gradient_follows_the_length_scale(size):
 
     start = galvi.problems.kepler(0.9)
     bare = galvi.Problem(galvi.Canonical(1.0, potential), size * start.q0, start.v0 / np.sqrt(size))
-    exact = galvi.Problem(galvi.Canonical(1.0, galvi.CentralForce(1.0)), bare.q0, bare.v0)
-    step = 0.01 * size**1.5
-    runs = [galvi.integrate(problem, EIGHT, step, 100) for problem in (bare, exact)]
+    exact = replace(bare, system=start.system)
+    runs = [galvi.integrate(problem, EIGHT, 0.01 * size**1.5, 20) for problem in (bare, exact)]
     assert np.allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-9 * size)
 
 
@@ -167,9 +162,8 @@ def test_damaged_files_are_refused_in_one_sentence(tmp_path):
         galvi.load(tmp_path / "array.npy")
 
 
-@pytest.mark.parametrize("name", ["free_rigid_body", "free_body_se3"])
-def test_a_momentum_that_overflows_is_a_status(name):
-    start = getattr(galvi.problems, name)()
+def test_a_momentum_that_overflows_is_a_status():
+    start = galvi.problems.free_rigid_body()
     fast = start.with_initial_state(start.q0, np.full(start.v0.shape, 1e308))
     run = galvi.integrate(fast, EIGHT, 0.1, 1)
     assert not run.success and "velocities above 1e100 overflow" in run.status
@@ -183,9 +177,10 @@ def test_at_no_times_there_is_no_energy(name):
 
 def test_a_rule_of_many_points_costs_no_more_than_its_points():
     sun = galvi.problems.solar_system()
-    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(300))
-    few = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(40))
-    runs = [galvi.integrate(sun, each, 5.0, 3) for each in (method, few)]
+    runs = [
+        galvi.integrate(sun, galvi.Galerkin(galvi.Polynomials(8), rule), 5.0, 3)
+        for rule in (galvi.composite(galvi.gauss(10), 15), galvi.gauss(40))
+    ]
     assert np.allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-12)
 
 
@@ -194,23 +189,13 @@ def test_a_run_that_went_wrong_without_failing_says_so():
     problem = galvi.problems.kepler(0.99)
     method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
     wrong = galvi.integrate(problem, method, 2 * np.pi / 101, 101)
-    assert wrong.success
-    assert wrong.status.startswith("Completed, but the energy changed by ")
-    assert "Use a smaller step or a higher degree" in wrong.status
+    assert wrong.success and "the energy changed by " in wrong.outcome.reason
     right = galvi.integrate(problem, method, 2 * np.pi / 10001, 10001, save_every=10001)
-    assert right.status == "Completed."
+    assert wrong.outcome.end is galvi.End.DOUBTFUL and right.outcome.end is galvi.End.COMPLETED
     pair = galvi.NBody([1.0, 1e-3])
     near = galvi.Problem(pair, [[0.0, 0.0], [0.01, 0.0]], [[0.0, 0.0], [0.0, 14.1]])
     assert "energy changed" in galvi.integrate(near, method, 2 * np.pi / 101, 101).status
 
 
 def test_whole_numbers_beyond_64_bits_are_an_array():
-    assert input_checks.array("x", [10**30, 1]).tolist() == [1e30, 1.0]
-    with pytest.raises(ValueError, match="x must be an array of real numbers"):
-        input_checks.array("x", [10**30, None])
-
-
-def test_a_long_value_is_shown_by_its_ends():
-    text = input_checks.shown("a" * 5000 + "b" * 5000)
-    half = input_checks.SHOWN // 2
-    assert text == f"'{'a' * (half - 1)} ... {'b' * (half - 1)}'"
+    assert galvi.Problem(KEPLER.system, [10**30, 1], [0, 1]).q0.tolist() == [1e30, 1.0]

@@ -8,6 +8,7 @@ the largest ones by eccentricity, beyond the limit too.
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import mpmath as mp
@@ -130,20 +131,6 @@ def test_up_to_the_limit_a_revolution_is_right_to_1e_12(
     assert place < 1e-12 and energy < 1e-13, (place, energy)  # 4e-13, 1e-14
 
 
-@pytest.mark.slow_cases("0.9001")
-@pytest.mark.parametrize("e", [0.9001, 0.99, 0.999_999])
-def test_orbits_beyond_the_limit_are_refused_by_name(e: float) -> None:
-    masses, q, v = of_an_orbit(e, 1.0, 0.0, 0.3, True)
-    names = {"bodies": ("Sun", "comet", "Neptune")}
-    with pytest.raises(ValueError, match=r"eccentricity up to 0\.9,") as refused:
-        galvi.integrate(galvi.Problem(galvi.NBody(masses), q, v, parameters=names), FRAME, 0.1, 1)
-    assert str(refused.value).split("received ")[1].startswith(f"{e:.6g} of body comet, at the")
-    assert str(refused.value).endswith("start. Use clock=galvi.DynamicalTime().")
-    clock = galvi.Galerkin(FRAME.space, FRAME.rule, clock=galvi.DynamicalTime())
-    problem = galvi.Problem(galvi.NBody(masses), q, v)
-    assert galvi.integrate(problem, clock, step=0.1, duration=0.1).success
-
-
 def test_the_limit_is_where_it_is_for_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     """The planted fault: at e = 0.98 the frame, let loose, errs by more."""
     monkeypatch.setattr(kepler_frame, "MOST_ECCENTRIC", 1.0)
@@ -175,38 +162,38 @@ def test_passages_of_orbits_that_become_too_eccentric_are_done_in_the_inertial_f
     assert np.ptp(galvi.energy(run)) < 1e-9
     rarely = galvi.integrate(problem, method, 0.5, 600, save_every=200)
     assert np.array_equal(rarely.q[-1], run.q[-1])
-    parts = galvi.resume(galvi.integrate(problem, method, 0.5, 437), 163)
-    assert np.array_equal(parts.q[-1], run.q[-1])
     clock = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
     true = galvi.integrate(problem, clock, step=0.05, duration=300.0)
     assert np.max(np.abs(run.q[-1] - true.q[-1])) < 0.05
 
 
-def test_an_orbit_that_is_not_covered_is_named_before_and_during_a_run() -> None:
+def comet(share: float) -> galvi.Problem:
+    """From the pericentre, at a share of the speed for e = 0.5."""
     masses, q, v = of_an_orbit(0.5, 0.0, 0.0, 0.0)
-    problem = galvi.Problem(galvi.NBody(masses), q, v, parameters={"bodies": ("Sun", "comet")})
-    fast, slow = (problem.with_initial_state(q, v * share) for share in (1.2, 0.1))
-    with pytest.raises(ValueError, match="received one of body comet that is not, at the start"):
-        galvi.integrate(fast, FRAME, 0.1, 1)
-    for every in (1, 3):
-        run = galvi.integrate(problem, FRAME, 8.1, 3, save_every=every)
-        assert run.failed_step == 1
-        assert "the step is 1.29 revolutions of body comet, more than the Kepler" in run.status
-    reason = galvi.KeplerFrame().leaves(fast, 0.1)
-    assert reason.startswith("the orbit of body comet is not bound any more, which the Kepler")
-    assert reason.endswith("Use another chart from there on.")
-    reason = galvi.KeplerFrame().leaves(slow, 0.1)
-    assert "of body comet" in reason and "clock=galvi.DynamicalTime()" in reason
+    return galvi.Problem(galvi.NBody(masses), q, share * v, parameters={"bodies": ("Sun", "comet")})
 
 
-def test_the_body_that_is_too_eccentric_for_a_step_is_named() -> None:
-    """Body 1 goes round in 2 pi, on a circle; body 2 is at a pericentre of 0.12."""
-    q, v = np.zeros((3, 2)), np.zeros((3, 2))
-    q[1, 0], v[1, 1] = 1.0, 1.0
-    q[2, 1], v[2, 0] = 1.2 * (1.0 - 0.9), np.sqrt(1.9 / 0.1 / 1.2)
-    problem = galvi.Problem(galvi.NBody(np.array([1.0, 1e-9, 1e-9])), q, v)
-    reason = galvi.KeplerFrame().leaves(problem, 1.1 * 2.0 * np.pi)
-    assert "revolutions of body 2" in reason, reason
+TWO_ORBITS = galvi.Problem(  # a circle, and a pericentre at 0.12
+    galvi.NBody([1.0, 1e-9, 1e-9]),
+    [[0.0, 0.0], [1.0, 0.0], [0.0, 0.12]],
+    [[0.0, 0.0], [0.0, 1.0], [np.sqrt(1.9 / 0.12), 0.0]],
+)
+
+
+@pytest.mark.parametrize(
+    ("problem", "step", "words"),
+    [
+        (comet(1.0), 8.1, r"the step is 1\.29 revolutions of body comet, more than"),
+        (comet(1.2), 0.1, "the orbit of body comet is not bound any more"),
+        (comet(0.1), 0.1, r"of body comet.*clock=galvi.DynamicalTime\(\) from there on"),
+        (comet(1.0), 0.1, "^$"),
+        (TWO_ORBITS, 2.2 * np.pi, "revolutions of body 2"),
+    ],
+)
+def test_an_orbit_that_is_not_covered_any_more_is_named(
+    problem: galvi.Problem, step: float, words: str
+) -> None:
+    assert re.search(words, galvi.KeplerFrame().leaves(problem, step))
 
 
 def table() -> None:

@@ -10,7 +10,7 @@ from galvi.outcome import End
 from galvi.run.clocked.stepper import ClockStepper
 
 KEPLER = galvi.problems.kepler(0.3)
-NEAR = galvi.Clock(lambda q: 1.0 / (1.0 + q @ q))
+NEAR = galvi.Clock(lambda q: 1.0 / (1.0 + q @ q), lambda q: -2.0 * q / (1.0 + q @ q) ** 2)
 
 
 def gauss(points, clock):
@@ -68,20 +68,19 @@ RIGHT = {
 }  # fmt: skip
 
 
-@pytest.mark.slow_cases(but=["1.0-drag"])
+@pytest.mark.slow_cases(but=["drag"])
 @pytest.mark.parametrize("name", RIGHT)
-@pytest.mark.parametrize("step", [0.2, 1.0])
-def test_right_runs_are_called_good_and_have_an_energy(name, step):
-    """Errors at step 1 were up to 3e-3 of their measure with degree 2, 2e-4 with degree 3."""
+def test_right_runs_are_called_good_and_have_an_energy(name):
+    """Errors were up to 3e-3 of their measure with degree 2, 2e-4 with degree 3."""
     problem, clock = RIGHT[name]
-    run = galvi.integrate(problem, gauss(4, clock), step, 6)
+    run = galvi.integrate(problem, gauss(4, clock), 1.0, 6)
     assert run.status == "Completed." and run.checkpoint.energies.size == 4
 
 
-@pytest.mark.parametrize(("made", "slope"), [(pull, 1.03), (swing, 1.01)])
+@pytest.mark.parametrize(("made", "slope"), [(pull, 1.03), (swing, 1.03)])
 def test_a_wrong_gradient_is_found(made, slope):
     """An error of 2 to 5 % of the energy is named, and that of a wrong sign ruins the run."""
-    off = galvi.integrate(started(made(slope)), gauss(4, NEAR), 0.3, 40)
+    off = galvi.integrate(started(made(slope)), gauss(4, NEAR), 0.3, 20)
     assert off.outcome.end is End.DOUBTFUL
     assert "the energy and the work of the forces differ by 0.0" in off.outcome.reason
     lost = galvi.integrate(started(made(-1.0)), gauss(4, NEAR), 0.3, 10)
@@ -118,32 +117,12 @@ def test_a_step_that_is_too_large_is_named(step, ruined):
     assert run.failed_step == ruined
 
 
-@pytest.mark.parametrize("cut", [1, 7])
-def test_a_resumed_run_is_assessed_as_one_long_run(cut):
+def test_a_resumed_run_is_assessed_as_one_long_run():
     problem = started(pull(1.1))
-    long = galvi.integrate(problem, gauss(3, NEAR), 0.3, 20)
-    rest = galvi.resume(galvi.integrate(problem, gauss(3, NEAR), 0.3, cut), 20 - cut)
+    long, part = (galvi.integrate(problem, gauss(3, NEAR), 0.3, steps) for steps in (12, 7))
+    rest = galvi.resume(part, 5)
     assert np.array_equal(rest.checkpoint.energies, long.checkpoint.energies)
     assert rest.status == long.status
-
-
-def test_a_potential_that_raises_when_it_is_assessed_loses_nothing():
-    calls = []
-
-    def potential(q):
-        calls.append(1)
-        if len(calls) > ready:
-            raise KeyError("off")
-        return 0.25 * max(q @ q, 0.0) ** 2
-
-    system = galvi.Canonical(1.0, potential, lambda q: (q @ q) * q, check=False)
-    ready = 10**9
-    galvi.integrate(started(system), gauss(2, NEAR), 0.3, 3)
-    ready = len(calls) - 1  # the states of a run are assessed last
-    calls.clear()
-    run = galvi.integrate(started(system), gauss(2, NEAR), 0.3, 3)
-    assert "could not be judged at t = " in run.status
-    assert run.outcome.end is End.DOUBTFUL and np.all(np.isfinite(run.q))
 
 
 def pull_up_to(far):
@@ -178,19 +157,18 @@ def test_what_a_lagrangian_raises_after_the_run_is_said():
     def checked(q):
         if end and abs(q[0] - end[0]) < 1e-12:
             raise RuntimeError("out of the table")
+        return q
 
     def L(q, v):
-        checked(q)
-        return 0.5 * (v @ v) - 0.5 * (q @ q)
+        return 0.5 * (v @ v) - 0.5 * (checked(q) @ q)
 
     def slopes(q, v):
-        checked(q)
-        return np.concatenate([v, -q])
+        return np.concatenate([v, -checked(q)])
 
-    spring = galvi.Problem(galvi.Lagrangian(L, galvi.Rn(2), slopes), [1.0, 0.5], [0.3, 0.4])
+    spring = started(galvi.Lagrangian(L, galvi.Rn(2), slopes))
     right = galvi.integrate(spring, gauss(3, NEAR), 0.3, 5)
     assert right.status == "Completed."
     end.append(float(right.q[-1, 0]))
     run = galvi.integrate(spring, gauss(3, NEAR), 0.3, 5)
-    assert run.success and np.max(np.abs(run.q - right.q)) < 1e-14
+    assert run.outcome.end is End.DOUBTFUL and np.max(np.abs(run.q - right.q)) < 1e-14
     assert "could not be judged at t = " in run.status and "out of the table" in run.status

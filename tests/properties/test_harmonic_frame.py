@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import galvi
@@ -21,6 +21,10 @@ def method(s: int, **given: Any) -> galvi.Galerkin:
     return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart=galvi.HarmonicFrame(**given))
 
 
+PLAIN = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12))
+KEPLER = galvi.problems.kepler(0.1)
+
+
 def quartic(q: Any, t: float) -> float:
     """Stiff springs, and a weak, slowly driven coupling."""
     return 0.5 * q @ SPRINGS @ q + 0.05 * (q[0] * q[1] * q[2] + q[0] ** 4) + 0.01 * q[1] * np.sin(t)
@@ -32,7 +36,6 @@ STIFF = galvi.Problem(
 
 
 @given(step=st.floats(0.5, 500.0), stiffness=st.floats(0.1, 1e4))
-@settings(max_examples=25)
 def test_an_oscillator_is_exact_at_steps_of_any_length(step: float, stiffness: float) -> None:
     system = galvi.Canonical(1.0, galvi.LinearSpring(stiffness))
     problem = galvi.Problem(system, [1.0, -0.5], [0.0, 2.0])
@@ -56,25 +59,23 @@ def test_a_long_run_of_an_oscillator_keeps_its_energy_to_rounding() -> None:
 
 def test_a_full_mass_stiff_springs_and_explicit_time_in_steps_beyond_the_fast_period() -> None:
     """h omega = 25 for the fastest mode, where the general method needs fifty times more steps."""
-    plain = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12))
-    true = galvi.integrate(STIFF, plain, 0.01, duration=10.0, save_every=10)
-    errors = {}
-    for s, h in ((8, 0.5), (8, 0.25), (12, 0.5)):
+    true = galvi.integrate(STIFF, PLAIN, 0.01, duration=10.0, save_every=1_000)
+    for s, h, bound in ((8, 0.5, 1e-4), (8, 0.25, 1e-5)):
         run = galvi.integrate(STIFF, method(s), h, duration=10.0)
-        assert run.success
-        errors[s, h] = float(np.max(np.abs(run.q[-1] - true.q[-1])))
-    assert errors[8, 0.5] < 1e-4
-    assert errors[8, 0.25] < 1e-5 and errors[12, 0.5] < 1e-4
+        assert run.success and np.max(np.abs(run.q[-1] - true.q[-1])) < bound
 
 
-@pytest.mark.parametrize("stiffness", [np.zeros((3, 3)), np.eye(3), 2.0 * SPRINGS, -np.eye(3)])
-def test_any_stiffness_gives_the_same_motion(stiffness: Any) -> None:
-    runs = [
-        galvi.integrate(STIFF, method(12, **given), 0.02, 50)
-        for given in ({}, {"stiffness": stiffness})
-    ]
-    assert all(run.success for run in runs)
-    assert np.max(np.abs(runs[0].q - runs[1].q)) < 1e-11
+@pytest.mark.parametrize(
+    ("problem", "stiffness"),
+    [
+        *((STIFF, K) for K in (None, np.zeros((3, 3)), np.eye(3), 2.0 * SPRINGS, -np.eye(3))),
+        (KEPLER, np.eye(2)),  # whose own d2V/dq2 at 0 is infinite
+    ],
+)
+def test_any_stiffness_gives_the_same_motion(problem: galvi.Problem, stiffness: Any) -> None:
+    run = galvi.integrate(problem, method(12, stiffness=stiffness), 0.02, 50)
+    true = galvi.integrate(problem, PLAIN, 0.01, 100, save_every=2)
+    assert run.success and np.max(np.abs(run.q - true.q)) < 1e-11
 
 
 def test_a_wrong_frequency_of_the_rotation_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,18 +87,3 @@ def test_a_wrong_frequency_of_the_rotation_is_seen(monkeypatch: pytest.MonkeyPat
     problem = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(4.0)), [1.0], [0.0])
     run = galvi.integrate(problem, method(1), 0.9, 1000)
     assert np.max(np.abs(run.q[:, 0] - np.cos(2.0 * run.t))) > 1e-9
-
-
-def test_what_cannot_be_traced_or_linearised_is_refused() -> None:
-    def branching(q: Any) -> Any:
-        return 0.5 * q @ q if q[0] > 0.0 else 0.6 * q @ q
-
-    blind = galvi.Problem(galvi.Canonical(1.0, branching, check=False), [1.0], [0.0])
-    with pytest.raises(ValueError, match="needs a gradient that is built in or could be traced"):
-        galvi.integrate(blind, method(4), 0.1, 1)
-    kepler = galvi.problems.kepler(0.1)
-    with pytest.raises(ValueError, match=r"needs a finite d2V/dq2 at q = 0"):
-        galvi.integrate(kepler, method(4), 0.1, 1)
-    run = galvi.integrate(kepler, method(10, stiffness=np.eye(2)), 0.1, 50)
-    true = galvi.integrate(kepler, galvi.Galerkin(galvi.Polynomials(10), galvi.gauss(10)), 0.1, 50)
-    assert run.success and np.allclose(run.q, true.q, rtol=0.0, atol=1e-11)

@@ -33,13 +33,18 @@ def two_bodies(a=1.0, e=0.0, i=0.0, node=0.0, pericentre=0.0):
     )
 
 
+def at_start(problem):
+    """A run of no step."""
+    return galvi.Trajectory(problem, np.zeros(1), problem.q0[None], problem.p0[None])
+
+
 def difference(x, y):
     """Of angles."""
     return np.abs((np.asarray(x) - y + math.pi) % TURN - math.pi)
 
 
-@pytest.mark.parametrize("e", [0.0, 1e-14, 1e-7, 0.3, 0.97])
-@pytest.mark.parametrize("i", [0.0, 1e-14, 1e-7, 1.0, 2.5])
+@pytest.mark.parametrize("e", [0.0, 1e-14, 0.3, 0.97])
+@pytest.mark.parametrize("i", [0.0, 1e-7, 2.5])
 def test_elements_stay_and_the_mean_longitude_runs_evenly(e, i):
     a, node, pericentre = 1.3, 2.0 if i else 0.0, 5.0
     problem = two_bodies(a, e, i, node, pericentre)
@@ -75,7 +80,7 @@ def test_a_circle_in_the_plane_has_finite_elements():
 def test_rebound_finds_the_same_elements():
     rebound = pytest.importorskip("rebound")
     problem = galvi.problems.solar_system()
-    run = galvi.Trajectory(problem, np.zeros(1), problem.q0[None], problem.p0[None])
+    run = at_start(problem)
     got = orbital_elements(run)
     sim = rebound.Simulation()
     for m, q, v in zip(problem.system.masses, problem.q0, problem.v0, strict=True):
@@ -107,20 +112,13 @@ def test_a_hyperbola_has_a_negative_axis_and_an_even_mean_anomaly():
     np.testing.assert_allclose(got.mean_anomaly[:, 0], mean, rtol=1e-12, atol=1e-12)
     escape = math.sqrt(2.0 * 1.0)
     parabola = galvi.Problem(galvi.NBody([0.5, 0.5]), [[0.0, 0], [1, 0]], [[0.0, 0], [0, escape]])
-    run = galvi.Trajectory(parabola, np.zeros(1), parabola.q0[None], parabola.p0[None])
+    run = at_start(parabola)
     on_it = orbital_elements(run)
     assert np.abs(on_it.semi_major_axis[0, 0]) > 1e14 and on_it.mean_anomaly[0, 0] == 0.0
     np.testing.assert_allclose(on_it.eccentricity, 1.0, rtol=1e-15)
 
 
-@pytest.mark.parametrize("a, e, where", [
-    (1.0, 1.0, ""), ([2.0, -1.0], [0.5, 1.0], r" at \[1\]"), (math.inf, 1.0, ""),
-    ([[2.0, math.inf]], [[0.5, 1.0 + 1e-15]], r" at \[0, 1\]"),
-])  # fmt: skip
-def test_elements_of_a_parabola_are_refused_for_they_do_not_say_where_it_is(a, e, where):
-    on_it = galvi.OrbitalElements(np.array(a), np.array(e), *np.zeros(4))
-    with pytest.raises(ValueError, match=rf"say where the body is; .* and e = 1{where}\. Leave"):
-        on_it.states(1.0)
+def test_where_elements_are_nan_so_are_the_states():
     lost = galvi.OrbitalElements(np.array([1.0, np.nan]), np.array([0.5, np.nan]), *np.zeros(4))
     q, v = lost.states(1.0)
     assert q[0] == pytest.approx([0.5, 0.0, 0.0]) and v[0] == pytest.approx([0.0, 3**0.5, 0.0])
@@ -131,16 +129,13 @@ def test_the_centre_is_the_heaviest_body_or_the_one_asked_for():
     solar = galvi.problems.solar_system()
     order = [3, 1, 0, 2, 4, 5, 6, 7, 8, 9]
     mixed = galvi.Problem(galvi.NBody(solar.system.masses[order]), solar.q0[order], solar.v0[order])
-    run = galvi.Trajectory(mixed, np.zeros(1), mixed.q0[None], mixed.p0[None])
+    run = at_start(mixed)
     q, v = heliocentric(run)
     np.testing.assert_allclose(q[0, 0], solar.q0[3] - solar.q0[0], rtol=1e-15)
     np.testing.assert_allclose(v[0, -1], solar.v0[9] - solar.v0[0], rtol=1e-12)
     assert q.shape == v.shape == (1, 9, 3)
     from_earth, _ = heliocentric(run, centre=0)
     np.testing.assert_allclose(from_earth[0, 1], -q[0, 0], rtol=1e-15)
-    for wrong in (10, -1, 0.5):
-        with pytest.raises(ValueError, match="centre must be a whole number from 0 to 9"):
-            orbital_elements(run, centre=wrong)
 
 
 def test_past_a_failure_and_on_a_straight_fall_there_are_no_elements():
@@ -150,29 +145,17 @@ def test_past_a_failure_and_on_a_straight_fall_there_are_no_elements():
     q[2:], p[2:] = np.nan, np.nan
     got = orbital_elements(galvi.Trajectory(problem, run.t, q, p))
     fall = galvi.Problem(galvi.NBody(MASSES), [[0.0, 0], [1, 0]], [[0.0, 0], [0.1, 0]])
-    falling = orbital_elements(galvi.Trajectory(fall, np.zeros(1), fall.q0[None], fall.p0[None]))
+    falling = orbital_elements(at_start(fall))
     for name in vars(got):
         assert np.all(np.isfinite(getattr(got, name)[:2])), name
         assert np.all(np.isnan(getattr(got, name)[2:])), name
         assert np.all(np.isnan(getattr(falling, name))), name
 
 
-def test_other_systems_are_refused():
-    run = KEPLER.run(galvi.problems.kepler(), 1.0, {})
-    for function in (heliocentric, orbital_elements):
-        with pytest.raises(ValueError, match=r"need N bodies.*received a Canonical"):
-            function(run)
-
-
-def total_energy(problem):
-    kinetic = 0.5 * float(np.sum(problem.p0 * problem.v0))
-    return kinetic + float(problem.system.potential_energy(problem.q0, np.array(0.0)))
-
-
 def test_applegate_has_the_published_energy():
     # Msun au^2 / yr365^2; the notebook "Conserving first integrals via manifold projection" of
     # heyoka.py prints it for these masses and this start
-    energy = total_energy(galvi.problems.applegate())
+    energy = galvi.energy(at_start(galvi.problems.applegate()))[0]
     assert math.isclose(energy, -0.004286848855986956, rel_tol=1e-15)  # to the last digit
 
 

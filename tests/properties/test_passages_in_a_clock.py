@@ -33,23 +33,19 @@ def passage(number: int) -> galvi.Problem:
         galvi.NBody(masses), [[0.0, 0.0], meet, meet + aside], [[0.0, 0.0], first, second]
     )
     back = IAS15.run(at, -0.5 * DURATION, {"samples": 1})
-    v = back.v[-1]
-    return galvi.Problem(at.system, back.q[-1], v)
+    return galvi.Problem(at.system, back.q[-1], back.v[-1])
 
 
 def turned(angle: float) -> Any:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
-NUMBERS = [k for k in range(12)]
-
-
-@pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize("number", range(8))
 def test_a_run_that_is_wrong_after_a_passage_says_so(number: int) -> None:
     problem = passage(number)
     truth = IAS15.run(problem, DURATION, {"samples": 1}).q[-1]
     for step in (0.6, 0.4, 0.3, 0.2, 0.1, 0.05):
-        run = galvi.integrate(problem, method(8, DYNAMICAL), step, duration=DURATION)
+        run = galvi.integrate(problem, EIGHT, step, duration=DURATION)
         error = float(np.max(np.abs(run.q[-1] - truth)))
         said = not run.success or run.status.startswith("Completed, but")
         assert said or error < 1e-3, (step, error)
@@ -60,22 +56,24 @@ SEVEN = (  # two planets of 1e-5 that pass at 2e-3, with a step of 0.3 a quarter
     [[7.2283e-06, -1.89857e-05], [0.6974469761, 0.5594905041], [-1.42027244, 1.3390793551]],
     [[7.0939e-06, 2.6277e-06], [-0.7732756731, 0.4940799962], [0.06388694, -0.7568476381]],
 )
+CLOSE, EIGHT = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), *SEVEN), method(8, DYNAMICAL)
 
 
-def test_the_bodies_the_distance_and_the_error_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), *SEVEN)
-    run = galvi.integrate(problem, method(8, DYNAMICAL), 0.3, duration=DURATION)
-    assert "bodies 1 and 2 passed at a distance of about 2.1e-03 near t = 2.9" in run.status
-    assert "error of about 3e-03 in their relative velocity" in run.status
-    half = galvi.integrate(problem, method(8, DYNAMICAL), 0.3, duration=2.5)
-    rest = galvi.resume(half, until=DURATION)
-    assert rest.status == run.status  # what was seen before is kept
+@pytest.fixture(scope="module")
+def whole() -> galvi.Trajectory:
+    return galvi.integrate(CLOSE, EIGHT, 0.3, duration=DURATION)
+
+
+def test_the_bodies_the_distance_and_the_error_are_named(
+    whole: galvi.Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "bodies 1 and 2 passed at a distance of about 2.1e-03 near t = 2.9" in whole.status
+    assert "error of about 3e-03 in their relative velocity" in whole.status
+    half = galvi.integrate(CLOSE, EIGHT, 0.3, duration=2.5)
+    assert galvi.resume(half, until=DURATION).status == whole.status  # what was seen is kept
     # the planted fault: only steps that hold the closest approach are looked at
     monkeypatch.setattr(stepper, "compiled_note_states", lambda: lambda *given: None)
-    assert (
-        galvi.integrate(problem, method(8, DYNAMICAL), 0.3, duration=DURATION).status
-        == "Completed."
-    )
+    assert galvi.integrate(CLOSE, EIGHT, 0.3, duration=DURATION).status == "Completed."
 
 
 RIGHT = {
@@ -93,59 +91,54 @@ RIGHT = {
 @pytest.mark.parametrize("name", RIGHT)
 def test_a_run_that_resolves_its_passages_says_nothing(name: str) -> None:
     problem, duration = RIGHT[name]
-    for step in (0.3, 0.6):
-        run = galvi.integrate(problem, method(8, DYNAMICAL), step, duration=duration)
-        assert run.success and "passed at" not in run.status
-        assert run.checkpoint.passage[0] < 0.1 * UNRESOLVED
+    run = galvi.integrate(problem, EIGHT, 0.6, duration=duration)
+    assert run.success and "passed at" not in run.status
+    assert run.checkpoint.passage[0] < 0.1 * UNRESOLVED
 
 
-EVENTS = {
-    "an action": [galvi.Event(lambda q, v, t: t - 3.2, action=lambda q, v, t: (q, v))],
-    "a late action": [galvi.Event(lambda q, v, t: t - 5.5, action=lambda q, v, t: (q, v))],
-    "an end": [galvi.Event(lambda q, v, t: t - 3.2, terminal=True)],
-    "one that is watched": [galvi.Event(lambda q, v, t: t - 3.2)],
-}
-
-
-@pytest.mark.parametrize("name", EVENTS)
-def test_a_passage_is_named_in_a_run_with_events_too(name: str) -> None:
-    problem = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), *SEVEN)
-    run = galvi.integrate(
-        problem, method(8, DYNAMICAL), 0.3, duration=DURATION, events=EVENTS[name]
-    )
+@pytest.mark.parametrize(
+    ("time", "more"),
+    [
+        (3.2, {"action": lambda q, v, t: (q, v)}),
+        (5.5, {"action": lambda q, v, t: (q, v)}),
+        (3.2, {"terminal": True}),
+        (3.2, {}),
+    ],
+    ids=["an action", "a late action", "an end", "watched"],
+)
+def test_a_passage_is_named_in_a_run_with_events_too(time: float, more: Any) -> None:
+    event = galvi.Event(lambda q, v, t: t - time, **more)
+    run = galvi.integrate(CLOSE, EIGHT, 0.3, duration=DURATION, events=[event])
     assert run.success and "bodies 1 and 2 passed at a distance of about 2.1e-03" in run.status
 
 
-def test_a_passage_in_the_last_shortened_step_is_named() -> None:
-    problem = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), *SEVEN)
-    whole = galvi.integrate(problem, method(8, DYNAMICAL), 0.3, duration=DURATION)
+def test_a_passage_in_the_last_shortened_step_is_named(whole: galvi.Trajectory) -> None:
     step = int(np.argmin(np.abs(whole.t - whole.checkpoint.passage[4])))  # ends at the passage
     end = whole.t[step] - 0.02 * (whole.t[step] - whole.t[step - 1])
-    short = galvi.integrate(problem, method(8, DYNAMICAL), 0.3, duration=end)
+    short = galvi.integrate(CLOSE, EIGHT, 0.3, duration=end)
     assert len(short.t) == step + 1 and "passed at a distance of about" in short.status
 
 
 @pytest.mark.parametrize("step", [0.3, -0.3])
-def test_a_passage_at_the_start_is_the_same_in_transformed_time(step: float) -> None:
+def test_a_passage_at_the_start_is_the_same_in_transformed_time(
+    step: float, whole: galvi.Trajectory
+) -> None:
     """Whose state has momenta, where that of lanes has velocities."""
-    problem = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), *SEVEN)
-    whole = galvi.integrate(problem, method(8, DYNAMICAL), 0.3, duration=DURATION)
     near = int(np.argmin(np.abs(whole.t - whole.checkpoint.passage[4])))
-    here = problem.moved(whole.q[near], whole.v[near], float(whole.t[near]))
+    here = CLOSE.moved(whole.q[near], whole.v[near], float(whole.t[near]))
     lanes, newton = (
-        galvi.integrate(here, method(8, DYNAMICAL), step, 1, solver=solver).checkpoint.passage
+        galvi.integrate(here, EIGHT, step, 1, solver=solver).checkpoint.passage
         for solver in ("auto", "newton")
     )
     assert lanes[0] > 0.0 and np.allclose(lanes, newton, rtol=1e-6)
 
 
-@pytest.mark.parametrize("mass", [1.0, 1e-3, 0.0])
+@pytest.mark.parametrize("mass", [1e-3, 0.0])
 def test_a_fall_with_actions_ends_in_a_sentence(mass: float) -> None:
     """The last step has no length, since time stands still where the bodies collide."""
     fall = galvi.Problem(galvi.NBody([1.0, mass]), [[0, 0], [1, 0]], [[0, 0], [0, 0]])
     half = galvi.Event(lambda q, v, t: q[1, 0] - q[0, 0] - 0.5, action=lambda q, v, t: (q, v))
-    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.DynamicalTime())
-    run = galvi.integrate(fall, method, 1.5, duration=3.0, events=[half])
+    run = galvi.integrate(fall, EIGHT, 1.5, duration=3.0, events=[half])
     assert not run.success and "time stands still: bodies 0 and 1 collide" in run.status
     assert len(run.events) == 1 and np.isfinite(run.q).all()
 
@@ -154,8 +147,7 @@ def test_a_fall_with_actions_ends_in_a_sentence(mass: float) -> None:
 def test_steps_that_are_too_long_for_a_massless_body_are_said(s: int, step: float) -> None:
     """On a circle, where its energy, which is in no sum, stays as it is."""
     circle = galvi.Problem(galvi.NBody([1.0, 0.0]), [[0, 0], [1, 0]], [[0, 0], [0, 1]])
-    method = galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), clock=galvi.DynamicalTime())
-    run = galvi.integrate(circle, method, step, duration=60.0)
+    run = galvi.integrate(circle, method(s, DYNAMICAL), step, duration=60.0)
     off = float(np.max(np.abs(run.q[-1, 1] - [np.cos(60.0), np.sin(60.0)])))
     said = "a step changes the energy of the massless body 1" in run.status
     assert said == (off > 1e-3) and (said or off < 1e-12)
@@ -164,5 +156,5 @@ def test_steps_that_are_too_long_for_a_massless_body_are_said(s: int, step: floa
 def test_that_is_seen_at_several_states() -> None:
     """From the pericentre: at the end of a run steps may be short enough."""
     far = galvi.Problem(galvi.NBody([1.0, 0.0]), [[0, 0], [1, 0]], [[0, 0], [0, 1.9**0.5]])
-    method = galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(1), clock=galvi.DynamicalTime())
-    assert "massless body 1" in galvi.integrate(far, method, 0.2, 25).status
+    run = galvi.integrate(far, method(1, DYNAMICAL), 0.2, 25)
+    assert "massless body 1" in run.status

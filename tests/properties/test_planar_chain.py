@@ -61,13 +61,10 @@ def test_one_link_is_a_pendulum_with_the_period_of_its_reduced_length(rods, redu
     assert abs(run.q[-1, 0] - 1.6) < 1e-13 and abs(run.q[8, 0] + 1.6) < 1e-13  # 4e-16
 
 
-@pytest.mark.parametrize(
-    "problem", [galvi.problems.double_pendulum(), galvi.problems.planar_chain()], ids=str
-)
-def test_energy_is_kept_and_a_run_can_be_saved_without_its_problem(problem, tmp_path):
+def test_energy_is_kept_and_a_run_can_be_saved_without_its_problem(tmp_path):
+    problem = galvi.problems.planar_chain()
     run = galvi.integrate(problem, EIGHT, 0.02, 60)
-    energy = galvi.energy(run)
-    assert run.success and np.ptp(energy) < 1e-12  # 6e-14 of 66
+    assert run.success and np.ptp(galvi.energy(run)) < 1e-12  # 6e-14 of 66
     galvi.save(run, tmp_path / "run.npz")
     loaded = galvi.load(tmp_path / "run.npz")
     assert np.array_equal(galvi.resume(loaded, 5).q, galvi.resume(run, 5).q)
@@ -85,8 +82,8 @@ def test_without_gravity_a_chain_keeps_its_angular_momentum():
 def test_a_step_too_large_for_the_motion_is_said_so_though_it_is_solved():
     two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
     wild = galvi.integrate(galvi.problems.double_pendulum(), two, 0.3, 6)
-    assert not wild.success and wild.counts["steps"] == 6 and np.all(np.isfinite(wild.q))
-    assert "the energy changed by" in wild.status  # by 500 times the range of its potential
+    assert wild.outcome.end is galvi.End.RUINED and wild.counts["steps"] == 6
+    assert np.all(np.isfinite(wild.q))  # the energy changes by 500 times the potential's range
     tame = galvi.integrate(galvi.problems.double_pendulum(), two, 0.02, 90)
     assert tame.status == "Completed."
 

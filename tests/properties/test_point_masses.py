@@ -13,34 +13,21 @@ FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 
 
 @pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
-@pytest.mark.parametrize("stages", [3, 8, 11, 24])
-@pytest.mark.parametrize("plane", [True, False])
-def test_the_packed_kernel_does_what_the_general_one_does(stages, plane, monkeypatch):
+@pytest.mark.parametrize(("stages", "size"), [(3, 3), (8, 2), (11, 3), (24, 2)])
+def test_the_packed_kernel_does_what_the_general_one_does_in_fewer_passes(
+    stages, size, monkeypatch
+):
     sun = galvi.problems.solar_system()
-    if plane:
-        sun = galvi.Problem(sun.system, sun.q0[:, :2], sun.v0[:, :2])
+    sun = galvi.Problem(sun.system, sun.q0[:, :size], sun.v0[:, :size])
     method = galvi.Galerkin(galvi.Polynomials(stages), galvi.gauss(stages))
-    step = 1.0 * stages
-    packed = galvi.integrate(sun, method, step, 40)
+    packed = galvi.integrate(sun, method, 1.0 * stages, 40)
     monkeypatch.setattr(engines, "ENGINES", (engines.GENERAL,))
-    general = galvi.integrate(sun, method, step, 40)
+    general = galvi.integrate(sun, method, 1.0 * stages, 40)
     # Round-off grows along Mercury's orbit; 1e-13 after 40 steps of 3 days, 2e-12 of 24 days.
     assert np.allclose(packed.q, general.q, rtol=0, atol=1e-11)
     assert np.allclose(packed.q[:3], general.q[:3], rtol=0, atol=2e-14)
-    assert np.allclose(packed(7.7), general(7.7), rtol=0, atol=1e-14)
     # The pair's own passes save from 57 (2 stages) to 137 (16 stages) of 40 steps' passes.
     assert packed.counts["iterations"] < general.counts["iterations"]
-
-
-def test_the_packed_kernel_leaves_to_newton_what_it_cannot_solve():
-    """Two bodies at the step of a whole period: fixed point from a straight line diverges."""
-    q, v = np.array([[-0.5, 0.0], [0.5, 0.0]]), np.array([[0.0, -0.5], [0.0, 0.5]])
-    pair = galvi.Problem(galvi.NBody([0.5, 0.5]), q, v)
-    method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
-    run = galvi.integrate(pair, method, 2 * np.pi, 6)
-    assert run.success
-    assert run.counts["linear_solves"] > 0
-    assert np.ptp(galvi.momentum_map(run)) < 1e-12
 
 
 def test_a_step_too_large_for_a_planet_names_it_and_a_step_that_works():

@@ -111,9 +111,7 @@ def statuses() -> Iterator[tuple[str, str]]:
                     yield f"{name}, degree {degree}, step {share * unit:g}", run.status
 
 
-@pytest.mark.slow(
-    beside="test_clock_runs.py::test_runs_backwards_and_from_rest_have_no_false_remarks"
-)
+@pytest.mark.slow(beside="test_clock_runs.py::test_a_clock_that_cannot_be_traced_is_that_which_can")
 def test_at_most_one_right_run_in_a_hundred_has_a_remark() -> None:
     found = list(statuses())
     said = [(what, status) for what, status in found if not status.startswith("Completed.")]

@@ -176,6 +176,33 @@ def on_a_barycentre(mass):
     return framed(galvi.Problem(galvi.NBody([1.0, 1.0, mass]), q, v), frame)
 
 
+def nested(tree, problem=OUTER):
+    """A step in the frame of a hierarchy."""
+    return framed(problem, galvi.KeplerFrame(hierarchy=tree))
+
+
+def eccentric(e):
+    """A step from the pericentre of a comet."""
+    q, v = np.zeros((2, 2, 2))
+    q[1, 0], v[1, 1] = 1.0 - e, np.sqrt((1.0 + e) / (1.0 - e))
+    system, names = galvi.NBody([1.0, 0.0]), {"bodies": ("Sun", "comet")}
+    return framed(galvi.Problem(system, q, v, parameters=names), IN_KEPLERS)
+
+
+def pulled(*forces):
+    """A step in the frame with forces beside gravity."""
+    system = galvi.NBody(PAIR.system.masses, forces=forces)
+    return framed(galvi.Problem(system, PAIR.q0, PAIR.v0), IN_KEPLERS)
+
+
+BLIND = galvi.Problem(
+    galvi.Canonical(1.0, lambda q: q @ q if q[0] > 0.0 else 0.0, check=False), [1.0], [0.0]
+)
+PLANETS = OUTER.parameters["bodies"]
+LIGHT = galvi.Problem(galvi.NBody([1.0, 0.0, 0.0]), np.eye(3), np.zeros((3, 3)))
+DRAG, TIDES = galvi.Drag([0.0, 0.1]), galvi.Tides(0, 0.3, 0.3, 0.01)
+ONCE = "must name every body that has a mass once; received one with"
+CONSERVE = r"forces that have an energy \(Obl.*"
 FRAMES = (
     *(
         (ValueError, r"a frame needs galvi\.Polynomials\(s\)", in_frame(space, rule))
@@ -199,5 +226,82 @@ FRAMES = (
     (ValueError, "received one of body comet that is not", framed(FAST, IN_KEPLERS)),
     (ValueError, "needs bound orbits", on_a_barycentre(1e-3)),
     (ValueError, "needs bound orbits", on_a_barycentre(0.0)),
+    (ValueError, "needs a gradient that is built in or could be traced", framed(BLIND, HARMONIC)),
+    (ValueError, r"needs a finite d2V/dq2 at q = 0", framed(KEPLER, HARMONIC)),
+    *(
+        (ValueError, "hierarchy must be nested tuples",
+         partial(galvi.KeplerFrame, hierarchy=wrong))
+        for wrong in ("Sun", (), ("Sun",), ("Sun", ("Earth",)), (0, 1.5), (0, True), ((0, 1), None))
+    ),
+    (ValueError, ONCE + "out Pluto", nested(PLANETS[:-1])),
+    (ValueError, ONCE + " Pluto twice", nested((*PLANETS, "Pluto"))),
+    (ValueError, ONCE + r" 'Mars', which is none of \['Sun and", nested((*PLANETS, "Mars"))),
+    (ValueError, ONCE + " 7, which is none of", nested((0, 1, (2, 3), 4, 7))),
+    (ValueError, ONCE + " -1", nested((0, 1, (2, -1), 4, 5))),
+    (ValueError, "one that joins 1 and others, all of them massless", nested((0, (1, 2)), LIGHT)),
+    (ValueError, "about what its hierarchy names; received one of body",
+     nested(((0, 1, 2), (3, 4, 5)))),
+    *(
+        (ValueError, rf"up to 0\.9,.*received {e} of body comet, at the .*Use clock=galvi\.Dy",
+         eccentric(e))
+        for e in (0.9001, 0.999)
+    ),
+    (ValueError, CONSERVE + "with Drag, Tides. Use another", pulled(DRAG, TIDES)),
+    (ValueError, CONSERVE + "with Relativity. Use", pulled(galvi.Relativity(9.0))),
+    (ValueError, CONSERVE + "with Force. Use", pulled(galvi.Force(lambda q: 0.0 * q))),
+    (ValueError, "exclude each other",
+     lambda: galvi.Galerkin(*THREE, chart=IN_KEPLERS, clock=galvi.DynamicalTime())),
 )  # fmt: skip
-TABLE = {"rules": RULES, "spaces": SPACES, "pairs": PAIRS, "frames": FRAMES}
+
+
+def timed(problem, clock, step=0.1, steps=3, points=4, **more):
+    """Steps in a clock."""
+    rule = galvi.gauss(points) if isinstance(points, int) else points
+    within = galvi.Galerkin(galvi.Polynomials(4), rule, clock=clock)
+    return lambda: galvi.integrate(problem, within, step, steps, **more)
+
+
+def in_clock(clock):
+    return lambda: galvi.Galerkin(*THREE, clock=clock)
+
+
+def dragged(force, *masses):
+    """Three bodies with a force."""
+    return galvi.Problem(galvi.NBody(masses, forces=force), np.eye(3), np.eye(3)[::-1])
+
+
+DYNAMICAL, SUNDMAN = galvi.DynamicalTime(), galvi.Sundman()
+SLOWED = galvi.Problem(
+    galvi.Canonical(1.0, galvi.CentralForce(1.0), force=lambda q, v: -0.1 * v), KEPLER.q0, KEPLER.v0
+)
+WRONG_SLOPE = galvi.Clock(lambda q: (q @ q) ** 0.75, lambda q: np.ones(2))
+OWN_CLOCK = galvi.Clock(lambda q: 1.0 + q @ q)
+CLOCKS = (
+    (ValueError, "at least two bodies", timed(KEPLER, DYNAMICAL)),
+    (ValueError, "one particle", timed(OUTER, SUNDMAN)),
+    (ValueError, "a revolution is 2 pi", timed(OUTER, DYNAMICAL, 7.0)),
+    (ValueError, "received neither", timed(OUTER, DYNAMICAL, steps=None)),
+    (ValueError, "positive", timed(KEPLER, galvi.Clock(lambda q: -1.0))),
+    (ValueError, "finite", timed(KEPLER, galvi.Clock(lambda q: np.inf))),
+    (ValueError, "gradient must be dg/dq", timed(KEPLER, WRONG_SLOPE)),
+    (ValueError, "collocate t", timed(SLOWED, SUNDMAN, points=5)),
+    (ValueError, r"solver fixed_point needs a constant mass and gauss",
+     timed(dragged(galvi.Drag([0.0, 0.1, 0.1]), 1.0, 0.1, 0.1), DYNAMICAL, points=galvi.lobatto(5),
+           solver="fixed_point")),
+    (ValueError, "massless bodies have no Lagrangian",
+     timed(dragged(galvi.Force(lambda q: 0.0 * q), 1.0, 0.1, 0.0), DYNAMICAL)),
+    (ValueError, "symplecticity_defect",
+     lambda: galvi.step_derivative(KEPLER, in_clock(SUNDMAN)(), 0.1)),
+    (ValueError, "constant in time",
+     lambda: galvi.theory(in_clock(SUNDMAN)(), problem=KEPLER, step=0.1)),
+    (TypeError, "must be a function", lambda: galvi.Clock(3)),
+    (ValueError, "power", lambda: galvi.Sundman(0.0)),
+    (ValueError, "gm must be positive", lambda: galvi.Sundman(gm=0.0)),
+    (TypeError, "clock must be a clock", in_clock(3)),
+    (TypeError, "clock must be a clock", in_clock(galvi.DynamicalTime)),
+    (ValueError, "until", lambda: galvi.resume(timed(KEPLER, SUNDMAN)(), until=0.0)),
+    (ValueError, "point masses", lambda: timed(KEPLER, SUNDMAN)().to_rebound()),
+    (ValueError, r"clock are galvi's own; received .*Clock\(",
+     lambda: galvi.save(timed(KEPLER, OWN_CLOCK)(), "run.npz")),
+)  # fmt: skip
+TABLE = {"rules": RULES, "spaces": SPACES, "pairs": PAIRS, "frames": FRAMES, "clocks": CLOCKS}

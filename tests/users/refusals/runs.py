@@ -12,6 +12,12 @@ FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 KEPLER = galvi.problems.kepler(0.3)
 SPRING = galvi.LinearSpring()
 WRONG = ValueError, TypeError
+STARS = galvi.Problem(galvi.NBody([1.0, 0.1]), np.eye(2), np.eye(2)[::-1])
+IN_CLOCK = {
+    "method": galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=galvi.DynamicalTime()),
+    "steps": None,
+    "duration": 1.0,
+}
 
 
 def run(**changes):
@@ -40,6 +46,11 @@ def recommended(**changes):
 def elements(gm, eccentricity):
     one = np.ones(1)
     return lambda: galvi.OrbitalElements(one, eccentricity * one, *(0.0 * one,) * 4).states(gm)
+
+
+def planets():
+    """A step of the outer planets."""
+    return galvi.integrate(galvi.problems.outer_solar_system(), FOUR, 10.0, 1)
 
 
 SINGLE = (
@@ -183,5 +194,25 @@ ASKED = (
      galvi.symplecticity_defect, CASES["three_bodies"][0], EIGHT, 0.1),
     (ValueError, "an eccentricity must be", elements(1.0, 1.5)),
     (ValueError, "gm must be positive", elements(0.0, 0.5)),
+    *(
+        (ValueError, rf"say where the body is; .* and e = 1{where}\. Leave",
+         lambda a=a, e=e: galvi.OrbitalElements(np.array(a), np.array(e), *np.zeros(4)).states(1.0))
+        for a, e, where in (
+            (1.0, 1.0, ""), ([2.0, -1.0], [0.5, 1.0], r" at \[1\]"), (np.inf, 1.0, ""),
+            ([[2.0, np.inf]], [[0.5, 1.0 + 1e-15]], r" at \[0, 1\]"),
+        )
+    ),
+    *(
+        (ValueError, "centre must be a whole number from 0 to 5; received",
+         lambda wrong=wrong: galvi.orbital_elements(planets(), centre=wrong))
+        for wrong in (6, -1, 0.5)
+    ),
+    (ValueError, r"need N bodies.*received a Canonical", lambda: galvi.orbital_elements(run()())),
+    (ValueError, "must lie inside the run", lambda: run()()(0.31)),
+    (ValueError, "inside the run", lambda: galvi.states_at(run()(), 0.31)),
+    (ValueError, "same number of steps",
+     members(q0=np.ones((2, 2)), step=[0.1, 0.2], steps=None, duration=2.0)),
+    (ValueError, "folder", members(STARS, **IN_CLOCK, folder="x")),
+    (ValueError, "StatesAt", members(STARS, **IN_CLOCK, keep=galvi.Extrema())),
 )  # fmt: skip
 TABLE = {"runs": SINGLE, "many runs": MANY, "ensembles": ENSEMBLES, "asked of runs": ASKED}

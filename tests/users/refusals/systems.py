@@ -154,4 +154,60 @@ BROWNOUT = (
     (TypeError, r"drag_law must be galvi.QuadraticDrag.* received 3",
      galvi.RotorDrag, 1.0, 3),
 )  # fmt: skip
-TABLE = {"point masses": POINT_MASSES, "functions": FUNCTIONS, "brownout": BROWNOUT}
+
+
+def beside_gravity(forces, masses=(1.0, 1e-3, 0.0)):
+    """Three bodies with forces, in the plane."""
+    return lambda: galvi.Problem(galvi.NBody(masses, forces=forces), PLACES, 0.0 * PLACES)
+
+
+def at_one(force):
+    """From t = 1 on."""
+    system = galvi.NBody([1.0, 1e-3, 2e-4], forces=galvi.Force(force, takes_time=True))
+    return lambda: galvi.Problem(system, PLACES, 0.0 * PLACES, t0=1.0)
+
+
+PLACES = np.array([[0.0, 0.0], [1.0, 0.1], [-0.3, 2.1]])
+CELESTIAL = (
+    (ValueError, "a body with a mass; received 2", beside_gravity(galvi.Oblateness(2, 1e-3, 0.1))),
+    (ValueError, "one of 3 bodies, by number; received 3",
+     beside_gravity(galvi.PowerLaw(3, 1.0, 1.0))),
+    (ValueError, "every body needs a mass; received 1", beside_gravity(galvi.Drag([0, 0, 1e-3]))),
+    (ValueError, "on a body without mass", beside_gravity(galvi.Force(lambda q: q))),
+    (ValueError, r"shape \(3, 2\)", beside_gravity(galvi.Force(lambda q: q[0]))),
+    (ValueError, r"pole of Oblateness must be \(0, 0, z\)",
+     beside_gravity(galvi.Oblateness(0, 1e-3, 0.1, pole=(1, 0, 1)))),
+    (ValueError, "a Force must be finite at the start",
+     at_one(lambda q, t: q - (np.inf if t > 0.5 else 0.0))),
+    (TypeError, "forces must be values", lambda: galvi.NBody([1.0], forces=(3.0,))),
+    (ValueError, "a number for each of 2 bodies",
+     lambda: galvi.NBody([1.0, 1.0], forces=galvi.Drag([1.0]))),
+    (ValueError, "form must be one of", lambda: galvi.Relativity(1.0, form="other")),
+    (ValueError, "form must be one of", lambda: galvi.Relativity(1.0, form=np.zeros(0))),
+    *(
+        (ValueError, "pole must have a length", partial(galvi.Oblateness, 0, 1e-3, 0.1, pole=pole))
+        for pole in ((0, 0, 0), (0, 0, 1e308))
+    ),
+    (ValueError, "must not be negative", lambda: galvi.Drag([-1.0])),
+    (ValueError, "k2 must not be negative", lambda: galvi.Tides(0, -1.0, 1.0, 1.0)),
+    (ValueError, "power must be -1 or differ from it by at least",
+     lambda: galvi.PowerLaw(0, 1.0, -1.0 + 1e-9)),
+    (TypeError, r"one of \(q, v\)", lambda: galvi.Force(3.0, takes_velocity=True)),
+    (TypeError, "takes_velocity must be", lambda: galvi.Force(3.0, takes_velocity=np.zeros(0))),
+    *(
+        (TypeError, r"one of \(q\); received one of \(q, v\). Set takes",
+         partial(galvi.Force, function))
+        for function in (lambda q, v: -v, numba.njit(lambda q, v: -v))
+    ),
+    (ValueError, "holds no forces", lambda: galvi.integrate(
+        beside_gravity(galvi.PowerLaw(0, 1e-3, 1.0))(), FOUR, 0.01, 1).to_rebound()),
+    (ValueError, "forces of velocity", lambda: galvi.symplecticity_defect(
+        beside_gravity(galvi.Drag([0.0, 0.1, 0.1]), (1.0, 0.1, 0.1))(), FOUR, 0.01)),
+    (ValueError, "particles must be", lambda: galvi.problems.outer_solar_system(particles=-1)),
+)  # fmt: skip
+TABLE = {
+    "point masses": POINT_MASSES,
+    "functions": FUNCTIONS,
+    "brownout": BROWNOUT,
+    "celestial forces": CELESTIAL,
+}
