@@ -14,13 +14,6 @@ from galvi.tracing import code as symbolic_code
 from galvi.tracing import kinks, lane_law
 from tests.properties.symbolic_letters import FOUR, FREE, c, k, m, made, t, u, w, x, y
 
-pytest.importorskip("sympy")
-
-
-f = sympy.Function("f")
-real = sympy.Symbol("t", real=True)
-th = sympy.Function("th")(t)
-
 
 def test_coordinates_and_forces_in_a_matrix_and_parameters_of_sympy_are_taken():
     L = m * (u**2 + w**2) / 2 - k * x**2
@@ -50,9 +43,6 @@ def test_a_missing_sympy_is_a_sentence(monkeypatch):
 def test_galvi_does_not_import_sympy():
     command = [sys.executable, "-c", "import sys, galvi; sys.exit('sympy' in sys.modules)"]
     assert subprocess.run(command).returncode == 0
-
-
-pytest.importorskip("sympy")
 
 
 def test_parameters_are_numbers_of_the_system_and_not_of_the_code():
@@ -98,6 +88,13 @@ def test_the_code_is_the_same_in_every_process_and_compiled_in_the_first_only():
     first, second = ran("1"), ran("2")
     assert first[0] == second[0] and "def law_" in first[0]
     assert int(second[2]) == 1
+
+
+def test_constants_of_any_order_have_a_law():
+    L = (k - m) ** sympy.Rational(7, 3) * u**2 / 2 - x**2 / 2
+    problem = galvi.Problem(made(L, x, u, parameters={m: 1.0, k: 3.0}), [0.4], [0.5])
+    run = galvi.integrate(problem, FOUR, 0.05, 2)
+    assert run.success and run.counts["linear_solves"] == 0
 
 
 def test_nowhere_to_keep_the_code_is_no_reason_to_fail(monkeypatch):
@@ -146,9 +143,6 @@ def test_the_compiled_slopes_are_those_of_mpmath(V):
 )
 def test_lanes_have_no_code_for_a_branch_or_a_function_that_they_lack(line, in_lanes):
     assert bool(lane_law.function_lines("law(q)", [], [line])) == in_lanes
-
-
-pytest.importorskip("sympy")
 
 
 KINKS = [
