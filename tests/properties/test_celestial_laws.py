@@ -50,7 +50,7 @@ def test_a_function_is_traced_again_when_a_number_that_it_refers_to_changes() ->
     assert np.max(np.abs(runs[1].q - runs[0].q)) > 1e-6
 
 
-@pytest.mark.slow(beside="test_external_forces.py::test_many_forced_runs_equal_single_ones")
+@pytest.mark.slow(beside="test_external_forces.py::test_a_wrong_sign_of_the_force_is_seen")
 def test_a_function_that_branches_is_called_by_the_general_kernel() -> None:
     def drag(q: Any, v: Any) -> Any:
         return -1e-3 * v if q[1, 0] > 0.0 else -2e-3 * v
