@@ -66,7 +66,7 @@ IN_FRAMES: dict[str, Row] = {
     },
     **{
         f"frame: {planets} planets": in_frame(partial(nested, planets), 1.2, galvi.KeplerFrame())
-        for planets in (1, 2, 3, 5, 8, 9)
+        for planets in (1, 2, 8, 9)
     },
     "frame: massless planets": in_frame(partly_massless, 400.0, galvi.KeplerFrame()),
     "frame: the Moon": in_frame(lambda: MOON, 5.0, galvi.KeplerFrame(hierarchy=TREE)),
@@ -79,11 +79,11 @@ IN_FRAMES: dict[str, Row] = {
             0.5,
             galvi.KeplerFrame(hierarchy=HIERARCHIES[hierarchy]),
         )
-        for force in WEAK
-        for last in (2e-4, 0.0)
-        for plane in (False, True)
-        for hierarchy in HIERARCHIES
-        if not (plane and "J4" in force)  # its pole is out of the plane
+        for i, force in enumerate(WEAK)
+        for j, last in enumerate((2e-4, 0.0))
+        for k, hierarchy in enumerate(HIERARCHIES)
+        for plane in ((i + j + k) % 3 == 0 and "J4" not in force,)  # whose pole is out of it
+        if (i + k) % 3 < 2
     },
 }
 
@@ -171,6 +171,7 @@ IN_TIME: dict[str, Row] = {
             slow=name in ("one source", "a function of time", "Python", "a function"),
         )
         for name in CASES
+        if name not in ("potential", "power laws", "radiation", "tides")
     },
     "time: free body": to_time(galvi.problems.free_body_se3, 0.1, galvi.Clock(along), 2.0),
     "time: free body, called": to_time(
