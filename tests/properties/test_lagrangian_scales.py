@@ -26,8 +26,7 @@ def canonical_end():
     return galvi.integrate(galvi.Problem(angle, [1.0], [0.3]), METHOD, 0.25, 8).q[-1]
 
 
-@pytest.mark.slow_cases(but=["1.0"])
-@pytest.mark.parametrize("l", [1e-12, 1e-8, 1e-4, 1e-2, 1.0, 1e3, 1e6])
+@pytest.mark.parametrize("l", [1e-12, 1e-4, 1e6])
 def test_a_differenced_lagrangian_moves_alike_in_all_units(l):
     run = galvi.integrate(swinging(l), METHOD, 0.25, 8)
     assert run.success
@@ -43,19 +42,6 @@ def test_steps_of_fixed_length_are_caught():
     exact = -np.sin(1.0) / l
     assert abs(wrong[0] / exact - 1.0) > 0.1
     assert abs(right[0, 0] / exact - 1.0) < 1e-10
-
-
-@pytest.mark.slow(beside="test_a_differenced_lagrangian_moves_alike_in_all_units")
-def test_a_low_orbit_in_metres_and_seconds_is_a_circle():
-    GM, radius = 3.986e14, 7e6
-    rate = np.sqrt(GM / radius**3)
-    L = opaque(lambda q, v: 0.5 * v @ v + GM / np.sqrt(q @ q))
-    system = galvi.Lagrangian(L, galvi.Rn(2))
-    start = galvi.Problem(system, [radius, 0.0], [0.0, rate * radius])
-    run = galvi.integrate(start, METHOD, 0.2 / rate, 10)
-    assert run.success
-    circle = [np.cos(2.0), np.sin(2.0)]
-    assert np.allclose(run.q[-1] / radius, circle, rtol=0.0, atol=4e-11)  # 4e-12
 
 
 @pytest.mark.slow(beside="test_a_differenced_lagrangian_moves_alike_in_all_units")
@@ -93,9 +79,7 @@ def test_a_constant_force_is_felt_at_the_origin_too(q):
     assert abs(force + 1.0) < 1e-11
 
 
-@pytest.mark.slow_cases("1.0-differenced", "1e-08-differenced")
-@pytest.mark.parametrize("slopes", [False, True], ids=["differenced", "slopes"])
-@pytest.mark.parametrize("c", [1.0, 1e-8])
+@pytest.mark.parametrize(("c", "slopes"), [(1.0, False), (1e-8, True)])
 def test_relativistic_velocities_are_found_from_their_momenta(c, slopes):
     system = relativistic(c, slopes)
     problem = galvi.Problem(system, [c, 0.0], [0.0, 0.9 * c])
@@ -118,30 +102,17 @@ def test_the_velocity_of_a_momentum_that_no_velocity_has_is_missing():
     assert system.velocity(np.array([0.6]), np.zeros(1))[0] == pytest.approx(0.75, rel=1e-13)
 
 
-@pytest.mark.slow_cases("differenced")
-@pytest.mark.parametrize("given", [False, True], ids=["differenced", "slopes"])
-def test_very_different_masses_are_not_degenerate(given):
-    def L(q, v):
-        return 1e6 * v[0] ** 2 + 1e-7 * v[1] ** 2
-
-    def slopes(q, v):
-        return np.array([2e6 * v[0], 2e-7 * v[1], 0.0, 0.0])
-
-    system = galvi.Lagrangian(opaque(L), galvi.Rn(2), opaque(slopes) if given else None)
+def test_very_different_masses_are_not_degenerate():
+    system = galvi.Lagrangian(opaque(lambda q, v: 1e6 * v[0] ** 2 + 1e-7 * v[1] ** 2), galvi.Rn(2))
     run = galvi.integrate(galvi.Problem(system, [1.0, 0.0], [1.0, 0.9]), METHOD, 0.1, 5)
     assert np.allclose(run.q[-1], [1.5, 0.45], rtol=1e-12)
     assert np.allclose(run.p[-1], [2e6, 1.8e-7], rtol=1e-10)
 
 
-@pytest.mark.slow(beside="test_very_different_masses_are_not_degenerate")
 def test_a_mass_matrix_with_nothing_on_its_diagonal_is_regular():
-    def L(q, v):
-        return v[0] * v[1] + 0.5 * v[2] ** 2 - q @ q
-
-    system = galvi.Lagrangian(opaque(L), galvi.Rn(3))
-    problem = galvi.Problem(system, [1.0, 0.0, 0.2], [1.0, 0.9, 0.3])
-    energy = galvi.energy(galvi.integrate(problem, METHOD, 0.1, 5))
-    assert np.ptp(energy) < 1e-11  # 2e-13
+    system = galvi.Lagrangian(opaque(lambda q, v: v[0] * v[1] - q @ q), galvi.Rn(2))
+    run = galvi.integrate(galvi.Problem(system, [1.0, 0.0], [1.0, 0.9]), METHOD, 0.1, 5)
+    assert np.ptp(galvi.energy(run)) < 1e-11  # 2e-13
 
 
 def test_a_lagrangian_that_raises_outside_its_domain_is_only_probed_inside():
