@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.systems.finite_differences import differences
 from tests.properties.lagrangians import METHOD, MOMENTS, opaque, swinging
 
 
@@ -32,16 +31,6 @@ def test_a_differenced_lagrangian_moves_alike_in_all_units(l):
     assert run.success
     assert np.allclose(run.q[-1] / l, canonical_end(), rtol=0.0, atol=1e-10)  # 1e-11
     assert np.ptp(galvi.energy(run)) < 2e-11  # 9e-12, the method's
-
-
-def test_steps_of_fixed_length_are_caught():
-    """The planted fault: a difference that does not look at the units."""
-    l, s = 1e-4, 2.0**-10
-    wrong = [(np.cos(1.0 + s / l) - np.cos(1.0 - s / l)) / (2.0 * s)]
-    right, _ = differences(lambda x: np.cos(x / l), np.array([l]), np.array([l]))
-    exact = -np.sin(1.0) / l
-    assert abs(wrong[0] / exact - 1.0) > 0.1
-    assert abs(right[0, 0] / exact - 1.0) < 1e-10
 
 
 @pytest.mark.slow(beside="test_a_differenced_lagrangian_moves_alike_in_all_units")
@@ -128,20 +117,6 @@ def test_a_lagrangian_that_raises_outside_its_domain_is_only_probed_inside():
         velocity = system.velocity(np.array([exact]), np.array([1.0]))
         assert abs(velocity[0] - 0.9) < 1e-10
         assert abs(system.momentum(np.array([1e-9]), np.array([1.0]))[0] - 1e-9) < 1e-14
-
-
-@pytest.mark.slow(beside="test_differences.py::test_each_coordinate_has_a_length_of_its_own")
-def test_the_first_derivative_of_a_step_from_near_rest_has_the_scales_of_its_end():
-    """Differences are taken again with them: 45 passes of four methods, else 116."""
-
-    def L(R, v):
-        s = R[0, 0] + 0.3 * R[1, 2]
-        return 0.5 * (v @ v) * (1.0 + 0.3 * s * s) + s
-
-    problem = galvi.Problem(galvi.Lagrangian(opaque(L), galvi.SO3()), np.eye(3), [1e-8, 0.0, 0.0])
-    methods = (galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s)) for s in (3, 4, 5, 6))
-    runs = [galvi.integrate(problem, method, 0.1, 2) for method in methods]
-    assert all(run.success for run in runs) and sum(run.counts["iterations"] for run in runs) < 75
 
 
 def test_the_energy_of_a_lagrangian_at_no_times_is_empty():

@@ -64,20 +64,13 @@ def test_the_driven_oscillator_moves_as_its_equation_at_its_own_time():
     method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(7))
     run = galvi.integrate(problem, method, 0.05, 100)
 
-    def moved(clock):
-        def rates(t, y):
-            q, v = y
-            return v, -q - q**3 + np.sin(1.5 * clock(t))
+    def rates(t, y):
+        return y[1], -y[0] - y[0] ** 3 + np.sin(1.5 * t)
 
-        span = (problem.t0, problem.t0 + 5.0)
-        start = (problem.q0[0], problem.v0[0])
-        return solve_ivp(rates, span, start, "DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
-
-    end = np.array([run.q[-1, 0], run.p[-1, 0]])
-    assert np.allclose(end, moved(lambda t: t), atol=1e-9)
-    wrong = (lambda t: -t, lambda t: 0.0, lambda t: t - problem.t0, lambda t: t + 1.0)
-    for clock in (*wrong, lambda t: 2.0 * problem.t0 - t):
-        assert np.max(np.abs(end - moved(clock))) > 0.5
+    start, span = (problem.q0[0], problem.v0[0]), (problem.t0, problem.t0 + 5.0)
+    end = solve_ivp(rates, span, start, "DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    assert problem.t0 != 0.0
+    assert np.allclose([run.q[-1, 0], run.p[-1, 0]], end, atol=1e-9)
 
 
 def test_ready_problems_start_in_motion_where_asked():
@@ -113,17 +106,14 @@ def test_newton_has_the_jacobian_of_a_few_bodies_and_of_many_their_own_blocks(bo
 
 
 def test_a_missing_gradient_and_hessian_are_differenced():
-    problem = galvi.problems.henon_heiles()
-    for potential in (problem.system.potential, problem.system.potential.py_func):
-        bare = galvi.Canonical(1.0, potential)
-        for q in np.random.default_rng(2).normal(size=(5, 2)):
-            exact = problem.system
-            assert np.allclose(
-                bare.potential_gradient(q, 0.0), exact.potential_gradient(q, 0.0), atol=1e-12
-            )
-            assert np.allclose(
-                bare.potential_hessian(q, 0.0), exact.potential_hessian(q, 0.0), atol=1e-9
-            )
+    exact = galvi.problems.henon_heiles().system
+    bare = galvi.Canonical(1.0, exact.potential.py_func)
+    for q in np.random.default_rng(2).normal(size=(5, 2)):
+        gradients, hessians = (
+            [getattr(system, f"potential_{name}")(q, 0.0) for system in (bare, exact)]
+            for name in ("gradient", "hessian")
+        )
+        assert np.allclose(*gradients, atol=1e-12) and np.allclose(*hessians, atol=1e-9)
 
 
 def test_momenta_are_mass_times_velocity_for_every_kind_of_mass():

@@ -168,16 +168,6 @@ def test_that_energy_is_mujocos() -> None:
     np.testing.assert_allclose(ours - ours[0], theirs - theirs[0], rtol=0.0, atol=1e-12 * 100.0)
 
 
-def test_a_driven_pendulum_is_right_whatever_its_energy_does() -> None:
-    """From rest, so that all energy is work."""
-    system = galvi.Canonical(
-        1.0, lambda q: 1.0 - np.cos(q[0]), force=lambda q, v, t: np.array([2.0 * np.sin(t)]),
-        timed_force=True,
-    )  # fmt: skip
-    run = galvi.integrate(galvi.Problem(system, [0.0], [0.0]), method(6), 0.1, 400)
-    assert run.outcome.end is End.COMPLETED and np.ptp(galvi.energy(run)) > 1.0
-
-
 def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
     calls = [0]
 
@@ -197,12 +187,6 @@ def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
     limit = used - 3
     run = galvi.integrate(problem, method(2), 0.1, 5, solver="newton")
     assert "could not be judged" in run.status and "no more" in run.status
-
-
-@pytest.mark.parametrize(("s", "z"), [(1, 7.0), (2, 1000.0), (4, 0.1), (8, 1.0)])
-def test_growth_is_what_a_step_does(s: int, z: float) -> None:
-    run = galvi.integrate(damped_hinge(z), method(s), 1.0, 1, solver="newton")
-    assert run.p[-1, 0] == pytest.approx(work_of_forces.growth(method(s).table, z), abs=1e-10)
 
 
 def pulse(at: float, width: float = 1.0) -> galvi.Problem:
@@ -283,15 +267,6 @@ def test_a_stiff_wrist_is_named_on_a_base_of_any_energy(mass: float, speed: floa
     start = galvi.from_mujoco(model, ctrl=[0.1]).with_initial_state([0.0, 0.0], [speed, 2.0])
     run = galvi.integrate(start, method(8), 0.02, 10)
     assert "wrong by about 0.4 of its largest value" in run.status
-
-
-@pytest.mark.parametrize(("s", "rate"), [(1, 149.0), (2, 1490.0), (8, 66.0)])
-def test_the_step_that_is_named_has_no_remark(s: int, rate: float) -> None:
-    system = galvi.Canonical(1.0, galvi.LinearSpring(1.0), force=lambda q, v: -rate * v)
-    problem = galvi.Problem(system, [0.0], [1.0])
-    run = galvi.integrate(problem, method(s), 20.0 * s / rate, 20)
-    fine = galvi.integrate(problem, method(s), named_step(run), 20)
-    assert "forces have damped" in run.status and "forces have" not in fine.status
 
 
 def test_planted_the_work_by_the_rule_itself_sees_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
