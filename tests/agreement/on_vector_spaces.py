@@ -86,7 +86,6 @@ CANONICAL: dict[str, tuple[Any, Any]] = {  # V and dV/dq
     "Python, no gradient": (morse, None),
     "driven": (driven, driven_gradient),
     "driven, no gradient": (driven, None),
-    "constant": (uniform, lambda q: np.array([0.0, 9.81])),
     "constant, no gradient": (uniform, None),
 }
 
@@ -126,19 +125,12 @@ SYMBOLIC: dict[str, tuple[Any, ...]] = {  # L, (q, v), q0, v0
         [0.4, -0.2],
         [0.1, 0.6],
     ),
-    "rational power": (
-        (vx**2 + vy**2 + vx * vy / 3) / 2 - (1 + x**2 + y**2) ** sp.Rational(3, 4),
-        PLANE,
-        [0.4, -0.7],
-        [0.5, 0.2],
-    ),
     "from rest at the origin": (
         (vx**2 + vy**2) / 2 + x * sp.sin(2 * t + 1) - y * x,
         PLANE,
         [0.0, 0.0],
         [0.0, 0.0],
     ),
-    "at rest": ((vx**2 + vy**2 - x**2 - y**2) / 2, PLANE, [0.0, 0.0], [0.0, 0.0]),
     "free": ((vx**2 + 3 * vy**2) / 2, PLANE, [0.4, -0.7], [0.5, 0.2]),
 }
 PUSHES: dict[str, tuple[str, Callable[[Any, Any], Any]]] = {  # L, force of one coordinate
@@ -239,9 +231,6 @@ LAGRANGIANS: dict[str, tuple[Any, ...]] = {  # system, q0, v0
     ),
 }
 FORCED: dict[str, Any] = {  # systems with a force of the user's, beside functions of every kind
-    "gravity": galvi.Canonical(
-        0.145, lambda q: 0.145 * G * q[1], force=lambda q, v: -9e-4 * np.linalg.norm(v) * v
-    ),
     "a gradient of the time": galvi.Canonical(
         M,
         lambda q, t: 0.5 * q @ q + t * q[0],
@@ -302,9 +291,7 @@ ROWS: dict[str, Row] = {
         for name, lagrangian in LAGRANGIANS.items()
     },
     **{
-        f"force: {name}": Row(
-            partial(galvi.Problem, system, *PLANE_STATE), 0.05, close=DIFFERENCED[name == "gravity"]
-        )
+        f"force: {name}": Row(partial(galvi.Problem, system, *PLANE_STATE), 0.05)
         for name, system in FORCED.items()
     },
     "double pendulum": Row(galvi.problems.double_pendulum, 0.02),

@@ -14,7 +14,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from numba.core.errors import TypingError
 
 from galvi.kernels.compile.jit import jit, jit_inline
 from galvi.kernels.compile.watching import LEAST_SECONDS, LOG, SECONDS, CompilationNotice
@@ -90,19 +89,6 @@ def test_a_part_of_a_kernel_can_be_called_from_python_and_by_others() -> None:
     total(np.arange(4.0))
     assert (twice(2.0), twice(3)) == (4.0, 6)
     assert total(np.arange(3)) == 8.0 and other(1.0) == 2.0 + 6.0
-
-
-def test_an_error_in_a_part_is_named_with_what_called_it() -> None:
-    @jit
-    def wrong(x):
-        return x.nothing
-
-    @jit
-    def outer(x):
-        return wrong(x)
-
-    with pytest.raises(TypingError, match="Unknown attribute 'nothing'"):
-        outer(1.0)
 
 
 RUNS = """

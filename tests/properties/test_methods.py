@@ -1,7 +1,5 @@
 """Methods: their tables and identities."""
 
-import time
-
 import mpmath
 import numpy as np
 import pytest
@@ -9,7 +7,6 @@ import pytest
 import galvi
 from galvi.rules import RULES
 from galvi.spaces import SPACES
-from galvi.tableau import assemble, tabulate
 
 POINTS = {galvi.radau: 13, galvi.newton_cotes: 8}
 MADE = [space for make in SPACES for n in (1, 3, 9) if (space := make(n)).degree > 0]
@@ -66,16 +63,3 @@ def test_a_method_a_rule_and_a_problem_are_shown_in_one_short_line():
 def test_methods_are_values():
     one, two = (galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4)) for _ in range(2))
     assert one == two and hash(one) == hash(two) and one.table is two.table
-
-
-def test_a_table_of_degree_64_takes_well_under_a_second_of_processor_time():
-    assemble.cache_clear()
-    galvi.gauss(64)
-    best = min(timed_table(points) for points in (64, 65, 66))
-    assert best < 1.0, f"{best:.2f} s; 0.17 s when this was written"
-
-
-def timed_table(points):
-    start = time.process_time()
-    tabulate(galvi.Polynomials(64), galvi.gauss(points))
-    return time.process_time() - start
