@@ -48,7 +48,6 @@ def drag(q: Any, v: Any) -> Any:
     return -0.2 * v * math.sqrt(1.0 + v @ v)
 
 
-GRAVITY = galvi.UniformGravity(1.0, (0.1, 0.0, 1.0), 2.0)
 BODY = 2.0, (1.0, 2.0, 2.5), (0.0, 0.0, -1.0)
 Q0 = np.block([[R0, np.array([[0.5], [-0.2], [0.8]])], [np.zeros((1, 3)), np.ones((1, 1))]])
 V0 = np.array([0.3, 1.0, 0.2, 0.5, -0.4, 0.7])
@@ -69,7 +68,6 @@ OF_FUNCTIONS: dict[str, tuple[Any, Any, Any]] = {  # system, q0, v0
         R0,
         SPIN,
     ),
-    "gravity and drag": (galvi.RigidBody(MOMENTS, GRAVITY, force=drag), R0, SPIN),
     "a tether": (galvi.FreeBody(*BODY, tether, tether_slope), Q0, V0),
     "drag": (galvi.FreeBody(*BODY, force=drag), Q0, V0),
     "L on SE(2)": on(galvi.SE2()),

@@ -232,13 +232,7 @@ def resumed(cell: Cell) -> None:
 def for_a_duration(cell: Cell) -> None:
     full = cell.run()
     length = abs(full.t[-1] - full.t[0])
-    if cell.row.engine == "clock":
-        length *= 0.97
-        run = galvi.integrate(cell.problem, cell.method, cell.step, duration=length)
-        truth = cell.row.oracle(cell.problem, cell.method, cell.step, None, duration=length)
-        assert run.success and wide(run, truth, cell.row) == {}
-    else:
-        same_bits(replace(cell, row=replace(cell.row, steps=None, duration=length)).run(), full)
+    same_bits(replace(cell, row=replace(cell.row, steps=None, duration=length)).run(), full)
 
 
 def by_fixed_point(cell: Cell) -> None:
@@ -362,12 +356,16 @@ OPTIONS: dict[str, Callable[[Cell], None]] = {
 }
 
 
+MISSING = {"lanes": (), "frame": ("in_fours",), "clock": ("in_fours", "for_a_duration")}
+
+
 def options() -> Iterator[tuple[str, str]]:
-    """Rows with each option that they have: what runs in fours are lanes."""
+    """Rows with each option that they have: what runs in fours are lanes, and a clock's durations
+    are rows of their own."""
     yield "forces: tides", "members"  # which lanes leave to single runs
     for name in ASKED:
         for option in OPTIONS:
-            if ROWS[name].engine == "lanes" or option != "in_fours":
+            if option not in MISSING[ROWS[name].engine]:
                 yield name, option
 
 
@@ -525,8 +523,6 @@ def test_what_iteration_does_not_solve_is_left_to_newtons_method_and_agrees(
     assert "newton_steps" not in truth.counts
     by_newton = run.counts.get("newton_steps", 0)
     assert (0 < by_newton <= steps) is counted
-    if counted and run.outcome.end is galvi.End.COMPLETED:
-        assert f"Newton's method did {by_newton} of {steps} steps," in run.status
     for part in ("q", "p", "v"):
         assert relative_gap(getattr(run, part), getattr(truth, part)) < 500.0  # 130 of 2^-52
 

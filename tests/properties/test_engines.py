@@ -84,9 +84,6 @@ def turned(q: Any, v: Any, t: float) -> tuple[Any, Any]:
 SHOWN: dict[str, tuple[Any, ...]] = {
     "long": (KEPLER, 0.1, 2500, {"curves": False}),
     "sparse": (TOP, 0.05, 1500, {"save_every": 7}),
-    "watched": (
-        KEPLER, 0.1, 1500, {"save_every": 9, "events": [galvi.Event(lambda q, v, t: q[0])]},
-    ),
     "acted upon": (
         KEPLER, 0.1, 30, {"events": [galvi.Event(lambda q, v, t: q[0], action=turned)]},
     ),

@@ -31,16 +31,6 @@ def hoop_slope(t, s):
     return [s[1], np.sin(s[0]) * (16.0 * np.cos(s[0]) - 9.81)]
 
 
-def polar_kepler():
-    """Kepler's motion in (r, phi): the mass of phi is r^2."""
-    return made((u**2 + (x * w) ** 2) / 2 + k / x, [x, y], [u, w], parameters={k: 1.0})
-
-
-def polar_slope(t, s):
-    r, _, speed, spin = s
-    return [speed, spin, r * spin**2 - 1.0 / r**2, -2.0 * speed * spin / r]
-
-
 def leaking():
     """A mass that grows, (1 + t) v^2 / 2, on a spring that stiffens."""
     return made((1 + t) * u**2 / 2 - (1 + t) ** 2 * x**2 / 2, x, u, t)
@@ -63,7 +53,6 @@ def magnet_slope(t, s):
 
 MOTIONS = {
     "bead on a hoop": (hoop, hoop_slope, [0.4], [1.0], 0.05),
-    "Kepler in polar coordinates": (polar_kepler, polar_slope, [1.0, 0.3], [0.2, 1.1], 0.1),
     "growing mass": (leaking, leaking_slope, [1.0], [0.5], 0.1),
     "magnetic field": (magnet, magnet_slope, [1.0, -0.5], [0.3, 0.8], 0.1),
 }

@@ -115,11 +115,8 @@ def test_gimbal_lock_is_named_with_its_remedy(
     run = galvi.integrate(gimbal(damping, angle, [1e-3, 3.0, 0.0]), method(8), step, steps)
     assert run.outcome.end is not End.COMPLETED
     assert "gimbal lock" in run.status and "Use a ball joint" in run.status
-
-
-def test_hinges_away_from_gimbal_lock_are_not_named() -> None:
-    run = galvi.integrate(gimbal(1e-12, 0.0, [1.0, 0.3, 0.4]), method(8), 0.01, 100)
-    assert run.outcome.end is End.COMPLETED
+    away = galvi.integrate(gimbal(1e-12, 0.0, [1.0, 0.3, 0.4]), method(8), 0.01, 100)
+    assert away.outcome.end is End.COMPLETED
 
 
 def test_another_mass_matrix_that_is_nearly_singular_is_no_gimbal_lock() -> None:
@@ -212,9 +209,7 @@ mass="1" diaginertia=".02 .03 .01"/><body pos="0 0 -.8"><joint axis="0 1 0" damp
 <inertial pos="0 0 -.4" mass="1" diaginertia=".02 .03 .01"/></body></body></worldbody></mujoco>"""
 
 
-@pytest.mark.parametrize(
-    ("seed", "steps", "save_every"), [(0, 1, 1), (1, 1, 1), (2, 100, 1), (3, 100, 7), (4, 100, 7)]
-)
+@pytest.mark.parametrize(("seed", "steps", "save_every"), [(0, 1, 1), (2, 100, 1), (3, 100, 7)])
 def test_a_damped_tree_from_rest_has_no_remark(seed: int, steps: int, save_every: int) -> None:
     q = np.random.default_rng(seed).uniform(-1.5, 1.5, 2)
     problem = galvi.from_mujoco(DOUBLE).with_initial_state(q, [0.0, 0.0])
