@@ -56,7 +56,7 @@ ROWS: dict[str, Row] = {
     "forces: one source, in the plane": Row(partial(forced, "one source", True), 0.05),
     **{
         f"drag by |v|^{power} from rest": Row(partial(dragged, power), 0.02)
-        for power in (0.5, 2.0, 3.0)
+        for power in (0.5, 1.0, 2.0, 3.0)
     },
     **{
         f"force by r^{power}": Row(partial(in_power_law, power), 0.01, steps=5, close=4.0)
