@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 import galvi
 from benchmarks.statistics.drift import Growth, growth
 from galvi.extended_precision import extended_precision, scaled
-from galvi.lanes import dense
+from galvi.lanes import dense, laws
 from galvi.run import engines
 from galvi.run.in_lanes import law_kernel
 from galvi.run.in_lanes import nystrom as nystrom_stepper
 from galvi.run.in_lanes.tables import LawTables
 from galvi.tracing import lane_law
-from tests.agreement.on_vector_spaces import symbolic
+from tests.agreement.on_vector_spaces import chain, symbolic
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 
@@ -131,7 +131,8 @@ def test_more_points_cost_few_more_passes_and_energy_does_not_drift() -> None:
 
 @pytest.mark.parametrize("points", [5, 6])
 def test_steps_are_the_same_with_loops(points: int, monkeypatch: Any) -> None:
-    problem = galvi.problems.double_pendulum()
+    """In as many passes, which a wrong factor of the mass only makes more."""
+    problem = chain(5)
     method = galvi.Galerkin(galvi.Polynomials(5), galvi.gauss(points))
     written_out = galvi.integrate(problem, method, 0.02, 10)
     remembered = (law_kernel.law_on_space, law_kernel.law_on_group, lane_law.compiled_law)
@@ -143,8 +144,39 @@ def test_steps_are_the_same_with_loops(points: int, monkeypatch: Any) -> None:
     for one in remembered:
         one.cache_clear()
     assert in_loops.engine == written_out.engine == "lanes"
+    assert in_loops.counts == written_out.counts
     np.testing.assert_allclose(in_loops.q, written_out.q, rtol=0, atol=1e-14)  # 4e-16
     np.testing.assert_allclose(in_loops.p, written_out.p, rtol=0, atol=1e-14)
+
+
+# ---------------------------------------------------------------- masses of laws
+
+FIELD = galvi.UniformField([0.3, -0.2, 1.0])
+LAWS: dict[str, tuple[Any, Any, Any]] = {  # the law, its constants, its system
+    "chain": (laws.planar_chain(3), chain(3).system.function.numbers, chain(3).system),
+    **{
+        name: (
+            laws.canonical(laws.listed(FIELD.slopes), 3, system.mass.ndim < 2),
+            np.append(system.momentum(np.eye(3)).ravel(), FIELD.constants),
+            system,
+        )
+        for name, system in (
+            ("masses", galvi.Canonical([1.0, 2.0, 3.0], FIELD)),
+            ("coupled masses", galvi.Canonical(np.eye(3) + 0.3, FIELD)),
+        )
+    },
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_mass_of_a_law_takes_velocities_to_momenta(name: str) -> None:
+    """A wrong one is no fault of the steps, but of their number of passes."""
+    law, constants, system = LAWS[name]
+    q, v = np.random.default_rng(2).normal(size=(2, 3))
+    _, momenta, rows = law(q, v, 0.0, constants)
+    mass = np.array([[rows[max(i, j)][min(i, j)] for j in range(3)] for i in range(3)])
+    np.testing.assert_allclose(momenta, system.momentum(v, q), rtol=1e-13)
+    np.testing.assert_allclose(mass @ v, momenta, rtol=1e-13)
 
 
 # ---------------------------------------------------------------- where lanes end
