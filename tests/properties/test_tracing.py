@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numba import njit
 
@@ -76,6 +76,7 @@ EXPRESSIONS = st.recursive(
 
 @settings(deadline=None, max_examples=80)
 @given(EXPRESSIONS)
+@example("np.arctan(q[0]) * 1.3 ** np.cos(v[1])")
 def test_the_derivatives_of_an_expression_are_those_by_complex_steps(text: str) -> None:
     function: Any = eval(f"lambda q, v: {text} + 0.0 * q[0]", {"np": np, "k": 0.37})
     graph = Graph()
