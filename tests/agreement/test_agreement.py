@@ -157,17 +157,14 @@ def test_a_degree_for_each_component_agrees(name: str, degrees: Any, points: int
 
 AT_REST = [name for name in ROWS if name.startswith(("free from", "falling from"))]
 MOVING = ("free body", "spherical pendulum")
-SWELLING = ("thrown body", "flying body", *(f"swelling on {group}" for group in on_groups.GROUPS))
 IN_CHARTS = ((1, 1), (2, 3), (4, 4), (5, 6), (8, 8))  # degree and points
 
 
 def in_charts() -> Iterator[Any]:
-    for i, name in enumerate((*AT_REST, *MOVING, *SWELLING)):
+    for i, name in enumerate((*AT_REST, *MOVING)):
         for j, chart in enumerate(CHARTS):
             pairs = IN_CHARTS if name in MOVING else [IN_CHARTS[(i + j) % len(IN_CHARTS)]]
-            for degree, points in pairs:
-                marks = [pytest.mark.slow] * (name in SWELLING)
-                yield pytest.param(name, chart, degree, points, marks=marks)
+            yield from ((name, chart, *pair) for pair in pairs)
 
 
 @pytest.mark.parametrize(("name", "chart", "degree", "points"), list(in_charts()))
@@ -380,7 +377,6 @@ def test_every_option_agrees(name: str, option: str) -> None:
         ("V: compiled", *METHODS[1]),
         ("V: compiled", galvi.ComponentPolynomials((3, 5)), galvi.gauss(6)),
         pytest.param("flying body", *METHODS[-1], marks=pytest.mark.slow),
-        pytest.param("thrown body", *METHODS[5], marks=pytest.mark.slow),
     ],
 )
 def test_members_agree_by_other_spaces_and_rules(name: str, space: Any, rule: Any) -> None:

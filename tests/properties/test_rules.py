@@ -80,13 +80,6 @@ def test_one_piece_is_the_rule_itself_and_trapezoids_join():
     assert joined.name == "Lobatto 2 on 4 pieces"
 
 
-def test_two_lobatto_points_are_the_trapezoid_and_three_are_simpson():
-    assert galvi.lobatto(2).weights.tolist() == [0.5, 0.5]
-    assert np.allclose(galvi.lobatto(3).weights, [1 / 6, 4 / 6, 1 / 6], rtol=1e-16)
-    assert np.array_equal(galvi.clenshaw_curtis(3).weights, galvi.lobatto(3).weights)
-    assert np.array_equal(galvi.newton_cotes(3).weights, galvi.lobatto(3).weights)
-
-
 def test_radau_and_newton_cotes_are_those_of_the_textbooks():
     """Abramowitz and Stegun 25.4.14, 25.4.17; Hairer and Wanner, Solving ODEs II, IV.5."""
     assert galvi.radau(2).nodes.tolist() == [1 / 3, 1.0]
