@@ -74,10 +74,8 @@ IN_FRAMES: dict[str, Row] = {
 
 # ---------------------------------------------------------------- clocks
 
-POLE = (0.2, 0.3, 1.0)
 BESIDE_GRAVITY: dict[str, Any] = {
     "none": (),
-    "J2 and J4": galvi.Oblateness(0, 0.02, 0.5, J4=-0.03, pole=POLE),
     "relativity": galvi.Relativity(12.0, form="potential"),
     "a logarithm": galvi.PowerLaw(0, -0.05, -1),
 }

@@ -450,7 +450,7 @@ def test_many_drawn_cells_agree(**drawn: Any) -> None:
     more=st.sampled_from((0, 1, 3)),
     back=st.booleans(),
 )
-@settings(max_examples=15)
+@settings(max_examples=10)
 def test_a_built_in_potential_with_any_masses_agrees(
     potential: str, masses: str, size: int, seed: int, degree: int, more: int, back: bool
 ) -> None:

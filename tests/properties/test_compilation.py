@@ -12,10 +12,8 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
-from galvi.kernels.compile.jit import jit, jit_inline
 from galvi.kernels.compile.watching import LEAST_SECONDS, LOG, SECONDS, CompilationNotice
 from galvi.kernels.lie import product
 
@@ -68,27 +66,6 @@ def test_numba_finds_a_function_where_generated_code_says_that_its_source_is() -
     """Within a docstring Python 3.13 raised TokenError, and the first run on a group ended."""
     lines, _ = inspect.getsourcelines(product.in_space.py_func)
     assert lines[0] == "def over_factors(name, *arguments):\n"
-
-
-def test_a_part_of_a_kernel_can_be_called_from_python_and_by_others() -> None:
-    @jit_inline
-    def twice(x):
-        return x + x
-
-    @jit
-    def total(values):
-        found = 0.0
-        for x in values:
-            found += twice(x)
-        return found + twice(1)
-
-    @jit
-    def other(x):
-        return twice(x) + total(np.full(2, x))
-
-    total(np.arange(4.0))
-    assert (twice(2.0), twice(3)) == (4.0, 6)
-    assert total(np.arange(3)) == 8.0 and other(1.0) == 2.0 + 6.0
 
 
 RUNS = """

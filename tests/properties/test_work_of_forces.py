@@ -150,21 +150,6 @@ def test_springs_of_tendons_and_held_weights_are_in_the_energy() -> None:
     assert "the energy changed by" in galvi.integrate(problem, method(2), 0.5, 40).status
 
 
-def test_that_energy_is_mujocos() -> None:
-    mujoco = pytest.importorskip("mujoco")
-    model = mujoco.MjModel.from_xml_string(SPRINGS.format(0.0))
-    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
-    data, problem = mujoco.MjData(model), galvi.from_mujoco(SPRINGS.format(0.0))
-    random, pairs = np.random.default_rng(3), []
-    for _ in range(20):
-        q, v = random.uniform(-2.0, 2.0, 2), random.uniform(-2.0, 2.0, 2)
-        data.qpos[:], data.qvel[:] = q, v
-        mujoco.mj_forward(model, data)
-        pairs.append((data.energy.sum(), float(problem.system.energy(q, v, 0.0))))
-    theirs, ours = np.array(pairs).T
-    np.testing.assert_allclose(ours - ours[0], theirs - theirs[0], rtol=0.0, atol=1e-12 * 100.0)
-
-
 def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
     calls = [0]
 
