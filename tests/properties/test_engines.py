@@ -71,7 +71,7 @@ def test_the_first_engine_that_offers_does_the_run(monkeypatch: pytest.MonkeyPat
     lazy = Engine("lazy", lambda request: Declined("it is tired"))
     monkeypatch.setattr(engines, "ENGINES", (lazy, engines.GENERAL))
     run = galvi.integrate(KEPLER, EIGHT, 0.2, 3)
-    assert run.engine == "general" and run.engine_reason == "lazy: it is tired"
+    assert run.engine == "general" and "lazy: it is tired" in run.engine_reason
     monkeypatch.setattr(engines, "ENGINES", (lazy,))
     with pytest.raises(ValueError, match="it is tired"):
         galvi.integrate(KEPLER, EIGHT, 0.2, 3)
