@@ -36,17 +36,11 @@ from tests.properties.lagrangians import opaque
 
 pytestmark = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 ROWS = on_vector_spaces.ROWS | on_groups.ROWS | point_masses.ROWS | frames_and_clocks.ROWS
-# Of each engine and kernel one row, at least: in places, of velocities, of point masses, on groups.
-KERNELS = (
+KERNELS = (  # of each engine; the laws of others take long to compile
     "Kepler",
-    "V: driven, masses",
     "planets and massless bodies",
     "SymPy: elastic pendulum",
-    "SymPy: linear drag",
-    "double pendulum",
     "spherical pendulum",
-    "body in the plane",
-    "forces: tides",
     "frame: Kepler, even",
     "frame: harmonic",
     "clock: three bodies",
@@ -326,16 +320,6 @@ def in_fours(cell: Cell) -> None:
         assert fours.counts["iterations"] == pytest.approx(eights.counts["iterations"], rel=0.05)
 
 
-ASKED = (  # of each engine; others take long to compile
-    "Kepler",
-    "planets and massless bodies",
-    "SymPy: elastic pendulum",
-    "spherical pendulum",
-    "frame: Kepler, even",
-    "frame: harmonic",
-    "clock: three bodies",
-    "clock: Kepler, Sundman",
-)
 OPTIONS: dict[str, Callable[[Cell], None]] = {
     function.__name__: function
     for function in (
@@ -360,7 +344,7 @@ def options() -> Iterator[tuple[str, str]]:
     """Rows with each option that they have: what runs in fours are lanes, and a clock's durations
     are rows of their own."""
     yield "forces: tides", "members"  # which lanes leave to single runs
-    for name in ASKED:
+    for name in KERNELS:
         for option in OPTIONS:
             if option not in MISSING[ROWS[name].engine]:
                 yield name, option
