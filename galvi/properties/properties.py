@@ -102,7 +102,7 @@ def orders(space: Space, rule: Rule) -> Orders:
     curve: the other bounds may be lower where a smooth space's pieces are not those of the rule.
     Functions beyond the polynomials of degree s change the constants, not the orders. With
     different degrees for components the order is that of the lowest. Both orders are tested from
-    above and below in tests/properties/test_theory_orders.py.
+    above and below in tests/properties/test_order.py.
     """
     found = assemble(space, rule)
     if found.table is None or not found.consistent:

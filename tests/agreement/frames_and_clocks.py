@@ -37,18 +37,6 @@ def partly_massless() -> galvi.Problem:
     return galvi.Problem(galvi.NBody(masses), outer.q0, outer.v0)
 
 
-def visited() -> galvi.Problem:
-    """The Moon's problem with a ship about the Sun and a probe about the Moon, both massless."""
-    ship, probe = MOON.q0[0] + [0.5, 1.7, 0.0], MOON.q0[3] + [5e-5, 0.0, 0.0]
-    pace = np.sqrt(MOON.system.masses[0] / 1.8)
-    slow = np.sqrt(MOON.system.masses[3] / 5e-5)
-    v = MOON.v0[0] + [-pace, 0.3 * pace, 0.0], MOON.v0[3] + [0.0, slow, 0.0]
-    masses = np.append(MOON.system.masses, [0.0, 0.0])
-    return galvi.Problem(
-        galvi.NBody(masses), np.vstack([MOON.q0, ship, probe]), np.vstack([MOON.v0, *v])
-    )
-
-
 def in_frame(make: Any, step: float, frame: Any, close: float = 16.0) -> Row:
     return Row(make, step, "frame", 10, None, {"chart": frame}, close, in_short_steps)
 
@@ -64,33 +52,28 @@ IN_FRAMES: dict[str, Row] = {
     },
     **{
         f"frame: {planets} planets": in_frame(partial(nested, planets), 1.2, galvi.KeplerFrame())
-        for planets in (1, 2, 3, 5, 8, 9)
+        for planets in (1, 2, 8, 9)
     },
     "frame: massless planets": in_frame(partly_massless, 400.0, galvi.KeplerFrame()),
     "frame: the Moon": in_frame(lambda: MOON, 5.0, galvi.KeplerFrame(hierarchy=TREE)),
-    "frame: a ship and a probe": in_frame(
-        visited, 0.25, galvi.KeplerFrame(hierarchy=(0, 1, (2, (3, 6)), 4)), 256.0
-    ),
     **{
         f"frame: {force}, {last:g}, {hierarchy}{', plane' * plane}": in_frame(
             partial(bodies, WEAK[force], [1.0, 1e-3, last], plane),
             0.5,
             galvi.KeplerFrame(hierarchy=HIERARCHIES[hierarchy]),
         )
-        for force in WEAK
-        for last in (2e-4, 0.0)
-        for plane in (False, True)
-        for hierarchy in HIERARCHIES
-        if not (plane and "J4" in force)  # its pole is out of the plane
+        for i, force in enumerate(WEAK)
+        for j, last in enumerate((2e-4, 0.0))
+        for k, hierarchy in enumerate(HIERARCHIES)
+        for plane in ((i + j + k) % 3 == 0 and "J4" not in force,)  # whose pole is out of it
+        if (i + k) % 3 < 2
     },
 }
 
 # ---------------------------------------------------------------- clocks
 
-POLE = (0.2, 0.3, 1.0)
 BESIDE_GRAVITY: dict[str, Any] = {
     "none": (),
-    "J2 and J4": galvi.Oblateness(0, 0.02, 0.5, J4=-0.03, pole=POLE),
     "relativity": galvi.Relativity(12.0, form="potential"),
     "a logarithm": galvi.PowerLaw(0, -0.05, -1),
 }
@@ -140,7 +123,7 @@ IN_CLOCKS: dict[str, Row] = {
         f"clock: relativity, step {step}": in_clock(
             partial(eccentric, galvi.Relativity(1e2)), step, DYNAMICAL, 6, close=32.0, slow=True
         )
-        for step in (0.6, 1.5, 1.9)
+        for step in (0.6, 1.9)
     },
 }
 IN_TIME: dict[str, Row] = {
@@ -169,6 +152,7 @@ IN_TIME: dict[str, Row] = {
             slow=name in ("one source", "a function of time", "Python", "a function"),
         )
         for name in CASES
+        if name not in ("potential", "power laws", "radiation", "tides")
     },
     "time: free body": to_time(galvi.problems.free_body_se3, 0.1, galvi.Clock(along), 2.0),
     "time: free body, called": to_time(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -14,22 +12,6 @@ import galvi
 from tests.agreement.on_groups import OF_FUNCTIONS
 from tests.agreement.on_vector_spaces import LAGRANGIANS, vx, vy, x, y
 from tests.properties.group_motions import FREE, hall
-
-
-@dataclass(frozen=True)
-class Left:
-    """A run of which engines leave some steps to Newton's method.
-
-    make     returns the problem
-    method, step, steps
-    counted  whether the run counts these steps as newton_steps
-    """
-
-    make: Callable[[], galvi.Problem]
-    method: galvi.Galerkin
-    step: float
-    steps: int
-    counted: bool = True
 
 
 def gauss(s: int, **moving: Any) -> galvi.Galerkin:
@@ -53,20 +35,21 @@ def pair() -> galvi.Problem:
 
 
 COUPLED = galvi.Galerkin(galvi.ComponentPolynomials((5, 4)), galvi.gauss(5))
-LEFT = {
-    "too long a step of a chain": Left(galvi.problems.double_pendulum, gauss(6), 0.25, 8),
-    "a mass without a first pivot": Left(without_pivot, gauss(6), 0.05, 20),
-    "coupled components of other degrees": Left(
-        galvi.problems.double_pendulum, COUPLED, 0.02, 5, counted=False
+PENDULUM = partial(galvi.Problem, *LAGRANGIANS["elastic pendulum"])
+BODY = partial(galvi.Problem, *OF_FUNCTIONS["a potential"])
+# what makes the problem, method, step, steps, whether the run counts some as newton_steps
+LEFT: dict[str, tuple[Any, galvi.Galerkin, float, int, bool]] = {
+    "too long a step of a chain": (galvi.problems.double_pendulum, gauss(6), 0.25, 8, True),
+    "a mass without a first pivot": (without_pivot, gauss(6), 0.05, 20, True),
+    "coupled components of other degrees": (
+        galvi.problems.double_pendulum, COUPLED, 0.02, 5, False,
     ),
-    "too stiff a grain": Left(partial(galvi.problems.brownout, 3e-6), gauss(4), 0.05, 60),
-    "too stiff a spring": Left(stiff_spring, gauss(4), 1.5, 40, counted=False),
-    "too long a step of functions": Left(
-        partial(galvi.Problem, *LAGRANGIANS["elastic pendulum"]), gauss(6), 0.9, 8
+    "too stiff a grain": (partial(galvi.problems.brownout, 3e-6), gauss(4), 0.05, 60, True),
+    "too stiff a spring": (stiff_spring, gauss(4), 1.5, 40, False),
+    "too long a step of functions": (PENDULUM, gauss(6), 0.9, 8, True),
+    "too long a step of a body": (BODY, gauss(6), 2.0, 4, True),
+    "a turn beyond the series of lanes": (
+        lambda: FREE, hall(14, galvi.Exponential()), 0.7, 20, True,
     ),
-    "too long a step of a body": Left(
-        partial(galvi.Problem, *OF_FUNCTIONS["a potential"]), gauss(6), 2.0, 4
-    ),
-    "a turn beyond the series of lanes": Left(lambda: FREE, hall(14, galvi.Exponential()), 0.7, 20),
-    "a whole period of a pair": Left(pair, gauss(6), 2.0 * np.pi, 6, counted=False),
-}
+    "a whole period of a pair": (pair, gauss(6), 2.0 * np.pi, 6, False),
+}  # fmt: skip

@@ -28,18 +28,14 @@ def angle_and_cart(q):
     return -np.cos(q[0]) + 0.5 * (q[1] - FAR) ** 2
 
 
-@pytest.mark.slow_cases(but=["1e-06-1e-07"])
-@pytest.mark.parametrize(
-    ("q", "error"),  # relative; -cos q is rounded to 1e-16, so that a force of q is known to 1e-15
-    [(0.5, 1e-12), (0.01, 1e-11), (1e-4, 1e-9), (1e-6, 1e-7), (1e-8, 1e-5), (2000 * np.pi, 1e-8)],
-)  # fmt: skip
-def test_the_force_of_a_cosine_is_found_where_it_is_small_or_far_out(q, error):
-    q += 0.3 if q > 1.0 else 0.0
-    compiled = numba.njit(lambda q: 0.0 if q[0] == np.inf else -np.cos(q[0]))
-    for potential in (untraced(cosine), compiled):
-        slope = differenced_gradient(potential, False)(np.array([q]))[0]
-        assert abs(slope / np.sin(q) - 1.0) < error
-    assert noise_of(untraced(cosine), np.array([q])) < 100.0 * error
+def test_the_force_of_a_cosine_is_found_where_it_is_small_or_far_out():
+    """-cos q is rounded to 1e-16, so that a force of q is known to 1e-15."""
+    functions = (untraced(cosine), numba.njit(untraced(numba.njit(cosine))))
+    found = [differenced_gradient(potential, False) for potential in functions]
+    for q, error in ((0.5, 1e-12), (1e-4, 1e-9), (1e-8, 1e-5), (2000 * np.pi + 0.3, 1e-8)):
+        for slope in found:
+            assert abs(slope(np.array([q]))[0] / np.sin(q) - 1.0) < error
+        assert noise_of(functions[0], np.array([q])) < 100.0 * error
 
 
 def test_each_coordinate_has_a_length_of_its_own(monkeypatch):
@@ -54,31 +50,26 @@ def test_each_coordinate_has_a_length_of_its_own(monkeypatch):
                    - exact[0]) < 1e-3  # fmt: skip
 
 
-@pytest.mark.slow_cases(but=["cosine-q02-cosine"])
 @pytest.mark.parametrize(
     ("potential", "q0", "exact"),
     [
-        (cosine, [0.5], cosine),
-        (cosine, [1e-4], cosine),
         (cosine, [0.3 + 2000 * np.pi], cosine),
         (lambda q: 100.0 + 0.5 * q @ q, [1.0], lambda q: 0.5 * q @ q),  # terms that cancel
-        (angle_and_cart, [0.3, FAR], angle_and_cart),
     ],
 )
 def test_runs_are_those_of_the_potential(potential, q0, exact):
     def run(function):
         start = galvi.Problem(galvi.Canonical(1.0, function), q0, np.zeros(len(q0)))
-        return galvi.integrate(start, EIGHT, 0.2, 200)
+        return galvi.integrate(start, EIGHT, 0.2, 50)
 
     differenced, traced = run(untraced(potential)), run(exact)
     assert differenced.success and traced.success
     np.testing.assert_allclose(differenced.q, traced.q, rtol=1e-9, atol=1e-9 * abs(q0[0]))
 
 
-@pytest.mark.parametrize("q0", [1e-6, 1e-8, 1e-10])
-def test_a_force_below_the_rounding_of_its_potential_is_said(q0):
-    start = galvi.Problem(galvi.Canonical(1.0, untraced(cosine)), [q0], [0.0])
-    run = galvi.integrate(start, EIGHT, 0.2, 200)
+def test_a_force_below_the_rounding_of_its_potential_is_said():
+    start = galvi.Problem(galvi.Canonical(1.0, untraced(cosine)), [1e-8], [0.0])
+    run = galvi.integrate(start, EIGHT, 0.2, 50)
     assert not run.success and "the gradient of the potential is differenced" in run.status
 
 
@@ -106,7 +97,7 @@ def test_what_a_potential_raises_is_raised_where_it_leaves_no_derivative():
     other=st.floats(-6, 6),
 )  # fmt: skip
 @example(length=0.0, place=-3.0, offset=3.0, other=4.0)
-@settings(max_examples=200)
+@settings(max_examples=100)
 def test_an_error_is_at_least_what_it_is_said_to_be_of(length, place, offset, other):
     """A sine of any length, at any place and beside any number: right within 20 of its errors."""
     l, x = 10.0**length, 10.0**place
@@ -135,19 +126,18 @@ def at_a_pole(q):
     return 1e6 - 1.0 / abs(q[0])  # a longer step lands on 0
 
 
-@pytest.mark.slow_cases(but=["wall-0.99999-0.0"])
 @pytest.mark.parametrize(
-    ("potential", "q", "slope"),
+    ("potential", "slopes"),
     [
-        (wall, 1.0 - 1e-5, 0.0), (wall, 0.3, 0.0), (wall, 1.0 + 1e-5, 0.1), (far_away, 1.0, 1.0),
-        (at_a_pole, 1.0, 1.0),
+        (wall, {1.0 - 1e-5: 0.0, 0.3: 0.0, 1.0 + 1e-5: 0.1}), (numba.njit(far_away), {1.0: 1.0}),
+        (at_a_pole, {1.0: 1.0}),
     ],
 )  # fmt: skip
-def test_one_side_of_a_kink_and_the_edge_of_a_domain(potential, q, slope):
+def test_one_side_of_a_kink_and_the_edge_of_a_domain(potential, slopes):
     """A force that is 0 on one side was nan; what is undefined far away is not needed."""
-    for function in (potential, numba.njit(potential)):
-        found = differenced_gradient(function, False)(np.array([q]))[0]
-        assert abs(found - slope) <= 1e-6 * max(1.0, abs(slope)), (function, found)
+    gradient = differenced_gradient(potential, False)
+    for q, slope in slopes.items():
+        assert abs(gradient(np.array([q]))[0] - slope) <= 1e-6 * max(1.0, abs(slope)), q
 
 
 def test_a_wall_lets_a_body_fly_and_throws_it_back():

@@ -7,32 +7,26 @@ from galvi.kernels.nystrom.step import solve_equations
 from galvi.kernels.on_group.derivative import factor, substitute
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4, 7, 24])
+@pytest.mark.parametrize("n", [1, 3, 24, 200])
 def test_solutions_are_those_of_numpy_whatever_the_order_of_the_rows(n):
     random = np.random.default_rng(n)
     moved = 0
-    for _ in range(20):
+    for _ in range(5):
         matrix, rhs = random.normal(size=(n, n)), random.normal(size=n)
         factors, pivots, solved = matrix.copy(), np.empty(n, np.int64), rhs.copy()
         assert factor(factors, pivots)
         substitute(factors, pivots, solved)
         moved += int(np.sum(pivots[1:] != np.arange(1, n)))
-        assert np.allclose(matrix @ solved, rhs, rtol=0, atol=1e-11)  # 3e-13
-        given = np.linalg.solve(matrix, rhs)
-        assert np.allclose(solved, given, rtol=1e-8, atol=0)
+        by_lapack = rhs.copy()
+        assert solve_equations(np.ascontiguousarray(matrix.T), pivots, by_lapack)
+        for found in (solved, by_lapack):
+            assert np.allclose(matrix @ found, rhs, rtol=0, atol=1e-11)  # 3e-13
+            assert np.allclose(found, np.linalg.solve(matrix, rhs), rtol=1e-8, atol=0)
     assert n < 3 or moved > 0  # rows were exchanged after the first column
 
 
 def test_a_singular_matrix_and_one_that_is_not_finite_are_seen():
     for matrix in (np.ones((2, 2)), np.zeros((3, 3)), np.full((2, 2), np.nan)):
         assert not factor(matrix, np.empty(len(matrix), np.int64))
-
-
-@pytest.mark.parametrize("n", [1, 3, 24, 200])
-def test_lapack_solves_in_place_from_the_columns_of_a_matrix(n):
-    random = np.random.default_rng(n)
-    matrix, rhs, pivots = random.normal(size=(n, n)), random.normal(size=n), np.empty(n, np.int64)
-    solved = rhs.copy()
-    assert solve_equations(np.ascontiguousarray(matrix.T), pivots, solved)
-    assert np.allclose(matrix @ solved, rhs, rtol=0, atol=1e-10)
-    assert not solve_equations(np.zeros((n, n)), pivots, solved)
+    zeros = np.zeros((3, 3))
+    assert not solve_equations(zeros, np.empty(3, np.int64), np.ones(3))

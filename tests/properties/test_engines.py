@@ -1,61 +1,120 @@
-"""One way to run: what differs between vector spaces and Lie groups is in two values."""
+"""Which engine does a run, what it says of it, and what a run keeps when it goes on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import galvi
-from galvi.curves.curves import GroupChart, IdentityChart
-from galvi.run.engines import ENGINES
-from galvi.run.request import RunRequest, from_start
-from galvi.run.stepper import solve_steps
+from galvi.run import engines
+from galvi.run.stepper import Declined, Engine
+from tests.agreement.on_vector_spaces import SYMBOLIC, vr
 from tests.properties.lagrangians import opaque
 
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
-KEPLER = galvi.problems.kepler(0.3)
-CLOSE = 1e-10  # 1.1e-12 when this was written: the Lagrangian is differenced
+ready = galvi.problems
+KEPLER, TOP = ready.kepler(0.3), ready.heavy_top()
+PENDULUM, COORDINATES, *START = SYMBOLIC["elastic pendulum"]
 
 
-def lagrangian(q, v):
-    return 0.5 * v @ v + 1.0 / np.sqrt(q @ q)
+def method(**parts: Any) -> galvi.Galerkin:
+    return galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), **parts)
 
 
-ON_RN = galvi.Problem(galvi.Lagrangian(opaque(lagrangian), galvi.Rn(2)), KEPLER.q0, KEPLER.v0)
+OWN = galvi.Problem(galvi.Canonical(1.0, opaque(lambda q: 0.5 * q @ q)), [1.0], [0.0])
+PUSHED = galvi.Lagrangian.from_sympy(PENDULUM, *COORDINATES, force=[sp.Max(vr, 0), 0])
+# problem, method, options, the engine, a part of its reason
+RUNS: dict[str, tuple[Any, ...]] = {
+    "kepler": (KEPLER, EIGHT, {}, "lanes", "known as expressions"),
+    "newton": (KEPLER, EIGHT, {"solver": "newton"}, "general", "lanes: steps are"),
+    "body": (ready.free_rigid_body(), EIGHT, {}, "lanes", "known as expressions"),
+    "untraced": (OWN, EIGHT, {}, "general", "lanes: its force is not known as a short expression"),
+    "branches": (galvi.Problem(PUSHED, *START), FOUR, {}, "general", "lanes: "),
+    "frame": (
+        ready.outer_solar_system(), method(chart=galvi.KeplerFrame()), {}, "frame", "Kepler frame",
+    ),
+    "clock": (
+        ready.outer_solar_system(), method(clock=galvi.DynamicalTime()), {}, "clock",
+        "point masses in galvi.DynamicalTime() have lanes",
+    ),
+    "sundman": (
+        KEPLER, method(clock=galvi.Sundman()), {}, "clock",
+        "in transformed time, by the lanes of equal steps, since the clock's lanes are for point "
+        "masses",
+    ),
+}  # fmt: skip
 
 
-def test_both_engines_agree():
-    one, other = (galvi.integrate(problem, FOUR, 0.1, 20) for problem in (KEPLER, ON_RN))
-    assert one.counts.keys() < other.counts.keys()
-    for name in ("t", "q", "p"):
-        assert np.allclose(getattr(one, name), getattr(other, name), rtol=0.0, atol=CLOSE)
-    t = np.linspace(0.0, 2.0, 13)
-    assert np.allclose(one(t), other(t), rtol=0.0, atol=CLOSE)
-    assert np.allclose(one.velocity(t), other.velocity(t), rtol=0.0, atol=CLOSE)
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel is alone")
+@pytest.mark.parametrize("case", RUNS)
+def test_a_run_says_which_engine_did_it_and_why(case: str, tmp_path: Path) -> None:
+    problem, chosen, options, engine, reason = RUNS[case]
+    run = galvi.integrate(problem, chosen, 0.05, 3, **options)
+    assert run.engine == engine and reason in run.engine_reason, run.engine_reason
+    if case not in ("untraced", "branches"):
+        galvi.save(run, tmp_path / "run")
+        kept = galvi.load(tmp_path / "run")
+        assert (kept.engine, kept.engine_reason) == (run.engine, run.engine_reason)
+    ended = galvi.integrate(
+        problem, chosen, 0.05, 3, events=[galvi.Event(lambda q, v, t: t - 1e9, terminal=True)],
+        **options,
+    )  # fmt: skip
+    assert (ended.engine, ended.engine_reason) == (run.engine, run.engine_reason)
 
 
-@pytest.mark.parametrize("problem", [KEPLER, galvi.problems.heavy_top()])
-@pytest.mark.parametrize(("step", "fails"), [(0.1, False), (8.0, True)])
-def test_steps_without_a_run_are_those_of_a_run(problem, step, fails):
-    stepper, code = solve_steps(ENGINES, RunRequest(problem, FOUR, step, 5, from_start()))
-    run, work = galvi.integrate(problem, FOUR, step, 5), stepper.work
-    assert work.done == run.counts["steps"] and (code != 0) == fails
-    assert np.array_equal(work.saved_q.reshape(run.q.shape), run.q, equal_nan=True)
-    assert np.array_equal(work.coefficients, run.curves.coefficients, equal_nan=True)
-    assert not fails or run.outcome.reason == stepper.failure(code).removesuffix(".")
+def test_the_first_engine_that_offers_does_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    lazy = Engine("lazy", lambda request: Declined("it is tired"))
+    monkeypatch.setattr(engines, "ENGINES", (lazy, engines.GENERAL))
+    run = galvi.integrate(KEPLER, EIGHT, 0.2, 3)
+    assert run.engine == "general" and "lazy: it is tired" in run.engine_reason
+    monkeypatch.setattr(engines, "ENGINES", (lazy,))
+    with pytest.raises(ValueError, match="it is tired"):
+        galvi.integrate(KEPLER, EIGHT, 0.2, 3)
 
 
-@pytest.mark.parametrize("chart", [galvi.Cayley(), galvi.Exponential()])
-def test_the_chart_of_a_vector_space_is_that_of_rn(chart):
-    base, xi, rate = np.random.default_rng(3).standard_normal((3, 7, 4))
-    identity, of_group = IdentityChart((4,)), GroupChart(galvi.Rn(4), chart)
-    assert np.array_equal(identity.place(base, xi), of_group.place(base, xi))
-    velocities = (one.velocity(lambda: xi, rate) for one in (identity, of_group))
-    assert np.array_equal(*velocities)
-    bodies = IdentityChart((2, 2))
-    assert np.array_equal(bodies.place(base.reshape(7, 2, 2), xi).reshape(7, 4), base + xi)
+def turned(q: Any, v: Any, t: float) -> tuple[Any, Any]:
+    return q, -v
 
 
-@pytest.mark.parametrize("problem", [KEPLER, galvi.problems.heavy_top()])
-def test_a_resumed_run_keeps_what_the_run_kept(problem, tmp_path):
+SHOWN: dict[str, tuple[Any, ...]] = {
+    "long": (KEPLER, 0.1, 2500, {"curves": False}),
+    "sparse": (TOP, 0.05, 1500, {"save_every": 7}),
+    "acted upon": (
+        KEPLER, 0.1, 30, {"events": [galvi.Event(lambda q, v, t: q[0], action=turned)]},
+    ),
+    "ended at once": (
+        KEPLER, 1.2, 30, {"events": [galvi.Event(lambda q, v, t: q[0], terminal=True)]},
+    ),
+    "ended late": (
+        KEPLER, 0.1, 1500,
+        {"curves": False, "events": [galvi.Event(lambda q, v, t: t - 140.03, terminal=True)]},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", SHOWN)
+def test_a_run_is_saved_loaded_and_resumed_with_its_states(case: str, tmp_path: Path) -> None:
+    problem, step, steps, options = SHOWN[case]
+    run = galvi.integrate(problem, FOUR, step, steps, **options)
+    assert run.success, run.status
+    galvi.save(run, tmp_path / "run")
+    kept = galvi.load(tmp_path / "run")
+    assert np.array_equal(kept.q, run.q) and kept.outcome == run.outcome
+    for state in (run.checkpoint, *getattr(run.again, "known", ())):
+        assert state.state.size and state.stages.size and state.solver_state.size
+    if run.curves is None and run.again is not None:
+        assert np.array_equal(kept(run.t[-1] * 0.9), run(run.t[-1] * 0.9))
+    more = [galvi.resume(one, 3, events=()) for one in (run, kept)]
+    assert np.array_equal(more[0].q, more[1].q) and more[0].success
+
+
+@pytest.mark.parametrize("problem", [KEPLER, TOP])
+def test_a_resumed_run_keeps_what_the_run_kept(problem: Any, tmp_path: Path) -> None:
     thin = galvi.integrate(problem, FOUR, 0.02, 12, save_every=4)
     galvi.save(thin, tmp_path / "run.npz")
     for run in (thin, galvi.load(tmp_path / "run.npz")):
@@ -68,3 +127,11 @@ def test_a_resumed_run_keeps_what_the_run_kept(problem, tmp_path):
     assert galvi.resume(curved, 9, save_every=3, curves=False).curves is None
     bare = galvi.integrate(problem, FOUR, 0.02, 12, curves=False)
     assert len(galvi.resume(bare, 9).t) == 10 and galvi.resume(bare, 9).curves is None
+
+
+@pytest.mark.skipif(not galvi.FAST, reason="the general kernel is alone")
+def test_a_run_of_another_engine_in_a_clock_is_not_resumed(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = galvi.integrate(ready.outer_solar_system(), method(clock=galvi.DynamicalTime()), 0.3, 8)
+    monkeypatch.setattr(engines, "ENGINES", (engines.GENERAL,))
+    with pytest.raises(ValueError, match="done by another engine"):
+        galvi.resume(run, 2)

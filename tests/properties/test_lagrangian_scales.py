@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.systems.finite_differences import differences
 from tests.properties.lagrangians import METHOD, MOMENTS, opaque, swinging
 
 
@@ -26,36 +25,12 @@ def canonical_end():
     return galvi.integrate(galvi.Problem(angle, [1.0], [0.3]), METHOD, 0.25, 8).q[-1]
 
 
-@pytest.mark.slow_cases(but=["1.0"])
-@pytest.mark.parametrize("l", [1e-12, 1e-8, 1e-4, 1e-2, 1.0, 1e3, 1e6])
+@pytest.mark.parametrize("l", [1e-12, 1e-4, 1e6])
 def test_a_differenced_lagrangian_moves_alike_in_all_units(l):
     run = galvi.integrate(swinging(l), METHOD, 0.25, 8)
     assert run.success
     assert np.allclose(run.q[-1] / l, canonical_end(), rtol=0.0, atol=1e-10)  # 1e-11
     assert np.ptp(galvi.energy(run)) < 2e-11  # 9e-12, the method's
-
-
-def test_steps_of_fixed_length_are_caught():
-    """The planted fault: a difference that does not look at the units."""
-    l, s = 1e-4, 2.0**-10
-    wrong = [(np.cos(1.0 + s / l) - np.cos(1.0 - s / l)) / (2.0 * s)]
-    right, _ = differences(lambda x: np.cos(x / l), np.array([l]), np.array([l]))
-    exact = -np.sin(1.0) / l
-    assert abs(wrong[0] / exact - 1.0) > 0.1
-    assert abs(right[0, 0] / exact - 1.0) < 1e-10
-
-
-@pytest.mark.slow(beside="test_a_differenced_lagrangian_moves_alike_in_all_units")
-def test_a_low_orbit_in_metres_and_seconds_is_a_circle():
-    GM, radius = 3.986e14, 7e6
-    rate = np.sqrt(GM / radius**3)
-    L = opaque(lambda q, v: 0.5 * v @ v + GM / np.sqrt(q @ q))
-    system = galvi.Lagrangian(L, galvi.Rn(2))
-    start = galvi.Problem(system, [radius, 0.0], [0.0, rate * radius])
-    run = galvi.integrate(start, METHOD, 0.2 / rate, 10)
-    assert run.success
-    circle = [np.cos(2.0), np.sin(2.0)]
-    assert np.allclose(run.q[-1] / radius, circle, rtol=0.0, atol=4e-11)  # 4e-12
 
 
 @pytest.mark.slow(beside="test_a_differenced_lagrangian_moves_alike_in_all_units")
@@ -93,9 +68,7 @@ def test_a_constant_force_is_felt_at_the_origin_too(q):
     assert abs(force + 1.0) < 1e-11
 
 
-@pytest.mark.slow_cases("1.0-differenced", "1e-08-differenced")
-@pytest.mark.parametrize("slopes", [False, True], ids=["differenced", "slopes"])
-@pytest.mark.parametrize("c", [1.0, 1e-8])
+@pytest.mark.parametrize(("c", "slopes"), [(1.0, False), (1e-8, True)])
 def test_relativistic_velocities_are_found_from_their_momenta(c, slopes):
     system = relativistic(c, slopes)
     problem = galvi.Problem(system, [c, 0.0], [0.0, 0.9 * c])
@@ -118,30 +91,17 @@ def test_the_velocity_of_a_momentum_that_no_velocity_has_is_missing():
     assert system.velocity(np.array([0.6]), np.zeros(1))[0] == pytest.approx(0.75, rel=1e-13)
 
 
-@pytest.mark.slow_cases("differenced")
-@pytest.mark.parametrize("given", [False, True], ids=["differenced", "slopes"])
-def test_very_different_masses_are_not_degenerate(given):
-    def L(q, v):
-        return 1e6 * v[0] ** 2 + 1e-7 * v[1] ** 2
-
-    def slopes(q, v):
-        return np.array([2e6 * v[0], 2e-7 * v[1], 0.0, 0.0])
-
-    system = galvi.Lagrangian(opaque(L), galvi.Rn(2), opaque(slopes) if given else None)
+def test_very_different_masses_are_not_degenerate():
+    system = galvi.Lagrangian(opaque(lambda q, v: 1e6 * v[0] ** 2 + 1e-7 * v[1] ** 2), galvi.Rn(2))
     run = galvi.integrate(galvi.Problem(system, [1.0, 0.0], [1.0, 0.9]), METHOD, 0.1, 5)
     assert np.allclose(run.q[-1], [1.5, 0.45], rtol=1e-12)
     assert np.allclose(run.p[-1], [2e6, 1.8e-7], rtol=1e-10)
 
 
-@pytest.mark.slow(beside="test_very_different_masses_are_not_degenerate")
 def test_a_mass_matrix_with_nothing_on_its_diagonal_is_regular():
-    def L(q, v):
-        return v[0] * v[1] + 0.5 * v[2] ** 2 - q @ q
-
-    system = galvi.Lagrangian(opaque(L), galvi.Rn(3))
-    problem = galvi.Problem(system, [1.0, 0.0, 0.2], [1.0, 0.9, 0.3])
-    energy = galvi.energy(galvi.integrate(problem, METHOD, 0.1, 5))
-    assert np.ptp(energy) < 1e-11  # 2e-13
+    system = galvi.Lagrangian(opaque(lambda q, v: v[0] * v[1] - q @ q), galvi.Rn(2))
+    run = galvi.integrate(galvi.Problem(system, [1.0, 0.0], [1.0, 0.9]), METHOD, 0.1, 5)
+    assert np.ptp(galvi.energy(run)) < 1e-11  # 2e-13
 
 
 def test_a_lagrangian_that_raises_outside_its_domain_is_only_probed_inside():
@@ -157,20 +117,6 @@ def test_a_lagrangian_that_raises_outside_its_domain_is_only_probed_inside():
         velocity = system.velocity(np.array([exact]), np.array([1.0]))
         assert abs(velocity[0] - 0.9) < 1e-10
         assert abs(system.momentum(np.array([1e-9]), np.array([1.0]))[0] - 1e-9) < 1e-14
-
-
-@pytest.mark.slow(beside="test_differences.py::test_each_coordinate_has_a_length_of_its_own")
-def test_the_first_derivative_of_a_step_from_near_rest_has_the_scales_of_its_end():
-    """Differences are taken again with them: 45 passes of four methods, else 116."""
-
-    def L(R, v):
-        s = R[0, 0] + 0.3 * R[1, 2]
-        return 0.5 * (v @ v) * (1.0 + 0.3 * s * s) + s
-
-    problem = galvi.Problem(galvi.Lagrangian(opaque(L), galvi.SO3()), np.eye(3), [1e-8, 0.0, 0.0])
-    methods = (galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s)) for s in (3, 4, 5, 6))
-    runs = [galvi.integrate(problem, method, 0.1, 2) for method in methods]
-    assert all(run.success for run in runs) and sum(run.counts["iterations"] for run in runs) < 75
 
 
 def test_the_energy_of_a_lagrangian_at_no_times_is_empty():

@@ -14,13 +14,13 @@ def twenty(chart):
     return galvi.Galerkin(galvi.Polynomials(19), galvi.gauss(20), chart=chart)
 
 
-@pytest.mark.parametrize(("weight", "before"), [(28.0, 9), (29.0, 9)])
-def test_steps_near_the_end_of_a_chart_are_solved(weight, before):
+@pytest.mark.parametrize("weight", [28.0, 29.0])
+def test_steps_near_the_end_of_a_chart_are_solved(weight):
     """They turn by 2.96 and 3.05 of Cayley's pi; of starts 1e-13 apart some were not solved."""
     problem = galvi.problems.pendulum_3d(weight=weight, inverted=True)
-    there = galvi.integrate(problem, twenty(galvi.Exponential()), STEP, before)
+    there = galvi.integrate(problem, twenty(galvi.Exponential()), STEP, 9)
     rng = np.random.default_rng(0)
-    for _ in range(6):
+    for _ in range(3):
         v = problem.system.velocity(there.p[-1]) + 1e-13 * rng.normal(size=3)
         start = galvi.Problem(problem.system, there.q[-1], v)
         near, far = (
@@ -62,15 +62,13 @@ def drag(q, v):
     return -0.1 * v
 
 
-@pytest.mark.slow_cases("1e-300-3")
-@pytest.mark.parametrize("points", [3, 5])
-@pytest.mark.parametrize("start", [1e-300, 1e-307])
+@pytest.mark.parametrize(("start", "points"), [(1e-300, 5), (1e-307, 3)])
 def test_a_motion_that_decays_below_the_smallest_normal_number_goes_on(points, start):
     """By e^(-25): the numbers left have few bits, and steps were not solved from there on."""
     system = galvi.Canonical(1.0, potential, gradient, force=drag)
     method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(points))
     run = galvi.integrate(galvi.Problem(system, [start], [0.0]), method, 1.0, 500)
-    assert run.success and run.status.startswith("Completed.")
+    assert run.outcome.end is galvi.End.COMPLETED
     large = galvi.integrate(galvi.Problem(system, [1e-8], [0.0]), method, 1.0, 500)
     expected = large.q[:, 0] * (start / 1e-8)
     seen = np.abs(expected) > 1e-310

@@ -31,6 +31,12 @@ def test_derivatives_are_those_of_the_value(potential: Any, q: list[float]) -> N
     np.testing.assert_allclose(potential.hessian(q), seconds, rtol=1e-12, atol=1e-13)
     of_complex = potential.hessian(np.array(q) + 0j)
     np.testing.assert_allclose(of_complex, potential.hessian(q), rtol=1e-14, atol=1e-15)
+    kernel = galvi.Canonical(1.0, potential).force_kernel(3)
+    at, forces, blocks = np.array(q)[:, None], np.empty((3, 1)), np.empty((3, 3, 1))
+    kernel.force(at, np.zeros(1), kernel.constants, forces)
+    kernel.slope(at, np.zeros(1), kernel.constants, blocks)
+    np.testing.assert_allclose(forces[:, 0], slopes, rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(blocks[..., 0], seconds, rtol=1e-12, atol=1e-13)
 
 
 @pytest.mark.parametrize("size", [1e-95, 1e-60, 1e60, 1e95])
@@ -38,17 +44,6 @@ def test_a_central_force_is_exact_far_away_and_near(size: float) -> None:
     found = galvi.CentralForce(2.0).hessian(np.array([1.0, 2.0, 3.0]) * size)
     exact = 2.0 / 14.0**1.5 * (np.eye(3) - 3.0 * np.outer([1, 2, 3], [1, 2, 3]) / 14.0)
     np.testing.assert_allclose(found * size * size * size, exact, rtol=1e-14)
-
-
-@each_potential
-def test_newtons_method_runs_on_the_compiled_second_derivatives(potential: Any) -> None:
-    problem = galvi.Problem(galvi.Canonical(1.0, potential), [1.0, 0.4, -0.3], [0.0, 0.5, 0.2])
-    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
-    lanes, newton = (
-        galvi.integrate(problem, method, 0.05, 20, solver=solver) for solver in ("auto", "newton")
-    )
-    assert newton.counts["hessian_evaluations"] > 0
-    np.testing.assert_allclose(newton.q, lanes.q, rtol=0, atol=1e-13)
 
 
 def test_integers_and_other_precisions_are_taken_as_float64() -> None:
@@ -70,12 +65,13 @@ class Named(galvi.CentralForce):
 
 
 def test_a_class_with_more_fields_is_the_same_potential() -> None:
-    start = [1.0, 0.0], [0.0, 1.1]
-    method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
     one, other = (
-        galvi.integrate(galvi.Problem(galvi.Canonical(1.0, V), *start), method, 0.1, 10)
+        galvi.integrate(
+            galvi.Problem(galvi.Canonical(1.0, V), [1.0, 0.0], [0.0, 1.1]),
+            galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.1, 10,
+        )
         for V in (galvi.CentralForce(1.0), pickle.loads(pickle.dumps(Named(1.0))))
-    )
+    )  # fmt: skip
     assert np.array_equal(one.q, other.q)
 
 

@@ -5,7 +5,7 @@ from decimal import Decimal
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import galvi
@@ -77,7 +77,6 @@ def test_floats_and_decimals_give_the_same_functions(space):
 
 
 @given(degree=DEGREES)
-@settings(max_examples=25)
 def test_the_nodal_view_reproduces_every_polynomial_of_the_space(degree):
     space = galvi.Polynomials(degree)
     t = np.concatenate([np.linspace(0, 1, 23), space.nodes])
@@ -114,6 +113,7 @@ def test_a_degree_outside_1_to_64_is_refused(degree):
 
 SAVED = [
     (galvi.PolynomialFourier(2, 2, 3.0), galvi.gauss(12)),
+    (galvi.ComponentPolynomials((5, 4)), galvi.gauss(5)),
     (galvi.PiecewisePolynomials(2, 3), galvi.composite(galvi.radau(3, left=True), 3)),
     (galvi.PiecewiseHermite(2), galvi.composite(galvi.newton_cotes(5), 2)),
 ]
@@ -129,21 +129,6 @@ def test_runs_with_every_space_are_saved_loaded_and_resumed_to_the_bit(space, ru
     assert loaded.method == method
     assert np.array_equal(galvi.resume(loaded, steps=7).q[-1], whole.q[-1])
     assert np.array_equal(loaded(1.234), whole(1.234))
-
-
-@pytest.mark.parametrize("space", [space for space in MADE if space.degree > 0], ids=str)
-def test_every_table_is_consistent_symplectic_and_well_conditioned(space):
-    pieces = getattr(space, "pieces", 1)
-    points = max(4, space.degree) if pieces > 1 else 17
-    method = galvi.Galerkin(space, galvi.composite(galvi.gauss(points), pieces))
-    table = method.table
-    left = table.b[:, None] * (table.beta - table.A)
-    assert np.allclose(left, left.T, rtol=0, atol=1e-16)  # 5e-18
-    assert np.allclose(
-        table.psi @ table.velocity_coefficients, table.c, rtol=0, atol=1e-14
-    )  # 3e-16
-    assert np.linalg.cond(table.K) < 30.0  # 26.9 for PiecewiseHermite(1)
-    assert method.symmetric
 
 
 def test_spherical_bessel_functions_are_those_of_mpmath():

@@ -3,7 +3,6 @@
 import pickle
 
 import mpmath
-import numba
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -32,16 +31,6 @@ def hoop_slope(t, s):
     return [s[1], np.sin(s[0]) * (16.0 * np.cos(s[0]) - 9.81)]
 
 
-def polar_kepler():
-    """Kepler's motion in (r, phi): the mass of phi is r^2."""
-    return made((u**2 + (x * w) ** 2) / 2 + k / x, [x, y], [u, w], parameters={k: 1.0})
-
-
-def polar_slope(t, s):
-    r, _, speed, spin = s
-    return [speed, spin, r * spin**2 - 1.0 / r**2, -2.0 * speed * spin / r]
-
-
 def leaking():
     """A mass that grows, (1 + t) v^2 / 2, on a spring that stiffens."""
     return made((1 + t) * u**2 / 2 - (1 + t) ** 2 * x**2 / 2, x, u, t)
@@ -64,7 +53,6 @@ def magnet_slope(t, s):
 
 MOTIONS = {
     "bead on a hoop": (hoop, hoop_slope, [0.4], [1.0], 0.05),
-    "Kepler in polar coordinates": (polar_kepler, polar_slope, [1.0, 0.3], [0.2, 1.1], 0.1),
     "growing mass": (leaking, leaking_slope, [1.0], [0.5], 0.1),
     "magnetic field": (magnet, magnet_slope, [1.0, -0.5], [0.3, 0.8], 0.1),
 }
@@ -95,15 +83,6 @@ def test_the_motion_is_that_of_equations_derived_by_hand(motion):
         assert np.ptp(galvi.energy(run)) < 1e-13  # 4e-15
 
 
-def test_its_order_is_that_of_the_method_and_no_more():
-    problem = galvi.Problem(polar_kepler(), [1.0, 0.3], [0.2, 1.1])
-    end = by_hand(problem, polar_slope, 2.0)[:2]
-    steps = np.array([10, 14, 20])
-    two = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
-    errors = [np.abs(galvi.integrate(problem, two, 2.0 / n, n).q[-1] - end).max() for n in steps]
-    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(-4.0, abs=0.1)  # -3.996
-
-
 def test_a_damped_and_driven_oscillator_follows_its_closed_form_in_extended_precision():
     pushed = made(
         u**2 / 2 - k * x**2 / 2, x, u, t, parameters={k: 1.0, c: 0.25},
@@ -118,32 +97,6 @@ def test_a_damped_and_driven_oscillator_follows_its_closed_form_in_extended_prec
             for s in map(mpmath.mpf, run.t)
         ]  # fmt: skip
     assert np.max(np.abs(run.q[:, 0] - np.array(truth, dtype=float))) < 1e-14  # 2e-16
-
-
-@numba.njit
-def hand_slopes(q, v):
-    turning = 0.75 * np.array([-q[1], q[0]])
-    pull = np.array([q[0] + q[0] ** 3, 2.0 * q[1]])
-    return np.concatenate((v + turning, 0.75 * np.array([v[1], -v[0]]) - pull))
-
-
-@pytest.mark.slow(beside="test_the_motion_is_that_of_equations_derived_by_hand")
-def test_it_moves_as_slopes_written_by_hand_and_as_a_canonical_system():
-    def L(q, v):
-        spring = 0.5 * (q[0] ** 2 + 2.0 * q[1] ** 2) + 0.25 * q[0] ** 4
-        return 0.5 * v @ v + 0.75 * (q[0] * v[1] - q[1] * v[0]) - spring
-
-    start = ([1.0, -0.5], [0.3, 0.8])
-    hand = galvi.Problem(galvi.Lagrangian(L, galvi.Rn(2), hand_slopes), *start)
-    own = galvi.Problem(magnet(), *start)
-    a, b = (galvi.integrate(one, FOUR, 0.1, 50, solver="newton") for one in (hand, own))
-    assert np.max(np.abs(a.q - b.q)) < 1e-13 and np.max(np.abs(a.p - b.p)) < 1e-13  # 7e-16
-    assert a.counts == pytest.approx(b.counts, rel=0.01)
-    np.testing.assert_allclose(galvi.energy(a), galvi.energy(b), rtol=1e-13)
-    plain = made(u**2 / 2 - x**4 / 4, x, u)
-    known = galvi.Canonical(1.0, lambda q: q[0] ** 4 / 4, lambda q: q**3, lambda q: [3 * q**2])
-    runs = [galvi.integrate(galvi.Problem(s, [1.0], [0.2]), FOUR, 0.2, 50) for s in (plain, known)]
-    assert np.max(np.abs(runs[0].q - runs[1].q)) < 1e-13  # 3e-16
 
 
 def test_a_sign_gone_wrong_would_be_seen():

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numba import njit
 
@@ -60,7 +60,8 @@ UNARY = st.sampled_from([
     "({}) ** 3", "1.0 / (3.0 + np.sin({}))", "(2.1 + np.cos({})) ** 1.5", "np.arctan({})",
     "np.sinh(0.2 * {})", "np.cosh(0.2 * {})", "np.tanh({})",
     "np.log(1.5 + ({}) ** 2)", "(1.2 + ({}) ** 2) ** -0.7", "np.tan(0.2 * np.cos({}))",
-    "np.sqrt(({}) ** 2 + 0.3) ** 2", "np.arcsin(0.6 * np.sin({}))",
+    "np.sqrt(({}) ** 2 + 0.3) ** 2", "np.arcsin(0.6 * np.sin({}))", "1.3 ** np.cos({})",
+    "(2.0 + np.sin({})) ** np.cos(q[1])", "np.power(1.5 + np.cos({}), 0.25)",
 ])  # fmt: skip
 BINARY = st.sampled_from(["({} + {})", "({} - {})", "({} * {})", "({} / (3.0 + np.cos({})))"])
 EXPRESSIONS = st.recursive(
@@ -75,6 +76,7 @@ EXPRESSIONS = st.recursive(
 
 @settings(deadline=None, max_examples=80)
 @given(EXPRESSIONS)
+@example("np.arctan(q[0]) * 1.3 ** np.cos(v[1])")
 def test_the_derivatives_of_an_expression_are_those_by_complex_steps(text: str) -> None:
     function: Any = eval(f"lambda q, v: {text} + 0.0 * q[0]", {"np": np, "k": 0.37})
     graph = Graph()
@@ -98,24 +100,11 @@ def test_the_derivatives_of_an_expression_are_those_by_complex_steps(text: str) 
 
 
 M = np.array([[2.0, 0.3], [0.3, 1.0]])
-LENGTHS = [1.0, 0.8]
 
 
 @njit
 def bent(x):
     return np.sin(x) + 0.1 * x**3
-
-
-BENT = bent.py_func  # takes complex numbers
-
-
-def loops(q, v):
-    total = 0.0
-    for i in range(len(q)):
-        total += 0.5 * LENGTHS[i] * v[i] ** 2 - BENT(q[i])
-        for j in range(i):
-            total -= (q[i] - q[j]) ** 2
-    return total
 
 
 def arrays(q, v):
@@ -125,22 +114,12 @@ def arrays(q, v):
     return 0.5 * v @ M @ v + np.dot(far, far) - np.sum(np.cos(q)) + np.outer(v, v).sum()
 
 
-def merged(q, v):
-    return np.cos(q[0] - q[1]) * v[0] * v[1] + np.cos(q[1] - q[0]) * np.sin(-q[0]) + v @ v
-
-
-def powers(q, v):
-    return (
-        2.0 ** q[0] + (1.0 + v @ v) ** q[1] + np.power(2.0 + q[0], 0.25) + q[0] ** -3
-    ) / np.sqrt(1.0 + v @ v)
-
-
 def scaled_and_inverse(q, v):
     inner = np.sqrt(3.0 * (q @ q)) / (q @ q) - 1.0 / (1.0 / (2.0 + q[1]))
     return inner * (v @ v) / 3.0 + v[0] / v[1] * (v[1] / 2.0) / v[0] + 0.0 * v[1]
 
 
-@pytest.mark.parametrize("function", [loops, arrays, merged, powers, scaled_and_inverse])
+@pytest.mark.parametrize("function", [arrays, scaled_and_inverse])
 def test_the_law_of_a_function_has_its_derivatives(function: Any) -> None:
     check(function)
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import galvi
+from galvi import End
 from galvi.run import work_of_forces
 
 
@@ -27,32 +28,32 @@ def damped_oscillator(damping: float) -> galvi.Problem:
     return galvi.Problem(system, [0.0], [1.0])
 
 
-RULES = {"radau": galvi.radau, "gauss": galvi.gauss}
 DAMPED = {"a joint's damper": damped_hinge, "a user's force": damped_oscillator}
 
 
+def named_step(run: galvi.Trajectory) -> float:
+    """The step that a run's remedy names."""
+    return float(run.outcome.remedy.partition("a step of ")[2].split()[0])
+
+
 @pytest.mark.parametrize("kind", DAMPED)
-@pytest.mark.parametrize("name", RULES)
-@pytest.mark.parametrize("s", [2, 3, 4])
-def test_a_damper_that_gives_energy_ruins_a_run(kind: str, name: str, s: int) -> None:
+@pytest.mark.parametrize("s", [2, 3])
+def test_a_damper_that_gives_energy_ruins_a_run(kind: str, s: int) -> None:
     """Gauss's rule leaves velocities that damping takes, and Radau's multiplies them."""
-    run = galvi.integrate(DAMPED[kind](20.0), method(s, RULES[name](s)), 1.0, 40)
-    grew = float(np.max(np.abs(galvi.energy(run)))) > 10.0
-    assert grew == (name == "radau")
-    assert run.success == (not grew), run.status
-    assert "forces have damped a velocity in 1/20 of a step" in run.status
-    assert run.status.startswith("Ruined from step" if grew else "Completed, but")
+    for rule, end in ((galvi.radau, End.RUINED), (galvi.gauss, End.DOUBTFUL)):
+        run = galvi.integrate(DAMPED[kind](20.0), method(s, rule(s)), 1.0, 40)
+        assert run.outcome.end is end
+        assert (np.max(np.abs(galvi.energy(run))) > 10.0) == (end is End.RUINED)
+        assert "damped a velocity in 1/20 of a step" in run.outcome.reason
 
 
 @pytest.mark.parametrize("kind", DAMPED)
-@pytest.mark.parametrize("s", [2, 4, 8])
-@pytest.mark.parametrize("save_every", [1, 7])
-@pytest.mark.parametrize("step", [0.2, -0.2])
+@pytest.mark.parametrize(("s", "save_every", "step"), [(2, 7, 0.2), (8, 1, -0.2)])
 def test_a_damper_that_a_step_resolves_is_not_named(
     kind: str, s: int, save_every: int, step: float
 ) -> None:
     run = galvi.integrate(DAMPED[kind](0.5), method(s), step, 300, save_every=save_every)
-    assert run.status == "Completed."
+    assert run.outcome.end is End.COMPLETED
 
 
 WRIST = """<mujoco><option gravity="0 0 0"/><worldbody><body><joint name="wrist" axis="0 0 1"/>
@@ -65,25 +66,23 @@ def wrist(v: float) -> galvi.Problem:
     return galvi.from_mujoco(WRIST, ctrl=[0.1]).with_initial_state([0.0], [v])
 
 
-@pytest.mark.parametrize("s", [4, 8])
-@pytest.mark.parametrize("step", [0.02, 0.002])
+@pytest.mark.parametrize(("s", "step"), [(4, 0.02), (8, 0.002)])
 def test_a_servo_too_stiff_for_a_step_is_named_with_the_step_that_does(s: int, step: float) -> None:
     problem = wrist(2.0)
     run = galvi.integrate(problem, method(s), step, 10)
-    assert f"forces have damped a velocity in 1/{step * 5e4:,.0f} of a step" in run.status
-    off = float(run.status.partition("wrong by about ")[2].split()[0])
+    assert f"damped a velocity in 1/{step * 5e4:,.0f} of a step" in run.outcome.reason
+    off = float(run.outcome.reason.partition("wrong by about ")[2].split()[0])
     q, v = run.q[1, 0], problem.system.velocity(run.p[1], run.q[1])[0]
     assert abs(v - 10.0 * (0.1 - q)) / 2.0 == pytest.approx(off, rel=0.3)
-    named = float(run.status.partition("Use a step of ")[2].split()[0])
-    fine = galvi.integrate(problem, method(s), named, 200)
-    assert fine.status.startswith("Completed.")
+    fine = galvi.integrate(problem, method(s), named_step(run), 200)
+    assert fine.outcome.end is End.COMPLETED
     v = problem.system.velocity(fine.p[-1], fine.q[-1])[0]
     assert v == pytest.approx(10.0 * (0.1 - fine.q[-1, 0]), rel=1e-3)
 
 
 def test_a_stiff_servo_whose_fast_motion_is_not_excited_is_not_named() -> None:
     run = galvi.integrate(wrist(1.0), method(8), 0.02, 10)
-    assert run.status.startswith("Completed. ")
+    assert run.outcome.end is End.COMPLETED
     v = run.problem.system.velocity(run.p[-1], run.q[-1])[0]
     assert v == pytest.approx(np.exp(-10.0 * 0.2), rel=1e-3)
 
@@ -95,34 +94,29 @@ def test_the_step_of_a_stiff_servo_is_recommended_for_its_velocities() -> None:
     assert abs(found.step) * 5e4 < 2.0 * found.method.stages
 
 
-def gimbal(damping: float) -> galvi.Problem:
+def gimbal(damping: float, angle: float, v: Any) -> galvi.Problem:
     hinges = "".join(
         f'<joint axis="{a}" damping="{damping}"/>' for a in ("1 0 0", "0 1 0", "0 0 1")
     )
     model = f"""<mujoco><worldbody><body>{hinges}<inertial pos="0 0 .1" mass=".5"
     diaginertia=".004 .005 .002"/></body></worldbody></mujoco>"""
-    return galvi.from_mujoco(model).with_initial_state([0, 0, 0], [1e-3, 3.0, 0.0])
+    return galvi.from_mujoco(model).with_initial_state([0.0, angle, 0.0], v)
 
 
-@pytest.mark.slow_cases("0.01-100-0.0-0.0", "0.01-100-0.0-1e-12")
-@pytest.mark.parametrize("damping", [0.0, 1e-12])
-@pytest.mark.parametrize("start", [0.0, 0.5 * np.pi - 0.1, 0.5 * np.pi - 0.3])
-@pytest.mark.parametrize(("step", "steps"), [(0.01, 100), (0.01, 1000), (0.001, 1000)])
+@pytest.mark.parametrize(
+    ("damping", "angle", "step", "steps"),
+    [(0.0, 0.0, 0.01, 1000), (1e-12, 0.5 * np.pi - 0.1, 0.01, 100),
+     (0.0, 0.5 * np.pi - 0.3, 0.001, 1000)],
+)  # fmt: skip
 def test_gimbal_lock_is_named_with_its_remedy(
-    damping: float, start: float, step: float, steps: int
+    damping: float, angle: float, step: float, steps: int
 ) -> None:
     """Also from a start beside it, where the energy does not show that the attitude is wrong."""
-    problem = gimbal(damping).with_initial_state([0.0, start, 0.0], [1e-3, 3.0, 0.0])
-    run = galvi.integrate(problem, method(8), step, steps)
-    assert not run.status.startswith("Completed.")
-    assert "three hinges of one body pass gimbal lock" in run.status
-    assert "Use a ball joint" in run.status
-
-
-def test_hinges_away_from_gimbal_lock_are_not_named() -> None:
-    problem = gimbal(1e-12).with_initial_state([0, 0, 0], [1.0, 0.3, 0.4])
-    run = galvi.integrate(problem, method(8), 0.01, 100)
-    assert run.status.startswith("Completed.")
+    run = galvi.integrate(gimbal(damping, angle, [1e-3, 3.0, 0.0]), method(8), step, steps)
+    assert run.outcome.end is not End.COMPLETED
+    assert "gimbal lock" in run.status and "Use a ball joint" in run.status
+    away = galvi.integrate(gimbal(1e-12, 0.0, [1.0, 0.3, 0.4]), method(8), 0.01, 100)
+    assert away.outcome.end is End.COMPLETED
 
 
 def test_another_mass_matrix_that_is_nearly_singular_is_no_gimbal_lock() -> None:
@@ -146,44 +140,14 @@ SPRINGS = """<mujoco><worldbody><site name="top" pos=".3 0 .2"/><body gravcomp="
 
 
 def test_springs_of_tendons_and_held_weights_are_in_the_energy() -> None:
-    """Range 26 J of 20 J without them."""
+    """Range 26 J of 20 J without them; a step that is too long ruins the run."""
     problem = galvi.from_mujoco(SPRINGS.format(0.7)).with_initial_state([0.4, 0.2], [1.0, -0.3])
     run = galvi.integrate(problem, method(8), 0.01, 200)
     energy = galvi.energy(run)
     assert np.ptp(energy) < 1e-12 * abs(energy[0])
     along = galvi.energy(run, np.linspace(0.0, 2.0, 37))
     assert np.ptp(along) < 1e-6 * abs(energy[0])
-
-
-def test_that_energy_is_mujocos() -> None:
-    mujoco = pytest.importorskip("mujoco")
-    model = mujoco.MjModel.from_xml_string(SPRINGS.format(0.0))
-    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
-    data, problem = mujoco.MjData(model), galvi.from_mujoco(SPRINGS.format(0.0))
-    random, pairs = np.random.default_rng(3), []
-    for _ in range(20):
-        q, v = random.uniform(-2.0, 2.0, 2), random.uniform(-2.0, 2.0, 2)
-        data.qpos[:], data.qvel[:] = q, v
-        mujoco.mj_forward(model, data)
-        pairs.append((data.energy.sum(), float(problem.system.energy(q, v, 0.0))))
-    theirs, ours = np.array(pairs).T
-    np.testing.assert_allclose(ours - ours[0], theirs - theirs[0], rtol=0.0, atol=1e-12 * 100.0)
-
-
-def test_a_conservative_run_with_a_tendon_is_ruined_by_a_step_that_is_too_long() -> None:
-    problem = galvi.from_mujoco(SPRINGS.format(0.7)).with_initial_state([0.4, 0.2], [1.0, -0.3])
-    run = galvi.integrate(problem, method(2), 0.5, 40)
-    assert "the energy changed by" in run.status
-
-
-def test_a_driven_pendulum_is_right_whatever_its_energy_does() -> None:
-    """From rest, so that all energy is work."""
-    system = galvi.Canonical(
-        1.0, lambda q: 1.0 - np.cos(q[0]), force=lambda q, v, t: np.array([2.0 * np.sin(t)]),
-        timed_force=True,
-    )  # fmt: skip
-    run = galvi.integrate(galvi.Problem(system, [0.0], [0.0]), method(6), 0.1, 400)
-    assert run.status == "Completed." and np.ptp(galvi.energy(run)) > 1.0
+    assert "the energy changed by" in galvi.integrate(problem, method(2), 0.5, 40).status
 
 
 def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
@@ -207,19 +171,6 @@ def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
     assert "could not be judged" in run.status and "no more" in run.status
 
 
-def test_a_resumed_run_that_was_ruined_is_ruined() -> None:
-    run = galvi.integrate(damped_hinge(20.0), method(2, galvi.radau(2)), 1.0, 10)
-    again = galvi.resume(run, 5)
-    assert not again.success and again.failed_step == 1
-
-
-@pytest.mark.parametrize("s", [1, 2, 4, 8])
-@pytest.mark.parametrize("z", [0.1, 1.0, 7.0, 1000.0])
-def test_growth_is_what_a_step_does(s: int, z: float) -> None:
-    run = galvi.integrate(damped_hinge(z), method(s), 1.0, 1, solver="newton")
-    assert run.p[-1, 0] == pytest.approx(work_of_forces.growth(method(s).table, z), abs=1e-10)
-
-
 def pulse(at: float, width: float = 1.0) -> galvi.Problem:
     """A free particle, which a short push takes from 1 to 1 + 5 width sqrt(pi)."""
     system = galvi.Canonical(
@@ -229,13 +180,12 @@ def pulse(at: float, width: float = 1.0) -> galvi.Problem:
     return galvi.Problem(system, [0.0], [1.0])
 
 
-@pytest.mark.parametrize("save_every", [1, 100])
-@pytest.mark.parametrize("at", [30.0, 137.0, 171.3])
+@pytest.mark.parametrize(("at", "save_every"), [(137.0, 1), (30.0, 100), (171.3, 100)])
 def test_a_push_between_the_states_that_are_looked_at_is_no_fault(
     at: float, save_every: int
 ) -> None:
     run = galvi.integrate(pulse(at), method(4), 0.1, 2000, save_every=save_every)
-    assert run.status == "Completed."
+    assert run.outcome.end is End.COMPLETED
     assert run.p[-1, 0] == pytest.approx(1.0 + 5.0 * np.sqrt(np.pi), abs=1e-8)
 
 
@@ -244,31 +194,29 @@ mass="1" diaginertia=".02 .03 .01"/><body pos="0 0 -.8"><joint axis="0 1 0" damp
 <inertial pos="0 0 -.4" mass="1" diaginertia=".02 .03 .01"/></body></body></worldbody></mujoco>"""
 
 
-@pytest.mark.parametrize("seed", range(8))
-@pytest.mark.parametrize(("steps", "save_every"), [(1, 1), (100, 1), (100, 7)])
+@pytest.mark.parametrize(("seed", "steps", "save_every"), [(0, 1, 1), (2, 100, 1), (3, 100, 7)])
 def test_a_damped_tree_from_rest_has_no_remark(seed: int, steps: int, save_every: int) -> None:
     q = np.random.default_rng(seed).uniform(-1.5, 1.5, 2)
     problem = galvi.from_mujoco(DOUBLE).with_initial_state(q, [0.0, 0.0])
     run = galvi.integrate(problem, method(8), 0.01, steps, save_every=save_every)
-    assert run.status == "Completed."
+    assert run.outcome.end is End.COMPLETED
 
 
 def vanishing(q: Any, v: Any, t: float) -> Any:
     return np.array([-20.0 * v[0] if t < 5.5 else 0.0])
 
 
-@pytest.mark.parametrize("first", [6, 20])
-def test_a_run_that_was_ruined_stays_so_after_good_steps(first: int) -> None:
+def test_a_run_that_was_ruined_stays_so_after_good_steps() -> None:
     system = galvi.Canonical(
         1.0, lambda q: 0.0 * q[0], lambda q: 0.0 * q, timed_force=True,
         force=vanishing,
     )  # fmt: skip
     start = galvi.Problem(system, [0.0], [1.0])
-    run = galvi.integrate(start, method(2, galvi.radau(2)), 1.0, first)
+    run = galvi.integrate(start, method(2, galvi.radau(2)), 1.0, 6)
     for _ in range(2):
         run = galvi.resume(run, 10)
-        assert not run.success and run.failed_step == 1
-        assert run.status.startswith("Ruined") and "had ruined it" in run.status
+        assert run.outcome.end is End.RUINED and run.failed_step == 1
+        assert "had ruined it" in run.outcome.reason
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -288,7 +236,7 @@ def test_a_single_step_that_multiplies_the_energy_is_ruined() -> None:
     assert not run.success and galvi.energy(run)[-1] > 1e5
 
 
-@pytest.mark.parametrize(("mass", "speed"), [(10.0, 30.0), (2e4, 30.0), (500.0, 7500.0)])
+@pytest.mark.parametrize(("mass", "speed"), [(10.0, 30.0), (500.0, 7500.0)])
 def test_a_stiff_wrist_is_named_on_a_base_of_any_energy(mass: float, speed: float) -> None:
     body = WRIST.split("<worldbody>")[1].split("</worldbody>")[0]
     model = WRIST.replace(
@@ -301,21 +249,10 @@ def test_a_stiff_wrist_is_named_on_a_base_of_any_energy(mass: float, speed: floa
     assert "wrong by about 0.4 of its largest value" in run.status
 
 
-@pytest.mark.parametrize("rate", [66.0, 149.0, 1490.0])
-@pytest.mark.parametrize("s", [1, 2, 8])
-def test_the_step_that_is_named_has_no_remark(rate: float, s: int) -> None:
-    system = galvi.Canonical(1.0, galvi.LinearSpring(1.0), force=lambda q, v: -rate * v)
-    problem = galvi.Problem(system, [0.0], [1.0])
-    run = galvi.integrate(problem, method(s), 20.0 * s / rate, 20)
-    named = float(run.status.partition("Use a step of ")[2].split()[0])
-    fine = galvi.integrate(problem, method(s), named, 20)
-    assert "forces have damped" in run.status and "forces have" not in fine.status
-
-
 def test_planted_the_work_by_the_rule_itself_sees_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Gauss's method keeps a quadratic energy less the work by its own rule, for any step."""
     problem = wrist(2.0)
-    assert galvi.integrate(problem, method(8), 0.02, 10).status.startswith("Completed, but")
+    assert galvi.integrate(problem, method(8), 0.02, 10).outcome.end is End.DOUBTFUL
     monkeypatch.setattr(work_of_forces, "unresolved_rate", lambda *arguments: None)
     blind = galvi.integrate(problem, method(8), 0.02, 10)
-    assert blind.status.startswith("Completed. ")
+    assert blind.outcome.end is End.COMPLETED

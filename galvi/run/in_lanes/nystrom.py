@@ -28,7 +28,7 @@ from galvi.tracing.laws_of_systems import LawCode, slopes_of
 
 # What the iteration leaves is not random for one body: 16 runs of a pendulum over 1e6 steps (degree
 # 8, h = 0.2) have 15 standard errors of drift with a tolerance of 2^-64, and 0.3 with 2^-68, for
-# 3 % more time (tests/properties/test_canonical_lanes.py).
+# 3 % more time (tests/properties/test_lanes.py).
 LANE_TOLERANCE = 2.0**-68
 
 

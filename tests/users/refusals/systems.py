@@ -106,6 +106,10 @@ FUNCTIONS = (
     (ValueError, "of real numbers", stepped(force=lambda q, v: v * 1j)),
     (ValueError, "external force",
      stepped(force=lambda q, v: np.maximum(v, 0.0), solver="fixed_point")),
+    (ValueError, r"could be traced; .* branches on",
+     lambda: galvi.integrate(
+         galvi.Problem(galvi.Lagrangian(lambda q, v: abs(v @ v - max(q)), galvi.Rn(2)), *START),
+         FOUR, 0.1, 1, solver="fixed_point")),
     *(
         (error, words, partial(make, force=force, timed_force=timed))
         for error, words, force, timed in (
