@@ -9,12 +9,12 @@ import galvi
 from tests.properties.group_matrices import element
 
 
-def swinging():
+def swinging(stiffness=40.0, damping=0.1):
     """An elastic pendulum from SymPy, with a drag force and the time."""
     r, a, vr, va, m, k, c, t = sympy.symbols("r a vr va m k c t", real=True)
     L = m * (vr**2 + (r * va) ** 2) / 2 + m * 9.81 * r * sympy.cos(a) - k * (r - 1) ** 2 / 2
     L = L * (1 + sympy.sin(t) / 10)
-    values = {m: 1.3, k: 40.0, c: 0.1}
+    values = {m: 1.3, k: stiffness, c: damping}
     system = galvi.Lagrangian.from_sympy(
         L, [r, a], [vr, va], t=t, parameters=values, force=[-c * vr, -c * r**2 * va]
     )
@@ -39,14 +39,14 @@ def three_bodies():
     )
 
 
-def in_plane(group):
-    """A body on a group of motions of the plane, or a product with one, in a soft well."""
+def in_plane(group, well=1.0):
+    """A body on a group of motions of the plane, or a product with one, in a soft well, or none."""
     d, r = group.dimension, int(np.prod(group.shape))
     masses, direction = 1.0 + 0.3 * np.arange(d), 0.4 * np.cos(np.arange(r))
 
     def lagrangian(g, v):
         height = direction @ g.reshape(r)
-        return 0.5 * (masses @ (v * v)) - height - 0.5 * height**2
+        return 0.5 * (masses @ (v * v)) - height - 0.5 * well * height**2
 
     system = galvi.Lagrangian(lagrangian, group)
     return galvi.Problem(system, element(group, np.full(d, 0.3)), 0.5 - 0.2 * np.arange(d))
@@ -66,6 +66,7 @@ CASES = {
     "pendulum_3d": (galvi.problems.pendulum_3d(), 0.1),
     "free_body_se3": (galvi.problems.free_body_se3(), 0.05),
     "se2": (in_plane(galvi.SE2()), 0.1),
+    "se2 without a well": (in_plane(galvi.SE2(), 0.0), 0.1),
     "se2 x r1": (in_plane(galvi.Product((galvi.SE2(), galvi.Rn(1)))), 0.1),
 }
 

@@ -182,6 +182,7 @@ ENSEMBLES = (
     (WRONG, "must be an array of real numbers", members(parameters={"mu": [[1.0], [1.0, 2.0]]})),
     (WRONG, "folder must be the path", members(folder=3)),
     (WRONG, "where a file is", members(folder=__file__)),
+    (TypeError, "version must be a text, or None; received 3", members(version=3)),
     (WRONG, "progress must be True or False", members(progress="x")),
     (WRONG, "whole numbers of steps", members(keep=galvi.StatesAt([1e300]))),
     (WRONG, "shape \\(1, ...\\)", members(keep=galvi.Extrema(lambda t, q, p: 1.0))),
