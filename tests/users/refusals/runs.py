@@ -232,6 +232,8 @@ ASKED = (
      lambda: galvi.symplecticity_defect(CASES["three_bodies"][0], EIGHT, 0.1)),
     (ValueError, "an eccentricity must be", elements(1.0, 1.5)),
     (ValueError, "gm must be positive", elements(0.0, 0.5)),
+    (TypeError, r"end must be a galvi.End; received 'done'. Use galvi.End",
+     lambda: galvi.Outcome("done")),
 )  # fmt: skip
 
 # ---------------------------------------------------------------- events
