@@ -266,7 +266,7 @@ def test_a_file_that_is_not_what_was_written_is_computed_again(damage, tmp_path,
         again = ensemble(tmp_path)
         assert np.array_equal(np.asarray(again), np.asarray(first)) and np.all(again.success)
         told = ("4 loaded, 1 computed, 1 of them again, since a file was damaged", "5 loaded")
-        assert again.files.removeprefix("files: ").startswith(told)
+        assert any(words in repr(again) for words in told)
         if path.is_file():
             path.write_bytes(known[path])
             assert ensemble(tmp_path).files == "files: 5 loaded, 0 computed"

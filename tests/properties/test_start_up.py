@@ -114,7 +114,7 @@ def test_two_processes_agree_to_the_last_bit_and_count():
     assert len(set(told[0].splitlines())) == 4
 
 
-@pytest.mark.slow(beside="test_integrate.py::test_a_long_run_does_not_grow_in_memory")
+@pytest.mark.slow(beside="test_many_runs.py::test_the_memory_counted_is_what_a_run_takes")
 def test_the_table_has_a_row_for_each_start_and_memory_does_not_grow_with_the_steps(monkeypatch):
     """Peaks of one process, MiB: many steps after few add nothing when only ends are kept."""
     monkeypatch.setattr(start_up, "STARTS", STARTS[1:2])
