@@ -397,7 +397,7 @@ def test_a_run_outside_the_domain_of_its_lagrangian_is_no_success() -> None:
 
 # ---------------------------------------------------------------- starts at rest, and long steps
 
-PENDULUM = galvi.PlanarChain([1.0], [1.0], 1.0)
+PENDULUM = galvi.Lagrangian(galvi.PlanarChain([1.0], [1.0], 1.0), galvi.Rn(1))
 
 
 def falling(q, v):
@@ -470,14 +470,13 @@ def test_a_start_at_rest_excuses_no_error_in_steps_of_many_periods():
     assert not run.success
 
 
-@pytest.mark.slow(beside="test_a_start_at_rest_excuses_no_error_in_steps_of_many_periods")
 def test_a_changed_energy_is_told_however_large_the_step():
     """Against bounds of the measure: T at the start, and that or the range of V over the run."""
     rng = np.random.default_rng(0)
     told, ruined = 0, 0
-    for _ in range(200):
+    for _ in range(80):
         start = rng.normal(scale=1.5, size=2)
-        problem = galvi.Problem(galvi.Lagrangian(PENDULUM, galvi.Rn(1)), start[:1], start[1:])
+        problem = galvi.Problem(PENDULUM, start[:1], start[1:])
         run = galvi.integrate(problem, gauss(2), rng.uniform(0.3, 6.0), int(rng.integers(1, 5)))
         if not np.all(np.isfinite(run.q[-1])):
             continue
@@ -494,4 +493,4 @@ def test_a_changed_energy_is_told_however_large_the_step():
             assert not run.success and run.status.startswith("Ruined from step ")
         elif off < 0.99 * least:
             assert run.success
-    assert told > 20 and ruined > 5
+    assert told > 10 and ruined > 3
