@@ -67,12 +67,11 @@ def test_no_problems_are_no_runs():
     assert galvi.integrate_many([], EIGHT, 0.1, 3) == ()
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_a_run_that_fails_is_a_value_and_the_others_go_on(threads):
+def test_a_run_that_fails_is_a_value_and_the_others_go_on():
     pair = galvi.NBody([0.5, 0.5])
     apart = galvi.Problem(pair, [[-0.5, 0.0], [0.5, 0.0]], [[0.0, -0.5], [0.0, 0.5]])
     falling = apart.with_initial_state(apart.q0, np.zeros((2, 2)))
-    runs = galvi.integrate_many([apart, falling, apart], EIGHT, 0.1, 60, threads=threads)
+    runs = galvi.integrate_many([apart, falling, apart], EIGHT, 0.1, 60, threads=2)
     assert [run.success for run in runs] == [True, False, True]
     assert "collide" in runs[1].status and np.isnan(runs[1].q[-1]).all()
     assert_same(runs[0], runs[2])

@@ -225,17 +225,6 @@ def test_one_body_has_no_pace():
     assert recommend(alone, 1e-6, 10.0, budget=1e4).reached
 
 
-@pytest.mark.slow(beside="test_steps_in_a_clock_keep_the_error_asked_for")
-def test_any_system_on_a_vector_space_has_its_clock_scanned():
-    system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v + (q @ q) ** -0.5, galvi.Rn(2))
-    problem = galvi.Problem(system, ORBIT.q0, ORBIT.v0)
-    clock = galvi.Clock(lambda q: (q @ q) ** 0.75)
-    choice = recommend(problem, 1e-6, 6.0, degrees=(8,), clock=clock)
-    end = galvi.integrate(problem, choice.method, choice.step, duration=6.0).q[-1]
-    truth = KEPLER.run(ORBIT, 6.0, {"samples": 1}).q[-1]
-    assert choice.reached and np.linalg.norm(end - truth) < 1e-6
-
-
 def test_an_error_that_only_shows_in_the_times_of_a_clock_counts(monkeypatch):
     """Planted: places at equal tau compared as if they were at equal times."""
 

@@ -221,10 +221,6 @@ def test_a_resumed_run_is_judged_as_one_long_run(cut, tmp_path):
             assert rest.status == whole.status
         else:
             assert rest.failed_step == max(whole.failed_step - cut, 1)
-        galvi.save(whole, tmp_path / "whole.npz")
-        read = galvi.load(tmp_path / "whole.npz", known)
-        assert (read.success, read.status) == (whole.success, whole.status)
-        assert read.failed_step == whole.failed_step
 
 
 def meeting(mass, distance, back=2.0):
@@ -289,10 +285,7 @@ EIGHT = (
 )
 CALM = [
     (galvi.problems.outer_solar_system(), 8, 541.0, 100),
-    (galvi.problems.outer_solar_system(), 25, 1825.0, 100),
     (galvi.problems.solar_system(), 25, 100.0, 100),
-    (galvi.problems.solar_system(), 8, 11.0, 300),
-    (galvi.problems.solar_system(), 2, 2.0, 300),
     (galvi.Problem(galvi.NBody([1.0] * 3), *EIGHT), 8, 0.1, 200),
     (galvi.problems.kepler(0.6), 8, 0.2, 200),
     (galvi.problems.henon_heiles(), 4, 0.2, 200),
@@ -300,10 +293,8 @@ CALM = [
     (galvi.problems.heavy_top(), 8, 0.05, 100),
     (galvi.problems.pendulum_3d(), 8, 0.1, 100),
     (galvi.problems.free_body_se3(), 8, 0.1, 100),
-    (galvi.problems.free_box(), 8, 0.05, 100),
     (galvi.problems.free_rigid_body(), 8, 0.2, 100),
     (galvi.problems.fermi_pasta_ulam_tsingou(masses=6, beta=0.3), 4, 0.2, 100),
-    (galvi.problems.spherical_pendulum(), 8, 0.1, 100),
     (galvi.problems.harmonic_oscillator(), 4, 0.5, 100),
 ]
 

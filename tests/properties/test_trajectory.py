@@ -79,24 +79,6 @@ def test_energy_and_momenta_are_those_of_the_definition(orbit):
     assert galvi.momentum_map(orbit, 0.1).shape == ()
 
 
-def test_the_planets_conserve_their_momenta_to_round_off():
-    run = galvi.integrate(SUN, EIGHT, 10.0, 200)
-    turning, moving = galvi.momentum_map(run), galvi.linear_momentum(run)
-    assert turning.shape == moving.shape == (201, 3)
-    assert np.abs(turning - turning[0]).max() < 1e-14 * np.abs(turning[0]).max()
-    size = np.sum(SUN.system.masses[:, None] * np.abs(SUN.v0))
-    assert np.abs(moving - moving[0]).max() < 1e-15 * size
-    assert galvi.momentum_map(run, [3.0]).shape == (1, 3)
-
-
-def test_energy_does_not_drift_on_a_nonlinear_problem():
-    run = galvi.integrate(galvi.problems.henon_heiles(), EIGHT, 0.5, 20_000, save_every=10)
-    error = galvi.energy(run) / galvi.energy(run)[0] - 1
-    first, last = np.abs(error[:500]).max(), np.abs(error[-500:]).max()
-    assert last < 1e-11  # 3e-13 when this was written
-    assert last < 10 * first + 1e-13
-
-
 METHODS = [
     (1, galvi.gauss(1)),
     (1, galvi.lobatto(2)),
