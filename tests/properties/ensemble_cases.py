@@ -1,6 +1,5 @@
 """Problems with a law for lanes of members, and starts near their own."""
 
-import numba
 import numpy as np
 import sympy
 from scipy.spatial.transform import Rotation
@@ -19,16 +18,6 @@ def swinging(stiffness=40.0, damping=0.1):
         L, [r, a], [vr, va], t=t, parameters=values, force=[-c * vr, -c * r**2 * va]
     )
     return galvi.Problem(system, [1.2, 0.4], [0.1, 0.2], t0=0.3)
-
-
-def traced():
-    """A quartic oscillator in two coordinates, coupled by its mass, from functions of Python."""
-    mass = np.array([[2.0, 0.5], [0.5, 1.0]])
-    system = galvi.Canonical(
-        mass, lambda q: 0.5 * (q @ q) + 0.25 * q[0] ** 4 + 0.1 * q[0] * q[1],
-        force=lambda q, v: -0.05 * v,
-    )  # fmt: skip
-    return galvi.Problem(system, [0.7, -0.4], [0.1, 0.5])
 
 
 def three_bodies():
@@ -59,7 +48,6 @@ CASES = {
     "double_pendulum": (galvi.problems.double_pendulum(), 0.03),
     "brownout": (galvi.problems.brownout(400e-6), 0.01),
     "sympy": (swinging(), 0.05),
-    "traced": (traced(), 0.2),
     "three_bodies": (three_bodies(), 0.1),
     "polar": (galvi.problems.kepler_polar(), 0.1),
     "free_body": (galvi.problems.free_rigid_body(), 0.1),
@@ -67,7 +55,6 @@ CASES = {
     "free_body_se3": (galvi.problems.free_body_se3(), 0.05),
     "se2": (in_plane(galvi.SE2()), 0.1),
     "se2 without a well": (in_plane(galvi.SE2(), 0.0), 0.1),
-    "se2 x r1": (in_plane(galvi.Product((galvi.SE2(), galvi.Rn(1)))), 0.1),
 }
 
 
@@ -86,9 +73,3 @@ def starts(problem, members, size=1e-2, seed=7):
     turns = Rotation.from_rotvec(size * random.standard_normal((members, 3))).as_matrix()
     turned[:, :3, :3] = q[:3, :3] @ turns
     return turned, near
-
-
-@numba.njit
-def farthest(t, q, p):
-    """The largest entry of q, and the time."""
-    return np.array([np.abs(q).max(), t[-1]])

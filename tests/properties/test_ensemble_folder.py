@@ -449,24 +449,12 @@ def test_fifty_kills_lose_and_change_nothing(tmp_path, monkeypatch):
         dask.config.set({"distributed.scheduler.allowed-failures": 50}),
         LocalCluster(silence_logs=50, **options) as cluster,
         Client(cluster) as client,
+        ThreadPoolExecutor(1) as pool,
     ):
-        over = threading.Event()
-        killed = []
-
-        def kill_workers():  # while both work: a nanny gives up on one that dies as it starts
-            while not over.is_set() and len(killed) < 5:
-                time.sleep(0.5 * chance.random())
-                pids = [worker.pid for worker in cluster.workers.values() if worker.pid]
-                if len(client.run(os.getpid)) == len(pids) == 2 and not over.is_set():
-                    killed.append(chance.choice(pids))
-                    os.kill(killed[-1], signal.SIGKILL)
-                    time.sleep(5.0)
-
-        killer = threading.Thread(target=kill_workers)
-        killer.start()
-        try:
-            while len(killed) < 5:
-                assert np.array_equal(ensemble(None, 2000, 300, executor=client), truth)
-        finally:
-            over.set()
-            killer.join()
+        for _ in range(5):
+            client.wait_for_workers(2)  # a nanny gives up on one that dies as it starts
+            found = pool.submit(ensemble, None, 2000, 300, executor=client)
+            time.sleep(chance.uniform(0.0, 1.0))
+            victim = chance.choice([worker.pid for worker in cluster.workers.values()])
+            os.kill(victim, signal.SIGKILL)
+            assert np.array_equal(found.result(), truth)

@@ -6,7 +6,6 @@ import subprocess
 import sys
 import threading
 import time
-import zipfile
 from collections import Counter
 from pathlib import Path
 
@@ -242,17 +241,6 @@ def test_without_sources_to_read_every_process_compiles(folder, monkeypatch):
     assert kept(folder) == []
 
 
-@pytest.mark.slow(beside="test_without_sources_to_read_every_process_compiles")
-def test_galvi_is_imported_from_a_zip_file(tmp_path):
-    whole = tmp_path / "galvi.zip"
-    with zipfile.ZipFile(whole, "w") as packed:
-        for path in Path(galvi.__file__).parent.rglob("*.py"):
-            packed.write(path, path.relative_to(Path(galvi.__file__).parents[1]))
-    code = f"import sys; sys.path.insert(0, {str(whole)!r}); import galvi; print(galvi.__file__)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.stdout.startswith(str(whole)), done.stderr
-
-
 def test_numbas_own_cache_would_have_stopped_the_run(folder):
     """The planted fault: what the tests above would find without galvi's own files."""
     numba.njit(cache=True)(kernel)(3.0)
@@ -289,16 +277,6 @@ def test_a_write_that_fails_leaves_nothing(folder, monkeypatch, begun):
     monkeypatch.setattr(Path, "write_bytes", full)
     assert compiled_anew(kernel)
     assert kept(folder) == []
-
-
-def test_each_signature_and_kind_of_processor_has_its_own_file(tmp_path):
-    one, two = (cache.KernelFiles(tmp_path, "kernel.one", "0" * 64) for _ in range(2))
-    keys = [("int", "haswell", 1), ("float", "haswell", 1), ("int", "generic", 1)]
-    for key in keys:
-        one.save(key, key)
-    assert [two.load(key) for key in keys] == keys
-    assert one.load(("int", "haswell", 2)) is None  # another bytecode
-    assert len(kept(tmp_path)) == 3
 
 
 HOLDER = """
