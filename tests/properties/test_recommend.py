@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -164,6 +165,29 @@ def test_what_stands_still_needs_one_step_and_it_is_said_in_words():
     assert str(choice).startswith(
         "Gauss collocation, 4 stages, 1 steps of 100: error 0 after 100, for "
     )
+
+
+def test_the_cost_of_a_step_is_measured_over_ever_more_steps_up_to_a_part_of_the_budget(
+    monkeypatch,
+):
+    """A call costs as much as a hundred steps."""
+    found, asked = scan.Scan(ORBIT, 1e5, 1e5, "evaluations", 1e5), []
+
+    def run(degree, steps, part):
+        asked.append(part)
+        found.spent += 100.0 + part
+        return SimpleNamespace(success=True), 0.0, 0.0
+
+    monkeypatch.setattr(found, "run", run)
+    found.reach(4, 10**6, 1)
+    assert len(asked) > 1 and asked[1:] == [4 * part for part in asked[:-1]]
+    assert 100.0 + asked[-2] < 5e-3 * 1e5 <= 100.0 + asked[-1]
+
+
+def test_what_a_degree_costs_is_told_from_the_nearest_known_in_proportion():
+    known = scan.Scan(SPRING, 10.0, 10.0, "evaluations", 2000.0, _per_step={4: 10.0, 20: 1.0})
+    assert known.affords(8, 100) and not known.affords(8, 101)  # 20 evaluations a step
+    assert known.affords(2, 400) and not known.affords(2, 401)
 
 
 @pytest.mark.slow(beside="test_it_is_the_cheapest_of_what_was_scanned_for_each_degree_asked_for")
