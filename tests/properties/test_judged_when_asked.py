@@ -3,6 +3,7 @@ whose energy cannot be judged keeps what it computed, and says why it was not.""
 
 import pickle
 import signal
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -29,6 +30,7 @@ def judgements(monkeypatch):
 
     def counted(engine, run, work):
         seen.append(work.done)
+        time.sleep(0.005)  # in which another thread may ask
         return assess_run(engine, run, work)
 
     monkeypatch.setattr(loop, "assess_run", counted)
