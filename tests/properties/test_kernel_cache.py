@@ -279,6 +279,16 @@ def test_a_write_that_fails_leaves_nothing(folder, monkeypatch, begun):
     assert kept(folder) == []
 
 
+def test_each_signature_and_kind_of_processor_has_its_own_file(tmp_path):
+    one, two = (cache.KernelFiles(tmp_path, "kernel.one", "0" * 64) for _ in range(2))
+    keys = [("int", "haswell", 1), ("float", "haswell", 1), ("int", "generic", 1)]
+    for key in keys:
+        one.save(key, key)
+    assert [two.load(key) for key in keys] == keys
+    assert one.load(("int", "haswell", 2)) is None  # another bytecode
+    assert len(kept(tmp_path)) == 3
+
+
 HOLDER = """
 import sys
 import filelock
