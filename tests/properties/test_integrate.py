@@ -146,9 +146,9 @@ def test_progress_shows_on_standard_error(capsys):
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.slow_cases("37-1.0", "45-1.0", "60-1.0")
-@pytest.mark.parametrize("mu", [1.0, 0.999, 1.001, 1.00001])
-@pytest.mark.parametrize("n", [16, 21, 37, 45, 60])
+@pytest.mark.slow_cases("37-1.0", "60-1.0")
+@pytest.mark.parametrize("mu", [1.0, 0.999, 1.001])
+@pytest.mark.parametrize("n", [16, 21, 37, 60])
 def test_a_large_step_never_ends_on_another_branch(n, mu):
     """Kepler at a third of a period: 4 % of such runs once took a wrong root and said Completed."""
     system = galvi.Canonical(1.0, galvi.CentralForce(mu))

@@ -58,11 +58,11 @@ CLOCK = galvi.Galerkin(
 def run_in_a_clock(problem):
     untraced = galvi.Canonical(1.0, lambda q: float(flat(q)), problem.system.gradient)
     there = galvi.Problem(untraced, [1.0, 0.0], [0.0, 0.5])
-    return galvi.integrate(there, CLOCK, 0.3, duration=0.9, save_every=10**6)
+    return galvi.integrate(there, CLOCK, 0.3, duration=0.6, save_every=10**6)
 
 
 JOBS = {
-    "states in a clock": lambda problem: galvi.states_at(run_in_a_clock(problem), 0.5),
+    "states in a clock": lambda problem: galvi.states_at(run_in_a_clock(problem), 0.35),
     "recommend": lambda problem: galvi.recommend(problem, 1e-4, 20.0, **BUDGET),
     "round trip": lambda problem: galvi.round_trip_error(problem, FOUR, 0.3, 20),
     "round trip that fails": failing_round_trip,

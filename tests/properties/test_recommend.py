@@ -18,7 +18,7 @@ from references.closed_forms.top_motion import FREE_TOP
 ORBIT = galvi.problems.kepler(0.6)
 SPRING = galvi.problems.harmonic_oscillator()
 STILL = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring()), [0.0], [0.0])
-ERRORS = (1e-3, 1e-5, 1e-7, 1e-9)
+ERRORS = (1e-3, 1e-7, 1e-9)
 
 
 def apocentre(e):
@@ -39,7 +39,7 @@ def found(problem, choice, truth):
 
 @pytest.mark.slow_cases("problem0-truth0-300.0")
 @pytest.mark.parametrize(
-    ("problem", "truth", "duration"), [(ORBIT, KEPLER, 300.0), (SPRING, OSCILLATOR, 500.0)]
+    ("problem", "truth", "duration"), [(ORBIT, KEPLER, 300.0), (SPRING, OSCILLATOR, 300.0)]
 )
 def test_the_error_asked_for_is_kept_and_costs_more_the_smaller_it_is(problem, truth, duration):
     choices = [recommend(problem, error, duration) for error in ERRORS]
@@ -224,7 +224,7 @@ BURRAU = galvi.Problem(
 @pytest.mark.parametrize("error", [1e-4, 1e-7])
 def test_steps_in_a_clock_keep_the_error_asked_for(error):
     orbit, duration = galvi.problems.kepler(0.95), 40.0
-    choice = recommend(orbit, error, duration, clock=galvi.Sundman(), degrees=(8, 12))
+    choice = recommend(orbit, error, duration, clock=galvi.Sundman(), degrees=(8,))
     assert choice.reached and choice.duration == choice.measured == pytest.approx(duration)
     assert found(orbit, choice, KEPLER) <= 1.1 * choice.error <= 1.1 * error
     run = galvi.integrate(orbit, choice.method, choice.step, duration=duration)

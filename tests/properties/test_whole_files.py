@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import galvi
+from galvi import whole_files
 from galvi.whole_files import open_descriptor, write_whole
 
 TEXT = "née\n"
@@ -180,10 +181,9 @@ def test_standard_output_is_written_after_what_was_printed(name: str, capfd: Any
 
 
 PROGRAM = """
-import sys
-from galvi.whole_files import write_whole
+import runpy, sys
 try:
-    write_whole(sys.argv[1], "written")
+    runpy.run_path(sys.argv[1])["write_whole"](sys.argv[2], "written")
 except OSError as error:
     print(f"{type(error).__name__}: {error}")
 """
@@ -197,7 +197,7 @@ def test_a_folder_that_cannot_be_written_is_an_error_that_names_the_file(tmp_pat
     tmp_path.chmod(0o555)
     try:
         before = ("setpriv", *words) if os.geteuid() == 0 else ()
-        call = [*before, sys.executable, "-c", PROGRAM, str(tmp_path / "old")]
+        call = [*before, sys.executable, "-c", PROGRAM, whole_files.__file__, str(tmp_path / "old")]
         done = subprocess.run(call, text=True, capture_output=True, check=True)
     finally:
         tmp_path.chmod(0o755)
