@@ -9,7 +9,7 @@ MODELS ?= gymnasium==1.4.0 gymnasium-robotics==1.4.2 dm_control==1.0.50 robosuit
 BIN := .venv/bin
 # Tests of runs, which the general kernel does with GALVI_FAST=0; other tests would only be run twice.
 CORE := integrate order corners group_conservation group_systems lagrangian_scales \
-    trajectory pieces events unjudged_runs judged_when_asked problems external_forces \
+    trajectory pieces events judged_when_asked problems external_forces \
     differences component_degrees limits_of_rounding calling own_space engines \
     end_of_step trees_of_engines interop compilation brownout
 STAMP := .venv/installed-$(EXTRAS)

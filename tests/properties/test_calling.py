@@ -88,19 +88,6 @@ def test_what_a_function_raises_reaches_the_caller():
         square(where(), np.zeros(0))
 
 
-def test_no_address_stands_for_no_function():
-    assert addresses((double, NOTHING), (None, NOTHING))[1] == 0
-
-
-def test_arrays_of_other_layouts_are_refused_when_the_kernel_is_compiled():
-    @njit
-    def broken(functions, x):
-        return call_vector(functions[1], x[::2], 1.0)
-
-    with pytest.raises(TypingError, match="cannot take array"):
-        broken(where(), np.zeros(4))
-
-
 def test_what_is_not_jitted_or_returns_something_else_is_refused():
     def plain(x):
         return x
@@ -111,6 +98,13 @@ def test_what_is_not_jitted_or_returns_something_else_is_refused():
         addresses((turned, MATRIX(VECTOR, REAL)))
 
 
-def test_what_an_address_cannot_take_is_refused_when_compiled():
-    with pytest.raises(TypingError, match="called by its address cannot take complex128"):
-        njit(lambda address: call_void(address, 1j)).compile("(int64,)")
+@pytest.mark.parametrize(
+    ("call", "signature", "words"),
+    [
+        (lambda address: call_void(address, 1j), "(int64,)", "cannot take complex128"),
+        (lambda address, x: call_vector(address, x[::2], 1.0), (types.int64, VECTOR), "take array"),
+    ],
+)
+def test_what_an_address_cannot_take_is_refused_when_compiled(call, signature, words):
+    with pytest.raises(TypingError, match=words):
+        njit(call).compile(signature)

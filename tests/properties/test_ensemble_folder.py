@@ -1,15 +1,21 @@
-"""A folder of an ensemble gives what would be computed now, whatever happened to its files."""
+"""Ensembles in a folder and on the workers of an executor lose nothing and change nothing: a folder
+gives what would be computed now, whatever happened to its files."""
 
 from __future__ import annotations
 
-import concurrent.futures
 import dataclasses
 import fractions
 import functools
 import os
+import pickle
+import random
 import shutil
+import signal
 import subprocess
 import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numba
@@ -17,12 +23,14 @@ import numpy as np
 import pytest
 
 import galvi
+from galvi.ensembles import chunk as schedule
 from galvi.ensembles import folder as folders
 from galvi.ensembles import integrate_ensemble as engine
 from galvi.ensembles.folder import digest_of_galvi, identity
 
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 K = 2.0
+ROOT = Path(__file__).parents[2]
 SYSTEMS = [
     make().system for name, make in vars(galvi.problems).items()
     if callable(make) and name not in ("helmholtz", "brownout")
@@ -33,17 +41,23 @@ def traced():
     return galvi.Problem(galvi.Canonical(1.0, lambda q: 0.5 * K * (q @ q)), [1.0, 0.5], [0.0, 0.2])
 
 
-def ensemble(folder, members=40, **options):
+def ensemble(folder=None, members=40, steps=3, **options):
     problem = traced()
     v = problem.v0 * np.linspace(0.5, 1.5, members)[:, None]
-    return galvi.integrate_ensemble(problem, problem.q0, v, FOUR, 0.1, 3, folder=folder, **options)
+    return galvi.integrate_ensemble(
+        problem, problem.q0, v, FOUR, 0.1, steps, folder=folder, **options
+    )
+
+
+def small(patch, members=8):
+    """Chunks and files of so few members."""
+    patch.setattr(engine, "PROBE", members)
+    patch.setattr(engine, "members_of_a_chunk", lambda *arguments: members)
 
 
 @pytest.fixture
 def small_files(monkeypatch):
-    """Files of eight members."""
-    monkeypatch.setattr(engine, "PROBE", 8)
-    monkeypatch.setattr(engine, "members_of_a_chunk", lambda *arguments: 8)
+    small(monkeypatch)
 
 
 def end(run):
@@ -62,6 +76,9 @@ class Potential:
         return 0.5 * float(q[0]) ** 2
 
 
+# ---------------------------------------------------------------- requests are told apart
+
+
 @pytest.mark.slow(beside="test_what_a_function_holds_is_told_apart_beside_its_version")
 def test_values_of_galvi_are_told_apart_and_are_the_same_in_another_process():
     methods = [galvi.Galerkin(galvi.Polynomials(s), galvi.radau(s)) for s in (2, 3)]
@@ -72,10 +89,9 @@ def test_values_of_galvi_are_told_apart_and_are_the_same_in_another_process():
         "from tests.properties import test_ensemble_folder as t; "
         "print([repr(t.identity(value, None)) for value in t.SYSTEMS])"
     )
-    root = Path(__file__).parents[2]
-    environment = os.environ | {"PYTHONHASHSEED": "7", "PYTHONPATH": str(root)}
+    environment = os.environ | {"PYTHONHASHSEED": "7", "PYTHONPATH": str(ROOT)}
     output = subprocess.run(
-        [sys.executable, "-c", code], env=environment, cwd=root, capture_output=True, check=True,
+        [sys.executable, "-c", code], env=environment, cwd=ROOT, capture_output=True, check=True,
         text=True,
     )  # fmt: skip
     assert output.stdout.splitlines()[-1] == str(found[: len(SYSTEMS)])
@@ -88,25 +104,14 @@ def test_a_function_that_is_called_needs_a_version(keep, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_so_does_a_potential_that_was_not_traced(tmp_path):
+def test_so_does_a_potential_that_was_not_traced_and_the_version_is_part_of_the_request(tmp_path):
     problem = galvi.Problem(galvi.Canonical(1.0, Potential()), [1.0], [0.0])
     arguments = (problem, problem.q0, problem.v0, FOUR, 0.1, 3)
     with pytest.raises(ValueError, match=r"those of earlier code of .*Potential, since"):
         galvi.integrate_ensemble(*arguments, folder=tmp_path)
-    first = galvi.integrate_ensemble(*arguments, folder=tmp_path, version="1")
-    again = galvi.integrate_ensemble(*arguments, folder=tmp_path, version="1")
-    assert np.array_equal(first, again) and again.files == "files: 1 loaded, 0 computed"
-
-
-def test_the_version_is_part_of_the_name(tmp_path):
-    for version, files in (
-        ("1", "files: 0 l"),
-        ("1", "files: 1 l"),
-        ("2", "files: 0 l"),
-    ):
-        assert ensemble(tmp_path, 5, keep=end, version=version).files.startswith(files)
-    with pytest.raises(TypeError, match="version must be a text, or None; received 3"):
-        ensemble(tmp_path, version=3)
+    for version, loaded in (("1", 0), ("1", 1), ("2", 0)):
+        found = galvi.integrate_ensemble(*arguments, folder=tmp_path, version=version)
+        assert found.files == f"files: {loaded} loaded, {1 - loaded} computed"
 
 
 @dataclasses.dataclass
@@ -152,49 +157,26 @@ def test_what_a_function_holds_is_told_apart_beside_its_version(make, tmp_path):
     assert ensemble(tmp_path, 3, keep=make(1.0), version="1").files == "files: 1 loaded, 0 computed"
 
 
-def test_code_that_was_changed_while_this_process_runs_is_not_believed(tmp_path, monkeypatch):
-    monkeypatch.setattr(folders, "IMPORTED", 0.0)
-    monkeypatch.setattr(folders, "digest_of_galvi", digest_of_galvi.__wrapped__)
-    with pytest.raises(ValueError, match=r"was changed after this process had imported galvi"):
-        ensemble(tmp_path)
-
-
-def test_many_threads_may_begin_one_folder(tmp_path):
-    def begin(_):
-        for _ in range(50):
-            folders.Folder(tmp_path / "new", (), {"q": np.zeros(1)}, None).make_writable()
-
-    with concurrent.futures.ThreadPoolExecutor(4) as pool:
-        list(pool.map(begin, range(4)))
-    assert not list((tmp_path / "new").iterdir())
-
-
 def test_the_text_of_a_traced_law_is_part_of_its_work(tmp_path, monkeypatch):
     first = np.array(ensemble(tmp_path)[0])
     monkeypatch.setitem(globals(), "K", 3.0)
-    assert np.array_equal(ensemble(tmp_path)[0], ensemble(None)[0])
+    assert np.array_equal(ensemble(tmp_path)[0], ensemble()[0])
     assert not np.array_equal(ensemble(tmp_path)[0], first)
 
 
-def test_the_code_of_galvi_is_part_of_the_name(tmp_path, monkeypatch):
+def test_the_code_of_galvi_is_part_of_the_request(tmp_path, monkeypatch):
+    """And code that was changed while this process runs is not believed."""
     place = tmp_path / "galvi" / "ensembles" / "folder.py"
     place.parent.mkdir(parents=True)
     monkeypatch.setattr(folders, "__file__", str(place))
     monkeypatch.setattr(folders, "IMPORTED", np.inf)
-
-    def digest(code):
+    monkeypatch.setattr(folders, "digest_of_galvi", digest_of_galvi.__wrapped__)
+    for code, loaded in (("x = 2\n", 0), ("x = 2\n", 1), ("x = 3\n", 0)):
         place.write_text(code)
-        return digest_of_galvi.__wrapped__()
-
-    before = digest("def f(x):\n    return 2 * x\n")
-    assert before == digest("def f(x):\n    return 2 * x\n")
-    assert before != digest("def f(x):\n    return 3 * x\n")
-
-
-def test_results_of_other_code_of_galvi_are_not_believed(tmp_path, monkeypatch):
-    ensemble(tmp_path)
-    monkeypatch.setattr(folders, "digest_of_galvi", lambda: "other")
-    assert ensemble(tmp_path).files == "files: 0 loaded, 1 computed"
+        assert ensemble(tmp_path).files.startswith(f"files: {loaded} loaded")
+    monkeypatch.setattr(folders, "IMPORTED", 0.0)
+    with pytest.raises(ValueError, match=r"was changed after this process had imported galvi"):
+        ensemble(tmp_path)
 
 
 def test_parameters_with_the_names_of_starts_hide_none(tmp_path):
@@ -219,73 +201,75 @@ def test_values_without_entries_are_kept_too(keep, tmp_path):
     assert shapes == {ensemble(None, 3, keep=keep).kept[0].shape}
 
 
-def row_less(arrays):
-    return {name: array[1:] if array.ndim else array for name, array in arrays.items()}
+# ---------------------------------------------------------------- files are not believed
 
 
-ODD = {
-    "a row less": row_less,
-    "no passes": lambda arrays: {name: arrays[name] for name in arrays if name != "passes"},
-    "another column": lambda arrays: {**arrays, "more": arrays["passes"]},
-    "no digest": lambda arrays: {name: arrays[name] for name in arrays if name != "digest"},
-    "other outcomes": lambda arrays: {**arrays, "outcomes": np.array("[]")},
-    "objects": lambda arrays: {**arrays, "passes": arrays["passes"].astype(object)},
-    "float32": lambda arrays: {**arrays, "value0": arrays["value0"].astype(np.float32)},
-    "another number": lambda arrays: {**arrays, "passes": np.arange(len(arrays["passes"]))},
+def rewritten(change):
+    """A file whose arrays are others."""
+
+    def damage(path, others, chance):
+        with np.load(path) as file:
+            arrays = dict(file)
+        np.savez(path, **change(arrays))
+
+    return damage
+
+
+def of_bytes(change):
+    """A file of other bytes."""
+
+    def damage(path, others, chance):
+        content = bytearray(path.read_bytes())
+        path.write_bytes(change(content, int(chance.integers(len(content)))))
+
+    return damage
+
+
+def another(path, others, chance):
+    shutil.copyfile(others[chance.integers(len(others))], path)
+
+
+def folder(path, others, chance):
+    path.unlink()
+    (path / "inside").mkdir(parents=True)
+
+
+DAMAGE = {
+    "a row less": rewritten(
+        lambda arrays: {name: x[1:] if x.ndim else x for name, x in arrays.items()}
+    ),
+    "no passes": rewritten(lambda arrays: {x: arrays[x] for x in arrays if x != "passes"}),
+    "another column": rewritten(lambda arrays: {**arrays, "more": arrays["passes"]}),
+    "no digest": rewritten(lambda arrays: {x: arrays[x] for x in arrays if x != "digest"}),
+    "other outcomes": rewritten(lambda arrays: {**arrays, "outcomes": np.array("[]")}),
+    "objects": rewritten(lambda arrays: {**arrays, "passes": arrays["passes"].astype(object)}),
+    "float32": rewritten(lambda arrays: {**arrays, "value0": arrays["value0"].astype(np.float32)}),
+    "another number": rewritten(
+        lambda arrays: {**arrays, "passes": np.arange(len(arrays["passes"]))}
+    ),
+    "a bit": of_bytes(lambda x, k: x[:k] + bytes([x[k] ^ 1 << k % 8]) + x[k + 1 :]),
+    "a cut": of_bytes(lambda x, k: x[:k]),
+    "zeros": of_bytes(lambda x, k: x[:k] + bytes(len(x[k : k + 100])) + x[k + 100 :]),
+    "an addition": of_bytes(lambda x, k: x + x[: k + 1]),
+    "another file": another,
+    "a folder": folder,
 }
 
 
-@pytest.mark.parametrize("damage", ODD)
+@pytest.mark.parametrize("damage", DAMAGE)
 def test_a_file_that_is_not_what_was_written_is_computed_again(damage, tmp_path, small_files):
-    first = ensemble(tmp_path)
-    path = sorted(tmp_path.glob("*.npz"))[1]
-    with np.load(path) as file:
-        arrays = dict(file)
-    np.savez(path, **ODD[damage](arrays))
-    again = ensemble(tmp_path)
-    assert np.array_equal(np.asarray(again), np.asarray(first))
-    assert "files: 4 loaded, 1 computed, 1 of them again, since a file was damaged" in repr(again)
-    assert ensemble(tmp_path).files == "files: 5 loaded, 0 computed"
-
-
-def damaged(path, others, chance):
-    """One of the ways in which a file is damaged; returns which."""
-    content, kind = bytearray(path.read_bytes()), chance.integers(8)
-    if kind <= 2:
-        content[chance.integers(len(content))] ^= 1 << int(chance.integers(8))
-    elif kind == 3:
-        content = content[: chance.integers(len(content))]
-    elif kind == 4:
-        first, size = chance.integers(len(content)), int(chance.integers(1, 200))
-        content[first : first + size] = bytes(len(content[first : first + size]))
-    elif kind == 5:
-        content += content[: chance.integers(1, len(content))]
-    if kind <= 5:
-        path.write_bytes(content)
-    elif kind == 6:
-        shutil.copyfile(others[chance.integers(len(others))], path)
-    else:
-        path.unlink()
-        path.mkdir()
-    return int(kind)
-
-
-@pytest.mark.slow(beside="test_a_file_that_is_not_what_was_written_is_computed_again")
-def test_no_damage_is_believed(tmp_path, small_files):
-    """Five hundred random damages: bits, cuts, zeros, additions, files of others, folders."""
-    chance, first = np.random.default_rng(7), np.asarray(ensemble(tmp_path))
+    first, chance = ensemble(tmp_path), np.random.default_rng(7)
     files = sorted(tmp_path.glob("*.npz"))
-    known = {path: path.read_bytes() for path in files}
-    kinds = set()
-    for _ in range(500):
-        path = files[chance.integers(len(files))]
-        kinds.add(damaged(path, [one for one in files if one != path], chance))
+    known, drawn = {path: path.read_bytes() for path in files}, damage.startswith(("a ", "zeros"))
+    for path in [files[2]] if damage == "a folder" else files[: 5 if drawn else 1]:
+        DAMAGE[damage](path, [one for one in files if one != path], chance)
         again = ensemble(tmp_path)
-        assert np.array_equal(np.asarray(again), first) and np.all(again.success)
-        if path.is_dir():
-            path.rmdir()
-        path.write_bytes(known[path])
-    assert len(kinds) == 8
+        assert np.array_equal(np.asarray(again), np.asarray(first)) and np.all(again.success)
+        told = ("4 loaded, 1 computed, 1 of them again, since a file was damaged", "5 loaded")
+        assert any(words in repr(again) for words in told)
+        if path.is_file():
+            path.write_bytes(known[path])
+            assert ensemble(tmp_path).files == "files: 5 loaded, 0 computed"
 
 
 def test_the_name_of_a_file_alone_is_not_believed(tmp_path, small_files):
@@ -301,24 +285,27 @@ def test_the_name_of_a_file_alone_is_not_believed(tmp_path, small_files):
     assert again.files.startswith("files: 0 loaded, 5 computed")
 
 
+# ---------------------------------------------------------------- who writes, and where
+
+
 def test_processes_that_began_at_once_may_have_files_of_other_sizes(tmp_path, monkeypatch):
-    sizes = iter((8, 16))
-    monkeypatch.setattr(engine, "PROBE", 8)
-    monkeypatch.setattr(engine, "members_of_a_chunk", lambda *arguments: next(sizes))
-    with monkeypatch.context() as patched:
-        patched.setattr(folders.Folder, "members_of_a_file", lambda self: 0)
-        first, second = ensemble(tmp_path), ensemble(tmp_path)
-    assert np.array_equal(first, second) and len(list(tmp_path.iterdir())) == 5 + 2
-    assert ensemble(tmp_path).files == "files: 3 loaded, 0 computed"
+    found = []
+    for members in (8, 16):
+        small(monkeypatch, members)
+        found.append(ensemble(tmp_path / str(members)))
+        shutil.copytree(tmp_path / str(members), tmp_path / "both", dirs_exist_ok=True)
+    assert np.array_equal(*found) and len(list((tmp_path / "both").iterdir())) == 5 + 2
+    assert ensemble(tmp_path / "both").files == "files: 3 loaded, 0 computed"
 
 
-def test_a_folder_in_place_of_a_file_is_named(tmp_path, small_files):
-    """It cannot be replaced by a file, which is said before any work."""
-    ensemble(tmp_path)
-    path = sorted(tmp_path.glob("*.npz"))[2]
-    path.unlink()
-    (path / "inside").mkdir(parents=True)
-    assert ensemble(tmp_path).files.endswith("1 of them again, since a file was damaged")
+def test_many_threads_may_begin_one_folder(tmp_path):
+    def begin(_):
+        for _ in range(20):
+            folders.Folder(tmp_path / "new", (), {"q": np.zeros(1)}, None).make_writable()
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(begin, range(4)))
+    assert not list((tmp_path / "new").iterdir())
 
 
 def test_a_folder_that_cannot_be_written_is_refused_before_any_work(tmp_path, monkeypatch):
@@ -333,18 +320,141 @@ def test_a_folder_that_cannot_be_written_is_refused_before_any_work(tmp_path, mo
 
 def test_a_complete_folder_is_read_where_nothing_can_be_written(tmp_path, monkeypatch):
     first = ensemble(tmp_path)
-    monkeypatch.setattr(Path, "touch", lambda *arguments: pytest.fail("written"))
+    monkeypatch.setattr(folders, "write_whole", lambda *arguments: pytest.fail("written"))
     assert np.array_equal(np.asarray(ensemble(tmp_path)), np.asarray(first))
 
 
-@pytest.mark.parametrize("mask", [0o077, 0o022, 0o002])
-def test_files_have_the_permissions_of_the_umask(mask, tmp_path):
-    before = os.umask(mask)
-    try:
-        ensemble(tmp_path, 3)
-        run = galvi.integrate(traced(), FOUR, 0.1, 3)
-        galvi.save(run, tmp_path / "run.npz")
-    finally:
-        os.umask(before)
-    modes = {path.stat().st_mode & 0o777 for path in tmp_path.iterdir()}
-    assert modes == {0o666 & ~mask}
+@pytest.mark.parametrize(
+    ("seconds", "members", "most"),
+    [(1e-5, 10**7, 100_000), (1e-5, 10**5, 12_504), (1e-5, 1000, 256), (1.0, 1000, 64)],
+)
+def test_a_chunk_takes_a_second_or_less_where_workers_share_few(seconds, members, most):
+    assert schedule.members_of_a_chunk(seconds, 100.0, members, 2) == most
+
+
+def test_the_states_that_a_function_is_given_count_as_memory(monkeypatch):
+    sizes = []
+
+    def members_of_a_chunk(seconds, size, members, workers):
+        sizes.append(size)
+        return 64
+
+    monkeypatch.setattr(engine, "members_of_a_chunk", members_of_a_chunk)
+    for keep in (galvi.FinalStates(), compiled):
+        ensemble(None, 80, keep=keep)
+    assert sizes[1] - sizes[0] == 8 * (4 * 4 - 2)  # all states, and two numbers kept, not four
+
+
+def test_what_travels_is_text_and_numbers():
+    sent = []
+
+    class Far(ThreadPoolExecutor):
+        def submit(self, function, chunk):
+            sent.append(pickle.dumps(chunk))
+            return super().submit(function, pickle.loads(sent[-1]))
+
+    with Far(1) as executor:
+        assert np.array_equal(ensemble(members=16, executor=executor), ensemble(members=16))
+    assert b"def law" in sent[0] or b"law = " in sent[0]
+    assert b"Dispatcher" not in sent[0] and b"galvi.problem" not in sent[0]
+
+
+# ---------------------------------------------------------------- interrupted and killed
+
+
+def test_half_a_file_is_never_left(tmp_path, monkeypatch):
+    def interrupted(*paths):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        ensemble(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ctrl_c_stops_threads_and_leaves_what_is_done(tmp_path, monkeypatch, small_files):
+    save, done = folders.Folder.save, []
+
+    def third(self, *arguments):
+        save(self, *arguments)
+        done.append(arguments[0])
+        if len(done) == 3:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr(folders.Folder, "save", third)
+        ensemble(tmp_path)
+    assert len(list(tmp_path.glob("*.npz"))) == 3
+    assert not [t for t in threading.enumerate() if t.name.startswith("ThreadPool")]
+    assert np.array_equal(ensemble(tmp_path), ensemble())
+
+
+CLIENT = """
+import os, signal, sys
+import numpy as np
+from tests.properties import test_ensemble_folder as tests
+
+tests.small(__import__("pytest").MonkeyPatch(), 16)
+folder, mid_write = sys.argv[1], int(sys.argv[2])
+write, count = np.savez, 0
+
+
+def torn(target, **arrays):
+    global count
+    count += 1
+    write(target, **arrays)
+    if count == mid_write:
+        target.flush()
+        os.ftruncate(target.fileno(), target.tell() // 2)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+np.savez = torn
+print("begins", flush=True)
+tests.ensemble(folder, 2000, 300)
+"""
+
+
+@pytest.mark.slow(beside="test_half_a_file_is_never_left")
+def test_fifty_kills_lose_and_change_nothing(tmp_path, monkeypatch):
+    """25 kills of a client at any time, 20 in the middle of a file, and 5 of workers."""
+    small(monkeypatch, 16)
+    chance, truth, kills = random.Random(5), ensemble(None, 2000, 300), 0
+    while kills < 45:
+        mid_write = chance.randint(1, 4) if kills >= 25 else 0
+        done = sorted(tmp_path.glob("*.npz"))
+        if len(done) > 100:  # nearly done: begin anew
+            for path in chance.sample(done, 90):
+                path.unlink()
+        known = {path: path.read_bytes() for path in tmp_path.glob("*.npz")}
+        client = subprocess.Popen(
+            [sys.executable, "-c", CLIENT, str(tmp_path), str(mid_write)],
+            stdout=subprocess.PIPE, cwd=ROOT,
+        )  # fmt: skip
+        assert client.stdout is not None and client.stdout.readline() == b"begins\n"
+        if not mid_write:
+            time.sleep(chance.uniform(0.05, 0.6))
+            client.kill()
+        assert client.wait() in (-signal.SIGKILL, 0)
+        client.stdout.close()
+        kills += client.returncode == -signal.SIGKILL
+        assert all(path.read_bytes() == content for path, content in known.items())
+    assert np.array_equal(ensemble(tmp_path, 2000, 300), truth)
+
+    import dask
+    from distributed import Client, LocalCluster
+
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 50}),
+        LocalCluster(silence_logs=50, **options) as cluster,
+        Client(cluster) as client,
+        ThreadPoolExecutor(1) as pool,
+    ):
+        for _ in range(5):
+            client.wait_for_workers(2)  # a nanny gives up on one that dies as it starts
+            found = pool.submit(ensemble, None, 2000, 300, executor=client)
+            time.sleep(chance.uniform(0.0, 1.0))
+            victim = chance.choice([worker.pid for worker in cluster.workers.values()])
+            os.kill(victim, signal.SIGKILL)
+            assert np.array_equal(found.result(), truth)

@@ -1,7 +1,6 @@
-"""Runs: solvers, user functions, failures, and bad input."""
+"""Runs: solvers, user functions, and failures."""
 
-import time
-
+import numba
 import numpy as np
 import pytest
 
@@ -26,18 +25,6 @@ def plain(system):
     )
 
 
-@pytest.mark.parametrize("problem", [KEPLER, HENON, CHAIN], ids=lambda p: p.name)
-def test_fixed_point_and_newton_find_the_same_step(problem):
-    runs = [
-        galvi.integrate(problem, FOUR, 0.2, 100, solver=solver)
-        for solver in ("auto", "fixed_point", "newton")
-    ]
-    assert runs[1].counts["linear_solves"] == 0
-    assert runs[2].counts["linear_solves"] > 100
-    assert same(runs[0], runs[1])
-    assert np.allclose(runs[1].q, runs[2].q, atol=1e-12)
-
-
 def test_plain_python_functions_give_the_compiled_result_to_the_bit():
     problem = galvi.Problem(plain(HENON.system), HENON.q0, HENON.v0)
     for solver in ("auto", "newton"):
@@ -47,27 +34,22 @@ def test_plain_python_functions_give_the_compiled_result_to_the_bit():
 
 
 def test_counts_are_the_same_in_every_run():
-    runs = [galvi.integrate(KEPLER, FOUR, 0.1, 200) for _ in range(3)]
-    assert runs[0].counts == runs[1].counts == runs[2].counts
-    assert runs[0].counts["force_evaluations"] == 4 * runs[0].counts["iterations"]
+    counts = [galvi.integrate(KEPLER, FOUR, 0.1, 200).counts for _ in range(3)]
+    assert counts[0] == counts[1] == counts[2]
+    assert counts[0]["force_evaluations"] == 4 * counts[0]["iterations"]
 
 
-def test_an_explicit_time_dependence_is_seen_by_compiled_and_plain_functions():
+@numba.njit
+def driving(q, t):
+    return -np.cos(t) * np.ones_like(q)
+
+
+@pytest.mark.parametrize("gradient", [driving, driving.py_func, None])
+def test_an_explicit_time_dependence_is_seen_by_compiled_and_plain_functions(gradient):
     """q'' = cos t from rest at q = 0, so q = 1 - cos t."""
-    import numba
-
-    @numba.njit
-    def gradient(q, t):
-        return -np.cos(t) * np.ones_like(q)
-
-    def potential(q, t):
-        return -np.cos(t) * q[0]
-
-    for function in (gradient, gradient.py_func, None):
-        system = galvi.Canonical(1.0, potential, function, explicit_time=True)
-        problem = galvi.Problem(system, [0.0], [0.0], t0=0.0)
-        run = galvi.integrate(problem, EIGHT, 0.5, 20)
-        assert np.allclose(run.q[:, 0], 1 - np.cos(run.t), atol=1e-12)
+    system = galvi.Canonical(1.0, lambda q, t: -np.cos(t) * q[0], gradient, explicit_time=True)
+    run = galvi.integrate(galvi.Problem(system, [0.0], [0.0]), EIGHT, 0.5, 20)
+    assert np.allclose(run.q[:, 0], 1 - np.cos(run.t), atol=1e-12)
 
 
 def test_a_full_mass_matrix_is_a_change_of_coordinates():
@@ -94,41 +76,45 @@ def falling():
 @pytest.mark.parametrize("save_every", [1, 3])
 def test_a_failing_run_says_where_and_shows_no_number_past_it(save_every):
     run = galvi.integrate(falling(), FOUR, 0.05, 60, save_every=save_every, curves=True)
-    assert not run.success
-    assert 15 <= run.failed_step <= 30
-    assert run.status.startswith(f"Stopped at step {run.failed_step} of 60, from t = ")
-    assert run.status.endswith("bodies 0 and 1 collide. Stop before then, or merge them.")
+    assert run.outcome.end is galvi.End.STEP_FAILED and 15 <= run.failed_step <= 30
+    assert run.outcome.reason.startswith("bodies 0 and 1 collide. ")
     done = (run.failed_step - 1) // save_every + 1
     assert np.all(np.isfinite(run.q[:done]))
     assert np.all(np.isnan(run.q[done:])) and np.all(np.isnan(run.p[done:]))
-    assert np.isfinite(run(0.5)).all()
     last = (run.failed_step - 1) * 0.05
     assert np.isfinite(run(last)).all() and np.isnan(run(last + 0.01)).all()
-    assert np.isnan(run(2.9)).all()
     assert run.counts["steps"] == run.failed_step - 1
     with pytest.raises(ValueError, match="a run that failed cannot be resumed"):
         galvi.resume(run, 3)
 
 
-def test_nan_from_a_force_during_the_run_is_a_failure():
-    def gradient(q):
-        return q if q[0] > 0 else q * np.nan
+def not_left(q):
+    return q if q[0] > 0.0 else q * np.nan
 
-    problem = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(), gradient), [1.0], [0.0])
-    run = galvi.integrate(problem, FOUR, 0.1, 100)
-    assert not run.success
+
+def no_curvature_left(q):
+    return np.eye(1) if q[0] > 0.0 else np.full((1, 1), np.nan)
+
+
+@pytest.mark.parametrize(
+    ("functions", "solver"),
+    [
+        ((galvi.LinearSpring(), not_left), "auto"),
+        (
+            (opaque(lambda q: 0.5 * (q @ q)), opaque(lambda q: q), opaque(no_curvature_left)),
+            "newton",
+        ),
+    ],
+)
+def test_nan_during_the_run_is_a_failure(functions, solver):
+    problem = galvi.Problem(galvi.Canonical(1.0, *functions), [1.0], [0.0])
+    run = galvi.integrate(problem, FOUR, 0.1, 100, solver=solver)
+    assert run.outcome.end is galvi.End.STEP_FAILED
     assert run.failed_step == 16  # q = cos t crosses 0 within the step from 1.5 to 1.6
     assert "infinite or NaN" in run.status
 
 
-def test_nan_from_a_hessian_alone_is_a_failure_too():
-    hessian = opaque(lambda q: np.eye(1) if q[0] > 0.0 else np.full((1, 1), np.nan))
-    system = galvi.Canonical(1.0, opaque(lambda q: 0.5 * (q @ q)), opaque(lambda q: q), hessian)
-    run = galvi.integrate(galvi.Problem(system, [1.0], [0.0]), FOUR, 0.1, 100, solver="newton")
-    assert run.failed_step == 16 and "infinite or NaN" in run.status
-
-
-@pytest.mark.parametrize("factor", [0.5, 0.7, 1.3])
+@pytest.mark.parametrize("factor", [0.5, 1.3])
 def test_a_hessian_that_is_off_costs_passes_and_no_accuracy(factor):
     def run(factor):
         hessian = opaque(lambda q: factor * np.eye(1))
@@ -147,23 +133,10 @@ def test_backwards_undoes_forwards():
         assert galvi.round_trip_error(problem, FOUR, 0.2, 200) < 1e-10
     errors = [galvi.round_trip_error(CHAIN, FOUR, step, 3) for step in (1.0, np.uint64(1))]
     assert errors[0] == errors[1]
-    back = galvi.integrate(KEPLER, FOUR, -0.2, 5)
-    assert back.t[-1] == -1.0
+    back = galvi.integrate(KEPLER, FOUR, -0.2, duration=1.0)
+    assert back.t[-1] == -1.0 and back.counts["steps"] == 5
     forward = galvi.integrate(KEPLER, FOUR, 0.2, 5)
     assert np.allclose(back.q * [1, -1], forward.q, atol=1e-14)  # the orbit's own symmetry
-
-
-def test_duration_counts_whole_steps():
-    run = galvi.integrate(KEPLER, FOUR, 0.1, duration=2.5)
-    assert run.counts["steps"] == 25
-    assert galvi.integrate(KEPLER, FOUR, -0.1, duration=2.5).t[-1] == pytest.approx(-2.5)
-
-
-def test_a_coarse_tolerance_saves_iterations_and_costs_accuracy():
-    fine = galvi.integrate(KEPLER, FOUR, 0.1, 100)
-    coarse = galvi.integrate(KEPLER, FOUR, 0.1, 100, tolerance=1e-6)
-    assert coarse.counts["iterations"] < 0.7 * fine.counts["iterations"]
-    assert 1e-12 < np.max(np.abs(fine.q - coarse.q)) < 1e-2
 
 
 def test_progress_shows_on_standard_error(capsys):
@@ -173,16 +146,9 @@ def test_progress_shows_on_standard_error(capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_a_long_run_does_not_grow_in_memory():
-    start = time.process_time()
-    run = galvi.integrate(KEPLER, FOUR, 0.05, 200_000, save_every=100_000)
-    assert run.q.shape == (3, 2) and run.curves is None
-    assert time.process_time() - start < 30.0
-
-
-@pytest.mark.slow_cases("37-1.0", "45-1.0", "60-1.0")
-@pytest.mark.parametrize("mu", [1.0, 0.999, 1.001, 1.00001])
-@pytest.mark.parametrize("n", [16, 21, 37, 45, 60])
+@pytest.mark.slow_cases("37-1.0", "60-1.0")
+@pytest.mark.parametrize("mu", [1.0, 0.999, 1.001])
+@pytest.mark.parametrize("n", [16, 21, 37, 60])
 def test_a_large_step_never_ends_on_another_branch(n, mu):
     """Kepler at a third of a period: 4 % of such runs once took a wrong root and said Completed."""
     system = galvi.Canonical(1.0, galvi.CentralForce(mu))

@@ -1,34 +1,40 @@
-"""How a run ended is found when it is first asked for, once, and by whoever hands the run on."""
-
-from __future__ import annotations
+"""How a run ended is found when it is first asked for, once, and by whoever hands the run on; a run
+whose energy cannot be judged keeps what it computed, and says why it was not."""
 
 import pickle
-from collections.abc import Iterator
-from dataclasses import fields, replace
+import signal
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from numba import njit
+from scipy.spatial.transform import Rotation
 
 import galvi
 from galvi.run import loop
-from galvi.trajectory import Ending
+from galvi.run.interruption import Interrupted, defer_interrupts
+from tests.properties.lagrangians import opaque
 
+FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 KEPLER = galvi.problems.kepler(0.6)
+STEPS = 40
 
 
 @pytest.fixture
-def judgements(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[float]]:
+def judgements(monkeypatch):
     """Times at which runs were judged, in steps done."""
-    seen: list[float] = []
-    assess_run = loop.assess_run
+    seen, assess_run = [], loop.assess_run
 
     def counted(engine, run, work):
         seen.append(work.done)
+        time.sleep(0.005)  # in which another thread may ask
         return assess_run(engine, run, work)
 
     monkeypatch.setattr(loop, "assess_run", counted)
-    yield seen
+    return seen
 
 
 def looks(tmp_path):
@@ -45,6 +51,7 @@ def looks(tmp_path):
         "save": lambda run: galvi.save(run, tmp_path / "run.npz"),
         "resume": lambda run: galvi.resume(run, 1).q,
         "SciPy": lambda run: run.to_scipy(),
+        "threads": lambda run: {*ThreadPoolExecutor(4).map(lambda _: run.status, range(16))},
     }
 
 
@@ -57,32 +64,6 @@ def test_a_run_is_judged_once_when_it_is_asked(judgements, tmp_path, name):
     looks(tmp_path)[name](run)
     assert judgements == [50]
     assert run.success and run.status == "Completed." and run.checkpoint.first == 50
-
-
-def test_what_is_handed_on_is_judged(judgements, tmp_path):
-    run = galvi.integrate(KEPLER, EIGHT, 3.0, 60, solver="newton")
-    galvi.save(run, tmp_path / "run.npz")
-    copies = [pickle.loads(pickle.dumps(run)), galvi.load(tmp_path / "run.npz"), replace(run)]
-    assert judgements.count(run.counts["steps"]) == 1
-    for copy in copies:
-        for name in ("success", "status", "failed_step"):
-            assert getattr(copy, name) == getattr(run, name)
-        assert copy.outcome == run.outcome
-        assert np.array_equal(copy.checkpoint.energies, run.checkpoint.energies)
-    assert all(isinstance(copy.ending, Ending) for copy in copies[:2])
-    assert {one.name for one in fields(run)} == {*vars(run)}
-
-
-def test_the_energies_of_a_part_are_those_of_the_whole():
-    """A run that was never asked, and one that was, go on alike."""
-    whole = galvi.integrate(KEPLER, EIGHT, 1.0, 200)
-    first, other = (galvi.integrate(KEPLER, EIGHT, 1.0, 90) for _ in range(2))
-    assert first.success
-    for part in (first, other):
-        rest = galvi.resume(part, 110)
-        assert np.array_equal(rest.q[-1], whole.q[-1])
-        assert np.array_equal(rest.checkpoint.energies[:2] <= whole.checkpoint.energies[:2], [1, 1])
-        assert rest.success == whole.success
 
 
 NUMBERS = {"k": 1.0}
@@ -120,8 +101,232 @@ def test_ctrl_c_while_a_run_is_judged_leaves_it_to_the_next_who_asks(monkeypatch
     assert run.success
 
 
-def test_a_field_that_was_judged_cannot_be_set():
-    run = galvi.integrate(KEPLER, EIGHT, 0.1, 5)
-    with pytest.raises(AttributeError, match="no setter"):
-        run.success = False
-    assert run.success
+class Planted:
+    """A potential, or L, that does ``what`` from its call ``at`` on, or where ``far``."""
+
+    def __init__(self, function, what, at=None, far=None):
+        self.function, self.what, self.at, self.far = function, what, at, far
+        self.calls = 0
+
+    def __call__(self, q, *v):
+        self.calls += 1
+        if (self.at is not None and self.calls >= self.at) or (self.far and self.far(q)):
+            self.what()
+        return self.function(q, *v)
+
+
+def raising(error):
+    def what():
+        raise error
+
+    return what
+
+
+def spring(q):
+    """|q|^2 / 2."""
+    return 0.5 * q[0] ** 2
+
+
+@njit
+def pull(q):
+    """The gradient of ``spring``, compiled: no step calls a Python function."""
+    return q.copy()
+
+
+def canonical(planted):
+    return galvi.Problem(galvi.Canonical(1.0, planted, pull, check=False), [1.0], [0.0])
+
+
+def rigid_body(planted):
+    turned = Rotation.from_rotvec([1.0, 0.0, 0.0]).as_matrix()
+    system = galvi.RigidBody(
+        [1.0, 2.0, 2.5], planted, lambda R: np.diag([0.0, 0.0, 2.0]), check=False
+    )
+    return galvi.Problem(system, turned, [0.1, 0.2, 0.3])
+
+
+def lagrangian(planted):
+    system = galvi.Lagrangian(
+        planted, galvi.Rn(1), lambda q, v: np.concatenate([v, -q]), check=False
+    )
+    return galvi.Problem(system, [1.0], [0.0])
+
+
+MADE = {
+    canonical: spring,
+    rigid_body: lambda R: 2.0 * R[2, 2],
+    lagrangian: lambda q, v: 0.5 * (v @ v - q @ q),
+}
+
+
+def made(kind, what, at=None):
+    """A problem whose steps do not call the planted function, which is also returned."""
+    planted = Planted(MADE[kind], what, at)
+    return kind(planted), planted
+
+
+def calls(kind):
+    """How many calls come before the judgement of a run, and how many in all."""
+    problem, planted = made(kind, lambda: None)
+    whole = galvi.integrate(problem, FOUR, 0.1, STEPS)
+    assert whole.status == "Completed."
+    total = planted.calls
+    assert galvi.integrate(problem, FOUR, 0.1, STEPS).success
+    return 2 * total - planted.calls, total, whole
+
+
+ERRORS = [KeyError(7), RuntimeError("outside\nthe table"), TypeError("no float"), OSError()]
+
+
+@pytest.mark.parametrize(("kind", "error"), [*zip([*MADE, canonical], ERRORS, strict=True)])
+def test_an_exception_in_the_judgement_is_told_and_loses_nothing(kind, error):
+    before, total, whole = calls(kind)
+    for at in sorted({before + 1, before + 2, (before + total) // 2, total}):
+        problem, planted = made(kind, raising(error), at)
+        run = galvi.integrate(problem, FOUR, 0.1, STEPS)
+        assert run.success and planted.calls >= at
+        assert run.failed_step is None and not run.interrupted
+        assert np.array_equal(run.q, whole.q) and np.array_equal(run.p, whole.p)
+        assert run.outcome.end is galvi.End.DOUBTFUL
+        reason = " ".join(str(error).split())
+        assert run.outcome.reason.endswith(
+            f"it raised {type(error).__name__}{': ' * bool(reason)}{reason}"
+        )
+
+
+def test_the_steps_that_can_be_judged_are():
+    """The wrong force drives q from 1 to cosh 4, and the potential is a table that ends at 5."""
+    planted = Planted(spring, raising(KeyError("off")), far=lambda q: abs(q[0]) > 5.0)
+    right, wrong = (
+        galvi.integrate(galvi.Problem(system, [1.0], [0.0]), FOUR, 0.1, STEPS)
+        for system in (
+            galvi.Canonical(1.0, planted, lambda q, sign=sign: sign * q, check=False)
+            for sign in (1.0, -1.0)
+        )
+    )
+    first = int(np.flatnonzero(np.abs(wrong.q[:, 0]) > 5.0)[0])
+    assert right.outcome.end is galvi.End.COMPLETED
+    assert wrong.outcome.end is galvi.End.RUINED and wrong.failed_step < first
+    assert np.all(np.isfinite(wrong.q))
+    (note,) = wrong.outcome.notes
+    assert f"t = {0.1 * first:.10g}, where it raised KeyError: 'off'" in note
+
+
+def test_a_run_that_stops_after_it_was_ruined_and_could_not_be_judged_says_all():
+    """The wrong force of an inverted spring becomes NaN at 9, long after the energy is lost."""
+    planted = Planted(spring, raising(LookupError("end")), far=lambda q: q[0] > 3.0)
+    system = galvi.Canonical(1.0, planted, lambda q: -q if q[0] < 9.0 else q * np.nan, check=False)
+    run = galvi.integrate(galvi.Problem(system, [1.0], [0.5]), FOUR, 0.1, STEPS)
+    assert run.outcome.end is galvi.End.STEP_FAILED
+    assert run.outcome.notes[0].startswith("It was ruined from t = ")
+    assert "ts energy could not be judged at t = " in run.outcome.notes[-1]
+    assert run.failed_step == run.counts["steps"] + 1  # the first without a state
+    with pytest.raises(ValueError, match="a run that failed cannot be resumed"):
+        galvi.resume(run, 1)
+
+
+@pytest.mark.parametrize("kind", MADE)
+@pytest.mark.parametrize("how", ["raised", "pressed"])
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_while_a_run_is_judged_raises_with_it_and_the_next_who_asks_is_told(kind, how):
+    what = raising(KeyboardInterrupt()) if how == "raised" else press
+    before, total, whole = calls(kind)
+    for at in sorted({before + 1, (before + total) // 2, total}):
+        problem, planted = made(kind, what, at)
+        with pytest.raises(Interrupted) as caught:
+            galvi.integrate(problem, FOUR, 0.1, STEPS)
+        run = caught.value.run
+        assert planted.calls == at  # the judgement ends at once
+        assert np.array_equal(run.q, whole.q) and np.array_equal(run.p, whole.p)
+        planted.at = None
+        assert run.status == "Completed." and galvi.resume(run, 3).success
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.parametrize("last", [True, False])
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_at_the_last_step_or_at_one_that_fails_raises_with_the_run(last):
+    pressed = []
+
+    def gradient(q):
+        if abs(q[0]) > 5.0:
+            if not pressed:
+                press()
+            pressed.append(True)
+            return q if last else q * np.nan
+        return -q
+
+    system = galvi.Canonical(1.0, spring, gradient, check=False)
+    problem = galvi.Problem(system, [1.0], [0.0])
+    free = galvi.integrate(
+        replace(problem, system=galvi.Canonical(1.0, spring, opaque(lambda q: -q), check=False)),
+        FOUR, 0.1, 40,
+    )  # fmt: skip
+    steps = int(np.flatnonzero(free.q[:, 0] > 5.0)[0])
+    with pytest.raises(Interrupted) as caught:
+        galvi.integrate(problem, FOUR, 0.1, steps)
+    run = caught.value.run
+    assert np.array_equal(run.q[: steps - 1], free.q[: steps - 1])
+    assert run.counts["steps"] == (steps if last else steps - 1)
+    assert np.isfinite(run.q[-1, 0]) == last
+
+
+def press():
+    """Ctrl-C."""
+    signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_that_nobody_asked_about_is_raised_at_the_end():
+    with pytest.raises(KeyboardInterrupt), defer_interrupts():
+        press()
+    with defer_interrupts() as pressed:
+        press()
+        assert pressed()
+    with pytest.raises(KeyboardInterrupt), defer_interrupts() as pressed:
+        assert not pressed()
+        press()
+    with pytest.raises(KeyboardInterrupt), defer_interrupts():
+        press()
+        press()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_finished_runs_of_an_ensemble_survive_ctrl_c():
+    """Pressed in the last evaluation of the last step."""
+    planted = Planted(lambda q: q.copy(), lambda: None)
+    system = galvi.Canonical(1.0, spring, opaque(planted), check=False)
+    problem = galvi.Problem(system, [1.0], [0.0])
+    whole = galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
+    last = planted.calls
+    galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
+    planted.at, planted.what = planted.calls + planted.calls - last, press
+    with pytest.raises(Interrupted) as caught:
+        galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
+    assert planted.calls == planted.at
+    for run, other in zip(caught.value.run, whole, strict=True):
+        assert np.array_equal(run.q, other.q) and run.status == "Completed."
+
+
+@pytest.mark.parametrize(
+    "potential",
+    [
+        galvi.CentralForce(2.0),
+        galvi.CosinePotential(1.5),
+        galvi.LinearSpring(3.0),
+        galvi.SpringChain(0.3, 0.2),
+        galvi.UniformField([1.0, 2.0, 3.0]),
+        galvi.UniformGravity(2.0, [0.1, 0.2, 0.3]),
+    ],
+    ids=lambda potential: type(potential).__name__,
+)
+def test_the_energies_of_many_states_are_those_of_each(potential):
+    shape = (3, 3) if isinstance(potential, galvi.UniformGravity) else (3,)
+    states = np.random.default_rng(0).normal(size=(7, *shape))
+    states[3] = np.nan
+    body = galvi.RigidBody([1.0, 2.0, 2.5], potential)
+    system = body if len(shape) == 2 else galvi.Canonical(1.0, potential)
+    found = system.potential_energy(states, np.zeros(7))
+    expected = [potential(q) if np.isfinite(q).all() else np.nan for q in states]
+    assert np.allclose(found, expected, rtol=1e-14, equal_nan=True)

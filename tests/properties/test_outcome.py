@@ -6,7 +6,6 @@ import copy
 import pickle
 import signal
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ IN_CLOCK = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), clock=galvi.Dyna
 KEPLER = galvi.problems.kepler(0.6)
 AT_REST = galvi.Problem(galvi.NBody([1.0, 1.0]), [[0.0, 0.0], [1.0, 0.0]], np.zeros((2, 2)))
 APART = replace(AT_REST, v0=[[0.0, -0.5], [0.0, 0.5]])
+HEAD_ON = galvi.Problem(galvi.NBody([1.0, 1.0]), [[1.0, 0, 0], [-1.0, 0, 0]], np.zeros((2, 3)))
 STONE = galvi.Problem(galvi.Canonical(1.0, galvi.UniformField([0.0, -1.0])), [0.0, 1.0], [1.0, 0.0])
 
 
@@ -36,6 +36,7 @@ def away(q):
 
 WRONG = galvi.Problem(galvi.Canonical(1.0, spring, away, check=False), [1.0], [0.0])
 GROUND = galvi.Event(height, terminal=True, name="ground")
+FAR = galvi.Event(lambda q, v, t: q[1, 1] - 5.0, terminal=True)
 
 SENTENCES = {
     Outcome(): "Completed.",
@@ -142,16 +143,26 @@ def test_two_outcomes_that_differ_in_a_field_are_told_apart():
         assert Outcome.from_json({"end": "COMPLETED", "notes": [], **facts}) != full
 
 
-def test_a_block_of_a_longer_run_has_the_numbers_of_the_run():
+@pytest.mark.parametrize(("method", "step"), [(EIGHT, 0.01), (IN_CLOCK, 0.05)])
+def test_a_block_of_a_longer_run_has_the_numbers_of_the_run(method, step):
     """A run that an event may end is done in blocks; that it ends at the step at which it would
     end without is no matter of its sentence."""
-    event = galvi.Event(lambda q, v, t: q[1, 1] - 5.0, terminal=True)
-    for method, step in ((EIGHT, 0.01), (IN_CLOCK, 0.05)):
-        plain, watched = (
-            galvi.integrate(AT_REST, method, step, 500, events=events) for events in ((), event)
-        )
-        assert plain.outcome.end is End.STEP_FAILED and plain.failed_step > 64
-        assert watched.outcome == plain.outcome
+    plain, watched = (
+        galvi.integrate(AT_REST, method, step, 500, events=events) for events in ((), FAR)
+    )
+    assert plain.outcome.end is End.STEP_FAILED and plain.failed_step > 64
+    assert watched.outcome == plain.outcome
+
+
+def test_a_run_in_blocks_says_at_which_of_all_steps_it_was_ruined():
+    plain, watched = (
+        galvi.integrate(HEAD_ON, EIGHT, 0.01, 700, save_every=7, events=events)
+        for events in ((), FAR)
+    )
+    assert watched.outcome.end is plain.outcome.end is End.RUINED and watched.outcome.steps == 700
+    assert abs(watched.failed_step - plain.failed_step) <= 7 and watched.failed_step > 100
+    assert np.array_equal(watched.q, plain.q) and np.array_equal(watched.t, plain.t)
+    assert (watched.counts, watched.engine) == (plain.counts, plain.engine)
 
 
 def test_a_method_of_somebody_else_says_why_it_failed():
@@ -167,26 +178,3 @@ def test_a_method_of_somebody_else_says_why_it_failed():
     assert sound.outcome == Outcome() and sound.checkpoint is None
     late = replace(run, success=False, status="Tired.")
     assert not late.success and late.status == "Tired." and late.checkpoint is run.checkpoint
-
-
-def test_an_outcome_is_assessed_by_one_thread_at_a_time(monkeypatch):
-    from concurrent.futures import ThreadPoolExecutor
-
-    from galvi.run import loop
-
-    assessed, assess_run = [], loop.assess_run
-
-    def counted(*arguments):
-        assessed.append(arguments)
-        return assess_run(*arguments)
-
-    monkeypatch.setattr(loop, "assess_run", counted)
-    run = galvi.integrate(KEPLER, EIGHT, 0.1, 2000)
-    with ThreadPoolExecutor(4) as pool:
-        outcomes = list(pool.map(lambda _: run.outcome, range(16)))
-    assert len(assessed) == 1 and all(one is other for one, other in pairwise(outcomes))
-
-
-def test_an_end_that_is_none_is_refused() -> None:
-    with pytest.raises(TypeError, match=r"end must be a galvi.End; received 'done'. Use galvi.End"):
-        galvi.Outcome("done")  # type: ignore[arg-type]

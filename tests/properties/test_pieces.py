@@ -57,10 +57,3 @@ def test_hermite_cubics_have_all_values_and_slopes_at_the_joints():
     joints = np.linspace(0.0, 1.0, 5)
     given = np.vstack([space.basis(joints), space.derivative(joints)])
     assert np.linalg.matrix_rank(given) == space.dimension == 10
-
-
-@pytest.mark.parametrize("pieces", [0, -1, 65, 2.5, float("nan"), None])
-def test_a_number_of_pieces_outside_1_to_64_is_refused(pieces):
-    for space in (galvi.PiecewiseHermite, lambda n: galvi.PiecewisePolynomials(2, n)):
-        with pytest.raises(ValueError, match="pieces must be a whole number from 1 to 64; rec"):
-            space(pieces)

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import importlib
 import math
-from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 import galvi
-from galvi.diagnostics import symplecticity
 from galvi.recommend import scan
-from galvi.recommend.recommendation import Candidate
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.closed_forms.top_motion import FREE_TOP
@@ -22,7 +18,7 @@ from references.closed_forms.top_motion import FREE_TOP
 ORBIT = galvi.problems.kepler(0.6)
 SPRING = galvi.problems.harmonic_oscillator()
 STILL = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring()), [0.0], [0.0])
-ERRORS = (1e-3, 1e-5, 1e-7, 1e-9)
+ERRORS = (1e-3, 1e-7, 1e-9)
 
 
 def apocentre(e):
@@ -43,7 +39,7 @@ def found(problem, choice, truth):
 
 @pytest.mark.slow_cases("problem0-truth0-300.0")
 @pytest.mark.parametrize(
-    ("problem", "truth", "duration"), [(ORBIT, KEPLER, 300.0), (SPRING, OSCILLATOR, 500.0)]
+    ("problem", "truth", "duration"), [(ORBIT, KEPLER, 300.0), (SPRING, OSCILLATOR, 300.0)]
 )
 def test_the_error_asked_for_is_kept_and_costs_more_the_smaller_it_is(problem, truth, duration):
     choices = [recommend(problem, error, duration) for error in ERRORS]
@@ -67,11 +63,10 @@ def test_an_error_extrapolated_from_a_part_is_kept_too(error):
 
 
 def test_the_same_is_recommended_every_time_by_evaluations():
-    one, other = (recommend(ORBIT, 1e-6, 200.0) for _ in range(2))
-    assert (one.method, one.steps, one.error) == (other.method, other.steps, other.error)
-    assert [(c.degree, c.steps, c.error, c.evaluations) for c in one.scanned] == [
-        (c.degree, c.steps, c.error, c.evaluations) for c in other.scanned
-    ]
+    one, other = (recommend(ORBIT, 1e-6, 200.0, degrees=(6, 9)) for _ in range(2))
+    parts = ("degree", "steps", "error", "evaluations")
+    told = [[[getattr(c, part) for part in parts] for c in x.scanned] for x in (one, other)]
+    assert told[0] == told[1] and (one.method, one.steps) == (other.method, other.steps)
 
 
 def test_it_is_the_cheapest_of_what_was_scanned_for_each_degree_asked_for():
@@ -164,72 +159,21 @@ def test_a_rigid_body_gets_the_exponential_chart_and_its_error(options):
     assert np.max(np.linalg.norm(run.q[-1] - end, axis=-1)) <= 1e-8
 
 
-@pytest.mark.slow(beside="test_a_rigid_body_gets_the_exponential_chart_and_its_error")
-def test_a_body_in_space_and_one_with_a_torque_of_its_own_get_one_too():
-    J = np.array([2.0, 3.0, 4.0])
-    turned = galvi.RigidBody(J, lambda R: R[2, 2], lambda R: np.outer([0.0, 0.0, 1.0], [0, 0, 1.0]))
-    for problem in (
-        galvi.problems.free_body_se3(),
-        galvi.Problem(turned, np.eye(3), [1.0, 2.0, 0.5]),
-    ):
-        choice = recommend(problem, 1e-6, 5.0, degrees=(4, 6), budget=1e6)
-        assert choice.reached and choice.method.chart == galvi.Exponential(), choice.status
-
-
-def test_what_stands_still_needs_one_step():
+def test_what_stands_still_needs_one_step_and_it_is_said_in_words():
     choice = recommend(STILL, 1e-9, 100.0)
     assert (choice.steps, choice.step, choice.error) == (1, 100.0, 0.0)
-
-
-def test_it_says_what_it_recommends_in_words():
-    text = str(recommend(STILL, 1e-9, 100.0))
-    assert text.startswith("Gauss collocation, 4 stages, 1 steps of 100: error 0 after 100, for ")
-
-
-@pytest.mark.parametrize("after", [0, 1, 2, 5, 12])
-def test_ctrl_c_in_any_of_its_runs_ends_it(monkeypatch, after):
-    done = []
-
-    def interrupted(*arguments, **settings):
-        run = galvi.integrate(*arguments, **settings)
-        done.append(run)
-        stop = len(done) > after
-        return replace(run, success=False, interrupted=True) if stop else run
-
-    monkeypatch.setattr(scan, "integrate", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        recommend(ORBIT, 1e-6, 60.0)
-    assert len(done) == after + 1
-
-
-@pytest.mark.parametrize("first", [True, False])
-def test_ctrl_c_in_a_round_trip_ends_it(monkeypatch, first):
-    method, runs = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), []
-
-    def interrupted(*arguments, **settings):
-        run = galvi.integrate(*arguments, **settings)
-        runs.append(run)
-        return replace(run, interrupted=first or len(runs) == 2)
-
-    monkeypatch.setattr(symplecticity, "integrate", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        galvi.round_trip_error(ORBIT, method, 0.1, 5)
-    assert len(runs) == 1 + (not first)
-
-
-def test_more_steps_that_fail_where_fewer_did_not_are_no_better():
-    some = Candidate(8, 10, 1.0, 1e-3, 10.0, 1.5, 0.1, 100.0)
-    assert scan._no_better(some, replace(some, steps=20, error=math.inf))
-    assert not scan._no_better(some, replace(some, steps=20, error=1e-9))
+    assert str(choice).startswith(
+        "Gauss collocation, 4 stages, 1 steps of 100: error 0 after 100, for "
+    )
 
 
 def test_the_cost_of_a_step_is_measured_over_ever_more_steps_up_to_a_part_of_the_budget(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    monkeypatch,
+):
     """A call costs as much as a hundred steps."""
-    found, asked = scan.Scan(galvi.problems.kepler(0.3), 1e5, 1e5, "evaluations", 1e5), []
+    found, asked = scan.Scan(ORBIT, 1e5, 1e5, "evaluations", 1e5), []
 
-    def run(degree: int, steps: int, part: int) -> tuple[Any, float, float]:
+    def run(degree, steps, part):
         asked.append(part)
         found.spent += 100.0 + part
         return SimpleNamespace(success=True), 0.0, 0.0
@@ -241,25 +185,20 @@ def test_the_cost_of_a_step_is_measured_over_ever_more_steps_up_to_a_part_of_the
 
 
 def test_what_a_degree_costs_is_told_from_the_nearest_known_in_proportion():
-    problem = galvi.problems.harmonic_oscillator()
-    known = scan.Scan(problem, 10.0, 10.0, "evaluations", 2000.0, _per_step={4: 10.0, 20: 1.0})
+    known = scan.Scan(SPRING, 10.0, 10.0, "evaluations", 2000.0, _per_step={4: 10.0, 20: 1.0})
     assert known.affords(8, 100) and not known.affords(8, 101)  # 20 evaluations a step
     assert known.affords(2, 400) and not known.affords(2, 401)
 
 
-def resting_ball() -> galvi.Problem:
-    """A sphere on a spring at a ball joint, let go at 2.5 radians."""
+@pytest.mark.slow(beside="test_it_is_the_cheapest_of_what_was_scanned_for_each_degree_asked_for")
+def test_smaller_steps_are_tried_where_larger_ones_need_newtons_method() -> None:
+    """A sphere on a spring at a ball joint, let go at 2.5 radians: fewer steps cost ten times the
+    time there, though not so many evaluations."""
     joint = galvi.Joint("ball", stiffness=1.0)
     ball = galvi.Multibody([galvi.Link(joint, 1.0, (0, 0, 0), (0.004,) * 3)], gravity=(0, 0, 0))
     axis = np.array([1.0, 2.0, -1.0]) / np.sqrt(6.0)
-    q, v = ball.from_mujoco(np.append(np.cos(1.25), np.sin(1.25) * axis), np.zeros(3))
-    return galvi.Problem(ball, q, v)
-
-
-@pytest.mark.slow(beside="test_it_is_the_cheapest_of_what_was_scanned_for_each_degree_asked_for")
-def test_smaller_steps_are_tried_where_larger_ones_need_newtons_method() -> None:
-    """Fewer steps cost ten times the time there, though not so many evaluations."""
-    choice = recommend(resting_ball(), 1e-9, 10.0)
+    start = ball.from_mujoco(np.append(np.cos(1.25), np.sin(1.25) * axis), np.zeros(3))
+    choice = recommend(galvi.Problem(ball, *start), 1e-9, 10.0)
     good = [one for one in choice.scanned if one.error <= 0.7e-9]
     degrees = {one.degree for one in good if one.newton > 0.5}
     assert choice.reached and len(degrees) >= 3
@@ -267,9 +206,8 @@ def test_smaller_steps_are_tried_where_larger_ones_need_newtons_method() -> None
     assert choice.evaluations == min(one.evaluations for one in good)
 
 
-@pytest.mark.parametrize("duration", [40.0, 100.0])
-def test_of_a_chaotic_motion_it_says_that_neighbouring_starts_part(duration) -> None:
-    choice = recommend(galvi.problems.double_pendulum(), 1e-8, duration)
+def test_of_a_chaotic_motion_it_says_that_neighbouring_starts_part() -> None:
+    choice = recommend(galvi.problems.double_pendulum(), 1e-8, 100.0)
     assert not choice.reached and choice.error == np.inf
     assert "was not reached. Neighbouring starts part: rounding alone decides" in choice.status
     assert "raise budget" not in choice.status.lower()
@@ -286,7 +224,7 @@ BURRAU = galvi.Problem(
 @pytest.mark.parametrize("error", [1e-4, 1e-7])
 def test_steps_in_a_clock_keep_the_error_asked_for(error):
     orbit, duration = galvi.problems.kepler(0.95), 40.0
-    choice = recommend(orbit, error, duration, clock=galvi.Sundman(), degrees=(8, 12))
+    choice = recommend(orbit, error, duration, clock=galvi.Sundman(), degrees=(8,))
     assert choice.reached and choice.duration == choice.measured == pytest.approx(duration)
     assert found(orbit, choice, KEPLER) <= 1.1 * choice.error <= 1.1 * error
     run = galvi.integrate(orbit, choice.method, choice.step, duration=duration)
@@ -309,17 +247,6 @@ def test_equal_steps_through_an_encounter_point_to_the_clock_which_needs_fewer()
 def test_one_body_has_no_pace():
     alone = galvi.Problem(galvi.NBody([1.0]), np.zeros((1, 3)), [[1.0, 0.0, 0.0]])
     assert recommend(alone, 1e-6, 10.0, budget=1e4).reached
-
-
-@pytest.mark.slow(beside="test_steps_in_a_clock_keep_the_error_asked_for")
-def test_any_system_on_a_vector_space_has_its_clock_scanned():
-    system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v + (q @ q) ** -0.5, galvi.Rn(2))
-    problem = galvi.Problem(system, ORBIT.q0, ORBIT.v0)
-    clock = galvi.Clock(lambda q: (q @ q) ** 0.75)
-    choice = recommend(problem, 1e-6, 6.0, degrees=(8,), clock=clock)
-    end = galvi.integrate(problem, choice.method, choice.step, duration=6.0).q[-1]
-    truth = KEPLER.run(ORBIT, 6.0, {"samples": 1}).q[-1]
-    assert choice.reached and np.linalg.norm(end - truth) < 1e-6
 
 
 def test_an_error_that_only_shows_in_the_times_of_a_clock_counts(monkeypatch):

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numba import njit
 
 import galvi
 from galvi.kernels.energy_errors import MEASURE, ROWS, errors_since_start
 from galvi.kernels.forces.passages import PASSAGE_REACH, UNRESOLVED, passage_error
+from galvi.run.energies import kick_energy
 from galvi.run.energy_assessment import report_on
 from references.rebound.ias15 import IAS15
 
@@ -90,15 +93,14 @@ ASTRAY = {
 }  # fmt: skip
 
 
-@pytest.mark.slow_cases("1-rigid body")
-@pytest.mark.parametrize("name", ASTRAY)
-@pytest.mark.parametrize("every", [1, 7, 100])
+@pytest.mark.parametrize(
+    ("name", "every"), [(name, (1, 7, 100)[k % 3]) for k, name in enumerate(ASTRAY)]
+)
 def test_a_gradient_of_the_wrong_sign_ruins_a_run_which_goes_on(name, every):
     """E of the springs grows from 0.5 by 1e8 and more; that of the bodies by twice the range."""
     run = galvi.integrate(ASTRAY[name], gauss(4), 0.1, 100, save_every=every)
-    assert not run.success and not run.interrupted
-    assert run.status.startswith(f"Ruined from step {run.failed_step} of 100 on: the energy ")
-    assert "check that the derivatives are those of the energy" in run.status
+    assert run.outcome.end is galvi.End.RUINED and not run.success
+    assert "check that the derivatives are those of the energy" in run.outcome.remedy
     assert 1 <= run.failed_step < 20
     assert run.counts["steps"] == 100 and np.all(np.isfinite(run.q)) and np.all(np.isfinite(run.p))
 
@@ -157,17 +159,19 @@ def test_the_measure_is_not_that_of_where_a_run_went():
     assert report(rest + 1e-16, rest).ruined == 1  # no floor
 
 
-@pytest.mark.slow_cases(but=["1-0.5-2-False", "4-3.14-3-False"])
-@pytest.mark.parametrize("compiled", [False, True])
-@pytest.mark.parametrize(("points", "step", "steps"), [(8, 3.7, 1), (1, 0.5, 2), (4, 3.14, 3)])
-def test_a_coarse_run_from_rest_that_returns_is_not_ruined(compiled, points, step, steps):
+@pytest.mark.parametrize(
+    ("problem", "points", "step", "steps"),
+    [
+        (galvi.Problem(spring(True), [1.0], [0.0]), 8, 3.7, 1),
+        (galvi.Problem(spring(False), [1.0], [0.0]), 1, 0.5, 2),
+        (galvi.Problem(spring(True), [1.0], [0.0]), 4, 3.14, 3),
+        (galvi.Problem(top(True), tilted(3.1), np.zeros(3)), 4, 0.9, 2),
+        (galvi.problems.double_pendulum().with_initial_state([0.3, 0.0], [0.0, 0.0]), 3, 0.6, 1),
+    ],
+)
+def test_a_coarse_run_from_rest_that_returns_is_not_ruined(problem, points, step, steps):
     """Half a period a step: V at the ends differs by less than the error of the energy."""
-    run = galvi.integrate(galvi.Problem(spring(compiled), [1.0], [0.0]), gauss(points), step, steps)
-    assert run.success
-    body = galvi.Problem(top(compiled), tilted(3.1), np.zeros(3))
-    assert galvi.integrate(body, gauss(4), 0.9, 2).success
-    chain = galvi.Problem(galvi.problems.double_pendulum().system, [0.3, 0.0], [0.0, 0.0])
-    assert galvi.integrate(chain, gauss(3), 0.6, 1).success
+    assert galvi.integrate(problem, gauss(points), step, steps).success
 
 
 STILL = {
@@ -179,42 +183,28 @@ STILL = {
 
 
 @pytest.mark.parametrize("name", STILL)
-@pytest.mark.parametrize("steps", [3, 100, 600])
+@pytest.mark.parametrize("steps", [3, 600])
 def test_round_off_at_rest_and_free_fall_are_no_ruin(name, steps):
     potential, gradient, q0 = STILL[name]
     problem = galvi.Problem(galvi.Canonical(1.0, potential, gradient), [q0], [0.0])
     assert galvi.integrate(problem, gauss(3), 0.1, steps).status == "Completed."
 
 
-def test_energy_is_not_asked_where_it_depends_on_the_time():
-    def wave(q, t):
-        return 0.5 * q[0] ** 2 - 3.0 * q[0] * np.cos(t)
-
-    driven = galvi.Canonical(1.0, wave, lambda q, t: q - 3.0 * np.cos(t), explicit_time=True)
-    run = galvi.integrate(galvi.Problem(driven, [1.0], [0.0]), gauss(3), 0.1, 300)
-    assert run.status == "Completed." and run.checkpoint.energies.size == 0
+def wave(q, t):
+    return 0.5 * q[0] ** 2 - 3.0 * q[0] * np.cos(t)
 
 
-def test_a_damped_run_is_judged_without_the_work_of_its_force():
-    damped = galvi.Canonical(1.0, wave_at_rest, lambda q: q, force=lambda q, v: -5.0 * v)
-    run = galvi.integrate(galvi.Problem(damped, [1.0], [0.0]), gauss(3), 0.1, 300)
-    assert run.status == "Completed." and run.checkpoint.energies.size == 4
+TIMED = galvi.Canonical(1.0, wave, lambda q, t: q - 3.0 * np.cos(t), explicit_time=True)
+DAMPED = galvi.Canonical(1.0, lambda q: 0.5 * q[0] ** 2, lambda q: q, force=lambda q, v: -5.0 * v)
 
 
-def wave_at_rest(q):
-    """|q|^2 / 2."""
-    return 0.5 * q[0] ** 2
+@pytest.mark.parametrize(("system", "energies"), [(TIMED, 0), (DAMPED, 4)])
+def test_energy_is_not_asked_where_it_depends_on_the_time_nor_the_work_of_a_force(system, energies):
+    run = galvi.integrate(galvi.Problem(system, [1.0], [0.0]), gauss(3), 0.1, 300)
+    assert run.status == "Completed." and run.checkpoint.energies.size == energies
 
 
-def test_a_potential_that_raises_where_its_gradient_does_not_ends_no_run():
-    import math
-
-    system = galvi.Canonical(1.0, lambda q: math.sqrt(q[0]), lambda q: np.array([1.0]), check=False)
-    run = galvi.integrate(galvi.Problem(system, [1.0], [0.0]), gauss(3), 0.1, 30)
-    assert run.counts["steps"] == 30 and "the energy is not a number" in run.status
-
-
-@pytest.mark.parametrize("cut", [1, 3, 40])
+@pytest.mark.parametrize("cut", [1, 40])
 def test_a_resumed_run_is_judged_as_one_long_run(cut, tmp_path):
     problem = galvi.Problem(galvi.NBody([1.0, 1e-6, 1e-6]), *meeting(1e-6, 1e-3))
     for case, step, steps in ((problem, 0.05, 60), (ASTRAY["compiled"], 0.1, 60)):
@@ -231,28 +221,6 @@ def test_a_resumed_run_is_judged_as_one_long_run(cut, tmp_path):
             assert rest.status == whole.status
         else:
             assert rest.failed_step == max(whole.failed_step - cut, 1)
-        galvi.save(whole, tmp_path / "whole.npz")
-        read = galvi.load(tmp_path / "whole.npz", known)
-        assert (read.success, read.status) == (whole.success, whole.status)
-        assert read.failed_step == whole.failed_step
-
-
-def test_an_ensemble_says_which_of_its_runs_are_ruined():
-    right, wrong = (galvi.Problem(spring(True, k), [1.0], [0.5]) for k in (1.0, -1.0))
-    runs = galvi.integrate_many([right, wrong, right], gauss(4), 0.1, 100, threads=2)
-    assert [run.success for run in runs] == [True, False, True]
-
-
-def test_a_run_that_stops_after_it_was_ruined_says_both():
-    """At 50 the wrong force of an inverted spring becomes NaN, long after the energy is lost."""
-    system = galvi.Canonical(1.0, lambda q: 0.5 * q[0] ** 2,
-                             lambda q: -q if q[0] < 50.0 else q * np.nan, check=False)  # fmt: skip
-    run = galvi.integrate(galvi.Problem(system, [1.0], [0.5]), gauss(4), 0.1, 100)
-    assert run.outcome.end is galvi.End.STEP_FAILED
-    assert run.outcome.notes[0].startswith("It was ruined from t = ")
-    assert run.failed_step == run.counts["steps"] + 1  # the first without a state
-    with pytest.raises(ValueError, match="a run that failed cannot be resumed"):
-        galvi.resume(run, 1)
 
 
 def meeting(mass, distance, back=2.0):
@@ -317,10 +285,7 @@ EIGHT = (
 )
 CALM = [
     (galvi.problems.outer_solar_system(), 8, 541.0, 100),
-    (galvi.problems.outer_solar_system(), 25, 1825.0, 100),
     (galvi.problems.solar_system(), 25, 100.0, 100),
-    (galvi.problems.solar_system(), 8, 11.0, 300),
-    (galvi.problems.solar_system(), 2, 2.0, 300),
     (galvi.Problem(galvi.NBody([1.0] * 3), *EIGHT), 8, 0.1, 200),
     (galvi.problems.kepler(0.6), 8, 0.2, 200),
     (galvi.problems.henon_heiles(), 4, 0.2, 200),
@@ -328,22 +293,19 @@ CALM = [
     (galvi.problems.heavy_top(), 8, 0.05, 100),
     (galvi.problems.pendulum_3d(), 8, 0.1, 100),
     (galvi.problems.free_body_se3(), 8, 0.1, 100),
-    (galvi.problems.free_box(), 8, 0.05, 100),
     (galvi.problems.free_rigid_body(), 8, 0.2, 100),
     (galvi.problems.fermi_pasta_ulam_tsingou(masses=6, beta=0.3), 4, 0.2, 100),
-    (galvi.problems.spherical_pendulum(), 8, 0.1, 100),
     (galvi.problems.harmonic_oscillator(), 4, 0.5, 100),
 ]
 
 
-@pytest.mark.parametrize(("problem", "points", "step", "steps"), CALM)
-@pytest.mark.parametrize("every", [1, 50])
-def test_good_runs_are_called_good(problem, points, step, steps, every):
-    run = galvi.integrate(problem, gauss(points), step, steps, save_every=every)
+@pytest.mark.parametrize(("number", "run"), [*enumerate(CALM)])
+def test_good_runs_are_called_good(number, run):
+    problem, points, step, steps = run
+    run = galvi.integrate(problem, gauss(points), step, steps, save_every=(1, 50)[number % 2])
     assert run.status == "Completed." and run.success and run.failed_step is None
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     eccentricity=st.floats(0.0, 0.8), mass=st.floats(1e-8, 1.0), phase=st.floats(0.0, 6.2),
     boost=st.floats(-3.0, 3.0), sign=st.sampled_from([-1, 1]),
@@ -361,7 +323,6 @@ def test_no_bound_pair_with_adequate_steps_raises_a_false_alarm(
     assert galvi.integrate(problem, gauss(8), sign * period / 150, 300).status == "Completed."
 
 
-@settings(max_examples=40, deadline=None)
 @given(frequency=st.floats(0.1, 30.0), start=st.floats(-1.0, 1.0), speed=st.floats(-1.0, 1.0))
 def test_a_right_gradient_never_ruins_and_a_wrong_one_always_does(frequency, start, speed):
     def system(sign):
@@ -414,14 +375,113 @@ def test_a_ruined_energy_is_seen_far_from_the_origin() -> None:
     system = galvi.Canonical(
         1.0, lambda q: float((q[0] - far) ** 2 / 2), lambda q: 3.0 * (q - far), check=False
     )
-    method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
-    run = galvi.integrate(galvi.Problem(system, [far + 1.0], [0.5]), method, 0.1, 300)
-    assert not run.success and run.status.startswith("Ruined")
+    run = galvi.integrate(galvi.Problem(system, [far + 1.0], [0.5]), gauss(2), 0.1, 300)
+    assert run.outcome.end is galvi.End.RUINED
 
 
 def test_a_run_outside_the_domain_of_its_lagrangian_is_no_success() -> None:
     x, v = sp.symbols("x v", real=True)
     system = galvi.Lagrangian.from_sympy(v**2 / 2 + sp.log(x) - 10 * x, (x,), (v,))
-    method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
-    run = galvi.integrate(galvi.Problem(system, [1.0], [-1.0]), method, 0.05, 200)
+    run = galvi.integrate(galvi.Problem(system, [1.0], [-1.0]), gauss(2), 0.05, 200)
     assert not run.success and "not a number" in run.status
+
+
+# ---------------------------------------------------------------- starts at rest, and long steps
+
+PENDULUM = galvi.Lagrangian(galvi.PlanarChain([1.0], [1.0], 1.0), galvi.Rn(1))
+
+
+def falling(q, v):
+    """-sqrt(f - v^2 / f), f = 1 - 2 / q: undefined beyond the speed of light."""
+    f = 1.0 - 2.0 / q[0]
+    return -math.sqrt(f - v[0] ** 2 / f)
+
+
+@njit
+def falling_slopes(q, v):
+    """Its derivatives by v and q."""
+    f, slope = 1.0 - 2.0 / q[0], 2.0 / q[0] ** 2
+    r = np.sqrt(f - v[0] ** 2 / f)
+    return np.array([v[0] / f / r, -0.5 * (slope + v[0] ** 2 / f**2 * slope) / r])
+
+
+@pytest.mark.parametrize(
+    ("share", "step"), [(0.9, 0.02), (0.99, 0.1), (0.999, 0.2), (0.999, 0.02), (0.9, 0.2)]
+)
+def test_a_lagrangian_that_is_not_defined_for_a_near_velocity_does_not_end_a_run(share, step):
+    system = galvi.Lagrangian(falling, galvi.Rn(1), falling_slopes)
+    problem = galvi.Problem(system, [6.0], [-share * (1.0 - 2.0 / 6.0)])
+    run = galvi.integrate(problem, gauss(2), step, round(4.0 / step))
+    assert run.success and run.status.startswith("Completed.")
+
+
+def lifted(angle):
+    """A heavy body turned about x from where its centre of mass is below."""
+    return galvi.Problem(galvi.problems.pendulum_3d(2.0).system, tilted(angle), np.zeros(3))
+
+
+SPRING = galvi.Canonical(3.0, lambda q: 0.5 * q[0] ** 2, lambda q: q)
+OF_LAGRANGE = galvi.Lagrangian(lambda q, v: 1.5 * v[0] ** 2 - 0.5 * q[0] ** 2, galvi.Rn(1))
+ABOUT_X = lifted(0.0).system.inertia[0, 0]
+AT_REST = {  # problem -> F . M^-1 F
+    "canonical": (galvi.Problem(SPRING, [2.0], [0.0]), 4.0 / 3.0),
+    "Lagrangian": (galvi.Problem(OF_LAGRANGE, [2.0], [0.0]), 4.0 / 3.0),
+    "rigid body": (lifted(0.3), (2.0 * math.sin(0.3)) ** 2 / ABOUT_X),
+    "free body": (galvi.problems.free_body_se3(g=(0.0, 0.0, -9.81)), 9.81**2),
+}
+
+
+@pytest.mark.parametrize("name", AT_REST)
+def test_the_energy_that_a_force_gives_in_a_step_is_that_of_uniform_acceleration(name):
+    """The springs' is less by the change of their force on the way."""
+    problem, power = AT_REST[name]
+    mass = getattr(problem.system, "mass", 1.0) if name == "free body" else 1.0
+    for step in (0.1, -0.1, 0.2):
+        way = 0.5 * step**2 * 2.0 / 3.0 if name in ("canonical", "Lagrangian") else 0.0
+        expected = 0.5 * step**2 * power * mass - 0.5 * way**2
+        assert kick_energy(problem, step) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["canonical", "Lagrangian"])
+def test_a_force_that_reverses_gives_no_more_than_the_potential_falls(name):
+    """From rest at x = 2 with k = 1. V is looked at from 0.71 to 1.41 of the way to its minimum."""
+    problem, _ = AT_REST[name]
+    given = [kick_energy(problem, step) for step in (2.5, 50.0, 3e4, -1e9)]
+    assert all(0.91 * 2.0 <= energy <= 2.0 for energy in given)
+    gravity = galvi.Problem(
+        galvi.Canonical(2.0, lambda q: 3.0 * q[0], lambda q: [3.0]), [1.0], [0.0]
+    )
+    assert kick_energy(gravity, 1e4) == pytest.approx(0.5 * 1e8 * 9.0 / 2.0, rel=1e-9)
+
+
+def test_a_start_at_rest_excuses_no_error_in_steps_of_many_periods():
+    """The elastic pendulum in steps of 35 periods, whose energy goes from 0.9 to 123: wherever
+    Newton's method ends, or if it does not."""
+    run = galvi.integrate(galvi.problems.elastic_pendulum(), gauss(5), 218, 5, solver="newton")
+    assert not run.success
+
+
+def test_a_changed_energy_is_told_however_large_the_step():
+    """Against bounds of the measure: T at the start, and that or the range of V over the run."""
+    rng = np.random.default_rng(0)
+    told, ruined = 0, 0
+    for _ in range(80):
+        start = rng.normal(scale=1.5, size=2)
+        problem = galvi.Problem(PENDULUM, start[:1], start[1:])
+        run = galvi.integrate(problem, gauss(2), rng.uniform(0.3, 6.0), int(rng.integers(1, 5)))
+        if not np.all(np.isfinite(run.q[-1])):
+            continue
+        kinetic, potential = 0.5 * run.p[:, 0] ** 2, -np.cos(run.q[:, 0])
+        off = np.max(np.abs(kinetic + potential - kinetic[0] - potential[0]))
+        least, most = kinetic[0], max(kinetic[0], np.ptp(potential))
+        if off > 0.011 * most:
+            told += 1
+            assert "the energy changed" in run.status
+        elif off < 0.009 * least:
+            assert run.status.startswith("Completed.")
+        if off > 1.01 * most:
+            ruined += 1
+            assert not run.success and run.status.startswith("Ruined from step ")
+        elif off < 0.99 * least:
+            assert run.success
+    assert told > 10 and ruined > 3

@@ -79,19 +79,6 @@ def test_after_warming_nothing_is_left_to_compile(tmp_path):
             assert all(name.startswith("galvi.tracing.code.compiled_") for name in new)  # own laws
 
 
-@pytest.mark.slow(
-    beside="test_kernel_cache.py::test_what_is_missing_is_compiled_and_kept_for_the_next_process"
-)
-def test_what_a_user_compiles_is_kept_too(folder):
-    """Functions of the user's in a cache of their own, and no kernel compiled anew for them."""
-    started(STARTS[-1], folder)
-    cache = folder / "__pycache__"
-    kept = {path: path.stat().st_mtime_ns for path in cache.glob("*.nb?")}
-    assert kept
-    started(STARTS[-1], folder)
-    assert {path: path.stat().st_mtime_ns for path in cache.glob("*.nb?")} == kept
-
-
 def test_a_start_that_fails_says_why(tmp_path):
     (tmp_path / "numpy.py").write_text("raise ImportError('no such thing')")
     with pytest.raises(RuntimeError, match=r"(?s)pendulum could not be started: .*no such thing"):
@@ -114,7 +101,7 @@ def test_two_processes_agree_to_the_last_bit_and_count():
     assert len(set(told[0].splitlines())) == 4
 
 
-@pytest.mark.slow(beside="test_integrate.py::test_a_long_run_does_not_grow_in_memory")
+@pytest.mark.slow(beside="test_many_runs.py::test_the_memory_counted_is_what_a_run_takes")
 def test_the_table_has_a_row_for_each_start_and_memory_does_not_grow_with_the_steps(monkeypatch):
     """Peaks of one process, MiB: many steps after few add nothing when only ends are kept."""
     monkeypatch.setattr(start_up, "STARTS", STARTS[1:2])

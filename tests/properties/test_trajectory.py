@@ -38,15 +38,6 @@ def test_the_velocity_is_the_slope_of_the_position(orbit, t):
         assert np.allclose(slope, orbit.velocity(t), rtol=1e-6, atol=1e-6)
 
 
-def test_curves_are_kept_when_asked_for_or_when_every_step_is(orbit):
-    thin = galvi.integrate(KEPLER, EIGHT, 0.3, 40, save_every=7)
-    assert thin.curves is None and np.array_equal(thin(5.123), orbit(5.123))
-    kept = galvi.integrate(KEPLER, EIGHT, 0.3, 40, save_every=7, curves=True)
-    assert np.array_equal(kept(5.123), orbit(5.123))
-    none = galvi.integrate(KEPLER, EIGHT, 0.3, 40, curves=False)
-    assert none.curves is None
-
-
 def test_times_outside_the_run_are_refused(orbit):
     for t in (float("nan"), "1", [0.1, float("inf")]):
         with pytest.raises(ValueError, match=r"t must (hold finite|be an array of real) numbers"):
@@ -88,34 +79,13 @@ def test_energy_and_momenta_are_those_of_the_definition(orbit):
     assert galvi.momentum_map(orbit, 0.1).shape == ()
 
 
-def test_the_planets_conserve_their_momenta_to_round_off():
-    run = galvi.integrate(SUN, EIGHT, 10.0, 200)
-    turning, moving = galvi.momentum_map(run), galvi.linear_momentum(run)
-    assert turning.shape == moving.shape == (201, 3)
-    assert np.abs(turning - turning[0]).max() < 1e-14 * np.abs(turning[0]).max()
-    size = np.sum(SUN.system.masses[:, None] * np.abs(SUN.v0))
-    assert np.abs(moving - moving[0]).max() < 1e-15 * size
-    assert galvi.momentum_map(run, [3.0]).shape == (1, 3)
-
-
-def test_energy_does_not_drift_on_a_nonlinear_problem():
-    run = galvi.integrate(galvi.problems.henon_heiles(), EIGHT, 0.5, 20_000, save_every=10)
-    error = galvi.energy(run) / galvi.energy(run)[0] - 1
-    first, last = np.abs(error[:500]).max(), np.abs(error[-500:]).max()
-    assert last < 1e-11  # 3e-13 when this was written
-    assert last < 10 * first + 1e-13
-
-
 METHODS = [
-    galvi.Galerkin(galvi.Polynomials(degree), rule)
-    for degree, rule in [
-        (1, galvi.gauss(1)),
-        (1, galvi.lobatto(2)),
-        (3, galvi.gauss(3)),
-        (3, galvi.lobatto(4)),
-        (4, galvi.clenshaw_curtis(7)),
-        (5, galvi.gauss(10)),
-    ]
+    (1, galvi.gauss(1)),
+    (1, galvi.lobatto(2)),
+    (3, galvi.gauss(3)),
+    (3, galvi.lobatto(4)),
+    (4, galvi.clenshaw_curtis(7)),
+    (5, galvi.gauss(10)),
 ]
 NONLINEAR = [
     galvi.problems.kepler(0.3),
@@ -127,9 +97,11 @@ NONLINEAR = [
 ]
 
 
-@pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
-@pytest.mark.parametrize("problem", NONLINEAR, ids=str)
-def test_every_method_is_symplectic_to_round_off(problem, method):
+@pytest.mark.parametrize(
+    ("problem", "degree", "rule"), [(NONLINEAR[k % 4], *row) for k, row in enumerate(METHODS)]
+)
+def test_every_method_is_symplectic_to_round_off(problem, degree, rule):
+    method = galvi.Galerkin(galvi.Polynomials(degree), rule)
     assert galvi.symplecticity_defect(problem, method, 0.2) < 2e-15
 
 
@@ -140,11 +112,8 @@ def test_the_derivative_of_a_step_is_that_of_differences():
     for unit in np.eye(4):
         ends = []
         for sign in (1, -1):
-            moved = galvi.Problem(
-                problem.system,
-                problem.q0 + sign * size * unit[:2],
-                problem.v0 + sign * size * unit[2:],
-            )
+            off = sign * size * unit
+            moved = problem.with_initial_state(problem.q0 + off[:2], problem.v0 + off[2:])
             run = galvi.integrate(moved, EIGHT, h, 1)
             ends.append(np.concatenate([run.q[-1], run.p[-1]]))
         columns.append((ends[0] - ends[1]) / (2 * size))

@@ -68,6 +68,10 @@ RULES = (
     (TypeError, "left must be True or False; received 'yes'", lambda: galvi.radau(3, left="yes")),
     (TypeError, r"rule must be a rule such as galvi.gauss\(8\); received",
      galvi.composite, galvi.gauss, 3),
+    (ValueError, "pieces must be a whole number from 1 to 64; received 65",
+     lambda: galvi.PiecewiseHermite(65)),
+    (ValueError, "pieces must be a whole number from 1 to 64; received nan",
+     lambda: galvi.PiecewisePolynomials(2, float("nan"))),
     (ValueError, "pieces must be a whole number from 1 to 10000; received 0",
      galvi.composite, galvi.gauss(2), 0),
 )  # fmt: skip

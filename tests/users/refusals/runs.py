@@ -1,5 +1,7 @@
 """Runs, ensembles and what is asked of them: what is refused, and in which words."""
 
+from functools import cache
+
 import numba
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -155,6 +157,7 @@ ENSEMBLES = (
     (WRONG, "must be an array of real numbers", members(parameters={"mu": [[1.0], [1.0, 2.0]]})),
     (WRONG, "folder must be the path", members(folder=3)),
     (WRONG, "where a file is", members(folder=__file__)),
+    (TypeError, "version must be a text, or None; received 3", members(version=3)),
     (WRONG, "progress must be True or False", members(progress="x")),
     (WRONG, "shape \\(1, ...\\)", members(keep=galvi.Extrema(lambda t, q, p: 1.0))),
     (WRONG, "a number for each member",
@@ -214,5 +217,101 @@ ASKED = (
      members(q0=np.ones((2, 2)), step=[0.1, 0.2], steps=None, duration=2.0)),
     (ValueError, "folder", members(STARS, **IN_CLOCK, folder="x")),
     (ValueError, "StatesAt", members(STARS, **IN_CLOCK, keep=galvi.Extrema())),
+    (TypeError, r"end must be a galvi.End; received 'done'. Use galvi.End",
+     lambda: galvi.Outcome("done")),
 )  # fmt: skip
-TABLE = {"runs": SINGLE, "many runs": MANY, "ensembles": ENSEMBLES, "asked of runs": ASKED}
+
+# ---------------------------------------------------------------- events
+
+BALL = galvi.Problem(galvi.Canonical(1.0, galvi.UniformField([-1.0])), [1.0], [0.0])
+
+
+@cache
+def pair(*names):
+    """A run of two bodies with these names."""
+    q, v = [[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]]
+    bodies = galvi.Problem(galvi.NBody([0.9, 0.1]), q, v, parameters={"bodies": names})
+    return galvi.integrate(bodies, EIGHT, 0.2, 5)
+
+
+@cache
+def rods(*names):
+    """A run of two rods at joints with these names."""
+    upper, lower = (galvi.Joint("hinge", (0, 1, 0), name=name) for name in names)
+    links = galvi.Link(upper, 1.0, (0, 0, -1), 0.1), galvi.Link(lower, 1.0, (0, 0, -2), 0.1, 0)
+    return galvi.integrate(galvi.Problem(galvi.Multibody(links), [1.0, 0.5], [0, 0]), EIGHT, 0.1, 2)
+
+
+@cache
+def leg():
+    """A run of a thigh on a ball joint and a shin on a hinge."""
+    hip = galvi.Link(galvi.Joint("ball", name="hip"), 1.0, (0, 0, -0.5), 0.01)
+    knee = galvi.Joint("hinge", axis=(0, 1, 0), name="knee")
+    tree = galvi.Multibody([hip, galvi.Link(knee, 1.0, (0, 0, -0.5), 0.01, 0, place=(0, 0, -1))])
+    start = tree.group.join(np.eye(3), np.zeros(1))
+    return galvi.integrate(galvi.Problem(tree, start, [1.0, 0.0, 0.0, 2.0]), EIGHT, 0.02, 2)
+
+
+def sought(event, run=pair, names=("star", "planet")):
+    return lambda: galvi.find_events(run(*names), event)
+
+
+def in_run(*event, **more):
+    return lambda: galvi.integrate(BALL, EIGHT, 0.3, 20, events=galvi.Event(*event, **more))
+
+
+def raising(q, v, t):
+    raise ZeroDivisionError("of the user.")
+
+
+def wall(action):
+    return in_run(lambda q, v, t: q[0], -1, action=action, name="wall")
+
+
+EVENTS = (
+    (TypeError, "must be a function", lambda: galvi.Event(3)),
+    (ValueError, "direction", lambda: galvi.Event(lambda q, v, t: 0.0, 2)),
+    (TypeError, "galvi.Event values", sought([3])),
+    (ValueError, "a body must be one of", sought(galvi.events.apsis("moon", 0))),
+    (ValueError, "two bodies", sought(galvi.events.apsis(1, 1))),
+    (ValueError, "coordinate of a vector", sought(galvi.events.angle(0, 1.0))),
+    (ValueError, "finite number", sought(galvi.Event(lambda q, v, t: np.nan))),
+    (ValueError, "runs of galvi.integrate",
+     lambda: galvi.find_events(3, galvi.events.apsis(1, 0))),
+    (ValueError, "distance", lambda: galvi.events.within(0, 1, -1.0)),
+    (ValueError, "vector other than 0", lambda: galvi.events.plane_crossing((0.0, 0.0))),
+    (ValueError, "either distance or hill_radii", lambda: galvi.events.within(0, 1)),
+    (ValueError, "hill_radii", lambda: galvi.events.within("any", "any", hill_radii=-1.0)),
+    (ValueError, "a body must be", sought(galvi.events.within("any", 9, 1.0))),
+    (ValueError, "heaviest body has no Hill", sought(galvi.events.within(0, 1, hill_radii=1.0))),
+    (ValueError, "no such pair", sought(galvi.events.within("any", 0, hill_radii=1.0))),
+    (ValueError, "a body must have a name of its own; received 'star'",
+     sought(galvi.events.apsis("star", 0), names=("star", "star"))),
+    (ValueError, r"a joint must be one of \['shoulder', 'elbow'\], or",
+     sought(galvi.events.angle("wrist", 0.2), rods, ("shoulder", "elbow"))),
+    (ValueError, "must be a number below 2; received 'elbow'",
+     sought(galvi.events.angle("elbow", 0.2), rods, ("", ""))),
+    (ValueError, r"received 'bend', the name of numbers \[0, 1\]",
+     sought(galvi.events.angle("bend", 0.2), rods, ("bend", "bend"))),
+    (ValueError, "one angle or length; received 'hip', a ball joint",
+     sought(galvi.events.angle("hip", 0.0), leg, ())),
+    (ValueError, r"must be one of \['knee'\], or its number; received 'ankle'",
+     sought(galvi.events.angle("ankle", 0.0), leg, ())),
+    (ValueError, "received 1, an entry of the rotation matrix of a ball joint",
+     sought(galvi.events.angle(1, 0.0), leg, ())),
+    (ValueError, "the event odd must be a finite number",
+     in_run(lambda q, v, t: float("nan"), name="odd")),
+    (WRONG, "the event odd must return a real number", in_run(lambda q, v, t: 1j, name="odd")),
+    (WRONG, "the event odd must return a number; received an array",
+     in_run(lambda q, v, t: q, name="odd")),
+    (ZeroDivisionError, "of the user", in_run(raising)),
+    (WRONG, r"the action of the event wall must return \(q, v\)", wall(lambda q, v, t: q)),
+    (ValueError, "v of the action of the event wall must have",
+     wall(lambda q, v, t: (q, [1.0, 2.0]))),
+    (ValueError, "finite numbers", wall(lambda q, v, t: (q, v * np.inf))),
+    (ValueError, "must lead to a finite energy", wall(lambda q, v, t: (q, v * 1e200))),
+    (TypeError, "action must be a function", lambda: galvi.Event(len, action=3)),
+    (ValueError, "ends the run or acts on it", lambda: galvi.Event(len, 0, True, len)),
+)  # fmt: skip
+TABLE = {"runs": SINGLE, "many runs": MANY, "ensembles": ENSEMBLES, "asked of runs": ASKED,
+         "events": EVENTS}  # fmt: skip
