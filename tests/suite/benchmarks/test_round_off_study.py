@@ -1,8 +1,9 @@
-"""Random walks and drifts are told apart, tiny energies exact, and no row of a study is lost."""
+"""The study of round-off: tiny energies are exact, a drift is caught, and no row is lost."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import mpmath
@@ -12,62 +13,10 @@ import pytest
 
 import galvi
 from benchmarks.measures.independent_invariants import exactly, relative_energy_error
-from benchmarks.statistics.drift import growth
-from benchmarks.store.provenance import version
 from benchmarks.studies import round_off
 from benchmarks.studies.round_off import COLUMNS, gauss
 from benchmarks.studies.round_off_participants import KEPT, GalerkinParticipant, Sample
 from references.closed_forms.double_double import DoubleDouble
-
-T = np.array(KEPT, dtype=float)
-STEP = 1e-17
-
-
-def walks(runs: int, seed: int, drift: float = 0.0) -> np.ndarray:
-    """Errors (runs, times) that move by STEP at random, 50 times in each unit of time."""
-    moves = np.random.default_rng(seed).standard_normal((runs, 100, 50)).sum(axis=2)
-    return STEP * np.cumsum(moves, axis=1)[:, np.array(KEPT) - 1] + drift * T
-
-
-def drawn(seeds: range, drift: float = 0.0) -> list:
-    return [growth(T, walks(32, seed, drift)) for seed in seeds]
-
-
-def test_a_random_walk_has_exponent_one_half_within_its_uncertainty() -> None:
-    fits = drawn(range(20))
-    apart = np.array([(fit.exponent - 0.5) / fit.uncertainty for fit in fits])
-    assert np.sqrt(np.mean(apart**2)) < 1.6  # 1 if the uncertainty is right
-    assert np.mean([fit.exponent for fit in fits]) == pytest.approx(0.5, abs=0.02)
-    assert not any(fit.drifts for fit in fits)
-    assert {fit.runs for fit in fits} == {32}
-
-
-def test_a_drift_below_the_walk_s_own_size_is_caught() -> None:
-    at_end = STEP * np.sqrt(50.0 * T[-1])
-    fits = drawn(range(5), drift=2.0 * at_end / T[-1])
-    assert all(fit.drifts and fit.drift > 0.0 for fit in fits)
-    assert all(fit.exponent > 0.6 for fit in fits)
-
-
-def test_an_offset_and_a_common_oscillation_are_no_drift() -> None:
-    errors = walks(32, 3) + 1e-16 * (1.0 + np.sin(40.0 * T))
-    assert not growth(T, errors).drifts
-
-
-def test_what_a_state_s_rounding_hides_is_left_out_of_the_fit() -> None:
-    rng = np.random.default_rng(4)
-    floor = 3e-16
-    hidden = walks(200, 5) + floor * rng.standard_normal((200, T.size))
-    assert growth(T, hidden).exponent < 0.35
-    seen = growth(T, walks(200, 5) + 1e-17 * rng.standard_normal((200, T.size)), floor=1e-16)
-    assert seen.first > T[0] and seen.last == T[-1]
-    assert seen.exponent == pytest.approx(0.5, abs=0.1)
-
-
-@pytest.mark.parametrize("errors", [np.zeros((1, T.size)), np.full((4, T.size), np.nan)])
-def test_one_run_or_a_failed_one_gives_no_exponent(errors: np.ndarray) -> None:
-    fit = growth(T, errors)
-    assert np.isnan(fit.exponent) and not fit.drifts
 
 
 def test_the_energy_of_a_state_with_what_its_rounding_lost_is_exact() -> None:
@@ -121,7 +70,7 @@ class Few:
         return round_off.growths(pd.DataFrame(rows, columns=list(COLUMNS)))[0][1]
 
 
-@pytest.mark.slow(beside="test_a_drift_below_the_walk_s_own_size_is_caught")
+@pytest.mark.slow(beside="test_drift.py::test_a_drift_below_the_walk_s_own_size_is_caught")
 def test_a_method_whose_end_weights_are_off_by_1e_15_is_caught_as_a_drift() -> None:
     sound = gauss(8, 10)
     method = galvi.Galerkin(sound.method.space, sound.method.rule)
@@ -138,13 +87,8 @@ class Stop(Exception):
     """The study is killed."""
 
 
-def read(folder: Path):
-    frame = round_off.stored(folder, print).drop(columns="date")
-    return frame.sort_values(["contender", "settings", "member", "sample"], ignore_index=True)
-
-
-def study(folder: Path, told: list[str], stop: int | None = None) -> None:
-    """Three runs of two methods over 20 years; killed at the sample of this number."""
+def study(folder: Path, told: list[str], stop: int | None = None) -> pd.DataFrame:
+    """A run of a method over 20 years; killed at the sample of this number."""
     seen = 0
 
     def report(sentence: str) -> None:
@@ -154,89 +98,55 @@ def study(folder: Path, told: list[str], stop: int | None = None) -> None:
         if stop is not None and seen == stop:
             raise Stop
 
-    participants = (gauss(6, 10), gauss(4, 20))
-    for part in round_off.parts(folder, report, 200.0, 3, participants, code="0123456789ab"):
+    for part in round_off.parts(folder, report, 200.0, 1, (gauss(6, 10),), code="0123456789ab"):
         if not part.done():
             part.run(report)
+    frame = round_off.stored(folder, print).drop(columns="date")
+    return frame.sort_values("sample", ignore_index=True)
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory):
-    folder = tmp_path_factory.mktemp("whole")
-    study(folder, [])
-    return read(folder)
+def whole(tmp_path_factory: pytest.TempPathFactory) -> pd.DataFrame:
+    return study(tmp_path_factory.mktemp("whole"), [])
 
 
-@pytest.mark.slow(beside="test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled")
-def test_the_rows_of_a_study_are_all_there(whole) -> None:
-    assert len(whole) == 2 * 3 * len(KEPT)
-    assert whole["error"].abs().max() < 1e-8 and (whole["commit"] == "0123456789ab").all()
-
-
-@pytest.mark.slow_cases("stops1")
-@pytest.mark.parametrize("stops", [(len(KEPT),), (len(KEPT) + 3, 4, 1, 30)])
 def test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled(
-    tmp_path: Path, whole, stops: tuple[int, ...]
+    tmp_path: Path, whole: pd.DataFrame
 ) -> None:
-    for stop in stops:
+    assert len(whole) == len(KEPT) and whole["error"].abs().max() < 1e-8
+    for stop in (len(KEPT) - 3, 2):
         with pytest.raises(Stop):
             study(tmp_path, [], stop)
-    study(tmp_path, [])
-    assert read(tmp_path).equals(whole)
+    assert study(tmp_path, []).equals(whole)
     assert not list(tmp_path.rglob("*.npz"))
     told: list[str] = []
     study(tmp_path, told)
     assert told == []
 
 
-@pytest.mark.slow(beside="test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled")
-def test_a_damaged_file_is_set_aside_reported_and_made_anew(tmp_path: Path, whole) -> None:
-    study(tmp_path, [])
-    path = sorted(tmp_path.rglob("*.csv"))[0]
-    sound = path.read_bytes()
-    for other in (sound[: len(sound) // 2], sound.replace(b"e-", b"e-1", 1), b"\xff\xfe\x00", b""):
-        path.write_bytes(other)
-        told: list[str] = []
-        study(tmp_path, told)
-        assert any("is set aside as" in sentence and path.name in sentence for sentence in told)
-        assert read(tmp_path).equals(whole)
-    assert len(list(tmp_path.rglob(f"{path.name}.damaged*"))) == 4
-
-
-@pytest.mark.slow(beside="test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled")
 def test_a_damaged_or_foreign_run_is_set_aside_and_the_study_starts_it_anew(
-    tmp_path: Path, whole
+    tmp_path: Path, whole: pd.DataFrame
 ) -> None:
-    for spoil in (lambda path: path.write_bytes(b"no run"), lambda path: foreign(path)):
+    other = galvi.integrate(round_off.member(0), gauss(4, 10).method, 1.0, 3)
+    for spoil in (lambda path: path.write_bytes(b"no run"), partial(galvi.save, other)):
         with pytest.raises(Stop):
             study(tmp_path, [], 5)
         (saved,) = tmp_path.rglob("*.npz")
         spoil(saved)
         told: list[str] = []
-        study(tmp_path, told)
+        assert study(tmp_path, told).equals(whole)
         assert any("anew" in sentence for sentence in told)
-        assert read(tmp_path).equals(whole)
         for path in tmp_path.rglob("*.csv"):
             path.unlink()
 
 
-def foreign(path: Path) -> None:
-    galvi.save(galvi.integrate(round_off.member(0), gauss(4, 10).method, 1.0, 3), path)
-
-
-@pytest.mark.slow(beside="test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled")
 def test_rows_of_another_version_stay_and_say_of_which(tmp_path: Path) -> None:
     for code in ("aaaaaaaaaaaa", "bbbbbbbbbbbb"):
-        for part in round_off.parts(tmp_path, print, 200.0, 2, (gauss(4, 20),), code=code):
+        for part in round_off.parts(tmp_path, print, 20.0, 1, (gauss(4, 20),), code=code):
             part.run(lambda sentence: None)
     told = [told for told, _ in round_off.growths(round_off.stored(tmp_path, print))]
     assert [each["commit"] for each in told] == ["aaaaaaaaaaaa", "bbbbbbbbbbbb"]
     assert all(len(each["date"]) == 10 for each in told)
-
-
-def test_a_version_of_changed_files_is_not_that_of_the_commit() -> None:
-    digits, plus, digest = version().partition("+")
-    assert len(digits) in (7, 12) and (not plus or len(digest) == 8)
 
 
 def test_a_run_that_fails_is_a_row_with_its_status() -> None:
