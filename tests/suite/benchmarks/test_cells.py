@@ -88,15 +88,24 @@ def test_cells_that_are_no_texts_are_written_as_pandas_writes_them() -> None:
     assert list(frame["a"]) == [1, None, "=1"]  # the frame itself stays
 
 
-def test_kept_rows_are_read_as_they_were(tmp_path: Path) -> None:
-    kept = RowFiles(tmp_path, {"name": str, "value": float}, pytest.fail)
+def test_kept_rows_are_read_as_they_were_and_damaged_ones_are_set_aside(tmp_path: Path) -> None:
+    told: list[str] = []
+    kept = RowFiles(tmp_path, {"name": str, "value": float}, told.append)
     names = [*FORMULAS, *PLAIN]
-    kept.write("rows", pd.DataFrame({"name": names, "value": np.arange(float(len(names)))}))
+    frame = pd.DataFrame({"name": names, "value": 1e-3 * np.arange(float(len(names)))})
+    kept.write("rows", frame)
     again = kept.read("rows")
-    assert again is not None and list(again["name"]) == names
-    with (tmp_path / "rows.csv").open(newline="") as file:
+    assert again is not None and again.equals(frame) and told == []
+    path = tmp_path / "rows.csv"
+    with path.open(newline="") as file:
         cells = [line[0] for line in csv.reader(file) if line]
     assert not [cell for cell in cells if cell[:1] in "=@" and cell]
+    sound = path.read_bytes()
+    for other in (sound[: len(sound) // 2], sound.replace(b"e-", b"e-1", 1), b"\xff\xfe\x00", b""):
+        path.write_bytes(other)
+        assert kept.read("rows") is None and not path.exists()
+        assert "is set aside as" in told.pop() and told == []
+    assert len(list(tmp_path.glob("rows.csv.damaged*"))) == 4 and kept.all().empty
 
 
 def test_markdown_has_no_formula_tag_bar_or_control_character() -> None:

@@ -7,9 +7,7 @@ import galvi
 from benchmarks.work_precision.own_problem import ADAPTIVE, FIXED
 from benchmarks.work_precision.truths import TRUTHS
 from references import reference
-from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN_QUADRUPLE
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
-from references.mujoco.steps import MUJOCO_RK4
 from tests.properties.random_trees import random_tree
 
 TEXTBOOK = {"Stormer-Verlet", "Forest-Ruth", "RK4"}
@@ -97,24 +95,3 @@ def test_each_kind_of_problem_goes_to_the_codes_that_take_it(kind):
     assert next(name for name in TRUTHS if reference(name).supports(problem)) == truth
     assert {reference(name).fixed_step for name in FIXED} == {True}
     assert {reference(name).fixed_step for name in (*ADAPTIVE, *TRUTHS)} == {False}
-
-
-@pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
-def test_mujoco_s_rk4_comes_to_dop853_on_its_accelerations():
-    problem = by_hand()
-    truth = MUJOCO_ACCELERATIONS.run(problem, 1.0, {"tolerance": 1e-12})
-    run = MUJOCO_RK4.run(problem, 1.0, {"step": 1e-3, "save_every": 1000})
-    assert np.abs(run.q[-1] - truth.q[-1]).max() < 1e-9  # 3e-12
-    other = MUJOCO_RK4.run(problem, 1.0, {"step": 0.1})
-    assert np.abs(other.q[-1] - truth.q[-1]).max() > 1e-7
-
-
-@pytest.mark.skipif(
-    bool(HEYOKA_LAGRANGIAN_QUADRUPLE.missing),
-    reason=HEYOKA_LAGRANGIAN_QUADRUPLE.missing or "present",
-)
-def test_the_truth_of_a_potential_of_ones_own_is_that_of_dop853():
-    truth = HEYOKA_LAGRANGIAN_QUADRUPLE.run(of_potential(), 5.0, {})
-    for given in (gradient, None):
-        run = reference("SciPy DOP853").run(of_potential(given), 5.0, {"tolerance": 1e-11})
-        assert np.abs(run.q[-1] - truth.q[-1]).max() < 1e-8  # 2e-10

@@ -79,7 +79,7 @@ def test_a_peer_that_is_not_installed_has_rows_that_say_so(monkeypatch: pytest.M
     assert rows["seconds_per_orbit"].isna().tolist() == [False, True]
 
 
-@pytest.mark.parametrize("bodies", [3, 30, 100])
+@pytest.mark.parametrize("bodies", [3, 30])
 def test_a_system_is_bound_barycentric_and_without_close_encounters(bodies: int) -> None:
     problem = many_planets(bodies)
     masses = problem.system.masses
@@ -96,14 +96,11 @@ def test_a_system_is_bound_barycentric_and_without_close_encounters(bodies: int)
     assert gaps.min() > 0.04 * start[0]
 
 
-def test_the_same_planets_are_in_every_system_that_has_them() -> None:
+def test_the_same_planets_are_in_every_system_that_has_them_and_there_is_one_at_least() -> None:
     few, many = many_planets(5), many_planets(9)
     assert np.array_equal(few.system.masses, many.system.masses[:5])
     gap = [problem.q0[1:5] - problem.q0[0] for problem in (few, many)]
     assert gap[0] == pytest.approx(gap[1], rel=1e-12, abs=1e-12)
-
-
-def test_a_system_needs_a_planet() -> None:
     with pytest.raises(ValueError, match="at least 2"):
         many_planets(1)
 
