@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.checks.bounds import HOLDS, NOT_RUN, VERDICTS, AtMost
 from benchmarks.checks.claim import Claim, Row, judged
-from benchmarks.claims import CLAIMS
+from benchmarks.claims import AGREEMENTS, CLAIMS
 from benchmarks.store.frames import COLUMNS
 from tests.suite.benchmarks.quick_studies import quick
 
@@ -82,13 +82,8 @@ def test_every_row_has_the_verdict_expected_of_it(claim: Claim) -> None:
         assert {"absent"} <= empty <= {"absent", "slopes"}
 
 
-@BY_ID
-def test_nothing_measured_is_never_a_success(claim: Claim) -> None:
+@pytest.mark.parametrize("claim", (*CLAIMS, *AGREEMENTS), ids=lambda claim: claim.id)
+def test_nothing_measured_is_never_a_success_and_rows_are_told_apart(claim: Claim) -> None:
     rows = claim.judge(pd.DataFrame())
     assert rows and all(row.verdict == NOT_RUN for row in rows)
-
-
-@BY_ID
-def test_rows_of_a_claim_are_told_apart_by_their_quantity(claim: Claim) -> None:
-    quantities = [row.quantity for row in claim.judge(pd.DataFrame())]
-    assert len(set(quantities)) == len(quantities)
+    assert len({row.quantity for row in rows}) == len(rows)

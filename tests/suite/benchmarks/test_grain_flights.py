@@ -321,37 +321,34 @@ def test_a_start_from_two_steps_saves_passes() -> None:
         ({"method": galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(3))}, "take Gauss colloc"),
         ({"method": gauss(9)}, "at most 8 points; received 9"),
         ({"step": 1e-15}, r"step must be at least until / 1e\+09; received 1e-15 for 1.0"),
-        ({"rates": [[-1.0]]}, "rates must not be negative; received -1.0"),
         ({"step": [0.25, 0.3]}, "a whole fraction of until.* received 0.3 for 1.0"),
+        ({"step": 1e308}, "a whole fraction of until"),
         ({"step": -0.25}, "step must be positive; received -0.25"),
+        ({"rates": -1.0}, "rates must not be negative; received -1.0"),
         ({"saves": -1}, "saves must be a whole number"),
         ({"threads": -1}, "threads must be a whole number"),
         ({"t0": 0.0}, "shape"),
-        ({"gravity": np.nan}, "gravity must be a finite real number"),
-        ({"q0": [[1.0, 0.0, -0.1], [1.0, 0.0, 1.0]], "step": [0.25] * 2}, "ground.* received 1 o"),
-        ({"q0": [[1.0, 0.0, 0.0]]}, "on it with an upward velocity"),
-        ({"t0": [-1.0]}, "from t = 0 on"),
-        ({"v0": [[0.0, 0.0]]}, r"v0 must have shape \(1, 3\)"),
-        ({"v0": [[0.0, 0.0, np.nan]]}, "v0 must hold finite numbers only"),
+        ({"q0": [[1.0, 0.0, -0.1], [1.0, 0.0, 1.0]]}, "ground.* received 1 o"),
+        ({"q0": [[1.0, 0.0, 0.0]] * 2}, "on it with an upward velocity"),
+        ({"t0": [-1.0, 0.0]}, "from t = 0 on"),
+        ({"v0": [[0.0, 0.0]]}, r"v0 must have shape \(2, 3\)"),
     ],
 )
 def test_bad_input_gets_one_clear_sentence(changed: dict[str, Any], sentence: str) -> None:
     known: dict[str, Any] = {
-        "method": gauss(2), "q0": [[1.0, 0.0, 1.0]], "v0": [[0.0, 0.0, 0.0]], "t0": [0.0],
-        "rates": [[1.0]], "drag": NEWTON, "step": 0.25, "until": 1.0, "gravity": G,
-    }  # fmt: skip
-    if isinstance(changed.get("step"), list):  # of two grains
-        known |= {name: 2 * known[name] for name in ("q0", "v0", "t0", "rates")}
+        "method": gauss(2), "q0": [[1.0, 0.0, 1.0]] * 2, "v0": np.zeros((2, 3)), "t0": [0.0] * 2,
+        "rates": 1.0, "drag": NEWTON, "step": 0.25, "until": 1.0, "gravity": G,
+    } | changed  # fmt: skip
+    known["rates"] = [[known["rates"]]] * 2
     with pytest.raises(ValueError, match=sentence):
-        follow(**{**known, **changed})
+        follow(**known)
 
 
-@pytest.mark.parametrize(
-    "changed", [{"restitution": -0.5}, {"restitution": np.nan}, {"slowest": np.nan}]
-)
-def test_a_ground_is_checked(changed: dict[str, Any]) -> None:
-    with pytest.raises(ValueError, match=f"{next(iter(changed))} must"):
-        Ground(**changed)
+@pytest.mark.parametrize("name", ["restitution", "slowest"])
+def test_a_ground_is_checked(name: str) -> None:
+    for value in (-0.5, math.nan):
+        with pytest.raises(ValueError, match=f"{name} must"):
+            Ground(**{name: value})
 
 
 @pytest.mark.parametrize(("s", "within"), [(1, 2e-2), (2, 1e-6)])

@@ -20,27 +20,21 @@ from references.closed_forms.double_double import DoubleDouble
 
 
 def test_the_energy_of_a_state_with_what_its_rounding_lost_is_exact() -> None:
-    problem = galvi.problems.outer_solar_system()
-    rng = np.random.default_rng(6)
+    problem, rng = galvi.problems.outer_solar_system(), np.random.default_rng(6)
     state = [x * (1.0 + 1e-12 * rng.standard_normal(x.shape)) for x in (problem.q0, problem.v0)]
     low = [1e-17 * x * rng.standard_normal(x.shape) for x in state]
     found = relative_energy_error(problem, *map(DoubleDouble, state, low))
-    masses = [mpmath.mpf(float(m)) for m in problem.system.masses]
+    exact = np.vectorize(mpmath.mpf, otypes=[object])
+    m, (i, j) = exact(problem.system.masses), np.triu_indices(problem.system.masses.size, 1)
+
+    def energy(q: np.ndarray, v: np.ndarray) -> mpmath.mpf:
+        gaps = [mpmath.norm(gap) for gap in q[i] - q[j]]
+        return np.sum(m * np.sum(v * v, axis=-1)) / 2 - np.sum(m[i] * m[j] / gaps)
+
     with mpmath.workdps(50):
-
-        def energy(q: list, v: list) -> mpmath.mpf:
-            kinetic = sum(m * sum(x * x for x in u) / 2 for m, u in zip(masses, v, strict=True))
-            for i, j in zip(*np.triu_indices(len(masses), 1), strict=True):
-                gap = [a - b for a, b in zip(q[i], q[j], strict=True)]
-                kinetic -= masses[i] * masses[j] / mpmath.norm(gap)
-            return kinetic
-
-        def digits(high: np.ndarray, rest: np.ndarray) -> list:
-            pairs = zip(high.tolist(), rest.tolist(), strict=True)
-            return [[mpmath.mpf(a) + mpmath.mpf(b) for a, b in zip(*p, strict=True)] for p in pairs]
-
-        start = energy(*(digits(x, 0.0 * x) for x in (problem.q0, problem.v0)))
-        truth = (energy(*map(digits, state, low)) - start) / abs(start)
+        start = energy(exact(problem.q0), exact(problem.v0))
+        end = energy(*(exact(x) + exact(rest) for x, rest in zip(state, low, strict=True)))
+        truth = (end - start) / abs(start)
     assert float(found) == pytest.approx(float(truth), rel=1e-13, abs=1e-28)
     assert abs(float(relative_energy_error(problem, exactly(problem.q0), exactly(problem.v0)))) == 0
 

@@ -239,14 +239,6 @@ def _() -> tuple[float, float]:
     return float(np.max(np.abs(matrix - energy))), abs(float(np.trace(matrix)) - energy)
 
 
-@misprint("H (3.32)", "Free rigid body")
-def _() -> tuple[float, float]:
-    """The kinetic energy, w . J w / 2, against the trace and half of it."""
-    trace = float(np.trace(hat(W).T @ J_D @ hat(W)))
-    energy = 0.5 * W @ J @ W
-    return abs(trace - energy), abs(0.5 * trace - energy)
-
-
 @misprint("H lemma 3.3.1", "Kinetic part at least")
 def _() -> tuple[float, float]:
     """A turn by 2 atan(2), 127 degrees: sigma_min is 2 / 5."""
