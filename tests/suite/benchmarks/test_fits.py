@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import t as student
 
 from benchmarks.checks.bounds import ATTAINED, CONTRADICTED, EXCEEDS, Base, Order
 from benchmarks.statistics import convergence_fits
@@ -163,23 +162,6 @@ def test_a_fit_evaluates_to_its_line() -> None:
     h = 2.0 ** -np.arange(2, 10)
     fit = convergence_fits.algebraic(h, 3.0 * h**2, floor=FLOOR)
     assert fit.evaluate(h) == pytest.approx(3.0 * h**2)
-
-
-def test_the_uncertainty_is_that_of_the_slope_and_of_the_choice_of_the_window() -> None:
-    n = np.arange(10, 20, dtype=float)
-    y = np.log(0.5) * n + 0.1 * (-1.0) ** n
-    slopes, spreads, widths = [], [], []
-    for start in range(6):
-        slope = np.polyfit(n[start:], y[start:], 1, cov="unscaled")
-        rest = y[start:] - np.polyval(slope[0], n[start:])
-        freedom = rest.size - 2
-        slopes.append(slope[0][0])
-        spreads.append(math.sqrt(slope[1][0, 0] * (rest @ rest) / freedom))
-        widths.append(spreads[-1] * student.ppf(0.975, freedom))
-    others = np.average((np.array(slopes) - slopes[0]) ** 2, weights=1.0 / np.square(widths))
-    fit = convergence_fits.geometric(n, np.exp(y), floor=FLOOR)
-    assert fit.points == 10
-    assert fit.uncertainty == pytest.approx(fit.rate * math.hypot(spreads[0], math.sqrt(others)))
 
 
 def test_the_halves_tell_a_power_from_a_geometric_fall() -> None:
