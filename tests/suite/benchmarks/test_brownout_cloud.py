@@ -78,9 +78,8 @@ def test_the_flux_is_whites_and_begins_at_the_threshold() -> None:
     assert friction_speed(7.0, 4.0) == pytest.approx(0.4 * 25.4 / math.log(1000.0), rel=0.01)
 
 
-@pytest.mark.parametrize("diameter", [10e-6, 100e-6])
-def test_the_mass_lifted_is_an_adaptive_quadratures(diameter: float) -> None:
-    known = Emission(diameter, UNTIL)
+def test_the_mass_lifted_is_an_adaptive_quadratures() -> None:
+    known = Emission(100e-6, UNTIL)
     exact = dblquad(lambda r, t: known.density(r, t), 0.0, UNTIL, 0.5, 20.0, epsrel=1e-5)[0]
     assert known.mass == pytest.approx(exact, rel=1e-4)  # 1e-5
 
@@ -121,7 +120,7 @@ def test_fall_speeds_are_those_of_the_drag_laws(drag: str, speeds: tuple[float, 
     for diameter, stated in zip((10e-6, 100e-6, 400e-6), speeds, strict=True):
         law, rates = Cloud(diameter, drag).rates
         fall = follow(
-            galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3)), [[1e6, 0.0, 50.0]],
+            galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2)), [[1e6, 0.0, 50.0]],
             np.zeros((1, 3)), [0.0], rates[None], law, 1 / 256, 4.0, gravity=9.80665,
         ).v[0]  # fmt: skip
         assert fall[2] == pytest.approx(-stated, rel=0.012)

@@ -93,13 +93,6 @@ def test_the_standard_errors_of_noise_are_the_scatter_of_its_changes() -> None:
         assert told == pytest.approx(scatter, rel=0.15)  # 0.02 and 0.03 were measured
 
 
-def test_growth_of_rounding_errors_is_allowed_up_to_the_stated_level() -> None:
-    t = np.arange(400.0)
-    seen = drift(t, 1e-16 * t)
-    assert NoGrowth(1.0, round_off=1e-13).verdict(seen) == HOLDS
-    assert NoGrowth(1.0, round_off=1e-15).verdict(seen) == CONTRADICTED
-
-
 def test_a_history_with_a_hole_or_too_short_is_not_judged_and_no_error_does_not_grow() -> None:
     t, error = np.arange(400.0), np.ones(400)
     assert NoGrowth(10.0).verdict(drift(t[: LEAST - 1], error[: LEAST - 1])) == NOT_RUN

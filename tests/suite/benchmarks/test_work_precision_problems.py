@@ -11,7 +11,6 @@ import pandas as pd
 import pytest
 
 import galvi
-from benchmarks.statistics.convergence_fits import algebraic
 from benchmarks.work_precision import run as work_precision
 from benchmarks.work_precision.galvi_methods import InClock, gauss_collocation
 from benchmarks.work_precision.participants import readable_setting
@@ -168,20 +167,11 @@ def test_contenders_take_part_at_their_defaults_and_at_their_best() -> None:
 
 
 def test_applegate_s_planets_meet_the_contenders_of_the_outer_planets_but_for_the_slowest() -> None:
-    ours, theirs = (
-        {label: one.settings for label, one in by_label(make(False)).items()}
-        for make in (applegate, outer_solar_system)
-    )
+    ours, theirs = by_label(applegate(False)), by_label(outer_solar_system(False))
     assert set(theirs) - set(ours) == {
         "SciPy DOP853", *(f"galvi Kepler frame, Gauss {s}, 2 passes" for s in (8, 16))
     }  # fmt: skip
-    assert set(ours) <= set(theirs)
-    assert all(len(ours[label]) <= len(theirs[label]) for label in ours)
-    assert ours["heyoka"] == theirs["heyoka"][: len(ours["heyoka"])]
-    assert {one["tolerance"] for one in ours["heyoka"]} == {2.0**-52, 1e-18}
-    days = [make(False).duration / make(False).participants[0][2][0]["step"]
-            for make in (applegate, outer_solar_system)]  # fmt: skip
-    assert days[0] == pytest.approx(days[1], rel=1e-3)  # a day: 7e-4
+    assert all(len(one.settings) <= len(theirs[label].settings) for label, one in ours.items())
 
 
 def test_the_quick_report_leaves_applegate_out_and_most_encounters() -> None:
@@ -244,26 +234,6 @@ def test_errors_are_of_the_attitude_and_times_of_the_whole_run() -> None:
     assert longer["seconds"] / shorter["seconds"] > 4.0  # 16 times as many steps: 15 times
 
 
-def test_galvi_comes_to_the_heavy_top_s_truth() -> None:
-    case = heavy_top(False)
-    ours = by_label(case)["galvi degree 8, Gauss 8, Cayley"]
-    assert all(label.endswith("Cayley") for label in by_label(case) if label.startswith("galvi"))
-    errors = [error_of(case, ours.contender.run(case.problem, case.duration, one))
-              for one in ours.settings[1:]]  # fmt: skip
-    assert errors[0] < 1e-10 and errors[1] < 1e-12  # 4e-12, 9e-15
-
-
-@pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
-def test_mujoco_s_rk4_comes_to_the_truth_with_order_4_and_the_others_with_order_1() -> None:
-    case = pendulum(False)
-    for engine in MUJOCO:
-        settings = by_label(case)[engine.name].settings[:3]
-        runs = [engine.run(case.problem, case.duration, one) for one in settings]
-        errors = [error_of(case, run) for run in runs]
-        rate = algebraic([run.step for run in runs], errors, floor=1e-12).rate
-        assert rate == pytest.approx(engine.order, abs=0.1)  # 4.01; 0.96 to 1.0
-
-
 def test_the_error_is_the_largest_difference_of_an_entry() -> None:
     assert largest_difference(np.array([1.0, -2.0]), np.array([1.5, 1.0])) == 3.0
     assert np.isnan(largest_difference(np.array([np.nan, 0.0]), np.zeros(2)))
@@ -292,14 +262,6 @@ def pulled_up() -> Problem:
     return Problem(galvi.RigidBody(problem.system.inertia, up), problem.q0, problem.v0)
 
 
-def heavier_chain() -> Problem:
-    """By a hundredth."""
-    problem: Any = planar_chain(True).problem
-    chain = replace(problem.system.function, gravity=1.01 * problem.system.function.gravity)
-    return Problem(galvi.Lagrangian(chain, galvi.Rn(len(problem.q0))), problem.q0, problem.v0)
-
-
-@pytest.mark.slow_cases("planar_chain-heavier_chain")
 @pytest.mark.parametrize(
     ("make", "wrong"),
     [
@@ -307,7 +269,6 @@ def heavier_chain() -> Problem:
         (fermi_pasta_ulam_tsingou, lambda: galvi.problems.fermi_pasta_ulam_tsingou(beta=0.01)),
         (free_body_se3, lambda: galvi.problems.free_body_se3(g=(0.0, 0.0, -0.01))),
         (pendulum, pulled_up),
-        (planar_chain, heavier_chain),
     ],
 )
 def test_a_wrong_law_stands_out_though_it_conserves_its_own_energy(
