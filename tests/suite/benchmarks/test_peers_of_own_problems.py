@@ -8,7 +8,6 @@ from benchmarks.work_precision.own_problem import ADAPTIVE, FIXED
 from benchmarks.work_precision.truths import TRUTHS
 from references import reference
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
-from tests.properties.random_trees import random_tree
 
 TEXTBOOK = {"Stormer-Verlet", "Forest-Ruth", "RK4"}
 MUJOCO = {f"MuJoCo {name}" for name in ("RK4", "Euler", "implicit", "implicitfast")}
@@ -49,11 +48,6 @@ def bodies():
     )  # fmt: skip
 
 
-def read_from_mujoco():
-    pytest.importorskip("mujoco")
-    return galvi.from_mujoco(random_tree(3, 5))
-
-
 # kind: a problem, the codes that take it, the name of its truth
 KINDS = {
     "a potential with its gradient": (
@@ -74,11 +68,6 @@ KINDS = {
     ),
     "a tree made by hand": (
         by_hand,
-        {*MUJOCO, MUJOCO_ACCELERATIONS.name, "SciPy DOP853 on Pinocchio's accelerations"},
-        MUJOCO_ACCELERATIONS.name,
-    ),
-    "a tree of a MuJoCo model": (
-        read_from_mujoco,
         {*MUJOCO, MUJOCO_ACCELERATIONS.name, "SciPy DOP853 on Pinocchio's accelerations"},
         MUJOCO_ACCELERATIONS.name,
     ),

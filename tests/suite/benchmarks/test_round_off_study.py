@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -12,9 +12,10 @@ import pandas as pd
 import pytest
 
 import galvi
+from benchmarks.checks.faults import faulty
 from benchmarks.measures.independent_invariants import exactly, relative_energy_error
 from benchmarks.studies import round_off
-from benchmarks.studies.round_off import COLUMNS, gauss
+from benchmarks.studies.round_off import gauss
 from benchmarks.studies.round_off_participants import KEPT, GalerkinParticipant, Sample
 from references.closed_forms.double_double import DoubleDouble
 
@@ -47,31 +48,14 @@ def test_the_runs_differ_by_1e_12_and_each_is_always_the_same() -> None:
         assert 1e-13 < np.abs(x / y - 1.0).max() < 5e-12
 
 
-@dataclass(frozen=True)
-class Few:
-    """Ensembles of a hundred years, by one participant."""
-
-    participant: GalerkinParticipant
-    runs: int = 8
-    years: float = 1000.0
-
-    def growth(self):
-        rows = [
-            round_off.row(self.participant, self.years, k, sample)
-            for k in range(self.runs)
-            for sample in self.participant.samples(round_off.member(k), self.years, None, print)
-        ]
-        return round_off.growths(pd.DataFrame(rows, columns=list(COLUMNS)))[0][1]
-
-
 @pytest.mark.slow(beside="test_drift.py::test_a_drift_below_the_walk_s_own_size_is_caught")
 def test_a_method_whose_end_weights_are_off_by_1e_15_is_caught_as_a_drift() -> None:
     sound = gauss(8, 10)
-    method = galvi.Galerkin(sound.method.space, sound.method.rule)
-    table = method.table
-    method.__dict__["table"] = replace(table, beta=table.beta * (1.0 + 1e-15))
-    wrong = Few(GalerkinParticipant(method, 10)).growth()
-    right = Few(sound).growth()
+    method = faulty(beta=1.0 + 1e-15)(sound.method.space, sound.method.rule)
+    participants = (sound, GalerkinParticipant(method, 10))
+    right, wrong = (
+        round_off.growths(round_off.brouwer(True, participants=[one]))[0][1] for one in participants
+    )
     assert wrong.drifts and abs(wrong.exponent - 1.0) < 0.1
     assert not right.drifts
     assert abs(wrong.drift) > 20.0 * abs(right.drift)

@@ -52,7 +52,6 @@ from galvi import Problem, Trajectory
 from galvi.charts import CHARTS
 from references.mujoco.steps import MUJOCO_RK4
 from references.scipy.ivp import DOP853, TIGHT
-from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853
 from reports.figures.drawing import UNITS
 
 Make = Callable[[bool], WorkPrecisionProblem]
@@ -184,16 +183,6 @@ def test_the_quick_report_leaves_applegate_out_and_most_encounters() -> None:
 
 
 # ---- truths
-
-
-@pytest.mark.parametrize(
-    "make", [elastic_pendulum, henon_heiles, fermi_pasta_ulam_tsingou, kepler_polar]
-)
-def test_two_truths_are_the_same(make: Make) -> None:
-    case = make(False)
-    peer = LAGRANGIAN_DOP853 if LAGRANGIAN_DOP853.supports(case.problem) else DOP853
-    second = peer.run(case.problem, case.duration, {"samples": 1, **TIGHT})
-    assert error_of(case, second) < 1e-12  # 2e-13
 
 
 def test_the_truth_of_a_grain_holds_as_far_as_it_says() -> None:
