@@ -9,13 +9,14 @@ import pytest
 
 import galvi
 from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
-from benchmarks.checks.claim import Claim, Row
+from benchmarks.checks.claim import Claim
 from benchmarks.claims import AGREEMENTS
 from benchmarks.claims.agreements import ENGINES, TRUTHS, WithGalvi, engines
 from benchmarks.claims.documents import all_documents, measuring
 from benchmarks.work_precision.galvi_methods import Variational
 from galvi import Problem
 from references import REFERENCES
+from tests.suite.benchmarks.planted_tables import rows
 
 CLAIM = {claim.id: claim for claim in AGREEMENTS}
 BY_ID = pytest.mark.parametrize("claim", AGREEMENTS, ids=lambda claim: claim.id)
@@ -25,10 +26,6 @@ ALL = [
     for section in part.sections
     for pair in measuring(section).pairs
 ]
-
-
-def rows(claim: Claim) -> list[Row]:
-    return claim.judge(claim.study(galvi.Galerkin, True, lambda sentence: None))
 
 
 def test_every_reference_is_met_once_on_a_problem_that_it_solves() -> None:

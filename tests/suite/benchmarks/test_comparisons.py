@@ -318,8 +318,7 @@ def without_ends(solved: int, problems: int) -> Share:
     return Share(*[found.share] * 3) if solved in (0, problems) else found
 
 
-@pytest.mark.slow_cases("28")
-@pytest.mark.parametrize("problems", [5, 12, 28])
+@pytest.mark.parametrize("problems", [5, 12])
 def test_bands_cover_and_ones_that_are_too_small_are_seen(problems: int) -> None:
     trues = [0.02 * k for k in range(1, 50)]
 

@@ -8,7 +8,7 @@ import pytest
 
 import galvi
 from benchmarks.studies import scaling
-from benchmarks.studies.scaling import COLUMNS, TARGET, ScalingParticipant
+from benchmarks.studies.scaling import COLUMNS, TARGET
 from benchmarks.test_problems.planets import innermost_period, many_planets
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from galvi.diagnostics.orbits import heliocentric
@@ -63,20 +63,6 @@ def test_massless_bodies_cost_the_pairs_that_pull(table: pd.DataFrame) -> None:
     run = gauss_collocation(8).run(problem, 5000.0, {"step": 500.0, "save_every": 10})
     pairs = run.counts["pair_evaluations"] / run.counts["force_evaluations"]
     assert pairs == pytest.approx(problem.system.pairs, rel=0.3)
-
-
-def test_a_peer_that_is_not_installed_has_rows_that_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Absent:
-        missing = "Install the engine."
-
-    participants = (
-        ScalingParticipant("galvi degree 8, Gauss 8", gauss_collocation(8), 6),
-        ScalingParticipant("Other", Absent()),
-    )
-    monkeypatch.setattr(scaling, "PARTICIPANTS", participants)
-    rows = scaling.scaling(quick=True, bodies=(3,), orbits=2)
-    assert list(rows["status"]) == ["", "Install the engine."]
-    assert rows["seconds_per_orbit"].isna().tolist() == [False, True]
 
 
 def test_a_system_is_bound_barycentric_and_without_close_encounters() -> None:
