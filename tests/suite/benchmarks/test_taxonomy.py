@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 import pandas as pd
 import pytest
 
 import galvi
+from benchmarks.checks.faults import faulty
 from benchmarks.measures.space_rule_pairs import MANY, OF_ONE_DEGREE, kind_of, kinds, pairs
 from benchmarks.studies.taxonomy import COLUMNS, ILL_POSED, INCONSISTENT, METHOD, taxonomy
 from galvi.rules import RULES
@@ -69,18 +67,14 @@ def test_refused_pairs_say_why_and_have_no_numbers(found: pd.DataFrame) -> None:
 def test_a_table_that_is_slightly_wrong_is_seen() -> None:
     """Stages a little too large: the order goes, and with it the canonical form."""
 
-    def make(space: Any, rule: Any) -> galvi.Galerkin:
-        method = galvi.Galerkin(space, replace(rule, name=f"{rule.name}, wrong"))
-        wrong = method.table.A * (1.0 + 1e-2 * np.arange(rule.points))
-        vars(method)["table"] = replace(method.table, A=wrong)
-        return method
-
     cubic = [next(pairs((3,), (3,)))]
     assert (cubic[0].kind, cubic[0].family) == ("Polynomials", "Gauss")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("benchmarks.studies.taxonomy.pairs", lambda *given: iter(cubic))
         patch.setattr("benchmarks.studies.taxonomy.QUICK_FEW", 3)
-        wrong, sound = (made(taxonomy(True, silent, m)).iloc[0] for m in (make, galvi.Galerkin))
+        wrong, sound = (
+            made(taxonomy(True, silent, m)).iloc[0] for m in (faulty(A=1.01), galvi.Galerkin)
+        )
     assert abs(sound["measured"] - 6.0) < AGREES < abs(wrong["measured"] - wrong["predicted"])
     assert sound["symplecticity"] < 1e-14 < wrong["symplecticity"]
 
