@@ -175,6 +175,16 @@ def other(sound: Coupled, change: Callable[..., dict[str, Any]]) -> Coupled:
     return replace(sound, motion=lambda q, mu: replace(motion(q, mu), **change(q, mu)))
 
 
+@pytest.mark.parametrize("sound", [HUNG_BODY, JOINED_PENDULUMS], ids=["hung", "joined"])
+def test_a_coupled_motion_by_newton_and_euler_is_that_of_galvi(sound: Coupled) -> None:
+    problem = sound.problem()
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    run = galvi.integrate(problem, method, 0.1, 5)
+    q, p = sound.flow(problem.q0, problem.p0, 0.5)
+    np.testing.assert_allclose(run.q[-1], q, atol=1e-12)
+    np.testing.assert_allclose(run.p[-1], p, atol=1e-12)
+
+
 # Motions of L14 that lack a coupling: of forces, or of the momentum about the frame with that
 # about the centre.
 UNCOUPLED = {
