@@ -24,6 +24,7 @@ from benchmarks.work_precision.fronts import (
     at_smallest,
     front,
     ratios,
+    seconds_at,
     unfounded,
 )
 from benchmarks.work_precision.labels import LABELS, label_of
@@ -66,6 +67,12 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other(
     for end in ends:
         assert not any((e < end[0] and s <= end[1]) or (e <= end[0] and s < end[1])
                        for e, s in points)  # fmt: skip
+
+
+def test_a_time_is_that_of_a_run_that_reaches_the_error() -> None:
+    for target, seconds in ((1e-4, 4.0), (1.0, 1.0), (1e-6, 4.0), (1e-7, math.nan)):
+        found = seconds_at([1e-2, 1e-6], [1.0, 4.0], target)
+        assert found == pytest.approx(seconds, nan_ok=True)
 
 
 def test_ratios_are_taken_to_the_fastest_method_of_galvi() -> None:
