@@ -21,7 +21,7 @@ from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import Participant, Truth, WorkPrecisionProblem
 from benchmarks.work_precision.problems.pendulums import henon_heiles
-from benchmarks.work_precision.problems.planets import kepler
+from benchmarks.work_precision.problems.planets import kepler, solar_system
 from benchmarks.work_precision.problems.rigid_bodies import free_body
 from galvi import Problem, Trajectory
 
@@ -80,6 +80,11 @@ def test_a_tolerance_and_a_number_of_passes_stop_an_iteration_early() -> None:
     whole, cut = (gauss_collocation(4, galvi.KeplerFrame(passes=n)) for n in (None, 2))
     assert cut.stops_early({}) and gauss_collocation(4).stops_early({"tolerance": 1e-9})
     assert not whole.stops_early({}) and not gauss_collocation(4).stops_early({"step": 1.0})
+
+
+def test_point_masses_have_an_error_of_energy_beside_that_of_position() -> None:
+    rows = study(only(solar_system(quick=True), "galvi degree 12, Gauss 12"))
+    assert rows["error"].min() < 1e-10 and rows["energy"].min() < 1e-13  # 3e-12
 
 
 # ---- times
