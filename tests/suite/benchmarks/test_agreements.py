@@ -65,7 +65,7 @@ def test_engines_are_known_by_what_is_installed() -> None:
     assert set(engines()) == set(ENGINES) == known
 
 
-@pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
+@pytest.mark.slow(beside="test_claims.py::test_a_planted_fault_is_caught")
 def test_a_truth_of_another_motion_is_confirmed_by_none(monkeypatch: pytest.MonkeyPatch) -> None:
     class Perturbed:
         """The second truth, from a start that differs by 1e-9."""

@@ -172,16 +172,6 @@ def test_the_halves_tell_a_power_from_a_geometric_fall() -> None:
     assert late.rate > early.rate + 2.0 * (early.uncertainty + late.uncertainty)
 
 
-def test_a_fall_holds_all_that_is_said_of_errors_in_n() -> None:
-    n = np.arange(4.0, 20.0)
-    errors = 0.5**n
-    decay = convergence_fits.decay(n, errors, floor=FLOOR)
-    assert decay.fit == convergence_fits.geometric(n, errors, floor=FLOOR)
-    assert (decay.early, decay.late) == convergence_fits.halves(n, errors, floor=FLOOR)
-    assert math.isclose(decay.worst, 0.5) and decay.smallest == errors[-1]
-    assert math.isnan(convergence_fits.decay([], [], floor=FLOOR).smallest)
-
-
 def test_the_worst_ratio_is_that_of_errors_in_the_window() -> None:
     errors = [0.5, 1e-2, 1e-3, 5e-4, 1e-6, 1e-13, 1e-13]
     assert math.isclose(convergence_fits.worst_ratio(errors, floor=FLOOR), 0.5)

@@ -41,7 +41,7 @@ from references.textbook import galerkin as textbook
 from tests.suite.benchmarks.planted_tables import CLAIM, contradicted, rows
 from tests.suite.benchmarks.quick_studies import quick
 
-IN_COLUMNS = pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
+IN_COLUMNS = pytest.mark.slow(beside="test_claims.py::test_a_planted_fault_is_caught")
 FOLLOW = model.follow
 
 
