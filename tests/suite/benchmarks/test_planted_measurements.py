@@ -178,6 +178,5 @@ def test_no_verdict_about_the_cost_rests_on_a_time() -> None:
     table, random = quick(CLAIM["V24"]), np.random.default_rng(1)
     sound = verdicts(CLAIM["V24"], table)
     chosen = table["quantity"].isin([v24.SECONDS, v24.FASTEST, v24.SLOWEST])
-    for scale in (1e-3, 1.0, 1e3):
-        table.loc[chosen, "value"] *= scale * random.uniform(0.1, 10.0, chosen.sum())
-        assert verdicts(CLAIM["V24"], table) == sound
+    table.loc[chosen, "value"] *= 1e3 * random.uniform(0.1, 10.0, chosen.sum())
+    assert verdicts(CLAIM["V24"], table) == sound
