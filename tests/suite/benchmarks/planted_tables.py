@@ -13,7 +13,7 @@ import pytest
 import galvi
 from benchmarks.checks.bounds import CONTRADICTED
 from benchmarks.checks.claim import Claim, Row
-from benchmarks.checks.faults import Fault, faulty, reversed_clock, with_table
+from benchmarks.checks.faults import Fault
 from benchmarks.claims import CLAIMS
 from galvi import Problem
 from references.closed_forms.kepler import KEPLER
@@ -23,7 +23,6 @@ from tests.suite.benchmarks.quick_studies import quick
 
 TRUTHS = tuple(type(truth) for truth in (KEPLER, FREE_TOP, IAS15))
 CLAIM = {claim.id: claim for claim in CLAIMS}
-__all__ = ["CLAIM", "contradicted", "faulty", "reversed_clock", "rows", "with_table"]
 
 
 def rows(claim: Claim, fault: Fault | Callable[..., Any] = galvi.Galerkin) -> list[Row]:

@@ -9,14 +9,14 @@ import pytest
 
 import galvi
 from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
-from benchmarks.checks.claim import Claim, Row
+from benchmarks.checks.claim import Claim
 from benchmarks.claims import AGREEMENTS
-from benchmarks.claims.agreements import ENGINES, STORED, TRUTHS, WithGalvi, engines
+from benchmarks.claims.agreements import ENGINES, TRUTHS, WithGalvi, engines
 from benchmarks.claims.documents import all_documents, measuring
-from benchmarks.store.frames import frame
 from benchmarks.work_precision.galvi_methods import Variational
 from galvi import Problem
 from references import REFERENCES
+from tests.suite.benchmarks.planted_tables import rows
 
 CLAIM = {claim.id: claim for claim in AGREEMENTS}
 BY_ID = pytest.mark.parametrize("claim", AGREEMENTS, ids=lambda claim: claim.id)
@@ -26,10 +26,6 @@ ALL = [
     for section in part.sections
     for pair in measuring(section).pairs
 ]
-
-
-def rows(claim: Claim) -> list[Row]:
-    return claim.judge(claim.study(galvi.Galerkin, True, lambda sentence: None))
 
 
 def test_every_reference_is_met_once_on_a_problem_that_it_solves() -> None:
@@ -52,12 +48,6 @@ def test_every_row_is_as_expected_and_says_what_it_was_held_against(claim: Claim
         assert row.verdict == (NOT_RUN if absent else HOLDS)
 
 
-@BY_ID
-def test_nothing_measured_is_never_an_agreement(claim: Claim) -> None:
-    empty = claim.judge(frame([]))
-    assert empty and all((row.verdict, row.expected) == (NOT_RUN, HOLDS) for row in empty)
-
-
 def test_a_run_that_fails_or_raises_is_not_run_and_was_expected_to_hold(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -70,26 +60,12 @@ def test_a_run_that_fails_or_raises_is_not_run_and_was_expected_to_hold(
     assert set(table["status"]) == {"ValueError: no such method"}
 
 
-def test_an_absent_engine_is_named_and_its_row_is_expected_not_to_run(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    class Absent:
-        name = STORED.pairs[1].references[0].name
-        missing, engine = "No module named 'absent'. Install it.", "absent"
-
-    wanting = replace(STORED.pairs[1], contender=Absent())  # type: ignore[type-var]
-    monkeypatch.setattr(STORED, "pairs", (STORED.pairs[0], wanting, *STORED.pairs[2:]))
-    _, row, *_ = rows(CLAIM["A2"])
-    assert (row.verdict, row.expected, row.reason) == (NOT_RUN, NOT_RUN, Absent.missing)
-    assert row.absent == "absent"
-
-
 def test_engines_are_known_by_what_is_installed() -> None:
     known = {"rebound", "mujoco", "heyoka", "jplephem", "pinocchio"}
     assert set(engines()) == set(ENGINES) == known
 
 
-@pytest.mark.slow(beside="test_faults.py::test_a_planted_fault_is_caught")
+@pytest.mark.slow(beside="test_claims.py::test_a_planted_fault_is_caught")
 def test_a_truth_of_another_motion_is_confirmed_by_none(monkeypatch: pytest.MonkeyPatch) -> None:
     class Perturbed:
         """The second truth, from a start that differs by 1e-9."""

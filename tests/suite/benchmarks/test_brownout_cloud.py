@@ -1,4 +1,4 @@
-"""The stated brownout cloud: random numbers, emission, fall speeds and the pilot's ray."""
+"""The stated brownout cloud: random numbers, emission, fall speeds, the pilot's ray, and costs."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from benchmarks.applications.brownout.cloud import (
     Cloud,
     optical_depth,
 )
+from benchmarks.applications.brownout.cost_at import cost_at, over
 from benchmarks.applications.brownout.emission import (
     Emission,
     friction_speed,
@@ -33,6 +34,7 @@ from benchmarks.applications.brownout.emission import (
 )
 from benchmarks.applications.brownout.flights import follow
 from benchmarks.applications.brownout.philox import philox, uniforms
+from benchmarks.statistics.estimate import Estimate
 
 ONES = 0xFFFFFFFF
 
@@ -78,9 +80,8 @@ def test_the_flux_is_whites_and_begins_at_the_threshold() -> None:
     assert friction_speed(7.0, 4.0) == pytest.approx(0.4 * 25.4 / math.log(1000.0), rel=0.01)
 
 
-@pytest.mark.parametrize("diameter", [10e-6, 100e-6])
-def test_the_mass_lifted_is_an_adaptive_quadratures(diameter: float) -> None:
-    known = Emission(diameter, UNTIL)
+def test_the_mass_lifted_is_an_adaptive_quadratures() -> None:
+    known = Emission(100e-6, UNTIL)
     exact = dblquad(lambda r, t: known.density(r, t), 0.0, UNTIL, 0.5, 20.0, epsrel=1e-5)[0]
     assert known.mass == pytest.approx(exact, rel=1e-4)  # 1e-5
 
@@ -121,7 +122,7 @@ def test_fall_speeds_are_those_of_the_drag_laws(drag: str, speeds: tuple[float, 
     for diameter, stated in zip((10e-6, 100e-6, 400e-6), speeds, strict=True):
         law, rates = Cloud(diameter, drag).rates
         fall = follow(
-            galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3)), [[1e6, 0.0, 50.0]],
+            galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2)), [[1e6, 0.0, 50.0]],
             np.zeros((1, 3)), [0.0], rates[None], law, 1 / 256, 4.0, gravity=9.80665,
         ).v[0]  # fmt: skip
         assert fall[2] == pytest.approx(-stated, rel=0.012)
@@ -164,3 +165,44 @@ def test_the_long_form_keeps_what_is_done(tmp_path: Path, monkeypatch: pytest.Mo
     (row,) = cost.stored(tmp_path, print).to_dict("records")
     assert row["grains"] == 100 and row["micrometres"] == 100.0 and row["optical_depth"] >= 0.0
     assert row["commit"] and row["date"] and row["status"] == ""
+
+
+# ---- costs at which an error is reached, between the steps at which it was measured
+
+COSTS = 100.0 * 1.1 ** np.arange(12)
+EXACT = np.zeros(12)
+
+
+@given(st.floats(1.0, 6.0), st.floats(120.0, 250.0), st.sampled_from([-1.0, 1.0]))
+def test_a_power_law_is_found_between_the_points(power: float, cost: float, sign: float) -> None:
+    errors = sign * 1e-3 * (cost / COSTS) ** power
+    assert cost_at(1e-3, COSTS, errors, EXACT).value == pytest.approx(cost, rel=0.01)
+
+
+def test_an_error_that_changes_sign_is_below_only_after_its_last_excess() -> None:
+    found = cost_at(1.0, COSTS[:5], np.array([3.0, 0.5, -2.0, 0.0, 0.4]), EXACT[:5]).value
+    assert found == pytest.approx(COSTS[2] * 1.1**0.5)
+
+
+def test_the_uncertainty_is_that_of_the_errors() -> None:
+    errors, own = np.array([3.0, 1.2, 0.7]), np.array([0.1, 0.02, 0.03])
+    found = cost_at(1.0, COSTS[:3], errors, own)
+    by = [
+        (cost_at(1.0, COSTS[:3], errors + d, own).value - found.value) for d in 1e-4 * np.diag(own)
+    ]
+    assert found.uncertainty == pytest.approx(1e4 * math.hypot(*by), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "errors",
+    [[0.5, 0.4, 0.1], [3.0, 2.0, 1.1], [3.0, 2.0, math.nan], [3.0, 0.5, math.nan, 0.4], []],
+)
+def test_what_was_not_crossed_or_failed_below_has_no_cost(errors: list[float]) -> None:
+    k = len(errors)
+    assert math.isnan(cost_at(1.0, COSTS[:k], np.array(errors), EXACT[:k]).value)
+
+
+def test_a_ratios_relative_errors_add_in_squares() -> None:
+    found = over(Estimate(8.0, 0.8), Estimate(4.0, 0.3))
+    assert found.value == 2.0
+    assert found.uncertainty == pytest.approx(2.0 * math.hypot(0.1, 0.075))

@@ -1,4 +1,4 @@
-"""The claims have the verdicts expected of them, on the quick studies."""
+"""The claims have the verdicts expected of them, on the quick studies, and see planted faults."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import pytest
 
 from benchmarks.checks.bounds import HOLDS, NOT_RUN, VERDICTS, AtMost
 from benchmarks.checks.claim import Claim, Row, judged
-from benchmarks.claims import CLAIMS
+from benchmarks.checks.faults import Fault
+from benchmarks.claims import AGREEMENTS, CLAIMS
 from benchmarks.store.frames import COLUMNS
+from tests.suite.benchmarks.planted_tables import contradicted
 from tests.suite.benchmarks.quick_studies import quick
 
 BY_ID = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
@@ -82,13 +84,46 @@ def test_every_row_has_the_verdict_expected_of_it(claim: Claim) -> None:
         assert {"absent"} <= empty <= {"absent", "slopes"}
 
 
-@BY_ID
-def test_nothing_measured_is_never_a_success(claim: Claim) -> None:
+@pytest.mark.parametrize("claim", (*CLAIMS, *AGREEMENTS), ids=lambda claim: claim.id)
+def test_nothing_measured_is_never_a_success_and_rows_are_told_apart(claim: Claim) -> None:
     rows = claim.judge(pd.DataFrame())
     assert rows and all(row.verdict == NOT_RUN for row in rows)
+    assert len({row.quantity for row in rows}) == len(rows)
 
 
-@BY_ID
-def test_rows_of_a_claim_are_told_apart_by_their_quantity(claim: Claim) -> None:
-    quantities = [row.quantity for row in claim.judge(pd.DataFrame())]
-    assert len(set(quantities)) == len(quantities)
+# ---- the mistakes that a claim's document declares
+
+FAULTS = [(claim, fault) for claim in (*CLAIMS, *AGREEMENTS) for fault in claim.caught]
+# Claims whose quick studies take more than a second; the faults of others are of the same kinds.
+SLOW = (
+    *("V3", "V4", "V6", "V7", "V9", "V11", "V14", "V15", "V16", "V19", "V20", "V22", "V23"),
+    *("V25", "V26", "V28", "V29", "V30", "V33", "V34", "V35", "V36"),
+    *("L3", "L6", "L8", "L9", "L11", "L14", "L15", "L16", "L17", "L18"),
+)
+
+
+@pytest.mark.parametrize(
+    ("claim", "fault"),
+    [
+        pytest.param(
+            claim,
+            fault,
+            id=f"{claim.id}: {fault.what}",
+            marks=[pytest.mark.slow] * (claim.id in SLOW),
+        )
+        for claim, fault in FAULTS
+    ],
+)
+def test_a_planted_fault_is_caught(claim: Claim, fault: Fault) -> None:
+    assert fault.seen <= contradicted(claim, fault) | not_run_for_want_of_an_engine(claim)
+
+
+def not_run_for_want_of_an_engine(claim: Claim) -> set[str]:
+    if claim not in AGREEMENTS:
+        return set()
+    return {row.quantity for row in claim.judge(quick(claim)) if row.absent}
+
+
+def test_every_claim_declares_a_fault_and_tells_them_apart() -> None:
+    assert [claim.id for claim in CLAIMS if not claim.caught] == []
+    assert len({(claim.id, fault.what) for claim, fault in FAULTS}) == len(FAULTS)
