@@ -22,6 +22,7 @@ TOP_LEVEL = {
     "README.md",
     "benchmarks",
     "constraints.txt",
+    "cosmic-ray.toml",
     "docs",
     "galvi",
     "pyproject.toml",
