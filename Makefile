@@ -6,7 +6,9 @@ WORKERS ?= 2
 EXTRAS ?= suite,dev
 MODELS ?= gymnasium==1.4.0 gymnasium-robotics==1.4.2 dm_control==1.0.50 robosuite-models==1.0.0 \
     myo-sim==0.2.4
+SINCE ?= HEAD^
 BIN := .venv/bin
+MUTANTS = .venv/mutants-$(shell git rev-parse --short HEAD)
 # Tests of runs, which the general kernel does with GALVI_FAST=0; other tests would only be run twice.
 CORE := integrate order corners group_conservation group_systems lagrangian_scales \
     trajectory pieces events judged_when_asked problems external_forces \
@@ -51,10 +53,18 @@ docs: $(STAMP) ## write the site with the tutorials run, around whatever rows th
 studies: $(STAMP) ## run the long studies (hours); resumes after an interruption
 	$(BIN)/python -m reports studies
 
-mutants: $(STAMP) ## plant small faults and count those that the tests find (hours); resumes
-	@$(BIN)/python -c 'import cosmic_ray, pytest_cov' 2>/dev/null || $(BIN)/python -m pip install \
+mutants: $(STAMP) ## plant small faults in lines of galvi changed since SINCE, and list those that no test finds; resumes
+	@$(BIN)/python -c 'import cosmic_ray' 2>/dev/null || $(BIN)/python -m pip install \
 	    --quiet --disable-pip-version-check -e '.[$(EXTRAS),mutants]' -c constraints.txt
-	$(BIN)/python -m reports studies --only mutants
+	@test -d $(MUTANTS) || git clone --quiet --shared . $(MUTANTS)
+	cd $(MUTANTS) && export PATH="$(abspath $(BIN)):$$PATH" PYTHONPATH="$$PWD" && \
+	    test -e mutants.sqlite || { git branch --force before $(SINCE) && \
+	    cosmic-ray init cosmic-ray.toml new.sqlite && \
+	    cr-filter-operators new.sqlite cosmic-ray.toml && \
+	    cr-filter-git --config cosmic-ray.toml new.sqlite && \
+	    cosmic-ray baseline cosmic-ray.toml && mv new.sqlite mutants.sqlite; } && \
+	    cosmic-ray exec cosmic-ray.toml mutants.sqlite && \
+	    cr-report --surviving-only --show-diff mutants.sqlite && cr-rate mutants.sqlite
 
 bench: $(STAMP) ## time steps, trajectories and references, and store the times; QUICK=1: a few
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only $(if $(QUICK),-m quick)

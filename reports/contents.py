@@ -11,7 +11,6 @@ from benchmarks.work_precision.targets import TARGETS
 from reports.results.suite import Suite
 from reports.studies.costs import BROWNOUT_CLOUD, ENSEMBLES, NUMBER_OF_BODIES, START_UP
 from reports.studies.engines import ENGINE_VERSIONS, EPHEMERIS, FORCES, TREES
-from reports.studies.faults import MUTANTS
 from reports.studies.long_runs import FREE_BODY_DRIFT, ROUND_OFF
 from reports.studies.taxonomy import TAXONOMY
 
@@ -27,7 +26,6 @@ SECTIONS = (  # in the order of the page
     BROWNOUT_CLOUD,
     START_UP,
     ENSEMBLES,
-    MUTANTS,
 )
 
 

@@ -1,1 +1,1 @@
-"""Beside the report: a user's models and integrators, clouds, mutants."""
+"""Beside the report: a user's models and integrators, clouds."""

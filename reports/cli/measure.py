@@ -167,7 +167,7 @@ def build_all(
 def long_studies(
     context: typer.Context,
     only: Annotated[
-        str, typer.Option(metavar="mutants,free-spin", help="Only these studies.")
+        str, typer.Option(metavar="trees,free-spin", help="Only these studies.")
     ] = "",
     out: Out = OUT,
 ) -> int:

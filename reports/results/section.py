@@ -118,8 +118,3 @@ class Section:
     def anchor(self) -> str:
         """Its place on the page."""
         return self.name.replace("_", "-")
-
-
-def long_form_only(quick: bool, report: Report) -> pd.DataFrame:
-    """``measure`` of a study that has a long form alone: no rows."""
-    return pd.DataFrame()

@@ -19,7 +19,7 @@ from reports.results.comparison import Comparison
 from reports.results.machines import Machine, machines
 from reports.results.options import Options
 from reports.results.origins import read_origins
-from reports.results.section import Figure, long_form_only
+from reports.results.section import Figure
 from reports.results.section_result import SectionResult
 from reports.results.suite import Suite
 from reports.results.summary import Summary, summary
@@ -212,17 +212,10 @@ class Report:
         return [result for result in self.sections if result.frame is not None]
 
     @property
-    def studies_left_out(self) -> list[tuple[str, str, str]]:
-        """The title of each study without rows, the command that runs it, and why it did not run,
-        or ""."""
+    def studies_left_out(self) -> list[tuple[str, str]]:
+        """The title of each study without rows, and why it did not run, or ""."""
         return [
-            (
-                result.section.title,
-                f"galvi studies --only {result.section.name}"
-                if result.section.measure is long_form_only
-                else "galvi build",
-                result.failure or result.note,
-            )
+            (result.section.title, result.failure or result.note)
             for result in self.sections
             if result.frame is None
         ]

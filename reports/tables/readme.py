@@ -9,8 +9,6 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.applications.mutation.study import equivalents
-from benchmarks.applications.mutation.trial import KILLED
 from benchmarks.claims import CLAIMS
 from benchmarks.claims.statements import counted, statements
 from benchmarks.statistics.paired import TIE
@@ -213,8 +211,7 @@ def _choice(rows: pd.DataFrame) -> str:
 
 
 def evidence(out: Path) -> str:
-    """What speaks for galvi's numbers, counted: statements, checks, truths, planted faults, and
-    the mutants where `make studies` has kept them."""
+    """What speaks for galvi's numbers, counted: claims, checks, truths, planted faults."""
     claims = read_csv(out / "claims.csv")
     differing = int((claims["verdict"] != claims["expected"]).sum())
     faults = sum(len(claim.caught) for claim in CLAIMS)
@@ -223,22 +220,8 @@ def evidence(out: Path) -> str:
         ("checks with another verdict than expected", f"{differing}", "`galvi verify`"),
         ("stored truths, with script, engine, version and hash", f"{len(truths())}", "report"),
         ("planted faults that a claim must catch", f"{faults}", "`make test`, `make slow`"),
-        ("mutants found by the tests", _mutants(out / "mutants.csv"), "`make mutants`"),
     ]
-    table = pd.DataFrame(lines, columns=["evidence", "number", "from"])
-    return markdown(table[table["number"] != ""])
-
-
-def _mutants(file: Path) -> str:
-    if not file.exists():
-        return ""
-    rows, same = read_csv(file), equivalents()
-    changes = rows[["file", "before", "after"]].itertuples(index=False, name=None)
-    rows = rows[[change not in same for change in changes]]
-    killed = int((rows["outcome"] == KILLED).sum())
-    return (
-        f"{killed} of {len(rows)} ({killed / len(rows):.1%}), those that compute the same left out"
-    )
+    return markdown(pd.DataFrame(lines, columns=["evidence", "number", "from"]))
 
 
 def marks(name: str) -> tuple[str, str]:
