@@ -6,9 +6,11 @@ the fixtures.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import lru_cache
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -31,6 +33,26 @@ def make_suite() -> Callable[..., Suite]:
         return Suite(claims or (claim(),), provenance=provenance, **parts)
 
     return make
+
+
+@pytest.fixture
+def ask(make_suite, tmp_path, monkeypatch, capsys) -> Callable[..., SimpleNamespace]:
+    """(a command line, claims or a suite) -> the exit status and what was said, in an empty folder
+    where the report is in `out`."""
+    from reports.cli.commands import run
+    from reports.results.suite import Suite
+
+    monkeypatch.chdir(tmp_path)
+
+    def ask(words: str, *claims: Claim | Suite) -> SimpleNamespace:
+        capsys.readouterr()
+        suite = claims[0] if claims and isinstance(claims[0], Suite) else make_suite(*claims)
+        place = [] if "--out" in words else ["--out", "out"]
+        status = run(lambda: suite, [*shlex.split(words), *place], called=["galvi"])
+        out, err = capsys.readouterr()
+        return SimpleNamespace(status=status, out=out, err=err)
+
+    return ask
 
 
 @pytest.fixture(scope="session")

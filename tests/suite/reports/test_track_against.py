@@ -176,15 +176,6 @@ def test_a_head_that_cannot_be_imported_is_red(checkout: Path) -> None:
     assert "RuntimeError: broken" in (checkout.parent / "out" / "against.md").read_text()
 
 
-def test_an_empty_revision_is_refused_and_not_taken_for_none(
-    make_suite: Any, capsys: pytest.CaptureFixture
-) -> None:
-    assert run(make_suite, ["track", "--against", ""]) == 2
-    assert "--against expects a commit, a branch or a tag; received nothing" in (
-        capsys.readouterr().err
-    )
-
-
 def test_a_base_that_lacks_everything_cannot_be_compared(checkout: Path) -> None:
     write(checkout, "nothing = 0")
     git(checkout, "commit", "--quiet", "-am", "nothing")
@@ -210,6 +201,10 @@ def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(tmp_path
         write(tmp_path, stub())
         assert one.time(CASE, 2, 1) > 0.0
         assert one.run(CASE)["counts"] == {"steps": 10, "iterations": 5}
+        one.stop()
+        shutil.rmtree(tmp_path / "galvi")
+        with pytest.raises(Failed, match="not that of its own checkout"):
+            one.run(CASE)
 
 
 def test_a_side_that_hangs_twice_is_not_asked_again_in_any_process(tmp_path: Path) -> None:
@@ -222,18 +217,6 @@ def test_a_side_that_hangs_twice_is_not_asked_again_in_any_process(tmp_path: Pat
         with pytest.raises(Failed, match=r"was not asked: 2 answers did not come within 0.5 sec"):
             one.run(CASE)
         assert one.process is None
-
-
-@pytest.mark.slow(beside="test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on")
-def test_each_worker_has_the_galvi_of_its_own_checkout(checkout: Path) -> None:
-    write(checkout, stub(iterations=7))
-    with checkouts("HEAD", checkout) as (base, head):
-        for side, iterations in ((base, 5), (head, 7)):
-            with Worker(side) as one:
-                assert one.run(CASE)["counts"]["iterations"] == iterations
-        shutil.rmtree(base.folder / "galvi")
-        with Worker(base) as one, pytest.raises(Failed, match="not that of its own checkout"):
-            one.run(CASE)
 
 
 @pytest.mark.slow(beside="test_what_an_integrator_says_is_harmless_and_what_it_starts_ends_with_it")
@@ -387,9 +370,7 @@ def test_what_cannot_be_tracked_in_another_project_is_a_sentence(
     assert said in error and error.count("\n") == 1
 
 
-@pytest.mark.slow(
-    beside="test_track_gates.py::test_a_benchmark_that_the_base_lacks_is_not_compared"
-)
+@pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
 def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
     make_suite: Any, project: Path, capsys: pytest.CaptureFixture
 ) -> None:
@@ -405,29 +386,7 @@ def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
     assert "is new" in (said := capsys.readouterr().out) and "not worse than" in said
 
 
-HANGS = "        import time; time.sleep(99)\n        t, a ="
-
-
-@pytest.mark.slow(beside="test_a_side_that_hangs_twice_is_not_asked_again_in_any_process")
-def test_a_head_that_hangs_is_red_and_a_base_that_hangs_is_not(project: Path) -> None:
-    """After two answers of a side that miss the limit, nothing more is asked of it."""
-    module, sound = project / "mine_to_track.py", MINE.format(rate=1.0, count=7)
-
-    def tracked() -> int:
-        named = ("mine_to_track:Mine",)
-        return command.track_command(project / "out", {}, "HEAD", (), False, False, named, 15.0)
-
-    module.write_text(sound.replace("        t, a =", HANGS))
-    assert tracked() == 1
-    said = (project / "out" / "against.md").read_text()
-    assert "The head cannot run it: It gave no answer within 15 seconds and was ended." in said
-    git(project.parent, "commit", "--quiet", "-am", "hangs")
-    module.write_text(sound)
-    assert tracked() == 0
-    assert "Base: It gave no answer" in (project / "out" / "against.md").read_text()
-
-
-@pytest.mark.slow(beside="test_track_gates.py::test_a_benchmark_may_ask_for_a_larger_size")
+@pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
 def test_thresholds_of_a_project_are_those_of_its_benchmarks(project: Path) -> None:
     (case,) = contender_cases(["mine_to_track:Mine"], 60.0, Thresholds(0.2, 0.05))
     assert (case.slower, case.error_tolerance, case.rounding) == (0.2, 0.05, 1e-13)
@@ -462,18 +421,6 @@ def test_modules_of_the_repository_are_found_from_any_folder(
     put_suite_first()
     assert str(home) in sys.path and sys.path.index(str(home)) > 0
     assert importlib.util.find_spec("only_here") is not None
-
-
-@pytest.mark.slow(beside="test_track_gates.py::test_a_leak_is_red_by_its_memory")
-def test_a_leak_of_16_kilobytes_a_step_is_red_by_its_memory(make_suite: Any, project: Path) -> None:
-    leaks = MINE.format(rate=1.0, count=7) + "\n\nKEPT = []\n"
-    step = "        KEPT.extend(bytearray(b'1' * 16_384) for _ in range(4000 - len(KEPT) // 2))\n"
-    leaks = leaks.replace("        t, a =", f"{step}        t, a =")
-    (project / "mine_to_track.py").write_text(leaks)
-    asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine"]
-    assert run(make_suite, [*asked, "--out", str(project / "out")]) == 1
-    row, *_ = json.loads((project / "out" / "against.json").read_text())["benchmarks"]
-    assert "memory" in row["alarms"]
 
 
 HOSTILE = """

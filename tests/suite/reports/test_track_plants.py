@@ -141,6 +141,14 @@ PLANTS = (
         least=6,
     ),
     Plant(
+        "a leak of 16 kB a step",
+        (
+            ("\n\nclass", "\n\nKEPT = []\n\n\nclass"),
+            (STEP, f"{STEP}            KEPT.append(bytearray(b'1' * 16_384))\n"),
+        ),
+        gates=("memory",),
+    ),
+    Plant(
         "200 MB more for a while",
         insert(START, "        np.ones(25_000_000)\n"),
         gates=("memory",),
