@@ -266,10 +266,10 @@ def test_comparisons_fit_in_any_width():
     ]
     tracked = Figure("t", "t", track_record, options={"panels": panels_of}, size=(6.0, 4.85))
     runs = work_precision(True, print)
+    shown = [(comparison_figure("kepler e=0.6", runs), runs), (tracked, history)]
+    shown += [(one, compared(one)) for one in HEADLINES]
     for width in ALL.values():
-        for figure, rows in ((comparison_figure("kepler e=0.6", runs), runs),
-                              (tracked, history),
-                              *((one, compared(one)) for one in HEADLINES)):  # fmt: skip
+        for figure, rows in shown:
             assert not list(faults(laid_out(figure, rows, width)))
 
 

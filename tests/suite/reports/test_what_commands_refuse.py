@@ -17,6 +17,7 @@ from reports.cli.commands import run
 OUTSIDE = """
 import galvi
 number = 3
+RK4 = galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(1))
 class Leapfrog: pass
 def raises(): raise RuntimeError("no, thanks")
 def alone(): return galvi.problems.kepler(0.3)
@@ -80,6 +81,7 @@ REFUSED = (
     (f"{ORDERS}:whole --method outside:number", "Galerkin"),
     (f"{ORDERS}:whole --method mujoco.rk4", "mujoco.rk4"),
     (f"{ORDERS}:whole --contender outside:Absent", "Absent"),
+    (f"{ORDERS}:whole --method textbook.rk4 --method outside:RK4", "wo methods are called 'RK4'"),
     (f"{ORDERS}:whole --duration -1", "duration must be positive"),
     ("judge", "Missing argument 'FILE'."),
     ("judge absent.bin", "There is no file absent.bin"),
