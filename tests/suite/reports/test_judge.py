@@ -120,10 +120,6 @@ def test_the_same_from_python(model, tmp_path, monkeypatch):
 def test_what_the_command_refuses_is_a_value_error(model, suite_in_this_process):
     with pytest.raises(ValueError, match=r"Own integrator must be one of .*Choose one to judge"):
         galvi.judge(model, own={"integrator": "none"})
-    body = galvi.Problem(galvi.RigidBody((1, 2, 2)), np.eye(3), [0.1, 0.2, 0.3])
-    with pytest.raises(ValueError, match="RigidBody") as refused:
-        galvi.judge(body, 1.0)
-    assert "for galvi.judge" not in str(refused.value)  # it was handed over, and loaded
 
 
 ARM = """<mujoco model="arm"><option timestep="0.01" integrator="RK4"/><worldbody>
@@ -200,6 +196,13 @@ def test_sources_of_every_kind_are_judged(suite_in_this_process):
     assert again.own["error"] == pytest.approx(orbits.own["error"], rel=1e-9)
     with pytest.raises(ValueError, match=r"there is no file no/such\.xml"):
         galvi.judge("no/such.xml")
+
+
+def test_a_problem_that_judge_hands_over_is_loaded_in_its_process():
+    body = galvi.Problem(galvi.RigidBody((1, 2, 2)), np.eye(3), [0.1, 0.2, 0.3])
+    with pytest.raises(ValueError, match="RigidBody") as refused:
+        galvi.judge(body, 1.0)
+    assert "for galvi.judge" not in str(refused.value)
 
 
 def test_the_own_setting_is_read():

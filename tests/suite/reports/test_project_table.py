@@ -203,15 +203,6 @@ def test_a_number_of_the_table_out_of_range_names_the_table_and_the_option(
     assert capsys.readouterr().err == expected
 
 
-@pytest.mark.parametrize("value", ["nan", "inf", "-1", "x"])
-def test_a_number_out_of_range_is_refused_in_a_sentence(value, tmp_path, suite, capsys):
-    words = ["--out", str(tmp_path)]
-    for option in ("--timeout", "--fail-under"):
-        assert run(lambda: suite[0], ["verify", option, value, *words]) == 2
-        (line,) = capsys.readouterr().err.splitlines()
-        assert line.startswith(f"Invalid value for '{option}': Input should be ")
-
-
 def test_every_key_has_a_value_here_and_stands_on_the_page(tmp_path):
     assert set(VALUES) == set(KINDS)
     page = (Path(__file__).parents[3] / "docs" / "suite.md").read_text()
