@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +20,10 @@ from reports.site.build import SiteBuilder
 from reports.site.pages import PAGES
 from tests.suite.reports.browsing import MARKS, WIDTHS, browsing, looking, violations
 from tests.suite.reports.sites import BUILDER
+from tests.suite.reports.small_reports import ROW, claim
 
 OPEN = "document.querySelectorAll('details').forEach(one => { one.open = true; })"
 SHOW = "document.querySelectorAll('[hidden]').forEach(one => one.removeAttribute('hidden'))"
-FIRST_VIEW = 1_500_000  # bytes of the start with what it shows before scrolling, but the theme's
 RESULTS = tuple(f"results/{name}" for name in PAGES)
 DOCS = (  # a page of each kind, and those with what is widest
     "index",
@@ -56,16 +57,10 @@ OVERFLOW = """([inside, scrolls, boxes]) => [...document.querySelectorAll(inside
     if (scrolls && one.closest(boxes)) return false;
     return box.right > innerWidth + 1 || box.left < -1;
 }).slice(0, 5).map(one => one.tagName + '.' + one.className + ' ' + one.textContent.slice(0, 60))"""
+UNLOADED = "[...document.images].filter(one => !one.naturalWidth).length"
 SIDEWAYS = """() => [...document.querySelectorAll('.wide')]
     .filter(one => one.scrollWidth > one.clientWidth + 1)
     .map(one => one.innerText.slice(0, 40))"""
-CUT = """() => [...document.querySelectorAll('.wide')].filter(one => {
-    const caption = one.querySelector('caption');
-    if (!caption || !caption.firstChild) return false;
-    const range = document.createRange();
-    range.selectNodeContents(caption);
-    return range.getBoundingClientRect().right > one.getBoundingClientRect().right + 1;
-}).map(one => one.ariaLabel)"""
 VISIBLE = (
     "[...document.querySelectorAll('.claim')].filter(one => one.offsetParent).map(one => one.id)"
 )
@@ -74,16 +69,14 @@ pytestmark = MARKS
 
 
 @pytest.fixture(scope="module")
-def out(make_suite, make_claim, make_row, tmp_path_factory) -> Path:
+def out(make_suite, tmp_path_factory) -> Path:
     """The report to look at."""
     if "REPORT" in os.environ:
         return Path(os.environ["REPORT"]).resolve()
     folder = tmp_path_factory.mktemp("report")
-    suite = make_suite(
-        make_claim("V1"),
-        make_claim("L3", (make_row(verdict="exceeds", quantity="order", setup="x; " * 60),)),
-        make_claim("V5", tuple(make_row(quantity=f"number {k}") for k in range(9))),
-    )
+    exceeds = replace(ROW, verdict="exceeds", quantity="order", setup="x; " * 60)
+    many = tuple(replace(ROW, quantity=f"number {k}") for k in range(9))
+    suite = make_suite(claim("V1"), claim("L3", (exceeds,)), claim("V5", many))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(BUILDER, SiteBuilder)
         run(lambda: suite, ["build", "--quick", "--single-file", "--out", str(folder)])
@@ -119,11 +112,16 @@ def overflow(page: Any, scrolls: bool = True) -> list[str]:
 
 
 @pytest.mark.parametrize("name", (*NAMES, "report"))
-def test_nothing_is_too_wide_and_the_console_is_silent_without_a_network(opened, out, name):
+def test_pictures_load_nothing_is_too_wide_and_the_console_is_silent_without_a_network(
+    opened, out, name
+):
     if "REPORT" in os.environ and not (out / f"{name}.html").exists():
         pytest.skip(f"{out} has no {name}.html: build it with --single-file")
     for width in WIDTHS:
         page = opened(name, width)
+        page.evaluate("document.querySelectorAll('img').forEach(one => { one.loading = 'eager'; })")
+        page.wait_for_function("[...document.images].every(one => one.complete)")
+        assert page.evaluate(UNLOADED) == 0, (name, width)
         assert page.evaluate("document.documentElement.scrollWidth") <= width, (name, width)
         assert overflow(page) == [], (name, width)
         assert page.said == []
@@ -185,15 +183,6 @@ def test_axe_finds_a_picture_without_a_text_and_pale_words(opened):
     assert {"image-alt", "color-contrast"} <= {rule for rule, _ in violations(page)}
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_picture_loads(opened, name):
-    page = opened(name)
-    page.evaluate(OPEN)
-    page.evaluate("document.querySelectorAll('img').forEach(one => { one.loading = 'eager'; })")
-    page.wait_for_function("[...document.images].every(one => one.complete)")
-    assert page.evaluate("[...document.images].filter(one => !one.naturalWidth).length") == 0
-
-
 @pytest.mark.parametrize("name", ("results/claims", "report"))
 def test_claims_are_found_by_their_names_their_words_and_their_verdicts(opened, out, name):
     if not (out / f"{name}.html").exists():
@@ -226,15 +215,6 @@ def test_without_scripts_everything_is_shown(opened):
     assert page.locator("form.search:visible").count() == 0
 
 
-def test_the_first_view_is_small(out, opened):
-    page = opened("results/index")
-    early = "one.getBoundingClientRect().top < 900 || one.loading != 'lazy'"
-    eager = f"[...document.images].filter(one => {early})"
-    seen = page.evaluate(f"{eager}.map(one => one.getAttribute('src'))")
-    files = ["index.html", "../_static/results.css", "../_static/results.js", *seen]
-    assert sum((out / "results" / name).stat().st_size for name in files) < FIRST_VIEW
-
-
 def test_a_moving_picture_rests_until_asked_where_motion_is_unwanted(opened):
     page = opened("results/index")
     for button in page.locator("figure.motion button").all():
@@ -262,18 +242,3 @@ def test_the_navigation_leads_from_docs_to_results_and_back(opened):
     assert re.search(r"/results/claims\.html$", page.url)
     page.click(".bd-sidebar-primary .home a")
     assert page.url.endswith("/index.html")
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_captions_are_as_wide_as_the_box_of_their_table(opened, name):
-    for width in WIDTHS:
-        page = opened(name, width)
-        page.evaluate(OPEN)
-        assert page.evaluate(CUT) == [], width
-
-
-def test_a_caption_that_is_cut_would_be_found(opened):
-    page = opened("results/comparisons", 400)
-    page.add_style_tag(content="caption { display: block !important; width: 3000px !important; "
-                       "max-width: none !important; white-space: nowrap; }")  # fmt: skip
-    assert page.evaluate(CUT) != []

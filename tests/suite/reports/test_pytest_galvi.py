@@ -246,18 +246,22 @@ def test_what_cannot_be_loaded_ends_the_run_with_a_sentence_and_status_4(faked, 
     assert left(faked) == []
 
 
-def test_a_process_that_dies_fails_the_item_with_its_last_words_and_others_go_on(faked):
-    words = ("--galvi", "mine:Dying", "--galvi", "mine:It", "-k", "accuracy")
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("Dying", "ended with status 1, at Dying, accuracy, Kepler, e = 0.3. out of memory"),
+        pytest.param(
+            "Killed",
+            "ended by the signal 'Killed', at Killed, accuracy, Kepler, e = 0.3.",
+            marks=pytest.mark.skipif(os.name != "posix", reason="signals are of POSIX"),
+        ),
+    ],
+)
+def test_a_process_that_ends_fails_the_item_with_its_last_words_and_others_go_on(faked, name, said):
+    words = ("--galvi", f"mine:{name}", "--galvi", "mine:It", "-k", "accuracy")
     done = run(faked, *words, fake=True)
     assert done.returncode == 1 and "1 failed, 1 passed" in done.stdout
-    said = "the process that measures ended with status 1, at Dying, accuracy, Kepler, e = 0.3."
-    assert f"--galvi: {said} out of memory" in done.stdout
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals are of POSIX")
-def test_a_process_that_is_killed_is_named_by_the_signal(faked):
-    done = run(faked, "--galvi", "mine:Killed", "-k", "order", fake=True)
-    assert "ended by the signal 'Killed', at Killed, order." in done.stdout
+    assert said in done.stdout
 
 
 def test_a_package_of_the_suite_that_is_not_installed_is_named_with_the_remedy(tmp_path):

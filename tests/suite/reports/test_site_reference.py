@@ -1,5 +1,4 @@
-"""The reference: every public name once, its members with docstrings, and a short example that prints
-what it shows."""
+"""The reference: every public name once, with members that have docstrings and a short example."""
 
 from __future__ import annotations
 

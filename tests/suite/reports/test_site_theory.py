@@ -103,6 +103,11 @@ def _defined(text: str) -> set[str]:
     return {one.name for one in top} | inner
 
 
+def is_of(run: galvi.Trajectory, q: np.ndarray, p: np.ndarray) -> None:
+    """A step that ends at these is that of a run."""
+    assert np.max(np.abs(q - run.q[1])) < ROUND_OFF and np.max(np.abs(p - run.p[1])) < ROUND_OFF
+
+
 def rule_of(points: int, make=galvi.gauss):
     """Nodes and weights of a rule."""
     rule = make(points)
@@ -125,7 +130,7 @@ def test_the_step_on_a_vector_space_is_galvis(degree, points, make) -> None:
     q, v, x = vector_step(
         rule[1], powers(rule[0], degree), _attraction, problem.q0, problem.v0, 0.2
     )
-    assert np.max(np.abs(q - run.q[1])) < ROUND_OFF and np.max(np.abs(v - run.p[1])) < ROUND_OFF
+    is_of(run, q, v)
     at = problem.q0 + powers(np.array([0.37]), degree)[0] @ x
     assert np.max(np.abs(at - run(0.37 * 0.2))) < ROUND_OFF
 
@@ -147,8 +152,7 @@ def test_the_weak_form_with_a_force_that_depends_on_velocity_is_galvis_step() ->
     run = galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4)), h, 1)
     space = c[:, None] ** n, n * c[:, None] ** np.maximum(n - 1, 0), 1.0 * (n == 0), np.ones(4)
     x, p_h = weak_step(b, space, 2.0, F, problem.q0, run.p[0], h)
-    assert np.max(np.abs(np.sum(x, axis=0) - run.q[1])) < ROUND_OFF
-    assert np.max(np.abs(p_h - run.p[1])) < 1e-13  # 1e-15, of numbers of size 1
+    is_of(run, np.sum(x, axis=0), p_h)
 
 
 def test_the_step_of_a_body_is_galvis() -> None:
@@ -160,8 +164,7 @@ def test_the_step_of_a_body_is_galvis() -> None:
         return 9.81 * np.cross([0.0, 0.0, 1.0], R[2])
 
     R, mu, x = group_step(rule[1], powers(rule[0], 4), J, torque, problem.q0, J @ problem.v0, 0.3)
-    assert np.max(np.abs(R - run.q[1])) < ROUND_OFF
-    assert np.max(np.abs(mu - run.p[1])) < 1e-13  # 2e-15, of numbers of size 3
+    is_of(run, R, mu)
     at = problem.q0 @ cayley(powers(np.array([0.6]), 4)[0][0] @ x)
     assert np.max(np.abs(at - run(0.6 * 0.3))) < ROUND_OFF
 
@@ -194,8 +197,7 @@ def test_a_step_in_the_kepler_frame_is_galvis() -> None:
     run = galvi.integrate(galvi.Problem(galvi.NBody(m), q, v), method, h, 1)
     flow, rest, into = kepler_frame(m)
     Q, V = frame_step((c, b), flow, rest, np.stack([into @ q, into @ v]), h)
-    assert np.max(np.abs(np.linalg.solve(into, Q) - run.q[1])) < ROUND_OFF
-    assert np.max(np.abs(m[:, None] * np.linalg.solve(into, V) - run.p[1])) < ROUND_OFF
+    is_of(run, np.linalg.solve(into, Q), m[:, None] * np.linalg.solve(into, V))
     assert np.allclose(_left_over(m, q, into @ q), rest(into @ q)[:-1], rtol=1e-12)
 
 
@@ -247,8 +249,7 @@ def test_a_step_in_the_harmonic_frame_is_galvis() -> None:
         return squares * x - F.T @ gradient(F @ x)
 
     x, rate = frame_step((c, b), flow, rest, np.stack([F.T @ q, F.T @ v]), h)
-    assert np.max(np.abs(F @ x - run.q[1])) < ROUND_OFF
-    assert np.max(np.abs(F @ rate - run.p[1])) < ROUND_OFF
+    is_of(run, F @ x, F @ rate)
 
 
 def test_the_numbers_on_the_pages_follow() -> None:
