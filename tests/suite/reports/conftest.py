@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import lru_cache
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -18,35 +17,23 @@ import pytest
 if TYPE_CHECKING:
     import pandas as pd
 
-    from benchmarks.checks.claim import Claim, Row
+    from benchmarks.checks.claim import Claim
     from reports.results.suite import Suite
-
-
-@pytest.fixture(scope="session")
-def make_suite() -> Callable[..., Suite]:
-    """A suite of the given claims, by default one that holds."""
-    from reports.results.suite import Suite
-    from tests.suite.reports.small_reports import SKY, claim, cost, provenance, work_precision
-
-    def make(*claims: Claim, **others: object) -> Suite:
-        parts = {"work_precision": work_precision, "cost": cost, "sections": (SKY,), **others}
-        return Suite(claims or (claim(),), provenance=provenance, **parts)
-
-    return make
 
 
 @pytest.fixture
-def ask(make_suite, tmp_path, monkeypatch, capsys) -> Callable[..., SimpleNamespace]:
+def ask(tmp_path, monkeypatch, capsys) -> Callable[..., SimpleNamespace]:
     """(a command line, claims or a suite) -> the exit status and what was said, in an empty folder
     where the report is in `out`."""
     from reports.cli.commands import run
     from reports.results.suite import Suite
+    from tests.suite.reports.small_reports import suite_of
 
     monkeypatch.chdir(tmp_path)
 
     def ask(words: str, *claims: Claim | Suite) -> SimpleNamespace:
         capsys.readouterr()
-        suite = claims[0] if claims and isinstance(claims[0], Suite) else make_suite(*claims)
+        suite = claims[0] if claims and isinstance(claims[0], Suite) else suite_of(*claims)
         place = [] if "--out" in words else ["--out", "out"]
         status = run(lambda: suite, [*shlex.split(words), *place], called=["galvi"])
         out, err = capsys.readouterr()
@@ -80,22 +67,6 @@ def pages_as_text() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(BUILDER, TextSite)
         yield
-
-
-@pytest.fixture(scope="session")
-def make_row() -> Callable[..., Row]:
-    """A row of a claim that holds, with some of its fields replaced."""
-    from tests.suite.reports.small_reports import ROW
-
-    return lambda **fields: replace(ROW, **fields)
-
-
-@pytest.fixture(scope="session")
-def make_claim() -> Callable[..., Claim]:
-    """See `claim` of small_reports."""
-    from tests.suite.reports.small_reports import claim
-
-    return claim
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -7,11 +7,8 @@ REPORT=reports/out looks at that report instead of a small one.
 from __future__ import annotations
 
 import os
-import re
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -20,7 +17,7 @@ from reports.site.build import SiteBuilder
 from reports.site.pages import PAGES
 from tests.suite.reports.browsing import MARKS, WIDTHS, browsing, looking, violations
 from tests.suite.reports.sites import BUILDER
-from tests.suite.reports.small_reports import ROW, claim
+from tests.suite.reports.small_reports import ROW, claim, suite_of
 
 OPEN = "document.querySelectorAll('details').forEach(one => { one.open = true; })"
 SHOW = "document.querySelectorAll('[hidden]').forEach(one => one.removeAttribute('hidden'))"
@@ -58,9 +55,6 @@ OVERFLOW = """([inside, scrolls, boxes]) => [...document.querySelectorAll(inside
     return box.right > innerWidth + 1 || box.left < -1;
 }).slice(0, 5).map(one => one.tagName + '.' + one.className + ' ' + one.textContent.slice(0, 60))"""
 UNLOADED = "[...document.images].filter(one => !one.naturalWidth).length"
-SIDEWAYS = """() => [...document.querySelectorAll('.wide')]
-    .filter(one => one.scrollWidth > one.clientWidth + 1)
-    .map(one => one.innerText.slice(0, 40))"""
 VISIBLE = (
     "[...document.querySelectorAll('.claim')].filter(one => one.offsetParent).map(one => one.id)"
 )
@@ -69,14 +63,14 @@ pytestmark = MARKS
 
 
 @pytest.fixture(scope="module")
-def out(make_suite, tmp_path_factory) -> Path:
+def out(tmp_path_factory):
     """The report to look at."""
     if "REPORT" in os.environ:
         return Path(os.environ["REPORT"]).resolve()
     folder = tmp_path_factory.mktemp("report")
     exceeds = replace(ROW, verdict="exceeds", quantity="order", setup="x; " * 60)
     many = tuple(replace(ROW, quantity=f"number {k}") for k in range(9))
-    suite = make_suite(claim("V1"), claim("L3", (exceeds,)), claim("V5", many))
+    suite = suite_of(claim("V1"), claim("L3", (exceeds,)), claim("V5", many))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(BUILDER, SiteBuilder)
         run(lambda: suite, ["build", "--quick", "--single-file", "--out", str(folder)])
@@ -84,17 +78,17 @@ def out(make_suite, tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
+def browser():
     with browsing() as started:
         yield started
 
 
 @pytest.fixture
-def opened(browser, out) -> Iterator[Any]:
+def opened(browser, out):
     """See `looking`; without a network, and with the formulas set."""
     with looking(browser, out, NOTICE) as look:
 
-        def opened(name: str, width: int = 1400, dark: bool = False, scripts: bool = True) -> Any:
+        def opened(name, width=1400, dark=False, scripts=True):
             page = look(name, width, dark, scripts, offline=True)
             if scripts:
                 page.wait_for_function(
@@ -105,7 +99,7 @@ def opened(browser, out) -> Iterator[Any]:
         yield opened
 
 
-def overflow(page: Any, scrolls: bool = True) -> list[str]:
+def overflow(page, scrolls=True):
     """What is wider than the window."""
     inside = "article *" if page.locator("article.bd-article").count() else "main *"
     return page.evaluate(OVERFLOW, [inside, scrolls, BOXES])
@@ -125,29 +119,6 @@ def test_pictures_load_nothing_is_too_wide_and_the_console_is_silent_without_a_n
         assert page.evaluate("document.documentElement.scrollWidth") <= width, (name, width)
         assert overflow(page) == [], (name, width)
         assert page.said == []
-
-
-def test_a_telephone_is_shown_the_narrow_figures(opened):
-    for width, narrow in ((max(WIDTHS), False), (400, True)):
-        page = opened("results/claims", width)
-        page.evaluate(OPEN)
-        sources = page.evaluate(
-            "[...document.querySelectorAll('.picture img')]"
-            ".map(one => { one.loading = 'eager'; return one.decode().then(() => one.currentSrc) })"
-            ".reduce((all, one) => all.then(list => one.then(it => [...list, it])),"
-            " Promise.resolve([]))"
-        )
-        assert sources and all(one.endswith("-narrow.svg") == narrow for one in sources)
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_no_table_scrolls_sideways_in_a_wide_window(opened, name):
-    page = opened(name, max(WIDTHS))
-    page.evaluate(OPEN)
-    assert page.evaluate(SIDEWAYS) == []
-    wide = "<div class='wide'><div style='width: 2000px'>wide</div></div>"
-    page.evaluate(f"document.querySelector('article').insertAdjacentHTML('beforeend', `{wide}`)")
-    assert page.evaluate(SIDEWAYS) == ["wide"]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -213,32 +184,3 @@ def test_without_scripts_everything_is_shown(opened):
     page = opened("results/claims", scripts=False)
     assert page.locator(".claim:visible").count() == page.locator(".claim").count()
     assert page.locator("form.search:visible").count() == 0
-
-
-def test_a_moving_picture_rests_until_asked_where_motion_is_unwanted(opened):
-    page = opened("results/index")
-    for button in page.locator("figure.motion button").all():
-        assert button.inner_text() == "Play"
-    if page.locator("figure.motion").count():
-        before = page.get_attribute("figure.motion .moving", "cx")
-        page.locator("figure.motion button").first.click()
-        place = "document.querySelector('figure.motion .moving').getAttribute('cx')"
-        page.wait_for_function(f"{place} != '{before}'")
-
-
-def test_one_search_finds_names_of_the_reference_and_claims(opened, out):
-    for words, address in (
-        ("integrate_ensemble", "reference/ensembles"),
-        ("printed statement", "results/claims"),
-    ):
-        page = opened("search")
-        page.goto(f"{(out / 'search.html').as_uri()}?q={words}")
-        page.wait_for_selector(f"#search-results a[href*='{address}']")
-
-
-def test_the_navigation_leads_from_docs_to_results_and_back(opened):
-    page = opened("tutorials/first_run")
-    page.click(".bd-sidebar-primary a[href*='results/claims']")
-    assert re.search(r"/results/claims\.html$", page.url)
-    page.click(".bd-sidebar-primary .home a")
-    assert page.url.endswith("/index.html")

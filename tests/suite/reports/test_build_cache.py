@@ -8,10 +8,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from unittest.mock import Mock
 
 import numpy as np
@@ -37,7 +35,7 @@ FRAMES = (
 )
 
 
-def cache_of(out: Path, build: str = "mine") -> BuildCache:
+def cache_of(out, build="mine"):
     """The cache of a build as it begins, on a monday."""
     cache = BuildCache(out / FOLDER / build, "monday")
     cache.load()
@@ -101,7 +99,7 @@ def test_nothing_that_lies_in_the_folder_is_run(tmp_path, monkeypatch):
 
 
 def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch, capsys):
-    def full(*more: object) -> None:
+    def full(*more):
         raise PermissionError("is read only")
 
     monkeypatch.setattr("reports.results.cache.write", full)
@@ -135,7 +133,7 @@ def test_claims_with_results_are_judged_and_the_others_are_studied(tmp_path, cap
     assert set(cache_of(tmp_path).results) == {"V1", "V2", "V3"}
 
 
-def study(name: str, measure: Callable[..., pd.DataFrame]) -> Study:
+def study(name, measure):
     return Study(name, "study", name, partial(measure, True), timed=False)
 
 
@@ -193,7 +191,7 @@ if __name__ == "__main__":
 @pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
 @pytest.mark.skipif(processors() < WORKERS, reason="one processor")
 @pytest.mark.parametrize("how", ["kill", "end"])
-def test_workers_end_with_the_build_however_it_ends(tmp_path: Path, how: str) -> None:
+def test_workers_end_with_the_build_however_it_ends(tmp_path, how):
     (tmp_path / "script.py").write_text(KILLED)
     done = subprocess.run(
         [sys.executable, str(tmp_path / "script.py"), how],

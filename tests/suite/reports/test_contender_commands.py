@@ -28,6 +28,7 @@ from reports.contents import load
 from reports.studies.engines import EPHEMERIS
 from reports.tables.claims_table import COLUMNS
 from tests.suite.benchmarks.contenders_at_hand import BROKEN, Gauss, Inside
+from tests.suite.reports.small_reports import suite_of
 
 FEW = ("galvi degree 8, Gauss 8", "Stormer-Verlet")
 PAGE = (Path(__file__).parents[3] / "docs" / "suite.md").read_text()
@@ -81,14 +82,14 @@ def outside(tmp_path_factory):
 
 
 @pytest.fixture
-def kepler_alone(monkeypatch, make_suite):
+def kepler_alone(monkeypatch):
     """A suite that compares few of the participants on Kepler's problem."""
     case = kepler(1, quick=True)
     few = tuple(one for one in case.participants if one.label in FEW)
     monkeypatch.setattr(
         work_precision, "work_precision_problems", lambda quick: (replace(case, participants=few),)
     )
-    return make_suite(work_precision=work_precision.work_precision)
+    return suite_of(work_precision=work_precision.work_precision)
 
 
 def compared() -> pd.DataFrame:

@@ -8,6 +8,7 @@ import os
 import shutil
 import stat
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,12 +22,13 @@ from reports.cli.export import with_bounds
 from reports.results.origins import note_origin, read_origins
 from reports.tables.claims_table import COLUMNS, claims_frame
 from reports.tables.writing import write_table
+from tests.suite.reports.small_reports import ROW, suite_of
 
 ARROW = importlib.util.find_spec("pyarrow") is not None
 
 
-def test_claims_csv_has_exactly_these_columns_in_this_order(make_row):
-    assert as_csv(claims_frame([make_row()])).splitlines()[0] == (
+def test_claims_csv_has_exactly_these_columns_in_this_order():
+    assert as_csv(claims_frame([ROW])).splitlines()[0] == (
         "id,quantity,source,setup,claimed,bound,measured,uncertainty,expected,reference,verdict,"
         "reason,slack,slopes,misses,absent"
     )
@@ -34,8 +36,8 @@ def test_claims_csv_has_exactly_these_columns_in_this_order(make_row):
 
 
 @pytest.mark.parametrize("missing", [None, math.nan])
-def test_what_was_not_measured_is_blank_everywhere(make_row, tmp_path, missing):
-    rows = [make_row(measured=missing, uncertainty=missing, verdict="not run"), make_row()]
+def test_what_was_not_measured_is_blank_everywhere(tmp_path, missing):
+    rows = [replace(ROW, measured=missing, uncertainty=missing, verdict="not run"), ROW]
     write_table(tmp_path, "claims", claims_frame(rows))
     for kind in ("csv", "md", "tex"):
         text = (tmp_path / f"claims.{kind}").read_text().lower().rpartition("\\midrule")[2]
@@ -53,7 +55,7 @@ def test_a_table_s_numbers_survive_csv_and_its_bars_survive_markdown(tmp_path):
 def test_a_write_that_fails_leaves_the_old_file_and_no_other(tmp_path, monkeypatch):
     path = write(tmp_path / "deep" / "a.txt", "old")
 
-    def fail(*places: object) -> None:
+    def fail(*places: object):
         raise OSError("disk full")
 
     monkeypatch.setattr(os, "replace", fail)
@@ -73,10 +75,10 @@ def test_each_file_keeps_its_own_origin_and_what_cannot_be_read_is_made_anew(tmp
 
 
 @pytest.fixture(scope="module")
-def report(make_suite, tmp_path_factory):
+def report(tmp_path_factory):
     """A folder with a compared report."""
     folder = tmp_path_factory.mktemp("report")
-    assert run(make_suite, ["compare", "--out", str(folder)]) == 0
+    assert run(suite_of, ["compare", "--out", str(folder)]) == 0
     return folder
 
 
@@ -114,15 +116,6 @@ def test_rows_and_columns_are_chosen(export):
         assert list(few["contender"]) == ["galvi degree 8, Gauss 8"]
 
 
-def test_latex_has_the_rules_of_booktabs_and_markdown_a_table(export):
-    for form in ("latex", "markdown"):
-        export(f"work_precision --format {form}")
-    latex = Path("out/tables/work_precision.tex").read_text()
-    assert all(rule in latex for rule in ("\\toprule", "\\midrule", "\\bottomrule"))
-    assert "nan" not in latex.lower() and "commit 0123456789ab" in latex
-    assert "| galvi degree 8" in Path("out/tables/work_precision.md").read_text()
-
-
 def test_latex_has_few_digits_to_the_right_and_breaks_over_pages(export):
     table = pd.DataFrame({"who": ["a"] * 60, "ratio": [*[1.2345678901234567] * 59, "not reached"]})
     table.to_csv("out/ratios.csv", index=False)
@@ -130,6 +123,7 @@ def test_latex_has_few_digits_to_the_right_and_breaks_over_pages(export):
     latex = Path("out/tables/ratios.tex").read_text()
     assert "\n\\begin{longtable}{lS}" in latex and "\\endfirsthead" in latex
     assert latex.count("a & 1.23 ") == 59 and "a & {not reached}" in latex
+    assert "\\toprule" in latex and "commit 0123456789ab" in latex
 
 
 @pytest.mark.skipif(not ARROW, reason="pyarrow is not installed; make install EXTRAS=...,parquet")
@@ -164,11 +158,11 @@ TEXT = "who,x\nnée,0.30000000000000004\nb,\n"
 
 
 @pytest.mark.parametrize("to", ["-", "/dev/stdout", "/dev/fd/1"])
-def test_a_table_alone_is_in_standard_output_as_utf_8(make_suite, tmp_path, capfdbinary, to):
+def test_a_table_alone_is_in_standard_output_as_utf_8(tmp_path, capfdbinary, to):
     if to != "-" and not os.path.exists(to):
         pytest.skip(f"this system has no {to}")
     (tmp_path / "t.csv").write_text(TEXT)
-    assert run(make_suite, ["export", "t", "--to", to, "--out", str(tmp_path)]) == 0
+    assert run(suite_of, ["export", "t", "--to", to, "--out", str(tmp_path)]) == 0
     assert capfdbinary.readouterr().out == TEXT.encode()
     assert [path.name for path in tmp_path.iterdir()] == ["t.csv"]
 
@@ -177,13 +171,11 @@ def test_a_table_alone_is_in_standard_output_as_utf_8(make_suite, tmp_path, capf
     ("name", "form"),
     [(FIGURE, "png"), ("cost", "markdown"), *([("work_precision", "parquet")] if ARROW else [])],
 )
-def test_bytes_in_standard_output_are_those_of_the_file(
-    make_suite, report, tmp_path, capfdbinary, name, form
-):
+def test_bytes_in_standard_output_are_those_of_the_file(report, tmp_path, capfdbinary, name, form):
     words = ["export", name, "--format", form, "--out", str(report), "--to"]
-    assert run(make_suite, [*words, str(tmp_path / "file")]) == 0
+    assert run(suite_of, [*words, str(tmp_path / "file")]) == 0
     capfdbinary.readouterr()
-    assert run(make_suite, [*words, "-"]) == 0
+    assert run(suite_of, [*words, "-"]) == 0
     assert capfdbinary.readouterr().out == (tmp_path / "file").read_bytes()
 
 

@@ -20,7 +20,6 @@ from reports.cli.assess import setting
 from reports.cli.commands import run
 from reports.judge.files import junit_suites
 
-OWN = "Your run (REBOUND WHFast, coordinates jacobi, dt = 0.05) "
 rebound = pytest.importorskip("rebound")
 ROOT = Path(__file__).parents[3]
 
@@ -39,36 +38,6 @@ def model(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("model") / "model.bin"
     sim.save_to_file(str(path))
     return path
-
-
-@pytest.mark.slow(beside="test_sources_of_every_kind_are_judged")
-def test_the_command_answers_and_its_status_says_whether_the_error_is_reached(
-    model, tmp_path, capsys
-):
-    asked = ["--error", "1e-6", "--duration", "20", "--out", str(tmp_path / "out")]
-    assert run(None, ["judge", str(model), *asked]) == 1
-    said = capsys.readouterr().out
-    assert said.startswith(OWN + "is off by up to ")
-    for words in (" au over 20.0 yr", "(measured at 400 times, not", "The cheapest that reaches"):
-        assert words in said
-    found = json.loads((tmp_path / "out" / "judge.json").read_text())
-    assert found["passed"] is False and found["recommended"]["error"] <= 1e-6
-    assert found["truth_agreement"] < 1e-9 < 1e-6 < found["own"]["error"]
-    page = (tmp_path / "out" / "judge.html").read_text()
-    for word in ("Inner", "<svg", "What reaches the error", "REBOUND SABA", "rebound"):
-        assert word in page
-    assert ">nan<" not in page.lower()
-    assert outcomes(tmp_path / "out") == ["failure", "passed"]
-    enough = [str(model), "--error", "1.0", "--duration", "5", "--out", str(tmp_path)]
-    assert run(None, ["judge", *enough]) == 0, capsys.readouterr().err
-    assert outcomes(tmp_path) == ["passed", "passed"]
-
-
-def outcomes(folder: Path) -> list[str]:
-    """In judge.xml, of the own run and of the truth."""
-    cases = tree.parse(folder / "judge.xml").getroot().iter("testcase")
-    tags = [[child.tag for child in case if child.tag != "system-out"] for case in cases]
-    return [(tag or ["passed"])[0] for tag in tags]
 
 
 @pytest.mark.parametrize(
@@ -108,13 +77,6 @@ def test_the_same_from_python(model, tmp_path, monkeypatch):
     assert found.recommended is not None and found.table.iloc[0]["reached"]
     assert found.truth_agreement < 1e-9 and "<svg" in found._repr_html_()
     assert repr(found).startswith("Your run (REBOUND IAS15")
-    sim.softening = 0.1
-    with pytest.raises(ValueError, match="softening"):
-        galvi.judge(sim)
-    with pytest.raises(
-        TypeError, match=r"a rebound\.Simulation, a mujoco\.MjModel, a galvi\.Problem, the text"
-    ):
-        galvi.judge(3)
 
 
 def test_what_the_command_refuses_is_a_value_error(model, suite_in_this_process):
@@ -126,23 +88,6 @@ ARM = """<mujoco model="arm"><option timestep="0.01" integrator="RK4"/><worldbod
 <body name="upper"><joint name="a" type="hinge" axis="0 1 0"/>
 <geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.03" mass="1" contype="0" conaffinity="0"/>
 </body></worldbody><keyframe><key qpos="0.5"/></keyframe></mujoco>"""
-
-
-@pytest.mark.slow(beside="test_sources_of_every_kind_are_judged")
-def test_a_model_of_mujoco(tmp_path, capsys, suite_in_this_process):
-    pytest.importorskip("mujoco")
-    (tmp_path / "arm.xml").write_text(ARM)
-    given = [str(tmp_path / "arm.xml"), "--duration", "1", "--error", "1e-12", "--key", "0"]
-    assert run(None, ["judge", *given, "--out", str(tmp_path)]) == 1
-    said = capsys.readouterr().out
-    assert "Your run (MuJoCo RK4, dt = 0.01) is off by up to" in said
-    assert " rad or m over 1.00 s, and by " in said and "the worst joint is a)" in said
-    page = (tmp_path / "judge.html").read_text()
-    assert "Close encounters" not in page and "joint by joint" in page
-    found = galvi.judge(ARM, duration=1.0, error=1e-3, key=0)
-    assert found.own["error"] < 1e-3 and found.recommended is not None
-    assert run(None, ["judge", *given[:-1], "3", "--out", str(tmp_path)]) == 2
-    assert "ey must be a whole number from 0 to 0" in capsys.readouterr().err
 
 
 BEYOND = """<mujoco><worldbody><body><joint name="a" axis="0 1 0" limited="true" range="-2 2"/>
@@ -158,11 +103,6 @@ def test_what_is_beyond_a_tree_is_refused_in_the_words_of_the_command(tmp_path, 
     given = ["judge", str(tmp_path / "arm.xml"), "--out", str(tmp_path), "--quick"]
     assert run(None, given) == 2
     said = capsys.readouterr().err.splitlines()
-    assert [line.partition(":")[0] for line in said[1:-1]] == [
-        "  contacts",
-        "  limits",
-        "  actuators",
-    ]
     assert said[-1] == 'Leave them out with --ignore "contacts,limits,actuators".'
     given += ["--ignore", "contacts,limits,actuators", "--duration", "1", "--key", "up"]
     assert run(None, given) == 0
@@ -171,8 +111,6 @@ def test_what_is_beyond_a_tree_is_refused_in_the_words_of_the_command(tmp_path, 
     assert "judge: truth: DOP853 on MuJoCo's accelerations" in err  # no terminal here
     page = (tmp_path / "judge.html").read_text()
     assert page.index("Left out, as asked for") < page.index("Your run (MuJoCo Euler")
-    with pytest.raises(ValueError, match=r"Leave them out with ignore=\('contacts', 'limits'"):
-        galvi.judge(BEYOND)
 
 
 def test_sources_of_every_kind_are_judged(suite_in_this_process):
@@ -196,6 +134,8 @@ def test_sources_of_every_kind_are_judged(suite_in_this_process):
     assert again.own["error"] == pytest.approx(orbits.own["error"], rel=1e-9)
     with pytest.raises(ValueError, match=r"there is no file no/such\.xml"):
         galvi.judge("no/such.xml")
+    with pytest.raises(TypeError, match=r"a rebound\.Simulation, a mujoco\.MjModel, a galvi\.Prob"):
+        galvi.judge(3)
 
 
 def test_a_problem_that_judge_hands_over_is_loaded_in_its_process():
@@ -211,7 +151,7 @@ def test_the_own_setting_is_read():
     assert setting(words) == read and type(setting(words)["corrector"]) is int
 
 
-def test_a_request_keeps_its_types_on_the_way_to_the_command() -> None:
+def test_a_request_keeps_its_types_on_the_way_to_the_command():
     asked = JudgeRequest(
         1.0, None, {"safe_mode": False, "dt": np.float64(0.1), "corrector": 17}, key="3",
         qpos=np.array([0.5]),
@@ -221,7 +161,7 @@ def test_a_request_keeps_its_types_on_the_way_to_the_command() -> None:
     assert type(found.own["safe_mode"]) is bool and found.qpos == [0.5]
 
 
-def test_a_problem_that_no_other_process_can_judge_is_refused_in_a_sentence() -> None:
+def test_a_problem_that_no_other_process_can_judge_is_refused_in_a_sentence():
     hinge = galvi.Joint("hinge", axis=(0, 1, 0))
     link = galvi.Link(hinge, 1.0, (0, 0, -1), 0.01)
     driven = galvi.Multibody([link], force=lambda q, v: -0.1 * v)
@@ -258,7 +198,7 @@ def numbers(sentence: str) -> list[float]:
     return [float(one.translate(POWERS).replace("·10", "e")) for one in found]
 
 
-def test_the_words_of_a_summary_are_compared_and_its_errors() -> None:
+def test_the_words_of_a_summary_are_compared_and_its_errors():
     """What would have to be noticed is."""
     said = SHOWN[0][1].splitlines()[0]
     assert without_numbers(said) != without_numbers(
@@ -270,9 +210,9 @@ def test_the_words_of_a_summary_are_compared_and_its_errors() -> None:
 @pytest.mark.slow_cases("archive")
 @pytest.mark.parametrize(("command", "shown"), SHOWN, ids=["archive", "arm"])
 def test_a_command_of_the_page_says_what_the_page_shows(
-    command: str, shown: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+    command, shown, tmp_path, monkeypatch,
+    capsys,
+):  # fmt: skip
     if not (HEYOKA.missing and PINOCCHIO_ACCELERATIONS.missing):
         pytest.skip("the page shows what is said without heyoka and Pinocchio")
     (tmp_path / "docs").symlink_to(ROOT / "docs")
@@ -285,4 +225,11 @@ def test_a_command_of_the_page_says_what_the_page_shows(
     said = capsys.readouterr().out
     assert without_numbers(said) == without_numbers(shown), said
     assert numbers(said.splitlines()[0]) == pytest.approx(numbers(shown.splitlines()[0]), rel=0.02)
-    assert status == ("damped_arm" in command)  # as the page says
+    reached = "damped_arm" not in command  # as the page says
+    assert status == (not reached)
+    cases = tree.parse("galvi-out/judge/judge.xml").getroot().iter("testcase")
+    tags = [[child.tag for child in case if child.tag != "system-out"] for case in cases]
+    assert tags == [[] if reached else ["failure"], []]  # of the own run, and of the truth
+    assert json.loads(Path("galvi-out/judge/judge.json").read_text())["passed"] is reached
+    page = Path("galvi-out/judge/judge.html").read_text()
+    assert "<svg" in page and "What reaches the error" in page and ">nan<" not in page.lower()

@@ -14,6 +14,7 @@ import pytest
 from reports.cli.commands import run
 from reports.cli.project import KINDS, read_table
 from reports.results.options import OUT
+from tests.suite.reports.small_reports import ROW, claim, suite_of
 
 ROOT = Path(__file__).parents[3]
 VALUES = {
@@ -28,7 +29,7 @@ def project(tmp_path, monkeypatch):
     """Write this project's table, and stand in its folder."""
     monkeypatch.chdir(tmp_path)
 
-    def write(*keys: str, folder: Path = tmp_path, **values: str) -> None:
+    def write(*keys, folder: Path = tmp_path, **values):
         table = {key: VALUES[key] for key in keys} | values
         lines = ["[project]", 'name = "mine"', "[tool.galvi]"]
         lines += [f"{key} = {value}" for key, value in table.items()]
@@ -38,21 +39,19 @@ def project(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def suite(make_suite, make_claim, make_row, monkeypatch):
+def suite(monkeypatch):
     """Three claims, the second of which fails, and those of the contenders that were asked for."""
     asked = []
 
     @contextmanager
     def joined(suite, contenders, timeout):
         asked.append((list(contenders), timeout))
-        theirs = [make_claim(f"A-{path.partition(':')[2].lower()}") for path in contenders]
+        theirs = [claim(f"A-{path.partition(':')[2].lower()}") for path in contenders]
         yield replace(suite, claims=(*suite.claims, *theirs))
 
     monkeypatch.setattr("reports.results.own_problems.joined", joined)
-    wrong = make_claim("V2", (make_row(verdict="contradicted"),))
-    suite = make_suite(
-        make_claim("V1"), wrong, make_claim("V3"), engines=lambda: {"rebound": "It is absent."}
-    )
+    wrong = claim("V2", (replace(ROW, verdict="contradicted"),))
+    suite = suite_of(claim("V1"), wrong, claim("V3"), engines=lambda: {"rebound": "It is absent."})
     return suite, asked
 
 
@@ -119,13 +118,8 @@ def test_the_share_that_is_enough_is_of_the_table(project, suite, capsys):
 def test_without_a_command_the_report_is_built_with_these(project, suite, monkeypatch):
     project("contenders", "require", "timeout", "quick")
     options = []
-
-    def build(suite, given, single):
-        options.append(given)
-        raise ValueError("enough")
-
-    monkeypatch.setattr("reports.build.build.build", build)
-    assert run(lambda: suite[0], []) == run(lambda: suite[0], ["build"]) == 2
+    monkeypatch.setattr("reports.build.build.build", lambda suite, *given: options.append(given[0]))
+    assert run(lambda: suite[0], []) == run(lambda: suite[0], ["build"]) == 2  # no report came
     assert suite[1] == [(MINE, 20.0)] * 2
     for given in options:
         assert given.quick and given.require == ("rebound",) and len(given.claims) == 4

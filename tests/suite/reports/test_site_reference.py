@@ -26,16 +26,16 @@ ENTRIES = [
 ]
 
 
-def test_every_public_name_is_on_exactly_one_page_of_the_reference() -> None:
+def test_every_public_name_is_on_exactly_one_page_of_the_reference():
     assert Counter(name for _, name, _, _ in ENTRIES) == Counter(NAMES)
 
 
-def test_the_table_of_the_reference_has_every_public_name_once() -> None:
+def test_the_table_of_the_reference_has_every_public_name_once():
     index = (PAGES / "index.md").read_text(encoding="utf-8")
     assert Counter(re.findall(r"^   (\w[\w.]*)$", index, re.MULTILINE)) == Counter(NAMES)
 
 
-def test_each_name_has_the_directive_of_its_kind_and_members_with_docstrings() -> None:
+def test_each_name_has_the_directive_of_its_kind_and_members_with_docstrings():
     for directive, name, _, members in ENTRIES:
         public = attrgetter(name)(galvi)
         module, is_class = inspect.ismodule(public), inspect.isclass(public)
@@ -45,7 +45,7 @@ def test_each_name_has_the_directive_of_its_kind_and_members_with_docstrings() -
             assert inspect.getdoc(getattr(public, member)), (name, member)
 
 
-def test_signatures_that_are_written_out_name_the_parameters() -> None:
+def test_signatures_that_are_written_out_name_the_parameters():
     for _, name, arguments, _ in ENTRIES:
         if arguments:
             written = re.findall(r"(?:^|, )(\w+)", arguments)
@@ -56,13 +56,13 @@ LINES = 12  # of an example, at most
 PARSER = doctest.DocTestParser()
 
 
-def example_of(name: str) -> str:
+def example_of(name):
     """The lines of an interpreter and what they print, at the end of a docstring."""
     text = inspect.getdoc(attrgetter(name)(galvi)) or ""
     return text[text.find("\n>>> ") + 1 :] if "\n>>> " in text else ""
 
 
-def run(text: str, name: str = "example") -> tuple[str, dict[str, object]]:
+def run(text, name="example"):
     """What the text prints otherwise than it shows, "" for nothing, and the names that it makes."""
     output: list[str] = []
     case = PARSER.get_doctest(text, {"np": np, "galvi": galvi}, name, None, 0)
@@ -87,8 +87,8 @@ def run(text: str, name: str = "example") -> tuple[str, dict[str, object]]:
 )
 @pytest.mark.parametrize("name", NAMES)
 def test_every_public_name_has_a_short_example_that_prints_what_it_shows(
-    name: str, suite_in_this_process: None
-) -> None:
+    name, suite_in_this_process
+):
     text = example_of(name)
     assert 1 < len(text.splitlines()) <= LINES
     differs, made = run(text, name)
@@ -98,5 +98,5 @@ def test_every_public_name_has_a_short_example_that_prints_what_it_shows(
     assert f"galvi.{name}" in text or is_made
 
 
-def test_an_example_that_prints_something_else_would_be_found() -> None:
+def test_an_example_that_prints_something_else_would_be_found():
     assert "Expected" in run(">>> 1 + 1\n3\n")[0]

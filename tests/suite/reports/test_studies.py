@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from reports.studies.long_runs import free_body_drift_table, round_off_table
 from reports.tables.number_format import TIMES
 from reports.tables.study_table import readable_table
 from tests.suite.reports.figure_frames import lay_out
+from tests.suite.reports.small_reports import suite_of
 from tests.suite.reports.study_frames import FRAMES, scaling, spins, versions, walks
 
 STUDIES = [section for section in SECTIONS if section.name in FRAMES]
@@ -34,10 +34,10 @@ class Run:
     title: str
     broken: bool = False
 
-    def done(self) -> bool:
+    def done(self):
         return (self.folder / self.title).exists()
 
-    def run(self, report: Callable[[str], None]) -> None:
+    def run(self, report):
         if self.broken:
             raise ValueError("no more disk")
         report("half way")
@@ -46,23 +46,23 @@ class Run:
 
 
 @pytest.fixture
-def suite_with(make_suite):
+def suite_with():
     """The real studies, or the first few, with small frames.
 
     `long` is what is stored of the long Brouwer study, which is the first of them.
     """
 
-    def make(long=(), few: int | None = None, runs=None, **fields):
+    def make(long=(), few=None, runs=None, **fields):
         first, *rest = [replace(one, measure=FRAMES[one.name]) for one in STUDIES[:few]]
         stored = pd.DataFrame(long, columns=list(COLUMNS))
         form = LongForm(runs or first.long_form.runs, lambda folder, report: stored)
         rest = [replace(one, long_form=None) for one in rest]
-        return make_suite(sections=(replace(first, long_form=form, **fields), *rest))
+        return suite_of(sections=(replace(first, long_form=form, **fields), *rest))
 
     return make
 
 
-def page() -> str:
+def page():
     return Path("out/results/studies.html").read_text(encoding="utf-8")
 
 

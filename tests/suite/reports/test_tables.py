@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -47,7 +48,7 @@ from reports.tables.html import html_table
 from reports.tables.number_format import TIMES, readable
 from reports.tables.summary_sentences import _outcome
 from reports.tables.targets_table import ALONE, readable_targets, summary
-from tests.suite.reports.small_reports import ROW, work_precision
+from tests.suite.reports.small_reports import ROW, suite_of, work_precision
 
 ROOT = Path(__file__).parents[3]
 KEPLER = "kepler e=0.6"
@@ -62,12 +63,12 @@ VERDICTS = ["missed", "not reached", "met", "not run", "not run"]
 SMALL = work_precision(True, print)
 
 
-def choices(runs: pd.DataFrame, *errors: float) -> pd.DataFrame:
+def choices(runs, *errors):
     return fastest_per_error(ratios(runs, errors) if errors else matched(runs), runs)
 
 
 @pytest.fixture
-def met() -> pd.DataFrame:
+def met():
     return targets_met(SMALL, PLANTED)
 
 
@@ -92,8 +93,8 @@ def test_the_terminal_shows_them_and_nothing_when_there_are_none(met, capsys):
     assert capsys.readouterr().out == ""
 
 
-def test_runs_are_judged_by_targets_but_those_of_the_quick_setting(ask, make_suite):
-    suite, written = make_suite(targets=PLANTED), Path("out/tables/targets.csv")
+def test_runs_are_judged_by_targets_but_those_of_the_quick_setting(ask):
+    suite, written = suite_of(targets=PLANTED), Path("out/tables/targets.csv")
     done = ask("compare --quick", suite)
     assert "times at matched error" in done.out and not written.exists()
     done = ask("compare", suite)
@@ -104,9 +105,9 @@ def test_runs_are_judged_by_targets_but_those_of_the_quick_setting(ask, make_sui
 
 @pytest.mark.slow(beside="test_runs_are_judged_by_targets_but_those_of_the_quick_setting")
 @pytest.mark.usefixtures("undrawn")
-def test_the_page_has_a_section_of_them_when_there_are_any(ask, make_suite):
+def test_the_page_has_a_section_of_them_when_there_are_any(ask):
     page = Path("out/results/comparisons.html")
-    ask("build", suite := make_suite(targets=PLANTED))
+    ask("build", suite := suite_of(targets=PLANTED))
     text = page.read_text(encoding="utf-8")
     place = text[text.index('<h2 id="targets">Targets</h2>') : text.index('<h2 id="cost">')]
     assert "<td>missed</td>" in place and '<td class="absent">not run</td>' in place
@@ -155,14 +156,14 @@ def test_a_choice_is_a_run_that_was_made_and_reached_the_error():
     assert text["contender"].iloc[-1] == "not reached"
 
 
-def test_an_engine_that_was_not_installed_is_named_with_what_is_missing(make_row):
+def test_an_engine_that_was_not_installed_is_named_with_what_is_missing():
     origin = {"scipy": "1", "heyoka": "not installed"}
     why = "Install heyoka."
     runs = pd.DataFrame({"contender": ["heyoka, chains", "peer"], "status": [why, "heyoka"]})
     targets = pd.DataFrame({"against": ["heyoka", "heyoka, chains", "peer"], "verdict": "not run"})
     rows = (
-        make_row(id="A5", verdict="not run", reason=why, absent="heyoka"),
-        make_row(id="V3", verdict="not run", reason="It broke, though heyoka was not asked."),
+        replace(ROW, id="A5", verdict="not run", reason=why, absent="heyoka"),
+        replace(ROW, id="V3", verdict="not run", reason="It broke, though heyoka was not asked."),
         ROW,
     )
     (found,) = absent_engines(origin, runs, targets, rows)
@@ -234,9 +235,7 @@ def test_spaces_have_short_labels(space, label):
 GALVI = "galvi degree 8, Gauss 8, exponential"
 
 
-def runs(
-    slower: float = 70.0, better: float = 20.0, fails: bool = False, quantity: str = ATTITUDE
-) -> pd.DataFrame:
+def runs(slower=70.0, better=20.0, fails=False, quantity=ATTITUDE):
     """MuJoCo's RK4 some times as slow and as good as the textbook's, its Euler, and galvi."""
     points = [
         *((TEXTBOOK_RK4, f"step={h}", 10.0 * h**4, 1e-4 / h) for h in (0.1, 0.01, 0.001)),
@@ -363,13 +362,13 @@ def test_a_tie_is_one_only_where_its_own_interval_holds_1(low, high, said, sente
 # The generated tables of README.md and docs/: what they say is what the suite says.
 
 
-def table_of(page: str, name: str) -> str:
+def table_of(page, name):
     """The text between the marks of a generated table."""
     begin, end = readme.marks(name)
     return (ROOT / page).read_text().partition(begin)[2].partition(end)[0].strip()
 
 
-def cells_of(line: str) -> list[str]:
+def cells_of(line):
     return [cell.strip() for cell in line.strip("|").split("|")]
 
 

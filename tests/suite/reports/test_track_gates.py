@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from itertools import chain, repeat
@@ -21,7 +20,7 @@ from reports.tracking import against
 from reports.tracking.against import compare
 from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import GATES
-from reports.tracking.outcome import Outcome, as_json, as_junit, summary
+from reports.tracking.outcome import as_json, as_junit, summary
 from reports.tracking.worker import Failed
 
 CASE = Case("orbit", TRAJECTORY, "kepler", 4, 4, 0.1, 10, rounding=1e-14)
@@ -39,21 +38,21 @@ class Fake:
 
     def __init__(
         self,
-        factor: float = 1.0,
-        why: str = "",
-        hangs: bool = False,
-        scatter: float = 0.01,
-        noise: float = 0.0,
-        leaves: float = math.nan,
-        need: float = 0.0,
-        **reached: Any,
-    ) -> None:
+        factor=1.0,
+        why="",
+        hangs=False,
+        scatter=0.01,
+        noise=0.0,
+        leaves=math.nan,
+        need=0.0,
+        **reached,
+    ):
         self.factor, self.why, self.hangs, self.scatter = factor, why, hangs, scatter
         self.noise, self.leaves, self.need, self.reached = noise, leaves, need, reached
         self.random = np.random.default_rng(3)
         self.whole = 2e8
 
-    def run(self, case: Case) -> dict[str, Any]:
+    def run(self, case):
         if self.why:
             raise Failed(self.why)
         self.whole += 2.0 * self.leaves
@@ -62,7 +61,7 @@ class Fake:
         reached |= {"first_call": 1.0, "warm": 0.01, "problem": {}, "offered": ""}
         return reached | {"memory": self.whole, "need": self.need} | self.reached
 
-    def time(self, case: Case, repeats: int, attempts: int) -> float:
+    def time(self, case, repeats, attempts):
         if self.hangs:
             raise Failed("It gave no answer within 600 seconds and was ended.")
         return self.factor * float(np.exp(self.scatter * self.random.standard_normal()))
@@ -71,24 +70,24 @@ class Fake:
 class Processes(AbstractContextManager["Processes"]):
     """A worker of these processes, one after the other."""
 
-    def __init__(self, fakes: Iterator[Fake]) -> None:
+    def __init__(self, fakes):
         self.fakes = fakes
         self.stop()
 
-    def __exit__(self, *error: object) -> None:
+    def __exit__(self, *error):
         return None
 
-    def stop(self) -> None:
+    def stop(self):
         self.process = next(self.fakes)
         self.run, self.time = self.process.run, self.process.time
 
 
 @contextmanager
-def studies(name: str, title: str) -> Iterator[Any]:
+def studies(name, title):
     yield lambda text: None
 
 
-def truth(case: Case) -> list[np.ndarray]:
+def truth(case):
     if case.problem == "unknown":
         raise ValueError("no engine.")
     return [np.array([1.0, 0.0])]
@@ -98,13 +97,13 @@ Side = Fake | tuple[Fake, Fake]  # in the first round, and in further ones
 
 
 @pytest.fixture
-def compared(monkeypatch: pytest.MonkeyPatch) -> Any:
+def compared(monkeypatch: pytest.MonkeyPatch):
     """Compare two fakes."""
 
-    def do(base: Side, head: Side, *cases: Case) -> Outcome:
+    def do(base: Side, head: Side, *cases):
         fakes = {"base": base, "head": head}
 
-        def worker(checkout: Checkout, limit: float) -> Processes:
+        def worker(checkout, limit):
             side = fakes[checkout.commit]
             first, later = side if isinstance(side, tuple) else (side, side)
             return Processes(chain([first], repeat(later)))
@@ -291,7 +290,7 @@ SITUATIONS: dict[str, tuple[Any, ...]] = {
 
 
 @pytest.mark.parametrize("situation", SITUATIONS)
-def test_a_change_is_red_at_its_gate_alone(compared: Any, situation: str) -> None:
+def test_a_change_is_red_at_its_gate_alone(compared, situation):
     base, head, gate, said, *special = SITUATIONS[situation]
     outcome = compared(base, head, *(replace(CASE, **fields) for fields in special))
     (finding,) = outcome.findings
@@ -301,7 +300,7 @@ def test_a_change_is_red_at_its_gate_alone(compared: Any, situation: str) -> Non
     assert finding.compared or "Nothing of head could be compared with base" in str(outcome)
 
 
-def test_equal_sides_are_green_in_one_sentence(compared: Any) -> None:
+def test_equal_sides_are_green_in_one_sentence(compared):
     outcome = compared(Fake(), Fake())
     assert str(outcome).startswith("head is not worse than base in 1 benchmark: ")
     assert outcome.findings[0].moved == 0.0
@@ -310,8 +309,8 @@ def test_equal_sides_are_green_in_one_sentence(compared: Any) -> None:
 
 
 def test_with_times_that_scatter_by_a_third_only_a_large_growth_could_be_seen(
-    compared: Any,
-) -> None:
+    compared,
+):
     assert 0.2 < compared(Fake(scatter=0.33), Fake(scatter=0.33)).findings[0].visible < 3.0
 
 
@@ -329,8 +328,8 @@ MINE = replace(CASE, contender="a:B")
     ],
 )
 def test_what_is_below_the_size_of_each_is_red_by_all_together(
-    compared: Any, monkeypatch: pytest.MonkeyPatch, base: Side, head: Side, red: bool, said: str
-) -> None:
+    compared, monkeypatch, base, head, red, said
+):
     """Times that are red one by one need no further rounds together."""
     monkeypatch.setattr(against, "long_runs", lambda *_: [])
     three = [replace(MINE, name=name) for name in ("one", "two", "three")]
@@ -349,10 +348,10 @@ def test_what_is_below_the_size_of_each_is_red_by_all_together(
     ],
 )
 def test_a_long_run_is_as_long_as_the_time_allows_and_sees_what_fails_late(
-    compared: Any, warm: float, times: int | None, note: str | None
-) -> None:
+    compared, warm, times, note
+):
     class Late(Fake):
-        def run(self, case: Case) -> dict[str, Any]:
+        def run(self, case):
             late = case.kind == LONG and case.setting["save_every"] == 10 * case.steps
             return super().run(case) | (LOST if late else {})
 
@@ -363,7 +362,7 @@ def test_a_long_run_is_as_long_as_the_time_allows_and_sees_what_fails_late(
     assert outcome.findings[-1].notes == ((note,) if note else ())
 
 
-def test_the_junit_file_has_a_case_for_each_gate_and_is_well_formed(compared: Any) -> None:
+def test_the_junit_file_has_a_case_for_each_gate_and_is_well_formed(compared):
     hostile = replace(CASE, name="a <b> & \x1b ]]> é")
     outcome = compared(Fake(), Fake(why="<script>\x00 ]]>"), hostile, OTHER)
     root = ElementTree.fromstring(as_junit(outcome, "galvi track"))
@@ -373,7 +372,7 @@ def test_the_junit_file_has_a_case_for_each_gate_and_is_well_formed(compared: An
     assert "The head cannot run it: <script>" in failed.get("message", "")
 
 
-def test_markdown_has_the_sentence_the_table_and_the_alarms(compared: Any) -> None:
+def test_markdown_has_the_sentence_the_table_and_the_alarms(compared):
     text = summary(compared(Fake(), Fake(1.3), CASE, OTHER), {"commit": "c"})
     assert text.startswith("**head is worse than base in 2 of 2 benchmarks: orbit (time), other")
     for line in ("| benchmark", "| orbit ", "| other ", "- orbit (time): It is ", "commit: c"):

@@ -5,17 +5,16 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.statistics.rank_test import slower, smallest_visible
+from benchmarks.statistics.rank_test import slower
 from benchmarks.timings.catalogue import CASES
 from reports.tracking.benches import COLUMNS, TIME, read_history
 from reports.tracking.record import history
-from reports.tracking.together import FURTHER, Samples, Together, means
+from reports.tracking.together import FURTHER, Together, means
 
 # Equal code is not called slower: a thousand comparisons drawn from recorded samples.
 #
@@ -27,7 +26,7 @@ SIZES = {case.name: case.slower for case in CASES}
 COMPARISONS = 1000
 
 
-def samples(random: np.random.Generator) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def samples(random):
     """Two sides of each benchmark, drawn from all samples of it, whichever side they are of."""
     drawn = {}
     for name, rows in RECORDED.groupby("benchmark", sort=False):
@@ -41,7 +40,7 @@ def samples(random: np.random.Generator) -> dict[str, tuple[np.ndarray, np.ndarr
 LAYOUT, APART = 0.015, 0.02
 
 
-def a_round(random: np.random.Generator, growth: float) -> Samples:
+def a_round(random, growth):
     """The benchmarks of an integrator together, of which the head is so much slower."""
     processes = np.array([1.0, 1.0 + growth]) * np.exp(LAYOUT * random.standard_normal(2))
     benchmarks = [rows["seconds"].to_numpy() for _, rows in RECORDED.groupby("benchmark")]
@@ -69,7 +68,7 @@ def test_a_thousand_comparisons_of_equal_code_raise_no_alarm():
     assert looked <= 4  # the level is 0.002 a comparison; 0 when this was written
 
 
-def alarms_together(comparisons: int, growth: float) -> int:
+def alarms_together(comparisons, growth):
     random, alarms = np.random.Generator(np.random.Philox(11)), 0
     for _ in range(comparisons):
         first = Together("mine:Mine", frozenset(), (a_round(random, growth),), size=0.05)
@@ -97,18 +96,10 @@ def test_code_that_is_slower_is_seen_in_the_same_samples():
         assert name in slower({**drawn, name: (base, 2.0 * head)}, SIZES)
 
 
-def test_the_smallest_visible_change_grows_with_the_scatter_and_is_above_the_gate():
-    random = np.random.Generator(np.random.Philox(9))
-    quiet, loud = (1.0 + scatter * random.random((2, 14)) for scatter in (1e-3, 0.2))
-    one, other = (smallest_visible(*sides, 17, 0.10) for sides in (quiet, loud))
-    assert 0.10 < one <= 0.12 < other
-    assert smallest_visible(*quiet, 17, 0.0) <= 0.02
-
-
 NAME = "test_a_run_of_galvi[Kepler, degree 8]"
 
 
-def bench(k: int, time: float = 1.0, cpu: str = "A", **extra: Any) -> dict[str, Any]:
+def bench(k, time=1.0, cpu="A", **extra):
     """A file of pytest-benchmark with one benchmark, of the k-th day."""
     info = {
         "kind": "trajectory",
@@ -134,7 +125,7 @@ def bench(k: int, time: float = 1.0, cpu: str = "A", **extra: Any) -> dict[str, 
 def kept(tmp_path):
     """Keep benches as files of these names in `out`."""
 
-    def keep(**benches: Any) -> Path:
+    def keep(**benches):
         folder = tmp_path / "out" / "benchmarks"
         (folder / "machine").mkdir(parents=True, exist_ok=True)
         for name, content in benches.items():
@@ -145,7 +136,7 @@ def kept(tmp_path):
     return keep
 
 
-def test_each_quantity_of_each_bench_is_a_row(kept) -> None:
+def test_each_quantity_of_each_bench_is_a_row(kept):
     frame = read_history(kept(b=bench(1, 3.0), a=bench(2, 1.0)), pytest.fail)
     assert tuple(frame.columns) == COLUMNS
     times = frame[frame["quantity"] == TIME]
@@ -165,7 +156,7 @@ def test_each_quantity_of_each_bench_is_a_row(kept) -> None:
         bench(1) | {"machine_info": {}},
     ],
 )
-def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(kept, content: Any) -> None:
+def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(kept, content):
     said: list[str] = []
     frame = read_history(kept(other=content, good=bench(1)), said.append)
     assert set(frame["file"]) == {"good.json"}
@@ -173,7 +164,7 @@ def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(kept, content: Any)
     assert sentence.startswith("Failed to load ") and "other.json: " in sentence
 
 
-def test_benches_of_somebody_else_have_seconds_and_nothing_invented(kept) -> None:
+def test_benches_of_somebody_else_have_seconds_and_nothing_invented(kept):
     plain = [bench(k) for k in range(2)]
     for one in plain:
         one["benchmarks"][0]["extra_info"] = {}
@@ -184,7 +175,7 @@ def test_benches_of_somebody_else_have_seconds_and_nothing_invented(kept) -> Non
     assert place.rows["changes"].tolist() == ["too few runs"]
 
 
-def test_another_machine_or_version_is_another_series(kept) -> None:
+def test_another_machine_or_version_is_another_series(kept):
     others = (
         {"cpu": "B"},
         {"versions": {"numba": "2", "numpy": "2"}},
@@ -202,7 +193,7 @@ def test_another_machine_or_version_is_another_series(kept) -> None:
         assert place.commits["time, relative"].tolist() == [1.0] * 6
 
 
-def test_changes_are_stated_with_the_commit_they_came_with(kept) -> None:
+def test_changes_are_stated_with_the_commit_they_came_with(kept):
     late = {"counts": {"iterations": 101}, "error": 2e-9}
     benches = {
         f"b{k}": bench(k, (1.0 if k < 10 else 1.3) + 1e-3 * (k % 3), **(late if k >= 15 else {}))
@@ -217,7 +208,7 @@ def test_changes_are_stated_with_the_commit_they_came_with(kept) -> None:
     ]
 
 
-def test_a_quantity_that_some_benches_lack_stands_at_its_own(kept) -> None:
+def test_a_quantity_that_some_benches_lack_stands_at_its_own(kept):
     errors = (None, 0.0, 0.0, None, 0.0, 1.0)
     benches = {f"b{k}": bench(k, error=error) for k, error in enumerate(errors)}
     (place,) = history(kept(**benches).parent).places
@@ -226,7 +217,7 @@ def test_a_quantity_that_some_benches_lack_stands_at_its_own(kept) -> None:
     assert (row["runs"], row["error"], row["changes"]) == (6, 1.0, 1)
 
 
-def test_an_empty_history_is_a_sentence_and_still_a_page(ask) -> None:
+def test_an_empty_history_is_a_sentence_and_still_a_page(ask):
     done = ask("track")
     assert done.status == 0 and "There is no benchmark run in " in done.out
     page = Path("out/results/history.html").read_text()
@@ -235,9 +226,7 @@ def test_an_empty_history_is_a_sentence_and_still_a_page(ask) -> None:
 
 
 @pytest.mark.slow(beside="test_an_empty_history_is_a_sentence_and_still_a_page")
-def test_the_page_has_each_machine_its_pictures_its_slowest_commit_and_its_start_up(
-    ask, kept
-) -> None:
+def test_the_page_has_each_machine_its_pictures_its_slowest_commit_and_its_start_up(ask, kept):
     for k, time in enumerate((1.0, 1.1, 3.0, 0.9)):
         late = {"counts": {"iterations": 101}} if k else {}
         start_up = {"import [s]": 0.5 + k, "cold start [s]": 9.0, "memory [MiB]": 180.0}

@@ -20,7 +20,7 @@ from reports.results import summary as outcome
 from reports.results.junit import JUnitCase, github_annotations, junit_xml
 from reports.results.rows import merged, read_rows
 from reports.results.summary import Summary
-from tests.suite.reports.small_reports import ROW, claim
+from tests.suite.reports.small_reports import ROW, claim, suite_of
 
 ABSENT = "No module named 'rebound'. Install rebound 5 or newer."
 WITHOUT = EngineMissing(f"REBOUND IAS15 cannot run: {ABSENT}", name="rebound")
@@ -35,9 +35,9 @@ HOSTILE = "<b>&]]>\"'\x00\x1b[31m\ud800\ufffe\n::error::=1+1"
 
 
 @pytest.fixture
-def without_rebound(make_suite):
+def without_rebound():
     engines = {"rebound": ABSENT, "mujoco": ""}
-    return make_suite(claim(), claim("V2", raises=WITHOUT), engines=lambda: engines)
+    return suite_of(claim(), claim("V2", raises=WITHOUT), engines=lambda: engines)
 
 
 def cases():
@@ -76,11 +76,9 @@ def rows():
         ([claim("V1", tuple(OFF))], 1, "are too small: of 20 fitted orders whose true value is"),
     ],
 )
-def test_the_status_is_0_where_every_verdict_is_the_expected_one(
-    ask, make_suite, claims, status, said
-):
+def test_the_status_is_0_where_every_verdict_is_the_expected_one(ask, claims, status, said):
     """An error that only mentions an engine that is absent is no excuse."""
-    done = ask("verify", make_suite(*claims, engines=lambda: {"rebound": ABSENT}))
+    done = ask("verify", suite_of(*claims, engines=lambda: {"rebound": ABSENT}))
     assert done.status == status and said in " ".join(done.out.split())
     assert "nan" not in done.out
 
@@ -168,8 +166,8 @@ def test_every_row_is_a_test_case_with_its_bound_and_measured_value(ask):
         ([claim("V1", tuple(OFF))], ("statements", "stated errors of orders")),
     ],
 )
-def test_what_makes_the_command_fail_is_red_in_the_file(ask, make_suite, claims, case):
-    ask("verify", make_suite(*claims, engines=lambda: {"rebound": ABSENT}))
+def test_what_makes_the_command_fail_is_red_in_the_file(ask, claims, case):
+    ask("verify", suite_of(*claims, engines=lambda: {"rebound": ABSENT}))
     assert cases()[case].find("failure") is not None
 
 
@@ -218,11 +216,9 @@ def test_an_absent_engine_that_is_required_is_a_failure(ask, without_rebound, wo
     assert ("## verify: failed" in Path("out/verify.md").read_text()) == status
 
 
-def test_checking_one_claim_keeps_the_rows_of_the_others_and_says_of_when_they_are(ask, make_suite):
+def test_checking_one_claim_keeps_the_rows_of_the_others_and_says_of_when_they_are(ask):
     def at(date, *claims):
-        return replace(
-            make_suite(*claims), provenance=lambda command: {"date": date, "commit": "c"}
-        )
+        return replace(suite_of(*claims), provenance=lambda command: {"date": date, "commit": "c"})
 
     third = claim("V3", (replace(ROW, measured=1.0 / 3.0),))
     assert ask("verify", at("2026-02-03", claim("V1"), claim("V2"), third)).status == 0
@@ -359,12 +355,12 @@ def test_totals_of_a_junit_file_are_of_all_suites_and_details_of_a_passed_case_s
     kinds = ("passed", "failure", "error", "skipped", "error")
     some = [JUnitCase("class", kind, 0.25, kind, "why", "more") for kind in kinds]
     root = tree.fromstring(junit_xml("galvi track", {"a": some, "b": some[:2], "c": []}).encode())
-    counts = ("name", "tests", "failures", "errors", "skipped", "time")
-    assert [root.get(name) for name in counts] == ["galvi track", "7", "2", "2", "1", "1.750"]
+    counts = ("tests", "failures", "errors", "skipped", "time")
+    assert [root.get(name) for name in counts] == ["7", "2", "2", "1", "1.750"]
     assert [suite.get("tests") for suite in root] == ["5", "2", "0"]
-    passed, failed = root[1]
-    assert [child.tag for child in passed] == ["system-out"] and passed[0].text == "more"
-    assert failed[0].get("message") == "why" and failed[0].text == "more"
+    (said,), failed = root[1]
+    assert (said.tag, said.text) == ("system-out", "more")
+    assert (failed[0].get("message"), failed[0].text) == ("why", "more")
 
 
 def test_a_job_on_github_shows_ten_failures_each_on_a_line(monkeypatch):

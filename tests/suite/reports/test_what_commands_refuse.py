@@ -13,6 +13,7 @@ import pytest
 from galvi.interop.judge import JudgeRequest
 from galvi.interop.suite_process import HANDED_OVER
 from reports.cli.commands import run
+from tests.suite.reports.small_reports import suite_of
 
 OUTSIDE = """
 import galvi
@@ -122,7 +123,7 @@ REFUSED = (
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory, make_suite, make_claim):
+def place(tmp_path_factory, claim):
     """A folder that Python imports from, with a compared report, a model, and what is damaged; and
     the suite."""
     rebound = pytest.importorskip("rebound")
@@ -140,12 +141,12 @@ def place(tmp_path_factory, make_suite, make_claim):
     sim.add(m=1e-3, a=1.0)
     sim.integrator, sim.dt = "whfast", 0.05
     sim.save_to_file(str(folder / "model.bin"))
-    suite = make_suite(
-        *(make_claim(f"V{n}") for n in range(1, 100)),
+    suite = suite_of(
+        *(claim(f"V{n}") for n in range(1, 100)),
         engines=lambda: {"rebound": ""},
         problems=lambda quick: ("top", "kepler e=0.6"),
     )
-    assert run(make_suite, ["compare", "--out", str(folder / "out")]) == 0
+    assert run(suite_of, ["compare", "--out", str(folder / "out")]) == 0
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(folder))
         yield folder, suite
@@ -184,7 +185,7 @@ def test_without_pyarrow_parquet_says_what_to_install(place, monkeypatch, capsys
 class Opened:
     """A pickle that makes a file where it is loaded."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path):
         self.path = path
 
     def __reduce__(self):

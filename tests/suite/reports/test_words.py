@@ -150,7 +150,7 @@ def test_who_wins_is_said_from_the_times_of_galvi_and_a_peer(times, said):
     assert summary_sentences(pd.DataFrame(rows)) == [f"Kepler: {said}."]
 
 
-def value_of(text: str) -> tuple[float, float | None]:
+def value_of(text):
     """(number, uncertainty) of a number as siunitx reads it."""
     found = re.fullmatch(r"(-?\d+(?:\.(\d+))?)(?:\((\d+)\))?(?:e(-?\d+))?", text)
     assert found, text
@@ -173,13 +173,13 @@ def test_an_uncertainty_keeps_two_digits_and_its_number_as_many(x, share):
     assert 10 <= int(re.search(r"\((\d+)\)", text)[1]) <= 100
 
 
-def parsed(text: str) -> object:
+def parsed(text):
     """The nodes of LaTeX; fails where braces or environments do not match."""
     walker = pytest.importorskip("pylatexenc.latexwalker", reason="pylatexenc is not installed")
     return walker.LatexWalker(text, tolerant_parsing=False).get_latex_nodes()[0]
 
 
-def cells(latex: str) -> list[int]:
+def cells(latex):
     """Cells of each line of a table."""
     body = latex.split("\\midrule")[-1].replace("\\endfirsthead", "").split("\\endhead")[-1]
     lines = [line for line in body.split("\\\\\n") if "&" in line]
@@ -196,7 +196,7 @@ def test_any_table_parses_and_has_as_many_cells_as_columns(rows):
 WORDS = "words that go on in the next line"
 
 
-def filled(rows: int, columns: int = 1) -> pd.DataFrame:
+def filled(rows, columns=1):
     return pd.DataFrame({f"column {k}": [WORDS] * rows for k in range(columns)} | {"y": 1.5})
 
 
@@ -226,7 +226,7 @@ def test_a_table_floats_breaks_across_pages_stands_sideways_or_pairs_uncertainti
     assert {part: latex.count(part) for part in parts} == parts
 
 
-def overfull(folder: Path, table: str) -> list[float]:
+def overfull(folder, table):
     """Points by which boxes of a document with this table are too wide; fails where TeX does."""
     packages = re.search(r"\\usepackage\{.*?\}", table)[0]
     document = (
