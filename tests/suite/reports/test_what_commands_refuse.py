@@ -123,7 +123,7 @@ REFUSED = (
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory, claim):
+def place(tmp_path_factory):
     """A folder that Python imports from, with a compared report, a model, and what is damaged; and
     the suite."""
     rebound = pytest.importorskip("rebound")
