@@ -13,7 +13,7 @@ import pytest
 from galvi.interop.judge import JudgeRequest
 from galvi.interop.suite_process import HANDED_OVER
 from reports.cli.commands import run
-from tests.suite.reports.small_reports import suite_of
+from tests.suite.reports.small_reports import claim, suite_of
 
 OUTSIDE = """
 import galvi
