@@ -7,22 +7,14 @@ the fixtures.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator
 from functools import lru_cache
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
 
 import pytest
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from benchmarks.checks.claim import Claim
-    from reports.results.suite import Suite
-
 
 @pytest.fixture
-def ask(tmp_path, monkeypatch, capsys) -> Callable[..., SimpleNamespace]:
+def ask(tmp_path, monkeypatch, capsys):
     """(a command line, claims or a suite) -> the exit status and what was said, in an empty folder
     where the report is in `out`."""
     from reports.cli.commands import run
@@ -31,7 +23,7 @@ def ask(tmp_path, monkeypatch, capsys) -> Callable[..., SimpleNamespace]:
 
     monkeypatch.chdir(tmp_path)
 
-    def ask(words: str, *claims: Claim | Suite) -> SimpleNamespace:
+    def ask(words, *claims):
         capsys.readouterr()
         suite = claims[0] if claims and isinstance(claims[0], Suite) else suite_of(*claims)
         place = [] if "--out" in words else ["--out", "out"]
@@ -43,7 +35,7 @@ def ask(tmp_path, monkeypatch, capsys) -> Callable[..., SimpleNamespace]:
 
 
 @pytest.fixture(scope="session")
-def drawn_frames() -> dict[str, pd.DataFrame]:
+def drawn_frames():
     """A frame for each figure of the catalogue, by its name."""
     from reports.figures.catalogue.all import FIGURES
     from tests.suite.reports.figure_frames import frame_for
@@ -52,7 +44,7 @@ def drawn_frames() -> dict[str, pd.DataFrame]:
 
 
 @pytest.fixture
-def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+def undrawn(monkeypatch: pytest.MonkeyPatch):
     """A build draws nothing, which is most of its time."""
     from reports.figures.drawing import Gallery
 
@@ -60,7 +52,7 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def pages_as_text() -> Iterator[None]:
+def pages_as_text():
     """Sphinx takes seconds, and does not change what the pages say."""
     from tests.suite.reports.sites import BUILDER, TextSite
 
@@ -70,7 +62,7 @@ def pages_as_text() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def labels_parsed_once() -> Iterator[None]:
+def labels_parsed_once():
     """matplotlib parses the labels of a figure in every pass that draws it: a third of the time.
 
     It keeps what it parsed for one renderer; here it is kept for all that are of the same kind.
@@ -86,6 +78,6 @@ def labels_parsed_once() -> Iterator[None]:
         yield
 
 
-def kind(parser: Any) -> object:
+def kind(parser):
     """Vectors or pixels."""
     return parser._output_type

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import matplotlib.style
 import numpy as np
-import pandas as pd
 
 from benchmarks.applications.brownout.step_errors import GRAINS, OF_STEP, SAMPLING, WORK
 from benchmarks.store.frames import frame, row
@@ -21,16 +20,15 @@ from reports.figures.plots.lines import (
 )
 from reports.figures.plots.paths import clouds, moving_cloud, paths
 from reports.figures.plots.spheres import momentum_spheres, pendulum_spheres
-from reports.results.section import Figure
 
 
-def lay_out(figure: Figure, frame: pd.DataFrame) -> None:
+def lay_out(figure, frame):
     """Draw a figure without writing its files, which is most of the time; raises NoData."""
     with matplotlib.style.context(STYLE):
         drawn(figure, frame)
 
 
-def frame_for(figure: Figure) -> pd.DataFrame:
+def frame_for(figure):
     """By what draws it."""
     return frame(ROWS[figure.draw](figure.options))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -33,12 +32,12 @@ ROW = Row(
 PROVENANCE = {"date": "2026-01-02 03:04 UTC", "commit": "0123456789abcdef+dirty", "numpy": "2.4"}
 
 
-def series(**where: object) -> list[dict[str, object]]:
+def series(**where):
     """Errors that fall geometrically with n."""
     return [row(n=n, value=0.5**n, **where) for n in range(4, 30)]
 
 
-def claim(id: str = "V1", rows: tuple[Row, ...] = (ROW,), raises: Exception | None = None) -> Claim:
+def claim(id="V1", rows=(ROW,), raises=None):
     """Its judge gives these rows; its study can raise."""
 
     def study(make_method, quick, report):
@@ -120,11 +119,11 @@ SKY = Section(
 )
 
 
-def provenance(command: str) -> Mapping[str, str]:
+def provenance(command):
     return {**PROVENANCE, "command": command}
 
 
-def suite_of(*claims: Claim, **others: object) -> Suite:
+def suite_of(*claims: Claim, **others):
     """A suite of the given claims, by default one that holds."""
     parts = {"work_precision": work_precision, "cost": cost, "sections": (SKY,), **others}
     return Suite(claims or (claim(),), provenance=provenance, **parts)

@@ -199,7 +199,7 @@ RAISED = (
 )
 
 
-def raising(error: BaseException):
+def raising(error):
     def load(*given, **more):
         raise error
 
@@ -266,7 +266,7 @@ def test_where_it_was_raised_is_shown_where_asked_for(tmp_path, monkeypatch, cap
     assert last.startswith("The command could not be carried out: KeyError: 'samples'.")
 
 
-def ended(action: str, environment=None, **streams) -> subprocess.CompletedProcess[str]:
+def ended(action, environment=None, **streams):
     """A command that does this, in a process of its own."""
     code = (
         "import sys\nfrom reports.cli.endings import ended\n"

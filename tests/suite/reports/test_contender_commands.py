@@ -56,13 +56,13 @@ class Trouble:
 """
 
 
-def example(name: str) -> str:
+def example(name):
     """A module as the page has it."""
     (text,) = re.findall(rf"^```python\n(# {name}\.py\n.*?)^```$", PAGE, re.M | re.S)
     return text
 
 
-def made(name: str) -> dict[str, type]:
+def made(name):
     """What an example of the page defines."""
     names: dict[str, type] = {}
     exec(compile(example(name), f"{name}.py", "exec"), names)
@@ -92,7 +92,7 @@ def kepler_alone(monkeypatch):
     return suite_of(work_precision=work_precision.work_precision)
 
 
-def compared() -> pd.DataFrame:
+def compared():
     return pd.read_csv("out/work_precision.csv", keep_default_na=False)
 
 

@@ -55,7 +55,7 @@ def test_a_table_s_numbers_survive_csv_and_its_bars_survive_markdown(tmp_path):
 def test_a_write_that_fails_leaves_the_old_file_and_no_other(tmp_path, monkeypatch):
     path = write(tmp_path / "deep" / "a.txt", "old")
 
-    def fail(*places: object):
+    def fail(*places):
         raise OSError("disk full")
 
     monkeypatch.setattr(os, "replace", fail)
@@ -87,7 +87,7 @@ def export(ask, report):
     """Export from a copy of the report in `out`; what was said."""
     shutil.copytree(report, "out")
 
-    def export(words: str) -> list[str]:
+    def export(words):
         done = ask(f"export {words}")
         assert done.status == 0, done.err
         return done.out.splitlines()
@@ -179,7 +179,7 @@ def test_bytes_in_standard_output_are_those_of_the_file(report, tmp_path, capfdb
     assert capfdbinary.readouterr().out == (tmp_path / "file").read_bytes()
 
 
-def piped(export, words: str) -> bytes:
+def piped(export, words):
     """What a reader of a pipe gets, which stays one."""
     os.mkfifo("pipe")
     received = list[bytes]()

@@ -16,7 +16,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
-from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d.art3d import Text3D
 
 from benchmarks.claims import CLAIMS
@@ -33,7 +32,7 @@ from reports.figures.picture import NARROW, SMALL, STYLE, WIDTHS, drawn, picture
 from reports.figures.profiles import PROFILES
 from reports.figures.style.decades import readable
 from reports.figures.style.identities import OURS, TABLE, grouped, identity, in_order
-from reports.figures.style.layout import Canvas, NoData, split, wrapped
+from reports.figures.style.layout import NoData, split, wrapped
 from reports.figures.work_precision import line_of
 from reports.results.section import Figure
 from reports.tables.profiles import profile_table
@@ -165,12 +164,12 @@ STUDIED = {
 }
 
 
-def laid_out(figure: Figure, frame, width):
+def laid_out(figure, frame, width):
     with matplotlib.style.context([STYLE, SMALL if 0.0 < width < 3.6 else {}]):
         return drawn(figure, frame, width)
 
 
-def faults(canvas: Canvas):
+def faults(canvas):
     """What is wrong with a layout."""
     edge = canvas.bbox
     texts = [(one, one.get_window_extent()) for one in seen_texts(canvas)]
@@ -192,7 +191,7 @@ def faults(canvas: Canvas):
             yield f"axes of {box.width:.0f} by {box.height:.0f} pixels"
 
 
-def seen_texts(canvas: Canvas):
+def seen_texts(canvas):
     """Those that are drawn: labels of ticks only within the range of their axis."""
     ticks: set[int] = set()
     for axes in canvas.axes:
@@ -208,7 +207,7 @@ def seen_texts(canvas: Canvas):
             yield one
 
 
-def overlap(a: Bbox, b: Bbox):
+def overlap(a, b):
     return (min(a.x1, b.x1) - max(a.x0, b.x0) > TOUCH
             and min(a.y1, b.y1) - max(a.y0, b.y0) > TOUCH)  # fmt: skip
 

@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory) -> Path:
+def model(tmp_path_factory):
     """A star with two planets, integrated with WHFast at 1/20 of a year."""
     sim = rebound.Simulation()
     sim.units = ("AU", "yr", "Msun")
@@ -186,13 +186,13 @@ LOOSE = (
 )  # fmt: skip
 
 
-def without_numbers(text: str) -> str:
+def without_numbers(text):
     for pattern in LOOSE:
         text = re.sub(pattern, "", text)
     return NUMBER.sub("#", text)
 
 
-def numbers(sentence: str) -> list[float]:
+def numbers(sentence):
     """Those of what is said of the own run, whose truth any machine agrees on, without times."""
     found = NUMBER.findall(re.sub(LOOSE[0], "", sentence))
     return [float(one.translate(POWERS).replace("·10", "e")) for one in found]

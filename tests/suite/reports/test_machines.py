@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from benchmarks.store.cells import as_csv
@@ -20,7 +18,7 @@ ORIGIN = {"date": "2026-01-02 03:04 UTC", "commit": "0123456789abcdef", "cpu": "
 HERE = {**ORIGIN, "cpu": "Xeon", "compiled for": "sapphirerapids, AVX-512"}
 
 
-def report(folder: Path, **origin: str) -> Path:
+def report(folder, **origin):
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "work_precision.csv").write_text(as_csv(work_precision(True, print)))
     note_origin(folder, "work_precision.csv", {**ORIGIN, **origin}, False)

@@ -29,7 +29,7 @@ def project(tmp_path, monkeypatch):
     """Write this project's table, and stand in its folder."""
     monkeypatch.chdir(tmp_path)
 
-    def write(*keys, folder: Path = tmp_path, **values):
+    def write(*keys, folder=tmp_path, **values):
         table = {key: VALUES[key] for key in keys} | values
         lines = ["[project]", 'name = "mine"', "[tool.galvi]"]
         lines += [f"{key} = {value}" for key, value in table.items()]
@@ -55,7 +55,7 @@ def suite(monkeypatch):
     return suite, asked
 
 
-def checked(folder: Path | str = OUT) -> list[str]:
+def checked(folder=OUT):
     return list(pd.read_csv(Path(folder) / "claims.csv")["id"].unique())
 
 

@@ -102,7 +102,7 @@ def _defined(text):
     return {one.name for one in top} | inner
 
 
-def is_of(run: galvi.Trajectory, q, p):
+def is_of(run, q, p):
     """A step that ends at these is that of a run."""
     assert np.max(np.abs(q - run.q[1])) < ROUND_OFF and np.max(np.abs(p - run.p[1])) < ROUND_OFF
 

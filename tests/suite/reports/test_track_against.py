@@ -53,7 +53,7 @@ def integrate(problem, method, step, steps, save_every):
 CASE = Case("orbit", TRAJECTORY, "kepler", 4, 4, 0.1, 10)
 
 
-def stub(work=20_000, iterations=5) -> str:
+def stub(work=20_000, iterations=5):
     return STUB.format(work=work, iterations=iterations)
 
 
@@ -247,7 +247,7 @@ def test_an_interrupt_leaves_no_folder_and_no_process(checkout, number):
     assert _workers(spare) == []
 
 
-def _workers(spare) -> list[str]:
+def _workers(spare):
     """Processes whose galvi lies below the folder."""
     found = []
     for path in Path("/proc").glob("[0-9]*/environ"):

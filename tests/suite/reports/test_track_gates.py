@@ -100,7 +100,7 @@ Side = Fake | tuple[Fake, Fake]  # in the first round, and in further ones
 def compared(monkeypatch: pytest.MonkeyPatch):
     """Compare two fakes."""
 
-    def do(base: Side, head: Side, *cases):
+    def do(base, head, *cases):
         fakes = {"base": base, "head": head}
 
         def worker(checkout, limit):

@@ -167,7 +167,7 @@ def test_what_cannot_be_done_is_status_2_and_a_sentence_and_nothing_is_written(
     assert files(folder) == before
 
 
-def files(folder: Path) -> set[Path]:
+def files(folder):
     kept = {one for one in folder.rglob("*") if one.is_file() and one.name != ".gitignore"}
     return {one for one in kept if "__pycache__" not in one.parts}
 
