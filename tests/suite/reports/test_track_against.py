@@ -131,7 +131,6 @@ def test_a_changed_tree_is_compared_as_it_is_and_said_to_be(checkout):
     assert "with changes) is worse than" in found["verdict"]
     (row,) = found["benchmarks"]
     assert set(row["alarms"]) == {"counts", "time"}
-    assert [min(map(len, samples.values())) >= 7 for samples in row["pair"]["rounds"]] == [True] * 2
 
 
 @pytest.mark.parametrize("revision", ["nope", "--help", "HEAD:galvi"])
