@@ -274,6 +274,7 @@ def test_what_changed_is_printed_and_written(ask):
         for words in ("verdict", "number", "0.25 -+ 0.01", "0.3 -+ 0.01", "fresh", "gone", "old"):
             assert words in changed
         assert "still" not in changed
+    assert " more, in verify.md." in check(**{f"fresh {k}": {} for k in range(20)})
     assert "Changed" not in check("--quick", number={"measured": 99.0})  # another measurement
 
 
