@@ -243,7 +243,7 @@ def test_comparisons_fit_in_any_width():
     ]  # fmt: skip
     runs = work_precision(True, print)
     shown = [(comparison_figure("kepler e=0.6", runs), runs)]
-    shown += [(one, pd.DataFrame(rows)) for one in HEADLINES]
+    shown += [(one, pd.DataFrame(rows).assign(error_is_bound=False)) for one in HEADLINES]
     for width, (figure, frame_of_it) in itertools.product(ALL.values(), shown):
         assert not list(faults(laid_out(figure, frame_of_it, width)))
 
