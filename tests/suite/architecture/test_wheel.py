@@ -159,8 +159,8 @@ def script(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow(
-    beside="tests/suite/reports/test_commands.py::"
-    "test_verify_exits_0_when_every_verdict_is_the_expected_one"
+    beside="tests/suite/reports/test_verify.py::"
+    "test_the_status_is_0_where_every_verdict_is_the_expected_one"
 )
 def test_an_installed_wheel_verifies_claims_of_each_kind(
     script: Path, folder_of_a_user: Path

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -22,7 +19,7 @@ MARKS = [
 
 
 @contextmanager
-def browsing() -> Iterator[Any]:
+def browsing():
     """A chromium of the system."""
     sync = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with sync.sync_playwright() as driver:
@@ -32,14 +29,14 @@ def browsing() -> Iterator[Any]:
 
 
 @contextmanager
-def looking(browser: Any, out: Path, notice: str = "\0") -> Iterator[Callable[..., Any]]:
+def looking(browser, out, notice="\0"):
     """(name, width, dark, javascript) -> the page; what its console said is in `page.said`.
 
     notice  what is in lines of the console that say nothing
     """
     contexts = []
 
-    def look(name: str, width: int = 1400, dark: bool = False, scripts: bool = True, **more: Any):
+    def look(name, width=1400, dark=False, scripts=True, **more):
         context = browser.new_context(
             viewport={"width": width, "height": 900}, java_script_enabled=scripts,
             color_scheme="dark" if dark else "light", reduced_motion="reduce", **more,
@@ -58,7 +55,7 @@ def looking(browser: Any, out: Path, notice: str = "\0") -> Iterator[Callable[..
         context.close()
 
 
-def violations(page: Any) -> list[tuple[str, str]]:
+def violations(page):
     """(rule, element) of what axe finds."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
     found = axe.Axe().run(page).response["violations"]

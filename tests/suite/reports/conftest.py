@@ -6,35 +6,36 @@ the fixtures.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+import shlex
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
 
 import pytest
 
-if TYPE_CHECKING:
-    import pandas as pd
 
-    from benchmarks.checks.claim import Claim, Row
+@pytest.fixture
+def ask(tmp_path, monkeypatch, capsys):
+    """(a command line, claims or a suite) -> the exit status and what was said, in an empty folder
+    where the report is in `out`."""
+    from reports.cli.commands import run
     from reports.results.suite import Suite
+    from tests.suite.reports.small_reports import suite_of
+
+    monkeypatch.chdir(tmp_path)
+
+    def ask(words, *claims):
+        capsys.readouterr()
+        suite = claims[0] if claims and isinstance(claims[0], Suite) else suite_of(*claims)
+        place = [] if "--out" in words else ["--out", "out"]
+        status = run(lambda: suite, [*shlex.split(words), *place], called=["galvi"])
+        out, err = capsys.readouterr()
+        return SimpleNamespace(status=status, out=out, err=err)
+
+    return ask
 
 
 @pytest.fixture(scope="session")
-def make_suite() -> Callable[..., Suite]:
-    """A suite of the given claims, by default one that holds."""
-    from reports.results.suite import Suite
-    from tests.suite.reports.small_reports import SKY, claim, cost, provenance, work_precision
-
-    def make(*claims: Claim, **others: object) -> Suite:
-        parts = {"work_precision": work_precision, "cost": cost, "sections": (SKY,), **others}
-        return Suite(claims or (claim(),), provenance=provenance, **parts)
-
-    return make
-
-
-@pytest.fixture(scope="session")
-def drawn_frames() -> dict[str, pd.DataFrame]:
+def drawn_frames():
     """A frame for each figure of the catalogue, by its name."""
     from reports.figures.catalogue.all import FIGURES
     from tests.suite.reports.figure_frames import frame_for
@@ -43,7 +44,7 @@ def drawn_frames() -> dict[str, pd.DataFrame]:
 
 
 @pytest.fixture
-def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+def undrawn(monkeypatch: pytest.MonkeyPatch):
     """A build draws nothing, which is most of its time."""
     from reports.figures.drawing import Gallery
 
@@ -51,7 +52,7 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def pages_as_text() -> Iterator[None]:
+def pages_as_text():
     """Sphinx takes seconds, and does not change what the pages say."""
     from tests.suite.reports.sites import BUILDER, TextSite
 
@@ -60,24 +61,8 @@ def pages_as_text() -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="session")
-def make_row() -> Callable[..., Row]:
-    """A row of a claim that holds, with some of its fields replaced."""
-    from tests.suite.reports.small_reports import ROW
-
-    return lambda **fields: replace(ROW, **fields)
-
-
-@pytest.fixture(scope="session")
-def make_claim() -> Callable[..., Claim]:
-    """See `claim` of small_reports."""
-    from tests.suite.reports.small_reports import claim
-
-    return claim
-
-
 @pytest.fixture(scope="session", autouse=True)
-def labels_parsed_once() -> Iterator[None]:
+def labels_parsed_once():
     """matplotlib parses the labels of a figure in every pass that draws it: a third of the time.
 
     It keeps what it parsed for one renderer; here it is kept for all that are of the same kind.
@@ -93,6 +78,6 @@ def labels_parsed_once() -> Iterator[None]:
         yield
 
 
-def kind(parser: Any) -> object:
+def kind(parser):
     """Vectors or pixels."""
     return parser._output_type

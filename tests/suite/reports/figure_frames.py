@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import matplotlib.style
 import numpy as np
-import pandas as pd
 
 from benchmarks.applications.brownout.step_errors import GRAINS, OF_STEP, SAMPLING, WORK
 from benchmarks.store.frames import frame, row
@@ -23,21 +20,20 @@ from reports.figures.plots.lines import (
 )
 from reports.figures.plots.paths import clouds, moving_cloud, paths
 from reports.figures.plots.spheres import momentum_spheres, pendulum_spheres
-from reports.results.section import Figure
 
 
-def lay_out(figure: Figure, frame: pd.DataFrame) -> None:
+def lay_out(figure, frame):
     """Draw a figure without writing its files, which is most of the time; raises NoData."""
     with matplotlib.style.context(STYLE):
         drawn(figure, frame)
 
 
-def frame_for(figure: Figure) -> pd.DataFrame:
+def frame_for(figure):
     """By what draws it."""
     return frame(ROWS[figure.draw](figure.options))
 
 
-def _clouds(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _clouds(options):
     return [
         row(study=options["study"], label=label, t=t, x=k + t, y=0.0, z=0.5 * t)
         for k, label in enumerate(options["labels"])
@@ -45,7 +41,7 @@ def _clouds(options: Mapping[str, object]) -> list[dict[str, object]]:
     ]
 
 
-def _statistics(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _statistics(options):
     """Errors of the step that fall with its degree's order, one of them unknown."""
     quantity = options["quantity"]
     rows = [row(study=quantity, quantity=name, value=value)
@@ -62,11 +58,11 @@ def _statistics(options: Mapping[str, object]) -> list[dict[str, object]]:
     return rows
 
 
-def _convergence(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _convergence(options):
     return [one for rate in options["rates"] for one in _errors(rate)]
 
 
-def _errors(rate) -> list[dict[str, object]]:
+def _errors(rate):
     where = {"study": rate.study, "quantity": rate.quantity}
     if rate.algebraic:
         return [row(n=n, value=0.5 / n, **where) for n in range(8, 90, 9)]
@@ -85,7 +81,7 @@ def _errors(rate) -> list[dict[str, object]]:
     ]
 
 
-def _history(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _history(options):
     size = 1e-14 if options.get("rounding") else 0.01
     return [
         row(study="history", quantity=options["quantity"], t=2.0 * k, value=size * np.sin(k))
@@ -93,7 +89,7 @@ def _history(options: Mapping[str, object]) -> list[dict[str, object]]:
     ]
 
 
-def _energies(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _energies(options):
     """One falls and ends early, the others go on."""
     return [
         row(study=study, quantity=options["quantity"], t=10.0 * t, value=(k - 1) * 1e-3 * t,
@@ -103,7 +99,7 @@ def _energies(options: Mapping[str, object]) -> list[dict[str, object]]:
     ]  # fmt: skip
 
 
-def _paths(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _paths(options):
     return [
         row(study=panel.study, quantity=quantity, label=body, t=t, x=k * np.cos(t),
             y=k * np.sin(t), z=0.0)
@@ -114,7 +110,7 @@ def _paths(options: Mapping[str, object]) -> list[dict[str, object]]:
     ]  # fmt: skip
 
 
-def _on_spheres(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _on_spheres(options):
     return [
         row(study=study, quantity=options[kind], t=t, x=np.sin(t), y=0.0, z=np.cos(t))
         for study in options["panels"]
@@ -123,7 +119,7 @@ def _on_spheres(options: Mapping[str, object]) -> list[dict[str, object]]:
     ]
 
 
-def _momenta(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _momenta(options):
     """Two starts of one energy, which the ellipsoid is of, and another one."""
     starts = {"0": (0.6, 0.8), "1": (0.6, -0.8), "2": (0.8, 0.6)}
     return [
@@ -134,7 +130,7 @@ def _momenta(options: Mapping[str, object]) -> list[dict[str, object]]:
     ]
 
 
-def _departures(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _departures(options):
     return [
         row(study=study, quantity=quantity, t=t, value=0.0 if k == 2 else 1e-9 * t)
         for quantity in options["quantities"]
@@ -143,7 +139,7 @@ def _departures(options: Mapping[str, object]) -> list[dict[str, object]]:
     ]
 
 
-def _jumps(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _jumps(options):
     """Runs of which the last ends early, and single steps of which some were not solved."""
     rows = [
         row(study=study, quantity=options["quantity"], t=t, value=1e-15 * (t + k),
@@ -161,7 +157,7 @@ def _jumps(options: Mapping[str, object]) -> list[dict[str, object]]:
     return rows
 
 
-def _lines(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _lines(options):
     rows = []
     for k, study in enumerate(options["labels"]):
         for steps in 2.0 ** np.arange(3.0, 9.0):
@@ -173,7 +169,7 @@ def _lines(options: Mapping[str, object]) -> list[dict[str, object]]:
     return rows
 
 
-def _limits(options: Mapping[str, object]) -> list[dict[str, object]]:
+def _limits(options):
     return [
         row(study=study, quantity=options["quantity"], step=turn,
             value=1e-15 if turn < limit else np.nan)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import pytest
 
@@ -19,13 +17,13 @@ BUILDER = "reports.build.build.SiteBuilder"
 class TextSite(SiteBuilder):
     """Writes what Sphinx would read, in the place of each page of results and of the first page."""
 
-    def __enter__(self) -> TextSite:
+    def __enter__(self):
         return self
 
-    def __exit__(self, *error: object) -> None:
+    def __exit__(self, *error):
         pass
 
-    def __call__(self, report: Report) -> list[str]:
+    def __call__(self, report: Report):
         for name in ("index", *(f"{pages.RESULTS}/{page}" for page in pages.PAGES)):
             write(report.out / f"{name}.html", pages.page(name, report))
         return []
@@ -34,7 +32,7 @@ class TextSite(SiteBuilder):
 class SiteOfResults(SiteBuilder):
     """Builds the pages of results alone, in seconds."""
 
-    def settings(self) -> dict[str, Any]:
+    def settings(self):
         return super().settings() | {
             "root_doc": f"{pages.RESULTS}/index",
             "include_patterns": [f"{pages.RESULTS}/**"],
@@ -43,7 +41,7 @@ class SiteOfResults(SiteBuilder):
 
 
 @contextmanager
-def pages_of_results() -> Iterator[None]:
+def pages_of_results():
     """Builds have real pages of results."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(BUILDER, SiteOfResults)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -13,6 +12,7 @@ from benchmarks.checks.claim import Claim, Row
 from benchmarks.store.frames import frame, row
 from benchmarks.work_precision.dependable import dependable
 from reports.results.section import Section
+from reports.results.suite import Suite
 from reports.tables.study_table import readable_table
 
 ROW = Row(
@@ -32,15 +32,15 @@ ROW = Row(
 PROVENANCE = {"date": "2026-01-02 03:04 UTC", "commit": "0123456789abcdef+dirty", "numpy": "2.4"}
 
 
-def series(**where: object) -> list[dict[str, object]]:
+def series(**where):
     """Errors that fall geometrically with n."""
     return [row(n=n, value=0.5**n, **where) for n in range(4, 30)]
 
 
-def claim(id: str = "V1", rows: tuple[Row, ...] = (ROW,), raises: Exception | None = None) -> Claim:
+def claim(id="V1", rows=(ROW,), raises=None):
     """Its judge gives these rows; its study can raise."""
 
-    def study(make_method: object, quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+    def study(make_method, quick, report):
         report("half way")
         if raises is not None:
             raise raises
@@ -49,7 +49,7 @@ def claim(id: str = "V1", rows: tuple[Row, ...] = (ROW,), raises: Exception | No
     return Claim(id, f"title of {id}", study, lambda table: [replace(r, id=id) for r in rows])
 
 
-def work_precision(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+def work_precision(quick, report):
     """One problem: galvi wins at 1e-8, a peer at 1e-4; one run failed, one is the truth."""
     runs = [
         ("galvi degree 8, Gauss 8", "step=2", 1e-3, 0.010, ""),
@@ -83,7 +83,7 @@ def work_precision(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
     return dependable(table)
 
 
-def cost(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+def cost(quick, report):
     """Two methods, the second of which failed."""
     one = {
         "problem": "kepler e=0.6",
@@ -99,7 +99,7 @@ def cost(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
     return pd.DataFrame([one, {**one, "seconds_per_step": np.nan, "status": "It failed."}])
 
 
-def sky(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+def sky(quick, report):
     """Two bodies, one without a number."""
     return pd.DataFrame(
         {"body": ["Sun", "Mars"], "days": [1000, 1000], "away": [np.nan, 1.2345e-7], "note": ""}
@@ -119,5 +119,11 @@ SKY = Section(
 )
 
 
-def provenance(command: str) -> Mapping[str, str]:
+def provenance(command):
     return {**PROVENANCE, "command": command}
+
+
+def suite_of(*claims: Claim, **others):
+    """A suite of the given claims, by default one that holds."""
+    parts = {"work_precision": work_precision, "cost": cost, "sections": (SKY,), **others}
+    return Suite(claims or (claim(),), provenance=provenance, **parts)

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import os
 import time
-from pathlib import Path
 
 import pandas as pd
 
 
-def quiet(seconds: float, quick: bool, report: object) -> pd.DataFrame:
+def quiet(seconds, quick, report):
     """The number of its process, after a while."""
     time.sleep(seconds)
     print("a line that nobody reads")
     return pd.DataFrame({"process": [os.getpid()], "quick": [quick]})
 
 
-def meet(mine: Path, other: Path, quick: bool, report: object) -> pd.DataFrame:
+def meet(mine, other, quick, report):
     """As `quiet`, once the study of the other file has begun too."""
     mine.touch()
     for _ in range(1200):
@@ -26,9 +25,9 @@ def meet(mine: Path, other: Path, quick: bool, report: object) -> pd.DataFrame:
     raise TimeoutError("no other worker")
 
 
-def broken(quick: bool, report: object) -> pd.DataFrame:
+def broken(quick, report):
     raise RuntimeError("no engine here")
 
 
-def dying(quick: bool, report: object) -> pd.DataFrame:
+def dying(quick, report):
     os._exit(3)

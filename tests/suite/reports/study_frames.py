@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pandas as pd
 
@@ -16,9 +14,7 @@ from benchmarks.studies.scaling import COLUMNS as SCALING
 from benchmarks.studies.taxonomy import COLUMNS as TAXONOMY
 
 
-def walks(
-    years: float = 1e4, commit: str = "", drift: float = 0.0, runs: int = 16
-) -> list[dict[str, object]]:
+def walks(years=1e4, commit="", drift=0.0, runs=16):
     """Random walks of two contenders, one of which hands out rounded states."""
     rng = np.random.default_rng(1)
     rows = []
@@ -37,11 +33,11 @@ def walks(
     return rows
 
 
-def brouwer(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+def brouwer(quick, report):
     return pd.DataFrame(walks(), columns=list(COLUMNS))
 
 
-def scaling(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+def scaling(quick, report):
     """galvi and a peer that does not reach the error with three bodies; one is not installed."""
     blank = dict.fromkeys(SCALING, np.nan)
     rows = [
@@ -58,7 +54,7 @@ def scaling(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
     return pd.DataFrame([*rows, absent], columns=list(SCALING))
 
 
-def versions(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+def versions(quick, report):
     """RK4 of order 2 in an old version and 4 in a new one; a third cannot be installed."""
     rows = [
         {"engine": f"mujoco {name}", "joint": joint, "integrator": "RK4", "step": 0.1 / 2**k,
@@ -73,7 +69,7 @@ def versions(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
     return pd.DataFrame([*rows, {**blank, **absent}], columns=list(VERSIONS))
 
 
-def spins(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+def spins(quick, report):
     """galvi at round-off, a peer that drifts, one that fails and one that is absent."""
     blank = dict.fromkeys(SPIN, np.nan) | {"problem": "free rigid body", "step": 0.01,
                                            "turns": 1000.0, "commit": "", "date": ""}  # fmt: skip
@@ -94,7 +90,7 @@ def spins(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
     return pd.DataFrame([*rows, absent], columns=list(SPIN))
 
 
-def pairs_of_spaces_and_rules(quick: bool, report: Callable[[str], None]) -> pd.DataFrame:
+def pairs_of_spaces_and_rules(quick, report):
     """Two methods, one of them known, and two pairs that make none."""
     blank = dict.fromkeys(TAXONOMY, np.nan) | {
         "kind": "Polynomials", "number": 1, "space": "Polynomials(degree=1)", "family": "Gauss",

@@ -7,10 +7,8 @@ REPORT=reports/out looks at that report instead of a small one.
 from __future__ import annotations
 
 import os
-import re
-from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -19,10 +17,10 @@ from reports.site.build import SiteBuilder
 from reports.site.pages import PAGES
 from tests.suite.reports.browsing import MARKS, WIDTHS, browsing, looking, violations
 from tests.suite.reports.sites import BUILDER
+from tests.suite.reports.small_reports import ROW, claim, suite_of
 
 OPEN = "document.querySelectorAll('details').forEach(one => { one.open = true; })"
 SHOW = "document.querySelectorAll('[hidden]').forEach(one => one.removeAttribute('hidden'))"
-FIRST_VIEW = 1_500_000  # bytes of the start with what it shows before scrolling, but the theme's
 RESULTS = tuple(f"results/{name}" for name in PAGES)
 DOCS = (  # a page of each kind, and those with what is widest
     "index",
@@ -56,16 +54,7 @@ OVERFLOW = """([inside, scrolls, boxes]) => [...document.querySelectorAll(inside
     if (scrolls && one.closest(boxes)) return false;
     return box.right > innerWidth + 1 || box.left < -1;
 }).slice(0, 5).map(one => one.tagName + '.' + one.className + ' ' + one.textContent.slice(0, 60))"""
-SIDEWAYS = """() => [...document.querySelectorAll('.wide')]
-    .filter(one => one.scrollWidth > one.clientWidth + 1)
-    .map(one => one.innerText.slice(0, 40))"""
-CUT = """() => [...document.querySelectorAll('.wide')].filter(one => {
-    const caption = one.querySelector('caption');
-    if (!caption || !caption.firstChild) return false;
-    const range = document.createRange();
-    range.selectNodeContents(caption);
-    return range.getBoundingClientRect().right > one.getBoundingClientRect().right + 1;
-}).map(one => one.ariaLabel)"""
+UNLOADED = "[...document.images].filter(one => !one.naturalWidth).length"
 VISIBLE = (
     "[...document.querySelectorAll('.claim')].filter(one => one.offsetParent).map(one => one.id)"
 )
@@ -74,16 +63,14 @@ pytestmark = MARKS
 
 
 @pytest.fixture(scope="module")
-def out(make_suite, make_claim, make_row, tmp_path_factory) -> Path:
+def out(tmp_path_factory):
     """The report to look at."""
     if "REPORT" in os.environ:
         return Path(os.environ["REPORT"]).resolve()
     folder = tmp_path_factory.mktemp("report")
-    suite = make_suite(
-        make_claim("V1"),
-        make_claim("L3", (make_row(verdict="exceeds", quantity="order", setup="x; " * 60),)),
-        make_claim("V5", tuple(make_row(quantity=f"number {k}") for k in range(9))),
-    )
+    exceeds = replace(ROW, verdict="exceeds", quantity="order", setup="x; " * 60)
+    many = tuple(replace(ROW, quantity=f"number {k}") for k in range(9))
+    suite = suite_of(claim("V1"), claim("L3", (exceeds,)), claim("V5", many))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(BUILDER, SiteBuilder)
         run(lambda: suite, ["build", "--quick", "--single-file", "--out", str(folder)])
@@ -91,17 +78,17 @@ def out(make_suite, make_claim, make_row, tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
+def browser():
     with browsing() as started:
         yield started
 
 
 @pytest.fixture
-def opened(browser, out) -> Iterator[Any]:
+def opened(browser, out):
     """See `looking`; without a network, and with the formulas set."""
     with looking(browser, out, NOTICE) as look:
 
-        def opened(name: str, width: int = 1400, dark: bool = False, scripts: bool = True) -> Any:
+        def opened(name, width=1400, dark=False, scripts=True):
             page = look(name, width, dark, scripts, offline=True)
             if scripts:
                 page.wait_for_function(
@@ -112,44 +99,26 @@ def opened(browser, out) -> Iterator[Any]:
         yield opened
 
 
-def overflow(page: Any, scrolls: bool = True) -> list[str]:
+def overflow(page, scrolls=True):
     """What is wider than the window."""
     inside = "article *" if page.locator("article.bd-article").count() else "main *"
     return page.evaluate(OVERFLOW, [inside, scrolls, BOXES])
 
 
 @pytest.mark.parametrize("name", (*NAMES, "report"))
-def test_nothing_is_too_wide_and_the_console_is_silent_without_a_network(opened, out, name):
+def test_pictures_load_nothing_is_too_wide_and_the_console_is_silent_without_a_network(
+    opened, out, name
+):
     if "REPORT" in os.environ and not (out / f"{name}.html").exists():
         pytest.skip(f"{out} has no {name}.html: build it with --single-file")
     for width in WIDTHS:
         page = opened(name, width)
+        page.evaluate("document.querySelectorAll('img').forEach(one => { one.loading = 'eager'; })")
+        page.wait_for_function("[...document.images].every(one => one.complete)")
+        assert page.evaluate(UNLOADED) == 0, (name, width)
         assert page.evaluate("document.documentElement.scrollWidth") <= width, (name, width)
         assert overflow(page) == [], (name, width)
         assert page.said == []
-
-
-def test_a_telephone_is_shown_the_narrow_figures(opened):
-    for width, narrow in ((max(WIDTHS), False), (400, True)):
-        page = opened("results/claims", width)
-        page.evaluate(OPEN)
-        sources = page.evaluate(
-            "[...document.querySelectorAll('.picture img')]"
-            ".map(one => { one.loading = 'eager'; return one.decode().then(() => one.currentSrc) })"
-            ".reduce((all, one) => all.then(list => one.then(it => [...list, it])),"
-            " Promise.resolve([]))"
-        )
-        assert sources and all(one.endswith("-narrow.svg") == narrow for one in sources)
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_no_table_scrolls_sideways_in_a_wide_window(opened, name):
-    page = opened(name, max(WIDTHS))
-    page.evaluate(OPEN)
-    assert page.evaluate(SIDEWAYS) == []
-    wide = "<div class='wide'><div style='width: 2000px'>wide</div></div>"
-    page.evaluate(f"document.querySelector('article').insertAdjacentHTML('beforeend', `{wide}`)")
-    assert page.evaluate(SIDEWAYS) == ["wide"]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -185,15 +154,6 @@ def test_axe_finds_a_picture_without_a_text_and_pale_words(opened):
     assert {"image-alt", "color-contrast"} <= {rule for rule, _ in violations(page)}
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_picture_loads(opened, name):
-    page = opened(name)
-    page.evaluate(OPEN)
-    page.evaluate("document.querySelectorAll('img').forEach(one => { one.loading = 'eager'; })")
-    page.wait_for_function("[...document.images].every(one => one.complete)")
-    assert page.evaluate("[...document.images].filter(one => !one.naturalWidth).length") == 0
-
-
 @pytest.mark.parametrize("name", ("results/claims", "report"))
 def test_claims_are_found_by_their_names_their_words_and_their_verdicts(opened, out, name):
     if not (out / f"{name}.html").exists():
@@ -224,56 +184,3 @@ def test_without_scripts_everything_is_shown(opened):
     page = opened("results/claims", scripts=False)
     assert page.locator(".claim:visible").count() == page.locator(".claim").count()
     assert page.locator("form.search:visible").count() == 0
-
-
-def test_the_first_view_is_small(out, opened):
-    page = opened("results/index")
-    early = "one.getBoundingClientRect().top < 900 || one.loading != 'lazy'"
-    eager = f"[...document.images].filter(one => {early})"
-    seen = page.evaluate(f"{eager}.map(one => one.getAttribute('src'))")
-    files = ["index.html", "../_static/results.css", "../_static/results.js", *seen]
-    assert sum((out / "results" / name).stat().st_size for name in files) < FIRST_VIEW
-
-
-def test_a_moving_picture_rests_until_asked_where_motion_is_unwanted(opened):
-    page = opened("results/index")
-    for button in page.locator("figure.motion button").all():
-        assert button.inner_text() == "Play"
-    if page.locator("figure.motion").count():
-        before = page.get_attribute("figure.motion .moving", "cx")
-        page.locator("figure.motion button").first.click()
-        place = "document.querySelector('figure.motion .moving').getAttribute('cx')"
-        page.wait_for_function(f"{place} != '{before}'")
-
-
-def test_one_search_finds_names_of_the_reference_and_claims(opened, out):
-    for words, address in (
-        ("integrate_ensemble", "reference/ensembles"),
-        ("printed statement", "results/claims"),
-    ):
-        page = opened("search")
-        page.goto(f"{(out / 'search.html').as_uri()}?q={words}")
-        page.wait_for_selector(f"#search-results a[href*='{address}']")
-
-
-def test_the_navigation_leads_from_docs_to_results_and_back(opened):
-    page = opened("tutorials/first_run")
-    page.click(".bd-sidebar-primary a[href*='results/claims']")
-    assert re.search(r"/results/claims\.html$", page.url)
-    page.click(".bd-sidebar-primary .home a")
-    assert page.url.endswith("/index.html")
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_captions_are_as_wide_as_the_box_of_their_table(opened, name):
-    for width in WIDTHS:
-        page = opened(name, width)
-        page.evaluate(OPEN)
-        assert page.evaluate(CUT) == [], width
-
-
-def test_a_caption_that_is_cut_would_be_found(opened):
-    page = opened("results/comparisons", 400)
-    page.add_style_tag(content="caption { display: block !important; width: 3000px !important; "
-                       "max-width: none !important; white-space: nowrap; }")  # fmt: skip
-    assert page.evaluate(CUT) != []

@@ -1,22 +1,44 @@
-"""Every figure of the catalogue draws, from good frames and from bad ones."""
+"""Figures: every one of the catalogue draws, fits in any width, and shows each contender in its own
+look."""
 
+from __future__ import annotations
+
+import itertools
+import re
 import warnings
+from pathlib import Path
 
+import matplotlib.style
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.colors import to_rgb
+from matplotlib.text import Text
+from mpl_toolkits.mplot3d.art3d import Text3D
 
 from benchmarks.claims import CLAIMS
 from benchmarks.store.frames import frame
 from benchmarks.work_precision.dependable import dependable
+from benchmarks.work_precision.problem import POSITION
+from benchmarks.work_precision.problems import work_precision_problems
+from galvi.charts import CHARTS
+from reports.contents import SECTIONS
 from reports.figures.catalogue.all import FIGURES
 from reports.figures.drawing import comparison_figure
-from reports.figures.picture import drawn, picture
+from reports.figures.headlines import HEADLINES
+from reports.figures.picture import NARROW, SMALL, STYLE, WIDTHS, drawn, picture, sized
 from reports.figures.profiles import PROFILES
-from reports.figures.style.layout import NoData
+from reports.figures.style.decades import readable
+from reports.figures.style.identities import OURS, TABLE, grouped, identity, in_order
+from reports.figures.style.layout import NoData, split, wrapped
 from reports.figures.work_precision import line_of
+from reports.results.section import Figure
 from reports.tables.profiles import profile_table
 from tests.suite.reports.figure_frames import lay_out
+from tests.suite.reports.small_reports import work_precision
+from tests.suite.reports.study_frames import FRAMES
 
 NAMES = [figure.name for figure in FIGURES]
 
@@ -40,11 +62,6 @@ def test_the_same_frame_gives_the_same_bytes(drawn_frames):
 
 def test_every_figure_of_the_claims_is_drawn_once_at_least():
     assert {source for claim in CLAIMS for source in claim.figures} == {f.source for f in FIGURES}
-    drawn = {"H fig. 1.1", "H fig. 1.2", *(f"H fig. 2.{k}" for k in range(3, 16))}
-    drawn |= {*(f"H fig. 3.{k}" for k in range(1, 10)), "H 3.6.1", "H thm. 3.3.3", "H thm. 3.3.4"}
-    drawn |= {"M fig. 3", "M fig. 1 left", "M fig. 1 right", "M sec. 5"}
-    drawn |= {"H thm. 2.3.6", "H thm. 2.3.7"}
-    assert drawn <= {figure.source for figure in FIGURES}
     assert {name for figure in FIGURES for name in figure.claims} <= {c.id for c in CLAIMS}
     assert len(set(NAMES)) == len(NAMES)
 
@@ -65,9 +82,8 @@ def test_the_rate_beside_a_line_is_the_one_that_the_claim_states(figure, drawn_f
         assert rate.fit(table).rate in stated
 
 
-def test_comparisons_draw_without_warnings(make_suite):
-    suite = make_suite()
-    runs = suite.work_precision(True, print)
+def test_comparisons_draw_without_warnings():
+    runs = work_precision(True, print)
     lay_out(comparison_figure("kepler e=0.6", runs), runs)
     with pytest.raises(NoData):
         lay_out(comparison_figure("kepler", runs), runs[runs["is_truth"]])
@@ -115,3 +131,221 @@ def test_profiles_draw_what_is_solved_and_say_where_nothing_is():
     assert table.loc[("10⁻⁴", "peer"), "fastest"] == "0 % (0 to 46)"
     assert table.loc[("10⁻⁸", "galvi"), "solved"] == "100 % (54 to 100)"
     assert table.loc[("10⁻⁸", "useless"), "galvi faster, tie, slower"] == "6, 0, 0"
+
+
+@pytest.mark.slow_cases(but=["fig-3-02-page"])
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("name", ["fig-3-02", "fig-2-06"])
+def test_a_figure_is_as_wide_as_asked_and_has_its_fonts(drawn_frames, name, width):
+    figure = next(one for one in FIGURES if one.name == name)
+    pdf = sized(figure, drawn_frames[name], "pdf", WIDTHS[width])
+    box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", pdf)
+    assert abs(float(box[1]) / 72.0 - WIDTHS[width]) < 0.05
+    assert b"/FontFile2" in pdf and b"/Type3" not in pdf
+    assert float(box[2]) < 72.0 * 8.0
+
+
+@pytest.mark.slow(beside="test_a_figure_is_as_wide_as_asked_and_has_its_fonts")
+def test_a_figure_is_exported_from_kept_rows(ask):
+    ask("build")
+    assert ask("export fig-2-03 --format svg --width column").status == 0
+    assert Path("out/figures/fig-2-03-column.svg").read_bytes().startswith(b"<?xml")
+
+
+# No figure has text on text, its legend on an axes, or anything beyond its edge, at any width.
+
+ALL = {"own": 0.0, "narrow": NARROW, **WIDTHS}
+TOUCH = 1.0  # pixels, by which the boxes of letters may overlap
+STUDIED = {
+    figure.name: (figure, FRAMES[section.name])
+    for section in SECTIONS
+    if section.name in FRAMES
+    for figure in section.figures
+}
+
+
+def laid_out(figure, frame, width):
+    with matplotlib.style.context([STYLE, SMALL if 0.0 < width < 3.6 else {}]):
+        return drawn(figure, frame, width)
+
+
+def faults(canvas):
+    """What is wrong with a layout."""
+    edge = canvas.bbox
+    texts = [(one, one.get_window_extent()) for one in seen_texts(canvas)]
+    for one, box in texts:
+        if not (box.x0 > edge.x0 - TOUCH and box.x1 < edge.x1 + TOUCH
+                and box.y0 > edge.y0 - TOUCH and box.y1 < edge.y1 + TOUCH):  # fmt: skip
+            yield f"{one.get_text()!r} is beyond the edge"
+    for (one, a), (other, b) in itertools.combinations(texts, 2):
+        if one.get_rotation() % 90.0 == 0.0 and overlap(a, b):
+            yield f"{one.get_text()!r} is on {other.get_text()!r}"
+    for one in canvas.legends:
+        box = one.get_window_extent()
+        for axes in canvas.axes:
+            if overlap(box, axes.get_window_extent()):
+                yield "the legend is on axes"
+    for axes in canvas.axes:
+        box = axes.get_window_extent()
+        if box.width < 0.3 * canvas.dpi or box.height < 0.2 * canvas.dpi:
+            yield f"axes of {box.width:.0f} by {box.height:.0f} pixels"
+
+
+def seen_texts(canvas):
+    """Those that are drawn: labels of ticks only within the range of their axis."""
+    ticks: set[int] = set()
+    for axes in canvas.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            for tick in (*axis.majorTicks, *axis.minorTicks):
+                hidden = tick.get_loc() < low or tick.get_loc() > high or not axes.axison
+                ticks |= {id(tick.label1), id(tick.label2)} if hidden else set()
+    for one in canvas.findobj(Text):
+        if isinstance(one, Text3D):  # is placed when it is drawn
+            continue
+        if one.get_visible() and one.get_text().strip() and id(one) not in ticks:
+            yield one
+
+
+def overlap(a, b):
+    return (min(a.x1, b.x1) - max(a.x0, b.x0) > TOUCH
+            and min(a.y1, b.y1) - max(a.y0, b.y0) > TOUCH)  # fmt: skip
+
+
+@pytest.mark.slow_cases(but=["fig-2-12"])
+@pytest.mark.parametrize("figure", FIGURES, ids=[figure.name for figure in FIGURES])
+def test_a_figure_of_a_claim_fits_in_any_width(figure, drawn_frames):
+    for name, width in ALL.items():
+        canvas = laid_out(figure, drawn_frames[figure.name], width)
+        assert not list(faults(canvas)), name
+        assert canvas.get_figwidth() == (width or figure.size[0])
+
+
+@pytest.mark.slow_cases(but=["taxonomy"])
+@pytest.mark.parametrize("name", STUDIED)
+def test_a_figure_of_a_study_fits_in_any_width(name):
+    figure, measure = STUDIED[name]
+    frame = measure(True, print)
+    for which, width in ALL.items():
+        if not 0.0 < width < figure.least:
+            assert not list(faults(laid_out(figure, frame, width))), which
+
+
+@pytest.mark.slow(beside="test_a_figure_of_a_claim_fits_in_any_width")
+def test_comparisons_fit_in_any_width():
+    rows = [
+        {"problem": problem, "contender": name, "quantity": POSITION, "settings": "step=1",
+         "error": 10.0 ** -(3 + 4 * k), "seconds": 10.0 ** (k - 3 + 0.1 * place), "is_truth": False}
+        for headline in HEADLINES
+        for problem in headline.options["panels"]
+        for place, name in enumerate(headline.options["shown"].values())
+        for k in range(3)
+    ]  # fmt: skip
+    runs = work_precision(True, print)
+    shown = [(comparison_figure("kepler e=0.6", runs), runs)]
+    shown += [(one, pd.DataFrame(rows).assign(error_is_bound=False)) for one in HEADLINES]
+    for width, (figure, frame_of_it) in itertools.product(ALL.values(), shown):
+        assert not list(faults(laid_out(figure, frame_of_it, width)))
+
+
+def decades_of_time(axes, frame, *, span):
+    for panel in split(axes, 2):
+        panel.plot([3e-4, 3e-4 * 10.0**span], [1.0, 2.0])
+        panel.set(xscale="log", ylabel="error")
+        readable(panel.xaxis)
+
+
+@pytest.mark.parametrize("span", [0.4, 2.4, 6.0])
+def test_ticks_of_a_logarithmic_axis_do_not_touch(span):
+    figure = Figure("f", "f", decades_of_time, options={"span": span}, size=(9.0, 3.9))
+    for width in ALL.values():
+        assert not list(faults(laid_out(figure, pd.DataFrame(), width)))
+
+
+def careless(axes, frame):
+    left, right = split(axes, 2, columns=2)
+    for panel in (left, right):
+        panel.plot([0.0, 1.0])
+    left.text(0.1, 0.5, "a text", in_layout=False)
+    left.text(0.2, 0.5, "on a text", in_layout=False)
+    right.text(0.5, 0.5, "a long text that does not end within its panel", in_layout=False)
+
+
+def test_text_on_text_and_beyond_the_edge_is_seen():
+    canvas = laid_out(Figure("f", "f", careless), pd.DataFrame(), 6.3)
+    found = list(faults(canvas))
+    assert any("is on" in one for one in found) and any("beyond" in one for one in found)
+
+
+def test_lines_break_between_words_and_not_within_mathematics():
+    assert wrapped("the error of $R - R_0$ at the end", 14) == "the error of\n$R - R_0$ at\nthe end"
+
+
+# One look for each contender in every figure, and legends that stay readable.
+
+APART = 10.0  # in CIELAB, of two families that meet in a figure, unless their markers differ
+LONGEST = 10  # entries of a legend: the families of the rigid bodies
+MARKERS_APART = 20.0  # of two families with one marker; 23 when this was written
+
+
+def lab(color):
+    """CIELAB coordinates under D65."""
+    rgb = np.array(to_rgb(color))
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    xyz = np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    ) @ linear / [0.9505, 1.0, 1.089]  # fmt: skip
+    f = np.where(xyz > 216 / 24389, np.cbrt(xyz), (24389 / 27 * xyz + 16) / 116)
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+PROBLEMS = {
+    case.problem.name: [label for label, _, _ in case.participants]
+    for case in work_precision_problems(False)
+}
+CONTENDERS = in_order(name for names in PROBLEMS.values() for name in names)
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_no_two_of_a_comparison_look_alike_and_the_legend_is_short(problem):
+    looks = {name: identity(name) for name in PROBLEMS[problem]}
+    assert len(grouped(looks)) <= LONGEST
+    drawn = {(one.color, one.marker, str(one.dash)) for one in looks.values()}
+    variants = {n for n in looks if n.startswith(OURS)}  # the same degree, with more points
+    families = {identity(name).family for name in looks if name not in variants}
+    assert len(drawn) >= len(families) + (1 if variants else 0)
+    others = {one.family: one for name, one in looks.items() if name not in variants}
+    for a, b in itertools.combinations(others.values(), 2):
+        least = MARKERS_APART if a.marker == b.marker else APART
+        assert np.linalg.norm(lab(a.color) - lab(b.color)) > least, (a.family, b.family)
+
+
+def test_every_known_code_has_a_row_of_its_own():
+    for name in CONTENDERS:
+        assert name.startswith(OURS) or identity(name).family in TABLE, name
+
+
+def test_galvi_darkens_with_the_degree_and_charts_differ_by_their_lines():
+    lightness = [lab(identity(f"galvi degree {s}, Gauss {s}").color)[0] for s in (2, 4, 8, 12, 16)]
+    assert np.all(np.diff(lightness) < 0.0)
+    dashes = {str(identity(f"galvi degree 8, Gauss 8, {chart.name}").dash) for chart in CHARTS}
+    assert len(dashes) == len(CHARTS)
+    assert identity("galvi degree 8, Gauss 8, Cayley").color == identity("galvi degree 8").color
+
+
+@given(st.lists(st.sampled_from(CONTENDERS), min_size=1, unique=True))
+def test_whoever_takes_part_is_in_one_entry_of_the_legend(names):
+    entries = grouped(names)
+    assert len({label for label, _ in entries}) == len(entries)
+    assert sorted(name for _, members in entries for name in members) == sorted(names)
+
+
+def test_an_unknown_integrator_has_a_look_that_stays():
+    one = identity("my leapfrog")
+    assert one == identity("my leapfrog") and one.family == "my leapfrog"
+    assert in_order(["my leapfrog", "heyoka", "galvi degree 8, Gauss 8"])[-1] == "my leapfrog"
+
+
+def test_families_that_share_a_colour_would_be_found():
+    a = b = identity("heyoka")
+    assert not np.linalg.norm(lab(a.color) - lab(b.color)) > APART

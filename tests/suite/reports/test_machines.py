@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import pytest
 
 from benchmarks.store.cells import as_csv
 from reports.build.build import build_kept
 from reports.build.kept import kept_comparison
-from reports.cli.commands import run
 from reports.results.machines import Machine, machines, merge
 from reports.results.options import Options
 from reports.results.origins import note_origin
 from reports.tables.readme import SPEED, TIMES, by_machine
-from tests.suite.reports.small_reports import work_precision
+from tests.suite.reports.small_reports import suite_of, work_precision
 
 ORIGIN = {"date": "2026-01-02 03:04 UTC", "commit": "0123456789abcdef", "cpu": "EPYC 7",
           "compiled for": "znver3, AVX2"}  # fmt: skip
 HERE = {**ORIGIN, "cpu": "Xeon", "compiled for": "sapphirerapids, AVX-512"}
 
 
-def report(folder: Path, **origin: str) -> Path:
+def report(folder, **origin):
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "work_precision.csv").write_text(as_csv(work_precision(True, print)))
     note_origin(folder, "work_precision.csv", {**ORIGIN, **origin}, False)
     return folder
 
 
-def test_rows_and_benches_come_with_where_they_are_from(tmp_path: Path) -> None:
+def test_rows_and_benches_come_with_where_they_are_from(tmp_path):
     there, out = report(tmp_path / "there"), report(tmp_path / "out", **HERE)
     bench = there / "benchmarks" / "Linux" / "0001.json"
     bench.parent.mkdir(parents=True)
@@ -50,9 +46,7 @@ def test_rows_and_benches_come_with_where_they_are_from(tmp_path: Path) -> None:
     assert len(machines(tmp_path / "third")) == 2
 
 
-def test_a_folder_without_rows_or_with_rows_from_nowhere_is_refused(
-    tmp_path: Path, make_suite: Callable[..., object], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_without_rows_or_with_rows_from_nowhere_is_refused(tmp_path):
     good, out = report(tmp_path / "good"), tmp_path / "out"
     (tmp_path / "empty").mkdir()
     nowhere = report(tmp_path / "nowhere")
@@ -64,13 +58,9 @@ def test_a_folder_without_rows_or_with_rows_from_nowhere_is_refused(
         with pytest.raises(ValueError, match=why):
             merge(out, [good, tmp_path / folder])
         assert not out.exists()
-    assert run(make_suite, ["merge", str(tmp_path / "empty"), "--out", str(out)]) == 2
-    assert "merge: expected folders of reports" in capsys.readouterr().err
 
 
-def test_rows_that_do_not_say_which_is_the_truth_are_left_out(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_rows_that_do_not_say_which_is_the_truth_are_left_out(tmp_path, capsys):
     file = report(tmp_path) / "work_precision.csv"
     assert len(machines(tmp_path)) == 1 and kept_comparison(tmp_path).work_precision is not None
     file.write_text(as_csv(work_precision(True, print).drop(columns="is_truth")))
@@ -78,7 +68,7 @@ def test_rows_that_do_not_say_which_is_the_truth_are_left_out(
     assert capsys.readouterr().err.count("it has no column 'is_truth'") == 2
 
 
-def test_rows_of_earlier_versions_get_the_errors_that_count(tmp_path: Path) -> None:
+def test_rows_of_earlier_versions_get_the_errors_that_count(tmp_path):
     file = report(tmp_path) / "work_precision.csv"
     lucky = work_precision(True, print).drop(columns=["own_error", "error_is_bound"])
     lucky.loc[2, "error"] = 1e-4  # at a step of 3; at 2 it is 1e-3
@@ -89,17 +79,17 @@ def test_rows_of_earlier_versions_get_the_errors_that_count(tmp_path: Path) -> N
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_page_shows_both_machines(tmp_path: Path, make_suite: Callable[..., object]) -> None:
+def test_the_page_shows_both_machines(tmp_path):
     out = report(tmp_path / "out", **HERE)
     merge(out, [report(tmp_path / "there")])
-    build_kept(make_suite(), Options(False, (), out, "build --kept", ()))
+    build_kept(suite_of(), Options(False, (), out, "build --kept", ()))
     page = (out / "results" / "comparisons.html").read_text(encoding="utf-8")
     assert "On EPYC 7 (znver3, AVX2), 2026-01-02, commit 0123456789ab" in page
     assert "On Xeon; galvi and heyoka compile for sapphirerapids, AVX-512." in page
     assert "no AVX but where it chooses at run time" in page  # how REBOUND was compiled
 
 
-def test_a_table_has_a_block_for_each_kind_of_processor_by_the_report_s_own_machine() -> None:
+def test_a_table_has_a_block_for_each_kind_of_processor_by_the_report_s_own_machine():
     runs = work_precision(True, print)
     here, there = Machine(runs, HERE), Machine(runs, {**ORIGIN, "date": "2026-03-03"})
     twin = Machine(runs, {**HERE, "cpu": "Xeon 2"})

@@ -14,7 +14,9 @@ import pytest
 from reports.cli.commands import run
 from reports.cli.project import KINDS, read_table
 from reports.results.options import OUT
+from tests.suite.reports.small_reports import ROW, claim, suite_of
 
+ROOT = Path(__file__).parents[3]
 VALUES = {
     "contenders": '["mine:Leapfrog"]', "problems": '["mine:spring"]', "claims": '["V1", "V3"]',
     "require": '["rebound"]', "timeout": "20", "fail-under": "50", "slower": "20.0",
@@ -27,7 +29,7 @@ def project(tmp_path, monkeypatch):
     """Write this project's table, and stand in its folder."""
     monkeypatch.chdir(tmp_path)
 
-    def write(*keys: str, folder: Path = tmp_path, **values: str) -> None:
+    def write(*keys, folder=tmp_path, **values):
         table = {key: VALUES[key] for key in keys} | values
         lines = ["[project]", 'name = "mine"', "[tool.galvi]"]
         lines += [f"{key} = {value}" for key, value in table.items()]
@@ -37,81 +39,88 @@ def project(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def suite(make_suite, make_claim, make_row, monkeypatch):
+def suite(monkeypatch):
     """Three claims, the second of which fails, and those of the contenders that were asked for."""
     asked = []
 
     @contextmanager
     def joined(suite, contenders, timeout):
         asked.append((list(contenders), timeout))
-        theirs = [make_claim(f"A-{path.partition(':')[2].lower()}") for path in contenders]
+        theirs = [claim(f"A-{path.partition(':')[2].lower()}") for path in contenders]
         yield replace(suite, claims=(*suite.claims, *theirs))
 
     monkeypatch.setattr("reports.results.own_problems.joined", joined)
-    wrong = make_claim("V2", (make_row(verdict="contradicted"),))
-    suite = make_suite(
-        make_claim("V1"), wrong, make_claim("V3"), engines=lambda: {"rebound": "It is absent."}
-    )
+    wrong = claim("V2", (replace(ROW, verdict="contradicted"),))
+    suite = suite_of(claim("V1"), wrong, claim("V3"), engines=lambda: {"rebound": "It is absent."})
     return suite, asked
 
 
-def checked(folder: Path | str = OUT) -> list[str]:
+def checked(folder=OUT):
     return list(pd.read_csv(Path(folder) / "claims.csv")["id"].unique())
 
 
-def test_contenders_of_a_project_are_checked_alone(project, suite):
-    project("contenders", "timeout", "out")
-    whole, asked = suite
-    assert run(lambda: whole, ["verify"]) == 0
-    assert asked == [(["mine:Leapfrog"], 20.0)] and checked("results") == ["A-leapfrog"]
-    assert not OUT.exists()
+TABLED = ("contenders", "timeout", "out")
+MINE = ["mine:Leapfrog"]
 
 
-def test_the_command_line_wins(project, suite):
-    project("contenders", "timeout", "out")
-    words = ["verify", "--contender", "other:Verlet", "--timeout", "7", "--claims", "V1"]
-    whole, asked = suite
-    assert run(lambda: whole, [*words, "--out", "here"]) == 0
-    assert asked == [(["other:Verlet"], 7.0)] and checked("here") == ["V1"]
-
-
-def test_without_contenders_all_claims_are_checked_and_so_they_are_on_the_command_line(
-    project, suite
+@pytest.mark.parametrize(
+    ("keys", "words", "status", "asked", "ids", "folder"),
+    [
+        (TABLED, "", 0, [(MINE, 20.0)], ["A-leapfrog"], "results"),
+        (  # the command line wins
+            TABLED,
+            "--contender other:Verlet --timeout 7 --claims V1 --out here",
+            0,
+            [(["other:Verlet"], 7.0)],
+            ["V1"],
+            "here",
+        ),
+        (  # without contenders all claims are checked
+            ("quick",),
+            "--contender mine:Leapfrog",
+            1,
+            [(MINE, None)],
+            ["V1", "V2", "V3", "A-leapfrog"],
+            OUT,
+        ),
+        (
+            ("quick",),
+            "--contender mine:Leapfrog --claims contenders,V3",
+            0,
+            [(MINE, None)],
+            ["V3", "A-leapfrog"],
+            OUT,
+        ),
+        (("claims",), "", 0, [([], None)], ["V1", "V3"], OUT),
+        (("claims", "require"), "", 1, [([], None)], ["V1", "V3"], OUT),
+    ],
+)
+def test_verify_takes_what_the_table_says_where_the_command_line_does_not(
+    project, suite, keys, words, status, asked, ids, folder
 ):
-    project("quick")
-    whole, _ = suite
-    assert run(lambda: whole, ["verify", "--contender", "mine:Leapfrog"]) == 1
-    assert checked() == ["V1", "V2", "V3", "A-leapfrog"]
-    words = ["verify", "--contender", "mine:Leapfrog", "--claims", "contenders,V3", "--out", "more"]
-    assert run(lambda: whole, words) == 0
-    assert checked("more") == ["V3", "A-leapfrog"]
+    project(*keys)
+    assert run(lambda: suite[0], ["verify", *words.split()]) == status
+    assert suite[1] == asked and checked(folder) == ids
+    assert OUT.exists() == (folder == OUT)
 
 
-def test_claims_and_engines_and_the_share_that_is_enough_are_of_the_table(project, suite, capsys):
-    project("claims", "require")
-    assert run(lambda: suite[0], ["verify"]) == 1
-    assert checked() == ["V1", "V3"]
-    assert "rebound is absent, and was required" in capsys.readouterr().out
+def test_the_share_that_is_enough_is_of_the_table(project, suite, capsys):
     project("fail-under")
     assert run(lambda: suite[0], ["verify"]) == 0
     said = "66.67 % of the checks came out as expected; --fail-under asks for 50 %."
-    assert said in capsys.readouterr().out
     text = (OUT / "verify.md").read_text()
-    assert text.startswith("## verify: passed\n") and said in text
+    assert (
+        text.startswith("## verify: passed\n") and said in text and said in capsys.readouterr().out
+    )
     assert run(lambda: suite[0], ["verify", "--fail-under", "70"]) == 1
 
 
 def test_without_a_command_the_report_is_built_with_these(project, suite, monkeypatch):
     project("contenders", "require", "timeout", "quick")
     options = []
-
-    def build(suite, given, single):
-        options.append(given)
-        raise ValueError("enough")
-
-    monkeypatch.setattr("reports.build.build.build", build)
-    assert run(lambda: suite[0], []) == run(lambda: suite[0], ["build"]) == 2
-    assert suite[1] == [(["mine:Leapfrog"], 20.0)] * 2
+    monkeypatch.setattr("reports.build.build.build", lambda suite, *given: options.append(given[0]))
+    assert run(lambda: suite[0], []) == run(lambda: suite[0], ["build"]) == 2  # no report came
+    assert suite[1] == [(MINE, 20.0)] * 2
     for given in options:
         assert given.quick and given.require == ("rebound",) and len(given.claims) == 4
 
@@ -165,56 +174,27 @@ def test_results_of_compare_and_judge_lie_below_the_folder_of_the_table(project,
         ("[tool.galvi]\ncontenders = 'a:B'", "contenders expects a list of one or more texts"),
         ("[tool.galvi]\nclaims = []", "claims expects a list of one or more texts; received []."),
         ("[tool.galvi]\ntimeout = true", "timeout expects a number; received True."),
-        ("[tool.galvi]\nagainst = 'v1'", "has no key 'against'"),
         ("[tool.galvi]\nquick = 1", "quick expects true or false; received 1."),
         ("[tool]\ngalvi = 3", "expects a table; received 3."),
         ("[tool.galvi\n", "pyproject.toml cannot be read: "),
         ("\udcff", "pyproject.toml cannot be read: "),
+        *(
+            (f"[tool.galvi]\n{key} = {value}", f"[tool.galvi]: invalid value for '--{key}': Input ")
+            for key, value in (("timeout", -1), ("timeout", "inf"), ("fail-under", 101))
+        ),
     ],
 )
-def test_a_table_that_is_wrong_is_refused_in_a_sentence(
-    text, said, tmp_path, monkeypatch, capsys, suite
-):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "pyproject.toml").write_text(text, errors="surrogateescape")
+def test_a_table_that_is_wrong_is_refused_in_a_sentence(project, suite, capsys, text, said):
+    Path("pyproject.toml").write_text(text, errors="surrogateescape")
     assert run(lambda: suite[0], ["verify"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line
     assert run(lambda: suite[0], ["--help"]) == run(lambda: suite[0], ["--version"]) == 0
 
 
-@pytest.mark.parametrize(
-    ("command", "key", "said"),
-    [
-        ("verify", "timeout = -1", "greater than or equal to 0.1"),
-        ("verify", "timeout = inf", "less than or equal to 86400"),
-        ("verify", "fail-under = 101", "less than or equal to 100"),
-        ("track", "slower = -1", "greater than or equal to 0"),
-    ],
-)
-def test_a_number_of_the_table_out_of_range_names_the_table_and_the_option(
-    command, key, said, tmp_path, monkeypatch, capsys, suite
-):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "pyproject.toml").write_text(f"[tool.galvi]\n{key}")
-    assert run(lambda: suite[0], [command]) == 2
-    option = f"--{key.partition(' ')[0]}"
-    expected = f"[tool.galvi]: invalid value for '{option}': Input should be {said}.\n"
-    assert capsys.readouterr().err == expected
-
-
-@pytest.mark.parametrize("value", ["nan", "inf", "-1", "x"])
-def test_a_number_out_of_range_is_refused_in_a_sentence(value, tmp_path, suite, capsys):
-    words = ["--out", str(tmp_path)]
-    for option in ("--timeout", "--fail-under"):
-        assert run(lambda: suite[0], ["verify", option, value, *words]) == 2
-        (line,) = capsys.readouterr().err.splitlines()
-        assert line.startswith(f"Invalid value for '{option}': Input should be ")
-
-
 def test_every_key_has_a_value_here_and_stands_on_the_page(tmp_path):
     assert set(VALUES) == set(KINDS)
-    page = (Path(__file__).parents[3] / "docs" / "suite.md").read_text()
+    page = (ROOT / "docs" / "suite.md").read_text()
     (table,) = re.findall(r"^```toml\n(\[tool\.galvi\]\n.*?)^```$", page, re.M | re.S)
     (tmp_path / "pyproject.toml").write_text(re.sub("^# ", "", table, flags=re.M))
     assert set(read_table(tmp_path / "pyproject.toml")) == set(KINDS)

@@ -7,7 +7,6 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree as tree
@@ -136,7 +135,7 @@ def swing():
 """
 
 
-def project(folder: Path, files: Mapping[str, str] | None = None) -> Path:
+def project(folder, files=None):
     """A repository with these files and a test."""
     (folder / ".git").mkdir()
     for name, text in {"tests/test_ours.py": TEST, **(files or {})}.items():
@@ -146,7 +145,7 @@ def project(folder: Path, files: Mapping[str, str] | None = None) -> Path:
     return folder
 
 
-def run(folder: Path, *words: str, fake: bool = False) -> subprocess.CompletedProcess[str]:
+def run(folder, *words, fake=False):
     """pytest with the plugin of this checkout, in a project without settings of galvi's."""
     path = [str(folder / "fake")] * fake + [str(ROOT)]
     ours = {"PYTHONPATH": os.pathsep.join(path), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
@@ -156,12 +155,12 @@ def run(folder: Path, *words: str, fake: bool = False) -> subprocess.CompletedPr
 
 
 @pytest.fixture
-def faked(tmp_path: Path) -> Path:
+def faked(tmp_path):
     """A project beside a galvi that measures nothing."""
     return project(tmp_path, {"fake/galvi/__init__.py": "", "fake/galvi/command.py": ANSWERS})
 
 
-def left(folder: Path) -> list[int]:
+def left(folder):
     """The started processes that are still there."""
     pids = [int(pid) for pid in (folder / "pids").read_text().split()]
     listed = subprocess.run(["ps", "-o", "pid=", *map(str, pids)], capture_output=True, text=True)
@@ -177,14 +176,8 @@ IDS = [
 def test_items_stand_beside_the_tests_and_a_failure_is_its_sentence(faked):
     done = run(faked, "--galvi", "mine:It", "-v", "-rs", "--junitxml=out.xml", fake=True)
     assert done.returncode == 1, done.stdout + done.stderr
-    lines = [line for line in done.stdout.splitlines() if "::" in line]
-    assert [re.sub(r" +\[ *\d+%\]$", "", line) for line in lines[:5]] == [
-        "tests/test_ours.py::test_ours PASSED", *(
-            f"{name} {end}" for name, end in zip(
-                IDS, ("PASSED", "PASSED", "SKIPPED (No steps are offered.)", "FAILED"), strict=True
-            )
-        )
-    ]  # fmt: skip
+    assert f"{IDS[0]} PASSED" in done.stdout and f"{IDS[3]} FAILED" in done.stdout
+    assert f"{IDS[2]} SKIPPED (No steps are offered.)" in done.stdout
     _, _, failure = done.stdout.partition("= FAILURES =")
     assert "collected 5 items" in done.stdout and "_ It: order _" in failure
     assert "\norder in the step: measured 2; bound: within 0.2 of 4. Declared.\n" in failure
@@ -202,7 +195,7 @@ def test_items_stand_beside_the_tests_and_a_failure_is_its_sentence(faked):
     assert left(faked) == []
 
 
-def listed(done: subprocess.CompletedProcess[str]) -> list[str]:
+def listed(done):
     assert done.returncode == 0, done.stdout + done.stderr
     return [line for line in done.stdout.splitlines() if "::" in line]
 
@@ -213,9 +206,6 @@ def test_words_select_and_the_last_failures_are_run_again(faked):
     chosen = run(faked, *both, "--collect-only", "-k", "Other and conservation", fake=True)
     assert listed(chosen) == [IDS[1].replace("It", "Other")]
     assert "1/9 tests collected (8 deselected)" in chosen.stdout
-    assert listed(run(faked, *both, "--collect-only", "-k", "not galvi", fake=True)) == [
-        "tests/test_ours.py::test_ours"
-    ]
     marked = run(faked, *both, "--strict-markers", "--collect-only", "-m", "galvi", fake=True)
     assert listed(marked) == [*IDS, *(name.replace("It", "Other") for name in IDS)]
     assert run(faked, *both, fake=True).returncode == 1
@@ -246,18 +236,22 @@ def test_what_cannot_be_loaded_ends_the_run_with_a_sentence_and_status_4(faked, 
     assert left(faked) == []
 
 
-def test_a_process_that_dies_fails_the_item_with_its_last_words_and_others_go_on(faked):
-    words = ("--galvi", "mine:Dying", "--galvi", "mine:It", "-k", "accuracy")
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("Dying", "ended with status 1, at Dying, accuracy, Kepler, e = 0.3. out of memory"),
+        pytest.param(
+            "Killed",
+            "ended by the signal 'Killed', at Killed, accuracy, Kepler, e = 0.3.",
+            marks=pytest.mark.skipif(os.name != "posix", reason="signals are of POSIX"),
+        ),
+    ],
+)
+def test_a_process_that_ends_fails_the_item_with_its_last_words_and_others_go_on(faked, name, said):
+    words = ("--galvi", f"mine:{name}", "--galvi", "mine:It", "-k", "accuracy")
     done = run(faked, *words, fake=True)
     assert done.returncode == 1 and "1 failed, 1 passed" in done.stdout
-    said = "the process that measures ended with status 1, at Dying, accuracy, Kepler, e = 0.3."
-    assert f"--galvi: {said} out of memory" in done.stdout
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals are of POSIX")
-def test_a_process_that_is_killed_is_named_by_the_signal(faked):
-    done = run(faked, "--galvi", "mine:Killed", "-k", "order", fake=True)
-    assert "ended by the signal 'Killed', at Killed, order." in done.stdout
+    assert said in done.stdout
 
 
 def test_a_package_of_the_suite_that_is_not_installed_is_named_with_the_remedy(tmp_path):
@@ -271,7 +265,7 @@ def test_a_package_of_the_suite_that_is_not_installed_is_named_with_the_remedy(t
 
 
 def test_a_module_that_is_missing_while_it_measures_is_no_package_of_the_suite(monkeypatch):
-    def serve() -> None:
+    def serve():
         raise ModuleNotFoundError("No module named 'mine'", name="mine")
 
     monkeypatch.setattr(command, "put_suite_first", lambda: None)
@@ -299,7 +293,7 @@ def test_without_the_option_nothing_is_imported_and_nothing_changes(tmp_path):
     assert without.returncode == 0 and "2 passed" in without.stdout, without.stdout
 
 
-def ends(folder: Path, *words: str) -> dict[tuple[str, str], str]:
+def ends(folder, *words):
     """The texts of failed items, "" of others, by contender and check."""
     done = run(folder, *words, "-q", "--junitxml=out.xml")
     assert done.returncode in (0, 1), done.stdout + done.stderr

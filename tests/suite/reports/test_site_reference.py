@@ -1,12 +1,16 @@
-"""The pages of the reference: every public name once, with members that have docstrings."""
+"""The reference: every public name once, with members that have docstrings and a short example."""
 
 from __future__ import annotations
 
+import doctest
 import inspect
 import re
 from collections import Counter
 from operator import attrgetter
 from pathlib import Path
+
+import numpy as np
+import pytest
 
 import galvi
 
@@ -22,16 +26,16 @@ ENTRIES = [
 ]
 
 
-def test_every_public_name_is_on_exactly_one_page_of_the_reference() -> None:
+def test_every_public_name_is_on_exactly_one_page_of_the_reference():
     assert Counter(name for _, name, _, _ in ENTRIES) == Counter(NAMES)
 
 
-def test_the_table_of_the_reference_has_every_public_name_once() -> None:
+def test_the_table_of_the_reference_has_every_public_name_once():
     index = (PAGES / "index.md").read_text(encoding="utf-8")
     assert Counter(re.findall(r"^   (\w[\w.]*)$", index, re.MULTILINE)) == Counter(NAMES)
 
 
-def test_each_name_has_the_directive_of_its_kind_and_members_with_docstrings() -> None:
+def test_each_name_has_the_directive_of_its_kind_and_members_with_docstrings():
     for directive, name, _, members in ENTRIES:
         public = attrgetter(name)(galvi)
         module, is_class = inspect.ismodule(public), inspect.isclass(public)
@@ -41,15 +45,58 @@ def test_each_name_has_the_directive_of_its_kind_and_members_with_docstrings() -
             assert inspect.getdoc(getattr(public, member)), (name, member)
 
 
-def test_signatures_that_are_written_out_name_the_parameters() -> None:
+def test_signatures_that_are_written_out_name_the_parameters():
     for _, name, arguments, _ in ENTRIES:
         if arguments:
             written = re.findall(r"(?:^|, )(\w+)", arguments)
             assert written == list(inspect.signature(attrgetter(name)(galvi)).parameters), name
 
 
-def test_nothing_private_stands_beside_the_api() -> None:
-    for page in PAGES.glob("*.md"):
-        text = page.read_text(encoding="utf-8")
-        for inner in ("galvi.kernels", "galvi.input_checks", "galvi.arrays", "galvi.lanes"):
-            assert inner not in text, page.name
+LINES = 12  # of an example, at most
+PARSER = doctest.DocTestParser()
+
+
+def example_of(name):
+    """The lines of an interpreter and what they print, at the end of a docstring."""
+    text = inspect.getdoc(attrgetter(name)(galvi)) or ""
+    return text[text.find("\n>>> ") + 1 :] if "\n>>> " in text else ""
+
+
+def run(text, name="example"):
+    """What the text prints otherwise than it shows, "" for nothing, and the names that it makes."""
+    output: list[str] = []
+    case = PARSER.get_doctest(text, {"np": np, "galvi": galvi}, name, None, 0)
+    doctest.DocTestRunner(verbose=False).run(case, out=output.append, clear_globs=False)
+    return "".join(output), case.globs
+
+
+@pytest.mark.slow_cases(
+    "find_events",
+    "Found",
+    "Exponential",
+    "ModifiedRodrigues",
+    "HarmonicFrame",
+    "Clock",
+    "convergence",
+    "Oblateness",
+    "Drag",
+    "integrate_ensemble",
+    "judge",
+    "Judged",
+    "recommend",
+)
+@pytest.mark.parametrize("name", NAMES)
+def test_every_public_name_has_a_short_example_that_prints_what_it_shows(
+    name, suite_in_this_process
+):
+    text = example_of(name)
+    assert 1 < len(text.splitlines()) <= LINES
+    differs, made = run(text, name)
+    assert differs == ""
+    kind = getattr(galvi, name, None)
+    is_made = isinstance(kind, type) and any(isinstance(value, kind) for value in made.values())
+    assert f"galvi.{name}" in text or is_made
+
+
+def test_an_example_that_prints_something_else_would_be_found():
+    assert "Expected" in run(">>> 1 + 1\n3\n")[0]

@@ -6,7 +6,6 @@ from __future__ import annotations
 import ast
 import re
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 from runpy import run_path
 from typing import Any
@@ -37,7 +36,7 @@ ROLE = re.compile(r"\{claim\}`(\w+)`")
 ROUND_OFF = 1e-14  # of a step, whose numbers have size 1; 4e-16 was measured
 
 
-def tables_of(page: str) -> Iterator[list[Any]]:
+def tables_of(page):
     """The lines of each directive of a page's text."""
     shown: list[Any] = []
     for argument in FENCE.findall(page):
@@ -46,7 +45,7 @@ def tables_of(page: str) -> Iterator[list[Any]]:
         yield found
 
 
-def test_every_statement_is_on_exactly_one_page() -> None:
+def test_every_statement_is_on_exactly_one_page():
     shown = Counter(one for page in PAGES.values() for found in tables_of(page) for one in found)
     assert [one for one in statements() if shown[one] != 1] == []
 
@@ -67,7 +66,7 @@ def test_a_place_takes_whole_words_and_the_lines_of_its_claims_and_one_without_a
     assert list(tables_of(page)) == [alone, ledger.chosen("H 4.2", alone)]
 
 
-def test_a_table_names_the_status_the_claims_and_subscripts() -> None:
+def test_a_table_names_the_status_the_claims_and_subscripts():
     html = ledger.table(ledger.chosen("H thm. 2.3.8"), "../")
     assert 'class="reproduced">reproduced</strong>' in html
     assert '<a href="../results/claims.html#V13">V13</a>' in html and "C<sub>f</sub>" in html
@@ -75,13 +74,13 @@ def test_a_table_names_the_status_the_claims_and_subscripts() -> None:
     assert "false as printed, other result" in ledger.table(ledger.chosen("H (2.4)"), "")
 
 
-def test_every_claim_named_on_a_page_exists() -> None:
+def test_every_claim_named_on_a_page_exists():
     named = {name for page in PAGES.values() for name in ROLE.findall(page)}
     assert len(named) > 9 and named <= {claim.id for claim in CLAIMS}
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_included_line_of_code_exists(page: str) -> None:
+def test_every_included_line_of_code_exists(page):
     for target, options in INCLUDE.findall(PAGES[page]):
         text = (FOLDER / target).read_text(encoding="utf-8")
         known = dict(re.findall(r"^:([\w-]+): ?(.*)$", options, re.MULTILINE))
@@ -93,7 +92,7 @@ def test_every_included_line_of_code_exists(page: str) -> None:
         assert text.index(start) < text.index(end), known
 
 
-def _defined(text: str) -> set[str]:
+def _defined(text):
     """Names of functions and classes, and of methods as Class.method."""
     kinds = (ast.FunctionDef, ast.ClassDef)
     top = [one for one in ast.parse(text).body if isinstance(one, kinds)]
@@ -103,13 +102,18 @@ def _defined(text: str) -> set[str]:
     return {one.name for one in top} | inner
 
 
-def rule_of(points: int, make=galvi.gauss):
+def is_of(run, q, p):
+    """A step that ends at these is that of a run."""
+    assert np.max(np.abs(q - run.q[1])) < ROUND_OFF and np.max(np.abs(p - run.p[1])) < ROUND_OFF
+
+
+def rule_of(points, make=galvi.gauss):
     """Nodes and weights of a rule."""
     rule = make(points)
     return np.asarray(rule.nodes), np.asarray(rule.weights)
 
 
-def powers(c, degree: int):
+def powers(c, degree):
     """t, .., t^degree at nodes, their derivatives, and their values at 1."""
     p = np.arange(1, degree + 1)
     return c[:, None] ** p, p * c[:, None] ** (p - 1), np.ones(degree)
@@ -118,14 +122,14 @@ def powers(c, degree: int):
 @pytest.mark.parametrize(("degree", "points", "make"), [
     (4, 5, galvi.gauss), (3, 3, galvi.gauss), (3, 4, galvi.lobatto), (4, 4, galvi.lobatto),
 ])  # fmt: skip
-def test_the_step_on_a_vector_space_is_galvis(degree, points, make) -> None:
+def test_the_step_on_a_vector_space_is_galvis(degree, points, make):
     problem, rule = galvi.problems.kepler(0.3), rule_of(points, make)
     method = galvi.Galerkin(galvi.Polynomials(degree), make(points))
     run = galvi.integrate(problem, method, 0.2, 1)
     q, v, x = vector_step(
         rule[1], powers(rule[0], degree), _attraction, problem.q0, problem.v0, 0.2
     )
-    assert np.max(np.abs(q - run.q[1])) < ROUND_OFF and np.max(np.abs(v - run.p[1])) < ROUND_OFF
+    is_of(run, q, v)
     at = problem.q0 + powers(np.array([0.37]), degree)[0] @ x
     assert np.max(np.abs(at - run(0.37 * 0.2))) < ROUND_OFF
 
@@ -134,7 +138,7 @@ def _attraction(q):
     return -q / np.sum(q * q, axis=1)[:, None] ** 1.5
 
 
-def test_the_weak_form_with_a_force_that_depends_on_velocity_is_galvis_step() -> None:
+def test_the_weak_form_with_a_force_that_depends_on_velocity_is_galvis_step():
     def drag(q, v):
         return -0.4 * np.sqrt(v @ v) * v
 
@@ -147,11 +151,10 @@ def test_the_weak_form_with_a_force_that_depends_on_velocity_is_galvis_step() ->
     run = galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4)), h, 1)
     space = c[:, None] ** n, n * c[:, None] ** np.maximum(n - 1, 0), 1.0 * (n == 0), np.ones(4)
     x, p_h = weak_step(b, space, 2.0, F, problem.q0, run.p[0], h)
-    assert np.max(np.abs(np.sum(x, axis=0) - run.q[1])) < ROUND_OFF
-    assert np.max(np.abs(p_h - run.p[1])) < 1e-13  # 1e-15, of numbers of size 1
+    is_of(run, np.sum(x, axis=0), p_h)
 
 
-def test_the_step_of_a_body_is_galvis() -> None:
+def test_the_step_of_a_body_is_galvis():
     problem, rule = galvi.problems.pendulum_3d(), rule_of(5)
     method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(5))
     run, J = galvi.integrate(problem, method, 0.3, 1), np.diag([4.8, 3.0, 3.8])
@@ -160,32 +163,21 @@ def test_the_step_of_a_body_is_galvis() -> None:
         return 9.81 * np.cross([0.0, 0.0, 1.0], R[2])
 
     R, mu, x = group_step(rule[1], powers(rule[0], 4), J, torque, problem.q0, J @ problem.v0, 0.3)
-    assert np.max(np.abs(R - run.q[1])) < ROUND_OFF
-    assert np.max(np.abs(mu - run.p[1])) < 1e-13  # 2e-15, of numbers of size 3
+    is_of(run, R, mu)
     at = problem.q0 @ cayley(powers(np.array([0.6]), 4)[0][0] @ x)
     assert np.max(np.abs(at - run(0.6 * 0.3))) < ROUND_OFF
 
 
-def test_formulas_of_cayleys_chart_hold() -> None:
-    """Tangent map, singular values, the bounds of both differences, and H's inertia."""
+def test_formulas_of_cayleys_chart_hold():
     random = np.random.default_rng(4)
     for _ in range(50):
-        x, y, a, b = random.normal(size=(4, 3))
+        x = random.normal(size=3)
         assert np.allclose(tangent(x), Rotations().tangent(x), atol=1e-13)
         assert np.isclose(np.linalg.svd(tangent(x))[1][-1], 2.0 / (1.0 + x @ x))
         assert np.allclose(cayley(x), 2.0 * np.linalg.inv(np.eye(3) + hat(x)) - np.eye(3))
-        far = np.linalg.norm(x - y)
-        assert np.linalg.norm(cayley(x) - cayley(y), 2) <= 2.0 * far * (1.0 + 1e-12)
-        rates = [-2.0 * m @ hat(e) @ m for m, e in ((np.linalg.inv(np.eye(3) + hat(z)), e)
-                                                    for z, e in ((x, a), (y, b)))]  # fmt: skip
-        most = 2.0 * np.linalg.norm(a - b) + 4.0 * min(np.linalg.norm(a), np.linalg.norm(b)) * far
-        assert np.linalg.norm(rates[0] - rates[1], 2) <= most * (1.0 + 1e-12)
-        J_d = np.diag(np.abs(y))
-        trace = np.trace(hat(x).T @ J_d @ hat(x))
-        assert np.isclose(trace, x @ (np.trace(J_d) * np.eye(3) - J_d) @ x)
 
 
-def test_a_step_in_the_kepler_frame_is_galvis() -> None:
+def test_a_step_in_the_kepler_frame_is_galvis():
     m, h, (c, b) = np.array([1.0, 0.02, 0.03]), 0.9, rule_of(4)
     q = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.2, 0.1]])
     v = np.array([[0.0, 0.0, 0.0], [0.0, 1.1, 0.05], [-0.6, 0.0, 0.0]])
@@ -194,42 +186,18 @@ def test_a_step_in_the_kepler_frame_is_galvis() -> None:
     run = galvi.integrate(galvi.Problem(galvi.NBody(m), q, v), method, h, 1)
     flow, rest, into = kepler_frame(m)
     Q, V = frame_step((c, b), flow, rest, np.stack([into @ q, into @ v]), h)
-    assert np.max(np.abs(np.linalg.solve(into, Q) - run.q[1])) < ROUND_OFF
-    assert np.max(np.abs(m[:, None] * np.linalg.solve(into, V) - run.p[1])) < ROUND_OFF
-    assert np.allclose(_left_over(m, q, into @ q), rest(into @ q)[:-1], rtol=1e-12)
+    is_of(run, np.linalg.solve(into, Q), m[:, None] * np.linalg.solve(into, V))
 
 
-def _left_over(m, q, Q):
-    """What the frame leaves, by the page's formula."""
-    M, n, x = np.cumsum(m), m.size - 1, q - q[0]
-    d = np.zeros((n + 1, 3))
-    for i in range(1, n):
-        d[i + 1] = d[i] + m[i] / M[i] * Q[i - 1]
-    f = [-m[0] * y / np.linalg.norm(y) ** 3 if k else 0.0 * y for k, y in enumerate(x)]
-    p = [sum(m[j] * (x[j] - y) / np.linalg.norm(x[j] - y) ** 3 for j in range(1, n + 1) if j != k)
-         for k, y in enumerate(x)]  # fmt: skip
-    out = []
-    for i in range(1, n + 1):
-        r, c = np.linalg.norm(Q[i - 1]), m[0] / M[i - 1]
-        e = d[i] @ (2.0 * Q[i - 1] + d[i]) / r**2
-        bracket = (1.0 - c) * Q[i - 1] + c * ((1.0 - (1.0 + e) ** -1.5) * x[i] - d[i])
-        outer = sum((m[k] * (p[k] + f[k]) for k in range(i + 1, n + 1)), np.zeros(3))
-        out.append(M[i] * bracket / r**3 + M[i] / M[i - 1] * p[i] + outer / M[i - 1])
-    return np.array(out)
-
-
-def test_a_step_in_the_harmonic_frame_is_galvis() -> None:
-    """Two masses of a chain with cubic springs, K = V''(0) and unit masses."""
+def test_a_step_in_the_harmonic_frame_is_galvis():
+    """Two unit masses with springs and cubic ones, K = V''(0)."""
     K, alpha, h, (c, b) = np.array([[2.0, -1.0], [-1.0, 2.0]]), 0.3, 1.7, rule_of(5)
-    stretch = np.array([[1.0, 0.0], [-1.0, 1.0], [0.0, -1.0]])
 
     def potential(q):
-        s = stretch @ q
-        return 0.5 * np.sum(s * s) + alpha / 3.0 * np.sum(s * s * s)
+        return 0.5 * q @ K @ q + alpha / 3.0 * np.sum(q**3)
 
     def gradient(q):
-        s = stretch @ q
-        return stretch.T @ (s + alpha * s * s)
+        return K @ q + alpha * q**2
 
     q, v = np.array([0.4, -0.1]), np.array([0.0, 0.3])
     problem = galvi.Problem(galvi.Canonical(1.0, potential, gradient), q, v)
@@ -247,12 +215,11 @@ def test_a_step_in_the_harmonic_frame_is_galvis() -> None:
         return squares * x - F.T @ gradient(F @ x)
 
     x, rate = frame_step((c, b), flow, rest, np.stack([F.T @ q, F.T @ v]), h)
-    assert np.max(np.abs(F @ x - run.q[1])) < ROUND_OFF
-    assert np.max(np.abs(F @ rate - run.p[1])) < ROUND_OFF
+    is_of(run, F @ x, F @ rate)
 
 
-def test_the_numbers_on_the_pages_follow() -> None:
-    """Bases of Kepler's problem, z0, the tableau of Gauss, Lobatto's square, beta_p."""
+def test_the_numbers_on_the_pages_follow():
+    """Bases of Kepler's problem, z0 and the tableau of Gauss."""
     place = np.arccosh(1.0 / 0.6) - np.sqrt(1.0 - 0.36)
     K = 1.0 / (place + np.sqrt(1.0 + place * place))  # h = 2: z = i place
     assert f"{place:.4f}, {K:.4f}, {K * K:.4f}" == "0.2986, 0.7450, 0.5551"
@@ -264,15 +231,9 @@ def test_the_numbers_on_the_pages_follow() -> None:
     assert np.allclose(
         collocation(rule_of(2)[0]), [[0.25, 0.25 - root / 6], [0.25 + root / 6, 0.25]]
     )
-    for k in (1, 2, 3, 6):
-        c, b = rule_of(k + 1, galvi.lobatto)
-        P = np.polynomial.legendre.Legendre.basis(k)(2.0 * c - 1.0)
-        assert np.isclose(b @ (P * P) * (2 * k + 1), 2.0 + 1.0 / k)
-    slope = 11.0 * 0.5**10  # of (1 - t)^11 at the midpoint
-    assert np.isclose(1.0 / slope**2, (2.0**10 / 11.0) ** 2)
 
 
-def test_with_the_printed_sign_a_free_particle_jumps_to_and_fro() -> None:
+def test_with_the_printed_sign_a_free_particle_jumps_to_and_fro():
     """n = 2, L = v^2 / 2: dS/dq^1 = -(q^2 - q^1) / h, set to +p as H (2.4) prints it."""
     q, p, h, places = 0.0, 1.0, 0.5, []
     for _ in range(4):

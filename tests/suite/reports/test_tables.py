@@ -1,12 +1,17 @@
-"""Tables of targets, of spaces and rules, of what each code takes."""
+"""Tables of comparisons, targets, studies, and of spaces and rules, and those of the README."""
 
 from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from markupsafe import Markup
 
+from benchmarks.claims import CLAIMS
 from benchmarks.statistics.paired import TIE
 from benchmarks.studies.taxonomy import COLUMNS
 from benchmarks.work_precision.asked import ERRORS, errors_of
@@ -14,7 +19,7 @@ from benchmarks.work_precision.dependable import dependable
 from benchmarks.work_precision.fronts import fastest, ratios
 from benchmarks.work_precision.problem import ATTITUDE, POSITION
 from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
-from benchmarks.work_precision.targets import ORBITS, TARGETS, TURNS, Target
+from benchmarks.work_precision.targets import TARGETS, Target
 from benchmarks.work_precision.targets_met import targets_met
 from references.mujoco.steps import DEFAULT_STEP
 from reports.build.terminal import show_targets
@@ -22,8 +27,10 @@ from reports.cli.commands import run
 from reports.contents import load
 from reports.figures.drawing import comparison_figure
 from reports.figures.picture import picture
-from reports.site.comparisons import default_step
-from reports.studies.taxonomy import CODES, code, space_label, taxonomy_table
+from reports.results.origins import note_origin
+from reports.site.comparisons import absent_engines, default_step, installed_engines
+from reports.studies.taxonomy import CODES, space_label, taxonomy_table
+from reports.tables import readme
 from reports.tables.comparison_tables import (
     OF_RK4,
     SMALLEST,
@@ -41,7 +48,9 @@ from reports.tables.html import html_table
 from reports.tables.number_format import TIMES, readable
 from reports.tables.summary_sentences import _outcome
 from reports.tables.targets_table import ALONE, readable_targets, summary
+from tests.suite.reports.small_reports import ROW, suite_of, work_precision
 
+ROOT = Path(__file__).parents[3]
 KEPLER = "kepler e=0.6"
 PLANTED = (
     Target(KEPLER, ("SciPy DOP853",), 1e-4, 5.0),  # a peer that is faster: missed
@@ -50,26 +59,27 @@ PLANTED = (
     Target(KEPLER, ("Leapfrog",), 1e-4, 5.0),  # failed
     Target(KEPLER, ("Taylor",), 1e-4, 5.0),  # the truth: nothing to compare with
 )
+VERDICTS = ["missed", "not reached", "met", "not run", "not run"]
+SMALL = work_precision(True, print)
+
+
+def choices(runs, *errors):
+    return fastest_per_error(ratios(runs, errors) if errors else matched(runs), runs)
 
 
 @pytest.fixture
-def met(make_suite) -> pd.DataFrame:
-    return targets_met(make_suite().work_precision(True, print), PLANTED)
+def met():
+    return targets_met(SMALL, PLANTED)
 
 
 def test_each_verdict_stands_beside_what_was_measured(met):
     text, kinds = readable_targets(met)
-    assert list(text["verdict"]) == ["missed", "not reached", "met", "not run", "not run"]
-    assert list(text["measured"])[1:] == [
-        ALONE, f"0.100{TIMES}", "not run", "not run",
-    ]  # fmt: skip
+    assert list(text["verdict"]) == VERDICTS
+    assert list(text["measured"])[1:] == [ALONE, f"0.100{TIMES}", "not run", "not run"]
     assert list(text["target"])[1:3] == [f"at least 5.0{TIMES}", "reached"]
     assert set(kinds) <= set(text.columns) and "remark" not in text
-    noted = readable_targets(met.assign(remark="A bound.", note="It changed.", target=1.25))[0]
-    alone = readable_targets(met.assign(ratio="not reached", verdict="met"))[0]
-    assert set(alone["measured"]) == {ALONE}
+    noted = readable_targets(met.assign(remark="A bound.", note="It changed."))[0]
     assert set(noted["remark"]) == {"A bound. It changed."}
-    assert set(noted["target"]) == {f"at least 1.25{TIMES}"}
     assert summary(met).startswith("5 targets: 2 not run, 1 missed, 1 not reached, 1 met. Source:")
     assert summary(met.assign(source=["a", "b", "b", "a", "a"])).endswith("Sources: a; b.")
 
@@ -83,63 +93,86 @@ def test_the_terminal_shows_them_and_nothing_when_there_are_none(met, capsys):
     assert capsys.readouterr().out == ""
 
 
-def test_one_command_prints_and_writes_them(make_suite, tmp_path, capsys):
-    suite = make_suite(targets=PLANTED)
-    assert run(lambda: suite, ["compare", "--out", str(tmp_path)]) == 0
-    printed = capsys.readouterr().out
-    assert "5 targets: 2 not run, 1 missed, 1 not reached, 1 met." in printed
-    table = pd.read_csv(tmp_path / "tables" / "targets.csv")
-    assert list(table["verdict"]) == ["missed", "not reached", "met", "not run", "not run"]
-    assert len(pd.read_csv(tmp_path / "tables" / "smallest.csv")) == 3
+def test_runs_are_judged_by_targets_but_those_of_the_quick_setting(ask):
+    suite, written = suite_of(targets=PLANTED), Path("out/tables/targets.csv")
+    done = ask("compare --quick", suite)
+    assert "times at matched error" in done.out and not written.exists()
+    done = ask("compare", suite)
+    assert "5 targets: 2 not run, 1 missed, 1 not reached, 1 met." in done.out
+    assert list(pd.read_csv(written)["verdict"]) == VERDICTS
+    assert len(pd.read_csv("out/tables/smallest.csv")) == 3
 
 
-def test_runs_of_the_quick_setting_are_shown_and_judged_by_no_target(make_suite, tmp_path, capsys):
-    suite = make_suite(targets=PLANTED)
-    assert run(lambda: suite, ["compare", "--quick", "--out", str(tmp_path)]) == 0
-    printed = capsys.readouterr().out
-    assert "5 targets" not in printed and "times at matched error" in printed
-    assert not (tmp_path / "tables" / "targets.csv").exists()
-
-
-@pytest.mark.slow(beside="test_one_command_prints_and_writes_them")
+@pytest.mark.slow(beside="test_runs_are_judged_by_targets_but_those_of_the_quick_setting")
 @pytest.mark.usefixtures("undrawn")
-def test_the_page_has_a_section_of_them_when_there_are_any(make_suite, tmp_path):
-    suite = make_suite(targets=PLANTED)
-    run(lambda: suite, ["build", "--out", str(tmp_path)])
-    page = (tmp_path / "results" / "comparisons.html").read_text(encoding="utf-8")
-    place = page[page.index('<h2 id="targets">Targets</h2>') : page.index('<h2 id="cost">')]
-    assert "<td>missed</td>" in place and '<td class="absent">not run</td>' in place
-    assert '<a href="#targets">' in page
-    assert "1.0·10⁻⁵" in place
-    run(lambda: suite, ["build", "--quick", "--out", str(tmp_path)])
-    assert "targets" not in (tmp_path / "results" / "comparisons.html").read_text(encoding="utf-8")
+def test_the_page_has_a_section_of_them_when_there_are_any(ask):
+    page = Path("out/results/comparisons.html")
+    ask("build", suite := suite_of(targets=PLANTED))
+    text = page.read_text(encoding="utf-8")
+    assert "<td>missed</td>" in text and '<td class="absent">not run</td>' in text
+    ask("build --quick", suite)
+    assert "<td>missed</td>" not in page.read_text(encoding="utf-8")
 
 
-def test_each_contender_s_own_smallest_error_is_the_last_column(make_suite):
-    runs = make_suite().work_precision(True, print)
-    table = readable_ratios(matched(runs), smallest(runs), KEPLER).set_index("contender")
+def test_each_contender_s_own_smallest_error_is_the_last_column():
+    table = readable_ratios(matched(SMALL), smallest(SMALL), KEPLER).set_index("contender")
     assert table.columns[-1] == SMALLEST
     assert table.loc["SciPy DOP853", SMALLEST].startswith("1.0·10⁻⁵: 0.10")
     assert table.loc["galvi, best", SMALLEST].startswith("1.0·10⁻⁹: 20.0")
     assert table.loc["Taylor", SMALLEST] == ""
-    ends = smallest(runs.assign(truth_error=2e-6))
-    bound = readable_ratios(matched(runs), ends, KEPLER).set_index("contender")[SMALLEST]
+    ends = smallest(SMALL.assign(truth_error=2e-6))
+    bound = readable_ratios(matched(SMALL), ends, KEPLER).set_index("contender")[SMALLEST]
     assert bound["SciPy DOP853"].startswith("≤ 1.0·10⁻⁵: ")
     assert table.loc["Taylor", "10⁻⁶"].startswith("reference: ")
     assert "reference" not in "".join(table.drop(index="Taylor").to_numpy().ravel())
-
-
-def test_a_ratio_to_a_run_that_is_far_too_accurate_says_so(make_suite):
-    runs = make_suite().work_precision(True, print)
-    tables = matched(runs), smallest(runs)
-    cells = readable_ratios(*tables, KEPLER).set_index("contender").loc["SciPy DOP853"]
+    cells = table.loc["SciPy DOP853"]  # a run that is far too accurate says so
     assert f"1000{TIMES} closer (" in cells["0.01"] and "closer" not in cells["10⁻⁴"]
 
 
 def test_the_report_has_its_own_targets():
     assert load().targets == TARGETS
-    for source in (ORBITS, TURNS):
-        assert len({target.error for target in TARGETS if target.source == source}) > 1
+
+
+def test_an_error_that_the_truth_cannot_tell_is_a_bound():
+    runs = SMALL.assign(truth_error=1e-10, error=SMALL["error"].clip(1e-9))
+    assert list(fastest_lines(choices(runs, 1e-8))["its error"]) == ["1.0·10⁻⁹ (bound)"]
+
+
+def test_a_setting_is_called_stopped_early_by_its_row_and_not_by_its_words():
+    runs = SMALL.replace({"settings": {"step=1": "tolerance=1e-9"}})
+    for early, said in ((False, ""), (True, " (stopped early)")):
+        lines = fastest_lines(choices(runs.assign(stops_early=early), 1e-8))
+        assert list(lines["setting"]) == [f"tolerance=1e-9{said}"]
+
+
+def test_a_choice_is_a_run_that_was_made_and_reached_the_error():
+    table = choices(SMALL, 1e-4, 1e-8, 1e-12)
+    best, ours = (table[table["of"] == of] for of in ("all", "galvi"))
+    assert list(best["contender"]) == ["SciPy DOP853", "galvi degree 8, Gauss 8", "Taylor"]
+    assert list(ours["settings"]) == ["step=1", "step=1", ""]
+    text = fastest_lines(table)
+    assert list(text["its error"]) == ["1.0·10⁻⁵", "1.0·10⁻⁹", "1.0·10⁻⁹", "truth", ""]
+    assert text["contender"].iloc[-1] == "not reached"
+
+
+def test_an_engine_that_was_not_installed_is_named_with_what_is_missing():
+    origin = {"scipy": "1", "heyoka": "not installed"}
+    why = "Install heyoka."
+    runs = pd.DataFrame({"contender": ["heyoka, chains", "peer"], "status": [why, "heyoka"]})
+    targets = pd.DataFrame({"against": ["heyoka", "heyoka, chains", "peer"], "verdict": "not run"})
+    rows = (
+        replace(ROW, id="A5", verdict="not run", reason=why, absent="heyoka"),
+        replace(ROW, id="V3", verdict="not run", reason="It broke, though heyoka was not asked."),
+        ROW,
+    )
+    (found,) = absent_engines(origin, runs, targets, rows)
+    said = (
+        "heyoka was not installed for this build: its times, 2 targets and rows of A5 are missing"
+    )
+    assert found.text.startswith(said) and found.reason == why
+    assert absent_engines({}, runs, targets, rows) == ()
+    assert installed_engines(origin) == "REBOUND, MuJoCo and SciPy"
+    assert installed_engines({}).endswith("SciPy and heyoka")
 
 
 LINE = {
@@ -148,46 +181,43 @@ LINE = {
     "measured": 3.98, "uncertainty": 0.01, "symplecticity": 1e-16, "symmetric": True,
     "symmetry": 2e-16, "name": "Gauss collocation, 2 stages", "status": "",
 }  # fmt: skip
-REFUSED = {"measured": np.nan, "C_N": np.nan, "symplecticity": np.nan, "symmetry": np.nan,
-           "name": "", "predicted": 0}  # fmt: skip
+REFUSED = dict.fromkeys(("measured", "C_N", "symplecticity", "symmetry"), np.nan) | {
+    "name": "", "predicted": 0, "verdict": "ill-posed",
+}  # fmt: skip
+WAVES = {"kind": "Fourier", "space": "Fourier(harmonics=1)"}
 
 
-def table(*changes: dict[str, object]) -> tuple[pd.DataFrame, dict[str, str]]:
-    lines = [{**LINE, **change} for change in changes]
-    return taxonomy_table(pd.DataFrame(lines, columns=list(COLUMNS)))
-
-
-def test_a_line_has_what_a_space_makes_with_a_family_of_rules() -> None:
-    read, kinds = table(
-        {}, {"points": 1, "verdict": "ill-posed", **REFUSED}, {"points": 3, "name": "", "C_N": 1.01}
-    )
-    assert len(read) == 1 and set(kinds) <= set(read.columns)
-    line = read.iloc[0]
-    assert line["1 point"] == "ill-posed"
-    assert line["2 points"] == "4.0 Gauss collocation"
-    assert line["3 points"] == "4.0"
-    assert line["C_N"] == "0.990 to 1.01" and line["there and back"] == "2.0·10⁻¹⁶"
-
-
-def test_an_order_that_is_not_the_predicted_one_is_told_beside_it() -> None:
-    read, _ = table({"measured": 3.4}, {"points": 3, "measured": np.nan})
-    assert read.iloc[0]["2 points"] == "3.4, predicted 4 Gauss collocation"
-    assert read.iloc[0]["3 points"] == "not measured, predicted 4 Gauss collocation"
-
-
-def test_spaces_other_than_polynomials_have_one_line() -> None:
-    waves = {"kind": "Fourier", "space": "Fourier(harmonics=1)"}
-    read, _ = table({}, {"family": "Radau"}, waves, {**waves, "family": "Radau"})
-    assert list(zip(read["space"], read["rule"], strict=True)) == [
-        ("Polynomials(2)", "Gauss"),
-        ("Polynomials(2)", "Radau"),
-        ("Fourier(harmonics=1)", "Gauss"),
-    ]
-
-
-def test_a_rule_that_does_not_exist_is_not_called_ill_posed() -> None:
-    read, _ = table({"points": 1}, {"family": "Lobatto"})
-    assert list(read["1 point"]) == ["4.0 Gauss collocation", "-"]
+@pytest.mark.parametrize(
+    ("changes", "cells"),
+    [
+        (
+            [{}, {"points": 1, **REFUSED}, {"points": 3, "name": "", "C_N": 1.01}],
+            [{"1 point": "ill-posed", "2 points": "4.0 Gauss collocation", "3 points": "4.0",
+              "C_N": "0.990 to 1.01", "there and back": "2.0·10⁻¹⁶"}],
+        ),
+        (
+            [{"measured": 3.4}, {"points": 3, "measured": np.nan}],
+            [{"2 points": "3.4, predicted 4 Gauss collocation",
+              "3 points": "not measured, predicted 4 Gauss collocation"}],
+        ),
+        (  # spaces other than polynomials have one line
+            [{}, {"family": "Radau"}, WAVES, {**WAVES, "family": "Radau"}],
+            [{"space": "Polynomials(2)", "rule": "Gauss"},
+             {"space": "Polynomials(2)", "rule": "Radau"},
+             {"space": "Fourier(harmonics=1)", "rule": "Gauss"}],
+        ),
+        (  # a rule that does not exist is not called ill-posed
+            [{"points": 1}, {"family": "Lobatto"}],
+            [{"1 point": "4.0 Gauss collocation"}, {"1 point": "-"}],
+        ),
+    ],
+)  # fmt: skip
+def test_a_line_has_what_a_space_makes_with_a_family_of_rules(changes, cells):
+    frame = pd.DataFrame([{**LINE, **change} for change in changes], columns=list(COLUMNS))
+    read, kinds = taxonomy_table(frame)
+    lines = zip(read.to_dict("records"), cells, strict=True)
+    assert all(line.items() >= expected.items() for line, expected in lines)
+    assert set(kinds) <= set(read.columns) and len(set(CODES.values())) == len(CODES)
 
 
 @pytest.mark.parametrize(
@@ -195,27 +225,16 @@ def test_a_rule_that_does_not_exist_is_not_called_ill_posed() -> None:
     [
         ("Polynomials(degree=10)", "Polynomials(10)"),
         ("Fourier(harmonics=1, frequency=6.283185307179586)", "Fourier(harmonics=1, ω=2π)"),
-        ("PolynomialFourier(degree=1, harmonics=1, frequency=20.0)",
-         "PolynomialFourier(1, harmonics=1, ω=20)"),
     ],
-)  # fmt: skip
-def test_spaces_have_short_labels(space: str, label: str) -> None:
+)
+def test_spaces_have_short_labels(space, label):
     assert space_label(space) == label
-
-
-def test_names_have_short_codes() -> None:
-    assert code("3 steps of Gauss collocation, 2 stages") == "3G"
-    assert code("symplectic Euler, position first") == "SE"
-    assert code("Something New") == "SN"
-    assert len(set(CODES.values())) == len(CODES)
 
 
 GALVI = "galvi degree 8, Gauss 8, exponential"
 
 
-def runs(
-    slower: float = 70.0, better: float = 20.0, fails: bool = False, quantity: str = ATTITUDE
-) -> pd.DataFrame:
+def runs(slower=70.0, better=20.0, fails=False, quantity=ATTITUDE):
     """MuJoCo's RK4 some times as slow and as good as the textbook's, its Euler, and galvi."""
     points = [
         *((TEXTBOOK_RK4, f"step={h}", 10.0 * h**4, 1e-4 / h) for h in (0.1, 0.01, 0.001)),
@@ -233,23 +252,28 @@ def runs(
     return dependable(frame)
 
 
-def test_steps_of_the_two_codes_are_compared_at_equal_steps() -> None:
-    said = mujoco_overhead(runs())
-    assert "takes 70 times as long" in said and "20 times smaller (medians over 3" in said
-    assert "over 2 step sizes" in mujoco_overhead(runs(fails=True))
-    assert "an error as large" in mujoco_overhead(runs(better=1.05))
-    assert "2.0 times larger" in mujoco_overhead(runs(better=0.5))
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({}, "takes 70 times as long as one of .* 20 times smaller .medians over 3"),
+        ({"fails": True}, "over 2 step sizes"),
+        ({"better": 1.05}, "an error as large"),
+        ({"better": 0.5}, "2.0 times larger"),
+    ],
+)
+def test_steps_of_the_two_codes_are_compared_at_equal_steps(given, said):
+    assert re.search(said, mujoco_overhead(runs(**given)))
 
 
-def test_without_both_codes_nothing_is_said() -> None:
+@pytest.mark.parametrize("name", [OF_RK4, TEXTBOOK_RK4])
+def test_without_both_codes_nothing_is_said(name):
     frame = runs()
-    for name in (OF_RK4, TEXTBOOK_RK4):
-        assert mujoco_overhead(frame[frame["contender"] != name]) == ""
-        absent = frame.assign(seconds=frame["seconds"].mask(frame["contender"] == name))
-        assert mujoco_overhead(absent) == ""
+    assert mujoco_overhead(frame[frame["contender"] != name]) == ""
+    absent = frame["seconds"].mask(frame["contender"] == name)
+    assert mujoco_overhead(frame.assign(seconds=absent)) == ""
 
 
-def test_all_are_compared_at_the_same_errors_that_their_truth_can_tell() -> None:
+def test_all_are_compared_at_the_same_errors_that_their_truth_can_tell():
     assert errors_of(runs()) == ERRORS
     assert errors_of(runs().assign(truth_error=2e-13)) == ERRORS[:-1]
     both = pd.concat([runs(), runs(quantity=POSITION).assign(problem="planets")])
@@ -258,16 +282,11 @@ def test_all_are_compared_at_the_same_errors_that_their_truth_can_tell() -> None
     assert matched(both.head(0)).empty
 
 
-def choices(rows: pd.DataFrame) -> pd.DataFrame:
-    return fastest_per_error(matched(rows), rows)
-
-
-def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence() -> None:
+def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence():
     table = choices(runs())
     chosen = table[table["of"] == "MuJoCo"].set_index("asked")["contender"]
     assert chosen[1e-4] == OF_RK4 and chosen[1e-12] == OF_RK4
-    none = fastest_per_error(ratios(runs(), (1e-12, 1e-13)), runs())
-    assert of_mujoco(none, "body").endswith("10⁻¹²; none reaches 10⁻¹³.")
+    assert of_mujoco(choices(runs(), 1e-12, 1e-13), "body").endswith("10⁻¹²; none reaches 10⁻¹³.")
     other = of_mujoco(choices(runs(slower=7e4)), "body")
     assert "MuJoCo Euler for 0.01; MuJoCo RK4 for 10⁻⁴" in other
     lines = fastest_lines(table)
@@ -276,7 +295,7 @@ def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence() -> None:
     assert set(without["of"]) == {"all", "galvi"} and of_mujoco(without, "body") == ""
 
 
-def test_mujoco_s_default_step_is_answered_from_runs_at_it_and_from_none_beside_it() -> None:
+def test_mujoco_s_default_step_is_answered_from_runs_at_it_and_from_none_beside_it():
     assert default_step(None) is None and default_step(runs()) is None
     exact = runs().replace("step=0.001", f"step={DEFAULT_STEP:g}")
     found = default_step(exact)
@@ -288,16 +307,16 @@ def test_mujoco_s_default_step_is_answered_from_runs_at_it_and_from_none_beside_
 
 
 @pytest.mark.slow(beside="test_figures.py::test_comparisons_draw_without_warnings")
-def test_the_picture_is_of_attitudes_and_says_what_the_lines_are() -> None:
+def test_the_picture_is_of_attitudes_and_says_what_the_lines_are():
     figure = comparison_figure("body", runs())
     assert figure.options["ylabel"].startswith("error of the attitude at the end")
     assert "contacts" in figure.caption and "R_true" in figure.caption
-    assert figure.title == "Body: galvi is fastest from 0.01 to 10⁻¹²"
+    assert figure.title.startswith("Body: galvi is fastest at 0.01, at 10⁻⁴ (RK4 on quaternions, ")
     assert picture(figure, runs()).png.startswith(b"\x89PNG")
     assert "true position" in comparison_figure("kepler", runs(quantity=POSITION)).caption
 
 
-def test_energy_stands_beside_the_error_of_position_of_the_run_that_is_the_fastest() -> None:
+def test_energy_stands_beside_the_error_of_position_of_the_run_that_is_the_fastest():
     rows = runs(quantity=POSITION)
     assert energies(rows).empty
     rows["energy"] = [10.0 ** -(k + 3) for k in range(len(rows))]
@@ -308,24 +327,20 @@ def test_energy_stands_beside_the_error_of_position_of_the_run_that_is_the_faste
     assert "not reached" in set(table.to_numpy().ravel())
 
 
-def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags() -> None:
+def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags():
     frame = pd.DataFrame(
         {"code": ["a<{b}", "same", "same"], "time": ["1 s", "not reached", np.nan], "x": "<i>"}
     )
     frame["link"] = pd.Series([Markup("<a href='#q'>q</a>")] * 3, dtype=object)
     html = html_table(frame, 'Times "1" < 2', ["time"], [(0, "time")], id="times")
-    assert html.startswith(
-        '<div class="wide" tabindex="0" role="region" aria-label="Times &#34;1&#34; &lt; 2">'
-        '<table id="times">'
-    )
-    assert (
-        '<th scope="col">code</th>' in html and '<th scope="col" class="number">time</th>' in html
-    )
-    assert '<th scope="row">a&lt;{b}</th>' in html and html.count('<th scope="row">same</th>') == 2
-    assert '<td class="number best">1 s</td>' in html
-    assert '<td class="absent number">not reached</td>' in html
-    assert '<td class="number"></td>' in html and "<i>" not in html
-    assert html.count("<td><a href='#q'>q</a></td>") == 3
+    counts = {
+        'aria-label="Times &#34;1&#34; &lt; 2"><table id="times">': 1,
+        '<th scope="col">code</th>': 1, '<th scope="col" class="number">time</th>': 1,
+        '<th scope="row">a&lt;{b}</th>': 1, '<th scope="row">same</th>': 2, "<i>": 0,
+        '<td class="number best">1 s</td>': 1, '<td class="absent number">not reached</td>': 1,
+        '<td class="number"></td>': 1, "<td><a href='#q'>q</a></td>": 3,
+    }  # fmt: skip
+    assert {part: html.count(part) for part in counts} == counts
     assert html_table(frame.head(0), "empty").count("<tr>") == 1
 
 
@@ -333,7 +348,7 @@ def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags() -> None:
     ("low", "high", "said", "sentence"),
     [(0.8, 1.3, "tie, ", "galvi and B tie"), (5.2, 33.1, "within noise, ", "are within noise")],
 )
-def test_a_tie_is_one_only_where_its_own_interval_holds_1(low, high, said, sentence) -> None:
+def test_a_tie_is_one_only_where_its_own_interval_holds_1(low, high, said, sentence):
     """Noise as large as a difference leaves it open who is faster, and by how much."""
     row = {
         "problem": "body", "error": 1e-4, "contender": "B", "settings": "", "seconds": 1.0,
@@ -341,3 +356,123 @@ def test_a_tie_is_one_only_where_its_own_interval_holds_1(low, high, said, sente
     }  # fmt: skip
     assert _cell(row).startswith(said)
     assert sentence in _outcome(1.0, pd.Series(row))[0]
+
+
+# The generated tables of README.md and docs/: what they say is what the suite says.
+
+
+def table_of(page, name):
+    """The text between the marks of a generated table."""
+    begin, end = readme.marks(name)
+    return (ROOT / page).read_text().partition(begin)[2].partition(end)[0].strip()
+
+
+def cells_of(line):
+    return [cell.strip() for cell in line.strip("|").split("|")]
+
+
+@pytest.mark.slow(beside="test_a_headline_that_is_gone_is_named")
+def test_every_headline_is_a_row_of_the_claims_and_has_its_verdict():
+    every = [row for claim in CLAIMS for row in claim.judge(pd.DataFrame())]
+    rows = {(row.id, row.quantity): row for row in every}
+    lines = table_of("docs/trust.md", readme.RESULTS).splitlines()[2:]
+    for line, headline in zip(lines, readme.HEADLINES, strict=True):
+        claim, quantity, claimed, measured, verdict = cells_of(line)
+        row = rows[headline]
+        assert (claim, quantity, claimed) == (f"{row.id}, {row.source}", row.quantity, row.claimed)
+        assert verdict.partition(",")[0] == row.expected and measured
+
+
+def test_a_headline_that_is_gone_is_named():
+    with pytest.raises(KeyError, match="base of the one-step error"):
+        readme.results(pd.DataFrame({"id": ["V1"], "quantity": ["something else"]}))
+
+
+@pytest.mark.parametrize("page", ["no marks", f"before {readme.marks(readme.RESULTS)[0]} old"])
+def test_a_page_without_marks_is_refused(page):
+    with pytest.raises(ValueError, match=f"must hold the marks {readme.marks(readme.RESULTS)[0]}"):
+        readme.with_table(page, readme.RESULTS, "a table")
+
+
+@pytest.mark.parametrize(
+    ("name", "problem", "rows", "lines"),
+    [
+        (
+            readme.SPEED,
+            "outer solar system",
+            [
+                ("REBOUND IAS15", "27.1", 25.2, 28.3, "faster"),
+                ("heyoka", "not reached", np.nan, np.nan, ""),
+            ],
+            ["| REBOUND IAS15 | 27 (25-28) | - |", "| heyoka | not reached | - |"],
+        ),
+        (
+            readme.BODIES,
+            "free rigid body",
+            [("MuJoCo RK4", 1.04, 0.9, 1.2, "tie")],
+            ["| MuJoCo RK4 | - | tie, 1 (0.9-1.2) | - |"],
+        ),
+    ],
+)
+def test_ratios_are_shown_with_what_was_not_reached_and_who_took_no_part(
+    name, problem, rows, lines
+):
+    columns = ["contender", "ratio", "low", "high", "outcome"]
+    ratios = pd.DataFrame(rows, columns=columns).assign(
+        problem=problem, error=1e-4, noise_low=0.97, noise_high=1.04
+    )
+    shown = readme.times(ratios, *readme.TIMES[name]).splitlines()
+    for beginning in (*lines, "| galvi against itself | "):
+        assert any(line.startswith(beginning) for line in shown)
+    blocks = table_of("README.md", name).split("\n\n")
+    assert blocks[::2] and all(line.startswith("On ") for line in blocks[::2])
+    assert {block.splitlines()[0] for block in blocks[1::2]} == {shown[0]}
+
+
+def test_the_page_counts_the_statements_of_the_papers(tmp_path):
+    (tmp_path / "docs").mkdir()
+    pages = {page: (ROOT / page).read_text() for page in readme.PAGES}
+    for page, text in pages.items():
+        (tmp_path / page).write_text(text)
+    assert readme.renew(tmp_path, tmp_path / "nothing") == []
+    assert {page: (tmp_path / page).read_text() for page in pages} == pages
+
+
+def test_the_fastest_code_at_each_error_is_named_with_galvis_beside_it():
+    rows = [
+        ("heyoka", "tolerance=1e-5", 1e-5, 2.0),
+        ("heyoka", "tolerance=1e-9", 1e-9, 4.0),
+        ("galvi degree 8", "step=0.2", 2e-5, 1.0),
+        ("galvi degree 8", "step=0.1", 1e-7, 8.0),
+    ]
+    table = pd.DataFrame(rows, columns=["contender", "settings", "error", "seconds"])
+    table = table.assign(
+        problem=KEPLER, quantity=POSITION, smallest=table["error"], largest=table["error"],
+        is_truth=False, stops_early=False, status="",
+    )  # fmt: skip
+    (line,) = readme.choices(table).splitlines()[2:]
+    cells = cells_of(line)
+    assert cells[0] == "Kepler, e = 0.6" and cells[1].startswith("**galvi degree 8, step=0.2")
+    assert cells[2].startswith("heyoka, tolerance=1e-9") and "; galvi degree 8" in cells[2]
+    assert cells[3].startswith("heyoka") and "galvi" not in cells[3]
+    page = table_of("docs/which.md", readme.CHOICES).splitlines()
+    assert len(page) == 2 + len(readme.PROBLEMS) and page[0].count("error") == len(readme.ASKED)
+
+
+def test_the_evidence_is_counted(tmp_path):
+    columns = {"id": ["V1", "V1", "L1"], "verdict": ["holds"] * 3, "expected": ["holds"] * 3}
+    pd.DataFrame(columns).to_csv(tmp_path / "claims.csv")
+    lines = readme.evidence(tmp_path).splitlines()
+    assert "| claims | 2, in 3 checks | `galvi verify` |" in lines
+    assert not any("mutants" in line for line in lines)
+    assert len(lines) <= len(table_of("docs/trust.md", readme.EVIDENCE).splitlines())
+
+
+def test_the_pages_take_no_rows_of_the_quick_setting(tmp_path, monkeypatch, capsys):
+    note_origin(tmp_path, "work_precision.csv", {"date": "2026-01-02"}, quick=True)
+    monkeypatch.chdir(ROOT)
+    assert run(None, ["readme", "--out", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith(
+        "work_precision.csv of the quick setting; run build without --quick first."
+    )

@@ -13,7 +13,6 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -25,7 +24,6 @@ from benchmarks.timings.worker import check_end, described
 from galvi.command import put_suite_first
 from galvi.kernels.compile.cache import KERNELS_FOLDER
 from reports.cli import track as command
-from reports.cli.commands import run
 from reports.cli.track import choose_cases, track_against
 from reports.tracking.benches import TIME, read_history
 from reports.tracking.checkouts import CannotCompare, Checkout, checkouts
@@ -55,24 +53,24 @@ def integrate(problem, method, step, steps, save_every):
 CASE = Case("orbit", TRAJECTORY, "kepler", 4, 4, 0.1, 10)
 
 
-def stub(work: int = 20_000, iterations: int = 5) -> str:
+def stub(work=20_000, iterations=5):
     return STUB.format(work=work, iterations=iterations)
 
 
-def git(folder: Path, *words: str) -> None:
+def git(folder, *words):
     own = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
     name = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"]
     subprocess.run(["git", *name, *words], cwd=folder, env=os.environ | own, check=True,
                    capture_output=True)  # fmt: skip
 
 
-def write(folder: Path, text: str) -> None:
+def write(folder, text):
     (folder / "galvi").mkdir(parents=True, exist_ok=True)
     (folder / "galvi" / "__init__.py").write_text(text)
 
 
 @pytest.fixture
-def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def checkout(tmp_path, monkeypatch):
     """A repository with one commit of the stub, entered; temporary folders are made beside it."""
     root, spare = tmp_path / "root", tmp_path / "spare"
     write(root, stub())
@@ -87,7 +85,7 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return root
 
 
-def test_compiled_kernels_are_taken_along(checkout: Path) -> None:
+def test_compiled_kernels_are_taken_along(checkout):
     """Else both sides compile all that they measure."""
     kernel = Path("galvi", "__pycache__", KERNELS_FOLDER, "step.nbc")
     (checkout / kernel).parent.mkdir(parents=True)
@@ -96,63 +94,64 @@ def test_compiled_kernels_are_taken_along(checkout: Path) -> None:
         assert [(one.folder / kernel).read_bytes() for one in both] == [b"code"] * 2
 
 
-def test_files_that_archives_leave_out_are_on_both_sides(checkout: Path) -> None:
+def test_files_that_archives_leave_out_are_on_both_sides(checkout):
     (checkout / ".gitattributes").write_text("galvi export-ignore\n")
-    git(checkout, "add", ".")
-    git(checkout, "commit", "--quiet", "-m", "attributes")
+    commit(checkout)
     with checkouts("HEAD", checkout) as both:
         assert all((side.folder / "galvi" / "__init__.py").is_file() for side in both)
         assert not any(side.changed for side in both)
 
 
-def compared(root: Path, revision: str = "HEAD") -> int:
-    sides = checkouts(revision, root)
-    return track_against(sides, (CASE,), root.parent / "out", {"date": "d"}, False)
+def compared(root, revision="HEAD"):
+    """The status, against.json and against.md of a comparison."""
+    out = root.parent / "out"
+    status = track_against(checkouts(revision, root), (CASE,), out, {"date": "d"}, False)
+    return status, json.loads((out / "against.json").read_text()), (out / "against.md").read_text()
 
 
-def sentence(root: Path) -> str:
-    return str(json.loads((root.parent / "out" / "against.json").read_text())["verdict"])
+def commit(folder, *words):
+    git(folder, "add", ".")
+    git(folder, "commit", "--quiet", "-m", "next", *words)
 
 
 @pytest.mark.slow(beside="test_track_gates.py::test_equal_sides_are_green_in_one_sentence")
-def test_a_clean_tree_is_green_by_its_commit(checkout: Path, capsys: pytest.CaptureFixture) -> None:
-    assert compared(checkout) == 0
-    assert "is not worse than" in sentence(checkout) and "working tree" not in sentence(checkout)
-    assert sentence(checkout) in " ".join(capsys.readouterr().out.split())
+def test_a_clean_tree_is_green_by_its_commit(checkout, capsys):
+    status, found, _ = compared(checkout)
+    assert status == 0 and "is not worse than" in found["verdict"]
+    assert "working tree" not in found["verdict"]
+    assert found["verdict"] in " ".join(capsys.readouterr().out.split())
     assert list((checkout.parent / "spare").iterdir()) == []
 
 
 @pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
-def test_a_changed_tree_is_compared_as_it_is_and_said_to_be(checkout: Path) -> None:
+def test_a_changed_tree_is_compared_as_it_is_and_said_to_be(checkout):
     write(checkout, stub(work=60_000, iterations=6))
-    assert compared(checkout) == 1
-    assert sentence(checkout).startswith("The working tree (")
-    assert "with changes) is worse than" in sentence(checkout)
-    (row,) = json.loads((checkout.parent / "out" / "against.json").read_text())["benchmarks"]
+    status, found, _ = compared(checkout)
+    assert status == 1 and found["verdict"].startswith("The working tree (")
+    assert "with changes) is worse than" in found["verdict"]
+    (row,) = found["benchmarks"]
     assert set(row["alarms"]) == {"counts", "time"}
-    assert row["alarms"]["counts"] == "Iterations rose from 5 to 6 (+20 %)."
-    assert [min(map(len, samples.values())) >= 7 for samples in row["pair"]["rounds"]] == [True] * 2
 
 
-def test_an_unknown_revision_and_one_without_galvi_are_sentences(checkout: Path) -> None:
-    for revision in ("nope", "--help", "HEAD:galvi"):
-        with pytest.raises(CannotCompare, match="expects a revision that git knows; received"):
-            compared(checkout, revision)
+@pytest.mark.parametrize("revision", ["nope", "--help", "HEAD:galvi"])
+def test_an_unknown_revision_is_a_sentence(checkout, revision):
+    with pytest.raises(CannotCompare, match="expects a revision that git knows; received"):
+        compared(checkout, revision)
+
+
+def test_a_revision_without_galvi_is_a_sentence(checkout):
     git(checkout, "rm", "-r", "--quiet", "galvi")
     (checkout / "a").touch()
-    git(checkout, "add", ".")
-    git(checkout, "commit", "--quiet", "-m", "none")
+    commit(checkout)
     with pytest.raises(CannotCompare, match="expects a revision that has galvi"):
         compared(checkout)
 
 
-def test_a_folder_without_git_and_another_repository_are_sentences(
-    checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_folder_without_git_and_another_repository_are_sentences(checkout, tmp_path, monkeypatch):
     """Another repository's HEAD would be compared as if it were galvi's own."""
-    bare, other = tmp_path / "bare", tmp_path / "other"
-    bare.mkdir()
-    other.mkdir()
+    bare, other, inner = tmp_path / "bare", tmp_path / "other", checkout / "galvi" / "inner"
+    for folder in (bare, other, inner):
+        folder.mkdir()
     git(other, "init", "--quiet")
     with (
         pytest.raises(CannotCompare, match="run in a git checkout of galvi; rec"),
@@ -163,37 +162,26 @@ def test_a_folder_without_git_and_another_repository_are_sentences(
         monkeypatch.chdir(folder)
         with pytest.raises(CannotCompare, match=f"run in {checkout}; received {folder}. Change to"):
             compared(checkout)
-    (checkout / "galvi" / "inner").mkdir()
-    monkeypatch.chdir(checkout / "galvi" / "inner")
+    monkeypatch.chdir(inner)
     with checkouts("HEAD", checkout):
         pass
 
 
-def test_a_head_that_cannot_be_imported_is_red(checkout: Path) -> None:
+def test_a_head_that_cannot_be_imported_is_red(checkout):
     write(checkout, "raise RuntimeError('broken')")
-    assert compared(checkout) == 1
-    assert "orbit (status)" in sentence(checkout)
-    assert "RuntimeError: broken" in (checkout.parent / "out" / "against.md").read_text()
+    status, found, text = compared(checkout)
+    assert status == 1 and "orbit (status)" in found["verdict"] and "RuntimeError: broken" in text
 
 
-def test_an_empty_revision_is_refused_and_not_taken_for_none(
-    make_suite: Any, capsys: pytest.CaptureFixture
-) -> None:
-    assert run(make_suite, ["track", "--against", ""]) == 2
-    assert "--against expects a commit, a branch or a tag; received nothing" in (
-        capsys.readouterr().err
-    )
-
-
-def test_a_base_that_lacks_everything_cannot_be_compared(checkout: Path) -> None:
+def test_a_base_that_lacks_everything_cannot_be_compared(checkout):
     write(checkout, "nothing = 0")
-    git(checkout, "commit", "--quiet", "-am", "nothing")
+    commit(checkout)
     write(checkout, stub())
     with pytest.raises(CannotCompare, match="Nothing could be compared"):
         compared(checkout)
 
 
-def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(tmp_path: Path) -> None:
+def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(tmp_path):
     write(tmp_path, "import os\nclass problems:\n    kepler = staticmethod(lambda: os._exit(3))\n")
     with Worker(Checkout(tmp_path, "base")) as one:
         with pytest.raises(Failed, match="ended with status 3"):
@@ -210,9 +198,13 @@ def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(tmp_path
         write(tmp_path, stub())
         assert one.time(CASE, 2, 1) > 0.0
         assert one.run(CASE)["counts"] == {"steps": 10, "iterations": 5}
+        one.stop()
+        shutil.rmtree(tmp_path / "galvi")
+        with pytest.raises(Failed, match="not that of its own checkout"):
+            one.run(CASE)
 
 
-def test_a_side_that_hangs_twice_is_not_asked_again_in_any_process(tmp_path: Path) -> None:
+def test_a_side_that_hangs_twice_is_not_asked_again_in_any_process(tmp_path):
     write(tmp_path, "import time\nclass problems:\n    kepler = lambda: time.sleep(99)\n")
     with Worker(Checkout(tmp_path, "head"), 0.5) as one:
         for _ in range(2):
@@ -224,23 +216,11 @@ def test_a_side_that_hangs_twice_is_not_asked_again_in_any_process(tmp_path: Pat
         assert one.process is None
 
 
-@pytest.mark.slow(beside="test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on")
-def test_each_worker_has_the_galvi_of_its_own_checkout(checkout: Path) -> None:
-    write(checkout, stub(iterations=7))
-    with checkouts("HEAD", checkout) as (base, head):
-        for side, iterations in ((base, 5), (head, 7)):
-            with Worker(side) as one:
-                assert one.run(CASE)["counts"]["iterations"] == iterations
-        shutil.rmtree(base.folder / "galvi")
-        with Worker(base) as one, pytest.raises(Failed, match="not that of its own checkout"):
-            one.run(CASE)
-
-
 @pytest.mark.slow(beside="test_what_an_integrator_says_is_harmless_and_what_it_starts_ends_with_it")
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="processes are not listed")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_leaves_no_folder_and_no_process(checkout: Path, number: int) -> None:
+def test_an_interrupt_leaves_no_folder_and_no_process(checkout, number):
     write(checkout, stub() + "import time\ntime.sleep(60)\n")
     program = (
         "import sys, tempfile; from pathlib import Path\n"
@@ -266,7 +246,7 @@ def test_an_interrupt_leaves_no_folder_and_no_process(checkout: Path, number: in
     assert _workers(spare) == []
 
 
-def _workers(spare: Path) -> list[str]:
+def _workers(spare):
     """Processes whose galvi lies below the folder."""
     found = []
     for path in Path("/proc").glob("[0-9]*/environ"):
@@ -278,7 +258,7 @@ def _workers(spare: Path) -> list[str]:
     return found
 
 
-def test_benchmarks_are_chosen_by_parts_of_their_names() -> None:
+def test_benchmarks_are_chosen_by_parts_of_their_names():
     assert {case.name for case in choose_cases(["rounding"], True)} == {
         "Kepler, rounding",
         "outer planets, rounding",
@@ -311,7 +291,7 @@ class Mine:
 
 
 @pytest.fixture
-def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def project(tmp_path, monkeypatch):
     """Another project's repository, whose integrator is exact for oscillators; a folder in it."""
     inner = tmp_path / "project" / "inner"
     inner.mkdir(parents=True)
@@ -329,128 +309,82 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return inner
 
 
+AGAINST = "track --against HEAD --contender mine_to_track:Mine"
+
+
 @pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
-def test_another_projects_integrator_is_compared_with_its_own_revision(
-    make_suite: Any, project: Path
-) -> None:
+def test_another_projects_integrator_is_compared_with_its_own_revision(ask, project):
     (project / "mine_to_track.py").write_text(MINE.format(rate=1.001, count=8))
-    asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine"]
-    assert run(make_suite, [*asked, "--out", str(project / "out")]) == 1
-    found = json.loads((project / "out" / "against.json").read_text())
+    assert ask(AGAINST).status == 1
+    found = json.loads(Path("out/against.json").read_text())
     row, long = found["benchmarks"]
     assert {"counts", "error"} <= set(row["alarms"])
     assert long["name"].startswith(f"{row['name']}, ") and "error" in long["alarms"]
     assert row["alarms"]["counts"] == "Force evaluations rose from 7 to 8 (+14 %)."
     assert found["head"].endswith("with changes)")
-    failures = ElementTree.parse(project / "out" / "track.xml").getroot().iter("failure")
+    failures = ElementTree.parse("out/track.xml").getroot().iter("failure")
     assert {one.get("message") for one in failures} >= set(row["alarms"].values())
 
 
 @pytest.mark.slow(beside="test_track_history.py::test_each_quantity_of_each_bench_is_a_row")
-def test_each_comparison_of_another_project_adds_a_point_to_its_history(
-    make_suite: Any, project: Path, capsys: pytest.CaptureFixture
-) -> None:
+def test_each_comparison_of_another_project_adds_a_point_to_its_history(ask, project):
     """Else only galvi's own checkout has one; without a bench, a sentence names the way to it."""
-    out = str(Path("galvi-out") / "deep")
-    assert run(make_suite, ["track", "--out", out]) == 0
-    said = capsys.readouterr().out
+    said = ask("track").out
     assert "`galvi track --against REV --contender package.module:Class` adds one" in said
-    asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine", "--out", out]
-    assert run(make_suite, asked) == 0
-    assert run(make_suite, asked) == 0
-    assert run(make_suite, ["track", "--out", out]) == 0
-    assert "\n2 benchmark runs.\n" in capsys.readouterr().out
-    rows = read_history(Path(out) / "benchmarks")
+    assert ask(AGAINST).status == ask(AGAINST).status == 0
+    assert ask("track").out.startswith("2 benchmark runs.\n")
+    rows = read_history(Path("out/benchmarks"))
     head = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
     assert set(rows["commit"]) == {head.stdout[:12]}
     assert {TIME, "force_evaluations", "error"} < set(rows["quantity"])
-    assert (Path(out) / "figures" / "track-mine-harmonic-oscillator.svg").is_file()
+    assert Path("out/figures/track-mine-harmonic-oscillator.svg").is_file()
 
 
-@pytest.mark.slow_cases("words1-there is no module 'no_such'")
+@pytest.mark.slow_cases("--against HEAD --contender no_such:Mine-there is no module 'no_such'")
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--against", "HEAD"], "integrator of the latter with --contender package.module"),
-        (["--against", "HEAD", "--contender", "no_such:Mine"], "there is no module 'no_such'"),
-        (["--against", "none", "--contender", "mine_to_track:Mine"], "a revision that git knows"),
-        (["--contender", "mine_to_track:Mine"], "require --against REV"),
-        (["--against", "HEAD", "--slower", "5"], "--less-accurate are for a --contender"),
-        (["--against", "HEAD", "--contender", "mine_to_track:Mine", "--isolate"], "are not for a"),
+        ("--against HEAD", "integrator of the latter with --contender package.module"),
+        ("--against HEAD --contender no_such:Mine", "there is no module 'no_such'"),
+        ("--against none --contender mine_to_track:Mine", "a revision that git knows"),
+        ("--contender mine_to_track:Mine", "require --against REV"),
+        ("--against HEAD --slower 5", "--less-accurate are for a --contender"),
+        ("--against HEAD --contender mine_to_track:Mine --isolate", "are not for a"),
     ],
 )
-def test_what_cannot_be_tracked_in_another_project_is_a_sentence(
-    make_suite: Any, project: Path, words: list[str], said: str, capsys: pytest.CaptureFixture
-) -> None:
-    assert run(make_suite, ["track", *words, "--out", str(project / "out")]) == 2
-    error = capsys.readouterr().err
-    assert said in error and error.count("\n") == 1
+def test_what_cannot_be_tracked_in_another_project_is_a_sentence(ask, project, words, said):
+    done = ask(f"track {words}")
+    assert done.status == 2 and said in done.err and done.err.count("\n") == 1
 
 
-@pytest.mark.slow(
-    beside="test_track_gates.py::test_a_benchmark_that_the_base_lacks_is_not_compared"
-)
-def test_an_integrator_that_the_base_does_not_have_is_new_and_green(
-    make_suite: Any, project: Path, capsys: pytest.CaptureFixture
-) -> None:
+@pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
+def test_an_integrator_that_the_base_does_not_have_is_new_and_green(ask, project):
     (project / "moved_to_track.py").write_text(MINE.format(rate=1.0, count=7))
-    asked = ["track", "--against", "HEAD", "--contender", "moved_to_track:Mine"]
-    assert run(make_suite, [*asked, "--out", str(project / "out")]) == 0
-    said = capsys.readouterr().out
-    assert re.search(
-        r"moved_to_track:Mine is new: \w{12} has no version that runs to compare", said
-    )
-    both = [*asked, "--contender", "mine_to_track:Mine", "--out", str(project / "out")]
-    assert run(make_suite, both) == 0
-    assert "is new" in (said := capsys.readouterr().out) and "not worse than" in said
+    done = ask("track --against HEAD --contender moved_to_track:Mine")
+    said = r"moved_to_track:Mine is new: \w{12} has no version that runs to compare"
+    assert done.status == 0 and re.search(said, done.out)
+    done = ask(f"{AGAINST} --contender moved_to_track:Mine")
+    assert done.status == 0 and "is new" in done.out and "not worse than" in done.out
 
 
-HANGS = "        import time; time.sleep(99)\n        t, a ="
-
-
-@pytest.mark.slow(beside="test_a_side_that_hangs_twice_is_not_asked_again_in_any_process")
-def test_a_head_that_hangs_is_red_and_a_base_that_hangs_is_not(project: Path) -> None:
-    """After two answers of a side that miss the limit, nothing more is asked of it."""
-    module, sound = project / "mine_to_track.py", MINE.format(rate=1.0, count=7)
-
-    def tracked() -> int:
-        named = ("mine_to_track:Mine",)
-        return command.track_command(project / "out", {}, "HEAD", (), False, False, named, 15.0)
-
-    module.write_text(sound.replace("        t, a =", HANGS))
-    assert tracked() == 1
-    said = (project / "out" / "against.md").read_text()
-    assert "The head cannot run it: It gave no answer within 15 seconds and was ended." in said
-    git(project.parent, "commit", "--quiet", "-am", "hangs")
-    module.write_text(sound)
-    assert tracked() == 0
-    assert "Base: It gave no answer" in (project / "out" / "against.md").read_text()
-
-
-@pytest.mark.slow(beside="test_track_gates.py::test_a_benchmark_may_ask_for_a_larger_size")
-def test_thresholds_of_a_project_are_those_of_its_benchmarks(project: Path) -> None:
+@pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
+def test_thresholds_of_a_project_are_those_of_its_benchmarks(project):
     (case,) = contender_cases(["mine_to_track:Mine"], 60.0, Thresholds(0.2, 0.05))
     assert (case.slower, case.error_tolerance, case.rounding) == (0.2, 0.05, 1e-13)
     assert case.setting == {"tolerance": 1e-9, "samples": 1}
 
 
 @pytest.mark.slow(beside="test_modules_of_the_repository_are_found_from_any_folder")
-def test_a_file_of_the_name_of_galvi_is_not_taken_for_it(
-    make_suite: Any, project: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_of_the_name_of_galvi_is_not_taken_for_it(ask, project, monkeypatch):
     others = [one for one in sys.path if one != str(project)]
     monkeypatch.setattr(sys, "path", [*others, str(project)])  # as the command has it
     (project / "galvi.py").write_text("raise ImportError('not this one')")
-    git(project.parent, "add", ".")
-    git(project.parent, "commit", "--quiet", "-m", "a file named galvi.py")
-    asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine"]
-    assert run(make_suite, [*asked, "--out", str(project / "out")]) == 0
+    commit(project.parent)
+    assert ask(AGAINST).status == 0
 
 
 @pytest.mark.parametrize("place", ["src", ""])
-def test_modules_of_the_repository_are_found_from_any_folder(
-    place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_modules_of_the_repository_are_found_from_any_folder(place, tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "path", list(sys.path))
     below = tmp_path / "project" / "docs" / "deep"
     below.mkdir(parents=True)
@@ -462,18 +396,6 @@ def test_modules_of_the_repository_are_found_from_any_folder(
     put_suite_first()
     assert str(home) in sys.path and sys.path.index(str(home)) > 0
     assert importlib.util.find_spec("only_here") is not None
-
-
-@pytest.mark.slow(beside="test_track_gates.py::test_a_leak_is_red_by_its_memory")
-def test_a_leak_of_16_kilobytes_a_step_is_red_by_its_memory(make_suite: Any, project: Path) -> None:
-    leaks = MINE.format(rate=1.0, count=7) + "\n\nKEPT = []\n"
-    step = "        KEPT.extend(bytearray(b'1' * 16_384) for _ in range(4000 - len(KEPT) // 2))\n"
-    leaks = leaks.replace("        t, a =", f"{step}        t, a =")
-    (project / "mine_to_track.py").write_text(leaks)
-    asked = ["track", "--against", "HEAD", "--contender", "mine_to_track:Mine"]
-    assert run(make_suite, [*asked, "--out", str(project / "out")]) == 1
-    row, *_ = json.loads((project / "out" / "against.json").read_text())["benchmarks"]
-    assert "memory" in row["alarms"]
 
 
 HOSTILE = """
@@ -508,8 +430,8 @@ class Hostile:
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
 def test_what_an_integrator_says_is_harmless_and_what_it_starts_ends_with_it(
-    tmp_path: Path,
-) -> None:
+    tmp_path,
+):
     opened, alive = tmp_path / "opened", tmp_path / "alive"
     (tmp_path / "odd.py").write_text(HOSTILE.format(opened=str(opened), alive=str(alive)))
     side = Checkout(tmp_path, "head", places=(tmp_path, ROOT))
@@ -525,7 +447,7 @@ def test_what_an_integrator_says_is_harmless_and_what_it_starts_ends_with_it(
     assert alive.stat().st_size == size
 
 
-def test_a_run_that_ends_at_another_time_is_none_and_momenta_are_ends_too() -> None:
+def test_a_run_that_ends_at_another_time_is_none_and_momenta_are_ends_too():
     run = galvi.integrate(
         galvi.problems.kepler(0.3), galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.1, 2
     )

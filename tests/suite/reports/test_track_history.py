@@ -5,18 +5,16 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.statistics.rank_test import slower, smallest_visible
+from benchmarks.statistics.rank_test import slower
 from benchmarks.timings.catalogue import CASES
-from reports.cli.commands import run
 from reports.tracking.benches import COLUMNS, TIME, read_history
-from reports.tracking.record import Place, history, track
-from reports.tracking.together import FURTHER, Samples, Together, means
+from reports.tracking.record import history
+from reports.tracking.together import FURTHER, Together, means
 
 # Equal code is not called slower: a thousand comparisons drawn from recorded samples.
 #
@@ -28,13 +26,33 @@ SIZES = {case.name: case.slower for case in CASES}
 COMPARISONS = 1000
 
 
-def samples(random: np.random.Generator) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def samples(random):
     """Two sides of each benchmark, drawn from all samples of it, whichever side they are of."""
     drawn = {}
     for name, rows in RECORDED.groupby("benchmark", sort=False):
         count = int((rows["side"] == "base").sum())
         drawn[str(name)] = tuple(random.choice(rows["seconds"].to_numpy(), (2, count)))
     return drawn
+
+
+# Equal code in two processes differs by its memory layout, alike in all benchmarks of a process and
+# apart in each: standard deviations of the logarithm of a time.
+LAYOUT, APART = 0.015, 0.02
+
+
+def a_round(random, growth):
+    """The benchmarks of an integrator together, of which the head is so much slower."""
+    processes = np.array([1.0, 1.0 + growth]) * np.exp(LAYOUT * random.standard_normal(2))
+    benchmarks = [rows["seconds"].to_numpy() for _, rows in RECORDED.groupby("benchmark")]
+    chosen = random.choice(len(benchmarks), BENCHMARKS, replace=False)
+    drawn = []
+    for seconds in (benchmarks[k] for k in chosen):
+        own = processes * np.exp(APART * random.standard_normal(2))
+        drawn.append(tuple(random.choice(seconds, (2, 14)) * own[:, None]))
+    return means(drawn)
+
+
+BENCHMARKS = 6
 
 
 @pytest.mark.slow(beside="test_track_gates.py::test_equal_sides_are_green_in_one_sentence")
@@ -50,33 +68,14 @@ def test_a_thousand_comparisons_of_equal_code_raise_no_alarm():
     assert looked <= 4  # the level is 0.002 a comparison; 0 when this was written
 
 
-# Equal code in two processes differs by its memory layout, alike in all benchmarks of a process and
-# apart in each: standard deviations of the logarithm of a time.
-LAYOUT, APART = 0.015, 0.02
-
-
-def a_round(random: np.random.Generator, growth: float) -> Samples:
-    """The benchmarks of an integrator together, of which the head is so much slower."""
-    processes = np.array([1.0, 1.0 + growth]) * np.exp(LAYOUT * random.standard_normal(2))
-    benchmarks = [rows["seconds"].to_numpy() for _, rows in RECORDED.groupby("benchmark")]
-    chosen = random.choice(len(benchmarks), BENCHMARKS, replace=False)
-    drawn = []
-    for seconds in (benchmarks[k] for k in chosen):
-        own = processes * np.exp(APART * random.standard_normal(2))
-        drawn.append(tuple(random.choice(seconds, (2, 14)) * own[:, None]))
-    return means(drawn)
-
-
-BENCHMARKS = 6
-
-
-def alarms_together(comparisons: int, growth: float) -> int:
+def alarms_together(comparisons, growth):
     random, alarms = np.random.Generator(np.random.Philox(11)), 0
     for _ in range(comparisons):
         first = Together("mine:Mine", frozenset(), (a_round(random, growth),), size=0.05)
         if first.suspicious:
             further = tuple(a_round(random, growth) for _ in range(FURTHER))
             alarms += bool(replace(first, rounds=first.rounds + further).alarms)
+    print(f"{comparisons} comparisons with {growth:.0%} more time: {alarms} alarms")
     return alarms
 
 
@@ -85,13 +84,8 @@ def alarms_together(comparisons: int, growth: float) -> int:
 )
 def test_benchmarks_together_raise_no_alarm_for_equal_code_and_see_seven_percent():
     """As in `track`, where the memory layout of a process is drawn anew in each round."""
-    equal, small, slow = (
-        alarms_together(*of) for of in ((COMPARISONS, 0.0), (100, 0.03), (100, 0.07))
-    )
-    print(f"{COMPARISONS} comparisons of equal code: {equal} alarms")
-    print(f"of 100 with 3 % more time: {small}; of 100 with 7 %: {slow}")
-    assert equal == 0
-    assert slow > 50
+    assert alarms_together(COMPARISONS, 0.0) == 0
+    assert alarms_together(100, 0.07) > 50
 
 
 def test_code_that_is_slower_is_seen_in_the_same_samples():
@@ -102,18 +96,10 @@ def test_code_that_is_slower_is_seen_in_the_same_samples():
         assert name in slower({**drawn, name: (base, 2.0 * head)}, SIZES)
 
 
-def test_the_smallest_visible_change_grows_with_the_scatter_and_is_above_the_gate():
-    random = np.random.Generator(np.random.Philox(9))
-    quiet, loud = (1.0 + scatter * random.random((2, 14)) for scatter in (1e-3, 0.2))
-    one, other = (smallest_visible(*sides, 17, 0.10) for sides in (quiet, loud))
-    assert 0.10 < one <= 0.12 < other
-    assert smallest_visible(*quiet, 17, 0.0) <= 0.02
-
-
 NAME = "test_a_run_of_galvi[Kepler, degree 8]"
 
 
-def bench(k: int, time: float = 1.0, cpu: str = "A", **extra: Any) -> dict[str, Any]:
+def bench(k, time=1.0, cpu="A", **extra):
     """A file of pytest-benchmark with one benchmark, of the k-th day."""
     info = {
         "kind": "trajectory",
@@ -135,29 +121,24 @@ def bench(k: int, time: float = 1.0, cpu: str = "A", **extra: Any) -> dict[str, 
     }
 
 
-def store(folder: Path, name: str, content: Any) -> Path:
-    path = folder / "benchmarks" / "machine" / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(content if isinstance(content, str) else json.dumps(content))
-    return path
+@pytest.fixture
+def kept(tmp_path):
+    """Keep benches as files of these names in `out`."""
+
+    def keep(**benches):
+        folder = tmp_path / "out" / "benchmarks"
+        (folder / "machine").mkdir(parents=True, exist_ok=True)
+        for name, content in benches.items():
+            text = content if isinstance(content, str) else json.dumps(content)
+            (folder / "machine" / f"{name}.json").write_text(text)
+        return folder
+
+    return keep
 
 
-def read(folder: Path) -> tuple[pd.DataFrame, list[str]]:
-    said: list[str] = []
-    return read_history(folder / "benchmarks", said.append), said
-
-
-def places(folder: Path) -> tuple[Place, ...]:
-    record = history(folder)
-    assert record is not None
-    return record.places
-
-
-def test_each_quantity_of_each_bench_is_a_row(tmp_path: Path) -> None:
-    store(tmp_path, "2.json", bench(1, 3.0))
-    store(tmp_path, "1.json", bench(2, 1.0))
-    frame, said = read(tmp_path)
-    assert said == [] and tuple(frame.columns) == COLUMNS
+def test_each_quantity_of_each_bench_is_a_row(kept):
+    frame = read_history(kept(b=bench(1, 3.0), a=bench(2, 1.0)), pytest.fail)
+    assert tuple(frame.columns) == COLUMNS
     times = frame[frame["quantity"] == TIME]
     assert list(times["value"]) == [6.0, 2.0]
     assert list(times["commit"]) == ["000000000001+", "000000000002"]
@@ -175,53 +156,50 @@ def test_each_quantity_of_each_bench_is_a_row(tmp_path: Path) -> None:
         bench(1) | {"machine_info": {}},
     ],
 )
-def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(tmp_path: Path, content: Any) -> None:
-    path = store(tmp_path, "other.json", content)
-    store(tmp_path, "good.json", bench(1))
-    frame, said = read(tmp_path)
-    assert set(frame["file"]) == {"good.json"} and path.exists()
-    assert len(said) == 1
-    assert said[0].startswith("Failed to load ") and "other.json: " in said[0]
+def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(kept, content):
+    said: list[str] = []
+    frame = read_history(kept(other=content, good=bench(1)), said.append)
+    assert set(frame["file"]) == {"good.json"}
+    (sentence,) = said
+    assert sentence.startswith("Failed to load ") and "other.json: " in sentence
 
 
-def test_benches_of_somebody_else_have_seconds_and_nothing_invented(tmp_path: Path) -> None:
-    for k in range(2):
-        plain = bench(k)
-        plain["benchmarks"][0]["extra_info"] = {}
-        store(tmp_path, f"{k}.json", plain)
-    frame, said = read(tmp_path)
-    assert list(frame["quantity"]) == ["seconds"] * 2 and said == []
-    (place,) = places(tmp_path)
+def test_benches_of_somebody_else_have_seconds_and_nothing_invented(kept):
+    plain = [bench(k) for k in range(2)]
+    for one in plain:
+        one["benchmarks"][0]["extra_info"] = {}
+    folder = kept(a=plain[0], b=plain[1])
+    assert list(read_history(folder, pytest.fail)["quantity"]) == ["seconds"] * 2
+    (place,) = history(folder.parent).places
     assert place.benches == 2 and place.extremes == "" and place.pictures == ()
     assert place.rows["changes"].tolist() == ["too few runs"]
 
 
-@pytest.mark.parametrize(
-    "other",
-    [
+def test_another_machine_or_version_is_another_series(kept):
+    others = (
         {"cpu": "B"},
         {"versions": {"numba": "2", "numpy": "2"}},
         {"yardstick": {"name": "another", "seconds": 0.5}},
-    ],
-)
-def test_another_machine_or_version_is_another_series(tmp_path: Path, other: Any) -> None:
-    for k in range(6):
-        store(tmp_path, f"{k}.json", bench(k))
-        store(tmp_path, f"{k}-other.json", bench(k, 9.0, **other))
-    one, two = sorted(places(tmp_path), key=lambda place: place.rows[TIME].iloc[0])
-    assert one.name != two.name
-    for place, time in ((one, 2.0), (two, 18.0)):
+    )
+    benches = {f"{k}_{n}": bench(k, 1.0 + n, **other)
+               for k in range(6) for n, other in enumerate(({}, *others))}  # fmt: skip
+    found = history(kept(**benches).parent).places
+    assert len({place.name for place in found}) == 4
+    for n, place in enumerate(sorted(found, key=lambda place: place.rows[TIME].iloc[0])):
         assert place.benches == 6 and not place.changes
         (row,) = place.rows.to_dict("records")
-        assert (row["runs"], row[TIME], row["over the median of earlier runs"]) == (6, time, 1.0)
+        times = row["runs"], row[TIME], row["over the median of earlier runs"]
+        assert times == (6, 2.0 + 2.0 * n, 1.0)
         assert place.commits["time, relative"].tolist() == [1.0] * 6
 
 
-def test_changes_are_stated_with_the_commit_they_came_with(tmp_path: Path) -> None:
-    for k in range(20):
-        late = {"counts": {"iterations": 101}, "error": 2e-9} if k >= 15 else {}
-        store(tmp_path, f"{k}.json", bench(k, (1.0 if k < 10 else 1.3) + 1e-3 * (k % 3), **late))
-    (place,) = places(tmp_path)
+def test_changes_are_stated_with_the_commit_they_came_with(kept):
+    late = {"counts": {"iterations": 101}, "error": 2e-9}
+    benches = {
+        f"b{k}": bench(k, (1.0 if k < 10 else 1.3) + 1e-3 * (k % 3), **(late if k >= 15 else {}))
+        for k in range(20)
+    }
+    (place,) = history(kept(**benches).parent).places
     assert place.rows["changes"].tolist() == [3]
     assert list(place.changes) == [
         "Kepler, degree 8: time over yardstick +30.0 % near 000000000010",
@@ -230,53 +208,37 @@ def test_changes_are_stated_with_the_commit_they_came_with(tmp_path: Path) -> No
     ]
 
 
-def test_a_quantity_that_some_benches_lack_stands_at_its_own(tmp_path: Path) -> None:
-    for k in range(6):
-        store(tmp_path, f"{k}.json", bench(k, error=None if k in (0, 3) else 0.0 if k < 5 else 1.0))
-    (place,) = places(tmp_path)
+def test_a_quantity_that_some_benches_lack_stands_at_its_own(kept):
+    errors = (None, 0.0, 0.0, None, 0.0, 1.0)
+    benches = {f"b{k}": bench(k, error=error) for k, error in enumerate(errors)}
+    (place,) = history(kept(**benches).parent).places
     assert place.changes == ("Kepler, degree 8: error 0 became 1 near 000000000005+",)
     (row,) = place.rows.to_dict("records")
     assert (row["runs"], row["error"], row["changes"]) == (6, 1.0, 1)
 
 
-def test_an_empty_history_is_a_sentence_and_still_a_page(make_suite, tmp_path: Path) -> None:
-    said: list[str] = []
-    track(tmp_path, said.append)
-    assert said[0].startswith("There is no benchmark run in ")
-    assert run(make_suite, ["track", "--out", str(tmp_path)]) == 0
-    page = (tmp_path / "results" / "history.html").read_text()
+def test_an_empty_history_is_a_sentence_and_still_a_page(ask):
+    done = ask("track")
+    assert done.status == 0 and "There is no benchmark run in " in done.out
+    page = Path("out/results/history.html").read_text()
     assert "No timings of earlier commits are kept" in page
-    assert (tmp_path / "history.csv").read_text().startswith("file,date,commit,benchmark")
+    assert Path("out/history.csv").read_text().startswith("file,date,commit,benchmark")
 
 
 @pytest.mark.slow(beside="test_an_empty_history_is_a_sentence_and_still_a_page")
-def test_the_page_has_each_machine_its_table_and_its_pictures(make_suite, tmp_path: Path) -> None:
-    for k in range(3):
-        store(tmp_path, f"{k}.json", bench(k))
-    store(tmp_path, "other.json", bench(1, cpu="Quite another"))
-    store(tmp_path, "bad.json", "{")
-    assert run(make_suite, ["track", "--out", str(tmp_path)]) == 0
-    page = (tmp_path / "results" / "history.html").read_text()
-    assert "Quite another" in page and "bad.json: " in page
-    assert page.count("<img ") == 2 and "shown separately" in page
-    assert (tmp_path / "figures" / "track-kepler-degree-8.svg").exists()
-    frame = pd.read_csv(tmp_path / "history.csv")
-    assert len(frame) == 4 * 6
-
-
-@pytest.mark.slow(beside="test_an_empty_history_is_a_sentence_and_still_a_page")
-def test_the_page_names_the_slowest_commit_and_what_a_fresh_process_costs(
-    make_suite, tmp_path: Path
-) -> None:
+def test_the_page_has_each_machine_its_pictures_its_slowest_commit_and_its_start_up(ask, kept):
     for k, time in enumerate((1.0, 1.1, 3.0, 0.9)):
         late = {"counts": {"iterations": 101}} if k else {}
         start_up = {"import [s]": 0.5 + k, "cold start [s]": 9.0, "memory [MiB]": 180.0}
-        store(tmp_path, f"{k}.json", bench(k, time, first_call=7.25, start_up=start_up, **late))
-    assert run(make_suite, ["track", "--out", str(tmp_path)]) == 0
-    page = (tmp_path / "results" / "history.html").read_text()
-    assert "Slowest commit: 000000000002, at 2.86 times the median" in page
-    assert "So few runs cannot tell a change from noise." in page
-    assert "fastest: 000000000003+" in page
+        one = bench(k, time, first_call=7.25, start_up=start_up, **late)
+        kept(**{f"b{k}": one}, other=bench(1, cpu="Quite another"), bad="{")
+    assert ask("track").status == 0
+    page = Path("out/results/history.html").read_text()
+    for text in ("Quite another", "bad.json: ", "shown separately", "fastest: 000000000003+",
+                 "Slowest commit: 000000000002, at 2.86 times the median",
+                 "So few runs cannot tell a change from noise."):  # fmt: skip
+        assert text in page
+    assert page.count("<img ") == 2 and Path("out/figures/track-kepler-degree-8.svg").exists()
     for cell in ("7.25", "3.50", "9.00", "180"):
         assert f'<td class="number">{cell}</td>' in page
     assert "iterations +1.0 % near 000000000001+" in page[page.index("Changes of level") :]

@@ -78,7 +78,7 @@ class Plant:
     timeout: float = 60.0
 
 
-def insert(after: str, line: str) -> tuple[tuple[str, str], ...]:
+def insert(after, line):
     return ((after, after + line),)
 
 
@@ -141,6 +141,14 @@ PLANTS = (
         least=6,
     ),
     Plant(
+        "a leak of 16 kB a step",
+        (
+            ("\n\nclass", "\n\nKEPT = []\n\n\nclass"),
+            (STEP, f"{STEP}            KEPT.append(bytearray(b'1' * 16_384))\n"),
+        ),
+        gates=("memory",),
+    ),
+    Plant(
         "200 MB more for a while",
         insert(START, "        np.ones(25_000_000)\n"),
         gates=("memory",),
@@ -174,14 +182,14 @@ PLANTS = (
 )
 
 
-def adaptive() -> str:
+def adaptive():
     """The integrator that adapts its steps, as the documentation has it."""
     (text,) = re.findall(r"```python\n# adaptive.py\n(.*?)```", DOCS.read_text(), re.S)
     return str(text)
 
 
 @pytest.fixture
-def repository(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def repository(tmp_path, monkeypatch: pytest.MonkeyPatch):
     """A repository with src/ layout and both integrators, entered; its src."""
     src = tmp_path / "project" / "src"
     src.mkdir(parents=True)
@@ -198,7 +206,7 @@ def repository(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 CLASSES = {"yoshida": "yoshida:Yoshida6", "adaptive": "adaptive:Adaptive"}
 
 
-def replaced(text: str, plant: Plant) -> str:
+def replaced(text, plant):
     for one, other in plant.edits:
         assert text.count(one) == 1, (plant.name, text.count(one), one)
         text = text.replace(one, other)
@@ -207,15 +215,13 @@ def replaced(text: str, plant: Plant) -> str:
 
 
 @pytest.mark.parametrize("plant", PLANTS, ids=lambda plant: plant.name)
-def test_a_plant_finds_its_place(plant: Plant) -> None:
+def test_a_plant_finds_its_place(plant):
     replaced(YOSHIDA if plant.module == "yoshida" else adaptive(), plant)
 
 
 @pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
 @pytest.mark.parametrize("plant", PLANTS, ids=lambda plant: plant.name)
-def test_a_planted_fault_is_seen_and_equal_code_is_not(
-    repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, plant: Plant
-) -> None:
+def test_a_planted_fault_is_seen_and_equal_code_is_not(repository, tmp_path, monkeypatch, plant):
     if plant.status and "time" not in plant.gates:
         monkeypatch.setattr("reports.tracking.against.interleave", lambda *_: None)
     module = repository / f"{plant.module}.py"
@@ -234,7 +240,7 @@ def test_a_planted_fault_is_seen_and_equal_code_is_not(
         assert sum(map(bool, seen.values())) >= plant.least, seen
 
 
-def test_each_problem_tracked_is_one_that_moves_at_its_start() -> None:
+def test_each_problem_tracked_is_one_that_moves_at_its_start():
     """At rest, a reversed time gives the same motion."""
     from benchmarks.timings.worker import problem_of
 

@@ -1,61 +1,88 @@
-"""Numbers and plain-text mathematics as people read them."""
+"""Numbers, plain-text mathematics and sentences as people and LaTeX read them."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+import re
+import shutil
+import subprocess
+from pathlib import Path
 
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from benchmarks.checks.claim import AGREEMENT
-from benchmarks.claims.statements import Statement
-from benchmarks.work_precision.fronts import ratios
-from reports.results import summary as outcome
-from reports.results.summary import Summary
 from reports.site.claims import after, shared_parts
-from reports.site.comparisons import absent_engines, installed_engines
 from reports.site.typeset import typeset
-from reports.tables.comparison_tables import fastest_lines, fastest_per_error
-from reports.tables.number_format import plain, readable, seconds, with_uncertainty
+from reports.tables.latex import as_latex, caption_of, escape
+from reports.tables.macros import bibliography, macro, numbers
+from reports.tables.number_format import (
+    concise,
+    in_full,
+    plain,
+    readable,
+    seconds,
+    siunitx,
+    with_uncertainty,
+)
 from reports.tables.summary_sentences import summary_sentences
 
+FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64)
+SIZES = st.floats(1e-300, 1e300) | st.floats(-1e300, -1e-300)
+ABSENT = (math.nan, math.inf, None)
+WRITTEN = {
+    readable: {
+        0: "0",
+        0.55342: "0.553",
+        12.44: "12.4",
+        -0.5: "\u22120.500",
+        99999.0: "1.00·10⁵",
+        3.14159e-10: "3.14·10⁻¹⁰",
+        **dict.fromkeys(ABSENT, ""),
+    },
+    plain: {4.0: "4", 1234.5: "1230", 3.14159e-10: "3.14e-10", **dict.fromkeys(ABSENT, "")},
+    in_full: {
+        40234.0: "40234",
+        0.1: "0.1",
+        0.9999: "0.9999",
+        0.123456789: "0.123",
+        1e-4: "1·10⁻⁴",
+        0.9643123: "0.964",
+        -2.0: "\u22122",
+        **dict.fromkeys(ABSENT, ""),
+    },
+    seconds: {2.0: "2.00\u202fs", 0.0123: "12.3\u202fms", 4.5e-6: "4.50\u202fµs", math.nan: ""},
+    siunitx: {
+        12: "12",
+        0.55342: "0.553",
+        1e-7: "1.00e-7",
+        1234.5: "1230",
+        math.nan: "",
+        (1e-7, 2e-9): "1.000(20)e-7",
+        (12000.0, 150.0): "12000(150)",
+    },
+    concise: {
+        (3.973, 0.02): "3.97(2)",
+        (3.973, 0.0961): "3.97(10)",
+        (3.973, 1e-9): "3.973(1)",
+        (3.973, math.nan): "3.97",
+    },
+    with_uncertainty: {
+        (0.553421, 0.00123): "0.5534 ± 0.0012",
+        (5.0, 0.25): "5.00 ± 0.25",
+        (3.0, None): "3.00",
+        (3.0, 0.0): "3.00",
+        (1e-12, 2e-14): "1.00·10⁻¹² ± 2.0·10⁻¹⁴",
+        (None, 0.1): "",
+    },
+}
 
-@pytest.mark.parametrize(
-    ("number", "text"),
-    [
-        (0, "0"),
-        (0.55342, "0.553"),
-        (12.44, "12.4"),
-        (-0.5, "\u22120.500"),
-        (99999.0, "1.00·10⁵"),
-        (3.14159e-10, "3.14·10⁻¹⁰"),
-        (math.nan, ""),
-        (math.inf, ""),
-        (None, ""),
-    ],
-)
-def test_a_number_has_three_digits_or_none(number, text):
-    assert readable(number) == text
 
-
-def test_uncertainty_sets_the_digits():
-    assert with_uncertainty(0.553421, 0.00123) == "0.5534 ± 0.0012"
-    assert with_uncertainty(5.0, 0.25) == "5.00 ± 0.25"
-    assert with_uncertainty(3.0, None) == "3.00"
-    assert with_uncertainty(3.0, 0.0) == "3.00"
-    assert with_uncertainty(1e-12, 2e-14) == "1.00·10⁻¹² ± 2.0·10⁻¹⁴"
-    assert with_uncertainty(None, 0.1) == ""
-
-
-def test_times_have_the_unit_that_fits():
-    assert [seconds(t) for t in (2.0, 0.0123, 4.5e-6, math.nan)] == [
-        "2.00\u202fs",
-        "12.3\u202fms",
-        "4.50\u202fµs",
-        "",
-    ]
-    assert plain(1.23456e-7) == "1.23e-07"
+@pytest.mark.parametrize("write", WRITTEN, ids=lambda function: function.__name__)
+def test_a_number_has_the_digits_that_its_kind_needs_or_none(write):
+    for number, text in WRITTEN[write].items():
+        assert write(*(number if isinstance(number, tuple) else (number,))) == text
 
 
 @pytest.mark.parametrize(
@@ -71,7 +98,6 @@ def test_times_have_the_unit_that_fits():
         ("1e-3 <b>", "10<sup>\u22123</sup> &lt;b&gt;"),
         ("in W^{1,1} and L^infinity", "in W<sup>1,1</sup> and L<sup>\u221e</sup>"),
         ("on 2000-01-01", "on 2000-01-01"),
-        ("order 2 (n - 1)", "order 2 (n\u00a0\u2212\u00a01)"),
         ("this - and that", "this - and that"),
     ],
 )
@@ -79,171 +105,186 @@ def test_plain_mathematics_is_set(text, html):
     assert typeset(text) == html
 
 
-def test_what_the_row_above_says_is_not_said_again():
+def test_what_the_row_above_or_all_rows_say_is_not_said_again():
     long = "a long explanation of what is to be seen in this row"
     assert after(long, long) == "as above" and after("", "") == ""
     assert after(f"{long}; n = 4", f"{long}; n = 3") == "as above; n = 4"
     assert after("short; n = 4", "short; n = 3") == "short; n = 4"
-
-
-def test_what_all_rows_share_is_shared_parts():
     assert shared_parts(["a; b; n = 3", "a; b; n = 4"]) == ("a; b", ["n = 3", "n = 4"])
     assert shared_parts([]) == ("", [])
 
 
-def matched(*times: tuple[str, float]) -> pd.DataFrame:
-    return pd.DataFrame(
-        [
-            {
-                "problem": "kepler",
-                "contender": who,
-                "error": 1e-6,
-                "seconds": time,
-                "ratio": (time or math.nan) / (times[0][1] or math.nan),
-                "outcome": "",
-            }
-            for who, time in times
-        ]
-    )
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        ([(1.0, 0.5)], "peer wins at 10⁻⁴ (2.0 times faster)"),
+        ([(0.5, 1.0)], "galvi is fastest at 10⁻⁴"),
+        ([(1.0, 1.05)], "galvi is within 10 % of peer at 10⁻⁴"),
+        ([(1.05, 1.0)], "galvi is within 10 % of peer at 10⁻⁴"),
+        ([(math.nan, 1.0)], "peer wins at 10⁻⁴ (not reached by galvi)"),
+        ([(1.0, math.nan)], "galvi is fastest at 10⁻⁴"),
+        ([(math.nan, math.nan)], "nobody reaches 10⁻⁴"),
+        (
+            [(1.0, 2.0), (1.6, 1.0), (1.7, 1.0), (3.0, 4.0), (3.0, 4.0), (2.0, 1.0),
+             (math.nan, 1.0), (math.nan, math.nan), (math.nan, math.nan)],
+            "peer wins from 10⁻⁵ to 10⁻⁶ (1.6 to 1.7 times faster), at 10⁻⁹ (2.0 times faster), at "
+            "10⁻¹⁰ (not reached by galvi); galvi is fastest at 10⁻⁴, from 10⁻⁷ to 10⁻⁸; nobody "
+            "reaches 10⁻¹¹ to 10⁻¹²",
+        ),
+        (
+            [(1.0, 9.0, 5e3), (1.0, 9.0, 50.0), (1.0, 9.0)],
+            "galvi is fastest from 10⁻⁴ to 10⁻⁵ (peer at its loosest is 50 to 5000 times as "
+            "accurate as asked), at 10⁻⁶",
+        ),
+    ],
+)  # fmt: skip
+def test_who_wins_is_said_from_the_times_of_galvi_and_a_peer(times, said):
+    rows = []
+    for k, (ours, peer, *closer) in enumerate(times, 4):
+        shared = {"problem": "kepler", "error": 10.0**-k, "outcome": ""}
+        for who, time in (("galvi, best", ours), ("galvi degree 8", ours), ("peer", peer)):
+            beside = {"closer": closer[0] if closer else math.nan}
+            rows.append(
+                {**shared, **beside, "contender": who, "seconds": time, "ratio": time / ours}
+            )
+    assert summary_sentences(pd.DataFrame(rows)) == [f"Kepler: {said}."]
+
+
+def value_of(text):
+    """(number, uncertainty) of a number as siunitx reads it."""
+    found = re.fullmatch(r"(-?\d+(?:\.(\d+))?)(?:\((\d+)\))?(?:e(-?\d+))?", text)
+    assert found, text
+    power = 10.0 ** int(found[4] or 0)
+    error = None if found[3] is None else int(found[3]) * 10.0 ** -len(found[2] or "") * power
+    return float(found[1]) * power, error
+
+
+@given(SIZES)
+def test_a_number_keeps_three_digits(x):
+    assert value_of(siunitx(x))[0] == pytest.approx(x, rel=5.1e-3)
+
+
+@given(st.floats(1e-12, 1e12), st.floats(1e-6, 1.0))
+def test_an_uncertainty_keeps_two_digits_and_its_number_as_many(x, share):
+    text = siunitx(x, share * x)
+    got, error = value_of(text)
+    assert error == pytest.approx(share * x, rel=0.051)
+    assert abs(got - x) <= 0.51 * error
+    assert 10 <= int(re.search(r"\((\d+)\)", text)[1]) <= 100
+
+
+def parsed(text):
+    """The nodes of LaTeX; fails where braces or environments do not match."""
+    walker = pytest.importorskip("pylatexenc.latexwalker", reason="pylatexenc is not installed")
+    return walker.LatexWalker(text, tolerant_parsing=False).get_latex_nodes()[0]
+
+
+def cells(latex):
+    """Cells of each line of a table."""
+    body = latex.split("\\midrule")[-1].replace("\\endfirsthead", "").split("\\endhead")[-1]
+    lines = [line for line in body.split("\\\\\n") if "&" in line]
+    return [len(re.findall(r"(?<!\\)&", line)) + 1 for line in lines]
+
+
+@given(st.lists(st.tuples(st.text(max_size=12), FINITE | st.none()), min_size=1, max_size=4))
+def test_any_table_parses_and_has_as_many_cells_as_columns(rows):
+    latex = as_latex(pd.DataFrame(rows, columns=["what _is_ 50 %", "x"]), "A & B", "tab:x")
+    parsed(latex)
+    assert set(cells(latex)) <= {2}
+
+
+WORDS = "words that go on in the next line"
+
+
+def filled(rows, columns=1):
+    return pd.DataFrame({f"column {k}": [WORDS] * rows for k in range(columns)} | {"y": 1.5})
+
+
+PAIRED = pd.DataFrame({"q": ["a"] * 60, "measured": 0.55341, "uncertainty": 0.00123})
 
 
 @pytest.mark.parametrize(
-    ("ours", "peer", "said"),
+    ("frame", "parts"),
     [
-        (1.0, 0.5, "Kepler: peer wins at 10⁻⁶ (2.0 times faster)."),
-        (0.5, 1.0, "Kepler: galvi is fastest at 10⁻⁶."),
-        (1.0, 1.05, "Kepler: galvi is within 10 % of peer at 10⁻⁶."),
-        (1.05, 1.0, "Kepler: galvi is within 10 % of peer at 10⁻⁶."),
-        (math.nan, 1.0, "Kepler: peer wins at 10⁻⁶ (not reached by galvi)."),
-        (1.0, math.nan, "Kepler: galvi is fastest at 10⁻⁶."),
-        (math.nan, math.nan, "Kepler: nobody reaches 10⁻⁶."),
+        (filled(5), {"\\begin{tabularx}{\\linewidth}{": 1, "\\begin{table}": 1}),
+        (filled(26), {"\\begin{xltabular}{\\linewidth}{": 1}),
+        (
+            filled(2, 8),
+            {"\\begin{landscape}\\scriptsize": 1, "\\begin{xltabular}{\\linewidth}{": 1},
+        ),
+        (filled(501), {"\\end{xltabular}": 3, "Continued from row 501.": 2}),
+        (
+            PAIRED,
+            {"0.5534(12)": 60, "uncertainty": 0, "{measured}": 2, "\\begin{longtable}{lS}": 1},
+        ),
     ],
 )
-def test_who_wins_is_said_from_the_times(ours, peer, said):
-    table = matched(("galvi, best", ours), ("galvi degree 8", ours), ("peer", peer))
-    assert summary_sentences(table) == [said]
+def test_a_table_floats_breaks_across_pages_stands_sideways_or_pairs_uncertainties(frame, parts):
+    latex = as_latex(frame, "Times.", "tab:x")
+    parsed(latex)
+    assert latex.startswith("% needs \\usepackage{booktabs,siunitx,tabularx,xltabular,")
+    assert {part: latex.count(part) for part in parts} == parts
 
 
-def test_a_rival_that_was_run_far_too_accurately_is_said_beside_who_is_fastest():
-    parts = [
-        matched(("galvi, best", 1.0), ("peer", 9.0)).assign(error=10.0**-k, closer=closer)
-        for k, closer in ((2, 5e3), (4, 50.0), (6, math.nan))
-    ]
-    assert summary_sentences(pd.concat(parts)) == [
-        "Kepler: galvi is fastest from 0.01 to 10⁻⁴ (peer at its loosest is 50 to 5000 times as "
-        "accurate as asked), at 10⁻⁶."
-    ]
-
-
-def test_consecutive_errors_with_one_outcome_are_a_range():
-    times = ((1.0, 2.0), (1.6, 1.0), (1.7, 1.0), (3.0, 4.0), (3.0, 4.0), (2.0, 1.0), (None, 1.0))
-    parts = [
-        matched(("galvi, best", ours), ("peer", peer)).assign(error=10.0**-k)
-        for k, (ours, peer) in enumerate(times, 4)
-    ]
-    nobody = [matched(("galvi, best", math.nan)).assign(error=10.0**-k) for k in (11, 12)]
-    assert summary_sentences(pd.concat([*parts, *nobody])) == [
-        "Kepler: peer wins from 10⁻⁵ to 10⁻⁶ (1.6 to 1.7 times faster), at 10⁻⁹ (2.0 times "
-        "faster), at 10⁻¹⁰ (not reached by galvi); galvi is fastest at 10⁻⁴, from 10⁻⁷ to 10⁻⁸; "
-        "nobody reaches 10⁻¹¹ to 10⁻¹²."
-    ]
-
-
-def choices(runs: pd.DataFrame, *errors: float) -> pd.DataFrame:
-    return fastest_per_error(ratios(runs, errors), runs)
-
-
-def test_an_error_that_the_truth_cannot_tell_is_a_bound(make_suite):
-    runs = make_suite().work_precision(True, print).assign(truth_error=1e-10)
-    table = choices(runs.assign(error=runs["error"].clip(1e-9)), 1e-8)
-    assert list(fastest_lines(table)["its error"]) == ["1.0·10⁻⁹ (bound)"]
-
-
-def test_a_setting_is_called_stopped_early_by_its_row_and_not_by_its_words(make_suite):
-    runs = make_suite().work_precision(True, print)
-    runs.loc[1, "settings"] = "tolerance=1e-9"
-    for early, said in ((False, ""), (True, " (stopped early)")):
-        table = choices(runs.assign(stops_early=early), 1e-8)
-        assert list(fastest_lines(table)["setting"]) == [f"tolerance=1e-9{said}"]
-
-
-def test_a_choice_is_a_run_that_was_made_and_reached_the_error(make_suite):
-    runs = make_suite().work_precision(True, print)
-    table = choices(runs, 1e-4, 1e-8, 1e-12)
-    best = table[table["of"] == "all"]
-    assert list(best["contender"]) == ["SciPy DOP853", "galvi degree 8, Gauss 8", "Taylor"]
-    ours = table[table["of"] == "galvi"]
-    assert list(ours["settings"]) == ["step=1", "step=1", ""]
-    text = fastest_lines(table)
-    assert list(text["its error"]) == ["1.0·10⁻⁵", "1.0·10⁻⁹", "1.0·10⁻⁹", "truth", ""]
-    assert text["contender"].iloc[-1] == "not reached"
-
-
-def test_claims_are_counted_apart_from_their_checks(make_row):
-    rows = [
-        make_row(),
-        make_row(id="V2"),
-        make_row(id="V2", verdict="contradicted", expected="contradicted"),
-        *[make_row(id="V3", verdict="finding", expected="finding")] * 2,
-        make_row(id="V4", verdict="not run", expected="not run"),
-        make_row(id="V5", verdict="exceeds", expected="exceeds"),
-        make_row(id="A1", source=AGREEMENT),
-    ]
-    seen = Summary(tuple(rows))
-    assert "3 holds, 1 exceeded, 1 contradicted, 2 findings, 1 not run" in str(seen)
-
-
-def test_an_engine_that_was_not_installed_is_named_with_what_is_missing(make_row):
-    origin = {"scipy": "1", "heyoka": "not installed"}
-    why = "Install heyoka."
-    runs = pd.DataFrame({"contender": ["heyoka, chains", "peer"], "status": [why, "heyoka"]})
-    targets = pd.DataFrame({"against": ["heyoka", "heyoka, chains", "peer"], "verdict": "not run"})
-    rows = (
-        make_row(id="A5", verdict="not run", reason=why, absent="heyoka"),
-        make_row(id="V3", verdict="not run", reason="It broke, though heyoka was not asked."),
-        make_row(),
+def overfull(folder, table):
+    """Points by which boxes of a document with this table are too wide; fails where TeX does."""
+    packages = re.search(r"\\usepackage\{.*?\}", table)[0]
+    document = (
+        f"\\documentclass{{article}}{packages}\\begin{{document}}\n{table}\\end{{document}}\n"
     )
-    (found,) = absent_engines(origin, runs, targets, rows)
-    assert found.text.startswith(
-        "heyoka was not installed for this build: its times, 2 targets and rows of A5 are missing"
-    )
-    assert found.reason == why and absent_engines({}, runs, targets, rows) == ()
-    assert installed_engines(origin) == "REBOUND, MuJoCo and SciPy"
-    assert installed_engines({}).endswith("SciPy and heyoka")
+    (folder / "table.tex").write_text(document, encoding="utf-8")
+    subprocess.run(
+        ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "table.tex"],
+        cwd=folder, check=True, capture_output=True,
+    )  # fmt: skip
+    log = (folder / "table.log").read_text(encoding="utf-8", errors="replace")
+    return [float(width) for width in re.findall(r"Overfull \\hbox \(([\d.]+)pt", log)]
 
 
-def test_orders_whose_stated_errors_are_too_small_are_no_success(make_row):
-    """Planted: as many orders off by three of their stated errors as lie within two."""
-    sound = [make_row(id=f"V{k}", measured=4.0 + k, misses=1.0) for k in range(10)]
-    off = [make_row(id=f"V{k}", measured=4.0 + k, misses=3.0) for k in range(10, 20)]
-    seen = Summary((*sound, *off[:1]))
-    assert seen.passes()
-    assert "The stated errors cover: of 11 fitted orders" in str(seen)
-    seen = Summary((*sound, *off))
-    assert not seen.passes() and not seen.differing
-    assert (
-        "The stated errors are too small: of 20 fitted orders whose true value is known, 10 miss it"
-        in str(seen)
-    )
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
+@pytest.mark.parametrize("columns", [1, 4, 14])
+def test_tex_fits_a_table_into_the_text(tmp_path, columns):
+    texts = {
+        f"text {k}": ["[3pt] a_sentence/of many words_%&$#^~ 50 µm ≤ 10⁻⁸ \\x{y", "*", None] * 10
+        for k in range(columns)
+    }
+    frame = pd.DataFrame({**texts, "ratio": [1.25e-7, "not reached", -3] * 10})
+    assert max(overfull(tmp_path, as_latex(frame, "A & B", "tab:x")), default=0.0) < 5.0
+    unbroken = as_latex(frame).replace("not reached", "not~reached" * 40)
+    assert max(overfull(tmp_path, unbroken)) > 100.0
 
 
-def test_a_statement_that_its_rows_do_not_found_is_no_success(make_row, monkeypatch):
-    """Only where every claim that statements name has rows, and all are as expected."""
-    row = make_row(id="V1", source="H fig. 2.3")
-    founded = Statement("H fig. 2.3", "figure", "It is so.", "reproduced", "", ("V1",), "", "")
-    monkeypatch.setattr(outcome, "statements", lambda: (founded,))
-    assert Summary((row,)).passes()
-    elsewhere = replace(founded, where="H fig. 2.4")
-    monkeypatch.setattr(outcome, "statements", lambda: (elsewhere,))
-    assert not Summary((row,)).passes()
-    assert (
-        "1 printed statement unfounded: H fig. 2.4 (It is so.) is called reproduced; no row"
-        in str(Summary((row,)))
-    )
-    monkeypatch.setattr(outcome, "statements", lambda: (replace(elsewhere, claims=("V2",)),))
-    assert Summary((row,)).passes()
-    monkeypatch.setattr(outcome, "statements", lambda: (elsewhere,))
-    without_engine = replace(row, verdict="not run", expected="not run")
-    assert Summary((row, without_engine)).passes()
-    differing = replace(row, verdict="contradicted")
-    assert Summary((*[row] * 99, differing)).passes(fail_under=90.0)
+def test_a_brace_that_is_not_closed_would_be_found():
+    with pytest.raises(Exception, match=r"(?i)unexpected|expected"):
+        parsed(as_latex(pd.DataFrame({"x": ["a"]})).replace("\\end{tabular}", ""))
+
+
+def test_signs_of_tex_and_of_mathematics_are_text():
+    assert escape("50 % of a_b & {c} \\") == r"50 \% of a\_b \& \{c\} \textbackslash{}"
+    assert escape("10⁻⁴ \u00d7 2") == r"10\textsuperscript{-4} \ensuremath{\times} 2"
+
+
+def test_a_caption_names_machine_versions_and_commit():
+    origin = {"date": "today", "cpu": "a CPU", "numpy": "2.4", "heyoka": "not installed",
+              "commit": "0123456789abcdef"}  # fmt: skip
+    said = "Cost. Measured today; a CPU; numpy 2.4; commit 0123456789ab."
+    assert caption_of("cost", origin) == said
+
+
+@given(st.text(max_size=30))
+def test_the_name_of_a_macro_has_letters_only(text):
+    assert re.fullmatch("[A-Za-z]*", macro("claim", text))
+
+
+@pytest.mark.slow(beside="test_the_name_of_a_macro_has_letters_only")
+def test_the_numbers_of_a_report_are_macros_that_parse(ask):
+    ask("build")
+    text = numbers(Path("out"))
+    assert text == Path("out/tables/numbers.tex").read_text()
+    parsed("\n".join(line.partition(" % ")[0] for line in text.splitlines()))
+    names = re.findall(r"\\newcommand\{\\([A-Za-z]+)\}", text)
+    assert len(names) == len(set(names)) == len(text.splitlines()) - 1
+    assert r"\newcommand{\claimVOneBaseOfTheError}{\num{0.250(10)}}" in text
+    assert "galviCommit" in names and any(name.startswith("ratio") for name in names)
+    assert "@phdthesis{Hall2013" in Path("out/cite.bib").read_text()
+    assert "@software" not in bibliography() and "VERSION" not in bibliography()

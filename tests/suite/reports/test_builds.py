@@ -1,0 +1,327 @@
+"""A build shows a page early and fills it as it goes on; one that was stopped is resumed."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from contextlib import contextmanager
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+
+from benchmarks.work_precision.run import problems, work_precision
+from reports.build.first_look import remembering
+from reports.build.kept import LOCK
+from reports.cli.commands import run
+from reports.results import cache
+from reports.results.cache import FOLDER, open_cache
+from reports.results.comparison import Comparison
+from reports.results.options import Options
+from reports.results.rows import MARKS
+from reports.results.section import Section
+from tests.suite.reports.small_reports import claim, suite_of
+
+
+class Killed(BaseException):
+    """Nothing catches it."""
+
+
+class Bench:
+    """A suite of two claims, two problems, a cost and two studies, which counts what it runs.
+
+    stop  the part in which the run ends; empty for none
+    how   it ends there
+    """
+
+    def __init__(self):
+        self.calls: list[str] = []
+        self.stop, self.date, self.commit = "", "2026-01-01 00:00 UTC", "abc"
+        self.faults: list[str] = []
+        self.how: type[BaseException] = Killed
+        plain, counted = suite_of(), self._counted
+        study = counted("study", lambda quick, report: pd.DataFrame({"n": [1, 2], "date": ""}))
+        (sky,) = plain.sections
+        self.suite = suite_of(
+            *(
+                replace(claim(name), study=counted(name, claim(name).study), timed=True)
+                for name in ("V1", "V3")
+            ),
+            work_precision=counted("", plain.work_precision),
+            problems=lambda quick: ("ball", "top"),
+            cost=counted("cost", plain.cost),
+            sections=(
+                replace(sky, measure=counted("sky", sky.measure), timed=True),
+                Section(
+                    "study", "A study", "", study, lambda rows: (rows.astype(str), {}), timed=True
+                ),
+            ),
+            faults=lambda: self.faults,
+        )
+        self.suite = replace(
+            self.suite,
+            provenance=lambda command: {
+                "date": self.date,
+                "commit": self.commit,
+                "command": command,
+            },
+        )
+
+    def __call__(self, *words):
+        """Run the command; its status, and the parts that it measured."""
+        self.calls = []
+        status = run(lambda: self.suite, list(words))
+        return status, self.calls
+
+    def _ran(self, name):
+        self.calls.append(name)
+        if name == "top":
+            self.faults.append("It hung.")
+        if name == self.stop:
+            raise self.how
+
+    def _counted(self, name, measure):
+        def counted(*given, problem=""):
+            self._ran(problem or name)
+            frame = measure(*given)
+            return frame.assign(problem=problem) if problem else frame
+
+        return counted
+
+
+NOTE = "Still measuring"
+
+
+@pytest.fixture
+def bench(undrawn: None):
+    return Bench()
+
+
+@pytest.mark.slow_cases("study-the studies")
+@pytest.mark.parametrize(
+    ("part", "to_come"),
+    [("ball", "all comparisons, the studies"), ("study", "the studies")],
+)
+def test_a_build_that_goes_on_has_a_page_that_says_what_is_to_come(bench, tmp_path, part, to_come):
+    bench.stop = part
+    assert bench("build", "--out", str(tmp_path))[0] == 2
+    page = (tmp_path / "results" / "index.html").read_text()
+    assert f"{NOTE}.</strong> To come: {to_come}." in page
+
+
+@pytest.mark.slow(beside="test_a_build_that_goes_on_has_a_page_that_says_what_is_to_come")
+def test_the_page_has_the_claims_that_finish_soon_and_is_whole_at_the_end(
+    bench, tmp_path, capsys, monkeypatch
+):
+    def finishing(studies, cache):
+        assert [study.name for study in studies] == ["V1", "V3"]
+        for study in studies:
+            cache.keep(study.name, study.measure(print), 0.1)
+            yield study, 0.1
+
+    monkeypatch.setattr("reports.build.first_look.study_in_workers", finishing)
+    monkeypatch.setattr("reports.build.first_look.PATIENCE", 0.0)
+    _, calls = bench("build", "--out", str(tmp_path))
+    assert calls[:4] == ["V1", "V1", "V3", "ball"]  # V3 was too late for the first page
+    said = [line for line in capsys.readouterr().out.splitlines() if "The page is" in line]
+    assert [line.count(",") for line in said] == [2, 1, 0, 0]
+    assert said[-1].startswith("The page is")
+    assert NOTE not in (tmp_path / "results" / "index.html").read_text()
+
+
+@pytest.mark.slow_cases("words1")
+@pytest.mark.parametrize("words", [["--quick"], ["--claims", "V1"]])
+def test_a_short_build_has_one_page(bench, tmp_path, words):
+    _, calls = bench("build", "--out", str(tmp_path), *words)
+    assert calls.count("V1") == 1
+
+
+def test_what_was_drawn_is_not_drawn_again():
+    class Figure:
+        name = "orbit"
+
+    drawn = []
+
+    def each(function, jobs):
+        drawn.extend(frame for _, frame in jobs)
+        return [function(job) for job in jobs]
+
+    draw = remembering(each)
+    one, other = pd.DataFrame({"x": [1]}), pd.DataFrame({"x": [2]})
+    first = draw(lambda job: object(), [(Figure, one)])
+    again = draw(lambda job: object(), [(Figure, one), (Figure, other)])
+    assert again[0] is first[0] and again[1] is not first[0]
+    assert len(drawn) == 2
+
+
+HOLD = """
+import sys
+from filelock import FileLock
+with FileLock(sys.argv[1]):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+NOTHING = Comparison(None, None)
+ALL = ["V1", "V3", "ball", "top", "cost", "sky", "study"]
+
+
+@pytest.fixture
+def resumed(bench: Bench, monkeypatch: pytest.MonkeyPatch):
+    """It shows nothing early, and writes its tables as CSV alone."""
+    monkeypatch.setattr("reports.build.build.first_look", lambda suite: ([], NOTHING))
+    monkeypatch.setattr("reports.tables.writing.as_latex", lambda *frame: "")
+    monkeypatch.setattr("reports.tables.writing.as_markdown", lambda frame: "")
+    monkeypatch.setattr(cache, "digest_of_sources", lambda code: "as they are")
+    return bench
+
+
+def stopped(bench, part, *words):
+    """A run that ends in this part."""
+    bench.stop = part
+    assert bench(*words)[0] == 2
+    bench.stop, bench.faults[:] = "", []
+
+
+def kept(out):
+    """The results of all builds in this folder that were stopped."""
+    if not (out / FOLDER).exists():
+        return []
+    return list((out / FOLDER).rglob("*.json"))
+
+
+@pytest.mark.slow_cases(but=["top"])
+@pytest.mark.parametrize("last", ["V1", "top", "study"])
+def test_a_build_that_was_stopped_resumes_with_what_it_was_measuring(
+    resumed, tmp_path, capsys, last
+):
+    out, where = ["--out", str(tmp_path)], ALL.index(last)
+    stopped(resumed, last, *out)
+    assert len(kept(tmp_path)) == where
+    resumed.date = "2026-01-01 00:20 UTC"
+    capsys.readouterr()
+    status, calls = resumed(*out)
+    assert calls == ALL[where:]
+    said = capsys.readouterr().out
+    told = f"{where} results of the build of 2026-01-01 00:00 UTC, which was stopped; --anew starts"
+    assert (told in said) == (where > 0) and status == (last != "study")  # "top" reports a fault
+    assert not (tmp_path / FOLDER).exists()
+    assert resumed(*out)[1] == ALL
+    assert "Resuming" not in capsys.readouterr().out
+
+
+def test_an_interrupted_build_says_that_it_can_be_resumed(resumed, tmp_path, capsys):
+    resumed.stop, resumed.how = "ball", KeyboardInterrupt
+    assert resumed("--out", str(tmp_path)) == (130, ALL[:3])
+    said = capsys.readouterr().err
+    assert "Finished results are kept: the same command resumes the build.\nInterrupted" in said
+    assert len(kept(tmp_path)) == 2
+
+
+@pytest.mark.slow(beside="test_a_build_that_was_stopped_resumes_with_what_it_was_measuring")
+def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(resumed, tmp_path):
+    whole, two = tmp_path / "whole", tmp_path / "two"
+    resumed("--out", str(whole))
+    stopped(resumed, "top", "--out", str(two))
+    resumed.date = "2026-01-01 00:20 UTC"
+    resumed("--out", str(two))
+    for name in ("claims", "work_precision", "cost", "sky_and_model", "study"):
+        one, other = (pd.read_csv(folder / f"{name}.csv") for folder in (whole, two))
+        kept = [column for column in one if column not in MARKS]
+        pd.testing.assert_frame_equal(one[kept], other[kept], check_exact=True)
+    told = "3 results of the build of 2026-01-01 00:00 UTC, which was stopped"
+    origins = json.loads((two / "provenance.json").read_text())
+    assert all(told in origin["resumed"] for origin in origins.values())
+    assert told in (two / "results" / "provenance.html").read_text()
+    assert set(pd.read_csv(two / "claims.csv")["date"]) == {"2026-01-01 00:00 UTC"}
+
+
+@pytest.mark.slow(beside="test_what_it_depends_on_makes_another_build")
+def test_anew_starts_over_and_another_setting_leaves_what_was_kept(resumed, tmp_path):
+    out = ["--out", str(tmp_path)]
+    stopped(resumed, "study", *out)
+    assert resumed("--claims", "V1", *out)[1] == ["V1", *ALL[2:]]
+    assert len(kept(tmp_path)) == 6
+    assert resumed("--anew", *out)[1] == ALL
+
+
+def test_what_it_depends_on_makes_another_build(resumed, tmp_path, monkeypatch):
+    def state(**asked):
+        return open_cache(resumed.suite, Options(out=tmp_path, **asked)).folder.name
+
+    seen = [state(), state(quick=True), state(claims=("V1",))]
+    resumed.date = "2027-01-01 00:00 UTC"
+    assert state() == state(command="python -m reports build") == seen[0]
+    resumed.commit = "abd"
+    seen += [state()]
+    monkeypatch.setattr(cache, "digest_of_sources", lambda code: "other")
+    seen += [state()]
+    assert len(set(seen)) == len(seen) == 5
+
+
+def test_nothing_is_kept_of_a_build_with_external_integrators(resumed, tmp_path):
+    assert open_cache(resumed.suite, Options(out=tmp_path, contenders=("mine:A",))).folder is None
+
+
+@pytest.mark.slow_cases("False")
+@pytest.mark.parametrize("changes", [False, True])
+def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
+    resumed, tmp_path, monkeypatch, capsys, changes
+):
+    states = iter("aaa" + ("b" if changes else "a") * 1000)
+    monkeypatch.setattr(cache, "digest_of_sources", lambda code: next(states))
+    stopped(resumed, "study", "--out", str(tmp_path))  # at the start, then at each result
+    assert len(kept(tmp_path)) == (2 if changes else 6)
+    said = "ball is not kept for a build that is resumed: the sources changed since the build"
+    assert (said in capsys.readouterr().err) == changes
+
+
+@contextmanager
+def held(out):
+    """Another process that builds there."""
+    out.mkdir(exist_ok=True)
+    words = [sys.executable, "-c", HOLD, str(out / LOCK)]
+    with subprocess.Popen(words, stdin=-1, stdout=-1, text=True) as process:
+        assert process.stdout is not None and process.stdout.readline() == "held\n"
+        yield
+        process.kill()
+
+
+@pytest.mark.slow(beside="test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence")
+def test_two_builds_in_one_folder_are_refused_until_the_first_is_gone(resumed, tmp_path, capsys):
+    with held(tmp_path):
+        assert resumed("--out", str(tmp_path)) == (2, [])
+        assert capsys.readouterr().err == (
+            f"Another build is at work in {tmp_path}; wait until it ends, or choose another folder "
+            "with --out.\n"
+        )
+        assert resumed("verify", "--out", str(tmp_path))[1] == ["V1", "V3"]
+    assert resumed("--out", str(tmp_path))[1] == ALL
+
+
+def test_work_precision_takes_one_problem_at_a_time_and_knows_their_names():
+    assert len(set(problems())) == len(problems()) > len(problems(quick=True)) > 3
+    with pytest.raises(ValueError, match="there is no problem 'ball' to compare on; known: "):
+        work_precision(quick=True, problem="ball")
+
+
+def test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence(
+    resumed, tmp_path, capsys
+):
+    (tmp_path / LOCK).mkdir()  # as if it were not ours: whoever may do everything is refused, too
+    assert resumed("--out", str(tmp_path)) == (2, [])
+    said = capsys.readouterr().err
+    assert "--out expects a folder to write in; " in said and len(said.splitlines()) == 1
+
+
+@pytest.mark.parametrize("command", ["build", "verify", "compare"])
+def test_nothing_is_measured_for_a_folder_that_is_not_ours(
+    resumed, tmp_path, monkeypatch, capsys, command
+):
+    def refused(dir):
+        raise PermissionError(13, "Permission denied", str(dir))
+
+    monkeypatch.setattr("tempfile.TemporaryFile", refused)
+    assert resumed(command, "--out", str(tmp_path)) == (2, [])
+    said = capsys.readouterr().err
+    assert "--out expects a folder to write in; " in said and "Permission denied" in said
