@@ -166,9 +166,7 @@ def build_all(
 
 def long_studies(
     context: typer.Context,
-    only: Annotated[
-        str, typer.Option(metavar="trees,free-spin", help="Only these studies.")
-    ] = "",
+    only: Annotated[str, typer.Option(metavar="trees,free-spin", help="Only these studies.")] = "",
     out: Out = OUT,
 ) -> int:
     """Run the long studies (hours). Resumes after an interruption."""
