@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import galvi
-from references import REFERENCES, Contender
+from references import REFERENCES, Contender, reference
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.heyoka import taylor as heyoka_taylor
@@ -167,3 +167,19 @@ def test_ias15_agrees_with_itself_by_either_step_criterion():
         assert np.abs(run.q - truth.q).max() < 1e-11  # 5e-14
         assert f"adaptive_mode={setting.get('adaptive_mode', 'PRS23')}" in run.method
         assert "epsilon=1e-09" in run.method and "rebound" in run.method
+
+
+def test_default_tolerances_that_are_no_truth_say_so():
+    for name, problem in (
+        ("SciPy DOP853, chains", galvi.problems.double_pendulum()),
+        ("SciPy DOP853", PROBLEMS["oscillator"]),
+        ("SciPy RK45 (ode45), matrices", galvi.problems.heavy_top()),
+        ("DOP853 on quaternions, compiled", galvi.problems.heavy_top()),
+        ("REBOUND BS", galvi.problems.kepler(0.3)),
+    ):
+        if reference(name).missing:
+            continue
+        loose = reference(name).run(problem, 1.0, {})
+        tight = reference(name).run(problem, 1.0, {"tolerance": 1e-12})
+        assert loose.success and "for a truth, set" in loose.status
+        assert tight.status == "Completed."

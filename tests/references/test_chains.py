@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import galvi
+from references import REFERENCES
 from references.heyoka.lagrangian import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
 from references.mujoco import engine as mujoco_engine
 from references.mujoco.body import MujocoChain, mujoco_chain
@@ -20,7 +22,6 @@ from references.mujoco.steps import (
 )
 from references.scipy.lagrangian_ivp import CHAIN_DOP853
 from references.stored.chain import STORED_CHAIN
-from references.stored.planets import FOLDER
 from references.textbook.chain_equations import ChainEquations, is_chain
 
 needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
@@ -145,44 +146,6 @@ def test_heyoka_and_dop853_agree(name, truths):
     assert HEYOKA_CHAIN_QUADRUPLE.exact and not HEYOKA_CHAIN.exact
 
 
-@pytest.mark.slow_cases("planar_chain")
-@pytest.mark.parametrize("case", STORED_CHAIN.cases)
-def test_others_come_to_the_stored_truth(case):
-    problem, _ = STORED_CHAIN.cases[case]
-    truth = STORED_CHAIN.run(problem, 4.0, {"samples": 8})
-    peer = CHAIN_DOP853.run(problem, 4.0, {"samples": 1, **TIGHT})
-    ours = galvi.integrate(problem, EIGHT, 0.0125, 320)
-    assert apart(peer, truth) < 1e-11  # 1e-12 of the double pendulum
-    assert np.abs(ours.q[::40] - truth.q).max() < 1e-11  # 5e-13
-    assert np.ptp(galvi.energy(truth)) < 2e-13  # 1e-14: the states are rounded
-
-
-def test_the_stored_truth_is_kept_for_its_problem_and_no_other():
-    double = galvi.problems.double_pendulum
-    others = (
-        double(gravity=np.nextafter(9.81, 10.0)),
-        double(angles=(2.0, np.nextafter(2.5, 3.0))),
-        galvi.problems.planar_chain(4),
-        galvi.problems.planar_pendulum(),
-    )
-    assert not any(STORED_CHAIN.supports(other) for other in others)
-    assert all(STORED_CHAIN.supports(problem) for problem, _ in STORED_CHAIN.cases.values())
-    with pytest.raises(ValueError, match=r"is kept every 0\.5 up to 10 .* received a sample at"):
-        STORED_CHAIN.run(double(), 10.0, {"samples": 7})
-
-
-@pytest.mark.slow(beside="test_others_come_to_the_stored_truth")
-@pytest.mark.skipif(
-    bool(HEYOKA_CHAIN_QUADRUPLE.missing), reason=HEYOKA_CHAIN_QUADRUPLE.missing or "present"
-)
-@pytest.mark.parametrize("case", STORED_CHAIN.cases)
-def test_the_stored_truth_can_be_made_again(case):
-    kept = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
-    made = STORED_CHAIN.table(case).splitlines()
-    rows = [i for i, line in enumerate(kept) if not line.startswith("# source")]
-    assert [made[i] for i in rows] == [kept[i] for i in rows]
-
-
 def test_the_double_pendulum_is_chaotic_and_this_is_how_fast():
     """Two starts 1e-9 apart: over ten units of time they part as exp(1.9 t), so the Lyapunov time
     there is half a unit, and an error of 1e-16 would be 1e-8 at the end.
@@ -209,3 +172,33 @@ def test_other_lagrangians_and_forces_are_not_taken(monkeypatch):
         assert takers == ([CHAIN_DOP853] if system is pushed else [])
     monkeypatch.setitem(sys.modules, "heyoka", None)
     assert "Install heyoka" in HEYOKA_CHAIN.missing
+
+
+def test_damping_keeps_a_chain_and_agrees_with_galvi(truths):
+    damped = replace(
+        PROBLEMS["double pendulum"],
+        system=replace(PROBLEMS["double pendulum"].system, force=lambda q, v: -0.3 * v),
+    )
+    taken = [c.name for c in REFERENCES if c.supports(damped)]
+    assert taken == [CHAIN_DOP853.name]
+    truth = CHAIN_DOP853.run(damped, 2.0, TIGHT)
+    mine = galvi.integrate(damped, EIGHT, 0.02, 100)
+    assert np.max(np.abs(mine.q[-1] - truth.q[-1])) < 1e-12  # 1.5e-14 when this was written
+    assert np.max(np.abs(truths["double pendulum"].q[-1] - truth.q[-1])) > 0.1
+
+
+def test_slopes_that_are_a_chains_own_keep_its_references_and_others_do_not():
+    own = PROBLEMS["double pendulum"].system.function.slopes
+    names = [c.name for c in REFERENCES if c.supports(PROBLEMS["double pendulum"])]
+    given = replace(
+        PROBLEMS["double pendulum"],
+        system=replace(PROBLEMS["double pendulum"].system, slopes=lambda q, v: own(q, v)),
+    )
+    kept = [c.name for c in REFERENCES if c.supports(given)]
+    assert kept == names and len(kept) >= 3
+    other = replace(
+        PROBLEMS["double pendulum"].system, slopes=lambda q, v: 1.001 * own(q, v), check=False
+    )
+    assert not [
+        c.name for c in REFERENCES if c.supports(replace(PROBLEMS["double pendulum"], system=other))
+    ]

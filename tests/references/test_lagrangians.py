@@ -18,8 +18,6 @@ from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QU
 from references.newton import acceleration, is_differenced
 from references.scipy.ivp import DOP853, TIGHT
 from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853, accelerations
-from references.stored.lagrangian import STORED_LAGRANGIAN
-from references.stored.planets import FOLDER
 from references.textbook.lagrange_equations import LagrangeEquations
 
 needs_heyoka = pytest.mark.skipif(
@@ -184,47 +182,6 @@ def test_polar_kepler_is_the_orbit_in_other_coordinates():
     plane = np.stack([r * np.cos(angle), r * np.sin(angle)], axis=1)
     assert np.abs(plane - truth.q).max() < 1e-12  # 1e-13
     assert angle[-1] > 6.0 * np.pi  # it counts the turns
-
-
-@pytest.mark.slow_cases("fermi_pasta_ulam_tsingou")
-@pytest.mark.parametrize("case", STORED_LAGRANGIAN.cases)
-def test_others_come_to_the_stored_truth(case):
-    problem, _ = STORED_LAGRANGIAN.cases[case]
-    truth = STORED_LAGRANGIAN.run(problem, 5.0, {"samples": 10})
-    peer = LAGRANGIAN_DOP853 if LAGRANGIAN_DOP853.supports(problem) else DOP853
-    assert apart(peer.run(problem, 5.0, {"samples": 1, **TIGHT}), truth) < 2e-13  # 2e-14
-    ours = galvi.integrate(problem, EIGHT, 0.025, 200)
-    assert np.abs(ours.q[::20] - truth.q).max() < 1e-13  # 3e-15
-    assert np.ptp(galvi.energy(truth)) < 5e-14  # 1e-14: the states are rounded
-
-
-def test_the_stored_truth_is_kept_for_its_problem_and_no_other():
-    sprung, chain = galvi.problems.elastic_pendulum, galvi.problems.fermi_pasta_ulam_tsingou
-    others = (
-        sprung(gravity=np.nextafter(9.81, 10.0)),
-        sprung(mass=2.0, stiffness=80.0),  # the same motion, with other momenta
-        sprung(angle=np.nextafter(1.5, 2.0)),
-        chain(14),
-        chain(beta=1e-15),
-        galvi.problems.henon_heiles(0.11),
-        galvi.problems.kepler_polar(),
-    )
-    assert not any(STORED_LAGRANGIAN.supports(other) for other in others)
-    assert all(
-        STORED_LAGRANGIAN.supports(problem) for problem, _ in STORED_LAGRANGIAN.cases.values()
-    )
-
-
-@pytest.mark.skipif(
-    bool(HEYOKA_LAGRANGIAN_QUADRUPLE.missing),
-    reason=HEYOKA_LAGRANGIAN_QUADRUPLE.missing or "present",
-)
-@pytest.mark.parametrize("case", STORED_LAGRANGIAN.cases)
-def test_the_stored_truth_can_be_made_again(case):
-    kept = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
-    made = STORED_LAGRANGIAN.table(case).splitlines()
-    rows = [i for i, line in enumerate(kept) if not line.startswith("# source")]
-    assert [made[i] for i in rows] == [kept[i] for i in rows]
 
 
 @pytest.mark.parametrize("name", OWN)

@@ -42,6 +42,7 @@ def test_a_number_has_three_digits_or_none(number, text):
 def test_uncertainty_sets_the_digits():
     assert with_uncertainty(0.553421, 0.00123) == "0.5534 ± 0.0012"
     assert with_uncertainty(5.0, 0.25) == "5.00 ± 0.25"
+    assert with_uncertainty(1.5, 7.3e-6) == "1.5000000 ± 0.0000073"
     assert with_uncertainty(3.0, None) == "3.00"
     assert with_uncertainty(3.0, 0.0) == "3.00"
     assert with_uncertainty(1e-12, 2e-14) == "1.00·10⁻¹² ± 2.0·10⁻¹⁴"

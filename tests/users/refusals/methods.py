@@ -227,4 +227,8 @@ FRAMES = (
     (ValueError, "needs bound orbits", on_a_barycentre(1e-3)),
     (ValueError, "needs bound orbits", on_a_barycentre(0.0)),
 )  # fmt: skip
-TABLE = {"rules": RULES, "spaces": SPACES, "pairs": PAIRS, "frames": FRAMES}
+MANY_POINTS = tuple(
+    (ValueError, r"from . to 1000; received 100000\. .*galvi\.composite", partial(family, 100000))
+    for family in (galvi.gauss, galvi.lobatto, galvi.radau, galvi.clenshaw_curtis)
+)
+TABLE = {"rules": (*RULES, *MANY_POINTS), "spaces": SPACES, "pairs": PAIRS, "frames": FRAMES}
