@@ -14,7 +14,9 @@ from references import REFERENCES, Contender, reference
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
 from references.heyoka import taylor as heyoka_taylor
+from references.heyoka.taylor import HEYOKA
 from references.rebound import bulirsch_stoer, leapfrog, saba, whfast, whfast512
+from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import GLOBAL, IAS15
 from references.rebound.whfast import WHFAST
 from references.scipy.ivp import DOP853, ODE45, TIGHT
@@ -183,3 +185,16 @@ def test_default_tolerances_that_are_no_truth_say_so():
         tight = reference(name).run(problem, 1.0, {"tolerance": 1e-12})
         assert loose.success and "for a truth, set" in loose.status
         assert tight.status == "Completed."
+
+
+@pytest.mark.parametrize("nudge", [0.0, 1e-8])
+@pytest.mark.parametrize(
+    "contender", [c for c in (IAS15, BULIRSCH_STOER, HEYOKA) if not c.missing], ids=lambda c: c.name
+)
+def test_a_collision_is_not_passed_off_as_a_result(contender, nudge):
+    q0, v0 = [[-0.5, 0.0], [0.5, 0.0]], [[0.0, 0.0], [0.0, nudge]]
+    setting = {"samples": 8} | ({"compact_mode": True} if contender is HEYOKA else {})
+    run = contender.run(galvi.Problem(galvi.NBody([1.0, 1.0]), q0, v0), 2.0, setting)
+    assert not run.success and run.failed_step == 4  # they meet at t = pi / 4
+    assert contender is BULIRSCH_STOER or "bodies met" in run.status
+    assert np.all(np.isfinite(run.q[:4])) and np.all(np.isnan(run.q[4:]))

@@ -22,7 +22,7 @@ from references.mujoco.steps import (
 )
 from references.scipy.lagrangian_ivp import CHAIN_DOP853
 from references.stored.chain import STORED_CHAIN
-from references.textbook.chain_equations import ChainEquations, is_chain
+from references.textbook.chain_equations import is_chain
 
 needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
 needs_heyoka = pytest.mark.skipif(
@@ -127,15 +127,6 @@ def test_a_wrong_model_is_caught(fault, truths, monkeypatch):
     run = MUJOCO_RK4.run(PROBLEMS[name], DURATION, {"step": 2.0**-8, "save_every": 10**6})
     mujoco_engine.compiled.cache_clear()
     assert apart(run, truths[name]) > 1e-2
-
-
-def test_the_mass_matrix_is_the_one_of_the_momenta():
-    for problem in PROBLEMS.values():
-        chain, system = problem.system.function, problem.system
-        q = np.linspace(0.3, 2.9, problem.q0.size)
-        M = ChainEquations.of(chain).mass(q)
-        for unit in np.eye(q.size):
-            np.testing.assert_allclose(M @ unit, system.momentum(unit, q, 0.0), atol=1e-14)
 
 
 @needs_heyoka

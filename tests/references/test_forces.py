@@ -22,7 +22,6 @@ SPRING = galvi.problems.harmonic_oscillator()
 TURN = galvi.problems.free_rigid_body()
 INERTIA = np.array(TURN.system.inertia)
 PRESENT = [contender for contender in REFERENCES if not contender.missing]
-every = pytest.mark.parametrize("contender", PRESENT, ids=lambda contender: contender.name)
 
 # name: setting of a run of duration 1, tolerance on q; measured when set, in the comment
 ON_VECTORS: Mapping[str, tuple[dict[str, Any], float]] = {
@@ -61,13 +60,13 @@ def forced(problem: galvi.Problem, force: Any) -> galvi.Problem:
     return replace(problem, system=replace(problem.system, force=force))
 
 
-def of_every_kind() -> dict[str, galvi.Problem]:
-    """A problem of each kind that some reference recognises, with a force upon it."""
-    points = ("harmonic_oscillator", "planar_pendulum", "henon_heiles")
-    bodies = ("free_rigid_body", "pendulum_3d", "heavy_top")
-    made = {name: forced(getattr(galvi.problems, name)(), friction) for name in points}
-    made |= {name: forced(getattr(galvi.problems, name)(), rubbing) for name in bodies}
-    return {**made, "kepler": forced(galvi.problems.kepler(0.3), friction)}
+POINTS = ("harmonic_oscillator", "planar_pendulum", "henon_heiles")
+TURNING = ("free_rigid_body", "pendulum_3d", "heavy_top")
+OF_EVERY_KIND = {  # that some reference recognises, with a force upon it
+    **{name: forced(getattr(galvi.problems, name)(), friction) for name in POINTS},
+    **{name: forced(getattr(galvi.problems, name)(), rubbing) for name in TURNING},
+    "kepler": forced(galvi.problems.kepler(0.3), friction),
+}
 
 
 def damped_spring(t: float) -> float:
@@ -95,18 +94,11 @@ def error(contender: Any) -> float:
     return float(np.abs(run.q[-1] - exact).max()) / tolerance
 
 
-@pytest.mark.slow_cases("oscillator, closed form")
-@every
-def test_a_reference_takes_a_force_only_if_it_is_listed_here_as_knowing_forces(contender):
-    takes = [name for name, problem in of_every_kind().items() if contender.supports(problem)]
+@pytest.mark.parametrize("contender", REFERENCES, ids=lambda contender: contender.name)
+def test_only_references_that_are_listed_here_take_a_force_and_others_refuse_it(contender):
+    takes = [name for name, problem in OF_EVERY_KIND.items() if contender.supports(problem)]
     assert bool(takes) == (contender.name in TAKERS), takes
-
-
-@pytest.mark.parametrize(
-    "contender", [c for c in REFERENCES if c.name not in TAKERS], ids=lambda c: c.name
-)
-def test_what_does_not_know_forces_refuses_them(contender):
-    for problem in of_every_kind().values():
+    for problem in () if takes else OF_EVERY_KIND.values():
         with pytest.raises(ValueError, match="does not solve this kind of problem"):
             contender.run(problem, DURATION, {"step": DURATION})
 
@@ -192,19 +184,6 @@ def test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as
     np.testing.assert_allclose(known.q, called.q, rtol=0, atol=1e-13)  # 2e-15
     assert external_force(problem).compiled
     assert not external_force(replace(problem, system=plain)).compiled
-
-
-@pytest.mark.slow(beside="test_galvi_finds_the_closed_form_of_a_braked_free_body")
-def test_galvi_agrees_with_dop853_about_a_body_that_a_torque_brakes():
-    problem = forced(galvi.problems.pendulum_3d(), rubbing)
-    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-    run = galvi.integrate(problem, method, 0.25, 20)
-    exact = reference("SciPy DOP853, quaternions").run(problem, 5.0, {"samples": 1, **TIGHT})
-    assert run.success and exact.success
-    assert np.abs(run.q[-1] - exact.q[-1]).max() < 1e-12  # 4e-15
-    assert galvi.energy(run)[-1] < galvi.energy(run)[0]
-    unforced = galvi.integrate(galvi.problems.pendulum_3d(), method, 0.25, 20)
-    assert np.abs(unforced.q[-1] - exact.q[-1]).max() > 0.1
 
 
 def test_galvi_finds_the_closed_form_of_a_braked_free_body():
