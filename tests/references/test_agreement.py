@@ -17,7 +17,7 @@ from references.heyoka import taylor as heyoka_taylor
 from references.heyoka.taylor import HEYOKA
 from references.rebound import bulirsch_stoer, leapfrog, saba, whfast, whfast512
 from references.rebound.bulirsch_stoer import BULIRSCH_STOER
-from references.rebound.ias15 import GLOBAL, IAS15
+from references.rebound.ias15 import IAS15
 from references.rebound.whfast import WHFAST
 from references.scipy.ivp import DOP853, ODE45, TIGHT
 from references.textbook.euler import STORMER_VERLET
@@ -158,17 +158,6 @@ def test_scipy_does_not_hang_on_a_force_that_turns_nan():
     )
     run = DOP853.run(galvi.Problem(system, [1.0], [0.0]), 5.0, {"samples": 5})
     assert not run.success and np.all(np.isnan(run.q[run.failed_step :]))
-
-
-@pytest.mark.skipif(bool(IAS15.missing), reason=IAS15.missing)
-def test_ias15_agrees_with_itself_by_either_step_criterion():
-    problem = galvi.problems.kepler(0.9)
-    truth = KEPLER.run(problem, 60.0, {"samples": 4})
-    for setting in ({}, GLOBAL):
-        run = IAS15.run(problem, 60.0, {"samples": 4, **setting})
-        assert np.abs(run.q - truth.q).max() < 1e-11  # 5e-14
-        assert f"adaptive_mode={setting.get('adaptive_mode', 'PRS23')}" in run.method
-        assert "epsilon=1e-09" in run.method and "rebound" in run.method
 
 
 def test_default_tolerances_that_are_no_truth_say_so():

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numba import njit
 
 import galvi
 from references.closed_forms.kepler import KEPLER
@@ -101,35 +100,6 @@ def test_a_long_run_is_the_same_whether_or_not_it_is_cut_into_calls(monkeypatch)
     whole = STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001})
     monkeypatch.setattr("references.textbook.nystrom.CHUNK", 7)
     assert np.array_equal(STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001}).q, whole.q)
-
-
-@pytest.mark.slow(
-    beside="test_forces.py::test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as"
-)
-def test_plain_jitted_and_known_forces_move_alike():
-    def pull(q, t):
-        return (1.0 + 0.1 * np.sin(t)) * q
-
-    timed = [
-        galvi.Canonical(
-            [1.0, 3.0],
-            lambda q, t: 0.0,
-            gradient,
-            lambda q, t: np.eye(2),
-            explicit_time=True,
-            check=False,
-        )
-        for gradient in (pull, njit(pull))
-    ]
-    plain, jitted = (
-        STORMER_VERLET.run(galvi.Problem(s, [1.0, 0.5], [0.0, 1.0], t0=2.0), 1.0, {"step": 0.01})
-        for s in timed
-    )
-    np.testing.assert_allclose(plain.q, jitted.q, rtol=1e-14)
-    spring = galvi.Canonical(1.0, lambda q: 0.0, lambda q: q, check=False)
-    known = STORMER_VERLET.run(galvi.problems.harmonic_oscillator(), 1.0, {"step": 0.01})
-    same = STORMER_VERLET.run(galvi.Problem(spring, [1.0], [0.0]), 1.0, {"step": 0.01})
-    np.testing.assert_allclose(same.q, known.q, rtol=1e-14, atol=1e-16)
 
 
 @pytest.mark.parametrize("method", METHODS, ids=NAMES)

@@ -282,12 +282,5 @@ def test_numbers_of_a_formula_are_not_rounded():
     mean, power = formulas_of(lambda q: [0.1 * q[0] + q[0] / 3.0, np.sqrt(q[0]) ** 3], written([x]))
     assert mean == x * (sympy.Rational(0.1) + sympy.Rational(1, 3))
     assert power == x ** sympy.Rational(3, 2)
-    assert LagrangeEquations.of(POTENTIALS["henon-heiles"]).pull == (
-        -2 * sympy.Symbol("q0", real=True) * sympy.Symbol("q1", real=True)
-        - sympy.Symbol("q0", real=True),
-        -(sympy.Symbol("q0", real=True) ** 2)
-        + sympy.Symbol("q1", real=True) ** 2
-        - sympy.Symbol("q1", real=True),
-    )
     assert LagrangeEquations.of(PROBLEMS["coupled and driven"]).timed
     assert not LagrangeEquations.of(PROBLEMS["polar Kepler"]).timed

@@ -161,27 +161,6 @@ def bent(R, t):
     return 0.3 * np.sin(t) * R[0, 1] + 0.2 * R[2, 2] ** 2
 
 
-@pytest.mark.slow(beside="test_the_torque_is_minus_the_slope_of_the_potential_along_every_turn")
-def test_any_potential_turns_a_body_for_scipy_and_euler_and_others_refuse_it():
-    potentials = {
-        "plain": galvi.RigidBody(FULL, lambda R: LEVER(R)),
-        "with gradient": galvi.RigidBody(FULL, lambda R: LEVER(R), LEVER.gradient),
-    }
-    known = HEAVY["heavy, full inertia, tilted"]
-    exact = RIGID_DOP853.run(known, 2.0, ivp.TIGHT)
-    for system in potentials.values():
-        problem = galvi.Problem(system, known.q0, known.v0)
-        run = RIGID_DOP853.run(problem, 2.0, {"tolerance": 1e-10})
-        assert difference(run, exact) < 2e-9  # 2e-10
-        assert difference(MATRIX_EULER.run(problem, 2.0, {"step": 0.002}), exact) < 0.1  # 0.018
-        for contender in (QUATERNION_RK4, QUATERNION_DOP853, HEYOKA_RIGID):
-            assert not contender.supports(problem)
-    timed = galvi.Problem(galvi.RigidBody(FULL, bent, explicit_time=True), TILTED, [1.0, 0.0, 2.0])
-    runs = [c.run(timed, 2.0, {"tolerance": 1e-9}) for c in (RIGID_DOP853, RIGID_ODE45)]
-    assert difference(*runs) < 3e-8  # 3e-9
-    assert not QUATERNION_RK4.supports(timed)
-
-
 def test_the_torque_is_minus_the_slope_of_the_potential_along_every_turn():
     heavy, general = galvi.RigidBody(FULL, LEVER), galvi.RigidBody(FULL, bent, explicit_time=True)
     for system, potential in ((heavy, LEVER), (general, lambda R: bent(R, 0.7))):
