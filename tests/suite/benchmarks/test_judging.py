@@ -1,26 +1,44 @@
-"""Judging a model: what is said of its own run is true, and what is recommended is enough."""
+"""Judging simulations of point masses: what is said of a run, which is the user's engine's on their
+own model, is true, and what is recommended is enough."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import galvi
 from benchmarks.applications.judging import bodies, neighbours
 from benchmarks.applications.judging.candidate import Model, Own, Source
-from benchmarks.applications.judging.judgement import judge, own_setting
+from benchmarks.applications.judging.judgement import Judgement, judge, own_setting
 from benchmarks.applications.judging.truth import agreements, in_pieces
-from galvi import Problem
+from galvi import Problem, Trajectory
+from galvi.interop.rebound import read
 from references.closed_forms.kepler import KEPLER
 from references.rebound.ias15 import IAS15
 from references.stored.encounters import burrau
 from reports.judge.sentences import sentences
 
-pytest.importorskip("rebound")
-
+rebound = pytest.importorskip("rebound")
 YEAR = 2.0 * math.pi
+
+
+def simulation(*particles: dict[str, Any], **settings: Any) -> Any:
+    """One of REBOUND with these particles."""
+    sim = rebound.Simulation()
+    for particle in particles:
+        sim.add(**particle)
+    for name, value in settings.items():
+        setattr(sim, name, value)
+    return sim
+
+
+STAR = {"m": 1.0}
 
 
 def planet(eccentricity: float = 0.2, **own) -> Problem:
@@ -49,9 +67,244 @@ def sources(problem: Problem, span: float) -> list[Source]:
     return bodies.sources(Model(problem), span, Own("", KEPLER, {}, None))
 
 
-@pytest.mark.slow(
-    beside="test_own_runs.py::test_another_own_integrator_than_that_of_the_simulation"
+def star_last() -> Any:
+    """Two planets that were added before their star."""
+    sim = simulation(
+        {"m": 1e-3, "x": 1.0, "vy": 1.0},
+        {"m": 5e-4, "x": -0.7, "y": 1.6, "vx": -0.69, "vy": -0.30},
+        STAR,
+        integrator="whfast",
+        dt=0.05,
+    )
+    sim.move_to_com()
+    return sim
+
+
+def judged(sim: Any, duration: float, error: float | None = None, **own: Any) -> Judgement:
+    problem, mine = read(sim, -1)
+    return judge(Model(problem, mine), duration, error, own, quick=True)
+
+
+def off_by_hand(sim: Any, steps: int) -> float:
+    """The largest distance of a particle from IAS15's after so many steps."""
+    mine, truth = sim.copy(), sim.copy()
+    truth.integrator, truth.gravity = "ias15", "basic"
+    mine.steps(steps)
+    mine.synchronize()
+    truth.integrate(steps * sim.dt + sim.t)
+    places = ([particle.xyz for particle in one.particles] for one in (mine, truth))
+    return float(np.linalg.norm(np.subtract(*places), axis=1).max())
+
+
+@pytest.mark.slow(beside="test_an_own_run_is_the_engines_to_the_last_bit")
+def test_particles_keep_their_order_and_a_ruined_run_is_not_called_good(monkeypatch) -> None:
+    sim = star_last()
+    found = judged(sim, 100.0, 1e-3)
+    assert found.own_errors["error"].iloc[-1] == pytest.approx(off_by_hand(sim, 2000), rel=1e-6)
+    assert found.own["error"] > 100.0 and not found.passed
+    expected = "2, is particle 2, but REBOUND WHFast expects it first"
+    assert any(expected in note for note in found.notes)
+    assert found.recommended is not None  # candidates have the star first
+    # Planted: the run of a simulation that was built from the problem, the heaviest first.
+    monkeypatch.setattr(bodies, "own", lambda model, name: bodies.INTEGRATORS[name])
+    planted = judged(sim, 10.0).own_errors["error"].iloc[-1]
+    assert planted != pytest.approx(off_by_hand(sim, 200), rel=1e-2)
+
+
+@pytest.mark.slow_cases(but=["janus"])
+@pytest.mark.parametrize("integrator", ["whfast", "saba", "janus"])
+def test_another_own_integrator_than_that_of_the_simulation(integrator: str) -> None:
+    """WHFast leaves to BS the setting that its Kepler motion has the star's pull."""
+    sim = star_last()
+    sim.integrator = integrator
+    found = judged(sim, 5.0, 1e-6, integrator="bs")
+    assert found.own["status"].startswith("Completed.") and found.passed
+
+
+def own_run(sim: Any, steps: int, every: int) -> Trajectory:
+    problem, mine = read(sim, -1)
+    own = own_setting(bodies, Model(problem, mine), {})
+    assert own.step is not None
+    return own.contender.run(
+        problem, steps * own.step, {**own.options, "step": own.step, "save_every": every}
+    )
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.permutations(range(4)),
+    st.sampled_from(["whfast", "saba", "leapfrog", "eos", "janus", "mercurius", "trace"]),
+    st.sampled_from([-0.1, 0.05, 0.1]),
+    st.integers(0, 3),
+    st.booleans(),
 )
+def test_an_own_run_is_the_engines_to_the_last_bit(
+    order: list[int], integrator: str, dt: float, done: int, massless: bool
+) -> None:
+    """Whatever the order of the particles, the direction of time, and what was done before."""
+    sim = rebound.Simulation()
+    made = rebound.Simulation()
+    made.add(m=1.0)
+    for m, a, e, f in ((1e-3, 1.0, 0.1, 0.3), (3e-4, 1.8, 0.05, 2.0), (1e-5, 3.1, 0.2, 4.0)):
+        made.add(m=m, a=a, e=e, f=f)
+    chosen = [*[k for k in order if k < 3], 3] if massless else order
+    for k in chosen:
+        sim.add(made.particles[k])
+    if massless:
+        sim.N_active = 3
+    sim.integrator, sim.dt = integrator, dt
+    if integrator == "whfast":
+        sim.integrator.safe_mode, sim.integrator.corrector = 0, 11
+    sim.steps(done)
+    by_hand = sim.copy()
+    run = own_run(sim, 12, 4)
+    for row in range(1, 4):
+        by_hand.steps(4)
+        by_hand.synchronize()
+        assert np.array_equal(run.q[row], [p.xyz for p in by_hand.particles])
+    assert run.t[-1] == pytest.approx(sim.t + 12 * dt)
+
+
+def backwards() -> Any:
+    sim = simulation(
+        STAR, {"m": 1e-3, "a": 5.2, "e": 0.05}, {"m": 0.0, "a": 3.46, "e": 0.64, "f": 2.0}, dt=-0.01
+    )
+    sim.move_to_com()
+    return sim
+
+
+@pytest.mark.slow_cases("ias15")
+@pytest.mark.parametrize("integrator", ["ias15", "whfast"])
+def test_a_run_backwards_is_judged_backwards(integrator: str) -> None:
+    sim = backwards()
+    sim.integrator, sim.dt = integrator, -0.01
+    found = judged(sim, 20.0, 1e-6)
+    assert found.duration == pytest.approx(-20.0)
+    assert found.own_errors["t"].iloc[-1] == pytest.approx(-20.0)
+    assert "backwards" in sentences(found)[0]
+    assert all(one.t[-1] < 0.0 for one in found.agreements)
+    assert found.recommended is not None and found.recommended["error"] <= 1e-6
+
+
+@pytest.mark.slow(beside="test_a_run_backwards_is_judged_backwards")
+def test_encounters_of_the_past_are_those_of_the_past() -> None:
+    sim = backwards()
+    past = judged(sim, 440.0, 1e-6).encounters
+    gaps = []
+    for t in np.linspace(0.0, -440.0, 44_001):
+        sim.integrate(t)
+        gaps.append(float(np.linalg.norm(np.subtract(sim.particles[2].xyz, sim.particles[1].xyz))))
+    k = int(np.argmin(gaps))
+    assert (past["time"] < 0.0).all()
+    assert past["time"].iloc[0] == pytest.approx(-0.01 * k, abs=0.05)
+    assert past["distance"].iloc[0] == pytest.approx(gaps[k], rel=0.05)
+
+
+@pytest.mark.slow(
+    beside="tests/properties/test_reading_rebound.py::test_a_tree_is_read_as_point_masses_and_says_so"
+)
+def test_a_tree_of_gravity_is_that_of_the_own_run_only() -> None:
+    generator = np.random.default_rng(3)
+    sim = simulation(
+        STAR,
+        *({"m": 1e-3, "a": a, "f": generator.uniform(0, 6.28)} for a in np.linspace(1.0, 4.0, 30)),
+        root_size=40.0, gravity="tree", integrator="leapfrog", dt=0.01,
+    )  # fmt: skip
+    found = judged(sim, 5.0)
+    assert any("tree" in note for note in (*found.notes, str(found.problem.parameters["read_as"])))
+    direct = sim.copy()
+    direct.gravity = "basic"
+    assert found.own["error"] != pytest.approx(judged(direct, 5.0).own["error"], rel=0.1)
+    assert found.own_errors["error"].iloc[-1] == pytest.approx(off_by_hand(sim, 500), rel=1e-6)
+
+
+def kepler_16() -> Any:
+    sim = simulation(
+        {"m": 0.69, "name": "A"}, {"m": 0.2, "a": 0.224, "e": 0.16, "name": "B"},
+        {"m": 3e-4, "a": 0.705, "name": "b"}, integrator="whfast", dt=0.02, t=2455212.12316,
+    )  # fmt: skip
+    sim.move_to_com()
+    return sim
+
+
+@pytest.mark.slow(beside="test_moons_are_no_encounters_and_set_the_pace")
+def test_a_companion_star_has_no_encounters_and_dates_keep_their_digits() -> None:
+    found = judged(kepler_16(), 60.0, 1e-12)
+    assert len(found.encounters) == 0
+    assert not any("encounter" in sentence for sentence in sentences(found))
+    problem, mine = read(kepler_16(), -1)
+    whole = judge(Model(problem, mine), 60.0, 1e-8)
+    for sentence in sentences(whole):
+        assert "e+06" not in sentence
+    assert any("24552" in sentence for sentence in sentences(whole))
+
+
+@pytest.mark.slow(beside="test_a_source_of_truth_that_is_wrong_is_seen")
+def test_what_does_not_agree_is_not_said_to() -> None:
+    """galvi's opinion, of eight steps a revolution, is off by hundreds at e = 0.99."""
+    found = judged(simulation(STAR, {"m": 3e-6, "e": 0.99, "a": 1.0}), 60.0, 1e-6)
+    opinion = next(one for one in found.agreements if one.source.opinion)
+    truth = _of_truth(found)
+    claim, agreed = truth.split("It agrees with ", 1)
+    assert opinion.largest > 1.0 and agreed.startswith("REBOUND") and "galvi" not in agreed
+    assert claim.endswith("runs of galvi are never the truth. ")
+    stopped = next(one for one in found.agreements if one.source.engine == "SciPy")
+    assert not stopped.stopped or "up to t = " in truth
+    apart = replace(found.agreements[0], apart=np.full_like(found.agreements[0].apart, 8.5e-4))
+    parted = replace(found, agreements=(apart,), error=1e-6)
+    assert "REBOUND IAS15 differs from it by up to 8.50·10⁻⁴" in _of_truth(
+        parted
+    ) and "Smaller errors cannot be measured" in _of_truth(parted)
+    assert not any("Nothing that was tried" in one for one in sentences(parted))
+
+
+def _of_truth(found: Judgement) -> str:
+    return next(one for one in sentences(found) if one.startswith("The truth is"))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"coordinates": "democraticheliocentric", "corrector": 0},
+         ("coordinates democraticheliocentric", "dt = 0.05")),
+        ({"coordinates": "jacobi", "corrector": 17, "kernel": "LAZY"},
+         ("corrector 17", "kernel lazy")),
+    ],
+)  # fmt: skip
+def test_labels_name_what_is_not_usual(options: dict[str, Any], words: tuple[str, ...]) -> None:
+    sim = star_last()
+    for name, value in options.items():
+        setattr(sim.integrator, name, value)
+    label = own_setting(bodies, Model(*read(sim, -1)), {}).label.lower()
+    assert all(word in label for word in words)
+
+
+@pytest.mark.slow(beside="test_a_run_backwards_is_judged_backwards")
+def test_a_distance_at_which_the_users_run_ends_is_named() -> None:
+    sim = simulation(
+        STAR, {"m": 1e-3, "a": 1.0}, {"m": 0.0, "x": 10.0, "vx": 2.0},
+        N_active=2, integrator="whfast", dt=0.05, exit_max_distance=50.0,
+    )  # fmt: skip
+    (note,) = [one for one in judged(sim, 40.0, 1e-3).notes if "exit_max_distance" in one]
+    assert "exit_max_distance = 50 is ignored here: your own run ends there at about t = 2" in note
+    sim.exit_max_distance = 1e3
+    assert any("never reaches it" in note for note in judged(sim, 40.0, 1e-3).notes)
+
+
+@pytest.mark.slow(beside="test_another_own_integrator_than_that_of_the_simulation")
+def test_where_a_truth_takes_long_something_is_said_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, mine = read(star_last(), -1)
+    said: list[str] = []
+    judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
+    assert not any("First answer" in one for one in said)
+    monkeypatch.setattr("benchmarks.applications.judging.judgement.AWAITED", 0.0)
+    said.clear()
+    judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
+    first = next(k for k, one in enumerate(said) if one.startswith("First answer: after 2 of 100 "))
+    assert first < next(k for k, one in enumerate(said) if one.startswith("truth: "))
+
+
+@pytest.mark.slow(beside="test_another_own_integrator_than_that_of_the_simulation")
 def test_the_own_error_is_that_against_the_closed_form():
     found = judge(planet(), duration=10 * YEAR, error=1e-3)
     assert found.duration == pytest.approx(10 * YEAR)  # a whole number of its steps
@@ -88,8 +341,6 @@ def test_what_is_recommended_reaches_the_error_and_nothing_cheaper_that_was_trie
 def test_a_run_that_chooses_its_steps_is_also_taken_to_its_end_without_stops():
     """A moonlet far from the Sun: IAS15's own steps are too long for it, those that end at the
     times of comparison are not. 2.36 km are known from steps of 1/40 of its revolution."""
-    import rebound
-
     sim = rebound.Simulation()
     sim.units = ("AU", "days", "Msun")
     sim.add(m=1.0)
@@ -216,11 +467,7 @@ def test_moons_are_no_encounters_and_set_the_pace():
 
 
 def test_the_options_of_the_own_integrator_are_kept():
-    rebound = pytest.importorskip("rebound")
-    sim = rebound.Simulation()
-    sim.add(m=1.0)
-    sim.add(m=1e-3, a=1.0)
-    sim.integrator, sim.dt = "whfast", 0.1
+    sim = simulation(STAR, {"m": 1e-3, "a": 1.0}, integrator="whfast", dt=0.1)
     sim.integrator.corrector, sim.integrator.safe_mode = 17, 0
     own = own_setting(bodies, Model(galvi.from_rebound(sim)), {})
     assert own.step == 0.1 and own.options["corrector"] == 17 and own.options["safe_mode"] == 0
@@ -229,25 +476,19 @@ def test_the_options_of_the_own_integrator_are_kept():
 
 
 @pytest.mark.parametrize(
-    ("own", "sentence"),
+    ("model", "given", "words"),
     [
-        ({"integrator": "wfast"}, "own integrator must be one of"),
-        ({"integrator": "saba", "dt": None}, "saba takes equal steps"),
+        (planets(), {"own": {"integrator": "wfast"}}, "own integrator must be one of"),
+        (planets(), {"own": {"integrator": "saba", "dt": None}}, "saba takes equal steps"),
+        (Model(*read(simulation(STAR, STAR | {"x": 1.0}, integrator="none"), -1)), {},
+         r"model's own integrator .* --own integrator=ias15"),
+        (galvi.problems.pendulum_3d(), {}, "judge takes a model of point masses"),
+        (planets(), {"duration": 0.0}, "duration must not be 0"),
+        (planets(), {"duration": -1.0}, r"own dt must be at most the duration 1; received 200"),
+        (planets(), {"own": {"dt": 0.0}}, "own dt must not be 0"),
+        (planets(), {"error": 0.0}, "error must be"),
     ],
-)
-def test_an_unknown_own_integrator_is_refused(own, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        judge(planets(), own=own)
-
-
-def test_other_models_are_refused():
-    with pytest.raises(ValueError, match="judge takes a model of point masses"):
-        judge(galvi.problems.pendulum_3d())
-    with pytest.raises(ValueError, match="duration must not be 0"):
-        judge(planets(), duration=0.0)
-    with pytest.raises(ValueError, match=r"own dt must be at most the duration 1; received 200"):
-        judge(planets(), duration=-1.0)
-    with pytest.raises(ValueError, match="own dt must not be 0"):
-        judge(planets(), own={"dt": 0.0})
-    with pytest.raises(ValueError, match="error must be"):
-        judge(planets(), error=0.0)
+)  # fmt: skip
+def test_what_cannot_be_judged_is_refused_with_what_to_do(model, given, words):
+    with pytest.raises(ValueError, match=words):
+        judge(model, **given)
