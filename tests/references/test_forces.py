@@ -163,8 +163,6 @@ def test_semi_implicit_euler_is_of_first_order_and_symplectic_euler_without_a_fo
     np.testing.assert_allclose(free.q, same.q, rtol=0, atol=1e-14)
 
 
-
-
 def test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as():
     problem = galvi.problems.brownout(100e-6)
     drag = problem.system.force

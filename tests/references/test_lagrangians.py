@@ -222,17 +222,6 @@ def test_a_potential_without_a_formula_is_refused_with_the_reason(name):
         HEYOKA_LAGRANGIAN.run(problem, 1.0, {})
 
 
-def test_a_gradient_that_is_not_the_potential_s_is_taken_as_it_is_or_not_at_all():
-    def other(q):
-        return np.array([q[0] ** 3, 2.001 * q[1]])
-
-    problem = own(lambda q: q[0] ** 4 / 4 + q[1] ** 2, other, check=False)
-    found = accelerations(LagrangeEquations.of(problem))(problem.q0, problem.v0, 0.0)
-    np.testing.assert_allclose(found, -other(problem.q0), rtol=1e-15)
-    floats = replace(problem.system, gradient=lambda q: other(q).astype(float))
-    assert LagrangeEquations.of(replace(problem, system=floats)) is None
-
-
 @given(st.integers(0, 2**32 - 1))
 def test_a_formula_of_any_expression_has_the_values_of_its_function(seed):
     potential, draw = random_potential(seed), np.random.default_rng(seed)

@@ -20,7 +20,7 @@ from references.closed_forms.pendulum import PENDULUM
 from references.closed_forms.top_motion import FREE_TOP, THROWN_BODY
 from references.mujoco import body, engine, steps
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
-from references.mujoco.body import MujocoTree, on_a_pivot, principal
+from references.mujoco.body import MujocoTree, principal
 from references.mujoco.steps import (
     MUJOCO_DISCRETE,
     MUJOCO_EULER,
@@ -207,33 +207,6 @@ def test_a_run_that_blows_up_says_where_and_leaves_nothing_behind(
     assert capfd.readouterr() == ("", "") and not list(Path(tmp_path).iterdir())
     assert mujoco.get_mju_user_warning() is told
     assert MUJOCO_EULER.run(fast, 1.0, {"step": 1e-3}).success  # no warning is left over
-
-
-@pytest.mark.parametrize(
-    ("mass", "centre", "inertia"),
-    [
-        (0.8, [0.3, -0.5, 0.7], SKEW),
-        (1.0, [0.0, 0.0, 1.0], np.diag([1.0, 1.0, 1e-3])),  # a point on a thin rod
-        (1.0, [1.0, 0.0, 0.0], np.diag([0.25, 1.25, 1.5])),  # a disc that swings in its plane
-        (3.0, [0.6, 0.8, 0.0], TILT @ np.diag([5.0, 7.0, 9.0]) @ TILT.T),
-    ],
-)
-def test_a_pivoted_body_has_the_inertia_and_the_weight_that_were_given(mass, centre, inertia):
-    m, r, moments, axes = on_a_pivot(mass, np.array(centre), inertia)
-    A = Rotation.from_quat(axes[[1, 2, 3, 0]]).as_matrix()
-    about = A @ np.diag(moments) @ A.T + m * (r @ r * np.eye(3) - np.outer(r, r))
-    np.testing.assert_allclose(about, inertia, rtol=0, atol=1e-14 * np.abs(inertia).max())
-    assert np.array_equal(m * r, mass * np.array(centre))
-    assert np.all(moments > 0.0) and 2.0 * moments.max() <= moments.sum()
-
-
-def test_the_model_has_the_numbers_bit_for_bit():
-    system = PROBLEMS["3D pendulum, skew"].system
-    made = body.mujoco_body(system)
-    _, model, _ = engine.compiled(system)
-    assert np.array_equal(model.body_inertia[1], made.moments)
-    assert np.array_equal(model.body_ipos[1], made.centre)
-    assert np.array_equal(model.opt.gravity, made.gravity) and model.body_mass[1] == made.mass
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

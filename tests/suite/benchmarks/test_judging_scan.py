@@ -157,8 +157,10 @@ def test_the_own_run_is_a_row_and_larger_steps_than_its_own_are_tried(found: Jud
     assert steps.max() > 1.5 * YEAR / 100 and own["reached"] and found.passed
     assert own["error"] == found.own["error"] and own["seconds"] == found.own["seconds"]
     reached = found.table[found.table["reached"]]
-    assert found.recommended is not None
-    assert found.recommended["seconds"] == reached["seconds"].min()
+    best = found.recommended
+    assert best is not None and best["reached"] and best["error"] <= found.error
+    assert best["seconds"] == reached["seconds"].min()
+    assert (found.table.loc[~found.table["reached"], "error"].dropna() > found.error).all()
 
 
 def test_where_the_own_run_is_the_cheapest_that_is_said(found: Judgement) -> None:
