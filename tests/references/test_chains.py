@@ -14,10 +14,7 @@ from references.heyoka.lagrangian import HEYOKA_CHAIN, HEYOKA_CHAIN_QUADRUPLE
 from references.mujoco import engine as mujoco_engine
 from references.mujoco.body import MujocoChain, mujoco_chain
 from references.mujoco.steps import (
-    MUJOCO_DISCRETE,
-    MUJOCO_EULER,
     MUJOCO_IMPLICIT,
-    MUJOCO_IMPLICITFAST,
     MUJOCO_RK4,
 )
 from references.scipy.lagrangian_ivp import CHAIN_DOP853
@@ -78,23 +75,6 @@ def test_mujoco_and_dop853_agree_within_their_errors(name, truths):
         assert (
             apart(run, truths[name]) < bound
         )  # 2e-8 of the three points, 3e-2 of the double pendulum
-
-
-@needs_mujoco
-@pytest.mark.parametrize("name", ["double pendulum, uneven", "chain of 5 rods"])
-@pytest.mark.parametrize(
-    "engine",
-    [MUJOCO_EULER, MUJOCO_RK4, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO_DISCRETE],
-    ids=lambda engine: engine.name,
-)
-def test_mujocos_integrators_come_to_the_motion_with_their_orders(engine, name, truths):
-    steps = 2.0 ** -np.arange(*((7, 10) if engine.order == 4 else (10, 13)))
-    runs = [engine.run(PROBLEMS[name], DURATION, {"step": h, "save_every": 10**6}) for h in steps]
-    errors = [np.abs(run.q[-1] - truths[name].q[-1]).max() for run in runs]
-    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert slope == pytest.approx(
-        engine.order, abs=0.3 if engine.order == 4 else 0.05
-    )  # 3.79, 1.02
 
 
 @needs_mujoco

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
-from decimal import Decimal
+from decimal import Decimal, localcontext
+from fractions import Fraction
 from itertools import cycle
 
 import mpmath as mp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import galvi
 from benchmarks.measures import rigid_invariants
+from references.closed_forms.double_double import DIGITS, DoubleDouble
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
-from references.closed_forms.pendulum import PENDULUM
+from references.closed_forms.pendulum import PENDULUM, first_integral
 from references.closed_forms.top_motion import FREE_TOP, THROWN_BODY
 from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.scipy.ivp import TIGHT
@@ -410,3 +414,30 @@ def test_heyoka_comes_to_it_in_double_and_quadruple_precision(name):
         run = peer.run(problem, FLIGHT, {"samples": 3, "compact_mode": True})
         assert np.abs(run.q - truth.q).max() <= bound * size
         assert np.abs(run.p - truth.p).max() <= 1e-13 * np.abs(truth.p).max()
+
+
+part = st.floats(-1e60, 1e60).filter(lambda x: abs(x) > 1e-60)
+number = st.tuples(part, st.floats(-1.0, 1.0)).map(
+    lambda x: DoubleDouble(x[0], x[0] * x[1] * 2.0**-54)
+)
+
+
+def whole(x):
+    return Fraction(x.hi) + Fraction(x.lo)
+
+
+@given(number, number)
+def test_each_operation_on_two_doubles_is_right_to_32_digits(a, b):
+    total, product, quotient = whole(a) + whole(b), whole(a) * whole(b), whole(a) / whole(b)
+    lost = (abs(whole(a)) + abs(whole(b))) / 2**100
+    assert abs(whole(a + b) - total) <= 2.0**-102 * (abs(total) + lost)
+    assert whole(a - b) == whole(a + (-b))
+    assert abs(whole(a * b) - product) <= 2.0**-102 * abs(product)
+    assert abs(whole(a / b) - quotient) <= 2.0**-101 * abs(quotient)
+
+
+@pytest.mark.parametrize("x, y, z", [(1, 2, 3), (0, 0.5, 1), (1e-20, 1e-40, 1), (0, 1e-48, 1)])
+def test_the_first_integral_is_carlsons(x, y, z):
+    with localcontext(DIGITS), mp.workdps(160):
+        found = mp.mpf(str(first_integral(*map(Decimal, (x, y, z)))))
+        assert abs(found / mp.elliprf(x, y, z) - 1) < 1e-70

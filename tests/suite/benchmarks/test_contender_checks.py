@@ -66,6 +66,12 @@ SHORT = replace(ORBIT, long=20.3)
 STALE = 3000  # steps after which some integrators become wrong
 
 
+def only(rows: Any, start: str) -> Any:
+    """The only row on a quantity of which the name begins so."""
+    (row,) = (row for row in rows if row.quantity.startswith(start))
+    return row
+
+
 def with_parts(contender: Any, **parts: Any) -> Any:
     """The contender, which declares otherwise."""
     vars(contender).update(parts)
@@ -116,7 +122,7 @@ def test_what_is_wrong_is_red_with_the_reason(wrong):
     quantities, said = WRONG[wrong]
     rows, differing, external = checked(wrong, SHORT)
     first = f"{quantities[0]}, {ORBIT.problem.name}"
-    (caught,) = (row for row in rows if row.quantity == first)
+    caught = only(rows, first)
     assert caught in differing and said in caught.reason
     assert {row.quantity.partition(",")[0].partition(" at step")[0] for row in differing} >= {
         *quantities
@@ -215,9 +221,9 @@ def test_failed_runs_all_count_and_are_the_reason_why_no_order_is_seen_and_not_r
     assert rows[0].measured == 4 and len(external.faults) == 1  # 2 settings, order, long
     rows, _, _ = checked(Altered(raising))
     assert not any("round-off" in row.reason for row in rows)
-    (order,) = (row for row in rows if row.quantity.startswith("order in the step"))
+    order = only(rows, "order in the step")
     assert order.reason == "It raised RuntimeError: no, thanks."
-    (seen,) = (row for row in rows if row.quantity == "problems where its order is seen")
+    seen = only(rows, "problems where its order is seen")
     assert "no run came to its end" in seen.reason and "no, thanks." in seen.reason
 
 
@@ -240,7 +246,7 @@ def test_a_high_order_without_settings_is_seen_at_fewer_steps():
             return super().__getattribute__(name)
 
     rows, differing, _ = checked(Eighth(), ORBIT)
-    (order,) = (row for row in rows if row.quantity.startswith("order in the step"))
+    order = only(rows, "order in the step")
     assert differing == [] and order.measured == pytest.approx(8.0, abs=0.4)
     assert checked(Eighth(), *CHECK_PROBLEMS)[1] == []
 
@@ -265,7 +271,7 @@ class Nervous(Short):
 
 def test_an_order_is_looked_for_at_longer_steps_than_it_offers():
     rows, differing, external = checked(Short(), replace(SWING, long=1.0))
-    (order,) = (row for row in rows if row.quantity.startswith("order in the step"))
+    order = only(rows, "order in the step")
     assert order.verdict == "attained" and differing == [] and external.faults == []
 
 
@@ -275,13 +281,13 @@ def test_an_order_is_looked_for_at_longer_steps_than_it_offers():
 def test_an_order_that_is_not_seen_is_no_failure_and_says_what_to_do(kind, why):
     rows, differing, external = checked(kind(), replace(SWING, long=1.0))
     assert differing == [] and external.faults == []
-    (seen,) = (row for row in rows if row.quantity == "problems where its order is seen")
+    seen = only(rows, "problems where its order is seen")
     assert seen.verdict == seen.expected == "not run" and why in seen.reason
 
 
 def test_a_long_run_that_fails_is_named_by_its_duration_and_is_no_reason_of_an_order_unseen():
     rows, _, external = checked(WithoutLongRuns(), replace(SWING, long=6.5))
-    (seen,) = (row for row in rows if row.quantity == "problems where its order is seen")
+    seen = only(rows, "problems where its order is seen")
     assert "with a `step`" in seen.reason
     (fault,) = external.faults
     assert ", T = 6.5, " in fault and fault.endswith("It raised RuntimeError: too long.")
@@ -369,7 +375,7 @@ def test_a_correct_method_raises_no_alarm(method, numbers):
         Compiled(method, numbers=numbers, **METHODS[method]), *CHECK_PROBLEMS
     )
     assert differing == [] and external.faults == []
-    (seen,) = (row for row in rows if row.quantity == "problems where its order is seen")
+    seen = only(rows, "problems where its order is seen")
     assert seen.verdict == "holds"
 
 
@@ -391,7 +397,7 @@ def test_the_order_of_a_correct_method_is_seen_at_any_steps(numbers):
     rows, differing, _ = checked(
         Compiled("Yoshida 6", numbers=numbers, **METHODS["Yoshida 6"]), SHORT
     )
-    (order,) = (row for row in rows if row.quantity.startswith("order in the step"))
+    order = only(rows, "order in the step")
     assert differing == [] and order.measured == pytest.approx(6.0, abs=0.3)
 
 
@@ -442,7 +448,7 @@ def test_the_order_of_a_method_in_single_precision_is_seen_where_its_errors_fall
     monkeypatch.setattr(long_runs, "MANY", 1000)
     single = with_parts(InSingle(), order=declared, numbers=numbers)
     rows, differing, _ = checked(single, replace(SWING, long=5.0))
-    (order,) = (row for row in rows if row.quantity.startswith("order in the step"))
+    order = only(rows, "order in the step")
     assert order.measured == pytest.approx(2.0, abs=0.15)
     differing = [row for row in differing if "finest over that" not in row.quantity]
     assert differing == ([] if declared == 2 else [order])
@@ -528,7 +534,7 @@ def test_what_goes_wrong_after_many_steps_only_is_seen(factor, name):
 
 def test_the_longest_run_is_no_longer_than_the_time_limit_allows():
     rows, differing, _ = checked(Late(1.0), SHORT)
-    (row,) = (row for row in rows if row.quantity.startswith("steps of its longest run"))
+    row = only(rows, "steps of its longest run")
     assert differing == [] and 90_000 < row.measured < 110_000
 
 
