@@ -16,10 +16,10 @@ from scipy.spatial.transform import Rotation
 
 import galvi
 from benchmarks.measures import rigid_invariants
-from references.closed_forms.double_double import DIGITS, DoubleDouble
+from references.closed_forms.double_double import DIGITS, DoubleDouble, angle
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
-from references.closed_forms.pendulum import PENDULUM, first_integral
+from references.closed_forms.pendulum import PENDULUM, Modulus, first_integral
 from references.closed_forms.top_motion import FREE_TOP, THROWN_BODY
 from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
 from references.scipy.ivp import TIGHT
@@ -441,3 +441,9 @@ def test_the_first_integral_is_carlsons(x, y, z):
     with localcontext(DIGITS), mp.workdps(160):
         found = mp.mpf(str(first_integral(*map(Decimal, (x, y, z)))))
         assert abs(found / mp.elliprf(x, y, z) - 1) < 1e-70
+
+
+def test_the_origin_has_the_angle_0_and_the_separatrix_no_period():
+    assert angle(Decimal(0), Decimal(0)) == 0
+    with pytest.raises(ZeroDivisionError, match="no period"):
+        _ = Modulus(Decimal(1), Decimal(0)).quarter
