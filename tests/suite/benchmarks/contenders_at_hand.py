@@ -226,23 +226,45 @@ def altered(run: galvi.Trajectory, **parts: Any) -> galvi.Trajectory:
     return galvi.Trajectory(**(kept | parts))
 
 
-def raising(run: galvi.Trajectory) -> galvi.Trajectory:
-    raise RuntimeError("no, thanks")
+class Broken(Altered):
+    """Of which a run does not end as it should."""
+
+    def __init__(self) -> None:
+        super().__init__(self.spoiled)
+        self.name = type(self).name
 
 
-def flat(run: galvi.Trajectory) -> galvi.Trajectory:
-    return altered(run, q=run.q.reshape(len(run.t), -1, 1))
+class Raising(Broken):
+    name = "raising"
+
+    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+        raise RuntimeError("no, thanks")
 
 
-def silent(run: galvi.Trajectory) -> galvi.Trajectory:
-    """States that are not finite, of which nothing is said."""
-    return altered(run, q=run.q * np.nan)
+class Flat(Broken):
+    name = "flat"
+
+    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+        return altered(run, q=run.q.reshape(len(run.t), -1, 1))
 
 
-def failing(run: galvi.Trajectory) -> galvi.Trajectory:
+class Silent(Broken):
+    """Its states are not finite, and it says nothing of that."""
+
+    name = "silent"
+
+    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+        return altered(run, q=run.q * np.nan)
+
+
+class Failing(Broken):
     """It says that it failed, and why."""
-    said = {"success": False, "status": "Out of luck."}
-    return altered(run, q=run.q * np.nan, p=run.p * np.nan, **said)
+
+    name = "failing"
+
+    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+        said = {"success": False, "status": "Out of luck."}
+        return altered(run, q=run.q * np.nan, p=run.p * np.nan, **said)
 
 
 def mirrored(run: galvi.Trajectory) -> galvi.Trajectory:
@@ -290,10 +312,10 @@ def unseeded(run: galvi.Trajectory) -> galvi.Trajectory:
 
 
 BROKEN = {
-    raising: "It raised RuntimeError: no, thanks.",
-    flat: "Its q must have the shape",
-    silent: "It says that it succeeded, and its states are not finite.",
-    failing: "Out of luck.",
+    Raising: "It raised RuntimeError: no, thanks.",
+    Flat: "Its q must have the shape",
+    Silent: "It says that it succeeded, and its states are not finite.",
+    Failing: "Out of luck.",
 }
 ORBIT, SWING = (
     next(one for one in CHECK_PROBLEMS if one.problem.name.startswith(name))

@@ -28,10 +28,12 @@ from tests.suite.benchmarks.contenders_at_hand import (
     Altered,
     Bare,
     Choosy,
+    Failing,
     FineFirst,
     Gauss,
     Inside,
     OneSided,
+    Raising,
     Single,
     Stepped,
     Still,
@@ -44,11 +46,9 @@ from tests.suite.benchmarks.contenders_at_hand import (
     between,
     checked,
     erratic,
-    failing,
     heavy,
     mirrored,
     moved,
-    raising,
     unseeded,
 )
 from tests.suite.benchmarks.correct_contenders import (
@@ -108,7 +108,7 @@ WRONG = {  # contender: how the names of all rows begin that show it, and words 
     Unsure(): (["runs and answers that failed"], "OSError: who knows"),
     Bare(): (["runs and answers that failed"], "one at least"),
     **{
-        Altered(broken): (
+        broken(): (
             ["runs and answers that failed", "error", "relative change of energy"],
             said,
         )
@@ -217,9 +217,9 @@ def test_an_error_beyond_the_one_that_it_claims_is_caught():
 
 
 def test_failed_runs_all_count_and_are_the_reason_why_no_order_is_seen_and_not_round_off():
-    rows, _, external = checked(Altered(failing))
+    rows, _, external = checked(Failing())
     assert rows[0].measured == 4 and len(external.faults) == 1  # 2 settings, order, long
-    rows, _, _ = checked(Altered(raising))
+    rows, _, _ = checked(Raising())
     assert not any("round-off" in row.reason for row in rows)
     order = only(rows, "order in the step")
     assert order.reason == "It raised RuntimeError: no, thanks."

@@ -27,13 +27,13 @@ from tests.suite.benchmarks.contenders_at_hand import (
     Gauss,
     Inside,
     OneSided,
+    Raising,
     Unseen,
     Unsure,
     WithoutLongRuns,
     WithoutSteps,
     checked,
     mirrored,
-    raising,
     unseeded,
 )
 
@@ -174,7 +174,7 @@ def test_a_planted_fault_fails_its_own_check_with_measured_value_and_bound(
 
 @pytest.mark.parametrize("broken", BROKEN, ids=lambda kind: kind.__name__)
 def test_a_run_that_fails_fails_each_check_in_which_it_occurs(broken, serve):
-    failures = failed(serve(Altered(broken)))
+    failures = failed(serve(broken()))
     assert {"runs and answers", "accuracy", "determinism", "conservation"} <= set(failures)
     assert all(BROKEN[broken] in failures[check] for check in ("runs and answers", "determinism"))
 
@@ -244,7 +244,7 @@ def test_a_long_run_that_fails_has_the_same_outcome_alone_and_after_other_items(
 
 
 def test_what_an_integrator_prints_in_an_item_that_fails_is_shown(serve):
-    class Noisy(Altered):
+    class Noisy(Raising):
         printed: Any
 
         def run(self, problem, duration, setting):
@@ -252,7 +252,7 @@ def test_what_an_integrator_prints_in_an_item_that_fails_is_shown(serve):
             self.printed.first.append("no licence")
             return super().run(problem, duration, setting)
 
-    failures = failed(serve(Noisy(raising)))
+    failures = failed(serve(Noisy()))
     assert failures["runs and answers"].endswith(
         "It printed (lines: 1; the first are shown):\nno licence"
     )
