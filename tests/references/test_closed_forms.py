@@ -1,21 +1,43 @@
-"""Motions in closed form: oscillator, pendulum, Kepler."""
+"""Motions in closed form: oscillators, pendulums, Kepler, free and thrown bodies."""
 
 from __future__ import annotations
 
 import math
+from decimal import Decimal, localcontext
+from fractions import Fraction
+from itertools import cycle
 
 import mpmath as mp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import galvi
+from benchmarks.measures import rigid_invariants
+from references.closed_forms.double_double import DIGITS, DoubleDouble, angle
 from references.closed_forms.kepler import KEPLER
 from references.closed_forms.oscillator import OSCILLATOR
-from references.closed_forms.pendulum import PENDULUM
-from references.scipy.ivp import DOP853, TIGHT
-from references.textbook.euler import STORMER_VERLET
+from references.closed_forms.pendulum import PENDULUM, Modulus, first_integral
+from references.closed_forms.top_motion import FREE_TOP, THROWN_BODY
+from references.heyoka.rigid import HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE
+from references.scipy.ivp import TIGHT
+from references.scipy.rigid_ivp import RIGID_DOP853
 
 EPS = 2.0**-52
+
+
+def by_taylor_series(product, state, duration, per_unit, terms):
+    """The state after a whole time, of y' = product(y, y), bilinear, with 50 digits."""
+    h = mp.mpf(1 if duration > 0 else -1) / per_unit
+    for _ in range(abs(duration) * per_unit):
+        series = [state]
+        for k in range(terms):
+            pairs = zip(series, series[::-1], strict=True)
+            series.append(sum(product(a, b) for a, b in pairs) / (k + 1))
+        state = sum(x * h**k for k, x in enumerate(series))
+    return state
 
 
 @pytest.mark.parametrize("t", [1e-9, 0.3, 31.0, -400.0, 1e6])
@@ -34,14 +56,8 @@ def test_every_component_is_its_own_oscillator(t):
             assert abs(run.p[-1, k] / mass[k] - v) <= 4 * EPS * float(w * size * (1 + w * abs(t)))
 
 
-def test_a_coupling_mass_is_refused():
-    mass = np.array([[2.0, 1.0], [1.0, 2.0]])
-    system = galvi.Canonical(mass, galvi.LinearSpring(1.0))
-    assert not OSCILLATOR.supports(galvi.Problem(system, [1.0, 0.0], [0.0, 0.0]))
-
-
 # weight, mass, q0, v0
-CASES = {
+SWINGS = {
     "released": (1.0, 1.0, 2.0, 0.0),
     "swinging": (1.3, 0.7, 2.0, -1.0),
     "swinging after many turns": (1.0, 2.0, -100.0, 0.5),
@@ -55,45 +71,34 @@ CASES = {
     "almost at rest": (1.0, 1.0, 1e-9, -1e-20),
     "at rest": (1.0, 1.0, 0.0, 0.0),
 }
-PER_UNIT, TERMS = 8, 40
 
 
-def start(weight: float, mass: float, q0: float, v0: float) -> galvi.Problem:
+def pendulum(weight: float, mass: float, q0: float, v0: float) -> galvi.Problem:
     return galvi.Problem(galvi.Canonical(mass, galvi.CosinePotential(weight)), [q0], [v0])
 
 
-def by_taylor_series(weight, mass, q0, v0, duration):
-    """q and v after a whole time, from q'' = -(weight / mass) sin q alone, with 50 digits."""
+@pytest.mark.parametrize(("name", "duration"), [*zip(SWINGS, cycle((3, -2)))])
+def test_every_kind_of_swing_is_the_taylor_series_rounded_once(name, duration):
+    weight, mass, q0, v0 = SWINGS[name]
+    run = PENDULUM.run(pendulum(*SWINGS[name]), float(duration), {"samples": 4})
     with mp.workdps(50):
         q, v, strength = mp.mpf(q0), mp.mpf(v0), mp.mpf(weight) / mp.mpf(mass)
-        for _ in range(abs(duration) * PER_UNIT):
-            Q, V, S, C = [q], [v], [mp.sin(q)], [mp.cos(q)]
-            for k in range(TERMS):
-                turned = [mp.fdot(x[: k + 1], V[k::-1]) / (k + 1) for x in (C, S)]
-                Q.append(V[k] / (k + 1))
-                V.append(-strength * S[k] / (k + 1))
-                S.append(turned[0])
-                C.append(-turned[1])
-            h = mp.mpf(1 if duration > 0 else -1) / PER_UNIT
-            q, v = mp.polyval(Q[::-1], h), mp.polyval(V[::-1], h)
-        return float(q), float(v)
 
+        def product(a, b):
+            """The rates of q, its rate, sin q, cos q and 1."""
+            return np.array([a[1] * b[4], -strength * a[2] * b[4], a[3] * b[1], -a[2] * b[1], 0])
 
-@pytest.mark.parametrize("duration", [5, -3])
-@pytest.mark.parametrize("name", CASES)
-def test_every_kind_of_motion_is_the_taylor_series_rounded_once(name, duration):
-    case = CASES[name]
-    run = PENDULUM.run(start(*case), float(duration), {"samples": 4})
-    q, v = by_taylor_series(*case, duration)
+        state = np.array([q, v, mp.sin(q), mp.cos(q), mp.mpf(1)])
+        q, v, *_ = by_taylor_series(product, state, duration, 8, 26)
     # 0 was measured for all: both are rounded once, from more than 30 digits
-    assert run.q[-1, 0] == pytest.approx(q, rel=3e-16, abs=0.0)
-    assert run.p[-1, 0] == pytest.approx(case[1] * v, rel=6e-16, abs=0.0)
+    assert run.q[-1, 0] == pytest.approx(float(q), rel=3e-16, abs=0.0)
+    assert run.p[-1, 0] == pytest.approx(mass * float(v), rel=6e-16, abs=0.0)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", SWINGS)
 def test_it_moves_without_a_jump(name):
-    weight, mass, _, _ = case = CASES[name]
-    run = PENDULUM.run(start(*case), 60.0, {"samples": 600})
+    weight, mass, _, _ = case = SWINGS[name]
+    run = PENDULUM.run(pendulum(*case), 60.0, {"samples": 600})
     v = run.p[:, 0] / mass
     moved, mean = np.diff(run.q[:, 0]), 0.05 * (v[1:] + v[:-1])
     # the trapezium rule's error is h^3 / 12 times the largest third derivative of q
@@ -113,31 +118,9 @@ def test_every_angle_is_its_own_pendulum():
     system = galvi.Canonical([0.3, 2.0], galvi.CosinePotential(1.7))
     both = PENDULUM.run(galvi.Problem(system, [1.0, -0.5], [0.2, 3.0]), 9.0, {"samples": 3})
     for k, (mass, q0, v0) in enumerate([(0.3, 1.0, 0.2), (2.0, -0.5, 3.0)]):
-        alone = PENDULUM.run(start(1.7, mass, q0, v0), 9.0, {"samples": 3})
+        alone = PENDULUM.run(pendulum(1.7, mass, q0, v0), 9.0, {"samples": 3})
         assert np.array_equal(both.q[:, k], alone.q[:, 0])
         assert np.array_equal(both.p[:, k], alone.p[:, 0])
-
-
-def test_scipy_and_small_steps_find_it():
-    problem = galvi.problems.planar_pendulum(2.0)
-    exact = PENDULUM.run(problem, 20.0, {}).q[-1]
-    assert np.abs(DOP853.run(problem, 20.0, TIGHT).q[-1] - exact).max() < 3e-13  # 3e-14
-    errors = [
-        np.abs(STORMER_VERLET.run(problem, 20.0, {"step": h}).q[-1] - exact).max()
-        for h in (0.02, 0.01, 0.005)
-    ]
-    slopes = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert np.all(np.abs(slopes - 2.0) < 0.05)
-
-
-def test_another_force_or_a_coupling_mass_is_refused():
-    weight = galvi.CosinePotential(1.0)
-    for system in (
-        galvi.Canonical(1.0, weight, gradient=lambda q: 2.0 * np.sin(q), check=False),
-        galvi.Canonical(np.array([[2.0, 1.0], [1.0, 2.0]]), weight),
-        galvi.Canonical(1.0, galvi.LinearSpring(1.0)),
-    ):
-        assert not PENDULUM.supports(galvi.Problem(system, [1.0, 0.5], [0.0, 0.0]))
 
 
 BOUND = 4.0  # eps (|q| + |v| |t|); 0.39 was measured when it was set
@@ -248,11 +231,219 @@ def test_two_bodies_move_about_a_centre_that_drifts():
     np.testing.assert_allclose(galvi.energy(run), galvi.energy(run)[0], rtol=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("q0", "v0"),
-    [([1.0, 0.0], [0.0, 1.5]), ([1.0, 0.0], [0.5, 0.0]), ([1.0, 2.0], [0.0, 0.0]), ([1.0], [0.1])],
-    ids=["hyperbola", "radial", "at rest", "on a line"],
+COUPLED = [[2.0, 1.0], [1.0, 2.0]]
+SPRING, WEIGHT, PULL = galvi.LinearSpring(1.0), galvi.CosinePotential(1.0), galvi.CentralForce(1.0)
+OTHERS = {
+    "a spring of coupled masses": (OSCILLATOR, galvi.Canonical(COUPLED, SPRING)),
+    "pendulums of coupled masses": (PENDULUM, galvi.Canonical(COUPLED, WEIGHT)),
+    "another force than a pendulum's": (
+        PENDULUM,
+        galvi.Canonical(1.0, WEIGHT, gradient=lambda q: 2.0 * np.sin(q), check=False),
+    ),
+    "springs": (PENDULUM, galvi.Canonical(1.0, SPRING)),
+    "a hyperbola": (KEPLER, galvi.Canonical(1.0, PULL), [1.0, 0.0], [0.0, 1.5]),
+    "a radial orbit": (KEPLER, galvi.Canonical(1.0, PULL), [1.0, 0.0], [0.5, 0.0]),
+    "a point at rest": (KEPLER, galvi.Canonical(1.0, PULL), [1.0, 2.0], [0.0, 0.0]),
+    "a line": (KEPLER, galvi.Canonical(1.0, PULL), [1.0], [0.1]),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_what_has_no_closed_form_is_not_taken(name):
+    contender, system, *state = OTHERS[name]
+    assert not contender.supports(galvi.Problem(system, *(state or ([1.0, 0.5], [0.0, 0.0]))))
+
+
+FULL = [[3.0, 0.4, 0.2], [0.4, 2.5, -0.3], [0.2, -0.3, 3.4]]
+TILTED = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix()
+# (12, 15, 20) with momentum along (1, b, 1) is on the separatrix, in floating point too
+TURNS = {
+    "H's": ((3.3, 2.5, 3.4), (2.0, -1.9, 1.0)),
+    "about the longest axis": ((1.0, 2.0, 2.5), (0.3, -0.2, 2.0)),
+    "about the shortest axis": ((1.0, 2.0, 2.5), (-2.0, 0.3, 0.1)),
+    "separatrix": ((12.0, 15.0, 20.0), (5.0, 0.7, 3.0)),
+    "separatrix, the other way": ((12.0, 15.0, 20.0), (5.0, -0.7, -3.0)),
+    "just inside": ((12.0, 15.0, 20.0), (5.0, 0.7, 3.0 + 1e-15)),
+    "just outside": ((12.0, 15.0, 20.0), (5.0 + 1e-15, 0.7, -3.0)),
+    "almost about the middle axis": ((12.0, 15.0, 20.0), (1e-9, 1.0, -1e-12)),
+    "almost steady": ((1.0, 2.0, 2.5), (1e-10, 0.0, -3.0)),
+    "two short": ((1.0, 1.0, 1.5), (1.0, 2.0, -3.0)),
+    "two long": ((2.0, 1.0, 2.0), (1.0, 2.0, 3.0)),
+    "almost two": ((1.0, 1.0 + 2.0**-52, 1.5), (1.0, 2.0, 3.0)),
+    "full": (FULL, (1.0, 2.0, 3.0)),
+    "full with two equal": ([[2, 0.5, 0.5], [0.5, 2, 0.5], [0.5, 0.5, 2]], (1.0, 2.0, 3.0)),
+    "all equal": ((1.5, 1.5, 1.5), (1.0, 2.0, 3.0)),
+    "steady about the middle axis": ((12.0, 15.0, 20.0), (0.0, -2.0, 0.0)),
+    "at rest": ((12.0, 15.0, 20.0), (0.0, 0.0, 0.0)),
+}
+
+
+def body(name: str) -> galvi.Problem:
+    return galvi.problems.free_rigid_body(*TURNS[name], attitude=TILTED)
+
+
+@pytest.mark.slow_cases(
+    but=["two short", "two long", "all equal", "steady about the middle axis", "at rest"]
 )
-def test_what_is_no_ellipse_is_refused(q0, v0):
-    problem = galvi.Problem(galvi.Canonical(1.0, galvi.CentralForce(1.0)), q0, v0)
-    assert not KEPLER.supports(problem)
+@pytest.mark.parametrize("name", TURNS)
+def test_every_kind_of_turn_is_the_taylor_series_rounded_once(name):
+    problem = body(name)
+    run = FREE_TOP.run(problem, 1.0, {"samples": 4})
+    with mp.workdps(50):
+        inverse = np.array((mp.matrix(problem.system.inertia.tolist()) ** -1).tolist())
+        R, v = (np.array(x, dtype=object) * mp.mpf(1) for x in (problem.q0, problem.v0))
+        state = np.vstack([R, v @ np.array(problem.system.inertia, dtype=object)])
+        # R' = R hat(v) and p' = p x v: p turns as a row of R
+        end = by_taylor_series(lambda a, b: np.cross(a, b[3] @ inverse), state, 1, 16, 24)
+    # 0 was measured for all: both are rounded once, from more than 30 digits
+    np.testing.assert_allclose(run.q[-1], end[:3].astype(float), rtol=3e-16, atol=1e-20)
+    np.testing.assert_allclose(run.p[-1], end[3].astype(float), rtol=3e-16, atol=1e-20)
+    assert np.array_equal(run.q[0], problem.q0) and np.array_equal(run.p[0], problem.p0)
+
+
+@pytest.mark.parametrize("name", ["H's", "about the shortest axis", "full", "two short"])
+def test_it_is_where_scipy_goes(name):
+    problem = body(name)
+    run, other = (c.run(problem, -30.0, {"samples": 5, **s}) for c, s in
+                  ((FREE_TOP, {}), (RIGID_DOP853, TIGHT)))  # fmt: skip
+    np.testing.assert_allclose(run.q, other.q, atol=2e-12)  # 3e-13
+    np.testing.assert_allclose(run.p, other.p, atol=2e-12)  # 2e-13
+
+
+@pytest.mark.parametrize("t", [1e3, 1e6, -1e9])
+def test_long_times_by_mpmaths_integral_of_the_third_kind(t):
+    """About the longest axis, from m_b = 0, where sn starts from 0."""
+    J, v = (1.0, 2.0, 2.5), (0.3, 0.0, 2.0)
+    problem = galvi.problems.free_rigid_body(J, v)
+    run = FREE_TOP.run(problem, t, {})
+    with mp.workdps(60):
+        Ia, Ib, Ic = map(mp.mpf, J)
+        a, c = Ia * mp.mpf(v[0]), Ic * mp.mpf(v[2])
+        size = mp.hypot(a, c)
+        b = a * mp.sqrt(Ib * (Ic - Ia) / (Ia * (Ic - Ib)))
+        rate = c * mp.sqrt((Ic - Ib) * (Ic - Ia) / (Ia * Ib)) / Ic
+        m = (Ib - Ia) * a**2 * Ic / ((Ic - Ib) * Ia * c**2)
+        u = rate * mp.mpf(t)
+        sn, cn, dn = (mp.ellipfun(name, u, m=m) for name in ("sn", "cn", "dn"))
+        ratio = (b / a) ** 2
+        turns = mp.nint(u / (2 * mp.ellipk(m)))
+        phi = mp.atan2(sn * (-1) ** int(turns), cn * (-1) ** int(turns)) + turns * mp.pi
+        third = (u - mp.ellippi(1 - ratio, phi, m)) / (ratio - 1)  # of sn^2 / (1 - n sn^2)
+        psi = size * (mp.mpf(t) / Ia + (1 / Ib - 1 / Ia) * ratio * third / rate)
+        momentum = [a * cn, b * sn, c * dn]
+        back = frame([a, 0, c], size) * about_third(psi) * frame(momentum, size).T
+        q = np.array(back.tolist(), dtype=np.float64)
+        p = np.array([float(x) for x in momentum])
+    np.testing.assert_allclose(run.q[-1], q, rtol=3e-16, atol=1e-18)  # 0
+    np.testing.assert_allclose(run.p[-1], p, rtol=3e-16, atol=1e-18)  # 0
+
+
+def frame(m, size):
+    a, b, c = (x / size for x in m)
+    h = mp.hypot(a, b)
+    return mp.matrix([[a * c / h, -b / h, a], [b * c / h, a / h, b], [-h, 0, c]])
+
+
+def about_third(psi):
+    c, s = mp.cos(psi), mp.sin(psi)
+    return mp.matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+@pytest.mark.parametrize("name", TURNS)
+def test_momentum_energy_and_the_rotation_are_kept_for_a_million(name):
+    problem = body(name)
+    run = FREE_TOP.run(problem, 1e6, {"samples": 4})
+    spatial = rigid_invariants.spatial_momentum(run.q, run.p)
+    size = np.linalg.norm(problem.p0)
+    np.testing.assert_allclose(spatial, spatial[[0] * 5], atol=1e-15 * size)  # 3e-16
+    energy = rigid_invariants.energy(problem, run.q, run.p)
+    np.testing.assert_allclose(energy, energy[0], rtol=2e-15)  # 5e-16
+    assert rigid_invariants.orthogonality_defect(run.q).max() < 1e-15  # 2e-16
+
+
+SKEW = [[3.0, 0.4, 0.2], [0.4, 2.5, -0.3], [0.2, -0.3, 3.4]]
+MOTION = np.eye(4)
+MOTION[:3, :3], MOTION[:3, 3] = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix(), (1.0, -2.0, 0.5)
+THROWN = {
+    "without gravity": galvi.problems.free_body_se3(),
+    "falling": galvi.problems.free_body_se3(g=(0.5, -1.0, -9.81)),
+    "from elsewhere": galvi.Problem(
+        galvi.FreeBody(1.7, SKEW, (1.0, 2.0, -7.0)), MOTION, [1.0, 2.0, 3.0, 0.3, 0.2, -0.1]
+    ),
+}
+every = pytest.mark.parametrize("name", THROWN)
+FLIGHT = 3.0
+
+
+@every
+def test_it_turns_as_a_free_body_and_falls_on_a_parabola(name):
+    problem = THROWN[name]
+    run = THROWN_BODY.run(problem, FLIGHT, {"samples": 6})
+    system, R, v = problem.system, problem.q0[:3, :3], problem.v0
+    turning = galvi.Problem(galvi.RigidBody(system.inertia), R, v[:3])
+    turned = FREE_TOP.run(turning, FLIGHT, {"samples": 6})
+    assert np.array_equal(run.q[:, :3, :3], turned.q) and np.array_equal(run.p[:, :3], turned.p)
+    for t, q, p in zip(run.t.tolist(), run.q, run.p, strict=True):
+        t = Decimal(t)
+        for i in range(3):
+            speed = sum(Decimal(R[i, j]) * Decimal(v[3 + j]) for j in range(3))
+            g = Decimal(system.g[i])
+            place = Decimal(problem.q0[i, 3]) + t * speed + t * t * g / 2
+            assert abs(Decimal(q[i, 3]) - place) <= Decimal(2.0**-53) * abs(place)
+            drift = system.mass * (q[i, :3] @ p[3:]) / system.mass**2
+            assert drift == pytest.approx(float(speed + t * g), abs=1e-13)
+
+
+@pytest.mark.slow_cases("falling")
+@every
+def test_galvi_comes_to_it(name):
+    problem = THROWN[name]
+    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    truth = THROWN_BODY.run(problem, FLIGHT, {"samples": 1})
+    run = galvi.integrate(problem, method, FLIGHT / 40, 40, save_every=40)
+    assert np.abs(run.q[-1] - truth.q[-1]).max() < 1e-12  # 3e-13, places of size 40
+
+
+@pytest.mark.skipif(bool(HEYOKA_RIGID.missing), reason=HEYOKA_RIGID.missing or "present")
+@every
+def test_heyoka_comes_to_it_in_double_and_quadruple_precision(name):
+    problem = THROWN[name]
+    truth = THROWN_BODY.run(problem, FLIGHT, {"samples": 3})
+    size = np.abs(truth.q).max()
+    for peer, bound in ((HEYOKA_RIGID, 1e-14), (HEYOKA_RIGID_QUADRUPLE, 2.0**-53)):
+        run = peer.run(problem, FLIGHT, {"samples": 3, "compact_mode": True})
+        assert np.abs(run.q - truth.q).max() <= bound * size
+        assert np.abs(run.p - truth.p).max() <= 1e-13 * np.abs(truth.p).max()
+
+
+part = st.floats(-1e60, 1e60).filter(lambda x: abs(x) > 1e-60)
+number = st.tuples(part, st.floats(-1.0, 1.0)).map(
+    lambda x: DoubleDouble(x[0], x[0] * x[1] * 2.0**-54)
+)
+
+
+def whole(x):
+    return Fraction(x.hi) + Fraction(x.lo)
+
+
+@given(number, number)
+def test_each_operation_on_two_doubles_is_right_to_32_digits(a, b):
+    total, product, quotient = whole(a) + whole(b), whole(a) * whole(b), whole(a) / whole(b)
+    lost = (abs(whole(a)) + abs(whole(b))) / 2**100
+    assert abs(whole(a + b) - total) <= 2.0**-102 * (abs(total) + lost)
+    assert whole(a - b) == whole(a + (-b))
+    assert abs(whole(a * b) - product) <= 2.0**-102 * abs(product)
+    assert abs(whole(a / b) - quotient) <= 2.0**-101 * abs(quotient)
+
+
+@pytest.mark.parametrize("x, y, z", [(1, 2, 3), (0, 0.5, 1), (1e-20, 1e-40, 1), (0, 1e-48, 1)])
+def test_the_first_integral_is_carlsons(x, y, z):
+    with localcontext(DIGITS), mp.workdps(160):
+        found = mp.mpf(str(first_integral(*map(Decimal, (x, y, z)))))
+        assert abs(found / mp.elliprf(x, y, z) - 1) < 1e-70
+
+
+def test_the_origin_has_the_angle_0_and_the_separatrix_no_period():
+    assert angle(Decimal(0), Decimal(0)) == 0
+    with pytest.raises(ZeroDivisionError, match="no period"):
+        _ = Modulus(Decimal(1), Decimal(0)).quarter

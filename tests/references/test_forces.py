@@ -1,4 +1,4 @@
-"""External forces: who takes them, that nobody leaves them out, and closed forms with drag."""
+"""Forces by formulas of the references' own, and external ones: who takes them, closed forms."""
 
 from __future__ import annotations
 
@@ -11,18 +11,138 @@ import pytest
 from numba import njit
 
 import galvi
+from galvi.systems.canonical_on_rn import CanonicalOnRn
 from references import REFERENCES, Contender, reference
 from references.closed_forms.top_motion import FREE_TOP
-from references.newton import external_force, is_forced
+from references.forces.force import derivative, gradient
+from references.newton import (
+    FORMULAS,
+    acceleration,
+    acceleration_jacobian,
+    external_force,
+    is_forced,
+    potential_force,
+)
 from references.scipy.ivp import DOP853, TIGHT
 from references.textbook.euler import SEMI_IMPLICIT_EULER
+
+Q, V, T = np.array([0.7, -0.4, 1.1]), np.array([0.3, 0.2, -0.5]), 0.8
+POTENTIALS = (
+    galvi.LinearSpring(1.7),
+    galvi.CosinePotential(2.3),
+    galvi.CentralForce(1.3),
+    galvi.UniformField((0.2, -0.1, 0.5)),
+    galvi.SpringChain(0.4, 0.9),
+)
+every_potential = pytest.mark.parametrize("potential", POTENTIALS, ids=lambda p: type(p).__name__)
+BODIES = galvi.Problem(
+    galvi.NBody([1.0, 2e-3, 0.4], G=1.3),
+    [[0.0, 0.1], [1.0, -0.2], [-0.3, 2.0]],
+    [[0.0, 0.0], [0.1, 1.0], [0.8, 0.0]],
+)
+
+
+def shaken(potential, **fields):
+    return galvi.Problem(galvi.Canonical(1.5, potential, **fields), Q, V)
+
+
+def test_every_formula_is_tried_here():
+    assert {type(potential) for potential in POTENTIALS} == set(FORMULAS)
+
+
+@every_potential
+def test_a_formula_is_minus_the_slope_of_its_potential(potential):
+    force = potential_force(shaken(potential))
+    assert force.compiled and force.formula is not None
+    np.testing.assert_allclose(force(Q, V, T), -gradient(potential, Q), rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.slow_cases("SpringChain")
+@every_potential
+def test_its_jacobian_is_exact(potential):
+    problem = shaken(potential)
+    exact = problem.system.acceleration_jacobian(Q, T)
+    found = acceleration_jacobian(problem)(Q, T)
+    np.testing.assert_allclose(found, exact, rtol=1e-14, atol=1e-15)
+    own = shaken(lambda q: potential(q))
+    np.testing.assert_allclose(acceleration_jacobian(own)(Q, T), exact, rtol=1e-6, atol=1e-7)
+
+
+def test_gravity_is_newtons_law_and_its_jacobian_too():
+    system, rest = BODIES.system, np.zeros(BODIES.q0.shape)
+    energy = lambda x: float(system.potential_energy(x.reshape(3, 2), 0.0))  # noqa: E731
+    exact = -gradient(energy, BODIES.q0.ravel()).reshape(3, 2) / system.masses[:, None]
+    np.testing.assert_allclose(acceleration(BODIES)(BODIES.q0, rest, 0.0), exact, rtol=1e-9)
+    np.testing.assert_allclose(
+        acceleration_jacobian(BODIES)(BODIES.q0, 0.0),
+        system.acceleration_jacobian(BODIES.q0, 0.0),
+        rtol=1e-13,
+        atol=1e-15,
+    )
+
+
+@pytest.mark.parametrize("coefficient", [0.44, None])
+def test_the_wind_is_the_one_that_is_stated(coefficient):
+    problem = galvi.problems.brownout(drag_coefficient=coefficient)
+    for q in ([8.5, 0.0, 3.0], [0.1, 0.2, 9.0], [-6.0, 4.0, 5.5]):
+        found = external_force(problem)(np.array(q), V, T)
+        stated = problem.system.force(np.array(q), V, T)
+        np.testing.assert_allclose(found, stated, rtol=1e-12)
+
+
+def test_a_derivative_by_differences_has_eleven_digits():
+    for f, exact in ((np.sin, 1.0), (np.exp, 1.0), (lambda s: 1.0 / (1.0 + 3.0 * s), -3.0)):
+        assert abs(derivative(f, 1.0) / exact - 1.0) < 1e-11  # 2e-13
+    assert derivative(lambda s: 0.0, 1.0) == 0.0
+
+
+@pytest.mark.slow(
+    beside="tests/suite/architecture/test_layers.py::test_every_import_contract_holds"
+)
+def test_no_reference_asks_galvi_for_a_force(monkeypatch):
+    def refused(*arguments, **named):
+        raise AssertionError("a reference asked galvi for a force")
+
+    made = [BODIES, galvi.problems.brownout(), galvi.problems.henon_heiles()]
+    made += [galvi.problems.spherical_pendulum(), galvi.problems.double_pendulum()]
+    made += [shaken(potential) for potential in POTENTIALS] + [shaken(lambda q: float(q @ q))]
+    body = galvi.RigidBody([1.0, 2.0, 2.5], lambda R: float(R[2, 2]), force=lambda R, w: -0.1 * w)
+    made += [
+        galvi.Problem(replace(body, force=None), np.eye(3), V),
+        galvi.Problem(body, np.eye(3), V),
+    ]
+    for system in (galvi.Canonical, galvi.NBody, galvi.RigidBody, CanonicalOnRn, *FORMULAS):
+        for name in (
+            "force_kernel", "lagrangian_kernel", "law", "acceleration", "acceleration_jacobian",
+            "potential_gradient", "potential_hessian", "gradient", "hessian",
+            "slope", "torque",
+        ):  # fmt: skip
+            if callable(getattr(system, name, None)):
+                monkeypatch.setattr(system, name, refused)
+    monkeypatch.setattr(galvi.RotorDrag, "__call__", refused)
+    monkeypatch.setattr(galvi.RotorDrag, "compiled", refused)
+    ran = set()
+    for contender in REFERENCES:
+        for problem in made:
+            if not contender.missing and contender.supports(problem):
+                settings = ({"step": 0.25}, {"samples": 1})
+                tried = "step" if "save_every" in _keys(contender, problem) else "samples"
+                contender.run(problem, 0.5, settings[tried == "samples"])
+                ran.add(contender.name)
+    assert {"semi-implicit Euler", "implicit Euler", "SciPy DOP853", "Stormer-Verlet"} <= ran
+    assert "SciPy DOP853, quaternions" in ran and "explicit Euler, matrices" in ran
+
+
+def _keys(contender, problem):
+    with pytest.raises(ValueError) as refusal:
+        contender.run(problem, 1.0, {"no such key": 1})
+    return str(refusal.value)
+
 
 RATE, DURATION = 0.4, 1.0
 SPRING = galvi.problems.harmonic_oscillator()
 TURN = galvi.problems.free_rigid_body()
 INERTIA = np.array(TURN.system.inertia)
-PRESENT = [contender for contender in REFERENCES if not contender.missing]
-every = pytest.mark.parametrize("contender", PRESENT, ids=lambda contender: contender.name)
 
 # name: setting of a run of duration 1, tolerance on q; measured when set, in the comment
 ON_VECTORS: Mapping[str, tuple[dict[str, Any], float]] = {
@@ -61,13 +181,13 @@ def forced(problem: galvi.Problem, force: Any) -> galvi.Problem:
     return replace(problem, system=replace(problem.system, force=force))
 
 
-def of_every_kind() -> dict[str, galvi.Problem]:
-    """A problem of each kind that some reference recognises, with a force upon it."""
-    points = ("harmonic_oscillator", "planar_pendulum", "henon_heiles")
-    bodies = ("free_rigid_body", "pendulum_3d", "heavy_top")
-    made = {name: forced(getattr(galvi.problems, name)(), friction) for name in points}
-    made |= {name: forced(getattr(galvi.problems, name)(), rubbing) for name in bodies}
-    return {**made, "kepler": forced(galvi.problems.kepler(0.3), friction)}
+POINTS = ("harmonic_oscillator", "planar_pendulum", "henon_heiles")
+TURNING = ("free_rigid_body", "pendulum_3d", "heavy_top")
+OF_EVERY_KIND = {  # that some reference recognises, with a force upon it
+    **{name: forced(getattr(galvi.problems, name)(), friction) for name in POINTS},
+    **{name: forced(getattr(galvi.problems, name)(), rubbing) for name in TURNING},
+    "kepler": forced(galvi.problems.kepler(0.3), friction),
+}
 
 
 def damped_spring(t: float) -> float:
@@ -95,18 +215,11 @@ def error(contender: Any) -> float:
     return float(np.abs(run.q[-1] - exact).max()) / tolerance
 
 
-@pytest.mark.slow_cases("oscillator, closed form")
-@every
-def test_a_reference_takes_a_force_only_if_it_is_listed_here_as_knowing_forces(contender):
-    takes = [name for name, problem in of_every_kind().items() if contender.supports(problem)]
+@pytest.mark.parametrize("contender", REFERENCES, ids=lambda contender: contender.name)
+def test_only_references_that_are_listed_here_take_a_force_and_others_refuse_it(contender):
+    takes = [name for name, problem in OF_EVERY_KIND.items() if contender.supports(problem)]
     assert bool(takes) == (contender.name in TAKERS), takes
-
-
-@pytest.mark.parametrize(
-    "contender", [c for c in REFERENCES if c.name not in TAKERS], ids=lambda c: c.name
-)
-def test_what_does_not_know_forces_refuses_them(contender):
-    for problem in of_every_kind().values():
+    for problem in () if takes else OF_EVERY_KIND.values():
         with pytest.raises(ValueError, match="does not solve this kind of problem"):
             contender.run(problem, DURATION, {"step": DURATION})
 
@@ -171,16 +284,6 @@ def test_semi_implicit_euler_is_of_first_order_and_symplectic_euler_without_a_fo
     np.testing.assert_allclose(free.q, same.q, rtol=0, atol=1e-14)
 
 
-@pytest.mark.slow(
-    beside="test_fixed_step.py::test_a_force_that_turns_nan_ends_the_run_with_a_sentence"
-)
-def test_semi_implicit_euler_with_too_large_a_step_says_so():
-    stiff = forced(SPRING, njit(lambda q, v: -1e3 * v * np.abs(v)))
-    run = SEMI_IMPLICIT_EULER.run(replace(stiff, v0=[10.0]), 100.0, {"step": 1.0})
-    assert not run.success and "non-finite state" in run.status
-    assert np.all(np.isnan(run.q[-1]))
-
-
 def test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as():
     problem = galvi.problems.brownout(100e-6)
     drag = problem.system.force
@@ -192,19 +295,6 @@ def test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as
     np.testing.assert_allclose(known.q, called.q, rtol=0, atol=1e-13)  # 2e-15
     assert external_force(problem).compiled
     assert not external_force(replace(problem, system=plain)).compiled
-
-
-@pytest.mark.slow(beside="test_galvi_finds_the_closed_form_of_a_braked_free_body")
-def test_galvi_agrees_with_dop853_about_a_body_that_a_torque_brakes():
-    problem = forced(galvi.problems.pendulum_3d(), rubbing)
-    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-    run = galvi.integrate(problem, method, 0.25, 20)
-    exact = reference("SciPy DOP853, quaternions").run(problem, 5.0, {"samples": 1, **TIGHT})
-    assert run.success and exact.success
-    assert np.abs(run.q[-1] - exact.q[-1]).max() < 1e-12  # 4e-15
-    assert galvi.energy(run)[-1] < galvi.energy(run)[0]
-    unforced = galvi.integrate(galvi.problems.pendulum_3d(), method, 0.25, 20)
-    assert np.abs(unforced.q[-1] - exact.q[-1]).max() > 0.1
 
 
 def test_galvi_finds_the_closed_form_of_a_braked_free_body():

@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import galvi
-from references.heyoka.taylor import HEYOKA
 from references.newton import acceleration
 from references.textbook.grain_flights import landings
 
@@ -66,49 +65,6 @@ def test_scipys_events_find_the_same_landings(coefficient):
         assert found.landed[k] == (solved.status == 1)
         end = solved.y_events[0][0] if found.landed[k] else solved.y[:, -1]
         np.testing.assert_allclose(found.q[k], end[:3], atol=1e-9)
-
-
-@pytest.mark.skipif(bool(HEYOKA.missing), reason=HEYOKA.missing)
-def test_heyokas_events_find_the_same_landings_of_thirty_grains():
-    """With the wind from its stream function, by heyoka's derivatives."""
-    import heyoka as hy
-
-    from galvi.kernels.forces import rotor_wind as field
-
-    x, y, z, *v = hy.make_vars("x", "y", "z", "vx", "vy", "vz")
-    s = hy.make_vars("s")
-    height = field.LOW + (field.HIGH - field.LOW) * hy.exp(-hy.time / field.DESCENT)
-    stream = hy.expression(0.0)
-    for share in field.SHARES:
-        for zeta, sign in ((z - share * height, 1.0), (z + share * height, -1.0)):
-            P = s + field.R**2 + zeta * zeta + field.CORE**2
-            stream += sign * field.STRENGTH * (P * P - 4.0 * field.R**2 * s) ** -0.75
-    square = {"s": x * x + y * y}
-    outwards = hy.subs(-hy.diff(stream, "z"), square)
-    upwards = hy.subs(2.0 * stream + 2.0 * s * hy.diff(stream, "s"), square)
-    w = [a - b for a, b in zip(v, (x * outwards, y * outwards, upwards), strict=True)]
-    speed = hy.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-    problem = galvi.problems.brownout(200e-6, drag_coefficient=None)
-    rate = problem.system.force.factor / float(problem.system.mass)
-    scale = problem.system.force.drag_law.scale
-    pull = [-rate * (1.0 + 0.15 * (scale * speed) ** 0.687) * a for a in w]
-    equations = list(zip((x, y, z), v, strict=True))
-    equations += list(zip(v, (pull[0], pull[1], pull[2] - G), strict=True))
-    engine = hy.taylor_adaptive(
-        equations, np.zeros(6), compact_mode=True,
-        t_events=[hy.t_event(z, direction=hy.event_direction.negative)],
-    )  # fmt: skip
-    q, u, t = starts(30)
-    found = landings(problem, q, u, t, 3.0)
-    for k in range(30):
-        engine.time = t[k]
-        engine.reset_cooldowns()
-        engine.state[:] = np.concatenate([q[k], u[k]])
-        outcome = engine.propagate_until(3.0)[0]
-        landed = outcome != hy.taylor_outcome.time_limit
-        assert landed == found.landed[k]
-        np.testing.assert_allclose(engine.time, found.t[k], atol=1e-10)
-        np.testing.assert_allclose(engine.state[:3], found.q[k], atol=1e-9)
 
 
 def test_steps_that_become_too_small_and_contacts_without_end_are_refused():

@@ -60,16 +60,6 @@ def test_in_quadruple_precision_all_forces_together_are_those_of_galvi():
     assert not HEYOKA_QUADRUPLE.supports(galvi.Problem(own, Q, V))
 
 
-@needs_heyoka
-@pytest.mark.parametrize("nudge", [0.0, 1e-8])
-def test_a_collision_is_not_passed_off_as_a_result(nudge):
-    q0, v0 = [[-0.5, 0.0], [0.5, 0.0]], [[0.0, 0.0], [0.0, nudge]]
-    problem = galvi.Problem(galvi.NBody([1.0, 1.0]), q0, v0)
-    run = HEYOKA.run(problem, 2.0, {"samples": 8, **QUICK})
-    assert not run.success and run.failed_step == 4 and "bodies met" in run.status
-    assert np.all(np.isfinite(run.q[:4])) and np.all(np.isnan(run.q[4:]))
-
-
 def test_without_heyoka_there_is_a_sentence(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "heyoka", None)
     for contender in (HEYOKA, HEYOKA_QUADRUPLE):

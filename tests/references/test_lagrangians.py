@@ -18,8 +18,6 @@ from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QU
 from references.newton import acceleration, is_differenced
 from references.scipy.ivp import DOP853, TIGHT
 from references.scipy.lagrangian_ivp import LAGRANGIAN_DOP853, accelerations
-from references.stored.lagrangian import STORED_LAGRANGIAN
-from references.stored.planets import FOLDER
 from references.textbook.lagrange_equations import LagrangeEquations
 
 needs_heyoka = pytest.mark.skipif(
@@ -145,21 +143,6 @@ def test_heyoka_and_dop853_agree(name):
     assert HEYOKA_LAGRANGIAN_QUADRUPLE.exact and not HEYOKA_LAGRANGIAN.exact
 
 
-def test_the_equations_of_a_potential_are_its_force_over_the_mass():
-    for problem in POTENTIALS.values():
-        equations = LagrangeEquations.of(problem)
-        q = np.linspace(0.3, 0.9, problem.q0.size)
-        ours = problem.system.acceleration(q, 0.0) if hasattr(problem.system, "acceleration") else (
-            DOP853.run(problem.with_initial_state(q, 0.0 * q), 1e-4, {"samples": 1, **TIGHT})
-        )  # fmt: skip
-        found = accelerations(equations)(q, 0.0 * q, 0.0)
-        expected = ours if isinstance(ours, np.ndarray) else (ours.q[-1] - q) * 2e8
-        np.testing.assert_allclose(found, expected, rtol=1e-6)
-        moving = dict(zip(equations.v, (q + 1.0).tolist(), strict=True))
-        momenta = [float(p.subs(moving)) for p in equations.momenta]
-        np.testing.assert_allclose(momenta, problem.system.momentum(q + 1.0), rtol=1e-15)
-
-
 def test_a_wrong_sign_in_lagrange_s_equations_is_caught():
     problem = PROBLEMS["elastic pendulum"]
     equations = LagrangeEquations.of(problem)
@@ -186,56 +169,17 @@ def test_polar_kepler_is_the_orbit_in_other_coordinates():
     assert angle[-1] > 6.0 * np.pi  # it counts the turns
 
 
-@pytest.mark.slow_cases("fermi_pasta_ulam_tsingou")
-@pytest.mark.parametrize("case", STORED_LAGRANGIAN.cases)
-def test_others_come_to_the_stored_truth(case):
-    problem, _ = STORED_LAGRANGIAN.cases[case]
-    truth = STORED_LAGRANGIAN.run(problem, 5.0, {"samples": 10})
-    peer = LAGRANGIAN_DOP853 if LAGRANGIAN_DOP853.supports(problem) else DOP853
-    assert apart(peer.run(problem, 5.0, {"samples": 1, **TIGHT}), truth) < 2e-13  # 2e-14
-    ours = galvi.integrate(problem, EIGHT, 0.025, 200)
-    assert np.abs(ours.q[::20] - truth.q).max() < 1e-13  # 3e-15
-    assert np.ptp(galvi.energy(truth)) < 5e-14  # 1e-14: the states are rounded
-
-
-def test_the_stored_truth_is_kept_for_its_problem_and_no_other():
-    sprung, chain = galvi.problems.elastic_pendulum, galvi.problems.fermi_pasta_ulam_tsingou
-    others = (
-        sprung(gravity=np.nextafter(9.81, 10.0)),
-        sprung(mass=2.0, stiffness=80.0),  # the same motion, with other momenta
-        sprung(angle=np.nextafter(1.5, 2.0)),
-        chain(14),
-        chain(beta=1e-15),
-        galvi.problems.henon_heiles(0.11),
-        galvi.problems.kepler_polar(),
-    )
-    assert not any(STORED_LAGRANGIAN.supports(other) for other in others)
-    assert all(
-        STORED_LAGRANGIAN.supports(problem) for problem, _ in STORED_LAGRANGIAN.cases.values()
-    )
-
-
-@pytest.mark.skipif(
-    bool(HEYOKA_LAGRANGIAN_QUADRUPLE.missing),
-    reason=HEYOKA_LAGRANGIAN_QUADRUPLE.missing or "present",
-)
-@pytest.mark.parametrize("case", STORED_LAGRANGIAN.cases)
-def test_the_stored_truth_can_be_made_again(case):
-    kept = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
-    made = STORED_LAGRANGIAN.table(case).splitlines()
-    rows = [i for i, line in enumerate(kept) if not line.startswith("# source")]
-    assert [made[i] for i in rows] == [kept[i] for i in rows]
-
-
-@pytest.mark.parametrize("name", OWN)
-def test_a_potential_of_ones_own_is_written_out_and_its_slopes_are_not_differenced(name):
-    problem = OWN[name]
+@pytest.mark.parametrize("name", [*OWN, *POTENTIALS])
+def test_a_potential_is_written_out_and_its_slopes_are_not_differenced(name):
+    problem = (OWN | POTENTIALS)[name]
     equations = LagrangeEquations.of(problem)
     assert HEYOKA_LAGRANGIAN.supports(problem) and HEYOKA_LAGRANGIAN_QUADRUPLE.supports(problem)
     for far in (0.0, 0.3):
         q, v, t = problem.q0 + far, problem.v0 - far, problem.t0 + far
         found = accelerations(equations)(q, v, t)
         np.testing.assert_allclose(found, acceleration(problem)(q, v, t), rtol=1e-9, atol=1e-11)
+        momenta = [float(p.subs(dict(zip(equations.v, v, strict=True)))) for p in equations.momenta]
+        np.testing.assert_allclose(momenta, problem.system.momentum(v), rtol=1e-15)
     assert not is_differenced(problem)
 
 
@@ -276,17 +220,6 @@ def test_a_potential_without_a_formula_is_refused_with_the_reason(name):
     assert is_differenced(problem)
     with pytest.raises(ValueError, match="The reason is its potential, of which no formula"):
         HEYOKA_LAGRANGIAN.run(problem, 1.0, {})
-
-
-def test_a_gradient_that_is_not_the_potential_s_is_taken_as_it_is_or_not_at_all():
-    def other(q):
-        return np.array([q[0] ** 3, 2.001 * q[1]])
-
-    problem = own(lambda q: q[0] ** 4 / 4 + q[1] ** 2, other, check=False)
-    found = accelerations(LagrangeEquations.of(problem))(problem.q0, problem.v0, 0.0)
-    np.testing.assert_allclose(found, -other(problem.q0), rtol=1e-15)
-    floats = replace(problem.system, gradient=lambda q: other(q).astype(float))
-    assert LagrangeEquations.of(replace(problem, system=floats)) is None
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -338,12 +271,5 @@ def test_numbers_of_a_formula_are_not_rounded():
     mean, power = formulas_of(lambda q: [0.1 * q[0] + q[0] / 3.0, np.sqrt(q[0]) ** 3], written([x]))
     assert mean == x * (sympy.Rational(0.1) + sympy.Rational(1, 3))
     assert power == x ** sympy.Rational(3, 2)
-    assert LagrangeEquations.of(POTENTIALS["henon-heiles"]).pull == (
-        -2 * sympy.Symbol("q0", real=True) * sympy.Symbol("q1", real=True)
-        - sympy.Symbol("q0", real=True),
-        -(sympy.Symbol("q0", real=True) ** 2)
-        + sympy.Symbol("q1", real=True) ** 2
-        - sympy.Symbol("q1", real=True),
-    )
     assert LagrangeEquations.of(PROBLEMS["coupled and driven"]).timed
     assert not LagrangeEquations.of(PROBLEMS["polar Kepler"]).timed

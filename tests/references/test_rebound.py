@@ -1,10 +1,11 @@
-"""REBOUND driven as it should be, on the solar system, and what it does not say of itself."""
+"""REBOUND driven as it should be: its options, its orders and what it does not say of itself."""
 
 from __future__ import annotations
 
 import signal
+import sys
 import time
-from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,20 +15,211 @@ import galvi
 pytest.importorskip("rebound")
 
 from references.closed_forms.kepler import KEPLER
+from references.rebound import bulirsch_stoer, leapfrog, native, saba, whfast, whfast512
+from references.rebound.bulirsch_stoer import BULIRSCH_STOER
 from references.rebound.ias15 import IAS15
-from references.rebound.whfast import BEST, DEFAULT, WHFAST
-from references.scipy.ivp import DOP853, TIGHT
+from references.rebound.leapfrog import LEAPFROG
+from references.rebound.mercurius import MERCURIUS
+from references.rebound.saba import SABA
+from references.rebound.simulation import version
+from references.rebound.trace import TRACE
+from references.rebound.whfast import WHFAST
+from references.rebound.whfast512 import WHFAST512
+from references.stored.planets import STORED_TRUTH
 
 SOLAR = galvi.problems.solar_system()
+PLANETS = galvi.problems.solar_system(pluto=False)
+SPAN = 730.5  # days, kept in the stored truth
+TRUTH = STORED_TRUTH.run(PLANETS, SPAN, {})
+HALF, DAILY = SPAN / 146, SPAN / 365
+ORBIT = galvi.problems.kepler(0.3)
+needs_avx512 = pytest.mark.skipif(bool(WHFAST512.missing), reason=WHFAST512.missing or "present")
 
 
-@cache
-def truth():
-    return IAS15.run(SOLAR, 2000.0, {})
+def error(contender, problem=PLANETS, duration=SPAN, truth=TRUTH, **setting):
+    run = contender.run(problem, duration, setting)
+    assert run.success, run.status
+    return float(np.abs(run.q[-1] - truth.q[-1]).max())
 
 
-def error(run):
-    return float(np.abs(run.q[-1] - truth().q[-1]).max())
+def heavy():
+    """The outer planets, 50 times as heavy, which meet."""
+    planets = galvi.problems.outer_solar_system()
+    masses = np.append(planets.system.masses[0], 50.0 * planets.system.masses[1:])
+    return galvi.Problem(galvi.NBody(masses), planets.q0, planets.v0)
+
+
+PLAIN = {"1": 1e-6, "CM_1": 1e-6, "CL_1": 1e-6}  # 4e-8; others 7e-14 to 5e-12
+FOUND = [  # contender, setting, error of planets between, measured in the comment
+    *((SABA, {"step": DAILY, "type": kind, "safe_mode": 0}, 0.0, PLAIN.get(kind, 2e-10))
+      for kind in saba.TYPES),
+    *((IAS15, {"adaptive_mode": mode}, 0.0, 2e-13)  # 2e-14
+      for mode in ("PRS23", "GLOBAL", "INDIVIDUAL", "AARSETH85")),
+    (SABA, {"step": HALF, **saba.BEST}, 0.0, 1e-9),  # 7e-14
+    (WHFAST, {"step": HALF, **whfast.DEFAULT}, 1e-9, 1e-6),  # 2e-7
+    (WHFAST, {"step": DAILY, **whfast.BEST}, 0.0, 1e-10),
+    (LEAPFROG, {"step": SPAN / 1461, **leapfrog.BEST}, 0.0, 2e-11),  # 3e-13
+    (BULIRSCH_STOER, {}, 1e-9, 1e-5),  # 2e-7
+    (BULIRSCH_STOER, bulirsch_stoer.BEST, 0.0, 1e-10),  # 7e-12
+    pytest.param(WHFAST512, {"step": DAILY, **whfast512.BEST}, 0.0, 1e-10,  # 5e-12
+                 marks=needs_avx512),
+    pytest.param(WHFAST512, {"step": DAILY, **whfast512.DEFAULT}, 1e-8, 1e-6,  # 4e-8
+                 marks=needs_avx512),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("contender", "setting", "least", "most"), FOUND)
+def test_the_stored_planets_are_found_with_errors_of_the_method(contender, setting, least, most):
+    assert least <= error(contender, **setting) < most
+    method = contender.run(PLANETS, SPAN, setting).method
+    assert "rebound" in method and all(f"{key}={setting[key]}" in method for key in setting)
+
+
+def test_ias15_keeps_the_energy_to_round_off():
+    energy = galvi.energy(IAS15.run(SOLAR, 10_000.0, {"samples": 10}))
+    assert np.abs(energy / energy[0] - 1.0).max() < 1e-14  # 2e-15
+
+
+ORDERS = [  # contender, setting, order and how near it is, numbers of steps
+    (WHFAST, whfast.DEFAULT, 2, 0.1, (91, 182, 365)),
+    (MERCURIUS, {}, 2, 0.05, (146, 292, 584)),
+    (TRACE, {}, 2, 0.05, (146, 292, 584)),
+    *((LEAPFROG, {"order": order}, order, 0.6, (80, 160, 240)) for order in (2, 4, 6)),
+    (LEAPFROG, {"order": 8}, 8, 0.6, (20, 40, 60)),
+]
+
+
+@pytest.mark.parametrize(("contender", "setting", "order", "near", "counts"), ORDERS)
+def test_the_order_is_what_is_claimed(contender, setting, order, near, counts):
+    problem, span = (ORBIT, 6.0) if contender is LEAPFROG else (PLANETS, SPAN)
+    truth = KEPLER.run(ORBIT, span, {}) if contender is LEAPFROG else TRUTH
+    steps = span / np.array(counts)
+    errors = [error(contender, problem, span, truth, step=h, **setting) for h in steps]
+    assert abs(np.polyfit(np.log(steps), np.log(errors), 1)[0] - order) < near
+
+
+OPTIONS = [  # by which a run differs from one without
+    *((WHFAST, PLANETS, {"step": 5 * DAILY}, option) for option in (
+        {"corrector": 11},
+        {"corrector2": 1, "corrector": 17},
+        {"kernel": "MODIFIEDKICK"},
+        {"kernel": "COMPOSITION"},
+        {"coordinates": "DEMOCRATICHELIOCENTRIC"},
+        {"coordinates": "WHDS"},
+        {"coordinates": "BARYCENTRIC"},
+        {"safe_mode": 0, "keep_unsynchronized": 1},
+    )),
+    (MERCURIUS, heavy(), {"step": 30.0}, {"r_crit_hill": 8.0}),
+    (TRACE, heavy(), {"step": 30.0}, {"peri_mode": "FULL_IAS15"}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("contender", "problem", "setting", "option"), OPTIONS)
+def test_every_option_reaches_the_engine(contender, problem, setting, option):
+    span = SPAN if problem is PLANETS else 30_000.0
+    plain, other = (
+        contender.run(problem, span, {**setting, "save_every": 10**6, **more})
+        for more in ({}, option)
+    )
+    assert other.success and f"{list(option)[-1]}=" in other.method
+    assert not np.array_equal(plain.q[-1], other.q[-1])
+
+
+def test_types_of_saba_differ_and_the_default_is_rebounds():
+    ends = {
+        kind: SABA.run(PLANETS, SPAN, {"step": SPAN / 73, "type": kind}).q[-1].tobytes()
+        for kind in saba.TYPES
+    }
+    assert len(set(ends.values())) == len(saba.TYPES)
+    bare = SABA.run(PLANETS, SPAN, {"step": SPAN / 73}).q[-1]
+    assert bare.tobytes() == ends[saba.DEFAULT["type"]]
+
+
+@pytest.mark.parametrize(
+    ("contender", "setting", "complaint"),
+    [
+        (WHFAST, {"kernel": "LAZ"}, "kernel cannot be 'LAZ'.*MODIFIEDKICK"),
+        (WHFAST, {"corrector": "high"}, "corrector cannot be 'high'"),
+        (WHFAST, {"corrector": 4}, "REBOUND refuses.*0, 3, 5, 7, 11, 17"),
+        (WHFAST, {"kernel": "LAZY", "coordinates": "WHDS"}, "REBOUND refuses.*Jacobi"),
+        (LEAPFROG, {"order": 3}, "REBOUND refuses.*order"),
+        pytest.param(WHFAST512, {"corrector": 11}, "corrector must be 0 or 17; received 11",
+                     marks=needs_avx512),
+    ],
+)  # fmt: skip
+def test_options_that_do_not_exist_or_go_together_are_refused(contender, setting, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        contender.run(PLANETS, SPAN, {"step": DAILY, **setting})
+
+
+def test_bulirsch_stoer_follows_its_tolerance_and_its_longest_step():
+    assert error(BULIRSCH_STOER, tolerance=1e-13) == error(BULIRSCH_STOER, **bulirsch_stoer.BEST)
+    run = BULIRSCH_STOER.run(PLANETS, SPAN, {"max_dt": 5.0})
+    assert run.counts["steps"] > SPAN / 5.0 and "eps_rel=1e-08" in run.method
+    with pytest.raises(ValueError, match="eps_abs must be positive"):
+        BULIRSCH_STOER.run(PLANETS, SPAN, {"eps_abs": 0.0})
+
+
+@pytest.mark.parametrize(
+    ("contender", "best", "off"),
+    [(WHFAST, whfast.BEST, 1e-11),  # 7e-13
+     pytest.param(WHFAST512, whfast512.BEST, 1e-12, marks=needs_avx512)],
+)  # fmt: skip
+def test_a_run_ends_the_same_whether_or_not_it_is_read_on_the_way_and_goes_back(
+    contender, best, off
+):
+    often, once = (
+        contender.run(PLANETS, SPAN, {"step": DAILY, "save_every": every, **best})
+        for every in (73, 365)
+    )
+    assert np.array_equal(often.t, np.arange(6) * 73 * DAILY) and often.counts["steps"] == 365
+    np.testing.assert_allclose(often.q[-1], once.q[-1], rtol=0, atol=off)
+    v = once.p[-1] / PLANETS.system.masses[:, None]
+    turned = galvi.Problem(PLANETS.system, once.q[-1], v)
+    back = contender.run(turned, -SPAN, {"step": -DAILY, "save_every": 365, **best})
+    np.testing.assert_allclose(back.q[-1], PLANETS.q0, rtol=0, atol=1e-9)
+
+
+MASSLESS = galvi.Problem(  # before the last, which pulls
+    galvi.NBody([1.0, 0.0, 1e-3]),
+    [[0.0, 0.0], [1.6, 0.0], [0.0, 1.0]],
+    [[0.0, 0.0], [0.0, 0.8], [-1.0, 0.0]],
+)
+
+
+@pytest.mark.parametrize(
+    ("contender", "problem", "setting", "order"),
+    [
+        (IAS15, SOLAR, {}, [3, 1, 0, 5, 2, 4, 6, 7, 8, 9]),
+        (WHFAST, SOLAR, {"step": 2.0, **whfast.BEST}, [3, 1, 0, 5, 2, 4, 6, 7, 8, 9]),
+        (IAS15, MASSLESS, {}, [0, 2, 1]),
+    ],
+)
+def test_the_order_of_the_bodies_does_not_matter(contender, problem, setting, order):
+    masses, q, v = problem.system.masses, problem.q0, problem.v0
+    shuffled = galvi.Problem(galvi.NBody(masses[order]), q[order], v[order])
+    span = 3.0 if problem is MASSLESS else 200.0
+    there, here = (contender.run(one, span, setting) for one in (shuffled, problem))
+    off = {"rtol": 0.0, "atol": 1e-12} if problem is MASSLESS else {"atol": 1e-11}
+    np.testing.assert_allclose(there.q[-1], here.q[-1][order], **off)
+    assert abs(here.q[-1, 0] - problem.q0[0]).max() > 1e-6  # the others pull
+
+
+def test_hybrids_survive_encounters_that_whfast_does_not():
+    span, left = 365.25 * 600, {}
+    for contender in (WHFAST, MERCURIUS, TRACE):
+        energy = galvi.energy(
+            contender.run(heavy(), span, {"step": span / 21_915, "save_every": 219})
+        )
+        left[contender.name] = np.max(np.abs(energy / energy[0] - 1.0))
+    # 1.9, 5e-3, 6e-5
+    assert left["REBOUND TRACE"] < 1e-3 < 0.1 < left["REBOUND WHFast"]
+    assert left["REBOUND MERCURIUS"] < 0.05
+
+
+def test_the_engines_warnings_are_in_the_status():
+    run = WHFAST.run(SOLAR, 4000.0, {"step": 1000.0})
+    assert "REBOUND warned: " in run.status and "orbital period" in run.status
 
 
 @pytest.mark.usefixtures("interruptible")
@@ -39,109 +231,61 @@ def test_ctrl_c_reaches_the_program_after_a_run_too():
         time.sleep(1.0)
 
 
-def test_ias15_keeps_the_energy_to_round_off():
-    energy = galvi.energy(IAS15.run(SOLAR, 10_000.0, {"samples": 10}))
-    assert np.abs(energy / energy[0] - 1.0).max() < 1e-14  # 2e-15
+@needs_avx512
+def test_whfast512_is_code_of_its_own_for_any_gravitational_constant_and_leaves_the_arithmetic():
+    plain = WHFAST.run(PLANETS, SPAN, {"step": DAILY, "corrector": 17, "safe_mode": 0})
+    ours = WHFAST512.run(PLANETS, SPAN, {"step": DAILY, **whfast512.BEST})
+    np.testing.assert_allclose(ours.q[-1], plain.q[-1], rtol=0, atol=1e-10)
+    assert not np.array_equal(ours.q[-1], plain.q[-1])
+    problem = galvi.problems.applegate()
+    truth = STORED_TRUTH.run(problem, 100.0, {})
+    assert error(WHFAST512, problem, 100.0, truth, step=0.5, **whfast512.BEST) < 5e-6  # 8e-7
+    assert sys.float_info.min / 2.0 > 0.0  # subnormal numbers are numbers still
 
 
-def test_ias15_and_dop853_find_the_same_planets():
-    run = DOP853.run(SOLAR, 2000.0, TIGHT)
-    assert error(run) < 2e-10  # 2e-11
-    assert run.success
+def test_whfast512_wants_a_dominant_body_and_at_most_eight_more_and_avx512(monkeypatch):
+    pair = galvi.Problem(galvi.NBody([1.0, 1.0]), [[0.0, 0], [1, 0]], [[0.0, 0], [0, 1]])
+    taken = [WHFAST512.supports(one) for one in (PLANETS, SOLAR, galvi.problems.kepler(), pair)]
+    assert taken == [True, False, False, False]
+    monkeypatch.setattr("rebound.avx512_available", False)
+    assert "no AVX-512" in WHFAST512.missing
+    with pytest.raises(ModuleNotFoundError, match="REBOUND WHFast512 cannot run: this CPU"):
+        WHFAST512.run(PLANETS, SPAN, {"step": DAILY})
 
 
-def test_whfast_at_its_best_is_of_higher_order_than_by_default():
-    steps = np.array([8.0, 4.0, 2.0])
-    by_default = [error(WHFAST.run(SOLAR, 2000.0, {"step": h, **DEFAULT})) for h in steps]
-    slope = np.polyfit(np.log(steps), np.log(by_default), 1)[0]
-    assert abs(slope - WHFAST.order) < 0.1
-    best = WHFAST.run(SOLAR, 2000.0, {"step": 2.0, "save_every": 1000, **BEST})
-    assert error(best) < 1e-10 < 1e-8 < by_default[-1]  # 2e-12, 1e-7
-    assert "corrector=17" in best.method and "kernel=LAZY" in best.method
-
-
-def test_whfast_reads_the_same_whether_or_not_it_is_read_on_the_way():
-    often = WHFAST.run(SOLAR, 400.0, {"step": 4.0, "save_every": 10, **BEST})
-    rarely = WHFAST.run(SOLAR, 400.0, {"step": 4.0, "save_every": 100, **BEST})
-    assert often.q.shape[0] == 11 and rarely.q.shape[0] == 2
-    np.testing.assert_allclose(often.q[-1], rarely.q[-1], atol=1e-11)  # 7e-13
-    assert np.array_equal(often.t, np.arange(0.0, 401.0, 40.0))
-
-
-def test_the_order_of_the_bodies_does_not_matter():
-    order = np.array([3, 1, 0, 5, 2, 4, 6, 7, 8, 9])
-    shuffled = galvi.Problem(
-        galvi.NBody(SOLAR.system.masses[order]), SOLAR.q0[order], SOLAR.v0[order]
-    )
-    for contender, setting in ((IAS15, {}), (WHFAST, {"step": 2.0, **BEST})):
-        there = contender.run(shuffled, 200.0, setting)
-        here = contender.run(SOLAR, 200.0, setting)
-        np.testing.assert_allclose(there.q[-1], here.q[-1][order], atol=1e-11)
-
-
-def test_a_plane_stays_a_plane_and_a_gravitational_constant_counts():
-    flat = galvi.Problem(
-        galvi.NBody([1.0, 1e-3], G=4.0), [[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 2.0]]
-    )
-    for contender, setting in ((IAS15, {}), (WHFAST, {"step": 0.125, **BEST})):
-        run = contender.run(flat, 3.0, setting)
-        np.testing.assert_allclose(run.q[-1], KEPLER.run(flat, 3.0, {}).q[-1], atol=1e-13)
-
-
-def test_every_option_of_whfast_reaches_the_engine():
-    for option in (
-        {"corrector": 11},
-        {"corrector2": 1, "corrector": 17},
-        {"kernel": "MODIFIEDKICK"},
-        {"kernel": "COMPOSITION"},
-        {"coordinates": "DEMOCRATICHELIOCENTRIC"},
-        {"coordinates": "WHDS"},
-        {"coordinates": "BARYCENTRIC"},
-        {"safe_mode": 0, "keep_unsynchronized": 1},
-    ):
-        run = WHFAST.run(SOLAR, 400.0, {"step": 4.0, **option})
-        assert run.success and f"{list(option)[-1]}=" in run.method
-    plain = WHFAST.run(SOLAR, 400.0, {"step": 4.0})
-    assert not np.array_equal(plain.q, WHFAST.run(SOLAR, 400.0, {"step": 4.0, "corrector": 11}).q)
-
-
-@pytest.mark.parametrize(
-    ("option", "complaint"),
-    [
-        ({"kernel": "LAZ"}, "kernel cannot be 'LAZ'.*MODIFIEDKICK"),
-        ({"corrector": "high"}, "corrector cannot be 'high'"),
-        ({"corrector": 4}, "REBOUND refuses.*0, 3, 5, 7, 11, 17"),
-        ({"kernel": "LAZY", "coordinates": "WHDS"}, "REBOUND refuses.*Jacobi"),
-    ],
+OTHER = (
+    "__version__ = '{}'\nclass Simulation:\n    def __init__(self): raise OSError('the other')\n"
 )
-def test_options_that_do_not_exist_or_go_together_are_refused(option, complaint):
-    with pytest.raises(ValueError, match=complaint):
-        WHFAST.run(SOLAR, 40.0, {"step": 4.0, **option})
 
 
-def test_the_engines_warnings_are_in_the_status():
-    run = WHFAST.run(SOLAR, 4000.0, {"step": 1000.0})
-    assert "REBOUND warned: " in run.status and "orbital period" in run.status
+@pytest.fixture
+def build(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """(version) -> a build of this version, whose simulations say that they are its."""
+
+    def make(number: str) -> None:
+        (tmp_path / "rebound").mkdir(exist_ok=True)
+        (tmp_path / "rebound" / "__init__.py").write_text(OTHER.format(number))
+
+    monkeypatch.setattr(native, "FOLDER", tmp_path)
+    yield make
+    native._modules.cache_clear()
 
 
-@pytest.mark.parametrize("nudge", [0.0, 1e-8])
-def test_ias15_does_not_pass_a_collision_off_as_a_result(nudge):
-    q0, v0 = [[-0.5, 0.0], [0.5, 0.0]], [[0.0, 0.0], [0.0, nudge]]
-    run = IAS15.run(galvi.Problem(galvi.NBody([1.0, 1.0]), q0, v0), 2.0, {"samples": 8})
-    assert not run.success and "bodies met" in run.status
-    assert run.failed_step == 4  # they meet at t = pi / 4
-    assert np.all(np.isfinite(run.q[:4])) and np.all(np.isnan(run.q[4:]))
+def test_a_build_that_is_missing_or_does_not_fit_is_a_sentence(build) -> None:
+    assert "make native" in native.missing()
+    build("0.1")
+    assert native.missing().startswith("rebound 0.1 is built for this processor, beside")
 
 
-def test_a_massless_body_may_stand_before_one_that_pulls() -> None:
-    """In any order the bodies move alike."""
-    masses, q = np.array([1.0, 0.0, 1e-3]), np.array([[0.0, 0.0], [1.6, 0.0], [0.0, 1.0]])
-    v = np.array([[0.0, 0.0], [0.0, 0.8], [-1.0, 0.0]])
-    runs = [
-        IAS15.run(
-            galvi.Problem(galvi.NBody(masses[order]), q[order], v[order]), 3.0, {"samples": 1}
-        )
-        for order in ([0, 1, 2], [0, 2, 1])
-    ]
-    assert np.allclose(runs[0].q[-1][[0, 2, 1]], runs[1].q[-1], rtol=0.0, atol=1e-12)  # 0
-    assert abs(runs[0].q[-1][0]).max() > 1e-4  # the last body pulls
+def test_a_build_takes_the_place_of_the_module_for_a_run_which_it_gives_back_even_after_a_fault(
+    build,
+) -> None:
+    import rebound
+
+    build(rebound.__version__)
+    assert native.missing() == "" and native.Native(WHFAST).name == "REBOUND WHFast, native"
+    problem, setting = galvi.problems.outer_solar_system(), {"step": 100.0, "save_every": 5}
+    with pytest.raises(OSError, match="the other"):
+        native.Native(WHFAST).run(problem, 500.0, setting)
+    assert sys.modules["rebound"] is rebound and version().startswith("rebound")
+    assert WHFAST.run(problem, 500.0, setting).success

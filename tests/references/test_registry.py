@@ -37,6 +37,12 @@ ON_GROUPS = (
     HANGING,
     galvi.problems.spherical_pendulum(),
 )
+
+
+def code(word):
+    return named(word, ORBIT)
+
+
 NAMES = [contender.name for contender in REFERENCES]
 every = pytest.mark.parametrize("contender", REFERENCES, ids=NAMES)
 PRESENT = [contender for contender in REFERENCES if not contender.missing]
@@ -75,26 +81,26 @@ def test_names_are_unique_and_find_their_reference():
     assert all(reference(contender.name) is contender for contender in REFERENCES)
 
 
-def test_an_unknown_name_is_answered_with_the_nearest():
-    for word, meant in (
-        ("REBOUND IAS14", "REBOUND IAS15"),
-        ("DOP853", "SciPy DOP853"),
-        ("dop853, chains", "SciPy DOP853, chains"),
-        ("mujoco rk4", "MuJoCo RK4"),
-        ("ias15", "REBOUND IAS15"),
-    ):
-        with pytest.raises(ValueError, match=f"received '{word}'. Did you mean '{meant}'"):
-            reference(word)
+UNKNOWN_NAMES = [
+    *((reference, word, "Did you mean 'REBOUND IAS15'") for word in ("REBOUND IAS14", "ias15")),
+    *((reference, word, "Did you mean 'MuJoCo RK4'") for word in ("mujoco rk4", "MuJoCo rk4")),
+    (reference, "DOP853", "Did you mean 'SciPy DOP853'"),
+    (reference, "dop853, chains", "Did you mean 'SciPy DOP853, chains'"),
+    (reference, "whfast", "Did you mean 'REBOUND WHFast'"),
+    (reference, "de421", "Did you mean 'JPL DE421'"),
+    (reference, "Heyoka", "Did you mean 'heyoka'"),
+    (reference, "closed form kepler", "'Kepler, closed form', .*Did you mean 'Kepler, "),
+    *((code, word, "Did you mean 'rebound.whfast'") for word in ("rebound.whfst", "WHFast")),
+    (code, "mujoco.RK4", "Did you mean 'mujoco.rk4'"),
+    (code, "textbook.verlet", "Did you mean 'textbook.stormer_verlet'"),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("word", "meant"),
-    [("ias15", "REBOUND IAS15"), ("whfast", "REBOUND WHFast"), ("de421", "JPL DE421"),
-     ("Heyoka", "heyoka"), ("MuJoCo rk4", "MuJoCo RK4"), ("closed form kepler", "Kepler, ")],
-)  # fmt: skip
-def test_a_part_of_a_name_in_any_case_is_enough_for_the_suggestion(word, meant):
-    with pytest.raises(ValueError, match=f"'Kepler, closed form', .*Did you mean '{meant}"):
-        reference(word)
+@pytest.mark.parametrize(("asked", "word", "meant"), UNKNOWN_NAMES)
+def test_an_unknown_name_is_answered_with_the_nearest(asked, word, meant):
+    with pytest.raises(ValueError, match=f"received '{word}'") as refusal:
+        asked(word)
+    assert re.search(meant, str(refusal.value))
 
 
 def test_the_truths_are_those_we_know():
@@ -133,27 +139,18 @@ def test_a_run_says_when_and_how_it_was_made(contender):
 
 
 @every_present
-def test_an_unknown_key_is_answered_with_the_nearest(contender):
-    problem = solvable(contender)
-    word, meant = ("steq", "step") if contender.fixed_step else ("sample", "samples")
-    with pytest.raises(ValueError, match=f"received '{word}'. Did you mean '{meant}'"):
-        contender.run(problem, 1.0, {word: 1})
-
-
-@every_present
-def test_zero_and_infinite_durations_are_refused(contender):
-    problem = solvable(contender)
-    for duration in (0.0, float("nan"), float("inf")):
-        with pytest.raises(ValueError, match="duration must"):
-            contender.run(problem, duration, setting(contender, 1.0, 1))
-
-
-@every_present
-def test_a_contender_is_set_by_a_step_or_by_samples_and_says_by_which(contender):
+def test_a_contender_is_set_by_a_step_or_by_samples_and_refuses_other_settings(contender):
     assert isinstance(contender, Reference) and isinstance(contender.fixed_step, bool)
-    problem, other = solvable(contender), {"samples": 1} if contender.fixed_step else {"step": 0.5}
-    with pytest.raises(ValueError, match=f"received '{next(iter(other))}'"):
-        contender.run(problem, 1.0, other)
+    problem, right = solvable(contender), setting(contender, 1.0, 1)
+    key, typed, other = ("step", "steq", "samples") if contender.fixed_step else (
+        "samples", "sample", "step")  # fmt: skip
+    for duration, given, words in (
+        (1.0, {typed: 1}, f"received '{typed}'. Did you mean '{key}'"),
+        (1.0, {other: 1}, f"received '{other}'"),
+        *((duration, right, "duration must") for duration in (0.0, float("nan"), float("inf"))),
+    ):
+        with pytest.raises(ValueError, match=words):
+            contender.run(problem, duration, given)
 
 
 @pytest.mark.parametrize("name", CODES)
@@ -189,15 +186,7 @@ def test_a_code_goes_by_its_full_name_and_heyoka_by_its_own():
     assert named("scipy.dop853", CHAIN).name == "SciPy DOP853, chains"
 
 
-def test_an_unknown_code_is_answered_with_the_nearest_and_a_refusal_with_the_reason():
-    for word, meant in (
-        ("rebound.whfst", "rebound.whfast"),
-        ("WHFast", "rebound.whfast"),
-        ("mujoco.RK4", "mujoco.rk4"),
-        ("textbook.verlet", "textbook.stormer_verlet"),
-    ):
-        with pytest.raises(ValueError, match=f"received '{word}'. Did you mean '{meant}'"):
-            named(word, ORBIT)
+def test_a_code_that_does_not_solve_a_problem_is_refused_with_the_reason():
     with pytest.raises(TypeError, match="must be a string; received 3"):
         named(3, ORBIT)
     dragged = replace(SPRING, system=replace(SPRING.system, force=lambda q, v: -v))
@@ -208,29 +197,23 @@ def test_an_unknown_code_is_answered_with_the_nearest_and_a_refusal_with_the_rea
 def test_a_contender_that_says_the_wrong_kind_of_setting_is_seen():
     liar = replace(reference("RK4"), name="liar")
     object.__setattr__(liar, "fixed_step", False)
-    with pytest.raises(pytest.fail.Exception):
-        test_a_contender_is_set_by_a_step_or_by_samples_and_says_by_which(liar)
+    with pytest.raises((AssertionError, pytest.fail.Exception)):
+        test_a_contender_is_set_by_a_step_or_by_samples_and_refuses_other_settings(liar)
 
 
 @every
-def test_support_is_decided_by_the_system_and_not_by_the_name(contender):
-    for problem in (SPRING, ORBIT, galvi.problems.solar_system(), BODY, SWING, TURN):
-        named = galvi.Problem(problem.system, problem.q0, problem.v0, name="something else")
-        assert contender.supports(named) == contender.supports(problem)
-
-
-@every
-def test_support_of_a_system_on_a_group_is_answered_and_not_raised(contender):
+def test_support_is_decided_by_the_system_not_by_the_name_and_never_raised(contender):
     def height(q, v):
         return 0.5 * v @ v - 0.1 * q[2, 2]
 
     general = galvi.Problem(galvi.Lagrangian(height, galvi.SO3()), np.eye(3), [1.0, 0.2, 0.3])
     assert contender.supports(general) is False
     turning = {"quaternions", "matrices", "rigid", "body", "MuJoCo"}
-    for problem in ON_GROUPS:
+    for problem in (SPRING, ORBIT, galvi.problems.solar_system(), SWING, *ON_GROUPS):
         answer = contender.supports(problem)
-        assert isinstance(answer, bool)
-        assert not answer or any(word in contender.name for word in turning)
+        assert contender.supports(replace(problem, name="something else")) is answer
+        if problem in ON_GROUPS:
+            assert not answer or any(word in contender.name for word in turning)
 
 
 @pytest.mark.parametrize(

@@ -1,63 +1,137 @@
-"""Stored truths: bodies, planets, provenance."""
+"""Stored truths of planets, bodies, chains and Lagrangians, and the ephemeris: whence they come."""
 
 from __future__ import annotations
 
+import decimal
 import hashlib
 import importlib
 from importlib import resources
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import galvi
-from references.heyoka.rigid import HEYOKA_RIGID_QUADRUPLE
+from references.heyoka.engine import QUADRUPLE
+from references.heyoka.taylor import HEYOKA_QUADRUPLE
 from references.jpl import states as jpl
+from references.jpl.ephemeris import JPL_EPHEMERIS, differences
+from references.rebound.ias15 import IAS15
+from references.scipy.ivp import DOP853, TIGHT
+from references.scipy.lagrangian_ivp import CHAIN_DOP853, LAGRANGIAN_DOP853
 from references.scipy.rigid_ivp import RIGID_DOP853
 from references.stored import provenance
 from references.stored.attitude import STORED_ATTITUDE
-from references.stored.planets import FOLDER
+from references.stored.chain import STORED_CHAIN
+from references.stored.encounters import ENCOUNTERS, burrau
+from references.stored.lagrangian import STORED_LAGRANGIAN
+from references.stored.planets import CASES, FOLDER, STORED_TRUTH, as_kept, sampled, stored
 from references.textbook.quaternions import QUATERNION_DOP853
 
-PENDULUM, HORIZON = STORED_ATTITUDE.cases["pendulum_3d"]
-
-
-def test_it_is_kept_for_its_problem_and_no_other():
-    assert STORED_ATTITUDE.supports(PENDULUM)
-    others = (
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+PENDULUM = STORED_ATTITUDE.cases["pendulum_3d"][0]
+double, sprung = galvi.problems.double_pendulum, galvi.problems.elastic_pendulum
+chain = galvi.problems.fermi_pasta_ulam_tsingou
+OTHERS = {  # problems near those whose motions are kept
+    STORED_ATTITUDE: (
         galvi.problems.pendulum_3d(weight=np.nextafter(9.81, 10.0)),
         galvi.problems.pendulum_3d(inverted=True),
         galvi.problems.heavy_top(spin=np.nextafter(8.0, 9.0)),
         galvi.problems.free_rigid_body(),
         PENDULUM.with_initial_state(PENDULUM.q0, np.nextafter(PENDULUM.v0, 9.0)),
-    )
-    assert not any(STORED_ATTITUDE.supports(other) for other in others)
-
-
-def test_times_that_are_not_kept_are_refused():
-    for duration, setting in ((HORIZON, {"samples": 3}), (-1.0, {}), (2 * HORIZON, {})):
-        with pytest.raises(ValueError, match=r"is kept every 0\.5 up to 20 .* received a sample"):
-            STORED_ATTITUDE.run(PENDULUM, duration, setting)
-
-
-@pytest.mark.parametrize(
-    ("peer", "tolerance", "bound"),
-    [(QUATERNION_DOP853, 1e-15, 1e-12), (RIGID_DOP853, 1e-12, 2e-10)],  # 1.7e-13, 2.5e-11: the top
-    ids=lambda value: getattr(value, "name", None),
+    ),
+    STORED_CHAIN: (
+        double(gravity=np.nextafter(9.81, 10.0)),
+        double(angles=(2.0, np.nextafter(2.5, 3.0))),
+        galvi.problems.planar_chain(4),
+        galvi.problems.planar_pendulum(),
+    ),
+    STORED_LAGRANGIAN: (
+        sprung(gravity=np.nextafter(9.81, 10.0)),
+        sprung(mass=2.0, stiffness=80.0),  # the same motion, with other momenta
+        sprung(angle=np.nextafter(1.5, 2.0)),
+        chain(14),
+        chain(beta=1e-15),
+        galvi.problems.henon_heiles(0.11),
+        galvi.problems.kepler_polar(),
+    ),
+}
+TRUTHS = {case: truth for truth in OTHERS for case in truth.made}
+# duration; largest errors of q and p of others, measured in the comment
+COMPILED, SLOW, CHAINS = {"tolerance": 1e-15}, {"tolerance": 1e-12}, {"rtol": 3e-14, "atol": 1e-15}
+PEERS = (
+    ("heavy_top", QUATERNION_DOP853, COMPILED, 20, 1e-12, 1e-11),  # 1.7e-13
+    ("heavy_top", RIGID_DOP853, SLOW, 20, 2e-10, 2e-9),  # 2.5e-11
+    ("pendulum_3d", QUATERNION_DOP853, COMPILED, 20, 1e-13, 1e-12),  # 2.0e-14
+    ("pendulum_3d", RIGID_DOP853, SLOW, 20, 2e-11, 2e-10),  # 2.6e-12
+    ("double_pendulum", CHAIN_DOP853, CHAINS, 4, 1e-11, 1e-11),  # 1e-12
+    ("planar_chain", CHAIN_DOP853, CHAINS, 4, 1e-11, 1e-11),
+    ("elastic_pendulum", LAGRANGIAN_DOP853, TIGHT, 5, 2e-13, 2e-13),  # 2e-14
+    ("henon_heiles", DOP853, TIGHT, 5, 2e-13, 2e-13),
+    ("fermi_pasta_ulam_tsingou", DOP853, TIGHT, 5, 2e-13, 2e-13),
 )
-@pytest.mark.parametrize("case", STORED_ATTITUDE.cases)
-def test_other_methods_on_other_coordinates_come_to_it(peer, tolerance, bound, case):
-    problem, horizon = STORED_ATTITUDE.cases[case]
-    bound *= 1.0 if case == "heavy_top" else 0.1  # the pendulum: 2.0e-14, 2.6e-12
-    samples = 40
-    truth = STORED_ATTITUDE.run(problem, horizon, {"samples": samples})
-    run = peer.run(problem, horizon, {"samples": samples, "tolerance": tolerance})
-    assert np.max(np.abs(run.q - truth.q)) < bound
-    assert np.max(np.abs(run.p - truth.p)) < 10.0 * bound
+OURS = {  # duration, steps in half a unit, errors of q at most and of the energies that are kept
+    "double_pendulum": (4, 40, 1e-11, 2e-13),  # 5e-13
+    "planar_chain": (4, 40, 1e-11, 2e-13),
+    "elastic_pendulum": (5, 20, 1e-13, 5e-14),  # 3e-15
+    "henon_heiles": (5, 20, 1e-13, 5e-14),
+    "fermi_pasta_ulam_tsingou": (5, 20, 1e-13, 5e-14),
+}
+every_planet = pytest.mark.parametrize("case", CASES)
+
+
+@pytest.mark.parametrize("truth", OTHERS, ids=lambda truth: truth.name)
+def test_a_truth_is_kept_for_its_problems_at_its_times_and_no_others(truth):
+    assert not any(truth.supports(other) for other in OTHERS[truth])
+    for problem, horizon in truth.cases.values():
+        assert truth.supports(problem)
+        for duration, setting in ((horizon, {"samples": 7}), (-1.0, {}), (2 * horizon, {})):
+            words = rf"is kept every 0\.5 up to {horizon:g} .* received a sample"
+            with pytest.raises(ValueError, match=words):
+                truth.run(problem, duration, setting)
+
+
+@pytest.mark.slow_cases(
+    "planar_chain-SciPy DOP853, chains", "fermi_pasta_ulam_tsingou-SciPy DOP853"
+)
+@pytest.mark.parametrize(
+    ("case", "peer", "setting", "duration", "off", "off_momentum"),
+    PEERS,
+    ids=[f"{case}-{peer.name}" for case, peer, *_ in PEERS],
+)
+def test_other_methods_come_to_it(case, peer, setting, duration, off, off_momentum):
+    truth, samples = TRUTHS[case], {"samples": 2 * duration}
+    problem, _ = truth.cases[case]
+    kept = truth.run(problem, float(duration), samples)
+    run = peer.run(problem, float(duration), samples | setting)
+    assert run.success and np.max(np.abs(run.q - kept.q)) < off
+    assert np.max(np.abs(run.p - kept.p)) < off_momentum
+
+
+@pytest.mark.slow_cases("planar_chain", "fermi_pasta_ulam_tsingou")
+@pytest.mark.parametrize("case", OURS)
+def test_galvi_comes_to_it_and_it_keeps_its_energy(case):
+    duration, every, off, energy = OURS[case]
+    problem, _ = TRUTHS[case].cases[case]
+    kept = TRUTHS[case].run(problem, float(duration), {"samples": 2 * duration})
+    run = galvi.integrate(problem, EIGHT, 0.5 / every, 2 * duration * every)
+    assert np.abs(run.q[::every] - kept.q).max() < off
+    assert np.ptp(galvi.energy(kept)) < energy  # 1e-14: the states are rounded
+
+
+@pytest.mark.slow_cases("double_pendulum", "planar_chain")
+@pytest.mark.parametrize("case", TRUTHS)
+def test_it_can_be_made_again(case):
+    truth = TRUTHS[case]
+    if truth.engine.missing:
+        pytest.skip(truth.engine.missing)
+    kept = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
+    made = truth.table(case).splitlines()
+    rows = [i for i, line in enumerate(kept) if not line.startswith("# source")]
+    assert [made[i] for i in rows] == [kept[i] for i in rows]
 
 
 def test_it_conserves_energy_and_vertical_momentum_and_is_a_rotation():
-    run = STORED_ATTITUDE.run(PENDULUM, HORIZON, {"samples": 40})
+    run = STORED_ATTITUDE.run(PENDULUM, 20.0, {"samples": 40})
     energy = galvi.energy(run)
     assert np.max(np.abs(energy / energy[0] - 1.0)) < 2e-15  # 7e-16: the states are rounded
     assert np.max(galvi.orthogonality_defect(run)) < 1e-15
@@ -65,15 +139,109 @@ def test_it_conserves_energy_and_vertical_momentum_and_is_a_rotation():
     assert np.max(np.abs(vertical - vertical[0])) < 2e-15
 
 
-@pytest.mark.skipif(
-    bool(HEYOKA_RIGID_QUADRUPLE.missing), reason=HEYOKA_RIGID_QUADRUPLE.missing or "present"
-)
-@pytest.mark.parametrize("case", STORED_ATTITUDE.cases)
-def test_it_can_be_made_again(case):
-    kept = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
-    made = STORED_ATTITUDE.table(case).splitlines()
-    rows = [i for i, line in enumerate(kept) if not line.startswith("# source")]
-    assert [made[i] for i in rows] == [kept[i] for i in rows]
+@every_planet
+def test_a_motion_of_planets_is_kept_for_its_problem_and_no_other(case):
+    problem, _ = CASES[case]
+    assert STORED_TRUTH.supports(problem) and stored(case).of(problem)
+    assert sum(stored(other).of(problem) for other in CASES) == 1
+    named = galvi.Problem(problem.system, problem.q0, problem.v0, t0=3.0, name="another")
+    assert STORED_TRUTH.supports(named)
+    masses, q0, v0 = problem.system.masses, problem.q0, problem.v0
+    near = [
+        galvi.Problem(galvi.NBody(np.nextafter(masses, 99.0), problem.system.G), q0, v0),
+        galvi.Problem(galvi.NBody(masses, np.nextafter(problem.system.G, 0.0)), q0, v0),
+        galvi.Problem(problem.system, np.nextafter(q0, 99.0), v0),
+        galvi.Problem(problem.system, q0, np.nextafter(v0, 99.0)),
+    ]
+    assert not any(STORED_TRUTH.supports(other) for other in near)
+    assert not STORED_TRUTH.supports(galvi.problems.kepler())
+
+
+@pytest.mark.parametrize("case", ENCOUNTERS)
+def test_a_start_made_on_another_processor_is_that_of_the_file(case):
+    problem, _ = CASES[case]
+    other = problem.with_initial_state(problem.q0 * (1.0 + 2.0**-52), problem.v0)
+    assert not STORED_TRUTH.supports(other) and STORED_TRUTH.supports(as_kept(case, other))
+    wrong = problem.with_initial_state(problem.q0 * (1.0 + 1e-12), problem.v0)
+    with pytest.raises(ValueError, match="Make the file anew"):
+        as_kept(case, wrong)
+
+
+def test_burraus_bodies_are_at_rest_about_their_barycentre():
+    problem = burrau()
+    masses = problem.system.masses
+    assert np.allclose(masses @ problem.q0, 0.0) and not np.any(problem.v0)
+    sides = [np.linalg.norm(problem.q0[i] - problem.q0[j]) for i, j in ((1, 2), (0, 2), (0, 1))]
+    assert np.allclose(sides, masses)
+
+
+@every_planet
+def test_it_has_ten_samples_at_its_horizon_and_at_a_tenth_of_it(case):
+    problem, horizon = CASES[case]
+    late = galvi.Problem(problem.system, problem.q0, problem.v0, t0=7.0)
+    for duration, samples in ((horizon, 10), (horizon, 5), (horizon / 10, 10), (horizon / 100, 1)):
+        run = STORED_TRUTH.run(late, duration, {"samples": samples})
+        np.testing.assert_allclose(run.t, 7.0 + duration * np.arange(samples + 1) / samples)
+        assert np.array_equal(run.q[0], problem.q0) and np.array_equal(run.p[0], problem.p0)
+        energy = galvi.energy(run)
+        # 2e-15: the roundings of the states; 4e-13 where bodies meet.
+        assert np.abs(energy / energy[0] - 1.0).max() < (1e-12 if case in ENCOUNTERS else 1e-14)
+    with pytest.raises(ValueError, match=r"stored truth is kept .* received a sample at"):
+        STORED_TRUTH.run(problem, horizon / 3, {})
+    with pytest.raises(ValueError, match="received a sample at -"):
+        STORED_TRUTH.run(problem, -horizon, {})
+
+
+@every_planet
+def test_its_file_has_25_digits_and_says_how_it_was_made(case):
+    text = (FOLDER / f"{case}.csv").read_text("ascii")
+    assert (
+        f"python -m references.stored.planets {case}" in text and "real128, tolerance 1e-28" in text
+    )
+    rows = [line.split(",") for line in text.splitlines() if line[0].isdigit()]
+    assert len(rows) == len(sampled(CASES[case][1])) * CASES[case][0].system.masses.size
+    digits = [
+        len(decimal.Decimal(x).as_tuple().digits) for row in rows for x in row[2:] if float(x)
+    ]
+    assert min(digits) == max(digits) == 25
+    accuracy = float(text.split("differ by at most ")[1].split()[0])
+    assert accuracy < 1e-16  # of the looser of two tolerances; 1.3e-18 au, 6e-17 in Burrau's
+
+
+@pytest.mark.skipif(bool(IAS15.missing), reason=IAS15.missing or "present")
+@every_planet
+def test_an_independent_engine_agrees(case):
+    problem, horizon = CASES[case]
+    setting = {"samples": 10} if case != "solar_system" else {"samples": 1}
+    truth = STORED_TRUTH.run(problem, horizon / 10, setting)
+    run = IAS15.run(problem, horizon / 10, setting)
+    assert np.abs(run.q - truth.q).max() < 1e-10  # 9e-12
+
+
+@pytest.mark.skipif(bool(HEYOKA_QUADRUPLE.missing), reason=HEYOKA_QUADRUPLE.missing or "present")
+@every_planet
+def test_its_first_hundredth_can_be_made_again(case):
+    problem, horizon = CASES[case]
+    times = np.array([0.0, horizon / 100])
+    states, _, failure = HEYOKA_QUADRUPLE.states(problem, times, QUADRUPLE)
+    assert failure is None
+    text = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
+    bodies = problem.system.masses.size
+    lines = [line for line in text if line[0].isdigit()][bodies : 2 * bodies]
+    kept = [decimal.Decimal(x) for line in lines for x in line.split(",")[2:]]
+    made = [decimal.Decimal(str(x)) for x in states[1]]
+    apart = [abs(a - b) for a, b in zip(kept, made, strict=True)]
+    assert max(apart) < decimal.Decimal("1e-20")  # 1e-22, of which 5e-25 is the file's rounding
+
+
+def test_a_time_that_was_rounded_moves_the_bodies_along():
+    problem, horizon = CASES["outer_solar_system"]
+    exact = STORED_TRUTH.run(problem, horizon, {})
+    later = np.nextafter(horizon, np.inf)
+    run = STORED_TRUTH.run(problem, later, {})
+    moved = exact.p[-1] / problem.system.masses[:, None] * (later - horizon)
+    np.testing.assert_allclose(run.q[-1] - exact.q[-1], moved, rtol=0, atol=8e-15)
+    assert run.t[-1] == later
 
 
 def test_every_file_has_its_engine_command_and_hash() -> None:
@@ -85,16 +253,6 @@ def test_every_file_has_its_engine_command_and_hash() -> None:
         assert one["SHA-256"] == hashlib.sha256((FOLDER / name).read_bytes()).hexdigest()
         module, case = one["made by"].removeprefix("python -m ").split()[:2]
         assert f"{case}.csv" == name and importlib.util.find_spec(module) is not None
-
-
-def test_a_changed_digit_has_another_hash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    name = "henon_heiles.csv"
-    text = (FOLDER / name).read_text()
-    (tmp_path / name).write_text(text[:-2] + str((int(text[-2]) + 1) % 10) + "\n")
-    (before,) = [one for one in provenance.truths() if one["file"] == name]
-    monkeypatch.setattr(provenance, "FOLDER", tmp_path)
-    (after,) = provenance.truths()
-    assert after["SHA-256"] != before["SHA-256"]
 
 
 BODIES = (
@@ -125,11 +283,8 @@ def test_the_problem_holds_the_file_to_the_last_digit():
     assert np.array_equal(problem.q0, rows[:, 2:5]) and np.array_equal(problem.v0, rows[:, 5:])
     assert problem.parameters["bodies"] == BODIES
     assert problem.system.G == 1.0 and "au^3/day^2" in problem.units
-
-
-def test_without_pluto_there_are_nine_bodies():
-    problem = galvi.problems.solar_system(pluto=False)
-    assert problem.q0.shape == (9, 3) and problem.parameters["bodies"] == BODIES[:-1]
+    fewer = galvi.problems.solar_system(pluto=False)
+    assert fewer.q0.shape == (9, 3) and fewer.parameters["bodies"] == BODIES[:-1]
 
 
 def test_the_planets_are_where_almanacs_have_them():
@@ -157,3 +312,47 @@ def test_the_barycentre_is_at_rest_at_the_origin_but_for_what_is_left_out():
     drift = np.sum(problem.p0, axis=0) / total
     assert np.linalg.norm(centre) < 1e-8  # au; 2e-9: asteroids and relativity
     assert np.linalg.norm(drift) < 1e-10  # au / day; 7e-12
+
+
+SOLAR = galvi.problems.solar_system()
+needs_jpl = pytest.mark.skipif(bool(jpl.missing()), reason=jpl.missing() or "present")
+
+
+@needs_jpl
+def test_it_starts_where_the_problem_does_and_moves_as_its_velocity_says():
+    run = JPL_EPHEMERIS.run(SOLAR, 0.25, {"samples": 2})
+    assert np.array_equal(run.q[0], SOLAR.q0)
+    v = run.p / SOLAR.system.masses[:, None]
+    np.testing.assert_allclose((run.q[2] - run.q[0]) / 0.25, v[1], atol=2e-7)
+    assert "DE421" in run.method and "jplephem" in run.method and not JPL_EPHEMERIS.exact
+
+
+@needs_jpl
+def test_newtons_point_masses_miss_what_relativity_and_the_moon_do():
+    far = differences(STORED_TRUTH.run(SOLAR, 10_000.0, {}))[-1]
+    sun, mercury, earth = far[0], far[1], far[3]
+    assert 1e-8 < sun < 1e-6  # 7.0e-8
+    assert 1e-5 < mercury < 5e-5  # 2.5e-5: relativity moves its perihelion 43" a century
+    assert 5e-6 < earth < 2e-5  # 1.1e-5
+    assert np.all(far[7:] < 1e-7)  # 4e-8 and less
+    early = differences(STORED_TRUTH.run(SOLAR, 100.0, {}))[-1]
+    assert np.all(early < far)
+
+
+@needs_jpl
+def test_times_outside_the_ephemeris_are_refused():
+    for duration in (1e5, -1e5):
+        with pytest.raises(ValueError, match=r"DE421 covers -36552 to 73080 days.*received"):
+            JPL_EPHEMERIS.run(SOLAR, duration, {})
+
+
+def test_it_knows_its_own_start_only():
+    assert JPL_EPHEMERIS.supports(SOLAR)
+    assert JPL_EPHEMERIS.supports(galvi.problems.solar_system(pluto=False))
+    assert not JPL_EPHEMERIS.supports(galvi.problems.outer_solar_system())
+    assert not JPL_EPHEMERIS.supports(galvi.problems.kepler())
+    nudged = galvi.Problem(SOLAR.system, np.nextafter(SOLAR.q0, 99.0), SOLAR.v0)
+    assert not JPL_EPHEMERIS.supports(nudged)
+    run = galvi.Trajectory(nudged, np.zeros(1), nudged.q0[None], nudged.p0[None])
+    with pytest.raises((ValueError, ModuleNotFoundError), match="JPL DE421"):
+        differences(run)

@@ -74,16 +74,6 @@ def test_galvi_computes_what_the_page_says(name, n, rule, points):
         assert np.max(np.abs(ours.velocity(t).ravel() - v)) < 1e-12
 
 
-@pytest.mark.slow(beside="test_galvi_computes_what_the_page_says")
-def test_a_step_is_symplectic_and_momenta_are_kept():
-    _, theirs = both("Kepler", 6, "Gauss", 6, steps=10)
-    turning = theirs.q[:, 0] * theirs.p[:, 1] - theirs.q[:, 1] * theirs.p[:, 0]
-    assert np.ptp(turning) < 1e-13
-    _, theirs = both("body on a pivot", 2, "Gauss", 1, steps=10)
-    vertical = np.einsum("kj,kj->k", theirs.q[:, 2], theirs.p)
-    assert np.ptp(vertical) < 1e-12
-
-
 FAULTS = {
     "weights that do not sum to 1": ("weights", lambda method: replace(
         method, b=1.01 * method.b)),

@@ -2,6 +2,7 @@
 
 import pytest
 
+import galvi
 from tests.users.refusals import groups, methods, models, runs, systems
 
 ROWS = [
@@ -25,3 +26,14 @@ def test_what_is_no_model_of_mujoco_is_answered_in_one_sentence():
     for error, words, function, *given in models.mujoco():
         with pytest.raises(error, match=words):
             function(*given)
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [("Gauss", "gauss"), ("Lobatto", "lobatto"), ("kepler", "problems.kepler"), ("nbody", "NBody")],
+)
+def test_a_name_in_another_case_has_a_hint(name, meant):
+    hint = rf"no attribute '{name}'. Did you mean galvi.{meant}\?"
+    with pytest.raises(AttributeError, match=hint):
+        getattr(galvi, name)
+    assert not hasattr(galvi, "nothing_like_it")

@@ -1,11 +1,12 @@
-"""Somebody else's contenders without a process of their own, so that tests of what is made of their
-answers are quick; `tests/suite/benchmarks/test_contender_process.py` has the processes.
+"""Somebody else's contenders, sound and wrong, without a process of their own: tests of what is
+made of their answers are quick; `test_contender_process.py` has the processes.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -57,47 +58,257 @@ class Gauss:
         steps = max(1, round(duration / short))
         return [{"step": duration / n, "save_every": n} for n in (steps, 2 * steps)]
 
+    method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+
     def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
-        method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
         steps, every = round(duration / setting["step"]), setting["save_every"]
-        return galvi.integrate(problem, method, setting["step"], steps, save_every=every)
+        return galvi.integrate(problem, self.method, setting["step"], steps, save_every=every)
 
 
-class Raising(Gauss):
-    name = "raising"
+class Stepped(Gauss):
+    """Compositions of leapfrog; `strength` is of the force, 1 in a sound one."""
+
+    name, order, strength = "leapfrog", 2, 1.0
+    conserves = {"energy": 0.02, "angular momentum": 1e-11}  # noqa: RUF012
+    numbers: ClassVar[tuple[int, ...]] = (250, 1000)
+    weights: Sequence[float] = (1.0,)
+
+    def settings(self, problem: galvi.Problem, duration: float) -> list[dict[str, Any]]:
+        return [{"step": duration / n, "save_every": n} for n in self.numbers]
+
+    def pull(self, problem: galvi.Problem, q: Any, t: float) -> Any:
+        return self.strength * problem.system.acceleration(q, t)
+
+    def moved(self, problem: galvi.Problem, q: Any, v: Any, t: float, h: float) -> Any:
+        for w in self.weights:
+            q = q + 0.5 * w * h * v
+            v = v + w * h * self.pull(problem, q, t + 0.5 * h)
+            q = q + 0.5 * w * h * v
+        return q, v
 
     def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
-        raise RuntimeError("no, thanks")
+        h, every, q, v = setting["step"], setting["save_every"], problem.q0, problem.v0
+        saved = [(q, v)]
+        for k in range(round(duration / h)):
+            q, v = self.moved(problem, q, v, problem.t0 + k * h, h)
+            saved += [(q, v)] if (k + 1) % every == 0 else []
+        q, v = np.swapaxes(saved, 0, 1)
+        t = problem.t0 + h * every * np.arange(len(q))
+        counts = {"steps": k + 1}
+        return galvi.Trajectory(problem, t, q, problem.system.momentum(v), counts=counts)
 
 
-class Flat(Gauss):
-    name = "flat"
+class OneSided(Stepped):
+    """The symplectic Euler method, which is not symmetric."""
+
+    name, order = "one-sided", 1
+    conserves = {"energy": 1e-3, "angular momentum": 1e-11}  # noqa: RUF012
+    settings = Gauss.settings
+
+    def moved(self, problem: galvi.Problem, q: Any, v: Any, t: float, h: float) -> Any:
+        v = v + h * self.pull(problem, q, t)
+        return q + h * v, v
+
+
+class Drifting(Stepped):
+    """The explicit Euler method, which wins energy, and says that it does not."""
+
+    name, order, numbers = "drifting", 1, (300, 1200)
+    conserves = {"energy": 0.02}  # noqa: RUF012
+
+    def moved(self, problem: galvi.Problem, q: Any, v: Any, t: float, h: float) -> Any:
+        return q + h * v, v + h * self.pull(problem, q, t)
+
+
+class WithoutSteps(Gauss):
+    """It chooses its steps, and declares an order."""
+
+    conserves: ClassVar[dict[str, float]] = {}
+
+    def settings(self, problem: galvi.Problem, duration: float) -> list[dict[str, Any]]:
+        return [{"tolerance": 1e-6}, {"tolerance": 1e-9}]
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        step = duration / setting["samples"] / 40
+        return super().run(problem, duration, {"step": step, "save_every": 40})
+
+
+class WithoutLongRuns(WithoutSteps):
+    """It raises in runs longer than 5."""
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        if duration > 5.0:
+            raise RuntimeError("too long")
+        return super().run(problem, duration, setting)
+
+
+class Still(Gauss):
+    """It does not move, and conserves everything."""
+
+    name, order = "still", None
+
+    def settings(self, problem: galvi.Problem, duration: float) -> list[dict[str, Any]]:
+        return [{"samples": 1}]
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        count = setting["samples"] + 1
+        t = problem.t0 + duration * np.arange(count) / setting["samples"]
+        q, p = (np.array([start] * count) for start in (problem.q0, problem.p0))
+        return galvi.Trajectory(problem, t, q, p)
+
+
+class Single(Gauss):
+    """A single setting, and a motion that is a thousandth wrong."""
+
+    name, order = "single", None
+
+    def settings(self, problem: galvi.Problem, duration: float) -> list[dict[str, Any]]:
+        return super().settings(problem, duration)[-1:]
 
     def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
         run = super().run(problem, duration, setting)
-        return galvi.Trajectory(problem, run.t, run.q.reshape(len(run.t), -1, 1), run.p)
+        return altered(run, q=run.q + 1e-3 * (run.q - run.q[0]))
 
 
-class Silent(Gauss):
+class FineFirst(Gauss):
+    """Its settings go from fine to coarse."""
+
+    name = "fine first"
+
+    def settings(self, problem: galvi.Problem, duration: float) -> list[dict[str, Any]]:
+        return super().settings(problem, duration)[::-1]
+
+
+class Unseen(Gauss):
+    """It conserves what none of its problems has, and what nobody can."""
+
+    name = "unseen"
+    conserves = {"angular momentum": 1e-30}  # noqa: RUF012
+
+    def supports(self, problem: galvi.Problem) -> bool:
+        return problem.name.startswith("planar pendulum")
+
+
+class Choosy(Gauss):
+    """It supports nothing."""
+
+    def supports(self, problem: galvi.Problem) -> bool:
+        return False
+
+
+class Unsure(Gauss):
+    """It does not know what it supports."""
+
+    def supports(self, problem: galvi.Problem) -> bool:
+        raise OSError("who knows")
+
+
+class Bare(Gauss):
+    """It offers no setting."""
+
+    def settings(self, problem: galvi.Problem, duration: float) -> list[dict[str, Any]]:
+        return []
+
+
+class Altered(Gauss):
+    """Its runs are changed after they are made."""
+
+    def __init__(self, change: Callable[[galvi.Trajectory], galvi.Trajectory]) -> None:
+        self.change, self.name = change, change.__name__.replace("_", " ")
+
+    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
+        return self.change(super().run(problem, duration, setting))
+
+
+def altered(run: galvi.Trajectory, **parts: Any) -> galvi.Trajectory:
+    """The run with other parts, of which galvi knows nothing else."""
+    kept = {name: getattr(run, name) for name in ("problem", "t", "q", "p", "counts")}
+    return galvi.Trajectory(**(kept | parts))
+
+
+class Broken(Altered):
+    """Of which a run does not end as it should."""
+
+    def __init__(self) -> None:
+        super().__init__(self.spoiled)
+        self.name = type(self).name
+
+
+class Raising(Broken):
+    name = "raising"
+
+    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+        raise RuntimeError("no, thanks")
+
+
+class Flat(Broken):
+    name = "flat"
+
+    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+        return altered(run, q=run.q.reshape(len(run.t), -1, 1))
+
+
+class Silent(Broken):
     """Its states are not finite, and it says nothing of that."""
 
     name = "silent"
 
-    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
-        run = super().run(problem, duration, setting)
-        return galvi.Trajectory(problem, run.t, run.q * np.nan, run.p)
+    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+        return altered(run, q=run.q * np.nan)
 
 
-class Failing(Gauss):
+class Failing(Broken):
     """It says that it failed, and why."""
 
     name = "failing"
 
-    def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
-        run = super().run(problem, duration, setting)
-        return galvi.Trajectory(
-            problem, run.t, run.q * np.nan, run.p * np.nan, success=False, status="Out of luck."
-        )
+    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+        said = {"success": False, "status": "Out of luck."}
+        return altered(run, q=run.q * np.nan, p=run.p * np.nan, **said)
+
+
+def mirrored(run: galvi.Trajectory) -> galvi.Trajectory:
+    """Momenta of the other sign."""
+    return altered(run, p=-run.p)
+
+
+def heavy(run: galvi.Trajectory) -> galvi.Trajectory:
+    """Momenta that are a hundredth too large, but for the first."""
+    return altered(run, p=np.concatenate([run.p[:1], 1.01 * run.p[1:]]))
+
+
+def moved(run: galvi.Trajectory) -> galvi.Trajectory:
+    """The first state is the last."""
+    return altered(
+        run, **{name: np.concatenate([x[-1:], x[1:]]) for name, x in (("q", run.q), ("p", run.p))}
+    )
+
+
+def aliased(run: galvi.Trajectory) -> galvi.Trajectory:
+    """Every state that is saved is the same array."""
+    return altered(
+        run, **{name: np.stack([x[-1]] * len(x)) for name, x in (("q", run.q), ("p", run.p))}
+    )
+
+
+def between(run: galvi.Trajectory) -> galvi.Trajectory:
+    """Right at the ends only."""
+    return altered(run, q=np.concatenate([run.q[:1], 0.0 * run.q[1:-1] + 7.0, run.q[-1:]]))
+
+
+def erratic(run: galvi.Trajectory) -> galvi.Trajectory:
+    """Errors that follow no power of the step, all of them small."""
+    noise = 10.0 ** np.random.default_rng(round((run.t[-1] - run.t[0]) / run.step)).uniform(-7, -2)
+    return altered(run, q=np.concatenate([run.q[:-1], run.q[-1:] + noise * run.step]))
+
+
+RANDOM = np.random.default_rng(5)
+
+
+def unseeded(run: galvi.Trajectory) -> galvi.Trajectory:
+    """Ends that differ from run to run by 1e-13."""
+    off = 1e-13 * RANDOM.standard_normal() * (run.t > run.t[0])
+    return altered(run, q=run.q * (1.0 + off[:, None]))
 
 
 BROKEN = {

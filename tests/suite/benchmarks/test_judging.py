@@ -1,26 +1,49 @@
-"""Judging a model: what is said of its own run is true, and what is recommended is enough."""
+"""Judging simulations of point masses: the run that is judged is that of the user's engine on their
+own model, what is said of it is true, and what is recommended is tried and enough."""
 
 from __future__ import annotations
 
 import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, cast
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import galvi
-from benchmarks.applications.judging import bodies, neighbours
-from benchmarks.applications.judging.candidate import Model, Own, Source
-from benchmarks.applications.judging.judgement import judge, own_setting
+from benchmarks.applications.judging import bodies, clock, neighbours
+from benchmarks.applications.judging.candidate import Candidate, Kind, Model, Own, Source
+from benchmarks.applications.judging.judgement import YOURS, Judgement, judge, own_setting
+from benchmarks.applications.judging.scan import Limits, Search, Tried, explained, scan
 from benchmarks.applications.judging.truth import agreements, in_pieces
-from galvi import Problem
+from galvi import Problem, Trajectory
+from galvi.interop.rebound import read
 from references.closed_forms.kepler import KEPLER
 from references.rebound.ias15 import IAS15
+from references.rebound.leapfrog import LEAPFROG
 from references.stored.encounters import burrau
+from reports.judge.files import rendered
 from reports.judge.sentences import sentences
 
-pytest.importorskip("rebound")
-
+rebound = pytest.importorskip("rebound")
 YEAR = 2.0 * math.pi
+
+
+def simulation(*particles: dict[str, Any], **settings: Any) -> Any:
+    """One of REBOUND with these particles."""
+    sim = rebound.Simulation()
+    for particle in particles:
+        sim.add(**particle)
+    for name, value in settings.items():
+        setattr(sim, name, value)
+    return sim
+
+
+STAR = {"m": 1.0}
 
 
 def planet(eccentricity: float = 0.2, **own) -> Problem:
@@ -49,9 +72,244 @@ def sources(problem: Problem, span: float) -> list[Source]:
     return bodies.sources(Model(problem), span, Own("", KEPLER, {}, None))
 
 
-@pytest.mark.slow(
-    beside="test_own_runs.py::test_another_own_integrator_than_that_of_the_simulation"
+def star_last() -> Any:
+    """Two planets that were added before their star."""
+    sim = simulation(
+        {"m": 1e-3, "x": 1.0, "vy": 1.0},
+        {"m": 5e-4, "x": -0.7, "y": 1.6, "vx": -0.69, "vy": -0.30},
+        STAR,
+        integrator="whfast",
+        dt=0.05,
+    )
+    sim.move_to_com()
+    return sim
+
+
+def judged(sim: Any, duration: float, error: float | None = None, **own: Any) -> Judgement:
+    problem, mine = read(sim, -1)
+    return judge(Model(problem, mine), duration, error, own, quick=True)
+
+
+def off_by_hand(sim: Any, steps: int) -> float:
+    """The largest distance of a particle from IAS15's after so many steps."""
+    mine, truth = sim.copy(), sim.copy()
+    truth.integrator, truth.gravity = "ias15", "basic"
+    mine.steps(steps)
+    mine.synchronize()
+    truth.integrate(steps * sim.dt + sim.t)
+    places = ([particle.xyz for particle in one.particles] for one in (mine, truth))
+    return float(np.linalg.norm(np.subtract(*places), axis=1).max())
+
+
+@pytest.mark.slow(beside="test_an_own_run_is_the_engines_to_the_last_bit")
+def test_particles_keep_their_order_and_a_ruined_run_is_not_called_good(monkeypatch) -> None:
+    sim = star_last()
+    found = judged(sim, 100.0, 1e-3)
+    assert found.own_errors["error"].iloc[-1] == pytest.approx(off_by_hand(sim, 2000), rel=1e-6)
+    assert found.own["error"] > 100.0 and not found.passed
+    expected = "2, is particle 2, but REBOUND WHFast expects it first"
+    assert any(expected in note for note in found.notes)
+    assert found.recommended is not None  # candidates have the star first
+    # Planted: the run of a simulation that was built from the problem, the heaviest first.
+    monkeypatch.setattr(bodies, "own", lambda model, name: bodies.INTEGRATORS[name])
+    planted = judged(sim, 10.0).own_errors["error"].iloc[-1]
+    assert planted != pytest.approx(off_by_hand(sim, 200), rel=1e-2)
+
+
+@pytest.mark.slow_cases(but=["janus"])
+@pytest.mark.parametrize("integrator", ["whfast", "saba", "janus"])
+def test_another_own_integrator_than_that_of_the_simulation(integrator: str) -> None:
+    """WHFast leaves to BS the setting that its Kepler motion has the star's pull."""
+    sim = star_last()
+    sim.integrator = integrator
+    found = judged(sim, 5.0, 1e-6, integrator="bs")
+    assert found.own["status"].startswith("Completed.") and found.passed
+
+
+def own_run(sim: Any, steps: int, every: int) -> Trajectory:
+    problem, mine = read(sim, -1)
+    own = own_setting(bodies, Model(problem, mine), {})
+    assert own.step is not None
+    return own.contender.run(
+        problem, steps * own.step, {**own.options, "step": own.step, "save_every": every}
+    )
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.permutations(range(4)),
+    st.sampled_from(["whfast", "saba", "leapfrog", "eos", "janus", "mercurius", "trace"]),
+    st.sampled_from([-0.1, 0.05, 0.1]),
+    st.integers(0, 3),
+    st.booleans(),
 )
+def test_an_own_run_is_the_engines_to_the_last_bit(
+    order: list[int], integrator: str, dt: float, done: int, massless: bool
+) -> None:
+    """Whatever the order of the particles, the direction of time, and what was done before."""
+    sim = rebound.Simulation()
+    made = rebound.Simulation()
+    made.add(m=1.0)
+    for m, a, e, f in ((1e-3, 1.0, 0.1, 0.3), (3e-4, 1.8, 0.05, 2.0), (1e-5, 3.1, 0.2, 4.0)):
+        made.add(m=m, a=a, e=e, f=f)
+    chosen = [*[k for k in order if k < 3], 3] if massless else order
+    for k in chosen:
+        sim.add(made.particles[k])
+    if massless:
+        sim.N_active = 3
+    sim.integrator, sim.dt = integrator, dt
+    if integrator == "whfast":
+        sim.integrator.safe_mode, sim.integrator.corrector = 0, 11
+    sim.steps(done)
+    by_hand = sim.copy()
+    run = own_run(sim, 12, 4)
+    for row in range(1, 4):
+        by_hand.steps(4)
+        by_hand.synchronize()
+        assert np.array_equal(run.q[row], [p.xyz for p in by_hand.particles])
+    assert run.t[-1] == pytest.approx(sim.t + 12 * dt)
+
+
+def backwards() -> Any:
+    sim = simulation(
+        STAR, {"m": 1e-3, "a": 5.2, "e": 0.05}, {"m": 0.0, "a": 3.46, "e": 0.64, "f": 2.0}, dt=-0.01
+    )
+    sim.move_to_com()
+    return sim
+
+
+@pytest.mark.slow_cases("ias15")
+@pytest.mark.parametrize("integrator", ["ias15", "whfast"])
+def test_a_run_backwards_is_judged_backwards(integrator: str) -> None:
+    sim = backwards()
+    sim.integrator, sim.dt = integrator, -0.01
+    found = judged(sim, 20.0, 1e-6)
+    assert found.duration == pytest.approx(-20.0)
+    assert found.own_errors["t"].iloc[-1] == pytest.approx(-20.0)
+    assert "backwards" in sentences(found)[0]
+    assert all(one.t[-1] < 0.0 for one in found.agreements)
+    assert found.recommended is not None and found.recommended["error"] <= 1e-6
+
+
+@pytest.mark.slow(beside="test_a_run_backwards_is_judged_backwards")
+def test_encounters_of_the_past_are_those_of_the_past() -> None:
+    sim = backwards()
+    past = judged(sim, 440.0, 1e-6).encounters
+    gaps = []
+    for t in np.linspace(0.0, -440.0, 44_001):
+        sim.integrate(t)
+        gaps.append(float(np.linalg.norm(np.subtract(sim.particles[2].xyz, sim.particles[1].xyz))))
+    k = int(np.argmin(gaps))
+    assert (past["time"] < 0.0).all()
+    assert past["time"].iloc[0] == pytest.approx(-0.01 * k, abs=0.05)
+    assert past["distance"].iloc[0] == pytest.approx(gaps[k], rel=0.05)
+
+
+@pytest.mark.slow(
+    beside="tests/properties/test_reading_rebound.py::test_a_tree_is_read_as_point_masses_and_says_so"
+)
+def test_a_tree_of_gravity_is_that_of_the_own_run_only() -> None:
+    generator = np.random.default_rng(3)
+    sim = simulation(
+        STAR,
+        *({"m": 1e-3, "a": a, "f": generator.uniform(0, 6.28)} for a in np.linspace(1.0, 4.0, 30)),
+        root_size=40.0, gravity="tree", integrator="leapfrog", dt=0.01,
+    )  # fmt: skip
+    found = judged(sim, 5.0)
+    assert any("tree" in note for note in (*found.notes, str(found.problem.parameters["read_as"])))
+    direct = sim.copy()
+    direct.gravity = "basic"
+    assert found.own["error"] != pytest.approx(judged(direct, 5.0).own["error"], rel=0.1)
+    assert found.own_errors["error"].iloc[-1] == pytest.approx(off_by_hand(sim, 500), rel=1e-6)
+
+
+def kepler_16() -> Any:
+    sim = simulation(
+        {"m": 0.69, "name": "A"}, {"m": 0.2, "a": 0.224, "e": 0.16, "name": "B"},
+        {"m": 3e-4, "a": 0.705, "name": "b"}, integrator="whfast", dt=0.02, t=2455212.12316,
+    )  # fmt: skip
+    sim.move_to_com()
+    return sim
+
+
+@pytest.mark.slow(beside="test_moons_are_no_encounters_and_set_the_pace")
+def test_a_companion_star_has_no_encounters_and_dates_keep_their_digits() -> None:
+    found = judged(kepler_16(), 60.0, 1e-12)
+    assert len(found.encounters) == 0
+    assert not any("encounter" in sentence for sentence in sentences(found))
+    problem, mine = read(kepler_16(), -1)
+    whole = judge(Model(problem, mine), 60.0, 1e-8)
+    for sentence in sentences(whole):
+        assert "e+06" not in sentence
+    assert any("24552" in sentence for sentence in sentences(whole))
+
+
+@pytest.mark.slow(beside="test_a_source_of_truth_that_is_wrong_is_seen")
+def test_what_does_not_agree_is_not_said_to() -> None:
+    """galvi's opinion, of eight steps a revolution, is off by hundreds at e = 0.99."""
+    found = judged(simulation(STAR, {"m": 3e-6, "e": 0.99, "a": 1.0}), 60.0, 1e-6)
+    opinion = next(one for one in found.agreements if one.source.opinion)
+    truth = _of_truth(found)
+    claim, agreed = truth.split("It agrees with ", 1)
+    assert opinion.largest > 1.0 and agreed.startswith("REBOUND") and "galvi" not in agreed
+    assert claim.endswith("runs of galvi are never the truth. ")
+    stopped = next(one for one in found.agreements if one.source.engine == "SciPy")
+    assert not stopped.stopped or "up to t = " in truth
+    apart = replace(found.agreements[0], apart=np.full_like(found.agreements[0].apart, 8.5e-4))
+    parted = replace(found, agreements=(apart,), error=1e-6)
+    assert "REBOUND IAS15 differs from it by up to 8.50·10⁻⁴" in _of_truth(
+        parted
+    ) and "Smaller errors cannot be measured" in _of_truth(parted)
+    assert not any("Nothing that was tried" in one for one in sentences(parted))
+
+
+def _of_truth(found: Judgement) -> str:
+    return next(one for one in sentences(found) if one.startswith("The truth is"))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"coordinates": "democraticheliocentric", "corrector": 0},
+         ("coordinates democraticheliocentric", "dt = 0.05")),
+        ({"coordinates": "jacobi", "corrector": 17, "kernel": "LAZY"},
+         ("corrector 17", "kernel lazy")),
+    ],
+)  # fmt: skip
+def test_labels_name_what_is_not_usual(options: dict[str, Any], words: tuple[str, ...]) -> None:
+    sim = star_last()
+    for name, value in options.items():
+        setattr(sim.integrator, name, value)
+    label = own_setting(bodies, Model(*read(sim, -1)), {}).label.lower()
+    assert all(word in label for word in words)
+
+
+@pytest.mark.slow(beside="test_a_run_backwards_is_judged_backwards")
+def test_a_distance_at_which_the_users_run_ends_is_named() -> None:
+    sim = simulation(
+        STAR, {"m": 1e-3, "a": 1.0}, {"m": 0.0, "x": 10.0, "vx": 2.0},
+        N_active=2, integrator="whfast", dt=0.05, exit_max_distance=50.0,
+    )  # fmt: skip
+    (note,) = [one for one in judged(sim, 40.0, 1e-3).notes if "exit_max_distance" in one]
+    assert "exit_max_distance = 50 is ignored here: your own run ends there at about t = 2" in note
+    sim.exit_max_distance = 1e3
+    assert any("never reaches it" in note for note in judged(sim, 40.0, 1e-3).notes)
+
+
+@pytest.mark.slow(beside="test_another_own_integrator_than_that_of_the_simulation")
+def test_where_a_truth_takes_long_something_is_said_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, mine = read(star_last(), -1)
+    said: list[str] = []
+    judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
+    assert not any("First answer" in one for one in said)
+    monkeypatch.setattr("benchmarks.applications.judging.judgement.AWAITED", 0.0)
+    said.clear()
+    judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
+    first = next(k for k, one in enumerate(said) if one.startswith("First answer: after 2 of 100 "))
+    assert first < next(k for k, one in enumerate(said) if one.startswith("truth: "))
+
+
+@pytest.mark.slow(beside="test_another_own_integrator_than_that_of_the_simulation")
 def test_the_own_error_is_that_against_the_closed_form():
     found = judge(planet(), duration=10 * YEAR, error=1e-3)
     assert found.duration == pytest.approx(10 * YEAR)  # a whole number of its steps
@@ -66,19 +324,9 @@ def test_the_own_error_is_that_against_the_closed_form():
     assert 0.5 < abs(found.parts["phase_error"].iloc[1]) / off < 2.0
 
 
-@pytest.mark.slow(
-    beside="test_judging_scan.py::test_coarser_steps_are_tried_while_they_reach_the_error"
-)
-def test_what_is_recommended_reaches_the_error_and_nothing_cheaper_that_was_tried_does():
-    found = judge(planets(), duration=80_000.0, error=1e-6)
-    best = found.recommended
-    assert best is not None and best["reached"] and best["error"] <= 1e-6
-    reached = found.table[found.table["reached"]]
-    assert best["seconds"] == reached["seconds"].min()
-    assert (found.table.loc[~found.table["reached"], "error"].dropna() > 1e-6).all()
-    tried = {"galvi degree 8, Gauss 8", "REBOUND WHFast, default", "REBOUND IAS15", "REBOUND BS"}
-    assert tried <= {*found.table["integrator"]}
-    # At whole revolutions, where each state is nearly the first.
+@pytest.mark.slow(beside="test_coarser_steps_are_tried_while_they_reach_the_error")
+def test_a_truth_is_trusted_at_whole_revolutions_and_no_error_is_the_own_one():
+    # Where each state is nearly the first.
     again = judge(planet(integrator="ias15"), duration=100 * YEAR, quick=True)
     assert math.isinf(again.trusted_until) and bodies.size(again.truth) == pytest.approx(0.8)
     alone = judge(planets(), duration=40_000.0)
@@ -88,8 +336,6 @@ def test_what_is_recommended_reaches_the_error_and_nothing_cheaper_that_was_trie
 def test_a_run_that_chooses_its_steps_is_also_taken_to_its_end_without_stops():
     """A moonlet far from the Sun: IAS15's own steps are too long for it, those that end at the
     times of comparison are not. 2.36 km are known from steps of 1/40 of its revolution."""
-    import rebound
-
     sim = rebound.Simulation()
     sim.units = ("AU", "days", "Msun")
     sim.add(m=1.0)
@@ -157,9 +403,7 @@ def test_encounters_between_two_outputs_of_an_archive_are_counted():
     assert "misses 1 of 2 encounters: no state of it falls into them" in said
 
 
-@pytest.mark.slow(
-    beside="test_judging_scan.py::test_every_row_has_a_status_and_what_reaches_the_error_a_spread"
-)
+@pytest.mark.slow(beside="test_every_row_has_a_status_and_what_reaches_the_error_a_spread")
 def test_a_clock_reaches_an_error_through_close_passages_and_the_cheapest_is_recommended():
     eccentric = planet(0.99, integrator="ias15")
     bound = Problem(galvi.NBody([1.0, 1e-3]), eccentric.q0, eccentric.v0,
@@ -216,11 +460,7 @@ def test_moons_are_no_encounters_and_set_the_pace():
 
 
 def test_the_options_of_the_own_integrator_are_kept():
-    rebound = pytest.importorskip("rebound")
-    sim = rebound.Simulation()
-    sim.add(m=1.0)
-    sim.add(m=1e-3, a=1.0)
-    sim.integrator, sim.dt = "whfast", 0.1
+    sim = simulation(STAR, {"m": 1e-3, "a": 1.0}, integrator="whfast", dt=0.1)
     sim.integrator.corrector, sim.integrator.safe_mode = 17, 0
     own = own_setting(bodies, Model(galvi.from_rebound(sim)), {})
     assert own.step == 0.1 and own.options["corrector"] == 17 and own.options["safe_mode"] == 0
@@ -229,25 +469,237 @@ def test_the_options_of_the_own_integrator_are_kept():
 
 
 @pytest.mark.parametrize(
-    ("own", "sentence"),
+    ("model", "given", "words"),
     [
-        ({"integrator": "wfast"}, "own integrator must be one of"),
-        ({"integrator": "saba", "dt": None}, "saba takes equal steps"),
+        (planets(), {"own": {"integrator": "wfast"}}, "own integrator must be one of"),
+        (planets(), {"own": {"integrator": "saba", "dt": None}}, "saba takes equal steps"),
+        (Model(*read(simulation(STAR, STAR | {"x": 1.0}, integrator="none"), -1)), {},
+         r"model's own integrator .* --own integrator=ias15"),
+        (galvi.problems.pendulum_3d(), {}, "judge takes a model of point masses"),
+        (planets(), {"duration": 0.0}, "duration must not be 0"),
+        (planets(), {"duration": -1.0}, r"own dt must be at most the duration 1; received 200"),
+        (planets(), {"own": {"dt": 0.0}}, "own dt must not be 0"),
+        (planets(), {"error": 0.0}, "error must be"),
     ],
-)
-def test_an_unknown_own_integrator_is_refused(own, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        judge(planets(), own=own)
+)  # fmt: skip
+def test_what_cannot_be_judged_is_refused_with_what_to_do(model, given, words):
+    with pytest.raises(ValueError, match=words):
+        judge(model, **given)
 
 
-def test_other_models_are_refused():
-    with pytest.raises(ValueError, match="judge takes a model of point masses"):
-        judge(galvi.problems.pendulum_3d())
-    with pytest.raises(ValueError, match="duration must not be 0"):
-        judge(planets(), duration=0.0)
-    with pytest.raises(ValueError, match=r"own dt must be at most the duration 1; received 200"):
-        judge(planets(), duration=-1.0)
-    with pytest.raises(ValueError, match="own dt must not be 0"):
-        judge(planets(), own={"dt": 0.0})
-    with pytest.raises(ValueError, match="error must be"):
-        judge(planets(), error=0.0)
+SPAN = 4.0 * YEAR
+ROOMY = Limits(1.0, 5.0, 10.0, 1.0)
+
+
+def orbit(**own: Any) -> Problem:
+    """A star and a massless planet, whose motion is known."""
+    q, v = np.zeros((2, 3)), np.zeros((2, 3))
+    q[1, 0], v[1, 1] = 1.0, 1.1
+    parameters = {"integrator": "leapfrog", "dt": YEAR / 100, **own}
+    return Problem(galvi.NBody([1.0, 0.0]), q, v, parameters=parameters)
+
+
+@dataclass(frozen=True, eq=False)
+class Slow:
+    """REBOUND's leapfrog after so many seconds of set-up; ``ran`` holds who ran."""
+
+    setup: float = 0.0
+    label: str = ""
+    ran: list[str] = field(default_factory=list)
+    name: str = "slow leapfrog"
+    order: int = 2
+    exact: bool = False
+    missing: str = ""
+
+    def supports(self, problem: Problem) -> bool:
+        return True
+
+    def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        time.sleep(self.setup)
+        self.ran.append(self.label)
+        return LEAPFROG.run(problem, duration, setting)
+
+
+def search(wanted: float) -> Search:
+    truth = KEPLER.run(orbit(), SPAN, {"samples": 100})
+    return Search(cast(Kind, bodies), SPAN, truth, wanted)
+
+
+def leapfrog(steps: int, contender: Any = LEAPFROG) -> Candidate:
+    return Candidate("leapfrog", contender, {}, steps)
+
+
+@pytest.mark.parametrize("pause", [0.0, 0.04])  # in the third call, as of a busy machine
+@pytest.mark.parametrize(("setup", "step"), [(0.06, 1e-6), (0.0, 1e-3), (0.5, 1e-3), (1e-4, 1e-5)])
+def test_the_time_of_a_run_is_foreseen_without_its_set_up_in_every_step(
+    monkeypatch: pytest.MonkeyPatch, setup: float, step: float, pause: float
+) -> None:
+    """On a clock that runs only where it is told to."""
+    now, calls = [0.0], [0]
+    monkeypatch.setattr(clock.time, "perf_counter", lambda: now[0])
+
+    def run(count: int) -> None:
+        calls[0] += 1
+        now[0] += setup + count * step + (pause if calls[0] == 3 else 0.0)
+
+    whole, enough = 10_000, 1.0
+    real = setup + whole * step
+    found = clock.expected(run, whole, enough)
+    assert found == pytest.approx(real, rel=1e-9) or real <= found <= enough
+
+
+def test_a_long_set_up_keeps_no_integrator_from_being_tried() -> None:
+    """Two steps take 0.03 s, so that 20,000 would take 300 s if all steps were like these."""
+    rows = search(1e-4).of([leapfrog(20_000, Slow(0.03))], limit=2.0)
+    assert rows[0].reached and rows[0].error < 1e-4
+
+
+def test_an_integrator_is_tried_with_finer_steps_until_its_time_is_over() -> None:
+    """Even where another reaches the error in a microsecond."""
+    found = search(1e-5)
+    own = Tried("mine", "dt = 1", error=1e-6, seconds=1e-6)
+    table, _ = scan(found.kind, [[leapfrog(100)]], SPAN, found.truth, 1e-5, print, ROOMY, own)
+    rows = table[table["integrator"] == "leapfrog"]
+    assert rows["reached"].any() and len(rows) > 3
+    assert table.iloc[0]["integrator"] == "mine"
+
+
+def test_what_does_not_reach_the_error_says_how_fine_it_was_tried() -> None:
+    rows = search(1e-15).of([leapfrog(100)], limit=0.2)
+    last = rows[-1]
+    assert len(rows) > 2 and not any(row.reached for row in rows)
+    told = f"not reached with the finest setting tried, {last.setting}, error {last.error:.2g}: "
+    assert last.status.startswith(told) and len(last.status) > len(told)
+    assert all(row.status for row in rows)
+    best = Tried("one", "dt = 2", rows[0].candidate, error=0.1, status="missed")
+    worse = replace(best, setting="dt = 1", error=0.2)
+    failed = replace(best, setting="dt = 1", error=math.nan, status="It failed.")
+    for finest, word in ((worse, "error 0.2"), (failed, "failed")):
+        told = [row.status for row in explained([best, finest], "why")]
+        assert told[0] == f"not reached with the finest setting tried, dt = 1, {word}: why"
+        assert told[1] == ("It failed." if finest is failed else told[0])
+    steps = [row.candidate.count(100) for row in rows if row.candidate is not None]
+    assert steps == sorted(steps)
+
+
+def test_coarser_steps_are_tried_while_they_reach_the_error() -> None:
+    rows = search(1e-2).of([leapfrog(20_000)], limit=5.0)
+    assert rows[0].reached and not rows[-1].reached and all(row.reached for row in rows[:-1])
+    steps = [row.candidate.count(100) for row in rows if row.candidate is not None]
+    assert steps == sorted(steps, reverse=True) and len(steps) > 2
+
+
+def test_fewer_steps_than_states_are_compared_at_some_of_the_states() -> None:
+    few = leapfrog(30)
+    assert (few.states(100), few.count(100)) == (25, 50)
+    assert leapfrog(100).states(100) == 100 and leapfrog(7).states(100) == 100
+    run = few.run(orbit(), SPAN, 100)
+    assert len(run.t) == 26 and np.allclose(run.t, search(1.0).truth.t[::4])
+
+
+def test_times_are_taken_in_turns_and_have_a_spread() -> None:
+    ran: list[str] = []
+    pair = [leapfrog(100, Slow(0.0, label, ran)) for label in "ab"]
+    times = clock.race([*pair, leapfrog(100)], [1e-3, 1e-3, 1e3], orbit(), SPAN, 100, 1.0)
+    assert "".join(ran).replace("ab", "") == "" and len(ran) >= 2 * clock.FEWEST
+    assert times[0].size == times[1].size >= clock.FEWEST and times[2].size == 0
+    middle, low, high = clock.quartiles(np.array([5.0, 1.0, 2.0, 4.0, 3.0]))
+    assert (low, middle, high) == (2.0, 3.0, 4.0)
+
+
+@pytest.fixture(scope="module")
+def found() -> Judgement:
+    return judge(orbit(), duration=SPAN, error=0.5, quick=True)
+
+
+def test_the_own_run_is_a_row_and_larger_steps_than_its_own_are_tried(found: Judgement) -> None:
+    mine = found.table[found.table["integrator"] == f"REBOUND leapfrog{YOURS}"]
+    steps = mine["setting"].str.removeprefix("dt = ").astype(float)
+    own = mine[mine["setting"] == found.own["setting"]].iloc[0]
+    assert steps.max() > 1.5 * YEAR / 100 and own["reached"] and found.passed
+    assert own["error"] == found.own["error"] and own["seconds"] == found.own["seconds"]
+    reached = found.table[found.table["reached"]]
+    best = found.recommended
+    assert best is not None and best["reached"] and best["error"] <= found.error
+    assert best["seconds"] == reached["seconds"].min()
+    assert (found.table.loc[~found.table["reached"], "error"].dropna() > found.error).all()
+
+
+def test_where_the_own_run_is_the_cheapest_that_is_said(found: Judgement) -> None:
+    mine = found.table["setting"] == found.own["setting"]
+    table = found.table.assign(seconds=np.where(mine, 1e-9, 1.0), seconds_low=1.0, seconds_high=1.0)
+    table = table.sort_values(["reached", "seconds"], ascending=[False, True])
+    said = sentences(replace(found, table=table))
+    assert any("your own run reaches an error of 0.500" in one for one in said)
+    assert not any("The cheapest that reaches" in one for one in said)
+    other = found.table[~mine & found.table["reached"]].iloc[:2]
+    other = other.assign(seconds=[1.0, 2.0], seconds_low=[0.9, 1.1], seconds_high=[1.2, 2.5])
+    slow, alike = ({"seconds": 3.0, "seconds_low": low, "seconds_high": 4.0} for low in (2.9, 1.0))
+    for times, words in (
+        (slow, ", 2.4 to 4.4 times as fast as your run."),
+        (alike, "within quartiles no faster than your run."),
+    ):
+        given = replace(found, table=other, own={**found.own, **times})
+        (said,) = [one for one in sentences(given) if "The cheapest that reaches" in one]
+        assert words in said and "As fast, within quartiles: " in said
+    hasty = {**found.own, "seconds": 0.5, "seconds_low": 0.4, "seconds_high": 0.6}
+    assert not any("your run." in one for one in sentences(replace(given, own=hasty))[2:])
+
+
+def test_every_row_has_a_status_and_what_reaches_the_error_a_spread(found: Judgement) -> None:
+    assert (found.table["status"] != "").all()
+    reached = found.table[found.table["reached"]].dropna(subset="seconds_low")
+    assert f"REBOUND leapfrog{YOURS}" in set(reached["integrator"])
+    assert (reached["seconds_low"] <= reached["seconds"]).all()
+    assert (reached["seconds"] <= reached["seconds_high"]).all()
+    assert "(quartiles " in sentences(found)[0]
+
+
+def test_errors_are_given_at_the_end_too_and_with_the_number_of_times(found: Judgement) -> None:
+    assert found.own["last_error"] == found.own_errors["error"].iloc[-1]
+    told = f"at the end (measured at {len(found.own_errors) - 1} times, not between them;"
+    assert told in sentences(found)[0]
+    tried = found.table.dropna(subset="error")
+    assert (tried["last_error"] <= tried["error"]).all() and tried["last_error"].notna().all()
+    assert f"at the {found.samples} times compared" in rendered(found, "planet", {})
+
+
+@pytest.mark.slow(beside="test_errors_are_given_at_the_end_too_and_with_the_number_of_times")
+def test_units_that_are_not_set_are_those_of_the_simulation(found: Judgement) -> None:
+    told = "in the units of the simulation, in which G = 1"
+    assert any(told in note for note in found.notes)
+    sim = pytest.importorskip("rebound").Simulation()
+    sim.add(m=1.0)
+    sim.add(a=1.0)
+    own = Own("", LEAPFROG, {}, 0.1)
+    read = Model(galvi.from_rebound(sim))
+    assert bodies.unit(read.problem, "length") == " units of length"
+    assert told in bodies.notes(read, own, found.truth)[0]
+    assert " units of length over 25.1 units of time" in sentences(found)[0]
+    page = rendered(found, "planet", {})
+    assert "in units of length" in page and "dt in units of time" in page
+    named = replace(orbit(), units="length au, time yr, mass msun")
+    assert bodies.unit(named, "time") == " yr" and bodies.unit(orbit(), "time") == " units of time"
+    assert not judge(named, duration=SPAN, error=0.5, quick=True).notes
+
+
+def tried(steps: int, **told: Any) -> Tried:
+    return Tried("leapfrog", "", leapfrog(steps), 1e-9, 1e-9, wall=1e-3, **told)
+
+
+def test_where_newtons_method_does_steps_more_of_them_are_tried() -> None:
+    """They may take less time; where none is left to it, the search ends."""
+    looking = search(1e-6)
+    hard = tried(100, reached=True, hard=True)
+    candidate, _ = looking._next([hard], [], 10.0)
+    assert candidate is not None and candidate.steps == 200
+    easy = tried(200, reached=True)
+    assert looking._next([tried(50), hard, easy], [], 10.0) == (None, "")
+
+
+def test_a_stop_that_no_step_cures_ends_a_search() -> None:
+    looking, rows = search(1e-6), [tried(100, stopped=0.5), tried(200, stopped=0.51)]
+    candidate, why = looking._next(rows, [], 10.0)
+    assert candidate is None and why == "a force reaches its limit at t = 0.51, whatever the step"
+    candidate, _ = looking._next([*rows, tried(400, stopped=1.0)], [], 10.0)
+    assert candidate is not None

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import galvi
 from benchmarks.applications.judging import trees
@@ -16,11 +19,14 @@ from benchmarks.applications.judging.candidate import Kind, Model
 from benchmarks.applications.judging.judgement import Judgement, judge, own_setting
 from galvi import Problem
 from galvi.interop import from_mujoco
+from galvi.interop.rebound import read
+from references import as_trajectory, engine_clock
 from references.closed_forms.pendulum import PENDULUM
+from references.mujoco import body
 from references.pinocchio.tree import PINOCCHIO_ACCELERATIONS
 from reports.judge.sentences import sentences
 
-pytest.importorskip("mujoco")
+mujoco = pytest.importorskip("mujoco")
 ROOT = Path(__file__).parents[3]
 
 
@@ -74,9 +80,7 @@ def test_the_page_says_where_all_sources_are_of_one_engine(found: Judgement) -> 
     assert alone not in sentences(replace(found, agreements=(second, *others)))[1]
 
 
-@pytest.mark.slow(
-    beside="test_own_runs.py::test_a_damped_hinge_is_judged_with_the_damping_of_its_integrator"
-)
+@pytest.mark.slow(beside="test_a_damped_hinge_is_judged_with_the_damping_of_its_integrator")
 def test_a_damped_tree_has_no_energy_error() -> None:
     found = judge(swing(damping=0.1), duration=5.0, own={"integrator": "implicitfast"})
     assert math.isnan(found.own["energy"]) and math.isnan(found.own["momentum"])
@@ -150,3 +154,129 @@ def test_all_of_mujocos_integrators_are_tried_on_a_model_with_forces(name: str) 
     found = [group[0].label for group in trees.candidates(model, 2.0, mine)]
     theirs = {contender.name for contender in trees.INTEGRATORS.values() if not contender.missing}
     assert theirs - {mine.name} <= {*found}
+
+
+HINGE = """<mujoco><option timestep="0.002" integrator="{integrator}"/><worldbody><body>
+<joint axis="0 1 0" damping="{damping}"/>
+<inertial pos="0 0 -.1" mass=".1" diaginertia="1e-4 1e-4 1e-4"/></body></worldbody>
+<keyframe><key name="up" qpos="1"/></keyframe></mujoco>"""
+
+
+def hinge(damping: float, integrator: str = "Euler") -> Any:
+    return mujoco.MjModel.from_xml_string(HINGE.format(damping=damping, integrator=integrator))
+
+
+def judged_model(
+    model: Any, duration: float, error: float | None = None, **start: Any
+) -> Judgement:
+    problem, mine = from_mujoco.read(model, (), start.pop("key", 0), **start)
+    return judge(Model(problem, mine), duration, error, quick=True)
+
+
+@pytest.mark.slow_cases(but=["0.1-0.000291"])
+@pytest.mark.parametrize(
+    ("damping", "error"),
+    [(0.01, 2.76e-3), (0.1, 2.91e-4), (0.5, 4.39e-5), (2.0, 4.30e-6), (3.0, 1.52e-6)],
+)
+def test_a_damped_hinge_is_judged_with_the_damping_of_its_integrator(
+    damping: float, error: float
+) -> None:
+    """Right values: mj_step against SciPy's Radau at 1e-12, written by hand, over 1 s."""
+    found = judged_model(hinge(damping), 1.0, 1e-4)
+    assert found.own["error"] == pytest.approx(error, rel=2e-3)
+    assert found.passed is bool(error <= 1e-4)
+
+
+def test_a_rebuilt_model_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Planted: the run of a model that was built from the problem, without implicit damping."""
+    monkeypatch.setattr(trees, "own", lambda model, name: trees.INTEGRATORS[name])
+    whole = body.document
+    monkeypatch.setattr(
+        body, "document", lambda gravity, links, off: whole(gravity, links, (*off, "eulerdamp"))
+    )
+    found = judged_model(hinge(0.5), 1.0, 1e-4)
+    with pytest.raises(AssertionError):
+        assert found.own["error"] == pytest.approx(4.39e-5, rel=2e-3)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.sampled_from(["Euler", "RK4", "implicit", "implicitfast", "discrete"]),
+    st.booleans(),
+    st.floats(0.0, 1.0),
+    st.sampled_from([0.001, 0.004]),
+)
+def test_an_own_run_is_mj_steps_to_the_last_bit(
+    integrator: str, eulerdamp: bool, damping: float, timestep: float
+) -> None:
+    model = hinge(damping, integrator)
+    model.opt.timestep = timestep
+    if not eulerdamp:
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+    problem, mine = from_mujoco.read(model, (), 0)
+    own = own_setting(trees, Model(problem, mine), {})
+    run = own.contender.run(problem, 12 * timestep, {"step": timestep, "save_every": 4})
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    for row in range(1, 4):
+        mujoco.mj_step(model, data, nstep=4)
+        assert run.q[row, 0] == data.qpos[0]
+
+
+def test_a_time_is_the_engines_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Planted: a conversion of ours that takes a quarter of an hour, by the clock that is read."""
+    late, real = 0.0, time.perf_counter
+
+    def clock() -> float:
+        return real() + late
+
+    def slow(*given: Any, **more: Any) -> Any:
+        nonlocal late
+        late += 1000.0
+        return converted(*given, **more)
+
+    converted = as_trajectory.momentum_at
+    monkeypatch.setattr(as_trajectory, "momentum_at", slow)
+    monkeypatch.setattr("benchmarks.applications.judging.clock.time.perf_counter", clock)
+    assert engine_clock.time.perf_counter is clock
+    sim = pytest.importorskip("rebound").Simulation()
+    for particle in ({"m": 1e-3, "x": 1.0, "vy": 1.0}, {"m": 1.0}):
+        sim.add(**particle)
+    sim.integrator, sim.dt = "whfast", 0.05
+    points = Model(*read(sim, -1))
+    for found in (judge(points, 5.0, quick=True), judged_model(hinge(0.1), 0.2)):
+        assert late >= 1000.0 and found.own["seconds"] < 500.0
+        engines = found.table[~found.table["integrator"].str.startswith("galvi")]
+        assert (engines["seconds"].dropna() < 500.0).all()
+
+
+def test_joints_have_their_names() -> None:
+    model = mujoco.MjModel.from_xml_string("""<mujoco><worldbody><body name="waist">
+    <joint name="abdomen_y" axis="0 1 0"/><joint axis="1 0 0"/><joint axis="0 0 1"/>
+    <inertial pos="0 0 -.1" mass=".1" diaginertia="1e-4 1e-4 1e-4"/></body></worldbody></mujoco>""")
+    problem, _ = from_mujoco.read(model, (), None, qpos=[0.5, 0.1, 0.0])
+    names = ["abdomen_y", "hinge 2 of waist", "hinge 3 of waist"]
+    assert trees.names(problem) == names == trees.entries(problem)
+
+
+def test_a_start_may_be_given_in_the_engines_numbers() -> None:
+    found = judged_model(hinge(0.0), 0.2, 1e-3, key=None, qpos=[0.7], qvel=[0.1])
+    assert found.problem.q0 == pytest.approx([0.7]) and found.problem.v0 == pytest.approx([0.1])
+    assert math.isfinite(found.own["error"])
+
+
+def test_a_misread_model_is_refused_along_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Planted: a reading that is right at the start only."""
+    problem, mine = from_mujoco.read(hinge(0.0), (), 0)
+    mine.model.jnt_stiffness[0] = 0.5  # a spring that is at rest where the model starts
+    mine.model.qpos_spring[0] = 1.0
+    with pytest.raises(ValueError, match="misreads this model: MuJoCo accelerates joint"):
+        judge(Model(problem, mine), 0.2, quick=True)
+
+
+@pytest.mark.slow(beside="test_a_rebuilt_model_is_caught")
+def test_an_own_setting_may_be_that_of_a_problem_alone() -> None:
+    arm = galvi.from_mujoco(hinge(0.5), key=0)
+    alone = judge(arm, 1.0, quick=True)
+    assert alone.own["error"] == pytest.approx(4.39e-5, rel=2e-3)
+    assert any("was made from the problem" in note for note in alone.notes)

@@ -13,6 +13,7 @@ from benchmarks.applications.external.checks import _growth
 from benchmarks.applications.external.long_runs import CHOICE, PARTS, SEEDS, at_random
 from benchmarks.measures import independent_invariants
 from benchmarks.statistics.drift import drift
+from tests.suite.benchmarks.contenders_at_hand import Gauss, Stepped
 from tests.suite.benchmarks.correct_contenders import triple_jump
 
 DURATIONS = np.random.default_rng(12).uniform(90.0, 150.0, 50)
@@ -24,33 +25,15 @@ PROBLEMS = {
 }
 
 
-def composed(problem: galvi.Problem, duration: float, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times and states (q, p) of compositions of leapfrog."""
-    steps = STEPS if order == 2 else FINE
-    h, q, v, saved = duration / steps, problem.q0, problem.v0, []
-    weights = triple_jump(order)
-    for _ in range(steps):
-        saved.append((q, v))
-        for w in weights:
-            q = q + 0.5 * w * h * v
-            v = v + w * h * problem.system.acceleration(q, 0.0)
-            q = q + 0.5 * w * h * v
-    saved.append((q, v))
-    places, velocities = np.swapaxes(saved, 0, 1)
-    return h * np.arange(steps + 1), np.array([places, problem.system.momentum(velocities)])
-
-
-def by_gauss(problem: galvi.Problem, duration: float, points: int):
-    steps = FINE
-    method = galvi.Galerkin(galvi.Polynomials(points), galvi.gauss(points))
-    run = galvi.integrate(problem, method, duration / steps, steps, curves=False)
-    return run.t - run.t[0], np.array([run.q, run.p])
-
-
-INTEGRATORS = {
-    **{f"leapfrog, order {order}": (composed, order) for order in (2, 4, 8)},
-    **{f"Gauss {points}": (by_gauss, points) for points in (1, 2, 3, 4)},
-}
+INTEGRATORS = {"leapfrog, order 2": (Stepped(), STEPS)}
+for order in (4, 8):
+    INTEGRATORS[f"leapfrog, order {order}"] = Stepped(), FINE
+    INTEGRATORS[f"leapfrog, order {order}"][0].weights = triple_jump(order)
+for points in (1, 2, 3, 4):
+    INTEGRATORS[f"Gauss {points}"] = Gauss(), FINE
+    INTEGRATORS[f"Gauss {points}"][0].method = galvi.Galerkin(
+        galvi.Polynomials(points), galvi.gauss(points)
+    )
 
 
 @cache
@@ -58,10 +41,10 @@ def changes(integrator: str, name: str, duration: float) -> tuple[np.ndarray, np
     """Times and relative changes of the energy."""
     found = next(key for key in PROBLEMS if key.lower().startswith(name))
     problem, energy = PROBLEMS[found]
-    run, parameter = INTEGRATORS[integrator]
-    t, (q, p) = run(problem, duration, parameter)
-    values = (energy or independent_invariants.hamiltonian)(problem, q, p)
-    return t, np.abs(values - values[0]) / abs(values[0])
+    contender, steps = INTEGRATORS[integrator]
+    run = contender.run(problem, duration, {"step": duration / steps, "save_every": 1})
+    values = (energy or independent_invariants.hamiltonian)(problem, run.q, run.p)
+    return run.t - run.t[0], np.abs(values - values[0]) / abs(values[0])
 
 
 def alarm(t: np.ndarray, values: np.ndarray) -> str:

@@ -256,6 +256,10 @@ FRAMES = (
     (ValueError, "exclude each other",
      lambda: galvi.Galerkin(*THREE, chart=IN_KEPLERS, clock=galvi.DynamicalTime())),
 )  # fmt: skip
+MANY_POINTS = tuple(
+    (ValueError, r"from . to 1000; received 100000\. .*galvi\.composite", partial(family, 100000))
+    for family in (galvi.gauss, galvi.lobatto, galvi.radau, galvi.clenshaw_curtis)
+)
 
 
 def timed(problem, clock, step=0.1, steps=3, points=4, **more):
@@ -308,4 +312,10 @@ CLOCKS = (
     (ValueError, r"clock are galvi's own; received .*Clock\(",
      lambda: galvi.save(timed(KEPLER, OWN_CLOCK)(), "run.npz")),
 )  # fmt: skip
-TABLE = {"rules": RULES, "spaces": SPACES, "pairs": PAIRS, "frames": FRAMES, "clocks": CLOCKS}
+TABLE = {
+    "rules": (*RULES, *MANY_POINTS),
+    "spaces": SPACES,
+    "pairs": PAIRS,
+    "frames": FRAMES,
+    "clocks": CLOCKS,
+}

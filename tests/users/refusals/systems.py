@@ -4,6 +4,7 @@ from functools import partial
 
 import numba
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 import galvi
 from galvi.problems import brownout
@@ -158,6 +159,21 @@ BROWNOUT = (
     (TypeError, r"drag_law must be galvi.QuadraticDrag.* received 3",
      galvi.RotorDrag, 1.0, 3),
 )  # fmt: skip
+TURN, QUATERNION = Rotation.from_rotvec([0.1, 0.2, 0.3]), r"Rotation\.from_quat"
+BODY, FLYING = galvi.RigidBody((1.0, 2.0, 2.5)), galvi.FreeBody(1.0, (1.0, 2.0, 2.5))
+TRIED_FIRST = (  # by users: other forms of a rotation, and what is no system yet
+    (ValueError, r"Give q0\.as_matrix\(\)\.", lambda: galvi.Problem(BODY, TURN, np.zeros(3))),
+    (ValueError, r"Rotation\.from_quat\(quaternion\)\.as_matrix\(\)",
+     lambda: galvi.Problem(BODY, TURN.as_quat(), np.zeros(3))),
+    (ValueError, QUATERNION, lambda: galvi.Problem(FLYING, TURN.as_quat(), np.zeros(6))),
+    (ValueError, QUATERNION, lambda: galvi.Problem(FLYING, np.zeros(7), np.zeros(6))),
+    (TypeError, r"galvi\.Lagrangian\(PlanarChain\(\.\.\.\), galvi\.Rn",
+     lambda: galvi.Problem(galvi.PlanarChain([1.0], [1.0]), [1.0], [0.0])),
+    (TypeError, r"galvi\.Canonical\(mass, CentralForce",
+     lambda: galvi.Problem(galvi.CentralForce(1.0), [1.0], [0.0])),
+    (TypeError, r"galvi\.RigidBody\(inertia, UniformGravity",
+     lambda: galvi.Problem(galvi.UniformGravity(1.0, [0, 0, 1]), [1.0], [0.0])),
+)  # fmt: skip
 
 
 def beside_gravity(forces, masses=(1.0, 1e-3, 0.0)):
@@ -210,6 +226,7 @@ CELESTIAL = (
     (ValueError, "particles must be", lambda: galvi.problems.outer_solar_system(particles=-1)),
 )  # fmt: skip
 TABLE = {
+    "tried first": TRIED_FIRST,
     "point masses": POINT_MASSES,
     "functions": FUNCTIONS,
     "brownout": BROWNOUT,
