@@ -219,6 +219,31 @@ def test_what_is_left_out_is_switched_off_by_which_the_numbers_agree(kind):
     assert kind == "plastic" or np.max(np.abs(whole - ours)) > 1e-4
 
 
+WRAPPED = """<mujoco><option>{}</option><worldbody><site name="a" pos="0 0 1"/>
+<geom name="g" size=".1" contype="0" conaffinity="0"/><body pos="0 0 -.5"><joint axis="0 1 0"/>
+<geom size=".05" pos=".3 0 0" contype="0" conaffinity="0"/><site name="b" pos=".3 0 0"/></body>
+</worldbody><tendon><spatial {}><site site="a"/><geom geom="g"/><site site="b"/></spatial></tendon>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("flag", "force", "acts"),
+    [
+        ("", "", False),
+        ('<flag spring="disable"/>', 'stiffness="3"', False),
+        ("", 'stiffness="3"', True),
+        ('<flag spring="disable"/>', 'stiffness="3" damping="1"', True),
+    ],
+)
+def test_a_tendon_may_wrap_around_a_geom_where_it_has_no_force(flag, force, acts):
+    model = WRAPPED.format(flag, force)
+    if acts:
+        with pytest.raises(BeyondTrees, match="tendons: some that wrap around geoms"):
+            galvi.from_mujoco(model)
+    else:
+        assert galvi.from_mujoco(model).q0.shape == (1,)
+
+
 # ---------------------------------------------------------------- the check by numbers
 
 

@@ -202,6 +202,20 @@ CELESTIAL = (
     (TypeError, "forces must be values", lambda: galvi.NBody([1.0], forces=(3.0,))),
     (ValueError, "a number for each of 2 bodies",
      lambda: galvi.NBody([1.0, 1.0], forces=galvi.Drag([1.0]))),
+    *(
+        (ValueError, f"{name} must be a whole number of at least 0; received -1",
+         partial(force, *numbers, **{name: -1}))
+        for force, numbers, name in (
+            (galvi.Relativity, (1.0,), "source"), (galvi.Radiation, ([0.1], 1.0), "source"),
+        )
+    ),
+    *(
+        (ValueError, r"must be a whole number of at least 0; received -1", force, -1, *numbers)
+        for force, numbers in (
+            (galvi.PowerLaw, (1.0, 1.0)), (galvi.Oblateness, (1e-3, 0.1)),
+            (galvi.Tides, (1.0, 1.0, 1.0)),
+        )
+    ),
     (ValueError, "form must be one of", lambda: galvi.Relativity(1.0, form="other")),
     (ValueError, "form must be one of", lambda: galvi.Relativity(1.0, form=np.zeros(0))),
     *(
