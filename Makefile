@@ -6,8 +6,8 @@ WORKERS ?= 2
 EXTRAS ?= suite,dev
 MODELS ?= gymnasium==1.4.0 gymnasium-robotics==1.4.2 dm_control==1.0.50 robosuite-models==1.0.0 \
     myo-sim==0.2.4
-SINCE ?= HEAD^
 BIN := .venv/bin
+SINCE ?= HEAD^
 MUTANTS = .venv/mutants-$(shell git rev-parse --short HEAD)
 # Tests of runs, which the general kernel does with GALVI_FAST=0; other tests would only be run twice.
 CORE := integrate order corners group_conservation group_systems lagrangian_scales \
