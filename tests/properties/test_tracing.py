@@ -185,6 +185,21 @@ def test_a_function_is_traced_however_it_is_written(name: str) -> None:
         assert made.lagrangian(q, v) == pytest.approx(other(q, v), rel=1e-14)
 
 
+FUNCTIONS = (
+    *("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "arctan", "arcsin"),
+    *("arccos", "log2", "log10", "radians", "degrees", "fabs", "deg2rad", "rad2deg"),
+)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_function_of_numpy_is_traced_as_itself(name: str) -> None:
+    def lagrangian(q: Any, v: Any) -> Any:
+        return v @ v + getattr(np, name)(0.5 * q[0] + 0.1 * v[1])
+
+    _, made = found(lagrangian)
+    assert made.lagrangian(Q, V) == pytest.approx(lagrangian(Q, V), rel=1e-14)
+
+
 def test_slopes_rule_over_the_lagrangian_and_their_mass_is_derived() -> None:
     def slopes(q: Any, v: Any) -> Any:
         out = np.empty(4)
