@@ -129,12 +129,6 @@ def test_a_run_may_leave_the_chart_later_and_keeps_what_was_computed():
     assert np.isnan(galvi.orthogonality_defect(run)[done:]).all()
 
 
-def test_slopes_are_a_remedy_for_what_is_differenced_alone():
-    """A system of galvi's own has its derivatives."""
-    run = galvi.integrate(galvi.problems.spherical_pendulum(), collocation(4), 5.0, 5)
-    assert run.outcome.end is galvi.End.STEP_FAILED and "slopes" not in run.outcome.remedy
-
-
 @pytest.mark.slow_cases("pendulum and body-Exponential")
 @pytest.mark.parametrize(
     ("problem", "chart"), list(zip(ALL, cycle(CHARTS), strict=False)), ids=title
