@@ -85,16 +85,26 @@ def fitted(frame):
     }
 
 
-def test_orders_of_galvi_and_of_others_in_one_table():
-    frame = table(
-        {"degree 2": gauss(2), "Verlet": "textbook.stormer_verlet", "mine": ForestRuth,
-         "DOP853": "scipy.dop853"},
-        [40, 80, 160, 320],
-    )  # fmt: skip
-    orders = fitted(frame)
-    for name, order in (("degree 2", 4.0), ("Verlet", 2.0), ("mine", 4.0)):
-        value, error = orders[name]
-        assert abs(value - order) < max(0.1, 3.0 * error) and error < 0.3
+@pytest.fixture(scope="module")
+def of_kepler():
+    """Galvi, a reference, an integrator of one's own and an adaptive code."""
+    methods = {
+        "degree 2": gauss(2),
+        "Verlet": "textbook.stormer_verlet",
+        "mine": ForestRuth,
+        "DOP853": "scipy.dop853",
+    }
+    return table(methods, [40, 80, 160, 320])
+
+
+@pytest.mark.parametrize(("name", "order"), [("degree 2", 4.0), ("Verlet", 2.0), ("mine", 4.0)])
+def test_orders_of_galvi_and_of_others_in_one_table(of_kepler, name, order):
+    value, error = fitted(of_kepler)[name]
+    assert abs(value - order) < max(0.1, 3.0 * error) and error < 0.3
+
+
+def test_each_run_of_the_table_has_what_it_kept_and_how_it_ended(of_kepler):
+    frame = of_kepler
     equal, own = frame[frame["h"].notna()], frame[frame["h"].isna()]
     assert set(equal["h"]) == {5.0 / n for n in (40, 80, 160, 320)}
     assert set(own["method"]) == {"DOP853"} and own["order"].isna().all() and len(own) >= 4
@@ -104,9 +114,12 @@ def test_orders_of_galvi_and_of_others_in_one_table():
     assert frame.attrs["truth"].startswith("Kepler, closed form") and not frame.attrs["faults"]
     energies = frame[frame["method"] == "Verlet"]["energy"].to_numpy()
     assert np.all(np.diff(energies) < 0.0)
+
+
+def test_the_columns_are_those_of_the_documentation(of_kepler):
     text = galvi.convergence.__doc__.partition("``method, ")[2].partition("``")[0]
-    assert list(frame.columns) == ["method", *(word.strip() for word in text.split(","))]
-    assert isinstance(frame, pd.DataFrame) and frame["fit"].dtype == bool
+    assert list(of_kepler.columns) == ["method", *(word.strip() for word in text.split(","))]
+    assert isinstance(of_kepler, pd.DataFrame) and of_kepler["fit"].dtype == bool
 
 
 def test_a_wrong_constant_has_order_two_and_a_false_symmetry_is_seen():

@@ -142,17 +142,13 @@ def outcome(number: int) -> tuple[str, str]:
     if fast is None or fast.engine == "general":
         return "said" if fast is None else "not compared", words
     if not fast.status.startswith("Completed."):
-        true = true_run(problem, step, clock, fast) if np.isfinite(fast.q[-1]).all() else None
-        right = true is not None and true.success and distance(fast, true) < RIGHT
-        return "false alarm" if right else "said", f"{words}: {fast.status}"
+        alarm = is_right(problem, step, clock, fast)
+        return "false alarm" if alarm else "said", f"{words}: {fast.status}"
     slow = ended(problem, method, step, solver="newton")
-    on_space = problem.q0.shape == problem.v0.shape
-    q0 = problem.q0 * (1.0 + NUDGE) if on_space else problem.q0
-    nudged = problem.with_initial_state(q0, problem.v0 * (1.0 + NUDGE))
-    near = ended(nudged, method, step, solver="newton")
-    if slow is None or near is None or not (slow.success and near.success):
+    moved = nudged_end(problem, method, step)
+    if slow is None or moved is None or not (slow.success and moved.success):
         return "not compared", words
-    allowed = ALIKE * max(distance(near, slow), NUDGE)
+    allowed = ALIKE * max(distance(moved, slow), NUDGE)
     if name == "three bodies" and clock is not None:  # a light body: other equations, H - E0 alike
         true = true_run(problem, step, clock, fast)
         allowed += 100.0 * distance(fast, true) if true.success else np.inf
@@ -163,6 +159,22 @@ def outcome(number: int) -> tuple[str, str]:
         if 0.1 < distance(fast, true) <= 2.0 * distance(slow, true):
             return "not compared", words
     return "alike" if off <= allowed else "WRONG", f"{words}: {off:.1e}, allowed {allowed:.1e}"
+
+
+def is_right(problem: galvi.Problem, step: float, clock: Any, run: Any) -> bool:
+    """Whether the run's end is that of a finer one."""
+    if not np.isfinite(run.q[-1]).all():
+        return False
+    true = true_run(problem, step, clock, run)
+    return true.success and distance(run, true) < RIGHT
+
+
+def nudged_end(problem: galvi.Problem, method: galvi.Galerkin, step: float) -> Any:
+    """The run by the general kernel from a start that is off by NUDGE."""
+    on_space = problem.q0.shape == problem.v0.shape
+    q0 = problem.q0 * (1.0 + NUDGE) if on_space else problem.q0
+    nudged = problem.with_initial_state(q0, problem.v0 * (1.0 + NUDGE))
+    return ended(nudged, method, step, solver="newton")
 
 
 @pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
