@@ -309,7 +309,11 @@ EVENTS = (
     (WRONG, "the event odd must return a number; received an array",
      in_run(lambda q, v, t: q, name="odd")),
     (ZeroDivisionError, "of the user", in_run(raising)),
-    (WRONG, r"the action of the event wall must return \(q, v\)", wall(lambda q, v, t: q)),
+    *(
+        (ValueError, r"the action of the event wall must return \(q, v\); received",
+         wall(lambda q, v, t, end=end: end))
+        for end in (3, "qv", [1.0], [1.0, 2.0, 3.0])
+    ),
     (ValueError, "v of the action of the event wall must have",
      wall(lambda q, v, t: (q, [1.0, 2.0]))),
     (ValueError, "finite numbers", wall(lambda q, v, t: (q, v * np.inf))),
