@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import galvi
 from galvi.interop import from_mujoco as reader
 from galvi.interop import mujoco_model
-from galvi.interop.mujoco_limits import PARTS, BeyondTrees, _pairs
+from galvi.interop.mujoco_limits import PARTS, BeyondTrees, _counted, _pairs
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -471,6 +471,12 @@ def test_what_a_model_disables_is_not_there():
     problem = galvi.from_mujoco(quiet, ignore=("tendons", "fluid"))
     assert problem.system.force is None and not np.any(problem.system.gravity)
     assert not any(joint.stiffness for joint in problem.system.tree.joints)
+
+
+def test_what_is_beyond_is_counted_in_words():
+    pairs = "pair of geoms may meet", "pairs of geoms may meet"
+    assert [_counted(n, *pairs) for n in (0, 1, 2)] == [None, f"1 {pairs[0]}", f"2 {pairs[1]}"]
+    assert _counted(3, "tendon") == "3 tendons"
 
 
 def test_names_that_are_not_in_utf_8_are_refused(tmp_path):

@@ -398,14 +398,20 @@ def test_the_same_numbers_in_another_form_give_the_same_bits(form: str) -> None:
     assert np.array_equal(states, same)
 
 
+def raising(error: Exception) -> None:
+    raise error
+
+
 FAULTS: dict[str, tuple[Callable[[], Any], str]] = {
-    "another package's error": (lambda: int("a"), "invalid literal"),
+    "another package's error": (lambda: raising(ValueError("It is wrong.")), "It is wrong"),
     "an error of Python": (lambda: galvi.Rn(2).hat, "has no attribute"),
     "NaN": (lambda: np.array([1.0, np.nan]), "NaN in the result"),
     "energy": (
         lambda: dataclasses.replace(short_run("kepler"), q=0.5 * np.ones((6, 2)) + np.eye(6, 2)),
         "and called good",
     ),
+    "a status": (lambda: dataclasses.replace(short_run("kepler"), status="ok"), "no sentence"),
+    "a failure": (lambda: dataclasses.replace(short_run("kepler"), success=False), "failed step"),
 }
 
 

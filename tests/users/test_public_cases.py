@@ -23,12 +23,10 @@ ROWS: list[Any] = []
 
 def row(source: str, value: Any = None, within: float = 0.0, **right: Any) -> Any:
     """Enters a function that returns the value, or a run with this `end`, or is `refused`; `words`
-    stand in the run's status or in the refusal, and `marks` are of pytest."""
+    stand in the run's status or in the refusal."""
 
     def enter(given: Callable[[], Any]) -> None:
-        marks = right.pop("marks", ())
-        name = f"{given.__name__}, {source}"
-        ROWS.append(pytest.param(given, value, within, right, id=name, marks=marks))
+        ROWS.append(pytest.param(given, value, within, right, id=f"{given.__name__}, {source}"))
 
     return enter
 
@@ -41,10 +39,13 @@ CLOCK = gauss(8, clock=galvi.DynamicalTime())
 FRAME = gauss(8, chart=galvi.KeplerFrame())
 
 
-def completed(*given: Any, **more: Any) -> Any:
-    run = galvi.integrate(*given, **more)
+def whole(run: Any) -> Any:
     assert run.outcome.end is End.COMPLETED, run.status
     return run
+
+
+def completed(*given: Any, **more: Any) -> Any:
+    return whole(galvi.integrate(*given, **more))
 
 
 def last(run: Any) -> Any:
@@ -75,13 +76,13 @@ def pleiades() -> Any:
     return completed(stars, CLOCK, 0.2, duration=3.0).q[-1].T.ravel()
 
 
-@row("Hull et al. 1972, DETEST D5", (-1.295266250987574, 0.4003938963792321), 1e-12)
+@row("Hull et al. 1972, DETEST D5", (-1.295266250987574, 0.4003938963792321), 1e-13)
 def two_bodies_of_eccentricity_nine_tenths() -> Any:
     clock = gauss(8, clock=galvi.Sundman())
     return completed(galvi.problems.kepler(0.9), clock, 0.3, duration=20.0).q[-1]
 
 
-@row("Hull et al. 1972, DETEST E2", (2.008149762174948, -0.04250887527320057), 1e-11)
+@row("Hull et al. 1972, DETEST E2", (2.008149762174948, -0.04250887527320057), 1e-13)
 def van_der_pols_oscillator() -> Any:
     system = galvi.Canonical(1.0, galvi.LinearSpring(), force=lambda q, v: (1.0 - q * q) * v)
     return last(completed(galvi.Problem(system, [2.0], [0.0]), gauss(8), 0.1, 200))
@@ -96,7 +97,7 @@ def duffings_driven_oscillator() -> Any:
     return last(completed(galvi.Problem(system, [0.0], [0.0]), gauss(8), 0.2, 100))
 
 
-@row("Hull et al. 1972, DETEST E5", (14.11797390542629, 2.400000000000002), 1e-11)
+@row("Hull et al. 1972, DETEST E5", (14.11797390542629, 2.400000000000002), 1e-12)
 def a_pursuit() -> Any:
     free = galvi.UniformField([0.0])
     system = galvi.Canonical(
@@ -107,7 +108,7 @@ def a_pursuit() -> Any:
 
 @row(
     "Hull et al. 1972, DETEST B5: sn, cn and dn at 20 for m = 0.51",
-    (-0.9396570798729192, -0.3421177754000779, 0.7414126596199957), 1e-12,
+    (-0.9396570798729192, -0.3421177754000779, 0.7414126596199957), 1e-13,
 )  # fmt: skip
 def eulers_equations() -> Any:
     """For moments 2, 3, 1.5 in units of the velocity in which the equations have no factors."""
@@ -179,7 +180,7 @@ MOON = (0.5208229189877062, 0.8396958299645672, 0.0)
 
 @row(
     "dtamayo/reboundx#136: by IAS15, and no momentum is lost",
-    (*MOON, 0.0, 0.0, 0.0), 1e-11,
+    (*MOON, 0.0, 0.0, 0.0), 1e-13,
 )  # fmt: skip
 def a_massless_moon_in_a_clock() -> Any:
     """For five revolutions with e = 0.9 about a planet of a star."""
@@ -194,7 +195,7 @@ def a_massless_moon_in_a_clock() -> Any:
 
 
 def two_planets(step: float) -> Any:
-    """Two planets of 1e-5 pass each other at t = 2.9."""
+    """Two planets of 1e-5 pass each other at t = 3."""
     q = [[7.2283e-06, -1.89857e-05], [0.6974469761, 0.5594905041], [-1.42027244, 1.3390793551]]
     v = [[7.0939e-06, 2.6277e-06], [-0.7732756731, 0.4940799962], [0.06388694, -0.7568476381]]
     start = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), q, v)
@@ -208,11 +209,11 @@ def a_clock_steps_over_a_passage() -> Any:
 
 @row("hannorein/rebound#855, #793: IAS15", (-0.9599434139409329, 0.23201791499947325), 1e-7)
 def a_clock_in_steps_that_resolve_the_passage() -> Any:
-    return two_planets(0.05).q[-1, 1]
+    return whole(two_planets(0.05)).q[-1, 1]
 
 
 def meteoroid(method: Any, step: float) -> Any:
-    """It passes the Earth at 25,000 km and 8.5 km/s after 24.5 days."""
+    """It passes the Earth at 25,200 km and 10.2 km/s after 24.5 days."""
     places = [1.054739257525, -0.018119104481, 0.104431693901]
     speeds = [-0.00248197063638, 0.01785420576982, -0.00402509261234]
     q = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], places]
@@ -231,7 +232,9 @@ def a_frame_steps_over_a_passage() -> Any:
 
 @row("wmpg/WesternMeteorPyLib#99: IAS15, in au", 1.6845844e-4, 1e-10)
 def a_clock_resolves_the_passage() -> Any:
-    return meteoroid(CLOCK, 0.1)[1].value
+    run, found = meteoroid(CLOCK, 0.1)
+    whole(run)
+    return found.value.item()
 
 
 @row("Noether; Kepler's problem of Hairer, Lubich and Wanner I.2", 0.0, 1e-13)
@@ -261,7 +264,7 @@ def a_step_in_other_units_than_the_clocks() -> Any:
 
 @row("Kepler's third law: ten revolutions", (7000.0, 0.0), 1e-8)
 def a_step_in_units_of_the_clock() -> Any:
-    return craft(0.4 / np.sqrt(398600.4418)).q[-1]
+    return whole(craft(0.4 / np.sqrt(398600.4418))).q[-1]
 
 
 @row("Curtis, Orbital Mechanics, 12.2; poliastro's tests of perturbations: deg/h",
@@ -288,7 +291,7 @@ def an_isochrone_orbit() -> Any:
 
 
 @row(
-    "Boris 1970, a uniform magnetic field: half a circle", (0.0, -1.0), 1e-12
+    "Boris 1970, a uniform magnetic field: half a circle", (0.0, -1.0), 1e-13
 )  # fmt: skip
 def a_charged_particle() -> Any:
     system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v + q[0] * v[1] - q[1] * v[0], galvi.Rn(2))
@@ -349,14 +352,14 @@ def a_critically_damped_servo() -> Any:
     return completed(problem, gauss(8), 0.02, 50).q[-1, 0]
 
 
-@row("newton-physics/newton#3749: -kv u v / I", -60.0, 1e-10)
+@row("newton-physics/newton#3749: -kv u v / I", -60.0, 1e-12)
 def a_damper_that_is_controlled() -> Any:
     damper = '<actuator><damper joint="h" kv="4" ctrlrange="0 1"/></actuator>'
     return hinge("", damper, 0.0, ctrl=[0.5]).system.acceleration([0.0], [3.0])
 
 
 @row(
-    "google-deepmind/dm_control#320: an oscillator", 0.1 * np.cos(0.2 * np.sqrt(10 / 0.26)), 1e-10,
+    "google-deepmind/dm_control#320: an oscillator", 0.1 * np.cos(0.2 * np.sqrt(10 / 0.26)), 1e-13,
 )  # fmt: skip
 def members_with_a_limit_of_force() -> Any:
     servo = '<actuator><position joint="h" kp="10" forcerange="-400 400"/></actuator>'
@@ -439,14 +442,14 @@ def a_cord_with_an_event_where_it_tightens() -> Any:
     return last(completed(rest, gauss(8), half / 10.0, 20, events=taut))
 
 
-@row("google-deepmind/mujoco#1668, Zeno's ball", end=End.STEP_FAILED, words="event")
+@row("google-deepmind/mujoco#1668, Zeno's ball", end=End.STEP_FAILED, words="chatters")
 def a_ball_that_comes_to_rest() -> Any:
     ball = galvi.Problem(galvi.Canonical(1.0, galvi.UniformField([-9.81])), [1.0], [0.0])
     floor = galvi.Event(lambda q, v, t: q[0], -1, action=lambda q, v, t: (q, -0.5 * v))
     return galvi.integrate(ball, gauss(2), 0.1, 100, events=floor)
 
 
-@row("mockingbirdnest/Principia#2250: a period of Dzhanibekov's nut", (0.1, 1.0, 0.2), 1e-11)
+@row("mockingbirdnest/Principia#2251: a period of Dzhanibekov's nut", (0.1, 1.0, 0.2), 1e-13)
 def a_nut_that_turns_over() -> Any:
     moments, w = np.array([1.0, 2.0, 3.0]), np.array([0.1, 1.0, 0.2])
     energy, momentum = moments @ w**2, moments**2 @ w**2
@@ -456,7 +459,7 @@ def a_nut_that_turns_over() -> Any:
     return completed(body, gauss(8), 4.0 * ellipk(m) / np.sqrt(pace) / 200.0, 200).v[-1]
 
 
-@row("mockingbirdnest/Principia#2250", refused=ValueError, words="no body has the inertia")
+@row("mockingbirdnest/Principia#2251", refused=ValueError, words="no body has the inertia")
 def an_impossible_inertia() -> Any:
     return galvi.RigidBody((3.0, 5.0, 9.0))
 

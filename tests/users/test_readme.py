@@ -74,6 +74,11 @@ def test_the_code_of_a_page_prints_what_the_page_shows(
             assert output == shown
 
 
+@pytest.mark.parametrize("page", ["README.md", "docs/models.md"])
+def test_a_page_that_shows_output_is_compared_with_it(page: str) -> None:
+    assert any(shown for _, _, shown in examples((ROOT / page).read_text()))
+
+
 @pytest.mark.parametrize("page", [*LINKED, "CONTRIBUTING.md"])
 def test_every_link_to_a_file_leads_to_one(page: str) -> None:
     folder, generated = (ROOT / page).parent, ROOT / "docs" / "generated"  # by `make docs`

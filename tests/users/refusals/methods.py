@@ -146,6 +146,7 @@ PAIRS = (
     (TypeError, "a method has its own rule", theory(method(), galvi.gauss(3))),
     (TypeError, r"problem must be a galvi.Problem .* received 7", theory(*THREE, 7)),
     (ValueError, "step means nothing without a problem", theory(*THREE, None, 0.1)),
+    (ValueError, "lipschitz means nothing without", theory(*THREE, None, None, 1.0)),
     (ValueError, "step must not be zero; received 0.0", theory(*THREE, KEPLER, 0.0)),
     (ValueError, "step must be a finite real number", theory(*THREE, KEPLER, np.nan)),
     (ValueError, "lipschitz must not be negative", theory(*THREE, KEPLER, 0.1, -1.0)),
