@@ -229,8 +229,9 @@ class BlockRun:
         self.actions_in_step += 1
         if self.actions_in_step > CHATTERS or near:
             name = self.search.events[found.index[0]].name
+            event = f"the event {name}" if name else "an event"
             self.end = self._failed(
-                self.done + 1, t, f"the event {name} chatters, with {self.actions_in_step} actions "
+                self.done + 1, t, f"{event} chatters, with {self.actions_in_step} actions "
                 f"in a step, or two too near to tell", "Let it end the run, by terminal=True",
             )  # fmt: skip
         self.rest = length * (1.0 - share) if self.clocked else grid - t

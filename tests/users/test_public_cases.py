@@ -442,7 +442,7 @@ def a_cord_with_an_event_where_it_tightens() -> Any:
     return last(completed(rest, gauss(8), half / 10.0, 20, events=taut))
 
 
-@row("google-deepmind/mujoco#1668, Zeno's ball", end=End.STEP_FAILED, words="chatters")
+@row("google-deepmind/mujoco#1668, Zeno's ball", end=End.STEP_FAILED, words="an event chatters")
 def a_ball_that_comes_to_rest() -> Any:
     ball = galvi.Problem(galvi.Canonical(1.0, galvi.UniformField([-9.81])), [1.0], [0.0])
     floor = galvi.Event(lambda q, v, t: q[0], -1, action=lambda q, v, t: (q, -0.5 * v))
