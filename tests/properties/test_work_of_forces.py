@@ -150,6 +150,20 @@ def test_springs_of_tendons_and_held_weights_are_in_the_energy() -> None:
     assert "the energy changed by" in galvi.integrate(problem, method(2), 0.5, 40).status
 
 
+def test_energies_of_springs_of_tendons_are_mujocos_also_where_they_are_slack() -> None:
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(SPRINGS.format(0.0))
+    data, problem = mujoco.MjData(model), galvi.from_mujoco(SPRINGS.format(0.0))
+    off, lengths = [], []
+    for q in np.random.default_rng(3).uniform(-3.1, 3.1, (200, 2)):
+        data.qpos[:] = q
+        mujoco.mj_forward(model, data)
+        mujoco.mj_energyPos(model, data)
+        off.append(problem.system.energy(q, 0.0 * q, 0.0) - data.energy[0])
+        lengths.append(data.ten_length[1])
+    assert np.ptp(off) < 1e-11 and min(lengths) < 0.3 < 0.6 < max(lengths)
+
+
 def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
     calls = [0]
 
