@@ -185,6 +185,12 @@ def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
     assert "could not be judged" in run.status and "no more" in run.status
 
 
+@pytest.mark.parametrize(("s", "z"), [(1, 7.0), (2, 0.1), (4, 1000.0)])
+def test_growth_is_what_a_step_does(s: int, z: float) -> None:
+    run = galvi.integrate(damped_hinge(z), method(s), 1.0, 1, solver="newton")
+    assert run.p[-1, 0] == pytest.approx(work_of_forces.growth(method(s).table, z), abs=1e-10)
+
+
 def pulse(at: float, width: float = 1.0) -> galvi.Problem:
     """A free particle, which a short push takes from 1 to 1 + 5 width sqrt(pi)."""
     system = galvi.Canonical(
