@@ -9,6 +9,7 @@ import galvi
 from tests.agreement.row import Row
 from tests.properties.celestial_cases import CASES, MASSES, OF_VELOCITY, Q, V, bodies
 
+IN_THE_PLANE = [f for name in ("EIH", "radiation", "drag", "power laws") for f in CASES[name]]
 POWERS = (-4, -3, -2.5, -2, 0.25, 1, 2, 7, -2.13, 0.7, 40.3)
 
 
@@ -54,6 +55,7 @@ ROWS: dict[str, Row] = {
         if force != "a function"
     },
     "forces: one source, in the plane": Row(partial(forced, "one source", True), 0.05),
+    "forces: others, in the plane": Row(partial(bodies, IN_THE_PLANE, plane=True), 0.05),
     **{
         f"drag by |v|^{power} from rest": Row(partial(dragged, power), 0.02)
         for power in (0.5, 1.0, 2.0, 3.0)

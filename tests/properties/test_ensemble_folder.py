@@ -265,8 +265,8 @@ def test_a_file_that_is_not_what_was_written_is_computed_again(damage, tmp_path,
         DAMAGE[damage](path, [one for one in files if one != path], chance)
         again = ensemble(tmp_path)
         assert np.array_equal(np.asarray(again), np.asarray(first)) and np.all(again.success)
-        told = ("4 loaded, 1 computed, 1 of them again, since a file was damaged", "5 loaded")
-        assert any(words in repr(again) for words in told)
+        told = "4 loaded, 1 computed, 1 of them again, since a file was damaged" in repr(again)
+        assert told or damage in ("a bit", "zeros", "an addition")  # which may change nothing
         if path.is_file():
             path.write_bytes(known[path])
             assert ensemble(tmp_path).files == "files: 5 loaded, 0 computed"

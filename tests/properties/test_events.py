@@ -12,6 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import galvi
+from galvi.curves.clock_curves import ClockCurves
+from galvi.curves.curves import FrameCurves
+from galvi.events import asked
+from galvi.run.states import Reaching
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 FRAME = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), chart=galvi.KeplerFrame())
@@ -291,6 +295,26 @@ def test_one_event_of_all_pairs_is_those_of_each(name: str) -> None:
     three = galvi.find_events(run, galvi.events.within("any", 3, 0.1))
     own = [k for k, one in enumerate(apart.name) if one.startswith("3 ") or " and 3 " in one]
     assert np.array_equal(three.t, apart.t[own]) and len(own) > 0
+
+
+@fast
+@pytest.mark.parametrize("name", ["frame", "clock"])
+def test_no_place_is_sought_and_no_state_reached_by_itself(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = ran(name)
+    for kind in (FrameCurves, ClockCurves):
+        for part in ("position", "velocity"):
+            monkeypatch.setattr(kind, part, lambda *given: pytest.fail("a place by itself"))
+    monkeypatch.setattr(Reaching, "__call__", lambda *given: pytest.fail("a state by itself"))
+    assert len(galvi.find_events(run, galvi.events.apsis(1, 2))) > 5
+
+
+@fast
+def test_pairs_that_stay_apart_cost_bounds_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = galvi.integrate(planets(1.5, 8), CLOCK, 0.2, duration=40.0)
+    monkeypatch.setattr(asked.Function, "__init__", lambda *given: pytest.fail("a pair by itself"))
+    assert len(galvi.find_events(run, galvi.events.within("any", "any", 0.05))) == 0
 
 
 @fast

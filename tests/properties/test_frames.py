@@ -167,6 +167,13 @@ def test_more_passes_than_needed_change_nothing_and_fewer_do(case: str) -> None:
     assert few.counts["iterations"] <= 2 * 20 < needed.counts["iterations"]
 
 
+@pytest.mark.parametrize("case", ["harmonic", "Kepler, even"])
+def test_the_first_pass_of_sixteen_stages_is_at_eight(case: str) -> None:
+    problem, frame, h = CASES[case]
+    counts = galvi.integrate(problem, method(frame, 16), h, 5).counts
+    assert counts["force_evaluations"] == 16 * counts["iterations"] - 8 * 5
+
+
 @each_case
 def test_theory_says_what_holds_in_a_frame(case: str) -> None:
     problem, frame, h = CASES[case]

@@ -153,3 +153,11 @@ def test_the_switch_is_no_part_of_a_saved_system(tmp_path):
     galvi.save(run, tmp_path / "run.npz")
     other = galvi.load(tmp_path / "run.npz", problem=point(lambda q: q, check=False))
     assert np.array_equal(other.q, run.q)
+
+
+def test_fixed_directions_are_generic():
+    """Sizes fill the interval from 0.5 to 1.5, signs are mixed, and each number has others."""
+    first, second = (derivative_check.direction(60, number) for number in (0, 1))
+    assert np.max(np.diff([0.5, *np.sort(np.abs(first)), 1.5])) < 0.04  # 0.027
+    assert 20 < np.sum(first > 0.0) < 40
+    assert np.min(np.abs(np.abs(first) - np.abs(second))) > 1e-3

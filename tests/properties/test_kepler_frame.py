@@ -169,6 +169,15 @@ def test_states_a_bit_of_time_after_kept_ones_are_those(steps: int) -> None:
     assert np.allclose(p, run.p[:-1], rtol=0, atol=1e-19)  # of 3e-6
 
 
+def test_states_in_steps_that_the_frame_refuses_to_begin_are_not_those_before() -> None:
+    """An oblate star has made the orbit more eccentric than the frame takes at a start."""
+    run = galvi.integrate(one_planet(galvi.Oblateness(0, 0.005, 0.2), 0.9), method(8), 0.9, 8)
+    times = run.t[6:8] + 0.45
+    q = galvi.states_at(run, times)[0]
+    assert "inertial_steps" not in run.counts
+    assert np.max(np.abs(q - run(times))) < 1e-5  # 6e-8
+
+
 # A meteoroid that passes the Earth at 26,000 km with 8.5 km/s at t = 24.5 days
 METEOROID = galvi.Problem(
     galvi.NBody([1.0, 3.003e-6, 0.0], 0.01720209895**2),

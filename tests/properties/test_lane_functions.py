@@ -97,9 +97,10 @@ def largest_error(case: Case, count: int) -> float:
     return worst
 
 
+@pytest.mark.parametrize("count", [FEW, pytest.param(100_000, marks=pytest.mark.slow)])
 @BY_NAME
-def test_a_function_errs_by_less_than_its_bound(case: Case) -> None:
-    assert largest_error(case, FEW) < case.limit
+def test_a_function_errs_by_less_than_its_bound(case: Case, count: int) -> None:
+    assert largest_error(case, count) < case.limit
 
 
 def at(function: Any, *arguments: list[float], results: int = 1) -> Any:

@@ -42,7 +42,7 @@ def binary() -> galvi.Problem:
 
 
 @pytest.mark.slow_cases("70000")
-@pytest.mark.parametrize("steps", [50, 70_000])
+@pytest.mark.parametrize("steps", [1, 50, 70_000])
 def test_a_step_too_large_for_a_planet_of_a_binary_is_said_to_be(steps: int) -> None:
     """The stars are right to round-off, and so is the energy of the whole. What is done again is a
     small part of the run."""

@@ -16,7 +16,7 @@ ALL = [
 
 
 def gravity(masses, G, q):
-    """Accelerations by the textbook formula, one pair at a time."""
+    """Accelerations by the textbook formula, one pair at a time; also for complex q."""
     out = np.zeros_like(q)
     for i in range(len(masses)):
         for j in range(len(masses)):
@@ -70,11 +70,14 @@ def test_ready_problems_start_in_motion_where_asked():
     assert dict(swing.parameters) == {"amplitude": 2.0, "rate": -0.5}
 
 
-def test_gravity_is_that_of_the_textbook():
+def test_gravity_is_that_of_the_textbook_and_so_is_its_derivative():
     rng = np.random.default_rng(1)
     masses, q = rng.uniform(0.5, 2, 4), rng.normal(size=(4, 3))
     system = galvi.NBody(masses, G=0.7)
     assert np.allclose(system.acceleration(q, 0.0), gravity(masses, 0.7, q), rtol=1e-14)
+    moved = (q + 1e-20j * unit.reshape(q.shape) for unit in np.eye(q.size))
+    exact = np.array([gravity(masses, 0.7, z).imag.ravel() for z in moved]).T / 1e-20
+    assert np.allclose(system.acceleration_jacobian(q, 0.0), exact, rtol=1e-12, atol=1e-13)
 
 
 @pytest.mark.parametrize("bodies", [3, 10])

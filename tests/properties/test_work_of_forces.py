@@ -150,6 +150,20 @@ def test_springs_of_tendons_and_held_weights_are_in_the_energy() -> None:
     assert "the energy changed by" in galvi.integrate(problem, method(2), 0.5, 40).status
 
 
+def test_energies_of_springs_of_tendons_are_mujocos_also_where_they_are_slack() -> None:
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(SPRINGS.format(0.0))
+    data, problem = mujoco.MjData(model), galvi.from_mujoco(SPRINGS.format(0.0))
+    off, lengths = [], []
+    for q in np.random.default_rng(3).uniform(-3.1, 3.1, (200, 2)):
+        data.qpos[:] = q
+        mujoco.mj_forward(model, data)
+        mujoco.mj_energyPos(model, data)
+        off.append(problem.system.energy(q, 0.0 * q, 0.0) - data.energy[0])
+        lengths.append(data.ten_length[1])
+    assert np.ptp(off) < 1e-11 and min(lengths) < 0.3 < 0.6 < max(lengths)
+
+
 def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
     calls = [0]
 
@@ -169,6 +183,12 @@ def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
     limit = used - 3
     run = galvi.integrate(problem, method(2), 0.1, 5, solver="newton")
     assert "could not be judged" in run.status and "no more" in run.status
+
+
+@pytest.mark.parametrize(("s", "z"), [(1, 7.0), (2, 0.1), (4, 1000.0)])
+def test_growth_is_what_a_step_does(s: int, z: float) -> None:
+    run = galvi.integrate(damped_hinge(z), method(s), 1.0, 1, solver="newton")
+    assert run.p[-1, 0] == pytest.approx(work_of_forces.growth(method(s).table, z), abs=1e-10)
 
 
 def pulse(at: float, width: float = 1.0) -> galvi.Problem:
