@@ -109,7 +109,7 @@ def filters(choices: pd.DataFrame) -> list[tuple[int, str, list[str]]]:
     ]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DefaultStep:
     """MuJoCo's RK4 at its default step: the answer in sentences, and a line for each problem."""
 

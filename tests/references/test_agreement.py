@@ -252,6 +252,11 @@ def test_one_step_is_the_textbook_formula():
     np.testing.assert_allclose(run.p[-1], v + h * a(run.q[-1]), rtol=1e-14)
 
 
+def test_evaluations_are_counted_and_the_last_force_is_used_again():
+    assert EXPLICIT_EULER.run(ORBIT, 1.0, {"step": 0.1}).counts["force_evaluations"] == 10
+    assert STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.1}).counts["force_evaluations"] == 11
+
+
 @pytest.mark.parametrize("method", METHODS, ids=NAMES)
 def test_keeping_fewer_states_does_not_change_them(method):
     every = method.run(ORBIT, 1.0, {"step": 0.01})

@@ -297,7 +297,17 @@ def test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as
     assert not external_force(replace(problem, system=plain)).compiled
 
 
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+
+
 def test_galvi_finds_the_closed_form_of_a_braked_free_body():
-    method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-    run = galvi.integrate(forced(TURN, rubbing), method, 0.25, 4)
+    run = galvi.integrate(forced(TURN, rubbing), EIGHT, 0.25, 4)
     assert np.abs(run.q[-1] - damped_turn(1.0)).max() < 1e-13  # 3e-16
+
+
+def test_galvi_and_dop853_agree_about_a_body_that_its_weight_turns_and_a_torque_brakes():
+    hanging = galvi.problems.pendulum_3d()
+    run = galvi.integrate(forced(hanging, rubbing), EIGHT, 0.25, 4)
+    exact = reference("SciPy DOP853, quaternions").run(forced(hanging, rubbing), 1.0, TIGHT)
+    assert np.abs(run.q[-1] - exact.q[-1]).max() < 1e-12
+    assert np.abs(galvi.integrate(hanging, EIGHT, 0.25, 4).q[-1] - exact.q[-1]).max() > 0.01

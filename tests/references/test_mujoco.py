@@ -36,8 +36,6 @@ from tests.properties.tree_equations import defects
 mujoco = pytest.importorskip("mujoco")
 OTHERS = (MUJOCO_EULER, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO_DISCRETE)
 ALL = (MUJOCO_RK4, *OTHERS)
-if MUJOCO_RK4.missing:
-    pytest.skip(MUJOCO_RK4.missing, allow_module_level=True)
 
 TILT = Rotation.from_rotvec([0.7, -1.1, 0.4]).as_matrix()
 SKEW = np.array([[3.3, 0.2, -0.3], [0.2, 2.5, 0.4], [-0.3, 0.4, 3.4]])

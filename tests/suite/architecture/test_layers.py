@@ -87,3 +87,13 @@ def test_an_upward_import_for_types_or_inside_a_function_counts(copy: Path) -> N
     assert result.returncode == 1
     assert "galvi.rules.rule -> galvi.run" in result.stdout
     assert "galvi.spaces.space -> galvi.run" in result.stdout
+
+
+@pytest.mark.slow(beside="test_an_upward_import_for_types_or_inside_a_function_counts")
+def test_a_room_without_a_place_in_its_package_is_refused(copy: Path) -> None:
+    for package in PACKAGES:
+        stray = copy / package / "stray.py"
+        stray.touch()
+        result = lint_imports(copy, package)
+        assert result.returncode == 1 and f"{package}.stray" in result.stdout
+        stray.unlink()

@@ -19,6 +19,7 @@ from benchmarks.applications.brownout.flights import FAILED, Flights
 from benchmarks.applications.brownout.step_errors import COMPARED, UNSOLVED
 from benchmarks.checks.bounds import CONTRADICTED, FINDING, HOLDS, NOT_RUN
 from benchmarks.checks.faults import Fault, heavier, of_motion, reversed_clock
+from benchmarks.claims.lie_groups import l13_momentum_across_charts as l13
 from benchmarks.claims.lie_groups import l14_other_charts_and_groups as l14
 from benchmarks.claims.lie_groups import l16_symplecticity as l16
 from benchmarks.claims.lie_groups import l18_formulas_of_the_cayley_chart as l18
@@ -223,6 +224,22 @@ def test_a_flow_without_a_coupling_is_not_symplectic() -> None:
         for given in (HUNG_BODY, *(wrong for _, wrong in UNCOUPLED.values()))
     )
     assert sound < 1e-12 and min(broken) > 1e-4
+
+
+def test_momenta_at_a_base_that_stays_are_caught() -> None:
+    """Each is told at the other end of its step."""
+
+    def held(sound: Any) -> Any:
+        def momenta(run: Any, *rest: Any) -> Any:
+            turns = np.einsum("kij,kil->kjl", run.q[1:], run.q[:-1])
+            before, after = sound(run, *rest)
+            return np.einsum("kij,kj->ki", turns, before), np.einsum("kji,kj->ki", turns, after)
+
+        return momenta
+
+    found = contradicted(CLAIM["L13"], Fault(wrong={f"{l13.__name__}.discrete_momenta": held}))
+    of_curves = {row.quantity for row in CLAIM["L13"].judge(DataFrame()) if "L_d" in row.quantity}
+    assert found == of_curves and len(found) == 8
 
 
 @pytest.mark.parametrize(("held", "low", "high"), [(False, 0.0, 1e-12), (True, 1e-6, 1.0)])

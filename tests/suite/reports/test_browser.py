@@ -121,6 +121,28 @@ def test_pictures_load_nothing_is_too_wide_and_the_console_is_silent_without_a_n
         assert page.said == []
 
 
+def test_a_telephone_is_shown_the_narrow_figures(opened):
+    for width, narrow in ((max(WIDTHS), False), (400, True)):
+        page = opened("results/claims", width)
+        page.evaluate(OPEN)
+        sources = page.evaluate(
+            "Promise.all([...document.querySelectorAll('.picture img')]"
+            ".map(one => { one.loading = 'eager';"
+            " return one.decode().then(() => one.currentSrc); }))"
+        )
+        assert sources and all(one.endswith("-narrow.svg") == narrow for one in sources)
+
+
+@pytest.mark.parametrize(
+    ("words", "address"),
+    [("integrate_ensemble", "reference/ensembles"), ("printed statement", "results/claims")],
+)
+def test_one_search_finds_names_of_the_reference_and_claims(opened, out, words, address):
+    page = opened("search")
+    page.goto(f"{(out / 'search.html').as_uri()}?q={words}")
+    page.wait_for_selector(f"#search-results a[href*='{address}']")
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_print_cuts_nothing_off_and_leaves_navigation_out(opened, name):
     page = opened(name, A4)
