@@ -162,7 +162,8 @@ BROWNOUT = (
 TURN, QUATERNION = Rotation.from_rotvec([0.1, 0.2, 0.3]), r"Rotation\.from_quat"
 BODY, FLYING = galvi.RigidBody((1.0, 2.0, 2.5)), galvi.FreeBody(1.0, (1.0, 2.0, 2.5))
 TRIED_FIRST = (  # by users: other forms of a rotation, and what is no system yet
-    (TypeError, r"received <class .*\.Canonical.>\.$", galvi.Problem, galvi.Canonical, [1.0], [0.0]),
+    (TypeError, r"received <class .*\.Canonical.>\.$",
+     galvi.Problem, galvi.Canonical, [1.0], [0.0]),
     (ValueError, r"Give q0\.as_matrix\(\)\.", lambda: galvi.Problem(BODY, TURN, np.zeros(3))),
     (ValueError, r"Rotation\.from_quat\(quaternion\)\.as_matrix\(\)",
      lambda: galvi.Problem(BODY, TURN.as_quat(), np.zeros(3))),
