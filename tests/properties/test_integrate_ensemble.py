@@ -170,6 +170,14 @@ def test_kept_values():
     assert "Python function" in python.status[0] and compiled.status[0] == "Completed."
 
 
+def test_the_bar_counts_each_member_once_whatever_runs_it(capsys):
+    problem = galvi.problems.kepler(0.3)
+    starts = (np.tile(x, (3, 1)) for x in (problem.q0, problem.v0))
+    many = galvi.integrate_ensemble(problem, *starts, FOUR, [0.1, 0.1, 2.5], 5, progress=True)
+    assert [*many.outcomes] == [2] and many.outcomes[2].notes  # which was run by itself
+    assert " 3/3 " in capsys.readouterr().err
+
+
 def test_a_number_that_a_system_refuses_is_found_before_the_first_step(tmp_path):
     problem, mu = galvi.problems.kepler(0.3), np.append(np.ones(199), -1.0)
     with pytest.raises(ValueError, match="mu must be positive") as caught:
