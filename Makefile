@@ -59,6 +59,8 @@ mutants: $(STAMP) ## plant small faults in lines of galvi changed since SINCE, a
 	@test -d $(MUTANTS) || git clone --quiet --shared . $(MUTANTS)
 	cd $(MUTANTS) && export PATH="$(abspath $(BIN)):$$PATH" PYTHONPATH="$$PWD" && \
 	    test -e mutants.sqlite || { git branch --force before $(SINCE) && \
+	    changed=$$(git diff --name-only --diff-filter=d before -- 'galvi/*.py' | sed 's/.*/"&",/') && \
+	    sed -i "s#^module-path = .*#module-path = [$$(echo $$changed)]#" cosmic-ray.toml && \
 	    cosmic-ray init cosmic-ray.toml new.sqlite && \
 	    cr-filter-operators new.sqlite cosmic-ray.toml && \
 	    cr-filter-git --config cosmic-ray.toml new.sqlite && \
