@@ -66,7 +66,7 @@ mutants: $(STAMP) ## plant small faults in lines of galvi changed since SINCE, a
 	    cr-filter-git --config cosmic-ray.toml new.sqlite && \
 	    cosmic-ray baseline cosmic-ray.toml && mv new.sqlite mutants.sqlite; } && \
 	    cosmic-ray exec cosmic-ray.toml mutants.sqlite && \
-	    cr-report --surviving-only --show-diff mutants.sqlite && cr-rate mutants.sqlite
+	    cr-report --surviving-only --show-diff mutants.sqlite
 
 bench: $(STAMP) ## time steps, trajectories and references, and store the times; QUICK=1: a few
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only $(if $(QUICK),-m quick)
