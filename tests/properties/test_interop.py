@@ -79,8 +79,9 @@ def test_a_run_as_a_result_of_scipy(orbit):
 
 @pytest.mark.parametrize(
     "name",
-    ["solar_system", "free_rigid_body", "double_pendulum", "free_body_se3", "brownout", "kepler"],
-)
+    ["solar_system", "free_rigid_body", "double_pendulum", "free_body_se3", "brownout", "kepler",
+     "planar_pendulum"],
+)  # fmt: skip
 def test_every_kind_of_run_has_a_picture(name):
     import matplotlib.pyplot as plt
 
