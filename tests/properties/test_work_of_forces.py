@@ -106,7 +106,7 @@ def gimbal(damping: float, angle: float, v: Any) -> galvi.Problem:
 @pytest.mark.parametrize(
     ("damping", "angle", "step", "steps"),
     [(0.0, 0.0, 0.01, 1000), (1e-12, 0.5 * np.pi - 0.1, 0.01, 100),
-     (0.0, 0.5 * np.pi - 0.3, 0.001, 1000)],
+     (0.0, 0.5 * np.pi - 0.3, 0.001, 1000), (0.0, 0.0, 0.001, 1000)],
 )  # fmt: skip
 def test_gimbal_lock_is_named_with_its_remedy(
     damping: float, angle: float, step: float, steps: int
@@ -276,3 +276,16 @@ def test_planted_the_work_by_the_rule_itself_sees_nothing(monkeypatch: pytest.Mo
     monkeypatch.setattr(work_of_forces, "unresolved_rate", lambda *arguments: None)
     blind = galvi.integrate(problem, method(8), 0.02, 10)
     assert blind.outcome.end is End.COMPLETED
+
+
+def test_a_driven_pendulum_is_right_whatever_its_energy_does() -> None:
+    """From rest, so that all energy is work."""
+    system = galvi.Canonical(
+        1.0,
+        lambda q: 1.0 - np.cos(q[0]),
+        force=lambda q, v, t: np.array([2.0 * np.sin(t)]),
+        timed_force=True,
+    )
+    run = galvi.integrate(galvi.Problem(system, [0.0], [0.0]), method(6), 0.1, 400)
+    assert run.outcome == galvi.Outcome(End.COMPLETED, steps=400)
+    assert np.ptp(galvi.energy(run)) > 1.0

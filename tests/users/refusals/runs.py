@@ -70,6 +70,7 @@ SINGLE = (
      run(steps=None, duration=1.05)),
     (ValueError, "duration must be positive; received -1.0. For backw",
      run(steps=None, duration=-1.0)),
+    (ValueError, r"received 'a{99} \.\.\. b{99}'", run(solver="a" * 5000 + "b" * 5000)),
     (ValueError, "solver must be one of auto, fixed_point, newton; received 'magic'",
      run(solver="magic")),
     (ValueError, "tolerance must be positive", run(tolerance=0.0)),
