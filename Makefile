@@ -8,7 +8,7 @@ MODELS ?= gymnasium==1.4.0 gymnasium-robotics==1.4.2 dm_control==1.0.50 robosuit
     myo-sim==0.2.4
 BIN := .venv/bin
 SINCE ?= HEAD^
-MUTANTS = .venv/mutants-$(shell git rev-parse --short HEAD)
+MUTANTS = .venv/mutants-$(shell git rev-parse --short HEAD)-since-$(shell git rev-parse --short $(SINCE) 2>/dev/null)
 # Tests of runs, which the general kernel does with GALVI_FAST=0; other tests would only be run twice.
 CORE := integrate order corners group_conservation group_systems lagrangian_scales \
     trajectory pieces events judged_when_asked problems external_forces \
@@ -56,17 +56,22 @@ studies: $(STAMP) ## run the long studies (hours); resumes after an interruption
 mutants: $(STAMP) ## plant small faults in lines of galvi changed since SINCE, and list those that no test finds; resumes
 	@$(BIN)/python -c 'import cosmic_ray' 2>/dev/null || $(BIN)/python -m pip install \
 	    --quiet --disable-pip-version-check -e '.[$(EXTRAS),mutants]' -c constraints.txt
-	@test -d $(MUTANTS) || git clone --quiet --shared . $(MUTANTS)
-	cd $(MUTANTS) && export PATH="$(abspath $(BIN)):$$PATH" PYTHONPATH="$$PWD" && \
-	    test -e mutants.sqlite || { git branch --force before $(SINCE) && \
-	    changed=$$(git diff --name-only --diff-filter=d before -- 'galvi/*.py' | sed 's/.*/"&",/') && \
-	    sed -i "s#^module-path = .*#module-path = [$$(echo $$changed)]#" cosmic-ray.toml && \
-	    cosmic-ray init cosmic-ray.toml new.sqlite && \
-	    cr-filter-operators new.sqlite cosmic-ray.toml && \
-	    cr-filter-git --config cosmic-ray.toml new.sqlite && \
-	    cosmic-ray baseline cosmic-ray.toml && mv new.sqlite mutants.sqlite; } && \
-	    cosmic-ray exec cosmic-ray.toml mutants.sqlite && \
-	    cr-report --surviving-only --show-diff mutants.sqlite
+	@set -e; since=$$(git rev-parse --quiet --verify '$(SINCE)^{commit}') || { \
+	    echo "SINCE must name a commit of this repository; received $(SINCE)." >&2; exit 2; }; \
+	test -d $(MUTANTS) || git clone --quiet --shared . $(MUTANTS); cd $(MUTANTS); \
+	export PATH="$(abspath $(BIN)):$$PATH" PYTHONPATH="$$PWD"; \
+	if test ! -e mutants.sqlite; then \
+	    git branch --force before "$$since"; \
+	    changed=$$(git diff --name-only --diff-filter=d before -- 'galvi/*.py' | sed 's/.*/"&",/'); \
+	    sed "s#^module-path = .*#module-path = [$$(echo $$changed)]#" cosmic-ray.toml > mutants.toml; \
+	    cosmic-ray init mutants.toml new.sqlite; \
+	    cr-filter-operators new.sqlite mutants.toml; \
+	    cr-filter-git --config mutants.toml new.sqlite; \
+	    cosmic-ray baseline mutants.toml; \
+	    mv new.sqlite mutants.sqlite; \
+	fi; \
+	cosmic-ray exec mutants.toml mutants.sqlite; \
+	cr-report --surviving-only --show-diff mutants.sqlite
 
 bench: $(STAMP) ## time steps, trajectories and references, and store the times; QUICK=1: a few
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only $(if $(QUICK),-m quick)
