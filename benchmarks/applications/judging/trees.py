@@ -164,8 +164,13 @@ def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
 
 def errors(run: Trajectory, truth: Trajectory) -> Array:
     """How far each joint is off, (saved, joints): an angle, a length, or the larger of both."""
-    system = run.problem.system
-    one, other = (system.to_mujoco(each.q, _rates(each))[0] for each in (run, truth))
+    return joint_errors(run.problem.system, run.q, truth.q)
+
+
+def joint_errors(system: Any, q: Array, true_q: Array) -> Array:
+    """The same of configurations of a tree, (saved, ...)."""
+    rates = np.zeros((len(q), system.group.dimension))  # any, which do not matter
+    one, other = (system.to_mujoco(each, rates)[0] for each in (q, true_q))
     columns, at = [], 0
     for joint in system.tree.joints:
         mine, theirs = (x[:, at : at + ENTRIES[joint.type]] for x in (one, other))
@@ -188,11 +193,6 @@ def _moved(truth: Trajectory) -> Array:
     """The largest distance of each joint from its start."""
     start = replace(truth, q=np.broadcast_to(truth.q[0], truth.q.shape))
     return errors(truth, start).max(axis=0)
-
-
-def _rates(run: Trajectory) -> Array:
-    """Any velocities, which do not matter for the coordinates."""
-    return np.zeros((len(run.t), run.problem.v0.size))
 
 
 def _angle(one: Array, other: Array) -> Array:

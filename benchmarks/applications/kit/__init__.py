@@ -1,0 +1,1 @@
+"""Truths and models as data, for projects that do not install galvi."""

@@ -1,0 +1,127 @@
+"""A truth from two sources, with the error that their disagreement leaves it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from benchmarks.applications.judging.candidate import Source as Piecewise
+from benchmarks.applications.judging.truth import in_pieces
+from galvi import Problem, Trajectory
+from galvi.arrays import Array
+
+SAMPLES = 10  # times of a truth after its start, at most
+DISAGREEMENT = 1e-9  # of positions or velocities, relative to the largest: no truth from there on
+SAFETY = 10.0  # the stated error over the largest difference so far
+ROUNDING = 8.0 * 2.0**-52  # relative to the largest entry
+RULE = (
+    f"{SAFETY:g} times the largest difference of the two sources up to that time, and "
+    f"{ROUNDING:.1e} of the largest entry"
+)
+
+States = tuple[Array, Array]  # positions and velocities at the start and SAMPLES times after it
+Differences = Callable[[Array, Array], Array]
+
+
+@dataclass(frozen=True)
+class Source:
+    """What computes the states of a problem over a duration, and how it is called."""
+
+    label: str
+    states: Callable[[Problem, float], States]
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """States that two sources agree on, the start first.
+
+    Attributes
+    ----------
+    t : array, shape (rows,)
+    q, v : array, shape (rows, ...)
+        of the first source
+    error_q, error_v : array, shape (rows,)
+        of any entry, by RULE; 0 at the start
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    error_q: Array
+    error_v: Array
+
+    def row(self, k: int) -> dict[str, Any]:
+        """The state and its error at the k-th time, by name."""
+        return {name: array[k].tolist() for name, array in vars(self).items()}
+
+
+def agreed(
+    problem: Problem, duration: float, sources: tuple[Source, Source],
+    differences: Differences = np.subtract,
+) -> Truth:  # fmt: skip
+    """The states of the first source, up to where the second one disagrees.
+
+    Parameters
+    ----------
+    differences
+        of positions (rows, ...) from others
+
+    Raises
+    ------
+    ValueError
+        Where the sources disagree from the first time on.
+    """
+    (q, v), (other_q, other_v) = (source.states(problem, duration) for source in sources)
+    gaps = [largest(differences(q, other_q)), largest(v - other_v)]
+    sizes = [float(np.max(np.abs(x))) for x in (q, v)]
+    gaps = [np.maximum.accumulate(gap) for gap in gaps]
+    far = [~(gap <= DISAGREEMENT * size) for gap, size in zip(gaps, sizes, strict=True)]
+    lost = far[0] | far[1]
+    rows = int(np.argmax(lost)) if lost.any() else len(lost)
+    if rows < 2:
+        raise ValueError(
+            f"two sources of the truth of {problem.name} must agree to {DISAGREEMENT:g} at the "
+            f"first time; received differences of {gaps[0][1]:.1e} in position between "
+            f"{sources[0].label} and {sources[1].label}. Shorten its duration."
+        )
+    errors = [SAFETY * gap + ROUNDING * size for gap, size in zip(gaps, sizes, strict=True)]
+    for error in errors:
+        error[0] = 0.0
+    t = problem.t0 + duration * np.arange(SAMPLES + 1) / SAMPLES
+    return Truth(*(x[:rows] for x in (t, q, v, *errors)))
+
+
+def largest(differences: Array) -> Array:
+    """Of each row, (rows,)."""
+    return np.max(np.abs(differences.reshape(len(differences), -1)), axis=1)
+
+
+def sampled(contender: Any, label: str, setting: Mapping[str, Any] | None = None) -> Source:
+    """A contender that is as accurate between its steps as at their ends."""
+
+    def states(problem: Problem, duration: float) -> States:
+        run = contender.run(problem, duration, {"samples": SAMPLES, **(setting or {})})
+        return completed(run, label)
+
+    return Source(label, states)
+
+
+def restarted(contender: Any, label: str, setting: Mapping[str, Any]) -> Source:
+    """A contender that starts anew at each time, since it interpolates between its steps."""
+    piecewise = Piecewise(label, label, contender, setting)
+
+    def states(problem: Problem, duration: float) -> States:
+        ends = problem.t0 + duration * np.arange(1, SAMPLES + 1) / SAMPLES
+        return completed(in_pieces(piecewise, problem, ends)[0], label)
+
+    return Source(label, states)
+
+
+def completed(run: Trajectory, label: str) -> States:
+    """Positions and velocities of a run; ValueError where it ended early."""
+    if not run.success or len(run.t) != SAMPLES + 1:
+        raise ValueError(f"{label} must reach the end of {run.problem.name}: {run.status}")
+    return run.q, run.v
