@@ -25,6 +25,7 @@ DATA = (
     "*.mplstyle",
     "*.png",
     "data/*.csv",
+    "mjcf/*.xml",
 )
 
 TOP = Path(__file__).parent

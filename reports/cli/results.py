@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
 from reports.cli.endings import as_usage_error
-from reports.cli.options import Out, check_known, output_folder, words
+from reports.cli.options import Out, check_known, output_folder, typed, words
 from reports.results.options import OUT
 
 STDOUT = Path("/dev/stdout")
+KIT = "kit"
+KIT_TAKES = ("name", "to", "out")
 
 
 def export(
     context: typer.Context,
     name: Annotated[
         str,
-        typer.Argument(metavar="NAME", help="Such as work_precision, ratios, numbers or fig-3-02."),
+        typer.Argument(
+            metavar="NAME",
+            help="Such as work_precision, ratios, numbers or fig-3-02; or kit, a folder of truths "
+            "and models.",
+        ),
     ] = "",
     listed: Annotated[bool, typer.Option("--list", help="List the tables and figures.")] = False,
     every: Annotated[
@@ -51,8 +58,8 @@ def export(
         Path | None,
         typer.Option(
             metavar="FILE",
-            dir_okay=False,
-            help="Output file, or - for standard output; by default in tables/ or figures/.",
+            help="Output file, or - for standard output; by default in tables/ or figures/. Of the "
+            "kit a folder.",
         ),
     ] = None,
     width: Annotated[
@@ -60,9 +67,14 @@ def export(
     ] = "page",
     out: Out = OUT,
 ) -> int:
-    """Write a table or a figure for a paper."""
+    """Write a table or a figure for a paper, or truths and models for the tests of others."""
+    if name == KIT:
+        _refuse_options_of_tables(context)
+        return _export_kit(to or out / KIT)
     from reports.cli import export as work
 
+    if to and to.is_dir():
+        raise typer.BadParameter(f"--to expects a file; received the folder {to}.")
     if bool(name) + listed + every != 1:
         raise typer.BadParameter("Expected exactly one of NAME, --list and --all.")
     if every and to:
@@ -80,6 +92,30 @@ def export(
         _check_tables(context, out, names, form)
         for table in names:
             work.export_table(out, table, form, to, where or (), columns or (), sort or ())
+    return 0
+
+
+def _refuse_options_of_tables(context: typer.Context) -> None:
+    """Raises typer.BadParameter for an option that the kit does not take."""
+    for parameter in context.command.params:
+        if parameter.name not in KIT_TAKES and typed(context, parameter.name or ""):
+            option = parameter.opts[0]
+            raise typer.BadParameter(f"{KIT} takes --to and --out alone; leave out {option}.")
+
+
+def _export_kit(folder: Path) -> int:
+    """Write the kit, and print its folder. Raises typer.BadParameter for a file, and for a folder
+    with other contents."""
+    if folder.exists() and not folder.is_dir():
+        raise typer.BadParameter(f"--to expects a folder; received the file {folder}.")
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / "manifest.json").is_file():
+        raise typer.BadParameter(
+            f"--to expects a new or empty folder, or an earlier kit; {folder} holds something else."
+        )
+    from reports.cli.handed_over import show_progress
+    from reports.tables.kit import write_kit
+
+    print(write_kit(folder, partial(show_progress, KIT)))
     return 0
 
 

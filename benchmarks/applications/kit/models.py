@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.applications.judging.trees import INTEGRATORS, joint_errors
+from benchmarks.applications.judging.trees import INTEGRATORS, joint_errors, shifted
 from benchmarks.applications.kit.orders import Method, ShownOrder, shown_order
 from benchmarks.applications.kit.truths import (
     SAMPLES,
+    SHIFT,
     Source,
     States,
     Truth,
@@ -191,7 +192,9 @@ class Model:
 
     def truth(self) -> Truth:
         """Configurations and velocities of galvi's tree."""
-        return agreed(self.problem, DURATION, self.sources, self.differences)
+        moved = shifted(self.problem, SHIFT, np.ones(self.problem.q0.size))
+        differences = self.differences, np.subtract
+        return agreed(self.problem, DURATION, self.sources, moved, differences)
 
     def orders(self, truth: Truth) -> dict[str, ShownOrder | None]:
         """By the names of MuJoCo's integrators."""

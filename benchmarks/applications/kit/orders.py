@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.applications.kit.truths import Differences, Truth, largest
+from benchmarks.applications.kit.truths import Differences, Truth, distances, largest
 from galvi import Problem
 
 HALVINGS = 15  # of the time between two states of the truth, at most
@@ -36,9 +36,12 @@ class Method:
 
 
 def shown_order(
-    problem: Problem, truth: Truth, order: int, methods: tuple[Method, ...],
-    differences: Differences = np.subtract,
-) -> ShownOrder | None:  # fmt: skip
+    problem: Problem,
+    truth: Truth,
+    order: int,
+    methods: tuple[Method, ...],
+    differences: Differences = distances,
+) -> ShownOrder | None:
     """The longest steps at which all these forms of an integrator have its order, at the latest
     time, counted from 0 at the first after the start; None where they do at none.
 

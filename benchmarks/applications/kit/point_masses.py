@@ -9,8 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.applications.judging.bodies import shifted
 from benchmarks.applications.kit.orders import Method, ShownOrder, shown_order
-from benchmarks.applications.kit.truths import Source, States, Truth, agreed, restarted, sampled
+from benchmarks.applications.kit.truths import (
+    SHIFT,
+    Source,
+    States,
+    Truth,
+    agreed,
+    restarted,
+    sampled,
+)
 from benchmarks.test_problems.planets import PAIR, innermost_period, many_planets
 from galvi import Canonical, CentralForce, NBody, Problem, problems
 from galvi.arrays import Array
@@ -67,7 +76,8 @@ class PointMasses:
 
     def truth(self) -> Truth:
         """Positions and velocities (rows, bodies, 2 or 3)."""
-        return agreed(self.problem, self.duration, self.sources)
+        moved = shifted(self.problem, SHIFT, np.ones(self.problem.q0.size))
+        return agreed(self.problem, self.duration, self.sources, moved)
 
     def orders(self, truth: Truth) -> dict[str, ShownOrder | None]:
         """By the names of integrators."""

@@ -17,8 +17,10 @@ SAMPLES = 10  # times of a truth after its start, at most
 DISAGREEMENT = 1e-9  # of positions or velocities, relative to the largest: no truth from there on
 SAFETY = 10.0  # the stated error over the largest difference so far
 ROUNDING = 8.0 * 2.0**-52  # relative to the largest entry
+SHIFT = 2.0**-52  # of the start, relative
 RULE = (
-    f"{SAFETY:g} times the largest difference of the two sources up to that time, and "
+    f"{SAFETY:g} times the largest difference of the second source from the first up to that time, "
+    f"from this start and from one whose places are shifted by {SHIFT:.1e}, relatively, and "
     f"{ROUNDING:.1e} of the largest entry"
 )
 
@@ -44,7 +46,7 @@ class Truth:
     q, v : array, shape (rows, ...)
         of the first source
     error_q, error_v : array, shape (rows,)
-        of any entry, by RULE; 0 at the start
+        by RULE; 0 at the start
     """
 
     t: Array
@@ -53,31 +55,42 @@ class Truth:
     error_q: Array
     error_v: Array
 
-    def row(self, k: int) -> dict[str, Any]:
-        """The state and its error at the k-th time, by name."""
-        return {name: array[k].tolist() for name, array in vars(self).items()}
+
+def distances(states: Array, others: Array) -> Array:
+    """Of points or velocities from others, both (rows, bodies, d): (rows, bodies)."""
+    return np.linalg.norm(states - others, axis=-1)
 
 
 def agreed(
-    problem: Problem, duration: float, sources: tuple[Source, Source],
-    differences: Differences = np.subtract,
-) -> Truth:  # fmt: skip
+    problem: Problem,
+    duration: float,
+    sources: tuple[Source, Source],
+    shifted: Problem,
+    differences: tuple[Differences, Differences] = (distances, distances),
+) -> Truth:
     """The states of the first source, up to where the second one disagrees.
 
     Parameters
     ----------
+    shifted
+        the problem from a start that differs by SHIFT
     differences
-        of positions (rows, ...) from others
+        of positions (rows, ...) from others, and of velocities
 
     Raises
     ------
     ValueError
         Where the sources disagree from the first time on.
     """
-    (q, v), (other_q, other_v) = (source.states(problem, duration) for source in sources)
-    gaps = [largest(differences(q, other_q)), largest(v - other_v)]
+    q, v = sources[0].states(problem, duration)
     sizes = [float(np.max(np.abs(x))) for x in (q, v)]
-    gaps = [np.maximum.accumulate(gap) for gap in gaps]
+    gaps = [np.zeros(len(q)), np.zeros(len(q))]
+    for start in (problem, shifted):
+        compared = zip(gaps, differences, (q, v), sources[1].states(start, duration), strict=True)
+        gaps = [
+            np.maximum(gap, np.maximum.accumulate(largest(apart(x, y))))
+            for gap, apart, x, y in compared
+        ]
     far = [~(gap <= DISAGREEMENT * size) for gap, size in zip(gaps, sizes, strict=True)]
     lost = far[0] | far[1]
     rows = int(np.argmax(lost)) if lost.any() else len(lost)

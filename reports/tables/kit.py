@@ -1,0 +1,212 @@
+"""Truths and models as files, for projects that do not install galvi."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.applications.kit.models import Model, all_models
+from benchmarks.applications.kit.orders import ShownOrder
+from benchmarks.applications.kit.point_masses import PointMasses, all_point_masses
+from benchmarks.applications.kit.truths import DISAGREEMENT, RULE, Truth
+from benchmarks.store.atomic import write
+from benchmarks.store.provenance import commit, today, versions
+from galvi.arrays import Array
+from references import IAS15, MUJOCO_RK4, EngineMissing, missing_engine
+
+FORMAT = 1
+TESTS = Path(__file__).parents[2] / "docs" / "kit"
+README = Path(__file__).with_name("kit_readme.md")
+MANIFEST = "manifest.json"
+POINT_MASSES, MODELS = "point_masses", "models"
+COMPUTED_WITH = ("rebound", "mujoco-core", "scipy", "numpy", "de421")
+UNITS_OF_MODELS = "m, kg, s, rad"
+NOT_LICENSED = (
+    "written for galvi, under the terms of galvi's repository, which has no licence file at present"
+)
+LICENCES = {
+    "models, numbers and texts": NOT_LICENSED,
+    "states of the Sun and the planets": "of JPL's ephemeris DE421 (Folkner, Williams and Boggs "
+    "2009, IPN Progress Report 42-178), read through the Python package de421 (MIT)",
+    "other starts": "published numbers; `start` in the file of a problem names the publication",
+}
+FIELDS = {
+    "format": "version of this format",
+    "name": "name of the files",
+    "title": "name of the problem or model",
+    "start": "where masses and initial state come from",
+    "units": "of length, time and mass; angles are in radians",
+    "G": "constant of gravitation in these units; where it is 1, `m` may be G m",
+    "t0": "time of the start",
+    "bodies": "mass `m`, place and velocity of each body at t0; those with m = 0 pull no other",
+    "names": "of the bodies, in the same order",
+    "qpos, qvel, ctrl": "start of a model at the time 0 and its constant controls, also in the "
+    "keyframe of its XML file",
+    "truth": "states at later times `t`",
+    "q, v": "place and velocity of each body in an inertial frame",
+    "truth: qpos, qvel": "in MuJoCo's coordinates; the quaternions q and -q are the same attitude",
+    "error_q, error_v": f"stated error of any place (its distance) and velocity: {RULE}; there is "
+    f"no truth from where the sources differ by {DISAGREEMENT:g} of the largest entry",
+    "error_qpos, error_qvel": "stated error of any joint's length or angle, and of any velocity, "
+    "by the same rule",
+    "computed_by": "source of the truth",
+    "compared_with": "second source, for the error",
+    "orders": "for each integrator its order and three steps at which the largest error of places "
+    "at the time truth[at].t falls by 2^order from one to the next, to 0.3 in the order; null "
+    "where no such steps were seen, or where the integrator chooses its steps",
+    "tables (.txt)": "of point masses: a row for each time and body, t, G m, x, y, z, vx, vy, vz, "
+    "error_q, error_v; of models: a row for each time, t, error_qpos, error_qvel, qpos, qvel; the "
+    "first time is the start",
+}
+
+
+def write_kit(folder: Path, report: Callable[[str], None] = lambda sentence: None) -> Path:
+    """Write the kit into a folder, which is made where there is none; returns its path.
+
+    Parameters
+    ----------
+    report
+        gets the name of what is computed now
+
+    Raises
+    ------
+    EngineMissing
+        Without REBOUND or MuJoCo, before work starts.
+    """
+    for engine in (IAS15, MUJOCO_RK4):
+        if engine.missing:
+            raise EngineMissing(engine.missing, name=missing_engine(engine))
+    point_masses, models = all_point_masses(), all_models()
+    files: dict[str, str] = {}
+    for case in point_masses:
+        report(case.name)
+        files |= files_of_point_masses(case)
+    for model in models:
+        report(model.name)
+        files |= files_of_model(model)
+    for path in sorted((*TESTS.glob("*.py"), *TESTS.glob("*.cpp"))):
+        files[f"tests/{path.name}"] = path.read_text(encoding="utf-8")
+    files["README.md"] = README.read_text(encoding="utf-8")
+    names = {POINT_MASSES: [x.name for x in point_masses], MODELS: [x.name for x in models]}
+    files[MANIFEST] = manifest(names, files)
+    for name, text in files.items():
+        write(folder / name, text)
+    report("")
+    return folder
+
+
+def manifest(names: Mapping[str, list[str]], files: Mapping[str, str]) -> str:
+    """Where these files come from and what is in them, as JSON."""
+    installed = versions()
+    computed_with = {name: installed[name] for name in COMPUTED_WITH}
+    digests = {
+        name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())
+    }
+    return _json(
+        {
+            "format": FORMAT, "galvi": installed["galvi"], "commit": commit(), "date": today(),
+            "computed_with": {"python": platform.python_version(), **computed_with},
+            **names, "fields": FIELDS, "licences": LICENCES, "sha256": digests,
+        }
+    )  # fmt: skip
+
+
+def files_of_point_masses(case: PointMasses) -> dict[str, str]:
+    """The texts of a problem's files by their names."""
+    truth, problem = case.truth(), case.problem
+    system: Any = problem.system
+    q, v = (_in_space(x) for x in (truth.q, truth.v))
+    letters = ("m", "x", "y", "z", "vx", "vy", "vz")
+    bodies = np.column_stack([system.masses, q[0], v[0]]).tolist()
+    content = {
+        **_head(case.name, problem.name, case.start, problem.units or ""),
+        "G": float(system.G),
+        "t0": float(problem.t0),
+        "names": [str(name) for name in problem.body_names()],
+        "bodies": [dict(zip(letters, body, strict=True)) for body in bodies],
+        "truth": _rows(t=truth.t, q=q, v=v, error_q=truth.error_q, error_v=truth.error_v),
+        **_sources_and_orders(case, truth),
+    }
+    table = [
+        [t, system.G * mass, *place, *speed, *errors]
+        for t, places, speeds, *errors in zip(
+            truth.t, q, v, truth.error_q, truth.error_v, strict=True
+        )
+        for mass, place, speed in zip(system.masses, places, speeds, strict=True)
+    ]
+    path = f"{POINT_MASSES}/{case.name}"
+    return {f"{path}.json": _json(content), f"{path}.txt": _table(table)}
+
+
+def files_of_model(model: Model) -> dict[str, str]:
+    """The texts of a model's files by their names."""
+    truth, start = model.truth(), model.start()
+    qpos, qvel = model.problem.system.to_mujoco(truth.q, truth.v)
+    qpos[0], qvel[0] = start["qpos"], start["qvel"]
+    errors = {"error_qpos": truth.error_q, "error_qvel": truth.error_v}
+    content = {
+        **_head(model.name, model.problem.name, NOT_LICENSED, UNITS_OF_MODELS),
+        **start,
+        "truth": _rows(t=truth.t, qpos=qpos, qvel=qvel, **errors),
+        **_sources_and_orders(model, truth),
+    }
+    table = np.column_stack([truth.t, *errors.values(), qpos, qvel])
+    path = f"{MODELS}/{model.name}"
+    return {
+        f"{path}.xml": model.mjcf,
+        f"{path}.json": _json(content),
+        f"{path}.txt": _table(table.tolist()),
+    }
+
+
+def _head(name: str, title: str, start: str, units: str) -> dict[str, Any]:
+    return {"format": FORMAT, "name": name, "title": title, "start": start, "units": units}
+
+
+def _sources_and_orders(case: PointMasses | Model, truth: Truth) -> dict[str, Any]:
+    first, second = case.sources
+    orders: Mapping[str, ShownOrder | None] = case.orders(truth)
+    shown = {name: order and asdict(order) for name, order in orders.items()}
+    return {"computed_by": first.label, "compared_with": second.label, "orders": shown}
+
+
+def _in_space(x: Array) -> Array:
+    """Vectors (..., 3) of those in the plane or in space."""
+    return np.pad(x, [(0, 0)] * (x.ndim - 1) + [(0, 3 - x.shape[-1])])
+
+
+def _rows(**columns: Array) -> list[dict[str, Any]]:
+    """A mapping for each time after the start."""
+    return [
+        {name: column[k].tolist() for name, column in columns.items()}
+        for k in range(1, len(columns["t"]))
+    ]
+
+
+def _table(rows: list[list[float]]) -> str:
+    """Numbers with the digits that determine their float64, separated by spaces."""
+    return "".join(" ".join(repr(float(x)) for x in row) + "\n" for row in rows)
+
+
+def _json(content: Mapping[str, Any]) -> str:
+    """JSON with a line for each key, and for each member of its lists of mappings or mapping."""
+    return "{\n" + ",\n".join(_lines(content)) + "\n}\n"
+
+
+def _lines(content: Mapping[str, Any]) -> Iterator[str]:
+    for name, value in content.items():
+        if isinstance(value, Mapping):
+            members = [f"{json.dumps(key)}: {json.dumps(x)}" for key, x in value.items()]
+            text = "{\n  " + ",\n  ".join(members) + "\n }"
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            text = "[\n  " + ",\n  ".join(map(json.dumps, value)) + "\n ]"
+        else:
+            text = json.dumps(value)
+        yield f" {json.dumps(name)}: {text}"
