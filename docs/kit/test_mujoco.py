@@ -3,6 +3,7 @@
 import json
 import math
 import unittest
+from itertools import pairwise
 from pathlib import Path
 
 import mujoco
@@ -28,7 +29,7 @@ class Models(unittest.TestCase):
                 if seen:
                     truth, steps = case["truth"][seen["at"]], seen["steps"]
                     errors = [largest_error(model, truth, integrator, h) for h in steps]
-                    for coarse, fine in zip(errors, errors[1:], strict=False):
+                    for coarse, fine in pairwise(errors):
                         with self.subTest(name, integrator=integrator):
                             order = math.log2(coarse / fine)
                             self.assertAlmostEqual(order, seen["order"], delta=0.3)

@@ -3,6 +3,7 @@
 import json
 import math
 import unittest
+from itertools import pairwise
 from pathlib import Path
 
 
@@ -33,7 +34,7 @@ class Leapfrog(unittest.TestCase):
                 kick(problem["G"], masses, q, v, h)
                 drift(q, v, h / 2)
             errors.append(max(map(math.dist, q, truth["q"])))
-        for coarse, fine in zip(errors, errors[1:], strict=False):
+        for coarse, fine in pairwise(errors):
             self.assertAlmostEqual(math.log2(coarse / fine), seen["order"], delta=0.3)
 
 

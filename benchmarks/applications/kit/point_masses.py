@@ -229,5 +229,3 @@ def all_point_masses() -> tuple[PointMasses, ...]:
         PointMasses("massless_belt", belt, 36525.0, TWO, DE421 + "; massless bodies " + WRITTEN),
         PointMasses("many_planets", planets, 10.0 * innermost_period(planets), TWO),
     )  # fmt: skip
-
-

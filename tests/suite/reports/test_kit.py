@@ -1,0 +1,249 @@
+"""The kit: its truths have two sources, its tests need no galvi and fail where they should."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import galvi
+from benchmarks.applications.kit.models import all_models
+from benchmarks.applications.kit.point_masses import ARENSTORF, PERIOD, all_point_masses
+from benchmarks.applications.kit.truths import DISAGREEMENT, Source, agreed
+from benchmarks.store.isolated_environment import NotHere, environment
+from references import IAS15, MUJOCO_RK4
+from reports.tables import kit as kit_files
+
+ROOT = Path(__file__).parents[3]
+FEW = {"two_bodies_e03", "figure_eight", "retrograde_planet", "pendulum", "free_body", "heavy_top"}
+COMPILER = shutil.which("g++")
+OLD = "mujoco==3.17.0"  # whose RK4 turns bodies with order 2
+needs_engines = pytest.mark.skipif(
+    bool(IAS15.missing or MUJOCO_RK4.missing), reason=IAS15.missing or MUJOCO_RK4.missing or "here"
+)
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="there is no g++ here")
+MIDPOINT = """
+import mujoco
+step = mujoco.mj_step
+def midpoint(model, data, nstep):
+    h = model.opt.timestep
+    if model.opt.integrator != mujoco.mjtIntegrator.mjINT_RK4:
+        return step(model, data, nstep)
+    for _ in range(nstep):
+        q, v = data.qpos.copy(), data.qvel.copy()
+        mujoco.mj_forward(model, data)
+        mujoco.mj_integratePos(model, data.qpos, v, h / 2)
+        data.qvel[:] = v + h / 2 * data.qacc
+        mujoco.mj_forward(model, data)
+        mujoco.mj_integratePos(model, q, data.qvel, h)
+        data.qpos[:], data.qvel[:] = q, v + h * data.qacc
+mujoco.mj_step = midpoint
+"""
+
+
+@pytest.fixture(scope="module")
+def small_kit(tmp_path_factory):
+    """A kit of a few problems and models."""
+    folder = tmp_path_factory.mktemp("kit")
+    with pytest.MonkeyPatch.context() as patch:
+        for name, make in (("all_point_masses", all_point_masses), ("all_models", all_models)):
+            few = tuple(case for case in make() if case.name in FEW)
+            patch.setattr(kit_files, name, lambda few=few: few)
+        return kit_files.write_kit(folder)
+
+
+@pytest.fixture
+def copied(small_kit, tmp_path):
+    """A kit in which faults may be planted."""
+    return Path(shutil.copytree(small_kit, tmp_path / "kit"))
+
+
+def ran(kit: Path, name: str, python: str = sys.executable, before: str = "") -> tuple[int, str]:
+    """The exit status of a test, and what it said, in a process that knows no galvi."""
+    path = kit / "tests" / f"test_{name}.py"
+    path.write_text(before + path.read_text(), "utf-8")
+    done = subprocess.run([python, "-I", str(path)], cwd=kit, capture_output=True, text=True)
+    return done.returncode, done.stderr
+
+
+def table_ran(kit: Path, folder: Path) -> int:
+    """The exit status of the test in C++."""
+    program, source = folder / "test_table", kit / "tests" / "test_table.cpp"
+    subprocess.run([str(COMPILER), "-o", program, source], check=True)
+    return subprocess.run([program, kit / "point_masses/two_bodies_e03.txt"]).returncode
+
+
+def edited(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert text.count(old) == 1
+    path.write_text(text.replace(old, new))
+
+
+@needs_engines
+@pytest.mark.parametrize("name", ["rebound", "mujoco", "plain"])
+def test_the_kit_s_tests_pass_without_galvi(copied, name):
+    status, text = ran(copied, name)
+    assert status == 0, text
+    assert "galvi" not in (ROOT / f"docs/kit/test_{name}.py").read_text()
+
+
+@needs_engines
+@needs_compiler
+def test_the_table_is_read_without_a_library(copied, tmp_path):
+    assert table_ran(copied, tmp_path) == 0
+    table = copied / "point_masses/two_bodies_e03.txt"
+    rows = [row.split() for row in table.read_text().splitlines()]
+    rows = [[t, "0.250001" if gm == "0.25" else gm, *rest] for t, gm, *rest in rows]
+    table.write_text("".join(" ".join(row) + "\n" for row in rows))
+    assert table_ran(copied, tmp_path) == 1  # the mass of a body is off by 4e-6
+
+
+@needs_engines
+@pytest.mark.parametrize(
+    ("file", "old", "new", "name", "seen"),
+    [
+        ("point_masses/figure_eight.json", '"G": 1.0', '"G": 1.000000001', "rebound", "eight"),
+        ("point_masses/two_bodies_e03.json", '{"m": 0.25', '{"m": 0.250000001', "rebound", "e03"),
+        ("models/free_body.xml", ".5 .5 -.5 .5", ".5 -.5 .5 -.5", "mujoco", "[free_body]"),
+        ("models/heavy_top.xml", 'mass="1"', 'mass="1.001"', "mujoco", "[heavy_top]"),
+    ],
+    ids=["G off by 1e-9", "mass of a point", "transposed quaternion", "mass of a body"],
+)
+def test_a_planted_fault_is_seen_where_it_is(copied, file, old, new, name, seen):
+    edited(copied / file, old, new)
+    status, text = ran(copied, name)
+    failures = [line for line in text.splitlines() if line.startswith("FAIL:")]
+    assert status == 1 and failures and all(seen in line for line in failures)
+
+
+@needs_engines
+def test_a_runge_kutta_method_of_order_2_is_seen(copied):
+    status, text = ran(copied, "mujoco", before=MIDPOINT)
+    failed = {line.split()[4] for line in text.splitlines() if line.startswith("FAIL:")}
+    failures = [line for line in text.splitlines() if line.startswith("FAIL:")]
+    assert status == 1 and len(failures) == 6 and all("RK4" in line for line in failures), failed
+
+
+@needs_engines
+def test_the_manifest_has_the_digest_of_every_file_and_no_licence_is_invented(small_kit):
+    manifest = json.loads((small_kit / "manifest.json").read_text())
+    paths = [path for path in small_kit.rglob("*") if path.is_file()]
+    digests = {
+        str(path.relative_to(small_kit)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in paths if path.name != "manifest.json"
+    }  # fmt: skip
+    assert manifest["sha256"] == digests
+    assert manifest["format"] == 1 and manifest["galvi"] == galvi.__version__
+    assert "no licence file" in manifest["licences"]["models, numbers and texts"]
+    assert not [path for path in ROOT.iterdir() if path.name.lower().startswith("licen")]
+    used = {key for kind in ("point_masses", "models") for name in manifest[kind]
+            for key in json.loads((small_kit / kind / f"{name}.json").read_text())}  # fmt: skip
+    described = {word for field in manifest["fields"] for word in field.split(", ")}
+    assert used <= described
+
+
+@needs_engines
+def test_tables_and_json_hold_the_same_numbers(small_kit):
+    case = json.loads((small_kit / "point_masses/retrograde_planet.json").read_text())
+    table = np.loadtxt(small_kit / "point_masses/retrograde_planet.txt").reshape(-1, 3, 10)
+    for truth, rows in zip(case["truth"], table[1:], strict=True):
+        assert rows[:, 2:5].tolist() == truth["q"] and rows[:, 5:8].tolist() == truth["v"]
+        assert set(rows[:, 8]) == {truth["error_q"]} and set(rows[:, 0]) == {truth["t"]}
+    start = [[body[x] for x in ("m", "x", "y", "z", "vx", "vy", "vz")] for body in case["bodies"]]
+    assert table[0, :, 1:8].tolist() == start
+
+
+@needs_engines
+def test_arenstorf_s_orbit_closes_after_the_published_period():
+    case = next(case for case in all_point_masses() if case.name == "arenstorf")
+    truth = case.truth()
+    x, y = truth.q[-1, 2] @ [
+        [math.cos(PERIOD), -math.sin(PERIOD)],
+        [math.sin(PERIOD), math.cos(PERIOD)],
+    ]
+    assert len(truth.t) == 11 and math.hypot(x - ARENSTORF[0], y) < truth.error_q[-1]
+
+
+def _sources(growth: float) -> tuple[Source, Source]:
+    """Two that part like growth^k."""
+    gap = 1e-13 * growth ** np.arange(11.0)[:, None, None]
+    still = np.ones((11, 1, 2))
+    first = Source("first", lambda problem, duration: (still, still))
+    return first, Source("second", lambda problem, duration: (still + gap, still))
+
+
+def test_times_at_which_sources_disagree_are_left_out_and_errors_never_fall():
+    problem = galvi.Problem(galvi.NBody([1.0]), [[1.0, 1.0]], [[1.0, 1.0]], name="alone")
+    truth = agreed(problem, 1.0, _sources(10.0), problem)
+    assert len(truth.t) == 4 and truth.error_q[0] == 0.0  # sqrt(2) 1e-9 comes at the fifth
+    assert np.all(np.diff(truth.error_q) > 0.0)
+    assert np.all(truth.error_q[1:] > 10.0 * math.sqrt(2.0) * 10.0 ** np.arange(-12.0, -9.0))
+    assert truth.error_q[-1] < 20.0 * DISAGREEMENT
+    with pytest.raises(ValueError, match="two sources of the truth of alone must agree"):
+        agreed(problem, 1.0, _sources(1e5), problem)
+
+
+@needs_engines
+def test_a_model_that_is_not_that_of_its_closed_form_has_no_truth(monkeypatch):
+    model = next(model for model in all_models() if model.name == "pendulum")
+    lighter = model.mjcf.replace('mass="1"', 'mass="1.001"')
+    planted = replace(model)
+    planted.__dict__["mjcf"] = lighter
+    assert len(planted.truth().t) == 11  # its closed form is that of what MuJoCo reads
+    other = model.sources[0], planted.sources[1]
+    with pytest.raises(ValueError, match="must agree"):
+        agreed(model.problem, 5.0, other, model.problem, (model.differences, np.subtract))
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("kit --format latex", "Kit takes --to and --out alone; leave out --format"),
+        ("kit --all", "Kit takes --to and --out alone; leave out --all"),
+        ("kit --to a.txt", "--to expects a folder; received the file a.txt"),
+        ("kit --to full", "--to expects a new or empty folder, or an earlier kit; full holds"),
+        ("ratios --to full", "--to expects a file; received the folder full"),
+    ],
+)
+def test_what_the_kit_does_not_take_is_refused(ask, words, sentence):
+    Path("a.txt").write_text("mine")
+    Path("full").mkdir()
+    Path("full/mine.txt").write_text("mine")
+    done = ask(f"export {words}")
+    assert done.status == 2 and sentence in " ".join(done.err.split())
+    assert [path.name for path in Path("full").iterdir()] == ["mine.txt"]
+
+
+def test_a_missing_engine_is_named_before_work_starts(ask, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rebound", None)
+    done = ask("export kit")
+    assert done.status == 3 and "rebound" in done.err and not Path("out/kit").exists()
+
+
+@needs_engines
+@pytest.mark.slow(beside="test_the_kit_s_tests_pass_without_galvi")
+def test_the_whole_kit_is_small_its_tests_pass_and_an_old_mujoco_fails(ask, tmp_path):
+    assert ask("export kit").status == 0
+    kit = Path("out/kit").absolute()
+    assert sum(path.stat().st_size for path in kit.rglob("*")) < 1e6
+    for name in ("rebound", "mujoco", "plain"):
+        status, text = ran(kit, name)
+        assert status == 0, text
+    try:
+        with environment(OLD, tmp_path / "old") as python:
+            status, text = ran(kit, "mujoco", str(python))
+    except NotHere as error:
+        pytest.skip(f"{OLD} cannot be installed here: {error}")
+    failures = [line for line in text.splitlines() if line.startswith("FAIL:")]
+    turning = {model.name for model in all_models() if 'type="ball"' in model.mjcf
+               or "<freejoint" in model.mjcf}  # fmt: skip
+    assert status == 1 and all("'RK4'" in line for line in failures)
+    assert {line.partition("[")[2].partition("]")[0] for line in failures} == turning
