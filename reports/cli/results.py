@@ -74,7 +74,7 @@ def export(
     from reports.cli import export as work
 
     if to and to.is_dir():
-        raise typer.BadParameter(f"--to expects a file; received the folder {to}.")
+        raise typer.BadParameter(f"--to expects a file; received the folder {str(to)!r}.")
     if bool(name) + listed + every != 1:
         raise typer.BadParameter("Expected exactly one of NAME, --list and --all.")
     if every and to:
@@ -107,10 +107,11 @@ def _export_kit(folder: Path) -> int:
     """Write the kit, and print its folder. Raises typer.BadParameter for a file, and for a folder
     with other contents."""
     if folder.exists() and not folder.is_dir():
-        raise typer.BadParameter(f"--to expects a folder; received the file {folder}.")
+        raise typer.BadParameter(f"--to expects a folder; received the file {str(folder)!r}.")
     if folder.is_dir() and any(folder.iterdir()) and not (folder / "manifest.json").is_file():
         raise typer.BadParameter(
-            f"--to expects a new or empty folder, or an earlier kit; {folder} holds something else."
+            f"--to expects a new or empty folder, or an earlier kit; {str(folder)!r} holds other "
+            "files."
         )
     from reports.cli.handed_over import show_progress
     from reports.tables.kit import write_kit

@@ -20,6 +20,7 @@ from benchmarks.store.atomic import write
 from benchmarks.store.provenance import commit, today, versions
 from galvi.arrays import Array
 from references import IAS15, MUJOCO_RK4, EngineMissing, missing_engine
+from references.stored.provenance import truths
 
 FORMAT = 1
 TESTS = Path(__file__).parents[2] / "docs" / "kit"
@@ -103,8 +104,16 @@ def write_kit(folder: Path, report: Callable[[str], None] = lambda sentence: Non
 
 
 def manifest(names: Mapping[str, list[str]], files: Mapping[str, str]) -> str:
-    """Where these files come from and what is in them, as JSON."""
-    installed = versions()
+    """Where these files come from and what is in them, as JSON.
+
+    Parameters
+    ----------
+    names
+        of the problems and the models
+    files
+        texts by the names of their files
+    """
+    installed, stored = versions(), {truth["problem"]: truth["engine"] for truth in truths()}
     computed_with = {name: installed[name] for name in COMPUTED_WITH}
     digests = {
         name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())
@@ -113,7 +122,7 @@ def manifest(names: Mapping[str, list[str]], files: Mapping[str, str]) -> str:
         {
             "format": FORMAT, "galvi": installed["galvi"], "commit": commit(), "date": today(),
             "computed_with": {"python": platform.python_version(), **computed_with},
-            **names, "fields": FIELDS, "licences": LICENCES, "sha256": digests,
+            "stored_truths": stored, **names, "fields": FIELDS, "licences": LICENCES, "sha256": digests,
         }
     )  # fmt: skip
 

@@ -208,9 +208,9 @@ def test_a_model_that_is_not_that_of_its_closed_form_has_no_truth(monkeypatch):
     [
         ("kit --format latex", "Kit takes --to and --out alone; leave out --format"),
         ("kit --all", "Kit takes --to and --out alone; leave out --all"),
-        ("kit --to a.txt", "--to expects a folder; received the file a.txt"),
-        ("kit --to full", "--to expects a new or empty folder, or an earlier kit; full holds"),
-        ("ratios --to full", "--to expects a file; received the folder full"),
+        ("kit --to a.txt", "--to expects a folder; received the file 'a.txt'"),
+        ("kit --to full", "--to expects a new or empty folder, or an earlier kit; 'full' holds"),
+        ("ratios --to full", "--to expects a file; received the folder 'full'"),
     ],
 )
 def test_what_the_kit_does_not_take_is_refused(ask, words, sentence):

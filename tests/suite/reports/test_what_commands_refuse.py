@@ -100,7 +100,7 @@ REFUSED = (
     (f"{TABLE} --format pdf", "'work_precision' is a table: add --format csv, latex"),
     (f"{TABLE} --format tex", "'--format': 'tex' is not one of 'csv', 'parquet', 'latex'"),
     (f"{TABLE} --sort eror", "did you mean 'error'"),
-    (f"{TABLE} --to .", "'--to': file '.' is a directory."),
+    (f"{TABLE} --to .", "--to expects a file; received the folder '.'."),
     (f"{TABLE} --to circle", "The command could not be carried out: "),
     (f"{TABLE} --to outside.py/c", "The command could not be carried out: "),
     (f"{TABLE} --where problem=keppler", "There is no problem 'keppler' among kepler e=0.6; did y"),
