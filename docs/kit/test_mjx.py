@@ -29,12 +29,12 @@ class Models(unittest.TestCase):
         for name in ("pendulum", "free_body", "heavy_top"):
             case = json.loads(Path(f"models/{name}.json").read_text())
             model = mujoco.MjModel.from_xml_path(f"models/{name}.xml")
-            seen = case["orders"]["RK4"]
-            truth = case["truth"][seen["at"]]
-            errors = [largest_error(model, truth, step) for step in seen["steps"]]
+            shown = case["orders"]["RK4"]
+            truth = case["truth"][shown["at"]]
+            errors = [largest_error(model, truth, step) for step in shown["steps"]]
             for coarse, fine in pairwise(errors):
                 with self.subTest(name):
-                    self.assertAlmostEqual(math.log2(coarse / fine), seen["order"], delta=0.3)
+                    self.assertAlmostEqual(math.log2(coarse / fine), shown["order"], delta=0.3)
 
 
 if __name__ == "__main__":

@@ -25,14 +25,14 @@ class Models(unittest.TestCase):
         for name in json.loads(Path("manifest.json").read_text())["models"]:
             case = json.loads(Path(f"models/{name}.json").read_text())
             model = mujoco.MjModel.from_xml_path(f"models/{name}.xml")
-            for integrator, seen in case["orders"].items():
-                if seen:
-                    truth, steps = case["truth"][seen["at"]], seen["steps"]
+            for integrator, shown in case["orders"].items():
+                if shown:
+                    truth, steps = case["truth"][shown["at"]], shown["steps"]
                     errors = [largest_error(model, truth, integrator, h) for h in steps]
                     for coarse, fine in pairwise(errors):
                         with self.subTest(name, integrator=integrator):
                             order = math.log2(coarse / fine)
-                            self.assertAlmostEqual(order, seen["order"], delta=0.3)
+                            self.assertAlmostEqual(order, shown["order"], delta=0.3)
 
 
 if __name__ == "__main__":

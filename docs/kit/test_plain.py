@@ -23,9 +23,9 @@ def drift(q, v, h):
 class Leapfrog(unittest.TestCase):
     def test_order(self):
         problem = json.loads(Path("point_masses/figure_eight.json").read_text())
-        seen, errors = problem["orders"]["leapfrog"], []
-        truth = problem["truth"][seen["at"]]
-        for h in seen["steps"]:
+        shown, errors = problem["orders"]["leapfrog"], []
+        truth = problem["truth"][shown["at"]]
+        for h in shown["steps"]:
             masses = [body["m"] for body in problem["bodies"]]
             q, v = ([[body[x] for x in xs] for body in problem["bodies"]]
                     for xs in (("x", "y", "z"), ("vx", "vy", "vz")))  # fmt: skip
@@ -35,7 +35,7 @@ class Leapfrog(unittest.TestCase):
                 drift(q, v, h / 2)
             errors.append(max(map(math.dist, q, truth["q"])))
         for coarse, fine in pairwise(errors):
-            self.assertAlmostEqual(math.log2(coarse / fine), seen["order"], delta=0.3)
+            self.assertAlmostEqual(math.log2(coarse / fine), shown["order"], delta=0.3)
 
 
 if __name__ == "__main__":

@@ -27,13 +27,13 @@ class PointMasses(unittest.TestCase):
                 with self.subTest(name, t=truth["t"]):
                     self.assertLessEqual(largest_error(problem, truth, "ias15"), truth["error_q"])
             for integrator in ("leapfrog", "whfast"):
-                if seen := problem["orders"][integrator]:
-                    truth, steps = problem["truth"][seen["at"]], seen["steps"]
+                if shown := problem["orders"][integrator]:
+                    truth, steps = problem["truth"][shown["at"]], shown["steps"]
                     errors = [largest_error(problem, truth, integrator, h) for h in steps]
                     for coarse, fine in pairwise(errors):
                         with self.subTest(name, integrator=integrator):
                             order = math.log2(coarse / fine)
-                            self.assertAlmostEqual(order, seen["order"], delta=0.3)
+                            self.assertAlmostEqual(order, shown["order"], delta=0.3)
 
 
 if __name__ == "__main__":

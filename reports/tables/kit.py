@@ -113,18 +113,23 @@ def manifest(names: Mapping[str, list[str]], files: Mapping[str, str]) -> str:
     files
         texts by the names of their files
     """
-    installed, stored = versions(), {truth["problem"]: truth["engine"] for truth in truths()}
-    computed_with = {name: installed[name] for name in COMPUTED_WITH}
-    digests = {
-        name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())
+    installed = versions()
+    content = {
+        "format": FORMAT,
+        "galvi": installed["galvi"],
+        "commit": commit(),
+        "date": today(),
+        "computed_with": {"python": platform.python_version()}
+        | {name: installed[name] for name in COMPUTED_WITH},
+        "stored_truths": {truth["problem"]: truth["engine"] for truth in truths()},
+        **names,
+        "fields": FIELDS,
+        "licences": LICENCES,
+        "sha256": {
+            name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())
+        },
     }
-    return _json(
-        {
-            "format": FORMAT, "galvi": installed["galvi"], "commit": commit(), "date": today(),
-            "computed_with": {"python": platform.python_version(), **computed_with},
-            "stored_truths": stored, **names, "fields": FIELDS, "licences": LICENCES, "sha256": digests,
-        }
-    )  # fmt: skip
+    return _json(content)
 
 
 def files_of_point_masses(case: PointMasses) -> dict[str, str]:

@@ -167,8 +167,8 @@ class Model:
 
     def start(self) -> dict[str, list[float]]:
         """qpos, qvel and ctrl."""
-        data = self._read[1].data()
-        return {name: getattr(data, name).tolist() for name in ("qpos", "qvel", "ctrl")}
+        state = self._read[1].data()
+        return {name: getattr(state, name).tolist() for name in ("qpos", "qvel", "ctrl")}
 
     @property
     def sources(self) -> tuple[Source, Source]:
@@ -206,9 +206,9 @@ class Model:
             )
         return shown
 
-    def differences(self, q: Array, other: Array) -> Array:
+    def differences(self, q: Array, true_q: Array) -> Array:
         """Lengths and angles by which each joint differs, (rows, joints)."""
-        return joint_errors(self.problem.system, q, other)
+        return joint_errors(self.problem.system, q, true_q)
 
 
 def all_models() -> tuple[Model, ...]:

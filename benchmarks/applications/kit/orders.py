@@ -55,8 +55,8 @@ def shown_order(
         step = (truth.t[-1] - truth.t[0]) / (last * 2**k)
         setting = {"step": step, "save_every": 2**k}
         runs = [
-            each.contender.run(problem, truth.t[-1] - truth.t[0], {**setting, **each.options})
-            for each in methods
+            method.contender.run(problem, truth.t[-1] - truth.t[0], {**setting, **method.options})
+            for method in methods
         ]
         errors.append(np.array([largest(differences(run.q, truth.q)) for run in runs])[:, 1:])
         clear = np.all(errors[-1] > CLEAR * truth.error_q[1:], axis=0)

@@ -88,11 +88,11 @@ def agreed(
     for start in (problem, shifted):
         compared = zip(gaps, differences, (q, v), sources[1].states(start, duration), strict=True)
         gaps = [
-            np.maximum(gap, np.maximum.accumulate(largest(apart(x, y))))
-            for gap, apart, x, y in compared
+            np.maximum(gap, np.maximum.accumulate(largest(difference(x, y))))
+            for gap, difference, x, y in compared
         ]
-    far = [~(gap <= DISAGREEMENT * size) for gap, size in zip(gaps, sizes, strict=True)]
-    lost = far[0] | far[1]
+    agree = [gap <= DISAGREEMENT * size for gap, size in zip(gaps, sizes, strict=True)]
+    lost = ~(agree[0] & agree[1])
     rows = int(np.argmax(lost)) if lost.any() else len(lost)
     if rows < 2:
         raise ValueError(
