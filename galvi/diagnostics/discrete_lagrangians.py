@@ -1,0 +1,345 @@
+"""Discrete Lagrangians, their Legendre transforms, and the action of a run.
+
+L_d(q0, q1; h) is the action h sum_j b_j L(q(c_j h), q'(c_j h)) of a method's curve from q0 to q1
+that is stationary among them (H 2.2.2, on groups H 3.4.2). A step of the method from the right
+momentum is that curve, so that the velocity at its start is sought for which it ends at q1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+
+from galvi import input_checks
+from galvi.arrays import Array, read_only
+from galvi.charts.chart import coordinates
+from galvi.curves.curves import Curves
+from galvi.curves.redone_curves import RedoneCurves
+from galvi.diagnostics.symplecticity import stages_along
+from galvi.groups.group import Group, Rn
+from galvi.input_checks import shown
+from galvi.kernels.constants import EPSILON
+from galvi.method import Galerkin
+from galvi.problem import Problem
+from galvi.run.energies import potentials
+from galvi.run.loop import curves_of_steps, unwatched
+from galvi.run.request import RunRequest, check_types, from_start
+from galvi.systems.finite_differences import difference_scales, lengths_of
+from galvi.systems.lagrangian import CHART, Lagrangian
+from galvi.systems.legendre_transform import values_and_momenta
+from galvi.systems.multibody import Multibody
+from galvi.trajectory import Trajectory
+
+CORRECTIONS = 50  # of the velocity at the start, at most
+SHARES = 0.5 ** np.arange(8)  # of a correction that are tried
+RENEWED = 0.1  # the derivative, where a correction leaves a larger share of the gap
+# Gaps at the end, over the lengths of coordinates: that are round-off, and that may be, where a
+# momentum is differenced.
+SETTLED, ACCEPTED = 4.0 * EPSILON, 2.0**-36
+# By which a start is moved to difference an end, in lengths of coordinates and in ways of the step.
+OF_LENGTH, OF_WAY = 2.0**-22, 2.0**-17
+SINGULAR = 2.0**-28  # an end that moves by less when the start's velocity moves by 1 does not
+CHUNK = 4096  # steps whose stages are held at once
+WHOLE = 1e-6  # of a step, by which a time may differ from the end of one
+IN_OTHER_COORDINATES = (
+    "it is computed for steps of equal length in the inertial frame; received a method in {}. "
+    "Leave it out."
+)
+
+
+def discrete_lagrangian(problem: Problem, method: Galerkin, q0: Any, q1: Any, h: float) -> float:
+    """L_d(q0, q1; h): the stationary action of a method's curves from q0 to q1 in the time h.
+
+    Parameters
+    ----------
+    problem
+        its system and t0, at which the curves begin, are used; not its initial state
+    method
+        without a clock, and in no moving frame
+    q0, q1
+        configurations of the shape of problem.q0
+    h
+        the time from q0 to q1, negative for curves backwards in time
+
+    Returns
+    -------
+    float
+        h sum_j b_j L at the nodes of the rule, to round-off. L has no external forces, but those of
+        a `galvi.Multibody` with a potential, as in `galvi.energy`; the curve is that of a step with
+        all of them. Where several curves are stationary, it is that which Newton's method finds
+        from the straight line or the steady turn, by less than half a turn.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For bad input; exceptions of user functions pass through.
+    RuntimeError
+        Where no curve is found: the step is too long, or q1 is conjugate to q0.
+
+    Notes
+    -----
+    Hall and Leok, Spectral variational integrators, section 2.2.2, and Lie group spectral
+    variational integrators, section 3.4.2. With a symmetric method on a vector space
+    L_d(q0, q1; h) = -L_d(q1, q0; -h).
+
+    Examples
+    --------
+    >>> problem = galvi.problems.harmonic_oscillator()
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> found = galvi.discrete_lagrangian(problem, method, [1.0], [0.5], h=1.0)
+    >>> exact = (1.25 * np.cos(1.0) - 1.0) / (2.0 * np.sin(1.0))
+    >>> bool(abs(found - exact) < 1e-14)
+    True
+    """
+    step = _step_between(problem, method, q0, q1, h, "discrete_lagrangian")
+    return float(_actions(problem, method, cast(Curves, step.curves))[0])
+
+
+def discrete_legendre_transforms(
+    problem: Problem, method: Galerkin, q0: Any, q1: Any, h: float
+) -> tuple[Array, Array]:
+    """p0 = -D1 L_d(q0, q1; h) and p1 = D2 L_d(q0, q1; h), each of the shape of run.p.
+
+    On a Lie group derivatives are left-trivialised, along q exp(hat(eta)): body momenta, as in
+    run.p. With external forces these are the forced transforms, p0 = -D1 L_d - f^- and
+    p1 = D2 L_d + f^+: the momenta between which a step goes from q0 to q1.
+
+    Parameters and exceptions are those of `galvi.discrete_lagrangian`. Both are accurate to the
+    round-off of q1 - q0 over h, times the mass.
+
+    Notes
+    -----
+    Hall and Leok, as there, equations 2.1 and 2.2; with forces Marsden and West, Acta Numerica 10
+    (2001), 3.2.2.
+
+    Examples
+    --------
+    >>> problem = galvi.problems.kepler(0.3)
+    >>> method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
+    >>> run = galvi.integrate(problem, method, step=0.2, steps=1)
+    >>> p0, p1 = galvi.discrete_legendre_transforms(problem, method, run.q[0], run.q[1], 0.2)
+    >>> np.allclose(p0, run.p[0], rtol=1e-13), np.allclose(p1, run.p[1], rtol=1e-13)
+    (True, True)
+    """
+    step = _step_between(problem, method, q0, q1, h, "discrete_legendre_transforms")
+    return step.p[0], step.p[-1]
+
+
+def action(run: Trajectory) -> Array:
+    """The discrete action since the run's start at each saved time, (saved,): sums of L_d.
+
+    action[0] is 0, action[-1] that of the whole run; NaN past a failed step. Each step adds
+    h sum_j b_j L along its curve, with L as in `galvi.discrete_lagrangian`. Where curves were not
+    kept, all steps are done again.
+
+    Raises
+    ------
+    ValueError
+        For a run of a reference, in a clock or a moving frame, with actions of events, and one that
+        an event ended within a step; and where functions of the system have changed since the run.
+    TypeError
+        For something that is not a Trajectory.
+
+    Notes
+    -----
+    The sum over k of L_d(q_k, q_k+1) is stationary when the q between its ends move (H 2.1).
+
+    Examples
+    --------
+    >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+    >>> run = galvi.integrate(galvi.problems.harmonic_oscillator(), method, step=0.5, steps=4)
+    >>> exact = -0.25 * np.sin(2.0 * run.t)  # from rest at q = 1
+    >>> bool(np.max(np.abs(galvi.action(run) - exact)) < 1e-13)
+    True
+    """
+    if not isinstance(run, Trajectory):
+        raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
+    curves = run.again if run.curves is None else run.curves
+    if curves is None:
+        raise ValueError(
+            "the action of a run is that of its Galerkin curves, which runs of references and those "
+            "with actions of events may not have. Give a run of galvi.integrate without actions."
+        )
+    _refuse_other_coordinates(run.method, "the action of a run")
+    if run.restarts is not None:
+        raise ValueError(
+            "the action of a run is that of one motion; received a run that actions of events "
+            "changed. Take the runs between them."
+        )
+    passed = (run.t - run.t[0]) / run.step
+    saved = np.rint(passed).astype(np.int64)
+    slack = WHOLE + 4.0 * EPSILON * float(np.max(np.abs(run.t / run.step)))
+    if np.max(np.abs(passed - saved)) > slack:
+        raise ValueError(
+            f"the action of a run is that of whole steps; received one that an event ended at "
+            f"t = {float(run.t[-1])!r}, within a step. Integrate without the event up to the step "
+            f"before."
+        )
+    found = np.full(saved[-1] + 1, np.nan)
+    found[0], done = 0.0, 0
+    for part in _parts(curves):
+        of_steps = _actions(run.problem, run.method, part)
+        found[done + 1 : done + len(of_steps) + 1] = found[done] + np.cumsum(of_steps)
+        done += len(of_steps)
+    return read_only(found[saved])
+
+
+def _refuse_other_coordinates(method: Galerkin, what: str) -> None:
+    """ValueError for a method in a clock or in a moving frame."""
+    kind = "a clock" if method.clock is not None else "a moving frame" if method.in_frame else ""
+    if kind:
+        raise ValueError(f"{what} is not known: {IN_OTHER_COORDINATES.format(kind)}")
+
+
+def _parts(curves: Any) -> Iterator[Curves]:
+    """The curves of a run's steps, up to CHUNK of them at once; those that failed may be absent."""
+    if isinstance(curves, RedoneCurves):
+        curves.check()
+        ends = [*(state.first for state in curves.known[1:]), curves.known[0].first + curves.done]
+        for start, end in zip(curves.known, ends, strict=True):
+            if end > start.first:
+                again = curves.problem, curves.method, curves.step, start, 0, end - start.first
+                yield from _parts(curves_of_steps(*again))
+        return
+    for first in range(0, len(curves.bases), CHUNK):
+        rows = slice(first, first + CHUNK)
+        yield replace(
+            curves, t0=curves.t0 + first * curves.step, bases=curves.bases[rows],
+            coefficients=curves.coefficients[rows],
+        )  # fmt: skip
+
+
+def _actions(problem: Problem, method: Galerkin, curves: Curves) -> Array:
+    """h sum_j b_j L of steps, (steps,); NaN for those that failed."""
+    t, q, v, weights = stages_along(curves, method.table)
+    known = np.isfinite(curves.coefficients).all(axis=(1, 2))
+    values = np.full(t.shape, np.nan)
+    shape, count = t[known].shape, t[known].size
+    flat = (x[known].reshape(count, *x.shape[2:]) for x in (q, v, t))
+    values[known] = lagrangian_values(problem, *flat).reshape(shape)
+    return values @ weights
+
+
+def lagrangian_values(problem: Problem, q: Array, v: Array, t: Array) -> Array:
+    """L (n,) at n states, without external forces but those of a Multibody with a potential."""
+    system: Any = problem.system
+    if not isinstance(system, Lagrangian):
+        p = system.momentum(v)
+        kinetic: Array = 0.5 * np.sum(p * v, axis=tuple(range(1, p.ndim)))
+        return kinetic - potentials(system, q, t, None)
+    known = values_and_momenta(system, q, v, t)
+    if known is None:
+        rows = zip(q, v, t.tolist(), strict=True)
+        values = np.array([system.value(x, w, s) for x, w, s in rows])
+    else:
+        values = known[0]
+    return values - system.potential_of_forces(q) if isinstance(system, Multibody) else values
+
+
+class Shot(NamedTuple):
+    """A step from a velocity at q0.
+
+    Attributes
+    ----------
+    run
+        the step
+    gap : array, shape (d,)
+        from q1 to where it ends, in coordinates about q1
+    size
+        the largest of these over its coordinate's length; infinite for a step that failed
+    """
+
+    run: Trajectory
+    gap: Array
+    size: float
+
+
+def _step_between(
+    problem: Problem, method: Galerkin, q0: Any, q1: Any, h: float, name: str
+) -> Trajectory:
+    """The run of one step from q0 to q1 in the time h; raises as `discrete_lagrangian`."""
+    check_types(problem, method, f"{name}(problem, method, q0, q1, h)")
+    _refuse_other_coordinates(method, "the discrete Lagrangian")
+    system: Any = problem.system
+    group: Group = getattr(system, "group", Rn(problem.q0.size))
+    h = input_checks.real("h", h)
+    if h == 0.0:
+        raise ValueError("h must not be zero; received 0. Give the time from q0 to q1.")
+    ends = [
+        input_checks.array(name, q, problem.q0.shape, "It has the shape of problem.q0.")
+        for name, q in (("q0", q0), ("q1", q1))
+    ]
+    start, end = (q.reshape(group.shape) for q in ends)
+    group.check("q1", end)
+    way = coordinates(CHART, group, start, end)
+    system.check_state(ends[0], (way / h).reshape(problem.v0.shape), problem.t0)
+    lengths = difference_scales(group, start, way)[0]
+    if isinstance(group, Rn):
+        lengths = lengths_of(np.maximum(np.abs(start), np.abs(end)))
+
+    def request(v: Array) -> RunRequest:
+        here = problem.moved(ends[0], v.reshape(problem.v0.shape), problem.t0)
+        return RunRequest(here, method, h, 1, from_start(curves=True))
+
+    def shot(v: Array) -> Shot:
+        run = unwatched(request(v))
+        if not (np.isfinite(run.q[-1]).all() and np.isfinite(run.p[-1]).all()):
+            return Shot(run, np.full(v.size, np.nan), np.inf)
+        gap = coordinates(CHART, group, end, run.q[-1].reshape(group.shape))
+        return Shot(run, gap, float(np.max(np.abs(gap) / lengths)))
+
+    RunRequest.checked(request(way / h).problem, method, h, 1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = _nearest(shot, way / h, lengths, h)
+    if not found.size <= ACCEPTED:
+        raise RuntimeError(
+            f"no curve from q0 to q1 in the time h = {h!r} was found: the step from the straight "
+            f"way between them, corrected by Newton's method, does not end at q1. Use a smaller h "
+            f"or nearer ends, or a higher degree."
+        )
+    return found.run
+
+
+def _nearest(shot: Callable[[Array], Shot], v: Array, lengths: Array, h: float) -> Shot:
+    """The shot whose gap Newton's method, with a derivative that it renews, makes no smaller."""
+    best, slope = shot(v), None
+    for _ in range(CORRECTIONS):
+        fresh = slope is None
+        if slope is None:
+            slope = _derivative(shot, v, lengths, h)
+            if not np.isfinite(slope).all() or not np.isfinite(best.size):
+                return best
+        change = np.linalg.solve(slope, best.gap)
+        for share in SHARES if fresh else SHARES[:1]:
+            trial = shot(v - share * change)
+            if trial.size <= (1.0 - 0.5 * share) * best.size:
+                slope = slope if trial.size <= RENEWED * best.size else None
+                best, v = trial, v - share * change
+                break
+        else:
+            if fresh or best.size <= SETTLED:
+                return best
+            slope = None
+        if best.size == 0.0:
+            return best
+    return best
+
+
+def _derivative(shot: Callable[[Array], Shot], v: Array, lengths: Array, h: float) -> Array:
+    """The derivative (d, d) of a shot's end by its velocity; RuntimeError for a singular one."""
+    nudges = OF_LENGTH * lengths / abs(h) + OF_WAY * np.abs(v)
+    columns = [
+        (shot(v + nudge).gap - shot(v - nudge).gap) / (2.0 * np.max(nudge))
+        for nudge in np.diag(nudges)
+    ]
+    slope = np.stack(columns, axis=1)
+    scaled = slope * lengths / lengths[:, None] / h
+    if np.isfinite(slope).all() and np.linalg.svd(scaled, compute_uv=False)[-1] < SINGULAR:
+        raise RuntimeError(
+            f"no curve from q0 to q1 in the time h = {h!r} can be told from its neighbours: the "
+            f"ends are conjugate points, where motions from q0 meet again. Use a smaller h."
+        )
+    return slope
