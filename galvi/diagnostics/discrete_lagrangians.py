@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -34,6 +35,7 @@ from galvi.systems.multibody import Multibody
 from galvi.trajectory import Trajectory
 
 CORRECTIONS = 50  # of the velocity at the start, at most
+ATTEMPTS = 24  # for shorter times
 SHARES = 0.5 ** np.arange(8)  # of a correction that are tried
 RENEWED = 0.1  # the derivative, where a correction leaves a larger share of the gap
 # Gaps at the end, over the lengths of coordinates: that are round-off, and that may be, where a
@@ -70,7 +72,8 @@ def discrete_lagrangian(problem: Problem, method: Galerkin, q0: Any, q1: Any, h:
         h sum_j b_j L at the nodes of the rule, to round-off. L has no external forces, but those of
         a `galvi.Multibody` with a potential, as in `galvi.energy`; the curve is that of a step with
         all of them. Where several curves are stationary, it is that which Newton's method finds
-        from the straight line or the steady turn, by less than half a turn.
+        from the straight line or the steady turn of less than half a turn; where it finds none, the
+        one to which that leads as the time grows up to h.
 
     Raises
     ------
@@ -244,6 +247,8 @@ class Shot(NamedTuple):
 
     Attributes
     ----------
+    v : array, shape (d,)
+        that velocity
     run
         the step
     gap : array, shape (d,)
@@ -252,6 +257,7 @@ class Shot(NamedTuple):
         the largest of these over its coordinate's length; infinite for a step that failed
     """
 
+    v: Array
     run: Trajectory
     gap: Array
     size: float
@@ -269,77 +275,92 @@ def _step_between(
     if h == 0.0:
         raise ValueError("h must not be zero; received 0. Give the time from q0 to q1.")
     ends = [
-        input_checks.array(name, q, problem.q0.shape, "It has the shape of problem.q0.")
-        for name, q in (("q0", q0), ("q1", q1))
+        input_checks.array(end, q, problem.q0.shape, "It has the shape of problem.q0.")
+        for end, q in (("q0", q0), ("q1", q1))
     ]
     start, end = (q.reshape(group.shape) for q in ends)
     group.check("q1", end)
     way = coordinates(CHART, group, start, end)
     system.check_state(ends[0], (way / h).reshape(problem.v0.shape), problem.t0)
+
+    def request(v: Array, time: float) -> RunRequest:
+        here = problem.moved(ends[0], v.reshape(problem.v0.shape), problem.t0)
+        return RunRequest(here, method, time, 1, from_start(curves=True))
+
+    def shot(v: Array, time: float) -> Shot:
+        run = unwatched(request(v, time))
+        if not (np.isfinite(run.q[-1]).all() and np.isfinite(run.p[-1]).all()):
+            return Shot(v, run, np.full(v.size, np.nan), np.inf)
+        gap = coordinates(CHART, group, end, run.q[-1].reshape(group.shape))
+        return Shot(v, run, gap, float(np.max(np.abs(gap) / lengths)))
+
     lengths = difference_scales(group, start, way)[0]
     if isinstance(group, Rn):
         lengths = lengths_of(np.maximum(np.abs(start), np.abs(end)))
-
-    def request(v: Array) -> RunRequest:
-        here = problem.moved(ends[0], v.reshape(problem.v0.shape), problem.t0)
-        return RunRequest(here, method, h, 1, from_start(curves=True))
-
-    def shot(v: Array) -> Shot:
-        run = unwatched(request(v))
-        if not (np.isfinite(run.q[-1]).all() and np.isfinite(run.p[-1]).all()):
-            return Shot(run, np.full(v.size, np.nan), np.inf)
-        gap = coordinates(CHART, group, end, run.q[-1].reshape(group.shape))
-        return Shot(run, gap, float(np.max(np.abs(gap) / lengths)))
-
-    RunRequest.checked(request(way / h).problem, method, h, 1)
+    RunRequest.checked(request(way / h, h).problem, method, h, 1)
     with np.errstate(over="ignore", invalid="ignore"):
-        found = _nearest(shot, way / h, lengths, h)
-    if not found.size <= ACCEPTED:
+        arrived = _arriving(shot, way, lengths, h)
+    if arrived is None:
         raise RuntimeError(
-            f"no curve from q0 to q1 in the time h = {h!r} was found: the step from the straight "
-            f"way between them, corrected by Newton's method, does not end at q1. Use a smaller h "
-            f"or nearer ends, or a higher degree."
+            f"no curve from q0 to q1 in the time h = {h!r} was found by Newton's method from the "
+            f"straight way: they may be conjugate points, where motions from q0 meet again, or too "
+            f"far apart for one step. Use a smaller h, nearer ends or a higher degree."
         )
-    return found.run
+    return arrived.run
 
 
-def _nearest(shot: Callable[[Array], Shot], v: Array, lengths: Array, h: float) -> Shot:
-    """The shot whose gap Newton's method, with a derivative that it renews, makes no smaller."""
+def _arriving(
+    shot: Callable[[Array, float], Shot], way: Array, lengths: Array, h: float
+) -> Shot | None:
+    """The shot that ends at q1 after the time h; None where it is not found.
+
+    Where the straight way is no good start, it is for a shorter time, which then grows.
+    """
+    done, share, way_at_start = 0.0, 1.0, way
+    for _ in range(ATTEMPTS):
+        time = share * h
+        best = _nearest(partial(shot, time=time), way_at_start / time, lengths, abs(time))
+        if best.size <= ACCEPTED:
+            if share == 1.0:
+                return best
+            done, way_at_start = share, best.v * time
+            share = min(1.0, 2.0 * share)
+        else:
+            share = 0.5 * (done + share)
+    return None
+
+
+def _nearest(shot: Callable[[Array], Shot], v: Array, lengths: Array, time: float) -> Shot:
+    """The shot whose gap Newton's method, with a derivative that it renews, makes no smaller; of
+    infinite size where ends do not follow velocities."""
     best, slope = shot(v), None
+    if not np.isfinite(best.size):
+        return best
+    nudges = np.diag(OF_LENGTH * lengths / time)
     for _ in range(CORRECTIONS):
         fresh = slope is None
         if slope is None:
-            slope = _derivative(shot, v, lengths, h)
-            if not np.isfinite(slope).all() or not np.isfinite(best.size):
-                return best
+            moves = nudges + np.diag(OF_WAY * np.abs(best.v))
+            ends = [shot(best.v + move).gap - shot(best.v - move).gap for move in moves]
+            slope = np.stack(ends, axis=1) / (2.0 * np.diag(moves))
+            scaled = slope * lengths / lengths[:, None] / time
+            if not np.isfinite(slope).all() or (
+                np.linalg.svd(scaled, compute_uv=False)[-1] < SINGULAR
+            ):
+                return best._replace(size=np.inf)
         change = np.linalg.solve(slope, best.gap)
         for share in SHARES if fresh else SHARES[:1]:
-            trial = shot(v - share * change)
+            trial = shot(best.v - share * change)
             if trial.size <= (1.0 - 0.5 * share) * best.size:
-                slope = slope if trial.size <= RENEWED * best.size else None
-                best, v = trial, v - share * change
                 break
         else:
             if fresh or best.size <= SETTLED:
                 return best
             slope = None
+            continue
+        if trial.size > RENEWED * best.size:
+            slope = None
+        best = trial
         if best.size == 0.0:
             return best
     return best
-
-
-def _derivative(shot: Callable[[Array], Shot], v: Array, lengths: Array, h: float) -> Array:
-    """The derivative (d, d) of a shot's end by its velocity; RuntimeError for a singular one."""
-    nudges = OF_LENGTH * lengths / abs(h) + OF_WAY * np.abs(v)
-    columns = [
-        (shot(v + nudge).gap - shot(v - nudge).gap) / (2.0 * np.max(nudge))
-        for nudge in np.diag(nudges)
-    ]
-    slope = np.stack(columns, axis=1)
-    scaled = slope * lengths / lengths[:, None] / h
-    if np.isfinite(slope).all() and np.linalg.svd(scaled, compute_uv=False)[-1] < SINGULAR:
-        raise RuntimeError(
-            f"no curve from q0 to q1 in the time h = {h!r} can be told from its neighbours: the "
-            f"ends are conjugate points, where motions from q0 meet again. Use a smaller h."
-        )
-    return slope
