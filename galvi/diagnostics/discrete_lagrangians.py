@@ -7,6 +7,7 @@ momentum is that curve, so that the velocity at its start is sought for which it
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -46,10 +47,6 @@ OF_LENGTH, OF_WAY = 2.0**-22, 2.0**-17
 SINGULAR = 2.0**-28  # an end that moves by less when the start's velocity moves by 1 does not
 CHUNK = 4096  # steps whose stages are held at once
 WHOLE = 1e-6  # of a step, by which a time may differ from the end of one
-IN_OTHER_COORDINATES = (
-    "it is computed for steps of equal length in the inertial frame; received a method in {}. "
-    "Leave it out."
-)
 
 
 def discrete_lagrangian(problem: Problem, method: Galerkin, q0: Any, q1: Any, h: float) -> float:
@@ -80,7 +77,8 @@ def discrete_lagrangian(problem: Problem, method: Galerkin, q0: Any, q1: Any, h:
     ValueError, TypeError
         For bad input; exceptions of user functions pass through.
     RuntimeError
-        Where no curve is found: the step is too long, or q1 is conjugate to q0.
+        Where no curve is found, since the step is too long or q1 is conjugate to q0; and where L is
+        not finite along it.
 
     Notes
     -----
@@ -98,7 +96,13 @@ def discrete_lagrangian(problem: Problem, method: Galerkin, q0: Any, q1: Any, h:
     True
     """
     step = _step_between(problem, method, q0, q1, h, "discrete_lagrangian")
-    return float(_actions(problem, method, cast(Curves, step.curves))[0])
+    found = float(_actions(problem, method, cast(Curves, step.curves))[0])
+    if not math.isfinite(found):
+        raise RuntimeError(
+            f"the action of the curve from q0 to q1 is {found}: the Lagrangian is not finite along "
+            f"it. Use units in which numbers are smaller, or other ends."
+        )
+    return found
 
 
 def discrete_legendre_transforms(
@@ -181,12 +185,10 @@ def action(run: Trajectory) -> Array:
             f"t = {float(run.t[-1])!r}, within a step. Integrate without the event up to the step "
             f"before."
         )
-    found = np.full(saved[-1] + 1, np.nan)
-    found[0], done = 0.0, 0
-    for part in _parts(curves):
-        of_steps = _actions(run.problem, run.method, part)
-        found[done + 1 : done + len(of_steps) + 1] = found[done] + np.cumsum(of_steps)
-        done += len(of_steps)
+    of_steps = [_actions(run.problem, run.method, part) for part in _parts(curves)]
+    done = np.cumsum(np.concatenate([np.zeros(1), *of_steps]))
+    found = np.full(max(saved[-1] + 1, len(done)), np.nan)
+    found[: len(done)] = done
     return read_only(found[saved])
 
 
@@ -194,7 +196,10 @@ def _refuse_other_coordinates(method: Galerkin, what: str) -> None:
     """ValueError for a method in a clock or in a moving frame."""
     kind = "a clock" if method.clock is not None else "a moving frame" if method.in_frame else ""
     if kind:
-        raise ValueError(f"{what} is not known: {IN_OTHER_COORDINATES.format(kind)}")
+        raise ValueError(
+            f"{what} needs steps of equal length in the inertial frame; received a method in "
+            f"{kind}. Leave it out."
+        )
 
 
 def _parts(curves: Any) -> Iterator[Curves]:
@@ -215,6 +220,7 @@ def _parts(curves: Any) -> Iterator[Curves]:
         )  # fmt: skip
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _actions(problem: Problem, method: Galerkin, curves: Curves) -> Array:
     """h sum_j b_j L of steps, (steps,); NaN for those that failed."""
     t, q, v, weights = stages_along(curves, method.table)
@@ -223,7 +229,7 @@ def _actions(problem: Problem, method: Galerkin, curves: Curves) -> Array:
     shape, count = t[known].shape, t[known].size
     flat = (x[known].reshape(count, *x.shape[2:]) for x in (q, v, t))
     values[known] = lagrangian_values(problem, *flat).reshape(shape)
-    return values @ weights
+    return np.sum(values * weights, axis=1)
 
 
 def lagrangian_values(problem: Problem, q: Array, v: Array, t: Array) -> Array:
@@ -263,6 +269,7 @@ class Shot(NamedTuple):
     size: float
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def _step_between(
     problem: Problem, method: Galerkin, q0: Any, q1: Any, h: float, name: str
 ) -> Trajectory:
@@ -281,6 +288,8 @@ def _step_between(
     start, end = (q.reshape(group.shape) for q in ends)
     group.check("q1", end)
     way = coordinates(CHART, group, start, end)
+    if not np.isfinite(way / h).all():
+        raise ValueError(f"(q1 - q0) / h must be finite; received h = {h!r}. Use a larger h.")
     system.check_state(ends[0], (way / h).reshape(problem.v0.shape), problem.t0)
 
     def request(v: Array, time: float) -> RunRequest:
@@ -298,8 +307,7 @@ def _step_between(
     if isinstance(group, Rn):
         lengths = lengths_of(np.maximum(np.abs(start), np.abs(end)))
     RunRequest.checked(request(way / h, h).problem, method, h, 1)
-    with np.errstate(over="ignore", invalid="ignore"):
-        arrived = _arriving(shot, way, lengths, h)
+    arrived = _arriving(shot, way, lengths, h)
     if arrived is None:
         raise RuntimeError(
             f"no curve from q0 to q1 in the time h = {h!r} was found by Newton's method from the "
