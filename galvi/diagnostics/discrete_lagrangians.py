@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -90,19 +89,19 @@ def discrete_lagrangian(problem: Problem, method: Galerkin, q0: Any, q1: Any, h:
     --------
     >>> problem = galvi.problems.harmonic_oscillator()
     >>> method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-    >>> found = galvi.discrete_lagrangian(problem, method, [1.0], [0.5], h=1.0)
+    >>> action = galvi.discrete_lagrangian(problem, method, [1.0], [0.5], h=1.0)
     >>> exact = (1.25 * np.cos(1.0) - 1.0) / (2.0 * np.sin(1.0))
-    >>> bool(abs(found - exact) < 1e-14)
+    >>> bool(abs(action - exact) < 1e-14)
     True
     """
     step = _step_between(problem, method, q0, q1, h, "discrete_lagrangian")
-    found = float(_actions(problem, method, cast(Curves, step.curves))[0])
-    if not math.isfinite(found):
+    value = float(_actions(problem, method, cast(Curves, step.curves))[0])
+    if not math.isfinite(value):
         raise RuntimeError(
-            f"the action of the curve from q0 to q1 is {found}: the Lagrangian is not finite along "
+            f"the action of the curve from q0 to q1 is {value}: the Lagrangian is not finite along "
             f"it. Use units in which numbers are smaller, or other ends."
         )
-    return found
+    return value
 
 
 def discrete_legendre_transforms(
@@ -167,8 +166,8 @@ def action(run: Trajectory) -> Array:
     curves = run.again if run.curves is None else run.curves
     if curves is None:
         raise ValueError(
-            "the action of a run is that of its Galerkin curves, which runs of references and those "
-            "with actions of events may not have. Give a run of galvi.integrate without actions."
+            "the action of a run is that of its Galerkin curves, which one of a reference, or with "
+            "actions of events, may not have. Give one of galvi.integrate without actions."
         )
     _refuse_other_coordinates(run.method, "the action of a run")
     if run.restarts is not None:
@@ -176,9 +175,9 @@ def action(run: Trajectory) -> Array:
             "the action of a run is that of one motion; received a run that actions of events "
             "changed. Take the runs between them."
         )
-    passed = (run.t - run.t[0]) / run.step
+    passed = (run.t - run.t[0]) / curves.step
     saved = np.rint(passed).astype(np.int64)
-    slack = WHOLE + 4.0 * EPSILON * float(np.max(np.abs(run.t / run.step)))
+    slack = WHOLE + 4.0 * EPSILON * float(np.max(np.abs(run.t / curves.step)))
     if np.max(np.abs(passed - saved)) > slack:
         raise ValueError(
             f"the action of a run is that of whole steps; received one that an event ended at "
@@ -186,10 +185,10 @@ def action(run: Trajectory) -> Array:
             f"before."
         )
     of_steps = [_actions(run.problem, run.method, part) for part in _parts(curves)]
-    done = np.cumsum(np.concatenate([np.zeros(1), *of_steps]))
-    found = np.full(max(saved[-1] + 1, len(done)), np.nan)
-    found[: len(done)] = done
-    return read_only(found[saved])
+    so_far = np.cumsum(np.concatenate([np.zeros(1), *of_steps]))
+    at_steps = np.full(max(saved[-1] + 1, len(so_far)), np.nan)
+    at_steps[: len(so_far)] = so_far
+    return read_only(at_steps[saved])
 
 
 def _refuse_other_coordinates(method: Galerkin, what: str) -> None:
@@ -224,11 +223,11 @@ def _parts(curves: Any) -> Iterator[Curves]:
 def _actions(problem: Problem, method: Galerkin, curves: Curves) -> Array:
     """h sum_j b_j L of steps, (steps,); NaN for those that failed."""
     t, q, v, weights = stages_along(curves, method.table)
-    known = np.isfinite(curves.coefficients).all(axis=(1, 2))
+    solved = np.isfinite(curves.coefficients).all(axis=(1, 2))
     values = np.full(t.shape, np.nan)
-    shape, count = t[known].shape, t[known].size
-    flat = (x[known].reshape(count, *x.shape[2:]) for x in (q, v, t))
-    values[known] = lagrangian_values(problem, *flat).reshape(shape)
+    shape, count = t[solved].shape, t[solved].size
+    flat = (x[solved].reshape(count, *x.shape[2:]) for x in (q, v, t))
+    values[solved] = lagrangian_values(problem, *flat).reshape(shape)
     return np.sum(values * weights, axis=1)
 
 
@@ -239,12 +238,12 @@ def lagrangian_values(problem: Problem, q: Array, v: Array, t: Array) -> Array:
         p = system.momentum(v)
         kinetic: Array = 0.5 * np.sum(p * v, axis=tuple(range(1, p.ndim)))
         return kinetic - potentials(system, q, t, None)
-    known = values_and_momenta(system, q, v, t)
-    if known is None:
+    together = values_and_momenta(system, q, v, t)
+    if together is None:
         rows = zip(q, v, t.tolist(), strict=True)
         values = np.array([system.value(x, w, s) for x, w, s in rows])
     else:
-        values = known[0]
+        values = together[0]
     return values - system.potential_of_forces(q) if isinstance(system, Multibody) else values
 
 
@@ -327,7 +326,7 @@ def _arriving(
     done, share, way_at_start = 0.0, 1.0, way
     for _ in range(ATTEMPTS):
         time = share * h
-        best = _nearest(partial(shot, time=time), way_at_start / time, lengths, abs(time))
+        best = _nearest(shot, way_at_start / time, lengths, time)
         if best.size <= ACCEPTED:
             if share == 1.0:
                 return best
@@ -338,19 +337,19 @@ def _arriving(
     return None
 
 
-def _nearest(shot: Callable[[Array], Shot], v: Array, lengths: Array, time: float) -> Shot:
+def _nearest(shot: Callable[[Array, float], Shot], v: Array, lengths: Array, time: float) -> Shot:
     """The shot whose gap Newton's method, with a derivative that it renews, makes no smaller; of
     infinite size where ends do not follow velocities."""
-    best, slope = shot(v), None
+    best, slope = shot(v, time), None
     if not np.isfinite(best.size):
         return best
-    nudges = np.diag(OF_LENGTH * lengths / time)
+    nudges = np.diag(OF_LENGTH * lengths / abs(time))
     for _ in range(CORRECTIONS):
         fresh = slope is None
         if slope is None:
             moves = nudges + np.diag(OF_WAY * np.abs(best.v))
-            ends = [shot(best.v + move).gap - shot(best.v - move).gap for move in moves]
-            slope = np.stack(ends, axis=1) / (2.0 * np.diag(moves))
+            apart = [shot(best.v + x, time).gap - shot(best.v - x, time).gap for x in moves]
+            slope = np.stack(apart, axis=1) / (2.0 * np.diag(moves))
             scaled = slope * lengths / lengths[:, None] / time
             if not np.isfinite(slope).all() or (
                 np.linalg.svd(scaled, compute_uv=False)[-1] < SINGULAR
@@ -358,7 +357,7 @@ def _nearest(shot: Callable[[Array], Shot], v: Array, lengths: Array, time: floa
                 return best._replace(size=np.inf)
         change = np.linalg.solve(slope, best.gap)
         for share in SHARES if fresh else SHARES[:1]:
-            trial = shot(best.v - share * change)
+            trial = shot(best.v - share * change, time)
             if trial.size <= (1.0 - 0.5 * share) * best.size:
                 break
         else:
