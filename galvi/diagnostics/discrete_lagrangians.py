@@ -28,7 +28,7 @@ from galvi.problem import Problem
 from galvi.run.energies import potentials
 from galvi.run.loop import curves_of_steps, unwatched
 from galvi.run.request import RunRequest, check_types, from_start
-from galvi.systems.finite_differences import difference_scales, lengths_of
+from galvi.systems.finite_differences import difference_scales
 from galvi.systems.lagrangian import CHART, Lagrangian
 from galvi.systems.legendre_transform import values_and_momenta
 from galvi.systems.multibody import Multibody
@@ -81,9 +81,8 @@ def discrete_lagrangian(problem: Problem, method: Galerkin, q0: Any, q1: Any, h:
 
     Notes
     -----
-    Hall and Leok, Spectral variational integrators, section 2.2.2, and Lie group spectral
-    variational integrators, section 3.4.2. With a symmetric method on a vector space
-    L_d(q0, q1; h) = -L_d(q1, q0; -h).
+    H 2.2.2, on groups H 3.4.2, of Hall's dissertation, whose chapters are the papers of Hall and
+    Leok. With a symmetric method on a vector space L_d(q0, q1; h) = -L_d(q1, q0; -h).
 
     Examples
     --------
@@ -118,8 +117,7 @@ def discrete_legendre_transforms(
 
     Notes
     -----
-    Hall and Leok, as there, equations 2.1 and 2.2; with forces Marsden and West, Acta Numerica 10
-    (2001), 3.2.2.
+    Marsden and West, Acta Numerica 10 (2001), 1.5; with forces 3.2.2; on groups H 3.2.2.
 
     Examples
     --------
@@ -303,8 +301,6 @@ def _step_between(
         return Shot(v, run, gap, float(np.max(np.abs(gap) / lengths)))
 
     lengths = difference_scales(group, start, way)[0]
-    if isinstance(group, Rn):
-        lengths = lengths_of(np.maximum(np.abs(start), np.abs(end)))
     RunRequest.checked(request(way / h, h).problem, method, h, 1)
     arrived = _arriving(shot, way, lengths, h)
     if arrived is None:
