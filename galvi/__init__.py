@@ -6,6 +6,11 @@ from galvi import events, problems
 from galvi.analysis.theory import Theory, theory
 from galvi.charts.chart import Cayley, Exponential, ModifiedRodrigues
 from galvi.clocks.clock import Clock, DynamicalTime, Sundman
+from galvi.diagnostics.discrete_lagrangians import (
+    action,
+    discrete_lagrangian,
+    discrete_legendre_transforms,
+)
 from galvi.diagnostics.invariants import (
     MomentumBalance,
     energy,
@@ -88,13 +93,13 @@ __all__ = [
     "PlanarChain", "PolynomialFourier", "Polynomials", "PowerLaw", "Problem", "Product",
     "QuadraticDrag", "Radiation", "Recommendation", "Relativity", "RigidBody", "Rn", "RotorDrag",
     "Rule", "SchillerNaumann", "SpringChain", "StatesAt", "Sundman", "Theory", "Tides",
-    "Trajectory", "UniformField", "UniformGravity", "cite", "clenshaw_curtis", "composite",
-    "convergence", "energy", "events", "find_events", "from_mujoco", "from_rebound", "gauss",
-    "heliocentric", "integrate", "integrate_ensemble", "integrate_many", "judge",
-    "linear_momentum", "load", "lobatto", "momentum_balance", "momentum_map", "nearest_rotation",
-    "newton_cotes", "orbital_elements", "orthogonality_defect", "problems", "radau", "recommend",
-    "resume", "rotations", "round_trip_error", "save", "states_at", "step_derivative",
-    "symplecticity_defect", "theory",
+    "Trajectory", "UniformField", "UniformGravity", "action", "cite", "clenshaw_curtis",
+    "composite", "convergence", "discrete_lagrangian", "discrete_legendre_transforms", "energy",
+    "events", "find_events", "from_mujoco", "from_rebound", "gauss", "heliocentric", "integrate",
+    "integrate_ensemble", "integrate_many", "judge", "linear_momentum", "load", "lobatto",
+    "momentum_balance", "momentum_map", "nearest_rotation", "newton_cotes", "orbital_elements",
+    "orthogonality_defect", "problems", "radau", "recommend", "resume", "rotations",
+    "round_trip_error", "save", "states_at", "step_derivative", "symplecticity_defect", "theory",
 ]  # fmt: skip
 
 

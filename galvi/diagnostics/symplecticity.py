@@ -14,7 +14,7 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.charts.chart import coordinates, place
 from galvi.curves.clock_curves import ClockCurves
-from galvi.curves.curves import FrameCurves
+from galvi.curves.curves import Curves, FrameCurves
 from galvi.diagnostics.frame_derivative import frame_step_derivative
 from galvi.groups.group import Group
 from galvi.kernels.nystrom.solve import SOLVED
@@ -31,6 +31,7 @@ from galvi.systems.finite_differences import WEIGHTS
 from galvi.systems.lagrangian import CHART, velocity_at
 from galvi.systems.nbody import NBody
 from galvi.systems.system import GroupSystem, VectorSystem
+from galvi.tableau import Tableau
 from galvi.trajectory import Trajectory
 
 OF_VELOCITY = (
@@ -51,19 +52,23 @@ def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
     ValueError
         For a run without curves, such as one by a reference, or in a moving frame.
     """
-    curves, step = run.curves, run.step
+    curves = run.curves
     if isinstance(curves, FrameCurves | ClockCurves):
         raise ValueError(
             "this needs curves between stages of one rule in time; a run in a moving frame or in a "
             "clock has others. Integrate with another chart, and without a clock."
         )
-    if curves is None or step is None:
+    if curves is None:
         raise ValueError(
             "this needs the Galerkin curves of a run; integrate with curves=True or save_every=1 "
             "(references keep none)."
         )
-    table = run.method.table
-    coefficients = curves.coefficients
+    return stages_along(curves, run.method.table)
+
+
+def stages_along(curves: Curves, table: Tableau) -> tuple[Array, Array, Array, Array]:
+    """As `stage_states`, of any curves."""
+    coefficients, step = curves.coefficients, curves.step
     xi = np.einsum("kdi,si->ksd", coefficients, table.psi)
     rate = np.einsum("kdi,si->ksd", coefficients, table.slope) / step
     t = curves.t0 + (np.arange(len(xi))[:, None] + table.c) * step

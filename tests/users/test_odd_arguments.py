@@ -35,7 +35,7 @@ COUNTS = {"steps", "particles", "masses", "links", "points"}
 MANY, LARGEST = 100, 2**62  # counts in between are good ones, and take long
 LONGEST = 2000  # characters of a refusal, with 64 numbers
 WRONG = 0.01  # of the energy's scale: a run that is called good changes its energy by less
-KINDS = (ValueError, TypeError, OSError, ImportError, AttributeError)  # of a refusal
+KINDS = (ValueError, TypeError, OSError, ImportError, AttributeError, RuntimeError)  # of a refusal
 FOLDER = Path(galvi.__file__).parent
 
 TINY, HUGE = float(np.nextafter(0.0, 1.0)), 10**400
@@ -106,6 +106,10 @@ STEP = {
     "step": st.sampled_from([0.01, 0.1, -0.1]),
 }
 STEPS = {**STEP, "steps": DEGREES}
+BETWEEN = {
+    "problem": KEPLER, "method": STEP["method"], "q0": np.array([0.7, 0.0]),
+    "q1": np.array([0.69, 0.1]), "h": 0.1,
+}  # fmt: skip
 MEMBERS = {
     "problem": KEPLER, "q0": np.array([[0.7, 0.0]] * 3), "v0": np.array([[0.0, 1.4]] * 3),
     "method": TWO, "step": 0.1, "steps": 3,
@@ -180,6 +184,9 @@ GOOD: dict[str, Mapping[str, Any]] = {
     "rotations": RUN_AT,
     "orthogonality_defect": RUN_AT,
     "nearest_rotation": {"matrix": np.eye(3)},
+    "action": RUN,
+    "discrete_lagrangian": BETWEEN,
+    "discrete_legendre_transforms": BETWEEN,
     "round_trip_error": STEPS,
     "step_derivative": STEP,
     "symplecticity_defect": STEP,

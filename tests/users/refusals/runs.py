@@ -322,5 +322,60 @@ EVENTS = (
     (TypeError, "action must be a function", lambda: galvi.Event(len, action=3)),
     (ValueError, "ends the run or acts on it", lambda: galvi.Event(len, 0, True, len)),
 )  # fmt: skip
-TABLE = {"runs": SINGLE, "many runs": MANY, "ensembles": ENSEMBLES, "asked of runs": ASKED,
-         "events": EVENTS}  # fmt: skip
+CLOCKED = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=galvi.Sundman())
+FRAMED = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), galvi.KeplerFrame())
+BODY = galvi.problems.free_rigid_body()
+TURNED = np.diag([1.0, -1.0, -1.0])
+
+
+def between(q0=KEPLER.q0, q1=KEPLER.q0, h=0.1, problem=KEPLER, method=EIGHT):
+    """A discrete Lagrangian."""
+    return lambda: galvi.discrete_lagrangian(problem, method, q0, q1, h)
+
+
+def acting(**changes):
+    """The action of a run."""
+    return lambda: galvi.action(run(**changes)())
+
+
+def ending(q, v, t):
+    return q[1] - 0.5
+
+
+ACTIONS = (
+    (ValueError, "the discrete Lagrangian needs .*; received a method in a clock. Leave it out",
+     between(method=CLOCKED)),
+    (ValueError, "needs steps of equal length in the inertial frame; .* a moving frame",
+     between(method=FRAMED)),
+    (ValueError, "h must not be zero", between(h=0)),
+    (ValueError, "h must be a finite real number; received nan", between(h=float("nan"))),
+    (ValueError, r"q1 must have shape \(2,\); received shape \(3,\)", between(q1=[1, 2, 3])),
+    (ValueError, "q0 must hold finite numbers", between(q0=[1, float("nan")])),
+    (ValueError, r"\(q1 - q0\) / h must be finite; .* Use a larger h",
+     between(q1=[1e300, 0.0], h=1e-10)),
+    (ValueError, "q1 must be a rotation", between(np.eye(3), np.ones((3, 3)), problem=BODY)),
+    (ValueError, "q0 must be a rotation", between(-np.eye(3), np.eye(3), problem=BODY)),
+    (ValueError, "bodies must start at different places",
+     between(0.0 * STARS.q0, STARS.q0, problem=STARS)),
+    (RuntimeError, "no curve from q0 to q1 in the time h = 3.14.* conjugate points.* smaller h",
+     between([1.0], [0.5], np.pi, galvi.problems.harmonic_oscillator(),
+             galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12)))),
+    (RuntimeError, "no curve from q0 to q1", between(np.eye(3), TURNED, problem=BODY)),  # Cayley
+    (RuntimeError, "the action of the curve .* is inf",
+     between([0.0], [1e200], 1.0, galvi.Problem(galvi.Canonical(1.0, lambda q: 0.0 * q[0]), [0.0],
+                                                [0.0]))),
+    (TypeError, r"problem must be .* Call galvi.discrete_legendre_transforms\(problem, method, q0",
+     galvi.discrete_legendre_transforms, 3, EIGHT, KEPLER.q0, KEPLER.q0, 0.1),
+    (TypeError, "run must be a galvi.Trajectory; received 3", galvi.action, 3),
+    (ValueError, "the action of a run needs .* a clock", acting(method=CLOCKED)),
+    (ValueError, "the action of a run needs .* a moving frame",
+     acting(problem=galvi.problems.outer_solar_system(), method=FRAMED, step=10.0)),
+    (ValueError, "of whole steps; received one that an event ended at t = 0.39.*, within a step",
+     acting(steps=9, events=galvi.Event(ending, terminal=True))),
+    *((ValueError, words, acting(
+        steps=9, save_every=every,
+        events=galvi.Event(ending, action=lambda q, v, t: (q, -v)),
+    )) for every, words in ((1, "that actions of events changed"), (2, "with actions of events"))),
+)  # fmt: skip
+TABLE = {"runs": SINGLE, "actions": ACTIONS, "many runs": MANY, "ensembles": ENSEMBLES,
+         "asked of runs": ASKED, "events": EVENTS}  # fmt: skip

@@ -1,0 +1,274 @@
+"""Discrete Lagrangians against runs, their own differences, closed forms and Noether's fellows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import galvi
+from references.closed_forms.kepler_action import kepler_action
+from references.closed_forms.oscillator import oscillator_action
+from tests.properties.forced_systems import MASS, SYSTEMS
+from tests.properties.group_matrices import element
+from tests.properties.group_motions import COUPLED, RODRIGUES, collocation
+
+FOUR, EXPONENTIAL = collocation(4), galvi.Exponential()
+EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
+KEPLER, SPRING = galvi.problems.kepler(0.3), galvi.problems.harmonic_oscillator(0.3)
+ROUND = galvi.problems.kepler(0.1)
+DRIVEN = replace(galvi.problems.driven_oscillator(), t0=0.7)
+MASSLESS = galvi.Problem(
+    galvi.NBody([1.0, 0.1, 0.0]), [[0, 0], [1, 0], [0, 2]], [[0, -0.1], [0, 1], [0.7, 0]]
+)
+
+
+def branching(q, v):
+    """That of a bead on a parabola, which is not traced."""
+    return 0.5 * v[0] ** 2 * (1.0 + q[0] ** 2) - 0.5 * q[0] ** 2 if q[0] < 1e9 else 0.0
+
+
+def pair(space, rule):
+    return galvi.Galerkin(space, rule)
+
+
+FREE = {
+    "kepler": (KEPLER, FOUR, 0.2),
+    "Lobatto's rule": (SPRING, pair(galvi.Polynomials(3), galvi.lobatto(4)), 0.4),
+    "Radau's rule": (KEPLER, pair(galvi.Polynomials(3), galvi.radau(3)), 0.2),
+    "pieces": (KEPLER, pair(galvi.PiecewisePolynomials(2, 2),
+                            galvi.composite(galvi.gauss(3), 2)), 0.2),
+    "degrees by component": (KEPLER, pair(galvi.ComponentPolynomials((3, 5)), galvi.gauss(5)), 0.2),
+    "backwards": (KEPLER, FOUR, -0.2),
+    "a driven oscillator": (DRIVEN, FOUR, 0.3),
+    "a full mass": (galvi.Problem(galvi.Canonical(MASS, galvi.LinearSpring(1.5)), [1.0, 0.5],
+                                  [0.1, 0.4]), FOUR, 0.3),
+    "a double pendulum": (galvi.problems.double_pendulum(), FOUR, 0.05),
+    "a body": (galvi.problems.free_rigid_body(), FOUR, 0.1),
+    "a pendulum": (galvi.problems.pendulum_3d(), collocation(3, EXPONENTIAL), 0.1),
+    "a top": (galvi.problems.heavy_top(), collocation(4, RODRIGUES), 0.05),
+    "a moving body": (galvi.problems.free_body_se3(g=(0.0, 0.5, -9.81)),
+                      collocation(3, EXPONENTIAL), 0.1),
+    "a product": (COUPLED, collocation(3, RODRIGUES), 0.1),
+    "an arm": (galvi.problems.skew_arm(), FOUR, 0.01),
+    "a floating arm": (galvi.problems.skew_arm(floating=True), collocation(2, EXPONENTIAL), 0.02),
+}  # fmt: skip
+FORCED = {
+    "planets": (galvi.problems.outer_solar_system(), FOUR, 50.0),
+    "relativity": (galvi.Problem(galvi.NBody([1.0, 1e-3], forces=galvi.Relativity(9.0)),
+                                 [[0, 0], [1, 0]], [[0, -1e-3], [0, 1]]), FOUR, 0.1),
+    "a massless body": (MASSLESS, FOUR, 0.1),
+    "a damped arm": (galvi.problems.skew_arm(damping=0.1), FOUR, 0.01),
+    **{name: (galvi.Problem(system, [1.0, 0.5], [0.1, 0.4], 0.2), FOUR, 0.3)
+       for name, (system, *_) in SYSTEMS.items()},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FREE | FORCED)
+def test_the_transforms_of_a_step_are_its_momenta_and_its_action_that_of_the_run(name):
+    problem, method, h = (FREE | FORCED)[name]
+    run = galvi.integrate(problem, method, h, 3)
+    along, size = galvi.action(run), np.max(np.abs(run.p))
+    lost = np.max(np.abs(run.q)) / np.max(np.abs(np.diff(run.q, axis=0)))  # digits of q1 - q0
+    for k in (0, 2):
+        step = replace(problem, t0=float(run.t[k])), method, run.q[k], run.q[k + 1], h
+        for p, momentum in zip(galvi.discrete_legendre_transforms(*step), run.p[k:], strict=False):
+            assert p.shape == momentum.shape
+            assert np.max(np.abs(p - momentum)) < 3e-15 * size * max(lost, 10.0)
+        apart = galvi.discrete_lagrangian(*step) - (along[k + 1] - along[k])
+        assert abs(apart) < 1e-14 * np.max(np.abs(along))
+
+
+DIFFERENCED, WEIGHTS = 2.0**-7, (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
+
+
+def moved(problem, q, shift):
+    """q exp(hat(shift))."""
+    group = getattr(problem.system, "group", galvi.Rn(q.size))
+    flat = q.reshape(group.shape)
+    return group.multiply(flat, element(group, shift)).reshape(q.shape)
+
+
+def differences(function, d, scale):
+    """The derivative (d,) at 0 of a function of (d,), of order eight."""
+    nudges = scale * np.eye(d)
+    return np.array([
+        sum(w * (function(k * x) - function(-k * x)) for k, w in enumerate(WEIGHTS, 1)) / scale
+        for x in nudges
+    ])  # fmt: skip
+
+
+@pytest.mark.slow_cases("a floating arm", "a product")
+@pytest.mark.parametrize("name", FREE)
+def test_the_momenta_are_differences_of_the_discrete_lagrangian(name):
+    problem, method, h = FREE[name]
+    q0, q1 = galvi.integrate(problem, method, h, 1).q
+    p0, p1 = galvi.discrete_legendre_transforms(problem, method, q0, q1, h)
+    scale = DIFFERENCED * min(1.0, 10.0 * abs(h))
+
+    def between(start, end):
+        return galvi.discrete_lagrangian(
+            problem, method, moved(problem, q0, start), moved(problem, q1, end), h
+        )
+
+    by_q0 = differences(lambda x: between(x, 0.0 * x), problem.v0.size, scale)
+    by_q1 = differences(lambda x: between(0.0 * x, x), problem.v0.size, scale)
+    size = np.max(np.abs([p0, p1]))
+    for p, differenced in ((p0, -by_q0), (p1, by_q1)):
+        assert np.allclose(p.ravel(), differenced, rtol=0.0, atol=3e-11 * size)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forwards", "backwards"])
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_the_discrete_lagrangian_nears_the_action_in_closed_form_at_its_order(degree, sign):
+    """An error of h^(2 s + 1) between ends that a motion joins; the action of a way back is the
+    negative of that of the way."""
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree))
+    sizes, springs, orbits = 0.3 * 0.7 ** np.arange(4), [], []
+    for h in sizes:
+        x0, x1 = (1.0, np.cos(h) + 0.3 * np.sin(h))[:: int(sign)]
+        exact = oscillator_action(1.0, 1.0, x0, x1, h)
+        found = galvi.discrete_lagrangian(SPRING, method, [x0], [x1], sign * h)
+        springs.append(abs(found - sign * exact))
+        orbit = galvi.integrate(ROUND, EIGHT, h / 4, 4).q[::4]
+        exact = kepler_action(1.0, *orbit.tolist(), h)
+        found = galvi.discrete_lagrangian(ROUND, method, *orbit[:: int(sign)], sign * h)
+        orbits.append(abs(found - sign * exact))
+    for errors in (springs, orbits):
+        order = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+        assert abs(order - (2 * degree + 1)) < 0.15
+
+
+def test_ends_far_apart_are_joined_too():
+    """From the straight line alone, Newton's method does not find this arc."""
+    method = galvi.Galerkin(galvi.Polynomials(16), galvi.gauss(16))
+    found = galvi.discrete_lagrangian(KEPLER, method, [0.7, 0.0], [-0.5, 0.6], 1.5)
+    assert abs(found - kepler_action(1.0, [0.7, 0.0], [-0.5, 0.6], 1.5)) < 1e-6  # 3e-8
+    assert galvi.discrete_lagrangian(SPRING, EIGHT, [0.0], [0.0], 1.0) == 0.0
+
+
+def test_coordinates_of_different_units_are_all_solved_for():
+    """A spring of a million metres, and a pendulum whose length is a micrometre."""
+    system = galvi.Canonical(1.0, lambda q: 0.5 * q[0] ** 2 - 1e-12 * np.cos(1e6 * q[1]))
+    problem = galvi.Problem(system, [1e6, 2e-6], [0.0, 2e-6])
+    run = galvi.integrate(problem, EIGHT, 1.0, 1)
+    momenta = galvi.discrete_legendre_transforms(problem, EIGHT, *run.q, 1.0)
+    assert np.allclose(np.subtract(momenta, run.p) / [1e6, 1e-6], 0.0, rtol=0.0, atol=1e-13)
+
+
+def test_the_discrete_lagrangian_of_a_steady_turn_is_exact_in_the_exponential_chart():
+    """The turn is a straight line there, of action J angle^2 / (2 h)."""
+    turning = galvi.problems.free_rigid_body(velocity=(0.0, 0.0, 1.0))
+    turn = element(galvi.SO3(), [0.0, 0.0, 2.0])
+    for h in (0.5, -3.0):
+        found = galvi.discrete_lagrangian(turning, collocation(1, EXPONENTIAL), np.eye(3), turn, h)
+        assert abs(found - 3.4 * 2.0**2 / (2.0 * h)) < 1e-13 / abs(h)
+        near = galvi.discrete_lagrangian(turning, collocation(12), np.eye(3), turn, h)
+        assert 0.0 < abs(near / found - 1.0) < 1e-6  # 2e-8: not a polynomial in Cayley's
+
+
+@pytest.mark.parametrize("name", ["kepler", "a driven oscillator", "a pendulum", "a top"])
+def test_the_action_of_a_run_is_stationary_when_a_state_within_it_moves(name):
+    problem, method, h = FREE[name]
+    run = galvi.integrate(problem, method, h, 2)
+    second = replace(problem, t0=float(run.t[1]))
+
+    def total(shift):
+        between = moved(problem, run.q[1], shift)
+        return galvi.discrete_lagrangian(
+            problem, method, run.q[0], between, h
+        ) + galvi.discrete_lagrangian(second, method, between, run.q[2], h)
+
+    d, scale = problem.v0.size, DIFFERENCED * h
+    assert abs(total(np.zeros(d)) - galvi.action(run)[-1]) < 1e-13
+    assert np.max(np.abs(differences(total, d, scale))) < 1e-11 * np.max(np.abs(run.p))
+    first = differences(
+        lambda x: galvi.discrete_lagrangian(
+            problem, method, run.q[0], moved(problem, run.q[1], x), h
+        ), d, scale,
+    )  # fmt: skip
+    assert np.max(np.abs(first)) > 0.1  # of one step alone it is not
+
+
+@pytest.mark.parametrize("name", ["kepler", "Lobatto's rule", "a driven oscillator"])
+def test_a_way_back_has_the_opposite_action_with_a_symmetric_method(name):
+    problem, method, h = FREE[name]
+    q0, q1 = galvi.integrate(problem, method, h, 1).q
+    there = galvi.discrete_lagrangian(problem, method, q0, q1, h)
+    back = galvi.discrete_lagrangian(replace(problem, t0=problem.t0 + h), method, q1, q0, -h)
+    assert abs(there + back) < 1e-14 * max(1.0, abs(there))
+
+
+def test_the_action_of_a_run_that_kept_less_is_the_same():
+    full = galvi.integrate(KEPLER, FOUR, 0.1, 2500)
+    whole = galvi.action(full)
+    thin = galvi.integrate(KEPLER, FOUR, 0.1, 2500, save_every=700)
+    saved = [0, 700, 1400, 2100, 2500]
+    assert whole.shape == full.t.shape
+    assert whole[0] == 0.0
+    assert np.allclose(galvi.action(thin), whole[saved], rtol=1e-13)
+    further = galvi.action(galvi.resume(full, 10))
+    longer = galvi.action(galvi.integrate(KEPLER, FOUR, 0.1, 2510))
+    assert np.allclose(further, longer[2500:] - longer[2500], rtol=0.0, atol=1e-12)
+    watched = galvi.events.plane_crossing((0.0, 1.0))
+    seen = galvi.integrate(KEPLER, FOUR, 0.1, 2500, events=watched)
+    assert np.allclose(galvi.action(seen), whole, rtol=1e-13)
+
+
+def walled(q):
+    """A potential that is not defined from q = 1 on."""
+    return -0.1 * np.sqrt(1.0 - q[0])
+
+
+def test_the_action_does_not_depend_on_how_many_steps_are_looked_at_together(monkeypatch):
+    run = galvi.integrate(DRIVEN, FOUR, 0.3, 5)
+    whole = galvi.action(run)
+    monkeypatch.setattr("galvi.diagnostics.discrete_lagrangians.CHUNK", 2)
+    assert np.allclose(galvi.action(run), whole, rtol=1e-14)
+
+
+@pytest.mark.filterwarnings("ignore:invalid value")
+def test_the_action_past_a_failed_step_is_nan():
+    problem = galvi.Problem(galvi.Canonical(1.0, walled), [0.0], [1.0])
+    runs = [galvi.integrate(problem, FOUR, 0.2, 8, save_every=n) for n in (1, 2)]
+    failed = runs[0].failed_step
+    assert failed is not None
+    assert 3 < failed < 8
+    whole, thin = map(galvi.action, runs)
+    assert np.isfinite(whole[:failed]).all()
+    assert np.isnan(whole[failed:]).all()
+    assert np.allclose(thin, whole[[0, 2, 4, 6, 8][: len(thin)]], rtol=1e-13, equal_nan=True)
+
+
+def test_the_action_of_a_lagrangian_that_cannot_be_traced_is_that_of_one_that_can():
+    def bead(q, v):
+        return 0.5 * v[0] ** 2 * (1.0 + q[0] ** 2) - 0.5 * q[0] ** 2
+
+    one, other = (
+        galvi.action(
+            galvi.integrate(
+                galvi.Problem(galvi.Lagrangian(L, galvi.Rn(1)), [1.0], [0.2]), FOUR, 0.3, 3
+            )
+        )
+        for L in (bead, branching)
+    )
+    assert np.allclose(one, other, rtol=1e-10)
+
+
+def test_springs_among_the_forces_of_a_tree_belong_to_its_lagrangian():
+    """A spring of a tendon is a force with a potential, that of a joint is a part of L."""
+    pytest.importorskip("mujoco")
+    body = '<inertial pos="0 .1 -.2" mass="1.5" diaginertia=".01 .02 .015"/>'
+    text = '<mujoco><worldbody><body><joint name="a" axis="0 1 0" {}/>' + body
+    text += "</body></worldbody>{}</mujoco>"
+    spring = 'fixed stiffness="3" springlength="0"'
+    tendon = f'<tendon><{spring}><joint joint="a" coef="1"/></fixed></tendon>'
+    one, other = (
+        galvi.action(
+            galvi.integrate(
+                galvi.from_mujoco(text.format(*springs)).with_initial_state([0.4], [1.0]),
+                FOUR, 0.05, 3,
+            )
+        )
+        for springs in (("", tendon), ('stiffness="3"', ""))
+    )  # fmt: skip
+    assert np.allclose(one, other, rtol=1e-12)
