@@ -20,7 +20,8 @@ from reports.tracking import against
 from reports.tracking.against import compare
 from reports.tracking.checkouts import Checkout
 from reports.tracking.gates import GATES
-from reports.tracking.outcome import as_json, as_junit, summary
+from reports.tracking.junit_cases import as_junit, junit_cases
+from reports.tracking.outcome import as_json, summary
 from reports.tracking.worker import Failed
 
 CASE = Case("orbit", TRAJECTORY, "kepler", 4, 4, 0.1, 10, rounding=1e-14)
@@ -365,7 +366,7 @@ def test_a_long_run_is_as_long_as_the_time_allows_and_sees_what_fails_late(
 def test_the_junit_file_has_a_case_for_each_gate_and_is_well_formed(compared):
     hostile = replace(CASE, name="a <b> & \x1b ]]> é")
     outcome = compared(Fake(), Fake(why="<script>\x00 ]]>"), hostile, OTHER)
-    root = ElementTree.fromstring(as_junit(outcome, "galvi track"))
+    root = ElementTree.fromstring(as_junit(outcome, junit_cases(outcome), "galvi track"))
     cases = root.findall("testsuite/testcase")
     assert {one.get("name") for one in cases} == set(GATES) and len(cases) == 2 * len(GATES)
     (failed, _) = root.findall("testsuite/testcase/failure")
