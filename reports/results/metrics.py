@@ -82,7 +82,8 @@ def row_metrics(rows: Iterable[Row]) -> list[Metric]:
                float(row.uncertainty or 0.0))
         for row in rows
         if row.measured is not None and row.verdict != NOT_RUN
-        and (row.bound.startswith(UPPER_BOUNDS) or row.quantity.startswith(SMALL))
+        and (row.bound.startswith(UPPER_BOUNDS)
+             or (row.bound == "none" and row.quantity.startswith(SMALL)))
     ]  # fmt: skip
 
 
