@@ -105,8 +105,8 @@ def drawn(action: Path, folder: Path, commit: str) -> subprocess.CompletedProces
     (folder / "event.json").write_text(json.dumps(event))
     about = yaml.safe_load((action / "action.yml").read_text(encoding="utf-8"))["inputs"]
     inputs = {name: str(one.get("default", "")).lower() for name, one in about.items()} | {
-        "tool": "customSmallerIsBetter", "output-file-path": "track-benchmark-action.json", "fail-on-alert": "true",
-        "external-data-json-path": "data.json", "alert-threshold": "150%",
+        "tool": "customSmallerIsBetter", "output-file-path": "track-benchmark-action.json",
+        "external-data-json-path": "data.json", "alert-threshold": "150%", "fail-on-alert": "true",
     }  # fmt: skip
     runner = {"GITHUB_EVENT_PATH": str(folder / "event.json"), "GITHUB_REPOSITORY": "a/b",
               "GITHUB_STEP_SUMMARY": str(folder / "summary.md")}  # fmt: skip
