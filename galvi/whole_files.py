@@ -87,7 +87,8 @@ def _replace(path: Path, former: os.stat_result | None, content: Content) -> Non
         raise OSError(error.errno, error.strerror, str(path)) from None
     try:
         if former is not None:
-            with suppress(OSError):  # another user's file stays readable as its mode says
+            # another user's file stays readable as its mode says; Windows has no owners
+            with suppress(OSError, AttributeError):
                 os.chown(partial, former.st_uid, former.st_gid)
             os.chmod(partial, mode)
         _write_to(descriptor, content)

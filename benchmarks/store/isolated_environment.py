@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -33,10 +34,15 @@ def environment(requirement: str, folder: Path) -> Iterator[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{requirement}-", dir=folder.absolute()) as place:
         finished([sys.executable, "-I", "-m", "venv", place])
-        interpreter = Path(place) / "bin" / "python"
+        interpreter = interpreter_in(Path(place))
         pip = [str(interpreter), "-I", "-m", "pip", "install", "--quiet", "--only-binary=:all:"]
         finished([*pip, "--disable-pip-version-check", requirement])
         yield interpreter
+
+
+def interpreter_in(environment: Path) -> Path:
+    """The Python of a virtual environment."""
+    return environment / ("Scripts" if os.name == "nt" else "bin") / "python"
 
 
 def finished(command: Sequence[str], text: str = "") -> str:

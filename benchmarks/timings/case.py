@@ -70,6 +70,8 @@ class Case:
     contender
         "package.module:Class" of another integrator, run at `setting` over step * steps in place of
         galvi's method; see `benchmarks.applications.external.integrator`
+    defined_at
+        file, from the root of the repository, and line of that class; "" and 0 where not known
     """
 
     name: str
@@ -91,4 +93,9 @@ class Case:
     count_tolerance: float = 0.0
     slower: float = Thresholds.slower
     contender: str = ""
+    defined_at: tuple[str, int] = ("", 0)
     setting: Mapping[str, Any] = field(default_factory=dict)
+
+    def tolerated(self, error: float) -> float:
+        """The largest error that is no worse than this one."""
+        return error * (1.0 + self.error_tolerance) + self.rounding

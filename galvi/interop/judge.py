@@ -229,7 +229,7 @@ def judge(
         if not result.is_file():
             raise refusal
         page = (Path(folder) / "judge.html").read_text(encoding="utf-8")
-        return Judged(json.loads(result.read_text()), page)
+        return Judged(json.loads(result.read_text(encoding="utf-8")), page)
 
 
 PROBLEM, MODEL, SIMULATION = "problem", "model", "simulation"

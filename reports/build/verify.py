@@ -4,6 +4,7 @@ claims.csv    every row; rows of claims that were not selected are kept, with th
 durations.csv seconds that the study of each claim took
 verify.xml    JUnit XML for CI services
 verify.md     the same in Markdown; also appended to the CI job summary
+verify-*.json measured errors, for services that draw them over time
 frames/       the studies' frames
 tables/       claims and convergence
 """
@@ -11,9 +12,9 @@ tables/       claims and convergence
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import pandas as pd
 import typer
@@ -30,6 +31,7 @@ from reports.figures.catalogue.all import FIGURES
 from reports.results.cache import BuildCache, Study
 from reports.results.claim_results import NOT_RUN, ClaimResult, check, claim_studies
 from reports.results.junit import JUnitCase, Outcome, github_annotations, junit_xml
+from reports.results.metrics import row_metrics, write_metrics
 from reports.results.options import Options
 from reports.results.origins import note_origin, read_origins
 from reports.results.own_problems import Engines
@@ -58,12 +60,15 @@ class Verified:
         differences from the previous rows
     fail_under
         percent of the checks that must come out as expected
+    definitions
+        id of the claim of an external integrator -> file and line of its class
     """
 
     checked: tuple[ClaimResult, ...]
     engines: Engines
     changed: pd.DataFrame
     fail_under: float = 100.0
+    definitions: Mapping[str, tuple[str, int]] = field(default_factory=dict)
 
     @property
     def summary(self) -> Summary:
@@ -90,7 +95,7 @@ class Verified:
         and for what else makes `verify` fail."""
         rows = self.summary.rows
         cases = [
-            _case(row, result.seconds / len(result.rows))
+            _case(row, result.seconds / len(result.rows), self.definitions.get(row.id, ("", 0)))
             for result in self.checked
             for row in result.rows
         ]
@@ -200,10 +205,11 @@ def verify(
             progress.finished(study.label, study.title, seconds)
     checked = check(claims, options.quick, cache)
     changed = _write(checked, suite, options)
-    results = Verified(tuple(checked), engines, changed, options.fail_under)
+    results = Verified(tuple(checked), engines, changed, options.fail_under, suite.definitions)
     text, cases, title = results.markdown(), results.cases(), f"{options.called} verify"
     write(options.out / "verify.xml", junit_xml(title, {title: cases}))
     write(options.out / "verify.md", text)
+    write_metrics(options.out, "verify", row_metrics(results.summary.rows))
     write_job_summary(text)
     show(results.summary)
     show_changes(changed)
@@ -290,7 +296,7 @@ def _number(row: pd.Series) -> str:
     return f"{measured} -+ {error}" if measured and error else measured or "no number"
 
 
-def _case(row: Row, seconds: float) -> JUnitCase:
+def _case(row: Row, seconds: float, defined_at: tuple[str, int]) -> JUnitCase:
     """A row's case: "failure" for a verdict other than the expected one, "error" for a row that
     should have been measured but was not, "skipped" for one that was expected not to run."""
     measured, error = plain(row.measured, 6) or "nothing", plain(row.uncertainty, 2)
@@ -312,7 +318,9 @@ def _case(row: Row, seconds: float) -> JUnitCase:
         *((name, getattr(row, name)) for name in TEXTS),
     )
     group = f"{row.source if row.source == AGREEMENT else 'claim'}.{row.id}"
-    return JUnitCase(group, row.quantity, seconds, outcome, message, properties=properties)
+    return JUnitCase(
+        group, row.quantity, seconds, outcome, message, properties=properties, defined_at=defined_at
+    )
 
 
 def _engine(name: str, engines: Engines) -> JUnitCase:

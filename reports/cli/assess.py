@@ -212,7 +212,7 @@ def judge_model(
     folder = output_folder(out)
     with as_usage_error(*REFUSALS):
         judgement = judgement_of(file, asked)
-    return report_judgement(judgement, file.name, asked.error, folder, command, called)
+    return report_judgement(judgement, file, asked.error, folder, command, called)
 
 
 def tabulate_convergence(

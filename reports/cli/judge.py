@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from functools import partial
+from html import escape
 from pathlib import Path
 
 from benchmarks.applications.judging.candidate import Model
@@ -18,6 +19,7 @@ from reports.cli.handed_over import handed_over, show_progress
 from reports.judge.files import junit_suites, write_judgement
 from reports.judge.sentences import own_run, sentences
 from reports.results.junit import github_annotations, junit_xml
+from reports.results.summary import write_job_summary
 from reports.tables.number_format import capital
 
 REFUSALS = (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError)
@@ -71,7 +73,7 @@ def _show_first(judgement: Judgement) -> None:
 
 
 def report_judgement(
-    judgement: Judgement, file: str, error: float | None, out: Path, command: str, called: str
+    judgement: Judgement, file: Path, error: float | None, out: Path, command: str, called: str
 ) -> int:
     """Write the page, JSON and JUnit XML, and print sentences; 1 when an error was asked for that
     the user's own run does not reach, else 0.
@@ -83,12 +85,14 @@ def report_judgement(
     called
         its words before "judge", such as "galvi"
     """
-    page = write_judgement(judgement, file, provenance(command), out)
+    page = write_judgement(judgement, file.name, provenance(command), out)
     suites = junit_suites(judgement, file, error)
     write(out / "judge.xml", junit_xml(f"{called} judge", suites))
-    for sentence in (*judgement.notes, *sentences(judgement)):
-        print(visible(sentence))  # it has names of bodies, joints and parts of a model
-    print(f"See {page}.")
+    # they have names of bodies, joints and parts of a model
+    lines = [visible(sentence) for sentence in (*judgement.notes, *sentences(judgement))]
+    items = [f"- {escape(sentence, quote=False)}" for sentence in lines]
+    write_job_summary("\n".join([f"## judge: {escape(file.name)}", "", *items, ""]))
+    print(*lines, f"See {page}.", sep="\n")
     for annotation in github_annotations([case for cases in suites.values() for case in cases]):
         print(annotation)
     return int(error is not None and not judgement.passed)

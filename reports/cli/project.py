@@ -9,6 +9,7 @@ from typing import Any
 
 import typer
 
+from galvi.command import repository_of
 from references.setting import nearest
 
 FILE, TABLE = "pyproject.toml", "[tool.galvi]"
@@ -36,8 +37,7 @@ def defaults(here: Path) -> dict[str, dict[str, Any]]:
     repository's root. Raises typer.BadParameter for a file that cannot be read, an unknown key, and
     a value of another type.
     """
-    top = next((folder for folder in (here, *here.parents) if (folder / ".git").exists()), here)
-    for folder in dict.fromkeys((here, top)):
+    for folder in dict.fromkeys((here, repository_of(here))):
         table = read_table(folder / FILE)
         if table is not None:
             return _by_command(table, Path() if folder == here else folder)

@@ -16,6 +16,8 @@ from benchmarks.store.provenance import ROOT
 from benchmarks.timings.case import Case, Thresholds
 from benchmarks.timings.catalogue import CASES
 from references.setting import nearest
+from reports.results.junit import github_annotations
+from reports.results.metrics import write_metrics
 from reports.results.progress import Studies
 from reports.results.summary import write_job_summary
 from reports.tracking.against import compare
@@ -27,7 +29,9 @@ from reports.tracking.checkouts import (
     isolated,
     project_checkouts,
 )
-from reports.tracking.outcome import as_json, as_junit, summary
+from reports.tracking.head_metrics import head_metrics
+from reports.tracking.junit_cases import as_junit, junit_cases
+from reports.tracking.outcome import as_json, summary
 from reports.tracking.record import STORE
 from reports.tracking.tracked_problems import contender_cases
 from reports.tracking.worker import CONTENDER_SECONDS, SECONDS
@@ -106,7 +110,7 @@ def track_against(
     limit: float = SECONDS,
 ) -> int:
     """Compare the working tree with a revision; print, and write against.md, against.json,
-    track.xml and, of another project's integrators, a bench for the history.
+    track.xml, track-*.json and, of another project's integrators, a bench for the history.
 
     Parameters
     ----------
@@ -128,13 +132,14 @@ def track_against(
         if isolate:
             base, head = isolated(base), isolated(head)
         outcome = compare(base, head, cases, stack.enter_context(Studies(3)), limit)
-    text = summary(outcome, provenance)
+    text, cases = summary(outcome, provenance), junit_cases(outcome)
     write(out / "against.json", as_json(outcome, provenance))
-    write(out / "track.xml", as_junit(outcome, "galvi track"))
+    write(out / "track.xml", as_junit(outcome, cases, "galvi track"))
+    write_metrics(out, "track", head_metrics(outcome))
     write(out / "against.md", text)
     write_job_summary(text)
     store_bench(outcome, head, out / STORE)
-    print(outcome.report(), outcome, sep="\n")
+    print(outcome.report(), outcome, *github_annotations(cases), sep="\n")
     new = all(finding.pair.case.contender in outcome.new for finding in outcome.findings)
     if not outcome.compared and not new:
         raise CannotCompare("Nothing could be compared: no benchmark runs on both sides.")

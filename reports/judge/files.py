@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,11 +19,13 @@ from benchmarks.applications.judging.truth import time_text
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
 from galvi import NBody
+from galvi.command import path_in_repository
 from reports.judge.pictures import pictures
 from reports.judge.sentences import own_run, sentences, truth
 from reports.results.junit import JUnitCase, Outcome
 from reports.tables.html import html_table
-from reports.tables.number_format import readable, seconds
+from reports.tables.number_format import known, readable, seconds
+from reports.tables.number_format import plain as plain_number
 from reports.tables.study_table import readable_table
 
 HERE = Path(__file__).parent
@@ -106,7 +109,7 @@ def table(
 
 
 def junit_suites(
-    judgement: Judgement, file: str, error: float | None
+    judgement: Judgement, path: Path, error: float | None
 ) -> Mapping[str, Sequence[JUnitCase]]:
     """One suite, of the file, with the case of the user's own run and that of the truth.
 
@@ -120,7 +123,8 @@ def junit_suites(
     -----
     A truth that no second source confirms to within the error is "skipped".
     """
-    text, length = " ".join(own_run(judgement)), judgement.kind.unit(judgement.problem, "length")
+    file, text = path.name, " ".join(own_run(judgement))
+    length = judgement.kind.unit(judgement.problem, "length")
     bound = "its error" if error is None else f"an error of at most {readable(error)}{length}"
     name = f"{judgement.own['integrator']}: {bound}"
     took = judgement.own["seconds"] if math.isfinite(judgement.own["seconds"]) else 0.0
@@ -134,4 +138,17 @@ def junit_suites(
         source = JUnitCase(file, name, 0.0, "passed", "", text)
     else:
         source = JUnitCase(file, name, 0.0, "skipped", text, text)
-    return {file: [run, source]}
+    numbers = (
+        (run, judgement.own["error"], error, judgement.source.label),
+        (source, judgement.truth_agreement, judgement.error, ", ".join(judgement.engines)),
+    )
+    at = path_in_repository(str(path)), 0
+    cases = [
+        replace(case, defined_at=at, properties=(
+            ("measured", f"{plain_number(measured)}{length}" if known(measured) else "nothing"),
+            ("bound", f"at most {plain_number(most)}{length}" if known(most) else "none"),
+            ("verdict", case.outcome), ("source", engines), ("reason", case.details),
+        ))
+        for case, measured, most, engines in numbers
+    ]  # fmt: skip
+    return {file: cases}

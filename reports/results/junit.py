@@ -35,6 +35,9 @@ class JUnitCase:
         more text, for people, whatever the outcome
     properties
         (name, text) of each, whatever the outcome
+    defined_at
+        file, from the root of the repository, and line of what was checked; "" where no file has
+        it, and 0 for the file as a whole
     """
 
     class_name: str
@@ -44,6 +47,7 @@ class JUnitCase:
     message: str = ""
     details: str = ""
     properties: tuple[tuple[str, str], ...] = ()
+    defined_at: tuple[str, int] = ("", 0)
 
 
 def junit_xml(title: str, suites: Mapping[str, Sequence[JUnitCase]]) -> str:
@@ -73,15 +77,21 @@ def github_annotations(cases: Sequence[JUnitCase]) -> list[str]:
     if os.environ.get("GITHUB_ACTIONS") != "true":
         return []
     return [
-        f"::error title={_escaped(f'{case.class_name}: {case.name}', ':,')}"
-        f"::{_escaped(case.message)}"
+        f"::error {_command_properties(case)}::{_escaped(case.message)}"
         for case in cases
         if case.outcome in ("failure", "error")
     ][:MOST]
 
 
+def _command_properties(case: JUnitCase) -> str:
+    file, line = case.defined_at
+    title = f"{case.class_name}: {case.name}"
+    known = {"file": file, "line": str(line or ""), "title": title}
+    return ",".join(f"{name}={_escaped(text, ':,')}" for name, text in known.items() if text)
+
+
 def _escaped(text: str, more: str = "") -> str:
-    """As GitHub's workflow commands want it; `more` signs are escaped in a title."""
+    """As GitHub's workflow commands want it; `more` signs are escaped in a property."""
     return "".join(f"%{ord(sign):02X}" if sign in f"%\r\n{more}" else sign for sign in text)
 
 
@@ -94,6 +104,9 @@ def _totals(cases: Sequence[JUnitCase]) -> dict[str, str]:
 
 def _add(suite: tree.Element, case: JUnitCase) -> None:
     attributes = {"classname": case.class_name, "name": case.name, "time": f"{case.seconds:.3f}"}
+    file, line = case.defined_at
+    attributes |= {"file": file} if file else {}
+    attributes |= {"line": str(line)} if line else {}
     element = tree.SubElement(suite, "testcase", attributes)
     if case.properties:
         properties = tree.SubElement(element, "properties")

@@ -80,9 +80,14 @@ def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> 
             if external.name in [one.name for one in externals]:
                 raise typer.BadParameter(f"--contender: two are called {external.name!r}.")
             externals.append(external)
+        claims = contender_checks(externals)
+        definitions = {
+            claim.id: one.defined_at for claim, one in zip(claims, externals, strict=True)
+        }
         yield replace(
             suite,
-            claims=(*suite.claims, *contender_checks(externals)),
+            claims=(*suite.claims, *claims),
+            definitions=definitions,
             work_precision=partial(suite.work_precision, externals=externals),
             sections=tuple(
                 replace(

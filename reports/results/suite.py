@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from benchmarks.checks.claim import Claim
 from benchmarks.work_precision.targets import Target
@@ -30,6 +30,8 @@ class Suite:
         every engine: name -> why it cannot be used here, or ""
     faults
         sentences on the faults of external integrators so far
+    definitions
+        id of the claim of an external integrator -> file and line of its class
     provenance
         command -> versions, commit, machine, date
     """
@@ -42,4 +44,5 @@ class Suite:
     targets: tuple[Target, ...] = ()
     engines: Callable[[], Mapping[str, str]] = dict
     faults: Callable[[], Collection[str]] = tuple
+    definitions: Mapping[str, tuple[str, int]] = field(default_factory=dict)
     problems: Callable[[bool], Sequence[str]] = lambda quick: ()

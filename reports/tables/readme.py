@@ -273,7 +273,7 @@ def renew(root: Path, out: Path) -> list[str]:
     if (out / "claims.csv").is_file():
         tables |= {RESULTS: results(read_csv(out / "claims.csv")), EVIDENCE: evidence(out)}
     for name, of_page in PAGES.items():
-        page = (root / name).read_text()
+        page = (root / name).read_text(encoding="utf-8")
         for table in of_page & tables.keys():
             page = with_table(page, table, tables[table])
         write(root / name, page)

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import galvi
-from benchmarks.store.isolated_environment import NotHere, finished
+from benchmarks.store.isolated_environment import NotHere, finished, interpreter_in
 from galvi.command import places_in
 from galvi.kernels.compile.cache import KERNELS_FOLDER
 
@@ -153,7 +153,7 @@ def isolated(checkout: Checkout) -> Checkout:
     Raises CannotCompare when the installation fails.
     """
     environment = checkout.folder / "environment"
-    python = str(environment / "bin" / "python")
+    python = str(interpreter_in(environment))
     pip = [python, "-I", "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     constraints = checkout.folder / CONSTRAINTS
     pip += ["-c", str(constraints)] if constraints.is_file() else []

@@ -196,7 +196,7 @@ def _counts(base: Mapping[str, int], head: Mapping[str, int], tolerance: float) 
 
 def _errors(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
     base, head = errors
-    allowed = base * (1.0 + pair.case.error_tolerance) + pair.case.rounding
+    allowed = pair.case.tolerated(base)
     finite = {side: np.isfinite(pair.reached[side]["ends"]).all() for side in SIDES}
     if not finite["base"]:
         yield NOTE, "The base's final state is not finite, so errors cannot be compared."

@@ -9,10 +9,9 @@ from dataclasses import asdict, dataclass
 import pandas as pd
 
 from benchmarks.statistics.rank_test import GROWTHS, LEVEL, POWER
-from reports.results.junit import JUnitCase, junit_xml
 from reports.results.summary import many
 from reports.tables.writing import as_markdown
-from reports.tracking.gates import GATES, LEAK, NOTE, PEAK, TIME, Finding
+from reports.tracking.gates import LEAK, NOTE, PEAK, Finding
 from reports.tracking.rounds import SIDES
 from reports.tracking.together import Together
 
@@ -110,7 +109,7 @@ class Outcome:
     def _power(self) -> str:
         """What growth of times could have been detected, as a clause."""
         sizes = pd.Series([finding.visible for finding in self.findings]).dropna()
-        ends = dict.fromkeys(map(_growth, (sizes.min(), sizes.max()) if len(sizes) else ()))
+        ends = dict.fromkeys(map(growth_in_words, (sizes.min(), sizes.max()) if len(sizes) else ()))
         return f" (smallest detectable growth of a time: {' to '.join(ends)})" if ends else ""
 
     def table(self) -> pd.DataFrame:
@@ -134,7 +133,8 @@ class Outcome:
 def summary(outcome: Outcome, provenance: Mapping[str, str]) -> str:
     """Markdown for the job summary of a pull request."""
     origin = "; ".join(f"{key}: {value}" for key, value in provenance.items())
-    return "\n\n".join([f"**{outcome}**", outcome.report().strip(), LEGEND, origin]) + "\n"
+    legend = f"<details><summary>What the columns mean</summary>\n\n{LEGEND}\n</details>"
+    return "\n\n".join([f"**{outcome}**", outcome.report().strip(), legend, origin]) + "\n"
 
 
 def as_json(outcome: Outcome, provenance: Mapping[str, str]) -> str:
@@ -152,32 +152,6 @@ def as_json(outcome: Outcome, provenance: Mapping[str, str]) -> str:
         ],
     }
     return pd.Series(content).to_json(double_precision=15, indent=1) + "\n"
-
-
-def as_junit(outcome: Outcome, title: str) -> str:
-    """A JUnit file with a test case for each benchmark and gate.
-
-    Parameters
-    ----------
-    title
-        the command as the user called it, such as "galvi track"
-    """
-    cases = [
-        _junit_case(finding, gate, finding.compared and (gate != TIME or finding.pair.timed))
-        for finding in outcome.findings
-        for gate in GATES
-    ]
-    cases += [_junit_case(group, TIME, True) for group in outcome.together]
-    return junit_xml(title, {f"{outcome.head} against {outcome.base}": cases})
-
-
-def _junit_case(item: Finding | Together, gate: str, compared: bool) -> JUnitCase:
-    notes = " ".join(item.notes)
-    if alarm := item.alarms.get(gate):
-        return JUnitCase(item.name, gate, outcome="failure", message=alarm, details=notes)
-    if not compared:
-        return JUnitCase(item.name, gate, outcome="skipped", message=notes or "Not compared.")
-    return JUnitCase(item.name, gate, details=notes)
 
 
 def _row(finding: Finding) -> dict[str, object]:
@@ -199,5 +173,6 @@ def _row(finding: Finding) -> dict[str, object]:
     }
 
 
-def _growth(size: float) -> str:
+def growth_in_words(size: float) -> str:
+    """A relative growth in percent, as far as such growths were tried."""
     return f"more than {MOST:.0f} %" if math.isinf(size) else f"{100 * size:.0f} %"

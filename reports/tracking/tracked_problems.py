@@ -87,6 +87,7 @@ def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) 
                         case,
                         name=f"{external.name}, {problem.name}",
                         contender=path,
+                        defined_at=external.defined_at,
                         setting=dict(setting),
                         slower=thresholds.slower,
                         error_tolerance=thresholds.less_accurate,

@@ -43,7 +43,12 @@ def test_a_new_file_has_the_permissions_of_the_umask(tmp_path: Path, mask: int) 
 
 
 @pytest.mark.parametrize("mode", [0o600, 0o755])
-def test_a_file_keeps_its_permissions_and_a_reader_its_contents(tmp_path, mode) -> None:
+@pytest.mark.parametrize("owners", [True, False], ids=["", "as on Windows, without owners"])
+def test_a_file_keeps_its_permissions_and_a_reader_its_contents(
+    tmp_path, monkeypatch, mode, owners
+) -> None:
+    if not owners:
+        monkeypatch.delattr(os, "chown")
     path = tmp_path / "a"
     path.write_text("old")
     path.chmod(mode)

@@ -23,6 +23,7 @@ from benchmarks.applications.external.worker import answer, prepare
 from benchmarks.store.foreign_texts import visible
 from benchmarks.work_precision.participants import readable_setting
 from galvi import Problem, Trajectory
+from galvi.command import path_in_repository
 
 LIMIT = 60.0  # time limit in seconds of an answer: a run, or the import
 PATIENCE = 2  # answers that took longer, after which it is not asked again
@@ -80,7 +81,8 @@ class ExternalIntegrator:
     never raises for the integrator's errors: the run failed, and ``faults`` has a sentence. A
     process that ends, or does not answer within ``limit`` seconds, is replaced at the next request;
     after PATIENCE answers that took longer every request fails at once, and ``limit_option`` is the
-    remedy. ``printed`` has what its processes printed.
+    remedy. ``printed`` has what its processes printed; ``defined_at`` the file of its class, from
+    the root of the repository, and the line; "" and 0 where they are not known.
     """
 
     path: str
@@ -89,6 +91,7 @@ class ExternalIntegrator:
     order: float | None = None
     conserves: Mapping[str, float] = field(default_factory=dict)
     symmetric: bool = False
+    defined_at: tuple[str, int] = ("", 0)
     limit_option: str = "--timeout"
     exact: bool = False
     missing: str = ""
@@ -105,6 +108,8 @@ class ExternalIntegrator:
         external = cls(path, limit)
         try:
             external._declare(external._ask("metadata"))
+            file, line = external._ask("definition")
+            external.defined_at = path_in_repository(file), line
         except BaseException:
             external.close()
             raise

@@ -26,6 +26,7 @@ import psutil
 
 from benchmarks.applications.external.loading import (
     ContenderError,
+    definition,
     describe_error,
     load_class,
     metadata,
@@ -161,6 +162,7 @@ def memory_growth(
 
 ANSWERS = {
     "metadata": metadata,
+    "definition": definition,
     "supports": supports,
     "settings": settings,
     "claimed error": claimed_error,

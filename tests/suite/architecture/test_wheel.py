@@ -14,13 +14,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 import galvi
 from benchmarks.store.provenance import provenance
 from galvi.interop.release import RELEASE, version_in_git
 from galvi.kernels.compile.cache import KERNELS_FOLDER
 from reports.tables.macros import bibliography
+from tests.suite.architecture.composite_job import Job, checked_out
+from tests.suite.reports import services
 from tests.suite.reports.test_track_against import git
 
 ROOT = Path(__file__).parents[3]
@@ -175,33 +176,99 @@ def test_an_installed_wheel_verifies_claims_of_each_kind(
     assert (site / "index.html").is_file() and (site / "theory" / "frames.html").is_file()
 
 
-WORKFLOW = (ROOT / "docs" / "workflow.yml").read_text()
-
-
-def commands_of_the_workflow() -> list[str]:
-    (job,) = yaml.safe_load(WORKFLOW)["jobs"].values()
-    return [step["run"] for step in job["steps"] if "run" in step]
-
-
-def test_the_workflow_to_copy_installs_the_wheel_and_runs_its_command_alone() -> None:
-    first, *others = commands_of_the_workflow()
-    assert first == 'pip install "./.galvi[suite]" && rm -rf .galvi'
-    assert {line.split()[1] for line in others} == {"judge", "verify", "track", "compare"}
-    assert all(line.startswith("galvi ") for line in others)
-
-
-@pytest.mark.slow(beside="test_the_workflow_to_copy_installs_the_wheel_and_runs_its_command_alone")
-@pytest.mark.parametrize("line", commands_of_the_workflow()[1:], ids=lambda line: line.split()[1])
-def test_each_command_of_the_workflow_to_copy_runs_in_another_project(
-    script: Path, folder_of_a_user: Path, line: str
+@pytest.mark.slow(beside="test_the_wheel_holds_every_module_the_data_and_the_plugin_of_pytest")
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("judge", "simulation.bin", "--error", "1e-3"),
+        ("compare", "--quick", "--contender", "mine:Leapfrog", "--problem", "my_problem:spring"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_command_for_a_users_own_simulation_or_problem_runs_in_another_project(
+    script: Path, folder_of_a_user: Path, words: tuple[str, ...]
 ) -> None:
-    path = f"{script.parent}{os.pathsep}{os.environ['PATH']}"
-    done = ran(folder_of_a_user, "bash", "-c", line, PATH=path)
+    done = ran(folder_of_a_user, script, *words)
     assert (folder_of_a_user / "galvi-out").is_dir()
-    if line.startswith("galvi judge"):
+    if words[0] == "judge":
         own = "Your run (REBOUND WHFast, coordinates jacobi, dt = 0.1) is off by up to "
         assert any(line.startswith(own) for line in done.splitlines()), done
         assert (folder_of_a_user / "galvi-out" / "judge" / "judge.html").is_file()
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A repository with the integrator of docs/suite.md in src/, of two commits, tagged between."""
+    place = tmp_path / "project"
+    (place / "src").mkdir(parents=True)
+    page = (ROOT / "docs" / "suite.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"^```python\n# mine.py\n(.*?)^```$", page, re.M | re.S)
+    (place / "src" / "mine.py").write_text(example.replace("(1000, 4000, 16000)", "(1000, 4000)"))
+    git(place, "init", "--quiet")
+    commit(place, "first")
+    git(place, "tag", "v1")
+    commit(place, "second")
+    return place
+
+
+def commit(place: Path, message: str) -> None:
+    git(place, "add", ".")
+    git(place, "commit", "--quiet", "--allow-empty", "-m", message)
+
+
+def job(project: Path, source: Path, python: Path, event: str, **inputs: str) -> Job:
+    """A job on a checkout of the project's last commit, with a Python that comes first on PATH."""
+    clean = {name: value for name, value in os.environ.items() if name not in OF_THESE_TESTS}
+    clean["PATH"] = f"{python}{os.pathsep}{clean['PATH']}"
+    places = project.parent / "checkout", project.parent / "runner"
+    return Job(checked_out(project, places[0]), places[1], source, event, clean, inputs)
+
+
+@pytest.mark.parametrize(
+    ("event", "base", "expected"),
+    [("pull_request", "", "HEAD^1"), ("push", "", "v1"), ("push", "HEAD^1", "HEAD^1")],
+)
+def test_the_action_compares_with_the_base_of_a_pull_request_and_with_the_last_tag(
+    project: Path, event: str, base: str, expected: str
+) -> None:
+    run = job(project, ROOT, Path(sys.executable).parent, event, base=base)
+    run.run("machine", "base")
+    assert run.passed and run.outputs["base.outputs.base"] == expected, run.printed
+    assert re.fullmatch("[0-9a-f]{40}", run.outputs["machine.outputs.key"])
+    git(run.project, "rev-parse", "--verify", expected)  # the checkout alone has no other commit
+
+
+@pytest.mark.slow(
+    beside="test_the_action_compares_with_the_base_of_a_pull_request_and_with_the_last_tag"
+)
+@pytest.mark.parametrize("planted", [False, True], ids=["harmless", "wrong coefficient"])
+def test_the_action_is_red_where_a_coefficient_is_wrong_and_green_otherwise(
+    script: Path, wheel: Path, project: Path, planted: bool
+) -> None:
+    """Of the install step the first of both is enough; it builds from the repository's files."""
+    source = project / "src" / "mine.py"
+    text = source.read_text(encoding="utf-8")
+    wrong = "q = q + 0.499 * h * v" if planted else "q = q + 0.5 * h * v  # half a step"
+    source.write_text(text.replace("q = q + 0.5 * h * v", wrong, 1))
+    commit(project, "third")
+    steps = ("base", "verify", "track") if planted else ()
+    at = wheel.parent / "source"
+    run = job(project, at, script.parent, "pull_request", contender="mine:Leapfrog")
+    run.run(*steps)
+    out = run.project / "galvi-out"
+    assert run.passed != planted and "## verify: " in run.summary, run.printed
+    verdict = "is worse than" if planted else "is not worse than"
+    assert verdict in run.summary and "What the columns mean" in run.summary
+    cases = services.junit_cases(out / "verify.xml") | services.junit_cases(out / "track.xml")
+    mine = [case for case in cases.values() if case["at"] == ("src/mine.py", "5")]
+    assert len(mine) > 20
+    assert services.bencher_metrics(out / "track-bencher.json").keys() >= {
+        "my leapfrog, kepler e=0.3"
+    }
+    for step in ("verify", "track"):
+        shown = services.annotations(run.printed[step])
+        assert bool(shown) == bool(run.status[step]) == planted, run.printed[step]
+        assert {(one["file"], one["line"]) for one in shown} <= {("src/mine.py", "5")}
 
 
 def test_every_requirement_has_a_pinned_version() -> None:

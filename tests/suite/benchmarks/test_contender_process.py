@@ -308,6 +308,26 @@ def _runs(pid: int) -> bool:
     return state.stdout.strip() not in ("", "Z", "Zs", "ZN")
 
 
+def test_it_knows_where_its_class_begins_also_of_one_that_another_module_names(
+    tmp_path, monkeypatch
+):
+    code = "\n\nclass It:\n    name = 'it'\n    def supports(self, p): pass\n    run = supports\n"
+    (tmp_path / "src" / "inner").mkdir(parents=True)
+    (tmp_path / ".git").mkdir()
+    (tmp_path / "src" / "inner" / "__init__.py").write_text("from inner.it import It\nit = It()\n")
+    (tmp_path / "src" / "inner" / "it.py").write_text(code)
+    made = "It = type('It', (), {'name': 'it', 'supports': print, 'run': print})\n"
+    (tmp_path / "made.py").write_text(made)
+    for place in (tmp_path, tmp_path / "src"):
+        monkeypatch.syspath_prepend(str(place))
+    monkeypatch.chdir(tmp_path / "src")
+    at = "src/inner/it.py", 3
+    for path, expected in (("inner:It", at), ("inner:it", at), ("made:It", ("", 0))):
+        external = ExternalIntegrator.open(path)
+        external.close()
+        assert external.defined_at == expected
+
+
 @pytest.mark.slow(beside="test_after_two_answers_that_were_late_it_is_not_asked_again")
 def test_one_that_hangs_dies_or_exits_is_a_sentence_and_the_next_run_goes_on(
     folder: Path, capfd: pytest.CaptureFixture[str]

@@ -16,12 +16,16 @@ import numpy as np
 import pytest
 
 from benchmarks.timings.case import LONG, ROUND_OFF, TRAJECTORY, Case
+from reports.results.metrics import write_metrics
 from reports.tracking import against
 from reports.tracking.against import compare
 from reports.tracking.checkouts import Checkout
-from reports.tracking.gates import GATES
-from reports.tracking.outcome import as_json, as_junit, summary
+from reports.tracking.gates import ERROR, GATES, TIME
+from reports.tracking.head_metrics import head_metrics
+from reports.tracking.junit_cases import as_junit, junit_cases
+from reports.tracking.outcome import as_json, summary
 from reports.tracking.worker import Failed
+from tests.suite.reports import services
 
 CASE = Case("orbit", TRAJECTORY, "kepler", 4, 4, 0.1, 10, rounding=1e-14)
 OTHER = replace(CASE, name="other")
@@ -365,11 +369,36 @@ def test_a_long_run_is_as_long_as_the_time_allows_and_sees_what_fails_late(
 def test_the_junit_file_has_a_case_for_each_gate_and_is_well_formed(compared):
     hostile = replace(CASE, name="a <b> & \x1b ]]> é")
     outcome = compared(Fake(), Fake(why="<script>\x00 ]]>"), hostile, OTHER)
-    root = ElementTree.fromstring(as_junit(outcome, "galvi track"))
+    root = ElementTree.fromstring(as_junit(outcome, junit_cases(outcome), "galvi track"))
     cases = root.findall("testsuite/testcase")
     assert {one.get("name") for one in cases} == set(GATES) and len(cases) == 2 * len(GATES)
     (failed, _) = root.findall("testsuite/testcase/failure")
     assert "The head cannot run it: <script>" in failed.get("message", "")
+
+
+def test_track_xml_has_both_sides_the_bound_and_the_class_and_metrics_are_of_the_head(
+    compared, tmp_path
+):
+    mine = replace(CASE, contender="mine:It", defined_at=("src/mine.py", 7))
+    outcome = compared(Fake(), Fake(1.3, ends=[[1.0 + 1e-6, 0.0]]), mine)
+    (tmp_path / "track.xml").write_text(as_junit(outcome, junit_cases(outcome), "galvi track"))
+    cases = services.junit_cases(tmp_path / "track.xml")
+    error, time, counts = (cases["orbit", gate] for gate in (ERROR, TIME, "counts"))
+    assert (error["base"], error["head"], error["verdict"]) == ("1e-09", "1e-06", "worse")
+    assert error["bound"] == "at most 1.01e-09" and error["at"] == ("src/mine.py", "7")
+    assert time["results"] == ["Failure"] and time["bound"] == "at most 10.0 %"
+    assert 25.0 < float(time["growth"].split()[0]) < 35.0 and float(time["p"]) < 1e-3
+    assert counts["base"] == counts["head"] and "force evaluations 200" in counts["head"]
+    write_metrics(tmp_path, "track", head_metrics(outcome))
+    measured = services.bencher_metrics(tmp_path / "track-bencher.json")["orbit"]
+    assert measured["error"]["value"] == pytest.approx(1e-6)
+    assert measured["latency"]["value"] == pytest.approx(1.3e9, rel=0.05)
+    assert measured["force-evaluations"] == {"value": 200.0} and "steps" not in measured
+
+
+def test_a_head_that_fails_has_no_metrics(compared):
+    for head in (Fake(**FAILED), Fake(why="no")):
+        assert list(head_metrics(compared(Fake(), head))) == []
 
 
 def test_markdown_has_the_sentence_the_table_and_the_alarms(compared):

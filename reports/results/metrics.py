@@ -1,0 +1,95 @@
+"""Measured numbers of which less is better, as files of the services that draw them over time.
+
+PREFIX-benchmark-action.json  `customSmallerIsBetter` of github-action-benchmark
+PREFIX-bencher.json           Bencher Metric Format
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.checks.bounds import NOT_RUN
+from benchmarks.checks.claim import Row
+from benchmarks.store.atomic import write
+from benchmarks.store.foreign_texts import visible
+
+LONGEST_NAME, LONGEST_SLUG = 1024, 64  # letters, in Bencher
+UPPER_BOUNDS = ("at most", "below")  # how bounds of such numbers begin
+SMALL = ("error", "relative change of")  # and quantities that have no bound
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A number of which less is better.
+
+    Attributes
+    ----------
+    benchmark
+        what was run
+    measure
+        what was measured of it, in words
+    spread
+        by how much the value may differ; 0 where that is not known
+    """
+
+    benchmark: str
+    measure: str
+    value: float
+    unit: str = ""
+    spread: float = 0.0
+
+
+def write_metrics(folder: Path, prefix: str, metrics: Iterable[Metric]) -> None:
+    """Write both files; what is not a finite number is left out."""
+    known = [metric for metric in metrics if math.isfinite(metric.value + metric.spread)]
+    for name, text in (("benchmark-action", benchmark_action), ("bencher", bencher)):
+        write(folder / f"{prefix}-{name}.json", text(known))
+
+
+def benchmark_action(metrics: Sequence[Metric]) -> str:
+    """A list of name, unit, value and, where there is a spread, range."""
+    return _as_json([
+        {
+            "name": f"{visible(metric.benchmark)}: {visible(metric.measure)}",
+            "unit": metric.unit,
+            "value": metric.value,
+            **({"range": f"± {metric.spread:.2g}"} if metric.spread else {}),
+        }
+        for metric in metrics
+    ])  # fmt: skip
+
+
+def bencher(metrics: Sequence[Metric]) -> str:
+    """Benchmark -> measure -> value, lower_value and upper_value."""
+    content: dict[str, dict[str, dict[str, float]]] = {}
+    for metric in metrics:
+        value, spread = metric.value, metric.spread
+        ends = {"lower_value": value - spread, "upper_value": value + spread} if spread else {}
+        measures = content.setdefault(visible(metric.benchmark)[:LONGEST_NAME], {})
+        measures[_slug(metric.measure)] = {"value": value, **ends}
+    return _as_json(content)
+
+
+def row_metrics(rows: Iterable[Row]) -> list[Metric]:
+    """The measured numbers of rows of claims that are bounded from above, or are errors."""
+    return [
+        Metric(f"{row.id}: {row.quantity}", "measured", float(row.measured), "",
+               float(row.uncertainty or 0.0))
+        for row in rows
+        if row.measured is not None and row.verdict != NOT_RUN
+        and (row.bound.startswith(UPPER_BOUNDS)
+             or (row.bound == "none" and row.quantity.startswith(SMALL)))
+    ]  # fmt: skip
+
+
+def _as_json(content: object) -> str:
+    return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
+def _slug(words: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", words.lower()).strip("-")[:LONGEST_SLUG] or "measured"

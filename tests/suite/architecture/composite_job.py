@@ -1,0 +1,132 @@
+"""A job of GitHub's that uses the composite action: its commands run, with the variables that a
+runner sets; what other actions do, such as caches, is left out."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+ROOT = Path(__file__).parents[3]
+ACTION = ROOT / ".github" / "actions" / "galvi" / "action.yml"
+EXPRESSION = re.compile(r"\$\{\{ (.*?) \}\}")
+FILES = ("GITHUB_OUTPUT", "GITHUB_ENV", "GITHUB_STEP_SUMMARY")
+TO_PYTHON = {
+    "always()": "True",
+    "success()": "passed",
+    "failure()": "(not passed)",
+    "github.ref_name == github.event.repository.default_branch": "on_main",
+    "&&": " and ",
+    "||": " or ",
+}
+
+
+@dataclass
+class Job:
+    """A checkout of a project, of which a job runs the action.
+
+    Attributes
+    ----------
+    project
+        the checkout
+    runner
+        folder for the files of the runner
+    galvi
+        where a runner puts galvi's repository
+    event
+        such as "pull_request"
+    variables
+        of its environment
+    inputs
+        of the action, beside their defaults
+    status, printed
+        of each step that was run, by its id or its command
+    outputs
+        of the steps, as "step.name"
+    """
+
+    project: Path
+    runner: Path
+    galvi: Path
+    event: str
+    variables: dict[str, str]
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    status: dict[str, int] = field(default_factory=dict)
+    printed: dict[str, str] = field(default_factory=dict)
+    outputs: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def passed(self) -> bool:
+        """Whether no step failed."""
+        return not any(self.status.values())
+
+    @property
+    def summary(self) -> str:
+        """What the page of the job shows."""
+        return (self.runner / "GITHUB_STEP_SUMMARY").read_text(encoding="utf-8")
+
+    def run(self, *only: str) -> None:
+        """Run the commands of the action, or the steps with these ids alone."""
+        self.runner.mkdir(exist_ok=True)
+        for name in FILES:
+            (self.runner / name).touch()
+        action = yaml.safe_load(ACTION.read_text(encoding="utf-8"))
+        defaults = {name: one["default"] for name, one in action["inputs"].items()}
+        assert set(self.inputs) <= set(defaults)
+        for step in action["runs"]["steps"]:
+            if "run" in step and (not only or step.get("id") in only):
+                self._run(step, defaults | dict(self.inputs))
+
+    def _run(self, step: Mapping[str, Any], inputs: Mapping[str, str]) -> None:
+        name = step.get("id", step["run"])
+        if not self._asked(step.get("if", "success()")):
+            return
+        files = {file: str(self.runner / file) for file in FILES}
+        place = self.galvi / ".github" / "actions" / "galvi"
+        place.mkdir(parents=True, exist_ok=True)
+        github = {
+            "GITHUB_ACTIONS": "true", "GITHUB_ACTION_PATH": str(place),
+            "GITHUB_EVENT_NAME": self.event, "RUNNER_TEMP": str(self.runner),
+        }  # fmt: skip
+        values = {f"inputs.{key}": text for key, text in inputs.items()}
+        values |= {f"steps.{key}": text for key, text in self.outputs.items()}
+        own = {
+            key: EXPRESSION.sub(lambda match: values[match[1]], text)
+            for key, text in step.get("env", {}).items()
+        }
+        (self.runner / "GITHUB_OUTPUT").write_text("")
+        assert step["shell"] == "bash" and not EXPRESSION.search(step["run"])
+        done = subprocess.run(
+            ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]],
+            cwd=self.project, env=self.variables | files | github | own, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        self.status[name], self.printed[name] = done.returncode, done.stdout
+        self.outputs |= {f"{name}.outputs.{key}": text for key, text in self._set("GITHUB_OUTPUT")}
+        self.variables |= dict(self._set("GITHUB_ENV"))
+
+    def _asked(self, condition: str) -> bool:
+        """Whether a step runs after what has run."""
+        for word, python in TO_PYTHON.items():
+            condition = condition.replace(word, python)
+        outcome = r"steps\.(\w+)\.outcome == 'success'"
+        condition = re.sub(outcome, lambda match: str(self.status.get(match[1]) == 0), condition)
+        names = {"passed": self.passed, "on_main": self.event == "push"}
+        return bool(eval(condition, {"__builtins__": {}}, names))
+
+    def _set(self, file: str) -> list[tuple[str, str]]:
+        lines = (self.runner / file).read_text(encoding="utf-8").splitlines()
+        return [(line.partition("=")[0], line.partition("=")[2]) for line in lines]
+
+
+def checked_out(repository: Path, place: Path) -> Path:
+    """A clone of the last commit alone, as actions/checkout makes it."""
+    words = ["git", "clone", "--quiet", "--depth", "1", repository.as_uri(), place]
+    subprocess.run(words, check=True, env=os.environ | {"GIT_CONFIG_GLOBAL": os.devnull})
+    return place
