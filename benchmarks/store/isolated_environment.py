@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -39,12 +40,16 @@ def environment(requirement: str, folder: Path) -> Iterator[Path]:
         yield interpreter
 
 
-def finished(command: Sequence[str], text: str = "") -> str:
-    """The output of a command with this text as input. Raises NotHere when it fails."""
+def finished(
+    command: Sequence[str], text: str = "", variables: Mapping[str, str] | None = None
+) -> str:
+    """The output of a command with this text as input and these variables of the environment
+    besides. Raises NotHere when it fails."""
     try:
         done = subprocess.run(
-            command, input=text, capture_output=True, text=True, timeout=SECONDS, check=False
-        )
+            command, input=text, capture_output=True, text=True, timeout=SECONDS, check=False,
+            env={**os.environ, **(variables or {})},
+        )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:
         raise NotHere(f"{type(error).__name__}: {_readable(str(error))}") from None
     if done.returncode:
