@@ -42,7 +42,10 @@ def made(job: dict[str, Any], particles: list[list[float]]) -> Any:
     for name, value in job.get("options", {}).items():
         if not hasattr(held, name):
             raise ValueError(f"This release's {job['integrator']} has no option {name}.")
-        setattr(held, name, value)
+        try:
+            setattr(held, name, value)
+        except ValueError:  # 10_6_4 of SABA is 10,6,4 in releases before 5
+            setattr(held, name, str(value).replace("_", ","))
     return sim
 
 

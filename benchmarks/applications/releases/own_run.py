@@ -12,21 +12,19 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.store.isolated_environment import finished
-from benchmarks.applications.judging.bodies import ORBITS, shortest_period
+from benchmarks.applications.judging import bodies, trees
 from benchmarks.applications.judging.candidate import Model
-from benchmarks.applications.judging.trees import DURATION
+from benchmarks.store.isolated_environment import finished
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.interop import from_mujoco, rebound
 from galvi.interop.judge import MODELS, JudgeRequest
-from galvi.interop.mujoco_limits import BeyondTrees
+from galvi.interop.rebound_contents import ALL_ACTIVE, OPTIONS
 from references.mujoco import own_model
 from references.rebound import own_simulation
 from references.rebound.users import defaults
 
 SAMPLES = 10  # times at which a run is compared
-ADAPTIVE = ("ias15", "bs")
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,15 +213,18 @@ def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
         given = getattr(request, name)
         if given is not None:
             job[name] = input_checks.array(name, given, (size,)).tolist()
-    integrator, step = _own(request, from_mujoco.integrator_name(model), model.opt.timestep)
+    name = from_mujoco.integrator_name(model)
+    known = dict.fromkeys(trees.INTEGRATORS, ())
+    integrator, step = _own(request, name, model.opt.timestep, known)
+    if step is not None and step < 0.0:
+        raise ValueError(f"own dt of a MuJoCo model must be positive; received {step:g}.")
     job["integrator"] = integrator
-    duration, step = _whole(DURATION if request.duration is None else request.duration, step)
+    span = trees.DURATION if request.duration is None else request.duration
+    duration, step = _whole(trees.span(span, 0.0), step)
     start = own_model.at_start(model, job)
     try:
-        problem, own = from_mujoco.read(
-            model, (), request.key, request.qpos, request.qvel, request.ctrl
-        )
-        read, unread = Model(problem, own), ""
+        mine = request.key, request.qpos, request.qvel, request.ctrl
+        read, unread = Model(*from_mujoco.read(model, (), *mine)), ""
     except ValueError as error:
         read, unread = None, " ".join(str(error).split())
     return OwnRun(
@@ -244,21 +245,22 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
     if problem.q0.shape[1] != 3:
         raise ValueError("a simulation must have three dimensions.")
     kept = problem.parameters
-    integrator, step = _own(request, kept["integrator"], kept.get("dt"))
+    integrator, step = _own(request, kept["integrator"], kept.get("dt"), OPTIONS_OF)
+    integrator = integrator.lower()
     options = {**kept.get("options", {})} if integrator == kept["integrator"] else {}
+    usual = defaults(integrator)  # of this release: the others have theirs
+    options = {name: value for name, value in options.items() if usual.get(name) != value}
     options |= {name: value for name, value in request.own.items() if name not in OWN}
-    usual = defaults(integrator)
-    adaptive = integrator in ADAPTIVE
-    span = ORBITS * shortest_period(problem) if request.duration is None else request.duration
-    duration, step = (span, None) if adaptive else _whole(span, step)
-    system, count = problem.system, len(problem.q0)
-    particles = np.hstack([system.masses[:, None], problem.q0, problem.v0])
+    span = bodies.default_duration(problem) if request.duration is None else request.duration
+    input_checks.positive("duration", abs(span))
+    duration, step = (span, None) if integrator in bodies.ADAPTIVE else _whole(span, step)
+    masses = np.array([particle.m for particle in sim.particles])
+    particles = np.hstack([masses[:, None], problem.q0, problem.v0])
     job = {
-        "G": system.G, "t": problem.t0, "integrator": integrator, "step": step or kept.get("dt"),
+        "G": problem.system.G, "t": problem.t0, "integrator": integrator,
+        "step": step or kept.get("dt"), "settings": _settings(sim),
         "options": {name: value.lower() if isinstance(value, str) else value
-                    for name, value in options.items() if usual.get(name) != value},
-        "settings": {"N_active": int(np.count_nonzero(system.masses))}
-        if not system.masses.all() else {},
+                    for name, value in options.items()},
         "particles": particles.tolist(),
     }  # fmt: skip
     return OwnRun(
@@ -267,21 +269,56 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
     )  # fmt: skip
 
 
+def _settings(sim: Any) -> dict[str, Any]:
+    """What of a simulation changes its run besides integrator, step and particles; `read` refuses
+    all but these."""
+    if sim.gravity == "tree":
+        raise ValueError(
+            "gravity by a tree cannot be run from its particles alone; set sim.gravity = 'basic'."
+        )
+    active = {} if sim.N_active in ALL_ACTIVE else {"N_active": sim.N_active}
+    return active | ({"gravity": sim.gravity} if sim.gravity == "compensated" else {})
+
+
 OWN = ("integrator", "dt")
+OPTIONS_OF = {name: OPTIONS[name] for name in bodies.INTEGRATORS}
 
 
-def _own(request: JudgeRequest, integrator: str, step: float | None) -> tuple[str, float | None]:
-    """The user's integrator and step: as asked for, else the file's."""
+def _own(
+    request: JudgeRequest, integrator: str, step: float | None, known: Mapping[str, Sequence[str]]
+) -> tuple[str, float | None]:
+    """The user's integrator and step: as asked for, else the file's.
+
+    Parameters
+    ----------
+    known
+        the options of each integrator
+
+    Raises
+    ------
+    ValueError
+        For an integrator that is not among them, and an option that it has not.
+    """
+    name = str(request.own.get("integrator", integrator))
+    if name.lower() not in known:
+        raise ValueError(f"own integrator must be one of {', '.join(known)}; received {name!r}.")
+    options = known[name.lower()]
+    wrong = [each for each in request.own if each not in (*OWN, *options)]
+    if wrong:
+        raise ValueError(
+            f"options of your run must be among {', '.join((*OWN, *options))} with {name}; "
+            f"received {wrong[0]!r}."
+        )
     asked = request.own.get("dt", step)
-    return str(request.own.get("integrator", integrator)), (
-        None if asked is None else input_checks.real("own dt", asked)
-    )
+    return name, None if asked is None else input_checks.real("own dt", asked)
 
 
 def _whole(duration: float, step: float | None) -> tuple[float, float]:
-    """The duration, lengthened to a multiple of SAMPLES steps, and the step."""
+    """The duration, lengthened to a multiple of SAMPLES steps, and the step; both are negative
+    where one of them is."""
     if not step:
         raise ValueError("the step must not be 0; give --own dt=STEP.")
-    span = input_checks.positive("duration", abs(duration))
-    count = SAMPLES * max(1, math.ceil(round(span / abs(step), 9) / SAMPLES))
-    return count * abs(step) * math.copysign(1.0, step), step
+    steps = input_checks.positive("duration", abs(duration)) / abs(step)
+    count = SAMPLES * max(1, math.ceil(round(steps, 9) / SAMPLES))
+    step = -abs(step) if duration < 0.0 else step
+    return count * step, step
