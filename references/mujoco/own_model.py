@@ -7,7 +7,7 @@ It reads a job from its input and writes an answer, both as JSON:
             may be absent, "steps": n, "every": k}; "states": a list of {"qpos", "qvel"}; "threads"
     answer  {"release", "integrator", "step", "qpos", "qvel": the model's own; "runs": for each the
             rows of qpos, qvel and energy at every k-th step after the start, and "failure", a
-            sentence or ""; "accelerations": qacc at each state}
+            sentence or ""; "accelerations": qacc at each state, "energies": of each state}
 
 Nothing is judged here, so that all releases are judged alike.
 """
@@ -90,11 +90,10 @@ def run(model: Any, job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any
     return rows
 
 
-def acceleration(model: Any, job: dict[str, Any], state: dict[str, Any]) -> list[float]:
-    """qacc at a state."""
+def acceleration(model: Any, data: Any) -> list[float]:
+    """qacc at the state."""
     import mujoco
 
-    data = at_start(model, job, state)
     mujoco.mj_forward(model, data)
     return data.qacc.tolist()
 
@@ -106,6 +105,7 @@ def answer(job: dict[str, Any]) -> dict[str, Any]:
     mujoco.set_mju_user_warning(lambda message: None)
     model = loaded(job)
     start = at_start(model, job)
+    states = [at_start(model, job, each) for each in job.get("states", [])]
     with ThreadPoolExecutor(job.get("threads", 1)) as pool:
         runs = list(pool.map(lambda asked: run(model, job, asked), job.get("runs", [])))
     return {
@@ -115,7 +115,8 @@ def answer(job: dict[str, Any]) -> dict[str, Any]:
         "qpos": start.qpos.tolist(),
         "qvel": start.qvel.tolist(),
         "runs": runs,
-        "accelerations": [acceleration(model, job, each) for each in job.get("states", [])],
+        "energies": [energy(model, data) for data in states],
+        "accelerations": [acceleration(model, data) for data in states],
     }
 
 

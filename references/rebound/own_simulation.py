@@ -9,7 +9,7 @@ read by all others, so that the job holds what the file does:
             that chooses its steps, {"particles", "times": a list}; "states": a list of particles
     answer  {"release", "runs": for each run the rows of particles at every k-th step after the
             start or at each time, and of energy, and "failure", a sentence or "";
-            "accelerations": those of each body at each state}
+            "accelerations": those of each body at each state, "energies": of each state}
 
 Nothing is judged here, so that all releases are judged alike.
 """
@@ -26,7 +26,7 @@ STATE = ("m", "x", "y", "z", "vx", "vy", "vz")
 
 
 def made(job: dict[str, Any], particles: list[list[float]]) -> Any:
-    """The simulation of a job from these particles. Raises ValueError for what the release has not."""
+    """The simulation of a job from these particles; ValueError for what the release has not."""
     import rebound
 
     sim = rebound.Simulation()
@@ -76,11 +76,10 @@ def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
     return rows
 
 
-def accelerations(job: dict[str, Any], particles: list[list[float]]) -> list[list[float]]:
+def accelerations(sim: Any) -> list[list[float]]:
     """Those of each body."""
     import rebound
 
-    sim = made({**job, "integrator": "leapfrog", "options": {}}, particles)
     library = rebound.clibrebound
     update = getattr(library, "reb_simulation_update_acceleration", None) or (
         library.reb_update_acceleration
@@ -94,10 +93,13 @@ def answer(job: dict[str, Any]) -> dict[str, Any]:
     import rebound
 
     warnings.simplefilter("ignore")
+    plain = {**job, "integrator": "leapfrog", "options": {}}
+    states = [made(plain, each) for each in job.get("states", [])]
     return {
         "release": rebound.__version__,
         "runs": [run(job, asked) for asked in job.get("runs", [])],
-        "accelerations": [accelerations(job, each) for each in job.get("states", [])],
+        "energies": [state(sim)[1] for sim in states],
+        "accelerations": [accelerations(sim) for sim in states],
     }
 
 

@@ -55,11 +55,12 @@ class Motion:
 @dataclass(frozen=True, eq=False)
 class Answer:
     """What an engine's release makes of a user's run: the release, a motion for each that was asked
-    for, and the accelerations (n,) at each state."""
+    for, and the accelerations (n,) and the energy at each state."""
 
     release: str
     motions: tuple[Motion, ...]
     accelerations: tuple[Array, ...]
+    energies: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,6 +163,7 @@ class OwnRun:
             f"{self.package} {said['release']}",
             tuple(self._motion(each) for each in said["runs"]),
             tuple(np.ravel(each) for each in said["accelerations"]),
+            tuple(said["energies"]),
         )
 
     def _motion(self, said: Mapping[str, Any]) -> Motion:
