@@ -38,6 +38,7 @@ COMMANDS: Mapping[str, Callable[..., int]] = {
     "export": results.export,
     "track": assess.track_performance,
     "judge": assess.judge_model,
+    "versions": assess.compare_versions,
     "convergence": assess.tabulate_convergence,
     "warm": measure.warm_kernels,
     "merge": results.merge_reports,
