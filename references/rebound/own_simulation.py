@@ -63,6 +63,7 @@ def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
     try:
         sim = made(job, asked.get("particles") or job["particles"])
         sim.dt = asked.get("step") or job["step"]
+        sim.exact_finish_time = int("times" in asked)  # WHFast512 takes none but whole steps
         for time in asked.get("times") or [None] * (asked["steps"] // asked["every"]):
             if time is None:
                 sim.steps(asked["every"])

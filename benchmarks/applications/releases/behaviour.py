@@ -79,10 +79,16 @@ class Questions:
 
     @classmethod
     def of(cls, run: OwnRun) -> Questions:
-        """Those of a run, by the installed release. Raises NotHere where it fails."""
+        """Those of a run, by the installed release. Raises NotHere where it fails, ValueError where
+        nothing moves."""
         motion = run.answer([run.asked()]).motions[0]
         if motion.failure:
             raise NotHere(f"your run fails in the installed release: {motion.failure}")
+        if np.all(motion.positions == run.positions):
+            raise ValueError(
+                "nothing moves in your run, so that nothing can change: start elsewhere, with --key, "
+                "or --qpos and --qvel."
+            )
         states = [(run.positions, run.velocities)]
         states += [(motion.positions[k], motion.velocities[k]) for k in STATES]
         q, v = np.stack([q for q, _ in states]), np.stack([v for _, v in states])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.applications.judging.candidate import Kind, Model
-from benchmarks.applications.judging.judgement import kind_of, own_setting
+from benchmarks.applications.judging.judgement import LOST, kind_of, own_setting
 from benchmarks.applications.judging.truth import states_of
 from benchmarks.applications.releases.own_run import SAMPLES, Motion, OwnRun
 from galvi import Trajectory
@@ -58,7 +58,8 @@ def truth_of(run: OwnRun) -> tuple[RunTruth | None, str]:
 
 
 def _truth(run: OwnRun, model: Model) -> RunTruth:
-    """Raises ValueError for what cannot be judged, RuntimeError where no source runs it."""
+    """Raises ValueError for what cannot be judged and where sources part, RuntimeError where none
+    runs it."""
     kind = kind_of(model.problem)
     asked = {"integrator": run.integrator, **({} if run.step is None else {"dt": run.step})}
     own = own_setting(kind, model, asked)
@@ -76,4 +77,9 @@ def _truth(run: OwnRun, model: Model) -> RunTruth:
     (label, truth), (other, confirming) = reached[0], reached[-1]
     if len(reached) == 1:
         return RunTruth(kind, truth, label, "", float("nan"))
-    return RunTruth(kind, truth, label, other, float(np.max(kind.errors(confirming, truth))))
+    apart = float(np.max(kind.errors(confirming, truth)))
+    if not apart < LOST * kind.size(truth):
+        raise ValueError(
+            f"its sources, {label} and {other}, part by {apart:.3g}. Take a shorter --duration."
+        )
+    return RunTruth(kind, truth, label, other, apart)
