@@ -20,6 +20,8 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+NO_INTEGRATOR = "This release has no integrator"  # how a failure begins
+
 
 def loaded(job: dict[str, Any]) -> Any:
     """The model of a job."""
@@ -71,7 +73,7 @@ def run(model: Any, job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any
     if asked.get("integrator") is not None:
         kind = getattr(mujoco.mjtIntegrator, f"mjINT_{asked['integrator'].upper()}", None)
         if kind is None:
-            return {**rows, "failure": f"This release has no integrator {asked['integrator']}."}
+            return {**rows, "failure": f"{NO_INTEGRATOR} {asked['integrator']}."}
         mine.opt.integrator = kind
     if asked.get("step") is not None:
         mine.opt.timestep = asked["step"]

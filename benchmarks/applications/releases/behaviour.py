@@ -86,8 +86,8 @@ class Questions:
             raise NotHere(f"your run fails in the installed release: {motion.failure}")
         if np.all(motion.positions == run.positions):
             raise ValueError(
-                "nothing moves in your run, so that nothing can change: start elsewhere, with --key, "
-                "or --qpos and --qvel."
+                "nothing moves in your run, so that nothing can change: start elsewhere, with "
+                "--key, or --qpos and --qvel."
             )
         states = [(run.positions, run.velocities)]
         states += [(motion.positions[k], motion.velocities[k]) for k in STATES]

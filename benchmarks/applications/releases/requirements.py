@@ -22,8 +22,11 @@ PATTERN = re.compile(r"\d+(\.\d+)+(\.?[a-z]+\d+)?")
 
 
 def installed(package: str) -> str:
-    """The release in this environment."""
-    return str(importlib.import_module(package).__version__)
+    """The release in this environment; "" without one."""
+    try:
+        return str(importlib.import_module(package).__version__)
+    except ImportError:
+        return ""
 
 
 def by_age(version: str) -> tuple[int, ...]:
