@@ -18,7 +18,7 @@ USUAL = {
 }
 CORE = "mujoco-core"  # the library alone, from 4 on
 RANGE = ".."
-PATTERN = re.compile(r"\d+(\.\d+)+(\.?[a-z]+\d+)?")
+PATTERN = re.compile(r"\d+(\.\d+)+(\.post\d+)?")
 
 
 def installed(package: str) -> str:

@@ -37,7 +37,8 @@ SAME = ("", "")
 # Every start is off by a rounding, as where a release adds in another order.
 ROUNDS_MODEL = (
     "for each in job['runs']:\n"
-    "    for name in ('qpos', 'qvel'): each[name] = [x * (1.0 + 2.2e-16) + 1e-16 for x in each[name]]",
+    "    for name in ('qpos', 'qvel'):\n"
+    "        each[name] = [x * (1.0 + 2.2e-16) + 1e-16 for x in each[name]]",
     "",
 )
 ROUNDS_PLANETS = (

@@ -3,7 +3,6 @@ rounding does is no change."""
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import pytest
@@ -136,7 +135,7 @@ def test_the_same_release_and_one_that_rounds_otherwise_have_changed_nothing(
 def test_halving_names_neighbours_and_passes_by_releases_that_fail(tmp_path, monkeypatch):
     monkeypatch.setattr(versions, "truth_of", lambda run: (None, ""))
     faults = {f"3.{k}.0": SAME if k >= 11 else ENERGY for k in range(1, 17)}
-    faults |= {"3.8.0": FAILS, "3.12.0": FAILS}
+    faults |= {"3.9.0": FAILS, "3.13.0": FAILS}
     monkeypatch.setattr(versions, "listed", lambda package: ["2.0.0", *faults, "4.0.0"])
     found = compared(monkeypatch, tmp_path, body(tmp_path), faults, halved=True)
     (change,) = changes(found)
@@ -181,7 +180,7 @@ def test_a_run_keeps_what_of_a_simulation_changes_it(tmp_path):
     motion = run.answer([run.asked()]).motions[0]
     assert motion.positions[-1].tolist() == [x for p in sim.particles for x in p.xyz]
     sim.gravity = "tree"
-    sim.configure_box(100.0)
+    sim.root_size = 100.0
     sim.save_to_file(str(tmp_path / "tree.bin"))
     with pytest.raises(ValueError, match="gravity by a tree"):
         read_own_run(tmp_path / "tree.bin", JudgeRequest())
@@ -249,6 +248,4 @@ def test_rk4_went_from_order_2_to_4_between_3_17_and_4(tmp_path):
     assert after.order == pytest.approx(4.0, abs=0.01)
     assert found.error(before) > 1e4 * found.error(after)  # 5.95e-5 and 1.4e-9
     assert {each["quantity"] for each in changes(found)} == {"order", "positions"}
-    assert (
-        not list(tmp_path.rglob("pyvenv.cfg")) and math.isnan(rows(found)["order"].iloc[0]) is False
-    )
+    assert not list(tmp_path.rglob("pyvenv.cfg"))
