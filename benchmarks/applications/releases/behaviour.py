@@ -81,9 +81,8 @@ class Questions:
     def of(cls, run: OwnRun) -> Questions:
         """Those of a run, by the installed release. Raises NotHere where it fails, ValueError where
         nothing moves."""
-        motion = run.answer([run.asked()]).motions[0]
-        if motion.failure:
-            raise NotHere(f"your run fails in the installed release: {motion.failure}")
+        (motion,) = run.answer([run.asked()]).motions
+        _refuse_failed([motion], "your run fails in the installed release")
         if np.all(motion.positions == run.positions):
             raise ValueError(
                 "nothing moves in your run, so that nothing can change: start elsewhere, with "
@@ -118,9 +117,7 @@ class Questions:
         runs = [run.asked(), *(run.asked(*start) for start in starts), *levels]
         answer = run.answer(runs, [run.asked(*state) for state in states], python)
         own, moved = answer.motions[0], answer.motions[1 : 1 + MOVED]
-        failures = [each.failure for each in (own, *moved) if each.failure]
-        if failures:
-            raise NotHere(f"your run fails: {failures[0]}")
+        _refuse_failed([own, *moved], "your run fails")
         motion = {name: self._floored(values, [each.quantities[name] for each in moved])
                   for name, values in own.quantities.items()}  # fmt: skip
         order, unsure = self._order(answer.motions[1 + MOVED :], motion)
@@ -167,6 +164,14 @@ class Questions:
         if not fit.points or not fit.uncertainty <= SURE:
             return math.nan, math.nan
         return fit.rate, fit.uncertainty
+
+
+def _refuse_failed(motions: Sequence[Motion], words: str) -> None:
+    """NotHere, with these words, where one does not come to its end or is not finite."""
+    for motion in motions:
+        finite = all(np.isfinite(values).all() for values in motion.quantities.values())
+        if motion.failure or not finite:
+            raise NotHere(f"{words}: {motion.failure or 'its states are not finite.'}")
 
 
 def _accelerations(rows: Sequence[Array]) -> Quantity:

@@ -32,6 +32,10 @@ ENERGY = (
     "",
     "for each in answer['runs']: each['energy'] = [x * (1.0 + 1e-9) for x in each['energy']]",
 )
+BLOWS_UP = (
+    "",
+    "for each in answer['runs']: each['particles'] = [[[float('nan')] * 7] * 4] * 10",
+)
 FAILS = ("sys.exit('ValueError: XML Error: unrecognized attribute')", "")
 SAME = ("", "")
 # Every start is off by a rounding, as where a release adds in another order.

@@ -19,6 +19,7 @@ from references.mujoco.body import mujoco_body
 from reports.tables.versions import changes, rows, sentences
 from tests.suite.benchmarks.planted_releases import (
     ACCELERATIONS,
+    BLOWS_UP,
     ENERGY,
     EULER,
     FAILS,
@@ -160,6 +161,15 @@ def test_a_release_that_cannot_be_had_is_a_row_with_its_reason_and_one_alone_is_
     monkeypatch.setattr(versions, "interpreter", planted(tmp_path, {"3.0.0": FAILS}))
     with pytest.raises(ValueError, match=r"3\.0\.0: .*XML Error.*; 3\.1\.0: No matching"):
         compare_releases(run, ["3.0.0", "3.1.0", newest], False, tmp_path)
+
+
+def test_a_release_whose_states_are_not_finite_has_not_run(tmp_path, monkeypatch):
+    faults = {"3.0.0": SAME, "3.1.0": BLOWS_UP, "3.2.0": FAILS}
+    found = compared(monkeypatch, tmp_path, planets(tmp_path), faults)
+    failures = [each.failure for each in found.behaviours.values()]
+    assert failures[1] == "your run fails: its states are not finite." and failures[2]
+    (step,) = found.steps
+    assert (step.earlier.version, step.changed) == ("3.0.0", False)
 
 
 def test_without_a_truth_a_sentence_says_why(tmp_path, monkeypatch):
