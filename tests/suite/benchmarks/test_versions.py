@@ -242,15 +242,23 @@ def test_releases_are_read_and_ordered_by_age_and_others_refused(monkeypatch):
     assert listed("mujoco") == ["3.6.0", "3.10.0", "4.0.0", "4.0.1"]
 
 
+def of_real_releases(run: OwnRun, names: list[str], folder: Path) -> Versions:
+    """Skips where one of them cannot be installed."""
+    try:
+        found = compare_releases(run, names, False, folder)
+    except ValueError as error:
+        pytest.skip(str(error))
+    failures = [each.failure for each in found.behaviours.values() if each.failure]
+    if failures:
+        pytest.skip("; ".join(failures))
+    assert not list(folder.rglob("pyvenv.cfg"))
+    return found
+
+
 @pytest.mark.slow(beside="test_a_planted_fault_is_a_change_of_what_it_touches_and_of_nothing_else")
 def test_rk4_went_from_order_2_to_4_between_3_17_and_4(tmp_path):
     run = run_of_model(tmp_path, BODY, duration=10.0, qvel=SPIN)
-    try:
-        found = compare_releases(run, ["3.13.0", "3.17.0"], False, tmp_path)
-    except ValueError as error:
-        pytest.skip(str(error))
-    if any(each.failure for each in found.behaviours.values()):
-        pytest.skip("; ".join(each.failure for each in found.behaviours.values()))
+    found = of_real_releases(run, ["3.13.0", "3.17.0"], tmp_path)
     first, second = found.steps
     assert not first.changed and second.order_changed
     before, after = found.behaviours["3.17.0"], found.newest
@@ -258,4 +266,14 @@ def test_rk4_went_from_order_2_to_4_between_3_17_and_4(tmp_path):
     assert after.order == pytest.approx(4.0, abs=0.01)
     assert found.error(before) > 1e4 * found.error(after)  # 5.95e-5 and 1.4e-9
     assert {each["quantity"] for each in changes(found)} == {"order", "positions"}
-    assert not list(tmp_path.rglob("pyvenv.cfg"))
+
+
+@pytest.mark.slow(beside="test_a_planted_fault_is_a_change_of_what_it_touches_and_of_nothing_else")
+def test_ias15_chooses_other_steps_from_rebound_4_0_3_on_and_whfast_is_the_same(tmp_path):
+    names = ["4.0.2", "4.0.3", "4.6.0"]
+    run = run_of_planets(tmp_path, 20.0, 0.95, integrator="ias15", epsilon=0.01)
+    found = of_real_releases(run, names, tmp_path)
+    assert [step.changed for step in found.steps] == [True, False, False]
+    assert {each["quantity"] for each in changes(found)} == {"positions", "velocities", "energy"}
+    whfast = of_real_releases(run_of_planets(tmp_path, 100.0), names, tmp_path)
+    assert changes(whfast) == []
