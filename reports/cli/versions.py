@@ -44,13 +44,13 @@ def report_versions(versions: Versions, file: str, out: Path, command: str) -> i
     """
     facts, run = provenance(command), versions.run
     summary = list(sentences(versions))
-    found = {
+    contents = {
         "model": file, "engine": run.package, "integrator": label(run), "step": run.step,
         "duration": run.duration, "summary": summary, "changes": changes(versions),
         "releases": rows(versions), "provenance": facts,
     }  # fmt: skip
     files = write_versions(versions, out, facts)
-    files.append(write(out / f"{COMMAND}.json", json.dumps(plain(found), indent=1) + "\n"))
+    files.append(write(out / f"{COMMAND}.json", json.dumps(plain(contents), indent=1) + "\n"))
     for sentence in summary:
         print(visible(sentence))
     print(f"Table: {', '.join(map(str, files))}.")

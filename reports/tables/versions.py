@@ -133,18 +133,18 @@ def _from_newest(behaviour: Behaviour, newest: Behaviour) -> float:
 
 def changes(versions: Versions) -> list[dict[str, Any]]:
     """What changed, an entry for each quantity and two releases."""
-    found: list[dict[str, Any]] = []
+    entries: list[dict[str, Any]] = []
     for step in versions.steps:
         between = {"earlier": step.earlier.version, "later": step.later.version}
         if step.order_changed:
             orders = {"before": step.earlier.order, "after": step.later.order}
-            found.append({**between, "quantity": "order", **orders})
-        found += [
+            entries.append({**between, "quantity": "order", **orders})
+        entries += [
             {**between, "quantity": each.quantity, "size": each.size, "relative": each.relative,
              "floors": each.floors}
             for each in step.differences if each.is_change
         ]  # fmt: skip
-    return found
+    return entries
 
 
 def write_versions(versions: Versions, folder: Path, origin: Mapping[str, str]) -> list[Path]:

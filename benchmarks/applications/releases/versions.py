@@ -159,7 +159,7 @@ def compare_releases(
     questions = Questions.of(run)
     behaviours: dict[str, Behaviour] = {}
 
-    def tried(version: str) -> Behaviour:
+    def behaviour_of(version: str) -> Behaviour:
         if version not in behaviours:
             report(f"{run.package} {version}")
             behaviours[version] = _behaviour(questions, version, folder)
@@ -167,8 +167,8 @@ def compare_releases(
 
     every = sorted({*versions, installed(run.package)}, key=by_age)
     for version in every:
-        tried(version)
-    notes = _halve(run.package, versions, tried) if halved else []
+        behaviour_of(version)
+    notes = _halve(run.package, versions, behaviour_of) if halved else []
     ordered = {version: behaviours[version] for version in sorted(behaviours, key=by_age)}
     failures = [f"{name}: {each.failure}" for name, each in ordered.items() if each.failure]
     if len(ordered) - len(failures) < 2:
@@ -186,10 +186,12 @@ def _behaviour(questions: Questions, version: str, folder: Path) -> Behaviour:
         return Behaviour(version, " ".join(str(error).split()))
 
 
-def _halve(package: str, ends: Sequence[str], tried: Callable[[str], Behaviour]) -> list[str]:
+def _halve(
+    package: str, ends: Sequence[str], behaviour_of: Callable[[str], Behaviour]
+) -> list[str]:
     """Try releases between the two, until each change is between neighbours that can be tried;
     returns a note where an end fails, so that there is nothing to halve."""
-    earlier, later = tried(ends[0]), tried(ends[-1])
+    earlier, later = behaviour_of(ends[0]), behaviour_of(ends[-1])
     failed = [each for each in (earlier, later) if each.failure]
     if failed:
         return [f"No releases between the ends were tried, since {failed[0].version} fails."]
@@ -200,7 +202,7 @@ def _halve(package: str, ends: Sequence[str], tried: Callable[[str], Behaviour])
         first, last = by_age(step.earlier.version), by_age(step.later.version)
         between = [each for each in versions if first < by_age(each) < last]
         while between and step.changed:
-            middle = tried(between.pop(len(between) // 2))
+            middle = behaviour_of(between.pop(len(between) // 2))
             if not middle.failure:
                 open_steps += [Step(step.earlier, middle), Step(middle, step.later)]
                 break

@@ -94,10 +94,15 @@ def test_a_planted_fault_is_a_change_of_what_it_touches_and_of_nothing_else(
     run_in, fault, changed, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(versions, "truth_of", lambda run: (None, ""))
-    found = compared(monkeypatch, tmp_path, run_in(tmp_path), {"3.0.0": fault, "3.1.0": SAME})
-    assert {each["quantity"] for each in changes(found)} == changed
-    assert {(each["earlier"], each["later"]) for each in changes(found)} == {("3.0.0", "3.1.0")}
-    first, last = sentences(found), f"From 3.1.0 to {found.newest.version} nothing changed"
+    comparison = compared(monkeypatch, tmp_path, run_in(tmp_path), {"3.0.0": fault, "3.1.0": SAME})
+    assert {each["quantity"] for each in changes(comparison)} == changed
+    assert {(each["earlier"], each["later"]) for each in changes(comparison)} == {
+        ("3.0.0", "3.1.0")
+    }
+    first, last = (
+        sentences(comparison),
+        f"From 3.1.0 to {comparison.newest.version} nothing changed",
+    )
     assert next(first).startswith("Between 3.0.0 and 3.1.0 ") and next(first).startswith(last)
 
 
@@ -124,13 +129,13 @@ def test_the_same_release_and_one_that_rounds_otherwise_have_changed_nothing(
     monkeypatch.setattr(versions, "truth_of", lambda run: (None, ""))
     run = run_in(tmp_path)
     rounds = ROUNDS_MODEL if run.package == "mujoco" else ROUNDS_PLANETS
-    found = compared(monkeypatch, tmp_path, run, {"3.0.0": rounds, "3.1.0": SAME})
-    assert changes(found) == []
-    first, second = (step.differences for step in found.steps)
+    comparison = compared(monkeypatch, tmp_path, run, {"3.0.0": rounds, "3.1.0": SAME})
+    assert changes(comparison) == []
+    first, second = (step.differences for step in comparison.steps)
     assert any(each.size > 0.0 for each in first)  # it does round otherwise
     assert all(each.size == 0.0 for each in second)
-    said = f"From 3.0.0 to {found.newest.version} nothing changed by more than rounding."
-    assert next(sentences(found)) == said
+    said = f"From 3.0.0 to {comparison.newest.version} nothing changed by more than rounding."
+    assert next(sentences(comparison)) == said
 
 
 def test_halving_names_neighbours_and_passes_by_releases_that_fail(tmp_path, monkeypatch):
@@ -138,13 +143,13 @@ def test_halving_names_neighbours_and_passes_by_releases_that_fail(tmp_path, mon
     faults = {f"3.{k}.0": SAME if k >= 11 else ENERGY for k in range(1, 17)}
     faults |= {"3.9.0": FAILS, "3.13.0": FAILS}
     monkeypatch.setattr(versions, "listed", lambda package: ["2.0.0", *faults, "4.0.0"])
-    found = compared(monkeypatch, tmp_path, body(tmp_path), faults, halved=True)
-    (change,) = changes(found)
+    comparison = compared(monkeypatch, tmp_path, body(tmp_path), faults, halved=True)
+    (change,) = changes(comparison)
     assert (change["earlier"], change["later"]) == ("3.10.0", "3.11.0")
-    assert len(found.behaviours) <= 9 and "4.0.0" not in found.behaviours
-    failed = [each for each in found.behaviours.values() if each.failure]
+    assert len(comparison.behaviours) <= 9 and "4.0.0" not in comparison.behaviours
+    failed = [each for each in comparison.behaviours.values() if each.failure]
     assert failed and all("unrecognized attribute" in each.failure for each in failed)
-    table = rows(found).set_index("release")
+    table = rows(comparison).set_index("release")
     assert table["status"].astype(bool).sum() == len(failed)
     assert table.loc["mujoco 3.11.0", "energy_change"] < 1e-12
 
@@ -154,9 +159,9 @@ def test_a_release_that_cannot_be_had_is_a_row_with_its_reason_and_one_alone_is_
 ):
     run = run_of_model(tmp_path, BODY, duration=2.0, qvel=SPIN)
     newest = installed("mujoco")
-    found = compared(monkeypatch, tmp_path, run, {"3.0.0": SAME})
-    assert found.truth is not None and found.truth.apart < 1e-7
-    errors = [found.error(each) for each in found.behaviours.values()]
+    comparison = compared(monkeypatch, tmp_path, run, {"3.0.0": SAME})
+    assert comparison.truth is not None and comparison.truth.apart < 1e-7
+    errors = [comparison.error(each) for each in comparison.behaviours.values()]
     assert errors[0] == errors[1] == pytest.approx(errors[0]) and 0.0 < errors[0] < 1e-6
     monkeypatch.setattr(versions, "interpreter", planted(tmp_path, {"3.0.0": FAILS}))
     with pytest.raises(ValueError, match=r"3\.0\.0: .*XML Error.*; 3\.1\.0: No matching"):
@@ -165,10 +170,10 @@ def test_a_release_that_cannot_be_had_is_a_row_with_its_reason_and_one_alone_is_
 
 def test_a_release_whose_states_are_not_finite_has_not_run(tmp_path, monkeypatch):
     faults = {"3.0.0": SAME, "3.1.0": BLOWS_UP, "3.2.0": FAILS}
-    found = compared(monkeypatch, tmp_path, planets(tmp_path), faults)
-    failures = [each.failure for each in found.behaviours.values()]
+    comparison = compared(monkeypatch, tmp_path, planets(tmp_path), faults)
+    failures = [each.failure for each in comparison.behaviours.values()]
     assert failures[1] == "your run fails: its states are not finite." and failures[2]
-    (step,) = found.steps
+    (step,) = comparison.steps
     assert (step.earlier.version, step.changed) == ("3.0.0", False)
 
 
@@ -245,35 +250,39 @@ def test_releases_are_read_and_ordered_by_age_and_others_refused(monkeypatch):
 def of_real_releases(run: OwnRun, names: list[str], folder: Path) -> Versions:
     """Skips where one of them cannot be installed."""
     try:
-        found = compare_releases(run, names, False, folder)
+        comparison = compare_releases(run, names, False, folder)
     except ValueError as error:
         pytest.skip(str(error))
-    failures = [each.failure for each in found.behaviours.values() if each.failure]
+    failures = [each.failure for each in comparison.behaviours.values() if each.failure]
     if failures:
         pytest.skip("; ".join(failures))
     assert not list(folder.rglob("pyvenv.cfg"))
-    return found
+    return comparison
 
 
 @pytest.mark.slow(beside="test_a_planted_fault_is_a_change_of_what_it_touches_and_of_nothing_else")
 def test_rk4_went_from_order_2_to_4_between_3_17_and_4(tmp_path):
     run = run_of_model(tmp_path, BODY, duration=10.0, qvel=SPIN)
-    found = of_real_releases(run, ["3.13.0", "3.17.0"], tmp_path)
-    first, second = found.steps
+    comparison = of_real_releases(run, ["3.13.0", "3.17.0"], tmp_path)
+    first, second = comparison.steps
     assert not first.changed and second.order_changed
-    before, after = found.behaviours["3.17.0"], found.newest
+    before, after = comparison.behaviours["3.17.0"], comparison.newest
     assert before.order == pytest.approx(2.0, abs=0.01)
     assert after.order == pytest.approx(4.0, abs=0.01)
-    assert found.error(before) > 1e4 * found.error(after)  # 5.95e-5 and 1.4e-9
-    assert {each["quantity"] for each in changes(found)} == {"order", "positions"}
+    assert comparison.error(before) > 1e4 * comparison.error(after)  # 5.95e-5 and 1.4e-9
+    assert {each["quantity"] for each in changes(comparison)} == {"order", "positions"}
 
 
 @pytest.mark.slow(beside="test_a_planted_fault_is_a_change_of_what_it_touches_and_of_nothing_else")
 def test_ias15_chooses_other_steps_from_rebound_4_0_3_on_and_whfast_is_the_same(tmp_path):
     names = ["4.0.2", "4.0.3", "4.6.0"]
     run = run_of_planets(tmp_path, 20.0, 0.95, integrator="ias15", epsilon=0.01)
-    found = of_real_releases(run, names, tmp_path)
-    assert [step.changed for step in found.steps] == [True, False, False]
-    assert {each["quantity"] for each in changes(found)} == {"positions", "velocities", "energy"}
+    comparison = of_real_releases(run, names, tmp_path)
+    assert [step.changed for step in comparison.steps] == [True, False, False]
+    assert {each["quantity"] for each in changes(comparison)} == {
+        "positions",
+        "velocities",
+        "energy",
+    }
     whfast = of_real_releases(run_of_planets(tmp_path, 100.0), names, tmp_path)
     assert changes(whfast) == []
