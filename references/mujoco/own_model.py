@@ -6,8 +6,8 @@ It reads a job from its input and writes an answer, both as JSON:
             absent; "runs": a list of {"integrator": name, "step": h, "qpos", "qvel", each of which
             may be absent, "steps": n, "every": k}; "states": a list of {"qpos", "qvel"}; "threads"
     answer  {"release", "integrator", "step", "qpos", "qvel": the model's own; "runs": for each the
-            rows of qpos, qvel and energy at every k-th step after the start, and "failure", a
-            sentence or ""; "accelerations": qacc at each state, "energies": of each state}
+            rows of qpos, qvel, energy and the kinetic part of it at every k-th step after the
+            start, and "failure", a sentence or ""; "accelerations": qacc at each state, "energies": of each state}
 
 Nothing is judged here, so that all releases are judged alike.
 """
@@ -50,7 +50,7 @@ def at_start(model: Any, *starts: dict[str, Any]) -> Any:
     return data
 
 
-def energy(model: Any, data: Any) -> float:
+def energy(model: Any, data: Any) -> list[float]:
     """Potential and kinetic energy of the state."""
     import mujoco
 
@@ -61,7 +61,7 @@ def energy(model: Any, data: Any) -> float:
     mujoco.mj_fwdVelocity(model, seen)
     mujoco.mj_energyPos(model, seen)
     mujoco.mj_energyVel(model, seen)
-    return float(seen.energy.sum())
+    return seen.energy.tolist()
 
 
 def run(model: Any, job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
@@ -69,7 +69,7 @@ def run(model: Any, job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any
     import mujoco
 
     mine = copy.copy(model)
-    rows: dict[str, Any] = {"qpos": [], "qvel": [], "energy": [], "failure": ""}
+    rows: dict[str, Any] = {"qpos": [], "qvel": [], "energy": [], "kinetic": [], "failure": ""}
     if asked.get("integrator") is not None:
         kind = getattr(mujoco.mjtIntegrator, f"mjINT_{asked['integrator'].upper()}", None)
         if kind is None:
@@ -88,7 +88,9 @@ def run(model: Any, job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any
             return {**rows, "failure": f"MuJoCo warned of {name} by t = {data.time:g}."}
         rows["qpos"].append(data.qpos.tolist())
         rows["qvel"].append(data.qvel.tolist())
-        rows["energy"].append(energy(mine, data))
+        parts = energy(mine, data)
+        rows["energy"].append(sum(parts))
+        rows["kinetic"].append(parts[1])
     return rows
 
 
@@ -117,7 +119,7 @@ def answer(job: dict[str, Any]) -> dict[str, Any]:
         "qpos": start.qpos.tolist(),
         "qvel": start.qvel.tolist(),
         "runs": runs,
-        "energies": [energy(model, data) for data in states],
+        "energies": [sum(energy(model, data)) for data in states],
         "accelerations": [acceleration(model, data) for data in states],
     }
 

@@ -35,7 +35,8 @@ class Motion:
     ----------
     positions, velocities : array, shape (saved, n)
         after the start; rows past a failure are NaN
-    energy : array, shape (saved,)
+    energy, kinetic : array, shape (saved,)
+        the whole energy, and the kinetic part of it
     failure
         one sentence, "" where it came to its end
     """
@@ -43,6 +44,7 @@ class Motion:
     positions: Array
     velocities: Array
     energy: Array
+    kinetic: Array
     failure: str
 
     @property
@@ -176,8 +178,11 @@ class OwnRun:
             _filled(each, SAMPLES, start.size)
             for each, start in zip(rows, (self.positions, self.velocities), strict=True)
         )
-        energy = _filled([[each] for each in said["energy"]], SAMPLES, 1)[:, 0]
-        return Motion(positions, velocities, energy, said["failure"])
+        energy, kinetic = (
+            _filled([[each] for each in said[name]], SAMPLES, 1)[:, 0]
+            for name in ("energy", "kinetic")
+        )
+        return Motion(positions, velocities, energy, kinetic, said["failure"])
 
 
 def _filled(rows: Sequence[Any], count: int, size: int) -> Array:
