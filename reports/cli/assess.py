@@ -1,4 +1,4 @@
-"""The commands that assess what is a user's: track, judge, versions and convergence."""
+"""The commands that assess what is a user's: track, judge, versions, tolerance and convergence."""
 
 from __future__ import annotations
 
@@ -249,6 +249,38 @@ def compare_versions(
         asked = JudgeRequest(duration, own=own or {}, **start)
         versions = versions_of(file, asked, releases or (), folder)
     return report_versions(versions, file.name, folder, context.obj.command)
+
+
+def measure_tolerance(
+    context: typer.Context,
+    file: ModelFile,
+    releases: Annotated[
+        Any,
+        typer.Option(
+            metavar="3.17.0,4.0.1",
+            parser=words,
+            help="Releases of the engine that the test is to pass with, too.",
+        ),
+    ] = None,
+    duration: Duration = None,
+    own: OwnSetting = None,
+    snapshot: Snapshot = -1,
+    key: Key = None,
+    qpos: Positions = None,
+    qvel: Velocities = None,
+    ctrl: Controls = None,
+    out: Out = OUT / "tolerance",
+) -> int:
+    """Say what bound a regression test of a model's own run should have, by measured rounding."""
+    from galvi.interop.judge import JudgeRequest
+    from reports.cli.tolerance import REFUSALS, report_tolerance, tolerance_of
+
+    start = {"snapshot": snapshot, "key": key, "qpos": qpos, "qvel": qvel, "ctrl": ctrl}
+    folder = output_folder(out)
+    with as_usage_error(*REFUSALS):
+        asked = JudgeRequest(duration, own=own or {}, **start)
+        tolerance = tolerance_of(file, asked, releases or (), folder)
+    return report_tolerance(tolerance, file.name, folder, context.obj.command)
 
 
 def tabulate_convergence(
