@@ -9,6 +9,8 @@ from typing import Any
 
 import pandas as pd
 
+from benchmarks.applications.releases.behaviour import FLOORS
+from benchmarks.applications.releases.bounds import DEVIATIONS, LEAST, MOST
 from benchmarks.applications.releases.own_run import SAMPLES
 from benchmarks.applications.releases.tolerance import QUANTITIES, Tolerance, Variant
 from reports.tables.number_format import plain
@@ -31,10 +33,19 @@ def sentences(tolerance: Tolerance) -> Iterator[str]:
         yield _at_end(tolerance, name)
     latest = tolerance.latest
     if latest < 0:
-        yield "At none of the ten times do all have a bound: ask for a shorter --duration."
+        yield (
+            "At none of the ten times do all have a bound: ask for a shorter --duration, or start "
+            "where rounding does not decide on a contact."
+        )
     elif latest < SAMPLES - 1:
         values = ", ".join(f"{atol(tolerance, name, latest)} for {name}" for name in QUANTITIES)
         yield f"Compare at t = {times(tolerance)[latest]:g}: there a bound of {values} holds."
+    yield (
+        f"A floor is the largest difference that rounding made, in all runs below. A bound has "
+        f"{LEAST:g} floors, or more where the runs are spread so that a log-normal tail at "
+        f"{DEVIATIONS:g} standard deviations needs them, and at most {MOST:g}: it sees a fault of "
+        f"{FLOORS:g}."
+    )
     for variant in tolerance.variants:
         yield _tried(variant, tolerance)
 
@@ -43,14 +54,11 @@ def _at_end(tolerance: Tolerance, name: str) -> str:
     bound, end = tolerance.bounds[name][-1], f"{name} at t = {times(tolerance)[-1]:g}"
     if not math.isfinite(bound.floor):
         return f"{end}: no bound, since {bound.reason}."
-    floor = f"rounding moves them by up to {plain(bound.floor, 2)}"
-    if name == "energy":
-        floor = floor.replace("them", "it")
+    moved = f"rounding moves {'it' if name == 'energy' else 'them'} by {plain(bound.floor, 2)}"
     if bound.reason:
-        return f"{end}: no bound, since {bound.reason} ({floor})."
+        return f"{end}: no bound, since {bound.reason} ({moved})."
     return (
-        f"{end}: a bound of {atol(tolerance, name, -1)}, {plain(bound.factor, 2)} floors ({floor}, "
-        "and no more than that bound by four standard deviations of the runs measured)."
+        f"{end}: a bound of {atol(tolerance, name, -1)}, {plain(bound.factor, 2)} floors ({moved})."
     )
 
 
@@ -71,10 +79,10 @@ def _tried(variant: Variant, tolerance: Tolerance) -> str:
             return f"{moves}; pin the release, `galvi versions` says what changed."
         return f"{moves}, and is not in the bound."
     runs = len(variant.differences) - 1
-    moved = f"; with it {runs} other starts" if runs else ""
     if name == "other starts":
-        return f"{name}: {runs} that are off by 2 ulp, up or down, make the floor."
-    return f"{name}: the unmoved run differs by {_floors(variant)}{moved}."
+        return f"{name}: {runs}, off by 2 ulp of the largest number of the run, up or down."
+    moved = f", and there are {runs} other starts" if runs else ""
+    return f"{name}: your run differs by {_floors(variant)}{moved}."
 
 
 def _floors(variant: Variant) -> str:
@@ -106,7 +114,7 @@ def lines_to_paste(tolerance: Tolerance) -> list[str]:
     if run.step is not None:
         when += f", after {run.steps * count // SAMPLES} steps of {run.step!r}"
     return [
-        f'expected = json.load(open("tolerance.json"))["expected"]  # {when}',
+        f'expected = json.loads(Path("tolerance.json").read_text())["expected"]  # {when}',
         *(
             f'numpy.testing.assert_allclose({value}, expected["{name}"], rtol=0, '
             f"atol={atol(tolerance, name, tolerance.latest)})"
@@ -156,7 +164,7 @@ def _state(tolerance: Tolerance, sample: int) -> dict[str, Any]:
 
 
 def write_tolerance(tolerance: Tolerance, folder: Path, origin: Mapping[str, str]) -> list[Path]:
-    """Write tolerance.csv with every column, and bounds as Markdown and LaTeX; returns the paths."""
+    """Write tolerance.csv with every column, bounds as Markdown and LaTeX; returns the paths."""
     return write_table(folder, "tolerance", rows(tolerance), bounds_table(tolerance), origin)
 
 

@@ -1,4 +1,4 @@
-"""How far rounding moves a user's own run, and the bound that a regression test of it should have."""
+"""How far rounding moves a user's own run, and the bound of a regression test of it."""
 
 from __future__ import annotations
 
@@ -107,9 +107,13 @@ def measure(
 
     Raises
     ------
+    ValueError
+        For a model in which nothing can move.
     NotHere
         Where the plain run fails.
     """
+    if not run.velocities.size:
+        raise ValueError("nothing can move in your model: it has no joints.")
     report("your run")
     begin = time.perf_counter()
     (motion,) = run.answer([run.asked()]).motions

@@ -1,4 +1,4 @@
-"""What bound a regression test of a user's own run should have: no false alarms, no fault missed."""
+"""The bound of a regression test of a user's own run: no false alarms, and no fault missed."""
 
 from __future__ import annotations
 
@@ -103,7 +103,9 @@ def test_a_bound_of_half_a_floor_raises_false_alarms():
     assert false_alarms(DISTRIBUTIONS["normal"], half)[0] > 0.05
 
 
-PART = '<geom type="capsule" fromto="0 0 0 {0} 0 0" size="0.03" mass="1" contype="0" conaffinity="0"/>'
+PART = (
+    '<geom type="capsule" fromto="0 0 0 {0} 0 0" size="0.03" mass="1" contype="0" conaffinity="0"/>'
+)
 HINGE = '<joint name="{}" type="hinge" axis="0 1 0"/>'
 MODEL = '<mujoco><option timestep="0.002" integrator="{}"/><worldbody>{}</worldbody></mujoco>'
 PENDULUM = f"<body>{HINGE.format('a')}{PART.format(0.5)}</body>"
@@ -220,9 +222,7 @@ def test_fresh_reruns_raise_no_alarm_and_every_fault_of_20_floors_is_seen(name, 
     assert (at_end, at_any) == (0, 0) and seen == planted_ones > 0
 
 
-@pytest.mark.slow(
-    beside="test_fresh_reruns_raise_no_alarm_and_every_fault_of_20_floors_is_seen"
-)
+@pytest.mark.slow(beside="test_fresh_reruns_raise_no_alarm_and_every_fault_of_20_floors_is_seen")
 @pytest.mark.parametrize("name", [*MODELS, *ORBITS])
 def test_a_thousand_fresh_reruns_raise_no_alarm(name, run_of, tmp_path):
     """Prints the table of docs/judge.md's figures, with -s."""
@@ -234,3 +234,87 @@ def test_a_thousand_fresh_reruns_raise_no_alarm(name, run_of, tmp_path):
           f"reruns {at_end} alarms at the end, {at_any} at any time; seen {seen} of "
           f"{planted_ones} faults")  # fmt: skip
     assert (at_end, at_any) == (0, 0) and seen == planted_ones
+
+
+def test_without_moved_starts_the_bound_raises_false_alarms(run_of, tmp_path, monkeypatch):
+    run = run_of("double pendulum")
+
+    def unmoved(run, motion, count, seed):
+        return [(run.positions, run.velocities)] * count
+
+    with monkeypatch.context() as patch:
+        patch.setattr(tolerances, "moved_starts", unmoved)
+        tolerance = measured(run, tmp_path)
+    at_end, at_any, _, _ = trial(run, replace(tolerance, run=run), 40)
+    assert at_any >= at_end > 0
+
+
+def test_all_differences_are_those_of_the_runs(run_of, tmp_path):
+    """Against runs of MuJoCo here, in this process."""
+    run = run_of("double pendulum")
+    tolerance = measured(run, tmp_path)
+    model = mujoco.MjModel.from_xml_path(run.job["file"])
+    ends = []
+    starts = moved_starts(run, tolerance.motion, tolerances.STARTS, 0)
+    for q, v in [(run.positions, run.velocities), *starts[: 32 if has_unfused() else 64]]:
+        state = mujoco.MjData(model)
+        state.qpos[:], state.qvel[:] = q, v
+        mujoco.mj_step(model, state, nstep=run.steps)
+        ends.append(state.qpos.copy())
+    assert np.array_equal(ends[0], tolerance.motion.positions[-1])
+    apart = np.abs(np.array(ends) - ends[0]).max(axis=1)
+    assert np.array_equal(tolerance.variants[0].differences[:, 0, -1], apart) and apart.max() > 0.0
+    assert tolerance.bounds["positions"][-1].floor >= apart.max()
+
+
+def test_a_release_that_moves_otherwise_is_not_in_the_bound_and_one_that_rounds_is(
+    run_of, tmp_path, monkeypatch
+):
+    run = run_of("double pendulum")
+    releases = {"3.17.0": EULER, "3.18.0": ROUNDS_MODEL, "3.19.0": FAILS}
+    monkeypatch.setattr(tolerances, "interpreter", planted(tmp_path, releases))
+    alone, tolerance = measured(run, tmp_path), measured(run, tmp_path, [*releases, "3.20.0"])
+    otherwise, rounds, fails, absent = tolerance.variants[-4:]
+    assert otherwise.floors > 1e6 and not otherwise.is_rounding
+    assert 0.0 < rounds.floors < FLOORS and rounds.is_rounding
+    assert "unrecognized attribute" in fails.failure and "No matching" in absent.failure
+    assert not fails.is_rounding and not absent.is_rounding
+    for name in QUANTITIES:
+        for before, after in zip(alone.bounds[name], tolerance.bounds[name], strict=True):
+            assert before.floor <= after.floor <= FLOORS * before.floor
+
+
+def test_a_run_that_fails_has_no_tolerance_and_failing_neighbours_no_bound(run_of, tmp_path):
+    blown = run_of("box", qvel=[0.0] * 5 + [1e12])
+    with pytest.raises(NotHere, match="your run fails, so that there is nothing to compare"):
+        measured(blown, tmp_path)
+    run = run_of("box")
+    (motion,) = run.answer([run.asked()]).motions
+    sizes = np.full((64, len(QUANTITIES), SAMPLES), 1e-14)
+    sizes[3, :, 5:] = np.nan
+    bounds = tolerances.bounds_of(run, motion, [sizes])["positions"]
+    assert [each.reason == "" for each in bounds] == [True] * 5 + [False] * 5
+    assert bounds[-1].reason == "1 of 64 runs from neighbouring starts fail"
+    assert math.isnan(bounds[-1].value)
+
+
+def test_what_cannot_round_otherwise_here_is_said(run_of, tmp_path, monkeypatch):
+    monkeypatch.setattr(tolerances, "UNFUSED", {})
+    starts, unfused, *_ = measured(run_of("slide"), tmp_path).variants
+    assert len(starts.differences) == 1 + tolerances.STARTS
+    assert unfused.failure.startswith("not tried: it needs glibc on x86")
+
+
+def test_a_long_run_says_how_long_all_takes_and_shares_it_between_processes(
+    run_of, tmp_path, monkeypatch
+):
+    run, sentences = run_of("whfast", duration=2.0), []
+    monkeypatch.setattr(tolerances, "LONG", 0.0)
+    monkeypatch.setattr(tolerances, "PART", 1e-9)
+    monkeypatch.setattr(tolerances, "STARTS", 4)
+    few = measure(run, (), tmp_path, sentences.append)
+    assert "all of it about 0 minutes" in sentences[1]
+    monkeypatch.setattr(tolerances, "PART", 100.0)
+    assert np.array_equal(
+        few.variants[0].differences, measured(run, tmp_path).variants[0].differences
+    )
