@@ -7,7 +7,8 @@ It reads a job from its input and writes an answer, both as JSON:
             may be absent, "steps": n, "every": k}; "states": a list of {"qpos", "qvel"}; "threads"
     answer  {"release", "integrator", "step", "qpos", "qvel": the model's own; "runs": for each the
             rows of qpos, qvel, energy and the kinetic part of it at every k-th step after the
-            start, and "failure", a sentence or ""; "accelerations": qacc at each state, "energies": of each state}
+            start, and "failure", a sentence or ""; "accelerations": qacc at each state, "energies":
+            of each state}
 
 Nothing is judged here, so that all releases are judged alike.
 """

@@ -140,13 +140,13 @@ def rows(tolerance: Tolerance) -> pd.DataFrame:
 
 def contents(tolerance: Tolerance) -> dict[str, Any]:
     """What tolerance.json holds: the expected states in full, floors, bounds, ways tried."""
-    motion, run = tolerance.motion, tolerance.run
+    run = tolerance.run
     kept = tolerance.latest if tolerance.latest >= 0 else SAMPLES - 1
     states = [{"t": t, **_state(tolerance, k)} for k, t in enumerate(times(tolerance))]
     return {
         "engine": run.package, "integrator": label(run), "step": run.step,
         "duration": run.duration, "expected": states[kept] if tolerance.latest >= 0 else None,
-        "states": states, "bounds": rows(tolerance), "energy": motion.energy.tolist(),
+        "states": states, "bounds": rows(tolerance),
         "tried": [{"name": each.name, "floors": each.floors, "failure": each.failure,
                    "in_bound": each.is_rounding} for each in tolerance.variants],
         "paste": lines_to_paste(tolerance),
