@@ -7,7 +7,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -45,12 +45,16 @@ def interpreter_in(environment: Path) -> Path:
     return environment / ("Scripts" if os.name == "nt" else "bin") / "python"
 
 
-def finished(command: Sequence[str], text: str = "") -> str:
-    """The output of a command with this text as input. Raises NotHere when it fails."""
+def finished(
+    command: Sequence[str], text: str = "", variables: Mapping[str, str] | None = None
+) -> str:
+    """The output of a command with this text as input and these variables of the environment
+    besides. Raises NotHere when it fails."""
     try:
         done = subprocess.run(
-            command, input=text, capture_output=True, text=True, timeout=SECONDS, check=False
-        )
+            command, input=text, capture_output=True, text=True, timeout=SECONDS, check=False,
+            env={**os.environ, **(variables or {})},
+        )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:
         raise NotHere(f"{type(error).__name__}: {_readable(str(error))}") from None
     if done.returncode:

@@ -11,9 +11,8 @@ import json
 import re
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +20,15 @@ import numpy as np
 import pandas as pd
 
 import galvi
+from benchmarks.applications.releases.own_run import SAMPLES, Answer, Motion, OwnRun
+from benchmarks.applications.releases.requirements import USUAL, installed, interpreter, requirement
 from benchmarks.checks.claim import Report
-from benchmarks.store.isolated_environment import NotHere, environment, finished
+from benchmarks.store.isolated_environment import NotHere
 from benchmarks.store.provenance import today, version
 from benchmarks.store.row_files import RowFiles
 from galvi.arrays import Array
 from references.closed_forms.top_motion import FREE_TOP
-from references.mujoco import other_versions
+from references.mujoco import own_model
 from references.mujoco.body import from_mujoco, mujoco_body, to_mujoco
 from references.mujoco.steps import MUJOCO_RK4
 
@@ -42,12 +43,12 @@ COLUMNS: Mapping[str, type] = {
     "commit": str,
     "date": str,
 }
-OLDER = tuple(f"mujoco=={one}" for one in ("3.6.0", "3.10.0", "3.11.0", "3.13.0", "3.17.0"))
+INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast", "discrete")
 NESTED, NESTED_ON = "free, nested", "free"  # half of the inertia in a body that is fixed in it
-DURATION, SAMPLES = 10.0, 10
+DURATION = 10.0
 STEPS = tuple(0.1 / 2.0**k for k in range(9))
 FOLDER = "engine_versions"  # subfolder of the studies
-SCRIPT = Path(other_versions.__file__)
+PROGRAM = Path(own_model.__file__)
 
 
 @dataclass(frozen=True)
@@ -56,19 +57,19 @@ class Part:
 
     Attributes
     ----------
-    requirement
-        requirement to install, e.g. "mujoco==3.6.0"
+    version
+        such as "3.6.0"
     files
         the files of its rows
     """
 
-    requirement: str
+    version: str
     files: RowFiles
 
     @property
     def title(self) -> str:
         """The title in progress and tables, e.g. 'mujoco 3.6.0'."""
-        return self.requirement.replace("==", " ")
+        return engine_of(self.version)
 
     @property
     def name(self) -> str:
@@ -84,9 +85,9 @@ class Part:
         """Install it if necessary, run the bodies, evaluate the results and write the rows."""
         try:
             report(f"{self.title}: installing")
-            with environment(self.requirement, self.files.folder) as python:
+            with interpreter("mujoco", self.version, self.files.folder) as python:
                 report(f"{self.title}: moving")
-                rows = judged(self.title, _moved(python))
+                rows = judged(answers(python))
         except NotHere as error:
             report(f"{self.title}: {error}")
             rows = [_absent(self.title, str(error))]
@@ -101,21 +102,19 @@ def engine_versions(quick: bool = False, report: Report = lambda sentence: None)
                     closed form
     energy_error    largest |E / E0 - 1| over the samples
     """
-    engine = _current().replace("==", " ")
-    report(engine)
-    try:
-        if MUJOCO_RK4.missing:
-            raise NotHere(MUJOCO_RK4.missing)
-        rows = judged(engine, _moved(Path(sys.executable)))
-    except NotHere as error:
-        rows = [_absent(engine, str(error))]
+    if MUJOCO_RK4.missing:
+        rows = [_absent("mujoco", MUJOCO_RK4.missing)]
+    else:
+        report(f"mujoco {installed('mujoco')}")
+        rows = judged(answers())
     return pd.DataFrame(rows, columns=list(COLUMNS)).assign(commit="", date="")
 
 
-def parts(studies: Path, report: Report, requirements: Sequence[str] | None = None) -> list[Part]:
+def parts(studies: Path, report: Report, versions: Sequence[str] = ()) -> list[Part]:
     """A part for each version: older ones and the installed one."""
     files = RowFiles(studies / FOLDER, COLUMNS, report)
-    return [Part(wanted, files) for wanted in requirements or (*OLDER, _current())]
+    every = versions or (*USUAL["mujoco"], installed("mujoco"))
+    return [Part(version, files) for version in every if version]
 
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:
@@ -125,30 +124,49 @@ def stored(studies: Path, report: Report) -> pd.DataFrame:
     return pd.concat(known, ignore_index=True) if known else pd.DataFrame(columns=list(COLUMNS))
 
 
-def judged(engine: str, answer: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """A row for each run in an engine's answer, with the version that it reports."""
-    name = f"{engine.partition(' ')[0]} {answer['version']}"
-    return [_row(name, _truth(), run) for run in answer["runs"]]
+def engine_of(version: str) -> str:
+    """What is installed for a version, such as "mujoco 3.6.0"."""
+    return requirement("mujoco", version).replace("==", " ")
 
 
-def _row(engine: str, truth: Array, run: Mapping[str, Any]) -> dict[str, Any]:
-    joint = NESTED_ON if run["joint"] == NESTED else run["joint"]
-    q, v = from_mujoco(joint, np.array(run["qpos"]), np.array(run["qvel"]))
+def answers(python: str | Path = sys.executable) -> dict[str, Answer]:
+    """What the MuJoCo of this interpreter makes of each body. Raises NotHere where it fails."""
+    return {joint: run.answer(asked(run), python=python) for joint, run in _runs().items()}
+
+
+def asked(run: OwnRun) -> list[dict[str, Any]]:
+    """Every integrator at every step."""
+    counts = [round(DURATION / step) for step in STEPS]
+    return [{**run.asked(steps=count), "integrator": integrator}
+            for integrator in INTEGRATORS for count in counts]  # fmt: skip
+
+
+def judged(answers: Mapping[str, Answer]) -> list[dict[str, Any]]:
+    """A row for each body, integrator that the version has, and step."""
+    settings = [(integrator, step) for integrator in INTEGRATORS for step in STEPS]
+    return [
+        {"engine": engine_of(answer.release.split()[1]), "joint": joint,
+         "integrator": integrator, "step": step, **_errors(joint, motion)}
+        for joint, answer in answers.items()
+        for (integrator, step), motion in zip(settings, answer.motions, strict=True)
+        if not motion.failure.startswith(own_model.NO_INTEGRATOR)
+    ]  # fmt: skip
+
+
+def _errors(joint: str, motion: Motion) -> dict[str, Any]:
+    on = NESTED_ON if joint == NESTED else joint
+    q, v = from_mujoco(on, motion.positions, motion.velocities)
     problem = _bodies()["ball"]
     with np.errstate(all="ignore"):
-        attitude = float(np.max(np.abs(q[:, :3, :3] - truth)))
+        attitude = float(np.max(np.abs(q[:, :3, :3] - _truth())))
         energy = problem.system.kinetic_energy(v[:, :3])
         start = problem.system.kinetic_energy(problem.v0)
         lost = float(np.max(np.abs(energy / start - 1.0)))
     good = np.isfinite(attitude) and np.isfinite(lost)
     return {
-        "engine": engine,
-        "joint": run["joint"],
-        "integrator": run["integrator"],
-        "step": run["step"],
         "attitude_error": attitude if good else float("nan"),
         "energy_error": lost if good else float("nan"),
-        "status": "" if good else "The states are not finite: the step is too large.",
+        "status": "" if good else motion.failure or "The states are not finite.",
     }
 
 
@@ -158,25 +176,19 @@ def _absent(engine: str, why: str) -> dict[str, Any]:
     return {"engine": engine, **blank, "status": why}
 
 
-def _moved(python: Path) -> Mapping[str, Any]:
-    """The answer to the job by the MuJoCo of this interpreter."""
-    printed = finished([str(python), "-I", str(SCRIPT)], json.dumps(_job()))
-    return json.loads(printed)
-
-
 def _bodies() -> dict[str, Any]:
     """H's free body on a ball joint and, translating too, on a free joint; equal attitudes."""
     return {"ball": galvi.problems.free_rigid_body(), "free": galvi.problems.free_body_se3()}
 
 
-def _job() -> dict[str, Any]:
-    models = {}
+def _runs() -> dict[str, OwnRun]:
+    runs = {}
     for joint, problem in _bodies().items():
-        qpos, qvel = to_mujoco(joint, problem.q0, problem.v0)
-        mjcf = mujoco_body(problem.system).mjcf()
-        models[joint] = {"mjcf": mjcf, "qpos": qpos.tolist(), "qvel": qvel.tolist()}
-    models[NESTED] = {**models[NESTED_ON], "mjcf": _nested(models[NESTED_ON]["mjcf"])}
-    return {"models": models, "steps": STEPS, "duration": DURATION, "samples": SAMPLES}
+        start = to_mujoco(joint, problem.q0, problem.v0)
+        job = {"mjcf": mujoco_body(problem.system).mjcf()}
+        runs[joint] = OwnRun("mujoco", PROGRAM, job, *start, "", STEPS[0], DURATION, None, "")
+    nested = {"mjcf": _nested(runs[NESTED_ON].job["mjcf"])}
+    return {**runs, NESTED: replace(runs[NESTED_ON], job=nested)}
 
 
 def _nested(mjcf: str) -> str:
@@ -198,13 +210,5 @@ def _truth() -> Array:
 
 @cache
 def _digest() -> str:
-    asked = SCRIPT.read_bytes() + json.dumps(_job()).encode()
-    return hashlib.sha256(asked).hexdigest()[:8]
-
-
-def _current() -> str:
-    """The requirement of the installed version, or the minimum of the references."""
-    try:
-        return f"mujoco-core=={metadata.version('mujoco-core')}"
-    except metadata.PackageNotFoundError:
-        return "mujoco-core==4.0.1"
+    job = [[run.job, asked(run)] for run in _runs().values()]
+    return hashlib.sha256(PROGRAM.read_bytes() + json.dumps(job).encode()).hexdigest()[:8]

@@ -122,7 +122,7 @@ def read(
             f"Save the file in UTF-8."
         ) from None
     mine, differences = without(theirs, left_out)
-    number = None if key is None else _keyframe(theirs, key)
+    number = None if key is None else keyframe_number(theirs, key)
     asked = (("qpos", qpos, theirs.nq), ("qvel", qvel, theirs.nv))
     starts = [None if x is None else input_checks.array(one, x, (size,)) for one, x, size in asked]
     controls = None if ctrl is None else _controls(mine, ctrl)
@@ -138,7 +138,7 @@ def read(
     problem = Problem(
         system, q, v, name=name, parameters={
             "ignored": tuple(sorted(left_out)),
-            "integrator": _integrator(theirs),
+            "integrator": integrator_name(theirs),
             "dt": float(theirs.opt.timestep),
             **({} if key is None else {"key": key}),
         },
@@ -168,7 +168,7 @@ def _controls(model: Any, ctrl: Any) -> Array:
     return found
 
 
-def _keyframe(model: Any, key: Any) -> int:
+def keyframe_number(model: Any, key: Any) -> int:
     """The number of a keyframe."""
     if model.nkey == 0:
         raise ValueError(f"the model has no keyframes; received key {input_checks.shown(key)}.")
@@ -184,7 +184,7 @@ def _keyframe(model: Any, key: Any) -> int:
     )
 
 
-def _integrator(model: Any) -> str:
+def integrator_name(model: Any) -> str:
     """The name of the model's integrator, as in MJCF."""
     import mujoco
 

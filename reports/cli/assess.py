@@ -1,4 +1,4 @@
-"""The commands that assess what is a user's: track, judge and convergence."""
+"""The commands that assess what is a user's: track, judge, versions, tolerance and convergence."""
 
 from __future__ import annotations
 
@@ -54,6 +54,29 @@ def setting(text: str) -> dict[str, Any]:
     return result
 
 
+ModelFile = Annotated[
+    Path,
+    typer.Argument(metavar="FILE", help="A REBOUND file, or a MuJoCo model (.xml, .mjb, .urdf)."),
+]
+Duration = Annotated[
+    float | None,
+    typer.Option(
+        metavar="T",
+        help="In the model's time; by default 100 revolutions of the fastest body, or 10 s.",
+    ),
+]
+OwnSetting = Annotated[
+    Any,
+    typer.Option(
+        "--own",
+        metavar="integrator=whfast,dt=0.1",
+        parser=setting,
+        help="Integrator, step and options of your run, where they differ from the file.",
+    ),
+]
+Snapshot = Annotated[
+    int, typer.Option("--snapshot", metavar="N", help="Snapshot of an archive; -1 is the last.")
+]
 Request = Annotated[  # of galvi.judge and galvi.convergence
     Path | None, typer.Option("--request", hidden=True)
 ]
@@ -152,34 +175,14 @@ def _show_history(suite: Suite, options: Options) -> int:
 
 def judge_model(
     context: typer.Context,
-    file: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FILE", help="A REBOUND file, or a MuJoCo model (.xml, .mjb, .urdf)."
-        ),
-    ],
-    duration: Annotated[
-        float | None,
-        typer.Option(
-            metavar="T",
-            help="In the model's time; by default 100 revolutions of the fastest body, or 10 s.",
-        ),
-    ] = None,
+    file: ModelFile,
+    duration: Duration = None,
     error: Annotated[
         float | None,
         typer.Option(metavar="E", help="Largest acceptable error; exit 1 if your run exceeds it."),
     ] = None,
-    own: Annotated[
-        Any,
-        typer.Option(
-            metavar="integrator=whfast,dt=0.1",
-            parser=setting,
-            help="Integrator, step and options of your run, where they differ from the file.",
-        ),
-    ] = None,
-    snapshot: Annotated[
-        int, typer.Option(metavar="N", help="Snapshot of an archive; -1 is the last.")
-    ] = -1,
+    own: OwnSetting = None,
+    snapshot: Snapshot = -1,
     key: Key = None,
     ignore: Ignore = None,
     qpos: Positions = None,
@@ -213,6 +216,71 @@ def judge_model(
     with as_usage_error(*REFUSALS):
         judgement = judgement_of(file, asked)
     return report_judgement(judgement, file, asked.error, folder, command, called)
+
+
+def compare_versions(
+    context: typer.Context,
+    file: ModelFile,
+    releases: Annotated[
+        Any,
+        typer.Option(
+            metavar="3.17.0,4.0.1",
+            parser=words,
+            help="Releases of the engine; 3.6.0..4.0.1 finds where between them something changed. "
+            "By default some, with the installed one.",
+        ),
+    ] = None,
+    duration: Duration = None,
+    own: OwnSetting = None,
+    snapshot: Snapshot = -1,
+    key: Key = None,
+    qpos: Positions = None,
+    qvel: Velocities = None,
+    ctrl: Controls = None,
+    out: Out = OUT / "versions",
+) -> int:
+    """Say between which releases of its engine a model's own run changed, and what of it."""
+    from galvi.interop.judge import JudgeRequest
+    from reports.cli.versions import REFUSALS, report_versions, versions_of
+
+    start = {"snapshot": snapshot, "key": key, "qpos": qpos, "qvel": qvel, "ctrl": ctrl}
+    folder = output_folder(out)
+    with as_usage_error(*REFUSALS):
+        asked = JudgeRequest(duration, own=own or {}, **start)
+        versions = versions_of(file, asked, releases or (), folder)
+    return report_versions(versions, file.name, folder, context.obj.command)
+
+
+def measure_tolerance(
+    context: typer.Context,
+    file: ModelFile,
+    releases: Annotated[
+        Any,
+        typer.Option(
+            metavar="3.17.0,4.0.1",
+            parser=words,
+            help="Releases of the engine that the test is to pass with, too.",
+        ),
+    ] = None,
+    duration: Duration = None,
+    own: OwnSetting = None,
+    snapshot: Snapshot = -1,
+    key: Key = None,
+    qpos: Positions = None,
+    qvel: Velocities = None,
+    ctrl: Controls = None,
+    out: Out = OUT / "tolerance",
+) -> int:
+    """Say what bound a regression test of a model's own run should have, by measured rounding."""
+    from galvi.interop.judge import JudgeRequest
+    from reports.cli.tolerance import REFUSALS, report_tolerance, tolerance_of
+
+    start = {"snapshot": snapshot, "key": key, "qpos": qpos, "qvel": qvel, "ctrl": ctrl}
+    folder = output_folder(out)
+    with as_usage_error(*REFUSALS):
+        asked = JudgeRequest(duration, own=own or {}, **start)
+        tolerance = tolerance_of(file, asked, releases or (), folder)
+    return report_tolerance(tolerance, file.name, folder, context.obj.command)
 
 
 def tabulate_convergence(

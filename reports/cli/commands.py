@@ -3,7 +3,7 @@
 0    nothing worse and nothing unexpected; absent engines that were not required, new integrators,
      and benchmarks that neither side can run are listed, and are no failure
 1    something got worse, a verdict is not as expected, a study failed, a required engine is absent,
-     or a judged run does not reach its error
+     a judged run does not reach its error, or no bound holds at the end of a run
 2    the command could not be carried out, for whatever reason, as that no benchmark runs on both
      sides, with one sentence why: in CI, treat it as a failure
 3    likewise, for want of a package that is not installed
@@ -38,6 +38,8 @@ COMMANDS: Mapping[str, Callable[..., int]] = {
     "export": results.export,
     "track": assess.track_performance,
     "judge": assess.judge_model,
+    "versions": assess.compare_versions,
+    "tolerance": assess.measure_tolerance,
     "convergence": assess.tabulate_convergence,
     "warm": measure.warm_kernels,
     "merge": results.merge_reports,

@@ -26,7 +26,8 @@ WORDS = ("claims", "require")  # on the command line words with commas
 COMMANDS = ("verify", "compare", "build", "track")  # that take all of their defaults from the table
 FOLDERS = {  # command -> its folder in the output folder
     **dict.fromkeys((*COMMANDS, "studies", "export", "merge", "readme"), ""),
-    "judge": "judge", "convergence": "convergence",
+    "judge": "judge", "versions": "versions", "tolerance": "tolerance",
+    "convergence": "convergence",
 }  # fmt: skip
 
 

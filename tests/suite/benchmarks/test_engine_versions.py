@@ -5,26 +5,29 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.applications.releases.requirements import installed
 from benchmarks.statistics.convergence_fits import algebraic
 from benchmarks.store.isolated_environment import NotHere, finished
 from benchmarks.studies import engine_versions
 from benchmarks.studies.engine_versions import COLUMNS, STEPS, judged, parts, stored
+from references.mujoco.own_model import NO_INTEGRATOR
 from references.mujoco.steps import MUJOCO_RK4
 
 needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
-WANTED = ("mujoco==3.6.0", "mujoco-core==4.0.1")
+OLD = "3.6.0"
 
 
 @pytest.fixture(scope="module")
-def told():
-    """What the installed version says."""
-    return engine_versions._moved(Path(sys.executable))
+def answers():
+    """Those of the installed version."""
+    return engine_versions.answers()
 
 
 def order(frame: pd.DataFrame, joint: str, integrator: str) -> float:
@@ -36,8 +39,8 @@ def order(frame: pd.DataFrame, joint: str, integrator: str) -> float:
 @pytest.mark.slow_cases("ball")
 @needs_mujoco
 @pytest.mark.parametrize("joint", ["ball", "free"])
-def test_the_installed_version_turns_bodies_with_order_4_by_rk4_and_1_by_the_others(told, joint):
-    frame = pd.DataFrame(judged("mujoco-core", told))
+def test_the_installed_version_turns_bodies_with_order_4_by_rk4_and_1_by_the_others(answers, joint):
+    frame = pd.DataFrame(judged(answers))
     assert set(frame["status"]) == {""}
     assert order(frame, joint, "RK4") == pytest.approx(4.0, abs=0.05)  # 4.001
     for integrator in ("Euler", "implicit", "implicitfast", "discrete"):
@@ -45,14 +48,22 @@ def test_the_installed_version_turns_bodies_with_order_4_by_rk4_and_1_by_the_oth
 
 
 @needs_mujoco
-def test_a_wrong_attitude_is_seen_though_its_energy_is_right_and_nan_is_a_status(told):
-    run = next(run for run in told["runs"] if run["integrator"] == "RK4")
-    turned = {**run, "qpos": np.array(run["qpos"])[:, [1, 2, 3, 0]].tolist()}
-    ended = {**run, "qvel": np.full((10, 3), np.nan).tolist()}
-    good, wrong, none = judged("x", {**told, "runs": [run, turned, ended]})
+def test_a_wrong_attitude_is_seen_though_its_energy_is_right_and_a_failure_is_a_status(answers):
+    motions = list(answers["ball"].motions)
+    first = len(STEPS)  # RK4 at the largest step
+    right = motions[first]
+    positions = right.positions[:, [1, 2, 3, 0]]
+    motions[first] = replace(right, positions=positions)
+    ended = np.full_like(right.velocities, np.nan)
+    motions[first + 1] = replace(right, velocities=ended, failure="MuJoCo warned.")
+    motions[first + 2] = replace(right, failure=f"{NO_INTEGRATOR} RK4.")
+    before = judged({"ball": answers["ball"]})
+    after = judged({"ball": replace(answers["ball"], motions=tuple(motions))})
+    assert len(after) == len(before) - 1
+    good, wrong, none = before[first], after[first], after[first + 1]
     assert good["attitude_error"] < 1e-5 and wrong["attitude_error"] > 0.1
     assert good["energy_error"] == wrong["energy_error"] < 1e-7
-    assert np.isnan(none["attitude_error"]) and "not finite" in none["status"]
+    assert np.isnan(none["attitude_error"]) and none["status"] == "MuJoCo warned."
 
 
 def test_a_version_that_is_absent_is_a_row_in_the_short_form(monkeypatch):
@@ -63,9 +74,9 @@ def test_a_version_that_is_absent_is_a_row_in_the_short_form(monkeypatch):
 
 
 @contextmanager
-def half(requirement: str, folder: Path) -> Iterator[Path]:
+def half(package: str, version: str, folder: Path) -> Iterator[Path]:
     """The environment of the tests for one version, none for the older one."""
-    if requirement == WANTED[0]:
+    if version == OLD:
         raise NotHere("No matching distribution found.")
     yield Path(sys.executable)
 
@@ -73,9 +84,8 @@ def half(requirement: str, folder: Path) -> Iterator[Path]:
 @pytest.mark.slow(beside="test_a_version_that_is_absent_is_a_row_in_the_short_form")
 @needs_mujoco
 def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_path, monkeypatch):
-    monkeypatch.setattr(engine_versions, "environment", half)
-    monkeypatch.setattr(engine_versions, "OLDER", WANTED[:1])
-    monkeypatch.setattr(engine_versions, "_current", lambda: WANTED[1])
+    monkeypatch.setattr(engine_versions, "interpreter", half)
+    monkeypatch.setattr(engine_versions, "USUAL", {"mujoco": (OLD,)})
     said: list[str] = []
     assert stored(tmp_path, said.append).empty
     for part in parts(tmp_path, said.append):
@@ -85,6 +95,7 @@ def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_
     rows = stored(tmp_path, said.append)
     assert "mujoco 3.6.0: No matching distribution found." in said
     assert rows["status"].iloc[0] == "No matching distribution found."
+    assert rows["engine"].iloc[-1] == f"mujoco-core {installed('mujoco')}"
     assert len(rows) == 1 + 3 * 5 * len(STEPS) and rows["commit"].ne("").all()
     assert list(rows) == list(COLUMNS)
     monkeypatch.setattr(engine_versions, "_digest", lambda: "ffffffff")  # another question
@@ -107,7 +118,7 @@ def test_the_reason_has_no_addresses_and_no_folders():
     beside="test_the_installed_version_turns_bodies_with_order_4_by_rk4_and_1_by_the_others"
 )
 def test_rk4_turned_bodies_with_order_2_before_version_4(tmp_path):
-    (part,) = parts(tmp_path, print, ["mujoco==3.17.0"])
+    (part,) = parts(tmp_path, print, ["3.17.0"])
     part.run(print)
     frame = part.files.read(part.name)
     if not part.done():

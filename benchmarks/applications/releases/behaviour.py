@@ -1,0 +1,197 @@
+"""What one release of an engine makes of a user's own run, and what of it rounding may move."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.applications.releases.own_run import SAMPLES, Motion, OwnRun
+from benchmarks.statistics.orders import orders
+from benchmarks.store.isolated_environment import NotHere
+from galvi.arrays import Array
+
+EPS = float(np.finfo(float).eps)
+ULPS = 2.0  # of the largest entry, by which each entry of a start is moved
+MOVED = 4  # starts that are moved
+FLOORS = 20.0  # differences above so many floors are changes
+COARSER, LEVELS = 3, 7  # halvings of the step: from eight times the user's to an eighth
+SURE = 0.25  # largest standard error of an order that is seen
+STATES = (2, 5, 9)  # samples at which accelerations are compared, beside the start
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """Rows of numbers, (rows, n), and the floor of each: what rounding may move, (rows,)."""
+
+    values: Array
+    floors: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Behaviour:
+    """What a release does.
+
+    Attributes
+    ----------
+    version
+        such as "4.0.1"
+    failure
+        why there is nothing else, in a sentence; "" where it ran to the end
+    motion
+        the user's run
+    quantities
+        positions, velocities and energy at SAMPLES times, accelerations at the start and STATES
+    order, order_error
+        of the user's integrator over the first of SAMPLES parts of the run; NaN where none is seen
+    energy_change
+        the largest along the run, relative to its largest size
+    """
+
+    version: str
+    failure: str = ""
+    motion: Motion | None = None
+    quantities: Mapping[str, Quantity] | None = None
+    order: float = math.nan
+    order_error: float = math.nan
+    energy_change: float = math.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Questions:
+    """What every release is asked, the same of all.
+
+    Attributes
+    ----------
+    states
+        at which accelerations are compared, as (positions, velocities)
+    sizes
+        the largest position and velocity of the run
+    """
+
+    run: OwnRun
+    states: Sequence[tuple[Array, Array]]
+    sizes: tuple[float, float]
+
+    @classmethod
+    def of(cls, run: OwnRun) -> Questions:
+        """Those of a run, by the installed release. Raises NotHere where it fails, ValueError where
+        nothing moves."""
+        (motion,) = run.answer([run.asked()]).motions
+        _refuse_failed([motion], "your run fails in the installed release")
+        if np.all(motion.positions == run.positions):
+            raise ValueError(
+                "nothing moves in your run, so that nothing can change: start elsewhere, with "
+                "--key, or --qpos and --qvel."
+            )
+        states = [(run.positions, run.velocities)]
+        states += [(motion.positions[k], motion.velocities[k]) for k in STATES]
+        q, v = np.stack([q for q, _ in states]), np.stack([v for _, v in states])
+        return cls(run, states, (_size(q), _size(v)))
+
+    @property
+    def counts(self) -> list[int]:
+        """Numbers of steps in the first part of the run, coarse to fine; none where the integrator
+        chooses them."""
+        if self.run.step is None:
+            return []
+        coarsest = max(1, round(self.run.steps / SAMPLES / 2**COARSER))
+        return [coarsest * 2**k for k in range(LEVELS)]
+
+    def answered(self, version: str, python: Path) -> Behaviour:
+        """What a release does, by this interpreter. Raises NotHere where it fails."""
+        run, signs = self.run, np.random.default_rng(0)
+        starts = [self._moved(run.positions, run.velocities, signs) for _ in range(MOVED)]
+        near = [[self._moved(*each, signs) for _ in range(MOVED)] for each in self.states]
+        states = [state for each, moved in zip(self.states, near, strict=True)
+                  for state in (each, *moved)]  # fmt: skip
+        part = run.duration / SAMPLES
+        levels: list[dict[str, Any]] = [
+            {**run.asked(), "step": part / count, "steps": count, "every": count}
+            for count in self.counts
+        ]
+        runs = [run.asked(), *(run.asked(*start) for start in starts), *levels]
+        answer = run.answer(runs, [run.asked(*state) for state in states], python)
+        own, moved = answer.motions[0], answer.motions[1 : 1 + MOVED]
+        _refuse_failed([own, *moved], "your run fails")
+        motion = {name: self._floored(values, [each.quantities[name] for each in moved])
+                  for name, values in own.quantities.items()}  # fmt: skip
+        order, unsure = self._order(answer.motions[1 + MOVED :], motion)
+        energies = np.array([answer.energies[0], *own.energy])
+        return Behaviour(
+            version, "", own, {**motion, "accelerations": _accelerations(answer.accelerations)},
+            order, unsure, _ratio(float(np.ptp(energies)), _size(energies)),
+        )  # fmt: skip
+
+    def _moved(self, q: Array, v: Array, signs: np.random.Generator) -> tuple[Array, Array]:
+        """A state whose entries are off by ULPS of the largest one of the run, up or down."""
+        q, v = (
+            x + ULPS * EPS * size * signs.choice((-1.0, 1.0), x.size)
+            for x, size in zip((q, v), self.sizes, strict=True)
+        )
+        return q, v
+
+    def _floored(self, values: Array, moved: Sequence[Array]) -> Quantity:
+        """Of a run: the floor of each sample is the largest spread and size until then. FLOORS of
+        it are at least what errors of ULPS in each step add up to."""
+        size = np.abs(values).max(axis=1)
+        spread = np.max([np.abs(each - values).max(axis=1) for each in moved], axis=0)
+        steps = self.run.steps if self.run.step is not None else 0
+        grown = max(1.0, math.sqrt(steps) / FLOORS)
+        floors = np.maximum.accumulate(np.maximum(spread, ULPS * EPS * size))
+        return Quantity(values, grown * floors)
+
+    def _order(
+        self, levels: Sequence[Motion], motion: Mapping[str, Quantity]
+    ) -> tuple[float, float]:
+        """The order, by differences between runs at successive steps, relative to sizes, and its
+        standard error; NaN where differences do not show one."""
+        if not levels:
+            return math.nan, math.nan
+        names = dict(zip(("positions", "velocities"), self.sizes, strict=True))
+        ends = np.stack([
+            np.concatenate([_row(each.quantities[name][0], size) for name, size in names.items()])
+            for each in levels
+        ])  # fmt: skip
+        floor = max(_ratio(motion[name].floors[0], size) for name, size in names.items())
+        apart = np.abs(np.diff(ends, axis=0)).max(axis=1)
+        steps = [1.0 / count for count in self.counts[:-1]]
+        fit = orders(steps, apart.tolist(), truth_error=floor).fit
+        if not fit.points or not fit.uncertainty <= SURE:
+            return math.nan, math.nan
+        return fit.rate, fit.uncertainty
+
+
+def _refuse_failed(motions: Sequence[Motion], words: str) -> None:
+    """NotHere, with these words, where one does not come to its end or is not finite."""
+    for motion in motions:
+        finite = all(np.isfinite(values).all() for values in motion.quantities.values())
+        if motion.failure or not finite:
+            raise NotHere(f"{words}: {motion.failure or 'its states are not finite.'}")
+
+
+def _accelerations(rows: Sequence[Array]) -> Quantity:
+    """Of each state the accelerations, and how far those of its neighbours are from them."""
+    values, floors = [], []
+    for k in range(0, len(rows), 1 + MOVED):
+        here, *near = rows[k : k + 1 + MOVED]
+        spread = max(float(np.abs(each - here).max()) for each in near)
+        values.append(here)
+        floors.append(max(spread, ULPS * EPS * _size(here)))
+    return Quantity(np.stack(values), np.array(floors))
+
+
+def _size(values: Array) -> float:
+    return float(np.abs(values).max(initial=0.0))
+
+
+def _row(values: Array, size: float) -> Array:
+    return values / size if size else values
+
+
+def _ratio(value: float, size: float) -> float:
+    return float(value) / size if size else float(value)

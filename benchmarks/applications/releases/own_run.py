@@ -1,0 +1,331 @@
+"""A user's own run, as its engine does it: in this environment, or in that of another release."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.applications.judging import bodies, trees
+from benchmarks.applications.judging.candidate import Model
+from benchmarks.store.isolated_environment import finished
+from galvi import input_checks
+from galvi.arrays import Array
+from galvi.interop import from_mujoco, rebound
+from galvi.interop.judge import MODELS, JudgeRequest
+from galvi.interop.rebound_contents import ALL_ACTIVE, OPTIONS
+from references.mujoco import own_model
+from references.rebound import own_simulation
+from references.rebound.users import defaults
+
+SAMPLES = 10  # times at which a run is compared
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A run.
+
+    Attributes
+    ----------
+    positions, velocities : array, shape (saved, n)
+        after the start; rows past a failure are NaN
+    energy, kinetic : array, shape (saved,)
+        the whole energy, and the kinetic part of it
+    failure
+        one sentence, "" where it came to its end
+    """
+
+    positions: Array
+    velocities: Array
+    energy: Array
+    kinetic: Array
+    failure: str
+
+    @property
+    def quantities(self) -> dict[str, Array]:
+        """What a test would compare, by name, (saved, values of it)."""
+        every = {"positions": self.positions, "velocities": self.velocities}
+        return {**every, "energy": self.energy[:, None]}
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What an engine's release makes of a user's run: the release, a motion for each that was asked
+    for, and the accelerations (n,) and the energy at each state."""
+
+    release: str
+    motions: tuple[Motion, ...]
+    accelerations: tuple[Array, ...]
+    energies: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class OwnRun:
+    """What a user runs, without the engine.
+
+    Attributes
+    ----------
+    package
+        the engine's name on the package index
+    program, job
+        what is run in an environment, and what it reads: see the program
+    positions, velocities : array, shape (n,)
+        the start, in the engine's coordinates
+    integrator, step
+        the user's; the step is None where the integrator chooses it
+    duration
+        a multiple of SAMPLES steps, at whose equal parts it is compared
+    model, unread
+        as `judge` reads it, None where it cannot; then a sentence why
+    """
+
+    package: str
+    program: Path
+    job: Mapping[str, Any]
+    positions: Array
+    velocities: Array
+    integrator: str
+    step: float | None
+    duration: float
+    model: Model | None
+    unread: str
+
+    @property
+    def times(self) -> Array:
+        """Those after the start at which it is compared, (SAMPLES,)."""
+        return self.duration * np.arange(1, SAMPLES + 1) / SAMPLES
+
+    @property
+    def steps(self) -> int:
+        """Of the whole run; the integrator must take equal ones."""
+        assert self.step is not None
+        return round(self.duration / self.step)
+
+    def asked(
+        self, positions: Array | None = None, velocities: Array | None = None, steps: int = 0
+    ) -> dict[str, Any]:
+        """A run of the job: from this start in place of the user's, in so many steps, a multiple of
+        SAMPLES, in place of the user's."""
+        start = self._start(
+            self.positions if positions is None else positions,
+            self.velocities if velocities is None else velocities,
+        )
+        if self.package == "mujoco":
+            start["integrator"] = self.integrator
+        if self.step is None:
+            return {**start, "times": (self.job.get("t", 0.0) + self.times).tolist()}
+        count = steps or self.steps
+        step = self.step if count == self.steps else self.duration / count
+        return {**start, "step": step, "steps": count, "every": count // SAMPLES}
+
+    def _start(self, positions: Array, velocities: Array) -> dict[str, Any]:
+        if self.package == "mujoco":
+            return {"qpos": positions.tolist(), "qvel": velocities.tolist()}
+        masses = np.array([row[0] for row in self.job["particles"]])[:, None]
+        rows = (masses, positions.reshape(-1, 3), velocities.reshape(-1, 3))
+        return {"particles": np.hstack(rows).tolist()}
+
+    def answer(
+        self,
+        runs: Sequence[Mapping[str, Any]],
+        states: Sequence[Mapping[str, Any]] = (),
+        python: str | Path = sys.executable,
+        environment: Mapping[str, str] | None = None,
+        threads: int = 1,
+    ) -> Answer:
+        """The engine's answer, in a process of its own.
+
+        Parameters
+        ----------
+        runs, states
+            see `asked`
+        python
+            the interpreter of the environment with the release
+        environment
+            variables that are set besides
+        threads
+            in which MuJoCo's runs are done at once
+
+        Raises
+        ------
+        NotHere
+            Where the program fails.
+        """
+        job = {**self.job, "runs": list(runs), "threads": threads}
+        places = [each if self.package == "mujoco" else each["particles"] for each in states]
+        command = [str(python), "-I", str(self.program)]
+        said = json.loads(finished(command, json.dumps({**job, "states": places}), environment))
+        return Answer(
+            f"{self.package} {said['release']}",
+            tuple(self._motion(each) for each in said["runs"]),
+            tuple(np.ravel(each) for each in said["accelerations"]),
+            tuple(said["energies"]),
+        )
+
+    def _motion(self, said: Mapping[str, Any]) -> Motion:
+        if self.package == "mujoco":
+            rows = said["qpos"], said["qvel"]
+        else:
+            particles = [np.array(each) for each in said["particles"]]
+            rows = [x[:, 1:4].ravel() for x in particles], [x[:, 4:].ravel() for x in particles]
+        positions, velocities = (
+            _filled(each, SAMPLES, start.size)
+            for each, start in zip(rows, (self.positions, self.velocities), strict=True)
+        )
+        energy, kinetic = (
+            _filled([[each] for each in said[name]], SAMPLES, 1)[:, 0]
+            for name in ("energy", "kinetic")
+        )
+        return Motion(positions, velocities, energy, kinetic, said["failure"])
+
+
+def _filled(rows: Sequence[Any], count: int, size: int) -> Array:
+    """The rows, and NaN after them."""
+    values = np.full((count, size), np.nan)
+    if len(rows):
+        values[: len(rows)] = rows
+    return values
+
+
+def read_own_run(file: Path, request: JudgeRequest) -> OwnRun:
+    """A user's run: a MuJoCo model, whatever is in it, or a REBOUND simulation.
+
+    Parameters
+    ----------
+    request
+        duration, the own integrator and its step, and the start, as `judge` has them
+
+    Raises
+    ------
+    ValueError, FileNotFoundError, ImportError, RuntimeError
+        For what cannot be run, in a sentence.
+    """
+    return _of_mujoco(file, request) if file.suffix in MODELS else _of_rebound(file, request)
+
+
+def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
+    if request.snapshot != -1 or request.extras:
+        raise ValueError(f"--snapshot and --extras are for REBOUND files; received {file}.")
+    model = from_mujoco.model_of(file)
+    job: dict[str, Any] = {"file": str(file.resolve())}
+    if request.key is not None:
+        job["key"] = from_mujoco.keyframe_number(model, request.key)
+    for name, size in (("qpos", model.nq), ("qvel", model.nv), ("ctrl", model.nu)):
+        given = getattr(request, name)
+        if given is not None:
+            job[name] = input_checks.array(name, given, (size,)).tolist()
+    name = from_mujoco.integrator_name(model)
+    known = dict.fromkeys(trees.INTEGRATORS, ())
+    integrator, step = _own(request, name, model.opt.timestep, known)
+    if step is not None and step < 0.0:
+        raise ValueError(f"own dt of a MuJoCo model must be positive; received {step:g}.")
+    job["integrator"] = integrator
+    span = trees.DURATION if request.duration is None else request.duration
+    duration, step = _whole(trees.span(span, 0.0), step)
+    start = own_model.at_start(model, job)
+    try:
+        mine = request.key, request.qpos, request.qvel, request.ctrl
+        read, unread = Model(*from_mujoco.read(model, (), *mine)), ""
+    except ValueError as error:
+        read, unread = None, " ".join(str(error).split())
+    return OwnRun(
+        "mujoco", Path(own_model.__file__), job, start.qpos.copy(), start.qvel.copy(),
+        integrator, step, duration, read, unread,
+    )  # fmt: skip
+
+
+def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
+    mine = (request.key, request.qpos, request.qvel, request.ctrl)
+    if any(value is not None for value in mine):
+        raise ValueError(
+            f"--key, --qpos, --qvel and --ctrl are for MuJoCo models; received {file}."
+        )
+    if request.extras:
+        raise ValueError("forces of REBOUNDx cannot be run in other releases; leave --extras out.")
+    problem, sim = rebound.read(file, request.snapshot)
+    if problem.q0.shape[1] != 3:
+        raise ValueError("a simulation must have three dimensions.")
+    kept = problem.parameters
+    integrator, step = _own(request, kept["integrator"], kept.get("dt"), OPTIONS_OF)
+    integrator = integrator.lower()
+    options = {**kept.get("options", {})} if integrator == kept["integrator"] else {}
+    usual = defaults(integrator)  # of this release: the others have theirs
+    options = {name: value for name, value in options.items() if usual.get(name) != value}
+    options |= {name: value for name, value in request.own.items() if name not in OWN}
+    span = bodies.default_duration(problem) if request.duration is None else request.duration
+    input_checks.positive("duration", abs(span))
+    duration, step = (span, None) if integrator in bodies.ADAPTIVE else _whole(span, step)
+    masses = np.array([particle.m for particle in sim.particles])
+    particles = np.hstack([masses[:, None], problem.q0, problem.v0])
+    job = {
+        "G": problem.system.G, "t": problem.t0, "integrator": integrator,
+        "step": step or kept.get("dt"), "settings": _settings(sim),
+        "options": {name: value.lower() if isinstance(value, str) else value
+                    for name, value in options.items()},
+        "particles": particles.tolist(),
+    }  # fmt: skip
+    return OwnRun(
+        "rebound", Path(own_simulation.__file__), job, problem.q0.ravel(), problem.v0.ravel(),
+        integrator, step, duration, Model(problem, sim), "",
+    )  # fmt: skip
+
+
+def _settings(sim: Any) -> dict[str, Any]:
+    """What of a simulation changes its run besides integrator, step and particles; `read` refuses
+    all but these."""
+    if sim.gravity == "tree":
+        raise ValueError(
+            "gravity by a tree cannot be run from its particles alone; set sim.gravity = 'basic'."
+        )
+    active = {} if sim.N_active in ALL_ACTIVE else {"N_active": sim.N_active}
+    return active | ({"gravity": sim.gravity} if sim.gravity == "compensated" else {})
+
+
+OWN = ("integrator", "dt")
+OPTIONS_OF = {name: OPTIONS[name] for name in bodies.INTEGRATORS}
+
+
+def _own(
+    request: JudgeRequest, integrator: str, step: float | None, known: Mapping[str, Sequence[str]]
+) -> tuple[str, float | None]:
+    """The user's integrator and step: as asked for, else the file's.
+
+    Parameters
+    ----------
+    known
+        the options of each integrator
+
+    Raises
+    ------
+    ValueError
+        For an integrator that is not among them, and an option that it has not.
+    """
+    name = str(request.own.get("integrator", integrator))
+    if name.lower() not in known:
+        raise ValueError(f"own integrator must be one of {', '.join(known)}; received {name!r}.")
+    options = known[name.lower()]
+    wrong = [each for each in request.own if each not in (*OWN, *options)]
+    if wrong:
+        raise ValueError(
+            f"options of your run must be among {', '.join((*OWN, *options))} with {name}; "
+            f"received {wrong[0]!r}."
+        )
+    asked = request.own.get("dt", step)
+    return name, None if asked is None else input_checks.real("own dt", asked)
+
+
+def _whole(duration: float, step: float | None) -> tuple[float, float]:
+    """The duration, lengthened to a multiple of SAMPLES steps, and the step; both are negative
+    where one of them is."""
+    if not step:
+        raise ValueError("the step must not be 0; give --own dt=STEP.")
+    steps = input_checks.positive("duration", abs(duration)) / abs(step)
+    count = SAMPLES * max(1, math.ceil(round(steps, 9) / SAMPLES))
+    step = -abs(step) if duration < 0.0 else step
+    return count * step, step

@@ -1,0 +1,89 @@
+"""Releases of an engine: those installed and on the package index, and an interpreter of each."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from benchmarks.store.isolated_environment import NotHere, environment, finished
+
+# Those that are compared where none are named, with the installed one.
+USUAL = {
+    "mujoco": ("3.6.0", "3.10.0", "3.11.0", "3.13.0", "3.17.0"),
+    "rebound": ("3.28.4", "4.0.3", "4.6.0", "5.0.1"),
+}
+CORE = "mujoco-core"  # the library alone, from 4 on
+RANGE = ".."
+PATTERN = re.compile(r"\d+(\.\d+)+(\.post\d+)?")
+
+
+def installed(package: str) -> str:
+    """The release in this environment; "" without one."""
+    try:
+        return str(importlib.import_module(package).__version__)
+    except ImportError:
+        return ""
+
+
+def by_age(version: str) -> tuple[int, ...]:
+    """A key that puts 3.6.0 before 3.10.0."""
+    return tuple(map(int, re.findall(r"\d+", version)))
+
+
+def requirement(package: str, version: str) -> str:
+    """What pip is asked to install."""
+    of_core = package == "mujoco" and by_age(version) >= (4,)
+    return f"{CORE if of_core else package}=={version}"
+
+
+def asked_releases(package: str, texts: Sequence[str]) -> tuple[list[str], bool]:
+    """The releases of a list, oldest first, and whether it is a range, of which they are the ends.
+
+    Parameters
+    ----------
+    texts
+        such as ["3.17.0", "4.0.1"] or ["3.6.0..4.0.1"]; without any, those of USUAL
+
+    Raises
+    ------
+    ValueError
+        For another text.
+    """
+    whole = len(texts) == 1 and RANGE in texts[0]
+    versions = texts[0].split(RANGE) if whole else list(texts or USUAL[package])
+    wrong = [each for each in versions if not PATTERN.fullmatch(each)]
+    if wrong or (whole and len(versions) != 2):
+        raise ValueError(
+            f"--releases expects releases as 3.17.0,4.0.1, or two ends as 3.6.0{RANGE}4.0.1; "
+            f"received {','.join(texts)!r}."
+        )
+    return sorted(dict.fromkeys(versions), key=by_age), whole
+
+
+def listed(package: str) -> list[str]:
+    """All final releases on the package index, oldest first. Raises NotHere where it is not
+    reached."""
+    versions: set[str] = set()
+    for name in (package, CORE) if package == "mujoco" else (package,):
+        pip = [sys.executable, "-I", "-m", "pip", "--disable-pip-version-check", "index"]
+        printed = finished([*pip, "versions", "--only-binary=:all:", name])
+        line = re.search("^Available versions: (.*)$", printed, re.MULTILINE)
+        if line is None:
+            raise NotHere(f"pip lists no releases of {name}.")
+        versions |= {each for each in line[1].split(", ") if PATTERN.fullmatch(each)}
+    return sorted(versions, key=by_age)
+
+
+@contextmanager
+def interpreter(package: str, version: str, folder: Path) -> Iterator[Path]:
+    """The interpreter of an environment with this release, which is removed afterwards; of this
+    environment, where it is installed. Raises NotHere where it cannot be had."""
+    if version == installed(package):
+        yield Path(sys.executable)
+    else:
+        with environment(requirement(package, version), folder) as python:
+            yield python

@@ -1,0 +1,209 @@
+"""Between which releases of its engine a user's own run changed, and what of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.applications.releases.behaviour import FLOORS, Behaviour, Questions
+from benchmarks.applications.releases.own_run import OwnRun
+from benchmarks.applications.releases.requirements import by_age, installed, interpreter, listed
+from benchmarks.applications.releases.run_truth import RunTruth, truth_of
+from benchmarks.store.isolated_environment import NotHere
+from galvi.arrays import Array
+
+APART = 0.5  # by which orders differ that are not the same
+OF_ONE_RELEASE = (".mjb", ".mjz")  # compiled models, and archives that older releases cannot read
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Of one quantity in two releases: at the last sample where it is a change, else where it is
+    largest.
+
+    Attributes
+    ----------
+    quantity
+        positions, velocities, energy, accelerations
+    sample
+        number of the row, from 0
+    size, relative
+        the largest of an entry, and that relative to the largest entry of the earlier release
+    floors
+        in units of the floor
+    """
+
+    quantity: str
+    sample: int
+    size: float
+    relative: float
+    floors: float
+
+    @property
+    def is_change(self) -> bool:
+        """Whether it is more than rounding."""
+        return self.floors > FLOORS
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """From one release to the next."""
+
+    earlier: Behaviour
+    later: Behaviour
+
+    @property
+    def differences(self) -> list[Difference]:
+        """Of all quantities."""
+        before, after = self.earlier.quantities or {}, self.later.quantities or {}
+        return [
+            _difference(name, before[name].values, after[name].values,
+                        np.maximum(before[name].floors, after[name].floors))
+            for name in before
+        ]  # fmt: skip
+
+    @property
+    def order_changed(self) -> bool:
+        """Whether both show an order, and not the same."""
+        return abs(self.earlier.order - self.later.order) > APART
+
+    @property
+    def changed(self) -> bool:
+        """Whether anything did."""
+        return self.order_changed or any(each.is_change for each in self.differences)
+
+
+def _difference(quantity: str, before: Array, after: Array, floors: Array) -> Difference:
+    sizes = np.abs(after - before).max(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = np.where(sizes > 0.0, sizes / floors, 0.0)
+    above = np.flatnonzero(ratios > FLOORS)
+    k = int(above[-1] if above.size else np.argmax(sizes))
+    scale = float(np.abs(before[k]).max())
+    relative = sizes[k] / scale if scale else sizes[k]
+    return Difference(quantity, k, float(sizes[k]), float(relative), float(ratios[k]))
+
+
+@dataclass(frozen=True, eq=False)
+class Versions:
+    """What the releases do.
+
+    Attributes
+    ----------
+    behaviours
+        by version, oldest first, also those that failed
+    truth
+        None where there is none; then ``without`` is a sentence why
+    """
+
+    run: OwnRun
+    behaviours: dict[str, Behaviour]
+    truth: RunTruth | None
+    without: str = ""
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def newest(self) -> Behaviour:
+        """Of the installed release."""
+        return self.behaviours[installed(self.run.package)]
+
+    @property
+    def steps(self) -> list[Step]:
+        """Between each release that ran and the next that did."""
+        ran = [each for each in self.behaviours.values() if not each.failure]
+        return [Step(*pair) for pair in pairwise(ran)]
+
+    def error(self, behaviour: Behaviour) -> float:
+        """Of the user's own run, against the truth; NaN without."""
+        if self.truth is None or behaviour.motion is None:
+            return math.nan
+        return self.truth.error(behaviour.motion)
+
+
+def compare_releases(
+    run: OwnRun,
+    versions: Sequence[str],
+    halved: bool,
+    folder: Path,
+    report: Callable[[str], None] = lambda sentence: None,
+) -> Versions:
+    """What these releases and the installed one make of a user's run.
+
+    Parameters
+    ----------
+    halved
+        whether releases between the first and the last of them are tried too, so that each change
+        is between neighbours
+    folder
+        in which environments are made, one after the other, and removed
+
+    Raises
+    ------
+    ValueError
+        Where fewer than two releases ran, or the file is of one release only.
+    NotHere
+        Where the installed release cannot do it.
+    """
+    file = Path(run.job.get("file", ""))
+    if file.suffix in OF_ONE_RELEASE:
+        raise ValueError(
+            f"other releases cannot read {file.name}, which holds what one of them compiled; give "
+            f"the .xml or .urdf that it was made from."
+        )
+    report(f"{run.package} {installed(run.package)}: your run")
+    questions = Questions.of(run)
+    behaviours: dict[str, Behaviour] = {}
+
+    def behaviour_of(version: str) -> Behaviour:
+        if version not in behaviours:
+            report(f"{run.package} {version}")
+            behaviours[version] = _behaviour(questions, version, folder)
+        return behaviours[version]
+
+    every = sorted({*versions, installed(run.package)}, key=by_age)
+    for version in every:
+        behaviour_of(version)
+    notes = _halve(run.package, versions, behaviour_of) if halved else []
+    ordered = {version: behaviours[version] for version in sorted(behaviours, key=by_age)}
+    failures = [f"{name}: {each.failure}" for name, each in ordered.items() if each.failure]
+    if len(ordered) - len(failures) < 2:
+        raise ValueError("; ".join(["fewer than two releases ran", *failures]))
+    report("truth")
+    return Versions(run, ordered, *truth_of(run), notes)
+
+
+def _behaviour(questions: Questions, version: str, folder: Path) -> Behaviour:
+    """What a release does, or why it does not."""
+    try:
+        with interpreter(questions.run.package, version, folder) as python:
+            return questions.answered(version, python)
+    except (NotHere, ValueError) as error:  # ValueError: other coordinates, no JSON
+        return Behaviour(version, " ".join(str(error).split()))
+
+
+def _halve(
+    package: str, ends: Sequence[str], behaviour_of: Callable[[str], Behaviour]
+) -> list[str]:
+    """Try releases between the two, until each change is between neighbours that can be tried;
+    returns a note where an end fails, so that there is nothing to halve."""
+    earlier, later = behaviour_of(ends[0]), behaviour_of(ends[-1])
+    failed = [each for each in (earlier, later) if each.failure]
+    if failed:
+        return [f"No releases between the ends were tried, since {failed[0].version} fails."]
+    versions = listed(package)
+    open_steps = [Step(earlier, later)]
+    while open_steps:
+        step = open_steps.pop()
+        first, last = by_age(step.earlier.version), by_age(step.later.version)
+        between = [each for each in versions if first < by_age(each) < last]
+        while between and step.changed:
+            middle = behaviour_of(between.pop(len(between) // 2))
+            if not middle.failure:
+                open_steps += [Step(step.earlier, middle), Step(middle, step.later)]
+                break
+    return []

@@ -1,0 +1,111 @@
+"""Runs a user's own simulation of point masses: a program for the Python of any REBOUND release.
+
+It reads a job from its input and writes an answer, both as JSON. A file of one release cannot be
+read by all others, so that the job holds what the file does:
+
+    job     "G", "t", "integrator", "step", "options" of the integrator by name, "settings" of the
+            simulation by name, "particles": rows of mass, position and velocity; "runs": a list of
+            {"particles", "step", which may be absent, "steps": n, "every": k} or, for an integrator
+            that chooses its steps, {"particles", "times": a list}; "states": a list of particles
+    answer  {"release", "runs": for each run the rows of particles at every k-th step after the
+            start or at each time, of energy and the kinetic part of it, and "failure", a sentence
+            or "";
+            "accelerations": those of each body at each state, "energies": of each state}
+
+Nothing is judged here, so that all releases are judged alike.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import sys
+import warnings
+from typing import Any
+
+STATE = ("m", "x", "y", "z", "vx", "vy", "vz")
+
+
+def made(job: dict[str, Any], particles: list[list[float]]) -> Any:
+    """The simulation of a job from these particles; ValueError for what the release has not."""
+    import rebound
+
+    sim = rebound.Simulation()
+    sim.G, sim.t = job["G"], job["t"]
+    for row in particles:
+        sim.add(**dict(zip(STATE, row, strict=True)))
+    for name, value in job.get("settings", {}).items():
+        setattr(sim, name, value)
+    sim.integrator = job["integrator"]
+    held = sim.integrator if hasattr(sim.integrator, "name") else (
+        getattr(sim, f"ri_{job['integrator']}", None)
+    )  # fmt: skip
+    for name, value in job.get("options", {}).items():
+        if not hasattr(held, name):
+            raise ValueError(f"This release's {job['integrator']} has no option {name}.")
+        try:
+            setattr(held, name, value)
+        except ValueError:  # 10_6_4 of SABA is 10,6,4 in releases before 5
+            setattr(held, name, str(value).replace("_", ","))
+    return sim
+
+
+def state(sim: Any) -> tuple[list[list[float]], float]:
+    """The particles and the energy now, of a copy that is synchronised."""
+    seen = sim.copy()
+    (getattr(seen, "synchronize", None) or seen.integrator_synchronize)()
+    energy = (getattr(seen, "energy", None) or seen.calculate_energy)()
+    return [[getattr(p, name) for name in STATE] for p in seen.particles], float(energy)
+
+
+def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
+    """One run of the job; up to its failure where it fails."""
+    rows: dict[str, Any] = {"particles": [], "energy": [], "kinetic": [], "failure": ""}
+    try:
+        sim = made(job, asked.get("particles") or job["particles"])
+        sim.dt = asked.get("step") or job["step"]
+        sim.exact_finish_time = int("times" in asked)  # WHFast512 takes none but whole steps
+        for time in asked.get("times") or [None] * (asked["steps"] // asked["every"]):
+            if time is None:
+                sim.steps(asked["every"])
+            else:
+                sim.integrate(time)
+            particles, energy = state(sim)
+            rows["particles"].append(particles)
+            rows["energy"].append(energy)
+            rows["kinetic"].append(sum(0.5 * m * (u * u + v * v + w * w)
+                                       for m, _, _, _, u, v, w in particles))  # fmt: skip
+    except Exception as error:  # whatever a release does
+        rows["failure"] = f"{type(error).__name__}: {error}"
+    return rows
+
+
+def accelerations(sim: Any) -> list[list[float]]:
+    """Those of each body."""
+    import rebound
+
+    library = rebound.clibrebound
+    update = getattr(library, "reb_simulation_update_acceleration", None) or (
+        library.reb_update_acceleration
+    )
+    update(ctypes.byref(sim))
+    return [[p.ax, p.ay, p.az] for p in sim.particles]
+
+
+def answer(job: dict[str, Any]) -> dict[str, Any]:
+    """The answer to a job."""
+    import rebound
+
+    warnings.simplefilter("ignore")
+    plain = {**job, "integrator": "leapfrog", "options": {}}
+    states = [made(plain, each) for each in job.get("states", [])]
+    return {
+        "release": rebound.__version__,
+        "runs": [run(job, asked) for asked in job.get("runs", [])],
+        "energies": [state(sim)[1] for sim in states],
+        "accelerations": [accelerations(sim) for sim in states],
+    }
+
+
+if __name__ == "__main__":
+    json.dump(answer(json.load(sys.stdin)), sys.stdout)

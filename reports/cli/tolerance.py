@@ -1,0 +1,66 @@
+"""`tolerance`: what bound a regression test of a user's own run should have."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from benchmarks.applications.releases.own_run import SAMPLES, read_own_run
+from benchmarks.applications.releases.requirements import RANGE, asked_releases
+from benchmarks.applications.releases.tolerance import Tolerance, measure
+from benchmarks.store.atomic import write
+from benchmarks.store.foreign_texts import visible
+from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.provenance import provenance
+from galvi.interop.judge import JudgeRequest
+from reports.cli.handed_over import show_progress
+from reports.judge.files import plain
+from reports.tables.tolerance import (
+    bounds_table,
+    contents,
+    lines_to_paste,
+    sentences,
+    write_tolerance,
+)
+from reports.tables.writing import as_markdown
+
+COMMAND = "tolerance"
+REFUSALS = (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError, NotHere)
+progress = partial(show_progress, COMMAND)
+
+
+def tolerance_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: Path) -> Tolerance:
+    """The tolerance of the run of a file. Raises REFUSALS for what cannot be carried out."""
+    run = read_own_run(file, request)
+    releases, halved = asked_releases(run.package, texts) if texts else ([], False)
+    if halved:
+        raise ValueError(
+            f"--releases of tolerance expects a list as 3.17.0,4.0.1; received "
+            f"{RANGE.join(releases)!r}, which `galvi versions` takes."
+        )
+    tolerance = measure(run, releases, out, progress)
+    progress("")
+    return tolerance
+
+
+def report_tolerance(tolerance: Tolerance, file: str, out: Path, command: str) -> int:
+    """Write tables and tolerance.json, and print sentences; 0 with a bound for the end, else 1.
+
+    Parameters
+    ----------
+    command
+        as typed
+    """
+    facts, summary = provenance(command), list(sentences(tolerance))
+    values = {"model": file, **contents(tolerance), "summary": summary, "provenance": facts}
+    files = write_tolerance(tolerance, out, facts)
+    files.append(write(out / f"{COMMAND}.json", json.dumps(plain(values), indent=1) + "\n"))
+    for sentence in summary:
+        print(visible(sentence))
+    print(f"\n{as_markdown(bounds_table(tolerance))}")
+    for line in lines_to_paste(tolerance):
+        print(line)
+    print(f"Written: {', '.join(map(str, files))}.")
+    return int(tolerance.latest < SAMPLES - 1)

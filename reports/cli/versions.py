@@ -1,0 +1,57 @@
+"""`versions`: between which releases of its engine a user's own run changed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from benchmarks.applications.releases.own_run import read_own_run
+from benchmarks.applications.releases.requirements import asked_releases
+from benchmarks.applications.releases.versions import Versions, compare_releases
+from benchmarks.store.atomic import write
+from benchmarks.store.foreign_texts import visible
+from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.provenance import provenance
+from galvi.interop.judge import JudgeRequest
+from reports.cli.handed_over import show_progress
+from reports.judge.files import plain
+from reports.tables.versions import changes, label, rows, sentences, write_versions
+
+COMMAND = "versions"
+REFUSALS = (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError, NotHere)
+progress = partial(show_progress, COMMAND)
+
+
+def versions_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: Path) -> Versions:
+    """What the releases that are asked for make of the run of a file. Raises REFUSALS for what
+    cannot be carried out."""
+    run = read_own_run(file, request)
+    named, halved = asked_releases(run.package, texts)
+    versions = compare_releases(run, named, halved, out, progress)
+    progress("")
+    return versions
+
+
+def report_versions(versions: Versions, file: str, out: Path, command: str) -> int:
+    """Write the table and versions.json, and print sentences; 0, whether or not anything changed.
+
+    Parameters
+    ----------
+    command
+        as typed
+    """
+    facts, run = provenance(command), versions.run
+    summary = list(sentences(versions))
+    contents = {
+        "model": file, "engine": run.package, "integrator": label(run), "step": run.step,
+        "duration": run.duration, "summary": summary, "changes": changes(versions),
+        "releases": rows(versions), "provenance": facts,
+    }  # fmt: skip
+    files = write_versions(versions, out, facts)
+    files.append(write(out / f"{COMMAND}.json", json.dumps(plain(contents), indent=1) + "\n"))
+    for sentence in summary:
+        print(visible(sentence))
+    print(f"Table: {', '.join(map(str, files))}.")
+    return 0

@@ -1,0 +1,153 @@
+"""Releases of an engine on a user's own run: what changed, in sentences, and a line for each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.applications.judging import bodies, trees
+from benchmarks.applications.releases.behaviour import Behaviour
+from benchmarks.applications.releases.own_run import OwnRun
+from benchmarks.applications.releases.versions import Difference, Step, Versions
+from reports.tables.number_format import plain
+from reports.tables.writing import write_table
+
+KINDS = {"mujoco": trees, "rebound": bodies}
+DIFFERENCES = {"positions": "position_difference", "velocities": "velocity_difference"}
+READ = ("release", "order", "energy_change", "acceleration_difference", "position_difference",
+        "velocity_difference", "error", "status")  # fmt: skip
+
+
+def label(run: OwnRun) -> str:
+    """The user's integrator."""
+    return str(KINDS[run.package].INTEGRATORS[run.integrator.lower()].name)
+
+
+def sentences(versions: Versions) -> Iterator[str]:
+    """What changed between which releases, what failed, and how far the run is from the truth."""
+    run = versions.run
+    for changed, group in groupby(versions.steps, lambda step: step.changed):
+        steps = list(group)
+        if changed:
+            yield from (change(step, run) for step in steps)
+        else:
+            ends = steps[0].earlier.version, steps[-1].later.version
+            yield f"From {ends[0]} to {ends[1]} nothing changed by more than rounding."
+    for behaviour in versions.behaviours.values():
+        if behaviour.failure:
+            yield f"{behaviour.version} is left out: {behaviour.failure.rstrip('.')}."
+    yield from versions.notes
+    yield _measured(run)
+    yield from _errors(versions)
+
+
+def change(step: Step, run: OwnRun) -> str:
+    """What changed between two releases, and what did not."""
+    parts, same = [], []
+    before, after = step.earlier.order, step.later.order
+    if step.order_changed:
+        parts.append(f"the order of {label(run)} went from {before:.1f} to {after:.1f}")
+    elif math.isfinite(before) and math.isfinite(after):
+        same.append("order")
+    for difference in step.differences:
+        if difference.is_change:
+            parts.append(_moved(difference, run))
+        else:
+            same.append(difference.quantity)
+    rest = f"; the same: {', '.join(same)}" if same else ""
+    return f"Between {step.earlier.version} and {step.later.version} {'; '.join(parts)}{rest}."
+
+
+def _moved(difference: Difference, run: OwnRun) -> str:
+    floors = f"{plain(difference.floors, 1)} floors"
+    if difference.quantity == "accelerations":
+        return f"accelerations changed by {plain(difference.relative, 2)} of their size ({floors})"
+    at = run.job.get("t", 0.0) + run.times[difference.sample]
+    return f"{difference.quantity} at t = {at:g} changed by {plain(difference.size, 2)} ({floors})"
+
+
+def _measured(run: OwnRun) -> str:
+    step = "steps of its own choice" if run.step is None else f"dt = {run.step:g}"
+    return (
+        f"Measured on your run by {label(run)}, {step}, over {run.duration:g} units of time. A "
+        "floor is what rounding may move: the spread of a release's own runs from starts that "
+        "differ by 2 ulp; a change exceeds 20 of them."
+    )
+
+
+def _errors(versions: Versions) -> Iterator[str]:
+    truth = versions.truth
+    if truth is None:
+        yield versions.without
+        return
+    confirmed = f", which agrees with {truth.other} to {plain(truth.apart)}" if truth.other else ""
+    yield f"The truth is {truth.source}{confirmed}."
+    unit = truth.kind.unit(truth.trajectory.problem, "length")
+    ran = [each for each in versions.behaviours.values() if not each.failure]
+    parts = []
+    for error, group in groupby(ran, lambda each: plain(versions.error(each))):
+        names = [each.version for each in group]
+        parts.append(f"{error}{unit} in {' to '.join(dict.fromkeys((names[0], names[-1])))}")
+    yield f"At its own step your run is off by up to {', '.join(parts)}."
+
+
+def rows(versions: Versions) -> pd.DataFrame:
+    """A line for each release: see docs/judge.md for the columns."""
+    before = {step.later.version: step for step in versions.steps}
+    return pd.DataFrame([
+        _row(each, before.get(each.version), versions) for each in versions.behaviours.values()
+    ])  # fmt: skip
+
+
+def _row(behaviour: Behaviour, step: Step | None, versions: Versions) -> dict[str, Any]:
+    quantities = behaviour.quantities or {}
+    line: dict[str, Any] = {
+        "release": f"{versions.run.package} {behaviour.version}", "order": behaviour.order,
+        "order_error": behaviour.order_error, "energy_change": behaviour.energy_change,
+        "acceleration_difference": _from_newest(behaviour, versions.newest),
+    }  # fmt: skip
+    for quantity, column in DIFFERENCES.items():
+        line[column] = math.nan if step is None else float(np.abs(
+            step.later.quantities[quantity].values - step.earlier.quantities[quantity].values
+        ).max())  # fmt: skip
+    for quantity in DIFFERENCES:
+        floors = quantities[quantity].floors if quantities else np.array([math.nan])
+        line[f"{quantity}_floor"] = float(floors[-1])
+    return {**line, "error": versions.error(behaviour), "status": behaviour.failure}
+
+
+def _from_newest(behaviour: Behaviour, newest: Behaviour) -> float:
+    """The largest relative difference of accelerations at a state from the installed release's."""
+    if behaviour.quantities is None or newest.quantities is None:
+        return math.nan
+    mine, other = (each.quantities["accelerations"].values for each in (behaviour, newest))
+    sizes = np.abs(other).max(axis=1)
+    return float(np.max(np.abs(mine - other).max(axis=1) / np.where(sizes > 0.0, sizes, 1.0)))
+
+
+def changes(versions: Versions) -> list[dict[str, Any]]:
+    """What changed, an entry for each quantity and two releases."""
+    entries: list[dict[str, Any]] = []
+    for step in versions.steps:
+        between = {"earlier": step.earlier.version, "later": step.later.version}
+        if step.order_changed:
+            orders = {"before": step.earlier.order, "after": step.later.order}
+            entries.append({**between, "quantity": "order", **orders})
+        entries += [
+            {**between, "quantity": each.quantity, "size": each.size, "relative": each.relative,
+             "floors": each.floors}
+            for each in step.differences if each.is_change
+        ]  # fmt: skip
+    return entries
+
+
+def write_versions(versions: Versions, folder: Path, origin: Mapping[str, str]) -> list[Path]:
+    """Write versions.csv with every column, and as Markdown and LaTeX; returns the paths."""
+    frame = rows(versions)
+    return write_table(folder, "versions", frame, frame[list(READ)], origin)

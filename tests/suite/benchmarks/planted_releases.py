@@ -1,0 +1,75 @@
+"""Releases of an engine that nobody made: the installed one with a fault that is planted."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from benchmarks.applications.releases.requirements import installed
+from benchmarks.store.isolated_environment import NotHere
+
+PROGRAM = """import json, runpy, sys
+
+program = runpy.run_path(sys.argv[2])
+job = json.load(sys.stdin)
+{before}
+answer = program["answer"](job)
+answer["release"] = {version!r}
+{after}
+json.dump(answer, sys.stdout)
+"""
+# What a fault does to a job, and to an answer.
+EULER = ("for each in job['runs']: each['integrator'] = 'Euler'", "")
+GRAVITY = ("job['G'] *= 1.0 + 1e-9", "")
+ACCELERATIONS = (
+    "",
+    "answer['accelerations'] = [[x * (1.0 + 1e-9) for x in each]"
+    " for each in answer['accelerations']]",
+)
+ENERGY = (
+    "",
+    "for each in answer['runs']: each['energy'] = [x * (1.0 + 1e-9) for x in each['energy']]",
+)
+BLOWS_UP = (
+    "",
+    "for each in answer['runs']: each['particles'] = [[[float('nan')] * 7] * 4] * 10",
+)
+FAILS = ("sys.exit('ValueError: XML Error: unrecognized attribute')", "")
+SAME = ("", "")
+# Every start is off by a rounding, as where a release adds in another order.
+ROUNDS_MODEL = (
+    "for each in job['runs']:\n"
+    "    for name in ('qpos', 'qvel'):\n"
+    "        each[name] = [x * (1.0 + 2.2e-16) + 1e-16 for x in each[name]]",
+    "",
+)
+ROUNDS_PLANETS = (
+    "for each in job['runs']:\n"
+    "    each['particles'] = [[m, *(x * (1.0 + 2.2e-16) for x in row)]\n"
+    "                         for m, *row in each['particles']]",
+    "",
+)
+
+
+def planted(folder: Path, faults: Mapping[str, tuple[str, str]]):
+    """What stands for `interpreter`: of these releases with their faults, and the installed one;
+    all others cannot be installed."""
+
+    @contextmanager
+    def interpreter(package: str, version: str, place: Path) -> Iterator[Path]:
+        if version == installed(package):
+            yield Path(sys.executable)
+            return
+        if version not in faults:
+            raise NotHere(f"No matching distribution found for {package}=={version}")
+        before, after = faults[version]
+        program = folder / f"{version}.py"
+        program.write_text(PROGRAM.format(before=before, after=after, version=version))
+        python = folder / f"python-{version}"
+        python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{program}" "$@"\n')
+        python.chmod(0o755)
+        yield python
+
+    return interpreter

@@ -1,0 +1,320 @@
+"""The bound of a regression test of a user's own run: no false alarms, and no fault missed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from benchmarks.applications.releases import tolerance as tolerances
+from benchmarks.applications.releases.behaviour import FLOORS
+from benchmarks.applications.releases.bounds import CHAOS, LEAST, MOST, SPREAD, bound_of
+from benchmarks.applications.releases.own_run import SAMPLES, read_own_run
+from benchmarks.applications.releases.tolerance import (
+    QUANTITIES,
+    UNFUSED,
+    differences,
+    has_unfused,
+    measure,
+    moved_starts,
+)
+from benchmarks.store.isolated_environment import NotHere
+from galvi.interop.judge import JudgeRequest
+from tests.suite.benchmarks.planted_releases import EULER, FAILS, ROUNDS_MODEL, planted
+
+mujoco = pytest.importorskip("mujoco")
+rebound = pytest.importorskip("rebound")
+ROOT = Path(__file__).parents[3]
+ULP = 2.0**-52
+SAMPLED = arrays(float, 64, elements=st.floats(1e-3, 1e3)).map(lambda sizes: 1e-12 * sizes)
+
+
+@given(SAMPLED, st.integers(-60, 60))
+def test_a_bound_has_the_unit_of_the_quantity(sizes, power):
+    scale = 2.0**power
+    bound, scaled = bound_of(sizes, ULP, 1e9), bound_of(scale * sizes, scale * ULP, scale * 1e9)
+    assert scaled.floor == scale * bound.floor and scaled.reason == bound.reason
+    assert scaled.factor == pytest.approx(bound.factor, rel=1e-12)
+
+
+@given(SAMPLED, st.floats(1.0, 1e3), st.integers(33, 63))
+def test_runs_further_apart_than_most_never_lower_the_bound(sizes, more, from_rank):
+    ordered = np.sort(sizes)
+    stretched = np.concatenate([ordered[:from_rank], more * ordered[from_rank:]])
+    before, after = bound_of(ordered, ULP, 1e9), bound_of(stretched, ULP, 1e9)
+    assert after.factor * after.floor >= before.factor * before.floor * (1.0 - 1e-12)
+
+
+@given(SAMPLED)
+def test_a_bound_is_5_to_10_floors_or_none(sizes):
+    bound = bound_of(sizes, ULP, 1e9)
+    assert bound.floor == sizes.max() and bound.factor >= LEAST
+    assert math.isnan(bound.value) == (bound.factor > MOST) == (bound.reason == SPREAD)
+    assert bound_of(sizes, ULP, 0.999e3 * bound.floor).reason == CHAOS
+
+
+@pytest.mark.parametrize("sizes", [np.zeros(64), np.full(64, 3.0 * ULP)], ids=["0", "3 ulp"])
+def test_a_floor_is_at_least_four_ulp_also_where_nothing_moves(sizes):
+    assert bound_of(sizes, ULP, 0.0).value == LEAST * 4.0 * ULP
+
+
+DISTRIBUTIONS = {
+    "normal": lambda random, shape: np.abs(random.normal(size=shape)),
+    "largest of 6 normal": lambda random, shape: np.abs(random.normal(size=(6, *shape))).max(0),
+    "uniform": lambda random, shape: random.random(shape),
+    "exponential": lambda random, shape: random.exponential(size=shape),
+    "log-normal": lambda random, shape: np.exp(0.5 * random.normal(size=shape)),
+    "Student": lambda random, shape: np.abs(random.standard_t(4, size=(6, *shape))).max(0),
+    "two groups": lambda random, shape: np.where(random.random(shape) < 0.1, 1e6, 1.0),
+}
+
+
+def false_alarms(distribution, rule=bound_of, tests=200, reruns=1000, seed=5):
+    """How many of all reruns exceed the bound of another sample, and the share of samples that have
+    none."""
+    random = np.random.default_rng(seed)
+    alarms = without = 0
+    for _ in range(tests):
+        bound = rule(1e-12 * distribution(random, (64,)), ULP, 1e9)
+        fresh = 1e-12 * distribution(random, (reruns,))
+        without += math.isnan(bound.value)
+        alarms += int((fresh > bound.value).sum())
+    return alarms / (tests * reruns), without / tests
+
+
+@pytest.mark.parametrize("name", DISTRIBUTIONS)
+def test_samples_of_every_kind_give_no_false_alarms(name):
+    alarms, without = false_alarms(DISTRIBUTIONS[name])
+    assert alarms <= (1e-4 if name == "Student" else 1e-5)  # one in 1,000 of these is 3 floors
+    assert (without > 0.8) == (name == "two groups")
+    assert without < 0.5 or name == "two groups"
+
+
+def test_a_bound_of_half_a_floor_raises_false_alarms():
+    def half(sizes, ulp, motion):
+        return replace(bound_of(sizes, ulp, motion), factor=0.5)
+
+    assert false_alarms(DISTRIBUTIONS["normal"], half)[0] > 0.05
+
+
+PART = (
+    '<geom type="capsule" fromto="0 0 0 {0} 0 0" size="0.03" mass="1" contype="0" conaffinity="0"/>'
+)
+HINGE = '<joint name="{}" type="hinge" axis="0 1 0"/>'
+MODEL = '<mujoco><option timestep="0.002" integrator="{}"/><worldbody>{}</worldbody></mujoco>'
+PENDULUM = f"<body>{HINGE.format('a')}{PART.format(0.5)}</body>"
+DOUBLE = PENDULUM.replace(
+    "</body>", f'<body pos="0.5 0 0">{HINGE.format("b")}{PART.format(0.4)}</body></body>'
+)
+BOX = (
+    '<geom type="plane" size="5 5 .1"/><body pos="0 0 0.3" euler="20 30 10"><freejoint/>'
+    '<geom type="box" size=".1 .15 .2" mass="1"/></body>'
+)
+STACK = '<geom type="plane" size="5 5 .1"/>' + "".join(
+    f'<body pos="{0.01 * k} 0 {0.11 + 0.22 * k}"><freejoint/>'
+    '<geom type="box" size=".1 .1 .1" mass="1"/></body>'
+    for k in range(3)
+)
+SLIDE = (
+    '<body><joint type="slide" axis="1 0 0" stiffness="10"/><geom size=".1" mass="1" '
+    'contype="0" conaffinity="0"/></body>'
+)
+MODELS = {
+    "pendulum": (MODEL.format("RK4", PENDULUM), {"duration": 1.0}),
+    "double pendulum": (MODEL.format("RK4", DOUBLE), {"duration": 1.0, "qpos": [0.3, 0.5]}),
+    "long double pendulum": (MODEL.format("RK4", DOUBLE), {"duration": 5.0, "qpos": [-2.0, 0.5]}),
+    "box": (MODEL.format("Euler", BOX), {"duration": 1.0}),
+    "stack": (MODEL.format("Euler", STACK), {"duration": 1.0}),
+    "slide": (MODEL.format("RK4", SLIDE), {"duration": 1.0, "qpos": [0.3]}),
+}
+ORBITS = {"whfast": 60.0, "ias15": 60.0, "leapfrog": 60.0, "chaotic bodies": 70.0}
+
+
+@pytest.fixture
+def run_of(tmp_path):
+    """A run by its name."""
+
+    def run_of(name, **more):
+        if name in MODELS:
+            text, options = MODELS[name]
+            file = tmp_path / "model.xml"
+            file.write_text(text)
+            return read_own_run(file, JudgeRequest(**options | more))
+        file = tmp_path / "orbits.bin"
+        orbits(name).save_to_file(str(file), delete_file=True)
+        return read_own_run(file, JudgeRequest(**{"duration": ORBITS[name]} | more))
+
+    return run_of
+
+
+def orbits(name):
+    """A star with two planets, or the three bodies of Pythagoras, who meet closely."""
+    sim = rebound.Simulation()
+    if name == "chaotic bodies":
+        for mass, x, y in ((3.0, 1.0, 3.0), (4.0, -2.0, -1.0), (5.0, 1.0, -1.0)):
+            sim.add(m=mass, x=x, y=y)
+        sim.integrator, sim.dt = "ias15", 0.01
+        return sim
+    sim.add(m=1.0)
+    sim.add(m=1e-3, a=1.0, e=0.1)
+    sim.add(m=1e-3, a=1.7, e=0.05, f=2.0, inc=0.02)
+    sim.move_to_com()
+    sim.integrator, sim.dt = name, 0.02 if name == "leapfrog" else 0.2
+    return sim
+
+
+def measured(run, folder, releases=(), seed=0):
+    return measure(run, releases, folder, lambda sentence: None, seed)
+
+
+def trial(run, tolerance, count):
+    """Of so many fresh runs, half of them rounding otherwise: those with a false alarm at the end,
+    at any time, and the share of faults of FLOORS floors that is seen."""
+    starts = moved_starts(run, tolerance.motion, count, seed=12345)
+    half = len(starts) // 2
+    environments = (None, UNFUSED if has_unfused() else None)
+    motions = [
+        motion
+        for part, environment in zip((starts[:half], starts[half:]), environments, strict=True)
+        for motion in run.answer(
+            [run.asked(*start) for start in part], environment=environment
+        ).motions
+    ]
+    sizes = differences(tolerance.motion, motions)
+    bounds = np.array([[each.value for each in tolerance.bounds[name]] for name in QUANTITIES])
+    alarms = sizes > bounds  # none where there is no bound
+    return (
+        int(alarms[:, :, -1].any(axis=1).sum()),
+        int(alarms.any(axis=(1, 2)).sum()),
+        *faults(tolerance, motions),
+    )
+
+
+def faults(tolerance, motions):
+    """How many faults of FLOORS floors are seen, and how many are planted: in each coordinate of
+    each quantity, of both signs, at each time that has a bound."""
+    seen = planted_ones = 0
+    for motion in motions:
+        for name in QUANTITIES:
+            off = motion.quantities[name] - tolerance.motion.quantities[name]
+            for k, bound in enumerate(tolerance.bounds[name]):
+                if bound.reason:
+                    continue
+                for sign in (-1.0, 1.0):
+                    fault = np.abs(off[k] + sign * FLOORS * bound.floor)
+                    seen += int((fault > bound.value).sum())
+                    planted_ones += fault.size
+    return seen, planted_ones
+
+
+@pytest.mark.parametrize("name", ["pendulum", "double pendulum", "box", "whfast", "ias15"])
+def test_fresh_reruns_raise_no_alarm_and_every_fault_of_20_floors_is_seen(name, run_of, tmp_path):
+    run = run_of(name)
+    tolerance = measured(run, tmp_path)
+    assert any(not each.reason for each in tolerance.bounds["positions"])
+    at_end, at_any, seen, planted_ones = trial(run, tolerance, 40)
+    assert (at_end, at_any) == (0, 0) and seen == planted_ones > 0
+
+
+@pytest.mark.slow(beside="test_fresh_reruns_raise_no_alarm_and_every_fault_of_20_floors_is_seen")
+@pytest.mark.parametrize("name", [*MODELS, *ORBITS])
+def test_a_thousand_fresh_reruns_raise_no_alarm(name, run_of, tmp_path):
+    """Prints the table of docs/judge.md's figures, with -s."""
+    run = run_of(name)
+    tolerance = measured(run, tmp_path)
+    at_end, at_any, seen, planted_ones = trial(run, tolerance, 1000)
+    bounds = sum(not each.reason for rows in tolerance.bounds.values() for each in rows)
+    print(f"\n{name}: {bounds} of 30 bounds, all until sample {tolerance.latest + 1}; of 1,000 "
+          f"reruns {at_end} alarms at the end, {at_any} at any time; seen {seen} of "
+          f"{planted_ones} faults")  # fmt: skip
+    assert (at_end, at_any) == (0, 0) and seen == planted_ones
+
+
+def test_without_moved_starts_the_bound_raises_false_alarms(run_of, tmp_path, monkeypatch):
+    run = run_of("double pendulum")
+
+    def unmoved(run, motion, count, seed):
+        return [(run.positions, run.velocities)] * count
+
+    with monkeypatch.context() as patch:
+        patch.setattr(tolerances, "moved_starts", unmoved)
+        tolerance = measured(run, tmp_path)
+    at_end, at_any, _, _ = trial(run, replace(tolerance, run=run), 40)
+    assert at_any >= at_end > 0
+
+
+def test_all_differences_are_those_of_the_runs(run_of, tmp_path):
+    """Against runs of MuJoCo here, in this process."""
+    run = run_of("double pendulum")
+    tolerance = measured(run, tmp_path)
+    model = mujoco.MjModel.from_xml_path(run.job["file"])
+    ends = []
+    starts = moved_starts(run, tolerance.motion, tolerances.STARTS, 0)
+    for q, v in [(run.positions, run.velocities), *starts[: 32 if has_unfused() else 64]]:
+        state = mujoco.MjData(model)
+        state.qpos[:], state.qvel[:] = q, v
+        mujoco.mj_step(model, state, nstep=run.steps)
+        ends.append(state.qpos.copy())
+    assert np.array_equal(ends[0], tolerance.motion.positions[-1])
+    apart = np.abs(np.array(ends) - ends[0]).max(axis=1)
+    assert np.array_equal(tolerance.variants[0].differences[:, 0, -1], apart) and apart.max() > 0.0
+    assert tolerance.bounds["positions"][-1].floor >= apart.max()
+
+
+def test_a_release_that_moves_otherwise_is_not_in_the_bound_and_one_that_rounds_is(
+    run_of, tmp_path, monkeypatch
+):
+    run = run_of("double pendulum")
+    releases = {"3.17.0": EULER, "3.18.0": ROUNDS_MODEL, "3.19.0": FAILS}
+    monkeypatch.setattr(tolerances, "interpreter", planted(tmp_path, releases))
+    alone, tolerance = measured(run, tmp_path), measured(run, tmp_path, [*releases, "3.20.0"])
+    otherwise, rounds, fails, absent = tolerance.variants[-4:]
+    assert otherwise.floors > 1e6 and not otherwise.is_rounding
+    assert 0.0 < rounds.floors < FLOORS and rounds.is_rounding
+    assert "unrecognized attribute" in fails.failure and "No matching" in absent.failure
+    assert not fails.is_rounding and not absent.is_rounding
+    for name in QUANTITIES:
+        for before, after in zip(alone.bounds[name], tolerance.bounds[name], strict=True):
+            assert before.floor <= after.floor <= FLOORS * before.floor
+
+
+def test_a_run_that_fails_has_no_tolerance_and_failing_neighbours_no_bound(run_of, tmp_path):
+    blown = run_of("box", qvel=[0.0] * 5 + [1e12])
+    with pytest.raises(NotHere, match="your run fails, so that there is nothing to compare"):
+        measured(blown, tmp_path)
+    run = run_of("box")
+    (motion,) = run.answer([run.asked()]).motions
+    sizes = np.full((64, len(QUANTITIES), SAMPLES), 1e-14)
+    sizes[3, :, 5:] = np.nan
+    bounds = tolerances.bounds_of(run, motion, [sizes])["positions"]
+    assert [each.reason == "" for each in bounds] == [True] * 5 + [False] * 5
+    assert bounds[-1].reason == "1 of 64 runs from neighbouring starts fail"
+    assert math.isnan(bounds[-1].value)
+
+
+def test_what_cannot_round_otherwise_here_is_said(run_of, tmp_path, monkeypatch):
+    monkeypatch.setattr(tolerances, "UNFUSED", {})
+    starts, unfused, *_ = measured(run_of("slide"), tmp_path).variants
+    assert len(starts.differences) == 1 + tolerances.STARTS
+    assert unfused.failure.startswith("not tried: it needs glibc on x86")
+
+
+def test_a_long_run_says_how_long_all_takes_and_shares_it_between_processes(
+    run_of, tmp_path, monkeypatch
+):
+    run, sentences = run_of("whfast", duration=2.0), []
+    monkeypatch.setattr(tolerances, "LONG", 0.0)
+    monkeypatch.setattr(tolerances, "PART", 1e-9)
+    monkeypatch.setattr(tolerances, "STARTS", 4)
+    few = measure(run, (), tmp_path, sentences.append)
+    assert "all of it about 0 minutes" in sentences[1]
+    monkeypatch.setattr(tolerances, "PART", 100.0)
+    assert np.array_equal(
+        few.variants[0].differences, measured(run, tmp_path).variants[0].differences
+    )

@@ -1,0 +1,139 @@
+"""`galvi tolerance`: what it prints and writes, its exit status, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import numpy
+import pandas as pd
+import pytest
+
+from benchmarks.applications.releases import tolerance as tolerances
+from benchmarks.applications.releases.own_run import SAMPLES, read_own_run
+from benchmarks.applications.releases.requirements import installed
+from benchmarks.applications.releases.tolerance import Variant, measure
+from galvi.interop.judge import JudgeRequest
+from reports.cli.commands import run
+from reports.tables.tolerance import atol, lines_to_paste, sentences
+from tests.suite.benchmarks.planted_releases import EULER, planted
+
+mujoco = pytest.importorskip("mujoco")
+rebound = pytest.importorskip("rebound")
+ROOT = Path(__file__).parents[3]
+PAGE = (ROOT / "docs" / "judge.md").read_text()
+(SHOWN,) = re.findall(r"```sh\ngalvi (tolerance [^\n]*)\n```\n```text\n(.*?)```", PAGE, re.DOTALL)
+NUMBER = re.compile(r"\d+\.?\d*(?:e[-+]\d+)?|:-+")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty one, with docs."""
+    (tmp_path / "docs").symlink_to(ROOT / "docs")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def asked(words):
+    return run(None, shlex.split(words))  # type: ignore[arg-type]
+
+
+def pasted(out):
+    """The lines to paste, as a test's own names find them."""
+    lines = [line for line in out.splitlines() if line.startswith(("expected", "numpy"))]
+    assert len(lines) == 3
+    return "\n".join(lines)
+
+
+def test_the_command_of_the_page_says_what_the_page_shows(folder, capsys):
+    command, shown = SHOWN
+    assert asked(f"{command} --out galvi-out/tolerance") == 0
+    out = capsys.readouterr().out
+    if installed("mujoco") != "4.0.1" or "not tried" in out:
+        pytest.skip("the page shows MuJoCo 4.0.1 on x86")
+    for line, expected in zip(out.splitlines(), shown.splitlines(), strict=True):
+        assert NUMBER.sub("#", line).split() == NUMBER.sub("#", expected).split()
+
+
+def test_the_pasted_lines_pass_on_the_users_own_run_and_fail_on_a_fault(folder, capsys):
+    assert asked("tolerance docs/models/heavy_top.xml --key 0 --duration 0.5 --out .") == 0
+    lines = pasted(capsys.readouterr().out)
+    model = mujoco.MjModel.from_xml_path("docs/models/heavy_top.xml")
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_step(model, data, nstep=500)
+    names = {"json": json, "numpy": numpy, "Path": Path, "data": data}
+    exec(lines, names)
+    data.qpos[1] -= 20.0 * float(pd.read_csv("tolerance.csv")["positions_floor"].iloc[-1])
+    with pytest.raises(AssertionError, match="Not equal to tolerance"):
+        exec(lines, names)
+    written = json.loads(Path("tolerance.json").read_text())
+    assert written["expected"] == written["states"][-1] and written["provenance"]["cpu"]
+    assert written["provenance"]["command"].startswith("python -m reports tolerance docs/models")
+    assert written["paste"] == lines.splitlines() and len(written["bounds"]) == SAMPLES
+
+
+def test_the_pasted_lines_pass_on_a_users_own_simulation_where_a_bound_holds(folder, capsys):
+    """Three bodies that meet closely: at the end rounding is all, so that they compare earlier."""
+    sim = rebound.Simulation()
+    for mass, x, y in ((3.0, 1.0, 3.0), (4.0, -2.0, -1.0), (5.0, 1.0, -1.0)):
+        sim.add(m=mass, x=x, y=y)
+    sim.integrator = "ias15"
+    sim.save_to_file("bodies.bin")
+    assert asked("tolerance bodies.bin --duration 70 --out .") == 1
+    out = capsys.readouterr().out
+    assert "positions at t = 70: no bound, since rounding has grown to more than a thous" in out
+    (latest,) = re.findall(r"^Compare at t = (\d+): there a bound of ", out, re.MULTILINE)
+    sim.integrate(float(latest))
+    exec(pasted(out), {"json": json, "numpy": numpy, "Path": Path, "sim": sim})
+
+
+def test_another_release_is_named_with_what_to_do(folder, monkeypatch, capsys):
+    monkeypatch.setattr(tolerances, "interpreter", planted(folder, {"3.17.0": EULER}))
+    words = "tolerance docs/models/heavy_top.xml --key 0 --duration 0.1 --releases 3.17.0,3.18.0"
+    assert asked(f"{words} --out .") == 0
+    out = capsys.readouterr().out
+    (otherwise,) = [line for line in out.splitlines() if line.startswith("mujoco 3.17.0 moves")]
+    assert re.search(r"otherwise, by \S+e\+\d+ floors, which is not rounding; pin the ", otherwise)
+    assert otherwise.endswith("`galvi versions` says what changed.")
+    assert "mujoco 3.18.0: No matching distribution" in out
+
+
+def test_runs_that_do_not_repeat_and_quantities_without_a_bound_are_said(folder):
+    """A model whose ball touches the floor exactly; an engine that does not repeat is planted."""
+    file = folder / "rest.xml"
+    file.write_text(
+        '<mujoco><worldbody><geom type="plane" size="5 5 .1"/><body pos="0 0 .1"><freejoint/>'
+        '<geom size=".1" mass="1"/></body></worldbody></mujoco>'
+    )
+    own = read_own_run(file, JudgeRequest(duration=0.02))
+    tolerance = measure(own, (), folder, lambda sentence: None)
+    text = " ".join(sentences(tolerance))
+    assert tolerance.latest == -1 and lines_to_paste(tolerance) == []
+    assert atol(tolerance, "positions", -1) == "" and "At none of the ten times do all" in text
+    assert "the same again: bit-identical." in text and "two threads: bit-identical." in text
+    threads = Variant("two threads", numpy.full((2, 3, SAMPLES), 1e-9), floors=3.0)
+    text = " ".join(sentences(replace(tolerance, variants=[threads])))
+    assert "two threads: not bit-identical, by up to 3 floors; the engine does not repeat." in text
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ("docs/models/heavy_top.xml --releases newest", "--releases expects releases as"),
+        ("docs/models/heavy_top.xml --releases 3.6.0..4.0.1", "which `galvi versions` takes"),
+        ("docs/models/heavy_top.xml --own integrator=rk5", "must be one of euler, rk4"),
+        ("docs/models/heavy_top.xml --key 3", "Key must be"),
+        ("docs/models/absent.xml", "docs/models/absent.xml"),
+        ("fixed.xml", "Nothing can move in your model: it has no joints."),
+        ("docs/models/heavy_top.xml --qvel 1e12,0,0", "Your run fails"),
+    ],
+)
+def test_what_cannot_be_carried_out_is_exit_2_and_one_sentence(folder, words, why, capsys):
+    (folder / "fixed.xml").write_text("<mujoco><worldbody/></mujoco>")
+    assert asked(f"tolerance {words} --out out") == 2
+    out, err = capsys.readouterr()
+    assert out == "" and why in err.splitlines()[-1]
