@@ -38,12 +38,15 @@ class Motion:
     energy : array, shape (saved,)
     failure
         one sentence, "" where it came to its end
+    taken
+        steps that REBOUND counted
     """
 
     positions: Array
     velocities: Array
     energy: Array
     failure: str
+    taken: int = 0
 
     @property
     def quantities(self) -> dict[str, Array]:
@@ -177,7 +180,7 @@ class OwnRun:
             for each, start in zip(rows, (self.positions, self.velocities), strict=True)
         )
         energy = _filled([[each] for each in said["energy"]], SAMPLES, 1)[:, 0]
-        return Motion(positions, velocities, energy, said["failure"])
+        return Motion(positions, velocities, energy, said["failure"], said.get("taken", 0))
 
 
 def _filled(rows: Sequence[Any], count: int, size: int) -> Array:
@@ -228,7 +231,8 @@ def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
         mine = request.key, request.qpos, request.qvel, request.ctrl
         read, unread = Model(*from_mujoco.read(model, (), *mine)), ""
     except ValueError as error:
-        read, unread = None, " ".join(str(error).split())
+        lines = str(error).partition("\nLeave them out")[0].splitlines()
+        read, unread = None, f"{lines[0]} {'; '.join(line.strip() for line in lines[1:])}"
     return OwnRun(
         "mujoco", Path(own_model.__file__), job, start.qpos.copy(), start.qvel.copy(),
         integrator, step, duration, read, unread,
