@@ -149,8 +149,9 @@ class Questions:
 
         A release that rounds otherwise is off by a new error in each step. No such error grows
         to more than the spread, and together they grow as the root of the number of steps: FLOORS
-        floors are at least that root times the spread. Runs with random errors of an ulp in each of
-        1e3 to 5e4 steps ended 1 to 4 floors away.
+        floors are at least that root times the spread. Random errors of an ulp in each of 4e4 steps
+        of WHFast came to 0.05 floors; errors that go upwards more often than downwards, to 6, and
+        without the root to 60.
         """
         size = np.abs(values).max(axis=1)
         spread = np.max([np.abs(each - values).max(axis=1) for each in moved], axis=0)

@@ -54,7 +54,7 @@ ROUNDS_PLANETS = (
     "                         for m, *row in each['particles']]",
     "",
 )
-# Every state is, after each step.
+# Every state is, after each step, upwards more often than downwards.
 ROUNDS_EACH_STEP = (
     """
 import random
@@ -68,8 +68,8 @@ def rounding(job, particles):
     def move(pointer):
         for particle in sim.particles:
             for name in ("x", "y", "z", "vx", "vy", "vz"):
-                ulps = signs.choice((-1.1e-16, 0.0, 1.1e-16))
-                setattr(particle, name, getattr(particle, name) * (1.0 + 2.0 * ulps))
+                ulp = signs.choice((-1.1e-16, 0.0, 2.2e-16))
+                setattr(particle, name, getattr(particle, name) * (1.0 + ulp))
 
     sim.post_timestep_modifications = move
     kept.append((move, sim))

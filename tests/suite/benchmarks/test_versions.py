@@ -203,15 +203,20 @@ def test_a_model_that_diverges_since_the_installed_release_is_compared(tmp_path,
     assert f"and {comparison.newest.version} your run began to fail" in [*sentences(comparison)][1]
 
 
-def test_rounding_in_each_step_of_a_long_adaptive_run_is_no_change(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("duration", "asked"),
+    [(4000.0, {}), (5000.0, {"integrator": "ias15"})],
+    ids=["fixed", "chosen"],
+)
+def test_rounding_in_each_step_of_a_long_run_is_no_change(duration, asked, tmp_path, monkeypatch):
     monkeypatch.setattr(versions, "truth_of", lambda run: (None, ""))
-    run = run_of_planets(tmp_path, 2000.0, 0.3, integrator="ias15")
+    run = run_of_planets(tmp_path, duration, **asked)
     comparison = compared(monkeypatch, tmp_path, run, {"3.0.0": ROUNDS_EACH_STEP})
     (step,) = comparison.steps
     assert not step.changed
     motion = comparison.newest.motion
     assert motion is not None and motion.taken > 1e4
-    assert max(each.floors for each in step.differences) > 0.1  # it does round otherwise
+    assert max(each.floors for each in step.differences) > 1.0  # it does round otherwise
 
 
 def test_an_order_alone_is_no_change_of_a_run(tmp_path, monkeypatch):
