@@ -21,7 +21,8 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-NO_INTEGRATOR = "This release has no integrator"  # how a failure begins
+# How failures begin: of a release that cannot run the model, and of one in which it diverges.
+NO_INTEGRATOR, WARNED = "This release has no integrator", "MuJoCo warned of"
 
 
 def loaded(job: dict[str, Any]) -> Any:
@@ -86,7 +87,7 @@ def run(model: Any, job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any
         warned = [index for index, each in enumerate(data.warning) if each.number]
         if warned:
             name = mujoco.mjtWarning(warned[0]).name.removeprefix("mjWARN_")
-            return {**rows, "failure": f"MuJoCo warned of {name} by t = {data.time:g}."}
+            return {**rows, "failure": f"{WARNED} {name} by t = {data.time:g}."}
         rows["qpos"].append(data.qpos.tolist())
         rows["qvel"].append(data.qvel.tolist())
         parts = energy(mine, data)

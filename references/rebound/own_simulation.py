@@ -8,8 +8,8 @@ read by all others, so that the job holds what the file does:
             {"particles", "step", which may be absent, "steps": n, "every": k} or, for an integrator
             that chooses its steps, {"particles", "times": a list}; "states": a list of particles
     answer  {"release", "runs": for each run the rows of particles at every k-th step after the
-            start or at each time, of energy and the kinetic part of it, and "failure", a sentence
-            or "";
+            start or at each time, of energy and the kinetic part of it, "failure", a sentence or "",
+            and "taken", the number of steps;
             "accelerations": those of each body at each state, "energies": of each state}
 
 Nothing is judged here, so that all releases are judged alike.
@@ -60,7 +60,13 @@ def state(sim: Any) -> tuple[list[list[float]], float]:
 
 def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
     """One run of the job; up to its failure where it fails."""
-    rows: dict[str, Any] = {"particles": [], "energy": [], "kinetic": [], "failure": ""}
+    rows: dict[str, Any] = {
+        "particles": [],
+        "energy": [],
+        "kinetic": [],
+        "failure": "",
+        "taken": 0,
+    }
     try:
         sim = made(job, asked.get("particles") or job["particles"])
         sim.dt = asked.get("step") or job["step"]
@@ -75,6 +81,7 @@ def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
             rows["energy"].append(energy)
             rows["kinetic"].append(sum(0.5 * m * (u * u + v * v + w * w)
                                        for m, _, _, _, u, v, w in particles))  # fmt: skip
+            rows["taken"] = sim.steps_done
     except Exception as error:  # whatever a release does
         rows["failure"] = f"{type(error).__name__}: {error}"
     return rows

@@ -17,7 +17,7 @@ from benchmarks.store.provenance import provenance
 from galvi.interop.judge import JudgeRequest
 from reports.cli.handed_over import show_progress
 from reports.judge.files import plain
-from reports.tables.versions import changes, label, rows, sentences, write_versions
+from reports.tables.versions import changes, label, rows, sentences, truth_facts, write_versions
 
 COMMAND = "versions"
 REFUSALS = (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError, NotHere)
@@ -47,6 +47,7 @@ def report_versions(versions: Versions, file: str, out: Path, command: str) -> i
     contents = {
         "model": file, "engine": run.package, "integrator": label(run), "step": run.step,
         "duration": run.duration, "summary": summary, "changes": changes(versions),
+        "truth": truth_facts(versions),
         "releases": rows(versions), "provenance": facts,
     }  # fmt: skip
     files = write_versions(versions, out, facts)

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.applications.judging import bodies, trees
-from benchmarks.applications.releases.behaviour import Behaviour
+from benchmarks.applications.releases.behaviour import FLOORS, ULPS, Behaviour
 from benchmarks.applications.releases.own_run import OwnRun
 from benchmarks.applications.releases.versions import Difference, Step, Versions
 from reports.tables.number_format import plain
@@ -37,18 +37,27 @@ def sentences(versions: Versions) -> Iterator[str]:
         if changed:
             yield from (change(step, run) for step in steps)
         else:
-            ends = steps[0].earlier.version, steps[-1].later.version
-            yield f"From {ends[0]} to {ends[1]} nothing changed by more than rounding."
+            ends = f"From {steps[0].earlier.version} to {steps[-1].later.version}"
+            failure = steps[-1].later.failure
+            yield (
+                f"{ends} your run fails: {failure}"
+                if failure
+                else (f"{ends} nothing changed by more than rounding.")
+            )
     for behaviour in versions.behaviours.values():
-        if behaviour.failure:
-            yield f"{behaviour.version} is left out: {behaviour.failure.rstrip('.')}."
+        if behaviour.missing:
+            yield f"{behaviour.version} is left out: {behaviour.missing.rstrip('.')}."
     yield from versions.notes
-    yield _measured(run)
+    yield _measured(versions)
     yield from _errors(versions)
 
 
 def change(step: Step, run: OwnRun) -> str:
     """What changed between two releases, and what did not."""
+    between = f"Between {step.earlier.version} and {step.later.version}"
+    if step.failure_changed:
+        went = "began to fail" if step.later.failure else "ceased to fail"
+        return f"{between} your run {went}: {step.later.failure or step.earlier.failure}"
     parts, same = [], []
     before, after = step.earlier.order, step.later.order
     if step.order_changed:
@@ -61,7 +70,7 @@ def change(step: Step, run: OwnRun) -> str:
         else:
             same.append(difference.quantity)
     rest = f"; the same: {', '.join(same)}" if same else ""
-    return f"Between {step.earlier.version} and {step.later.version} {'; '.join(parts)}{rest}."
+    return f"{between} {'; '.join(parts)}{rest}."
 
 
 def _moved(difference: Difference, run: OwnRun) -> str:
@@ -72,24 +81,39 @@ def _moved(difference: Difference, run: OwnRun) -> str:
     return f"{difference.quantity} at t = {at:g} changed by {plain(difference.size, 2)} ({floors})"
 
 
-def _measured(run: OwnRun) -> str:
+def _measured(versions: Versions) -> str:
+    run = versions.run
     step = "steps of its own choice" if run.step is None else f"dt = {run.step:g}"
+    measured = f"Measured on your run by {label(run)}, {step}, for {run.duration:g}{_second(run)}."
+    floors = [each.quantities["positions"].floors for each in versions.behaviours.values()
+              if each.quantities]  # fmt: skip
+    if not floors:
+        return measured
+    first, last = (plain(FLOORS * max(each[k] for each in floors), 1) for k in (0, -1))
+    times = run.job.get("t", 0.0) + run.times
     return (
-        f"Measured on your run by {label(run)}, {step}, over {run.duration:g} units of time. A "
-        "floor is what rounding may move: the spread of a release's own runs from starts that "
-        "differ by 2 ulp; a change exceeds 20 of them."
+        f"{measured} A floor is how far rounding moves the run: starts that differ by {ULPS:g} ulp "
+        f"part so far. A change exceeds {FLOORS:g} floors, of positions {first} at "
+        f"t = {times[0]:g} and {last} at t = {times[-1]:g}."
     )
+
+
+def _second(run: OwnRun) -> str:
+    """The unit of time, with a space before it."""
+    return trees.UNITS["time"] if run.model is None else (
+        KINDS[run.package].unit(run.model.problem, "time")
+    )  # fmt: skip
 
 
 def _errors(versions: Versions) -> Iterator[str]:
     truth = versions.truth
     if truth is None:
-        yield versions.without
+        yield f"{versions.without.rstrip('. ')}."
         return
     confirmed = f", which agrees with {truth.other} to {plain(truth.apart)}" if truth.other else ""
     yield f"The truth is {truth.source}{confirmed}."
     unit = truth.kind.unit(truth.trajectory.problem, "length")
-    ran = [each for each in versions.behaviours.values() if not each.failure]
+    ran = [each for each in versions.behaviours.values() if each.motion is not None]
     parts = []
     for error, group in groupby(ran, lambda each: plain(versions.error(each))):
         names = [each.version for each in group]
@@ -112,14 +136,17 @@ def _row(behaviour: Behaviour, step: Step | None, versions: Versions) -> dict[st
         "order_error": behaviour.order_error, "energy_change": behaviour.energy_change,
         "acceleration_difference": _from_newest(behaviour, versions.newest),
     }  # fmt: skip
+    sizes = {} if step is None else {each.quantity: each.size for each in step.differences}
     for quantity, column in DIFFERENCES.items():
-        line[column] = math.nan if step is None else float(np.abs(
-            step.later.quantities[quantity].values - step.earlier.quantities[quantity].values
-        ).max())  # fmt: skip
+        line[column] = sizes.get(quantity, math.nan)
     for quantity in DIFFERENCES:
         floors = quantities[quantity].floors if quantities else np.array([math.nan])
         line[f"{quantity}_floor"] = float(floors[-1])
-    return {**line, "error": versions.error(behaviour), "status": behaviour.failure}
+    return {
+        **line,
+        "error": versions.error(behaviour),
+        "status": behaviour.missing or behaviour.failure,
+    }
 
 
 def _from_newest(behaviour: Behaviour, newest: Behaviour) -> float:
@@ -136,7 +163,10 @@ def changes(versions: Versions) -> list[dict[str, Any]]:
     entries: list[dict[str, Any]] = []
     for step in versions.steps:
         between = {"earlier": step.earlier.version, "later": step.later.version}
-        if step.order_changed:
+        if step.failure_changed:
+            failures = {"before": step.earlier.failure, "after": step.later.failure}
+            entries.append({**between, "quantity": "failure", **failures})
+        if step.changed and step.order_changed:
             orders = {"before": step.earlier.order, "after": step.later.order}
             entries.append({**between, "quantity": "order", **orders})
         entries += [
@@ -145,6 +175,14 @@ def changes(versions: Versions) -> list[dict[str, Any]]:
             for each in step.differences if each.is_change
         ]  # fmt: skip
     return entries
+
+
+def truth_facts(versions: Versions) -> dict[str, Any]:
+    """Of the truth: its source, what confirms it, and to what; or why there is none."""
+    truth = versions.truth
+    if truth is None:
+        return {"without": versions.without}
+    return {"source": truth.source, "confirmed_by": truth.other, "apart": truth.apart}
 
 
 def write_versions(versions: Versions, folder: Path, origin: Mapping[str, str]) -> list[Path]:

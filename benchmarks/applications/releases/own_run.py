@@ -39,6 +39,8 @@ class Motion:
         the whole energy, and the kinetic part of it
     failure
         one sentence, "" where it came to its end
+    taken
+        steps that REBOUND counted
     """
 
     positions: Array
@@ -46,6 +48,7 @@ class Motion:
     energy: Array
     kinetic: Array
     failure: str
+    taken: int = 0
 
     @property
     def quantities(self) -> dict[str, Array]:
@@ -182,7 +185,8 @@ class OwnRun:
             _filled([[each] for each in said[name]], SAMPLES, 1)[:, 0]
             for name in ("energy", "kinetic")
         )
-        return Motion(positions, velocities, energy, kinetic, said["failure"])
+        taken = said.get("taken", 0)
+        return Motion(positions, velocities, energy, kinetic, said["failure"], taken)
 
 
 def _filled(rows: Sequence[Any], count: int, size: int) -> Array:
@@ -233,7 +237,8 @@ def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
         mine = request.key, request.qpos, request.qvel, request.ctrl
         read, unread = Model(*from_mujoco.read(model, (), *mine)), ""
     except ValueError as error:
-        read, unread = None, " ".join(str(error).split())
+        lines = str(error).partition("\nLeave them out")[0].splitlines()
+        read, unread = None, f"{lines[0]} {'; '.join(line.strip() for line in lines[1:])}"
     return OwnRun(
         "mujoco", Path(own_model.__file__), job, start.qpos.copy(), start.qvel.copy(),
         integrator, step, duration, read, unread,

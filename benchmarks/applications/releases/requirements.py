@@ -6,7 +6,7 @@ import importlib
 import re
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from benchmarks.store.isolated_environment import NotHere, environment, finished
@@ -18,6 +18,7 @@ USUAL = {
 }
 CORE = "mujoco-core"  # the library alone, from 4 on
 RANGE = ".."
+NO_WHEEL = "No matching distribution"  # how pip begins
 PATTERN = re.compile(r"\d+(\.\d+)+(\.post\d+)?")
 
 
@@ -55,6 +56,7 @@ def asked_releases(package: str, texts: Sequence[str]) -> tuple[list[str], bool]
     """
     whole = len(texts) == 1 and RANGE in texts[0]
     versions = texts[0].split(RANGE) if whole else list(texts or USUAL[package])
+    versions = [each.strip() for each in versions]
     wrong = [each for each in versions if not PATTERN.fullmatch(each)]
     if wrong or (whole and len(versions) != 2):
         raise ValueError(
@@ -85,5 +87,14 @@ def interpreter(package: str, version: str, folder: Path) -> Iterator[Path]:
     if version == installed(package):
         yield Path(sys.executable)
     else:
-        with environment(requirement(package, version), folder) as python:
+        with ExitStack() as stack:
+            try:
+                python = stack.enter_context(environment(requirement(package, version), folder))
+            except NotHere as error:
+                if not str(error).startswith(NO_WHEEL):
+                    raise
+                system = f"Python {sys.version_info.major}.{sys.version_info.minor}"
+                raise NotHere(
+                    f"{error}: no such release, no wheel of it for {system}, or no package index"
+                ) from None
             yield python

@@ -12,7 +12,13 @@ import numpy as np
 
 from benchmarks.applications.releases.behaviour import FLOORS, Behaviour, Questions
 from benchmarks.applications.releases.own_run import OwnRun
-from benchmarks.applications.releases.requirements import by_age, installed, interpreter, listed
+from benchmarks.applications.releases.requirements import (
+    RANGE,
+    by_age,
+    installed,
+    interpreter,
+    listed,
+)
 from benchmarks.applications.releases.run_truth import RunTruth, truth_of
 from benchmarks.store.isolated_environment import NotHere
 from galvi.arrays import Array
@@ -23,8 +29,7 @@ OF_ONE_RELEASE = (".mjb", ".mjz")  # compiled models, and archives that older re
 
 @dataclass(frozen=True)
 class Difference:
-    """Of one quantity in two releases: at the last sample where it is a change, else where it is
-    largest.
+    """Of one quantity in two releases: the largest, of those that are changes where there are any.
 
     Attributes
     ----------
@@ -59,8 +64,10 @@ class Step:
 
     @property
     def differences(self) -> list[Difference]:
-        """Of all quantities."""
-        before, after = self.earlier.quantities or {}, self.later.quantities or {}
+        """Of all quantities; none where one of the two fails."""
+        before, after = self.earlier.quantities, self.later.quantities
+        if before is None or after is None:
+            return []
         return [
             _difference(name, before[name].values, after[name].values,
                         np.maximum(before[name].floors, after[name].floors))
@@ -73,17 +80,22 @@ class Step:
         return abs(self.earlier.order - self.later.order) > APART
 
     @property
+    def failure_changed(self) -> bool:
+        """Whether the run fails in one of the two alone."""
+        return bool(self.earlier.failure) != bool(self.later.failure)
+
+    @property
     def changed(self) -> bool:
-        """Whether anything did."""
-        return self.order_changed or any(each.is_change for each in self.differences)
+        """Whether the run did. An order without a change of it is none: runs at other steps."""
+        return self.failure_changed or any(each.is_change for each in self.differences)
 
 
 def _difference(quantity: str, before: Array, after: Array, floors: Array) -> Difference:
     sizes = np.abs(after - before).max(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = np.where(sizes > 0.0, sizes / floors, 0.0)
-    above = np.flatnonzero(ratios > FLOORS)
-    k = int(above[-1] if above.size else np.argmax(sizes))
+    above = ratios > FLOORS
+    k = int(np.argmax(np.where(above, sizes, 0.0) if above.any() else sizes))
     scale = float(np.abs(before[k]).max())
     relative = sizes[k] / scale if scale else sizes[k]
     return Difference(quantity, k, float(sizes[k]), float(relative), float(ratios[k]))
@@ -96,7 +108,7 @@ class Versions:
     Attributes
     ----------
     behaviours
-        by version, oldest first, also those that failed
+        by version, oldest first, also those that are missing
     truth
         None where there is none; then ``without`` is a sentence why
     """
@@ -114,9 +126,9 @@ class Versions:
 
     @property
     def steps(self) -> list[Step]:
-        """Between each release that ran and the next that did."""
-        ran = [each for each in self.behaviours.values() if not each.failure]
-        return [Step(*pair) for pair in pairwise(ran)]
+        """Between each release that is not missing and the next."""
+        present = [each for each in self.behaviours.values() if not each.missing]
+        return [Step(*pair) for pair in pairwise(present)]
 
     def error(self, behaviour: Behaviour) -> float:
         """Of the user's own run, against the truth; NaN without."""
@@ -145,7 +157,7 @@ def compare_releases(
     Raises
     ------
     ValueError
-        Where fewer than two releases ran, or the file is of one release only.
+        Where fewer than two releases can do it, or the file is of one release only.
     NotHere
         Where the installed release cannot do it.
     """
@@ -155,6 +167,9 @@ def compare_releases(
             f"other releases cannot read {file.name}, which holds what one of them compiled; give "
             f"the .xml or .urdf that it was made from."
         )
+    every = sorted({*versions, installed(run.package)}, key=by_age)
+    if len(every) < 2:
+        raise ValueError(f"name a release besides the installed one, {every[0]}.")
     report(f"{run.package} {installed(run.package)}: your run")
     questions = Questions.of(run)
     behaviours: dict[str, Behaviour] = {}
@@ -165,16 +180,21 @@ def compare_releases(
             behaviours[version] = _behaviour(questions, version, folder)
         return behaviours[version]
 
-    every = sorted({*versions, installed(run.package)}, key=by_age)
     for version in every:
         behaviour_of(version)
     notes = _halve(run.package, versions, behaviour_of) if halved else []
     ordered = {version: behaviours[version] for version in sorted(behaviours, key=by_age)}
-    failures = [f"{name}: {each.failure}" for name, each in ordered.items() if each.failure]
-    if len(ordered) - len(failures) < 2:
-        raise ValueError("; ".join(["fewer than two releases ran", *failures]))
+    missing = [f"{name}: {each.missing}" for name, each in ordered.items() if each.missing]
+    if len(ordered) - len(missing) < 2:
+        raise ValueError("; ".join(["fewer than two releases can do your run", *missing]))
     report("truth")
-    return Versions(run, ordered, *truth_of(run), notes)
+    compared = Versions(run, ordered, *truth_of(run), notes)
+    if not halved:
+        notes += [
+            f"To find the release: --releases {step.earlier.version}{RANGE}{step.later.version}."
+            for step in compared.steps if step.changed
+        ]  # fmt: skip
+    return compared
 
 
 def _behaviour(questions: Questions, version: str, folder: Path) -> Behaviour:
@@ -190,11 +210,11 @@ def _halve(
     package: str, ends: Sequence[str], behaviour_of: Callable[[str], Behaviour]
 ) -> list[str]:
     """Try releases between the two, until each change is between neighbours that can be tried;
-    returns a note where an end fails, so that there is nothing to halve."""
+    returns a note where an end is missing, so that there is nothing to halve."""
     earlier, later = behaviour_of(ends[0]), behaviour_of(ends[-1])
-    failed = [each for each in (earlier, later) if each.failure]
-    if failed:
-        return [f"No releases between the ends were tried, since {failed[0].version} fails."]
+    missing = [each for each in (earlier, later) if each.missing]
+    if missing:
+        return [f"No releases between the ends were tried, since {missing[0].version} is left out."]
     versions = listed(package)
     open_steps = [Step(earlier, later)]
     while open_steps:
@@ -203,7 +223,7 @@ def _halve(
         between = [each for each in versions if first < by_age(each) < last]
         while between and step.changed:
             middle = behaviour_of(between.pop(len(between) // 2))
-            if not middle.failure:
+            if not middle.missing:
                 open_steps += [Step(step.earlier, middle), Step(middle, step.later)]
                 break
     return []

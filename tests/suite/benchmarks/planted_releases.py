@@ -22,7 +22,10 @@ json.dump(answer, sys.stdout)
 """
 # What a fault does to a job, and to an answer.
 EULER = ("for each in job['runs']: each['integrator'] = 'Euler'", "")
-GRAVITY = ("job['G'] *= 1.0 + 1e-9", "")
+EULER_AT_OTHER_STEPS = ("for each in job['runs'][5:]: each['integrator'] = 'Euler'", "")
+GRAVITY = ("job['G'] *= 1.0 + 2e-12", "")
+STEP = ("for each in job['runs']: each['step'] *= 1.0 + 1e-10", "")
+SHORT = ("for each in job['runs']: each['step'] = 1e-5", "")
 ACCELERATIONS = (
     "",
     "answer['accelerations'] = [[x * (1.0 + 1e-9) for x in each]"
@@ -49,6 +52,31 @@ ROUNDS_PLANETS = (
     "for each in job['runs']:\n"
     "    each['particles'] = [[m, *(x * (1.0 + 2.2e-16) for x in row)]\n"
     "                         for m, *row in each['particles']]",
+    "",
+)
+# Every state is, after each step, upwards more often than downwards.
+ROUNDS_EACH_STEP = (
+    """
+import random
+
+signs, names = random.Random(0), program["run"].__globals__
+made, kept = names["made"], []
+
+def rounding(job, particles):
+    sim = made(job, particles)
+
+    def move(pointer):
+        for particle in sim.particles:
+            for name in ("x", "y", "z", "vx", "vy", "vz"):
+                ulp = signs.choice((-1.1e-16, 0.0, 2.2e-16))
+                setattr(particle, name, getattr(particle, name) * (1.0 + ulp))
+
+    sim.post_timestep_modifications = move
+    kept.append((move, sim))
+    return sim
+
+names["made"] = rounding
+""",
     "",
 )
 

@@ -22,11 +22,15 @@ from tests.suite.benchmarks.planted_releases import (
     BLOWS_UP,
     ENERGY,
     EULER,
+    EULER_AT_OTHER_STEPS,
     FAILS,
     GRAVITY,
+    ROUNDS_EACH_STEP,
     ROUNDS_MODEL,
     ROUNDS_PLANETS,
     SAME,
+    SHORT,
+    STEP,
     planted,
 )
 
@@ -44,6 +48,10 @@ BOXES = """<mujoco><option timestep="0.005"/><worldbody><geom type="plane" size=
 <body pos="0 0 .4"><freejoint/><geom type="box" size=".1 .15 .2"/></body>
 <body pos=".05 .02 .9"><freejoint/><geom type="capsule" size=".1 .15"/></body>
 </worldbody></mujoco>"""
+
+
+STIFF = """<mujoco><option timestep="0.05"/><worldbody><body><joint stiffness="1e6"/>
+<geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" contype="0"/></body></worldbody></mujoco>"""
 
 
 def run_of_model(folder: Path, text: str, **asked) -> OwnRun:
@@ -87,8 +95,9 @@ def planets(folder: Path) -> OwnRun:
         (body, ACCELERATIONS, {"accelerations"}),
         (body, ENERGY, {"energy"}),
         (planets, GRAVITY, {"positions", "velocities", "energy", "accelerations"}),
+        (planets, STEP, {"positions", "velocities"}),
     ],
-    ids=["order", "accelerations", "energy", "G"],
+    ids=["order", "accelerations", "energy", "G", "step"],
 )
 def test_a_planted_fault_is_a_change_of_what_it_touches_and_of_nothing_else(
     run_in, fault, changed, tmp_path, monkeypatch
@@ -147,10 +156,10 @@ def test_halving_names_neighbours_and_passes_by_releases_that_fail(tmp_path, mon
     (change,) = changes(comparison)
     assert (change["earlier"], change["later"]) == ("3.10.0", "3.11.0")
     assert len(comparison.behaviours) <= 9 and "4.0.0" not in comparison.behaviours
-    failed = [each for each in comparison.behaviours.values() if each.failure]
-    assert failed and all("unrecognized attribute" in each.failure for each in failed)
+    missing = [each for each in comparison.behaviours.values() if each.missing]
+    assert missing and all("unrecognized attribute" in each.missing for each in missing)
     table = rows(comparison).set_index("release")
-    assert table["status"].astype(bool).sum() == len(failed)
+    assert table["status"].astype(bool).sum() == len(missing)
     assert table.loc["mujoco 3.11.0", "energy_change"] < 1e-12
 
 
@@ -163,18 +172,58 @@ def test_a_release_that_cannot_be_had_is_a_row_with_its_reason_and_one_alone_is_
     assert comparison.truth is not None and comparison.truth.apart < 1e-7
     errors = [comparison.error(each) for each in comparison.behaviours.values()]
     assert errors[0] == errors[1] == pytest.approx(errors[0]) and 0.0 < errors[0] < 1e-6
+    with pytest.raises(ValueError, match="name a release besides the installed one"):
+        compare_releases(run, [newest], False, tmp_path)
     monkeypatch.setattr(versions, "interpreter", planted(tmp_path, {"3.0.0": FAILS}))
     with pytest.raises(ValueError, match=r"3\.0\.0: .*XML Error.*; 3\.1\.0: No matching"):
         compare_releases(run, ["3.0.0", "3.1.0", newest], False, tmp_path)
 
 
-def test_a_release_whose_states_are_not_finite_has_not_run(tmp_path, monkeypatch):
-    faults = {"3.0.0": SAME, "3.1.0": BLOWS_UP, "3.2.0": FAILS}
+def test_where_a_run_begins_or_ceases_to_diverge_is_a_change(tmp_path, monkeypatch):
+    faults = {"3.0.0": SAME, "3.1.0": BLOWS_UP, "3.2.0": BLOWS_UP, "3.3.0": FAILS}
     comparison = compared(monkeypatch, tmp_path, planets(tmp_path), faults)
-    failures = [each.failure for each in comparison.behaviours.values()]
-    assert failures[1] == "your run fails: its states are not finite." and failures[2]
+    assert [step.changed for step in comparison.steps] == [True, False, True]
+    assert [*comparison.behaviours.values()][3].missing
+    why, newest = "its states are not finite.", comparison.newest.version
+    said = [*sentences(comparison)]
+    assert said[:3] == [
+        f"Between 3.0.0 and 3.1.0 your run began to fail: {why}",
+        f"From 3.1.0 to 3.2.0 your run fails: {why}",
+        f"Between 3.2.0 and {newest} your run ceased to fail: {why}",
+    ]
+    assert "To find the release: --releases 3.0.0..3.1.0." in said
+    assert [each["quantity"] for each in changes(comparison)] == ["failure", "failure"]
+
+
+def test_a_model_that_diverges_since_the_installed_release_is_compared(tmp_path, monkeypatch):
+    run = run_of_model(tmp_path, STIFF, duration=1.0, qpos=(1.0,))
+    comparison = compared(monkeypatch, tmp_path, run, {"3.0.0": SHORT, "3.1.0": SHORT})
+    assert [step.changed for step in comparison.steps] == [False, True]
+    assert "BADQACC" in comparison.newest.failure
+    assert f"and {comparison.newest.version} your run began to fail" in [*sentences(comparison)][1]
+
+
+@pytest.mark.parametrize(
+    ("duration", "asked"),
+    [(4000.0, {}), (5000.0, {"integrator": "ias15"})],
+    ids=["fixed", "chosen"],
+)
+def test_rounding_in_each_step_of_a_long_run_is_no_change(duration, asked, tmp_path, monkeypatch):
+    monkeypatch.setattr(versions, "truth_of", lambda run: (None, ""))
+    run = run_of_planets(tmp_path, duration, **asked)
+    comparison = compared(monkeypatch, tmp_path, run, {"3.0.0": ROUNDS_EACH_STEP})
     (step,) = comparison.steps
-    assert (step.earlier.version, step.changed) == ("3.0.0", False)
+    assert not step.changed
+    motion = comparison.newest.motion
+    assert motion is not None and motion.taken > 1e4
+    assert max(each.floors for each in step.differences) > 1.0  # it does round otherwise
+
+
+def test_an_order_alone_is_no_change_of_a_run(tmp_path, monkeypatch):
+    monkeypatch.setattr(versions, "truth_of", lambda run: (None, ""))
+    comparison = compared(monkeypatch, tmp_path, body(tmp_path), {"3.0.0": EULER_AT_OTHER_STEPS})
+    (step,) = comparison.steps
+    assert step.order_changed and not step.changed and changes(comparison) == []
 
 
 def test_without_a_truth_a_sentence_says_why(tmp_path, monkeypatch):
@@ -231,7 +280,7 @@ def test_releases_are_read_and_ordered_by_age_and_others_refused(monkeypatch):
     assert asked_releases("mujoco", ["4.0.1", "3.6.0", "3.10.0"]) == (
         ["3.6.0", "3.10.0", "4.0.1"], False,
     )  # fmt: skip
-    assert asked_releases("rebound", ["4.0.0..5.2.0"]) == (["4.0.0", "5.2.0"], True)
+    assert asked_releases("rebound", ["5.2.0 .. 4.0.0"]) == (["4.0.0", "5.2.0"], True)
     assert asked_releases("rebound", []) == ([*requirements.USUAL["rebound"]], False)
     for wrong in (["newest"], ["3.6.0.."], ["1.0..2.0..3.0"], ["--upgrade"], ["4"]):
         with pytest.raises(ValueError, match="--releases expects"):
@@ -253,7 +302,7 @@ def of_real_releases(run: OwnRun, names: list[str], folder: Path) -> Versions:
         comparison = compare_releases(run, names, False, folder)
     except ValueError as error:
         pytest.skip(str(error))
-    failures = [each.failure for each in comparison.behaviours.values() if each.failure]
+    failures = [each.missing for each in comparison.behaviours.values() if each.missing]
     if failures:
         pytest.skip("; ".join(failures))
     assert not list(folder.rglob("pyvenv.cfg"))
