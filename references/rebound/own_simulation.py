@@ -8,8 +8,8 @@ read by all others, so that the job holds what the file does:
             {"particles", "step", which may be absent, "steps": n, "every": k} or, for an integrator
             that chooses its steps, {"particles", "times": a list}; "states": a list of particles
     answer  {"release", "runs": for each run the rows of particles at every k-th step after the
-            start or at each time, of energy and the kinetic part of it, "failure", a sentence or "",
-            and "taken", the number of steps;
+            start or at each time, of energy and the kinetic part of it, "failure", a sentence
+            or "", and "taken", the number of steps;
             "accelerations": those of each body at each state, "energies": of each state}
 
 Nothing is judged here, so that all releases are judged alike.
