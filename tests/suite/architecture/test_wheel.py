@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -359,6 +360,36 @@ def test_the_version_is_that_of_the_tag_or_the_commit(
     said = ran(tmp_path, "git", "rev-parse", "HEAD")[:12]
     assert version_in_git(tmp_path) == version.format(release=RELEASE, commit=said)
     assert version_in_git(tmp_path / "file") == ""
+
+
+@pytest.mark.parametrize(
+    ("commands", "version"),
+    [
+        ([], "{release}.dev0+g{commit}"),
+        (["tag v2.3.4rc1"], "2.3.4rc1"),
+        (["tag v2.3.4", "commit --allow-empty -m more"], "{release}.dev0+g{commit}"),
+        (["tag other"], "{release}.dev0+g{commit}"),
+    ],
+)
+def test_an_archive_of_git_has_the_version_of_its_commit(
+    commands: list[str], version: str, tmp_path: Path
+) -> None:
+    """GitHub hands out an action as such an archive, and setup.py asks this file."""
+    place, archive = tmp_path / "clone", tmp_path / "archive"
+    for name in (".gitattributes", "galvi/interop/release.py"):
+        (place / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / name, place / name)
+    git(place, "init", "-q")
+    git(place, "add", ".")
+    git(place, "commit", "-q", "-m", "first")
+    for command in commands:
+        git(place, *command.split())
+    git(place, "archive", "--output", str(tmp_path / "archive.tar"), "HEAD")
+    archive.mkdir()
+    ran(tmp_path, "tar", "-xf", "archive.tar", "-C", archive)
+    release = runpy.run_path(str(archive / "galvi" / "interop" / "release.py"))
+    commit = ran(place, "git", "rev-parse", "HEAD")[:12]
+    assert release["version_in_git"](archive) == version.format(release=RELEASE, commit=commit)
 
 
 @pytest.mark.slow(beside="test_the_wheel_holds_every_module_the_data_and_the_plugin_of_pytest")
