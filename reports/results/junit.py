@@ -94,8 +94,8 @@ def _command_properties(case: JUnitCase) -> str:
 
 def _escaped(text: str, more: str = "") -> str:
     """As GitHub's workflow commands want it; `more` signs are escaped in a property."""
-    escaped = f"%\n{more}"
-    return "".join(f"%{ord(sign):02X}" if sign in escaped else sign for sign in visible(text))
+    signs = f"%\r\n{more}"
+    return visible("".join(f"%{ord(sign):02X}" if sign in signs else sign for sign in text))
 
 
 def _totals(cases: Sequence[JUnitCase]) -> dict[str, str]:

@@ -94,7 +94,7 @@ def test_an_annotation_can_be_printed_and_parsed_whatever_its_texts_are(monkeypa
     case = JUnitCase(HOSTILE, "a", 0.0, "failure", HOSTILE, defined_at=("a\udcff,b:c\r.py", 3))
     (line,) = github_annotations([case])
     (shown,) = annotations(line.encode().decode())
-    assert shown["file"] == r"a\udcff,b:c\r.py" and shown["message"] == visible(HOSTILE)
+    assert shown["file"] == "a\\udcff,b:c\r.py" and shown["message"] == visible(HOSTILE)
     assert shown["title"] == visible(f"{HOSTILE}: a")
 
 
