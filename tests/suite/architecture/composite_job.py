@@ -97,6 +97,7 @@ class Job:
         github = {
             "GITHUB_ACTIONS": "true", "GITHUB_ACTION_PATH": str(place),
             "GITHUB_EVENT_NAME": self.event, "RUNNER_TEMP": str(self.runner),
+            "PIP_REQUIRE_VIRTUALENV": "1",  # where PATH has no other Python, nothing is installed
         }  # fmt: skip
         values = {f"inputs.{key}": text for key, text in inputs.items()}
         values |= {f"steps.{key}": text for key, text in self.outputs.items()}
