@@ -1,4 +1,5 @@
-"""galvi's version: the tag of a release, or else the coming release and the commit.
+"""galvi's version: the tag of a release, or else the coming release and the commit, as git knows
+them, or as it wrote them into an archive, such as GitHub's.
 
 ``setup.py`` runs this file by itself, so it imports nothing that has to be installed.
 """
@@ -14,6 +15,9 @@ from pathlib import Path
 
 RELEASE = "0.1.0"
 RELEASED = r"v(\d+(?:\.\d+)*(?:(?:a|b|rc)\d+)?)(-dirty)?"  # a tag of a release, as PEP 440 has it
+# Where this file is in an archive: the commit, and the last tag with how many commits ago that was.
+# The attribute export-subst in .gitattributes makes git fill them in.
+ARCHIVED = "$Format:%H %(describe:tags=true,match=v[0-9]*)$"
 
 
 @cache
@@ -32,15 +36,25 @@ def commit_in(version: str) -> str:
 
 
 def version_in_git(top: Path) -> str:
-    """The version of a git checkout with this top folder; "" where git does not tell."""
+    """The version of a git checkout with this top folder, or of an archive; "" where git does not
+    tell."""
     if not (top / ".git").exists():
-        return ""
+        return version_in_archive(ARCHIVED)
     said = _git(top, "--tags", "--match=v[0-9]*", "--exact-match")
     tag = re.fullmatch(RELEASED, said)
     if tag:
         return tag[1] + ("+dirty" if tag[2] else "")
     commit, *changed = _git(top, "--exclude=*").split("-dirty")
     return f"{RELEASE}.dev0+g{commit}{'.dirty' if changed else ''}" if commit else ""
+
+
+def version_in_archive(filled_in: str) -> str:
+    """The version that ARCHIVED tells; "" where git did not fill it in."""
+    commit, _, described = filled_in.partition(" ")
+    tag = re.fullmatch(RELEASED, described)
+    if tag:
+        return tag[1]
+    return "" if commit.startswith("$") else f"{RELEASE}.dev0+g{commit[:12]}"
 
 
 def _git(top: Path, *words: str) -> str:

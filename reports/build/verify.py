@@ -4,7 +4,7 @@ claims.csv    every row; rows of claims that were not selected are kept, with th
 durations.csv seconds that the study of each claim took
 verify.xml    JUnit XML for CI services
 verify.md     the same in Markdown; also appended to the CI job summary
-verify-*.json measured errors, for services that draw them over time
+verify-*.json measured errors, for services that plot them over time
 frames/       the studies' frames
 tables/       claims and convergence
 """

@@ -88,10 +88,10 @@ def report_judgement(
     page = write_judgement(judgement, file.name, provenance(command), out)
     suites = junit_suites(judgement, file, error)
     write(out / "judge.xml", junit_xml(f"{called} judge", suites))
-    # they have names of bodies, joints and parts of a model
+    # names of bodies, joints and parts of a model are in them
     lines = [visible(sentence) for sentence in (*judgement.notes, *sentences(judgement))]
     items = [f"- {escape(sentence, quote=False)}" for sentence in lines]
-    write_job_summary("\n".join([f"## judge: {escape(file.name)}", "", *items, ""]))
+    write_job_summary("\n".join([f"## judge: {escape(visible(file.name))}", "", *items, ""]))
     print(*lines, f"See {page}.", sep="\n")
     for annotation in github_annotations([case for cases in suites.values() for case in cases]):
         print(annotation)

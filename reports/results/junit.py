@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from typing import Literal
 from xml.etree import ElementTree as tree
 
+from benchmarks.store.foreign_texts import visible
+
 FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
 
 MOST = 10  # annotations that GitHub shows of a step
@@ -36,8 +38,8 @@ class JUnitCase:
     properties
         (name, text) of each, whatever the outcome
     defined_at
-        file, from the root of the repository, and line of what was checked; "" where no file has
-        it, and 0 for the file as a whole
+        file, from the root of the repository, and line of what was checked; "" where no file is
+        known, and 0 for the file as a whole
     """
 
     class_name: str
@@ -86,13 +88,14 @@ def github_annotations(cases: Sequence[JUnitCase]) -> list[str]:
 def _command_properties(case: JUnitCase) -> str:
     file, line = case.defined_at
     title = f"{case.class_name}: {case.name}"
-    known = {"file": file, "line": str(line or ""), "title": title}
-    return ",".join(f"{name}={_escaped(text, ':,')}" for name, text in known.items() if text)
+    texts = {"file": file, "line": str(line or ""), "title": title}
+    return ",".join(f"{name}={_escaped(text, ':,')}" for name, text in texts.items() if text)
 
 
 def _escaped(text: str, more: str = "") -> str:
     """As GitHub's workflow commands want it; `more` signs are escaped in a property."""
-    return "".join(f"%{ord(sign):02X}" if sign in f"%\r\n{more}" else sign for sign in text)
+    signs = f"%\r\n{more}"
+    return visible("".join(f"%{ord(sign):02X}" if sign in signs else sign for sign in text))
 
 
 def _totals(cases: Sequence[JUnitCase]) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Measured numbers of which less is better, as files of the services that draw them over time.
+"""Measured numbers, the smaller the better, in the formats of services that plot them over time.
 
 PREFIX-benchmark-action.json  `customSmallerIsBetter` of github-action-benchmark
 PREFIX-bencher.json           Bencher Metric Format
@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,14 +18,14 @@ from benchmarks.checks.claim import Row
 from benchmarks.store.atomic import write
 from benchmarks.store.foreign_texts import visible
 
-LONGEST_NAME, LONGEST_SLUG = 1024, 64  # letters, in Bencher
+LONGEST_NAME, LONGEST_SLUG = 1024, 64  # characters, in Bencher
 UPPER_BOUNDS = ("at most", "below")  # how bounds of such numbers begin
 SMALL = ("error", "relative change of")  # and quantities that have no bound
 
 
 @dataclass(frozen=True)
 class Metric:
-    """A number of which less is better.
+    """A number, the smaller the better.
 
     Attributes
     ----------
@@ -45,10 +45,10 @@ class Metric:
 
 
 def write_metrics(folder: Path, prefix: str, metrics: Iterable[Metric]) -> None:
-    """Write both files; what is not a finite number is left out."""
-    known = [metric for metric in metrics if math.isfinite(metric.value + metric.spread)]
+    """Write both files; a number that is not finite, or has such a spread, is left out."""
+    finite = [metric for metric in metrics if math.isfinite(metric.value + metric.spread)]
     for name, text in (("benchmark-action", benchmark_action), ("bencher", bencher)):
-        write(folder / f"{prefix}-{name}.json", text(known))
+        write(folder / f"{prefix}-{name}.json", text(finite))
 
 
 def benchmark_action(metrics: Sequence[Metric]) -> str:
@@ -71,7 +71,7 @@ def bencher(metrics: Sequence[Metric]) -> str:
         value, spread = metric.value, metric.spread
         ends = {"lower_value": value - spread, "upper_value": value + spread} if spread else {}
         measures = content.setdefault(visible(metric.benchmark)[:LONGEST_NAME], {})
-        measures[_slug(metric.measure)] = {"value": value, **ends}
+        measures[_slug(metric.measure, measures)] = {"value": value, **ends}
     return _as_json(content)
 
 
@@ -91,5 +91,9 @@ def _as_json(content: object) -> str:
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
-def _slug(words: str) -> str:
-    return re.sub(r"[^a-z0-9]+", "-", words.lower()).strip("-")[:LONGEST_SLUG] or "measured"
+def _slug(words: str, taken: Collection[str]) -> str:
+    """A name as Bencher has them, with a number where another measure took it."""
+    slug = re.sub(r"[^a-z0-9]+", "-", words.lower()).strip("-") or "measured"
+    endings = ("", *(f"-{number}" for number in range(2, len(taken) + 2)))
+    names = (slug[: LONGEST_SLUG - len(ending)].rstrip("-") + ending for ending in endings)
+    return next(name for name in names if name not in taken)

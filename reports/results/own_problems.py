@@ -82,7 +82,7 @@ def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> 
             externals.append(external)
         claims = contender_checks(externals)
         definitions = {
-            claim.id: one.defined_at for claim, one in zip(claims, externals, strict=True)
+            claim.id: external.defined_at for claim, external in zip(claims, externals, strict=True)
         }
         yield replace(
             suite,

@@ -18,13 +18,16 @@ VARIABLE = "GITHUB_STEP_SUMMARY"  # the path of the summary file
 
 
 def write_job_summary(text: str) -> None:
-    """Append to the summary file, if there is one; print a warning when that fails."""
+    """Append to the summary file, if there is one; print a warning when that fails.
+
+    A blank line ends the text, or Markdown after a </details> would be shown as it is written.
+    """
     path = os.environ.get(VARIABLE)
     if not path:
         return
     try:
         with open(path, "a", encoding="utf-8") as file:
-            file.write(text)
+            file.write(f"{text}\n")
     except OSError as error:
         print(f"The summary was not appended to ${VARIABLE}: {error}.", file=sys.stderr)
 

@@ -1,4 +1,4 @@
-"""The numbers of the head of a comparison, for services that draw them over time."""
+"""The numbers of the head of a comparison, for services that plot them over time."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from reports.tracking.outcome import Outcome
 def head_metrics(outcome: Outcome) -> Iterator[Metric]:
     """Times, errors and counts of each benchmark that the head ran to its end.
 
-    A time is the median of the first round, and its spread half the distance of the quartiles; it
-    is given over the yardstick too, since runners differ.
+    A time is the median of the first round, and its spread half the distance between the quartiles.
+    It is also given as a multiple of the yardstick, since runners differ in speed.
     """
     for finding in outcome.findings:
         head = finding.pair.reached.get("head")
@@ -28,8 +28,8 @@ def head_metrics(outcome: Outcome) -> Iterator[Metric]:
             spread = (high - low) / 2.0
             yield Metric(finding.name, "latency", 1e9 * median, "ns", 1e9 * spread)
             if math.isfinite(outcome.yardstick):
-                beside = median / outcome.yardstick, "yardsticks", spread / outcome.yardstick
-                yield Metric(finding.name, "time over yardstick", *beside)
+                relative, wide = median / outcome.yardstick, spread / outcome.yardstick
+                yield Metric(finding.name, "time over yardstick", relative, "yardsticks", wide)
         yield Metric(finding.name, "error", float(finding.errors[1]))
         for name, count in head["counts"].items():
             if name not in SAME_WORK:

@@ -51,9 +51,9 @@ def _case(
 ) -> JUnitCase:
     notes, alarm = " ".join(item.notes), item.alarms.get(gate, "")
     verdict = "worse" if alarm else "not worse" if compared else "not compared"
-    known = {**measured, "verdict": verdict, "reason": alarm or notes}
+    texts = {**measured, "verdict": verdict, "reason": alarm or notes}
     case = JUnitCase(
-        item.name, gate, details=notes, properties=tuple(pair for pair in known.items() if pair[1])
+        item.name, gate, details=notes, properties=tuple(pair for pair in texts.items() if pair[1])
     )
     if alarm:
         return replace(case, outcome="failure", message=alarm)

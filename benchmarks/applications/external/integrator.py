@@ -82,7 +82,7 @@ class ExternalIntegrator:
     process that ends, or does not answer within ``limit`` seconds, is replaced at the next request;
     after PATIENCE answers that took longer every request fails at once, and ``limit_option`` is the
     remedy. ``printed`` has what its processes printed; ``defined_at`` the file of its class, from
-    the root of the repository, and the line; "" and 0 where they are not known.
+    the root of the repository, and the line; "" and 0 where its source is unknown or elsewhere.
     """
 
     path: str
@@ -109,7 +109,8 @@ class ExternalIntegrator:
         try:
             external._declare(external._ask("metadata"))
             file, line = external._ask("definition")
-            external.defined_at = path_in_repository(file), line
+            if path := path_in_repository(file):
+                external.defined_at = path, line
         except BaseException:
             external.close()
             raise

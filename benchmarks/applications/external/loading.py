@@ -156,7 +156,7 @@ def metadata(contender: Any) -> tuple[str, float | None, dict[str, float], bool]
 
 def definition(contender: Any) -> tuple[str, int]:
     """The file of its class and the line where that begins; "" and 0 where they are not known, as
-    of a class that was made by a program."""
+    for a class that has no ``class`` statement."""
     kind = type(contender)
     try:
         return plain_text(inspect.getsourcefile(kind) or ""), inspect.findsource(kind)[1] + 1

@@ -48,7 +48,9 @@ class Job:
     status, printed
         of each step that was run, by its id or its command
     outputs
-        of the steps, as "step.name"
+        of the steps, as "step.outputs.name"
+    skipped
+        ids of the steps whose condition did not hold
     """
 
     project: Path
@@ -60,6 +62,7 @@ class Job:
     status: dict[str, int] = field(default_factory=dict)
     printed: dict[str, str] = field(default_factory=dict)
     outputs: dict[str, str] = field(default_factory=dict)
+    skipped: set[str] = field(default_factory=set)
 
     @property
     def passed(self) -> bool:
@@ -86,6 +89,7 @@ class Job:
     def _run(self, step: Mapping[str, Any], inputs: Mapping[str, str]) -> None:
         name = step.get("id", step["run"])
         if not self._asked(step.get("if", "success()")):
+            self.skipped.add(name)
             return
         files = {file: str(self.runner / file) for file in FILES}
         place = self.galvi / ".github" / "actions" / "galvi"
@@ -93,18 +97,20 @@ class Job:
         github = {
             "GITHUB_ACTIONS": "true", "GITHUB_ACTION_PATH": str(place),
             "GITHUB_EVENT_NAME": self.event, "RUNNER_TEMP": str(self.runner),
+            "PIP_REQUIRE_VIRTUALENV": "1",  # where PATH has no other Python, nothing is installed
         }  # fmt: skip
         values = {f"inputs.{key}": text for key, text in inputs.items()}
         values |= {f"steps.{key}": text for key, text in self.outputs.items()}
-        own = {
-            key: EXPRESSION.sub(lambda match: values[match[1]], text)
-            for key, text in step.get("env", {}).items()
-        }
+        folder, *texts = (
+            EXPRESSION.sub(lambda match: values[match[1]], text)
+            for text in (step.get("working-directory", "."), *step.get("env", {}).values())
+        )
+        own = dict(zip(step.get("env", {}), texts, strict=True))
         (self.runner / "GITHUB_OUTPUT").write_text("")
         assert step["shell"] == "bash" and not EXPRESSION.search(step["run"])
         done = subprocess.run(
             ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]],
-            cwd=self.project, env=self.variables | files | github | own, text=True,
+            cwd=self.project / folder, env=self.variables | files | github | own, text=True,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )  # fmt: skip
         self.status[name], self.printed[name] = done.returncode, done.stdout
@@ -115,8 +121,11 @@ class Job:
         """Whether a step runs after what has run."""
         for word, python in TO_PYTHON.items():
             condition = condition.replace(word, python)
-        outcome = r"steps\.(\w+)\.outcome == 'success'"
-        condition = re.sub(outcome, lambda match: str(self.status.get(match[1]) == 0), condition)
+        for pattern, holds in (
+            (r"steps\.(\w+)\.outcome != 'skipped'", lambda step: step not in self.skipped),
+            (r"steps\.(\w+\.outputs\.\w+) != ''", lambda output: bool(self.outputs.get(output))),
+        ):
+            condition = re.sub(pattern, lambda match, holds=holds: str(holds(match[1])), condition)
         names = {"passed": self.passed, "on_main": self.event == "push"}
         return bool(eval(condition, {"__builtins__": {}}, names))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -20,7 +21,7 @@ from benchmarks.store.provenance import provenance
 from galvi.interop.release import RELEASE, version_in_git
 from galvi.kernels.compile.cache import KERNELS_FOLDER
 from reports.tables.macros import bibliography
-from tests.suite.architecture.composite_job import Job, checked_out
+from tests.suite.architecture.composite_job import ACTION, Job, checked_out
 from tests.suite.reports import services
 from tests.suite.reports.test_track_against import git
 
@@ -250,6 +251,48 @@ def test_the_action_compares_with_the_base_of_a_pull_request_and_with_the_last_t
     git(run.project, "rev-parse", "--verify", expected)  # the checkout alone has no other commit
 
 
+def test_the_action_compares_the_first_commit_of_a_repository_with_nothing(project: Path) -> None:
+    git(project, "reset", "--quiet", "--hard", "v1")
+    run = job(project, ROOT, Path(sys.executable).parent, "push")
+    run.run("base", "track")
+    assert run.passed and run.skipped == {"track"} and "::notice::" in run.printed["base"]
+
+
+@pytest.mark.parametrize(
+    ("contender", "contenders"),
+    [
+        (" ", []),
+        ("mine:Leapfrog other:Its\n", ["mine:Leapfrog", "other:Its"]),
+        ("m*:L;touch x $(touch x)", ["m*:L;touch", "x", "$(touch", "x)"]),
+    ],
+)
+def test_the_action_hands_its_inputs_over_as_they_are_and_compares_what_was_not_verified(
+    project: Path, tmp_path: Path, contender: str, contenders: list[str]
+) -> None:
+    """In the folder that was asked for; the commands are stand-ins that print how they are called
+    and fail."""
+    for name, status in (("galvi", 1), ("python", 0)):
+        stand_in = tmp_path / "bin" / name
+        stand_in.parent.mkdir(exist_ok=True)
+        stand_in.write_text(f'#!/bin/sh\nprintf "%s\\n" "$PWD" "$@"\nexit {status}\n')
+        stand_in.chmod(0o755)
+    (project / "src" / "m1:L;touch").touch()
+    commit(project, "third")
+    inputs = {"requirements": "-e .[all] 'x>1'", "timeout": "5 s", "base": "v1"}
+    inputs |= {"contender": contender, "working-directory": "src"}
+    run = job(project, ROOT, tmp_path / "bin", "pull_request", **inputs)
+    run.run("install", "verify", "base", "track")
+    words = [word for name in contenders for word in ("--contender", name)]
+    for step, expected in {
+        "install": [f"{ACTION.parent}/../../..[suite]", "-e", ".[all]", "'x>1'"],
+        "verify": ["--claims", "contenders", "--timeout", "5 s", *words],
+        "track": ["--against", "v1", "--timeout", "5 s", *words],
+    }.items():
+        folder, *received = run.printed[step].splitlines()
+        assert Path(folder) == run.project / "src" and received[3:] == expected
+    assert run.status == {"install": 0, "verify": 1, "base": 0, "track": 1}
+
+
 @pytest.mark.slow(
     beside="test_the_action_compares_with_the_base_of_a_pull_request_and_with_the_last_tag"
 )
@@ -329,6 +372,36 @@ def test_the_version_is_that_of_the_tag_or_the_commit(
     said = ran(tmp_path, "git", "rev-parse", "HEAD")[:12]
     assert version_in_git(tmp_path) == version.format(release=RELEASE, commit=said)
     assert version_in_git(tmp_path / "file") == ""
+
+
+@pytest.mark.parametrize(
+    ("commands", "version"),
+    [
+        ([], "{release}.dev0+g{commit}"),
+        (["tag v2.3.4rc1"], "2.3.4rc1"),
+        (["tag v2.3.4", "commit --allow-empty -m more"], "{release}.dev0+g{commit}"),
+        (["tag other"], "{release}.dev0+g{commit}"),
+    ],
+)
+def test_an_archive_of_git_has_the_version_of_its_commit(
+    commands: list[str], version: str, tmp_path: Path
+) -> None:
+    """GitHub hands out an action as such an archive, and setup.py asks this file."""
+    place, archive = tmp_path / "clone", tmp_path / "archive"
+    for name in (".gitattributes", "galvi/interop/release.py"):
+        (place / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / name, place / name)
+    git(place, "init", "-q")
+    git(place, "add", ".")
+    git(place, "commit", "-q", "-m", "first")
+    for command in commands:
+        git(place, *command.split())
+    git(place, "archive", "--output", str(tmp_path / "archive.tar"), "HEAD")
+    archive.mkdir()
+    ran(tmp_path, "tar", "-xf", "archive.tar", "-C", archive)
+    release = runpy.run_path(str(archive / "galvi" / "interop" / "release.py"))
+    commit = ran(place, "git", "rev-parse", "HEAD")[:12]
+    assert release["version_in_git"](archive) == version.format(release=RELEASE, commit=commit)
 
 
 @pytest.mark.slow(beside="test_the_wheel_holds_every_module_the_data_and_the_plugin_of_pytest")

@@ -19,6 +19,7 @@ from tests.suite.architecture.composite_job import ACTION
 ROOT = Path(__file__).parents[3]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 FOR_OTHERS = ROOT / "docs" / "workflow.yml"
+PAGE = ROOT / "docs" / "suite.md"
 OWN = "OWNER/galvi/.github/actions/galvi@COMMIT"  # as another project names our action
 PINNED = re.compile(r"uses: (actions/[a-z/-]+)@([0-9a-f]{40}) # (v\d+\.\d+\.\d+)")
 ON_MAIN = (
@@ -133,6 +134,8 @@ def test_the_workflow_to_copy_has_ten_lines_and_names_an_action_and_inputs_that_
     assert ROOT / place / "action.yml" == ACTION and len(text.splitlines()) <= 10
     inputs = yaml.safe_load(ACTION.read_text())["inputs"]
     assert own["with"].keys() <= inputs.keys()
+    (section,) = re.findall(r"^## In your CI\n(.*?)^## ", PAGE.read_text(), re.M | re.S)
+    assert re.findall(r"^\| `([a-z-]+)` \|", section, re.M) == [*inputs]
     assert all(step.get("shell") == "bash" for step in steps(ACTION.read_text()) if "run" in step)
 
 
@@ -147,7 +150,7 @@ def test_the_smoke_test_runs_readmes_first_example(tmp_path: Path) -> None:
 
 
 def test_commands_of_the_page_and_of_ci_exist() -> None:
-    page = (ROOT / "docs" / "suite.md").read_text() + (ROOT / ".ci" / "run").read_text()
+    page = PAGE.read_text() + (ROOT / ".ci" / "run").read_text()
     lines = re.findall(r"^\.venv/bin/python -m reports[^\n#]*", page, re.M)
     assert len(lines) >= 4 and [line for line in lines if unknown(line)] == []
 

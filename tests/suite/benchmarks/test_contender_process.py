@@ -322,7 +322,14 @@ def test_it_knows_where_its_class_begins_also_of_one_that_another_module_names(
         monkeypatch.syspath_prepend(str(place))
     monkeypatch.chdir(tmp_path / "src")
     at = "src/inner/it.py", 3
-    for path, expected in (("inner:It", at), ("inner:it", at), ("made:It", ("", 0))):
+    elsewhere = tmp_path.parent / f"{tmp_path.name}-site-packages"
+    elsewhere.mkdir()
+    (elsewhere / "installed.py").write_text(code)
+    monkeypatch.syspath_prepend(str(elsewhere))
+    nowhere = "", 0
+    for path, expected in (
+        ("inner:It", at), ("inner:it", at), ("made:It", nowhere), ("installed:It", nowhere),
+    ):  # fmt: skip
         external = ExternalIntegrator.open(path)
         external.close()
         assert external.defined_at == expected

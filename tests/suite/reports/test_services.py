@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 import yaml
 
+from benchmarks.store.foreign_texts import visible
+from reports.results.junit import JUnitCase, github_annotations
 from reports.results.metrics import Metric, row_metrics, write_metrics
 from tests.suite.reports.services import annotations, bencher_metrics, junit_cases
 from tests.suite.reports.small_reports import ROW, claim, suite_of
@@ -67,6 +69,33 @@ def test_metrics_are_of_benchers_format_whatever_the_names_are(tmp_path):
         "force-evaluations-of-the-potential": {"value": 16000.0},
     }
     assert len(content) == 2  # not `other`, whose spread is not finite
+
+
+def test_measures_that_bencher_would_name_alike_are_all_kept(tmp_path):
+    words = [
+        "force calls",
+        "force_calls",
+        "Force-calls!",
+        "é",
+        "ü",
+        63 * "x" + " y",
+        63 * "x" + " z",
+    ]
+    metrics = [Metric("b", name, -float(value)) for value, name in enumerate(words)]
+    write_metrics(tmp_path, "track", metrics)
+    measures = bencher_metrics(tmp_path / "track-bencher.json")["b"]
+    assert [each["value"] for each in measures.values()] == [metric.value for metric in metrics]
+    assert list(measures)[:3] == ["force-calls", "force-calls-2", "force-calls-3"]
+    assert not any(name.endswith("-") for name in measures)
+
+
+def test_an_annotation_can_be_printed_and_parsed_whatever_its_texts_are(monkeypatch):
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    case = JUnitCase(HOSTILE, "a", 0.0, "failure", HOSTILE, defined_at=("a\udcff,b:c\r.py", 3))
+    (line,) = github_annotations([case])
+    (shown,) = annotations(line.encode().decode())
+    assert shown["file"] == "a\\udcff,b:c\r.py" and shown["message"] == visible(HOSTILE)
+    assert shown["title"] == visible(f"{HOSTILE}: a")
 
 
 @pytest.mark.parametrize("text", ['{"a": {"b": {"value": NaN}}}', '{"a": {"b": {}}}', "[]"])

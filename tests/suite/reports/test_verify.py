@@ -182,7 +182,7 @@ def test_the_summary_says_what_failed_and_is_handed_to_the_forge(ask, tmp_path, 
     before, folded = text.split("<details>")
     assert "a\\|b&lt;c>" in before and "| V2" not in before
     assert "| V2" in folded and "at most 0.5" in folded
-    assert shown.read_text() == "before\n" + text
+    assert shown.read_text() == f"before\n{text}\n" and text.endswith("</details>\n")
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(tmp_path))
     done = ask("verify")
     assert done.status == 0 and "not appended to $GITHUB_STEP_SUMMARY" in done.err
