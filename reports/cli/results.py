@@ -99,8 +99,9 @@ def _export_kit(context: typer.Context, to: Path | None, out: Path) -> int:
     take, and for a folder with other contents or in which nothing can be written."""
     for parameter in context.command.params:
         if parameter.name not in KIT_TAKES and typed(context, parameter.name or ""):
-            option = parameter.opts[0]
-            raise typer.BadParameter(f"{KIT} takes only --to and --out; leave out {option}.")
+            raise typer.BadParameter(
+                f"{KIT} takes only --to and --out; leave out {parameter.opts[0]}."
+            )
     if to == Path("-"):
         raise typer.BadParameter("--to expects a folder for kit; received -, the standard output.")
     from reports.cli.handed_over import show_progress

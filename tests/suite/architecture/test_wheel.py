@@ -24,7 +24,19 @@ from reports.tables.macros import bibliography
 from tests.suite.reports.test_track_against import git
 
 ROOT = Path(__file__).parents[3]
-SHIPPED = {".py", ".typed", ".csv", ".md", ".bib", ".css", ".js", ".j2", ".mplstyle", ".png"}
+SHIPPED = {
+    ".py",
+    ".typed",
+    ".csv",
+    ".md",
+    ".bib",
+    ".css",
+    ".js",
+    ".j2",
+    ".mplstyle",
+    ".png",
+    ".xml",
+}
 OF_THESE_TESTS = {  # what the environment of a user has not
     "PYTEST_DISABLE_PLUGIN_AUTOLOAD", "PYTEST_ADDOPTS", "PYTHONPATH", "PYTHONDONTWRITEBYTECODE",
 }  # fmt: skip

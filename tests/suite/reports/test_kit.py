@@ -95,10 +95,6 @@ def failures(text: str) -> set[tuple[str, str]]:
     return set(re.findall(r"^FAIL: .*\[(.*)\] \((.*)\)$", text, re.MULTILINE))
 
 
-def names(kit: Path, kind: str) -> list[str]:
-    return json.loads((kit / "manifest.json").read_text())[kind]
-
-
 def edited(path: Path, old: str, new: str) -> None:
     text = path.read_text()
     assert text.count(old) == 1
@@ -118,9 +114,7 @@ def test_the_kit_s_tests_pass_without_galvi(copied, name):
 def test_the_table_is_read_without_a_library(copied, tmp_path):
     assert table_ran(copied, tmp_path) == 0
     table = copied / "point_masses/two_bodies_e03.txt"
-    rows = [row.split() for row in table.read_text().splitlines()]
-    rows = [[t, "0.250001" if gm == "0.25" else gm, *rest] for t, gm, *rest in rows]
-    table.write_text("".join(" ".join(row) + "\n" for row in rows))
+    table.write_text(table.read_text().replace(" 0.25 ", " 0.250001 "))
     assert table_ran(copied, tmp_path) == 1  # the mass of a body is off by 4e-6
 
 
@@ -166,7 +160,11 @@ def test_a_runge_kutta_method_of_order_2_is_seen_on_every_model(copied):
 def test_an_engine_with_the_wrong_constant_is_seen_on_every_problem(copied):
     status, text = ran(copied, "rebound", before=WRONG_G)
     assert status == 1
-    assert {name for name, _ in failures(text)} == set(names(copied, "point_masses"))
+    assert {name for name, _ in failures(text)} == {
+        "figure_eight",
+        "retrograde_planet",
+        "two_bodies_e03",
+    }
 
 
 @needs_engines
