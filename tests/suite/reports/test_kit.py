@@ -150,21 +150,15 @@ def test_a_planted_fault_is_seen_where_it_is(copied, file, old, new, name, seen)
 @needs_engines
 def test_a_runge_kutta_method_of_order_2_is_seen_on_every_model(copied):
     status, text = ran(copied, "mujoco", before=MIDPOINT)
-    assert status == 1
-    assert failures(text) == {
-        (name, "integrator='RK4'") for name in ("free_body", "heavy_top", "pendulum")
-    }
+    models = ("free_body", "heavy_top", "pendulum")
+    assert status == 1 and failures(text) == {(name, "integrator='RK4'") for name in models}
 
 
 @needs_engines
 def test_an_engine_with_the_wrong_constant_is_seen_on_every_problem(copied):
     status, text = ran(copied, "rebound", before=WRONG_G)
-    assert status == 1
-    assert {name for name, _ in failures(text)} == {
-        "figure_eight",
-        "retrograde_planet",
-        "two_bodies_e03",
-    }
+    names = {name for name, _ in failures(text)}
+    assert status == 1 and names == {"figure_eight", "retrograde_planet", "two_bodies_e03"}
 
 
 @needs_engines
@@ -258,13 +252,12 @@ def test_times_at_which_sources_disagree_are_left_out_and_errors_never_fall():
 @needs_engines
 def test_a_model_that_is_not_that_of_its_closed_form_has_no_truth(monkeypatch):
     model = next(model for model in all_models() if model.name == "pendulum")
-    lighter = model.mjcf.replace('mass="1"', 'mass="1.001"')
     planted = replace(model)
-    planted.__dict__["mjcf"] = lighter
+    planted.__dict__["mjcf"] = model.mjcf.replace('mass="1"', 'mass="1.001"')
     assert len(planted.truth().t) == 11  # its closed form is that of what MuJoCo reads
-    other = model.sources[0], planted.sources[1]
+    sources, differences = (model.sources[0], planted.sources[1]), (model.differences, np.subtract)
     with pytest.raises(ValueError, match="must agree"):
-        agreed(model.problem, 5.0, other, model.problem, (model.differences, np.subtract))
+        agreed(model.problem, 5.0, sources, model.problem, differences)
 
 
 @pytest.mark.parametrize(
