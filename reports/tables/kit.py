@@ -34,7 +34,8 @@ LICENCES = {
     "models, numbers and texts": NOT_LICENSED,
     "states and GM of the Sun and the planets": "of JPL's ephemeris DE421 (Folkner, Williams and "
     "Boggs 2009, IPN Progress Report 42-178), read through the Python package de421 (MIT)",
-    "other initial states": "published numbers; `start` in a problem's file names the publication",
+    "other initial states": "`start` in a problem's file names the publication, or says that the "
+    "numbers were written for galvi",
 }
 FIELDS = {
     "format": "version of this format",
@@ -61,10 +62,10 @@ FIELDS = {
     "rule; of a ball joint, and of the attitude of a free joint, the position is an angle",
     "computed_by": "source of the states",
     "compared_with": "second source, from which the stated errors follow",
-    "orders": "for each integrator its order of convergence; the index in `truth` of the time at "
-    "which errors of positions were measured; and three step sizes, each half of the one before. "
+    "orders": "for each integrator its order of convergence; the index in `truth`, from 0, of the time "
+    "at which errors of positions were measured; and three step sizes, each half of the one before. "
     f"Orders measured from one to the next were within {CLOSE:g} of the order; a test may allow "
-    "0.3. null where there are no such step sizes, and for integrators that choose their own steps",
+    "0.3. It is null where there are no such step sizes, and for integrators that choose their own",
     "tables (.txt)": "of point masses, a row for each time and body: t, G m, x, y, z, vx, vy, vz, "
     "error_q, error_v; of models, a row for each time: t, error_qpos, error_qvel, qpos, qvel. The "
     "first time is the start",
