@@ -62,10 +62,10 @@ FIELDS = {
     "rule; of a ball joint, and of the attitude of a free joint, the position is an angle",
     "computed_by": "source of the states",
     "compared_with": "second source, from which the stated errors follow",
-    "orders": "for each integrator its order of convergence; the index in `truth`, from 0, of the time "
-    "at which errors of positions were measured; and three step sizes, each half of the one before. "
-    f"Orders measured from one to the next were within {CLOSE:g} of the order; a test may allow "
-    "0.3. It is null where there are no such step sizes, and for integrators that choose their own",
+    "orders": "for each integrator its order of convergence; the index in `truth`, from 0, of the "
+    "time at which errors of positions were measured; and three step sizes, each half of the one "
+    f"before. Orders measured from one to the next were within {CLOSE:g} of the order; a test may "
+    "allow 0.3. It is null where there are no such steps, or for integrators that choose their own",
     "tables (.txt)": "of point masses, a row for each time and body: t, G m, x, y, z, vx, vy, vz, "
     "error_q, error_v; of models, a row for each time: t, error_qpos, error_qvel, qpos, qvel. The "
     "first time is the start",
