@@ -1,39 +1,60 @@
-"""A leapfrog in plain Python has order 2 on three bodies. Run it in the folder of the kit."""
+"""A leapfrog integrator in plain Python converges with order 2 on three bodies.
+
+In the folder of the kit: python tests/test_plain.py
+"""
 
 import json
 import math
 import unittest
+from itertools import pairwise
 from pathlib import Path
 
 
-def kick(G, masses, q, v, h):
-    for a, speed in zip(q, v, strict=True):
-        for m, b in zip(masses, q, strict=True):
-            if a is not b:
-                pull = h * G * m / math.dist(a, b) ** 3
-                speed[:] = [s + pull * (y - x) for s, x, y in zip(speed, a, b, strict=True)]
+def accelerations(G, masses, positions):
+    return [
+        [
+            sum(
+                G * mass * (other[axis] - position[axis]) / math.dist(other, position) ** 3
+                for mass, other in zip(masses, positions, strict=True)
+                if other is not position
+            )
+            for axis in range(3)
+        ]
+        for position in positions
+    ]
 
 
-def drift(q, v, h):
-    for x, speed in zip(q, v, strict=True):
-        x[:] = [y + h * s for y, s in zip(x, speed, strict=True)]
+def advanced(vectors, rates, time):
+    return [
+        [x + time * rate for x, rate in zip(vector, derivative, strict=True)]
+        for vector, derivative in zip(vectors, rates, strict=True)
+    ]
+
+
+def leapfrog(problem, step, count):
+    masses = [body["m"] for body in problem["bodies"]]
+    positions = [[body["x"], body["y"], body["z"]] for body in problem["bodies"]]
+    velocities = [[body["vx"], body["vy"], body["vz"]] for body in problem["bodies"]]
+    for _ in range(count):
+        positions = advanced(positions, velocities, step / 2)
+        rates = accelerations(problem["G"], masses, positions)
+        velocities = advanced(velocities, rates, step)
+        positions = advanced(positions, velocities, step / 2)
+    return positions
 
 
 class Leapfrog(unittest.TestCase):
-    def test_order(self):
+    def test_it_converges_with_order_2(self):
         problem = json.loads(Path("point_masses/figure_eight.json").read_text())
-        shown, errors = problem["orders"]["leapfrog"], []
-        truth = problem["truth"][shown["at"]]
-        for h in shown["steps"]:
-            masses = [body["m"] for body in problem["bodies"]]
-            q, v = ([[body[x] for x in xs] for body in problem["bodies"]]
-                    for xs in (("x", "y", "z"), ("vx", "vy", "vz")))  # fmt: skip
-            for _ in range(round((truth["t"] - problem["t0"]) / h)):
-                drift(q, v, h / 2)
-                kick(problem["G"], masses, q, v, h)
-                drift(q, v, h / 2)
-            errors.append(max(map(math.dist, q, truth["q"])))
-        self.assertAlmostEqual(math.log2(errors[1] / errors[2]), 2, delta=0.3)
+        convergence = problem["orders"]["leapfrog"]
+        truth = problem["truth"][convergence["truth_index"]]
+        errors = []
+        for step in convergence["steps"]:
+            count = round((truth["t"] - problem["t0"]) / step)
+            positions = leapfrog(problem, step, count)
+            errors.append(max(map(math.dist, positions, truth["q"])))
+        for coarse, fine in pairwise(errors):
+            self.assertAlmostEqual(math.log2(coarse / fine), 2, delta=0.3)
 
 
 if __name__ == "__main__":

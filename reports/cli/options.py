@@ -112,8 +112,9 @@ def options_of(
     )  # fmt: skip
 
 
-def output_folder(out: Path) -> Path:
-    """The output folder, made. Raises typer.BadParameter where nothing can be written in it."""
+def output_folder(out: Path, option: str = "--out") -> Path:
+    """The folder that an option names, made. Raises typer.BadParameter where nothing can be written
+    in it."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=out).close()
@@ -121,7 +122,7 @@ def output_folder(out: Path) -> Path:
             write(Path(OWN_FOLDER) / ".gitignore", "*\n")
     except OSError as error:
         raise typer.BadParameter(
-            f"--out expects a folder to write in; received {out}: {error.strerror}."
+            f"{option} expects a folder to write in; received {out}: {error.strerror}."
         ) from None
     return out
 

@@ -24,8 +24,8 @@ def export(
         str,
         typer.Argument(
             metavar="NAME",
-            help="Such as work_precision, ratios, numbers or fig-3-02; or kit, a folder of truths "
-            "and models.",
+            help="Such as work_precision, ratios, numbers or fig-3-02; or kit, a folder of "
+            "reference solutions and models.",
         ),
     ] = "",
     listed: Annotated[bool, typer.Option("--list", help="List the tables and figures.")] = False,
@@ -58,8 +58,8 @@ def export(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Output file, or - for standard output; by default in tables/ or figures/. Of the "
-            "kit a folder.",
+            help="Output file, or - for standard output; by default in tables/ or figures/. For "
+            "kit, a folder.",
         ),
     ] = None,
     width: Annotated[
@@ -67,10 +67,9 @@ def export(
     ] = "page",
     out: Out = OUT,
 ) -> int:
-    """Write a table or a figure for a paper, or truths and models for the tests of others."""
+    """Write a table or a figure for a paper, or reference solutions for other projects."""
     if name == KIT:
-        _refuse_options_of_tables(context)
-        return _export_kit(to or out / KIT)
+        return _export_kit(context, to, out)
     from reports.cli import export as work
 
     if to and to.is_dir():
@@ -95,27 +94,25 @@ def export(
     return 0
 
 
-def _refuse_options_of_tables(context: typer.Context) -> None:
-    """Raises typer.BadParameter for an option that the kit does not take."""
+def _export_kit(context: typer.Context, to: Path | None, out: Path) -> int:
+    """Write the kit, and print its folder. Raises typer.BadParameter for options that it does not
+    take, and for a folder with other contents or in which nothing can be written."""
     for parameter in context.command.params:
         if parameter.name not in KIT_TAKES and typed(context, parameter.name or ""):
-            option = parameter.opts[0]
-            raise typer.BadParameter(f"{KIT} takes --to and --out alone; leave out {option}.")
-
-
-def _export_kit(folder: Path) -> int:
-    """Write the kit, and print its folder. Raises typer.BadParameter for a file, and for a folder
-    with other contents."""
-    if folder.exists() and not folder.is_dir():
-        raise typer.BadParameter(f"--to expects a folder; received the file {str(folder)!r}.")
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / "manifest.json").is_file():
-        raise typer.BadParameter(
-            f"--to expects a new or empty folder, or an earlier kit; {str(folder)!r} holds other "
-            "files."
-        )
+            raise typer.BadParameter(
+                f"{KIT} takes only --to and --out; leave out {parameter.opts[0]}."
+            )
+    if to == Path("-"):
+        raise typer.BadParameter("--to expects a folder for kit; received -, the standard output.")
     from reports.cli.handed_over import show_progress
-    from reports.tables.kit import write_kit
+    from reports.tables.kit import is_kit, write_kit
 
+    folder = output_folder(to, "--to") if to else output_folder(out / KIT)
+    if any(folder.iterdir()) and not is_kit(folder):
+        raise typer.BadParameter(
+            f"kit expects a new or empty folder, or an earlier kit; {str(folder)!r} holds other "
+            "files. Name another folder with --to."
+        )
     print(write_kit(folder, partial(show_progress, KIT)))
     return 0
 

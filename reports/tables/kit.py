@@ -1,4 +1,4 @@
-"""Truths and models as files, for projects that do not install galvi."""
+"""Reference solutions and models as files, for projects that do not install galvi."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.applications.kit.models import Model, all_models
-from benchmarks.applications.kit.orders import ShownOrder
-from benchmarks.applications.kit.point_masses import PointMasses, all_point_masses
-from benchmarks.applications.kit.truths import DISAGREEMENT, RULE, Truth
+from benchmarks.applications.kit.orders import CLOSE, Convergence
+from benchmarks.applications.kit.point_masses import WRITTEN, PointMasses, all_point_masses
+from benchmarks.applications.kit.truths import RULE, Truth
 from benchmarks.store.atomic import write
 from benchmarks.store.provenance import commit, today, versions
 from galvi.arrays import Array
@@ -29,41 +29,45 @@ MANIFEST = "manifest.json"
 POINT_MASSES, MODELS = "point_masses", "models"
 COMPUTED_WITH = ("rebound", "mujoco-core", "scipy", "numpy", "de421")
 UNITS_OF_MODELS = "m, kg, s, rad"
-NOT_LICENSED = (
-    "written for galvi, under the terms of galvi's repository, which has no licence file at present"
-)
+NOT_LICENSED = "written for galvi, whose repository has no licence file at present"
 LICENCES = {
     "models, numbers and texts": NOT_LICENSED,
-    "states of the Sun and the planets": "of JPL's ephemeris DE421 (Folkner, Williams and Boggs "
-    "2009, IPN Progress Report 42-178), read through the Python package de421 (MIT)",
-    "other starts": "published numbers; `start` in the file of a problem names the publication",
+    "states and GM of the Sun and the planets": "of JPL's ephemeris DE421 (Folkner, Williams and "
+    "Boggs 2009, IPN Progress Report 42-178), read through the Python package de421 (MIT)",
+    "other initial states": "`start` in a problem's file names the publication, or says that the "
+    "numbers were written for galvi",
 }
 FIELDS = {
     "format": "version of this format",
-    "name": "name of the files",
-    "title": "name of the problem or model",
-    "start": "where masses and initial state come from",
-    "units": "of length, time and mass; angles are in radians",
-    "G": "constant of gravitation in these units; where it is 1, `m` may be G m",
-    "t0": "time of the start",
-    "bodies": "mass `m`, place and velocity of each body at t0; those with m = 0 pull no other",
+    "stored_truths": "what computed the states that are stored with galvi",
+    "name": "name of the files, without their extensions",
+    "title": "the problem or model",
+    "start": "source of the masses and the initial state",
+    "units": "of all numbers; `G = 1` alone where they are arbitrary; angles are in radians",
+    "G": "gravitational constant; some problems with G = 1 give GM as mass, as `units` says",
+    "t0": "initial time",
+    "bodies": "mass `m`, position and velocity of each body at t0, in an inertial frame; bodies "
+    "with m = 0 exert no force",
     "names": "of the bodies, in the same order",
-    "qpos, qvel, ctrl": "start of a model at the time 0 and its constant controls, also in the "
+    "qpos, qvel, ctrl": "state of a model at t = 0 and its constant controls, which are also the "
     "keyframe of its XML file",
     "truth": "states at later times `t`",
-    "q, v": "place and velocity of each body in an inertial frame",
-    "truth: qpos, qvel": "in MuJoCo's coordinates; the quaternions q and -q are the same attitude",
-    "error_q, error_v": f"stated error of any place (its distance) and velocity: {RULE}; there is "
-    f"no truth from where the sources differ by {DISAGREEMENT:g} of the largest entry",
-    "error_qpos, error_qvel": "stated error of any joint's length or angle, and of any velocity, "
-    "by the same rule",
-    "computed_by": "source of the truth",
-    "compared_with": "second source, for the error",
-    "orders": "for each integrator its order and three steps at which the largest error of places "
-    "at the time truth[at].t falls by 2^order from one to the next, to 0.3 in the order; null "
-    "where no such steps were seen, or where the integrator chooses its steps",
-    "tables (.txt)": "of point masses: a row for each time and body, t, G m, x, y, z, vx, vy, vz, "
-    "error_q, error_v; of models: a row for each time, t, error_qpos, error_qvel, qpos, qvel; the "
+    "q, v": "position and velocity of each body, in the order of `bodies`",
+    "truth: qpos, qvel": "as MuJoCo defines them. Quaternions are (w, x, y, z), and q and -q are "
+    "the same attitude. A ball joint's velocity is its angular velocity in the body's frame; a "
+    "free joint's is the velocity of the body's origin in the world frame, then the angular "
+    "velocity in the body's frame",
+    "error_q, error_v": f"stated errors of every position and every velocity (distances): {RULE}",
+    "error_qpos, error_qvel": "stated errors of every joint's position and velocity, by the same "
+    "rule; of a ball joint, and of the attitude of a free joint, the position is an angle",
+    "computed_by": "source of the states",
+    "compared_with": "second source, from which the stated errors follow",
+    "orders": "for each integrator its order of convergence; the index in `truth`, from 0, of the "
+    "time at which errors of positions were measured; and three step sizes, each half of the one "
+    f"before. Orders measured from one to the next were within {CLOSE:g} of the order; a test may "
+    "allow 0.3. It is null where there are no such steps, or for integrators that choose their own",
+    "tables (.txt)": "of point masses, a row for each time and body: t, G m, x, y, z, vx, vy, vz, "
+    "error_q, error_v; of models, a row for each time: t, error_qpos, error_qvel, qpos, qvel. The "
     "first time is the start",
 }
 
@@ -103,8 +107,17 @@ def write_kit(folder: Path, report: Callable[[str], None] = lambda sentence: Non
     return folder
 
 
+def is_kit(folder: Path) -> bool:
+    """Whether the folder has the manifest of a kit."""
+    try:
+        content = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(content, dict) and {"format", "galvi", "sha256"} <= content.keys()
+
+
 def manifest(names: Mapping[str, list[str]], files: Mapping[str, str]) -> str:
-    """Where these files come from and what is in them, as JSON.
+    """What computed these files and what is in them, as JSON.
 
     Parameters
     ----------
@@ -121,7 +134,7 @@ def manifest(names: Mapping[str, list[str]], files: Mapping[str, str]) -> str:
         "date": today(),
         "computed_with": {"python": platform.python_version()}
         | {name: installed[name] for name in COMPUTED_WITH},
-        "stored_truths": {truth["problem"]: truth["engine"] for truth in truths()},
+        "stored_truths": sorted({truth["engine"] for truth in truths()}),
         **names,
         "fields": FIELDS,
         "licences": LICENCES,
@@ -140,7 +153,7 @@ def files_of_point_masses(case: PointMasses) -> dict[str, str]:
     letters = ("m", "x", "y", "z", "vx", "vy", "vz")
     bodies = np.column_stack([system.masses, q[0], v[0]]).tolist()
     content = {
-        **_head(case.name, problem.name, case.start, problem.units or ""),
+        **_head(case.name, problem.name, case.start, problem.units or f"G = {system.G:g}"),
         "G": float(system.G),
         "t0": float(problem.t0),
         "names": [str(name) for name in problem.body_names()],
@@ -166,7 +179,7 @@ def files_of_model(model: Model) -> dict[str, str]:
     qpos[0], qvel[0] = start["qpos"], start["qvel"]
     errors = {"error_qpos": truth.error_q, "error_qvel": truth.error_v}
     content = {
-        **_head(model.name, model.problem.name, NOT_LICENSED, UNITS_OF_MODELS),
+        **_head(model.name, model.problem.name, WRITTEN, UNITS_OF_MODELS),
         **start,
         "truth": _rows(t=truth.t, qpos=qpos, qvel=qvel, **errors),
         **_sources_and_orders(model, truth),
@@ -186,9 +199,12 @@ def _head(name: str, title: str, start: str, units: str) -> dict[str, Any]:
 
 def _sources_and_orders(case: PointMasses | Model, truth: Truth) -> dict[str, Any]:
     first, second = case.sources
-    orders: Mapping[str, ShownOrder | None] = case.orders(truth)
-    shown = {name: order and asdict(order) for name, order in orders.items()}
-    return {"computed_by": first.label, "compared_with": second.label, "orders": shown}
+    orders: Mapping[str, Convergence | None] = case.orders(truth)
+    return {
+        "computed_by": first.label,
+        "compared_with": second.label,
+        "orders": {name: order and asdict(order) for name, order in orders.items()},
+    }
 
 
 def _in_space(x: Array) -> Array:

@@ -1,1 +1,1 @@
-"""Truths and models as data, for projects that do not install galvi."""
+"""Reference solutions and models as data, for projects that do not install galvi."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.applications.judging.trees import INTEGRATORS, joint_errors, shifted
-from benchmarks.applications.kit.orders import Method, ShownOrder, shown_order
+from benchmarks.applications.kit.orders import Convergence, Method, convergence
 from benchmarks.applications.kit.truths import (
     SAMPLES,
     SHIFT,
@@ -196,15 +196,15 @@ class Model:
         differences = self.differences, np.subtract
         return agreed(self.problem, DURATION, self.sources, moved, differences)
 
-    def orders(self, truth: Truth) -> dict[str, ShownOrder | None]:
+    def orders(self, truth: Truth) -> dict[str, Convergence | None]:
         """By the names of MuJoCo's integrators."""
-        shown = {}
+        orders = {}
         for name, key in MUJOCO.items():
             method = Method(self._on(INTEGRATORS[key]), {})
-            shown[name] = shown_order(
+            orders[name] = convergence(
                 self.problem, truth, INTEGRATORS[key].order, (method,), self.differences
             )
-        return shown
+        return orders
 
     def differences(self, q: Array, true_q: Array) -> Array:
         """Lengths and angles by which each joint differs, (rows, joints)."""

@@ -1,4 +1,4 @@
-"""Steps at which an integrator shows its order."""
+"""Step sizes at which an integrator's measured order of convergence is its formal one."""
 
 from __future__ import annotations
 
@@ -18,12 +18,17 @@ SMALL = 1e-2  # the largest error over the largest entry: the order is that of s
 
 
 @dataclass(frozen=True)
-class ShownOrder:
-    """Errors at the truth's row ``at`` fall by 2 to this order from each of three steps to the
-    next."""
+class Convergence:
+    """The order, and three step sizes, each half of the one before, at which it was measured.
+
+    Attributes
+    ----------
+    truth_index
+        of the truth's time at which errors were measured, 0 for the first after the start
+    """
 
     order: int
-    at: int
+    truth_index: int
     steps: tuple[float, float, float]
 
 
@@ -35,15 +40,15 @@ class Method:
     options: Mapping[str, Any]
 
 
-def shown_order(
+def convergence(
     problem: Problem,
     truth: Truth,
     order: int,
     methods: tuple[Method, ...],
     differences: Differences = distances,
-) -> ShownOrder | None:
+) -> Convergence | None:
     """The longest steps at which all these forms of an integrator have its order, at the latest
-    time, counted from 0 at the first after the start; None where they do at none.
+    time; None where there are none.
 
     Parameters
     ----------
@@ -64,9 +69,9 @@ def shown_order(
             continue
         with np.errstate(all="ignore"):
             measured = np.log2(np.array(errors[-3:-1]) / np.array(errors[-2:]))
-        shown = clear & np.all(np.abs(measured - order) < CLOSE, axis=(0, 1))
-        shown &= np.all(errors[-3] < SMALL * size, axis=0)
-        if np.any(shown):
-            at = int(np.flatnonzero(shown)[-1])
-            return ShownOrder(order, at, (4.0 * step, 2.0 * step, step))
+        holds = clear & np.all(np.abs(measured - order) < CLOSE, axis=(0, 1))
+        holds &= np.all(errors[-3] < SMALL * size, axis=0)
+        if np.any(holds):
+            latest = int(np.flatnonzero(holds)[-1])
+            return Convergence(order, latest, (4.0 * step, 2.0 * step, step))
     return None

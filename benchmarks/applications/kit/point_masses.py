@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.applications.judging.bodies import shifted
-from benchmarks.applications.kit.orders import Method, ShownOrder, shown_order
+from benchmarks.applications.kit.orders import Convergence, Method, convergence
 from benchmarks.applications.kit.truths import (
     SHIFT,
     Source,
@@ -40,14 +40,14 @@ GAUSS_RADAU = sampled(IAS15, "REBOUND IAS15")
 RUNGE_KUTTA = restarted(DOP853, "SciPy DOP853, relative tolerance 3e-14", TIGHT)
 EXACT, KEPT, TWO = (CLOSED, GAUSS_RADAU), (STORED, GAUSS_RADAU), (GAUSS_RADAU, RUNGE_KUTTA)
 
-INTEGRATORS: Mapping[str, tuple[Method, ...]] = {  # all of a tuple show the order
+INTEGRATORS: Mapping[str, tuple[Method, ...]] = {  # each of a tuple must have the order
     "leapfrog": (Method(STORMER_VERLET, {}), Method(LEAPFROG, {})),
     "forest_ruth": (Method(FOREST_RUTH, {}), Method(LEAPFROG, {"order": 4})),
     "rk4": (Method(RK4, {}),),
     "whfast": (Method(WHFAST, {}),),
     "saba_10_6_4": (Method(SABA, {"type": "10_6_4"}),),
 }
-ADAPTIVE = ("ias15",)  # choose their steps, and have no order to see
+ADAPTIVE = ("ias15",)  # choose their own steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +79,13 @@ class PointMasses:
         moved = shifted(self.problem, SHIFT, np.ones(self.problem.q0.size))
         return agreed(self.problem, self.duration, self.sources, moved)
 
-    def orders(self, truth: Truth) -> dict[str, ShownOrder | None]:
+    def orders(self, truth: Truth) -> dict[str, Convergence | None]:
         """By the names of integrators."""
-        shown = {
-            name: shown_order(self.problem, truth, methods[0].contender.order, methods)
+        orders = {
+            name: convergence(self.problem, truth, methods[0].contender.order, methods)
             for name, methods in INTEGRATORS.items()
         }
-        return {**shown, **dict.fromkeys(ADAPTIVE)}
+        return {**orders, **dict.fromkeys(ADAPTIVE)}
 
 
 def two_bodies(e: float, anomaly: float = 0.0) -> Problem:
@@ -106,10 +106,11 @@ def two_bodies(e: float, anomaly: float = 0.0) -> Problem:
     q, v = _tilted(place), _tilted(speed)
     masses = np.array([0.75, 0.25])
     shares = np.array([-0.25, 0.75])[:, None]
-    return Problem(NBody(masses), shares * q, shares * v, name=f"two bodies, e = {e:g}", units=NONE)
+    return Problem(
+        NBody(masses), shares * q, shares * v, name=f"two bodies, e = {e:g}", units="G = 1"
+    )
 
 
-NONE = "any, in which G = 1"
 TILT, NODE = 0.4, 0.7  # rad
 
 
@@ -125,7 +126,7 @@ def figure_eight() -> Problem:
     """Three equal masses that follow each other along an eight."""
     x, v = np.array([0.97000436, -0.24308753]), np.array([-0.93240737, -0.86473146])
     places, speeds = [x, -x, np.zeros(2)], [-0.5 * v, -0.5 * v, v]
-    return Problem(NBody([1.0, 1.0, 1.0]), places, speeds, name="figure eight", units=NONE)
+    return Problem(NBody([1.0, 1.0, 1.0]), places, speeds, name="figure eight", units="G = 1")
 
 
 TRIANGLE_MASSES, TRIANGLE_SPEED = (1.0, 2.0, 3.0), 0.9  # of that on circles
@@ -138,7 +139,7 @@ def lagrange_triangle() -> Problem:
     corners = corners - masses @ corners / masses.sum()
     turning = 1j * TRIANGLE_SPEED * math.sqrt(masses.sum()) * corners
     places, speeds = (np.stack([x.real, x.imag], axis=1) for x in (corners, turning))
-    return Problem(NBody(masses), places, speeds, name="Lagrange's triangle", units=NONE)
+    return Problem(NBody(masses), places, speeds, name="Lagrange's triangle", units="G = 1")
 
 
 def _similar_triangles(problem: Problem, duration: float) -> States:
@@ -164,7 +165,7 @@ def arenstorf() -> Problem:
     places = [[-MOON, 0.0], [1.0 - MOON, 0.0], [x, 0.0]]
     speeds = [[0.0, -MOON], [0.0, 1.0 - MOON], [0.0, speed + x]]
     masses = [1.0 - MOON, MOON, 0.0]
-    return Problem(NBody(masses), places, speeds, name="Arenstorf's orbit", units=NONE)
+    return Problem(NBody(masses), places, speeds, name="Arenstorf's orbit", units="G = 1")
 
 
 def retrograde_planet() -> Problem:
@@ -174,12 +175,12 @@ def retrograde_planet() -> Problem:
     q = np.array([[0.0, 0.0, 0.0], [0.95, 0.0, 0.0], [-1.8, 0.0, 0.0]])
     v = np.array([[0.0, 0.0, 0.0], [0.0, 1.05, 0.0], [0.0, -0.78 * c, -0.78 * s]])
     q, v = q - masses @ q / masses.sum(), v - masses @ v / masses.sum()
-    return Problem(NBody(masses), q, v, name="a retrograde planet", units=NONE)
+    return Problem(NBody(masses), q, v, name="a retrograde planet", units="G = 1")
 
 
 DE421 = (
     "JPL DE421 at JD 2451544.5 TDB (Folkner, Williams and Boggs 2009, IPN Progress Report 42-178), "
-    "read through the package de421"
+    "read through the package de421: barycentric, ICRF axes"
 )
 
 
@@ -203,7 +204,7 @@ def all_point_masses() -> tuple[PointMasses, ...]:
         PointMasses("light_body_first", PAIR, 10.0, EXACT),
         PointMasses(
             "figure_eight", figure_eight(), 10.0, TWO,
-            "Chenciner and Montgomery, Annals of Mathematics 152 (2000) 881, found by C. Simo",
+            "Chenciner and Montgomery, Annals of Mathematics 152 (2000) 881, digits by C. Simo",
         ),
         PointMasses("lagrange_triangle", lagrange_triangle(), 4.0, (triangle, GAUSS_RADAU),
                     "Lagrange, Essai sur le probleme des trois corps (1772); masses " + WRITTEN),
@@ -211,7 +212,8 @@ def all_point_masses() -> tuple[PointMasses, ...]:
                 "Burrau, Astronomische Nachrichten 195 (1913) 113; Szebehely and Peters, "
                 "Astronomical Journal 72 (1967) 876"),
         _stored("outer_solar_system", "outer_solar_system", 0.1, DE421),
-        _stored("solar_system", "solar_system", 0.1, DE421),
+        _stored("solar_system", "solar_system", 0.1,
+                DE421 + "; Earth is the barycentre of Earth and Moon"),
         _stored("applegate", "applegate", 0.1,
                 "Applegate, Douglas, Gursel, Sussman and Wisdom, Astronomical Journal 92 (1986) "
                 "176, as in heyoka.py's documentation"),
@@ -221,11 +223,12 @@ def all_point_masses() -> tuple[PointMasses, ...]:
         PointMasses(
             "arenstorf", arenstorf(), PERIOD, TWO,
             "Arenstorf 1963, with the digits of Hairer, Norsett and Wanner, Solving Ordinary "
-            "Differential Equations I, II.0",
+            "Differential Equations I, II.0; here in an inertial frame",
         ),
         PointMasses("retrograde_planet", retrograde_planet(), 30.0, TWO),
         _stored("binary_meets_star", "binary_meets_star", 1.0),
         _stored("sixteen_stars", "sixteen_stars", 0.1),
         PointMasses("massless_belt", belt, 36525.0, TWO, DE421 + "; massless bodies " + WRITTEN),
-        PointMasses("many_planets", planets, 10.0 * innermost_period(planets), TWO),
+        PointMasses("many_planets", planets, 10.0 * innermost_period(planets), TWO,
+                    "written for galvi, with the GM of DE421, that of planets times 1e-3"),
     )  # fmt: skip

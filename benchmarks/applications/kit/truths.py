@@ -19,9 +19,10 @@ SAFETY = 10.0  # the stated error over the largest difference so far
 ROUNDING = 8.0 * 2.0**-52  # relative to the largest entry
 SHIFT = 2.0**-52  # of the start, relative
 RULE = (
-    f"{SAFETY:g} times the largest difference of the second source from the first up to that time, "
-    f"from this start and from one whose places are shifted by {SHIFT:.1e}, relatively, and "
-    f"{ROUNDING:.1e} of the largest entry"
+    f"{SAFETY:g} times the largest difference between the two sources up to that time, plus "
+    f"{ROUNDING:.1e} times the largest entry; the second source also runs from positions shifted "
+    f"by {SHIFT:.1e}, relatively, and the larger difference counts; states end where it exceeds "
+    f"{DISAGREEMENT:g} of the largest entry"
 )
 
 States = tuple[Array, Array]  # positions and velocities at the start and SAMPLES times after it
