@@ -35,7 +35,6 @@ from galvi.systems.legendre_transform import values_and_momenta
 from galvi.systems.multibody import Multibody
 from galvi.trajectory import Trajectory
 
-EVALUATIONS = 100  # of Newton's method, at most
 SUBDIVISIONS = 24  # of the time, for continuation in it, at most
 # Of q1, over the lengths of coordinates; residuals are round-off unless a momentum is differenced.
 TOLERANCE = 2.0**-36
@@ -333,8 +332,8 @@ def _continued(
 def _nearest(
     trial: Callable[[Array, float], Trial], v: Array, unit: Array, time: float
 ) -> Trial | None:
-    """The step that ends nearest to q1 among those of Newton's method from v; None where that is
-    not within ``TOLERANCE``, and where q1 is conjugate to q0.
+    """The step that ends nearest to q1 among those of Powell's hybrid of Newton's method from v;
+    None where that is not within ``TOLERANCE``, and where q1 is conjugate to q0.
 
     Parameters
     ----------
@@ -362,8 +361,7 @@ def _nearest(
         ]
         return np.nan_to_num(np.stack(columns, axis=1) / (2.0 * increments))
 
-    options = {"xtol": 0.0, "maxfev": EVALUATIONS, "factor": 1.0}
-    root(residual, v / unit, jac=derivative, options=options)  # Powell's hybrid method, of MINPACK
+    root(residual, v / unit, jac=derivative, options={"xtol": 0.0})  # to round-off
     if nearest.size > TOLERANCE:
         return None
     least = np.linalg.svd(derivative(nearest.v / unit), compute_uv=False)[-1]
