@@ -1,8 +1,9 @@
 """Discrete Lagrangians, their Legendre transforms, and the action of a run.
 
-L_d(q0, q1; h) is the action h sum_j b_j L(q(c_j h), q'(c_j h)) of a method's curve from q0 to q1
-that is stationary among them (H 2.2.2, on groups H 3.4.2). A step of the method from the right
-momentum is that curve, so that the velocity at its start is sought for which it ends at q1.
+L_d(q0, q1; h) is the action h sum_j b_j L(q(c_j h), q'(c_j h)) of the curve from q0 to q1, among
+those of a method, for which it is stationary (H 2.2.1, on groups H 3.2.2). The curve of a step is
+the stationary one between its ends, so that this boundary-value problem is solved by shooting: for
+the velocity at q0 from which a step of the method ends at q1.
 """
 
 from __future__ import annotations
@@ -34,18 +35,12 @@ from galvi.systems.legendre_transform import values_and_momenta
 from galvi.systems.multibody import Multibody
 from galvi.trajectory import Trajectory
 
-CORRECTIONS = 50  # of the velocity at the start, at most
-ATTEMPTS = 24  # for shorter times
-SHARES = 0.5 ** np.arange(8)  # of a correction that are tried
-RENEWED = 0.1  # the derivative, where a correction leaves a larger share of the gap
-# Gaps at the end, over the lengths of coordinates: that are round-off, and that may be, where a
-# momentum is differenced.
-SETTLED, ACCEPTED = 4.0 * EPSILON, 2.0**-36
-# By which a start is moved to difference an end, in lengths of coordinates and in ways of the step.
-OF_LENGTH, OF_WAY = 2.0**-22, 2.0**-17
-SINGULAR = 2.0**-28  # an end that moves by less when the start's velocity moves by 1 does not
+SUBDIVISIONS = 24  # of the time, for continuation in it, at most
+# Of q1, over the lengths of coordinates; residuals are round-off unless a momentum is differenced.
+TOLERANCE = 2.0**-36
+INCREMENT = 2.0**-17  # of central differences by the velocity, in its units and relative to it
+SINGULAR = 2.0**-28  # the least singular value of the derivative of the end, at conjugate points
 CHUNK = 4096  # steps whose stages are held at once
-WHOLE = 1e-6  # of a step, by which a time may differ from the end of one
 
 
 def discrete_lagrangian(problem: Problem, method: Galerkin, q0: Any, q1: Any, h: float) -> float:
@@ -65,24 +60,26 @@ def discrete_lagrangian(problem: Problem, method: Galerkin, q0: Any, q1: Any, h:
     Returns
     -------
     float
-        h sum_j b_j L at the nodes of the rule, to round-off. L has no external forces, but those of
-        a `galvi.Multibody` with a potential, as in `galvi.energy`; the curve is that of a step with
-        all of them. Where several curves are stationary, it is that which Newton's method finds
-        from the straight line or the steady turn of less than half a turn; where it finds none, the
-        one to which that leads as the time grows up to h.
+        h sum_j b_j L at the nodes of the rule, in units of action, energy times time, to round-off.
+        L has no external forces, except those of a `galvi.Multibody` with a potential, as in
+        `galvi.energy`; the curve is that of a step with all of them. Where several curves are
+        stationary, it is the one to which Newton's method converges from uniform motion: along the
+        straight line, and by a rotation of at most half a turn. Where it does not converge, a
+        shorter time is solved first and then continued to h.
 
     Raises
     ------
     ValueError, TypeError
         For bad input; exceptions of user functions pass through.
     RuntimeError
-        Where no curve is found, since the step is too long or q1 is conjugate to q0; and where L is
-        not finite along it.
+        Where no curve is found, as the step is too long, or where q1 is conjugate to q0, so that
+        the curve is not unique or does not exist; and where L is not finite along it.
 
     Notes
     -----
-    H 2.2.2, on groups H 3.4.2, of Hall's dissertation, whose chapters are the papers of Hall and
-    Leok. With a symmetric method on a vector space L_d(q0, q1; h) = -L_d(q1, q0; -h).
+    Hall's dissertation (2013), 2.2.1, and on groups 3.2.2; its chapters 2 and 3 are papers of Hall
+    and Leok. With a symmetric method on a vector space L_d(q0, q1; h) = -L_d(q1, q0; -h) if L does
+    not depend on time.
 
     Examples
     --------
@@ -112,12 +109,13 @@ def discrete_legendre_transforms(
     run.p. With external forces these are the forced transforms, p0 = -D1 L_d - f^- and
     p1 = D2 L_d + f^+: the momenta between which a step goes from q0 to q1.
 
-    Parameters and exceptions are those of `galvi.discrete_lagrangian`. Both are accurate to the
-    round-off of q1 - q0 over h, times the mass.
+    Parameters and exceptions are those of `galvi.discrete_lagrangian`. The errors are those of the
+    round-off of q1 - q0, over h and times the mass; they grow near conjugate points. Bodies without
+    mass have no momentum.
 
     Notes
     -----
-    Marsden and West, Acta Numerica 10 (2001), 1.5; with forces 3.2.2; on groups H 3.2.2.
+    Marsden and West, Acta Numerica 10 (2001), 1.5; with forces 3.2.2.
 
     Examples
     --------
@@ -133,11 +131,13 @@ def discrete_legendre_transforms(
 
 
 def action(run: Trajectory) -> Array:
-    """The discrete action since the run's start at each saved time, (saved,): sums of L_d.
+    """The discrete action since the run's start at each saved time, (saved,).
 
     action[0] is 0, action[-1] that of the whole run; NaN past a failed step. Each step adds
-    h sum_j b_j L along its curve, with L as in `galvi.discrete_lagrangian`. Where curves were not
-    kept, all steps are done again.
+    h sum_j b_j L along its own curve, with L as in `galvi.discrete_lagrangian`, which is L_d
+    between its ends, unless several curves join them: a step that rotates a body by more than half
+    a turn has another curve than `galvi.discrete_lagrangian`. Where curves were not kept, all steps
+    are done again.
 
     Raises
     ------
@@ -149,7 +149,8 @@ def action(run: Trajectory) -> Array:
 
     Notes
     -----
-    The sum over k of L_d(q_k, q_k+1) is stationary when the q between its ends move (H 2.1).
+    The sum over k of L_d(q_k, q_k+1) is stationary under variations of the q between its ends
+    (H 2.1.1).
 
     Examples
     --------
@@ -173,20 +174,19 @@ def action(run: Trajectory) -> Array:
             "the action of a run is that of one motion; received a run that actions of events "
             "changed. Take the runs between them."
         )
-    passed = (run.t - run.t[0]) / curves.step
-    saved = np.rint(passed).astype(np.int64)
-    slack = WHOLE + 4.0 * EPSILON * float(np.max(np.abs(run.t / curves.step)))
-    if np.max(np.abs(passed - saved)) > slack:
+    elapsed = (run.t - run.t[0]) / curves.step
+    saved = np.rint(elapsed).astype(np.int64)
+    round_off = 4.0 * EPSILON * (1.0 + float(np.max(np.abs(run.t / curves.step))))
+    if np.max(np.abs(elapsed - saved)) > round_off:
         raise ValueError(
             f"the action of a run is that of whole steps; received one that an event ended at "
             f"t = {float(run.t[-1])!r}, within a step. Integrate without the event up to the step "
             f"before."
         )
-    of_steps = [_actions(run.problem, run.method, part) for part in _parts(curves)]
-    so_far = np.cumsum(np.concatenate([np.zeros(1), *of_steps]))
-    at_steps = np.full(max(saved[-1] + 1, len(so_far)), np.nan)
-    at_steps[: len(so_far)] = so_far
-    return read_only(at_steps[saved])
+    of_steps = [_actions(run.problem, run.method, chunk) for chunk in _chunks(curves)]
+    sums = np.cumsum(np.concatenate([np.zeros(1), *of_steps]))
+    failed = np.full(max(saved[-1] + 1 - len(sums), 0), np.nan)
+    return read_only(np.concatenate([sums, failed])[saved])
 
 
 def _refuse_other_coordinates(method: Galerkin, what: str) -> None:
@@ -199,15 +199,15 @@ def _refuse_other_coordinates(method: Galerkin, what: str) -> None:
         )
 
 
-def _parts(curves: Any) -> Iterator[Curves]:
+def _chunks(curves: Any) -> Iterator[Curves]:
     """The curves of a run's steps, up to CHUNK of them at once; those that failed may be absent."""
     if isinstance(curves, RedoneCurves):
         curves.check()
         ends = [*(state.first for state in curves.known[1:]), curves.known[0].first + curves.done]
         for start, end in zip(curves.known, ends, strict=True):
             if end > start.first:
-                again = curves.problem, curves.method, curves.step, start, 0, end - start.first
-                yield from _parts(curves_of_steps(*again))
+                steps = curves.problem, curves.method, curves.step, start, 0, end - start.first
+                yield from _chunks(curves_of_steps(*steps))
         return
     for first in range(0, len(curves.bases), CHUNK):
         rows = slice(first, first + CHUNK)
@@ -245,8 +245,8 @@ def lagrangian_values(problem: Problem, q: Array, v: Array, t: Array) -> Array:
     return values - system.potential_of_forces(q) if isinstance(system, Multibody) else values
 
 
-class Shot(NamedTuple):
-    """A step from a velocity at q0.
+class Trial(NamedTuple):
+    """A step from q0 with a trial velocity.
 
     Attributes
     ----------
@@ -254,15 +254,15 @@ class Shot(NamedTuple):
         that velocity
     run
         the step
-    gap : array, shape (d,)
-        from q1 to where it ends, in coordinates about q1
+    residual : array, shape (d,)
+        its end in exponential coordinates about q1, over their lengths
     size
-        the largest of these over its coordinate's length; infinite for a step that failed
+        the largest of its entries; infinite for a step that failed
     """
 
     v: Array
     run: Trajectory
-    gap: Array
+    residual: Array
     size: float
 
 
@@ -278,92 +278,91 @@ def _step_between(
     h = input_checks.real("h", h)
     if h == 0.0:
         raise ValueError("h must not be zero; received 0. Give the time from q0 to q1.")
-    ends = [
+    q0, q1 = (
         input_checks.array(end, q, problem.q0.shape, "It has the shape of problem.q0.")
         for end, q in (("q0", q0), ("q1", q1))
-    ]
-    start, end = (q.reshape(group.shape) for q in ends)
+    )
+    start, end = (q.reshape(group.shape) for q in (q0, q1))
     group.check("q1", end)
-    way = coordinates(CHART, group, start, end)
-    if not np.isfinite(way / h).all():
+    displacement = coordinates(CHART, group, start, end)
+    uniform = (displacement / h).reshape(problem.v0.shape)
+    if not np.isfinite(uniform).all():
         raise ValueError(f"(q1 - q0) / h must be finite; received h = {h!r}. Use a larger h.")
-    system.check_state(ends[0], (way / h).reshape(problem.v0.shape), problem.t0)
+    system.check_state(q0, uniform, problem.t0)
+    RunRequest.checked(problem.moved(q0, uniform, problem.t0), method, h, 1)
+    lengths = difference_scales(group, start, displacement)[0]
 
-    def request(v: Array, time: float) -> RunRequest:
-        here = problem.moved(ends[0], v.reshape(problem.v0.shape), problem.t0)
-        return RunRequest(here, method, time, 1, from_start(curves=True))
-
-    def shot(v: Array, time: float) -> Shot:
-        run = unwatched(request(v, time))
+    def trial(v: Array, time: float) -> Trial:
+        moved = problem.moved(q0, v.reshape(problem.v0.shape), problem.t0)
+        run = unwatched(RunRequest(moved, method, time, 1, from_start(curves=True)))
         if not (np.isfinite(run.q[-1]).all() and np.isfinite(run.p[-1]).all()):
-            return Shot(v, run, np.full(v.size, np.nan), np.inf)
-        gap = coordinates(CHART, group, end, run.q[-1].reshape(group.shape))
-        return Shot(v, run, gap, float(np.max(np.abs(gap) / lengths)))
+            return Trial(v, run, np.full(v.size, np.nan), np.inf)
+        residual = coordinates(CHART, group, end, run.q[-1].reshape(group.shape)) / lengths
+        return Trial(v, run, residual, float(np.max(np.abs(residual))))
 
-    lengths = difference_scales(group, start, way)[0]
-    RunRequest.checked(request(way / h, h).problem, method, h, 1)
-    arrived = _arriving(shot, way, lengths, h)
-    if arrived is None:
+    solution = _continued(trial, displacement, lengths, h)
+    if solution is None:
         raise RuntimeError(
-            f"no curve from q0 to q1 in the time h = {h!r} was found by Newton's method from the "
-            f"straight way: they may be conjugate points, where motions from q0 meet again, or too "
-            f"far apart for one step. Use a smaller h, nearer ends or a higher degree."
+            f"no curve from q0 to q1 in the time h = {h!r} was found by Newton's method from "
+            f"uniform motion: they may be conjugate points, where motions from q0 meet again, or "
+            f"too far apart for one step. Use a smaller h, nearer ends or a higher degree."
         )
-    return arrived.run
+    return solution.run
 
 
-def _arriving(
-    shot: Callable[[Array, float], Shot], way: Array, lengths: Array, h: float
-) -> Shot | None:
-    """The shot that ends at q1 after the time h; None where it is not found.
-
-    Where the straight way is no good start, it is for a shorter time, which then grows.
-    """
-    done, share, way_at_start = 0.0, 1.0, way
-    for _ in range(ATTEMPTS):
-        time = share * h
-        best = _nearest(shot, way_at_start / time, lengths, time)
-        if best.size <= ACCEPTED:
-            if share == 1.0:
-                return best
-            done, way_at_start = share, best.v * time
-            share = min(1.0, 2.0 * share)
+def _continued(
+    trial: Callable[[Array, float], Trial], displacement: Array, lengths: Array, h: float
+) -> Trial | None:
+    """The step to q1 in the time h, by continuation in the time from a fraction of h for which
+    Newton's method converges from uniform motion; None where it is not found."""
+    solved_fraction, fraction = 0.0, 1.0
+    for _ in range(SUBDIVISIONS):
+        time = fraction * h
+        nearest = _nearest(trial, displacement / time, lengths / abs(time), time)
+        if nearest is None:
+            fraction = 0.5 * (solved_fraction + fraction)
+        elif fraction == 1.0:
+            return nearest
         else:
-            share = 0.5 * (done + share)
+            solved_fraction, displacement = fraction, nearest.v * time
+            fraction = min(1.0, 2.0 * fraction)
     return None
 
 
-def _nearest(shot: Callable[[Array, float], Shot], v: Array, lengths: Array, time: float) -> Shot:
-    """The shot whose gap Newton's method, with a derivative that it renews, makes no smaller; of
-    infinite size where ends do not follow velocities."""
-    best, slope = shot(v, time), None
-    if not np.isfinite(best.size):
-        return best
-    nudges = np.diag(OF_LENGTH * lengths / abs(time))
-    for _ in range(CORRECTIONS):
-        fresh = slope is None
-        if slope is None:
-            moves = nudges + np.diag(OF_WAY * np.abs(best.v))
-            apart = [shot(best.v + x, time).gap - shot(best.v - x, time).gap for x in moves]
-            slope = np.stack(apart, axis=1) / (2.0 * np.diag(moves))
-            scaled = slope * lengths / lengths[:, None] / time
-            if not np.isfinite(slope).all() or (
-                np.linalg.svd(scaled, compute_uv=False)[-1] < SINGULAR
-            ):
-                return best._replace(size=np.inf)
-        change = np.linalg.solve(slope, best.gap)
-        for share in SHARES if fresh else SHARES[:1]:
-            trial = shot(best.v - share * change, time)
-            if trial.size <= (1.0 - 0.5 * share) * best.size:
-                break
-        else:
-            if fresh or best.size <= SETTLED:
-                return best
-            slope = None
-            continue
-        if trial.size > RENEWED * best.size:
-            slope = None
-        best = trial
-        if best.size == 0.0:
-            return best
-    return best
+def _nearest(
+    trial: Callable[[Array, float], Trial], v: Array, unit: Array, time: float
+) -> Trial | None:
+    """The step that ends nearest to q1 among those of Powell's hybrid of Newton's method from v;
+    None where that is not within ``TOLERANCE``, and where q1 is conjugate to q0.
+
+    Parameters
+    ----------
+    unit : array, shape (d,)
+        of velocities
+    """
+    from scipy.optimize import root  # a fifth of galvi's import
+
+    nearest = first = trial(v, time)
+    if not np.isfinite(first.size):
+        return None
+
+    def residual(x: Array) -> Array:
+        nonlocal nearest
+        step = trial(x * unit, time)
+        if step.size < nearest.size:
+            nearest = step
+        return np.where(np.isfinite(step.residual), step.residual, 2.0 * first.size)
+
+    def derivative(x: Array) -> Array:
+        increments = INCREMENT * (1.0 + np.abs(x))
+        columns = [
+            (trial((x + e) * unit, time).residual - trial((x - e) * unit, time).residual)
+            for e in np.diag(increments)
+        ]
+        return np.nan_to_num(np.stack(columns, axis=1) / (2.0 * increments))
+
+    root(residual, v / unit, jac=derivative, options={"xtol": 0.0})  # to round-off
+    if nearest.size > TOLERANCE:
+        return None
+    least = np.linalg.svd(derivative(nearest.v / unit), compute_uv=False)[-1]
+    return nearest if least > SINGULAR else None

@@ -1,9 +1,10 @@
-"""Discrete Lagrangians against runs, their own differences, closed forms and Noether's fellows."""
+"""Discrete Lagrangians against runs, differences, closed forms and stationary polynomials."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import root
 
 import galvi
 from references.closed_forms.kepler_action import kepler_action
@@ -120,30 +121,101 @@ def test_the_momenta_are_differences_of_the_discrete_lagrangian(name):
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forwards", "backwards"])
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_the_discrete_lagrangian_nears_the_action_in_closed_form_at_its_order(degree, sign):
-    """An error of h^(2 s + 1) between ends that a motion joins; the action of a way back is the
-    negative of that of the way."""
+    """An error of h^(2 s + 1) between ends that a motion joins; backwards in time the action has
+    the opposite sign."""
     method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree))
     sizes, springs, orbits = 0.3 * 0.7 ** np.arange(4), [], []
     for h in sizes:
         x0, x1 = (1.0, np.cos(h) + 0.3 * np.sin(h))[:: int(sign)]
         exact = oscillator_action(1.0, 1.0, x0, x1, h)
-        found = galvi.discrete_lagrangian(SPRING, method, [x0], [x1], sign * h)
-        springs.append(abs(found - sign * exact))
+        action = galvi.discrete_lagrangian(SPRING, method, [x0], [x1], sign * h)
+        springs.append(abs(action - sign * exact))
         orbit = galvi.integrate(ROUND, EIGHT, h / 4, 4).q[::4]
         exact = kepler_action(1.0, *orbit.tolist(), h)
-        found = galvi.discrete_lagrangian(ROUND, method, *orbit[:: int(sign)], sign * h)
-        orbits.append(abs(found - sign * exact))
+        action = galvi.discrete_lagrangian(ROUND, method, *orbit[:: int(sign)], sign * h)
+        orbits.append(abs(action - sign * exact))
     for errors in (springs, orbits):
         order = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
         assert abs(order - (2 * degree + 1)) < 0.15
 
 
 def test_ends_far_apart_are_joined_too():
-    """From the straight line alone, Newton's method does not find this arc."""
+    """From the straight line alone, Newton's method does not converge to this arc."""
     method = galvi.Galerkin(galvi.Polynomials(16), galvi.gauss(16))
-    found = galvi.discrete_lagrangian(KEPLER, method, [0.7, 0.0], [-0.5, 0.6], 1.5)
-    assert abs(found - kepler_action(1.0, [0.7, 0.0], [-0.5, 0.6], 1.5)) < 1e-6  # 3e-8
+    action = galvi.discrete_lagrangian(KEPLER, method, [0.7, 0.0], [-0.5, 0.6], 1.5)
+    assert abs(action - kepler_action(1.0, [0.7, 0.0], [-0.5, 0.6], 1.5)) < 1e-6  # 3e-8
     assert galvi.discrete_lagrangian(SPRING, EIGHT, [0.0], [0.0], 1.0) == 0.0
+
+
+def nonlinear(q, v, t):
+    """L of a particle whose mass depends on its place and its velocity, with a driving force."""
+    mass = 0.5 * (1.0 + q[0] ** 2) * v[0] ** 2 + 0.5 * v[1] ** 2 + 0.05 * v[1] ** 4
+    return mass + 0.3 * q[0] * v[0] * v[1] - 0.5 * (q[0] * q[1]) ** 2 + 0.2 * np.sin(t) * q[0]
+
+
+def damping(q, v):
+    return -0.3 * v * abs(v[0])
+
+
+def stationary_polynomial(degree, rule, q0, q1, h, t0):
+    """L_d, p0 and p1 of `nonlinear` with `damping`, by the discrete Lagrange-d'Alembert principle
+    for q0 + (q1 - q0) c + sum_k x_k c (1 - c) c^k; derivatives of L by complex steps."""
+    c, way = rule.nodes, np.subtract(q1, q0)
+    shapes = np.array([c ** (k + 1) * (1.0 - c) for k in range(degree - 1)])
+    rates = np.array([(k + 1) * c**k - (k + 2) * c ** (k + 1) for k in range(degree - 1)])
+
+    def at_nodes(x):
+        x = x.reshape(-1, 2)
+        return q0 + np.outer(c, way) + shapes.T @ x, (way + rates.T @ x) / h, t0 + h * c
+
+    def forces_and_momenta(x):
+        tiny = 1e-200j * np.eye(2)
+        rows = list(zip(*at_nodes(x), strict=True))
+        forces = [[nonlinear(q + e, v, t).imag / 1e-200 for e in tiny] for q, v, t in rows]
+        pushes = [damping(q, v) for q, v, _ in rows]
+        momenta = [[nonlinear(q, v + e, t).imag / 1e-200 for e in tiny] for q, v, t in rows]
+        weights = rule.weights[:, None]
+        return h * weights * np.add(forces, pushes), weights * np.array(momenta)
+
+    def residual(x):
+        forces, momenta = forces_and_momenta(x)
+        return (shapes @ forces + rates @ momenta).ravel()
+
+    x = root(residual, np.zeros(2 * (degree - 1)), options={"xtol": 1e-15}).x
+    forces, momenta = forces_and_momenta(x)
+    values = [nonlinear(*row) for row in zip(*at_nodes(x), strict=True)]
+    total = momenta.sum(axis=0)
+    return h * rule.weights @ values, total - (1.0 - c) @ forces, total + c @ forces
+
+
+@pytest.mark.parametrize("h", [0.5, -0.5])
+@pytest.mark.parametrize("rule", [galvi.radau(3), galvi.gauss(7)], ids=["Radau", "more points"])
+def test_the_step_between_two_places_is_the_stationary_polynomial(rule, h):
+    system = galvi.Lagrangian(nonlinear, galvi.Rn(2), explicit_time=True, force=damping)
+    problem = galvi.Problem(system, [1.0, 0.5], [0.1, 0.2], t0=1.3)
+    step = problem, galvi.Galerkin(galvi.Polynomials(3), rule), [0.9, -0.2], [0.6, 0.4], h
+    action, p0, p1 = stationary_polynomial(3, rule, *step[2:], 1.3)
+    assert abs(galvi.discrete_lagrangian(*step) - action) < 1e-13
+    assert np.allclose(galvi.discrete_legendre_transforms(*step), [p0, p1], rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1e12])
+def test_the_unit_of_length_has_no_effect(unit):
+    problem = galvi.Problem(galvi.Canonical(1.0, galvi.CentralForce(unit**3)), [unit, 0], [0, unit])
+    ends = np.array([[1.0, 0.0], [0.8, 0.5]])
+    momenta = galvi.discrete_legendre_transforms(problem, EIGHT, *unit * ends, 0.5)
+    expected = galvi.discrete_legendre_transforms(galvi.problems.kepler(0.0), EIGHT, *ends, 0.5)
+    assert np.allclose(np.divide(momenta, unit), expected, rtol=0.0, atol=1e-13)
+
+
+def test_a_step_of_more_than_half_a_turn_has_an_action_of_its_own():
+    """In `action` the angle of the step counts, in `discrete_lagrangian` the least angle."""
+    h, rate = 1.0, 4.0
+    turning = galvi.problems.free_rigid_body(velocity=(0.0, 0.0, rate))
+    run = galvi.integrate(turning, collocation(1, EXPONENTIAL), h, 1)
+    least = galvi.discrete_lagrangian(turning, collocation(1, EXPONENTIAL), *run.q, h)
+    for action, angle in ((galvi.action(run)[1], rate), (least, 2.0 * np.pi - rate)):
+        assert abs(action - 3.4 * angle**2 / (2.0 * h)) < 1e-12
 
 
 def test_coordinates_of_different_units_are_all_solved_for():
@@ -160,10 +232,10 @@ def test_the_discrete_lagrangian_of_a_steady_turn_is_exact_in_the_exponential_ch
     turning = galvi.problems.free_rigid_body(velocity=(0.0, 0.0, 1.0))
     turn = element(galvi.SO3(), [0.0, 0.0, 2.0])
     for h in (0.5, -3.0):
-        found = galvi.discrete_lagrangian(turning, collocation(1, EXPONENTIAL), np.eye(3), turn, h)
-        assert abs(found - 3.4 * 2.0**2 / (2.0 * h)) < 1e-13 / abs(h)
+        action = galvi.discrete_lagrangian(turning, collocation(1, EXPONENTIAL), np.eye(3), turn, h)
+        assert abs(action - 3.4 * 2.0**2 / (2.0 * h)) < 1e-13 / abs(h)
         near = galvi.discrete_lagrangian(turning, collocation(12), np.eye(3), turn, h)
-        assert 0.0 < abs(near / found - 1.0) < 1e-6  # 2e-8: not a polynomial in Cayley's
+        assert 0.0 < abs(near / action - 1.0) < 1e-6  # 2e-8: not a polynomial in Cayley's
 
 
 @pytest.mark.parametrize("name", ["kepler", "a driven oscillator", "a pendulum", "a top"])
@@ -190,12 +262,12 @@ def test_the_action_of_a_run_is_stationary_when_a_state_within_it_moves(name):
 
 
 @pytest.mark.parametrize("name", ["kepler", "Lobatto's rule", "a driven oscillator"])
-def test_a_way_back_has_the_opposite_action_with_a_symmetric_method(name):
+def test_the_reversed_step_has_the_opposite_action_with_a_symmetric_method(name):
     problem, method, h = FREE[name]
     q0, q1 = galvi.integrate(problem, method, h, 1).q
-    there = galvi.discrete_lagrangian(problem, method, q0, q1, h)
-    back = galvi.discrete_lagrangian(replace(problem, t0=problem.t0 + h), method, q1, q0, -h)
-    assert abs(there + back) < 1e-14 * max(1.0, abs(there))
+    forward = galvi.discrete_lagrangian(problem, method, q0, q1, h)
+    backward = galvi.discrete_lagrangian(replace(problem, t0=problem.t0 + h), method, q1, q0, -h)
+    assert abs(forward + backward) < 1e-14 * max(1.0, abs(forward))
 
 
 def test_the_action_of_a_run_that_kept_less_is_the_same():
@@ -219,7 +291,7 @@ def walled(q):
     return -0.1 * np.sqrt(1.0 - q[0])
 
 
-def test_the_action_does_not_depend_on_how_many_steps_are_looked_at_together(monkeypatch):
+def test_the_action_does_not_depend_on_how_many_steps_are_evaluated_together(monkeypatch):
     run = galvi.integrate(DRIVEN, FOUR, 0.3, 5)
     whole = galvi.action(run)
     monkeypatch.setattr("galvi.diagnostics.discrete_lagrangians.CHUNK", 2)
@@ -243,7 +315,7 @@ def test_the_action_of_a_lagrangian_that_cannot_be_traced_is_that_of_one_that_ca
     def bead(q, v):
         return 0.5 * v[0] ** 2 * (1.0 + q[0] ** 2) - 0.5 * q[0] ** 2
 
-    one, other = (
+    traced, untraced = (
         galvi.action(
             galvi.integrate(
                 galvi.Problem(galvi.Lagrangian(L, galvi.Rn(1)), [1.0], [0.2]), FOUR, 0.3, 3
@@ -251,7 +323,7 @@ def test_the_action_of_a_lagrangian_that_cannot_be_traced_is_that_of_one_that_ca
         )
         for L in (bead, branching)
     )
-    assert np.allclose(one, other, rtol=1e-10)
+    assert np.allclose(traced, untraced, rtol=1e-10)
 
 
 def test_springs_among_the_forces_of_a_tree_belong_to_its_lagrangian():
@@ -262,7 +334,7 @@ def test_springs_among_the_forces_of_a_tree_belong_to_its_lagrangian():
     text += "</body></worldbody>{}</mujoco>"
     spring = 'fixed stiffness="3" springlength="0"'
     tendon = f'<tendon><{spring}><joint joint="a" coef="1"/></fixed></tendon>'
-    one, other = (
+    with_tendon, with_joint = (
         galvi.action(
             galvi.integrate(
                 galvi.from_mujoco(text.format(*springs)).with_initial_state([0.4], [1.0]),
@@ -271,4 +343,4 @@ def test_springs_among_the_forces_of_a_tree_belong_to_its_lagrangian():
         )
         for springs in (("", tendon), ('stiffness="3"', ""))
     )  # fmt: skip
-    assert np.allclose(one, other, rtol=1e-12)
+    assert np.allclose(with_tendon, with_joint, rtol=1e-12)

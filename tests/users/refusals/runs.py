@@ -360,6 +360,10 @@ ACTIONS = (
     (RuntimeError, "no curve from q0 to q1 in the time h = 3.14.* conjugate points.* smaller h",
      between([1.0], [0.5], np.pi, galvi.problems.harmonic_oscillator(),
              galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12)))),
+    *((RuntimeError, "no curve from q0 to q1 .* conjugate points",  # every velocity arrives
+       between([1.0], [sign], half_periods * np.pi, galvi.problems.harmonic_oscillator(),
+               galvi.Galerkin(galvi.Polynomials(16), galvi.gauss(16))))
+      for half_periods, sign in ((1, -1.0), (2, 1.0))),
     (RuntimeError, "no curve from q0 to q1", between(np.eye(3), TURNED, problem=BODY)),  # Cayley
     (RuntimeError, "the action of the curve .* is inf",
      between([0.0], [1e200], 1.0, galvi.Problem(galvi.Canonical(1.0, lambda q: 0.0 * q[0]), [0.0],
@@ -372,6 +376,8 @@ ACTIONS = (
      acting(problem=galvi.problems.outer_solar_system(), method=FRAMED, step=10.0)),
     (ValueError, "of whole steps; received one that an event ended at t = 0.39.*, within a step",
      acting(steps=9, events=galvi.Event(ending, terminal=True))),
+    (ValueError, "an event ended at t = 0.50000001.*, within a step",
+     acting(steps=9, events=galvi.Event(lambda q, v, t: t - 0.50000001, terminal=True))),
     *((ValueError, words, acting(
         steps=9, save_every=every,
         events=galvi.Event(ending, action=lambda q, v, t: (q, -v)),
