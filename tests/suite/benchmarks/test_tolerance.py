@@ -225,7 +225,7 @@ def test_fresh_reruns_raise_no_alarm_and_every_fault_of_20_floors_is_seen(name, 
 @pytest.mark.slow(beside="test_fresh_reruns_raise_no_alarm_and_every_fault_of_20_floors_is_seen")
 @pytest.mark.parametrize("name", [*MODELS, *ORBITS])
 def test_a_thousand_fresh_reruns_raise_no_alarm(name, run_of, tmp_path):
-    """Prints the table of docs/judge.md's figures, with -s."""
+    """Prints what docs/judge.md says, with -s."""
     run = run_of(name)
     tolerance = measured(run, tmp_path)
     at_end, at_any, seen, planted_ones = trial(run, tolerance, 1000)
@@ -234,6 +234,7 @@ def test_a_thousand_fresh_reruns_raise_no_alarm(name, run_of, tmp_path):
           f"reruns {at_end} alarms at the end, {at_any} at any time; seen {seen} of "
           f"{planted_ones} faults")  # fmt: skip
     assert (at_end, at_any) == (0, 0) and seen == planted_ones
+    assert (bounds == 0) == (name == "stack")  # where rounding decides on contacts
 
 
 def test_without_moved_starts_the_bound_raises_false_alarms(run_of, tmp_path, monkeypatch):
