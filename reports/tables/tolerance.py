@@ -13,7 +13,7 @@ from benchmarks.applications.releases.behaviour import FLOORS, ULPS
 from benchmarks.applications.releases.bounds import LEAST, MOST
 from benchmarks.applications.releases.own_run import SAMPLES, OwnRun
 from benchmarks.applications.releases.tolerance import (
-    MOVED_STARTS,
+    MOVED_RUNS,
     QUANTITIES,
     STATES,
     Tolerance,
@@ -98,12 +98,12 @@ def _compared(variant: Variant, tolerance: Tolerance) -> str:
         )
         return f"{differs}, which is more than rounding; {advice}."
     runs = len(variant.differences) - 1
-    if name == MOVED_STARTS:
+    if name == MOVED_RUNS:
         return (
-            f"{name}: {runs} runs, whose starts are off by {ULPS:g} ulp of the largest number of "
-            f"the run, up or down."
+            f"{name}: {runs} runs err by an ulp of each number in each step, up or down, and start "
+            f"off by {ULPS:g} ulp of the largest number."
         )
-    return f"{differs}{f', and {runs} more runs have moved starts' if runs else ''}."
+    return f"{differs}{f', and {runs} more runs err so' if runs else ''}."
 
 
 def _floors(variant: Variant) -> str:

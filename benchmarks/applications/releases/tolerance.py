@@ -23,7 +23,7 @@ STATES = ("positions", "velocities")  # that a test compares
 QUANTITIES = (*STATES, "energy")
 STARTS = 64  # that are moved, half of them run without fused products
 STILL = 1e-6  # share of the size, below which a motion is rest
-MOVED_STARTS = "moved starts"
+MOVED_RUNS = "rounding at every step"
 LONG = 60.0  # seconds of the plain run, above which it is said how long all takes
 PART = SECONDS / 3.0  # seconds of runs in one process
 # glibc's functions without fused products and wide vectors; nothing elsewhere.
@@ -40,13 +40,13 @@ class Variant:
     Attributes
     ----------
     name
-        such as "moved starts"
+        such as "rounding at every step"
     differences : array, shape (runs, 3, SAMPLES)
         of QUANTITIES at each time: the largest of an entry from the plain run
     failure
         why there are none, in a sentence
     floors
-        the largest of the unmoved run (the first), in floors of the moved starts
+        the largest of the unmoved run (the first), in floors of the moved runs
     is_release
         whether another release, which the user named, does them
     """
@@ -81,7 +81,7 @@ class Tolerance:
     variants
         the runs that were compared
     seed
-        of the moved starts
+        of the moved runs
     """
 
     run: OwnRun
@@ -157,17 +157,17 @@ def measure(
 def _here(
     run: OwnRun, motion: Motion, at_once: int, seed: int, report: Report
 ) -> Iterator[Variant]:
-    """Starts that are moved, with fused products and without, where this machine has both."""
+    """Runs that are moved, with fused products and without, where this machine has both."""
     unfused = has_unfused()
-    starts = moved_starts(run, motion, STARTS, seed)
+    runs = moved_runs(run, motion, STARTS, seed)
     share = STARTS // 2 if unfused else STARTS
-    yield moved_variant(MOVED_STARTS, run, motion, starts[:share], at_once, report)
+    yield moved_variant(MOVED_RUNS, run, motion, runs[:share], at_once, report)
     name = "without fused products"
     if not unfused:
         why = "not tried, since the C library rounds alike with and without them here"
         yield Variant(name, np.empty((0, 3, SAMPLES)), why)
         return
-    yield moved_variant(name, run, motion, starts[share:], at_once, report, UNFUSED)
+    yield moved_variant(name, run, motion, runs[share:], at_once, report, UNFUSED)
 
 
 def _others(
@@ -189,20 +189,24 @@ def _others(
         yield _of_release(run, motion, version, folder)
 
 
-def moved_starts(run: OwnRun, motion: Motion, count: int, seed: int) -> list[tuple[Array, Array]]:
-    """Starts whose entries are off, up or down, by ULPS of the size in the run."""
+def moved_runs(run: OwnRun, motion: Motion, count: int, seed: int) -> list[dict[str, Any]]:
+    """Runs whose starts are off, up or down, by ULPS of the size in the run, and which err by an
+    ulp in each step."""
     signs = np.random.default_rng(seed)
     sizes = [_sizes(run, motion)[name][0] for name in STATES]
-    return [moved((run.positions, run.velocities), sizes, signs) for _ in range(count)]
+    return [
+        {**run.asked(*moved((run.positions, run.velocities), sizes, signs)),
+         "rounding": int(signs.integers(2**32))}
+        for _ in range(count)
+    ]  # fmt: skip
 
 
 def moved_variant(
-    name: str, run: OwnRun, motion: Motion, starts: Sequence[tuple[Array, Array]], at_once: int,
+    name: str, run: OwnRun, motion: Motion, others: Sequence[Mapping[str, Any]], at_once: int,
     report: Report, environment: Mapping[str, str] | None = None,
 ) -> Variant:  # fmt: skip
-    """The runs from the user's own start, which is the first, and from these, so many in a
-    process."""
-    runs = [run.asked(), *(run.asked(*start) for start in starts)]
+    """The user's run, which is the first, and these, so many in a process."""
+    runs = [run.asked(), *others]
     motions: list[Motion] = []
     for first in range(0, len(runs), at_once):
         report(f"{name}, {first} of {len(runs)} runs")

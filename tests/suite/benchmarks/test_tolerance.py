@@ -23,7 +23,7 @@ from benchmarks.applications.releases.tolerance import (
     differences,
     has_unfused,
     measure,
-    moved_starts,
+    moved_runs,
 )
 from benchmarks.store.isolated_environment import NotHere
 from galvi.interop.judge import JudgeRequest
@@ -140,6 +140,10 @@ MODELS = {
         MODEL.format("Euler", BALL),
         {"duration": 1.0, "qpos": [0.0, 0.0, 0.3, 1.0] + [0.0] * 3},
     ),
+    "damped": (
+        MODEL.format("Euler", PENDULUM.replace('axis="0 1 0"', 'axis="0 1 0" damping="0.05"')),
+        {"duration": 10.0, "qpos": [0.3]},
+    ),
     "slide": (MODEL.format("RK4", SLIDE), {"duration": 1.0, "qpos": [0.3]}),
 }
 ORBITS = {"whfast": 60.0, "ias15": 60.0, "leapfrog": 60.0, "chaotic bodies": 70.0,
@@ -189,15 +193,13 @@ def measured(run, folder, releases=(), seed=0):
 
 def reruns(run, motion, count):
     """So many fresh runs, half of them without fused products."""
-    starts = moved_starts(run, motion, count, seed=12345)
-    half = len(starts) // 2
+    moved = moved_runs(run, motion, count, seed=12345)
+    half = count // 2
     environments = (None, UNFUSED if has_unfused() else None)
     return [
         rerun
-        for part, environment in zip((starts[:half], starts[half:]), environments, strict=True)
-        for rerun in run.answer(
-            [run.asked(*start) for start in part], environment=environment
-        ).motions
+        for part, environment in zip((moved[:half], moved[half:]), environments, strict=True)
+        for rerun in run.answer(part, environment=environment).motions
     ]
 
 
@@ -331,23 +333,66 @@ def test_floors_of_other_seeds_are_alike(run_of, tmp_path):
     run = run_of("double pendulum")
     (motion,) = run.answer([run.asked()]).motions
     floors = np.array([
-        differences(motion, run.answer([run.asked(*start) for start in starts]).motions).max(axis=0)
-        for starts in (moved_starts(run, motion, 64, seed) for seed in range(5))
+        differences(motion, run.answer(moved_runs(run, motion, 64, seed)).motions).max(axis=0)
+        for seed in range(5)
     ])  # fmt: skip
     assert (floors.max(axis=0) < 3.0 * floors.min(axis=0)).all()
 
 
-def test_without_moved_starts_the_bound_raises_false_alarms(run_of, tmp_path, monkeypatch):
+def test_without_moved_runs_the_bound_raises_false_alarms(run_of, tmp_path, monkeypatch):
     run = run_of("double pendulum")
 
     def unmoved(run, motion, count, seed):
-        return [(run.positions, run.velocities)] * count
+        return [run.asked()] * count
 
     with monkeypatch.context() as patch:
-        patch.setattr(tolerances, "moved_starts", unmoved)
+        patch.setattr(tolerances, "moved_runs", unmoved)
         tolerance = measured(run, tmp_path)
     at_end, at_any, _, _ = trial(run, replace(tolerance, run=run), 40)
     assert at_any >= at_end > 0
+
+
+def rounded_at_each_step(run, count):
+    """Ends of so many runs of a model, each entry of which is moved to a neighbouring number after
+    each step, up, down or not at all."""
+    model = mujoco.MjModel.from_xml_path(run.job["file"])
+    random, ends = np.random.default_rng(7), []
+    for _ in range(count):
+        state = mujoco.MjData(model)
+        state.qpos[:], state.qvel[:] = run.positions, run.velocities
+        for _ in range(run.steps):
+            mujoco.mj_step(model, state)
+            for values in (state.qpos, state.qvel):
+                towards = random.choice((-math.inf, math.nan, math.inf), values.size)
+                moved = np.nextafter(values, towards)
+                values[:] = np.where(np.isnan(moved), values, moved)
+        ends.append((state.qpos.copy(), state.qvel.copy()))
+    return ends
+
+
+@pytest.mark.parametrize("name", ["slide", "damped", "double pendulum", "box"])
+def test_runs_that_round_otherwise_at_each_step_raise_no_alarm(name, run_of, tmp_path):
+    run = run_of(name)
+    tolerance = measured(run, tmp_path)
+    for end in rounded_at_each_step(run, 50):
+        for quantity, values in zip(("positions", "velocities"), end, strict=True):
+            off = np.abs(values - tolerance.motion.quantities[quantity][-1]).max()
+            assert off <= tolerance.bounds[quantity][-1].value
+
+
+def test_starts_alone_that_are_moved_do_not_bound_long_runs(run_of, tmp_path, monkeypatch):
+    run = run_of("slide", duration=10.0)
+
+    def starts(run, motion, count, seed):
+        runs = moved_runs(run, motion, count, seed)
+        return [{name: asked[name] for name in asked if name != "rounding"} for asked in runs]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(tolerances, "moved_runs", starts)
+        bound = measured(run, tmp_path).bounds["positions"][-1]
+    right = measured(run, tmp_path)
+    apart = [np.abs(q - right.motion.positions[-1]).max() for q, _ in rounded_at_each_step(run, 20)]
+    assert bound.value < max(apart) < right.bounds["positions"][-1].value
 
 
 def test_all_differences_are_those_of_the_runs(run_of, tmp_path):
@@ -356,11 +401,16 @@ def test_all_differences_are_those_of_the_runs(run_of, tmp_path):
     tolerance = measured(run, tmp_path)
     model = mujoco.MjModel.from_xml_path(run.job["file"])
     ends = []
-    starts = moved_starts(run, tolerance.motion, tolerances.STARTS, 0)
-    for q, v in [(run.positions, run.velocities), *starts[: 32 if has_unfused() else 64]]:
+    moved = moved_runs(run, tolerance.motion, tolerances.STARTS, 0)
+    for asked in [run.asked(), *moved[: 32 if has_unfused() else 64]]:
         state = mujoco.MjData(model)
-        state.qpos[:], state.qvel[:] = q, v
-        mujoco.mj_step(model, state, nstep=run.steps)
+        state.qpos[:], state.qvel[:] = asked["qpos"], asked["qvel"]
+        signs = np.random.default_rng(asked["rounding"]) if "rounding" in asked else None
+        for _ in range(run.steps):
+            mujoco.mj_step(model, state)
+            if signs is not None:
+                state.qpos *= 1.0 + ULP * signs.choice((-1.0, 1.0), model.nq)
+                state.qvel *= 1.0 + ULP * signs.choice((-1.0, 1.0), model.nv)
         ends.append(state.qpos.copy())
     assert np.array_equal(ends[0], tolerance.motion.positions[-1])
     apart = np.abs(np.array(ends) - ends[0]).max(axis=1)
@@ -415,7 +465,10 @@ def test_a_long_run_says_how_long_all_takes_and_shares_it_between_processes(
     monkeypatch.setattr(tolerances, "STARTS", 4)
     few = measure(run, (), tmp_path, sentences.append)
     assert "the 9 to come about 0 minutes" in sentences[1]
-    assert sentences[2:4] == ["moved starts, 0 of 3 runs", "moved starts, 1 of 3 runs"]
+    assert sentences[2:4] == [
+        "rounding at every step, 0 of 3 runs",
+        "rounding at every step, 1 of 3 runs",
+    ]
     monkeypatch.setattr(tolerances, "PART", 100.0)
     assert np.array_equal(
         few.variants[0].differences, measured(run, tmp_path).variants[0].differences
