@@ -4,7 +4,8 @@ It reads a job from its input and writes an answer, both as JSON:
 
     job     {"file": path} or {"mjcf": text}; "key", "qpos", "qvel", "ctrl": the start, each may be
             absent; "runs": a list of {"integrator": name, "step": h, "qpos", "qvel", each of which
-            may be absent, "steps": n, "every": k}; "states": a list of {"qpos", "qvel"}; "threads"
+            may be absent, "steps": n, "every": k, "rounding": seed, may be absent}; "states": a
+            list of {"qpos", "qvel"}; "threads"
     answer  {"release", "integrator", "step", "qpos", "qvel": the model's own; "runs": for each the
             rows of qpos, qvel, energy and the kinetic part of it at every k-th step after the
             start, and "failure", a sentence or ""; "accelerations": qacc at each state, "energies":
@@ -17,6 +18,7 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -66,9 +68,28 @@ def energy(model: Any, data: Any) -> list[float]:
     return seen.energy.tolist()
 
 
+PARTS = 100  # of the steps between rows, after which rounding is imitated
+
+
+def advance(model: Any, data: Any, count: int, signs: Any) -> None:
+    """So many steps. With signs, a random generator, each entry is off by as much as errors of an
+    ulp of it in each step add up to."""
+    import mujoco
+
+    part = count if signs is None else math.ceil(count / PARTS)
+    for first in range(0, count, part):
+        steps = min(part, count - first)
+        mujoco.mj_step(model, data, nstep=steps)
+        if signs is not None:
+            for values in (data.qpos, data.qvel):
+                ulps = math.sqrt(steps) * signs.choice((-1.0, 1.0), values.size)
+                values *= 1.0 + sys.float_info.epsilon * ulps
+
+
 def run(model: Any, job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
     """One run of the job; up to its failure where it fails."""
     import mujoco
+    import numpy as np
 
     mine = copy.copy(model)
     rows: dict[str, Any] = {"qpos": [], "qvel": [], "energy": [], "kinetic": [], "failure": ""}
@@ -80,8 +101,9 @@ def run(model: Any, job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any
     if asked.get("step") is not None:
         mine.opt.timestep = asked["step"]
     data = at_start(mine, job, asked)
+    signs = np.random.default_rng(asked["rounding"]) if "rounding" in asked else None
     for _ in range(asked["steps"] // asked["every"]):
-        mujoco.mj_step(mine, data, nstep=asked["every"])
+        advance(mine, data, asked["every"], signs)
         mujoco.mj_checkPos(mine, data)
         mujoco.mj_checkVel(mine, data)
         warned = [index for index, each in enumerate(data.warning) if each.number]

@@ -6,7 +6,8 @@ read by all others, so that the job holds what the file does:
     job     "G", "t", "integrator", "step", "options" of the integrator by name, "settings" of the
             simulation by name, "particles": rows of mass, position and velocity; "runs": a list of
             {"particles", "step", which may be absent, "steps": n, "every": k} or, for an integrator
-            that chooses its steps, {"particles", "times": a list}; "states": a list of particles
+            that chooses its steps, {"particles", "times": a list}, with "rounding": seed,
+            may be absent; "states": a list of particles
     answer  {"release", "runs": for each run the rows of particles at every k-th step after the
             start or at each time, of energy and the kinetic part of it, "failure", a sentence
             or "", and "taken", the number of steps;
@@ -19,6 +20,8 @@ from __future__ import annotations
 
 import ctypes
 import json
+import math
+import random
 import sys
 import warnings
 from typing import Any
@@ -58,6 +61,26 @@ def state(sim: Any) -> tuple[list[list[float]], float]:
     return [[getattr(p, name) for name in STATE] for p in seen.particles], float(energy)
 
 
+PARTS = 100  # of the steps between rows, after which rounding is imitated
+
+
+def advance(sim: Any, count: int, time: float | None, signs: random.Random | None) -> None:
+    """To a time, or so many steps. With signs each entry is off by as much as errors of an ulp of
+    it in each step add up to."""
+    part = count if signs is None else math.ceil(count / PARTS)
+    for first in range(0, count, part):
+        before = sim.steps_done if signs else 0
+        if time is None:
+            sim.steps(min(part, count - first))
+        else:
+            sim.integrate(time)
+        if signs:
+            ulps = math.sqrt(sim.steps_done - before) * sys.float_info.epsilon
+            for p in sim.particles:
+                for name in STATE[1:]:
+                    setattr(p, name, getattr(p, name) * (1.0 + signs.choice((-ulps, ulps))))
+
+
 def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
     """One run of the job; up to its failure where it fails."""
     rows: dict[str, Any] = {
@@ -71,11 +94,9 @@ def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
         sim = made(job, asked.get("particles") or job["particles"])
         sim.dt = asked.get("step") or job["step"]
         sim.exact_finish_time = int("times" in asked)  # WHFast512 takes none but whole steps
+        signs = random.Random(asked["rounding"]) if "rounding" in asked else None
         for time in asked.get("times") or [None] * (asked["steps"] // asked["every"]):
-            if time is None:
-                sim.steps(asked["every"])
-            else:
-                sim.integrate(time)
+            advance(sim, asked.get("every", 1), time, signs)
             particles, energy = state(sim)
             rows["particles"].append(particles)
             rows["energy"].append(energy)

@@ -3,7 +3,7 @@
 0    nothing worse and nothing unexpected; absent engines that were not required, new integrators,
      and benchmarks that neither side can run are listed, and are no failure
 1    something got worse, a verdict is not as expected, a study failed, a required engine is absent,
-     a judged run does not reach its error, or no bound holds at the end of a run
+     a judged run does not reach its error, or a run has no bound that holds at its end
 2    the command could not be carried out, for whatever reason, as that no benchmark runs on both
      sides, with one sentence why: in CI, treat it as a failure
 3    likewise, for want of a package that is not installed

@@ -9,45 +9,55 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.applications.releases.behaviour import FLOORS
-from benchmarks.applications.releases.bounds import DEVIATIONS, LEAST, MOST
-from benchmarks.applications.releases.own_run import SAMPLES
-from benchmarks.applications.releases.tolerance import QUANTITIES, Tolerance, Variant
+from benchmarks.applications.releases.behaviour import FLOORS, ULPS
+from benchmarks.applications.releases.bounds import LEAST, MOST
+from benchmarks.applications.releases.own_run import SAMPLES, OwnRun
+from benchmarks.applications.releases.tolerance import (
+    MOVED_RUNS,
+    QUANTITIES,
+    STATES,
+    Tolerance,
+    Variant,
+)
+from galvi.arrays import Array
 from reports.tables.number_format import plain
 from reports.tables.versions import label
 from reports.tables.writing import write_table
 
-STATES = {  # of each engine, what a test compares
+EXPRESSIONS = {  # of each engine, what a test compares
     "mujoco": {"positions": "data.qpos", "velocities": "data.qvel"},
     "rebound": {
         "positions": "[p.xyz for p in sim.particles]",
         "velocities": "[p.vxyz for p in sim.particles]",
     },
 }
-SAME_BITS = ("the same again", "two threads")
+SAME_BITS = ("repeated", "two threads")
+IMPORTS = ("import json", "from pathlib import Path", "", "import numpy", "")
 
 
 def sentences(tolerance: Tolerance) -> Iterator[str]:
-    """The bounds at the end with their reasons, what to paste, and what was tried."""
+    """The bounds at the end with their reasons, where to compare, and what was run."""
     for name in QUANTITIES:
         yield _at_end(tolerance, name)
     latest = tolerance.latest
     if latest < 0:
         yield (
-            "At none of the ten times do all have a bound: ask for a shorter --duration, or start "
-            "where rounding does not decide on a contact."
+            "Positions and velocities have no bound at any of the ten times: ask for a shorter "
+            "--duration, or start where bodies are clearly in contact or clearly apart."
         )
     elif latest < SAMPLES - 1:
-        values = ", ".join(f"{atol(tolerance, name, latest)} for {name}" for name in QUANTITIES)
-        yield f"Compare at t = {times(tolerance)[latest]:g}: there a bound of {values} holds."
+        bounds = " and ".join(f"{atol(tolerance, name, latest)} for {name}" for name in STATES)
+        yield (
+            f"Compare at t = {times(tolerance)[latest]:g} instead, with a bound of {bounds}: no "
+            f"later time has one for both."
+        )
     yield (
-        f"A floor is the largest difference that rounding made, in all runs below. A bound has "
-        f"{LEAST:g} floors, or more where the runs are spread so that a log-normal tail at "
-        f"{DEVIATIONS:g} standard deviations needs them, and at most {MOST:g}: it sees a fault of "
-        f"{FLOORS:g}."
+        f"A floor is the largest difference between your run and {tolerance.runs - 1} that differ "
+        f"from it by rounding alone. A bound is at least {LEAST:g} floors, since another machine "
+        f"may round worse, and at most {MOST:g}, so that it catches every error of {FLOORS:g}."
     )
     for variant in tolerance.variants:
-        yield _tried(variant, tolerance)
+        yield _compared(variant, tolerance)
 
 
 def _at_end(tolerance: Tolerance, name: str) -> str:
@@ -57,32 +67,43 @@ def _at_end(tolerance: Tolerance, name: str) -> str:
     moved = f"rounding moves {'it' if name == 'energy' else 'them'} by {plain(bound.floor, 2)}"
     if bound.reason:
         return f"{end}: no bound, since {bound.reason} ({moved})."
+    unequal = (
+        f"; more than {LEAST:g} floors, since the runs are unequal: half of them differ by less "
+        f"than {plain(bound.median, 2)}"
+    )
     return (
-        f"{end}: a bound of {atol(tolerance, name, -1)}, {plain(bound.factor, 2)} floors ({moved})."
+        f"{end}: a bound of {atol(tolerance, name, -1)}, {plain(bound.factor, 2)} floors ({moved}"
+        f"{unequal if bound.factor > LEAST else ''})."
     )
 
 
-def _tried(variant: Variant, tolerance: Tolerance) -> str:
-    """What one way of running does."""
-    package, name = tolerance.run.package, variant.name
+def _compared(variant: Variant, tolerance: Tolerance) -> str:
+    """How far one kind of runs is from the user's."""
+    name = variant.name
     if variant.failure:
         return f"{name}: {variant.failure.rstrip('.')}."
     if name in SAME_BITS:
         if variant.is_identical:
             return f"{name}: bit-identical."
         return (
-            f"{name}: not bit-identical, by up to {_floors(variant)}; the engine does not repeat."
+            f"{name}: not bit-identical, by up to {_floors(variant)}; the engine is not "
+            f"deterministic."
         )
+    differs = f"{name}: your run differs by {_floors(variant)}"
     if not variant.is_rounding:
-        moves = f"{name} moves otherwise, by {_floors(variant)}, which is not rounding"
-        if name.startswith(package):
-            return f"{moves}; pin the release, `galvi versions` says what changed."
-        return f"{moves}, and is not in the bound."
+        advice = (
+            "the bounds do not hold for this release, and `galvi versions` says what changed"
+            if variant.is_release
+            else "the bounds do not hold for it"
+        )
+        return f"{differs}, which is more than rounding; {advice}."
     runs = len(variant.differences) - 1
-    if name == "other starts":
-        return f"{name}: {runs}, off by 2 ulp of the largest number of the run, up or down."
-    moved = f", and there are {runs} other starts" if runs else ""
-    return f"{name}: your run differs by {_floors(variant)}{moved}."
+    if name == MOVED_RUNS:
+        return (
+            f"{name}: {runs} runs err by an ulp of each number in each step, up or down, and start "
+            f"off by {ULPS:g} ulp of the largest number."
+        )
+    return f"{differs}{f', and {runs} more runs err so' if runs else ''}."
 
 
 def _floors(variant: Variant) -> str:
@@ -105,22 +126,31 @@ def atol(tolerance: Tolerance, name: str, sample: int) -> str:
 
 
 def lines_to_paste(tolerance: Tolerance) -> list[str]:
-    """Python for the user's own test; none where there is no bound."""
+    """Python for the user's own test, beside which tolerance.json is; none where there is no
+    bound."""
     if tolerance.latest < 0:
         return []
-    states = STATES[tolerance.run.package]
-    run, count = tolerance.run, tolerance.latest + 1
-    when = f"at t = {times(tolerance)[tolerance.latest]!r}"
-    if run.step is not None:
-        when += f", after {run.steps * count // SAMPLES} steps of {run.step!r}"
+    t = times(tolerance)[tolerance.latest]
     return [
-        f'expected = json.loads(Path("tolerance.json").read_text())["expected"]  # {when}',
+        *IMPORTS,
+        f"# From the start {_advanced(tolerance.run, t, tolerance.latest + 1)}, at t = {t!r}:",
+        'tolerance = json.loads(Path(__file__).with_name("tolerance.json").read_text())',
         *(
-            f'numpy.testing.assert_allclose({value}, expected["{name}"], rtol=0, '
+            f'numpy.testing.assert_allclose({expression}, tolerance["expected"]["{name}"], rtol=0, '
             f"atol={atol(tolerance, name, tolerance.latest)})"
-            for name, value in states.items()
+            for name, expression in EXPRESSIONS[tolerance.run.package].items()
         ),
     ]
+
+
+def _advanced(run: OwnRun, t: float, samples: int) -> str:
+    """The call that takes a user's run to one of SAMPLES times."""
+    if run.step is None:
+        return f"after sim.integrate({t!r})"
+    count = run.steps * samples // SAMPLES
+    if run.package == "mujoco":
+        return f"after mujoco.mj_step(model, data, nstep={count}) with steps of {run.step!r}"
+    return f"after sim.steps({count}) with steps of {run.step!r} and sim.synchronize()"
 
 
 def rows(tolerance: Tolerance) -> pd.DataFrame:
@@ -139,27 +169,37 @@ def rows(tolerance: Tolerance) -> pd.DataFrame:
 
 
 def contents(tolerance: Tolerance) -> dict[str, Any]:
-    """What tolerance.json holds: the expected states in full, floors, bounds, ways tried."""
+    """What tolerance.json holds: the start and the expected states in full, floors and bounds, and
+    what was compared."""
     run = tolerance.run
-    kept = tolerance.latest if tolerance.latest >= 0 else SAMPLES - 1
     states = [{"t": t, **_state(tolerance, k)} for k, t in enumerate(times(tolerance))]
     return {
         "engine": run.package, "integrator": label(run), "step": run.step,
-        "duration": run.duration, "expected": states[kept] if tolerance.latest >= 0 else None,
+        "duration": run.duration, "seed": tolerance.seed,
+        "start": _rows(run, run.positions, run.velocities),
+        "expected": states[tolerance.latest] if tolerance.latest >= 0 else None,
         "states": states, "bounds": rows(tolerance),
-        "tried": [{"name": each.name, "floors": each.floors, "failure": each.failure,
-                   "in_bound": each.is_rounding} for each in tolerance.variants],
+        "compared": [
+            {"name": variant.name, "runs": len(variant.differences), "floors": variant.floors,
+             "failure": variant.failure, "in_bound": variant.is_rounding}
+            for variant in tolerance.variants
+        ],
         "paste": lines_to_paste(tolerance),
     }  # fmt: skip
 
 
 def _state(tolerance: Tolerance, sample: int) -> dict[str, Any]:
     motion = tolerance.motion
-    shape = (-1, 3) if tolerance.run.package == "rebound" else (-1,)
+    state = _rows(tolerance.run, motion.positions[sample], motion.velocities[sample])
+    return {**state, "energy": float(motion.energy[sample])}
+
+
+def _rows(run: OwnRun, positions: Array, velocities: Array) -> dict[str, Any]:
+    """A state as the engine has it: with REBOUND a row for each particle."""
+    shape = (-1, 3) if run.package == "rebound" else (-1,)
     return {
-        "positions": motion.positions[sample].reshape(shape).tolist(),
-        "velocities": motion.velocities[sample].reshape(shape).tolist(),
-        "energy": float(motion.energy[sample]),
+        "positions": positions.reshape(shape).tolist(),
+        "velocities": velocities.reshape(shape).tolist(),
     }
 
 

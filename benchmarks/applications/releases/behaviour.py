@@ -111,10 +111,11 @@ class Questions:
     def answered(self, version: str, python: Path) -> Behaviour:
         """What a release does, by this interpreter. Raises NotHere where it fails."""
         run, signs = self.run, np.random.default_rng(0)
-        starts = [self._moved(run.positions, run.velocities, signs) for _ in range(MOVED)]
-        near = [[self._moved(*each, signs) for _ in range(MOVED)] for each in self.states]
-        states = [state for each, moved in zip(self.states, near, strict=True)
-                  for state in (each, *moved)]  # fmt: skip
+        own_start = run.positions, run.velocities
+        starts = [moved(own_start, self.sizes, signs) for _ in range(MOVED)]
+        near = [[moved(each, self.sizes, signs) for _ in range(MOVED)] for each in self.states]
+        states = [state for each, others in zip(self.states, near, strict=True)
+                  for state in (each, *others)]  # fmt: skip
         part = run.duration / SAMPLES
         levels: list[dict[str, Any]] = [
             {**run.asked(), "step": part / count, "steps": count, "every": count}
@@ -122,11 +123,12 @@ class Questions:
         ]
         runs = [run.asked(), *(run.asked(*start) for start in starts), *levels]
         answer = run.answer(runs, [run.asked(*state) for state in states], python)
-        own, moved = answer.motions[0], answer.motions[1 : 1 + MOVED]
+        own, neighbours = answer.motions[0], answer.motions[1 : 1 + MOVED]
         failure = _divergence(own)
         if failure:
             return Behaviour(version, failure=failure)
-        motion = {name: self._floored(values, [each.quantities[name] for each in moved], own.taken)
+        spreads = {name: [each.quantities[name] for each in neighbours] for name in own.quantities}
+        motion = {name: self._floored(values, spreads[name], own.taken)
                   for name, values in own.quantities.items()}  # fmt: skip
         order, unsure = self._order(answer.motions[1 + MOVED :], motion)
         energies = np.array([answer.energies[0], *own.energy])
@@ -134,14 +136,6 @@ class Questions:
             version, "", "", own, {**motion, "accelerations": _accelerations(answer.accelerations)},
             order, unsure, _ratio(float(np.ptp(energies)), _size(energies)),
         )  # fmt: skip
-
-    def _moved(self, q: Array, v: Array, signs: np.random.Generator) -> tuple[Array, Array]:
-        """A state whose entries are off by ULPS of the largest one of the run, up or down."""
-        q, v = (
-            x + ULPS * EPS * size * signs.choice((-1.0, 1.0), x.size)
-            for x, size in zip((q, v), self.sizes, strict=True)
-        )
-        return q, v
 
     def _floored(self, values: Array, moved: Sequence[Array], taken: int) -> Quantity:
         """Of a run: the floor of each sample is the largest spread and size until then, infinite
@@ -191,6 +185,17 @@ def _divergence(motion: Motion) -> str:
         raise NotHere(f"it cannot do your run: {motion.failure}")
     finite = all(np.isfinite(values).all() for values in motion.quantities.values())
     return "" if finite else "its states are not finite."
+
+
+def moved(
+    state: tuple[Array, Array], sizes: Sequence[float], signs: np.random.Generator
+) -> tuple[Array, Array]:
+    """Positions and velocities whose entries are off by ULPS of these sizes, up or down."""
+    q, v = (
+        x + ULPS * EPS * size * signs.choice((-1.0, 1.0), x.size)
+        for x, size in zip(state, sizes, strict=True)
+    )
+    return q, v
 
 
 def _accelerations(rows: Sequence[Array]) -> Quantity:

@@ -1,4 +1,4 @@
-"""The bound of a regression test, from how far apart equal runs are that round otherwise."""
+"""The bound of a regression test, from how far apart runs are that differ by rounding alone."""
 
 from __future__ import annotations
 
@@ -11,25 +11,22 @@ import numpy as np
 from benchmarks.applications.releases.behaviour import FLOORS
 from galvi.arrays import Array
 
-# Chosen on 17 models (pendulums, arms, a top, boxes and balls in contact, orbits by four
-# integrators), each run from 2,000 starts, 64 of which made a bound that the others were to keep.
-# Log-normal tails from the 75th, 90th and 95th percentile, exponential tails, those from the
-# largest and a quantile, and constants were tried. This one had the fewest false alarms and the
-# fewest times without a bound. With 2 in place of LEAST, bouncing balls, which part by ten floors
-# once in 500 runs, had 260 false alarms in a million; with 5 none.
+# What LEAST and MOST rest on is printed by
+# pytest -s tests/suite/benchmarks/test_tolerance.py -k limits
 UPPER = 0.95  # quantile that gives the spread, with the median
 DEVIATIONS = 4.0  # to which the tail is extrapolated
 LEAST = 5.0  # floors that a bound has
-MOST = FLOORS / 2.0  # a run within such a bound, displaced by FLOORS, is outside
+RERUN = 2.0  # floors within which a run is in which a fault of FLOORS is always seen
+MOST = FLOORS - RERUN  # floors that a bound has
 FEW = 4.0  # ulp of the size, below which no floor is
 LARGEST = 700.0  # logarithm of a factor
 EATEN = 1e-3  # share of the motion, above which a floor is no longer rounding
 
-FAILED = "runs from neighbouring starts fail"
+FAILED = "runs from starts moved by rounding fail"
 CHAOS = "rounding has grown to more than a thousandth of the motion"
 SPREAD = (
-    "some runs are much further apart than most, as where rounding decides on a contact or a step, "
-    "and a bound for all of them would miss faults"
+    "a few runs differ far more than the others, as where rounding decides whether bodies touch, "
+    "and a bound that holds for all of them would miss faults"
 )
 
 
@@ -43,12 +40,15 @@ class Bound:
         what rounding is measured to move; infinite where a run failed
     factor
         floors that hold the tail; NaN where a run failed
+    median
+        of the differences, none taken as less than FEW ulp; NaN where a run failed
     reason
         why there is no bound; "" where there is one
     """
 
     floor: float
     factor: float
+    median: float
     reason: str = ""
 
     @property
@@ -68,18 +68,18 @@ def bound_of(differences: Array, ulp: float, motion: float) -> Bound:
     ulp
         of the size of the quantity; differences below FEW are taken as these
     motion
-        how far the quantity moves
+        how far the quantity moves; 0 where that is unknown
 
     Notes
     -----
     The tail is that of a log-normal distribution with the median and upper quantile measured.
     """
     if not np.isfinite(differences).all():
-        return Bound(math.inf, math.nan, FAILED)
+        return Bound(math.inf, math.nan, math.nan, FAILED)
     least = max(FEW * ulp, float(np.finfo(float).tiny))
     median, upper, floor = np.quantile(np.maximum(differences, least), (0.5, UPPER, 1.0)).tolist()
     exponent = math.log(upper / median) * DEVIATIONS / NormalDist().inv_cdf(UPPER)
     factor = max(LEAST, math.exp(min(math.log(median / floor) + exponent, LARGEST)))
-    if floor > max(EATEN * motion, least):
-        return Bound(floor, factor, CHAOS)
-    return Bound(floor, factor, SPREAD if factor > MOST else "")
+    if motion and floor > max(EATEN * motion, least):
+        return Bound(floor, factor, median, CHAOS)
+    return Bound(floor, factor, median, SPREAD if factor > MOST else "")

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from benchmarks.applications.releases.behaviour import EPS, FLOORS, ULPS
+from benchmarks.applications.releases.behaviour import EPS, FLOORS, moved
 from benchmarks.applications.releases.bounds import FAILED, Bound, bound_of
 from benchmarks.applications.releases.own_run import SAMPLES, Motion, OwnRun
 from benchmarks.applications.releases.requirements import interpreter
 from benchmarks.store.isolated_environment import SECONDS, NotHere, finished
 from galvi.arrays import Array
 
-QUANTITIES = ("positions", "velocities", "energy")
-STARTS = 64  # that are moved, shared by the ways to round
+STATES = ("positions", "velocities")  # that a test compares
+QUANTITIES = (*STATES, "energy")
+STARTS = 64  # that are moved, half of them run without fused products
+STILL = 1e-6  # share of the size, below which a motion is rest
+MOVED_RUNS = "rounding at every step"
 LONG = 60.0  # seconds of the plain run, above which it is said how long all takes
 PART = SECONDS / 3.0  # seconds of runs in one process
 # glibc's functions without fused products and wide vectors; nothing elsewhere.
@@ -32,24 +35,27 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Variant:
-    """The run done in another way.
+    """Runs that differ from the user's by rounding, or that may, as those of another release.
 
     Attributes
     ----------
     name
-        such as "other starts"
+        such as "rounding at every step"
     differences : array, shape (runs, 3, SAMPLES)
         of QUANTITIES at each time: the largest of an entry from the plain run
     failure
         why there are none, in a sentence
     floors
-        the largest of the unmoved run (the first), in floors of the other starts
+        the largest of the unmoved run (the first), in floors of the moved runs
+    is_release
+        whether another release, which the user named, does them
     """
 
     name: str
     differences: Array
     failure: str = ""
     floors: float = 0.0
+    is_release: bool = False
 
     @property
     def is_rounding(self) -> bool:
@@ -73,20 +79,33 @@ class Tolerance:
     bounds
         of QUANTITIES, at each of SAMPLES times
     variants
-        the ways in which the run was done
+        the runs that were compared
+    seed
+        of the moved runs
     """
 
     run: OwnRun
     motion: Motion
     bounds: Mapping[str, Sequence[Bound]]
     variants: Sequence[Variant]
+    seed: int = 0
 
     @property
     def latest(self) -> int:
-        """The last time, from 0, at which all quantities have a bound; -1 for none."""
-        whole = [all(not self.bounds[name][k].reason for name in QUANTITIES)
-                 for k in range(SAMPLES)]  # fmt: skip
-        return max((k for k in range(SAMPLES) if whole[k]), default=-1)
+        """The last sample at which positions and velocities have a bound; -1 for none."""
+        without = [any(self.bounds[name][k].reason for name in STATES) for k in range(SAMPLES)]
+        return max((k for k in range(SAMPLES) if not without[k]), default=-1)
+
+    @property
+    def holds(self) -> bool:
+        """Whether there is a bound for the end, and every release that was named is within."""
+        releases = [variant for variant in self.variants if variant.is_release]
+        return self.latest == SAMPLES - 1 and all(variant.is_rounding for variant in releases)
+
+    @property
+    def runs(self) -> int:
+        """Those that are in the bounds."""
+        return sum(len(variant.differences) for variant in self.variants if variant.is_rounding)
 
 
 def measure(
@@ -115,50 +134,49 @@ def measure(
     if not run.velocities.size:
         raise ValueError("nothing can move in your model: it has no joints.")
     report("your run")
-    begin = time.perf_counter()
+    begin = perf_counter()
     (motion,) = run.answer([run.asked()]).motions
-    seconds = time.perf_counter() - begin
+    seconds = perf_counter() - begin
     if motion.failure or not np.isfinite(differences(motion, [motion])).all():
         why = motion.failure or "its states are not finite."
         raise NotHere(f"your run fails, so that there is nothing to compare: {why}")
     if seconds > LONG:
-        whole = seconds * (STARTS + 5 + len(releases)) / 60.0
-        report(f"your run takes {seconds:.0f} s, all of it about {whole:.0f} minutes")
+        count = STARTS + 5 + len(releases)
+        minutes = seconds * count / 60.0
+        report(f"your run takes {seconds:.0f} s, the {count} to come about {minutes:.0f} minutes")
     at_once = max(1, int(PART / seconds))
     variants = [*_here(run, motion, at_once, seed, report)]
-    measured = [variant.differences for variant in variants[:1]]
-    floors = np.array([[each.floor for each in bounds]
-                       for bounds in bounds_of(run, motion, measured).values()])  # fmt: skip
+    first = bounds_of(run, motion, [variants[0].differences])
+    floors = np.array([[bound.floor for bound in bounds] for bounds in first.values()])
     variants += _others(run, motion, releases, folder, report)
     variants = [_in_floors(variant, floors) for variant in variants]
-    measured = [each.differences for each in variants if each.is_rounding]
-    return Tolerance(run, motion, bounds_of(run, motion, measured), variants)
+    measured = [variant.differences for variant in variants if variant.is_rounding]
+    return Tolerance(run, motion, bounds_of(run, motion, measured), variants, seed)
 
 
 def _here(
     run: OwnRun, motion: Motion, at_once: int, seed: int, report: Report
 ) -> Iterator[Variant]:
-    """Starts that are moved, with fused products and without, where this machine has both."""
+    """Runs that are moved, with fused products and without, where this machine has both."""
     unfused = has_unfused()
-    starts = moved_starts(run, motion, STARTS, seed)
+    runs = moved_runs(run, motion, STARTS, seed)
     share = STARTS // 2 if unfused else STARTS
-    report(f"{share} other starts")
-    yield moved_variant("other starts", run, motion, starts[:share], at_once)
+    yield moved_variant(MOVED_RUNS, run, motion, runs[:share], at_once, report)
+    name = "without fused products"
     if not unfused:
-        why = "not tried: it needs glibc on x86, and a processor with fused products"
-        yield Variant("no fused products", np.empty((0, 3, SAMPLES)), why)
+        why = "not tried, since the C library rounds alike with and without them here"
+        yield Variant(name, np.empty((0, 3, SAMPLES)), why)
         return
-    report(f"{STARTS - share} other starts without fused products")
-    yield moved_variant("no fused products", run, motion, starts[share:], at_once, UNFUSED)
+    yield moved_variant(name, run, motion, runs[share:], at_once, report, UNFUSED)
 
 
 def _others(
     run: OwnRun, motion: Motion, releases: Sequence[str], folder: Path, report: Report
 ) -> Iterator[Variant]:
     """What starts from the same bits: the run again, two at once or without stops, releases."""
-    report("the same again")
-    again = [run.answer([run.asked()]).motions[0] for _ in range(2)]
-    yield Variant("the same again", differences(motion, again))
+    report("repeated")
+    repeated = [run.answer([run.asked()]).motions[0] for _ in range(2)]
+    yield Variant("repeated", differences(motion, repeated))
     if run.package == "mujoco":
         report("two threads")
         threads = run.answer([run.asked()] * 2, threads=2).motions
@@ -171,32 +189,28 @@ def _others(
         yield _of_release(run, motion, version, folder)
 
 
-def moved_starts(run: OwnRun, motion: Motion, count: int, seed: int) -> list[tuple[Array, Array]]:
-    """Starts whose entries are off, up or down, by ULPS of the largest one of the run, so that one
-    at rest is moved too."""
+def moved_runs(run: OwnRun, motion: Motion, count: int, seed: int) -> list[dict[str, Any]]:
+    """Runs whose starts are off, up or down, by ULPS of the size in the run, and which err by an
+    ulp in each step."""
     signs = np.random.default_rng(seed)
-    steps = [
-        ULPS * EPS * max(np.abs(start).max(initial=0.0), np.abs(rows).max(initial=0.0))
-        for start, rows in ((run.positions, motion.positions), (run.velocities, motion.velocities))
-    ]
+    sizes = [_sizes(run, motion)[name][0] for name in STATES]
     return [
-        (run.positions + steps[0] * signs.choice((-1.0, 1.0), run.positions.size),
-         run.velocities + steps[1] * signs.choice((-1.0, 1.0), run.velocities.size))
+        {**run.asked(*moved((run.positions, run.velocities), sizes, signs)),
+         "rounding": int(signs.integers(2**32))}
         for _ in range(count)
     ]  # fmt: skip
 
 
 def moved_variant(
-    name: str, run: OwnRun, motion: Motion, starts: Sequence[tuple[Array, Array]], at_once: int,
-    environment: Mapping[str, str] | None = None,
+    name: str, run: OwnRun, motion: Motion, others: Sequence[Mapping[str, Any]], at_once: int,
+    report: Report, environment: Mapping[str, str] | None = None,
 ) -> Variant:  # fmt: skip
-    """The runs from the user's own start, which is the first, and from these, so many in each
-    process."""
-    runs = [run.asked(), *(run.asked(*start) for start in starts)]
+    """The user's run, which is the first, and these, so many in a process."""
+    runs = [run.asked(), *others]
     motions: list[Motion] = []
     for first in range(0, len(runs), at_once):
-        part = run.answer(runs[first : first + at_once], environment=environment)
-        motions += part.motions
+        report(f"{name}, {first} of {len(runs)} runs")
+        motions += run.answer(runs[first : first + at_once], environment=environment).motions
     return Variant(name, differences(motion, motions))
 
 
@@ -209,7 +223,7 @@ def has_unfused() -> bool:
 def _straight(run: OwnRun) -> Motion:
     """The run from its start to each of its times, without a stop at the others."""
     asked: dict[str, Any] = run.asked()
-    parts = run.answer([{**asked, "times": [each]} for each in asked["times"]]).motions
+    parts = run.answer([{**asked, "times": [time]} for time in asked["times"]]).motions
     failures = [part.failure for part in parts if part.failure]
     rows = {name: np.stack([getattr(part, name)[0] for part in parts])
             for name in ("positions", "velocities", "energy", "kinetic")}  # fmt: skip
@@ -223,10 +237,10 @@ def _of_release(run: OwnRun, motion: Motion, version: str, folder: Path) -> Vari
             (other,) = run.answer([run.asked()], python=python).motions
         if other.failure:
             raise NotHere(other.failure)
-        return Variant(name, differences(motion, [other]))
+        return Variant(name, differences(motion, [other]), is_release=True)
     except (NotHere, ValueError) as error:  # ValueError: other coordinates, no JSON
         why = " ".join(str(error).split())
-        return Variant(name, np.empty((0, 3, SAMPLES)), why)
+        return Variant(name, np.empty((0, 3, SAMPLES)), why, is_release=True)
 
 
 def differences(motion: Motion, others: Sequence[Motion]) -> Array:
@@ -242,27 +256,33 @@ def bounds_of(
     run: OwnRun, motion: Motion, measured: Sequence[Array]
 ) -> dict[str, tuple[Bound, ...]]:
     """The bounds by all differences that are rounding."""
-    every = np.concatenate(measured)
-    failed = ~np.isfinite(every).all(axis=(1, 2))
+    sizes = np.concatenate(measured)
+    failed = ~np.isfinite(sizes).all(axis=(1, 2))
     bounds = {}
     for i, (name, (size, extent)) in enumerate(_sizes(run, motion).items()):
-        rows = [bound_of(every[:, i, k], EPS * size, extent) for k in range(SAMPLES)]
-        count = f"{int(failed.sum())} of {len(every)} {FAILED}"
+        rows = [bound_of(sizes[:, i, k], EPS * size, extent) for k in range(SAMPLES)]
+        count = f"{int(failed.sum())} of {len(sizes)} {FAILED}"
         bounds[name] = tuple(
-            replace(each, reason=count) if each.reason == FAILED else each for each in rows
+            replace(bound, reason=count) if bound.reason == FAILED else bound for bound in rows
         )
     return bounds
 
 
 def _sizes(run: OwnRun, motion: Motion) -> dict[str, tuple[float, float]]:
-    """Of each of QUANTITIES its size, and how far it moves."""
+    """Of each of QUANTITIES its size, and how far it moves; 0 for an energy that is always 0.
+
+    At rest there is no speed to measure rounding by: then it is that which covers the size of the
+    positions in the run, they move by STILL of it, and they have size 1 where all of them are 0.
+    """
     q = np.vstack([run.positions, motion.positions])
     v = np.vstack([run.velocities, motion.velocities])
-    speed = float(np.abs(v).max(initial=0.0))
+    size, extent = float(np.abs(q).max()) or 1.0, float(np.abs(q - q[0]).max())
+    speed = float(np.abs(v).max())
     energy = float(max(np.abs(motion.energy).max(), motion.kinetic.max()))
-    extent = float(np.abs(q - q[0]).max(initial=0.0))
+    if extent < STILL * size:
+        extent, speed = STILL * size, max(speed, size / abs(run.duration))
     return {
-        "positions": (float(np.abs(q).max(initial=0.0)), extent),
+        "positions": (size, extent),
         "velocities": (speed, speed),
         "energy": (energy, energy),
     }
@@ -272,8 +292,8 @@ def _in_floors(variant: Variant, floors: Array) -> Variant:
     """With how many floors its unmoved run is off."""
     if variant.failure:
         return variant
-    own = variant.differences[0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = np.where(own > 0.0, own / floors, 0.0)
-    worst = float(np.max(np.where(np.isfinite(own), ratios, math.inf)))
+    unmoved = variant.differences[0]
+    with np.errstate(over="ignore", invalid="ignore"):
+        ratios = np.where(np.isfinite(unmoved), unmoved, math.inf) / floors
+    worst = float(np.nan_to_num(ratios, nan=math.inf, posinf=math.inf).max())
     return replace(variant, floors=worst)

@@ -6,6 +6,7 @@ import json
 import re
 import shlex
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy
@@ -42,10 +43,8 @@ def asked(words):
 
 
 def pasted(out):
-    """The lines to paste, as a test's own names find them."""
-    lines = [line for line in out.splitlines() if line.startswith(("expected", "numpy"))]
-    assert len(lines) == 3
-    return "\n".join(lines)
+    """The lines to paste."""
+    return out[out.index("import json") : out.index("Written: ")].rstrip()
 
 
 def test_the_command_of_the_page_says_what_the_page_shows(folder, capsys):
@@ -65,12 +64,20 @@ def test_the_pasted_lines_pass_on_the_users_own_run_and_fail_on_a_fault(folder, 
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_step(model, data, nstep=500)
-    names = {"json": json, "numpy": numpy, "Path": Path, "data": data}
+    names = {"__file__": str(folder / "test_top.py"), "data": data}
+    assert "# From the start after mujoco.mj_step(model, data, nstep=500) with steps of " in lines
     exec(lines, names)
-    data.qpos[1] -= 20.0 * float(pd.read_csv("tolerance.csv")["positions_floor"].iloc[-1])
-    with pytest.raises(AssertionError, match="Not equal to tolerance"):
-        exec(lines, names)
+    floors = pd.read_csv("tolerance.csv").iloc[-1]
+    faults = [(data.qpos, "positions", k) for k in range(4)]
+    faults += [(data.qvel, "velocities", k) for k in range(3)]
+    for (values, name, k), sign in product(faults, (-1.0, 1.0)):
+        right = values.copy()
+        values[k] += sign * 20.0 * floors[f"{name}_floor"]
+        with pytest.raises(AssertionError, match="Not equal to tolerance"):
+            exec(lines, names)
+        values[:] = right
     written = json.loads(Path("tolerance.json").read_text())
+    assert written["seed"] == 0 and len(written["start"]["velocities"]) == 3
     assert written["expected"] == written["states"][-1] and written["provenance"]["cpu"]
     assert written["provenance"]["command"].startswith("python -m reports tolerance docs/models")
     assert written["paste"] == lines.splitlines() and len(written["bounds"]) == SAMPLES
@@ -86,19 +93,19 @@ def test_the_pasted_lines_pass_on_a_users_own_simulation_where_a_bound_holds(fol
     assert asked("tolerance bodies.bin --duration 70 --out .") == 1
     out = capsys.readouterr().out
     assert "positions at t = 70: no bound, since rounding has grown to more than a thous" in out
-    (latest,) = re.findall(r"^Compare at t = (\d+): there a bound of ", out, re.MULTILINE)
+    (latest,) = re.findall(r"^Compare at t = (\d+) instead, with a bound of ", out, re.MULTILINE)
     sim.integrate(float(latest))
-    exec(pasted(out), {"json": json, "numpy": numpy, "Path": Path, "sim": sim})
+    exec(pasted(out), {"__file__": str(folder / "test_bodies.py"), "sim": sim})
 
 
 def test_another_release_is_named_with_what_to_do(folder, monkeypatch, capsys):
     monkeypatch.setattr(tolerances, "interpreter", planted(folder, {"3.17.0": EULER}))
     words = "tolerance docs/models/heavy_top.xml --key 0 --duration 0.1 --releases 3.17.0,3.18.0"
-    assert asked(f"{words} --out .") == 0
+    assert asked(f"{words} --out .") == 1  # neither is known to be within the bounds
     out = capsys.readouterr().out
-    (otherwise,) = [line for line in out.splitlines() if line.startswith("mujoco 3.17.0 moves")]
-    assert re.search(r"otherwise, by \S+e\+\d+ floors, which is not rounding; pin the ", otherwise)
-    assert otherwise.endswith("`galvi versions` says what changed.")
+    (differs,) = [line for line in out.splitlines() if line.startswith("mujoco 3.17.0: your run")]
+    assert re.search(r"differs by \S+e\+\d+ floors, which is more than rounding; ", differs)
+    assert differs.endswith("`galvi versions` says what changed.")
     assert "mujoco 3.18.0: No matching distribution" in out
 
 
@@ -113,18 +120,23 @@ def test_runs_that_do_not_repeat_and_quantities_without_a_bound_are_said(folder)
     tolerance = measure(own, (), folder, lambda sentence: None)
     text = " ".join(sentences(tolerance))
     assert tolerance.latest == -1 and lines_to_paste(tolerance) == []
-    assert atol(tolerance, "positions", -1) == "" and "At none of the ten times do all" in text
-    assert "the same again: bit-identical." in text and "two threads: bit-identical." in text
+    assert (
+        atol(tolerance, "positions", -1) == "" and "have no bound at any of the ten times" in text
+    )
+    assert "repeated: bit-identical." in text and "two threads: bit-identical." in text
     threads = Variant("two threads", numpy.full((2, 3, SAMPLES), 1e-9), floors=3.0)
     text = " ".join(sentences(replace(tolerance, variants=[threads])))
-    assert "two threads: not bit-identical, by up to 3 floors; the engine does not repeat." in text
+    assert (
+        "two threads: not bit-identical, by up to 3 floors; the engine is not deterministic."
+        in text
+    )
 
 
 @pytest.mark.parametrize(
     ("words", "why"),
     [
         ("docs/models/heavy_top.xml --releases newest", "--releases expects releases as"),
-        ("docs/models/heavy_top.xml --releases 3.6.0..4.0.1", "which `galvi versions` takes"),
+        ("docs/models/heavy_top.xml --releases 3.6.0..4.0.1", "which is for `galvi versions`"),
         ("docs/models/heavy_top.xml --own integrator=rk5", "must be one of euler, rk4"),
         ("docs/models/heavy_top.xml --key 3", "Key must be"),
         ("docs/models/absent.xml", "docs/models/absent.xml"),
