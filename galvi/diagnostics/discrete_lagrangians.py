@@ -351,7 +351,8 @@ def _nearest(
         step = trial(x * unit, time)
         if step.size < nearest.size:
             nearest = step
-        return np.where(np.isfinite(step.residual), step.residual, 2.0 * first.size)
+        failed = 2.0 * first.size  # larger than that of any step that is accepted
+        return np.where(np.isfinite(step.residual), step.residual, failed)
 
     def derivative(x: Array) -> Array:
         increments = INCREMENT * (1.0 + np.abs(x))
