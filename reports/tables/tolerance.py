@@ -103,7 +103,7 @@ def _compared(variant: Variant, tolerance: Tolerance) -> str:
             f"{name}: {runs} runs err by an ulp of each number in each step, up or down, and start "
             f"off by {ULPS:g} ulp of the largest number."
         )
-    return f"{differs}{f', and {runs} more runs err so' if runs else ''}."
+    return f"{differs}{f', and {runs} more runs err as above' if runs else ''}."
 
 
 def _floors(variant: Variant) -> str:

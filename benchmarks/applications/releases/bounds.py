@@ -12,7 +12,7 @@ from benchmarks.applications.releases.behaviour import FLOORS
 from galvi.arrays import Array
 
 # What LEAST and MOST rest on is printed by
-# pytest -s tests/suite/benchmarks/test_tolerance.py -k limits
+# pytest -m slow -s tests/suite/benchmarks/test_tolerance.py -k limits
 UPPER = 0.95  # quantile that gives the spread, with the median
 DEVIATIONS = 4.0  # to which the tail is extrapolated
 LEAST = 5.0  # floors that a bound has

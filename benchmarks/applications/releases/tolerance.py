@@ -21,7 +21,7 @@ from galvi.arrays import Array
 
 STATES = ("positions", "velocities")  # that a test compares
 QUANTITIES = (*STATES, "energy")
-STARTS = 64  # that are moved, half of them run without fused products
+STARTS = 64  # of runs that round differently, half of them without fused products
 STILL = 1e-6  # share of the size, below which a motion is rest
 MOVED_RUNS = "rounding at every step"
 LONG = 60.0  # seconds of the plain run, above which it is said how long all takes
