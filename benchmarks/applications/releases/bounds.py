@@ -16,8 +16,7 @@ from galvi.arrays import Array
 UPPER = 0.95  # quantile that gives the spread, with the median
 DEVIATIONS = 4.0  # to which the tail is extrapolated
 LEAST = 5.0  # floors that a bound has
-RERUN = 2.0  # floors within which a run is in which a fault of FLOORS is always seen
-MOST = FLOORS - RERUN  # floors that a bound has
+MOST = FLOORS / 2.0  # a run within such a bound, displaced by FLOORS, is outside
 FEW = 4.0  # ulp of the size, below which no floor is
 LARGEST = 700.0  # logarithm of a factor
 EATEN = 1e-3  # share of the motion, above which a floor is no longer rounding

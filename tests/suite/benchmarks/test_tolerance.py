@@ -53,7 +53,7 @@ def test_runs_further_apart_than_most_never_lower_the_bound(sizes, more, from_ra
 
 
 @given(SAMPLED)
-def test_a_bound_is_5_to_18_floors_or_none(sizes):
+def test_a_bound_is_5_to_10_floors_or_none(sizes):
     bound = bound_of(sizes, ULP, 1e9)
     assert bound.floor == sizes.max() and bound.factor >= LEAST
     assert math.isnan(bound.value) == (bound.factor > MOST) == (bound.reason == SPREAD)
@@ -284,14 +284,15 @@ def test_the_limits_of_a_bound_give_no_alarm_and_few_times_without_one(name, run
     sizes = differences(motion, reruns(run, motion, 2000))
     ulps, extents = np.array([*tolerances._sizes(run, motion).values()]).T * [[ULP], [1.0]]
     measured_limits = {}
-    for least, most in [(1.0, 18.0), (2.0, 18.0), (5.0, 10.0), (LEAST, MOST)]:
+    for least, most in [(1.0, MOST), (2.0, MOST), (LEAST, 18.0), (LEAST, MOST)]:
         monkeypatch.setattr(limits, "LEAST", least)
         monkeypatch.setattr(limits, "MOST", most)
         alarms, gaps = measured_limits[least, most] = alarms_and_gaps(sizes, ulps, extents)
         print(f"\n{name}, {least:g} to {most:g} floors: {alarms:.1f} alarms in a million, "
               f"{gaps:.2%} without a bound")  # fmt: skip
     alarms, gaps = measured_limits[LEAST, MOST]
-    assert alarms == 0.0 and gaps < 2e-3 and gaps <= measured_limits[5.0, 10.0][1]
+    assert alarms == 0.0 and gaps < 2e-3
+    assert measured_limits[1.0, MOST][0] > 0.0
 
 
 @pytest.mark.parametrize(
