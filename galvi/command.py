@@ -15,6 +15,7 @@ import sys
 from pathlib import Path
 
 from galvi.environment import NOT_INSTALLED
+from galvi.repository import repository_of
 
 HERE = Path(__file__).parent
 SUITE = HERE / "_suite"
@@ -72,19 +73,6 @@ def put_suite_first() -> None:
     own = [str(one) for one in found if one.is_dir() and str(one) != place]
     others = [one for one in sys.path if one not in (place, "", str(here))]
     sys.path[:] = [place, *others, *(one for one in own if one not in others)]
-
-
-def repository_of(folder: Path) -> Path:
-    """The root of the git repository that a folder is in, or the folder itself outside of any."""
-    above = (folder, *folder.parents)
-    return next((one for one in above if (one / ".git").exists()), folder)
-
-
-def path_in_repository(file: str) -> str:
-    """The path of a file from the root of the repository that the current folder is in, with
-    slashes; "" for one elsewhere, and for none."""
-    top, path = repository_of(Path.cwd()).resolve(), Path(file).resolve()
-    return path.relative_to(top).as_posix() if file and path.is_relative_to(top) else ""
 
 
 def places_in(top: Path, inner: Path) -> tuple[Path, ...]:

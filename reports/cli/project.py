@@ -9,7 +9,7 @@ from typing import Any
 
 import typer
 
-from galvi.command import repository_of
+from galvi.repository import repository_of
 from references.setting import nearest
 
 FILE, TABLE = "pyproject.toml", "[tool.galvi]"

@@ -19,7 +19,7 @@ from benchmarks.applications.judging.truth import time_text
 from benchmarks.store.atomic import write
 from benchmarks.store.cells import as_csv
 from galvi import NBody
-from galvi.command import path_in_repository
+from galvi.repository import path_in_repository
 from reports.judge.pictures import pictures
 from reports.judge.sentences import own_run, sentences, truth
 from reports.results.junit import JUnitCase, Outcome

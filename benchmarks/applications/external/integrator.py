@@ -23,7 +23,7 @@ from benchmarks.applications.external.worker import answer, prepare
 from benchmarks.store.foreign_texts import visible
 from benchmarks.work_precision.participants import readable_setting
 from galvi import Problem, Trajectory
-from galvi.command import path_in_repository
+from galvi.repository import path_in_repository
 
 LIMIT = 60.0  # time limit in seconds of an answer: a run, or the import
 PATIENCE = 2  # answers that took longer, after which it is not asked again

@@ -14,9 +14,9 @@ from benchmarks.applications.releases.own_run import SAMPLES, Motion, OwnRun
 from benchmarks.statistics.orders import orders
 from benchmarks.store.isolated_environment import NotHere
 from galvi.arrays import Array
+from galvi.kernels.constants import EPSILON
 from references.mujoco.own_model import WARNED
 
-EPS = float(np.finfo(float).eps)
 ULPS = 2.0  # of the largest entry, by which each entry of a start is moved
 MOVED = 4  # starts that are moved
 FLOORS = 20.0  # differences above so many floors are changes
@@ -128,7 +128,7 @@ class Questions:
         if failure:
             return Behaviour(version, failure=failure)
         spreads = {name: [each.quantities[name] for each in neighbours] for name in own.quantities}
-        motion = {name: self._floored(values, spreads[name], own.taken)
+        motion = {name: self._floored(values, spreads[name], own.steps_taken)
                   for name, values in own.quantities.items()}  # fmt: skip
         order, unsure = self._order(answer.motions[1 + MOVED :], motion)
         energies = np.array([answer.energies[0], *own.energy])
@@ -137,7 +137,7 @@ class Questions:
             order, unsure, _ratio(float(np.ptp(energies)), _size(energies)),
         )  # fmt: skip
 
-    def _floored(self, values: Array, moved: Sequence[Array], taken: int) -> Quantity:
+    def _floored(self, values: Array, neighbours: Sequence[Array], steps_taken: int) -> Quantity:
         """Of a run: the floor of each sample is the largest spread and size until then, infinite
         where a moved run diverges.
 
@@ -148,11 +148,11 @@ class Questions:
         without the root to 60.
         """
         size = np.abs(values).max(axis=1)
-        spread = np.max([np.abs(each - values).max(axis=1) for each in moved], axis=0)
+        spread = np.max([np.abs(each - values).max(axis=1) for each in neighbours], axis=0)
         spread = np.where(np.isfinite(spread), spread, np.inf)
-        steps = taken if self.run.step is None else self.run.steps
+        steps = steps_taken if self.run.step is None else self.run.steps
         grown = max(1.0, math.sqrt(steps) / FLOORS)
-        floors = np.maximum.accumulate(np.maximum(spread, ULPS * EPS * size))
+        floors = np.maximum.accumulate(np.maximum(spread, ULPS * EPSILON * size))
         return Quantity(values, grown * floors)
 
     def _order(
@@ -168,9 +168,9 @@ class Questions:
             for each in levels
         ])  # fmt: skip
         floor = max(_ratio(motion[name].floors[0], size) for name, size in names.items())
-        apart = np.abs(np.diff(ends, axis=0)).max(axis=1)
+        gaps = np.abs(np.diff(ends, axis=0)).max(axis=1)
         steps = [1.0 / count for count in self.counts[:-1]]
-        fit = orders(steps, apart.tolist(), truth_error=floor).fit
+        fit = orders(steps, gaps.tolist(), truth_error=floor).fit
         if not fit.points or not fit.uncertainty <= SURE:
             return math.nan, math.nan
         return fit.rate, fit.uncertainty
@@ -192,7 +192,7 @@ def moved(
 ) -> tuple[Array, Array]:
     """Positions and velocities whose entries are off by ULPS of these sizes, up or down."""
     q, v = (
-        x + ULPS * EPS * size * signs.choice((-1.0, 1.0), x.size)
+        x + ULPS * EPSILON * size * signs.choice((-1.0, 1.0), x.size)
         for x, size in zip(state, sizes, strict=True)
     )
     return q, v
@@ -205,7 +205,7 @@ def _accelerations(rows: Sequence[Array]) -> Quantity:
         here, *near = rows[k : k + 1 + MOVED]
         spread = max(float(np.abs(each - here).max()) for each in near)
         values.append(here)
-        floors.append(max(spread, ULPS * EPS * _size(here)))
+        floors.append(max(spread, ULPS * EPSILON * _size(here)))
     return Quantity(np.stack(values), np.array(floors))
 
 

@@ -25,6 +25,8 @@ from references.rebound import own_simulation
 from references.rebound.users import defaults
 
 SAMPLES = 10  # times at which a run is compared
+OWN = ("integrator", "dt")  # what is no option of the integrator
+OPTIONS_OF = {name: OPTIONS[name] for name in bodies.INTEGRATORS}
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +41,8 @@ class Motion:
         the whole energy, and the kinetic part of it
     failure
         one sentence, "" where it came to its end
-    taken
-        steps that REBOUND counted
+    steps_taken
+        that REBOUND counted
     """
 
     positions: Array
@@ -48,7 +50,7 @@ class Motion:
     energy: Array
     kinetic: Array
     failure: str
-    taken: int = 0
+    steps_taken: int = 0
 
     @property
     def quantities(self) -> dict[str, Array]:
@@ -161,32 +163,32 @@ class OwnRun:
             Where the program fails.
         """
         job = {**self.job, "runs": list(runs), "threads": threads}
-        places = [each if self.package == "mujoco" else each["particles"] for each in states]
+        starts = [each if self.package == "mujoco" else each["particles"] for each in states]
         command = [str(python), "-I", str(self.program)]
-        said = json.loads(finished(command, json.dumps({**job, "states": places}), environment))
+        reply = json.loads(finished(command, json.dumps({**job, "states": starts}), environment))
         return Answer(
-            f"{self.package} {said['release']}",
-            tuple(self._motion(each) for each in said["runs"]),
-            tuple(np.ravel(each) for each in said["accelerations"]),
-            tuple(said["energies"]),
+            f"{self.package} {reply['release']}",
+            tuple(self._motion(each) for each in reply["runs"]),
+            tuple(np.ravel(each) for each in reply["accelerations"]),
+            tuple(reply["energies"]),
         )
 
-    def _motion(self, said: Mapping[str, Any]) -> Motion:
+    def _motion(self, rows: Mapping[str, Any]) -> Motion:
         if self.package == "mujoco":
-            rows = said["qpos"], said["qvel"]
+            states = rows["qpos"], rows["qvel"]
         else:
-            particles = [np.array(each) for each in said["particles"]]
-            rows = [x[:, 1:4].ravel() for x in particles], [x[:, 4:].ravel() for x in particles]
+            particles = [np.array(each) for each in rows["particles"]]
+            states = [x[:, 1:4].ravel() for x in particles], [x[:, 4:].ravel() for x in particles]
         positions, velocities = (
             _filled(each, SAMPLES, start.size)
-            for each, start in zip(rows, (self.positions, self.velocities), strict=True)
+            for each, start in zip(states, (self.positions, self.velocities), strict=True)
         )
         energy, kinetic = (
-            _filled([[each] for each in said[name]], SAMPLES, 1)[:, 0]
+            _filled([[each] for each in rows[name]], SAMPLES, 1)[:, 0]
             for name in ("energy", "kinetic")
         )
-        taken = said.get("taken", 0)
-        return Motion(positions, velocities, energy, kinetic, said["failure"], taken)
+        steps_taken = rows.get("taken", 0)
+        return Motion(positions, velocities, energy, kinetic, rows["failure"], steps_taken)
 
 
 def _filled(rows: Sequence[Any], count: int, size: int) -> Array:
@@ -225,8 +227,8 @@ def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
         if given is not None:
             job[name] = input_checks.array(name, given, (size,)).tolist()
     name = from_mujoco.integrator_name(model)
-    known = dict.fromkeys(trees.INTEGRATORS, ())
-    integrator, step = _own(request, name, model.opt.timestep, known)
+    options_of = dict.fromkeys(trees.INTEGRATORS, ())
+    integrator, step = _own(request, name, model.opt.timestep, options_of)
     if step is not None and step < 0.0:
         raise ValueError(f"own dt of a MuJoCo model must be positive; received {step:g}.")
     job["integrator"] = integrator
@@ -256,10 +258,10 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
     problem, sim = rebound.read(file, request.snapshot)
     if problem.q0.shape[1] != 3:
         raise ValueError("a simulation must have three dimensions.")
-    kept = problem.parameters
-    integrator, step = _own(request, kept["integrator"], kept.get("dt"), OPTIONS_OF)
+    parameters = problem.parameters
+    integrator, step = _own(request, parameters["integrator"], parameters.get("dt"), OPTIONS_OF)
     integrator = integrator.lower()
-    options = {**kept.get("options", {})} if integrator == kept["integrator"] else {}
+    options = {**parameters.get("options", {})} if integrator == parameters["integrator"] else {}
     usual = defaults(integrator)  # of this release: the others have theirs
     options = {name: value for name, value in options.items() if usual.get(name) != value}
     options |= {name: value for name, value in request.own.items() if name not in OWN}
@@ -270,7 +272,7 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
     particles = np.hstack([masses[:, None], problem.q0, problem.v0])
     job = {
         "G": problem.system.G, "t": problem.t0, "integrator": integrator,
-        "step": step or kept.get("dt"), "settings": _settings(sim),
+        "step": step or parameters.get("dt"), "settings": _settings(sim),
         "options": {name: value.lower() if isinstance(value, str) else value
                     for name, value in options.items()},
         "particles": particles.tolist(),
@@ -292,19 +294,18 @@ def _settings(sim: Any) -> dict[str, Any]:
     return active | ({"gravity": sim.gravity} if sim.gravity == "compensated" else {})
 
 
-OWN = ("integrator", "dt")
-OPTIONS_OF = {name: OPTIONS[name] for name in bodies.INTEGRATORS}
-
-
 def _own(
-    request: JudgeRequest, integrator: str, step: float | None, known: Mapping[str, Sequence[str]]
+    request: JudgeRequest,
+    integrator: str,
+    step: float | None,
+    options_of: Mapping[str, Sequence[str]],
 ) -> tuple[str, float | None]:
     """The user's integrator and step: as asked for, else the file's.
 
     Parameters
     ----------
-    known
-        the options of each integrator
+    options_of
+        each integrator
 
     Raises
     ------
@@ -312,9 +313,11 @@ def _own(
         For an integrator that is not among them, and an option that it has not.
     """
     name = str(request.own.get("integrator", integrator))
-    if name.lower() not in known:
-        raise ValueError(f"own integrator must be one of {', '.join(known)}; received {name!r}.")
-    options = known[name.lower()]
+    if name.lower() not in options_of:
+        raise ValueError(
+            f"own integrator must be one of {', '.join(options_of)}; received {name!r}."
+        )
+    options = options_of[name.lower()]
     wrong = [each for each in request.own if each not in (*OWN, *options)]
     if wrong:
         raise ValueError(

@@ -54,16 +54,16 @@ def asked_releases(package: str, texts: Sequence[str]) -> tuple[list[str], bool]
     ValueError
         For another text.
     """
-    whole = len(texts) == 1 and RANGE in texts[0]
-    versions = texts[0].split(RANGE) if whole else list(texts or USUAL[package])
+    is_range = len(texts) == 1 and RANGE in texts[0]
+    versions = texts[0].split(RANGE) if is_range else list(texts or USUAL[package])
     versions = [each.strip() for each in versions]
     wrong = [each for each in versions if not PATTERN.fullmatch(each)]
-    if wrong or (whole and len(versions) != 2):
+    if wrong or (is_range and len(versions) != 2):
         raise ValueError(
             f"--releases expects releases as 3.17.0,4.0.1, or two ends as 3.6.0{RANGE}4.0.1; "
             f"received {','.join(texts)!r}."
         )
-    return sorted(dict.fromkeys(versions), key=by_age), whole
+    return sorted(dict.fromkeys(versions), key=by_age), is_range
 
 
 def listed(package: str) -> list[str]:

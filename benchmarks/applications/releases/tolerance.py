@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.applications.releases.behaviour import EPS, FLOORS, moved
+from benchmarks.applications.releases.behaviour import FLOORS, moved
 from benchmarks.applications.releases.bounds import FAILED, Bound, bound_of
 from benchmarks.applications.releases.own_run import SAMPLES, Motion, OwnRun
 from benchmarks.applications.releases.requirements import interpreter
 from benchmarks.store.isolated_environment import SECONDS, NotHere, finished
 from galvi.arrays import Array
+from galvi.kernels.constants import EPSILON
 
 STATES = ("positions", "velocities")  # that a test compares
 QUANTITIES = (*STATES, "energy")
@@ -260,7 +261,7 @@ def bounds_of(
     failed = ~np.isfinite(sizes).all(axis=(1, 2))
     bounds = {}
     for i, (name, (size, extent)) in enumerate(_sizes(run, motion).items()):
-        rows = [bound_of(sizes[:, i, k], EPS * size, extent) for k in range(SAMPLES)]
+        rows = [bound_of(sizes[:, i, k], EPSILON * size, extent) for k in range(SAMPLES)]
         count = f"{int(failed.sum())} of {len(sizes)} {FAILED}"
         bounds[name] = tuple(
             replace(bound, reason=count) if bound.reason == FAILED else bound for bound in rows
