@@ -34,11 +34,13 @@ INFO = TOP / "PKG-INFO"  # of an unpacked sdist, which git does not know
 release = runpy.run_path(str(TOP / "galvi" / "interop" / "release.py"))
 version = release["version_in_git"](TOP) or (
     re.search(r"^Version: (.*)$", INFO.read_text(encoding="utf-8"), re.MULTILINE)[1]
-    if INFO.is_file() else f"{release['RELEASE']}+unknown"
-)  # fmt: skip
+    if INFO.is_file()
+    else f"{release['RELEASE']}+unknown"
+)
 
-everything = find_packages(include=[f"{name}{rest}" for name in ("galvi", *SUITE)
-                                    for rest in ("", ".*")])  # fmt: skip
+everything = find_packages(
+    include=[f"{name}{rest}" for name in ("galvi", *SUITE) for rest in ("", ".*")]
+)
 if "editable_wheel" in sys.argv:
     folders = {"": ".", "pytest_galvi": PLUGIN.replace(".", "/")}
     setup(version=version, packages=[*everything, "pytest_galvi"], package_dir=folders)

@@ -75,9 +75,12 @@ OBSTACLES: Mapping[str, Mapping[str, Any]] = {
     "its gradient, which is not that of its potential": {"gradient": None},
     "its slopes, which replace those of its Lagrangian": {"slopes": None},
     "its potential, of which no formula is known here": {
-        "potential": LinearSpring(1.0), "gradient": None, "hessian": None, "explicit_time": False,
+        "potential": LinearSpring(1.0),
+        "gradient": None,
+        "hessian": None,
+        "explicit_time": False,
     },
-}  # fmt: skip
+}
 
 
 def refusal_reason(contender: Contender, problem: Problem) -> str:
@@ -99,9 +102,11 @@ def refusal_reason(contender: Contender, problem: Problem) -> str:
 
 
 def refusal(
-    name: str, contenders: Iterable[Contender], problem: Problem,
+    name: str,
+    contenders: Iterable[Contender],
+    problem: Problem,
     remedy: str = "Ask supports(problem) first.",
-) -> str:  # fmt: skip
+) -> str:
     """The sentence that none of a code's contenders solves the problem, with a reason if known."""
     reason = next(filter(None, (refusal_reason(one, problem) for one in contenders)), "")
     return (

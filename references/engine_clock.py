@@ -30,9 +30,11 @@ class EngineTime:
         self.begun = time.perf_counter()
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
         trace: TracebackType | None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         seconds = time.perf_counter() - self.begun
         for spent in self.listening:
             spent.seconds += seconds

@@ -21,9 +21,13 @@ SMALLEST = 3e-14  # relative tolerance; SciPy's least
 
 
 def integrated(
-    name: str, engine: str, accelerations: Accelerations, problem: Problem, duration: float,
+    name: str,
+    engine: str,
+    accelerations: Accelerations,
+    problem: Problem,
+    duration: float,
     setting: Mapping[str, Any],
-) -> Trajectory:  # fmt: skip
+) -> Trajectory:
     """Adaptive steps in Python. Setting: samples, tolerance (1e-13 when not given).
 
     Parameters
@@ -46,9 +50,14 @@ def integrated(
 
     with np.errstate(all="ignore"):
         solved = solve_ivp(
-            slope, (times[0], times[-1]), np.concatenate([qpos, qvel]), "DOP853", t_eval=times,
-            rtol=max(tolerance, SMALLEST), atol=tolerance,
-        )  # fmt: skip
+            slope,
+            (times[0], times[-1]),
+            np.concatenate([qpos, qvel]),
+            "DOP853",
+            t_eval=times,
+            rtol=max(tolerance, SMALLEST),
+            atol=tolerance,
+        )
     row = solved.y.shape[1]
     states = np.full((len(times), size + qvel.size), np.nan)
     states[:row] = solved.y.T

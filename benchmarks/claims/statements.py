@@ -135,9 +135,11 @@ def why_unchecked(where: str) -> str:
 def statements() -> tuple[Statement, ...]:
     """All of them, in the order of the documents."""
     return tuple(
-        statement for document in all_documents() for part in document.parts
+        statement
+        for document in all_documents()
+        for part in document.parts
         for statement in statements_of(part)
-    )  # fmt: skip
+    )
 
 
 def statements_of(part: Part) -> Iterator[Statement]:

@@ -63,8 +63,9 @@ def inverse_cayley(R: Array) -> Array:
     """xi with X/2 = (R - I)(R + I)^-1, (..., 3)."""
     half = np.swapaxes(
         np.linalg.solve(np.swapaxes(R + np.eye(3), -1, -2), np.swapaxes(R - np.eye(3), -1, -2)),
-        -1, -2,
-    )  # fmt: skip
+        -1,
+        -2,
+    )
     return _vee(2.0 * half)
 
 

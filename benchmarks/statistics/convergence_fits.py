@@ -153,8 +153,9 @@ def geometric(
         spread = float(np.hypot(spread, known_to * _line(inside, np.log(inside))[0]))
     base = float(np.exp(slope))
     constant, back = float(np.exp(constant)), relapses(errors, ceiling)
-    return Fit("geometric", base, base * spread, window, points, constant, relapse=back,
-               power=known)  # fmt: skip
+    return Fit(
+        "geometric", base, base * spread, window, points, constant, relapse=back, power=known
+    )
 
 
 def algebraic(
@@ -175,10 +176,16 @@ def algebraic(
         slope, spread, constant = p, error, tends
     slopes = tuple((np.diff(y) / np.diff(x)).tolist())
     return Fit(
-        "algebraic", slope, float(np.hypot(spread, late - slope)),
-        (float(np.exp(first)), float(np.exp(last))), points, float(np.exp(constant)),
-        relapse=relapses(errors, ceiling), bend=bend, slopes=slopes,
-    )  # fmt: skip
+        "algebraic",
+        slope,
+        float(np.hypot(spread, late - slope)),
+        (float(np.exp(first)), float(np.exp(last))),
+        points,
+        float(np.exp(constant)),
+        relapse=relapses(errors, ceiling),
+        bend=bend,
+        slopes=slopes,
+    )
 
 
 def halves(

@@ -80,14 +80,19 @@ def orders(
         slopes = np.log(e[:-1] / e[1:]) / np.log(steps[:-1] / steps[1:])
     local = np.append(np.nan, np.where(above[:-1] & above[1:], slopes, np.nan))[: e.size]
     notes = [
-        "" if ok or np.isnan(error)
-        else BOUND if error <= unresolved
-        else still if error <= floor
-        else TOO_COARSE if error >= COARSE * size
-        else BEFORE if fit.points
+        ""
+        if ok or np.isnan(error)
+        else BOUND
+        if error <= unresolved
+        else still
+        if error <= floor
+        else TOO_COARSE
+        if error >= COARSE * size
+        else BEFORE
+        if fit.points
         else "fewer than three errors show an order"
         for ok, error in zip(used, e, strict=True)
-    ]  # fmt: skip
+    ]
     return Orders(local, fit, used, tuple(notes))
 
 

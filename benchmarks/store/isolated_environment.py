@@ -52,9 +52,14 @@ def finished(
     besides. Raises NotHere when it fails."""
     try:
         done = subprocess.run(
-            command, input=text, capture_output=True, text=True, timeout=SECONDS, check=False,
+            command,
+            input=text,
+            capture_output=True,
+            text=True,
+            timeout=SECONDS,
+            check=False,
             env={**os.environ, **(variables or {})},
-        )  # fmt: skip
+        )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise NotHere(f"{type(error).__name__}: {_readable(str(error))}") from None
     if done.returncode:

@@ -137,20 +137,28 @@ def answers(python: str | Path = sys.executable) -> dict[str, Answer]:
 def asked(run: OwnRun) -> list[dict[str, Any]]:
     """Every integrator at every step."""
     counts = [round(DURATION / step) for step in STEPS]
-    return [{**run.asked(steps=count), "integrator": integrator}
-            for integrator in INTEGRATORS for count in counts]  # fmt: skip
+    return [
+        {**run.asked(steps=count), "integrator": integrator}
+        for integrator in INTEGRATORS
+        for count in counts
+    ]
 
 
 def judged(answers: Mapping[str, Answer]) -> list[dict[str, Any]]:
     """A row for each body, integrator that the version has, and step."""
     settings = [(integrator, step) for integrator in INTEGRATORS for step in STEPS]
     return [
-        {"engine": engine_of(answer.release.split()[1]), "joint": joint,
-         "integrator": integrator, "step": step, **_errors(joint, motion)}
+        {
+            "engine": engine_of(answer.release.split()[1]),
+            "joint": joint,
+            "integrator": integrator,
+            "step": step,
+            **_errors(joint, motion),
+        }
         for joint, answer in answers.items()
         for (integrator, step), motion in zip(settings, answer.motions, strict=True)
         if not motion.failure.startswith(own_model.NO_INTEGRATOR)
-    ]  # fmt: skip
+    ]
 
 
 def _errors(joint: str, motion: Motion) -> dict[str, Any]:

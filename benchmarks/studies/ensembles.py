@@ -99,8 +99,9 @@ def _near(problem: galvi.Problem, members: int, size: float) -> tuple[Any, Any]:
     return problem.q0 * (1.0 + off[0]), problem.v0 * (1.0 + off[1])
 
 
-def _truth(contender: Any, problem: galvi.Problem, q: Any, v: Any, duration: float,
-           **setting: Any) -> Any:  # fmt: skip
+def _truth(
+    contender: Any, problem: galvi.Problem, q: Any, v: Any, duration: float, **setting: Any
+) -> Any:
     runs = [
         contender.run(problem.with_initial_state(*state), duration, {"samples": 1, **setting})
         for state in zip(q[:LOOKED_AT], v[:LOOKED_AT], strict=True)
@@ -108,8 +109,9 @@ def _truth(contender: Any, problem: galvi.Problem, q: Any, v: Any, duration: flo
     return np.stack([run.q[-1] for run in runs])
 
 
-def _bodies(problem: galvi.Problem, members: int, duration: float, truth: Any,
-            **setting: Any) -> Ensemble:  # fmt: skip
+def _bodies(
+    problem: galvi.Problem, members: int, duration: float, truth: Any, **setting: Any
+) -> Ensemble:
     random = np.random.default_rng(SEED)
     q = Rotation.random(members, rng=random).as_matrix()
     v = problem.v0 * (1.0 + 0.1 * random.standard_normal((members, 3)))
@@ -215,10 +217,20 @@ def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
     first = "peers", f"{members} of {name}"
     ours = fastest["galvi"][-1] if "galvi" in fastest else math.nan
     rows: list[tuple[Any, ...]] = [
-        (*first, who, words, error, ensemble.target, timing.seconds, timing.low, timing.high,
-         1e6 * each, each / ours)
+        (
+            *first,
+            who,
+            words,
+            error,
+            ensemble.target,
+            timing.seconds,
+            timing.low,
+            timing.high,
+            1e6 * each,
+            each / ours,
+        )
         for who, (words, error, timing, each) in fastest.items()
-    ]  # fmt: skip
+    ]
     rows += [
         (*first, who, f"not reached, {words}", error, ensemble.target, *(math.nan,) * 5)
         for who, (words, error) in missed.items()
@@ -251,11 +263,21 @@ def scaling(ensemble: Ensemble) -> list[tuple[Any, ...]]:
         for words, timing in times.items():
             each = alone if words == first else timing.seconds / len(q)
             if words != first or not rows:
-                rows.append((
-                    "scaling", f"{len(q)} of {problem.name}", words, f"{steps} steps", math.nan,
-                    math.nan, timing.seconds, timing.low, timing.high, 1e6 * each / steps,
-                    alone / each,
-                ))  # fmt: skip
+                rows.append(
+                    (
+                        "scaling",
+                        f"{len(q)} of {problem.name}",
+                        words,
+                        f"{steps} steps",
+                        math.nan,
+                        math.nan,
+                        timing.seconds,
+                        timing.low,
+                        timing.high,
+                        1e6 * each / steps,
+                        alone / each,
+                    )
+                )
     return rows
 
 

@@ -137,9 +137,10 @@ def _rows(
     return [
         (label, body, *values, "")
         for k, body in enumerate(run.problem.parameters["bodies"])
-        for values in zip(DAYS, away[shown, k], seen[shown, k], relativity[k],
-                          wrong[shown, k], strict=True)
-    ]  # fmt: skip
+        for values in zip(
+            DAYS, away[shown, k], seen[shown, k], relativity[k], wrong[shown, k], strict=True
+        )
+    ]
 
 
 def _relativity(problem: Problem, k: int) -> Array:

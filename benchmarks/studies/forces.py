@@ -20,9 +20,17 @@ from references.heyoka.taylor import HEYOKA_QUADRUPLE
 from references.rebound import extras
 
 COLUMNS = (
-    "force", "eccentricity", "contender", "verdict", "steps", "error", "error_quarter", "bound",
-    "status", "versions",
-)  # fmt: skip
+    "force",
+    "eccentricity",
+    "contender",
+    "verdict",
+    "steps",
+    "error",
+    "error_quarter",
+    "bound",
+    "status",
+    "versions",
+)
 ORBITS = 20
 MASS, NODE, ARGUMENT, TILT = 1e-6, 0.5, 0.7, 0.3
 MU = 1.0 + MASS
@@ -33,12 +41,20 @@ SHARE = 10.0  # times its size: how far a force of this size may be from its fir
 FINER = 4
 ORDER = 1.7  # from which an error falls as the square of the step
 RIGHT, LATER, WRONG, REFUSED, ABSENT = (
-    "right", "right for short steps", "wrong", "refused", "not here",
-)  # fmt: skip
+    "right",
+    "right for short steps",
+    "wrong",
+    "refused",
+    "not here",
+)
 GALVI, THEORY, NO_KICK, WRONG_SIGN, FRAME, CLOCK = (
-    "galvi degree 8, Gauss 8", "theory, first order", "galvi, kick left out", "galvi, sign changed",
-    "galvi, Kepler frame", "galvi, clock",
-)  # fmt: skip
+    "galvi degree 8, Gauss 8",
+    "theory, first order",
+    "galvi, kick left out",
+    "galvi, sign changed",
+    "galvi, Kepler frame",
+    "galvi, clock",
+)
 IN_FRAME, IN_CLOCK = {"chart": galvi.KeplerFrame()}, {"clock": galvi.DynamicalTime()}
 ONCE = "At one length of the step, since steps with a force of velocity are in plain Python."
 REBOUND = ("ias15", "bs", "whfast", "whfast512", "saba", "leapfrog", "mercurius", "trace")
@@ -193,8 +209,13 @@ def mean_elements(q: Array, v: Array, samples: int, pull: float = 1.0) -> Array:
     along, across = np.sum(vector * n, axis=1), np.sum(vector * np.cross(unit, n), axis=1)
     a = 1.0 / (2.0 / r - np.sum(w * w, axis=1) / mu)
     a[a < 0.0] = np.nan  # not bound
-    each = [np.log(a), np.hypot(along, across), node, np.unwrap(np.arctan2(across, along)),
-            np.arccos(unit[:, 2])]  # fmt: skip
+    each = [
+        np.log(a),
+        np.hypot(along, across),
+        node,
+        np.unwrap(np.arctan2(across, along)),
+        np.arccos(unit[:, 2]),
+    ]
     return np.array(each)[:, :-1].reshape(5, -1, samples).mean(axis=2).T
 
 
@@ -304,9 +325,12 @@ def judged(orbit: Orbit) -> list[dict[str, Any]]:
     bound = SHARE * largest * PERIOD / (2.0 * np.pi)
 
     def row(
-        contender: str, steps: int, run: Callable[[int], Array], refusals: Any = (),
+        contender: str,
+        steps: int,
+        run: Callable[[int], Array],
+        refusals: Any = (),
         lengths: tuple[int, ...] = (1, FINER),
-    ) -> dict[str, Any]:  # fmt: skip
+    ) -> dict[str, Any]:
         own = {"contender": contender, "steps": steps, "bound": bound}
         with warnings.catch_warnings(record=True) as warned:
             warnings.simplefilter("always")
@@ -344,16 +368,24 @@ def judged(orbit: Orbit) -> list[dict[str, Any]]:
             rows.append({"contender": f"REBOUND {one}", "verdict": ABSENT, "status": why})
             continue
         adaptive = one in extras.ADAPTIVE
-        found = row(f"REBOUND {one}", 0 if adaptive else theirs,
-                    lambda finer, one=one: orbit.by_rebound(one, finer), REFUSALS)  # fmt: skip
+        found = row(
+            f"REBOUND {one}",
+            0 if adaptive else theirs,
+            lambda finer, one=one: orbit.by_rebound(one, finer),
+            REFUSALS,
+        )
         rows.append(found | {"versions": extras.versions()})
     return rows
 
 
 SHORT = {
-    THEORY: "theory", GALVI: "galvi", FRAME: FRAME, CLOCK: CLOCK, NO_KICK: "no kick",
+    THEORY: "theory",
+    GALVI: "galvi",
+    FRAME: FRAME,
+    CLOCK: CLOCK,
+    NO_KICK: "no kick",
     WRONG_SIGN: "other sign",
-}  # fmt: skip
+}
 
 
 def matrix(frame: pd.DataFrame) -> pd.DataFrame:

@@ -90,10 +90,13 @@ class DriftParticipant:
 
 def _ours(degree: int, step: float) -> list[DriftParticipant]:
     return [
-        DriftParticipant(f"galvi degree {degree}, Gauss {degree}, {chart.name}",
-               gauss_collocation(degree, chart), step)
+        DriftParticipant(
+            f"galvi degree {degree}, Gauss {degree}, {chart.name}",
+            gauss_collocation(degree, chart),
+            step,
+        )
         for chart in CHARTS
-    ]  # fmt: skip
+    ]
 
 
 def _mujoco(joint: str, step: float) -> list[DriftParticipant]:
@@ -189,11 +192,19 @@ def _rows(
     """The rows of a run at this setting, at the saved states with these indices."""
     turn, nan = period(problem), float("nan")
     shared = {
-        "problem": problem.name, "contender": participant.label, "engine": participant.engine,
-        "step": setting.get("step", nan), "turns": duration / turn, "turn": nan,
-        "energy_error": nan, "momentum_error": nan, "attitude_error": nan,
-        "status": participant.contender.missing, "commit": "", "date": "",
-    }  # fmt: skip
+        "problem": problem.name,
+        "contender": participant.label,
+        "engine": participant.engine,
+        "step": setting.get("step", nan),
+        "turns": duration / turn,
+        "turn": nan,
+        "energy_error": nan,
+        "momentum_error": nan,
+        "attitude_error": nan,
+        "status": participant.contender.missing,
+        "commit": "",
+        "date": "",
+    }
     if participant.contender.missing:
         return [shared]
     moving = _unbound(problem) if participant.joint == "free" else problem

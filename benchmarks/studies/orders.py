@@ -44,9 +44,11 @@ def cases() -> tuple[Case, ...]:
     more = Galerkin(galvi.Polynomials(3), galvi.gauss(6))
     frame, sundman, dynamical = galvi.KeplerFrame(), galvi.Sundman(), galvi.DynamicalTime()
     pair = galvi.Problem(
-        galvi.NBody([0.6, 0.4]), np.array([[0.08, 0.0], [-0.12, 0.0]]),
-        np.array([[0.0, 1.2], [0.0, -1.8]]), name="two bodies, e = 0.8",
-    )  # fmt: skip
+        galvi.NBody([0.6, 0.4]),
+        np.array([[0.08, 0.0], [-0.12, 0.0]]),
+        np.array([[0.0, 1.2], [0.0, -1.8]]),
+        name="two bodies, e = 0.8",
+    )
     return (
         Case("vector space", galvi.problems.kepler(0.3), 5.0, {
             "degree 1, Gauss 1": (gauss(1), (100, 200, 400, 800)),
@@ -93,11 +95,16 @@ def rows() -> Iterator[dict[str, Any]]:
             )
             used = frame[frame["fit"]]
             yield {
-                "on, in": case.where, "method": name, "problem": case.problem.name,
-                "order": method.order, "fitted": used["fitted"].mean(),
-                "fitted_se": used["fitted_se"].mean(), "symmetry": used["symmetry"].max(),
-                "symplecticity": used["symplecticity"].max(), "momentum": used["momentum"].max(),
-            }  # fmt: skip
+                "on, in": case.where,
+                "method": name,
+                "problem": case.problem.name,
+                "order": method.order,
+                "fitted": used["fitted"].mean(),
+                "fitted_se": used["fitted_se"].mean(),
+                "symmetry": used["symmetry"].max(),
+                "symplecticity": used["symplecticity"].max(),
+                "momentum": used["momentum"].max(),
+            }
 
 
 def as_markdown(table: pd.DataFrame) -> str:

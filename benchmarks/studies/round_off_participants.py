@@ -143,9 +143,13 @@ class GalerkinParticipant:
                 galvi.save(run, resume)
 
     def _kept(
-        self, problem: Problem, step: float, each: int, path: Path | None,
+        self,
+        problem: Problem,
+        step: float,
+        each: int,
+        path: Path | None,
         report: Callable[[str], None],
-    ) -> Any:  # fmt: skip
+    ) -> Any:
         """The saved run, if it is this one and ends at a sample."""
         if path is None or not path.exists():
             return None

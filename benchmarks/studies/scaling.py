@@ -231,9 +231,12 @@ def scaling(
 
 
 def _rows(
-    bodies: int, orbits: int, least: float, externals: Sequence[ExternalIntegrator],
+    bodies: int,
+    orbits: int,
+    least: float,
+    externals: Sequence[ExternalIntegrator],
     heavy: int | None = None,
-) -> tuple[list[dict[str, Any]], float]:  # fmt: skip
+) -> tuple[list[dict[str, Any]], float]:
     """The rows of one number of bodies, and the limit in pairs per second measured meanwhile."""
     problem = many_planets(bodies, heavy)
     participants = (*PARTICIPANTS, *_external_participants(problem, orbits, externals))
@@ -258,18 +261,29 @@ def _rows(
     }
     for label in {one.label for one in able}:
         reached = [
-            row for one, row in found.items() if one.label == label
-            and (row["error"] <= TARGET or one == truth) and row["seconds_per_orbit"] > 0.0
-        ]  # fmt: skip
+            row
+            for one, row in found.items()
+            if one.label == label
+            and (row["error"] <= TARGET or one == truth)
+            and row["seconds_per_orbit"] > 0.0
+        ]
         if reached:
             min(reached, key=lambda row: row["seconds_per_orbit"])["matched"] = True
     blank = {**dict.fromkeys(COLUMNS, float("nan")), "matched": False}
     rows = [
-        found.get(one, {**blank, "contender": one.label, "settings": one.settings,
-                        "bodies": bodies, "orbits": orbits,
-                        "status": one.contender.missing or runs[one].status})
+        found.get(
+            one,
+            {
+                **blank,
+                "contender": one.label,
+                "settings": one.settings,
+                "bodies": bodies,
+                "orbits": orbits,
+                "status": one.contender.missing or runs[one].status,
+            },
+        )
         for one in participants
-    ]  # fmt: skip
+    ]
     return rows, pairs / machine.low
 
 

@@ -42,8 +42,12 @@ def signatures() -> pd.DataFrame:
         for label, contender, settings in case.participants:
             if code_of(label) == "galvi" or isinstance(contender, Native):
                 continue
-            row = {"problem": case.problem.name, "contender": label,
-                   "settings": readable_setting(settings[0]), "error": float("nan")}  # fmt: skip
+            row = {
+                "problem": case.problem.name,
+                "contender": label,
+                "settings": readable_setting(settings[0]),
+                "error": float("nan"),
+            }
             try:
                 run = contender.run(case.problem, case.duration, settings[0])
                 row["status"] = "" if run.success else run.status

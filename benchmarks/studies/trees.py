@@ -22,8 +22,17 @@ from references import Contender
 from references.mujoco.accelerations_ivp import MUJOCO_ACCELERATIONS
 from references.mujoco.steps import MUJOCO_EULER, MUJOCO_IMPLICITFAST, MUJOCO_RK4
 
-COLUMNS = ("problem", "contender", "order", "steps", "step", "error", "unsure", "seconds_per_step",
-           "status")  # fmt: skip
+COLUMNS = (
+    "problem",
+    "contender",
+    "order",
+    "steps",
+    "step",
+    "error",
+    "unsure",
+    "seconds_per_step",
+    "status",
+)
 TIGHT, SECOND = 1e-13, 1e-12  # tolerances of the truth, and of what its error is taken from
 SAMPLES = 5  # times of the errors
 TIMED, QUICKLY = (3, 0.02), (1, 0.002)  # rounds of the times, and seconds of each in a round
@@ -100,10 +109,16 @@ def row(
     setting = {"step": step, "save_every": steps // SAMPLES}
     run = contender.run(tree.problem, tree.duration, setting)
     return {
-        "problem": tree.problem.name, "contender": label, "order": order, "steps": steps,
-        "step": step, "unsure": unsure, "seconds_per_step": math.nan, "status": failure(run),
+        "problem": tree.problem.name,
+        "contender": label,
+        "order": order,
+        "steps": steps,
+        "step": step,
+        "unsure": unsure,
+        "seconds_per_step": math.nan,
+        "status": failure(run),
         "error": largest_difference(run.q, true) if run.success else math.nan,
-    }  # fmt: skip
+    }
 
 
 def _rows(tree: Tree, timed: tuple[int, float], report: Report) -> list[dict[str, Any]]:

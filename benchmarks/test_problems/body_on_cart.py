@@ -44,5 +44,9 @@ def slopes(q: Array, v: Array) -> Array:
 def body_on_cart() -> Problem:
     """The body on a cart, started with velocities in all directions."""
     start = GROUP.join(np.eye(3), np.array([0.3]))
-    return Problem(galvi.Lagrangian(lagrangian, GROUP, slopes), start, [0.5, -0.5, 0.4, -0.2],
-                   name="body on a cart")  # fmt: skip
+    return Problem(
+        galvi.Lagrangian(lagrangian, GROUP, slopes),
+        start,
+        [0.5, -0.5, 0.4, -0.2],
+        name="body on a cart",
+    )

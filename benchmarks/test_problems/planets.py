@@ -63,13 +63,19 @@ def _orbit(axis: float, gm: float, angles: np.ndarray) -> tuple[np.ndarray, np.n
     across = np.array([math.cos(argument + turn), math.sin(argument + turn), 0.0])
     along = np.array([-across[1], across[0], 0.0])
     tilt = np.array(
-        [[1.0, 0.0, 0.0], [0.0, math.cos(ROUND), -math.sin(ROUND)],
-         [0.0, math.sin(ROUND), math.cos(ROUND)]]
-    )  # fmt: skip
+        [
+            [1.0, 0.0, 0.0],
+            [0.0, math.cos(ROUND), -math.sin(ROUND)],
+            [0.0, math.sin(ROUND), math.cos(ROUND)],
+        ]
+    )
     swing = np.array(
-        [[math.cos(node), -math.sin(node), 0.0], [math.sin(node), math.cos(node), 0.0],
-         [0.0, 0.0, 1.0]]
-    )  # fmt: skip
+        [
+            [math.cos(node), -math.sin(node), 0.0],
+            [math.sin(node), math.cos(node), 0.0],
+            [0.0, 0.0, 1.0],
+        ]
+    )
     turned = swing @ tilt
     speed = math.sqrt(gm / axis * (1.0 + ROUND) / (1.0 - ROUND))
     return axis * (1.0 - ROUND) * turned @ across, speed * turned @ along

@@ -31,9 +31,10 @@ def lagrangian(q: Array, v: Array) -> float:
     R, w = np.ascontiguousarray(q[:9]).reshape(3, 3), v[:3]
     u = v[3:] - R @ np.cross(w, POINT)
     return float(
-        0.5 * np.sum(w * (INERTIA @ w)) + 0.5 * MASS * np.sum(u * u)
+        0.5 * np.sum(w * (INERTIA @ w))
+        + 0.5 * MASS * np.sum(u * u)
         + MASS * np.sum(G * (q[9:] - R @ POINT))
-    )  # fmt: skip
+    )
 
 
 @njit()

@@ -41,21 +41,24 @@ ACTUATORS = {
 def of_position() -> dict[str, Any]:
     """Forces of the outer planets that lanes add to gravity."""
     return {
-        NONE: (), "J2": galvi.Oblateness(0, 2e-7, 4.65e-3),
+        NONE: (),
+        "J2": galvi.Oblateness(0, 2e-7, 4.65e-3),
         "potential": galvi.Relativity(SPEED, form="potential"),
         "power law": galvi.PowerLaw(0, 1e-12, -2.5),
-    }  # fmt: skip
+    }
 
 
 def of_velocity() -> dict[str, Any]:
     """Forces of the outer planets that know velocities, built in and a function of a user's."""
     few, masses = [0.0, *[1e-12] * 5], forced(()).system.masses[:, None]
     return {
-        "one source": galvi.Relativity(SPEED), "EIH": galvi.Relativity(SPEED, form="EIH"),
-        "radiation": galvi.Radiation(few, SPEED), "drag": galvi.Drag(few),
+        "one source": galvi.Relativity(SPEED),
+        "EIH": galvi.Relativity(SPEED, form="EIH"),
+        "radiation": galvi.Radiation(few, SPEED),
+        "drag": galvi.Drag(few),
         "tides": galvi.Tides(0, 0.03, 4.65e-3, 1e-3),
         "a function": galvi.Force(lambda q, v: -1e-12 * masses * v, takes_velocity=True),
-    }  # fmt: skip
+    }
 
 
 def forced(forces: Any) -> galvi.Problem:
@@ -97,9 +100,7 @@ def calls() -> Mapping[str, Mapping[str, Call]]:
         }
     dragged = forced(of_velocity()["drag"])
     step, where = ELSEWHERE["clock"]
-    groups["galvi, clock"]["drag"] = (
-        partial(_run, dragged, step, SLOW_STEPS, **where), SLOW_STEPS
-    )  # fmt: skip
+    groups["galvi, clock"]["drag"] = (partial(_run, dragged, step, SLOW_STEPS, **where), SLOW_STEPS)
     if not extras.missing():
         theirs: dict[str, tuple[Any, ...]] = {
             NONE: ("", {}, {}),

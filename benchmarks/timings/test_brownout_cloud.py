@@ -29,9 +29,12 @@ def test_a_cloud(benchmark: Any, drag: str, diameter: float) -> None:
         benchmark,
         problem=f"{cloud.problem.name}, {GRAINS} grains",
         error=float(np.median(np.linalg.norm(run.q[:TRACKED] - truth.q, axis=1))),
-        counts={"steps": run.steps.sum(), "iterations": run.passes.sum(),
-                "contacts": run.contacts.sum()},
+        counts={
+            "steps": run.steps.sum(),
+            "iterations": run.passes.sum(),
+            "contacts": run.contacts.sum(),
+        },
         status=f"{failed} grains failed." if failed else "",
         settings={"step": UNTIL / STEPS, "threads": 1, "degree": 2},
         kind="ensemble",
-    )  # fmt: skip
+    )

@@ -22,12 +22,15 @@ ROUNDS = 3
 METHOD = gauss_collocation(8).method
 CASES: dict[str, tuple[galvi.Problem, float, int, int]] = {
     "32 of the outer planets, 10,000 steps": (
-        galvi.problems.outer_solar_system(), 400.0, 10_000, 32,
+        galvi.problems.outer_solar_system(),
+        400.0,
+        10_000,
+        32,
     ),
     "16 of Kepler, 10,000 steps": (galvi.problems.kepler(0.6), 0.25, 10_000, 16),
     "16 with user's functions, 10,000 steps": (galvi.problems.henon_heiles(), 0.25, 10_000, 16),
     "1000 of Kepler, 20 steps": (galvi.problems.kepler(0.6), 0.25, 20, 1000),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -61,7 +64,7 @@ MEMBERS: dict[str, tuple[galvi.Problem, float, int, int]] = {
     "2000 members of Kepler, 100 steps": (galvi.problems.kepler(0.3), 0.25, 100, 2000),
     "1000 members of a free body, 100 steps": (galvi.problems.free_rigid_body(), 0.25, 100, 1000),
     "4000 grains, 200 steps": (galvi.problems.brownout(400e-6), 0.01, 200, 4000),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", MEMBERS)

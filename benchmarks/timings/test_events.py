@@ -42,9 +42,13 @@ def three_planets() -> Problem:
         v[k, :2] = speed * np.array([-math.sin(turn), math.cos(turn)])
     q, v = (x - masses @ x / masses.sum() for x in (q, v))
     return Problem(
-        NBody(masses), q, v, name="three planets", units="au, solar mass, year / 2 pi",
+        NBody(masses),
+        q,
+        v,
+        name="three planets",
+        units="au, solar mass, year / 2 pi",
         parameters={"bodies": ("star", "b", "c", "d")},
-    )  # fmt: skip
+    )
 
 
 def by_events(duration: float) -> list[Array]:

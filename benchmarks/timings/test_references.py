@@ -28,7 +28,9 @@ PROBLEMS: dict[str, tuple[galvi.Problem, float, Contender | None]] = {
     "fpu chain": (galvi.problems.fermi_pasta_ulam_tsingou(), 20.0, STORED_LAGRANGIAN),
     "solar system": (galvi.problems.solar_system(), 1000.0, STORED_TRUTH),
     "solar system without Pluto": (
-        galvi.problems.solar_system(pluto=False), 730.5, STORED_TRUTH,
+        galvi.problems.solar_system(pluto=False),
+        730.5,
+        STORED_TRUTH,
     ),
     "outer solar system": (galvi.problems.outer_solar_system(), 36_525.0, STORED_TRUTH),
     "applegate": (galvi.problems.applegate(), 100.0, STORED_TRUTH),
@@ -45,7 +47,7 @@ PROBLEMS: dict[str, tuple[galvi.Problem, float, Contender | None]] = {
     "brownout": (galvi.problems.brownout(), 2.0, None),
     "skew arm": (galvi.problems.skew_arm(), 1.0, MUJOCO_ACCELERATIONS),
     "floating arm": (galvi.problems.skew_arm(floating=True), 5.0, MUJOCO_ACCELERATIONS),
-}  # fmt: skip
+}
 STEPS = 1000
 PAIRS = [
     pytest.param(contender, name, id=f"{contender.name}: {name}")

@@ -121,9 +121,13 @@ def cost_table(
 
         def call(case: Case = case) -> Trajectory:
             return galvi.integrate(
-                case.problem, case.method, case.step, case.steps, save_every=case.steps,
+                case.problem,
+                case.method,
+                case.step,
+                case.steps,
+                save_every=case.steps,
                 events=case.events,
-            )  # fmt: skip
+            )
 
         run, seconds = warmed(call)
         runs.append(run)

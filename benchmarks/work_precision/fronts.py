@@ -89,10 +89,15 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
             mine = [row for row in known if row["contender"].startswith("galvi")]
             ours = min(mine, key=lambda row: row["seconds"], default=None)
             rows += [
-                {"problem": problem, "contender": name, "error": target, **_cell(row, ours),
-                 "closer": _closer(parts.get(name, ours_all), target)}
+                {
+                    "problem": problem,
+                    "contender": name,
+                    "error": target,
+                    **_cell(row, ours),
+                    "closer": _closer(parts.get(name, ours_all), target),
+                }
                 for name, row in {OURS: ours, **best}.items()
-            ]  # fmt: skip
+            ]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 

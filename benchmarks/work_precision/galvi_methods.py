@@ -96,10 +96,13 @@ class InClock:
         times = sample_times(problem.t0, duration, {"samples": setting.get("samples", 1)})
         ends = len(times) == 2
         run = galvi.integrate(
-            problem, self.method, math.copysign(setting["step"], duration), duration=abs(duration),
+            problem,
+            self.method,
+            math.copysign(setting["step"], duration),
+            duration=abs(duration),
             save_every=setting.get("save_every", LARGEST if ends else 1),
             curves=False if ends else None,
-        )  # fmt: skip
+        )
         if ends or not run.success:
             return run
         q, p = galvi.states_at(run, times[1:-1])

@@ -95,10 +95,14 @@ def own_problem(
         )
         participants.append(Participant(contender.name, contender, settings))
     return WorkPrecisionProblem(
-        problem, duration, tuple(participants), lambda: truth, *measure_of(problem),
+        problem,
+        duration,
+        tuple(participants),
+        lambda: truth,
+        *measure_of(problem),
         repeated_run=True,
         notes=dict.fromkeys(OF_NEWTON if is_differenced(problem) else (), DIFFERENCED),
-    )  # fmt: skip
+    )
 
 
 def peers(problem: Problem) -> list[Contender]:
@@ -116,9 +120,13 @@ def tolerances(contender: Contender, quick: bool = False) -> list[Setting]:
 
 
 def ladder(
-    problem: Problem, duration: float, contender: Contender, truth: Truth, quick: bool = False,
+    problem: Problem,
+    duration: float,
+    contender: Contender,
+    truth: Truth,
+    quick: bool = False,
     options: Mapping[str, Any] | None = None,
-) -> list[Setting]:  # fmt: skip
+) -> list[Setting]:
     """Settings of equal steps, each of half the step of the one before, found by trying them: from
     where the contender is within a tenth of the motion until it is as accurate as the truth, or
     takes PATIENCE.

@@ -245,12 +245,20 @@ def _first_run(
 def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
     """The rows of a study without measurements, when the engine of its truth is missing."""
     rows = [
-        {"problem": case.problem.name, "contender": label, "settings": readable_setting(setting),
-         "stops_early": False, "quantity": case.quantity, "error_is_bound": False,
-         "is_truth": False, "status": why, "reference": why}
+        {
+            "problem": case.problem.name,
+            "contender": label,
+            "settings": readable_setting(setting),
+            "stops_early": False,
+            "quantity": case.quantity,
+            "error_is_bound": False,
+            "is_truth": False,
+            "status": why,
+            "reference": why,
+        }
         for label, _, settings in case.participants
         for setting in settings
-    ]  # fmt: skip
+    ]
     numbers = {name: "float64" for name in NUMBERS}
     return pd.DataFrame(rows, columns=list(COLUMNS)).astype(numbers)
 

@@ -70,9 +70,7 @@ def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
     if not ours:
         return row | {"ratio": f"galvi: {NOT_REACHED}", "verdict": MISSED}
     if not rivals:
-        return row | {
-            "ratio": NOT_REACHED, "verdict": MET if target.ratio is None else NOT_REACHED
-        }  # fmt: skip
+        return row | {"ratio": NOT_REACHED, "verdict": MET if target.ratio is None else NOT_REACHED}
     ratio = float(rivals["seconds"] / ours["seconds"])
     met = target.ratio is None or ratio >= target.ratio
     return row | {"ratio": ratio, "verdict": MET if met else MISSED}

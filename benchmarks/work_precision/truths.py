@@ -96,9 +96,12 @@ def truth_of(problem: Problem, duration: float, report: Report) -> Truth:
         raise ValueError(
             f"{problem.name} needs a truth that is not galvi's; received a "
             f"{type(problem.system).__name__}, which "
-            + (f"no other code here carries to the end: {said}" if said
-               else "no other code here solves.")
-        )  # fmt: skip
+            + (
+                f"no other code here carries to the end: {said}"
+                if said
+                else "no other code here solves."
+            )
+        )
     name, setting, end, momenta = ends[0]
     source = (name, readable_setting(setting))
     rounding = _rounding(end)

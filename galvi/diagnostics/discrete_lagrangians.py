@@ -212,9 +212,11 @@ def _chunks(curves: Any) -> Iterator[Curves]:
     for first in range(0, len(curves.bases), CHUNK):
         rows = slice(first, first + CHUNK)
         yield replace(
-            curves, t0=curves.t0 + first * curves.step, bases=curves.bases[rows],
+            curves,
+            t0=curves.t0 + first * curves.step,
+            bases=curves.bases[rows],
             coefficients=curves.coefficients[rows],
-        )  # fmt: skip
+        )
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -35,10 +35,12 @@ def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
     times, weights = cast(Path, curves.path).times(0, table.c)
     weights = weights * (step / (table.b @ weights))
     stages, after = _states(curves, table.c)
-    slopes = np.stack([
-        weight * frame.derivatives(problem, w, float(t))[1]
-        for weight, w, t in zip(weights, stages, times, strict=True)
-    ])  # fmt: skip
+    slopes = np.stack(
+        [
+            weight * frame.derivatives(problem, w, float(t))[1]
+            for weight, w, t in zip(weights, stages, times, strict=True)
+        ]
+    )
     s, unit = len(times), np.eye(2 * d)
     coupled = np.einsum("jl,lab->jalb", table.integral, slopes).reshape(s * 2 * d, s * 2 * d)
     lines = np.tile(unit, (s, 1))

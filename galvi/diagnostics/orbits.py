@@ -84,11 +84,19 @@ class OrbitalElements:
             that is not positive.
         """
         a, e, i, node, turn, mean, mu = np.broadcast_arrays(
-            *(np.asarray(x, dtype=np.float64) for x in (
-                self.semi_major_axis, self.eccentricity, self.inclination, self.node,
-                self.pericentre, self.mean_anomaly, gm,
-            ))
-        )  # fmt: skip
+            *(
+                np.asarray(x, dtype=np.float64)
+                for x in (
+                    self.semi_major_axis,
+                    self.eccentricity,
+                    self.inclination,
+                    self.node,
+                    self.pericentre,
+                    self.mean_anomaly,
+                    gm,
+                )
+            )
+        )
         wrong = (e < 1.0) & (a < 0.0) | (e > 1.0) & (a > 0.0) & np.isfinite(a)
         if np.any(e < 0.0) or np.any(wrong):
             raise ValueError(

@@ -304,9 +304,12 @@ def clock_step_derivative(
         q = place(CHART, group, q0, eta)
         shape = problem.v0.shape
         v: Any = velocity_at(
-            problem.system, q.reshape(problem.q0.shape), (p0 + shift).reshape(shape), problem.t0,
+            problem.system,
+            q.reshape(problem.q0.shape),
+            (p0 + shift).reshape(shape),
+            problem.t0,
             problem.v0,
-        )  # fmt: skip
+        )
         motion = motion_in_clock(problem, method, "auto", ROUND_OFF, energy + more)
         state = motion.at(q.reshape(problem.q0.shape), v, problem.t0)
         found = motion.advance(state, step, 1, None, False)

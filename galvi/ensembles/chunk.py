@@ -49,9 +49,17 @@ class Batch:
     """
 
     def __init__(
-        self, law: Law, numbers: LawNumbers, method: Galerkin, step: Array, t0: float, q: Array,
-        v: Array, p: Array, tolerance: float,
-    ) -> None:  # fmt: skip
+        self,
+        law: Law,
+        numbers: LawNumbers,
+        method: Galerkin,
+        step: Array,
+        t0: float,
+        q: Array,
+        v: Array,
+        p: Array,
+        tolerance: float,
+    ) -> None:
         self.count, self.law, self.numbers = len(q), law, numbers
         s, constants, kernel = method.stages, numbers.constants, kernel_of(law, method)
         self.fields, self.kernel = kernel.fields, kernel
@@ -59,8 +67,14 @@ class Batch:
         rows, c = self.fields.rows(s), max(constants.shape[1], 1)
         self.records, self.constants = aligned((self.blocks, rows, LANES), (self.blocks, c, LANES))
         self.constants[:, : constants.shape[1]] = self._in_lanes(constants)
-        starts = {"q": q, "p": p, "step": step[:, None], "start": np.full((1, 1), t0),
-                  "alive": np.ones((1, 1)), **kernel.memory(q, p)}  # fmt: skip
+        starts = {
+            "q": q,
+            "p": p,
+            "step": step[:, None],
+            "start": np.full((1, 1), t0),
+            "alive": np.ones((1, 1)),
+            **kernel.memory(q, p),
+        }
         for name, values in starts.items():
             first = self.fields.first[name]
             self.records[:, first : first + values.shape[1]] = self._in_lanes(values)
@@ -75,9 +89,17 @@ class Batch:
     def advance(self, steps: int) -> None:
         """Do so many more steps of all members that have not failed."""
         self.advance_all(
-            self.law_address, self.words.ctypes.data, self.words, self.records, self.constants,
-            self.work, self.kernel.velocities, self.fields.velocities, self.done, steps,
-        )  # fmt: skip
+            self.law_address,
+            self.words.ctypes.data,
+            self.words,
+            self.records,
+            self.constants,
+            self.work,
+            self.kernel.velocities,
+            self.fields.velocities,
+            self.done,
+            steps,
+        )
         self.done += steps
 
     def field(self, name: str, size: int = 1) -> Array:
@@ -189,9 +211,11 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> Kept:
             at_once = max(1, min(2 * at_once, int(INTERRUPT_SECONDS / max(pace, 1e-9))))
         states = batch.states()
         record.see(
-            k, plan.t0 + k * plan.step, states[0].reshape(n, *plan.q_shape),
+            k,
+            plan.t0 + k * plan.step,
+            states[0].reshape(n, *plan.q_shape),
             states[1].reshape(n, *plan.p_shape),
-        )  # fmt: skip
+        )
     seconds = time.perf_counter() - begin
     return Kept(record.result(), batch.failed, batch.passes, seconds)
 

@@ -143,9 +143,17 @@ class _Work:
     """The members of an ensemble, and its result while it grows."""
 
     def __init__(
-        self, parameters: Parameters, q: Array, v: Array, step: Array, method: Galerkin, keep: Any,
-        steps: int | None, duration: float | None, tolerance: float | None,
-    ) -> None:  # fmt: skip
+        self,
+        parameters: Parameters,
+        q: Array,
+        v: Array,
+        step: Array,
+        method: Galerkin,
+        keep: Any,
+        steps: int | None,
+        duration: float | None,
+        tolerance: float | None,
+    ) -> None:
         self.parameters, self.method, self.q, self.v, self.step = parameters, method, q, v, step
         self.members, self.in_clock = len(q), method.clock is not None
         if not self.in_clock:
@@ -262,9 +270,16 @@ class _Work:
         assert self.law is not None and self.keep is not None
         numbers, plan = self.numbers.rows(members), self.plan._replace(step=self.step[members])
         return Chunk(
-            self.law, numbers, self.method, plan, self.tolerance, self.keep, members.start,
-            self.q[members], self.v[members],
-        )  # fmt: skip
+            self.law,
+            numbers,
+            self.method,
+            plan,
+            self.tolerance,
+            self.keep,
+            members.start,
+            self.q[members],
+            self.v[members],
+        )
 
     def take(self, members: slice, kept: Kept | None, count: Count) -> None:
         """Keep what some members left, and run those by themselves that lanes did not."""

@@ -263,6 +263,11 @@ def kernel_of(law: Law, method: Galerkin) -> MemberKernel:
     function = compiled_law("group_collocation", law.lines, law.layout, chart)
     tables = tables_on_group(table)
     return MemberKernel(
-        function, group_fields(d, law.entries), rows_of_group_work(d, tables.extra), tables,
-        VELOCITY * d, False, memory,
-    )  # fmt: skip
+        function,
+        group_fields(d, law.entries),
+        rows_of_group_work(d, tables.extra),
+        tables,
+        VELOCITY * d,
+        False,
+        memory,
+    )

@@ -232,8 +232,9 @@ def starts_of(
     if np.any(arrays["step"] == 0.0):
         raise ValueError("step must not be zero. Give the step size in units of time.")
     members = max(counts.values(), default=1)
-    q, v, h = (np.broadcast_to(arrays[name], (members, *shape))
-               for name, (_, shape) in given.items())  # fmt: skip
+    q, v, h = (
+        np.broadcast_to(arrays[name], (members, *shape)) for name, (_, shape) in given.items()
+    )
     group = getattr(problem.system, "group", None)
     if group is not None and q[0].ndim == 2:
         for k, g in enumerate(q):

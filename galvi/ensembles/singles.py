@@ -49,9 +49,16 @@ class Singles:
     """
 
     def __init__(
-        self, parameters: Parameters, method: Galerkin, plan: TimeGrid, q: Array, v: Array,
-        keep: Keep | None, function: Callable[[Trajectory], Any] | None, limits: dict[str, Any],
-    ) -> None:  # fmt: skip
+        self,
+        parameters: Parameters,
+        method: Galerkin,
+        plan: TimeGrid,
+        q: Array,
+        v: Array,
+        keep: Keep | None,
+        function: Callable[[Trajectory], Any] | None,
+        limits: dict[str, Any],
+    ) -> None:
         self.parameters, self.method, self.plan, self.q, self.v = parameters, method, plan, q, v
         self.keep, self.function, self.limits = keep, function, limits
 
@@ -100,10 +107,13 @@ class Singles:
         problem = replace(own, system=system, q0=self.q[member], v0=self.v[member])
         in_clock = self.method.clock is not None
         request = RunRequest.checked(
-            problem, self.method, float(self.plan.step[member]), **self.limits,
+            problem,
+            self.method,
+            float(self.plan.step[member]),
+            **self.limits,
             save_every=LARGEST_WHOLE if in_clock and isinstance(self.keep, FinalStates) else 1,
             curves=None if in_clock else self.function is not None and self.plan.steps <= LONG_RUN,
-        )  # fmt: skip
+        )
         check_memory([request])
         run = prepared(request)
         return run if in_clock else lambda: run(watched=False)

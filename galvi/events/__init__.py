@@ -22,8 +22,14 @@ from galvi.events.event import ANY, Angle, Approach, Distances, Event, Plane, Tr
 from galvi.input_checks import shown
 
 __all__ = [
-    "angle", "apsis", "closest_approach", "plane_crossing", "section", "transit", "within",
-]  # fmt: skip
+    "angle",
+    "apsis",
+    "closest_approach",
+    "plane_crossing",
+    "section",
+    "transit",
+    "within",
+]
 
 
 def closest_approach(i: Any, j: Any) -> Event:

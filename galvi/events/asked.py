@@ -64,8 +64,10 @@ class Function:
         """As ``at``, with functions from the number of an entry to its values, of which those that
         are used are called."""
         if self.refusal:
-            q, v = (np.stack([row(k).ravel() for k in range(math.prod(shape))])
-                    for row, shape in zip((place, velocity), self.shapes, strict=True))  # fmt: skip
+            q, v = (
+                np.stack([row(k).ravel() for k in range(math.prod(shape))])
+                for row, shape in zip((place, velocity), self.shapes, strict=True)
+            )
             found = self._each(q, v, t.ravel()).reshape(t.shape)
         else:
             found = self._computed(place, velocity, t)
@@ -82,8 +84,10 @@ class Function:
         return computed(self._traceable, q, v, t, t.low.shape)
 
     def _computed(self, place: Row, velocity: Row, t: Any) -> Array:
-        q, v = (later_entries(partial(_twice, row), math.prod(shape)).reshape(shape)
-                for row, shape in zip((place, velocity), self.shapes, strict=True))  # fmt: skip
+        q, v = (
+            later_entries(partial(_twice, row), math.prod(shape)).reshape(shape)
+            for row, shape in zip((place, velocity), self.shapes, strict=True)
+        )
         return computed(self._traceable, q, v, Entry(t, t), t.shape)[0]
 
     def _each(self, q: Array, v: Array, t: Array) -> Array:
@@ -118,8 +122,9 @@ class Asked:
 
     def __init__(self, event: Event, problem: Problem, number: int) -> None:
         self.event, self.number, self.name = event, number, event.name or f"number {number}"
-        functions: Any = [one and Function(one, problem, self.name)
-                          for one in event.functions(problem)]  # fmt: skip
+        functions: Any = [
+            one and Function(one, problem, self.name) for one in event.functions(problem)
+        ]
         self.function, reported, self.condition = functions
         self.reported = reported or self.function
 

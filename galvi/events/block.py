@@ -73,9 +73,11 @@ def piece_of(run: Trajectory, first: int = 0, after: float | None = None) -> Pie
 
 
 def _grid(curves: Any) -> Array:
-    return curves.times if isinstance(curves, ClockCurves) else (
-        curves.t0 + np.arange(len(curves.bases) + 1) * curves.step
-    )  # fmt: skip
+    return (
+        curves.times
+        if isinstance(curves, ClockCurves)
+        else (curves.t0 + np.arange(len(curves.bases) + 1) * curves.step)
+    )
 
 
 def pieces(run: Trajectory) -> Iterator[Piece]:
@@ -252,8 +254,12 @@ class Block:
     def _sampled(self, asked: Function, steps: Any, points: int) -> Array:
         """Coefficients (k, points) of the function's interpolants on some steps (k,)."""
         if len(steps) > SAMPLED:
-            return np.concatenate([self._sampled(asked, steps[k : k + SAMPLED], points)
-                                   for k in range(0, len(steps), SAMPLED)])  # fmt: skip
+            return np.concatenate(
+                [
+                    self._sampled(asked, steps[k : k + SAMPLED], points)
+                    for k in range(0, len(steps), SAMPLED)
+                ]
+            )
         matrix = points_of(points)[1]
         rough = self.rough[steps]
         if rough.any() and not rough.all():

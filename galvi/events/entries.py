@@ -72,8 +72,9 @@ class Entry:
         if one.exact and type(one.low) is float and one.low != 0.0:
             return self * (1.0 / one.low)
         apart = (one.low > 0.0) | (one.high < 0.0)
-        low, high = (np.where(apart, 1.0 / x, y) for x, y in ((one.high, -np.inf),
-                                                             (one.low, np.inf)))  # fmt: skip
+        low, high = (
+            np.where(apart, 1.0 / x, y) for x, y in ((one.high, -np.inf), (one.low, np.inf))
+        )
         return self * Entry(low, high)
 
     def __pow__(self, power: Any) -> Entry:
@@ -106,13 +107,17 @@ class Entry:
         """The sine, 1 or -1 where the argument passes such a place."""
         if self.exact:
             return _exactly(np.sin(self.low))
-        ends, (top, bottom) = (np.sin(self.low), np.sin(self.high)), (
-            np.floor((self.high - turn) / (2.0 * np.pi)) >= np.ceil((self.low - turn)
-                                                                    / (2.0 * np.pi))
-            for turn in (0.5 * np.pi, -0.5 * np.pi)
-        )  # fmt: skip
-        return Entry(np.where(bottom, -1.0, np.minimum(*ends)),
-                     np.where(top, 1.0, np.maximum(*ends)))  # fmt: skip
+        ends, (top, bottom) = (
+            (np.sin(self.low), np.sin(self.high)),
+            (
+                np.floor((self.high - turn) / (2.0 * np.pi))
+                >= np.ceil((self.low - turn) / (2.0 * np.pi))
+                for turn in (0.5 * np.pi, -0.5 * np.pi)
+            ),
+        )
+        return Entry(
+            np.where(bottom, -1.0, np.minimum(*ends)), np.where(top, 1.0, np.maximum(*ends))
+        )
 
     def cos(self) -> Entry:
         """The cosine."""

@@ -249,8 +249,9 @@ class Distances:
         if self.hill:
             shares, star = _hill_shares(problem, pairs)
             about = _squares(low - high[star], high - low[star])
-            least, most = ((self.far * shares[:, None] * (r[i] + r[j])) ** 2
-                           for r in map(np.sqrt, about))  # fmt: skip
+            least, most = (
+                (self.far * shares[:, None] * (r[i] + r[j])) ** 2 for r in map(np.sqrt, about)
+            )
         with np.errstate(all="ignore"):
             return near / most - 1.0, far / least - 1.0
 

@@ -47,8 +47,9 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
         crosses = (starts * ends < 0.0) | ((ends == 0.0) & (starts != 0.0))
         one = np.flatnonzero(maybe & single & crosses)
         halves_of = np.full(len(one), half)
-        alone.append((rows[one], left[one], halves_of, starts[one], ends[one], series[one],
-                      slopes[one]))  # fmt: skip
+        alone.append(
+            (rows[one], left[one], halves_of, starts[one], ends[one], series[one], slopes[one])
+        )
         more = np.flatnonzero(maybe & ~single)
         half *= 0.5
         rows, left = np.repeat(rows[more], 2), np.repeat(left[more], 2)
@@ -105,8 +106,9 @@ def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:
             break
         x = found[rows]
         values = np.cos(np.arccos(x)[:, None] * degrees)
-        f, slope[rows] = (np.sum(c[rows] * values[:, : c.shape[1]], axis=1)
-                          for c in (series, slopes))  # fmt: skip
+        f, slope[rows] = (
+            np.sum(c[rows] * values[:, : c.shape[1]], axis=1) for c in (series, slopes)
+        )
         before = f * starts[rows] > 0.0
         low, high = np.where(before, x, low), np.where(before, high, x)
         with np.errstate(all="ignore"):

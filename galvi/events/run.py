@@ -58,9 +58,12 @@ def with_events(request: RunRequest, events: Any) -> Callable[..., Trajectory]:
 
 
 def _watched(
-    request: RunRequest, search: Search, *, progress: bool | None = None,
+    request: RunRequest,
+    search: Search,
+    *,
+    progress: bool | None = None,
     interrupted: Callable[[], bool] | None = None,
-) -> Trajectory:  # fmt: skip
+) -> Trajectory:
     """A run that is searched when it is done."""
     run = prepared(request)(progress=progress, interrupted=interrupted)
     beyond = search.over(pieces(run)) if run.counts["steps"] else None
@@ -69,23 +72,33 @@ def _watched(
         outcome, checkpoint = run.ending.assess()
         if beyond is not None and outcome.success:
             outcome = Outcome(
-                End.STEP_FAILED, run.counts["steps"], beyond, TOO_MANY, outcome.notes,
-                outcome.steps, "None are sought later",
-            )  # fmt: skip
+                End.STEP_FAILED,
+                run.counts["steps"],
+                beyond,
+                TOO_MANY,
+                outcome.notes,
+                outcome.steps,
+                "None are sought later",
+            )
         return Ending(search.noted(outcome), checkpoint)
 
     watched = copy(run)
     vars(watched).update(
-        events=search.found(), asked=search.events,
+        events=search.found(),
+        asked=search.events,
         ending=DeferredEnding(ending, run.ending.settings),
-    )  # fmt: skip
+    )
     return watched
 
 
 def _in_blocks(
-    request: RunRequest, search: Search, chunk: int, *, progress: bool | None = None,
+    request: RunRequest,
+    search: Search,
+    chunk: int,
+    *,
+    progress: bool | None = None,
     interrupted: Callable[[], bool] | None = None,
-) -> Trajectory:  # fmt: skip
+) -> Trajectory:
     with np.errstate(all="ignore"), defer_interrupts() as pressed:
         run = BlockRun(request, search, chunk, interrupted or pressed)
         with tqdm(total=request.steps, unit="step", disable=not progress) as bar:
@@ -231,9 +244,12 @@ class BlockRun:
             name = self.search.events[found.index[0]].name
             event = f"the event {name}" if name else "an event"
             self.end = self._failed(
-                self.done + 1, t, f"{event} chatters, with {self.actions_in_step} actions "
-                f"in a step, or two too near to tell", "Let it end the run, by terminal=True",
-            )  # fmt: skip
+                self.done + 1,
+                t,
+                f"{event} chatters, with {self.actions_in_step} actions "
+                f"in a step, or two too near to tell",
+                "Let it end the run, by terminal=True",
+            )
         self.rest = length * (1.0 - share) if self.clocked else grid - t
         self.problem, self.after = self.problem.moved(q, v, t), t
         self.before, self.chunk = None, max(2, min(self.chunk, 2 * whole))
@@ -266,8 +282,13 @@ class BlockRun:
             return Checkpoint(0, *begin, old.solver, old.tolerance)
         motion = motion_in_clock(problem, method, old.solver, old.tolerance)
         state = motion.at(problem.q0, problem.v0, problem.t0)
-        return replace(state, first=first, solver=old.solver, tolerance=old.tolerance,
-                       passage=self.verdict.passage)  # fmt: skip
+        return replace(
+            state,
+            first=first,
+            solver=old.solver,
+            tolerance=old.tolerance,
+            passage=self.verdict.passage,
+        )
 
     def _keep(self, part: Trajectory, made: int) -> None:
         """Keep what a part of whole steps did, and go on from its end."""

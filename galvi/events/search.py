@@ -223,9 +223,13 @@ class Search:
         return found
 
     def _of(
-        self, asked: Asked, block: Block, reaching: Reaching, start: Array,
+        self,
+        asked: Asked,
+        block: Block,
+        reaching: Reaching,
+        start: Array,
         sure: Array | None = None,
-    ) -> Rows:  # fmt: skip
+    ) -> Rows:
         """Those of one event in a block; ``start`` (1,) has its value at the block's begin, or 0,
         and then that at its end. ``sure`` as of `Block.series`."""
         series, steps, joint, lost = block.series(asked.function, float(start[0]), sure)
@@ -237,9 +241,15 @@ class Search:
         if not order.size:
             return self.none()
         row, x, rises, slope = steps[row[order]], x[order], rises[order], slope[order]
-        parts = [_refined(asked.function, reaching, block, *(array[k : k + ROOTS_TOGETHER]
-                                                             for array in (row, x, slope)))
-                 for k in range(0, len(row), ROOTS_TOGETHER)]  # fmt: skip
+        parts = [
+            _refined(
+                asked.function,
+                reaching,
+                block,
+                *(array[k : k + ROOTS_TOGETHER] for array in (row, x, slope)),
+            )
+            for k in range(0, len(row), ROOTS_TOGETHER)
+        ]
         t, q, v = (np.concatenate(x) for x in zip(*parts, strict=True))
         whole = block.piece.times[1] - block.piece.times[0]
         good = (t - block.piece.after) / whole > START  # not at t0, or found before
@@ -273,15 +283,25 @@ class Search:
         which = zip(index.tolist(), part.tolist(), strict=True)
         names = tuple(self.asked[k].name_of(pair) for k, pair in which)
         return Found(
-            read_only(t), names, step, read_only(value), index, read_only(q), read_only(v),
-            self.unresolved, self.status,
-        )  # fmt: skip
+            read_only(t),
+            names,
+            step,
+            read_only(value),
+            index,
+            read_only(q),
+            read_only(v),
+            self.unresolved,
+            self.status,
+        )
 
     @property
     def status(self) -> str:
         """A sentence on functions that were sampled; "" for none."""
-        said = [f"{one.name} ({why})" for one in self.asked
-                if isinstance(one, Asked) and (why := one.function.refusal)]  # fmt: skip
+        said = [
+            f"{one.name} ({why})"
+            for one in self.asked
+            if isinstance(one, Asked) and (why := one.function.refusal)
+        ]
         text = (
             f"Events sampled at {4 * self.method.stages} points of each step or more, since "
             f"their functions could not be traced: {', '.join(said)}."

@@ -159,9 +159,15 @@ def step_polynomials(curves: Any, first: int, begin: Array, end: Array) -> StepP
     if clocked:
         whole, rough = _clock_lapses(curves, rows)
     return StepPolynomials(
-        space, curves.bases[rows].reshape(n, -1), curves.coefficients[rows], begin, whole, lengths,
-        rough, bounded,
-    )  # fmt: skip
+        space,
+        curves.bases[rows].reshape(n, -1),
+        curves.coefficients[rows],
+        begin,
+        whole,
+        lengths,
+        rough,
+        bounded,
+    )
 
 
 def _clock_lapses(curves: ClockCurves, rows: slice) -> tuple[Array, Any]:
@@ -189,8 +195,10 @@ def _in_frame(curves: FrameCurves, rows: slice, begin: Array, lengths: Array) ->
     for among_nodes, points in TRIED:
         if not left.size:
             break
-        parts = [_interpolated(curves, index[left[k : k + STEPS_TOGETHER]], points, among_nodes)
-                 for k in range(0, len(left), STEPS_TOGETHER)]  # fmt: skip
+        parts = [
+            _interpolated(curves, index[left[k : k + STEPS_TOGETHER]], points, among_nodes)
+            for k in range(0, len(left), STEPS_TOGETHER)
+        ]
         places, times = (np.concatenate(x) for x in zip(*parts, strict=True))
         series, lapses = _padded(series, places.shape[2]), _padded(lapses, times.shape[1])
         series[left], lapses[left] = places, _padded(times, lapses.shape[1])
@@ -201,9 +209,15 @@ def _in_frame(curves: FrameCurves, rows: slice, begin: Array, lengths: Array) ->
     rough[left] = True
     bases = np.matmul(series, (-1.0) ** np.arange(series.shape[2])[:, None])[..., 0]
     return StepPolynomials(
-        Chebyshev(series.shape[2]), bases, series[:, :, 1:].copy(), begin, lapses, lengths,
-        rough, True,
-    )  # fmt: skip
+        Chebyshev(series.shape[2]),
+        bases,
+        series[:, :, 1:].copy(),
+        begin,
+        lapses,
+        lengths,
+        rough,
+        True,
+    )
 
 
 def _padded(series: Array, points: int) -> Array:

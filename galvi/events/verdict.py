@@ -71,10 +71,11 @@ class Verdict:
         if not outcome.success or not passage:
             return outcome
         return replace(
-            outcome, end=End.STOPPED_BY_EVENT if outcome.event else End.DOUBTFUL,
+            outcome,
+            end=End.STOPPED_BY_EVENT if outcome.event else End.DOUBTFUL,
             reason="; ".join(filter(None, [outcome.reason, passage])),
             remedy=outcome.remedy or SMALLER_STEP,
-        )  # fmt: skip
+        )
 
     def _passage(self) -> str:
         return unresolved_passage(self.stepper.request.problem, None, self.passage)

@@ -125,10 +125,17 @@ class HarmonicFrame:
         d, offsets = problem.q0.size, (c - 0.5) * step
         omega = np.sqrt(squares)[:, None]
         rates, constants = _rates(problem.system, d, traces(problem.system))
-        numbers = np.concatenate([
-            F.ravel(), squares, _rotation(squares, step), _rotation(squares, 0.5 * step),
-            np.cos(omega * offsets).ravel(), _sine(omega, offsets).ravel(), constants,
-        ])  # fmt: skip
+        numbers = np.concatenate(
+            [
+                F.ravel(),
+                squares,
+                _rotation(squares, step),
+                _rotation(squares, 0.5 * step),
+                np.cos(omega * offsets).ravel(),
+                _sine(omega, offsets).ravel(),
+                constants,
+            ]
+        )
         pointers = addresses((rates, RATES), (harmonic.drift, DRIFT), (harmonic.leave, LEAVE))
         return Motion(pointers, rates, numbers, 2 * d, 0, _sizes(self, problem, step))
 
@@ -147,8 +154,9 @@ class HarmonicFrame:
         ahead = np.concatenate([np.diag(c), np.diag(s)], axis=1)
         turned = np.concatenate([np.diag(-squares * s), np.diag(c)], axis=1)
         slope = rest @ ahead
-        return np.concatenate([ahead, turned]), np.concatenate([-s[:, None] * slope,
-                                                                c[:, None] * slope])  # fmt: skip
+        return np.concatenate([ahead, turned]), np.concatenate(
+            [-s[:, None] * slope, c[:, None] * slope]
+        )
 
 
 def _sine(omega: Array, t: Array) -> Array:

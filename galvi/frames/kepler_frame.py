@@ -220,10 +220,16 @@ class KeplerFrame:
         last = max(
             np.flatnonzero(_farthest(found, step) > LARGEST_STRETCH), default=-1
         )  # of those that turn far
-        numbers = np.concatenate([
-            [step, (int(last) + 2) // 2, len(found.pairs)], found.masses, *kind.blocks(found),
-            1.0 / found.whole, np.array(found.bodies, dtype=float), *_terms(problem, found),
-        ])  # fmt: skip
+        numbers = np.concatenate(
+            [
+                [step, (int(last) + 2) // 2, len(found.pairs)],
+                found.masses,
+                *kind.blocks(found),
+                1.0 / found.whole,
+                np.array(found.bodies, dtype=float),
+                *_terms(problem, found),
+            ]
+        )
         functions, n = kind.functions[D], len(found.pairs)
         if _alone(problem):
             functions = (kepler_functions.rates_of_two, *functions[1:])

@@ -174,9 +174,15 @@ def _checked(
     if not (truth is None or isinstance(truth, str) or callable(truth)):
         truth = input_checks.array("truth", truth, problem.q0.shape, f"It is {TRUTHS}.")
     return ConvergenceRequest(
-        problem, tuple((methods or {}).items()), duration, counts, sizes, truth,
-        input_checks.flag("quick", quick), with_all=methods is None,
-    )  # fmt: skip
+        problem,
+        tuple((methods or {}).items()),
+        duration,
+        counts,
+        sizes,
+        truth,
+        input_checks.flag("quick", quick),
+        with_all=methods is None,
+    )
 
 
 def counts_and_sizes(steps: Any) -> tuple[tuple[int, ...], tuple[float, ...]]:

@@ -83,9 +83,12 @@ def _sphere(axes: Any, rotations: Array) -> None:
         axes.plot(*rotations[:, :, k].T, linewidth=0.8, label=f"$e_{k + 1}$")
     turn, height = np.linspace(0.0, 2 * np.pi, 25), np.linspace(0.0, np.pi, 13)
     axes.plot_wireframe(
-        np.outer(np.cos(turn), np.sin(height)), np.outer(np.sin(turn), np.sin(height)),
-        np.outer(np.ones(25), np.cos(height)), color="0.8", linewidth=0.3,
-    )  # fmt: skip
+        np.outer(np.cos(turn), np.sin(height)),
+        np.outer(np.sin(turn), np.sin(height)),
+        np.outer(np.ones(25), np.cos(height)),
+        color="0.8",
+        linewidth=0.3,
+    )
     axes.set(xlabel="$x$", ylabel="$y$", zlabel="$z$")
     axes.set_box_aspect((1, 1, 1))
     axes.legend(fontsize=8, title="body axes", loc="upper left", bbox_to_anchor=(-0.1, 1.0))
@@ -172,12 +175,14 @@ def to_xarray(run: Trajectory) -> Any:
         places = ("body", "axis")
         coordinates |= {"body": run.problem.body_names(), "axis": list(AXES[: run.q.shape[2]])}
     elif isinstance(system, Multibody):
-        joints = [(link.name or str(k), one) for k, link in enumerate(system.links)
-                  for one in link.joints]  # fmt: skip
+        joints = [
+            (link.name or str(k), one) for k, link in enumerate(system.links) for one in link.joints
+        ]
         coordinates["velocity"] = [
             f"{one.type} of {name}" + (f", {k}" if one.dimension > 1 else "")
-            for name, one in joints for k in range(one.dimension)
-        ]  # fmt: skip
+            for name, one in joints
+            for k in range(one.dimension)
+        ]
     rates = places if alike else ("velocity",)
     steps = {} if run.step is None else {"step": run.step}
     return xarray.Dataset(

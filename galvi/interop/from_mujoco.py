@@ -87,9 +87,13 @@ def from_mujoco(
 
 
 def read(
-    model: Any, ignore: Any = (), key: int | str | None = None, qpos: Any = None, qvel: Any = None,
+    model: Any,
+    ignore: Any = (),
+    key: int | str | None = None,
+    qpos: Any = None,
+    qvel: Any = None,
     ctrl: Any = None,
-) -> tuple[Problem, Own]:  # fmt: skip
+) -> tuple[Problem, Own]:
     """The problem, and the user's own model with what is ignored switched off.
 
     Parameters
@@ -136,14 +140,18 @@ def read(
         system = system.with_numbers(ctrl=force.controls)  # the same law for all controls
     q, v = system.from_mujoco(data.qpos, data.qvel)
     problem = Problem(
-        system, q, v, name=name, parameters={
+        system,
+        q,
+        v,
+        name=name,
+        parameters={
             "ignored": tuple(sorted(left_out)),
             "integrator": integrator_name(theirs),
             "dt": float(theirs.opt.timestep),
             **({} if key is None else {"key": key}),
         },
         units="those of the model; MuJoCo's are m, kg, s and radians",
-    )  # fmt: skip
+    )
     some = list(some_states(system, q, v))
     check_reading(own, problem, some)
     if force is not None and force.drives:

@@ -206,9 +206,18 @@ def judge(
     ignore = (ignore,) if isinstance(ignore, str) else tuple(ignore)
     kind = _kind_of(source)
     request = JudgeRequest(
-        None if duration is None else float(duration), None if error is None else float(error),
-        dict(own or {}), snapshot, ignore, key, qpos, qvel, ctrl, quick, kind == PROBLEM,
-    )  # fmt: skip
+        None if duration is None else float(duration),
+        None if error is None else float(error),
+        dict(own or {}),
+        snapshot,
+        ignore,
+        key,
+        qpos,
+        qvel,
+        ctrl,
+        quick,
+        kind == PROBLEM,
+    )
     if kind == SIMULATION and not _is_file(source):
         _refuse_start_of_a_model(source, request)
     elif extras is not None:

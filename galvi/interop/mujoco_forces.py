@@ -79,9 +79,11 @@ def _why_not(model: Any, k: int) -> str:
     """Why an actuator is not understood; "" where it is."""
     kind = _kind("mjtTrn", model.actuator_trntype[k])
     of_kind = {
-        "TENDON": _why_not_on_tendons, "SITE": _why_not_on_sites, "JOINT": _why_not_on_joints,
+        "TENDON": _why_not_on_tendons,
+        "SITE": _why_not_on_sites,
+        "JOINT": _why_not_on_joints,
         "JOINTINPARENT": _why_not_on_joints,
-    }  # fmt: skip
+    }
     elsewhere = {"SLIDERCRANK": "on cranks", "BODY": "that stick to what they touch"}
     if why := _why_not_its_law(model, k):
         return why
@@ -95,8 +97,10 @@ def _why_not_its_law(model: Any, k: int) -> str:
         return "with a state of their own"
     if model.actuator_plugin[k] >= 0 or model.actuator_delay[k] or model.actuator_history[k].any():
         return "of plugins, with a delay or a history"
-    laws = (_kind("mjtGain", model.actuator_gaintype[k]), ("FIXED", "AFFINE")), (
-        _kind("mjtBias", model.actuator_biastype[k]), ("NONE", "AFFINE"))  # fmt: skip
+    laws = (
+        (_kind("mjtGain", model.actuator_gaintype[k]), ("FIXED", "AFFINE")),
+        (_kind("mjtBias", model.actuator_biastype[k]), ("NONE", "AFFINE")),
+    )
     if any(law not in known for law, known in laws) or model.actuator_ctrlnum[k] != 1:
         return "of another law than a motor's or a servo's"
     return ""
@@ -149,7 +153,8 @@ def unknown_tendons(model: Any) -> Reasons:
         springs = (model.tendon_stiffness[k], *model.tendon_stiffnesspoly[k])
         dampers = (model.tendon_damping[k], *model.tendon_dampingpoly[k])
         acts = (any(springs) and not disabled(model, "SPRING")) or (
-            any(dampers) and not disabled(model, "DAMPER"))  # fmt: skip
+            any(dampers) and not disabled(model, "DAMPER")
+        )
         why = "with an armature" if model.tendon_armature[k] else ""
         if any(springs) and model.tendon_plasticadr[k] >= 0:
             why = "that yield"
@@ -188,20 +193,25 @@ def forces_of(model: Any, controls: Array) -> JointForces | None:
     if disabled(model, "SPRING") and disabled(model, "DAMPER"):  # and all that is passive
         weights, wet = [], []
     bounds: list[Any] = [
-        (int(model.jnt_dofadr[k]), *map(float, model.jnt_actfrcrange[k]),
-         model.joint(k).name or f"joint {k}")
-        for k in np.flatnonzero(model.jnt_actfrclimited) if pulls
-    ]  # fmt: skip
+        (
+            int(model.jnt_dofadr[k]),
+            *map(float, model.jnt_actfrcrange[k]),
+            model.joint(k).name or f"joint {k}",
+        )
+        for k in np.flatnonzero(model.jnt_actfrclimited)
+        if pulls
+    ]
     if not (pulls or pushes or weights or wet):
         return None
     wind = tuple(model.opt.wind.tolist())
-    made = JointForces(tuple(pulls), tuple(bounds), tuple(weights), tuple(pushes), tuple(wet), wind,
-                       tuple(drives))  # fmt: skip
+    made = JointForces(
+        tuple(pulls), tuple(bounds), tuple(weights), tuple(pushes), tuple(wet), wind, tuple(drives)
+    )
     ranges = dict.fromkeys(range(model.nu), UNLIMITED)
     ranges.update((drive.control, drive.range) for drive in drives)
-    return made.with_controls(np.array([
-        min(max(float(u), ranges[k][0]), ranges[k][1]) for k, u in enumerate(controls)
-    ]))  # fmt: skip
+    return made.with_controls(
+        np.array([min(max(float(u), ranges[k][0]), ranges[k][1]) for k, u in enumerate(controls)])
+    )
 
 
 def _drive(model: Any, k: int, part: int, thrust: Any) -> Drive:
@@ -278,8 +288,9 @@ def _tendons(model: Any, entries: list[int]) -> Iterator[Pull]:
         if any(spring) or any(damper):
             least, most = model.tendon_lengthspring[k].tolist()
             arms, points = _path(model, k, entries, 1.0)
-            yield Pull(f"tendon {k}", arms, points, spring=spring, slack=(least, most),
-                       damper=damper)  # fmt: skip
+            yield Pull(
+                f"tendon {k}", arms, points, spring=spring, slack=(least, most), damper=damper
+            )
 
 
 def _joints(model: Any, entries: list[int]) -> Iterator[Pull]:
@@ -289,5 +300,10 @@ def _joints(model: Any, entries: list[int]) -> Iterator[Pull]:
         spring, damper = _springs(model, "jnt_stiffness", k), _springs(model, "dof_damping", dof)
         if any((*spring[1:], *damper[1:])):
             rest = float(model.qpos_spring[model.jnt_qposadr[k]])
-            yield Pull(f"joint {k}", ((dof, entries[k], 1.0),), spring=(0.0, *spring[1:]),
-                       slack=(rest, rest), damper=(0.0, *damper[1:]))  # fmt: skip
+            yield Pull(
+                f"joint {k}",
+                ((dof, entries[k], 1.0),),
+                spring=(0.0, *spring[1:]),
+                slack=(rest, rest),
+                damper=(0.0, *damper[1:]),
+            )

@@ -182,8 +182,10 @@ def _friction(model: Any) -> Found:
         return None
     number = np.count_nonzero(model.dof_frictionloss)
     tendons = np.count_nonzero(model.tendon_frictionloss)
-    found = (_counted(number, "degree of freedom", "degrees of freedom"),
-             _counted(tendons, "tendon"))  # fmt: skip
+    found = (
+        _counted(number, "degree of freedom", "degrees of freedom"),
+        _counted(tendons, "tendon"),
+    )
     return " and ".join(one for one in found if one) or None
 
 
@@ -210,8 +212,10 @@ def _dampers(model: Any) -> Found:
     if mujoco_forces.disabled(model, "DAMPER"):
         return None
     turning = model.jnt_type[model.dof_jntid] < mujoco_forces.SLIDE
-    own = [*(np.any(model.dof_dampingpoly != 0.0, axis=-1) & turning),
-           *np.any(model.actuator_dampingpoly != 0.0, axis=-1)]  # fmt: skip
+    own = [
+        *(np.any(model.dof_dampingpoly != 0.0, axis=-1) & turning),
+        *np.any(model.actuator_dampingpoly != 0.0, axis=-1),
+    ]
     return _each(own, "of a ball or free joint, or of an actuator")
 
 

@@ -47,8 +47,10 @@ OBJECTS = _words(
 READ = {"qpos0"} | _fields(
     body="parentid jntnum jntadr pos quat ipos iquat mass inertia mocapid gravcomp plugin",
     jnt="type qposadr dofadr bodyid pos axis stiffness stiffnesspoly plasticadr limited",
-    dof="armature damping dampingpoly frictionloss", qpos="spring", tree="sleep_policy",
-)  # fmt: skip
+    dof="armature damping dampingpoly frictionloss",
+    qpos="spring",
+    tree="sleep_policy",
+)
 DERIVED = _fields(  # from those, or of contacts, limits, friction loss and actuators
     body="rootid weldid dofnum dofadr treeid geomnum geomadr simple sameframe subtreemass "
     "invweight0 margin contype conaffinity bvhadr bvhnum user",
@@ -72,18 +74,28 @@ CALLBACKS = ("passive", "control", "act_dyn", "act_gain", "act_bias")
 # How a part is switched off: by a flag, or by fields that get a value. Of plugins no way is known:
 # those that act are refused by their accelerations.
 BY_FLAG = {
-    "contacts": "CONTACT", "limits": "LIMIT", "actuators": "ACTUATION", "equality": "EQUALITY",
-    "friction loss": "FRICTIONLOSS", "sleep": "SLEEP",
-}  # fmt: skip
+    "contacts": "CONTACT",
+    "limits": "LIMIT",
+    "actuators": "ACTUATION",
+    "equality": "EQUALITY",
+    "friction loss": "FRICTIONLOSS",
+    "sleep": "SLEEP",
+}
 BY_FIELDS: dict[str, dict[str, float]] = {  # tendons: all of `tendon_forces`
     "fluid": {"opt.density": 0.0, "opt.viscosity": 0.0},
     "gravity compensation": {"body_gravcomp": 0.0},
     "nonlinear springs": {"jnt_stiffnesspoly": 0.0, "jnt_plasticadr": -1.0},
     "nonlinear damping": {"dof_dampingpoly": 0.0, "actuator_dampingpoly": 0.0},
-    "flexes": dict.fromkeys(sorted(_fields(
-        flex="stiffness bending damping edgestiffness edgedamping contype conaffinity selfcollide "
-        "passive")), 0.0),
-}  # fmt: skip
+    "flexes": dict.fromkeys(
+        sorted(
+            _fields(
+                flex="stiffness bending damping edgestiffness edgedamping contype conaffinity "
+                "selfcollide passive"
+            )
+        ),
+        0.0,
+    ),
+}
 
 
 @dataclass(frozen=True, eq=False)

@@ -306,10 +306,12 @@ def _contents_of_file(path: str, snapshot: int) -> Contents:
             f"last one."
         )
     done = subprocess.run(
-        [sys.executable, "-P", READER], input=pickle.dumps((path, int(snapshot))),
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True,
+        [sys.executable, "-P", READER],
+        input=pickle.dumps((path, int(snapshot))),
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
         check=False,
-    )  # fmt: skip
+    )
     if done.returncode == 1:  # an exception of Python's
         said = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
         raise ValueError(f"{path} must be a file of REBOUND's; reading it ended with: {said}.")

@@ -33,8 +33,14 @@ UNITS = ("length", "time", "mass")
 OPTIONS = {
     "ias15": ("epsilon", "min_dt", "adaptive_mode"),
     "bs": ("eps_abs", "eps_rel", "min_dt", "max_dt"),
-    "whfast": ("corrector", "corrector2", "kernel", "coordinates", "safe_mode",
-               "keep_unsynchronized"),
+    "whfast": (
+        "corrector",
+        "corrector2",
+        "kernel",
+        "coordinates",
+        "safe_mode",
+        "keep_unsynchronized",
+    ),
     "whfast512": ("corrector", "concatenate_steps"),
     "saba": ("type", "safe_mode", "keep_unsynchronized"),
     "leapfrog": ("order",),
@@ -43,7 +49,7 @@ OPTIONS = {
     "mercurius": ("r_crit_hill", "safe_mode"),
     "trace": ("r_crit_hill", "peri_crit_eta", "peri_mode"),
     "none": (),
-}  # fmt: skip
+}
 INNER = {
     *("p_jh", "p_jh_var", "iterations_max_exceeded", "at", "x0", "v0", "a0", "csx", "csv", "csa0"),
     *("g", "b", "csb", "e", "br", "er", "dcrit", "com_pos", "com_vel", "p_int", "data"),
@@ -251,9 +257,11 @@ def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
         yield f"gravity {sim.gravity!r}"
     if sim.N_var:
         yield f"{sim.N_var} variational particles"
-    if sim.testparticle_type and sim.N_active not in ALL_ACTIVE and any(
-        sim.particles[k].m for k in range(sim.N_active, sim.N)
-    ):  # fmt: skip
+    if (
+        sim.testparticle_type
+        and sim.N_active not in ALL_ACTIVE
+        and any(sim.particles[k].m for k in range(sim.N_active, sim.N))
+    ):
         yield "test particles that pull (testparticle_type = 1)"
     yield from _unusual_settings(sim)
 

@@ -31,9 +31,11 @@ def run_command(
     places = os.pathsep.join(place for place in sys.path if place)
     process = subprocess.Popen(
         [sys.executable, "-m", "galvi", command, *arguments],
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
         env={**os.environ, HANDED_OVER: digest, "PYTHONPATH": places},
-    )  # fmt: skip
+    )
     begun, said, progress = time.monotonic(), list[str](), f"{command}: "
     with process:
         assert process.stderr is not None

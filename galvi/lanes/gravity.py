@@ -14,9 +14,18 @@ from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
 
 __all__ = [
-    "LANES", "add_combined", "attract", "attract_and_measure", "attract_pair",
-    "combine", "drift", "follow", "follow_and_measure", "fused", "move",
-]  # fmt: skip
+    "LANES",
+    "add_combined",
+    "attract",
+    "attract_and_measure",
+    "attract_pair",
+    "combine",
+    "drift",
+    "follow",
+    "follow_and_measure",
+    "fused",
+    "move",
+]
 
 
 def _attracting(massless):

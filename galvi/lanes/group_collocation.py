@@ -62,8 +62,9 @@ from galvi.lanes.step import generated
 from galvi.lanes.stopping import BY_COUNTDOWN
 from galvi.lanes.values import Lane, Truth
 
-(XI, ETA, F, DEFECT, LOW_XI, LOW_F, LOW_N, SERIES, N, VELOCITY, MU, PULLED, END,
- TIMES) = range(14)  # fmt: skip  # times d
+(XI, ETA, F, DEFECT, LOW_XI, LOW_F, LOW_N, SERIES, N, VELOCITY, MU, PULLED, END, TIMES) = range(
+    14
+)  # times d
 ITERATED = XI, ETA, F, DEFECT, N, VELOCITY
 # At most so many corrections of an initial guess by the chart's tangent map.
 GUESS_CORRECTIONS_IN_LANES = 6
@@ -81,9 +82,15 @@ def group_fields(d, entries):
     """The record of a run on a group: 1 over the sizes of xi and pi, g, mu = p, what
     galvi.kernels.lie.product keeps beside them, and SHARED."""
     own = (
-        ("p", d), ("xi_sizes", d), ("pi_sizes", d), ("q", entries), ("memory", entries),
-        ("low", entries), ("nu", d), ("nu_low", d),
-    )  # fmt: skip
+        ("p", d),
+        ("xi_sizes", d),
+        ("pi_sizes", d),
+        ("q", entries),
+        ("memory", entries),
+        ("low", entries),
+        ("nu", d),
+        ("nu_low", d),
+    )
     return Fields(own, d)
 
 
@@ -445,8 +452,10 @@ class GroupStep:
         coupled: dict[int, list[int]] = {number: [] for number in chart.coupled}
         for number, (_, own, _, _) in zip(chart.coupled, chart.factors, strict=True):
             coupled[number] += [ETA * d + i for i in range(own.start, own.stop)]
-        least = {number: LEAST_COUPLED_MOTION * abs(rows.largest_of(own) * step)
-                 for number, own in coupled.items()}  # fmt: skip
+        least = {
+            number: LEAST_COUPLED_MOTION * abs(rows.largest_of(own) * step)
+            for number, own in coupled.items()
+        }
         for number, (group, own, entries, rotations) in zip(
             chart.coupled, chart.factors, strict=True
         ):
@@ -498,8 +507,7 @@ class GroupStep:
             g, memory, low = (now[name][entries] for name in STATE[:3])
             mu, nu, nu_low = (now[name][own] for name in STATE[3:])
             group.advance(chart.number, end[own], g, memory, low)
-            group.carry(chart.number, before["q"][entries], g, end[own], kick[own], mu, nu,
-                        nu_low)  # fmt: skip
+            group.carry(chart.number, before["q"][entries], g, end[own], kick[own], mu, nu, nu_low)
             for name, lanes in zip(STATE[:3], (g, memory, low), strict=True):
                 now[name][entries] = lanes
             for name, lanes in zip(STATE[3:], (mu, nu, nu_low), strict=True):

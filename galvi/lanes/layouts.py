@@ -77,8 +77,18 @@ class Tables(NamedTuple):
 
 # The number of matrices before each part, and of single rows; those of members have no ``ends``.
 FIRST_ROWS = (
-    (0, 0), (1, 0), (2, 0), (3, 0), (4, 0), (4, 1), (4, 2), (4, 3), (4, 4), (5, 4), (6, 4)
-)  # fmt: skip
+    (0, 0),
+    (1, 0),
+    (2, 0),
+    (3, 0),
+    (4, 0),
+    (4, 1),
+    (4, 2),
+    (4, 3),
+    (4, 4),
+    (5, 4),
+    (6, 4),
+)
 ENDS = ("kicks", "back", "low_kicks", "low_back")  # columns
 
 
@@ -138,10 +148,15 @@ class Rows:
     def lay_out_tables(self, block, first_rows=FIRST_ROWS):
         """First rows of the parts of the tables, whose matrices have ``block`` rows."""
         builder, row = self.builder, self.row
-        self.block, self.tabled = block, Tables(*(
-            builder.add(builder.mul(block, row(matrices)), row(rows))
-            for matrices, rows in first_rows
-        ))  # fmt: skip
+        self.block, self.tabled = (
+            block,
+            Tables(
+                *(
+                    builder.add(builder.mul(block, row(matrices)), row(rows))
+                    for matrices, rows in first_rows
+                )
+            ),
+        )
 
     def nothing(self):
         """0 in all lanes of a stage's numbers."""
@@ -286,9 +301,11 @@ class Rows:
             first = [lanes.load(self.work, self.row(start + i)) for i in range(self.d)]
         together = self.d if apart is None else 1
         for i in range(0, self.d, together):
-            own = first_row if apart is None else self.builder.add(
-                first_row, self.builder.mul(apart, self.row(i))
-            )  # fmt: skip
+            own = (
+                first_row
+                if apart is None
+                else self.builder.add(first_row, self.builder.mul(apart, self.row(i)))
+            )
             found += self.summed(lanes, first[i : i + together], matrix, own, row + i, count)
         return [Lane(self.builder, value) for value in found]
 
@@ -392,13 +409,15 @@ class Stages(Rows):
         index = ir.IntType(32)
         return [
             [
-                Lane(self.builder, spread(
-                    self.builder, self.builder.extract_element(x.value, index(column)), 1
-                ), ())
+                Lane(
+                    self.builder,
+                    spread(self.builder, self.builder.extract_element(x.value, index(column)), 1),
+                    (),
+                )
                 for column in columns
             ]
             for x in sums
-        ]  # fmt: skip
+        ]
 
     def over_step(self, rows):
         """h sum_j b_j x_j for some rows of work.
@@ -418,9 +437,11 @@ class Stages(Rows):
     def extrapolate(self, velocities, series, guess):
         """d rows of work <- the velocities at the next step's stages."""
         first = self.first_ahead()
-        self.chunks(lambda lanes: self.store_rows(
-            lanes, self.sums(lanes, self.tables, first, velocities), guess
-        ))  # fmt: skip
+        self.chunks(
+            lambda lanes: self.store_rows(
+                lanes, self.sums(lanes, self.tables, first, velocities), guess
+            )
+        )
 
     def first_ahead(self):
         """The first row of the matrix that keeps so many terms as were chosen."""

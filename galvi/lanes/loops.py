@@ -207,9 +207,16 @@ def advance_run(law, given, run, curves, plan, todo, progress, kept):
             m, h = curves.fit.shape[0], plan.step
             fast, slow = near_limit(passage, velocities[:, 0], h, m)
             note_passages(
-                passage, run.work[:d], curves.c[:s], before[0], q, h, m,
-                max(fast, slow ** (2.0 / 3.0)), plan.first + number + 1,
-            )  # fmt: skip
+                passage,
+                run.work[:d],
+                curves.c[:s],
+                before[0],
+                q,
+                h,
+                m,
+                max(fast, slow ** (2.0 / 3.0)),
+                plan.first + number + 1,
+            )
     put_back(run, state, velocities, stages)
     return solve.SOLVED
 

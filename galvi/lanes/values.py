@@ -154,9 +154,10 @@ class Lane:
         values = [self.value, *(self._lane(other) for other in others)]
         kind = self.value.type
         function = cgutils.get_or_insert_function(
-            self.builder.module, ir.FunctionType(kind, [kind] * len(values)),
+            self.builder.module,
+            ir.FunctionType(kind, [kind] * len(values)),
             f"llvm.{name}.v{kind.count}f64",
-        )  # fmt: skip
+        )
         return self._made(self.builder.call(function, values))
 
     def _integers_of(self, bits):

@@ -119,9 +119,9 @@ class Lanes:
         return self.load(matrix, row)
 
     def number(self, data, row, column=None):
-        place = row if column is None else self.builder.add(
-            self.builder.mul(row, self.padded), column
-        )  # fmt: skip
+        place = (
+            row if column is None else self.builder.add(self.builder.mul(row, self.padded), column)
+        )
         return self.builder.load(self.builder.gep(data, [place]))
 
     def spread(self, scalar):

@@ -218,7 +218,5 @@ def compiled_states_in_steps():
     steps = types.Tuple((BASES, VECTOR, VECTOR))
     scratch = types.Tuple((STAGES, STAGES, MATRIX, MATRIX, MATRIX))
     found = types.Tuple((PLACES, types.int64[::1], types.int64[::1]))
-    signature = types.void(
-        types.int64[::1], VECTOR, TABLES, types.float64, steps, scratch, found
-    )  # fmt: skip
+    signature = types.void(types.int64[::1], VECTOR, TABLES, types.float64, steps, scratch, found)
     return compiled_for(states_in_steps, signature, jit_inline)

@@ -393,10 +393,15 @@ def planar_chain(
         q0=np.full(n, input_checks.real("angle", angle)),
         v0=np.zeros(n),
         name=f"chain of {n} rods",
-        parameters={"links": n, "mass": mass, "length": length, "gravity": chain.gravity,
-                    "angle": angle},
+        parameters={
+            "links": n,
+            "mass": mass,
+            "length": length,
+            "gravity": chain.gravity,
+            "angle": angle,
+        },
         units="those of mass, length and gravity; angles in radians",
-    )  # fmt: skip
+    )
 
 
 AXES = ((0.0, 0.0, 1.0), (1.0, 0.3, 0.0), (0.8, -0.6, 0.2))  # of the hinges

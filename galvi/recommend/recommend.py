@@ -89,9 +89,10 @@ def recommend(
         raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
     asked = input_checks.positive("error", error, "Give it in the problem's unit of length.")
     length = input_checks.positive(
-        "duration", duration,
+        "duration",
+        duration,
         "Give the length of the run; of one backwards, without friction, with velocities reversed.",
-    )  # fmt: skip
+    )
     if not isinstance(by, str) or by not in ALLOWED:
         raise ValueError(f"by must be one of {', '.join(ALLOWED)}; received {shown(by)}.")
     some = _checked_degrees(degrees)
@@ -108,10 +109,17 @@ def recommend(
     whys = _searched(scan, some, steps, asked)
     if not scan.tried:
         nothing = Candidate(
-            some[0], steps, whole / steps, math.inf, 0.0, math.nan, math.nan, math.nan,
+            some[0],
+            steps,
+            whole / steps,
+            math.inf,
+            0.0,
+            math.nan,
+            math.nan,
+            math.nan,
             f"One run over a time of {scan.measured / unit:.3g} takes more than the budget, "
             f"{room:g}.",
-        )  # fmt: skip
+        )
         return _answer(scan, nothing, asked, {scans.Ended.BUDGET: []})
     good = [candidate for candidate in scan.tried if candidate.error <= ERROR_SHARE * asked]
     if not good:
@@ -296,6 +304,16 @@ def _answer(
             f"motion needs in the mean: try clock=galvi.DynamicalTime()."
         )
     return Recommendation(
-        scans.collocation(scan.problem, best.degree, scan.clock), best.step, best.steps, duration,
-        asked, error, best.seconds, best.evaluations, reached, status, measured, tuple(scan.tried),
-    )  # fmt: skip
+        scans.collocation(scan.problem, best.degree, scan.clock),
+        best.step,
+        best.steps,
+        duration,
+        asked,
+        error,
+        best.seconds,
+        best.evaluations,
+        reached,
+        status,
+        measured,
+        tuple(scan.tried),
+    )

@@ -185,9 +185,9 @@ def length_in(clock: AnyClock, problem: Problem, duration: float) -> float:
     pace = max(abs(float(clock.rate(problem)(problem.q0.ravel()))), LEAST_PACE)
     step = min(PACE, duration / (AT_LEAST * pace))
     for _ in range(STEP_HALVINGS):
-        run = uninterrupted(integrate(
-            problem, method, step, PACED_STEPS, duration=duration, curves=False
-        ))  # fmt: skip
+        run = uninterrupted(
+            integrate(problem, method, step, PACED_STEPS, duration=duration, curves=False)
+        )
         if run.tau is not None and (run.success or run.counts["steps"] == PACED_STEPS):
             return BEYOND * float(run.tau[-1]) * duration / abs(float(run.t[-1] - run.t[0]))
         step *= 0.5
@@ -291,19 +291,30 @@ class Scan:
         return self.duration * (self.part(degree, steps) / steps)
 
     def run(
-        self, degree: int, steps: int, part: int, finer: int = 1, solver: str = "auto",
+        self,
+        degree: int,
+        steps: int,
+        part: int,
+        finer: int = 1,
+        solver: str = "auto",
         samples: int = COMPARED_TIMES,
-    ) -> tuple[Trajectory, float, float]:  # fmt: skip
+    ) -> tuple[Trajectory, float, float]:
         """The first ``part`` steps, each cut into ``finer``, with seconds and evaluations.
 
         Ctrl-C raises KeyboardInterrupt, since a part of a run is of no use here.
         """
         began = time.perf_counter()
-        run = uninterrupted(integrate(
-            self.problem, collocation(self.problem, degree, self.clock),
-            self.duration / (steps * finer), part * finer,
-            save_every=max(1, part // samples) * finer, curves=False, solver=solver,
-        ))  # fmt: skip
+        run = uninterrupted(
+            integrate(
+                self.problem,
+                collocation(self.problem, degree, self.clock),
+                self.duration / (steps * finer),
+                part * finer,
+                save_every=max(1, part // samples) * finer,
+                curves=False,
+                solver=solver,
+            )
+        )
         seconds = time.perf_counter() - began
         counts, size = run.counts, self.problem.v0.size
         evaluations = float(counts["force_evaluations"] + size * counts["hessian_evaluations"])
@@ -363,10 +374,19 @@ class Scan:
         if self.clock is not None and part == steps:  # if the pace changed, shorter than it should
             length *= min(1.0, abs(float(run.t[-1] - run.t[0])) * self.unit / self.duration)
         found = Candidate(
-            degree, steps, self.duration / steps, error, length, growth,
-            whole * seconds, whole * evaluations, status,
-            run.counts.get("newton_steps", 0) / part, parted, stopped,
-        )  # fmt: skip
+            degree,
+            steps,
+            self.duration / steps,
+            error,
+            length,
+            growth,
+            whole * seconds,
+            whole * evaluations,
+            status,
+            run.counts.get("newton_steps", 0) / part,
+            parted,
+            stopped,
+        )
         self.tried.append(found)
         return found
 

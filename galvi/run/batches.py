@@ -26,10 +26,14 @@ class Steps(Protocol):
 
 
 def step_in_batches(
-    stepper: Steps, recover: Callable[[int], int], steps: int, progress: bool | None,
-    stopped: Callable[[], bool] = lambda: False, apart: int = 0,
+    stepper: Steps,
+    recover: Callable[[int], int],
+    steps: int,
+    progress: bool | None,
+    stopped: Callable[[], bool] = lambda: False,
+    apart: int = 0,
     note: Callable[[], None] = lambda: None,
-) -> int:  # fmt: skip
+) -> int:
     """Do ``steps`` steps; returns the code of the last call, 0 if all are done or it was stopped.
 
     Parameters

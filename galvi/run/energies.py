@@ -84,9 +84,12 @@ def _at_the_end(table: Tableau) -> Array:
 
 
 def energies(
-    problem: Problem, states: States, sharp: bool = False, raised: Raised | None = None,
+    problem: Problem,
+    states: States,
+    sharp: bool = False,
+    raised: Raised | None = None,
     forces: bool = False,
-) -> tuple[Array, Array]:  # fmt: skip
+) -> tuple[Array, Array]:
     """T and V, (n,) each; NaN where they are not defined.
 
     Parameters
@@ -254,10 +257,13 @@ def _fall(problem: Problem, way: Any) -> float:
     V is looked at where the way ends, and at each of its WAY_HALVINGS.
     """
     shares = np.append(0.0, 0.5 ** np.arange(WAY_HALVINGS)).reshape(-1, *(1,) * way.ndim)
-    states = States(problem.q0 + shares * way, *(
-        np.repeat(array[None], len(shares), axis=0)
-        for array in (problem.p0, problem.v0.reshape(-1), np.array(problem.t0))
-    ))  # fmt: skip
+    states = States(
+        problem.q0 + shares * way,
+        *(
+            np.repeat(array[None], len(shares), axis=0)
+            for array in (problem.p0, problem.v0.reshape(-1), np.array(problem.t0))
+        ),
+    )
     _, potential = energies(problem, states, raised={})
     known = np.isfinite(potential).all()
     return float(np.max(potential[0] - potential)) if known else math.inf
@@ -265,9 +271,11 @@ def _fall(problem: Problem, way: Any) -> float:
 
 def _start(problem: Problem, scale: float) -> States:
     return States(
-        scale * problem.q0[None], problem.p0[None], problem.v0.reshape(1, -1),
+        scale * problem.q0[None],
+        problem.p0[None],
+        problem.v0.reshape(1, -1),
         np.array([problem.t0]),
-    )  # fmt: skip
+    )
 
 
 def _of_builtin(

@@ -204,9 +204,16 @@ def _assess(
     )
     floor, kick = excused or (0.0, 0.0)
     return report_on(
-        samples.steps, table, False, so_far, start.kinetic, floor, kick, unassessed,
+        samples.steps,
+        table,
+        False,
+        so_far,
+        start.kinetic,
+        floor,
+        kick,
+        unassessed,
         samples.energy is not None,
-    )  # fmt: skip
+    )
 
 
 def assess_steps(
@@ -258,7 +265,7 @@ def report_on(
     number = int(steps[worst]) if len(steps) else None
     return EnergyReport(
         share, measure, number, first, unknown, read_only(after), unassessed, driven
-    )  # fmt: skip
+    )
 
 
 def raised_at(error: Exception, time: float) -> str:

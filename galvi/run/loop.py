@@ -45,9 +45,12 @@ MOST_KNOWN = 512  # states from which curves can be found again
 
 
 def run_steps(
-    stepper: Stepper | ClockStepper, *, progress: bool | None = None, watched: bool = True,
+    stepper: Stepper | ClockStepper,
+    *,
+    progress: bool | None = None,
+    watched: bool = True,
     interrupted: Callable[[], bool] | None = None,
-) -> Trajectory:  # fmt: skip
+) -> Trajectory:
     """The trajectory of a run.
 
     An equal step that cannot be solved is retried once with a guess from smaller steps, whose
@@ -80,9 +83,14 @@ def run_steps(
     with defer_interrupts() as pressed:
         stopped = interrupted or pressed
         code = step_in_batches(
-            stepper, lambda code: stepper.retry(ENGINES, code), steps or LARGEST_WHOLE, progress,
-            lambda: stepper.over or stopped(), apart, lambda: known.append(stepper.checkpoint),
-        )  # fmt: skip
+            stepper,
+            lambda code: stepper.retry(ENGINES, code),
+            steps or LARGEST_WHOLE,
+            progress,
+            lambda: stepper.over or stopped(),
+            apart,
+            lambda: known.append(stepper.checkpoint),
+        )
         stepper.finish()
         run = _trajectory(stepper, code, known)
         if pressed() and not run.interrupted:
@@ -153,10 +161,17 @@ def _ending(stepper: Stepper, code: int, counts: dict[str, int], known: list[Che
         report = assess_run(formulation, request, work)
     outcome = outcome_of(stepper, code, report, counts, lambda: _massless_error(stepper, known))
     last = Checkpoint(
-        start.first + work.done, read_only(work.state), read_only(work.stages), work.solver_state,
-        start.solver, start.tolerance, start.save_every, start.curves, report.energies,
+        start.first + work.done,
+        read_only(work.state),
+        read_only(work.stages),
+        work.solver_state,
+        start.solver,
+        start.tolerance,
+        start.save_every,
+        start.curves,
+        report.energies,
         read_only(work.passage[:FOUND]),
-    )  # fmt: skip
+    )
     return Ending(outcome, last)
 
 

@@ -85,19 +85,36 @@ def _law(system: Any, found: Traces) -> tuple[LagrangianKernel, tuple[Any, ...]]
         the system's traces, on which it depends
     """
     field = system.lagrangian_kernel()
-    return field, tuple(Law(
-        field.functions, field.kind, field.time_dependent, field.matrix_rows, field.constants,
-        field.force_kind, field.force_constants,
-    ))  # fmt: skip
+    return field, tuple(
+        Law(
+            field.functions,
+            field.kind,
+            field.time_dependent,
+            field.matrix_rows,
+            field.constants,
+            field.force_kind,
+            field.force_constants,
+        )
+    )
 
 
 @lru_cache(maxsize=32)
 def _basis(table: Tableau, degrees: tuple[int, ...]) -> tuple[Any, ...]:
     tableau, first = kernel_tableau(table), np.concatenate([[0], np.cumsum(degrees)])
-    return tuple(Basis(
-        table.psi, table.slope, table.end, table.b, table.c, first.astype(np.int64),
-        table.projection, tableau.analysis, tableau.extrapolation, tableau.growth,
-    ))  # fmt: skip
+    return tuple(
+        Basis(
+            table.psi,
+            table.slope,
+            table.end,
+            table.b,
+            table.c,
+            first.astype(np.int64),
+            table.projection,
+            tableau.analysis,
+            tableau.extrapolation,
+            tableau.growth,
+        )
+    )
 
 
 SUBSTEPS = (4, 16, 64)
@@ -241,10 +258,14 @@ class OnGroup:
         tried = "fixed-point iteration" if solver == "fixed_point" else "Newton's method"
         if turn >= NEAR_LIMIT * limit or code == LEFT_CHART:
             farther = max(CHARTS, key=lambda chart: chart.limit)
-            other = "" if farther.limit <= limit else (
-                f", or chart=galvi.{type(farther).__name__}(), which ends at "
-                f"{farther.limit / np.pi:g} pi"
-            )  # fmt: skip
+            other = (
+                ""
+                if farther.limit <= limit
+                else (
+                    f", or chart=galvi.{type(farther).__name__}(), which ends at "
+                    f"{farther.limit / np.pi:g} pi"
+                )
+            )
             what = f"the step turns by {turn:.4g} radians, and "
             if code != LEFT_CHART and turn < limit:
                 what = f"{tried} did not solve a step that turns by {turn:.4g} radians, where "

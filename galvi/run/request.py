@@ -66,10 +66,18 @@ class RunRequest(NamedTuple):
 
     @classmethod
     def checked(
-        cls, problem: Problem, method: Galerkin, step: float, steps: int | None = None, *,
-        duration: float | None = None, save_every: int = 1, curves: bool | None = None,
-        solver: str = "auto", tolerance: float | None = None,
-    ) -> RunRequest:  # fmt: skip
+        cls,
+        problem: Problem,
+        method: Galerkin,
+        step: float,
+        steps: int | None = None,
+        *,
+        duration: float | None = None,
+        save_every: int = 1,
+        curves: bool | None = None,
+        solver: str = "auto",
+        tolerance: float | None = None,
+    ) -> RunRequest:
         """The request of a call of `galvi.integrate`, whose arguments these are.
 
         Raises
@@ -122,9 +130,11 @@ class RunRequest(NamedTuple):
 
 
 def from_start(
-    solver: str = "auto", tolerance: float = ROUND_OFF, save_every: int = 1,
+    solver: str = "auto",
+    tolerance: float = ROUND_OFF,
+    save_every: int = 1,
     curves: bool | None = None,
-) -> Checkpoint:  # fmt: skip
+) -> Checkpoint:
     """A problem's start, with the settings of a run, and without the entries of a state."""
     none = NOTHING, NOTHING, NOTHING  # of energies, passages and a clock
     return Checkpoint(0, *NO_STATE, solver, tolerance, save_every, curves, *none)

@@ -87,8 +87,9 @@ def resume(
             "go on without."
         )
     if ctrl is not None:
-        return _with_controls(run, ctrl, steps, duration, until, events, save_every, curves,
-                              progress)  # fmt: skip
+        return _with_controls(
+            run, ctrl, steps, duration, until, events, save_every, curves, progress
+        )
     problem, method, step = run.origin or run.problem, run.method, cast(float, run.step)
     start = cast(Checkpoint, run.checkpoint)
     asked = run.asked if events is None else events
@@ -127,9 +128,16 @@ def _check_resumed(run: Any) -> None:
 
 
 def _with_controls(
-    run: Trajectory, ctrl: Any, steps: int | None, duration: float | None, until: float | None,
-    events: Any, save_every: int | None, curves: bool | None, progress: bool | None,
-) -> Trajectory:  # fmt: skip
+    run: Trajectory,
+    ctrl: Any,
+    steps: int | None,
+    duration: float | None,
+    until: float | None,
+    events: Any,
+    save_every: int | None,
+    curves: bool | None,
+    progress: bool | None,
+) -> Trajectory:
     """`resume` with other controls: a run of its own from that state, with what is compiled."""
     problem, method, step = run.origin or run.problem, run.method, cast(float, run.step)
     if not isinstance(problem.system, Multibody):
@@ -151,19 +159,26 @@ def _with_controls(
     here = problem.moved(run.q[-1], run.v[-1], float(run.t[-1]), system)
     vars(here)["p0"] = run.p[-1]
     begin = from_start(
-        start.solver, start.tolerance,
+        start.solver,
+        start.tolerance,
         start.save_every if save_every is None else input_checks.whole("save_every", save_every),
         start.curves if curves is None else input_checks.flag("curves", curves),
-    )  # fmt: skip
+    )
     more = RunRequest(here, method, step, number_of_steps(step, steps, duration), begin)
     check_memory([more])
     return prepared(more)(progress=progress)
 
 
 def _resumed_in_clock(
-    run: Trajectory, problem: Problem, start: Checkpoint, steps: int | None,
-    duration: float | None, until: float | None, asked: Any, progress: bool | None,
-) -> Trajectory:  # fmt: skip
+    run: Trajectory,
+    problem: Problem,
+    start: Checkpoint,
+    steps: int | None,
+    duration: float | None,
+    until: float | None,
+    asked: Any,
+    progress: bool | None,
+) -> Trajectory:
     """`resume` with a clock: from the last grid point, which the last shortened step left alone."""
     assert run.step is not None
     h, t = run.step, float(run.t[-1])

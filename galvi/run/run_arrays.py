@@ -82,9 +82,13 @@ class RunArrays(NamedTuple):
 
     @classmethod
     def of(
-        cls, request: RunRequest, state: State, row: int, curve_size: tuple[int, int],
+        cls,
+        request: RunRequest,
+        state: State,
+        row: int,
+        curve_size: tuple[int, int],
         watched: bool = True,
-    ) -> RunArrays:  # fmt: skip
+    ) -> RunArrays:
         """Arrays for the equal steps of a run from a state, whose ``row`` is saved first of
         saved_moving.
 
@@ -115,11 +119,20 @@ class RunArrays(NamedTuple):
         stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
         passage = passage_record(problem, start.passage)
         return cls(
-            state[0].copy(), state[1].copy(), solver_state, np.zeros(1),
-            np.zeros(7, dtype=np.int64), saved_steps, saved_q, saved_moving,
-            np.full((rows, curve_size[0]), np.nan), np.full((rows, curve_size[1], m), np.nan),
-            watch, np.full((seen, r + d + stages), np.nan), passage,
-        )  # fmt: skip
+            state[0].copy(),
+            state[1].copy(),
+            solver_state,
+            np.zeros(1),
+            np.zeros(7, dtype=np.int64),
+            saved_steps,
+            saved_q,
+            saved_moving,
+            np.full((rows, curve_size[0]), np.nan),
+            np.full((rows, curve_size[1], m), np.nan),
+            watch,
+            np.full((seen, r + d + stages), np.nan),
+            passage,
+        )
 
     @property
     def done(self) -> int:
@@ -167,9 +180,14 @@ def run_plan(
     """The steps of a run, its current state and its kept results, as the kernels take them."""
     start = request.checkpoint
     plan = Plan(
-        float(request.problem.t0), request.step, tolerance, start.first, cast(int, request.steps),
-        start.save_every, work.watch,
-    )  # fmt: skip
+        float(request.problem.t0),
+        request.step,
+        tolerance,
+        start.first,
+        cast(int, request.steps),
+        start.save_every,
+        work.watch,
+    )
     progress = Progress(work.state, work.stages, work.solver_state, work.counts, work.passage)
     kept = Kept(work.saved_q, work.saved_moving, work.bases, work.coefficients, work.seen)
     return tuple(plan), tuple(progress), tuple(kept)

@@ -107,9 +107,13 @@ class Reaching:
         return q, p, v
 
     def _mended(
-        self, states: tuple[Array, Array, Array], begin: Array, speeds: Array, since: Array,
+        self,
+        states: tuple[Array, Array, Array],
+        begin: Array,
+        speeds: Array,
+        since: Array,
         times: Array,
-    ) -> tuple[Array, Array, Array]:  # fmt: skip
+    ) -> tuple[Array, Array, Array]:
         """The states at some times, from (begin, speeds) at others.
 
         Where no shortened step could be done, or one in a frame does not know of a passage that the
@@ -166,16 +170,22 @@ Reach = Callable[..., tuple[Array, Array, Array]]  # of q, v, t, times and stage
 def _one_by_one(
     reach: Reach, q: Array, v: Array, t: Array, times: Array, stages: Array | None = None
 ) -> tuple[Array, Array, Array]:
-    found = zip(*(reach(*one) for one in zip(q, v, t.tolist(), times.tolist(), strict=True)),
-                strict=True)  # fmt: skip
+    found = zip(
+        *(reach(*one) for one in zip(q, v, t.tolist(), times.tolist(), strict=True)), strict=True
+    )
     q, p, v = (np.array(x) for x in found)
     return q, p, v
 
 
 def _together(
-    run: Trajectory, reach: Reach, q: Array, v: Array, t: Array, times: Array,
+    run: Trajectory,
+    reach: Reach,
+    q: Array,
+    v: Array,
+    t: Array,
+    times: Array,
     stages: Array | None = None,
-) -> tuple[Array, Array, Array]:  # fmt: skip
+) -> tuple[Array, Array, Array]:
     """On vector spaces: by one call of a kernel; where a step fails, as one by one."""
     step, end, n = cast(float, run.step), cast(Checkpoint, run.checkpoint), len(t)
     kernel = reaching(RunRequest(run.problem, run.method, step, 1, end))

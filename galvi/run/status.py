@@ -23,9 +23,12 @@ Massless = Callable[[], encounters.MasslessError | None]
 
 
 def outcome_of(
-    stepper: Stepper, code: int, report: EnergyReport, counts: Mapping[str, int],
+    stepper: Stepper,
+    code: int,
+    report: EnergyReport,
+    counts: Mapping[str, int],
     massless: Massless,
-) -> Outcome:  # fmt: skip
+) -> Outcome:
     """The outcome of a run in equal steps whose last kernel call returned ``code``.
 
     Parameters
@@ -49,9 +52,15 @@ def outcome_of(
     if passage and encounters.asks_for_a_clock(problem, step, work.passage):
         remedy = encounters.ADAPT
     return completed(
-        problem, report, request.checkpoint.first, passage, massless, remedy, steps,
+        problem,
+        report,
+        request.checkpoint.first,
+        passage,
+        massless,
+        remedy,
+        steps,
         notes_on_exceptions(stepper.formulation, counts),
-    )  # fmt: skip
+    )
 
 
 def notes_on_exceptions(formulation: Formulation, counts: Mapping[str, int]) -> tuple[str, ...]:
@@ -61,9 +70,15 @@ def notes_on_exceptions(formulation: Formulation, counts: Mapping[str, int]) -> 
 
 
 def completed(
-    problem: Problem, report: EnergyReport, first: int, passage: str, massless: Massless,
-    remedy: str = SMALLER_STEP, steps: int | None = None, exceptions: tuple[str, ...] = (),
-) -> Outcome:  # fmt: skip
+    problem: Problem,
+    report: EnergyReport,
+    first: int,
+    passage: str,
+    massless: Massless,
+    remedy: str = SMALLER_STEP,
+    steps: int | None = None,
+    exceptions: tuple[str, ...] = (),
+) -> Outcome:
     """The outcome of a run that did all its ``steps``.
 
     Parameters

@@ -81,9 +81,14 @@ class Formulation(Protocol):
 
 
 def curves_in(
-    chart: LocalChart, problem: Problem, method: Galerkin, step: float, t0: float, bases: Array,
+    chart: LocalChart,
+    problem: Problem,
+    method: Galerkin,
+    step: float,
+    t0: float,
+    bases: Array,
     x: Array,
-) -> Curves:  # fmt: skip
+) -> Curves:
     """The curves with coefficients x in a chart about bases (steps, r)."""
     return Curves(method.space, t0, step, bases.reshape(-1, *problem.q0.shape), x, chart)
 
@@ -122,9 +127,14 @@ class Stepper:
     over = reached = False  # in a clock, whether it ends before all steps, and at its time
 
     def __init__(
-        self, request: RunRequest, formulation: Formulation, engine: str, reason: str,
-        kernel: MakeKernel, second_kernel: MakeKernel,
-    ) -> None:  # fmt: skip
+        self,
+        request: RunRequest,
+        formulation: Formulation,
+        engine: str,
+        reason: str,
+        kernel: MakeKernel,
+        second_kernel: MakeKernel,
+    ) -> None:
         self.request, self.formulation = request, formulation
         self.engine, self.engine_reason = engine, reason
         self._kernel, self._second_kernel = kernel, second_kernel
@@ -196,8 +206,9 @@ class Stepper:
         return SavedStates(
             problem.t0 + (start.first + work.saved_steps) * step,
             work.saved_q.reshape(-1, *problem.q0.shape),
-            self.formulation.momenta(problem, work.saved_moving), velocities,
-        )  # fmt: skip
+            self.formulation.momenta(problem, work.saved_moving),
+            velocities,
+        )
 
     def counted(self) -> dict[str, int]:
         """What was counted, by name."""

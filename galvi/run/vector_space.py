@@ -63,10 +63,16 @@ def reaching(request: RunRequest) -> Callable[..., None]:
 def _force(system: Any, dimension: int) -> tuple[ForceKernel, tuple[Any, ...]]:
     """The force of a system, which owns the functions, and as the kernel takes it."""
     field = system.force_kernel(dimension)
-    return field, tuple(Force(
-        field.kind, field.functions, field.slope is not None, field.constants, field.inverse_mass,
-        field.width,
-    ))  # fmt: skip
+    return field, tuple(
+        Force(
+            field.kind,
+            field.functions,
+            field.slope is not None,
+            field.constants,
+            field.inverse_mass,
+            field.width,
+        )
+    )
 
 
 @lru_cache(maxsize=32)

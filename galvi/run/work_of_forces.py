@@ -153,11 +153,13 @@ def _steps(
         )
         at_begin, at_end = (
             States(
-                np.stack([one.q[k] for one in runs]), np.stack([one.p[k] for one in runs]),
-                np.stack([one.p[k].ravel() for one in runs]), np.array([one.t[k] for one in runs]),
+                np.stack([one.q[k] for one in runs]),
+                np.stack([one.p[k] for one in runs]),
+                np.stack([one.p[k].ravel() for one in runs]),
+                np.array([one.t[k] for one in runs]),
             )
             for k in range(2)
-        )  # fmt: skip
+        )
     n, times = len(numbers), problem.t0 + numbers * request.step
     v = v.reshape(n, tau.size, -1)
     begins, ends = (
@@ -173,9 +175,13 @@ def _none(problem: Problem, nodes: int) -> Steps:
         np.zeros((0, *shape)), np.zeros((0, *problem.p0.shape)), np.zeros((0, d)), np.zeros(0)
     )
     return Steps(
-        np.zeros(0, dtype=np.int64), np.zeros(0), none, none, np.zeros((0, nodes, *shape)),
+        np.zeros(0, dtype=np.int64),
+        np.zeros(0),
+        none,
+        none,
+        np.zeros((0, nodes, *shape)),
         np.zeros((0, nodes, d)),
-    )  # fmt: skip
+    )
 
 
 def _again(

@@ -155,8 +155,10 @@ class Canonical:
             steps = lengths_of(there) * line
             return Curve(
                 lambda s: function(there + s * steps, then),
-                lambda s: derivative(there + s * steps, then) * steps, steps, {"q": there},
-            )  # fmt: skip
+                lambda s: derivative(there + s * steps, then) * steps,
+                steps,
+                {"q": there},
+            )
 
         def energy(x: Array, s: float) -> float:
             return input_checks.returned("potential", self.potential(*arguments(self, x, s)))
@@ -247,9 +249,13 @@ class Canonical:
         if self.builtin is not None and self.gradient is None and self.hessian is None:
             gradient, hessian = over_stages(self.builtin.slopes, self.builtin.second)
             return ForceKernel(
-                gradient, hessian, force_kinds.BUILT_IN, inverse_mass, dimension,
+                gradient,
+                hessian,
+                force_kinds.BUILT_IN,
+                inverse_mass,
+                dimension,
                 self.builtin.constants,
-            )  # fmt: skip
+            )
         gradient = self._gradient()
         hessian = self._hessian(differenced=False)
         kind = force_kinds.TIMED_GRADIENT if self.explicit_time else force_kinds.GRADIENT

@@ -169,9 +169,13 @@ def compiled_slope_along() -> Callable[..., Any]:
 
 
 def differences(
-    function: Callable[[Array], Array], x: Array, lengths: Array, *, size: float = 0.0,
+    function: Callable[[Array], Array],
+    x: Array,
+    lengths: Array,
+    *,
+    size: float = 0.0,
     way: Differencing = USUAL,
-) -> tuple[Array, Array]:  # fmt: skip
+) -> tuple[Array, Array]:
     """Derivatives of function(x) (m,) by the components of x, and their errors, both (m, d).
 
     Parameters

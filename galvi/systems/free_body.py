@@ -119,8 +119,11 @@ class FreeBody(Body):
     def lagrangian(self) -> Lagrangian:
         """The same system by functions of (q, v), which are traced, or called."""
         momentum, weight, V, gradient = (
-            self.momentum, self.mass * self.g, self.potential, self.gradient,
-        )  # fmt: skip
+            self.momentum,
+            self.mass * self.g,
+            self.potential,
+            self.gradient,
+        )
 
         def L(q: Any, v: Any, *t: Any) -> Any:
             found = 0.5 * v @ momentum(v) + weight @ q[:3, 3]
@@ -129,15 +132,28 @@ class FreeBody(Body):
         def slopes(q: Any, v: Any, *t: Any) -> Any:
             along = np.zeros((4, 4)) if gradient is None else -np.asarray(gradient(q, *t))
             place = along[:3, 3] + weight
-            return np.concatenate([
-                momentum(v), along[0, :3], place[:1], along[1, :3], place[1:2], along[2, :3],
-                place[2:], along[3],
-            ])  # fmt: skip
+            return np.concatenate(
+                [
+                    momentum(v),
+                    along[0, :3],
+                    place[:1],
+                    along[1, :3],
+                    place[1:2],
+                    along[2, :3],
+                    place[2:],
+                    along[3],
+                ]
+            )
 
         return Lagrangian(
-            L, self.group, slopes if V is None or gradient is not None else None, self.force,
-            explicit_time=self.explicit_time, timed_force=self.timed_force, check=self.check,
-        )  # fmt: skip
+            L,
+            self.group,
+            slopes if V is None or gradient is not None else None,
+            self.force,
+            explicit_time=self.explicit_time,
+            timed_force=self.timed_force,
+            check=self.check,
+        )
 
     def momentum(self, v: Array) -> Array:
         """p = (J w, mass v), v of shape (..., 6)."""

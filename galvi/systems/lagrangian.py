@@ -108,9 +108,14 @@ class Lagrangian:
 
     @classmethod
     def from_sympy(
-        cls, L: Any, q: Any = None, v: Any = None, t: Any = None, parameters: Any = None,
+        cls,
+        L: Any,
+        q: Any = None,
+        v: Any = None,
+        t: Any = None,
+        parameters: Any = None,
         force: Any = None,
-    ) -> Lagrangian:  # fmt: skip
+    ) -> Lagrangian:
         """A Lagrangian from a SymPy expression; its derivatives are symbolic and compiled.
 
         Parameters
@@ -221,10 +226,13 @@ class Lagrangian:
 
             return Curve(value, terms, steps, {"q": g, "v": w})
 
-        check_derivatives(self, {
-            "slopes dL/dv of the Lagrangian": lambda far: through(far, 0),
-            "slopes dL/dq of the Lagrangian": lambda far: through(far, 1),
-        })  # fmt: skip
+        check_derivatives(
+            self,
+            {
+                "slopes dL/dv of the Lagrangian": lambda far: through(far, 0),
+                "slopes dL/dq of the Lagrangian": lambda far: through(far, 1),
+            },
+        )
 
     def _moved(self, q: Array, xi: Array) -> Callable[[float], Array]:
         """The curve s -> q exp(s hat(xi)), for |s| up to 1/8.
@@ -334,9 +342,11 @@ class Lagrangian:
         if self.has_known_mass and self.slopes is None:
             return cast(KnownMass, self.function).mass(q)
         mass, error = differences(
-            lambda w: self._momentum(q, w, t), v, difference_scales(self.group, q, v)[1],
+            lambda w: self._momentum(q, w, t),
+            v,
+            difference_scales(self.group, q, v)[1],
             way=ROUGH if self._slopes else ROUGH._replace(noise=DIFFERENCED_MOMENTUM_ERROR),
-        )  # fmt: skip
+        )
         return np.where(np.abs(mass) <= error, 0.0, mass)
 
     def euclidean_slopes(self, q: Array, v: Array, t: float) -> Function | None:

@@ -127,8 +127,10 @@ def velocities(system: Any, q: Array | None, p: Array, t: Any, near: Array) -> A
             masses = np.stack([system.function.mass(x) for x in places]).reshape(*p.shape, -1)
         else:
             moves = np.diag(MOVE * difference_scales(system.group, places[0], near)[1])
-            sides = [(momenta(v + move) - momenta(v - move)) / (2.0 * move[k])
-                     for k, move in enumerate(moves)]  # fmt: skip
+            sides = [
+                (momenta(v + move) - momenta(v - move)) / (2.0 * move[k])
+                for k, move in enumerate(moves)
+            ]
             masses = np.stack(sides, axis=-1)
         before = np.inf
         for _ in range(PASSES_OF_ALL):

@@ -169,11 +169,11 @@ class Multibody(Lagrangian):
         joints, links = iter(range(len(self.tree.joints))), []
         for k, link in enumerate(self.links):
             own = [
-                replace(joint, **{
-                    name: float(given[name][j]) for name in OF_JOINTS if name in given
-                })
+                replace(
+                    joint, **{name: float(given[name][j]) for name in OF_JOINTS if name in given}
+                )
                 for joint, j in zip(link.joints, joints, strict=False)
-            ]  # fmt: skip
+            ]
             mass = float(given["masses"][k]) if "masses" in given else link.mass
             links.append(replace(link, joints=own, mass=mass))
         made = Multibody(links, given.get("gravity", self.gravity), force=force, timed_force=timed)

@@ -187,12 +187,20 @@ class NBody:
         width = self.masses.size * dimension if coupled else dimension
         if acting.functions:
             return ForceKernel(
-                acting.accelerations(dimension), None, force_kinds.TIMED_GRADIENT,
-                np.zeros((0, 0)), width, acting.constants(dimension), acting.compiled,
-            )  # fmt: skip
+                acting.accelerations(dimension),
+                None,
+                force_kinds.TIMED_GRADIENT,
+                np.zeros((0, 0)),
+                width,
+                acting.constants(dimension),
+                acting.compiled,
+            )
         slope: Any = nbody.all_jacobians if coupled else nbody.own_jacobians
         return ForceKernel(
             celestial.accelerations if len(acting.terms) else nbody.accelerations,
-            None if len(acting.terms) else slope, force_kinds.BUILT_IN, np.zeros((0, 0)), width,
+            None if len(acting.terms) else slope,
+            force_kinds.BUILT_IN,
+            np.zeros((0, 0)),
+            width,
             acting.constants(dimension),
-        )  # fmt: skip
+        )

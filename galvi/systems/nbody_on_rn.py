@@ -60,11 +60,14 @@ class NBodyOnRn:
         )
         if not acting.functions:
             return replace(
-                known, force_kind=lagrangian_derivatives.FORCE_LAW,
+                known,
+                force_kind=lagrangian_derivatives.FORCE_LAW,
                 force=celestial_velocity.add_forces,
                 force_constants=acting.velocity_constants(D),
-            )  # fmt: skip
+            )
         return replace(
-            known, force_kind=lagrangian_derivatives.TIMED_FORCE, force=acting.force(D),
+            known,
+            force_kind=lagrangian_derivatives.TIMED_FORCE,
+            force=acting.force(D),
             compiled=acting.compiled,
-        )  # fmt: skip
+        )

@@ -54,9 +54,11 @@ class Body:
     def __reduce__(self) -> tuple[Any, ...]:
         made: Any = type(self)
         make = partial(
-            made, explicit_time=self.explicit_time, timed_force=self.timed_force,
+            made,
+            explicit_time=self.explicit_time,
+            timed_force=self.timed_force,
             check=self.check,
-        )  # fmt: skip
+        )
         names = (*self._numbers, "potential", "gradient", "force")
         return make, tuple(getattr(self, name) for name in names)
 
@@ -208,9 +210,13 @@ class RigidBody(Body):
             return np.concatenate([momentum(v), -np.asarray(gradient(R, *t)).ravel()])
 
         return Lagrangian(
-            L, self.group, None if gradient is None else slopes, self.force,
-            explicit_time=self.explicit_time, timed_force=self.timed_force,
-        )  # fmt: skip
+            L,
+            self.group,
+            None if gradient is None else slopes,
+            self.force,
+            explicit_time=self.explicit_time,
+            timed_force=self.timed_force,
+        )
 
     @property
     def has_functions(self) -> bool:

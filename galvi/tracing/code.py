@@ -33,14 +33,23 @@ FROM_NUMPY = {
     "atanh", "exp", "expm1", "log", "log10", "log1p", "log2", "sqrt", "hypot", "floor", "ceil",
     "sign", "maximum", "minimum", "pi", "e", "nan",
 }  # fmt: skip
-IN_NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2",
-            "asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh"}  # fmt: skip
+IN_NUMPY = {
+    "asin": "arcsin",
+    "acos": "arccos",
+    "atan": "arctan",
+    "atan2": "arctan2",
+    "asinh": "arcsinh",
+    "acosh": "arccosh",
+    "atanh": "arctanh",
+}
 
 
 def written(
-    results: Sequence[Any], arguments: Mapping[Any, str], store: Callable[[int, str], str],
+    results: Sequence[Any],
+    arguments: Mapping[Any, str],
+    store: Callable[[int, str], str],
     power: str = "",
-) -> list[str]:  # fmt: skip
+) -> list[str]:
     """Lines of Python that compute the results, with common subexpressions computed once.
 
     Parameters

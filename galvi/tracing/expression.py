@@ -204,9 +204,15 @@ def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> 
             )
         forces = tuple(read("the force", row) for row in rows)
     return Expressions(
-        read("the Lagrangian", L), forces, own["q"], own["v"], time, own["c"],
-        tuple(numbers.values()), words,
-    )  # fmt: skip
+        read("the Lagrangian", L),
+        forces,
+        own["q"],
+        own["v"],
+        time,
+        own["c"],
+        tuple(numbers.values()),
+        words,
+    )
 
 
 def _several(name: str, given: Any) -> list[Any]:

@@ -14,9 +14,7 @@ from galvi.tracing import code as symbolic_code
 from galvi.tracing.code import POWER
 
 # of galvi.lanes.elementary
-FUNCTIONS = {
-    "sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER
-}  # fmt: skip
+FUNCTIONS = {"sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER}
 # Coordinates up to which a force in lanes is written out.
 WIDEST_FORCE, WIDEST_COUPLED_FORCE = 64, 12
 LONGEST = 4_000  # operations: two milliseconds of compilation each

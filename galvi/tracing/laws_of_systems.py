@@ -200,9 +200,10 @@ def _force_lines(value: RigidTree, structure: tuple[tuple[int, float], ...]) -> 
 def _known(value: RigidTree) -> dict[int, float]:
     """The numbers that are part of a tree's law, by their place in its constants."""
     rows = {
-        "masses": range(tree.MASS, tree.ARMATURE), "armature": (tree.ARMATURE,),
+        "masses": range(tree.MASS, tree.ARMATURE),
+        "armature": (tree.ARMATURE,),
         "stiffness": (tree.STIFFNESS,),
-    }  # fmt: skip
+    }
     left_open = {k for name in value.varied for k in rows.get(name, ())}
     known = {0: value.numbers[0]}
     for j in range(len(value.joints)):

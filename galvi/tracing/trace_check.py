@@ -77,9 +77,16 @@ def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]
     assert kind in UNARY
     found = getattr(np, kind)(x[0])
     slope = {
-        "sin": 1.0, "cos": 1.0, "tan": 1.0 + found * found, "exp": found, "log": 1.0 / x[0],
-        "sqrt": 0.5 / found, "sinh": np.cosh(x[0]), "cosh": np.sinh(x[0]), "tanh": 1.0,
-    }[kind]  # fmt: skip
+        "sin": 1.0,
+        "cos": 1.0,
+        "tan": 1.0 + found * found,
+        "exp": found,
+        "log": 1.0 / x[0],
+        "sqrt": 0.5 / found,
+        "sinh": np.cosh(x[0]),
+        "cosh": np.sinh(x[0]),
+        "tanh": 1.0,
+    }[kind]
     return found, np.abs(slope) * e[0]
 
 
@@ -202,9 +209,12 @@ def check_values(sample: Sample, nodes: Sequence[Node]) -> Sample:
 
 
 def check_slopes(
-    value: Node, by_q: Sequence[Node], by_v: Sequence[Node], states: States,
+    value: Node,
+    by_q: Sequence[Node],
+    by_v: Sequence[Node],
+    states: States,
     scales: Sequence[Array],
-) -> None:  # fmt: skip
+) -> None:
     """`Untraceable` unless these are the derivatives of a value, and finite at the start.
 
     Parameters
@@ -220,14 +230,18 @@ def check_slopes(
     terms = slopes * np.concatenate([along_q, along_v], axis=1)[:, : slopes.shape[1]]
     _compare(
         lambda far: evaluated([value], states.moved(far, along_q, along_v).values),
-        np.sum(terms, axis=1)[None], np.sum(np.abs(terms), axis=1)[None],
-    )  # fmt: skip
+        np.sum(terms, axis=1)[None],
+        np.sum(np.abs(terms), axis=1)[None],
+    )
 
 
 def check_mass(
-    law: str, constants: Sequence[float], by: Sequence[Node], states: States,
+    law: str,
+    constants: Sequence[float],
+    by: Sequence[Node],
+    states: States,
     scales: Sequence[Array],
-) -> None:  # fmt: skip
+) -> None:
     """`Untraceable` unless the lines of a law give these slopes, and the derivatives of dL/dv."""
     d = len(by) // 2
     with np.errstate(all="ignore"):
@@ -247,8 +261,9 @@ def check_mass(
     terms = mass * by_v.T
     _compare(
         lambda far: evaluated(by[:d], states.moved(far, 0.0 * by_v, by_v).values),
-        np.sum(terms, axis=1), np.sum(np.abs(terms), axis=1),
-    )  # fmt: skip
+        np.sum(terms, axis=1),
+        np.sum(np.abs(terms), axis=1),
+    )
 
 
 def _refuse_undefined(derivatives: Array) -> None:

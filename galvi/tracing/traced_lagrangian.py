@@ -56,9 +56,14 @@ class TracedTerm:
 
 
 def traced_force(
-    force: Function, group: Group, q: Array, v: Array, t: float, timed: bool,
+    force: Function,
+    group: Group,
+    q: Array,
+    v: Array,
+    t: float,
+    timed: bool,
     scales: Sequence[Array],
-) -> TracedTerm:  # fmt: skip
+) -> TracedTerm:
     """``force(q, v, t, c)`` from a user's force of (q, v), or of (q, v, t) if ``timed``.
 
     Parameters
@@ -148,9 +153,15 @@ class TracedLagrangian:
 
 
 def traced_lagrangian(
-    function: Function, slopes: Function | None, group: Group, q: Array, v: Array, t: float,
-    timed: bool, scales: Sequence[Array],
-) -> TracedLagrangian:  # fmt: skip
+    function: Function,
+    slopes: Function | None,
+    group: Group,
+    q: Array,
+    v: Array,
+    t: float,
+    timed: bool,
+    scales: Sequence[Array],
+) -> TracedLagrangian:
     """Traces slopes, if given, else the Lagrangian, and checks what it finds near a state.
 
     With slopes the Lagrangian itself is not called: it serves for energies only.
@@ -234,7 +245,7 @@ def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:
 
 def _lagrangian(
     text: str, printed: GraphCode, by: Sequence[Node], euclidean: Sequence[Node], L: Node, law: str
-) -> SymbolicLagrangian:  # fmt: skip
+) -> SymbolicLagrangian:
     """L and its derivatives as compiled functions, as of galvi.tracing.from_sympy."""
     d, bodies = len(by) // 2, {}
     places = [f"out[{k // d}, {k % d}]" for k in range(2 * d)]

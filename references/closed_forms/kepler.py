@@ -186,8 +186,10 @@ def _orbit(problem: Problem) -> Orbit | None:
             return orbit(gm, [Decimal(x) for x in q0.tolist()], [Decimal(x) for x in v0.tolist()])
         if isinstance(system, NBody) and system.masses.size == 2 and not system.forces:
             gm = Decimal(system.G) * sum(map(Decimal, system.masses.tolist()))
-            apart = [[Decimal(b) - Decimal(a) for a, b in zip(*x.tolist(), strict=True)]
-                     for x in (q0, v0)]  # fmt: skip
+            apart = [
+                [Decimal(b) - Decimal(a) for a, b in zip(*x.tolist(), strict=True)]
+                for x in (q0, v0)
+            ]
             return orbit(gm, *apart)
     return None
 

@@ -28,9 +28,11 @@ RADIUS, CORE, DOWNWASH = 7.0, 2.5, 10.0
 HIGHEST, LOWEST, DESCENT = 16.0, 6.0, 2.0
 RINGS = (1.0, 0.75, 0.5, 0.25)
 # Gamma R^2 / 4 of a ring: at the hub, u_z = 2 C (R^2 + zeta^2 + a^2)^(-3/2) summed is -DOWNWASH.
-CIRCULATION = -0.5 * DOWNWASH / sum(
-    (RADIUS**2 + ((1.0 - share) * HIGHEST) ** 2 + CORE**2) ** -1.5 for share in RINGS
-)  # fmt: skip
+CIRCULATION = (
+    -0.5
+    * DOWNWASH
+    / sum((RADIUS**2 + ((1.0 - share) * HIGHEST) ** 2 + CORE**2) ** -1.5 for share in RINGS)
+)
 
 
 def spring(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:

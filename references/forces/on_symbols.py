@@ -112,9 +112,11 @@ def formulas_of(function: Callable[..., Any], *arguments: Any) -> tuple[Any, ...
 
 
 def has_values(
-    formulas: Sequence[Any], symbols: Sequence[Any], function: Callable[..., Any],
+    formulas: Sequence[Any],
+    symbols: Sequence[Any],
+    function: Callable[..., Any],
     points: Iterable[Sequence[Any]],
-) -> bool:  # fmt: skip
+) -> bool:
     """Whether formulas have the values of a function that returns as many numbers, to rounding.
 
     Parameters

@@ -82,9 +82,12 @@ class OnCoordinates:
         engine = self.integrator(problem, *heyoka_engine.switches(options))
         start = np.concatenate([problem.q0, problem.v0])
         states, steps, failure = heyoka_engine.propagated(
-            engine, start.astype(heyoka_engine.kind(self.precision)), times - problem.t0,
-            problem.t0, "the state is not finite.",
-        )  # fmt: skip
+            engine,
+            start.astype(heyoka_engine.kind(self.precision)),
+            times - problem.t0,
+            problem.t0,
+            "the state is not finite.",
+        )
         q, v = np.split(states.astype(np.float64), 2, axis=1)
         return as_trajectory(
             problem,
@@ -98,9 +101,14 @@ class OnCoordinates:
 
 
 def compiled(
-    q: Sequence[Any], v: Sequence[Any], acceleration: Sequence[Any], precision: str,
-    tolerance: float, accurate: bool, compact: bool,
-) -> Any:  # fmt: skip
+    q: Sequence[Any],
+    v: Sequence[Any],
+    acceleration: Sequence[Any],
+    precision: str,
+    tolerance: float,
+    accurate: bool,
+    compact: bool,
+) -> Any:
     """heyoka's integrator of q' = v, v' = acceleration, its expressions."""
     import heyoka
 
@@ -148,8 +156,10 @@ def _compiled_chain(
     q, v = (x if n > 1 else [x] for x in (q, v))
     both = [[sum(m[k] * S[k, i] * S[k, j] for k in range(n)) for j in range(n)] for i in range(n)]
     weight = [equations.gravity * sum(m[k] * S[k, i] for k in range(n)) for i in range(n)]
-    M = [[heyoka.expression(both[i][j]) * heyoka.cos(q[i] - q[j]) for j in range(n)]
-         for i in range(n)]  # fmt: skip
+    M = [
+        [heyoka.expression(both[i][j]) * heyoka.cos(q[i] - q[j]) for j in range(n)]
+        for i in range(n)
+    ]
     pull = []
     for i in range(n):
         M[i][i] = heyoka.expression(both[i][i] + equations.moments[i])

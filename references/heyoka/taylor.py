@@ -53,9 +53,14 @@ class HeyokaBatches:
         return central and not is_forced(problem) and not replaces_force(problem)
 
     def prepared(
-        self, problem: Problem, q0: Array, v0: Array, duration: float, tolerance: float,
+        self,
+        problem: Problem,
+        q0: Array,
+        v0: Array,
+        duration: float,
+        tolerance: float,
         threads: int,
-    ) -> Callable[[], Array]:  # fmt: skip
+    ) -> Callable[[], Array]:
         """A call that runs all members (n, d), n a multiple of the batch, and returns their last
         places; the integrator is compiled here."""
         import heyoka
@@ -191,9 +196,13 @@ def _law(problem: Problem) -> tuple[Any, ...]:
 
 @lru_cache(maxsize=8)
 def _compiled(
-    law: tuple[Any, ...], forces: tuple[Any, ...], precision: str, tolerance: float,
-    accurate: bool, compact: bool,
-) -> Any:  # fmt: skip
+    law: tuple[Any, ...],
+    forces: tuple[Any, ...],
+    precision: str,
+    tolerance: float,
+    accurate: bool,
+    compact: bool,
+) -> Any:
     """heyoka's integrator; G times mass is formed in its precision, not in double."""
     import heyoka
 

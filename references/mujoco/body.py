@@ -82,8 +82,10 @@ def _body(link: Link, inner: str) -> str:
 
 def _joint(joint: Joint) -> str:
     given: dict[str, Any] = {
-        "armature": joint.armature, "stiffness": joint.stiffness, "damping": joint.damping,
-    }  # fmt: skip
+        "armature": joint.armature,
+        "stiffness": joint.stiffness,
+        "damping": joint.damping,
+    }
     if joint.type != "free":
         given["pos"] = joint.anchor
     if joint.type in SCALAR:

@@ -17,9 +17,7 @@ def corrector_taken_for_17() -> str:
     if whfast512.missing():
         return ""
     ends = {}
-    for integrator, order in (
-        ("whfast", 3), ("whfast", 17), ("whfast512", 3), ("whfast512", 17)
-    ):  # fmt: skip
+    for integrator, order in (("whfast", 3), ("whfast", 17), ("whfast512", 3), ("whfast512", 17)):
         sim = _planets(integrator)
         sim.integrator.corrector = order
         if integrator == "whfast":

@@ -34,9 +34,14 @@ def versions() -> str:
 
 
 def states(
-    problem: Problem, integrator: str, dt: float, times: Array, name: str,
-    own: Mapping[str, Any], of_bodies: Mapping[int, Mapping[str, Any]],
-) -> tuple[Array, Array]:  # fmt: skip
+    problem: Problem,
+    integrator: str,
+    dt: float,
+    times: Array,
+    name: str,
+    own: Mapping[str, Any],
+    of_bodies: Mapping[int, Mapping[str, Any]],
+) -> tuple[Array, Array]:
     """q and v (n, bodies, 3) of bodies in space at even times, which are multiples of dt.
 
     Parameters

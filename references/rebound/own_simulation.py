@@ -40,9 +40,11 @@ def made(job: dict[str, Any], particles: list[list[float]]) -> Any:
     for name, value in job.get("settings", {}).items():
         setattr(sim, name, value)
     sim.integrator = job["integrator"]
-    held = sim.integrator if hasattr(sim.integrator, "name") else (
-        getattr(sim, f"ri_{job['integrator']}", None)
-    )  # fmt: skip
+    held = (
+        sim.integrator
+        if hasattr(sim.integrator, "name")
+        else (getattr(sim, f"ri_{job['integrator']}", None))
+    )
     for name, value in job.get("options", {}).items():
         if not hasattr(held, name):
             raise ValueError(f"This release's {job['integrator']} has no option {name}.")
@@ -100,8 +102,9 @@ def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
             particles, energy = state(sim)
             rows["particles"].append(particles)
             rows["energy"].append(energy)
-            rows["kinetic"].append(sum(0.5 * m * (u * u + v * v + w * w)
-                                       for m, _, _, _, u, v, w in particles))  # fmt: skip
+            rows["kinetic"].append(
+                sum(0.5 * m * (u * u + v * v + w * w) for m, _, _, _, u, v, w in particles)
+            )
             rows["taken"] = sim.steps_done
     except Exception as error:  # whatever a release does
         rows["failure"] = f"{type(error).__name__}: {error}"

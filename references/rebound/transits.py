@@ -13,9 +13,13 @@ from references.rebound import simulation as rebound_simulation
 
 
 def transits(
-    problem: Problem, planets: Sequence[int], star: int, duration: float, every: float,
+    problem: Problem,
+    planets: Sequence[int],
+    star: int,
+    duration: float,
+    every: float,
     precision: float,
-) -> list[Array]:  # fmt: skip
+) -> list[Array]:
     """Mid-transit times since the start of each planet, seen from far away along x, as REBOUND's
     example of transit timing variations finds them with IAS15: y changes its sign between two
     outputs while the planet is in front, and the integration goes to and fro by bisection.
@@ -31,15 +35,18 @@ def transits(
     """
     sim = rebound_simulation.simulation(problem, "ias15", {})
     engine, found = sim.engine, [list[float]() for _ in planets]
-    p, s = ([engine.particles[int(sim.place[body])] for body in bodies]
-            for bodies in (planets, [star]))  # fmt: skip
+    p, s = (
+        [engine.particles[int(sim.place[body])] for body in bodies] for bodies in (planets, [star])
+    )
     with rebound_simulation.interrupts_kept(), engine_time:
         while engine.t < duration:
             before, begun = [planet.y - s[0].y for planet in p], engine.t
             engine.integrate(begun + every)
             ended = engine.t
-            passed = [y * (planet.y - s[0].y) < 0.0 and planet.x > s[0].x
-                      for y, planet in zip(before, p, strict=True)]  # fmt: skip
+            passed = [
+                y * (planet.y - s[0].y) < 0.0 and planet.x > s[0].x
+                for y, planet in zip(before, p, strict=True)
+            ]
             for k in np.flatnonzero(passed).tolist():
                 low, high = begun, ended
                 while high - low > precision:

@@ -48,15 +48,21 @@ class ScipyIvp:
         """Adaptive steps; see `Contender`."""
         shape, accelerated = problem.q0.shape, acceleration(problem)
         return run_on_coordinates(
-            self, problem, duration, setting,
+            self,
+            problem,
+            duration,
+            setting,
             lambda q, v, t: accelerated(q.reshape(shape), v.reshape(shape), t).ravel(),
-        )  # fmt: skip
+        )
 
 
 def run_on_coordinates(
-    contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any],
+    contender: Any,
+    problem: Problem,
+    duration: float,
+    setting: Mapping[str, Any],
     accelerated: Callable[[Array, Array, float], Array],
-) -> Trajectory:  # fmt: skip
+) -> Trajectory:
     """The run of a contender's solver on (q, v)' = (v, accelerated(q, v, t)), (d,) each."""
     times, d = times_of_run(contender, problem, duration, setting, *SETTINGS), problem.q0.size
 

@@ -95,9 +95,13 @@ def sitnikov() -> Problem:
     q = [[-0.5 * (1.0 + e), 0.0, 0.0], [0.5 * (1.0 + e), 0.0, 0.0], [0.0, 0.0, 0.6]]
     v = [[0.0, -speed, 0.0], [0.0, speed, 0.0], [0.0, 0.0, 0.2]]
     return Problem(
-        NBody([0.5, 0.5, 0.0]), q, v, name="Sitnikov's problem", units="G = 1",
+        NBody([0.5, 0.5, 0.0]),
+        q,
+        v,
+        name="Sitnikov's problem",
+        units="G = 1",
         parameters={"bodies": (0, 1, "massless body")},
-    )  # fmt: skip
+    )
 
 
 def third_body(mass: float) -> Problem:
@@ -105,9 +109,13 @@ def third_body(mass: float) -> Problem:
     q = [[0.0, 0.0, 0.0], [9.0, 4.0, 1.0], [0.2, 0.0, 0.05]]
     v = [[0.0, 0.0, 0.0], [-0.15, 0.3, 0.1], [0.0, 2.9, 0.3]]
     return Problem(
-        NBody([1.0, 0.5, mass]), q, v, name=f"third body of mass {mass:g}", units="G = 1",
+        NBody([1.0, 0.5, mass]),
+        q,
+        v,
+        name=f"third body of mass {mass:g}",
+        units="G = 1",
         parameters={"bodies": ("star", "other star", "third body")},
-    )  # fmt: skip
+    )
 
 
 THIRD_BODIES = {f"third_body_{mass:g}": mass for mass in (1e-3, 1e-6, 1e-9, 1e-12, 0.0)}

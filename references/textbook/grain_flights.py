@@ -127,9 +127,17 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
 
 
 SIGNATURE = types.void(
-    FUNCTION, ROW, types.float64, types.float64, ROWS, types.float64, types.float64,
-    types.UniTuple(types.float64, 2), types.Tuple((ROWS, ROW, ROW)), ROWS,
-)  # fmt: skip
+    FUNCTION,
+    ROW,
+    types.float64,
+    types.float64,
+    ROWS,
+    types.float64,
+    types.float64,
+    types.UniTuple(types.float64, 2),
+    types.Tuple((ROWS, ROW, ROW)),
+    ROWS,
+)
 
 
 @cache
@@ -151,9 +159,16 @@ class Landings(NamedTuple):
 
 
 def landings(
-    problem: Problem, q0: Array, v0: Array, t0: Array, until: float, *,
-    restitution: float | None = None, slowest: float = 0.05, tolerance: float = TIGHT,
-) -> Landings:  # fmt: skip
+    problem: Problem,
+    q0: Array,
+    v0: Array,
+    t0: Array,
+    until: float,
+    *,
+    restitution: float | None = None,
+    slowest: float = 0.05,
+    tolerance: float = TIGHT,
+) -> Landings:
     """The flights of n grains of a `galvi.problems.brownout` from (q0, v0) (n, 3) at t0 (n,).
 
     Parameters
@@ -176,9 +191,17 @@ def landings(
     e = -1.0 if restitution is None else float(restitution)
     gravity = -float(problem.system.potential.force[2]) / mass
     compiled()(
-        drag.function, drag.numbers, 1.0 / mass, gravity, starts, until, tolerance, (e, slowest),
-        dop853_tableau(), ends,
-    )  # fmt: skip
+        drag.function,
+        drag.numbers,
+        1.0 / mass,
+        gravity,
+        starts,
+        until,
+        tolerance,
+        (e, slowest),
+        dop853_tableau(),
+        ends,
+    )
     if np.any(ends[:, 7] < 0.0):
         raise RuntimeError(
             f"{int(np.sum(ends[:, 7] < 0.0))} grains have no end by DOP853: the steps became too "

@@ -111,9 +111,16 @@ def _accepted(stalled: list[int]) -> str:
 
 
 def _solve(
-    force: Function, slope: Function, q: Array, v: Array, a: Array, t: float, h: float,
-    tolerance: float, limit: int,
-) -> tuple[Array, int, bool]:  # fmt: skip
+    force: Function,
+    slope: Function,
+    q: Array,
+    v: Array,
+    a: Array,
+    t: float,
+    h: float,
+    tolerance: float,
+    limit: int,
+) -> tuple[Array, int, bool]:
     """Newton's last iterate for the configuration at the time t, its number, and its success."""
     drifted = q + h * v
     size = np.max(np.abs(q)) + abs(h) * np.max(np.abs(v))

@@ -35,10 +35,17 @@ from references.setting import described
 
 MATRIX, WHOLE, REAL = types.float64[:, ::1], types.int64, types.float64
 SIGNATURE = types.UniTuple(WHOLE, 2)(
-    types.Tuple((MATRIX, VECTOR, VECTOR, VECTOR, types.boolean)), FUNCTION, VECTOR, MATRIX,
-    types.UniTuple(VECTOR, 2), types.Tuple((MATRIX, VECTOR, VECTOR)), REAL, REAL,
-    types.UniTuple(WHOLE, 4), types.UniTuple(MATRIX, 2),
-)  # fmt: skip
+    types.Tuple((MATRIX, VECTOR, VECTOR, VECTOR, types.boolean)),
+    FUNCTION,
+    VECTOR,
+    MATRIX,
+    types.UniTuple(VECTOR, 2),
+    types.Tuple((MATRIX, VECTOR, VECTOR)),
+    REAL,
+    REAL,
+    types.UniTuple(WHOLE, 4),
+    types.UniTuple(MATRIX, 2),
+)
 
 
 @njit(_nrt=False, **OPTIONS)
@@ -195,9 +202,15 @@ class Nystrom:
             last = min(done + CHUNK, steps.count)
             with np.errstate(all="ignore"):  # the loop looks for non-finite states itself
                 failed, more = go(
-                    tableau, *moving, state, scratch, problem.t0, steps.step,
-                    (done, last, steps.count, every), tuple(saved),
-                )  # fmt: skip
+                    tableau,
+                    *moving,
+                    state,
+                    scratch,
+                    problem.t0,
+                    steps.step,
+                    (done, last, steps.count, every),
+                    tuple(saved),
+                )
             evaluations += more
             done = failed - 1 if failed else last
         return as_trajectory(

@@ -334,11 +334,14 @@ class QuaternionDOP853:
             times,
             q,
             p=p,
-            counts={"steps": steps, "rejected_steps": tries - steps,
-                    "force_evaluations": 11 * tries + steps + 1},
+            counts={
+                "steps": steps,
+                "rejected_steps": tries - steps,
+                "force_evaluations": 11 * tries + steps + 1,
+            },
             failure=failure,
             notes=[] if "tolerance" in setting else [LOOSE],
-        )  # fmt: skip
+        )
 
 
 def _stuck(t: float) -> str:

@@ -90,8 +90,11 @@ def _show_table(table: pd.DataFrame, red: Collection[int] = ()) -> None:
     for k in red:
         lines[k] = [*lines[k][:-1], typer.style(lines[k][-1], fg="red", bold=True)]
     text = tabulate(
-        lines, [*table], tablefmt="plain", disable_numparse=True,
+        lines,
+        [*table],
+        tablefmt="plain",
+        disable_numparse=True,
         colalign=["right" if name in NUMBERS else "left" for name in table] if lines else None,
         maxcolwidths=[WIDTHS.get(name) for name in table],
-    )  # fmt: skip
+    )
     typer.echo(text, color=False if os.environ.get("NO_COLOR") else None)

@@ -156,9 +156,11 @@ def _matching(claims: Sequence[Claim], expression: str) -> list[Claim]:
     matching = [
         claim
         for claim in claims
-        if any(compiled.evaluate(lambda word, text=text: word.lower() in text)
-               for text in _texts(claim))
-    ]  # fmt: skip
+        if any(
+            compiled.evaluate(lambda word, text=text: word.lower() in text)
+            for text in _texts(claim)
+        )
+    ]
     if not matching:
         raise typer.BadParameter(
             f"-k {expression} leaves no check; it takes words of names, ids and sources."

@@ -67,10 +67,14 @@ def parallel(processes: int, **options: Any) -> Parallel:
     this one."""
     warnings.filterwarnings("ignore", "A worker stopped while some jobs")  # loky starts another
     return Parallel(
-        processes, backend="loky", max_nbytes=None, inner_max_num_threads=1, initializer=_begin,
+        processes,
+        backend="loky",
+        max_nbytes=None,
+        inner_max_num_threads=1,
+        initializer=_begin,
         initargs=(os.getpid(),),
         **options,
-    )  # fmt: skip
+    )
 
 
 def _timed(

@@ -159,9 +159,16 @@ def track_performance(
         return _show_history(suite, options_of(context, suite, out))
     folder, provenance = output_folder(out), suite.provenance(context.obj.command)
     return track_command(
-        folder, provenance, against, only or [], quick, isolate, contender or [], timeout,
+        folder,
+        provenance,
+        against,
+        only or [],
+        quick,
+        isolate,
+        contender or [],
+        timeout,
         Thresholds(slower / 100.0, less_accurate / 100.0),
-    )  # fmt: skip
+    )
 
 
 def _show_history(suite: Suite, options: Options) -> int:
@@ -206,9 +213,18 @@ def judge_model(
     from reports.cli.judge import REFUSALS, judgement_of, report_judgement
 
     asked = JudgeRequest(
-        duration, error, own or {}, snapshot, ignore or (), key, qpos, qvel, ctrl, quick,
+        duration,
+        error,
+        own or {},
+        snapshot,
+        ignore or (),
+        key,
+        qpos,
+        qvel,
+        ctrl,
+        quick,
         extras=extras,
-    )  # fmt: skip
+    )
     if request is not None:
         asked = JudgeRequest.from_json(request.read_text(encoding="utf-8"))
     command, called = context.obj.command, context.obj.called

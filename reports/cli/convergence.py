@@ -94,11 +94,15 @@ def order_table(request: ConvergenceRequest, timeout: float | None, command: str
 def write_json(table: OrderTable, out: Path) -> int:
     """What `galvi.convergence` reads: the columns, and `attrs` of the frame."""
     data = {
-        "problem": table.problem.name, "duration": table.duration,
-        "truth": table.truth.description, "truth_error": table.truth.error, "rule": RULE,
-        "remarks": rows.remarks(table.frame), "faults": table.faults,
+        "problem": table.problem.name,
+        "duration": table.duration,
+        "truth": table.truth.description,
+        "truth_error": table.truth.error,
+        "rule": RULE,
+        "remarks": rows.remarks(table.frame),
+        "faults": table.faults,
         "table": table.frame.to_dict("list"),
-    }  # fmt: skip
+    }
     write(out / f"{COMMAND}.json", json.dumps(data) + "\n")
     return 0
 
@@ -115,10 +119,13 @@ def write_results(table: OrderTable, out: Path) -> int:
 def _figures(table: OrderTable, folder: Path) -> list[Path]:
     """The figure in the width of a page and of a column; none where no run has an error."""
     figure = Figure(
-        COMMAND, caption(table, "Errors of methods"), orders,
-        options={"ylabel": "error of the state at the end"}, size=(6.9, 3.4),
+        COMMAND,
+        caption(table, "Errors of methods"),
+        orders,
+        options={"ylabel": "error of the state at the end"},
+        size=(6.9, 3.4),
         caption="Filled points are in the fit of the order, or resolved by the truth.",
-    )  # fmt: skip
+    )
     files: list[Path] = []
     for name, width in ((COMMAND, "page"), (f"{COMMAND}-column", "column")):
         for form in PICTURES:

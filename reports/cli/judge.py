@@ -68,8 +68,9 @@ def _show_first(judgement: Judgement) -> None:
         f"judge: First answer: {' '.join(own_run(judgement))} The truth is "
         f"{judgement.source.label}, not yet compared with another source. Still to come: other "
         "sources of the truth, neighbouring starts, other integrators.",
-        file=sys.stderr, flush=True,
-    )  # fmt: skip
+        file=sys.stderr,
+        flush=True,
+    )
 
 
 def report_judgement(

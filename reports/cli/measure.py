@@ -155,9 +155,15 @@ def build_all(
         raise typer.BadParameter("--tutorials requires --kept.")
     with joined(known, contender or (), timeout) as suite:
         options = options_of(
-            context, suite, out, claims, require, quick=quick, contenders=tuple(contender or ()),
+            context,
+            suite,
+            out,
+            claims,
+            require,
+            quick=quick,
+            contenders=tuple(contender or ()),
             anew=anew,
-        )  # fmt: skip
+        )
         verified, comparison, sections = build(suite, options, single)
         of_sections = [section.failure for section in sections]
         failures = [*comparison.failures, *of_sections, *suite.faults()]

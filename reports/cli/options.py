@@ -55,32 +55,40 @@ Quick = Annotated[bool, typer.Option("--quick", help="Fewer and shorter runs.")]
 Claims = Annotated[
     Any,
     typer.Option(
-        "--claims", metavar="V3,V5", parser=words,
+        "--claims",
+        metavar="V3,V5",
+        parser=words,
         help='Check only these claims, or those about a place in a paper, as "H fig. 3.5"; '
         '"contenders" stands for the claims of the external integrators.',
     ),
-]  # fmt: skip
+]
 Require = Annotated[
     Any,
     typer.Option(
-        "--require", metavar="rebound,mujoco", parser=words,
+        "--require",
+        metavar="rebound,mujoco",
+        parser=words,
         help="Engines whose absence is a failure.",
     ),
-]  # fmt: skip
+]
 Contenders = Annotated[
     list[str] | None,
     typer.Option(
-        "--contender", metavar="package.module:Class",
+        "--contender",
+        metavar="package.module:Class",
         help="An external integrator to include; may be repeated.",
     ),
-]  # fmt: skip
+]
 Timeout = Annotated[
     float | None,
     typer.Option(
-        "--timeout", metavar="SECONDS", min=0.1, max=LONGEST_TIMEOUT,
+        "--timeout",
+        metavar="SECONDS",
+        min=0.1,
+        max=LONGEST_TIMEOUT,
         help="Time limit for one run of an external integrator.",
     ),
-]  # fmt: skip
+]
 Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="Output folder.")]
 
 
@@ -107,9 +115,13 @@ def options_of(
     for engine in engines:
         check_known("engine", engine, suite.engines())
     return Options(
-        claims=chosen, require=engines, out=output_folder(out), command=context.obj.command,
-        called=context.obj.called, **more,
-    )  # fmt: skip
+        claims=chosen,
+        require=engines,
+        out=output_folder(out),
+        command=context.obj.command,
+        called=context.obj.called,
+        **more,
+    )
 
 
 def output_folder(out: Path, option: str = "--out") -> Path:

@@ -15,20 +15,33 @@ from references.setting import nearest
 FILE, TABLE = "pyproject.toml", "[tool.galvi]"
 CONTENDERS_CLAIMS = "contenders"  # in --claims: those of all external integrators
 KINDS: Mapping[str, type] = {
-    "contenders": list, "problems": list, "claims": list, "require": list, "timeout": float,
-    "fail-under": float, "slower": float, "less-accurate": float, "quick": bool, "out": str,
-}  # fmt: skip
+    "contenders": list,
+    "problems": list,
+    "claims": list,
+    "require": list,
+    "timeout": float,
+    "fail-under": float,
+    "slower": float,
+    "less-accurate": float,
+    "quick": bool,
+    "out": str,
+}
 EXPECTED = {
-    list: "a list of one or more texts", float: "a number", bool: "true or false", str: "a text",
-}  # fmt: skip
+    list: "a list of one or more texts",
+    float: "a number",
+    bool: "true or false",
+    str: "a text",
+}
 PARAMETERS = {"contenders": "contender", "problems": "problem"}  # of commands, else as the key
 WORDS = ("claims", "require")  # on the command line words with commas
 COMMANDS = ("verify", "compare", "build", "track")  # that take all of their defaults from the table
 FOLDERS = {  # command -> its folder in the output folder
     **dict.fromkeys((*COMMANDS, "studies", "export", "merge", "readme"), ""),
-    "judge": "judge", "versions": "versions", "tolerance": "tolerance",
+    "judge": "judge",
+    "versions": "versions",
+    "tolerance": "tolerance",
     "convergence": "convergence",
-}  # fmt: skip
+}
 
 
 def defaults(here: Path) -> dict[str, dict[str, Any]]:

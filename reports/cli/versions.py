@@ -45,11 +45,17 @@ def report_versions(versions: Versions, file: str, out: Path, command: str) -> i
     facts, run = provenance(command), versions.run
     summary = list(sentences(versions))
     contents = {
-        "model": file, "engine": run.package, "integrator": label(run), "step": run.step,
-        "duration": run.duration, "summary": summary, "changes": changes(versions),
+        "model": file,
+        "engine": run.package,
+        "integrator": label(run),
+        "step": run.step,
+        "duration": run.duration,
+        "summary": summary,
+        "changes": changes(versions),
         "truth": truth_facts(versions),
-        "releases": rows(versions), "provenance": facts,
-    }  # fmt: skip
+        "releases": rows(versions),
+        "provenance": facts,
+    }
     files = write_versions(versions, out, facts)
     files.append(write(out / f"{COMMAND}.json", json.dumps(plain(contents), indent=1) + "\n"))
     for sentence in summary:

@@ -11,9 +11,16 @@ from matplotlib.figure import Figure as Canvas
 
 MOST = 8  # entries of the legend that are listed
 SIGNS = {
-    r"\pi": "pi", r"\infty": "infinity", r"\leq": "<=", r"\geq": ">=", r"\times": "x",
-    r"\cdot": "*", r"\,": "", r"\mu": "mu", r"\pm": "±",
-}  # fmt: skip
+    r"\pi": "pi",
+    r"\infty": "infinity",
+    r"\leq": "<=",
+    r"\geq": ">=",
+    r"\times": "x",
+    r"\cdot": "*",
+    r"\,": "",
+    r"\mu": "mu",
+    r"\pm": "±",
+}
 
 
 def describe(canvas: Canvas) -> str:
@@ -21,11 +28,13 @@ def describe(canvas: Canvas) -> str:
     panels = [sentence for axes in canvas.axes if (sentence := _panel(axes))]
     entries = [plain(text.get_text()) for drawn in canvas.legends for text in drawn.get_texts()]
     more = f"; and {len(entries) - MOST} more" if len(entries) > MOST else ""
-    return " ".join([
-        *([f"{len(canvas.axes)} panels."] if len(canvas.axes) > 1 else []),
-        *panels,
-        *([f"Legend: {'; '.join(entries[:MOST])}{more}."] if entries else []),
-    ])  # fmt: skip
+    return " ".join(
+        [
+            *([f"{len(canvas.axes)} panels."] if len(canvas.axes) > 1 else []),
+            *panels,
+            *([f"Legend: {'; '.join(entries[:MOST])}{more}."] if entries else []),
+        ]
+    )
 
 
 def plain(text: str) -> str:

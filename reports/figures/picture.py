@@ -28,9 +28,15 @@ NARROW = 3.75  # inches, on a telephone of 400 pixels with its margins
 WIDTHS = {"column": 3.3, "page": 6.9}  # inches
 PRINTED = {"pdf.fonttype": 42, "savefig.dpi": 300}
 SMALL = {
-    "font.size": 7.0, "axes.titlesize": 7.5, "axes.labelsize": 7.0, "xtick.labelsize": 6.5,
-    "ytick.labelsize": 6.5, "legend.fontsize": 6.5, "lines.markersize": 3.0, "lines.linewidth": 1.1,
-}  # fmt: skip
+    "font.size": 7.0,
+    "axes.titlesize": 7.5,
+    "axes.labelsize": 7.0,
+    "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5,
+    "legend.fontsize": 6.5,
+    "lines.markersize": 3.0,
+    "lines.linewidth": 1.1,
+}
 
 
 @dataclass(frozen=True)

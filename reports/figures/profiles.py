@@ -45,9 +45,15 @@ def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> Non
                 profile(table[table["code"] == name][value], bounds.tolist())
             ).T
             panel.fill_between(bounds, low, high, step="post", color=color, alpha=0.1, lw=0.0)
-            panel.plot(bounds, middle, drawstyle="steps-post", color=color,
-                       linestyle=identity(name).dash, linewidth=2.2 if name == OURS else 1.3,
-                       label=f"{name} (of {problems})")  # fmt: skip
+            panel.plot(
+                bounds,
+                middle,
+                drawstyle="steps-post",
+                color=color,
+                linestyle=identity(name).dash,
+                linewidth=2.2 if name == OURS else 1.3,
+                label=f"{name} (of {problems})",
+            )
 
 
 def drawn(counts: pd.Series) -> list[str]:

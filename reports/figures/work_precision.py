@@ -30,8 +30,9 @@ def work_precision(axes: Axes, frame: pd.DataFrame, *, ylabel: str) -> None:
     contender_legend(axes, names)
     for _, truth in frame[frame["is_truth"] & (frame["seconds"] > 0)].iterrows():
         color = identity(truth["contender"]).color
-        line = axes.axvline(truth["seconds"], color=color, linestyle=(0, (1, 2)), linewidth=0.9,
-                            zorder=1)  # fmt: skip
+        line = axes.axvline(
+            truth["seconds"], color=color, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1
+        )
         legend(axes, [line], [f"truth: {truth['settings']}"])
 
 
@@ -54,15 +55,27 @@ def plot_front(axes: Axes, runs: pd.DataFrame, name: str, **line: Any) -> None:
     axes.hlines(runs["error"], low, high, color=style["color"], linewidth=0.9, alpha=0.8)
     bounds = runs[runs["error_is_bound"]]
     axes.errorbar(
-        bounds["seconds"], bounds["error"], yerr=0.7 * bounds["error"], uplims=True, fmt="o",
-        color=style["color"], mfc="white", markersize=5.0, elinewidth=1.0, zorder=4,
-    )  # fmt: skip
+        bounds["seconds"],
+        bounds["error"],
+        yerr=0.7 * bounds["error"],
+        uplims=True,
+        fmt="o",
+        color=style["color"],
+        mfc="white",
+        markersize=5.0,
+        elinewidth=1.0,
+        zorder=4,
+    )
 
 
 def headline(
-    axes: Axes, frame: pd.DataFrame, *, panels: Mapping[str, str], shown: Mapping[str, str],
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    panels: Mapping[str, str],
+    shown: Mapping[str, str],
     marked: tuple[str, float, str] | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """A panel for each problem (name -> title), with a common axis of errors and one legend.
 
     Parameters
@@ -73,8 +86,10 @@ def headline(
         (contender, step, label): a circle on its line where that step would be
     """
     runs = frame[frame["problem"].isin(panels)]
-    lines = [runs[runs["contender"].str.startswith(begins)].assign(contender=label)
-             for label, begins in shown.items()]  # fmt: skip
+    lines = [
+        runs[runs["contender"].str.startswith(begins)].assign(contender=label)
+        for label, begins in shown.items()
+    ]
     fronts = front(pd.concat(lines, ignore_index=True))
     if fronts.empty:
         raise NoData("its problems were not compared.")

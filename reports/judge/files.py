@@ -46,16 +46,25 @@ def as_json(judgement: Judgement) -> dict[str, Any]:
     """The findings as plain values; null for what is not a finite number."""
     fields = ("passed", "truth_agreement", "trusted_until", "engines", "notes", "own", "own_errors",
               "parts", "table", "recommended", "encounters", "horizons")  # fmt: skip
-    return plain({
-        "model": judgement.problem.name,
-        "duration": judgement.duration,
-        "error": judgement.error,
-        "truth": judgement.source.label,
-        **{name: getattr(judgement, name) for name in fields},
-        "sources": [{"source": one.source.label, "largest": one.largest, "until": one.t[-1],
-                     "stopped": one.stopped} for one in judgement.agreements],
-        "summary": sentences(judgement),
-    })  # fmt: skip
+    return plain(
+        {
+            "model": judgement.problem.name,
+            "duration": judgement.duration,
+            "error": judgement.error,
+            "truth": judgement.source.label,
+            **{name: getattr(judgement, name) for name in fields},
+            "sources": [
+                {
+                    "source": one.source.label,
+                    "largest": one.largest,
+                    "until": one.t[-1],
+                    "stopped": one.stopped,
+                }
+                for one in judgement.agreements
+            ],
+            "summary": sentences(judgement),
+        }
+    )
 
 
 def plain(value: Any) -> Any:
@@ -99,9 +108,11 @@ def rendered(judgement: Judgement, name: str, facts: Mapping[str, Any]) -> str:
 
 
 def table(
-    frame: pd.DataFrame, caption: str, formats: Mapping[str, Callable[[float], str]],
+    frame: pd.DataFrame,
+    caption: str,
+    formats: Mapping[str, Callable[[float], str]],
     **headings: str,
-) -> Markup:  # fmt: skip
+) -> Markup:
     """The columns as HTML, the heading of each that is not named its own name in words."""
     names = {column: headings.get(column, column.replace("_", " ")) for column in frame}
     text, kinds = readable_table(frame, names, formats)
@@ -144,11 +155,17 @@ def junit_suites(
     )
     at = path_in_repository(str(path)), 0
     cases = [
-        replace(case, defined_at=at, properties=(
-            ("measured", f"{plain_number(measured)}{length}" if known(measured) else "nothing"),
-            ("bound", f"at most {plain_number(most)}{length}" if known(most) else "none"),
-            ("verdict", case.outcome), ("source", engines), ("reason", case.details),
-        ))
+        replace(
+            case,
+            defined_at=at,
+            properties=(
+                ("measured", f"{plain_number(measured)}{length}" if known(measured) else "nothing"),
+                ("bound", f"at most {plain_number(most)}{length}" if known(most) else "none"),
+                ("verdict", case.outcome),
+                ("source", engines),
+                ("reason", case.details),
+            ),
+        )
         for case, measured, most, engines in numbers
-    ]  # fmt: skip
+    ]
     return {file: cases}

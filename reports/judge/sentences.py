@@ -80,8 +80,9 @@ def truth(judgement: Judgement) -> str:
     result = [f"The truth is {judgement.source.label}; runs of galvi are never the truth."]
     others = "; with ".join(
         f"{one.source.label}, to {_extent(judgement, one)}"
-        for one in agreeing if not one.source.opinion
-    )  # fmt: skip
+        for one in agreeing
+        if not one.source.opinion
+    )
     result += [f"It agrees with {others}."] if others else []
     for one in judgement.agreements:
         if one.source.opinion or one in agreeing:
@@ -93,8 +94,9 @@ def truth(judgement: Judgement) -> str:
         )
     result += [
         f"{one.source.label} agrees too, to {_extent(judgement, one)}."
-        for one in agreeing if one.source.opinion and not one.stopped
-    ]  # fmt: skip
+        for one in agreeing
+        if one.source.opinion and not one.stopped
+    ]
     if len(judgement.engines) == 1:
         how = f": {judgement.more}" if judgement.more else ""
         result.append(f"All of it rests on one engine, {judgement.engines[0]}{how}.")

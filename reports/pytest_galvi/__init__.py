@@ -27,17 +27,26 @@ def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginMa
     getattr(hook, "_must_rewrite", set()).discard("galvi")
     group = parser.getgroup("galvi", "checks of an integrator by galvi")
     group.addoption(
-        "--galvi", action="append", default=[], metavar="package.module:Class",
+        "--galvi",
+        action="append",
+        default=[],
+        metavar="package.module:Class",
         help="An integrator, each check of which becomes a test item; may be repeated.",
-    )  # fmt: skip
+    )
     group.addoption(
-        "--galvi-problem", action="append", default=[], metavar="package.module:function",
+        "--galvi-problem",
+        action="append",
+        default=[],
+        metavar="package.module:function",
         help="A problem to check it on, in place of galvi's; may be repeated.",
-    )  # fmt: skip
+    )
     group.addoption(
-        "--galvi-timeout", type=float, default=60.0, metavar="SECONDS",
+        "--galvi-timeout",
+        type=float,
+        default=60.0,
+        metavar="SECONDS",
         help="Longest time of one run of an integrator (default: 60).",
-    )  # fmt: skip
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -71,9 +71,14 @@ class OtherProcess:
         self.printed = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115
         environment = {key: value for key, value in os.environ.items() if key != "PYTHONWARNINGS"}
         self.process = subprocess.Popen(
-            [sys.executable, "-P", "-c", PROGRAM], cwd=self.folder, env=environment,
-            encoding="utf-8", stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.printed,
-        )  # fmt: skip
+            [sys.executable, "-P", "-c", PROGRAM],
+            cwd=self.folder,
+            env=environment,
+            encoding="utf-8",
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self.printed,
+        )
         return self.process
 
     def close(self) -> None:

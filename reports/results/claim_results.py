@@ -47,10 +47,15 @@ class ClaimResult:
 def claim_studies(claims: Iterable[Claim], quick: bool) -> list[Study]:
     """The studies of these claims; their results are named by the ids."""
     return [
-        Study(claim.id, claim.id, claim.title, partial(claim.study, galvi.Galerkin, quick),
-              claim.timed)
+        Study(
+            claim.id,
+            claim.id,
+            claim.title,
+            partial(claim.study, galvi.Galerkin, quick),
+            claim.timed,
+        )
         for claim in claims
-    ]  # fmt: skip
+    ]
 
 
 def check(
@@ -110,8 +115,13 @@ def _spoiled(claim: Claim, error: Exception) -> tuple[Row, ...]:
     absent = error.name or "" if isinstance(error, EngineMissing) else ""
     return tuple(
         replace(
-            row, measured=None, uncertainty=None, verdict=NOT_RUN, reason=why, absent=absent,
+            row,
+            measured=None,
+            uncertainty=None,
+            verdict=NOT_RUN,
+            reason=why,
+            absent=absent,
             expected=NOT_RUN if absent else row.expected,
         )
         for row in rows or [Row(claim.id, claim.title, expected="")]
-    )  # fmt: skip
+    )

@@ -53,15 +53,17 @@ def write_metrics(folder: Path, prefix: str, metrics: Iterable[Metric]) -> None:
 
 def benchmark_action(metrics: Sequence[Metric]) -> str:
     """A list of name, unit, value and, where there is a spread, range."""
-    return _as_json([
-        {
-            "name": f"{visible(metric.benchmark)}: {visible(metric.measure)}",
-            "unit": metric.unit,
-            "value": metric.value,
-            **({"range": f"± {metric.spread:.2g}"} if metric.spread else {}),
-        }
-        for metric in metrics
-    ])  # fmt: skip
+    return _as_json(
+        [
+            {
+                "name": f"{visible(metric.benchmark)}: {visible(metric.measure)}",
+                "unit": metric.unit,
+                "value": metric.value,
+                **({"range": f"± {metric.spread:.2g}"} if metric.spread else {}),
+            }
+            for metric in metrics
+        ]
+    )
 
 
 def bencher(metrics: Sequence[Metric]) -> str:
@@ -78,13 +80,21 @@ def bencher(metrics: Sequence[Metric]) -> str:
 def row_metrics(rows: Iterable[Row]) -> list[Metric]:
     """The measured numbers of rows of claims that are bounded from above, or are errors."""
     return [
-        Metric(f"{row.id}: {row.quantity}", "measured", float(row.measured), "",
-               float(row.uncertainty or 0.0))
+        Metric(
+            f"{row.id}: {row.quantity}",
+            "measured",
+            float(row.measured),
+            "",
+            float(row.uncertainty or 0.0),
+        )
         for row in rows
-        if row.measured is not None and row.verdict != NOT_RUN
-        and (row.bound.startswith(UPPER_BOUNDS)
-             or (row.bound == "none" and row.quantity.startswith(SMALL)))
-    ]  # fmt: skip
+        if row.measured is not None
+        and row.verdict != NOT_RUN
+        and (
+            row.bound.startswith(UPPER_BOUNDS)
+            or (row.bound == "none" and row.quantity.startswith(SMALL))
+        )
+    ]
 
 
 def _as_json(content: object) -> str:

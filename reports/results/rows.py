@@ -55,9 +55,12 @@ def read_marked(path: Path, needed: str, origin: Mapping[str, str]) -> pd.DataFr
 
 
 def merged(
-    before: pd.DataFrame | None, now: pd.DataFrame, key: str, checked: Collection[str],
+    before: pd.DataFrame | None,
+    now: pd.DataFrame,
+    key: str,
+    checked: Collection[str],
     known: Collection[str],
-) -> pd.DataFrame:  # fmt: skip
+) -> pd.DataFrame:
     """The new rows, and the old rows of claims that were not checked, in the order of `known`.
 
     Rows of claims that no longer exist are dropped.

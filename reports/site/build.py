@@ -86,9 +86,16 @@ class SiteBuilder:
             with patch_docutils(str(self.source)), docutils_namespace(), warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 site = Sphinx(
-                    self.source, self.source, pages, self.source.parent / "doctrees", "html",
-                    self.settings(), status=None, warning=told, keep_going=True,
-                )  # fmt: skip
+                    self.source,
+                    self.source,
+                    pages,
+                    self.source.parent / "doctrees",
+                    "html",
+                    self.settings(),
+                    status=None,
+                    warning=told,
+                    keep_going=True,
+                )
                 site.build()
         finally:
             SHOWN.reset(token)

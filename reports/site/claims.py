@@ -158,9 +158,11 @@ def claim_groups(sections: Sequence[ClaimSection]) -> list[ClaimGroup]:
     """
     by_id = {section.claim.id: section for section in sections}
     documented = [
-        entry.id for document in all_documents() for part in document.parts
+        entry.id
+        for document in all_documents()
+        for part in document.parts
         for entry in part.sections
-    ]  # fmt: skip
+    ]
     complete = by_id.keys() >= set(documented)
     groups = []
     for document in all_documents():

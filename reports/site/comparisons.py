@@ -85,10 +85,15 @@ def _absent(
     ids = dict.fromkeys(row.id for row in rows if row.verdict == NOT_RUN and row.absent == package)
     missing += [f"rows of {', '.join(ids)}"] if ids else []
     listed = " and ".join(filter(None, (", ".join(missing[:-1]), missing[-1])))
-    reasons = [] if runs is None else [
-        status for contender, status in zip(runs["contender"], runs["status"], strict=True)
-        if is_run_by(name, contender) and status
-    ]  # fmt: skip
+    reasons = (
+        []
+        if runs is None
+        else [
+            status
+            for contender, status in zip(runs["contender"], runs["status"], strict=True)
+            if is_run_by(name, contender) and status
+        ]
+    )
     text = (
         f"{name} was not installed for this build: {listed} are missing, and "
         f"rankings exclude {name}."
@@ -152,8 +157,10 @@ def _by_size(errors: Mapping[str, float]) -> str:
     """The errors on each problem, by their size."""
     small, large = map(heading, LIMITS)
     groups: dict[str, list[str]] = {
-        f"Below {small}": [], f"Between {small} and {large}": [], f"Above {large}": [],
-    }  # fmt: skip
+        f"Below {small}": [],
+        f"Between {small} and {large}": [],
+        f"Above {large}": [],
+    }
     for name, error in errors.items():
         group = sum(error >= limit for limit in LIMITS)
         list(groups.values())[group].append(f"{name} ({readable(error, 2)})")

@@ -51,15 +51,26 @@ from reports.tables.targets_table import summary as targets_summary
 
 DOCS = ROOT / "docs"
 RESULTS = "results"  # folder of these pages
-PAGES = ("index", "comparisons", "claims", "statements", "studies", "history", "reproduce",
-         "provenance")  # fmt: skip
+PAGES = (
+    "index",
+    "comparisons",
+    "claims",
+    "statements",
+    "studies",
+    "history",
+    "reproduce",
+    "provenance",
+)
 SMALL = 1e-4  # relative uncertainty below which a number is not shown to its digits
 MANY = 1e5  # counts below this are shown in full
 MARKDOWN = re.compile(r"([\\`*_{}\[\]<>$|#~&])")
 FIGURES = "figures"
 SETTINGS = {  # of docutils; lines are as long as the pictures in them
-    "doctitle_xform": False, "raw_enabled": True, "line_length_limit": 10**9, "halt_level": 3,
-}  # fmt: skip
+    "doctitle_xform": False,
+    "raw_enabled": True,
+    "line_length_limit": 10**9,
+    "halt_level": 3,
+}
 
 
 def page(name: str, report: Report, single: bool = False) -> str:
@@ -119,10 +130,18 @@ def _environment() -> Environment:
     )  # fmt: skip
     environment.globals.update({function.__name__: function for function in functions})
     environment.globals.update(
-        EFFECTS=EFFECTS, HEADLINES=HEADLINES, PROFILES=PROFILES, STOPS=STOPS, TARGETS_TEXT=TEXT,
-        VERDICTS=VERDICTS, list=list, targets_summary=targets_summary, stored_truths=truths,
-        truth_headings=HEADINGS, frame=pd.DataFrame,
-    )  # fmt: skip
+        EFFECTS=EFFECTS,
+        HEADLINES=HEADLINES,
+        PROFILES=PROFILES,
+        STOPS=STOPS,
+        TARGETS_TEXT=TEXT,
+        VERDICTS=VERDICTS,
+        list=list,
+        targets_summary=targets_summary,
+        stored_truths=truths,
+        truth_headings=HEADINGS,
+        frame=pd.DataFrame,
+    )
     environment.tests.update(known=known)
     return environment
 
@@ -170,9 +189,11 @@ def single_file(report: Report) -> str:
     bodies = []
     for name in PAGES:
         parts = publish_parts(
-            page(f"{RESULTS}/{name}", report, single=True), parser=Parser(), writer="html5",
+            page(f"{RESULTS}/{name}", report, single=True),
+            parser=Parser(),
+            writer="html5",
             settings_overrides=SETTINGS,
-        )  # fmt: skip
+        )
         bodies.append((name, Markup(parts["body"])))
     folder = DOCS / "_static"
     return (

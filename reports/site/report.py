@@ -134,9 +134,11 @@ class Report:
     def statuses(self) -> pd.DataFrame:
         """How many statements of each paper have each status."""
         pairs = pd.DataFrame(
-            {"status": [one.status for one in self.statements],
-             "paper": [one.where[0] for one in self.statements]}
-        )  # fmt: skip
+            {
+                "status": [one.status for one in self.statements],
+                "paper": [one.where[0] for one in self.statements],
+            }
+        )
         counts = pd.crosstab(pairs["status"], pairs["paper"])
         ordered = [status for status in STATUSES if status in counts.index]
         return counts.reindex(index=ordered, columns=list(PAPERS), fill_value=0).reset_index()

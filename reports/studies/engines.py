@@ -61,13 +61,16 @@ def trees_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
         rows = frame[(frame["problem"] == problem) & (frame["contender"] == contender)]
         fine = rows.iloc[-1]
         step = (ASKED / fit.coefficient) ** (1.0 / fit.rate) if fit.points else math.nan
-        lines.append(rows.iloc[0].to_dict() | {
-            "measured": with_uncertainty(fit.rate, fit.uncertainty),
-            "fine_step": fine["step"],
-            "fine_error": fine["error"],
-            "seconds_per_step": fine["seconds_per_step"],
-            "time_to_error": fine["seconds_per_step"] * fine["step"] * fine["steps"] / step,
-        })  # fmt: skip
+        lines.append(
+            rows.iloc[0].to_dict()
+            | {
+                "measured": with_uncertainty(fit.rate, fit.uncertainty),
+                "fine_step": fine["step"],
+                "fine_error": fine["error"],
+                "seconds_per_step": fine["seconds_per_step"],
+                "time_to_error": fine["seconds_per_step"] * fine["step"] * fine["steps"] / step,
+            }
+        )
     return readable_table(pd.DataFrame(lines), TREE_COLUMNS, TREE_FORMATS)
 
 

@@ -45,9 +45,10 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
         look, label = identity(about["contender"]), f"{about['contender']}\n{about['settings']}"
         axes.plot(t, np.abs(errors).T, color=look.color, linewidth=0.4, alpha=0.13)
         axes.plot(t, rms(errors), markersize=3.5, zorder=3, label=label, **look.style)
-    times, sizes = (np.concatenate(parts) for parts in zip(
-        *((t, rms(errors)) for _, t, errors in resolved), strict=True
-    ))  # fmt: skip
+    times, sizes = (
+        np.concatenate(parts)
+        for parts in zip(*((t, rms(errors)) for _, t, errors in resolved), strict=True)
+    )
     ends = np.array([times.min(), times.max()])
     below = 0.5 * np.nanmin(sizes / np.sqrt(times))  # through the lowest first point
     guide = {"color": GUIDE, "linewidth": 1.0}
@@ -56,8 +57,13 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     if floor > 0.0:
         axes.axhline(floor, linestyle=DOTS, label="rounding of one state", **guide)
     top = max(np.nanmax(np.abs(errors)) for _, _, errors in resolved)
-    axes.set(xscale="log", yscale="log", ylim=(0.2 * np.nanmin(sizes), 2.0 * top),
-             xlabel="time [years]", ylabel="relative energy error, RMS [1]")  # fmt: skip
+    axes.set(
+        xscale="log",
+        yscale="log",
+        ylim=(0.2 * np.nanmin(sizes), 2.0 * top),
+        xlabel="time [years]",
+        ylabel="relative energy error, RMS [1]",
+    )
     decades(axes.xaxis)
     decades(axes.yaxis)
 
@@ -87,7 +93,8 @@ ROUND_OFF_FORMATS = {
 def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each ensemble, and the CSS classes of the columns."""
     lines = [
-        ensemble | {
+        ensemble
+        | {
             "runs": growth.runs,
             "final": growth.final,
             "exponent": with_uncertainty(growth.exponent, growth.uncertainty) or "not resolved",
@@ -95,7 +102,7 @@ def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
             "verdict": drift_text(growth),
         }
         for ensemble, growth in round_off.growths(frame)
-    ]  # fmt: skip
+    ]
     return readable_table(pd.DataFrame(lines), ROUND_OFF_COLUMNS, ROUND_OFF_FORMATS)
 
 

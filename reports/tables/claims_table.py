@@ -33,8 +33,17 @@ FITTED = (
     *("claim", "source", "study", "quantity", "n", "rate", "measured", "uncertainty", "claimed"),
     *("first", "last", "points"),
 )
-READ = ("id", "quantity", "claimed", "measured", "uncertainty", "slopes", "slack", "expected",
-        "verdict")  # fmt: skip
+READ = (
+    "id",
+    "quantity",
+    "claimed",
+    "measured",
+    "uncertainty",
+    "slopes",
+    "slack",
+    "expected",
+    "verdict",
+)
 
 
 def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:

@@ -99,9 +99,13 @@ def _table(columns: Sequence[_Column], rows: slice, caption: str, label: str) ->
     ]
     styler = cells.style.hide(axis="index")
     latex: str = styler.format_index(lambda k: columns[k].heading, axis="columns").to_latex(
-        column_format="".join(kinds), hrules=True, siunitx=True, caption=escape(caption) or None,
-        label=(label if caption else "") or None, environment="longtable" if longtable else "table",
-    )  # fmt: skip
+        column_format="".join(kinds),
+        hrules=True,
+        siunitx=True,
+        caption=escape(caption) or None,
+        label=(label if caption else "") or None,
+        environment="longtable" if longtable else "table",
+    )
     if texts:
         before, fitted = ("longtable", "xltabular") if longtable else ("tabular", "tabularx")
         latex = latex.replace(f"\\begin{{{before}}}", f"\\begin{{{fitted}}}{{\\linewidth}}")

@@ -47,14 +47,17 @@ class OrderTable:
             steps = f"{plain(used['h'].max())} to {plain(used['h'].min())}" if len(used) else ""
             lines.append(
                 {
-                    "method": method, "theory": rows["theory"].iloc[0],
+                    "method": method,
+                    "theory": rows["theory"].iloc[0],
                     "fitted": rows["fitted"].iloc[0],
-                    "fitted_se": rows["fitted_se"].iloc[0], "steps": steps, "points": len(used),
+                    "fitted_se": rows["fitted_se"].iloc[0],
+                    "steps": steps,
+                    "points": len(used),
                     "symmetry": used["symmetry"].max(),
                     "symplecticity": used["symplecticity"].max(),
                     "round-off": rows.loc[rows["note"] == ROUND_OFF, "error"].max(),
                 }
-            )  # fmt: skip
+            )
         return pd.DataFrame(lines)
 
 

@@ -45,9 +45,10 @@ def without_common(table: pd.DataFrame) -> tuple[pd.DataFrame, str]:
     """The table without the columns of commit and date that have one value, and a sentence with
     these values."""
     common = {
-        name: table[name].iloc[0] for name in ("date", "commit")
+        name: table[name].iloc[0]
+        for name in ("date", "commit")
         if name in table and len(table) and table[name].nunique(dropna=False) == 1
-    }  # fmt: skip
+    }
     parts = [f"{'at commit ' * (name == 'commit')}{text}" for name, text in common.items() if text]
     return table.drop(columns=list(common)), f"Measured {', '.join(parts)}." if parts else ""
 

@@ -160,8 +160,11 @@ def rows(tolerance: Tolerance) -> pd.DataFrame:
         line: dict[str, Any] = {"t": t}
         for name in QUANTITIES:
             bound = tolerance.bounds[name][k]
-            line |= {f"{name}_floor": bound.floor, f"{name}_factor": bound.factor,
-                     f"{name}_bound": bound.value}  # fmt: skip
+            line |= {
+                f"{name}_floor": bound.floor,
+                f"{name}_factor": bound.factor,
+                f"{name}_bound": bound.value,
+            }
         reasons = {name: tolerance.bounds[name][k].reason for name in QUANTITIES}
         line["without"] = "; ".join(f"{name}: {why}" for name, why in reasons.items() if why)
         lines.append(line)
@@ -174,18 +177,27 @@ def contents(tolerance: Tolerance) -> dict[str, Any]:
     run = tolerance.run
     states = [{"t": t, **_state(tolerance, k)} for k, t in enumerate(times(tolerance))]
     return {
-        "engine": run.package, "integrator": label(run), "step": run.step,
-        "duration": run.duration, "seed": tolerance.seed,
+        "engine": run.package,
+        "integrator": label(run),
+        "step": run.step,
+        "duration": run.duration,
+        "seed": tolerance.seed,
         "start": _rows(run, run.positions, run.velocities),
         "expected": states[tolerance.latest] if tolerance.latest >= 0 else None,
-        "states": states, "bounds": rows(tolerance),
+        "states": states,
+        "bounds": rows(tolerance),
         "compared": [
-            {"name": variant.name, "runs": len(variant.differences), "floors": variant.floors,
-             "failure": variant.failure, "in_bound": variant.is_rounding}
+            {
+                "name": variant.name,
+                "runs": len(variant.differences),
+                "floors": variant.floors,
+                "failure": variant.failure,
+                "in_bound": variant.is_rounding,
+            }
             for variant in tolerance.variants
         ],
         "paste": lines_to_paste(tolerance),
-    }  # fmt: skip
+    }
 
 
 def _state(tolerance: Tolerance, sample: int) -> dict[str, Any]:

@@ -20,8 +20,16 @@ from reports.tables.writing import write_table
 
 KINDS = {"mujoco": trees, "rebound": bodies}
 DIFFERENCES = {"positions": "position_difference", "velocities": "velocity_difference"}
-READ = ("release", "order", "energy_change", "acceleration_difference", "position_difference",
-        "velocity_difference", "error", "status")  # fmt: skip
+READ = (
+    "release",
+    "order",
+    "energy_change",
+    "acceleration_difference",
+    "position_difference",
+    "velocity_difference",
+    "error",
+    "status",
+)
 
 
 def label(run: OwnRun) -> str:
@@ -85,8 +93,11 @@ def _measured(versions: Versions) -> str:
     run = versions.run
     step = "steps of its own choice" if run.step is None else f"dt = {run.step:g}"
     measured = f"Measured on your run by {label(run)}, {step}, for {run.duration:g}{_second(run)}."
-    floors = [each.quantities["positions"].floors for each in versions.behaviours.values()
-              if each.quantities]  # fmt: skip
+    floors = [
+        each.quantities["positions"].floors
+        for each in versions.behaviours.values()
+        if each.quantities
+    ]
     if not floors:
         return measured
     first, last = (plain(FLOORS * max(each[k] for each in floors), 1) for k in (0, -1))
@@ -100,9 +111,11 @@ def _measured(versions: Versions) -> str:
 
 def _second(run: OwnRun) -> str:
     """The unit of time, with a space before it."""
-    return trees.UNITS["time"] if run.model is None else (
-        KINDS[run.package].unit(run.model.problem, "time")
-    )  # fmt: skip
+    return (
+        trees.UNITS["time"]
+        if run.model is None
+        else (KINDS[run.package].unit(run.model.problem, "time"))
+    )
 
 
 def _errors(versions: Versions) -> Iterator[str]:
@@ -124,18 +137,20 @@ def _errors(versions: Versions) -> Iterator[str]:
 def rows(versions: Versions) -> pd.DataFrame:
     """A line for each release: see docs/judge.md for the columns."""
     before = {step.later.version: step for step in versions.steps}
-    return pd.DataFrame([
-        _row(each, before.get(each.version), versions) for each in versions.behaviours.values()
-    ])  # fmt: skip
+    return pd.DataFrame(
+        [_row(each, before.get(each.version), versions) for each in versions.behaviours.values()]
+    )
 
 
 def _row(behaviour: Behaviour, step: Step | None, versions: Versions) -> dict[str, Any]:
     quantities = behaviour.quantities or {}
     line: dict[str, Any] = {
-        "release": f"{versions.run.package} {behaviour.version}", "order": behaviour.order,
-        "order_error": behaviour.order_error, "energy_change": behaviour.energy_change,
+        "release": f"{versions.run.package} {behaviour.version}",
+        "order": behaviour.order,
+        "order_error": behaviour.order_error,
+        "energy_change": behaviour.energy_change,
         "acceleration_difference": _from_newest(behaviour, versions.newest),
-    }  # fmt: skip
+    }
     sizes = {} if step is None else {each.quantity: each.size for each in step.differences}
     for quantity, column in DIFFERENCES.items():
         line[column] = sizes.get(quantity, math.nan)
@@ -170,10 +185,16 @@ def changes(versions: Versions) -> list[dict[str, Any]]:
             orders = {"before": step.earlier.order, "after": step.later.order}
             entries.append({**between, "quantity": "order", **orders})
         entries += [
-            {**between, "quantity": each.quantity, "size": each.size, "relative": each.relative,
-             "floors": each.floors}
-            for each in step.differences if each.is_change
-        ]  # fmt: skip
+            {
+                **between,
+                "quantity": each.quantity,
+                "size": each.size,
+                "relative": each.relative,
+                "floors": each.floors,
+            }
+            for each in step.differences
+            if each.is_change
+        ]
     return entries
 
 

@@ -25,9 +25,18 @@ from reports.tracking.outcome import Outcome
 
 PLACE = ("machine", "python", "numba", "numpy", "yardstick")  # times of others do not compare
 COLUMNS = (
-    "file", "date", "commit", "benchmark", "kind", "problem", "quantity", "value", *PLACE, "status",
+    "file",
+    "date",
+    "commit",
+    "benchmark",
+    "kind",
+    "problem",
+    "quantity",
+    "value",
+    *PLACE,
+    "status",
     "error_tolerance",
-)  # fmt: skip
+)
 TIME, SECONDS, YARDSTICK, ERROR = "time over yardstick", "seconds", "yardstick seconds", "error"
 FIRST = "first call [s]"  # of a benchmark, compiling or loading what is compiled
 START_UP = (FIRST, "import [s]", "cold start [s]", "memory [MiB]")
@@ -55,9 +64,15 @@ def store_bench(outcome: Outcome, head: Checkout, folder: Path) -> None:
 def _bench(finding: Finding, yardstick: float) -> Metadata:
     case, reached = finding.pair.case, finding.pair.reached["head"]
     fixture = SimpleNamespace(
-        name=finding.name, fullname=finding.name, group=None, param=None, params=None,
-        extra_info={}, cprofile_stats=None, has_error=False,
-    )  # fmt: skip
+        name=finding.name,
+        fullname=finding.name,
+        group=None,
+        param=None,
+        params=None,
+        extra_info={},
+        cprofile_stats=None,
+        has_error=False,
+    )
     annotate(
         fixture,
         problem=case.problem,

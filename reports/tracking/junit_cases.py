@@ -29,11 +29,13 @@ def as_junit(outcome: Outcome, cases: Sequence[JUnitCase], title: str) -> str:
 def junit_cases(outcome: Outcome) -> list[JUnitCase]:
     """A case for each benchmark and gate, and for the times of each integrator together."""
     cases = [
-        replace(_case(finding, gate, _compared(finding, gate), _measured(finding, gate)),
-                defined_at=finding.pair.case.defined_at)
+        replace(
+            _case(finding, gate, _compared(finding, gate), _measured(finding, gate)),
+            defined_at=finding.pair.case.defined_at,
+        )
         for finding in outcome.findings
         for gate in GATES
-    ]  # fmt: skip
+    ]
     benchmarks = [finding.pair.case for finding in outcome.findings]
     defined_at = {case.contender: case.defined_at for case in benchmarks}
     return cases + [

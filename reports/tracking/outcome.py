@@ -97,8 +97,9 @@ class Outcome:
                 f"{head} is not worse than {self.base} in {benchmarks}: no count, error, memory or "
                 f"time grew by more than is tolerated{self._power()}."
             ]
-        sentences += [f"{group.name}: {text}" for group in self.together
-                      for text in group.alarms.values()]  # fmt: skip
+        sentences += [
+            f"{group.name}: {text}" for group in self.together for text in group.alarms.values()
+        ]
         sentences += [
             f"{name} is new: {self.base} has no version that runs to compare it with."
             for name in self.new

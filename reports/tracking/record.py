@@ -110,8 +110,11 @@ def _place(key: tuple[str, ...], rows: pd.DataFrame, number: int) -> Place:
             for name, at in levels.items()
             for sentence in _sentences(series[name], at)
         ]
-        panels = [(name, series[name].to_numpy(), levels[name], name == ERROR)
-                  for name in PANELS if name in series]  # fmt: skip
+        panels = [
+            (name, series[name].to_numpy(), levels[name], name == ERROR)
+            for name in PANELS
+            if name in series
+        ]
         if panels and runs["kind"].iloc[-1] in PICTURED:
             figure = Figure(
                 name=slug(benchmark).replace("work-precision", "track")
@@ -148,9 +151,11 @@ def _sentences(values: pd.Series, changes: list[int]) -> Iterator[str]:
     bounds = [0, *changes, len(values)]
     for first, change, end in zip(bounds, bounds[1:], bounds[2:], strict=False):
         before, after = values.iloc[first:change].median(), values.iloc[change:end].median()
-        growth = f"{100 * (after / before - 1):+.1f} %" if before > 0 else (
-            f"{before:g} became {after:.3g}"
-        )  # fmt: skip
+        growth = (
+            f"{100 * (after / before - 1):+.1f} %"
+            if before > 0
+            else (f"{before:g} became {after:.3g}")
+        )
         yield f"{growth} near {values.index[change][BENCH.index('commit')]}"
 
 

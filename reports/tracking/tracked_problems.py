@@ -36,9 +36,18 @@ def tracked(
         the truth
     """
     return Case(
-        problem, TRAJECTORY, problem, 0, 0, duration, 1, truth, arguments or {},
-        truth_tolerance=tight, rounding=LEAST_ERROR * accuracy,
-    )  # fmt: skip
+        problem,
+        TRAJECTORY,
+        problem,
+        0,
+        0,
+        duration,
+        1,
+        truth,
+        arguments or {},
+        truth_tolerance=tight,
+        rounding=LEAST_ERROR * accuracy,
+    )
 
 
 # All start in motion, so that a reversed time shows.
@@ -51,9 +60,8 @@ PROBLEMS: tuple[Case, ...] = (
     tracked("outer_solar_system", 7305.0, "REBOUND IAS15", accuracy=100.0),
     tracked("free_rigid_body", 5.0, "free rigid body, closed form"),
     tracked("pendulum_3d", 5.0, "stored truth, rigid bodies", accuracy=10.0),
-    tracked("double_pendulum", 1.0, "SciPy DOP853, chains", {"rates": (0.5, -0.3)}, 1e-13,
-            30.0),
-)  # fmt: skip
+    tracked("double_pendulum", 1.0, "SciPy DOP853, chains", {"rates": (0.5, -0.3)}, 1e-13, 30.0),
+)
 FEWEST = 100  # steps of an integrator that offers no settings
 
 

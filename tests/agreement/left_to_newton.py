@@ -42,14 +42,22 @@ LEFT: dict[str, tuple[Any, galvi.Galerkin, float, int, bool]] = {
     "too long a step of a chain": (galvi.problems.double_pendulum, gauss(6), 0.25, 8, True),
     "a mass without a first pivot": (without_pivot, gauss(6), 0.05, 20, True),
     "coupled components of other degrees": (
-        galvi.problems.double_pendulum, COUPLED, 0.02, 5, False,
+        galvi.problems.double_pendulum,
+        COUPLED,
+        0.02,
+        5,
+        False,
     ),
     "too stiff a grain": (partial(galvi.problems.brownout, 3e-6), gauss(4), 0.05, 60, True),
     "too stiff a spring": (stiff_spring, gauss(4), 1.5, 40, False),
     "too long a step of functions": (PENDULUM, gauss(6), 0.9, 8, True),
     "too long a step of a body": (BODY, gauss(6), 2.0, 4, True),
     "a turn beyond the series of lanes": (
-        lambda: FREE, hall(14, galvi.Exponential()), 0.7, 20, True,
+        lambda: FREE,
+        hall(14, galvi.Exponential()),
+        0.7,
+        20,
+        True,
     ),
     "a whole period of a pair": (pair, gauss(6), 2.0 * np.pi, 6, False),
-}  # fmt: skip
+}

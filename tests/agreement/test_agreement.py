@@ -534,14 +534,18 @@ FAULTS: dict[str, Callable[[galvi.Problem], galvi.Problem]] = {
     "spherical pendulum": partial(off_by_a_billionth, field="inertia"),
     **{
         name: partial(off_by_a_billionth, field="masses")
-        for name in ("planets and massless bodies", "frame: Kepler, even", "clock: three bodies",
-                     "time: three bodies")
+        for name in (
+            "planets and massless bodies",
+            "frame: Kepler, even",
+            "clock: three bodies",
+            "time: three bodies",
+        )
     },
     **{
         name: partial(off_by_a_billionth, field="mass")
         for name in ("Kepler", "frame: harmonic", "clock: Kepler, Sundman")
     },
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", FAULTS)

@@ -15,10 +15,14 @@ SIZES = {
     CAYLEY: [*DECADES, 2.0, 20.0, CAYLEY.farthest],
     RODRIGUES: [*DECADES, 2.0, 4.0, 40.0, RODRIGUES.farthest],
     EXPONENTIAL: [
-        *DECADES, 2.0, np.pi, 5.0, EXPONENTIAL.farthest,
+        *DECADES,
+        2.0,
+        np.pi,
+        5.0,
+        EXPONENTIAL.farthest,
         *(SWITCH * (1.0 + side * 10.0**k) for k in (-15, -8, -3) for side in (-1, 1)),
     ],
-}  # fmt: skip
+}
 SIZED = [
     (chart, size) for chart in CHARTS for size in SIZES.get(chart, [*DECADES, 2.0, chart.farthest])
 ]

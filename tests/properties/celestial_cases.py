@@ -49,15 +49,26 @@ OF_VELOCITY = {
         galvi.Tides(1, 0.3, 0.1, 0.01, raised_by=0),
     ),
     "a function of time": (
-        galvi.Force(stronger_with_time, True, True), galvi.Oblateness(0, 1e-3, 0.3),
+        galvi.Force(stronger_with_time, True, True),
+        galvi.Oblateness(0, 1e-3, 0.3),
     ),
     "Python": (galvi.Force(drag_in_python, True), galvi.Drag([0, 0.001, 0.002])),
-}  # fmt: skip
+}
 OTHERS = {"a function": (galvi.Force(towards_the_plane), galvi.Oblateness(0, 1e-3, 0.3))}
 CASES = {**WITH_ENERGY, **OF_VELOCITY, **OTHERS}
-PAIRS = [name for name in CASES if name not in (
-    "radiation", "drag", "a function of time", "Python", "a function", "EIH",
-)]  # fmt: skip
+PAIRS = [
+    name
+    for name in CASES
+    if name
+    not in (
+        "radiation",
+        "drag",
+        "a function of time",
+        "Python",
+        "a function",
+        "EIH",
+    )
+]
 
 
 def bodies(forces, masses=MASSES, plane: bool = False) -> galvi.Problem:

@@ -50,16 +50,19 @@ def method(chart: Any, degree: int = 8) -> galvi.Galerkin:
 @example("hub", (0.0, 0.0, 0.0, 0.0), (0.0, 0.3, 0.0), CHARTS[0], 8, "auto")
 @example("flight", (0.0, 1e-16, 1e-300, 0.0), (0.0, 0.3, 0.0), CHARTS[1], 4, "newton")
 @given(
-    kind=st.sampled_from(("hub", "flight")), small=st.tuples(*[st.sampled_from(TINY)] * 4),
+    kind=st.sampled_from(("hub", "flight")),
+    small=st.tuples(*[st.sampled_from(TINY)] * 4),
     turning=st.tuples(*[st.sampled_from((*TINY, 0.3, -1.0))] * 3),
-    chart=st.sampled_from(CHARTS), degree=st.sampled_from((2, 4, 8, 12)),
+    chart=st.sampled_from(CHARTS),
+    degree=st.sampled_from((2, 4, 8, 12)),
     solver=st.sampled_from(("auto", "newton")),
-)  # fmt: skip
+)
 def test_what_rests_is_stepped_and_agrees_with_a_start_nearby(
     kind: str, small: Any, turning: Any, chart: Any, degree: int, solver: str
 ) -> None:
-    run = galvi.integrate(start(kind, small, turning), method(chart, degree), STEP, STEPS,
-                          solver=solver)  # fmt: skip
+    run = galvi.integrate(
+        start(kind, small, turning), method(chart, degree), STEP, STEPS, solver=solver
+    )
     assert run.status == "Completed.", run.status
     moved = start(kind, np.array(small) + NEAR, turning)
     near = galvi.integrate(moved, method(chart, degree), STEP, STEPS, solver=solver)

@@ -42,14 +42,18 @@ def test_accelerations_are_those_of_other_formulas(name):
 
 
 @given(
-    J2=st.floats(-1.0, 1.0), J4=st.floats(-1.0, 1.0), n=st.floats(-4.0, 3.0),
-    pole=st.tuples(*[st.floats(0.1, 1.0)] * 3), place=st.tuples(*[st.floats(0.5, 2.0)] * 3),
-)  # fmt: skip
+    J2=st.floats(-1.0, 1.0),
+    J4=st.floats(-1.0, 1.0),
+    n=st.floats(-4.0, 3.0),
+    pole=st.tuples(*[st.floats(0.1, 1.0)] * 3),
+    place=st.tuples(*[st.floats(0.5, 2.0)] * 3),
+)
 def test_the_gradient_of_the_potential_is_the_force(J2, J4, n, pole, place):
     forces = (
-        galvi.Oblateness(0, J2, 0.4, J4, pole), galvi.PowerLaw(1, 0.3, n),
+        galvi.Oblateness(0, J2, 0.4, J4, pole),
+        galvi.PowerLaw(1, 0.3, n),
         galvi.Relativity(3.0, form="potential"),
-    )  # fmt: skip
+    )
     acting = galvi.NBody([1.0, 0.3], forces=forces).acting
     q = np.array([[0.1, 0.0, -0.2], place])
     moved = q + 1e-40j * np.eye(6).reshape(6, 2, 3)

@@ -83,9 +83,11 @@ def test_the_end_of_a_run_becomes_a_simulation() -> None:
 
 def test_a_collision_ends_the_run_and_names_the_bodies() -> None:
     head_on = galvi.Problem(
-        galvi.NBody([1.0, 1.0]), [[1.0, 0.0], [-1.0, 0.0]], np.zeros((2, 2)),
+        galvi.NBody([1.0, 1.0]),
+        [[1.0, 0.0], [-1.0, 0.0]],
+        np.zeros((2, 2)),
         parameters={"bodies": ["Castor", "Pollux"]},
-    )  # fmt: skip
+    )
     run = galvi.integrate(head_on, method(8, DYNAMICAL), 0.3, duration=63.0)
     assert not run.success and "Castor and Pollux collide" in run.status
     assert abs(run.t[-1] - math.pi / math.sqrt(2.0)) < 1e-12 and np.isfinite(run.q).all()

@@ -215,10 +215,13 @@ def raises(t):
         ((KEPLER, {"a": "rebound.wfast"}, [4], 1.0), ValueError, ["mean", "rebound.whfast"]),
         ((KEPLER, {"a": "no_such:Class"}, [4], 1.0), ValueError, ["no_such"]),
         ((KEPLER, {"a": gauss(1)}, [4], 1.0, "scipy.dop835"), ValueError, ["scipy.dop853"]),
-        ((KEPLER, {"a": gauss(1)}, [4], 1.0, "textbook.stormer_verlet"), ValueError,
-         ["equal steps"]),
+        (
+            (KEPLER, {"a": gauss(1)}, [4], 1.0, "textbook.stormer_verlet"),
+            ValueError,
+            ["equal steps"],
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_asked_is_refused_in_a_sentence(arguments, error, words):
     with warnings.catch_warnings(), pytest.raises(error) as refused:
         galvi.convergence(*arguments, quick=True)

@@ -101,13 +101,22 @@ def test_problems_and_runs_can_be_pickled_and_copied():
 
 
 def test_parameters_are_saved_as_numbers_texts_and_lists(tmp_path):
-    given = {"e": 0.3, "bodies": ("Sun", "Mars"), "count": 2, "closed": True, "note": None,
-             "masses": np.array([1.0, 2.0]), "mu": np.float64(4.0)}  # fmt: skip
+    given = {
+        "e": 0.3,
+        "bodies": ("Sun", "Mars"),
+        "count": 2,
+        "closed": True,
+        "note": None,
+        "masses": np.array([1.0, 2.0]),
+        "mu": np.float64(4.0),
+    }
     problem = replace(KEPLER, parameters=given)
     galvi.save(galvi.integrate(problem, EIGHT, 0.1, 3), tmp_path / "run.npz")
     assert dict(galvi.load(tmp_path / "run.npz").problem.parameters) == given | {
-        "bodies": ["Sun", "Mars"], "masses": [1.0, 2.0], "mu": 4.0
-    }  # fmt: skip
+        "bodies": ["Sun", "Mars"],
+        "masses": [1.0, 2.0],
+        "mu": 4.0,
+    }
 
 
 @pytest.mark.slow(beside="test_the_status_names_only_what_was_tried")

@@ -33,9 +33,11 @@ def convergent(rate, start, seed, length=190):
 
 
 @given(
-    rate=st.floats(0.01, 0.6), start=st.floats(1e-6, 1.0), seed=st.integers(0, 999),
+    rate=st.floats(0.01, 0.6),
+    start=st.floats(1e-6, 1.0),
+    seed=st.integers(0, 999),
     tolerance=st.sampled_from([2.0**-60, TOLERANCE, 1e-12, 1e-9]),
-)  # fmt: skip
+)
 def test_as_many_passes_are_made_as_the_rate_asks_for(rate, start, seed, tolerance):
     code, count = passes(convergent(rate, start, seed), tolerance)
     needed = 1 + np.log(tolerance * (1.0 - rate) / (rate * start)) / np.log(rate)
@@ -68,8 +70,10 @@ def test_growing_changes_end_the_iteration():
 
 
 @given(
-    rate=st.floats(0.05, 0.5), start=st.floats(1e-12, 1e-11), tolerance=st.floats(4e-15, 1e-13),
-)  # fmt: skip
+    rate=st.floats(0.05, 0.5),
+    start=st.floats(1e-12, 1e-11),
+    tolerance=st.floats(4e-15, 1e-13),
+)
 def test_the_passes_of_a_geometric_sequence_leave_a_rest_at_the_tolerance(rate, start, tolerance):
     changes = start * rate ** np.arange(-4.0, 190.0)
     code, count = passes(changes, tolerance)

@@ -46,8 +46,10 @@ def test_each_coordinate_has_a_length_of_its_own(monkeypatch):
     # the planted fault: the largest coordinate is the length of all, and no other one is tried
     monkeypatch.setattr(finite_differences, "lengths_of", lambda q: np.full(q.size, np.max(abs(q))))
     monkeypatch.setattr(finite_differences, "FINER_STEPS", 0)
-    assert not abs(differenced_gradient.__wrapped__(untraced(angle_and_cart), False)(q)[0]
-                   - exact[0]) < 1e-3  # fmt: skip
+    assert (
+        not abs(differenced_gradient.__wrapped__(untraced(angle_and_cart), False)(q)[0] - exact[0])
+        < 1e-3
+    )
 
 
 @pytest.mark.parametrize(
@@ -93,9 +95,11 @@ def test_what_a_potential_raises_is_raised_where_it_leaves_no_derivative():
 
 
 @given(
-    length=st.floats(-8, 8), place=st.floats(-3, 3), offset=st.floats(-3, 3),
+    length=st.floats(-8, 8),
+    place=st.floats(-3, 3),
+    offset=st.floats(-3, 3),
     other=st.floats(-6, 6),
-)  # fmt: skip
+)
 @example(length=0.0, place=-3.0, offset=3.0, other=4.0)
 @settings(max_examples=100)
 def test_an_error_is_at_least_what_it_is_said_to_be_of(length, place, offset, other):
@@ -129,10 +133,11 @@ def at_a_pole(q):
 @pytest.mark.parametrize(
     ("potential", "slopes"),
     [
-        (wall, {1.0 - 1e-5: 0.0, 0.3: 0.0, 1.0 + 1e-5: 0.1}), (numba.njit(far_away), {1.0: 1.0}),
+        (wall, {1.0 - 1e-5: 0.0, 0.3: 0.0, 1.0 + 1e-5: 0.1}),
+        (numba.njit(far_away), {1.0: 1.0}),
         (at_a_pole, {1.0: 1.0}),
     ],
-)  # fmt: skip
+)
 def test_one_side_of_a_kink_and_the_edge_of_a_domain(potential, slopes):
     """A force that is 0 on one side was nan; what is undefined far away is not needed."""
     gradient = differenced_gradient(potential, False)

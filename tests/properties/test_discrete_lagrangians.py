@@ -36,32 +36,50 @@ FREE = {
     "kepler": (KEPLER, FOUR, 0.2),
     "Lobatto's rule": (SPRING, pair(galvi.Polynomials(3), galvi.lobatto(4)), 0.4),
     "Radau's rule": (KEPLER, pair(galvi.Polynomials(3), galvi.radau(3)), 0.2),
-    "pieces": (KEPLER, pair(galvi.PiecewisePolynomials(2, 2),
-                            galvi.composite(galvi.gauss(3), 2)), 0.2),
+    "pieces": (
+        KEPLER,
+        pair(galvi.PiecewisePolynomials(2, 2), galvi.composite(galvi.gauss(3), 2)),
+        0.2,
+    ),
     "degrees by component": (KEPLER, pair(galvi.ComponentPolynomials((3, 5)), galvi.gauss(5)), 0.2),
     "backwards": (KEPLER, FOUR, -0.2),
     "a driven oscillator": (DRIVEN, FOUR, 0.3),
-    "a full mass": (galvi.Problem(galvi.Canonical(MASS, galvi.LinearSpring(1.5)), [1.0, 0.5],
-                                  [0.1, 0.4]), FOUR, 0.3),
+    "a full mass": (
+        galvi.Problem(galvi.Canonical(MASS, galvi.LinearSpring(1.5)), [1.0, 0.5], [0.1, 0.4]),
+        FOUR,
+        0.3,
+    ),
     "a double pendulum": (galvi.problems.double_pendulum(), FOUR, 0.05),
     "a body": (galvi.problems.free_rigid_body(), FOUR, 0.1),
     "a pendulum": (galvi.problems.pendulum_3d(), collocation(3, EXPONENTIAL), 0.1),
     "a top": (galvi.problems.heavy_top(), collocation(4, RODRIGUES), 0.05),
-    "a moving body": (galvi.problems.free_body_se3(g=(0.0, 0.5, -9.81)),
-                      collocation(3, EXPONENTIAL), 0.1),
+    "a moving body": (
+        galvi.problems.free_body_se3(g=(0.0, 0.5, -9.81)),
+        collocation(3, EXPONENTIAL),
+        0.1,
+    ),
     "a product": (COUPLED, collocation(3, RODRIGUES), 0.1),
     "an arm": (galvi.problems.skew_arm(), FOUR, 0.01),
     "a floating arm": (galvi.problems.skew_arm(floating=True), collocation(2, EXPONENTIAL), 0.02),
-}  # fmt: skip
+}
 FORCED = {
     "planets": (galvi.problems.outer_solar_system(), FOUR, 50.0),
-    "relativity": (galvi.Problem(galvi.NBody([1.0, 1e-3], forces=galvi.Relativity(9.0)),
-                                 [[0, 0], [1, 0]], [[0, -1e-3], [0, 1]]), FOUR, 0.1),
+    "relativity": (
+        galvi.Problem(
+            galvi.NBody([1.0, 1e-3], forces=galvi.Relativity(9.0)),
+            [[0, 0], [1, 0]],
+            [[0, -1e-3], [0, 1]],
+        ),
+        FOUR,
+        0.1,
+    ),
     "a massless body": (MASSLESS, FOUR, 0.1),
     "a damped arm": (galvi.problems.skew_arm(damping=0.1), FOUR, 0.01),
-    **{name: (galvi.Problem(system, [1.0, 0.5], [0.1, 0.4], 0.2), FOUR, 0.3)
-       for name, (system, *_) in SYSTEMS.items()},
-}  # fmt: skip
+    **{
+        name: (galvi.Problem(system, [1.0, 0.5], [0.1, 0.4], 0.2), FOUR, 0.3)
+        for name, (system, *_) in SYSTEMS.items()
+    },
+}
 
 
 @pytest.mark.parametrize("name", FREE | FORCED)
@@ -92,10 +110,12 @@ def moved(problem, q, shift):
 def differences(function, d, scale):
     """The derivative (d,) at 0 of a function of (d,), of order eight."""
     nudges = scale * np.eye(d)
-    return np.array([
-        sum(w * (function(k * x) - function(-k * x)) for k, w in enumerate(WEIGHTS, 1)) / scale
-        for x in nudges
-    ])  # fmt: skip
+    return np.array(
+        [
+            sum(w * (function(k * x) - function(-k * x)) for k, w in enumerate(WEIGHTS, 1)) / scale
+            for x in nudges
+        ]
+    )
 
 
 @pytest.mark.slow_cases("a floating arm", "a product")
@@ -256,8 +276,10 @@ def test_the_action_of_a_run_is_stationary_when_a_state_within_it_moves(name):
     first = differences(
         lambda x: galvi.discrete_lagrangian(
             problem, method, run.q[0], moved(problem, run.q[1], x), h
-        ), d, scale,
-    )  # fmt: skip
+        ),
+        d,
+        scale,
+    )
     assert np.max(np.abs(first)) > 0.1  # of one step alone it is not
 
 
@@ -338,9 +360,11 @@ def test_springs_among_the_forces_of_a_tree_belong_to_its_lagrangian():
         galvi.action(
             galvi.integrate(
                 galvi.from_mujoco(text.format(*springs)).with_initial_state([0.4], [1.0]),
-                FOUR, 0.05, 3,
+                FOUR,
+                0.05,
+                3,
             )
         )
         for springs in (("", tendon), ('stiffness="3"', ""))
-    )  # fmt: skip
+    )
     assert np.allclose(with_tendon, with_joint, rtol=1e-12)

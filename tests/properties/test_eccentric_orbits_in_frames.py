@@ -118,10 +118,14 @@ def errors(start: Any, steps: float, back: bool = False) -> tuple[float, float]:
 @example(e=0.9, E=np.pi, ratio=0.3, turn=0.4, steps=0.79, third=False, back=True)
 @example(e=0.8, E=-2.4767434253357143, ratio=0.3, turn=0.4, steps=2.0, third=True, back=False)
 @given(
-    e=st.floats(0.0, 0.9), E=st.floats(-3.2, 3.2), ratio=st.just(0.0) | st.floats(1e-9, 1.0),
-    turn=st.floats(0.0, 6.3), steps=st.floats(0.79, 100.0), third=st.booleans(),
+    e=st.floats(0.0, 0.9),
+    E=st.floats(-3.2, 3.2),
+    ratio=st.just(0.0) | st.floats(1e-9, 1.0),
+    turn=st.floats(0.0, 6.3),
+    steps=st.floats(0.79, 100.0),
+    third=st.booleans(),
     back=st.booleans(),
-)  # fmt: skip
+)
 def test_up_to_the_limit_a_revolution_is_right_to_1e_12(
     e: float, E: float, ratio: float, turn: float, steps: float, third: bool, back: bool
 ) -> None:

@@ -26,16 +26,18 @@ def pull(slope=1.0):
     """V = |q|^4 / 4 with drag, and ``slope`` times its gradient."""
     return galvi.Canonical(
         1.0, lambda q: 0.25 * (q @ q) ** 2, lambda q: slope * (q @ q) * q, force=drag, check=False
-    )  # fmt: skip
+    )
 
 
 def swing(slope=1.0):
     """A spring that a field drives in time, and ``slope`` times its gradient."""
     return galvi.Canonical(
-        1.0, lambda q, t: 0.5 * (q @ q) - np.cos(t) * q[0],
-        lambda q, t: slope * (q - np.cos(t) * np.array([1.0, 0.0])), explicit_time=True,
+        1.0,
+        lambda q, t: 0.5 * (q @ q) - np.cos(t) * q[0],
+        lambda q, t: slope * (q - np.cos(t) * np.array([1.0, 0.0])),
+        explicit_time=True,
         check=False,
-    )  # fmt: skip
+    )
 
 
 def started(system):
@@ -52,7 +54,8 @@ RIGHT = {
     "bodies with drag": (
         galvi.Problem(
             galvi.NBody([1.0, 1e-3], forces=galvi.Drag([0, 1e-3])),
-            [[0.0, 0.0], [1.0, 0.1]], [[0.0, 0.0], [0.1, 0.95]],
+            [[0.0, 0.0], [1.0, 0.1]],
+            [[0.0, 0.0], [0.1, 0.95]],
         ),
         galvi.DynamicalTime(),
     ),
@@ -61,11 +64,12 @@ RIGHT = {
     "pushed from rest": (
         galvi.Problem(
             galvi.Canonical(1.0, lambda q: 0.0 * q[0], force=lambda q, v: np.array([1.0, 0.1])),
-            [1.0, 0.5], [0.0, 0.0],
+            [1.0, 0.5],
+            [0.0, 0.0],
         ),
         NEAR,
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.slow_cases(but=["drag"])

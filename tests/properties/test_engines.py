@@ -36,18 +36,28 @@ RUNS: dict[str, tuple[Any, ...]] = {
     "untraced": (OWN, EIGHT, {}, "general", "lanes: its force is not known as a short expression"),
     "branches": (galvi.Problem(PUSHED, *START), FOUR, {}, "general", "lanes: "),
     "frame": (
-        ready.outer_solar_system(), method(chart=galvi.KeplerFrame()), {}, "frame", "Kepler frame",
+        ready.outer_solar_system(),
+        method(chart=galvi.KeplerFrame()),
+        {},
+        "frame",
+        "Kepler frame",
     ),
     "clock": (
-        ready.outer_solar_system(), method(clock=galvi.DynamicalTime()), {}, "clock",
+        ready.outer_solar_system(),
+        method(clock=galvi.DynamicalTime()),
+        {},
+        "clock",
         "point masses in galvi.DynamicalTime() have lanes",
     ),
     "sundman": (
-        KEPLER, method(clock=galvi.Sundman()), {}, "clock",
+        KEPLER,
+        method(clock=galvi.Sundman()),
+        {},
+        "clock",
         "in transformed time, by the lanes of equal steps, since the clock's lanes are for point "
         "masses",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.skipif(not galvi.FAST, reason="the general kernel is alone")
@@ -61,9 +71,13 @@ def test_a_run_says_which_engine_did_it_and_why(case: str, tmp_path: Path) -> No
         kept = galvi.load(tmp_path / "run")
         assert (kept.engine, kept.engine_reason) == (run.engine, run.engine_reason)
     ended = galvi.integrate(
-        problem, chosen, 0.05, 3, events=[galvi.Event(lambda q, v, t: t - 1e9, terminal=True)],
+        problem,
+        chosen,
+        0.05,
+        3,
+        events=[galvi.Event(lambda q, v, t: t - 1e9, terminal=True)],
         **options,
-    )  # fmt: skip
+    )
     assert (ended.engine, ended.engine_reason) == (run.engine, run.engine_reason)
 
 
@@ -85,16 +99,24 @@ SHOWN: dict[str, tuple[Any, ...]] = {
     "long": (KEPLER, 0.1, 2500, {"curves": False}),
     "sparse": (TOP, 0.05, 1500, {"save_every": 7}),
     "acted upon": (
-        KEPLER, 0.1, 30, {"events": [galvi.Event(lambda q, v, t: q[0], action=turned)]},
+        KEPLER,
+        0.1,
+        30,
+        {"events": [galvi.Event(lambda q, v, t: q[0], action=turned)]},
     ),
     "ended at once": (
-        KEPLER, 1.2, 30, {"events": [galvi.Event(lambda q, v, t: q[0], terminal=True)]},
+        KEPLER,
+        1.2,
+        30,
+        {"events": [galvi.Event(lambda q, v, t: q[0], terminal=True)]},
     ),
     "ended late": (
-        KEPLER, 0.1, 1500,
+        KEPLER,
+        0.1,
+        1500,
         {"curves": False, "events": [galvi.Event(lambda q, v, t: t - 140.03, terminal=True)]},
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", SHOWN)

@@ -32,9 +32,10 @@ FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 K = 2.0
 ROOT = Path(__file__).parents[2]
 SYSTEMS = [
-    make().system for name, make in vars(galvi.problems).items()
+    make().system
+    for name, make in vars(galvi.problems).items()
     if callable(make) and name not in ("helmholtz", "brownout")
-]  # fmt: skip
+]
 
 
 def traced():
@@ -91,9 +92,13 @@ def test_values_of_galvi_are_told_apart_and_are_the_same_in_another_process():
     )
     environment = os.environ | {"PYTHONHASHSEED": "7", "PYTHONPATH": str(ROOT)}
     output = subprocess.run(
-        [sys.executable, "-c", code], env=environment, cwd=ROOT, capture_output=True, check=True,
+        [sys.executable, "-c", code],
+        env=environment,
+        cwd=ROOT,
+        capture_output=True,
+        check=True,
         text=True,
-    )  # fmt: skip
+    )
     assert output.stdout.splitlines()[-1] == str(found[: len(SYSTEMS)])
 
 
@@ -429,8 +434,9 @@ def test_fifty_kills_lose_and_change_nothing(tmp_path, monkeypatch):
         known = {path: path.read_bytes() for path in tmp_path.glob("*.npz")}
         client = subprocess.Popen(
             [sys.executable, "-c", CLIENT, str(tmp_path), str(mid_write)],
-            stdout=subprocess.PIPE, cwd=ROOT,
-        )  # fmt: skip
+            stdout=subprocess.PIPE,
+            cwd=ROOT,
+        )
         assert client.stdout is not None and client.stdout.readline() == b"begins\n"
         if not mid_write:
             time.sleep(chance.uniform(0.05, 0.6))

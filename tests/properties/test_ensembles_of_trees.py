@@ -14,11 +14,19 @@ from galvi.tracing import laws_of_systems
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 HINGES = [galvi.Joint("hinge", axis=(0, 1, 0)), galvi.Joint("hinge", axis=(1, 0, 0))]
-ARM = galvi.Multibody([
-    galvi.Link(HINGES, 1.0, (0.1, 0, -0.5), (0.1, 0.2, 0.15)),
-    galvi.Link(galvi.Joint("hinge", axis=(0, 1, 0), armature=0.01), 0.5, (0, 0, -0.3), (0.05,) * 3,
-               parent=0, place=(0, 0, -1)),
-])  # fmt: skip
+ARM = galvi.Multibody(
+    [
+        galvi.Link(HINGES, 1.0, (0.1, 0, -0.5), (0.1, 0.2, 0.15)),
+        galvi.Link(
+            galvi.Joint("hinge", axis=(0, 1, 0), armature=0.01),
+            0.5,
+            (0, 0, -0.3),
+            (0.05,) * 3,
+            parent=0,
+            place=(0, 0, -1),
+        ),
+    ]
+)
 BALL = galvi.Multibody([galvi.Link(galvi.Joint("ball"), 1.0, (0, 0, -0.5), (0.2, 0.3, 0.4))])
 STARTS = {
     "hinges": galvi.Problem(ARM, [0.7, 0.3, -0.4], [0.1, 0.0, 0.5]),

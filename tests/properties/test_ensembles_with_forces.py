@@ -21,9 +21,11 @@ BRANCHES = {
     "a limit on a joint": {"joint": 'actuatorfrcrange="-9 9"', "more": SERVO.format("")},
     "a medium": {"option": '<option density="100" viscosity=".1" wind="1 2 3"/>'},
     "damping by |v|": {"joint": 'damping=".1 2 3"'},
-    "slack": {"more": """<tendon><fixed stiffness="3 4 5" springlength="-.1 .2">
-        <joint joint="a" coef="2"/></fixed></tendon>"""},
-}  # fmt: skip
+    "slack": {
+        "more": """<tendon><fixed stiffness="3 4 5" springlength="-.1 .2">
+        <joint joint="a" coef="2"/></fixed></tendon>"""
+    },
+}
 STARTS = np.array([[0.5, 1.0], [-0.5, -1.0], [0.05, 0.1], [0.6, 0.2]])  # q, v
 MASSES = np.array([[1.0], [4.0], [0.5], [2.0]])
 

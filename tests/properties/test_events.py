@@ -220,8 +220,12 @@ def ran(name: str) -> galvi.Trajectory:
 def densely(run: Any, function: Any, points: int = 150) -> Any:
     """The times at which a function (q, v, t) of many states rises or falls through 0 on the curves
     of a run, from many times in each step, by halving."""
-    t = np.concatenate([a + (b - a) * np.arange(points) / points
-                        for a, b in zip(run.t[:-1], run.t[1:], strict=True)])  # fmt: skip
+    t = np.concatenate(
+        [
+            a + (b - a) * np.arange(points) / points
+            for a, b in zip(run.t[:-1], run.t[1:], strict=True)
+        ]
+    )
 
     def value(t: Any) -> Any:
         return function(run(t), run.velocity(t), t)

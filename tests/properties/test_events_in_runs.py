@@ -160,8 +160,13 @@ def test_events_behind_an_action_are_counted_once(monkeypatch: pytest.MonkeyPatc
 
 
 def test_several_runs_pass_their_events_on() -> None:
-    runs = galvi.integrate_many([ORBIT, ORBIT], EIGHT, 0.1, 43, events=galvi.Event(
-        lambda q, v, t: q[1], terminal=True, name="half"))  # fmt: skip
+    runs = galvi.integrate_many(
+        [ORBIT, ORBIT],
+        EIGHT,
+        0.1,
+        43,
+        events=galvi.Event(lambda q, v, t: q[1], terminal=True, name="half"),
+    )
     assert all(abs(run.t[-1] - math.pi) < 1e-12 for run in runs)
 
 

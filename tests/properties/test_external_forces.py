@@ -99,11 +99,16 @@ def test_momentum_changes_by_the_impulses_and_by_nothing_else(rule, linear):
     assert np.max(np.abs(balance.force)) > 0.1
     wrong = galvi.momentum_balance(
         galvi.Trajectory(
-            galvi.Problem(galvi.Canonical(2.0, SPRING, force=drag), *START), run.t, run.q, run.p,
-            step=run.step, method=run.method, curves=run.curves,
+            galvi.Problem(galvi.Canonical(2.0, SPRING, force=drag), *START),
+            run.t,
+            run.q,
+            run.p,
+            step=run.step,
+            method=run.method,
+            curves=run.curves,
         ),
         linear=linear,
-    )  # fmt: skip
+    )
     assert np.max(np.abs(wrong.defect)) > 1e-2
 
 
@@ -124,9 +129,11 @@ def test_a_force_that_fails_on_the_way_leaves_nan_and_says_so():
 def falling(c, mass=1.0):
     """Quadratic drag and gravity, in the units of any mass."""
     return galvi.Canonical(
-        mass, lambda q: 0.0, compiled(no_gradient),
+        mass,
+        lambda q: 0.0,
+        compiled(no_gradient),
         force=lambda q, v: mass * (-9.81 - c * np.abs(v) * v),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(("place", "v"), [(0.0, 0.0), (1e3, 0.0), (1e3, 1e-12)])
@@ -146,9 +153,11 @@ def test_a_fall_from_rest_is_solved_however_stiff_the_drag(c, mass, off, place, 
 def test_a_lagrangian_at_rest_in_the_origin_is_driven_to_round_off(size):
     """q'' = -q + size cos 2 t from rest in 0: q = size (cos t - cos 2 t) / 3."""
     system = galvi.Lagrangian(
-        lambda q, v, t: 0.5 * v @ v - 0.5 * q @ q + size * np.cos(2 * t) * q[0], galvi.Rn(1),
-        lambda q, v, t: np.array([v[0], size * np.cos(2 * t) - q[0]]), explicit_time=True,
-    )  # fmt: skip
+        lambda q, v, t: 0.5 * v @ v - 0.5 * q @ q + size * np.cos(2 * t) * q[0],
+        galvi.Rn(1),
+        lambda q, v, t: np.array([v[0], size * np.cos(2 * t) - q[0]]),
+        explicit_time=True,
+    )
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
     run = galvi.integrate(galvi.Problem(system, [0.0], [0.0]), method, 1.0, 3)
     exact = size * (np.cos(run.t) - np.cos(2 * run.t)) / 3

@@ -28,9 +28,15 @@ def point(gradient, q0=(1.0, -0.3), potential=lambda q: 0.5 * q @ q, **fields):
 @pytest.mark.parametrize("q0", [(1.0, -0.3), (1.0, 0.0), (0.0, 0.0), (1e-8, 1e8)])
 @pytest.mark.parametrize(
     "wrong",
-    [lambda q: -q, lambda q: 1.001 * q, lambda q: q * [1.0, -1.0], lambda q: q[::-1],
-     np.zeros_like, numba.njit(lambda q: -q)],
-)  # fmt: skip
+    [
+        lambda q: -q,
+        lambda q: 1.001 * q,
+        lambda q: q * [1.0, -1.0],
+        lambda q: q[::-1],
+        np.zeros_like,
+        numba.njit(lambda q: -q),
+    ],
+)
 def test_a_wrong_sign_or_factor_is_refused_also_where_it_cannot_be_seen(wrong, q0):
     """At (0, 0) all of them are right, and at (1, 0) some: the second state shows the fault."""
     sentence = r"^gradient must be the derivative of the potential: along .* at q = .*expected "
@@ -118,8 +124,14 @@ def test_a_rigid_body_is_checked_along_a_rotation(start):
             body(lambda R, factor=factor: factor * lift(R))
 
 
-GROUPS = (galvi.Rn(2), galvi.SO2(), galvi.SO3(), galvi.SE2(), galvi.SE3(),
-          galvi.Product((galvi.SO3(), galvi.Rn(2))))  # fmt: skip
+GROUPS = (
+    galvi.Rn(2),
+    galvi.SO2(),
+    galvi.SO3(),
+    galvi.SE2(),
+    galvi.SE3(),
+    galvi.Product((galvi.SO3(), galvi.Rn(2))),
+)
 
 
 @pytest.mark.parametrize("group", GROUPS, ids=str)

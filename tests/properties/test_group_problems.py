@@ -30,8 +30,11 @@ def pace(problem):
 @pytest.mark.slow_cases("chain of 5 rods")
 @pytest.mark.parametrize("problem", EVERY, ids=title)
 def test_every_problem_says_what_it_is_and_can_be_run_saved_resumed_and_pickled(problem, tmp_path):
-    assert problem.name and problem.units and isinstance(problem.parameters, dict | type(
-        galvi.problems.kepler(0.1).parameters))  # fmt: skip
+    assert (
+        problem.name
+        and problem.units
+        and isinstance(problem.parameters, dict | type(galvi.problems.kepler(0.1).parameters))
+    )
     chart = CHARTS[EVERY.index(problem) % len(CHARTS)]
     method = galvi.Galerkin(EIGHT.space, EIGHT.rule, chart)
     run = galvi.integrate(problem, method, pace(problem), 5)

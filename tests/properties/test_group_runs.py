@@ -145,8 +145,10 @@ def test_huge_steps_end_at_once(problem, chart):
 @each_chart
 @pytest.mark.parametrize("problem", [FREE, PENDULUM], ids=title)
 def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
-    runs = [galvi.integrate(problem, collocation(6, chart), 0.2, 30, solver=solver)
-            for solver in ("auto", "fixed_point")]  # fmt: skip
+    runs = [
+        galvi.integrate(problem, collocation(6, chart), 0.2, 30, solver=solver)
+        for solver in ("auto", "fixed_point")
+    ]
     assert same(*runs) and runs[0].counts == runs[1].counts
     run = galvi.integrate(problem, collocation(6, chart), 1.05, 30)
     alone = galvi.integrate(problem, collocation(6, chart), 1.05, 30, solver="fixed_point")
@@ -173,9 +175,13 @@ def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, chart):
 
 @pytest.mark.parametrize(
     ("degree", "chart", "window"),
-    [(2, RODRIGUES, (48, 200)), (3, CAYLEY, (24, 64)), (4, EXPONENTIAL, (18, 26)),
-     (5, CAYLEY, (20, 28))],
-)  # fmt: skip
+    [
+        (2, RODRIGUES, (48, 200)),
+        (3, CAYLEY, (24, 64)),
+        (4, EXPONENTIAL, (18, 26)),
+        (5, CAYLEY, (20, 28)),
+    ],
+)
 def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, chart, window):
     measured = slope(FREE, turned(), collocation(degree, chart), *window)
     assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured
@@ -185,8 +191,10 @@ def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, ch
 def test_halls_method_at_half_a_unit_reaches_1e_12():
     """n = 12, h = 0.5, T = 5 (H fig. 3.1; claim L2)."""
     truth = FREE_TOP.run(FREE, 5.0, {"samples": 1})
-    found = {n: error(galvi.integrate(FREE, hall(n), 0.5, 10), (truth.q[-1], truth.p[-1]))
-             for n in (6, 8, 10, 12)}  # fmt: skip
+    found = {
+        n: error(galvi.integrate(FREE, hall(n), 0.5, 10), (truth.q[-1], truth.p[-1]))
+        for n in (6, 8, 10, 12)
+    }
     assert found[12] < 1e-12  # 6e-14
     assert found[10] < 1e-10 and found[8] < 1e-7 and found[6] > 1e-6  # 3e-11, 2e-8, 2e-5
 

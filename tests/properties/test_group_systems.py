@@ -25,9 +25,14 @@ def timed_slope(R, t):
 
 @pytest.mark.parametrize(
     ("potential", "gradient"),
-    [(bent, bent_slope), (bent, None), (timed, timed_slope), (timed, None),
-     (galvi.UniformGravity(2.0, (0.1, -0.3, 0.8), (1.0, 2.0, -9.0)), None)],
-)  # fmt: skip
+    [
+        (bent, bent_slope),
+        (bent, None),
+        (timed, timed_slope),
+        (timed, None),
+        (galvi.UniformGravity(2.0, (0.1, -0.3, 0.8), (1.0, 2.0, -9.0)), None),
+    ],
+)
 @given(v=vectors(SO3))
 def test_the_torque_is_minus_the_slope_of_the_potential_along_the_group(potential, gradient, v):
     """By a complex step, which has no rounding."""
@@ -52,8 +57,9 @@ def test_the_weight_is_the_product_of_mass_gravity_and_height():
 def test_momentum_and_velocity_of_a_lagrangian_undo_each_other():
     problem = galvi.Problem(
         galvi.Lagrangian(lambda q, v: 0.25 * (v @ v) ** 2 + 0.5 * v @ v + q[0] * v[1], galvi.Rn(2)),
-        [0.4, 0.1], [0.8, -0.5],
-    )  # fmt: skip
+        [0.4, 0.1],
+        [0.8, -0.5],
+    )
     system = problem.system
     by_hand = (problem.v0 @ problem.v0 + 1.0) * problem.v0 + [0.0, 0.4]
     assert np.allclose(problem.p0, by_hand, rtol=0.0, atol=1e-11)

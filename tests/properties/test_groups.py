@@ -197,11 +197,15 @@ def test_the_slope_of_the_tangent_map_is_that_of_differences(group, chart, data)
     found, nudge = tangent_slope(chart, group, xi, eta), 2.0**-6
     for unit, column in zip(np.eye(group.dimension), found.T, strict=True):
         slope = sum(
-            weight / nudge
-            * (tangent(chart, group, xi + k * nudge * unit)
-               - tangent(chart, group, xi - k * nudge * unit)) @ eta
+            weight
+            / nudge
+            * (
+                tangent(chart, group, xi + k * nudge * unit)
+                - tangent(chart, group, xi - k * nudge * unit)
+            )
+            @ eta
             for k, weight in enumerate(WEIGHTS, start=1)
-        )  # fmt: skip
+        )
         assert np.allclose(column, slope, rtol=0.0, atol=2e-10)
 
 

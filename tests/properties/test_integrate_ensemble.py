@@ -48,12 +48,18 @@ def as_they_are(q, v):
 @pytest.mark.slow_cases(but=["brownout-as_they_are-method0", "kepler-as_they_are-method1"])
 @pytest.mark.parametrize(
     ("name", "moved", "method"),
-    [("brownout", as_they_are, FOUR), ("kepler", as_they_are, SIXTEEN),
-     ("polar", as_they_are, FOUR), ("free_body", as_they_are, FOUR),
-     ("pendulum_3d", as_they_are, FOUR), ("pendulum_3d", as_they_are, SIX),
-     ("se2", as_they_are, FOUR), ("se2 without a well", far_from_the_origin, FOUR),
-     ("free_body_se3", in_micrometres, FOUR)],
-)  # fmt: skip
+    [
+        ("brownout", as_they_are, FOUR),
+        ("kepler", as_they_are, SIXTEEN),
+        ("polar", as_they_are, FOUR),
+        ("free_body", as_they_are, FOUR),
+        ("pendulum_3d", as_they_are, FOUR),
+        ("pendulum_3d", as_they_are, SIX),
+        ("se2", as_they_are, FOUR),
+        ("se2 without a well", far_from_the_origin, FOUR),
+        ("free_body_se3", in_micrometres, FOUR),
+    ],
+)
 def test_members_take_about_as_many_passes_as_single_runs(name, moved, method):
     """Where both iterate the same equations, to the same tolerance, from the same guesses, in any
     unit of length and anywhere. A number of terms that is kept for some steps, as in single runs,
@@ -72,13 +78,19 @@ def test_members_take_about_as_many_passes_as_single_runs(name, moved, method):
 @pytest.mark.parametrize(
     ("name", "numbers", "system"),
     [
-        ("kepler", {"mu": np.array([1.0, 1.1, 0.9]), "mass": np.array([1.0, 2.0, 0.5])},
-         lambda mu, mass: galvi.Canonical(mass, galvi.CentralForce(mu))),
+        (
+            "kepler",
+            {"mu": np.array([1.0, 1.1, 0.9]), "mass": np.array([1.0, 2.0, 0.5])},
+            lambda mu, mass: galvi.Canonical(mass, galvi.CentralForce(mu)),
+        ),
         ("three_bodies", {"masses": np.array([[1.0, 1e-3, 0.0], [1.0, 0.0, 1e-3]])}, galvi.NBody),
-        ("sympy", {"k": np.array([40.0, 50.0]), "c": np.array([0.1, 0.0])},
-         lambda k, c: swinging(k, c).system),
+        (
+            "sympy",
+            {"k": np.array([40.0, 50.0]), "c": np.array([0.1, 0.0])},
+            lambda k, c: swinging(k, c).system,
+        ),
     ],
-)  # fmt: skip
+)
 def test_parameters_of_systems_differ_between_members(name, numbers, system):
     problem, step = CASES[name]
     result = galvi.integrate_ensemble(problem, problem.q0, problem.v0, FOUR, step, 10, numbers)
@@ -133,12 +145,18 @@ COUPLED = galvi.Canonical([[2.0, 0.5], [0.5, 1.0]], lambda q: q[0] ** 2 + q[1] *
     ("problem", "method", "words"),
     [
         (galvi.Problem(BRANCHING, [1.0], [0.0]), FOUR, "no vector code"),
-        (galvi.problems.outer_solar_system(), replace(FOUR, chart=galvi.KeplerFrame()),
-         "methods in a frame"),
-        (galvi.Problem(COUPLED, [1.0, 0.0], [0.0, 1.0]),
-         galvi.Galerkin(galvi.ComponentPolynomials((4, 2)), galvi.gauss(4)), "weights or degrees"),
+        (
+            galvi.problems.outer_solar_system(),
+            replace(FOUR, chart=galvi.KeplerFrame()),
+            "methods in a frame",
+        ),
+        (
+            galvi.Problem(COUPLED, [1.0, 0.0], [0.0, 1.0]),
+            galvi.Galerkin(galvi.ComponentPolynomials((4, 2)), galvi.gauss(4)),
+            "weights or degrees",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_lanes_do_not_take_runs_one_by_one_and_says_why(problem, method, words):
     result = galvi.integrate_ensemble(problem, problem.q0[None], problem.v0, method, 0.1, 3)
     assert words in result.status[0] and "no law" not in result.status[0] and result.success.all()

@@ -30,8 +30,11 @@ def orbit():
 
 
 def test_an_import_needs_no_engine_and_a_missing_one_is_a_sentence(orbit, monkeypatch):
-    ask = {"matplotlib": orbit.plot, "xarray": orbit.to_xarray,
-           "rebound": lambda: galvi.from_rebound("x")}  # fmt: skip
+    ask = {
+        "matplotlib": orbit.plot,
+        "xarray": orbit.to_xarray,
+        "rebound": lambda: galvi.from_rebound("x"),
+    }
     code = f"import sys; sys.modules.update(dict.fromkeys({list(ask)})); import galvi"
     subprocess.run([sys.executable, "-c", code], check=True)
     for name, call in ask.items():
@@ -56,8 +59,10 @@ def test_a_run_as_a_data_set_of_xarray():
         found = galvi.integrate(other, SIX, 0.1, 3).to_xarray()
         assert found["q"].dims == dims and found["p"].dims == found["v"].dims
     assert found["velocity"].values[[0, 5, 6]].tolist() == [
-        "free of body, 0", "free of body, 5", "hinge of link 1",
-    ]  # fmt: skip
+        "free of body, 0",
+        "free of body, 5",
+        "hinge of link 1",
+    ]
 
 
 def test_a_run_as_a_result_of_scipy(orbit):
@@ -79,9 +84,16 @@ def test_a_run_as_a_result_of_scipy(orbit):
 
 @pytest.mark.parametrize(
     "name",
-    ["solar_system", "free_rigid_body", "double_pendulum", "free_body_se3", "brownout", "kepler",
-     "planar_pendulum"],
-)  # fmt: skip
+    [
+        "solar_system",
+        "free_rigid_body",
+        "double_pendulum",
+        "free_body_se3",
+        "brownout",
+        "kepler",
+        "planar_pendulum",
+    ],
+)
 def test_every_kind_of_run_has_a_picture(name):
     import matplotlib.pyplot as plt
 
@@ -152,9 +164,9 @@ def test_keplers_equation_against_arbitrary_precision(e, mean):
     found = float(_anomaly(np.array(e), np.array(mean), np.array(e < 1.0)))
     with mp.workdps(60):
         big, M = mp.mpf(e), mp.mpf(mean)
-        equation = (lambda x: x - big * mp.sin(x) - M) if e < 1 else (
-            lambda x: big * mp.sinh(x) - x - M
-        )  # fmt: skip
+        equation = (
+            (lambda x: x - big * mp.sin(x) - M) if e < 1 else (lambda x: big * mp.sinh(x) - x - M)
+        )
         exact = mp.findroot(equation, mp.mpf(found))
         slope = abs(mp.diff(equation, exact))
         # An error of half a unit in E or e sin E moves the root by this much.

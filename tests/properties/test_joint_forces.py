@@ -122,7 +122,7 @@ FAULTS = {  # of each part one or two, most by 1e-6
     "a polynomial spring": ("pulls", lambda pull: replace(pull, spring=(0.0, 2.0, 3.0 + 1e-4))),
     "a medium": ("wet", lambda wet: (*wet[:2], wet[2] * (1.0 + 1e-6))),
     "wind alone": ("wet", lambda wet: (wet[0], np.eye(3), wet[2])),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("kind", FAULTS)

@@ -260,8 +260,10 @@ def test_ctrl_c_at_the_last_step_or_at_one_that_fails_raises_with_the_run(last):
     problem = galvi.Problem(system, [1.0], [0.0])
     free = galvi.integrate(
         replace(problem, system=galvi.Canonical(1.0, spring, opaque(lambda q: -q), check=False)),
-        FOUR, 0.1, 40,
-    )  # fmt: skip
+        FOUR,
+        0.1,
+        40,
+    )
     steps = int(np.flatnonzero(free.q[:, 0] > 5.0)[0])
     with pytest.raises(Interrupted) as caught:
         galvi.integrate(problem, FOUR, 0.1, steps)

@@ -161,8 +161,9 @@ def test_two_bodies_with_a_force_are_not_exact_at_any_step() -> None:
 def test_states_a_bit_of_time_after_kept_ones_are_those(steps: int) -> None:
     problem = galvi.Problem(
         galvi.NBody([1.0, 1e-6], forces=galvi.Oblateness(0, 1e-3, 0.1)),
-        [[0, 0, 0], [0.8, 0, 0.3]], [[0, 0, 0], [0.1, 0.5, 0]],
-    )  # fmt: skip
+        [[0, 0, 0], [0.8, 0, 0.3]],
+        [[0, 0, 0], [0.1, 0.5, 0]],
+    )
     run = galvi.integrate(problem, method(8), 0.03, 42, save_every=steps)
     q, p = galvi.states_at(run, np.nextafter(run.t[:-1], np.inf))
     assert np.allclose(q, run.q[:-1], rtol=0, atol=1e-14)

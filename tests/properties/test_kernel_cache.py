@@ -102,12 +102,17 @@ KERNELS = {
     "lanes/other.py": "import numpy\n",
 }
 OF_STEP = {*KERNELS} - {
-    "lanes/step.py", "lanes/law.py", "lanes/other.py", "kernels/lie/__init__.py",
-}  # fmt: skip
+    "lanes/step.py",
+    "lanes/law.py",
+    "lanes/other.py",
+    "kernels/lie/__init__.py",
+}
 CALLED = {  # file -> the kernels that it may call, but for itself
     "kernels/lie/arithmetic.py": {"kernels/compile/jit.py"},
     "kernels/lie/choice.py": {
-        "kernels/lie/maps/__init__.py", "kernels/lie/maps/one.py", "kernels/lie/arithmetic.py",
+        "kernels/lie/maps/__init__.py",
+        "kernels/lie/maps/one.py",
+        "kernels/lie/arithmetic.py",
         "kernels/compile/jit.py",
     },
     "lanes/step.py": OF_STEP,
@@ -115,7 +120,7 @@ CALLED = {  # file -> the kernels that it may call, but for itself
     "lanes/other.py": set(),
     "user.py": {*KERNELS},
     "kernels/lie/__pycache__/galvi-expressions/0/expression.source": {*KERNELS},
-}  # fmt: skip
+}
 
 
 @pytest.fixture
@@ -161,11 +166,15 @@ print(cache.stamp(*cache.sources("generated")))
 """
     stamps = [
         subprocess.run(
-            [sys.executable, "-c", code], cwd=tmp_path, text=True, capture_output=True, check=True,
+            [sys.executable, "-c", code],
+            cwd=tmp_path,
+            text=True,
+            capture_output=True,
+            check=True,
             env={**os.environ, "PYTHONPATH": str(tmp_path)},
         ).stdout
         for code in (edit.replace("laws.write", "None and laws.write"), edit, edit)
-    ]  # fmt: skip
+    ]
     assert stamps[0] == stamps[1] != stamps[2]
 
 
@@ -355,10 +364,15 @@ def at_once(code, cache_folder, **more):
     """What two new processes print that share a folder for compiled code."""
     settings = os.environ | {"NUMBA_CACHE_DIR": str(cache_folder)} | more
     both = [
-        subprocess.Popen([sys.executable, "-c", code], env=settings, text=True,
-                         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        subprocess.Popen(
+            [sys.executable, "-c", code],
+            env=settings,
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
         for _ in range(2)
-    ]  # fmt: skip
+    ]
     told = [process.communicate(timeout=600) for process in both]
     assert [process.returncode for process in both] == [0, 0], told
     return [out for out, _ in told]

@@ -131,8 +131,9 @@ def test_at_the_edges_of_its_range_a_function_is_right() -> None:
     sine, cosine = at(functions.sine_cosine, [0.0, 5e-324, 1e-200, 1e9], results=2)
     np.testing.assert_array_equal(sine[:3], [0.0, 5e-324, 1e-200])
     np.testing.assert_array_equal(cosine[:3], 1.0)
-    np.testing.assert_array_max_ulp(at(functions.power, [2.0, 2.0], [-1022.0, 1023.0]),
-                                    np.array([2.0**-1022, 2.0**1023]), 1)  # fmt: skip
+    np.testing.assert_array_max_ulp(
+        at(functions.power, [2.0, 2.0], [-1022.0, 1023.0]), np.array([2.0**-1022, 2.0**1023]), 1
+    )
 
 
 def series(function: Callable[[Any], Any], low: Any, high: Any, degree: int) -> list[Any]:

@@ -126,8 +126,9 @@ def with_asteroids(count: int, mass: float = 0.0, seed: int = 1) -> galvi.Proble
     v = np.stack([-speed * np.sin(angle), speed * np.cos(angle), 0.0 * angle], axis=1)
     return galvi.Problem(
         galvi.NBody(np.append(masses, np.full(count, mass)), PLANETS.system.G),
-        np.vstack([q0, q + q0[0]]), np.vstack([v0, v + v0[0]]),
-    )  # fmt: skip
+        np.vstack([q0, q + q0[0]]),
+        np.vstack([v0, v + v0[0]]),
+    )
 
 
 def permuted(problem: galvi.Problem, order: np.ndarray) -> galvi.Problem:

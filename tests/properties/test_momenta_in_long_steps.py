@@ -13,9 +13,10 @@ EPSILON = 2.0**-52
 ORBIT = galvi.problems.kepler(0.6)
 SHARES = np.array([1.0, 2.0]) / 3.0
 PAIR = galvi.Problem(
-    galvi.NBody(SHARES), np.outer([-SHARES[1], SHARES[0]], ORBIT.q0),
+    galvi.NBody(SHARES),
+    np.outer([-SHARES[1], SHARES[0]], ORBIT.q0),
     np.outer([-SHARES[1], SHARES[0]], ORBIT.v0),
-)  # fmt: skip
+)
 LAGRANGIAN = galvi.Problem(
     galvi.Lagrangian(
         lambda q, v: (v[0] ** 2 + v[1] ** 2) / 2 + 1 / (q[0] ** 2 + q[1] ** 2) ** 0.5, galvi.Rn(2)
@@ -68,9 +69,14 @@ def test_members_of_an_ensemble_keep_it(degree, step):
     turn = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
     q, v = (np.einsum("ijm,j->mi", turn, x) for x in (ORBIT.q0, ORBIT.v0))
     grid = galvi.integrate_ensemble(
-        ORBIT, q, v, method(degree), step, STEPS,
+        ORBIT,
+        q,
+        v,
+        method(degree),
+        step,
+        STEPS,
         keep=galvi.StatesAt(step * np.arange(1.0, STEPS)),
-    )  # fmt: skip
+    )
     for places, momenta in zip(grid[0], grid[1], strict=True):
         assert largest_jump(places, momenta) <= 16.0
 

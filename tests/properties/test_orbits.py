@@ -91,9 +91,12 @@ def test_rebound_finds_the_same_elements():
     np.testing.assert_allclose(got.eccentricity[0], column("e"), atol=1e-13)
     np.testing.assert_allclose(got.inclination[0], column("inc"), atol=1e-13)
     for mine, name in (
-        (got.node, "Omega"), (got.pericentre, "omega"), (got.mean_anomaly, "M"),
-        (got.mean_longitude, "l"), (got.pericentre_longitude, "pomega"),
-    ):  # fmt: skip
+        (got.node, "Omega"),
+        (got.pericentre, "omega"),
+        (got.mean_anomaly, "M"),
+        (got.mean_longitude, "l"),
+        (got.pericentre_longitude, "pomega"),
+    ):
         # 4e-14, but 3.5e-11 where REBOUND takes an inverse cosine near 1: the Earth's node, tiny
         # to the equator, which has an error of 1e-16 here by 40-digit arithmetic
         assert np.all(difference(mine[0], column(name)) < 1e-10), name

@@ -19,10 +19,13 @@ ALL, WITHOUT_MOON = [0, 1, 2, 3], [0, 1, 3]
 PLACES: dict[str, tuple[list[int], dict[str, Any], tuple[float, float], int]] = {
     "star and planets": (WITHOUT_MOON, {"chart": galvi.KeplerFrame(even=True)}, (0.2, 0.1), 2),
     "hierarchy": (
-        ALL, {"chart": galvi.KeplerFrame(even=True, hierarchy=(0, (1, 2), 3))}, (0.01, 0.005), 2,
+        ALL,
+        {"chart": galvi.KeplerFrame(even=True, hierarchy=(0, (1, 2), 3))},
+        (0.01, 0.005),
+        2,
     ),
     "clock": (WITHOUT_MOON, {"clock": galvi.DynamicalTime()}, (0.4, 0.2), 4),
-}  # fmt: skip
+}
 
 
 def end(bodies: list[int], forces: Any, stages: int, step: float, **options: Any) -> Any:

@@ -168,9 +168,15 @@ def test_a_run_in_blocks_says_at_which_of_all_steps_it_was_ruined():
 def test_a_method_of_somebody_else_says_why_it_failed():
     run = galvi.integrate(KEPLER, EIGHT, 0.1, 5)
     failed = galvi.Trajectory(
-        KEPLER, run.t, run.q, run.p, success=False, status="It broke.", failed_step=3,
+        KEPLER,
+        run.t,
+        run.q,
+        run.p,
+        success=False,
+        status="It broke.",
+        failed_step=3,
         counts={"steps": 2},
-    )  # fmt: skip
+    )
     assert failed.outcome == Outcome(End.STEP_FAILED, 3, sentence="It broke.")
     assert (failed.success, failed.status, failed.failed_step) == (False, "It broke.", 3)
     assert replace(failed, counts={}).outcome == failed.outcome

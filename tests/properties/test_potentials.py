@@ -14,9 +14,12 @@ from hypothesis import strategies as st
 import galvi
 
 POTENTIALS = (
-    galvi.CentralForce(1.7), galvi.CosinePotential(0.6), galvi.LinearSpring(2.5),
-    galvi.SpringChain(0.3, -0.2), galvi.UniformField([1.0, -2.0, 0.5]),
-)  # fmt: skip
+    galvi.CentralForce(1.7),
+    galvi.CosinePotential(0.6),
+    galvi.LinearSpring(2.5),
+    galvi.SpringChain(0.3, -0.2),
+    galvi.UniformField([1.0, -2.0, 0.5]),
+)
 each_potential = pytest.mark.parametrize("potential", POTENTIALS, ids=lambda V: type(V).__name__)
 SIZES = st.floats(0.1, 2.0) | st.floats(-2.0, -0.1)
 
@@ -68,10 +71,12 @@ def test_a_class_with_more_fields_is_the_same_potential() -> None:
     one, other = (
         galvi.integrate(
             galvi.Problem(galvi.Canonical(1.0, V), [1.0, 0.0], [0.0, 1.1]),
-            galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.1, 10,
+            galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)),
+            0.1,
+            10,
         )
         for V in (galvi.CentralForce(1.0), pickle.loads(pickle.dumps(Named(1.0))))
-    )  # fmt: skip
+    )
     assert np.array_equal(one.q, other.q)
 
 

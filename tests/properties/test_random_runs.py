@@ -46,9 +46,11 @@ DRAGGED = galvi.Canonical(
     1.0, galvi.LinearSpring(1.0), force=lambda q, v: -0.2 * np.sqrt(v @ v) * v
 )
 DRIVEN = galvi.Canonical(
-    1.0, lambda q: 1.0 - np.cos(q[0]), force=lambda q, v, t: 1.5 * np.sin(0.7 * t) - 0.1 * v,
+    1.0,
+    lambda q: 1.0 - np.cos(q[0]),
+    force=lambda q, v, t: 1.5 * np.sin(0.7 * t) - 0.1 * v,
     timed_force=True,
-)  # fmt: skip
+)
 DAMPED = galvi.RigidBody((1.0, 2.0, 2.5), force=lambda R, w: -0.1 * w)
 
 

@@ -66,15 +66,19 @@ def accelerations(model, problem):
 # ---------------------------------------------------------------- the positive list
 
 FIELDS = sorted(
-    name for name in dir(compiled())
+    name
+    for name in dir(compiled())
     if isinstance(value := getattr(compiled(), name), np.ndarray)
-    and value.size and value.dtype.kind in "fb" and not name.startswith("_")
-)  # fmt: skip
+    and value.size
+    and value.dtype.kind in "fb"
+    and not name.startswith("_")
+)
 OPTIONS = sorted(
-    name for name in dir(compiled().opt)
-    if not name.startswith("_") and name not in ("disableflags", "enableflags", "cone", "solver",
-                                                 "jacobian", "integrator")
-)  # fmt: skip
+    name
+    for name in dir(compiled().opt)
+    if not name.startswith("_")
+    and name not in ("disableflags", "enableflags", "cone", "solver", "jacobian", "integrator")
+)
 
 
 def read_or_refused(model):
@@ -109,10 +113,10 @@ def test_a_number_of_a_model_is_read_harmless_or_refused(name, more):
 
 
 BITS = [
-    (kind, bit) for kind, flags in (("disableflags", "mjtDisableBit"), ("enableflags",
-                                                                      "mjtEnableBit"))
+    (kind, bit)
+    for kind, flags in (("disableflags", "mjtDisableBit"), ("enableflags", "mjtEnableBit"))
     for bit in range(len(getattr(mujoco, flags).__members__) + 2)
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("kind", "bit"), BITS)
@@ -148,8 +152,9 @@ def test_a_field_of_a_newer_version_is_refused_by_name(monkeypatch, list_of_name
 
 def test_a_flag_and_a_tendons_field_of_a_newer_version_are_refused_by_name(monkeypatch):
     monkeypatch.setattr("galvi.interop.mujoco_limits.QUIET", ())
-    text = PLAIN.replace("<sensor>", '<tendon><fixed><joint joint="a" coef="1"/></fixed></tendon>'
-                                     "<sensor>")  # fmt: skip
+    text = PLAIN.replace(
+        "<sensor>", '<tendon><fixed><joint joint="a" coef="1"/></fixed></tendon><sensor>'
+    )
     with pytest.raises(BeyondTrees, match="tendons: some with what galvi does not know"):
         galvi.from_mujoco(text)
     model = compiled()
@@ -195,14 +200,23 @@ BEYOND = {
     "solid": flexible(f"{ELASTIC}/>", 'dim="3" count="3 3 3"'),
     "few nodes": flexible(f"{ELASTIC}/>", 'dim="3" count="3 3 3" dof="trilinear"'),
     "plastic": one('<joint axis="1 0 0" stiffness="1" springyield=".1"/>'),
-    "medium": one("<freejoint/>", '<option density="900" viscosity="1" wind="1 2 3"/>',
-                  '<geom type="box" size=".1 .2 .3" fluidshape="ellipsoid"/>'),
-    "tendon": one('<joint name="a" axis="1 0 0"/>').replace("</worldbody>", """</worldbody>
+    "medium": one(
+        "<freejoint/>",
+        '<option density="900" viscosity="1" wind="1 2 3"/>',
+        '<geom type="box" size=".1 .2 .3" fluidshape="ellipsoid"/>',
+    ),
+    "tendon": one('<joint name="a" axis="1 0 0"/>').replace(
+        "</worldbody>",
+        """</worldbody>
         <tendon><fixed name="t" armature="2" stiffness="3" damping="1"><joint joint="a" coef="1"/>
-        </fixed></tendon><actuator><motor tendon="t" armature="5" damping="3"/></actuator>"""),
-    "ball and motor": one('<joint type="ball" name="b"/>').replace("</worldbody>", """</worldbody>
-        <actuator><motor joint="b" armature=".1" damping="2"/></actuator>"""),
-}  # fmt: skip
+        </fixed></tendon><actuator><motor tendon="t" armature="5" damping="3"/></actuator>""",
+    ),
+    "ball and motor": one('<joint type="ball" name="b"/>').replace(
+        "</worldbody>",
+        """</worldbody>
+        <actuator><motor joint="b" armature=".1" damping="2"/></actuator>""",
+    ),
+}
 
 
 @pytest.mark.parametrize("kind", BEYOND)
@@ -261,11 +275,15 @@ def changed(**fields):
 FAULTS = {
     "a mass off by 1e-6": changed(mass=lambda link: link.mass * (1.0 + 1e-6)),
     "no damping": changed(joints=lambda link: [replace(j, damping=0.0) for j in link.joints]),
-    "another anchor": changed(joints=lambda link: [
-        j if j.type == "free" else replace(j, anchor=j.anchor + 1e-3) for j in link.joints]),
+    "another anchor": changed(
+        joints=lambda link: [
+            j if j.type == "free" else replace(j, anchor=j.anchor + 1e-3) for j in link.joints
+        ]
+    ),
     "mocap poses left out": lambda model, body, data, sound=reader._link: sound(
-        model, body, mujoco.MjData(model)),
-}  # fmt: skip
+        model, body, mujoco.MjData(model)
+    ),
+}
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -301,15 +319,18 @@ def off(model, *more):
 WEIGHTLESS = '<option gravity="0 0 0"/>'
 BALANCED = {  # forces cancel, and rounding is all that is left of the accelerations
     "an axis along gravity": one('<joint axis="0 0 1"/>'),
-    "an axis along gravity, tilted": one('<joint axis=".36 .48 .8"/>',
-                                         '<option gravity="-3.6 -4.8 -8"/>'),
+    "an axis along gravity, tilted": one(
+        '<joint axis=".36 .48 .8"/>', '<option gravity="-3.6 -4.8 -8"/>'
+    ),
     "hanging": one('<joint axis="1 0 0"/>', body='<geom size=".1" pos="0 0 -.3"/>'),
-    "at rest without weight": one('<freejoint/>', WEIGHTLESS),
+    "at rest without weight": one("<freejoint/>", WEIGHTLESS),
     "a spring at rest": one('<joint type="ball" stiffness="5"/>', WEIGHTLESS).replace(
-        "<body>", '<body quat=".1 .7 -.3 .4">'),
+        "<body>", '<body quat=".1 .7 -.3 .4">'
+    ),
     "a free spring at rest": one('<joint type="free" stiffness="50"/>', WEIGHTLESS).replace(
-        "<body>", '<body pos="100 7 3" quat=".1 .7 -.3 .4">'),
-}  # fmt: skip
+        "<body>", '<body pos="100 7 3" quat=".1 .7 -.3 .4">'
+    ),
+}
 
 
 @pytest.mark.parametrize("kind", BALANCED)
@@ -358,8 +379,9 @@ def test_the_own_model_is_the_users_but_for_what_is_left_out():
     before = copy.copy(model)
     _, own = reader.read(model, ("contacts", "actuators"))
     assert own.differences == {
-        "contacts": "the flag contact disabled", "actuators": "the flag actuation disabled",
-    }  # fmt: skip
+        "contacts": "the flag contact disabled",
+        "actuators": "the flag actuation disabled",
+    }
     bits = mujoco.mjtDisableBit
     off = int(bits.mjDSBL_CONTACT) | int(bits.mjDSBL_ACTUATION)
     assert own.model.opt.disableflags == off and model.opt.disableflags == 0
@@ -449,8 +471,18 @@ actuatorfrclimited="true" actuatorfrcrange="-1 1" actuatorgravcomp="true"/>
 
 
 def test_all_that_a_model_has_beyond_a_tree_is_named_in_one_refusal():
-    names = ("contacts", "limits", "actuators", "tendons", "equality", "fluid", "friction loss",
-             "gravity compensation", "nonlinear springs", "nonlinear damping")  # fmt: skip
+    names = (
+        "contacts",
+        "limits",
+        "actuators",
+        "tendons",
+        "equality",
+        "fluid",
+        "friction loss",
+        "gravity compensation",
+        "nonlinear springs",
+        "nonlinear damping",
+    )
     with pytest.raises(BeyondTrees, match="\n  contacts: 1 pair of geoms may meet\n") as refusal:
         galvi.from_mujoco(MORE)
     assert refusal.value.names == names
@@ -506,8 +538,11 @@ def test_pairs_of_geoms_are_those_that_touch_in_mujoco_where_all_are_at_one_plac
         if data.draw(st.booleans()):
             inner, ends = inner + ends, ""
     pair = st.tuples(st.sampled_from(names), st.sampled_from(names))
-    chosen = data.draw(st.sets(pair.filter(lambda both: both[0] < both[1]), max_size=3)) if (
-        len(names) > 1) else set()  # fmt: skip
+    chosen = (
+        data.draw(st.sets(pair.filter(lambda both: both[0] < both[1]), max_size=3))
+        if (len(names) > 1)
+        else set()
+    )
     apart = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in chosen)
     flag = data.draw(st.sampled_from(["enable", "disable"]))
     model = compiled(f"""<mujoco><option><flag filterparent="{flag}"/></option><worldbody>

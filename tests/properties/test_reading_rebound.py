@@ -247,10 +247,12 @@ def test_what_is_no_simulation_is_refused() -> None:
 # Sizes of memory, which cannot be set from outside without breaking it.
 MEMORY = ("N", "N_var", "N_var_config", "N_collisions")
 SCALARS = [
-    name for name, kind in rebound.Simulation._fields_
-    if kind in NUMBERS and name not in MEMORY
+    name
+    for name, kind in rebound.Simulation._fields_
+    if kind in NUMBERS
+    and name not in MEMORY
     and not name.startswith(("N_allocated", "_N_", "_status"))
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("name", SCALARS)
@@ -262,8 +264,12 @@ def test_a_number_of_a_simulation_is_read_known_to_change_nothing_or_refused(nam
     try:
         found = galvi.from_rebound(sim)
     except ValueError as refused:
-        words = {"testparticle_type": "test particles", "_gravity": "gravity",
-                 "_boundary": "boundary", "_collision": "collision"}  # fmt: skip
+        words = {
+            "testparticle_type": "test particles",
+            "_gravity": "gravity",
+            "_boundary": "boundary",
+            "_collision": "collision",
+        }
         assert words.get(name, name) in str(refused)
         return
     before = galvi.from_rebound(plain)

@@ -10,12 +10,14 @@ reboundx = pytest.importorskip("reboundx", reason="REBOUNDx is an extra")
 METHOD = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 C = 100.0
 SET = {
-    "gr": {}, "gr_full": {}, "gr_potential": {},
+    "gr": {},
+    "gr_full": {},
+    "gr_potential": {},
     "gravitational_harmonics": {"J2": 1e-2, "J4": -1e-3, "R_eq": 0.2},
     "central_force": {"Acentral": 1e-3, "gammacentral": -2.5},
-    "radiation_forces": {}, "tides_constant_time_lag": {"tctl_k2": 0.3, "tctl_tau": 1e-2,
-                                                        "OmegaMag": 0.7},
-}  # fmt: skip
+    "radiation_forces": {},
+    "tides_constant_time_lag": {"tctl_k2": 0.3, "tctl_tau": 1e-2, "OmegaMag": 0.7},
+}
 
 
 def simulation(name, mass=1e-6):

@@ -60,8 +60,9 @@ def test_past_a_failure_there_is_nothing(monkeypatch):
 
 
 def test_states_are_few_in_a_long_run():
-    run = galvi.integrate(galvi.problems.harmonic_oscillator(), gauss(2), 0.1, 10**6,
-                          save_every=10**6)  # fmt: skip
+    run = galvi.integrate(
+        galvi.problems.harmonic_oscillator(), gauss(2), 0.1, 10**6, save_every=10**6
+    )
     apart = np.diff([one.first for one in run.again.known])
     assert len(run.again.known) <= loop.MOST_KNOWN + 1 and set(apart) == {1954}
 
@@ -168,8 +169,15 @@ def test_a_change_that_the_start_does_not_show_is_seen(monkeypatch):
 def test_a_bound_of_steps_that_is_never_reached_does_not_thin_out_the_known_states():
     sundman = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=galvi.Sundman())
     bounded, free = (
-        galvi.integrate(galvi.problems.kepler(0.5), sundman, 0.02, steps, duration=60.0,
-                        curves=False, save_every=10**6)
+        galvi.integrate(
+            galvi.problems.kepler(0.5),
+            sundman,
+            0.02,
+            steps,
+            duration=60.0,
+            curves=False,
+            save_every=10**6,
+        )
         for steps in (10**8, None)
-    )  # fmt: skip
+    )
     assert len(bounded.again.known) == len(free.again.known) > 1

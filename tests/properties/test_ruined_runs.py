@@ -88,9 +88,10 @@ ASTRAY = {
         galvi.Lagrangian(
             lambda q, v: 0.5 * (v @ v - q @ q), galvi.Rn(1), wrong_slopes, check=False
         ),
-        [1.0], [0.1],
+        [1.0],
+        [0.1],
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(
@@ -265,8 +266,11 @@ def test_both_kernels_see_a_passage(solver):
     assert run.checkpoint.passage[0] == pytest.approx(1.45e-3, rel=0.01)
     back = galvi.integrate(
         problem.with_initial_state(run.q[-1], -problem.system.velocity(run.p[-1])),
-        gauss(8), 0.05, 60, solver=solver,
-    )  # fmt: skip
+        gauss(8),
+        0.05,
+        60,
+        solver=solver,
+    )
     assert "bodies 1 and 2 passed" in back.status
 
 
@@ -307,9 +311,12 @@ def test_good_runs_are_called_good(number, run):
 
 
 @given(
-    eccentricity=st.floats(0.0, 0.8), mass=st.floats(1e-8, 1.0), phase=st.floats(0.0, 6.2),
-    boost=st.floats(-3.0, 3.0), sign=st.sampled_from([-1, 1]),
-)  # fmt: skip
+    eccentricity=st.floats(0.0, 0.8),
+    mass=st.floats(1e-8, 1.0),
+    phase=st.floats(0.0, 6.2),
+    boost=st.floats(-3.0, 3.0),
+    sign=st.sampled_from([-1, 1]),
+)
 def test_no_bound_pair_with_adequate_steps_raises_a_false_alarm(
     eccentricity, mass, phase, boost, sign
 ):

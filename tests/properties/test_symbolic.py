@@ -43,8 +43,9 @@ def leaking_slope(t, s):
 def magnet():
     """A charge in a plane, in a magnetic field of strength c and on an anharmonic spring."""
     spring = (x**2 + 2 * y**2) / 2 + x**4 / 4
-    return made((u**2 + w**2) / 2 + c * (x * w - y * u) / 2 - spring, [x, y], [u, w],
-                parameters={c: 1.5})  # fmt: skip
+    return made(
+        (u**2 + w**2) / 2 + c * (x * w - y * u) / 2 - spring, [x, y], [u, w], parameters={c: 1.5}
+    )
 
 
 def magnet_slope(t, s):
@@ -85,24 +86,33 @@ def test_the_motion_is_that_of_equations_derived_by_hand(motion):
 
 def test_a_damped_and_driven_oscillator_follows_its_closed_form_in_extended_precision():
     pushed = made(
-        u**2 / 2 - k * x**2 / 2, x, u, t, parameters={k: 1.0, c: 0.25},
+        u**2 / 2 - k * x**2 / 2,
+        x,
+        u,
+        t,
+        parameters={k: 1.0, c: 0.25},
         force=[c * sympy.cos(t) - c * u],
-    )  # fmt: skip
+    )
     run = galvi.integrate(galvi.Problem(pushed, [1.0], [0.0]), EIGHT, 0.25, 40)
     with mpmath.workdps(30):
         rate = mpmath.sqrt(1 - mpmath.mpf(1) / 64)
         truth = [
-            mpmath.sin(s) + mpmath.exp(-s / 8) * (
-                mpmath.cos(rate * s) - mpmath.mpf(7) / 8 / rate * mpmath.sin(rate * s))
+            mpmath.sin(s)
+            + mpmath.exp(-s / 8)
+            * (mpmath.cos(rate * s) - mpmath.mpf(7) / 8 / rate * mpmath.sin(rate * s))
             for s in map(mpmath.mpf, run.t)
-        ]  # fmt: skip
+        ]
     assert np.max(np.abs(run.q[:, 0] - np.array(truth, dtype=float))) < 1e-14  # 2e-16
 
 
 def test_a_sign_gone_wrong_would_be_seen():
     start = ([1.0, -0.5], [0.3, 0.8])
-    wrong = made((u**2 + w**2) / 2 - c * (x * w - y * u) / 2 - (x**2 + 2 * y**2) / 2 - x**4 / 4,
-                 [x, y], [u, w], parameters={c: 1.5})  # fmt: skip
+    wrong = made(
+        (u**2 + w**2) / 2 - c * (x * w - y * u) / 2 - (x**2 + 2 * y**2) / 2 - x**4 / 4,
+        [x, y],
+        [u, w],
+        parameters={c: 1.5},
+    )
     run = galvi.integrate(galvi.Problem(wrong, *start), EIGHT, 0.1, 20)
     end = by_hand(run.problem, magnet_slope, 2.0)
     assert np.ptp(galvi.energy(run)) < 1e-12 and np.max(np.abs(run.q[-1] - end[:2])) > 0.1  # 2.0

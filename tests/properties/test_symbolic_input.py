@@ -112,11 +112,16 @@ def test_code_that_was_not_used_for_longest_goes(tmp_path):
 
 @pytest.mark.parametrize(
     "V",
-    [sympy.asin(x / 9) * sympy.atan2(x, 2), sympy.tanh(x) ** 2 + sympy.acosh(3 + x),
-     sympy.erf(x) + sympy.log(2 + x, 10), sympy.pi * sympy.E**x / 3 + x**10 / 10**12,
-     sympy.Min(x, x + 1, x + 2) ** 2, sympy.sign(x) * sympy.Abs(x) ** 3],
+    [
+        sympy.asin(x / 9) * sympy.atan2(x, 2),
+        sympy.tanh(x) ** 2 + sympy.acosh(3 + x),
+        sympy.erf(x) + sympy.log(2 + x, 10),
+        sympy.pi * sympy.E**x / 3 + x**10 / 10**12,
+        sympy.Min(x, x + 1, x + 2) ** 2,
+        sympy.sign(x) * sympy.Abs(x) ** 3,
+    ],
     ids=str,
-)  # fmt: skip
+)
 def test_the_compiled_slopes_are_those_of_mpmath(V):
     system = made(FREE - V, x, u)
     found = np.empty((2, 1))

@@ -78,9 +78,12 @@ def test_a_name_stands_for_the_tableau_of_the_literature(name, space, rule, a, p
 def test_the_trapezoid_has_every_name_of_verlets_method(space):
     names = galvi.theory(space, galvi.lobatto(2), OSCILLATOR).names
     assert names == (
-        "Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2",
+        "Stormer-Verlet",
+        "velocity Verlet",
+        "leapfrog",
+        "Newmark, beta = 0, gamma = 1/2",
         "Lobatto IIIA-IIIB, 2 stages",
-    )  # fmt: skip
+    )
 
 
 def newmark(beta, gamma, q, v, h):

@@ -149,8 +149,15 @@ def filled(q, v):
 SAME = {
     "new arrays": (
         filled,
-        lambda q, v: 2 * q[0] * q[1] - q[0] * q[1] + v[0] + q[0] * v[1] + v[0] * v[1]
-        + v[1] * q[0] + 0.5 * q[0],
+        lambda q, v: (
+            2 * q[0] * q[1]
+            - q[0] * q[1]
+            + v[0]
+            + q[0] * v[1]
+            + v[0] * v[1]
+            + v[1] * q[0]
+            + 0.5 * q[0]
+        ),
     ),
     "an object": (Spring(3.0), Spring(3.0)),
     "a partial function": (functools.partial(weighted, 2.0), lambda q, v: weighted(2.0, q, v)),
@@ -174,7 +181,7 @@ SAME = {
         lambda q, v: np.sin(np.radians(40.0 * q))[0] + v @ np.diag([1.0, 2.0]) @ v,
         lambda q, v: math.sin(math.radians(40.0 * q[0])) + v[0] ** 2 + 2.0 * v[1] ** 2,
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", SAME)
@@ -278,7 +285,7 @@ REFUSED = {
     "no value at the start": (lambda q, v: v @ v + np.sqrt(q[0] - 2.0), "not finite at"),
     "long code": (lambda q, v: v @ v + sum(np.sin(k * q[0]) for k in range(1500)), "than 4000"),
     "endless code": (lambda q, v: sum(np.sin(k * q[0]) for k in range(9000)), "20000 terms"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.slow_cases("long code")

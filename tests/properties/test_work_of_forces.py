@@ -105,9 +105,13 @@ def gimbal(damping: float, angle: float, v: Any) -> galvi.Problem:
 
 @pytest.mark.parametrize(
     ("damping", "angle", "step", "steps"),
-    [(0.0, 0.0, 0.01, 1000), (1e-12, 0.5 * np.pi - 0.1, 0.01, 100),
-     (0.0, 0.5 * np.pi - 0.3, 0.001, 1000), (0.0, 0.0, 0.001, 1000)],
-)  # fmt: skip
+    [
+        (0.0, 0.0, 0.01, 1000),
+        (1e-12, 0.5 * np.pi - 0.1, 0.01, 100),
+        (0.0, 0.5 * np.pi - 0.3, 0.001, 1000),
+        (0.0, 0.0, 0.001, 1000),
+    ],
+)
 def test_gimbal_lock_is_named_with_its_remedy(
     damping: float, angle: float, step: float, steps: int
 ) -> None:
@@ -194,9 +198,12 @@ def test_growth_is_what_a_step_does(s: int, z: float) -> None:
 def pulse(at: float, width: float = 1.0) -> galvi.Problem:
     """A free particle, which a short push takes from 1 to 1 + 5 width sqrt(pi)."""
     system = galvi.Canonical(
-        1.0, lambda q: 0.0 * q[0], lambda q: 0.0 * q, timed_force=True,
+        1.0,
+        lambda q: 0.0 * q[0],
+        lambda q: 0.0 * q,
+        timed_force=True,
         force=lambda q, v, t: np.array([5.0 * np.exp(-(((t - at) / width) ** 2))]),
-    )  # fmt: skip
+    )
     return galvi.Problem(system, [0.0], [1.0])
 
 
@@ -228,9 +235,12 @@ def vanishing(q: Any, v: Any, t: float) -> Any:
 
 def test_a_run_that_was_ruined_stays_so_after_good_steps() -> None:
     system = galvi.Canonical(
-        1.0, lambda q: 0.0 * q[0], lambda q: 0.0 * q, timed_force=True,
+        1.0,
+        lambda q: 0.0 * q[0],
+        lambda q: 0.0 * q,
+        timed_force=True,
         force=vanishing,
-    )  # fmt: skip
+    )
     start = galvi.Problem(system, [0.0], [1.0])
     run = galvi.integrate(start, method(2, galvi.radau(2)), 1.0, 6)
     for _ in range(2):

@@ -67,9 +67,11 @@ def defects(model, system, qpos, qvel):
     tau = asked.sum(axis=0)
     off = np.linalg.norm(mass @ data.qacc - tau)
     far = np.abs(data.xipos @ model.opt.gravity) @ model.body_mass + abs(data.energy[0])
-    return np.array([
-        off / max(np.linalg.norm(tau), 1e-300),
-        off / max(np.linalg.norm(asked, axis=1).sum(), 1e-300),
-        abs(0.5 * v @ mass @ v - data.energy[1]) / data.energy[1],
-        abs(potential - data.energy[0]) / max(far, 1e-300),
-    ])  # fmt: skip
+    return np.array(
+        [
+            off / max(np.linalg.norm(tau), 1e-300),
+            off / max(np.linalg.norm(asked, axis=1).sum(), 1e-300),
+            abs(0.5 * v @ mass @ v - data.energy[1]) / data.energy[1],
+            abs(potential - data.energy[0]) / max(far, 1e-300),
+        ]
+    )

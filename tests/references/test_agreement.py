@@ -189,15 +189,22 @@ def test_a_collision_is_not_passed_off_as_a_result(contender, nudge):
 
 
 REFUSED = [
-    *((fixed_steps, {"step": step}, r"step must divide.*Choose step = duration / \d+")
-      for step in (0.3, 0.1 * (1 + 5e-9), 2.0, -0.1)),
-    *((fixed_steps, {"step": step}, r"step must .*received")
-      for step in (0.0, float("nan"), float("inf"), "fast")),
+    *(
+        (fixed_steps, {"step": step}, r"step must divide.*Choose step = duration / \d+")
+        for step in (0.3, 0.1 * (1 + 5e-9), 2.0, -0.1)
+    ),
+    *(
+        (fixed_steps, {"step": step}, r"step must .*received")
+        for step in (0.0, float("nan"), float("inf"), "fast")
+    ),
     (fixed_steps, {}, "needs a 'step'"),
     (fixed_steps, {"step": 0.1, "save_every": 0}, "save_every must be a whole number"),
-    (lambda duration, setting: sample_times(0.0, duration, setting), {"samples": 1.5},
-     "samples must be a whole number"),
-]  # fmt: skip
+    (
+        lambda duration, setting: sample_times(0.0, duration, setting),
+        {"samples": 1.5},
+        "samples must be a whole number",
+    ),
+]
 
 
 @pytest.mark.parametrize(("read", "setting", "words"), REFUSED)

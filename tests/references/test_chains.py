@@ -34,10 +34,11 @@ PROBLEMS = {
     "chain of 5 rods": galvi.problems.planar_chain(),
     "three points": galvi.Problem(
         galvi.Lagrangian(galvi.PlanarChain([1.0, 2.0, 0.5], [1.0, 0.5, 0.8]), galvi.Rn(3)),
-        [1.0, 2.0, 3.0], [0.0, 1.0, 2.0],
+        [1.0, 2.0, 3.0],
+        [0.0, 1.0, 2.0],
     ),
     "one rod": galvi.problems.planar_chain(1, 2.0, 0.7, angle=2.5),
-}  # fmt: skip
+}
 DURATION = 2.0
 ROUNDING = 2e-13  # of DOP853 and of galvi after that time; 4e-14 with 120 steps
 every = pytest.mark.parametrize("name", PROBLEMS)

@@ -304,8 +304,10 @@ def test_every_kind_of_turn_is_the_taylor_series_rounded_once(name):
 @pytest.mark.parametrize("name", ["H's", "about the shortest axis", "full", "two short"])
 def test_it_is_where_scipy_goes(name):
     problem = body(name)
-    run, other = (c.run(problem, -30.0, {"samples": 5, **s}) for c, s in
-                  ((FREE_TOP, {}), (RIGID_DOP853, TIGHT)))  # fmt: skip
+    run, other = (
+        c.run(problem, -30.0, {"samples": 5, **s})
+        for c, s in ((FREE_TOP, {}), (RIGID_DOP853, TIGHT))
+    )
     np.testing.assert_allclose(run.q, other.q, atol=2e-12)  # 3e-13
     np.testing.assert_allclose(run.p, other.p, atol=2e-12)  # 2e-13
 

@@ -113,10 +113,18 @@ def test_no_reference_asks_galvi_for_a_force(monkeypatch):
     ]
     for system in (galvi.Canonical, galvi.NBody, galvi.RigidBody, CanonicalOnRn, *FORMULAS):
         for name in (
-            "force_kernel", "lagrangian_kernel", "law", "acceleration", "acceleration_jacobian",
-            "potential_gradient", "potential_hessian", "gradient", "hessian",
-            "slope", "torque",
-        ):  # fmt: skip
+            "force_kernel",
+            "lagrangian_kernel",
+            "law",
+            "acceleration",
+            "acceleration_jacobian",
+            "potential_gradient",
+            "potential_hessian",
+            "gradient",
+            "hessian",
+            "slope",
+            "torque",
+        ):
             if callable(getattr(system, name, None)):
                 monkeypatch.setattr(system, name, refused)
     monkeypatch.setattr(galvi.RotorDrag, "__call__", refused)

@@ -38,8 +38,9 @@ def test_a_rebound_leaves_the_ground_with_its_share_of_the_speed():
     time = fastest / G * math.acosh(math.exp(G / fastest**2))
     u = 0.5 * fastest * math.tanh(G * time / fastest)
     rise = fastest / G * math.atan(u / fastest)
-    found = landings(problem, [[FAR, 0.0, 1.0]], np.zeros((1, 3)), [0.0], time + rise,
-                     restitution=0.5)  # fmt: skip
+    found = landings(
+        problem, [[FAR, 0.0, 1.0]], np.zeros((1, 3)), [0.0], time + rise, restitution=0.5
+    )
     top = fastest**2 / (2.0 * G) * math.log(1.0 + (u / fastest) ** 2)
     assert not found.landed[0]
     assert found.q[0, 2] == pytest.approx(top, rel=1e-11) and abs(found.v[0, 2]) < 1e-11
@@ -59,9 +60,14 @@ def test_scipys_events_find_the_same_landings(coefficient):
     for k in range(5):
         solved = solve_ivp(
             lambda t, y: np.concatenate([y[3:], accelerated(y[:3], y[3:], t)]),
-            (t[k], 3.0), np.concatenate([q[k], v[k]]), "DOP853", rtol=1e-12, atol=1e-13,
-            events=ground, max_step=0.02,
-        )  # fmt: skip
+            (t[k], 3.0),
+            np.concatenate([q[k], v[k]]),
+            "DOP853",
+            rtol=1e-12,
+            atol=1e-13,
+            events=ground,
+            max_step=0.02,
+        )
         assert found.landed[k] == (solved.status == 1)
         end = solved.y_events[0][0] if found.landed[k] else solved.y[:, -1]
         np.testing.assert_allclose(found.q[k], end[:3], atol=1e-9)
@@ -72,5 +78,13 @@ def test_steps_that_become_too_small_and_contacts_without_end_are_refused():
     with pytest.raises(RuntimeError, match=r"1 grains have no end by DOP853"):
         landings(problem, [[9.0, 0.0, 1.0]], np.zeros((1, 3)), [0.0], 1.0, tolerance=1e-40)
     with pytest.raises(RuntimeError, match=r"or the contacts 1000"):
-        landings(problem, [[FAR, 0.0, 0.05]], np.zeros((1, 3)), [0.0], 2.0, restitution=0.5,
-                 slowest=0.0, tolerance=1e-9)  # fmt: skip
+        landings(
+            problem,
+            [[FAR, 0.0, 0.05]],
+            np.zeros((1, 3)),
+            [0.0],
+            2.0,
+            restitution=0.5,
+            slowest=0.0,
+            tolerance=1e-9,
+        )

@@ -39,12 +39,16 @@ PROBLEMS = {
     "polar Kepler": galvi.problems.kepler_polar(),
     "coupled and driven": from_sympy(
         (u**2 + w**2) / 3 + u * w * sympy.cos(x - y) / 4 - sympy.cos(s) * x**2 / 3 - k * y**4,
-        [0.3, 0.4], [0.1, 0.2], 0.7, t=s, parameters={k: 0.1},
+        [0.3, 0.4],
+        [0.1, 0.2],
+        0.7,
+        t=s,
+        parameters={k: 0.1},
     ),
     "not quadratic in the velocity": from_sympy(
         -sympy.sqrt(1 - u**2) - sympy.exp(x / 3) / 2 + u * sympy.sin(x), [0.2], [0.4]
     ),
-}  # fmt: skip
+}
 POTENTIALS = {
     "henon-heiles": galvi.problems.henon_heiles(),
     "chain of springs": galvi.problems.fermi_pasta_ulam_tsingou(4, beta=0.3),
@@ -243,8 +247,13 @@ def random_potential(seed):
         lambda z: np.log(2.0 + np.cos(z)),
         np.arcsinh,
     )
-    binary = (lambda a, b: a + b, lambda a, b: a - 0.3 * b, lambda a, b: np.sin(a) * b,
-              lambda a, b: a / (1.0 + b**2), lambda a, b: np.hypot(a, b))  # fmt: skip
+    binary = (
+        lambda a, b: a + b,
+        lambda a, b: a - 0.3 * b,
+        lambda a, b: np.sin(a) * b,
+        lambda a, b: a / (1.0 + b**2),
+        lambda a, b: np.hypot(a, b),
+    )
 
     def potential(q):
         draw, terms = np.random.default_rng(seed), [q[0], q[1], np.sum(q) / 3]

@@ -233,7 +233,7 @@ def test_mujocos_own_energies_are_those_of_the_problem(name):
         galvi.problems.kepler(),
     ],
     ids=["any potential", "a gradient of its own", "two pendulums", "another force", "no body"],
-)  # fmt: skip
+)
 def test_other_problems_are_not_taken(problem):
     assert not any(contender.supports(problem) for contender in ALL)
     with pytest.raises(ValueError, match="MuJoCo RK4 does not solve"):
@@ -285,8 +285,10 @@ def test_dop853_on_mujoco_s_accelerations_finds_galvi_s_motion(problem):
 
 def test_a_tree_with_an_anchor_on_the_other_side_would_be_seen():
     system = galvi.from_mujoco(random_tree(4, 3, kinds=("hinge",))).system
-    links = [replace(link, joints=[replace(joint, anchor=-joint.anchor) for joint in link.joints])
-             for link in system.links]  # fmt: skip
+    links = [
+        replace(link, joints=[replace(joint, anchor=-joint.anchor) for joint in link.joints])
+        for link in system.links
+    ]
     model = mujoco.MjModel.from_xml_string(MujocoTree(system).mjcf())
     wrong = galvi.Multibody(links, system.gravity)
     assert defects(model, wrong, *random_state(model, 1))[0] > 1e-3

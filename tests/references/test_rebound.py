@@ -99,19 +99,22 @@ def test_the_order_is_what_is_claimed(contender, setting, order, near, counts):
 
 
 OPTIONS = [  # by which a run differs from one without
-    *((WHFAST, PLANETS, {"step": 5 * DAILY}, option) for option in (
-        {"corrector": 11},
-        {"corrector2": 1, "corrector": 17},
-        {"kernel": "MODIFIEDKICK"},
-        {"kernel": "COMPOSITION"},
-        {"coordinates": "DEMOCRATICHELIOCENTRIC"},
-        {"coordinates": "WHDS"},
-        {"coordinates": "BARYCENTRIC"},
-        {"safe_mode": 0, "keep_unsynchronized": 1},
-    )),
+    *(
+        (WHFAST, PLANETS, {"step": 5 * DAILY}, option)
+        for option in (
+            {"corrector": 11},
+            {"corrector2": 1, "corrector": 17},
+            {"kernel": "MODIFIEDKICK"},
+            {"kernel": "COMPOSITION"},
+            {"coordinates": "DEMOCRATICHELIOCENTRIC"},
+            {"coordinates": "WHDS"},
+            {"coordinates": "BARYCENTRIC"},
+            {"safe_mode": 0, "keep_unsynchronized": 1},
+        )
+    ),
     (MERCURIUS, heavy(), {"step": 30.0}, {"r_crit_hill": 8.0}),
     (TRACE, heavy(), {"step": 30.0}, {"peri_mode": "FULL_IAS15"}),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("contender", "problem", "setting", "option"), OPTIONS)
@@ -143,10 +146,14 @@ def test_types_of_saba_differ_and_the_default_is_rebounds():
         (WHFAST, {"corrector": 4}, "REBOUND refuses.*0, 3, 5, 7, 11, 17"),
         (WHFAST, {"kernel": "LAZY", "coordinates": "WHDS"}, "REBOUND refuses.*Jacobi"),
         (LEAPFROG, {"order": 3}, "REBOUND refuses.*order"),
-        pytest.param(WHFAST512, {"corrector": 11}, "corrector must be 0 or 17; received 11",
-                     marks=needs_avx512),
+        pytest.param(
+            WHFAST512,
+            {"corrector": 11},
+            "corrector must be 0 or 17; received 11",
+            marks=needs_avx512,
+        ),
     ],
-)  # fmt: skip
+)
 def test_options_that_do_not_exist_or_go_together_are_refused(contender, setting, complaint):
     with pytest.raises(ValueError, match=complaint):
         contender.run(PLANETS, SPAN, {"step": DAILY, **setting})
@@ -162,9 +169,11 @@ def test_bulirsch_stoer_follows_its_tolerance_and_its_longest_step():
 
 @pytest.mark.parametrize(
     ("contender", "best", "off"),
-    [(WHFAST, whfast.BEST, 1e-11),  # 7e-13
-     pytest.param(WHFAST512, whfast512.BEST, 1e-12, marks=needs_avx512)],
-)  # fmt: skip
+    [
+        (WHFAST, whfast.BEST, 1e-11),  # 7e-13
+        pytest.param(WHFAST512, whfast512.BEST, 1e-12, marks=needs_avx512),
+    ],
+)
 def test_a_run_ends_the_same_whether_or_not_it_is_read_on_the_way_and_goes_back(
     contender, best, off
 ):

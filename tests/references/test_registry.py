@@ -93,7 +93,7 @@ UNKNOWN_NAMES = [
     *((code, word, "Did you mean 'rebound.whfast'") for word in ("rebound.whfst", "WHFast")),
     (code, "mujoco.RK4", "Did you mean 'mujoco.rk4'"),
     (code, "textbook.verlet", "Did you mean 'textbook.stormer_verlet'"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("asked", "word", "meant"), UNKNOWN_NAMES)
@@ -142,8 +142,9 @@ def test_a_run_says_when_and_how_it_was_made(contender):
 def test_a_contender_is_set_by_a_step_or_by_samples_and_refuses_other_settings(contender):
     assert isinstance(contender, Reference) and isinstance(contender.fixed_step, bool)
     problem, right = solvable(contender), setting(contender, 1.0, 1)
-    key, typed, other = ("step", "steq", "samples") if contender.fixed_step else (
-        "samples", "sample", "step")  # fmt: skip
+    key, typed, other = (
+        ("step", "steq", "samples") if contender.fixed_step else ("samples", "sample", "step")
+    )
     for duration, given, words in (
         (1.0, {typed: 1}, f"received '{typed}'. Did you mean '{key}'"),
         (1.0, {other: 1}, f"received '{other}'"),
@@ -257,8 +258,10 @@ def test_a_gradient_that_belongs_to_the_known_potential_keeps_its_references():
     assert {"MuJoCo RK4", "RK4 on quaternions, compiled"} <= {c.name for c in takers}
     some = [c for c in REFERENCES if c.supports(replace(HANGING, system=other))]
     assert {c.name for c in some} == {
-        "explicit Euler, matrices", "SciPy RK45 (ode45), matrices", "SciPy DOP853, quaternions",
-    }  # fmt: skip
+        "explicit Euler, matrices",
+        "SciPy RK45 (ode45), matrices",
+        "SciPy DOP853, quaternions",
+    }
 
 
 def test_a_refusal_says_which_field_of_the_system_it_is_for():
@@ -300,8 +303,12 @@ def test_a_missing_engine_is_a_sentence_and_not_a_crash(monkeypatch):
 def test_every_reference_whose_engine_may_be_missing_names_it():
     optional = [one for one in REFERENCES if isinstance(type(one).missing, property)]
     assert {one.engine for one in optional} == {
-        "rebound", "heyoka", "mujoco-core", "jplephem", "pin",
-    }  # fmt: skip
+        "rebound",
+        "heyoka",
+        "mujoco-core",
+        "jplephem",
+        "pin",
+    }
     assert not any(one.missing for one in REFERENCES if one not in optional)
 
 

@@ -196,9 +196,12 @@ def reversed_precession(self, slope=RigidEquations.slope):
 FAULTS = {  # the first keeps energy, rotations and the size of p
     "gyroscopic term": ("free rigid body", RigidEquations, "slope", reversed_precession),
     "torque": (
-        "3D pendulum", rigid_equations, "torque", lambda system, R, t: -torque(system, R, t)
+        "3D pendulum",
+        rigid_equations,
+        "torque",
+        lambda system, R, t: -torque(system, R, t),
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("fault", FAULTS)

@@ -19,8 +19,13 @@ def kepler(q, v):
 
 def pendulum(q, v):
     """Two rods of unit mass and length: the mass depends on the angles."""
-    return (v[0] ** 2 + 0.5 * v[1] ** 2 + v[0] * v[1] * np.cos(q[0] - q[1])
-            + 2.0 * np.cos(q[0]) + np.cos(q[1]))  # fmt: skip
+    return (
+        v[0] ** 2
+        + 0.5 * v[1] ** 2
+        + v[0] * v[1] * np.cos(q[0] - q[1])
+        + 2.0 * np.cos(q[0])
+        + np.cos(q[1])
+    )
 
 
 def body(R, w):
@@ -34,12 +39,20 @@ def orbit():
 
 SYSTEMS = {
     "Kepler": (kepler, VectorSpace(), orbit),
-    "double pendulum": (pendulum, VectorSpace(), lambda: galvi.Problem(
-        galvi.Lagrangian(pendulum, galvi.Rn(2)), [1.0, 0.5], [0.1, -0.3])),
+    "double pendulum": (
+        pendulum,
+        VectorSpace(),
+        lambda: galvi.Problem(galvi.Lagrangian(pendulum, galvi.Rn(2)), [1.0, 0.5], [0.1, -0.3]),
+    ),
     "body on a pivot": (body, Rotations(), lambda: galvi.problems.pendulum_3d()),
-}  # fmt: skip
-CASES = [(6, "Gauss", 6), (4, "Gauss", 3), (5, "Gauss", 8), (5, "Lobatto", 6),
-         (4, "Clenshaw-Curtis", 7)]  # fmt: skip
+}
+CASES = [
+    (6, "Gauss", 6),
+    (4, "Gauss", 3),
+    (5, "Gauss", 8),
+    (5, "Lobatto", 6),
+    (4, "Clenshaw-Curtis", 7),
+]
 
 
 def both(name, n, rule, points, h=0.1, steps=4):
@@ -75,12 +88,11 @@ def test_galvi_computes_what_the_page_says(name, n, rule, points):
 
 
 FAULTS = {
-    "weights that do not sum to 1": ("weights", lambda method: replace(
-        method, b=1.01 * method.b)),
+    "weights that do not sum to 1": ("weights", lambda method: replace(method, b=1.01 * method.b)),
     "velocities of the other sign": ("velocity", lambda chart: lambda x, rate: -rate),
     "momenta without the chart": ("tangent", lambda chart: lambda x: -2.0 * np.eye(3)),
     "a chart that stays": ("carried", lambda chart: lambda x, p: p),
-}  # fmt: skip
+}
 
 
 @pytest.mark.slow_cases(but=["velocities of the other sign"])

@@ -59,10 +59,19 @@ LISTS = st.lists(st.sampled_from(NUMBERS) | st.floats(), max_size=4)
 ODD = st.sampled_from(NUMBERS) | st.sampled_from(OBJECTS) | ARRAYS | LISTS | st.integers()
 ENTRIES = st.sampled_from([np.nan, np.inf, -1e308, 1e300, 0.0, -1.0, TINY])
 CHANGES: list[Callable[[Any], Any]] = [
-    lambda a: a[..., None], np.ravel, np.transpose, lambda a: a[None], lambda a: a[:-1],
-    lambda a: a.astype(np.float32), lambda a: a.astype(int), lambda a: a[::-1],
-    lambda a: np.concatenate([a, a]), lambda a: a * 1e200, lambda a: a * 1e-200, lambda a: a * 0,
-]  # fmt: skip
+    lambda a: a[..., None],
+    np.ravel,
+    np.transpose,
+    lambda a: a[None],
+    lambda a: a[:-1],
+    lambda a: a.astype(np.float32),
+    lambda a: a.astype(int),
+    lambda a: a[::-1],
+    lambda a: np.concatenate([a, a]),
+    lambda a: a * 1e200,
+    lambda a: a * 1e-200,
+    lambda a: a * 0,
+]
 
 
 def spoilt(good: Any) -> st.SearchStrategy[Any]:
@@ -83,9 +92,11 @@ def method(degree: int, points: int, **options: Any) -> galvi.Galerkin:
 
 KEPLER, TWO = galvi.problems.kepler(0.3), method(2, 2)
 PROBLEMS = {
-    "kepler": KEPLER, "oscillator": galvi.problems.harmonic_oscillator(),
-    "planets": galvi.problems.outer_solar_system(), "body": galvi.problems.free_rigid_body(),
-}  # fmt: skip
+    "kepler": KEPLER,
+    "oscillator": galvi.problems.harmonic_oscillator(),
+    "planets": galvi.problems.outer_solar_system(),
+    "body": galvi.problems.free_rigid_body(),
+}
 
 
 @functools.cache
@@ -107,13 +118,20 @@ STEP = {
 }
 STEPS = {**STEP, "steps": DEGREES}
 BETWEEN = {
-    "problem": KEPLER, "method": STEP["method"], "q0": np.array([0.7, 0.0]),
-    "q1": np.array([0.69, 0.1]), "h": 0.1,
-}  # fmt: skip
+    "problem": KEPLER,
+    "method": STEP["method"],
+    "q0": np.array([0.7, 0.0]),
+    "q1": np.array([0.69, 0.1]),
+    "h": 0.1,
+}
 MEMBERS = {
-    "problem": KEPLER, "q0": np.array([[0.7, 0.0]] * 3), "v0": np.array([[0.0, 1.4]] * 3),
-    "method": TWO, "step": 0.1, "steps": 3,
-}  # fmt: skip
+    "problem": KEPLER,
+    "q0": np.array([[0.7, 0.0]] * 3),
+    "v0": np.array([[0.0, 1.4]] * 3),
+    "method": TWO,
+    "step": 0.1,
+    "steps": 3,
+}
 HINGE = galvi.Joint("hinge")
 ROD = galvi.Link((HINGE,), 1.0, (0.0, 0.0, -1.0), 0.1)
 MODEL = "<mujoco><worldbody><body><joint/><geom size='.1'/></body></worldbody></mujoco>"
@@ -168,7 +186,10 @@ GOOD: dict[str, Mapping[str, Any]] = {
     "Events": {"events": galvi.events.section(lambda q, v, t: q[1]), "at_most": 2},
     "Histogram": {"quantity": energy_like, "edges": [0.0, 1.0, 2.0]},
     "recommend": {
-        "problem": PROBLEMS["oscillator"], "error": 1e-4, "duration": 1.0, "by": "evaluations",
+        "problem": PROBLEMS["oscillator"],
+        "error": 1e-4,
+        "duration": 1.0,
+        "by": "evaluations",
         "degrees": (4,),
     },
     "resume": {**RUN, "steps": DEGREES},
@@ -202,7 +223,7 @@ GOOD: dict[str, Mapping[str, Any]] = {
     "plane_crossing": {"normal": AXIS},
     "angle": {"joint": 0, "value": 0.5},
     "section": {"function": lambda q, v, t: q[0]},
-}  # fmt: skip
+}
 RESULTS = {"Citation", "End", "Ensemble", "Found", "Judged", "MomentumBalance", "OrbitalElements",
            "Outcome", "Recommendation", "Theory", "Trajectory"}  # fmt: skip
 SLOW = {"judge", "convergence"}  # their refusals are in tests/users/refusals and test_convergence
@@ -296,8 +317,10 @@ def is_refusal(error: Exception) -> bool:
 def property_of(data: Any, examples: int) -> Any:
     """Decorates a function of what is drawn; it is then called with so many examples."""
     return lambda check: settings(
-        max_examples=examples, phases=[Phase.generate], suppress_health_check=list(HealthCheck),
-    )(given(data)(check))  # fmt: skip
+        max_examples=examples,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )(given(data)(check))
 
 
 @pytest.fixture(autouse=True)
@@ -367,13 +390,14 @@ ODD_FILES: dict[str, tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]] = {
     "a state of whole numbers": (REFUSED, lambda a: {**a, "state": a["state"].astype(int)}),
     "bases of another shape": (REFUSED, lambda a: {**a, "bases": a["bases"][:, :1][:3]}),
     "curves of another shape": (
-        REFUSED, lambda a: {**a, "coefficients": a["coefficients"][:, :1][:3]},
+        REFUSED,
+        lambda a: {**a, "coefficients": a["coefficients"][:, :1][:3]},
     ),
     "no solver state": (REFUSED, lambda a: {x: a[x] for x in a if x != "solver_state"}),
     "a step of 0": (REFUSED, of_facts(step=0.0)),
     "no counts": (REFUSED, of_facts(counts=None)),
     "another format": (r"must have format \d+; received format 3. Run ", of_facts(version=3)),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("odd", ODD_FILES)
@@ -389,9 +413,11 @@ def test_a_file_whose_parts_do_not_fit_is_refused(name: str, odd: str, empty_fol
 
 
 FORMS: dict[str, Callable[[Any], Any]] = {
-    "lists": np.ndarray.tolist, "Fortran": np.asfortranarray,
-    "a view": lambda a: np.repeat(a, 2, 0)[::2], "longdouble": lambda a: a.astype(np.longdouble),
-}  # fmt: skip
+    "lists": np.ndarray.tolist,
+    "Fortran": np.asfortranarray,
+    "a view": lambda a: np.repeat(a, 2, 0)[::2],
+    "longdouble": lambda a: a.astype(np.longdouble),
+}
 
 
 @pytest.mark.parametrize("form", FORMS)

@@ -108,8 +108,9 @@ def a_pursuit() -> Any:
 
 @row(
     "Hull et al. 1972, DETEST B5: sn, cn and dn at 20 for m = 0.51",
-    (-0.9396570798729192, -0.3421177754000779, 0.7414126596199957), 1e-13,
-)  # fmt: skip
+    (-0.9396570798729192, -0.3421177754000779, 0.7414126596199957),
+    1e-13,
+)
 def eulers_equations() -> Any:
     """For moments 2, 3, 1.5 in units of the velocity in which the equations have no factors."""
     units = np.sqrt([4.59, 1.02, 8.0])
@@ -180,8 +181,9 @@ MOON = (0.5208229189877062, 0.8396958299645672, 0.0)
 
 @row(
     "dtamayo/reboundx#136: by IAS15, and no momentum is lost",
-    (*MOON, 0.0, 0.0, 0.0), 1e-13,
-)  # fmt: skip
+    (*MOON, 0.0, 0.0, 0.0),
+    1e-13,
+)
 def a_massless_moon_in_a_clock() -> Any:
     """For five revolutions with e = 0.9 about a planet of a star."""
     rebound = pytest.importorskip("rebound")
@@ -267,8 +269,11 @@ def a_step_in_units_of_the_clock() -> Any:
     return whole(craft(0.4 / np.sqrt(398600.4418))).q[-1]
 
 
-@row("Curtis, Orbital Mechanics, 12.2; poliastro's tests of perturbations: deg/h",
-     (-0.172, 0.282), 1e-3)  # fmt: skip
+@row(
+    "Curtis, Orbital Mechanics, 12.2; poliastro's tests of perturbations: deg/h",
+    (-0.172, 0.282),
+    1e-3,
+)
 def oblateness_turns_the_node_and_the_pericentre() -> Any:
     earth = galvi.Oblateness(0, 0.00108263, 6378.0)
     system = galvi.NBody([398600.0, 0.0], forces=(earth,))
@@ -290,9 +295,7 @@ def an_isochrone_orbit() -> Any:
     return np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
 
 
-@row(
-    "Boris 1970, a uniform magnetic field: half a circle", (0.0, -1.0), 1e-13
-)  # fmt: skip
+@row("Boris 1970, a uniform magnetic field: half a circle", (0.0, -1.0), 1e-13)
 def a_charged_particle() -> Any:
     system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v + q[0] * v[1] - q[1] * v[0], galvi.Rn(2))
     start = galvi.Problem(system, [0.0, 0.0], [1.0, 0.0])
@@ -359,8 +362,10 @@ def a_damper_that_is_controlled() -> Any:
 
 
 @row(
-    "google-deepmind/dm_control#320: an oscillator", 0.1 * np.cos(0.2 * np.sqrt(10 / 0.26)), 1e-13,
-)  # fmt: skip
+    "google-deepmind/dm_control#320: an oscillator",
+    0.1 * np.cos(0.2 * np.sqrt(10 / 0.26)),
+    1e-13,
+)
 def members_with_a_limit_of_force() -> Any:
     servo = '<actuator><position joint="h" kp="10" forcerange="-400 400"/></actuator>'
     start = np.full((2, 1), 0.1)
@@ -377,8 +382,11 @@ def other_masses_in_a_medium() -> Any:
     return problem.system.with_numbers(masses=[4.0]).acceleration([1.0], [3.0])
 
 
-@row("google-deepmind/mujoco_menagerie#232, a light wrist", end=End.DOUBTFUL,
-     words="forces have damped a velocity in 1/1,000 of a step")  # fmt: skip
+@row(
+    "google-deepmind/mujoco_menagerie#232, a light wrist",
+    end=End.DOUBTFUL,
+    words="forces have damped a velocity in 1/1,000 of a step",
+)
 def a_servo_too_stiff_for_the_step() -> Any:
     servo = '<actuator><position joint="h" kp="50000" kv="5000"/></actuator>'
     problem = hinge("", servo, 0.0, ctrl=[0.1]).with_initial_state([0.0], [2.0])

@@ -76,9 +76,19 @@ class Cloud:
         q, v, t = self.starts()
         law, rates = self.rates
         return follow(
-            method, q, v, t, np.tile(rates, (t.size, 1)), law, UNTIL / steps, UNTIL,
-            gravity=GRAVITY, saves=saves, ground=self.ground, threads=threads,
-        )  # fmt: skip
+            method,
+            q,
+            v,
+            t,
+            np.tile(rates, (t.size, 1)),
+            law,
+            UNTIL / steps,
+            UNTIL,
+            gravity=GRAVITY,
+            saves=saves,
+            ground=self.ground,
+            threads=threads,
+        )
 
 
 def optical_depth(q: Array, diameter: float) -> Array:

@@ -78,10 +78,15 @@ def cost_of_clouds(
         steps = int(run.steps.sum())
         seconds = (next(times) - next(times)) / steps
         by_itself = next(times) / STEPS if single else math.nan
-        rows.append({
-            **_row(drag, diameter, degree, run), "runs": CLOUD, "threads": 1,
-            "microseconds": 1e6 * seconds, "single": by_itself / seconds,
-        })  # fmt: skip
+        rows.append(
+            {
+                **_row(drag, diameter, degree, run),
+                "runs": CLOUD,
+                "threads": 1,
+                "microseconds": 1e6 * seconds,
+                "single": by_itself / seconds,
+            }
+        )
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -99,10 +104,14 @@ def _single(drag: str, diameter: float) -> Callable[[], Any]:
 def _row(drag: str, diameter: float, degree: int, run: Any) -> dict[str, Any]:
     failed = int(np.sum(~run.success))
     return {
-        "drag": drag, "micrometres": 1e6 * diameter, "degree": degree, "grains": len(run.t),
-        "steps": int(run.steps.sum()), "passes": float(run.passes.sum() / run.steps.sum()),
+        "drag": drag,
+        "micrometres": 1e6 * diameter,
+        "degree": degree,
+        "grains": len(run.t),
+        "steps": int(run.steps.sum()),
+        "passes": float(run.passes.sum() / run.steps.sum()),
         "status": f"{failed} grains failed" if failed else "",
-    }  # fmt: skip
+    }
 
 
 @dataclass(frozen=True)
@@ -135,11 +144,16 @@ class Part:
         run, seconds = once(lambda: cloud.flights(_gauss(2), STEPS))
         seen = total(answers({self.diameter: cloud}, _gauss(2), STEPS).depth)
         row = {
-            **_row(BY_REYNOLDS, self.diameter, 2, run), "runs": CLOUD, "threads": processors(),
-            "microseconds": 1e6 * seconds / int(run.steps.sum()), "single": math.nan,
-            "optical_depth": seen.value, "uncertainty": seen.uncertainty, "commit": self.code,
+            **_row(BY_REYNOLDS, self.diameter, 2, run),
+            "runs": CLOUD,
+            "threads": processors(),
+            "microseconds": 1e6 * seconds / int(run.steps.sum()),
+            "single": math.nan,
+            "optical_depth": seen.value,
+            "uncertainty": seen.uncertainty,
+            "commit": self.code,
             "date": today(),
-        }  # fmt: skip
+        }
         self.files.write(self.name, pd.DataFrame([row], columns=list(COLUMNS)))
 
 

@@ -350,8 +350,15 @@ def fly(law, grains, s, numbers, rules, every, work, results):
                     if index > last:
                         continue
                     if t == (index - 1) * step:
-                        keep(saved, who, index - 1, every, starts[who, 0], starts[who, 1],
-                             starts[who, 2])  # fmt: skip
+                        keep(
+                            saved,
+                            who,
+                            index - 1,
+                            every,
+                            starts[who, 0],
+                            starts[who, 1],
+                            starts[who, 2],
+                        )
                     lane[:, l] = 0
                     lane[WHO, l], lane[MOST, l] = who, (last - index + 1 + DISTURBED) * 2 * PASSES
                     enter(work, l, starts[who], t, step, index, constants[who], numbers, s)

@@ -214,15 +214,31 @@ def follow(
     def batch(part: Any) -> None:
         (work,) = aligned((rows_of_grains(method.stages), LANES))
         every = int(steps[part][0]) // saves if saves else 1
-        kernel(law, (starts[part], clocks[part], constants[part], counts[part]), method.stages,
-               numbers, rules, every, work, (ends[part], codes[part], places[part]))  # fmt: skip
+        kernel(
+            law,
+            (starts[part], clocks[part], constants[part], counts[part]),
+            method.stages,
+            numbers,
+            rules,
+            every,
+            work,
+            (ends[part], codes[part], places[part]),
+        )
 
     _do(batch, _batches(steps), threads)
     del kept_alive
     return Flights(
-        codes[:, 0], np.where(codes[:, 0] == ALOFT, until, ends[:, 6]), ends[:, :3], ends[:, 3:6],
-        ends[:, 7:10], ends[:, 10:], codes[:, 1], codes[:, 2], codes[:, 3], places,
-    )  # fmt: skip
+        codes[:, 0],
+        np.where(codes[:, 0] == ALOFT, until, ends[:, 6]),
+        ends[:, :3],
+        ends[:, 3:6],
+        ends[:, 7:10],
+        ends[:, 10:],
+        codes[:, 1],
+        codes[:, 2],
+        codes[:, 3],
+        places,
+    )
 
 
 def _do(batch: Callable[[Any], None], parts: list[Any], threads: int | None) -> None:
@@ -291,8 +307,12 @@ def _steps(step: float | Array, until: float, saves: int, n: int) -> Codes:
 
 
 def _check_starts(q0: Array, v0: Array, t0: Array, rates: Array, drag: DragLaw, n: int) -> None:
-    expected = {"q0": (q0, (n, 3)), "v0": (v0, (n, 3)), "t0": (t0, (n,)),
-                "rates": (rates, (n, 1 + len(drag.numbers)))}  # fmt: skip
+    expected = {
+        "q0": (q0, (n, 3)),
+        "v0": (v0, (n, 3)),
+        "t0": (t0, (n,)),
+        "rates": (rates, (n, 1 + len(drag.numbers))),
+    }
     for name, (array, shape) in expected.items():
         if array.shape != shape:
             raise ValueError(

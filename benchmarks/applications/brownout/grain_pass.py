@@ -242,16 +242,25 @@ def begin_next_step(rows, ready, rate, once, twice):
         total(twice[j], [a[i] for a in before + last])
         .where(known > 0.0, total(once[j], [a[i] for a in last]))
         .where(whole, last[-1][i])
-        for j in range(s) for i in range(3)
-    ]  # fmt: skip
+        for j in range(s)
+        for i in range(3)
+    ]
     taken = rows.at(TAKEN) + known.same(1.0).where(h > 0.0, 0.0)
     push = [x + y for x, y in zip(rows.axes(PUSH), rows.axes(DRAG), strict=True)]
     new = {
-        Q: rows.axes(END), V: rows.axes(END + 3), H: [left], TRIES: [known.same(0.0)],
-        KNOWN: [known.same(1.0).where(whole, 0.0)], INDEX: [index + 1.0], TIME: [time, left],
-        TAKEN: [taken], PUSH: push, DECAY: [start * x for x in ratios],
-        DECAY + 2 * s: guess, DECAY + 5 * s: [x for a in last for x in a],
-    }  # fmt: skip
+        Q: rows.axes(END),
+        V: rows.axes(END + 3),
+        H: [left],
+        TRIES: [known.same(0.0)],
+        KNOWN: [known.same(1.0).where(whole, 0.0)],
+        INDEX: [index + 1.0],
+        TIME: [time, left],
+        TAKEN: [taken],
+        PUSH: push,
+        DECAY: [start * x for x in ratios],
+        DECAY + 2 * s: guess,
+        DECAY + 5 * s: [x for a in last for x in a],
+    }
     for k, values in new.items():
         rows.put_where(ready, k, values)
 
@@ -286,9 +295,17 @@ def grain_pass(wind, drag, s):
                 begin_next_step(rows, ready, rate, once, twice)
             q, v, h = rows.axes(Q), rows.axes(V), at(H)
             new, found, change = corrected(
-                wind, drag, s, q, v, h, [at(CONSTANTS), at(CONSTANTS + 1)],
-                [at(DECAY + j) for j in range(s)], rows.stages(DECAY + 2 * s), tables,
-            )  # fmt: skip
+                wind,
+                drag,
+                s,
+                q,
+                v,
+                h,
+                [at(CONSTANTS), at(CONSTANTS + 1)],
+                [at(DECAY + j) for j in range(s)],
+                rows.stages(DECAY + 2 * s),
+                tables,
+            )
             rows.put(DECAY + 2 * s, [x for stage in new for x in stage])
             tries = at(TRIES) + 1.0
             state = state_of(change, at(CHANGE), tries, tolerance)

@@ -55,9 +55,13 @@ class _Measured:
 
 
 def order_table(
-    problem: Problem, duration: float, participants: Sequence[Participant], truth: Truth,
-    quick: bool, report: Report,
-) -> pd.DataFrame:  # fmt: skip
+    problem: Problem,
+    duration: float,
+    participants: Sequence[Participant],
+    truth: Truth,
+    quick: bool,
+    report: Report,
+) -> pd.DataFrame:
     """A row for each participant and setting, coarse to fine.
 
     method         the participant's label
@@ -118,9 +122,13 @@ def remarks(frame: pd.DataFrame) -> list[str]:
 
 
 def _first_run(
-    problem: Problem, duration: float, one: Participant, setting: Setting, lengthened: bool,
+    problem: Problem,
+    duration: float,
+    one: Participant,
+    setting: Setting,
+    lengthened: bool,
     quick: bool,
-) -> _Measured:  # fmt: skip
+) -> _Measured:
     """The run whose states are kept, and the call that is timed, of the last state alone.
 
     Parameters
@@ -163,9 +171,12 @@ def _with_states(contender: Any, setting: Setting) -> Setting:
 def _time(measured: Sequence[_Measured], quick: bool) -> None:
     timed = [one for one in measured if not one.why]
     timings = interleaved(
-        [one.call for one in timed], ROUNDS, QUICK_LEAST if quick else LEAST,
-        [one.warm for one in timed], [one.times > 1 for one in timed],
-    )  # fmt: skip
+        [one.call for one in timed],
+        ROUNDS,
+        QUICK_LEAST if quick else LEAST,
+        [one.warm for one in timed],
+        [one.times > 1 for one in timed],
+    )
     for one, timing in zip(timed, timings, strict=True):
         one.timing = timing
 

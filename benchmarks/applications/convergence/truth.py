@@ -84,8 +84,10 @@ def _of_code(problem: Problem, duration: float, name: str, report: Report) -> Tr
         runs.append(run)
     end = runs[-1].q[-1]
     error = max(distance(runs[0].q[-1], end), EPS * max(1.0, float(np.max(np.abs(end)))))
-    how = f"by its difference from itself at {LOOSER:g} times the tolerance" if looser else (
-        "to rounding"
-    )  # fmt: skip
+    how = (
+        f"by its difference from itself at {LOOSER:g} times the tolerance"
+        if looser
+        else ("to rounding")
+    )
     source = (contender.name, readable_setting({"samples": 1, **tight}))
     return Truth(end, error, f"{contender.name}, {how}", source, runs[-1].p[-1])

@@ -83,10 +83,11 @@ class Runs:
     def failures(self, check: CheckProblem) -> dict[str, Any]:
         """Row FAILED: what failed on the problem so far."""
         return row(
-            study=check.problem.name, quantity=FAILED,
+            study=check.problem.name,
+            quantity=FAILED,
             value=self.external.failures_on(check.problem),
             status=" ".join(self.external.faults_on(check.problem)),
-        )  # fmt: skip
+        )
 
     def coarsest(self, check: CheckProblem) -> tuple[Mapping[str, Any], CheckedRun]:
         """Its coarsest setting, with states half way and at the end, and its run there."""
@@ -105,9 +106,11 @@ class Runs:
         halved = [sampled(duration, settings[k], 2) for k in chosen]
         for label, setting in {readable_setting(one): one for one in halved}.items():
             first = setting is halved[0]
-            done = self.coarsest(check)[1] if first else (
-                self.external.checked(problem, duration, setting)
-            )  # fmt: skip
+            done = (
+                self.coarsest(check)[1]
+                if first
+                else (self.external.checked(problem, duration, setting))
+            )
             run = done.run
             where = {"study": problem.name, "label": label, "t": duration}
             off = float(np.max(np.abs(run.q[-1] - truth.q[-1]))) if run.success else float("nan")
@@ -136,9 +139,13 @@ class Runs:
             if again.success and again.q.shape == run.q.shape:
                 apart = max(np.max(np.abs(run.q - again.q)), np.max(np.abs(run.p - again.p)))
             yield row(
-                study=check.problem.name, quantity=quantity, label=readable_setting(setting),
-                t=check.duration, value=apart, status=failure(again),
-            )  # fmt: skip
+                study=check.problem.name,
+                quantity=quantity,
+                label=readable_setting(setting),
+                t=check.duration,
+                value=apart,
+                status=failure(again),
+            )
 
     def order(self, check: CheckProblem) -> Rows:
         """Rows ORDER."""
@@ -158,14 +165,19 @@ class Runs:
         if not done.run.success:
             return
         in_time = done.seconds < SHARE * self.external.limit  # two at least are made
-        growth = float("nan") if not in_time else (
-            self.external.memory_growth(check.problem, check.duration, setting)
-        )  # fmt: skip
+        growth = (
+            float("nan")
+            if not in_time
+            else (self.external.memory_growth(check.problem, check.duration, setting))
+        )
         if growth is not None:
             yield row(
-                study=check.problem.name, quantity=GROWTH, label=readable_setting(setting),
-                t=check.duration, value=growth / 1e6,
-            )  # fmt: skip
+                study=check.problem.name,
+                quantity=GROWTH,
+                label=readable_setting(setting),
+                t=check.duration,
+                value=growth / 1e6,
+            )
 
     def conserved(self, check: CheckProblem) -> Rows:
         """Rows of what the motion conserves, over some twenty revolutions."""

@@ -95,18 +95,27 @@ class Judge:
         rows += [row for check in CHECKS for row in check.judged_jointly(self, table)]
         return [*rows, *self._printed(table)]
 
-    def _row(self, check: CheckProblem, quantity: str, measured: float, verdict: str,
-             **more: str) -> Row:  # fmt: skip
+    def _row(
+        self, check: CheckProblem, quantity: str, measured: float, verdict: str, **more: str
+    ) -> Row:
         more = {
-            "claimed": "the same motion", "bound": "none", "expected": bounds.HOLDS,
-            "reason": DECLARED, "reference": check.truth.name,
-            "setup": f"{check.problem.name}; T = {check.duration:g}", **more,
-        }  # fmt: skip
+            "claimed": "the same motion",
+            "bound": "none",
+            "expected": bounds.HOLDS,
+            "reason": DECLARED,
+            "reference": check.truth.name,
+            "setup": f"{check.problem.name}; T = {check.duration:g}",
+            **more,
+        }
         return Row(
-            id=self.id, quantity=f"{quantity}, {check.problem.name}", source=SOURCE,
-            measured=measured if np.isfinite(measured) else None, uncertainty=None,
-            verdict=verdict, **more,
-        )  # fmt: skip
+            id=self.id,
+            quantity=f"{quantity}, {check.problem.name}",
+            source=SOURCE,
+            measured=measured if np.isfinite(measured) else None,
+            uncertainty=None,
+            verdict=verdict,
+            **more,
+        )
 
     def _not_run(
         self, check: CheckProblem, quantity: str, seen: pd.DataFrame, instead: str
@@ -114,19 +123,32 @@ class Judge:
         """A row for a quantity that could not be measured, as the row `instead` says."""
         return [
             self._row(
-                check, quantity, np.nan, bounds.NOT_RUN, expected=bounds.NOT_RUN, reason=why,
+                check,
+                quantity,
+                np.nan,
+                bounds.NOT_RUN,
+                expected=bounds.NOT_RUN,
+                reason=why,
                 reference="the protocol",
             )
             for why in pick(seen, quantity=instead)["status"]
-        ]  # fmt: skip
+        ]
 
     def _least(self, quantity: str, count: int, why: str) -> Row:
         return Row(
-            id=self.id, quantity=quantity, source=SOURCE, setup="all problems",
-            claimed="", bound="at least 1", measured=count, uncertainty=None,
-            expected=bounds.HOLDS, reason=why, reference="",
+            id=self.id,
+            quantity=quantity,
+            source=SOURCE,
+            setup="all problems",
+            claimed="",
+            bound="at least 1",
+            measured=count,
+            uncertainty=None,
+            expected=bounds.HOLDS,
+            reason=why,
+            reference="",
             verdict=bounds.HOLDS if count else bounds.CONTRADICTED,
-        )  # fmt: skip
+        )
 
     def declarations(self, table: pd.DataFrame) -> list[Row]:
         """Rows for problems that it must support: any, and one with each quantity that it declares
@@ -161,11 +183,13 @@ class Judge:
         ]
         attained = any(row.verdict == bounds.ATTAINED for row in orders)
         rows = [
-            row if row.verdict != bounds.EXCEEDS
-            else replace(row, expected=bounds.EXCEEDS, reason=STEEPER) if attained
+            row
+            if row.verdict != bounds.EXCEEDS
+            else replace(row, expected=bounds.EXCEEDS, reason=STEEPER)
+            if attained
             else replace(row, verdict=bounds.CONTRADICTED)
             for row in orders
-        ]  # fmt: skip
+        ]
         count = sum(row.verdict != bounds.NOT_RUN for row in rows)
         found = self._least("problems where its order is seen", count, ORDER_SEEN)
         if not count:
@@ -181,65 +205,88 @@ class Judge:
     def longest(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         ends = [
             self._row(
-                check, LONG if one["steps"] else "duration of its longest run", one["value"],
+                check,
+                LONG if one["steps"] else "duration of its longest run",
+                one["value"],
                 bounds.HOLDS if np.isfinite(one["value"]) else bounds.CONTRADICTED,
-                claimed="it comes to its end", bound=f"{MANY:,} where the time limit allows",
+                claimed="it comes to its end",
+                bound=f"{MANY:,} where the time limit allows",
                 reason=one["status"] or "States at all times are finite.",
                 reference="the protocol",
                 setup=f"{check.problem.name}; T = {one['t']:g}; {one['label']}",
             )
             for _, one in pick(seen, quantity=LONG).iterrows()
-        ]  # fmt: skip
+        ]
         return [*ends, *self.conserved(check, seen, LONGER)]
 
     def restarted(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         not_run = self._not_run(check, CUT, seen, NOT_CUT)
         return not_run + [
             self._row(
-                check, CUT, one["value"],
+                check,
+                CUT,
+                one["value"],
                 bounds.HOLDS if one["value"] <= FAR else bounds.CONTRADICTED,
-                claimed="the same end", bound=f"at most {FAR:g} of the way from the start",
-                reason=one["status"] or CLOCK, reference="the run from the start",
+                claimed="the same end",
+                bound=f"at most {FAR:g} of the way from the start",
+                reason=one["status"] or CLOCK,
+                reference="the run from the start",
                 setup=f"{check.problem.name}; T = {one['t']:g}; {one['label']}",
             )
             for _, one in pick(seen, quantity=CUT).iterrows()
-        ]  # fmt: skip
+        ]
 
     def _printed(self, table: pd.DataFrame) -> list[Row]:
         return [
             Row(
-                id=self.id, quantity="lines that it printed", source=SOURCE, setup="all runs",
-                bound="none", measured=one["value"], expected=bounds.FINDING,
-                verdict=bounds.FINDING, reason=f"The first lines: {one['status']}",
+                id=self.id,
+                quantity="lines that it printed",
+                source=SOURCE,
+                setup="all runs",
+                bound="none",
+                measured=one["value"],
+                expected=bounds.FINDING,
+                verdict=bounds.FINDING,
+                reason=f"The first lines: {one['status']}",
             )
-            for _, one in pick(table, quantity=PRINTED).iterrows() if one["value"]
-        ]  # fmt: skip
+            for _, one in pick(table, quantity=PRINTED).iterrows()
+            if one["value"]
+        ]
 
     def failures(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         count, (why, *_) = number(seen, quantity=FAILED), pick(seen, quantity=FAILED)["status"]
         return [
             self._row(
-                check, "runs and answers that failed", count, bounds.AtMost(0.0).verdict(count),
-                claimed="runs as they were asked for", bound="at most 0", reference="the protocol",
+                check,
+                "runs and answers that failed",
+                count,
+                bounds.AtMost(0.0).verdict(count),
+                claimed="runs as they were asked for",
+                bound="at most 0",
+                reference="the protocol",
                 reason=why or "Each setting that it offers must run to its end.",
             )
-        ]  # fmt: skip
+        ]
 
     def reversed(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         rounding = number(seen, quantity=ROUNDING)
         not_run = self._not_run(check, REVERSED, seen, NOT_REVERSED)
         return not_run + [
             self._row(
-                check, REVERSED, one["value"],
+                check,
+                REVERSED,
+                one["value"],
                 bounds.HOLDS if one["value"] <= rounding else bounds.CONTRADICTED,
                 claimed="the start",
-                bound=f"at most {rounding:.2g} of the states' size" if rounding > 0.0
+                bound=f"at most {rounding:.2g} of the states' size"
+                if rounding > 0.0
                 else "rounding",
-                reason=one["status"] or BACK, reference="its start",
+                reason=one["status"] or BACK,
+                reference="its start",
                 setup=f"{check.problem.name}; T = {one['t']:g}; {one['steps']:g} steps and back",
             )
             for _, one in pick(seen, quantity=REVERSED).iterrows()
-        ]  # fmt: skip
+        ]
 
     def memory(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         rows = []
@@ -248,28 +295,39 @@ class Judge:
             verdict = bounds.AtMost(LEFT).verdict(measured)
             rows.append(
                 self._row(
-                    check, f"{GROWTH}, MB", measured,
+                    check,
+                    f"{GROWTH}, MB",
+                    measured,
                     bounds.NOT_RUN if np.isnan(measured) else verdict,
                     expected=bounds.NOT_RUN if np.isnan(measured) else bounds.HOLDS,
-                    claimed="no more than before", bound=f"at most {LEFT:g}",
+                    claimed="no more than before",
+                    bound=f"at most {LEFT:g}",
                     reference="its process before",
-                    reason=SLOW if np.isnan(measured) else LEAK if measured > LEFT
+                    reason=SLOW
+                    if np.isnan(measured)
+                    else LEAK
+                    if measured > LEFT
                     else "Further runs of a warm process leave nothing.",
                     setup=f"{check.problem.name}; T = {check.duration:g}; {one['label']}",
                 )
-            )  # fmt: skip
+            )
         return rows
 
     def repeated(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         return [
             self._row(
-                check, quantity, one["value"], bounds.AtMost(0.0).verdict(one["value"]),
-                claimed="the same numbers", bound="at most 0", reference="the first run",
+                check,
+                quantity,
+                one["value"],
+                bounds.AtMost(0.0).verdict(one["value"]),
+                claimed="the same numbers",
+                bound="at most 0",
+                reference="the first run",
                 reason=one["status"] or SAME_BITS,
             )
             for quantity in (REPEAT, ELSEWHERE)
             for _, one in pick(seen, quantity=quantity).iterrows()
-        ]  # fmt: skip
+        ]
 
     def errors(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         rows, errors = [], pick(seen, quantity=ERROR)
@@ -280,12 +338,15 @@ class Judge:
             kept = np.isfinite(measured) and not (claims and measured > limit)
             rows.append(
                 self._row(
-                    check, f"error at {one['label'] or 'its setting'}", measured,
-                    expected if kept else bounds.CONTRADICTED, expected=expected,
+                    check,
+                    f"error at {one['label'] or 'its setting'}",
+                    measured,
+                    expected if kept else bounds.CONTRADICTED,
+                    expected=expected,
                     bound=f"at most {limit:g}" if claims else "none",
                     reason=one["status"] or (DECLARED if claims else NOT_DECLARED),
                 )
-            )  # fmt: skip
+            )
         return [*rows, *self._way(check, seen)] if rows else []
 
     def _way(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
@@ -310,18 +371,22 @@ class Judge:
         bound = f"at most {GAIN:g}, or an error of at most {RIGHT:g} of the way"
         return [
             self._row(
-                check, "error at its finest over the way from the start", fine,
+                check,
+                "error at its finest over the way from the start",
+                fine,
                 bounds.HOLDS if fine <= FAR else bounds.CONTRADICTED,
-                bound=f"at most {FAR:g}", reason=furthest,
+                bound=f"at most {FAR:g}",
+                reason=furthest,
             ),
             self._row(
-                check, "error at its finest over that at its coarsest",
+                check,
+                "error at its finest over that at its coarsest",
                 fine if single or not coarse > 0.0 else fine / coarse,
-                bounds.NOT_RUN if unknown
-                else bounds.HOLDS if better else bounds.CONTRADICTED,
-                bound=bound, reason=reason,
+                bounds.NOT_RUN if unknown else bounds.HOLDS if better else bounds.CONTRADICTED,
+                bound=bound,
+                reason=reason,
             ),
-        ]  # fmt: skip
+        ]
 
     def _order(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
         runs, order = pick(seen, quantity=ORDER), self.external.order
@@ -349,10 +414,15 @@ class Judge:
             verdict, reason = bounds.NOT_RUN, "Its errors fall, but by no power of the step yet."
         unseen = verdict == bounds.NOT_RUN
         found = self._row(
-            check, "order in the step", fit.rate, verdict, claimed=f"order {order:g}",
+            check,
+            "order in the step",
+            fit.rate,
+            verdict,
+            claimed=f"order {order:g}",
             bound=f"{low}, less two standard errors ({slack:g} at most), to {high}",
-            expected=bounds.NOT_RUN if unseen else bounds.ATTAINED, reason=reason,
-        )  # fmt: skip
+            expected=bounds.NOT_RUN if unseen else bounds.ATTAINED,
+            reason=reason,
+        )
         return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]
 
     def conserved(self, check: CheckProblem, seen: pd.DataFrame, name: str = "{}") -> list[Row]:
@@ -382,12 +452,17 @@ class Judge:
             verdict = bounds.CONTRADICTED
         first, last = series.iloc[0], series["t"].iloc[-1]
         return self._row(
-            check, f"relative change of {name}", found.largest, verdict,
-            claimed="none" if limit is None else "it stays", expected=expected,
+            check,
+            f"relative change of {name}",
+            found.largest,
+            verdict,
+            claimed="none" if limit is None else "it stays",
+            expected=expected,
             bound="none" if limit is None else f"at most {limit:g}, without a drift",
-            reason=first["status"] or why, reference="its start",
+            reason=first["status"] or why,
+            reference="its start",
             setup=f"{check.problem.name}; T = {last:g}; {first['label']}",
-        )  # fmt: skip
+        )
 
 
 def _growth(limit: float, found: Drift, round_off: float = ROUND_OFF) -> str:
@@ -492,14 +567,22 @@ CHECKS = (
     Check("accuracy", Runs.errors, Judge.errors),
     Check("order", Runs.order, jointly=Judge.orders, applies=_shows_order),
     Check("declarations", _nothing, jointly=Judge.declarations),
-    Check("time reversal", Runs.reversed, Judge.reversed,
-          applies=lambda external, problem: external.symmetric),
+    Check(
+        "time reversal",
+        Runs.reversed,
+        Judge.reversed,
+        applies=lambda external, problem: external.symmetric,
+    ),
     Check("memory", Runs.memory, Judge.memory),
-    Check("conservation", Runs.conserved, Judge.conserved,
-          applies=lambda external, problem: bool(problem.kept)),
+    Check(
+        "conservation",
+        Runs.conserved,
+        Judge.conserved,
+        applies=lambda external, problem: bool(problem.kept),
+    ),
     Check("longest run", Runs.longest, Judge.longest, once=True),
     Check("restart half way", Runs.restarted, Judge.restarted, applies=_has_clock),
-)  # fmt: skip
+)
 
 
 def supported_and_faulty(

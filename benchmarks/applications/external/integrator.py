@@ -152,9 +152,13 @@ class ExternalIntegrator:
     ) -> float | None:
         """The largest error it claims; None when it claims none, or, with a fault, no answer."""
         return self._ask_about(
-            problem, "asked for the error that it claims", "claimed error", problem, duration,
+            problem,
+            "asked for the error that it claims",
+            "claimed error",
+            problem,
+            duration,
             dict(setting),
-        )  # fmt: skip
+        )
 
     def memory_growth(
         self, problem: Problem, duration: float, setting: Mapping[str, Any]
@@ -187,8 +191,10 @@ class ExternalIntegrator:
         tried
             whether the setting is one that it did not offer: a failure is then no fault
         """
-        words = " ".join(f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
-                         for name, value in setting.items())  # fmt: skip
+        words = " ".join(
+            f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
+            for name, value in setting.items()
+        )
 
         def ask(repeats: int) -> Any:
             run = problem, duration, dict(setting), repeats

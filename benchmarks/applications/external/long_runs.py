@@ -84,15 +84,21 @@ def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[s
     Where this one failed, the first row alone, with its status."""
     if not first.done.run.success:
         yield row(
-            study=first.check.problem.name, quantity=LONG, t=first.check.long, steps=first.steps,
-            label=readable_setting(first.setting), status=failure(first.done.run),
-        )  # fmt: skip
+            study=first.check.problem.name,
+            quantity=LONG,
+            t=first.check.long,
+            steps=first.steps,
+            label=readable_setting(first.setting),
+            status=failure(first.done.run),
+        )
         return
     wanted = MANY / first.steps if first.steps else float(OVER)
     longer = _in_time(external, first, wanted)
-    note = "" if longer == wanted or wanted <= 1.0 else (
-        "More would take over a third of the time limit, by the time of its shorter run."
-    )  # fmt: skip
+    note = (
+        ""
+        if longer == wanted or wanted <= 1.0
+        else ("More would take over a third of the time limit, by the time of its shorter run.")
+    )
     steps, duration, run, setting = first.steps, first.check.long, first.done.run, first.setting
     if longer > 1.0:
         setting, steps, duration = _lengthened(first, longer)
@@ -100,10 +106,14 @@ def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[s
         kept = [name for name in first.check.kept if name in external.conserves]
         yield from _changes(first.check, first.problem, run, setting, LONGER, kept)
     yield row(
-        study=first.check.problem.name, quantity=LONG, label=readable_setting(setting), t=duration,
-        steps=steps, value=(steps or duration) if run.success else float("nan"),
+        study=first.check.problem.name,
+        quantity=LONG,
+        label=readable_setting(setting),
+        t=duration,
+        steps=steps,
+        value=(steps or duration) if run.success else float("nan"),
         status=failure(run) or note,
-    )  # fmt: skip
+    )
 
 
 def _in_time(external: ExternalIntegrator, first: LongRun, factor: float) -> float:
@@ -147,14 +157,17 @@ def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[
         if again.success:
             apart = max(
                 float(np.max(np.abs(end - other[-1])) / np.max(np.abs(states - states[0])))
-                for end, other, states in (
-                    (again.q[-1], run.q, way.q), (again.p[-1], run.p, way.p)
-                )
-            )  # fmt: skip
+                for end, other, states in ((again.q[-1], run.q, way.q), (again.p[-1], run.p, way.p))
+            )
     yield row(
-        study=check.problem.name, quantity=CUT, label=readable_setting(setting), t=duration,
-        steps=steps, value=apart, status=why,
-    )  # fmt: skip
+        study=check.problem.name,
+        quantity=CUT,
+        label=readable_setting(setting),
+        t=duration,
+        steps=steps,
+        value=apart,
+        status=why,
+    )
 
 
 def _lengthened(first: LongRun, factor: float) -> tuple[Mapping[str, Any], int, float]:
@@ -168,9 +181,13 @@ def _lengthened(first: LongRun, factor: float) -> tuple[Mapping[str, Any], int, 
 
 
 def _changes(
-    check: CheckProblem, problem: Problem, run: Trajectory, setting: Mapping[str, Any], name: str,
+    check: CheckProblem,
+    problem: Problem,
+    run: Trajectory,
+    setting: Mapping[str, Any],
+    name: str,
     kept: Iterable[str],
-) -> Iterator[dict[str, Any]]:  # fmt: skip
+) -> Iterator[dict[str, Any]]:
     q, p = (
         np.concatenate([start[None], states])
         for start, states in ((problem.q0, run.q), (problem.p0, run.p))
@@ -183,10 +200,14 @@ def _changes(
             t, seen = at_random(run.t, change / size, seed)
             for time, error in zip(t, seen, strict=True):
                 yield row(
-                    study=check.problem.name, quantity=name.format(quantity),
-                    label=readable_setting(setting), t=time, value=error, n=seed,
+                    study=check.problem.name,
+                    quantity=name.format(quantity),
+                    label=readable_setting(setting),
+                    t=time,
+                    value=error,
+                    n=seed,
                     status=failure(run),
-                )  # fmt: skip
+                )
 
 
 def at_random(t: Array, values: Array, seed: int) -> tuple[Array, Array]:

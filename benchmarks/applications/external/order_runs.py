@@ -61,9 +61,13 @@ def order_runs(
         if status and not longest <= steps <= shortest:
             continue
         yield row(
-            study=check.problem.name, quantity=ORDER, step=check.duration / steps, steps=steps,
-            value=value, status=status,
-        )  # fmt: skip
+            study=check.problem.name,
+            quantity=ORDER,
+            step=check.duration / steps,
+            steps=steps,
+            value=value,
+            status=status,
+        )
 
 
 def offered_steps(check: CheckProblem, equal: Sequence[Mapping[str, Any]]) -> tuple[int, int]:

@@ -45,14 +45,22 @@ def own_check_problem(path: str) -> CheckProblem:
     size = float(np.max(np.abs(run.q))) or 1.0
     error = max(truth.error / size, ROUND_OFF)
     kept = [
-        word for word, values in invariants(run).items()
+        word
+        for word, values in invariants(run).items()
         if word in CONSERVED and np.any(values[0]) and np.all(kept_components(run)[word])
-    ]  # fmt: skip
+    ]
     return CheckProblem(
-        problem, duration, contender, setting,
-        size=size, floor=max(1e-11, FLOOR * error), ordered=np.inf if name == LINEAR else 0.0,
-        kept=tuple(kept), long=duration, energy=energy,
-    )  # fmt: skip
+        problem,
+        duration,
+        contender,
+        setting,
+        size=size,
+        floor=max(1e-11, FLOOR * error),
+        ordered=np.inf if name == LINEAR else 0.0,
+        kept=tuple(kept),
+        long=duration,
+        energy=energy,
+    )
 
 
 def energy(problem: Problem, q: Array, p: Array) -> Array:

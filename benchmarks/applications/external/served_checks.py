@@ -186,8 +186,9 @@ def outcome(rows: Sequence[Row]) -> tuple[str, str]:
         return FAILED, "\n".join(map(_paragraph, differing))
     if any(row.verdict in (HOLDS, ATTAINED, EXCEEDS) for row in rows):
         return PASSED, ""
-    reasons = [row.reason for verdict in (NOT_RUN, FINDING) for row in rows
-               if row.verdict == verdict]  # fmt: skip
+    reasons = [
+        row.reason for verdict in (NOT_RUN, FINDING) for row in rows if row.verdict == verdict
+    ]
     return SKIPPED, reasons[-1] if reasons else NOTHING
 
 

@@ -73,6 +73,10 @@ class TimedRun:
             t = self.problem.t0 + np.array([0.0, self.duration])
         q, p = (np.full((len(t), *x.shape), np.nan) for x in (self.problem.q0, self.problem.v0))
         return Trajectory(
-            self.problem, *map(read_only, (t, q, p)), success=False, status=self.failure,
-            failed_step=1, method=self.name,
-        )  # fmt: skip
+            self.problem,
+            *map(read_only, (t, q, p)),
+            success=False,
+            status=self.failure,
+            failed_step=1,
+            method=self.name,
+        )

@@ -156,9 +156,11 @@ def _check_times(t: Array, problem: Problem, duration: float, setting: Mapping[s
             f"samples; received {dict(setting)!r} ({describe_error(error)})."
         ) from None
     if t.shape != times.shape or not np.allclose(t, times, rtol=0.0, atol=NEAR * abs(duration)):
-        received = f"{len(t)} from {t[0]:g} to {t[-1]:g}" if t.ndim == 1 and t.size else (
-            f"an array of shape {t.shape}"
-        )  # fmt: skip
+        received = (
+            f"{len(t)} from {t[0]:g} to {t[-1]:g}"
+            if t.ndim == 1 and t.size
+            else (f"an array of shape {t.shape}")
+        )
         raise ContenderError(
             f"Its times must be the {len(times)} from {times[0]:g} to {times[-1]:g} that its "
             f"setting asks for; received {received}."

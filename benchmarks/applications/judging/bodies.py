@@ -104,8 +104,11 @@ def label(contender: Contender, options: Mapping[str, Any]) -> str:
     """The integrator with those of its options that are not REBOUND's defaults; coordinates always,
     where it has a choice."""
     usual = defaults(contender.integrator)
-    words = [f"{name} {value}".lower() for name, value in options.items()
-             if name == "coordinates" or usual.get(name) != value]  # fmt: skip
+    words = [
+        f"{name} {value}".lower()
+        for name, value in options.items()
+        if name == "coordinates" or usual.get(name) != value
+    ]
     return ", ".join([contender.name, *words])
 
 
@@ -136,10 +139,12 @@ def sources(model: Model, duration: float, own: Own) -> list[Source]:
     if getattr(own.contender, "integrator", "") == "ias15":
         found[:2] = found[1::-1]
     return [
-        one for one in found
+        one
+        for one in found
         if (read_alike or one.engine in ("REBOUND", ""))
-        and not one.contender.missing and one.contender.supports(problem)
-    ]  # fmt: skip
+        and not one.contender.missing
+        and one.contender.supports(problem)
+    ]
 
 
 def more(model: Model) -> str:
@@ -190,17 +195,21 @@ def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
         if not distance:
             continue
         over = np.flatnonzero(beyond(sizes, distance))
-        ends = f"ends there at about t = {time_text(truth, truth.t[over[0]])}" if over.size else (
-            "never reaches it"
-        )  # fmt: skip
+        ends = (
+            f"ends there at about t = {time_text(truth, truth.t[over[0]])}"
+            if over.size
+            else ("never reaches it")
+        )
         found.append(f"{name} = {distance:g} is ignored here: your own run {ends}.")
     return found
 
 
 def _nearest(q: Array) -> Array:
     """The least distance of two bodies at each state, (saved,)."""
-    pairs = [np.linalg.norm(q[:, i + 1 :] - q[:, i : i + 1], axis=2).min(axis=1)
-             for i in range(q.shape[1] - 1)]  # fmt: skip
+    pairs = [
+        np.linalg.norm(q[:, i + 1 :] - q[:, i : i + 1], axis=2).min(axis=1)
+        for i in range(q.shape[1] - 1)
+    ]
     return np.min(pairs, axis=0)
 
 
@@ -292,10 +301,14 @@ def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
     lead = np.zeros(off.shape[1])
     turned = [galvi.orbital_elements(one).mean_longitude[-1] for one in (run, truth)]
     lead[np.arange(lead.size) != centre] = np.angle(np.exp(1j * (turned[0] - turned[1])))
-    return pd.DataFrame({
-        "body": names(run.problem), "largest_error": off.max(axis=0), "last_error": off[-1],
-        "phase_error": lead,
-    })  # fmt: skip
+    return pd.DataFrame(
+        {
+            "body": names(run.problem),
+            "largest_error": off.max(axis=0),
+            "last_error": off[-1],
+            "phase_error": lead,
+        }
+    )
 
 
 def meeting(masses: Array) -> list[tuple[int, int]]:
@@ -304,10 +317,13 @@ def meeting(masses: Array) -> list[tuple[int, int]]:
     centre = int(np.argmax(masses))
     some = [i for i in np.flatnonzero(masses > 0.0).tolist() if i != centre]
     return [
-        (i, j) for i in some for j in range(masses.size)
-        if j not in (i, centre) and not (masses[j] > 0.0 and j < i)
+        (i, j)
+        for i in some
+        for j in range(masses.size)
+        if j not in (i, centre)
+        and not (masses[j] > 0.0 and j < i)
         and masses[i] + masses[j] <= LIGHT * masses[centre]
-    ]  # fmt: skip
+    ]
 
 
 def encounters(truth: Trajectory) -> pd.DataFrame:
@@ -325,15 +341,18 @@ def encounters(truth: Trajectory) -> pd.DataFrame:
     reach = np.linalg.norm(truth.q - truth.q[:, centre : centre + 1], axis=2)
     gap_time = min(np.abs(np.diff(truth.t)).max(), shortest_period(truth.problem) / PER_ORBIT)
     for i, j in meeting(masses):
-        hill = 0.5 * (reach[:, i] + reach[:, j]) * np.cbrt(
-            (masses[i] + masses[j]) / (3.0 * masses[centre])
-        )  # fmt: skip
+        hill = (
+            0.5
+            * (reach[:, i] + reach[:, j])
+            * np.cbrt((masses[i] + masses[j]) / (3.0 * masses[centre]))
+        )
         gap, speed = truth.q[:, j] - truth.q[:, i], truth.v[:, j] - truth.v[:, i]
         moving = np.sum(speed * speed, axis=1)
         after = np.clip(
             -np.sum(gap * speed, axis=1) / np.where(moving > 0.0, moving, 1.0),
-            -gap_time, gap_time,
-        )  # fmt: skip
+            -gap_time,
+            gap_time,
+        )
         near = np.linalg.norm(gap + after[:, None] * speed, axis=1) / hill
         inside = near < NEAR
         if np.all(inside):  # a moon, or a double planet

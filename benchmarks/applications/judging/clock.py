@@ -55,16 +55,19 @@ def _seconds(run: Callable[[int], object], count: int) -> float:
     return time.perf_counter() - begun
 
 
-def steps_of(candidate: Candidate, problem: Problem, span: float, samples: int,
-             count: int) -> None:  # fmt: skip
+def steps_of(candidate: Candidate, problem: Problem, span: float, samples: int, count: int) -> None:
     """The first ``count`` steps of a candidate, of which the last state alone is kept."""
     step = candidate.setting(span, samples)["step"]
     setting = {**candidate.options, "step": step, "save_every": count}
     candidate.contender.run(problem, count * step, setting)
 
 
-def timed(candidate: Candidate, problem: Problem, span: float, samples: int,
-          ) -> tuple[Trajectory, float, float]:  # fmt: skip
+def timed(
+    candidate: Candidate,
+    problem: Problem,
+    span: float,
+    samples: int,
+) -> tuple[Trajectory, float, float]:
     """A run; the seconds of its engine: of galvi those of the whole call, of others without our
     conversion of their states; and those of all."""
     begun = time.perf_counter()
@@ -73,9 +76,13 @@ def timed(candidate: Candidate, problem: Problem, span: float, samples: int,
 
 
 def race(
-    candidates: Sequence[Candidate], walls: Sequence[float], problem: Problem, span: float,
-    samples: int, limit: float,
-) -> list[Array]:  # fmt: skip
+    candidates: Sequence[Candidate],
+    walls: Sequence[float],
+    problem: Problem,
+    span: float,
+    samples: int,
+    limit: float,
+) -> list[Array]:
     """The seconds of these, run in turns, so that all meet the same load: of each FEWEST to ROUNDS
     timings, and none of the slowest where ``limit`` seconds do not suffice; the first has
     precedence.

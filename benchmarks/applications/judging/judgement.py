@@ -168,9 +168,11 @@ def judge(
     kind = kind_of(problem)
     model = model if isinstance(model, Model) else kind.model(problem)
     mine = own_setting(kind, model, own or {})
-    span = kind.default_duration(problem) if duration is None else (
-        input_checks.real("duration", duration)
-    )  # fmt: skip
+    span = (
+        kind.default_duration(problem)
+        if duration is None
+        else (input_checks.real("duration", duration))
+    )
     if span == 0.0:
         raise ValueError("duration must not be 0; received 0. Give the time to cover.")
     span = kind.span(span, float((own or {}).get("dt") or problem.parameters.get("dt", 0.0)))
@@ -194,7 +196,7 @@ def judge(
     report(f"own: {mine.label}")
     found, over_time, parts, tried = _own(
         kind, mine, problem, span, thinned(truth, dense // finer), samples
-    )  # fmt: skip
+    )
     nothing = pd.DataFrame(columns=list(COLUMNS)).astype({"reached": bool})
     known = found["error"] if error is None else error
     before = Judgement(
@@ -204,9 +206,7 @@ def judge(
     )  # fmt: skip
     first(before)
     others = [one for one in every if one is not source and one not in stopped]
-    checks = agreements(
-        thin, others, kind.errors, min(PIECES, samples), report, limits.source
-    )  # fmt: skip
+    checks = agreements(thin, others, kind.errors, min(PIECES, samples), report, limits.source)
     checks += [Agreement(one, thin.t[:1], np.zeros(1), "its run fails") for one in stopped]
     apart = max((one.largest for one in checks if not one.source.opinion), default=0.0)
     wanted = float(np.fmax(found["error"], 10.0 * apart)) if error is None else error
@@ -223,18 +223,20 @@ def judge(
 
 
 def _say_early(
-    kind: Kind, own: Own, problem: Problem, span: float, every: list[Source],
+    kind: Kind,
+    own: Own,
+    problem: Problem,
+    span: float,
+    every: list[Source],
     report: Callable[[str], None],
-) -> None:  # fmt: skip
+) -> None:
     """Where the truth will take long, how long, and what is found of a first part of the time."""
     source = next((one for one in every if not one.opinion), None)
     if source is None:
         return
     steps = max(1, round(span / own.step / PARTS)) if own.step else None
     part = steps * own.step if steps and own.step else span / PARTS
-    seconds = expected(
-        lambda n: source.run(problem, n * span / LOOKED, 1), LOOKED, enough=AWAITED
-    )  # fmt: skip
+    seconds = expected(lambda n: source.run(problem, n * span / LOOKED, 1), LOOKED, enough=AWAITED)
     if seconds < AWAITED:
         return
     truth = source.run(problem, part, 1)
@@ -249,9 +251,13 @@ def _say_early(
 
 
 def _truth(
-    kind: Kind, problem: Problem, span: float, samples: int, every: list[Source],
+    kind: Kind,
+    problem: Problem,
+    span: float,
+    samples: int,
+    every: list[Source],
     report: Callable[[str], None],
-) -> tuple[Trajectory, Source, list[Source]]:  # fmt: skip
+) -> tuple[Trajectory, Source, list[Source]]:
     """The run of the first source that reaches the end, that source, and those that did not."""
     sources = [one for one in every if not one.opinion]
     if not sources:
@@ -362,14 +368,31 @@ def _own(
         unstopped = unstopped_error(kind, mine, span, truth)
         error = max(error, unstopped)
     found = {
-        "integrator": own.label, "setting": mine.text(span, samples), "error": error,
-        "last_error": last, "unstopped_error": unstopped,
-        "seconds": seconds, "seconds_low": math.nan, "seconds_high": math.nan,
-        "energy": energy, "momentum": momentum_change(run), "status": run.status,
-        "end": run.outcome.end.value, "remarks": list(run.outcome.notes),
-    }  # fmt: skip
+        "integrator": own.label,
+        "setting": mine.text(span, samples),
+        "error": error,
+        "last_error": last,
+        "unstopped_error": unstopped,
+        "seconds": seconds,
+        "seconds_low": math.nan,
+        "seconds_high": math.nan,
+        "energy": energy,
+        "momentum": momentum_change(run),
+        "status": run.status,
+        "end": run.outcome.end.value,
+        "remarks": list(run.outcome.notes),
+    }
     status = "" if run.success else run.status
-    row = Tried(mine.label, mine.text(span, samples), mine, error, last, seconds, energy,
-                status=status, wall=wall)  # fmt: skip
+    row = Tried(
+        mine.label,
+        mine.text(span, samples),
+        mine,
+        error,
+        last,
+        seconds,
+        energy,
+        status=status,
+        wall=wall,
+    )
     over_time = pd.DataFrame({"t": run.t, "error": worst})
     return found, over_time, kind.by_part(states_of(run, whole), states_of(truth, whole)), row

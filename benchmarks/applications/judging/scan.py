@@ -93,15 +93,29 @@ class Tried:
 
 
 COLUMNS = (
-    "integrator", "setting", "error", "last_error", "seconds", "seconds_low", "seconds_high",
-    "energy", "reached", "status",
-)  # fmt: skip
+    "integrator",
+    "setting",
+    "error",
+    "last_error",
+    "seconds",
+    "seconds_low",
+    "seconds_high",
+    "energy",
+    "reached",
+    "status",
+)
 
 
 def scan(
-    kind: Kind, groups: Sequence[list[Candidate]], span: float, truth: Trajectory, wanted: float,
-    report: Callable[[str], None], limits: Limits, own: Tried,
-) -> tuple[pd.DataFrame, Spread]:  # fmt: skip
+    kind: Kind,
+    groups: Sequence[list[Candidate]],
+    span: float,
+    truth: Trajectory,
+    wanted: float,
+    report: Callable[[str], None],
+    limits: Limits,
+    own: Tried,
+) -> tuple[pd.DataFrame, Spread]:
     """The user's own run, its integrator at other steps, and each other integrator, as far as its
     time goes: the rows in order of usefulness, with times measured in turns; and those of the own
     run."""
@@ -120,9 +134,13 @@ def scan(
     again = [k for k, row in enumerate(rows) if row.candidate and (k == 0 or row.reached)]
     report("times, in turns")
     times = race(
-        [rows[k].candidate for k in again], [rows[k].wall for k in again],
-        truth.problem, span, search.samples, limits.spread,
-    )  # fmt: skip
+        [rows[k].candidate for k in again],
+        [rows[k].wall for k in again],
+        truth.problem,
+        span,
+        search.samples,
+        limits.spread,
+    )
     taken = {k: quartiles(one) for k, one in zip(again, times, strict=True) if one.size}
     once = [(row.seconds, math.nan, math.nan) for row in rows]
     table = pd.DataFrame([
@@ -151,8 +169,9 @@ class Search:
         """The status of a run that completes."""
         return REACHED if error <= self.wanted else MISSED
 
-    def of(self, waiting: list[Candidate], limit: float, known: Sequence[Tried] = ()
-           ) -> list[Tried]:  # fmt: skip
+    def of(
+        self, waiting: list[Candidate], limit: float, known: Sequence[Tried] = ()
+    ) -> list[Tried]:
         """Its rows after these: coarser while they reach the error, else finer, for so many
         seconds."""
         rows, waiting = list(known), list(waiting)
@@ -181,13 +200,20 @@ class Search:
         problem = self.truth.problem
         return expected(
             lambda n: steps_of(candidate, problem, self.span, self.samples, n),
-            candidate.count(self.samples), enough,
-        )  # fmt: skip
+            candidate.count(self.samples),
+            enough,
+        )
 
     def _tried(self, candidate: Candidate) -> Tried:
         run, seconds, wall = timed(candidate, self.truth.problem, self.span, self.samples)
-        found = Tried(candidate.label, candidate.text(self.span, self.samples), candidate,
-                      seconds=seconds, wall=wall, status=run.status)  # fmt: skip
+        found = Tried(
+            candidate.label,
+            candidate.text(self.span, self.samples),
+            candidate,
+            seconds=seconds,
+            wall=wall,
+            status=run.status,
+        )
         if not run.success:
             return replace(found, stopped=_end(run) if reached_limit(run) else math.inf)
         off = self.kind.errors(run, thinned(self.truth, self.samples // (len(run.t) - 1)))
@@ -195,11 +221,14 @@ class Search:
         if worst <= self.wanted and candidate.steps is None:
             worst = max(worst, unstopped_error(self.kind, candidate, self.span, self.truth))
         return replace(
-            found, error=worst, last_error=float(np.max(off[-1])), energy=energy_change(run),
+            found,
+            error=worst,
+            last_error=float(np.max(off[-1])),
+            energy=energy_change(run),
             reached=worst <= self.wanted and not doubt,
             status=doubt or self.word(worst),
             hard=run.counts.get("newton_steps", 0) > 0,
-        )  # fmt: skip
+        )
 
     def _next(
         self, rows: list[Tried], waiting: list[Candidate], rest: float

@@ -130,11 +130,12 @@ def sources(model: Model, duration: float, own: Own) -> list[Source]:
     accelerations = _on(model, MUJOCO_ACCELERATIONS)
     found = [
         _dop853("MuJoCo", accelerations, TIGHT),
-        _dop853("MuJoCo", accelerations, LOOSER) if alone
+        _dop853("MuJoCo", accelerations, LOOSER)
+        if alone
         else _dop853("Pinocchio", PINOCCHIO_ACCELERATIONS, TIGHT),
         Source("MuJoCo RK4, small steps", "MuJoCo", _on(model, MUJOCO_RK4), {}, duration / FINE),
         Source("galvi degree 8", "", gauss_collocation(8), {}, duration / 2000),
-    ]  # fmt: skip
+    ]
     return [one for one in found if not one.contender.missing and one.contender.supports(problem)]
 
 

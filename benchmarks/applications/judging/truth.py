@@ -68,9 +68,13 @@ def in_pieces(
 
 
 def agreements(
-    truth: Trajectory, others: Iterable[Source], errors: Errors, pieces: int,
-    report: Callable[[str], None], limit: float = math.inf,
-) -> list[Agreement]:  # fmt: skip
+    truth: Trajectory,
+    others: Iterable[Source],
+    errors: Errors,
+    pieces: int,
+    report: Callable[[str], None],
+    limit: float = math.inf,
+) -> list[Agreement]:
     """Of the truth with each other source, at the ends of ``pieces`` of its time.
 
     Parameters
@@ -94,8 +98,14 @@ def agreements(
 
 def states_of(run: Trajectory, rows: Any) -> Trajectory:
     """These states of a run."""
-    return Trajectory(run.problem, run.t[rows], run.q[rows], run.p[rows], velocities=run.v[rows],
-                      method=run.method)  # fmt: skip
+    return Trajectory(
+        run.problem,
+        run.t[rows],
+        run.q[rows],
+        run.p[rows],
+        velocities=run.v[rows],
+        method=run.method,
+    )
 
 
 def thinned(run: Trajectory, every: int) -> Trajectory:

@@ -114,8 +114,11 @@ class Questions:
         own_start = run.positions, run.velocities
         starts = [moved(own_start, self.sizes, signs) for _ in range(MOVED)]
         near = [[moved(each, self.sizes, signs) for _ in range(MOVED)] for each in self.states]
-        states = [state for each, others in zip(self.states, near, strict=True)
-                  for state in (each, *others)]  # fmt: skip
+        states = [
+            state
+            for each, others in zip(self.states, near, strict=True)
+            for state in (each, *others)
+        ]
         part = run.duration / SAMPLES
         levels: list[dict[str, Any]] = [
             {**run.asked(), "step": part / count, "steps": count, "every": count}
@@ -128,14 +131,22 @@ class Questions:
         if failure:
             return Behaviour(version, failure=failure)
         spreads = {name: [each.quantities[name] for each in neighbours] for name in own.quantities}
-        motion = {name: self._floored(values, spreads[name], own.steps_taken)
-                  for name, values in own.quantities.items()}  # fmt: skip
+        motion = {
+            name: self._floored(values, spreads[name], own.steps_taken)
+            for name, values in own.quantities.items()
+        }
         order, unsure = self._order(answer.motions[1 + MOVED :], motion)
         energies = np.array([answer.energies[0], *own.energy])
         return Behaviour(
-            version, "", "", own, {**motion, "accelerations": _accelerations(answer.accelerations)},
-            order, unsure, _ratio(float(np.ptp(energies)), _size(energies)),
-        )  # fmt: skip
+            version,
+            "",
+            "",
+            own,
+            {**motion, "accelerations": _accelerations(answer.accelerations)},
+            order,
+            unsure,
+            _ratio(float(np.ptp(energies)), _size(energies)),
+        )
 
     def _floored(self, values: Array, neighbours: Sequence[Array], steps_taken: int) -> Quantity:
         """Of a run: the floor of each sample is the largest spread and size until then, infinite
@@ -163,10 +174,14 @@ class Questions:
         if not levels:
             return math.nan, math.nan
         names = dict(zip(("positions", "velocities"), self.sizes, strict=True))
-        ends = np.stack([
-            np.concatenate([_row(each.quantities[name][0], size) for name, size in names.items()])
-            for each in levels
-        ])  # fmt: skip
+        ends = np.stack(
+            [
+                np.concatenate(
+                    [_row(each.quantities[name][0], size) for name, size in names.items()]
+                )
+                for each in levels
+            ]
+        )
         floor = max(_ratio(motion[name].floors[0], size) for name, size in names.items())
         gaps = np.abs(np.diff(ends, axis=0)).max(axis=1)
         steps = [1.0 / count for count in self.counts[:-1]]

@@ -242,9 +242,17 @@ def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
         lines = str(error).partition("\nLeave them out")[0].splitlines()
         read, unread = None, f"{lines[0]} {'; '.join(line.strip() for line in lines[1:])}"
     return OwnRun(
-        "mujoco", Path(own_model.__file__), job, start.qpos.copy(), start.qvel.copy(),
-        integrator, step, duration, read, unread,
-    )  # fmt: skip
+        "mujoco",
+        Path(own_model.__file__),
+        job,
+        start.qpos.copy(),
+        start.qvel.copy(),
+        integrator,
+        step,
+        duration,
+        read,
+        unread,
+    )
 
 
 def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
@@ -271,16 +279,29 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
     masses = np.array([particle.m for particle in sim.particles])
     particles = np.hstack([masses[:, None], problem.q0, problem.v0])
     job = {
-        "G": problem.system.G, "t": problem.t0, "integrator": integrator,
-        "step": step or parameters.get("dt"), "settings": _settings(sim),
-        "options": {name: value.lower() if isinstance(value, str) else value
-                    for name, value in options.items()},
+        "G": problem.system.G,
+        "t": problem.t0,
+        "integrator": integrator,
+        "step": step or parameters.get("dt"),
+        "settings": _settings(sim),
+        "options": {
+            name: value.lower() if isinstance(value, str) else value
+            for name, value in options.items()
+        },
         "particles": particles.tolist(),
-    }  # fmt: skip
+    }
     return OwnRun(
-        "rebound", Path(own_simulation.__file__), job, problem.q0.ravel(), problem.v0.ravel(),
-        integrator, step, duration, Model(problem, sim), "",
-    )  # fmt: skip
+        "rebound",
+        Path(own_simulation.__file__),
+        job,
+        problem.q0.ravel(),
+        problem.v0.ravel(),
+        integrator,
+        step,
+        duration,
+        Model(problem, sim),
+        "",
+    )
 
 
 def _settings(sim: Any) -> dict[str, Any]:

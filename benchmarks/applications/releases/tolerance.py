@@ -196,16 +196,23 @@ def moved_runs(run: OwnRun, motion: Motion, count: int, seed: int) -> list[dict[
     signs = np.random.default_rng(seed)
     sizes = [_sizes(run, motion)[name][0] for name in STATES]
     return [
-        {**run.asked(*moved((run.positions, run.velocities), sizes, signs)),
-         "rounding": int(signs.integers(2**32))}
+        {
+            **run.asked(*moved((run.positions, run.velocities), sizes, signs)),
+            "rounding": int(signs.integers(2**32)),
+        }
         for _ in range(count)
-    ]  # fmt: skip
+    ]
 
 
 def moved_variant(
-    name: str, run: OwnRun, motion: Motion, others: Sequence[Mapping[str, Any]], at_once: int,
-    report: Report, environment: Mapping[str, str] | None = None,
-) -> Variant:  # fmt: skip
+    name: str,
+    run: OwnRun,
+    motion: Motion,
+    others: Sequence[Mapping[str, Any]],
+    at_once: int,
+    report: Report,
+    environment: Mapping[str, str] | None = None,
+) -> Variant:
     """The user's run, which is the first, and these, so many in a process."""
     runs = [run.asked(), *others]
     motions: list[Motion] = []
@@ -226,8 +233,10 @@ def _straight(run: OwnRun) -> Motion:
     asked: dict[str, Any] = run.asked()
     parts = run.answer([{**asked, "times": [time]} for time in asked["times"]]).motions
     failures = [part.failure for part in parts if part.failure]
-    rows = {name: np.stack([getattr(part, name)[0] for part in parts])
-            for name in ("positions", "velocities", "energy", "kinetic")}  # fmt: skip
+    rows = {
+        name: np.stack([getattr(part, name)[0] for part in parts])
+        for name in ("positions", "velocities", "energy", "kinetic")
+    }
     return Motion(**rows, failure="".join(failures[:1]))
 
 
@@ -246,11 +255,15 @@ def _of_release(run: OwnRun, motion: Motion, version: str, folder: Path) -> Vari
 
 def differences(motion: Motion, others: Sequence[Motion]) -> Array:
     """Of other runs: the largest of an entry, (runs, 3, SAMPLES); NaN past a failure."""
-    return np.array([
-        [np.abs(other.quantities[name] - motion.quantities[name]).max(axis=1)
-         for name in QUANTITIES]
-        for other in others
-    ])  # fmt: skip
+    return np.array(
+        [
+            [
+                np.abs(other.quantities[name] - motion.quantities[name]).max(axis=1)
+                for name in QUANTITIES
+            ]
+            for other in others
+        ]
+    )
 
 
 def bounds_of(

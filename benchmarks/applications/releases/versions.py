@@ -69,10 +69,14 @@ class Step:
         if before is None or after is None:
             return []
         return [
-            _difference(name, before[name].values, after[name].values,
-                        np.maximum(before[name].floors, after[name].floors))
+            _difference(
+                name,
+                before[name].values,
+                after[name].values,
+                np.maximum(before[name].floors, after[name].floors),
+            )
             for name in before
-        ]  # fmt: skip
+        ]
 
     @property
     def order_changed(self) -> bool:
@@ -192,8 +196,9 @@ def compare_releases(
     if not halved:
         notes += [
             f"To find the release: --releases {step.earlier.version}{RANGE}{step.later.version}."
-            for step in compared.steps if step.changed
-        ]  # fmt: skip
+            for step in compared.steps
+            if step.changed
+        ]
     return compared
 
 

@@ -69,17 +69,26 @@ def _growing(h: float) -> tuple[float, float, float]:
 
 COMPARISONS = (
     Comparison(
-        "oscillator", 1.0, np.ones_like, lambda t, u: u, lambda t: (np.cos(t), -np.sin(t)),
+        "oscillator",
+        1.0,
+        np.ones_like,
+        lambda t, u: u,
+        lambda t: (np.cos(t), -np.sin(t)),
         lambda: Problem(
             galvi.problems.harmonic_oscillator().system, np.cos([1.0]), -np.sin([1.0]), 1.0
         ),
     ),
     Comparison("pendulum", 0.0, np.ones_like, lambda t, u: np.sin(u), _swing, PENDULUM.problem),
     Comparison(
-        GROWING_MASS.name, 1.0, GROWING_MASS.mass, GROWING_MASS.slope, GROWING_MASS.motion,
-        lambda: GROWING_MASS.problem(1.0), _growing,
+        GROWING_MASS.name,
+        1.0,
+        GROWING_MASS.mass,
+        GROWING_MASS.slope,
+        GROWING_MASS.motion,
+        lambda: GROWING_MASS.problem(1.0),
+        _growing,
     ),
-)  # fmt: skip
+)
 
 
 def dual(functions: Array, energy: Array) -> Array:

@@ -78,9 +78,14 @@ def encounter(case: str, quick: bool) -> WorkPrecisionProblem:
         return Truth(kept.q[-1], error, text)
 
     maps = [fixed(duration, math.ceil(duration / step)) for step in chosen.maps]
-    others = [
-        Participant("REBOUND TRACE", TRACE, maps), Participant("REBOUND MERCURIUS", MERCURIUS, maps)
-    ] if maps else []  # fmt: skip
+    others = (
+        [
+            Participant("REBOUND TRACE", TRACE, maps),
+            Participant("REBOUND MERCURIUS", MERCURIUS, maps),
+        ]
+        if maps
+        else []
+    )
     return _case(problem, duration, others, truth, quick, chosen.loose)
 
 
@@ -102,9 +107,13 @@ def eccentric(e: float, quick: bool) -> WorkPrecisionProblem:
 
 
 def _case(
-    problem: Problem, duration: float, others: Sequence[Participant], truth: Any, quick: bool,
+    problem: Problem,
+    duration: float,
+    others: Sequence[Participant],
+    truth: Any,
+    quick: bool,
     loose: bool,
-) -> WorkPrecisionProblem:  # fmt: skip
+) -> WorkPrecisionProblem:
     def once(**options: Any) -> Setting:
         return {"samples": 1, **options}
 
@@ -117,7 +126,8 @@ def _case(
         (
             *(
                 Participant(
-                    clock_label(s), in_clock(s, galvi.DynamicalTime()),
+                    clock_label(s),
+                    in_clock(s, galvi.DynamicalTime()),
                     [{"step": h} for h in (sizes[::2] if quick else sizes)],
                 )
                 for s, sizes in STEPS.items()
@@ -125,7 +135,8 @@ def _case(
             Participant("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
             Participant("REBOUND IAS15, GLOBAL", ias15.IAS15, [once(**ias15.GLOBAL)]),
             Participant(
-                "REBOUND IAS15, looser", ias15.IAS15,
+                "REBOUND IAS15, looser",
+                ias15.IAS15,
                 [once(**{**ias15.DEFAULT, "epsilon": 1e-5})],
             ),
             Participant("REBOUND BS", BULIRSCH_STOER, adaptive("tolerance", (1e-8, 1e-13))),
@@ -135,7 +146,7 @@ def _case(
         ),
         truth,
         net_time=True,
-    )  # fmt: skip
+    )
 
 
 def clock_label(stages: int) -> str:

@@ -107,10 +107,12 @@ def planets(
         Participant("REBOUND WHFast, best", whfast.WHFAST, open_to("REBOUND WHFast", *WISDOM)),
         Participant("REBOUND SABA", saba.SABA, open_to("REBOUND SABA", 4, 7, 14)),
     ]
-    built = [] if native.missing() else [
-        Participant(f"{label}, native", native.Native(contender), settings)
-        for label, contender, settings in whole
-    ]  # fmt: skip
+    built: list[Participant] = []
+    if not native.missing():
+        built = [
+            Participant(f"{label}, native", native.Native(contender), settings)
+            for label, contender, settings in whole
+        ]
     return WorkPrecisionProblem(
         problem,
         duration,

@@ -45,9 +45,11 @@ def pole_pull(gap, numbers):
         second * (1.5 * u - 0.5) + outer * (0.375 + u * (4.375 * u - 3.75))
     )
     return (
-        along * gap[0] - across * pole[0], along * gap[1] - across * pole[1],
-        along * gap[2] - across * pole[2], phi,
-    )  # fmt: skip
+        along * gap[0] - across * pole[0],
+        along * gap[1] - across * pole[1],
+        along * gap[2] - across * pole[2],
+        phi,
+    )
 
 
 def raised_number(x, power):

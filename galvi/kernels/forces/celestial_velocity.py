@@ -125,9 +125,13 @@ def tides(q, v, mu, numbers, a):
                 turned[0] += spin[1] * x[2]
                 turned[1] -= spin[0] * x[2]
                 turned[2] = spin[0] * x[1] - spin[1] * x[0]
-            pull = -3.0 * numbers[1] * mu[i] / square**4 * (
-                (1.0 + 3.0 * lag * rate) * x + lag * (w - rate * x - turned)
-            )  # fmt: skip
+            pull = (
+                -3.0
+                * numbers[1]
+                * mu[i]
+                / square**4
+                * ((1.0 + 3.0 * lag * rate) * x + lag * (w - rate * x - turned))
+            )
             a[body] += mu[i] / mu[body] * pull
             a[i] -= pull
 

@@ -24,11 +24,12 @@ TIMED_GRADIENT = 2
 
 SIGNATURES = {
     BUILT_IN: (
-        types.void(MATRIX, VECTOR, VECTOR, MATRIX), types.void(MATRIX, VECTOR, VECTOR, TENSOR3),
+        types.void(MATRIX, VECTOR, VECTOR, MATRIX),
+        types.void(MATRIX, VECTOR, VECTOR, TENSOR3),
     ),
     GRADIENT: (VECTOR(VECTOR), MATRIX(VECTOR)),
     TIMED_GRADIENT: (VECTOR(VECTOR, REAL), MATRIX(VECTOR, REAL)),
-}  # fmt: skip
+}
 
 
 def no_constants():

@@ -42,8 +42,10 @@ def turned(first, second, xi, v):
 def transpose(R):
     """The columns of three rows."""
     return (
-        (R[0][0], R[1][0], R[2][0]), (R[0][1], R[1][1], R[2][1]), (R[0][2], R[1][2], R[2][2]),
-    )  # fmt: skip
+        (R[0][0], R[1][0], R[2][0]),
+        (R[0][1], R[1][1], R[2][1]),
+        (R[0][2], R[1][2], R[2][2]),
+    )
 
 
 @generic
@@ -86,9 +88,10 @@ def inverse_tangent(chart, sign, xi, v):
     x, y, z = cross(xi, v)
     half, along = 0.5 * sign, d * dot(xi, v)
     return (
-        (k * v[0] + half * x) + along * xi[0], (k * v[1] + half * y) + along * xi[1],
+        (k * v[0] + half * x) + along * xi[0],
+        (k * v[1] + half * y) + along * xi[1],
         (k * v[2] + half * z) + along * xi[2],
-    )  # fmt: skip
+    )
 
 
 @generic
@@ -162,9 +165,11 @@ def turn_quaternion(chart, xi, q, low):
     a, b, c = along * xi[0], along * xi[1], along * xi[2]
     w, x, y, z = q[0], q[1], q[2], q[3]
     steps = (
-        less * w - (a * x + b * y + c * z), less * x + (a * w + c * y - b * z),
-        less * y + (b * w + a * z - c * x), less * z + (c * w + b * x - a * y),
-    )  # fmt: skip
+        less * w - (a * x + b * y + c * z),
+        less * x + (a * w + c * y - b * z),
+        less * y + (b * w + a * z - c * x),
+        less * z + (c * w + b * x - a * y),
+    )
     for i in range(4):
         q[i], low[i] = two_sum(q[i], low[i] + steps[i])
     half = 0.5 * defect(q, low)

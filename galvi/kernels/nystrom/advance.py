@@ -69,18 +69,34 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
         else:
             work = np.zeros((d, s))
         code, streak = solve(
-            force, tableau, h, t, state, solver, plan.tolerance, solver_state[STREAK],
-            progress.counts, work, Q,
-        )  # fmt: skip
+            force,
+            tableau,
+            h,
+            t,
+            state,
+            solver,
+            plan.tolerance,
+            solver_state[STREAK],
+            progress.counts,
+            work,
+            Q,
+        )
         if code != SOLVED:
             return code
         if not commit(tableau, plan, step, streak, work, progress, kept, before):
             return NOT_FINITE
         if progress.passage.size > 0:
             note_passages(
-                progress.passage, Q, tableau.c, before[0], state[0], h,
-                tableau.velocity_coefficients.size, np.inf, plan.first + step + 1,
-            )  # fmt: skip
+                progress.passage,
+                Q,
+                tableau.c,
+                before[0],
+                state[0],
+                h,
+                tableau.velocity_coefficients.size,
+                np.inf,
+                plan.first + step + 1,
+            )
     return SOLVED
 
 

@@ -141,9 +141,15 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
     for passes in range(NEWTON_PASSES):
         force_at_stages(force, Q, t, a)
         extra = jacobians(
-            force.kind, force.functions, force.has_hessian, force.constants, force.inverse_mass, Q,
-            t, jacobian,
-        )  # fmt: skip
+            force.kind,
+            force.functions,
+            force.has_hessian,
+            force.constants,
+            force.inverse_mass,
+            Q,
+            t,
+            jacobian,
+        )
         counts[ITERATIONS] += 1
         counts[FORCES] += s + extra
         counts[HESSIANS] += s if force.has_hessian else 0
@@ -161,10 +167,13 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
         halved = change <= 0.5 * previous
         if passes == 1 and previous > TRUSTED and change > LINEAR:
             return DIVERGED
-        if change <= tolerance or (passes > 0 and (
-            (halved and change * change <= tolerance * previous)
-            or (not halved and change <= ROUND_OFF_CHANGE)
-        )):  # fmt: skip
+        if change <= tolerance or (
+            passes > 0
+            and (
+                (halved and change * change <= tolerance * previous)
+                or (not halved and change <= ROUND_OFF_CHANGE)
+            )
+        ):
             force_at_stages(force, Q, t, a)
             counts[FORCES] += s
             return SOLVED

@@ -21,8 +21,15 @@ from galvi.kernels.lie.arithmetic import two_sum
 NUMBERS, INDICES = types.CPointer(types.float64), types.CPointer(types.int64)
 INTEGER = types.intp
 SIGNATURE = types.intc(
-    types.char, INTEGER, INTEGER, NUMBERS, INTEGER, INDICES, NUMBERS, INTEGER,
-)  # fmt: skip
+    types.char,
+    INTEGER,
+    INTEGER,
+    NUMBERS,
+    INTEGER,
+    INDICES,
+    NUMBERS,
+    INTEGER,
+)
 DGESV: Any = types.ExternalFunction("numba_xgesv", SIGNATURE)  # numba's name for SciPy's
 DOUBLE = ord("d")
 
@@ -77,8 +84,14 @@ class NystromTableau(NamedTuple):
 
 FIXED_VECTOR, FIXED_MATRIX = (types.Array(types.float64, n, "C", readonly=True) for n in (1, 2))
 TABLEAU = types.Tuple(
-    (FIXED_VECTOR,) * 5 + (FIXED_MATRIX,) * 2 + (FIXED_VECTOR,) + (FIXED_MATRIX,) * 4
-    + (FIXED_VECTOR,) + (FIXED_MATRIX,) * 2 + (FIXED_VECTOR,) * 2)  # fmt: skip
+    (FIXED_VECTOR,) * 5
+    + (FIXED_MATRIX,) * 2
+    + (FIXED_VECTOR,)
+    + (FIXED_MATRIX,) * 4
+    + (FIXED_VECTOR,)
+    + (FIXED_MATRIX,) * 2
+    + (FIXED_VECTOR,) * 2
+)
 
 
 @jit_inline

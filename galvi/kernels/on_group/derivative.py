@@ -120,9 +120,19 @@ def derivative(law, method, scratch, start, curve, scale, rate_scale, matrix):
             for row in range(3):
                 here[row, a] = forces[row, a, j]
         curvature(
-            law, layout, chart, scratch, scale, rate_scale, start.g, start.t[j], xi, eta, here,
+            law,
+            layout,
+            chart,
+            scratch,
+            scale,
+            rate_scale,
+            start.g,
+            start.t[j],
+            xi,
+            eta,
+            here,
             blocks,
-        )  # fmt: skip
+        )
         for a in range(d):
             for k in range(d):
                 late, bend = h * b[j] * blocks[0, 2, a, k], b[j] * blocks[1, 2, a, k]

@@ -95,10 +95,18 @@ class Newton(NamedTuple):
 def new_iteration(unknowns, d, m, s):
     """A ``Newton`` for so many unknowns."""
     return Newton(
-        np.empty((unknowns, unknowns)), np.empty(unknowns, np.int64), np.empty(unknowns),
-        np.empty((d, m)), np.empty((d, m)), np.empty((d, m)), np.empty((d, s)), np.empty((d, s)),
-        np.empty(d), np.empty(d), np.empty(4),
-    )  # fmt: skip
+        np.empty((unknowns, unknowns)),
+        np.empty(unknowns, np.int64),
+        np.empty(unknowns),
+        np.empty((d, m)),
+        np.empty((d, m)),
+        np.empty((d, m)),
+        np.empty((d, s)),
+        np.empty((d, s)),
+        np.empty(d),
+        np.empty(d),
+        np.empty(4),
+    )
 
 
 @jit_noalloc

@@ -142,10 +142,18 @@ class Scratch(NamedTuple):
 def new_scratch(d, r, m):
     """A ``Scratch`` for d components, r entries of an element and m coefficients."""
     return Scratch(
-        np.empty(d), np.empty(d), np.empty(d), np.empty(r), np.empty((2, d)), np.empty((3, d)),
-        np.empty((2, 3, d, d)), np.empty((d, d, m)), np.empty((d, d)), np.empty((d, d)),
+        np.empty(d),
+        np.empty(d),
+        np.empty(d),
+        np.empty(r),
+        np.empty((2, d)),
         np.empty((3, d)),
-    )  # fmt: skip
+        np.empty((2, 3, d, d)),
+        np.empty((d, d, m)),
+        np.empty((d, d)),
+        np.empty((d, d)),
+        np.empty((3, d)),
+    )
 
 
 @jit_inline

@@ -157,13 +157,15 @@ def drag(c, k, wind, work, world):
     v = less(v, turned_back(world, 12 * int(c[k]), triple(c, wind)))
     w, v = turned_back(c, axes, w), turned_back(c, axes, v)
     moment = (
-        resisted(c[k + 13], c[k + 15], w[0]), resisted(c[k + 13], c[k + 16], w[1]),
+        resisted(c[k + 13], c[k + 15], w[0]),
+        resisted(c[k + 13], c[k + 16], w[1]),
         resisted(c[k + 13], c[k + 17], w[2]),
-    )  # fmt: skip
+    )
     force = (
-        resisted(c[k + 14], c[k + 18], v[0]), resisted(c[k + 14], c[k + 19], v[1]),
+        resisted(c[k + 14], c[k + 18], v[0]),
+        resisted(c[k + 14], c[k + 19], v[1]),
         resisted(c[k + 14], c[k + 20], v[2]),
-    )  # fmt: skip
+    )
     keep(sum_of(triple(work, a + L), turned(c, axes, moment)), work, a + L)
     wrench(work, a, p, turned(c, axes, force))
 

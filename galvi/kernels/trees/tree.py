@@ -118,9 +118,7 @@ def inward(c, v, work, tau, mu):
     for j in range(int(c[0]), 0, -1):
         k, a = HEAD + JOINT * (j - 1), STRIDE * j
         kind, up, dof = int(c[k + KIND]), STRIDE * int(c[k + UP]), int(c[k + DOF])
-        w, velocity, field = (
-            triple(work, a + UW), triple(work, a + UV), triple(work, a + FIELD)
-        )  # fmt: skip
+        w, velocity, field = (triple(work, a + UW), triple(work, a + UV), triple(work, a + FIELD))
         l, f = triple(work, a + L), triple(work, a + F)
         m, h = work[a + M], triple(work, a + H)
         moment = sum_of(sum_of(cross(l, w), cross(f, velocity)), cross(h, field))
@@ -158,8 +156,10 @@ def rotation_vector(q, entry, c, k):
         sum_of(sum_of(scaled(b0[2], a0), scaled(b1[2], a1)), scaled(b2[2], a2)),
     )
     twice = (
-        minus(turn[1][2], turn[2][1]), minus(turn[2][0], turn[0][2]), minus(turn[0][1], turn[1][0])
-    )  # fmt: skip
+        minus(turn[1][2], turn[2][1]),
+        minus(turn[2][0], turn[0][2]),
+        minus(turn[0][1], turn[1][0]),
+    )
     sine = sqrt(plus(0.25 * dot(twice, twice), LEAST_SINE_SQUARE))
     cosine = 0.5 * (turn[0][0] + turn[1][1] + turn[2][2] - 1.0)
     return scaled(0.5 * (atan2(sine, cosine) / sine), twice)
@@ -196,9 +196,7 @@ def add_inertia(work, a, up):
     m, r = work[a + M], triple(work, a + R)
     h = turned(work, a + C, triple(work, a + H))
     x, y, z = triple(work, a + C), triple(work, a + C + 3), triple(work, a + C + 6)
-    jx, jy, jz = (
-        symmetric(work, a + J, x), symmetric(work, a + J, y), symmetric(work, a + J, z)
-    )  # fmt: skip
+    jx, jy, jz = (symmetric(work, a + J, x), symmetric(work, a + J, y), symmetric(work, a + J, z))
     moved = sum_of(h, sum_of(h, scaled(m, r)))  # 2 h + m r
     k = up + J
     xx, yy, zz = times(moved[0], r[0]), times(moved[1], r[1]), times(moved[2], r[2])
@@ -365,8 +363,11 @@ def tree_forces(g, v, constants, tau):
         k, a = HEAD + JOINT * (j - 1), STRIDE * j
         before = 6 * int(constants[k + UP])
         u, U, w, velocity = (
-            triple(work, a + UW), triple(work, a + UV), triple(work, a + W), triple(work, a + V)
-        )  # fmt: skip
+            triple(work, a + UW),
+            triple(work, a + UV),
+            triple(work, a + W),
+            triple(work, a + V),
+        )
         alpha = triple(A, before)
         swept = sum_of(triple(A, before + 3), cross(alpha, triple(work, a + R)))
         alpha, swept = turned_back(work, a + C, alpha), turned_back(work, a + C, swept)

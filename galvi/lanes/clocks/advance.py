@@ -63,10 +63,17 @@ from galvi.lanes.nbody import FIXED_NUMBERS, copy_rows
 
 # Relative change by the first pass from which on an extrapolated guess is no use.
 BAD_GUESS_CHANGE = 0.5
-MASSES = types.Tuple((
-    FIXED_VECTOR, FIXED_NUMBERS, FIXED_NUMBERS, FIXED_MATRIX, FIXED_MATRIX, types.int64,
-    FIXED_VECTOR,
-))  # fmt: skip
+MASSES = types.Tuple(
+    (
+        FIXED_VECTOR,
+        FIXED_NUMBERS,
+        FIXED_NUMBERS,
+        FIXED_MATRIX,
+        FIXED_MATRIX,
+        types.int64,
+        FIXED_VECTOR,
+    )
+)
 SCRATCH = types.Tuple((TENSOR3, MATRIX, MATRIX, VECTOR, VECTOR))
 TAKEN = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3, MATRIX))
 
@@ -132,8 +139,17 @@ def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guess
             add_powers(form, rows[2], rows[3], terms, poles, terms.shape[0], gaps, first, totals)
         lanes.set_clock(form, tables[2], clock[2], clock[3], totals, changes)
         for body in range(bodies.shape[1]):
-            lanes.kick(form, totals, rows[3], rows[4], body * dimension, bodies[1, body], rows[1],
-                       share, changes)  # fmt: skip
+            lanes.kick(
+                form,
+                totals,
+                rows[3],
+                rows[4],
+                body * dimension,
+                bodies[1, body],
+                rows[1],
+                share,
+                changes,
+            )
         move(form, masses, tables[0], state, totals, rows, rows[0], share, changes)
         change = 0.0
         for part in range(0, 4, 2):

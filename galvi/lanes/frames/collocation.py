@@ -218,13 +218,21 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
             note_paths(passage, ways, plan.step, matrix.shape[0], number + 1)
         row, rest = divmod(step + 1, plan.every)
         if (
-            rest == 0 or step + 1 == first + todo or step + 1 == plan.total
+            rest == 0
+            or step + 1 == first + todo
+            or step + 1 == plan.total
             or watched_row(plan, kept, step) >= 0
-        ):  # fmt: skip
+        ):
             if not leave(functions, numbers, state, spare, d):
                 return NOT_FINITE
-            record(plan, Kept(kept.q, kept.p, kept.bases[:0], kept.curves, kept.seen), step,
-                   state[0], state[0], state[2])  # fmt: skip
+            record(
+                plan,
+                Kept(kept.q, kept.p, kept.bases[:0], kept.curves, kept.seen),
+                step,
+                state[0],
+                state[0],
+                state[2],
+            )
         call_void(functions[1], numbers, 1.0, state)
         solver_state[DONE] = step + 1
     return SOLVED
@@ -250,6 +258,13 @@ def compiled_advance_frame():
     """``advance_frame`` compiled or cached, one kernel for all frames."""
     whole = types.int64
     signature = whole(
-        types.int64[::1], VECTOR, TABLES, PLAN, whole, PROGRESS, WORK, KEPT,
-    )  # fmt: skip
+        types.int64[::1],
+        VECTOR,
+        TABLES,
+        PLAN,
+        whole,
+        PROGRESS,
+        WORK,
+        KEPT,
+    )
     return compiled_for(advance_frame, signature, jit_inline)

@@ -72,8 +72,9 @@ class Bodies:
         """m of a body, in all lanes: that of the first is before those of the others."""
         orbits = self.orbits
         place = orbits.builder.add(body, self.row(HEAD - 1))
-        return Several([Lane(orbits.builder, self.lanes.spread(
-            self.lanes.number(orbits.numbers, place)))])  # fmt: skip
+        return Several(
+            [Lane(orbits.builder, self.lanes.spread(self.lanes.number(orbits.numbers, place)))]
+        )
 
     def bound(self, pair, k):
         """One of a pair's limits among the bodies."""

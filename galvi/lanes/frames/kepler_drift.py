@@ -122,8 +122,11 @@ def _moved(builder, lanes, mask, mu, h, part, q, q_low, v, v_low):
     back = gained / dot(fast, fast)
     speeds = [(high, low - back * high) for high, low in speeds]
     ends = [
-        near, [low for _, low in places], fast, [low for _, low in speeds],
-    ]  # fmt: skip
+        near,
+        [low for _, low in places],
+        fast,
+        [low for _, low in speeds],
+    ]
     return ends, solved
 
 

@@ -230,9 +230,16 @@ class Orbits:
             with builder.if_then(solved.every):
                 loop.do_break()
             far = universal.far_correction(
-                beta, r0, eta, zeta, X, G, t,
-                lambda a, b: a.each(lambda x, y: x / y, b), lambda a: a.each(square_root),
-            )  # fmt: skip
+                beta,
+                r0,
+                eta,
+                zeta,
+                X,
+                G,
+                t,
+                lambda a, b: a.each(lambda x, y: x / y, b),
+                lambda a: a.each(square_root),
+            )
             limits = X.lanes, far.lanes, self.kept(low).lanes, self.kept(high).lanes
             brackets = (
                 universal.bracketed(*one, lambda c, x, y: x.where(c, y))

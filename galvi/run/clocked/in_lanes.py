@@ -100,8 +100,15 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
         number = state.first + np.arange(1.0, done[0] + 1.0)
         counts = done[1] * np.array([1.0, s, 0.0, 0.0])
         taken = Taken(places, p, v, t, coefficients, rates, counts, number)
-        after = Checkpoint(state.first + int(done[0]), q, stages, solver_state, state.solver,
-                           state.tolerance, clock=clock)  # fmt: skip
+        after = Checkpoint(
+            state.first + int(done[0]),
+            q,
+            stages,
+            solver_state,
+            state.solver,
+            state.tolerance,
+            clock=clock,
+        )
         return Advanced(taken, after, code, FAILURES.get(code, "") if code else "")
 
     def each(states: list[Checkpoint], lengths: Array) -> tuple[Array, Array, Array, Any]:

@@ -36,9 +36,14 @@ def _(system: Canonical, problem: Problem) -> Lagrangian:
         return np.concatenate([system.momentum(v), -system.potential_gradient(q, *(t or (0.0,)))])
 
     return Lagrangian(
-        L, Rn(problem.q0.size), slopes, system.force, explicit_time=system.explicit_time,
-        timed_force=system.timed_force, check=False,
-    )  # fmt: skip
+        L,
+        Rn(problem.q0.size),
+        slopes,
+        system.force,
+        explicit_time=system.explicit_time,
+        timed_force=system.timed_force,
+        check=False,
+    )
 
 
 @lagrangian_of.register
@@ -46,8 +51,11 @@ def _(system: NBody, problem: Problem) -> Lagrangian:
     size, acting = problem.q0.shape[1], system.acting
     masses = np.repeat(system.masses, size)
     n = system.masses.size
-    pairs = [(i, j, float(system.G * system.masses[i] * system.masses[j]))
-             for i in range(n) for j in range(i + 1, n)]  # fmt: skip
+    pairs = [
+        (i, j, float(system.G * system.masses[i] * system.masses[j]))
+        for i in range(n)
+        for j in range(i + 1, n)
+    ]
 
     def L(q: Any, v: Any) -> Any:
         total: Any = 0.5 * (v @ (masses * v))
@@ -69,6 +77,10 @@ def _(system: NBody, problem: Problem) -> Lagrangian:
         return masses * acting.rest(q.reshape(-1, size), v.reshape(-1, size), t).ravel()
 
     return Lagrangian(
-        L, Rn(problem.q0.size), slopes, None if acting.conserve else force,
-        timed_force=not acting.conserve, check=False,
-    )  # fmt: skip
+        L,
+        Rn(problem.q0.size),
+        slopes,
+        None if acting.conserve else force,
+        timed_force=not acting.conserve,
+        check=False,
+    )

@@ -113,10 +113,12 @@ def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
         outcome = replace(outcome, notes=on_energy)
     else:
         outcome = completed(
-            stepper.problem, report, start.first,
+            stepper.problem,
+            report,
+            start.first,
             unresolved_passage(stepper.problem, None, stepper.passage),
             lambda: _massless_error(stepper, run),
-        )  # fmt: skip
+        )
     if isinstance(run.curves, ClockCurves) and (back := run.curves.steps_backwards()).size:
         begin = run.curves.times[back[0]]
         notes.append(f"The time does not grow along the step from t = {begin:.10g}: {TOO_LONG}.")
@@ -125,10 +127,14 @@ def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
         notes.append(costly_pair(problem, q))
     outcome = replace(outcome, notes=(*outcome.notes, *filter(None, notes)))
     last = replace(
-        stepper.checkpoint, energies=report.energies, passage=read_only(stepper.passage[:FOUND]),
-        save_every=start.save_every, curves=start.curves, solver=start.solver,
+        stepper.checkpoint,
+        energies=report.energies,
+        passage=read_only(stepper.passage[:FOUND]),
+        save_every=start.save_every,
+        curves=start.curves,
+        solver=start.solver,
         tolerance=start.tolerance,
-    )  # fmt: skip
+    )
     return Ending(outcome, last)
 
 

@@ -81,9 +81,12 @@ class ClockStepper:
         state, fresh = start, self.motion.at(problem.q0, problem.v0, problem.t0)
         if not start.state.size:
             state = replace(
-                fresh, solver=start.solver, tolerance=start.tolerance,
-                save_every=start.save_every, curves=start.curves,
-            )  # fmt: skip
+                fresh,
+                solver=start.solver,
+                tolerance=start.tolerance,
+                save_every=start.save_every,
+                curves=start.curves,
+            )
         elif start.stages.shape != fresh.stages.shape:
             raise ValueError(
                 "this run was done by another engine, whose states are not those of the one here "
@@ -154,9 +157,12 @@ class ClockStepper:
             p = np.concatenate([begin[1:2], taken.p])
             v = system.velocity(p.reshape(-1, *self.problem.v0.shape)).reshape(-1, d)
         compiled_note_states()(
-            self.passage, np.concatenate([begin[:1], taken.q]), v,
-            np.append(self.checkpoint.clock[:1], taken.t[:, 0]), self.method.space.dimension - 1,
-        )  # fmt: skip
+            self.passage,
+            np.concatenate([begin[:1], taken.q]),
+            v,
+            np.append(self.checkpoint.clock[:1], taken.t[:, 0]),
+            self.method.space.dimension - 1,
+        )
 
     def _record(self, taken: Taken, keep: bool) -> None:
         n = len(taken.t)
@@ -256,9 +262,15 @@ class ClockStepper:
             times[-1] = self.time
         bases = np.concatenate([first[None], whole.q[:-1]]).reshape(-1, *self.problem.q0.shape)
         return ClockCurves(
-            self.method, self.step, self.share * self.step, read_only(times), read_only(bases),
-            read_only(whole.coefficients), read_only(whole.rates), self.motion.chart,
-        )  # fmt: skip
+            self.method,
+            self.step,
+            self.share * self.step,
+            read_only(times),
+            read_only(bases),
+            read_only(whole.coefficients),
+            read_only(whole.rates),
+            self.motion.chart,
+        )
 
     def states(self) -> SavedStates:
         """The saved states: the first, those at every save_every-th step, and the last."""

@@ -144,10 +144,19 @@ def in_clock(in_tau: LagrangianInTau, driven: bool, t0: float) -> Problem:
             return inner
     slopes = in_tau.slopes if in_tau.base_slopes is not None else None
     force = in_tau.force if base.force is not None else None
-    return Problem(Lagrangian(
-        value, base.group, slopes, force, explicit_time=driven, timed_force=force is not None,
-        check=False,
-    ), *in_tau.start, 0.0 if driven else t0)  # fmt: skip
+    return Problem(
+        Lagrangian(
+            value,
+            base.group,
+            slopes,
+            force,
+            explicit_time=driven,
+            timed_force=force is not None,
+            check=False,
+        ),
+        *in_tau.start,
+        0.0 if driven else t0,
+    )
 
 
 class TransformedTime:
@@ -254,18 +263,25 @@ class TransformedTime:
             return self._block(state, h, int(past[0]), None, keep)
         done = 0 if past.size else work.done
         taken = Taken(
-            work.saved_q[1 : done + 1], work.saved_moving[1 : done + 1], None, t[:done],
-            coefficients[: done if keep else 0], rates[:done],
+            work.saved_q[1 : done + 1],
+            work.saved_moving[1 : done + 1],
+            None,
+            t[:done],
+            coefficients[: done if keep else 0],
+            rates[:done],
             NO_COUNTS if past.size else work.counts[: len(COUNTED)].astype(np.float64),
             state.first + np.arange(1.0, done + 1.0),
-        )  # fmt: skip
+        )
         if past.size:
             return Advanced(taken, state, SOLVED)
         after = replace(
-            state, first=state.first + done, state=read_only(work.state),
-            stages=read_only(work.stages), solver_state=work.solver_state,
+            state,
+            first=state.first + done,
+            state=read_only(work.state),
+            stages=read_only(work.stages),
+            solver_state=work.solver_state,
             clock=np.append(t[-1] if done else state.clock[:2], state.clock[2:]),
-        )  # fmt: skip
+        )
         return Advanced(taken, after, code, stepper.failure(code) if code else "")
 
     def _by_kernel(self, state: Checkpoint, h: float) -> Advanced | str:
@@ -312,15 +328,24 @@ class TransformedTime:
         (y, slopes, passes), solver_state = end, state.solver_state.copy()
         arrays, u, solver_state[HOLDS] = y[:, :-2].reshape(4, d), slopes[:, :d].T, LAST_STEP
         after = replace(
-            state, first=state.first + 1, state=arrays, stages=u, solver_state=solver_state,
+            state,
+            first=state.first + 1,
+            state=arrays,
+            stages=u,
+            solver_state=solver_state,
             clock=y[:, -2:].T.ravel(),
-        )  # fmt: skip
+        )
         taken = Taken(
-            arrays[:1], arrays[1:2], None, after.clock[None, :2],
-            h * (u @ table.projection.T)[None], slopes[None, :, -2],
-            passes * np.array([1.0, len(slopes), 0.0, 0.0]), np.array([after.first]),
+            arrays[:1],
+            arrays[1:2],
+            None,
+            after.clock[None, :2],
+            h * (u @ table.projection.T)[None],
+            slopes[None, :, -2],
+            passes * np.array([1.0, len(slopes), 0.0, 0.0]),
+            np.array([after.first]),
             after.clock[2:3],
-        )  # fmt: skip
+        )
         return Advanced(taken, after, SOLVED)
 
     def _slopes(self, h: float, y: Array) -> tuple[Array, float]:

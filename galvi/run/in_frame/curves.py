@@ -106,9 +106,15 @@ class Path:
         masses, places = numbers[HEAD + pairs * MASS :][:pairs].copy(), np.empty((k, n + D, P))
         (rows,) = aligned((2 * D + 1, -(-P // WIDE) * WIDE))
         compiled_places_in_steps(D)(
-            (0,) * D, masses, bases, parts, np.ascontiguousarray(psi.transpose(0, 2, 1)),
-            np.array(since, order="C"), rows, places,
-        )  # fmt: skip
+            (0,) * D,
+            masses,
+            bases,
+            parts,
+            np.ascontiguousarray(psi.transpose(0, 2, 1)),
+            np.array(since, order="C"),
+            rows,
+            places,
+        )
         return np.matmul(_from_pairs(self.problem, self.method), places)
 
     def states(self, bases: Array, numbers: Any, lengths: Array) -> tuple[Array, Array, Any] | None:
@@ -125,10 +131,14 @@ class Path:
         states, codes, counts = np.empty((2, k, d)), np.zeros(k, np.int64), np.zeros(8, np.int64)
         with np.errstate(all="ignore"):
             compiled_states_in_steps()(
-                motion.functions, motion.numbers.copy(), tables, motion.stretch,
-                (bases, lengths, phases - np.floor(phases)), (*scratch, state),
+                motion.functions,
+                motion.numbers.copy(),
+                tables,
+                motion.stretch,
+                (bases, lengths, phases - np.floor(phases)),
+                (*scratch, state),
                 (states, codes, counts),
-            )  # fmt: skip
+            )
         return states[0], states[1], codes
 
     def curves(self, number: int, base: Array) -> Curves:

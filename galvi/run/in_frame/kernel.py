@@ -65,9 +65,14 @@ def tables_of(motion: Motion, method: Galerkin, checks: Array) -> tuple[Any, ...
     weights = np.zeros(lanes.size)
     weights[: table.b.size] = table.b
     numbers = (
-        table.integral.T[:, lanes], weights, table.c[lanes], table.projection.T, motion.clock,
-        1.0 / motion.sizes, checks,
-    )  # fmt: skip
+        table.integral.T[:, lanes],
+        weights,
+        table.c[lanes],
+        table.projection.T,
+        motion.clock,
+        1.0 / motion.sizes,
+        checks,
+    )
     arrays: list[Any] = [np.array(x, dtype=np.float64, order="C") for x in numbers]
     return *arrays, _coarse(method.stages)
 
@@ -155,10 +160,18 @@ class FrameKernel:
                 self._may_meet = can_meet(request.problem, q, v, request.method, request.step)
             part = min(n, AGAIN - done)
             progress = *self._progress[:-1], passage if self._may_meet else NO_PASSAGES
-            code = int(self._kernel(
-                self._motion.functions, self._motion.numbers, self.tables, self._plan, part,
-                progress, self._scratch, self._saved,
-            ))  # fmt: skip
+            code = int(
+                self._kernel(
+                    self._motion.functions,
+                    self._motion.numbers,
+                    self.tables,
+                    self._plan,
+                    part,
+                    progress,
+                    self._scratch,
+                    self._saved,
+                )
+            )
             n -= part
         if passage.size and passage[0] > work.passage[0]:
             work.passage[:FOUND] = passage[:FOUND]
@@ -170,8 +183,12 @@ def scratch_of(motion: Motion, tables: tuple[Any, ...], shape: tuple[int, ...]) 
     shape."""
     rows, width, few = motion.sizes.size, tables[1].size, tables[-1][2].size
     arrays = aligned(
-        *(shape for m in (width, few)
-          for shape in ((rows, m), (rows, m), (5, m), (motion.guesses, m))),
-        (motion.work, LANES), shape,
-    )  # fmt: skip
+        *(
+            shape
+            for m in (width, few)
+            for shape in ((rows, m), (rows, m), (5, m), (motion.guesses, m))
+        ),
+        (motion.work, LANES),
+        shape,
+    )
     return tuple(arrays[:4]), tuple(arrays[4:8]), arrays[8], arrays[9]

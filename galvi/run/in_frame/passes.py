@@ -75,9 +75,12 @@ class Probe(NamedTuple):
 
 
 def _probed(
-    problem: Problem, method: Galerkin, step: float, checks: tuple[float, ...],
+    problem: Problem,
+    method: Galerkin,
+    step: float,
+    checks: tuple[float, ...],
     states: list[Array] | None = None,
-) -> list[Probe]:  # fmt: skip
+) -> list[Probe]:
     """The first steps of a run, each from its own state if given, up to one that fails."""
     request = RunRequest(problem, method, step, PROBED, from_start(curves=False))
     work = RunArrays.of(request, frame_start(problem, method), 2, (0, 0), watched=False)

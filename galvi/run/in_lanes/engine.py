@@ -25,9 +25,13 @@ def stepper_in_lanes(request: RunRequest) -> Stepper | Declined:
     if isinstance(kernel, str):
         return Declined(kernel)
     return Stepper(
-        request, formulation, LANES.name, "its forces are known as expressions", kernel,
+        request,
+        formulation,
+        LANES.name,
+        "its forces are known as expressions",
+        kernel,
         kernel if vector else CountedByNewton,
-    )  # fmt: skip
+    )
 
 
 LANES = Engine("lanes", stepper_in_lanes)

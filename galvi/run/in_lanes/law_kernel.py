@@ -67,9 +67,9 @@ class LawInLanes:
 
 def seats_of(fields: Fields, places: Sequence[tuple[str, int, int]]) -> Any:
     """The seats of fields whose first numbers are at these rows and columns of the state."""
-    return np.array([
-        (row, column, fields.first[name], fields.size[name]) for name, row, column in places
-    ])  # fmt: skip
+    return np.array(
+        [(row, column, fields.first[name], fields.size[name]) for name, row, column in places]
+    )
 
 
 @lru_cache(maxsize=64)
@@ -80,9 +80,15 @@ def law_on_space(lines: str, d: int, alone: bool, lanes: int, one: bool) -> LawI
     order = ("q", "q_low", "p", "p_low") if alone else ("q", "p", "q_low", "p_low")
     seats = seats_of(fields, [(name, row, 0) for row, name in enumerate(order)])
     return LawInLanes(
-        function, fields, lambda d, extra: rows_of_work(d), seats, V * d, V * d, SERIES * d,
+        function,
+        fields,
+        lambda d, extra: rows_of_work(d),
+        seats,
+        V * d,
+        V * d,
+        SERIES * d,
         NO_FACTORS,
-    )  # fmt: skip
+    )
 
 
 @lru_cache(maxsize=64)
@@ -98,9 +104,15 @@ def law_on_group(
     if any(row[ROTATIONS] for row in layout):  # else the state has no room for them, and no need
         places += [("nu", 1, 2 * d), ("low", 3, d)]
     return LawInLanes(
-        function, fields, rows_of_group_work, seats_of(fields, places), ETA * d, VELOCITY * d,
-        group_collocation.SERIES * d, np.array(layout),
-    )  # fmt: skip
+        function,
+        fields,
+        rows_of_group_work,
+        seats_of(fields, places),
+        ETA * d,
+        VELOCITY * d,
+        group_collocation.SERIES * d,
+        np.array(layout),
+    )
 
 
 def words_of(
@@ -122,9 +134,15 @@ class LawKernel:
     """
 
     def __init__(
-        self, law: LawInLanes, constants: Array, tables: LawTables, curves: tuple[Array, Array],
-        tolerance: float, request: RunRequest, work: RunArrays,
-    ) -> None:  # fmt: skip
+        self,
+        law: LawInLanes,
+        constants: Array,
+        tables: LawTables,
+        curves: tuple[Array, Array],
+        tolerance: float,
+        request: RunRequest,
+        work: RunArrays,
+    ) -> None:
         record, reals = np.zeros(law.fields.velocities), np.append(tables.growth, tolerance)
         first, places = law.fields.first, (2, work.state.shape[1])
         scratch, before = aligned(
@@ -132,15 +150,29 @@ class LawKernel:
         )
         words = words_of(record, constants, scratch, tables, reals, request.method.stages)
         run = OneRun(
-            words, record, law.seats, scratch, before, law.layout, first["q"], first["p"],
-            first["step"], law.rates, law.velocities, law.last,
-        )  # fmt: skip
+            words,
+            record,
+            law.seats,
+            scratch,
+            before,
+            law.layout,
+            first["q"],
+            first["p"],
+            first["step"],
+            law.rates,
+            law.velocities,
+            law.last,
+        )
         plan, self._progress, self._saved = run_plan(request, work, tolerance)
         self._kernel, self._work = compiled_advance_run(), work
         self._owned = law, constants, tables, reals
         self._arguments = (
-            law.address, words.ctypes.data, tuple(run), tuple(Curves(*curves, tables.nodes)), plan,
-        )  # fmt: skip
+            law.address,
+            words.ctypes.data,
+            tuple(run),
+            tuple(Curves(*curves, tables.nodes)),
+            plan,
+        )
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""

@@ -96,9 +96,15 @@ def tables_on_group(table: Tableau, form: Form = MEMBERS) -> LawTables:
 
 
 def _tables(
-    table: Tableau, A: Array, B: Array, means: Array, complement: Array, extra: int, form: Form,
+    table: Tableau,
+    A: Array,
+    B: Array,
+    means: Array,
+    complement: Array,
+    extra: int,
+    form: Form,
     power: int = 1,
-) -> LawTables:  # fmt: skip
+) -> LawTables:
     """The parts in the order of galvi.lanes.layouts.Tables; A and B times h^power."""
     s, h = table.c.size, form.step
     P, kicks = in_lanes(s, form), np.stack([table.b, table.low_parts[1]])

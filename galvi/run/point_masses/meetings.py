@@ -21,9 +21,12 @@ BEND_HILL_RADII = 0.7  # Hill radii by which two orbits bend each other before t
 
 @lru_cache(maxsize=32)
 def can_meet(
-    problem: Problem, places: tuple[float, ...], velocities: tuple[float, ...], method: Galerkin,
+    problem: Problem,
+    places: tuple[float, ...],
+    velocities: tuple[float, ...],
+    method: Galerkin,
     step: float,
-) -> bool:  # fmt: skip
+) -> bool:
     """Whether two bodies may pass each other so close that `may_pass` looks at them, on the
     orbits about the heaviest one of a state, wherever they are on these, up to ``ORBIT_MARGIN``."""
     system = problem.system
@@ -51,9 +54,7 @@ def can_meet(
     )
 
 
-def _orbits_near(
-    mu: Array, q: Array, v: Array, i: int, j: int, time: float, pull: float
-) -> bool:  # fmt: skip
+def _orbits_near(mu: Array, q: Array, v: Array, i: int, j: int, time: float, pull: float) -> bool:
     """Whether two ellipses come nearer to each other than their relative velocity and their own
     attraction move them in a time, and than they bend each other.
 

@@ -36,10 +36,15 @@ OF_EVENTS = ("t", "step", "value", "index", "q", "v")
 STATE_FIELDS = ("state", "stages", "solver_state")  # of a run before some of its steps
 WATCHED = ("energies", "passage", "clock")  # of a checkpoint
 UNREADABLE = (
-    KeyError, ValueError, TypeError, AttributeError, EOFError, OSError,
+    KeyError,
+    ValueError,
+    TypeError,
+    AttributeError,
+    EOFError,
+    OSError,
     tokenize.TokenError,  # of an array's header
     NotImplementedError,  # of a compression that zipfile does not know
-)  # fmt: skip
+)
 
 
 def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
@@ -88,10 +93,18 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
         "engine_reason": run.engine_reason,
     }  # fmt: skip
     arrays = {
-        "t": run.t, "q": run.q, "p": run.p, "q0": problem.q0, "v0": problem.v0,
-        "state": end.state, "stages": end.stages, "solver_state": end.solver_state,
-        "energies": end.energies, "passage": end.passage, "clock": end.clock,
-    }  # fmt: skip
+        "t": run.t,
+        "q": run.q,
+        "p": run.p,
+        "q0": problem.q0,
+        "v0": problem.v0,
+        "state": end.state,
+        "stages": end.stages,
+        "solver_state": end.solver_state,
+        "energies": end.energies,
+        "passage": end.passage,
+        "clock": end.clock,
+    }
     if run.velocities is not None:
         arrays["velocities"] = run.velocities
     if run.tau is not None:
@@ -196,9 +209,11 @@ def _check(run: Trajectory) -> None:
 
 
 def _restored(
-    path: str | os.PathLike[str], facts: dict[str, Any], arrays: dict[str, Any],
+    path: str | os.PathLike[str],
+    facts: dict[str, Any],
+    arrays: dict[str, Any],
     problem: Problem | None,
-) -> Trajectory:  # fmt: skip
+) -> Trajectory:
     """The run of a file with these facts and arrays."""
     from galvi.events.search import Found  # events stand on runs
 
@@ -214,10 +229,16 @@ def _restored(
         arrays_of = {name: arrays[f"events_{name}"] for name in OF_EVENTS}
         events = Found(name=tuple(about[0]), unresolved=about[1], status=about[2], **arrays_of)
     end = Checkpoint(
-        facts["first"], arrays["state"], arrays["stages"], arrays["solver_state"],
-        facts["solver"], facts["tolerance"], facts["save_every"], facts["keep_curves"],
+        facts["first"],
+        arrays["state"],
+        arrays["stages"],
+        arrays["solver_state"],
+        facts["solver"],
+        facts["tolerance"],
+        facts["save_every"],
+        facts["keep_curves"],
         *(arrays[name] for name in WATCHED),
-    )  # fmt: skip
+    )
     return Trajectory(
         problem, arrays["t"], arrays["q"], arrays["p"],
         counts=facts["counts"], step=facts["step"], method=method,
@@ -230,16 +251,23 @@ def _restored(
 
 
 def _problem(
-    path: str | os.PathLike[str], facts: dict[str, Any], arrays: dict[str, Any],
+    path: str | os.PathLike[str],
+    facts: dict[str, Any],
+    arrays: dict[str, Any],
     given: Problem | None,
-) -> Problem:  # fmt: skip
+) -> Problem:
     """The problem of a file; ValueError for a given one that differs."""
     about, problem = facts["problem"], given
     if problem is None:
         problem = Problem(
-            _read(facts["system"], path), arrays["q0"], arrays["v0"], about["t0"], about["name"],
-            about["parameters"], about["units"],
-        )  # fmt: skip
+            _read(facts["system"], path),
+            arrays["q0"],
+            arrays["v0"],
+            about["t0"],
+            about["name"],
+            about["parameters"],
+            about["units"],
+        )
     same = np.array_equal(problem.q0, arrays["q0"]) and np.array_equal(problem.v0, arrays["v0"])
     if not same or problem.t0 != about["t0"]:
         raise ValueError(

@@ -423,8 +423,9 @@ class Force:
         for name in ("takes_velocity", "takes_time"):
             _set(self, **{name: input_checks.flag(name, getattr(self, name))})
         if not callable(self.function):
-            raise TypeError(f"function must be one of {self.arguments}; received "
-                            f"{shown(self.function)}.")  # fmt: skip
+            raise TypeError(
+                f"function must be one of {self.arguments}; received {shown(self.function)}."
+            )
         try:
             taken = inspect.signature(getattr(self.function, "py_func", self.function))
         except (TypeError, ValueError):  # of a function that is not written in Python

@@ -143,9 +143,14 @@ class Row(NamedTuple):
 
     @classmethod
     def of(
-        cls, parts: Iterable[Any], of_structure: Iterable[int], *,
-        of_mass: Iterable[int] = (), of_control: Iterable[int] = (), begins: bool = False,
-    ) -> Row:  # fmt: skip
+        cls,
+        parts: Iterable[Any],
+        of_structure: Iterable[int],
+        *,
+        of_mass: Iterable[int] = (),
+        of_control: Iterable[int] = (),
+        begins: bool = False,
+    ) -> Row:
         """The row whose values are those of the parts, one after the other."""
         values = np.concatenate([np.ravel(part) for part in parts])
         return cls(values, of_structure, of_mass, of_control, begins)
@@ -313,13 +318,22 @@ class JointForces:
     @cached_property
     def _written(self) -> Written:
         rows = [
-            *self._rows_of_pulls(), *self._rows_of_weights(), *self._rows_of_pushes(),
+            *self._rows_of_pulls(),
+            *self._rows_of_weights(),
+            *self._rows_of_pushes(),
             *self._rows_in_a_medium(),
-        ]  # fmt: skip
+        ]
         wet, bounds = len(self.wet), self.bounds if self.limited else ()
         with_points = any(pull.points for pull in self.pulls)
-        head = [bool(self.weights or self.pushes or wet or with_points), len(self.pulls),
-                len(bounds), len(self.weights), len(self.pushes), wet, *self.wind]  # fmt: skip
+        head = [
+            bool(self.weights or self.pushes or wet or with_points),
+            len(self.pulls),
+            len(bounds),
+            len(self.weights),
+            len(self.pushes),
+            wet,
+            *self.wind,
+        ]
         known = {self.first + k: float(head[k]) for k in range(kernel.WIND)}
         of_masses, of_controls, begins = set[int](), set[int](), list[int]()
         place = self.first + kernel.FORCES_HEAD + len(self.damping)
@@ -346,8 +360,13 @@ class JointForces:
         }
         for number, pull in enumerate(self.pulls):
             limited = self.limited and pull.limits != UNLIMITED
-            held = [len(pull.arms), len(pull.points), pull.actuator, pull.slack[0] < pull.slack[1],
-                    limited]  # fmt: skip
+            held = [
+                len(pull.arms),
+                len(pull.points),
+                pull.actuator,
+                pull.slack[0] < pull.slack[1],
+                limited,
+            ]
             limits = pull.limits if limited else (0.0, 0.0)
             numbers = [pull.constant, *pull.slack, *limits, pull.offset, *pull.spring, *pull.damper]
             of_control = driven.get(number, ())

@@ -135,11 +135,13 @@ LIE_GROUPS: tuple[Figure, ...] = (
                 "rounding": n == l04.N,
             },
             caption="At every second step end, from (R, p). "
-            + ("In units of the machine epsilon, below which the truncation error is. Independent "
-               "roundings grow like the dashed line, biased ones like the dotted one: the checks "
-               "say which."
-               if n == l04.N else
-               "An error that grows leaves the band; this is the truncation error."),
+            + (
+                "In units of the machine epsilon, below which the truncation error is. Independent "
+                "roundings grow like the dashed line, biased ones like the dotted one: the checks "
+                "say which."
+                if n == l04.N
+                else "An error that grows leaves the band; this is the truncation error."
+            ),
         )
         for n, quantity in l04.QUANTITIES.items()
     ),
@@ -318,4 +320,4 @@ LIE_GROUPS: tuple[Figure, ...] = (
         },
         caption=f"{POINTS}. Against the exact motion between the same attitudes.",
     ),
-)  # fmt: skip
+)

@@ -30,14 +30,20 @@ def _approximations(quantity: str, ylabel: str, minus: float) -> Figure:
         claims=("V22",),
         draw=convergence,
         options={
-            "rates": in_h("rough", quantity, [N + 1 for N in v22.DEGREES], v22.FLOOR,
-                          lambda n: min(SMOOTHNESS, n) - minus, degrees=True),
+            "rates": in_h(
+                "rough",
+                quantity,
+                [N + 1 for N in v22.DEGREES],
+                v22.FLOOR,
+                lambda n: min(SMOOTHNESS, n) - minus,
+                degrees=True,
+            ),
             "ylabel": ylabel,
         },
         caption=f"A point between two springs; {SOLID.lower()}; dashed, a little above: the rate "
         "claimed.",
         size=(6.4, 4.4),
-    )  # fmt: skip
+    )
 
 
 VECTOR_SPACES: tuple[Figure, ...] = (
@@ -49,8 +55,7 @@ VECTOR_SPACES: tuple[Figure, ...] = (
         draw=convergence,
         options={
             "rates": tuple(
-                Rate(IN_N, quantity, label, v14.FLOOR[quantity],
-                     power=(v14.POWERS[quantity], 0.0))
+                Rate(IN_N, quantity, label, v14.FLOOR[quantity], power=(v14.POWERS[quantity], 0.0))
                 for quantity, label in (
                     (ENDS, "end"),
                     (CURVE, "curve, $W^{1,1}$"),
@@ -97,8 +102,9 @@ VECTOR_SPACES: tuple[Figure, ...] = (
         claims=("V26",),
         draw=convergence,
         options={
-            "rates": in_h("Kepler", v26.ACTION, v26.NS["Kepler"], v26.FLOOR,
-                          lambda n: 2.0 * n - 1.0),
+            "rates": in_h(
+                "Kepler", v26.ACTION, v26.NS["Kepler"], v26.FLOOR, lambda n: 2.0 * n - 1.0
+            ),
             "ylabel": "error of $L_d$",
         },
         caption=f"{SOLID}; dashed, a little above: the step's order and one.",
@@ -110,8 +116,14 @@ VECTOR_SPACES: tuple[Figure, ...] = (
         claims=("V17",),
         draw=convergence,
         options={
-            "rates": in_h(v17.STUDY, oscillator.QUANTITY, [N + 1 for N in v17.DEGREES],
-                          oscillator.FLOOR, lambda n: 2.0 * (n - 1), degrees=True),
+            "rates": in_h(
+                v17.STUDY,
+                oscillator.QUANTITY,
+                [N + 1 for N in v17.DEGREES],
+                oscillator.FLOOR,
+                lambda n: 2.0 * (n - 1),
+                degrees=True,
+            ),
             "ylabel": POSITION,
         },
         caption=f"{SOLID}; dashed, offset upwards: the rate measured in M.",
@@ -178,4 +190,4 @@ VECTOR_SPACES: tuple[Figure, ...] = (
         caption="Solid line: fit over the filled points; dashed, a little above: the order of "
         "e_max for two derivatives in L^2, of which M knew no example.",
     ),
-)  # fmt: skip
+)

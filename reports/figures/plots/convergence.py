@@ -125,10 +125,11 @@ def in_h(
 ) -> tuple[Rate, ...]:
     """The h-refinement of each n; labels name the degrees N = n - 1 where these are asked for."""
     return tuple(
-        Rate(study, quantity, f"$N={n - 1}$" if degrees else f"$n={n}$", floor, claimed(n), n,
-             start)
+        Rate(
+            study, quantity, f"$N={n - 1}$" if degrees else f"$n={n}$", floor, claimed(n), n, start
+        )
         for n in ns
-    )  # fmt: skip
+    )
 
 
 ABOVE = 6.0  # points, of a claimed rate above those that it is claimed of
@@ -139,9 +140,14 @@ DASHES = ("-", (0, (4, 2)), (0, (1, 1.4)))
 
 
 def convergence(
-    axes: Axes, frame: pd.DataFrame, *, rates: Sequence[Rate], ylabel: str, top: float = np.inf,
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    rates: Sequence[Rate],
+    ylabel: str,
+    top: float = np.inf,
     unit: str = "unit of time",
-) -> None:  # fmt: skip
+) -> None:
     """Errors on a logarithmic axis under refinement of n, of h, or of the degree N, which falls to
     the right; points that are not in the fit are hollow.
 
@@ -151,8 +157,9 @@ def convergence(
         larger errors, of unstable runs, are shown as an arrow and a number at the edge
     """
     refined = rates[0].refinement
-    axes.set(xscale=refined.xscale, yscale="log", xlabel=refined.xlabel.format(unit=unit),
-             ylabel=ylabel)  # fmt: skip
+    axes.set(
+        xscale=refined.xscale, yscale="log", xlabel=refined.xlabel.format(unit=unit), ylabel=ylabel
+    )
     if refined is IN_N:
         axes.locator_params("x", integer=True)
     elif refined is IN_DEGREE:  # at 1 / N for N = 2^k and 3 2^k
@@ -180,8 +187,14 @@ def convergence(
             if rate.claimed is not None:
                 _claimed(axes, fit, rate.claimed, x[used], error[used])
     for at, exponent in beyond:
-        axes.annotate(f"$10^{{{exponent}}}$", (at, top), xytext=(5, -2), color=GUIDE, fontsize=8,
-                      textcoords="offset points")  # fmt: skip
+        axes.annotate(
+            f"$10^{{{exponent}}}$",
+            (at, top),
+            xytext=(5, -2),
+            color=GUIDE,
+            fontsize=8,
+            textcoords="offset points",
+        )
 
 
 def _claimed(axes: Axes, fit: Fit, claimed: float, x: np.ndarray, error: np.ndarray) -> None:
@@ -226,9 +239,10 @@ def orders(axes: Axes, frame: pd.DataFrame, *, ylabel: str, unit: str = "unit of
     by_cost.set_xlabel("time of a run [s]")
     for k, (method, rows) in enumerate(measured.groupby("method", sort=False)):
         style = {
-            "color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)],
+            "color": COLOURS[k % len(COLOURS)],
+            "marker": MARKERS[k % len(MARKERS)],
             "linestyle": DASHES[k // len(COLOURS) % len(DASHES)],
-        }  # fmt: skip
+        }
         steps = rows[rows["h"].notna()].sort_values("h")
         timed = rows[rows["seconds"] > 0.0].sort_values("error")
         used, resolved = steps["fit"].astype(bool), ~timed["note"].isin((BOUND, ROUND_OFF))

@@ -104,8 +104,16 @@ def energies(
     unit
         year of the time axis, in the frame's unit of time
     """
-    lines(axes, frame, quantity=quantity, labels=labels, xlabel="time [years]",
-          ylabel="relative change of energy", unit=unit, signed=True)  # fmt: skip
+    lines(
+        axes,
+        frame,
+        quantity=quantity,
+        labels=labels,
+        xlabel="time [years]",
+        ylabel="relative change of energy",
+        unit=unit,
+        signed=True,
+    )
     axes.axhspan(-LINEAR, LINEAR, color=BAND, zorder=0)
     axes.set_yscale("symlog", linthresh=LINEAR, linscale=0.8)
     axes.set_yticks(TICKS, [power_of_ten(tick) if tick else "0" for tick in TICKS])
@@ -117,9 +125,14 @@ MANY = 300  # above this many, points are not joined
 
 
 def history(
-    axes: Axes, frame: pd.DataFrame, *, quantity: str, ylabel: str, xlabel: str = PERIODS,
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    quantity: str,
+    ylabel: str,
+    xlabel: str = PERIODS,
     rounding: bool = False,
-) -> None:  # fmt: skip
+) -> None:
     """Values at step ends, over a band that spans the values of the first half.
 
     An error that grows with time leaves the band in the second half.
@@ -138,12 +151,14 @@ def history(
         end, share = np.mean(value[-max(1, len(t) // 10) :]), (t - t[0]) / (t[-1] - t[0])
         guides = (0.5, "square root of the time", LONG_DASH), (1.0, "the time", DOTS)
         for power, label, dash in guides:
-            axes.plot(t, end * share**power, color=GUIDE, linewidth=1.2, linestyle=dash,
-                      label=label)  # fmt: skip
+            axes.plot(
+                t, end * share**power, color=GUIDE, linewidth=1.2, linestyle=dash, label=label
+            )
     else:
         first = value[t <= 0.5 * (t[0] + t[-1])]
-        axes.axhspan(first.min(), first.max(), color=BAND, zorder=0,
-                     label="range over the first half")  # fmt: skip
+        axes.axhspan(
+            first.min(), first.max(), color=BAND, zorder=0, label="range over the first half"
+        )
     style = {"markersize": 2.0, "linestyle": "none", "rasterized": True} if len(t) > MANY else {}
     axes.plot(t, value, **{"marker": ".", "linewidth": 0.6, "color": COLOURS[0], **style})
     axes.set(xlabel=xlabel, ylabel=ylabel)
@@ -183,15 +198,30 @@ def jumps(
         an angle to mark, and its label
     """
     left, right = split(axes, 2, least=3.0)
-    lines(left, frame, quantity=quantity, labels=runs, xlabel="time $t$",
-          ylabel=f"relative {quantity}", xscale="linear", least=LEAST)  # fmt: skip
+    lines(
+        left,
+        frame,
+        quantity=quantity,
+        labels=runs,
+        xlabel="time $t$",
+        ylabel=f"relative {quantity}",
+        xscale="linear",
+        least=LEAST,
+    )
     for k, (study, (text, color)) in enumerate(steps.items()):
         rows = pick(frame, study=study)
         wide = rows.pivot_table(index=["label", "t"], columns="quantity", values="value")
         if not {turn, change} <= set(wide):
             raise NoData(f"{study}: no step was done.")
-        right.plot(wide[turn], np.maximum(wide[change], LEAST), color=color,
-                   marker=MARKERS[k], markersize=3.5, linestyle="none", label=text)  # fmt: skip
+        right.plot(
+            wide[turn],
+            np.maximum(wide[change], LEAST),
+            color=color,
+            marker=MARKERS[k],
+            markersize=3.5,
+            linestyle="none",
+            label=text,
+        )
     right.axvline(limit[0], color=GUIDE, linestyle=LONG_DASH, linewidth=1.1, label=limit[1])
     right.set(yscale="log", xlabel="rotation angle of the step [rad]", ylabel=change)
     right.set_xlim(left=0.0)
@@ -208,16 +238,33 @@ def limits(
     charts
         study -> (limit in radians, label of the limit)
     """
-    axes.set(xlabel="rotation angle of one step [rad]", ylabel="error of the attitude [1]",
-             yscale="log", ylim=(LEAST, 10.0))  # fmt: skip
+    axes.set(
+        xlabel="rotation angle of one step [rad]",
+        ylabel="error of the attitude [1]",
+        yscale="log",
+        ylim=(LEAST, 10.0),
+    )
     for k, study in enumerate(charts):
         rows = pick(frame, study=study, quantity=quantity).sort_values("step")
         turn, error = rows["step"].to_numpy(float), rows["value"].to_numpy(float)
         ended = ~np.isfinite(error)
-        axes.plot(turn, np.maximum(error, LEAST), color=COLOURS[k], marker=MARKERS[k],
-                  linewidth=0.8, label=study)  # fmt: skip
-        axes.plot(turn[ended], np.full(ended.sum(), 1.03 + 0.035 * k), "x", color=COLOURS[k],
-                  ms=3.5, transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
+        axes.plot(
+            turn,
+            np.maximum(error, LEAST),
+            color=COLOURS[k],
+            marker=MARKERS[k],
+            linewidth=0.8,
+            label=study,
+        )
+        axes.plot(
+            turn[ended],
+            np.full(ended.sum(), 1.03 + 0.035 * k),
+            "x",
+            color=COLOURS[k],
+            ms=3.5,
+            transform=axes.get_xaxis_transform(),
+            clip_on=False,
+        )
     axes.plot([], [], "x", color=GUIDE, label="failed")
     for (limit, text), dash in zip(dict.fromkeys(charts.values()), (LONG_DASH, DOTS), strict=False):
         axes.axvline(limit, color=GUIDE, linestyle=dash, linewidth=1.1, label=text)
@@ -229,8 +276,12 @@ GRAINS = {1e4: "error of 10,000 grains", 1e6: "error of a million grains"}
 def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping[int, str]) -> None:
     """A line for each degree, of the errors of the step that were solved, over the evaluations; an
     error below its standard error is an arrow at their sum, an upper limit."""
-    axes.set(xscale="log", yscale="log", xlabel="evaluations of the wind for a grain",
-             ylabel=f"error of the {quantity}")  # fmt: skip
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="evaluations of the wind for a grain",
+        ylabel=f"error of the {quantity}",
+    )
     of_cloud = frame[frame["study"].isin((quantity, WORK))]
     runs = of_cloud.pivot_table("value", ["n", "steps"], "quantity")
     runs = runs.reindex(columns=[WORK, OF_STEP, f"{SAMPLING} of it"]).dropna()
@@ -241,10 +292,23 @@ def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping
         top = (error + spread)[limit]
         style = {"color": COLOURS[k], "marker": MARKERS[k]}
         if len(solved):
-            axes.errorbar(work[~limit], error[~limit], yerr=spread[~limit], label=label,
-                          linewidth=1.0, **style)  # fmt: skip
-            axes.errorbar(work[limit], top, yerr=0.4 * top, uplims=True, mfc="white",
-                          linestyle="none", **style)  # fmt: skip
+            axes.errorbar(
+                work[~limit],
+                error[~limit],
+                yerr=spread[~limit],
+                label=label,
+                linewidth=1.0,
+                **style,
+            )
+            axes.errorbar(
+                work[limit],
+                top,
+                yerr=0.4 * top,
+                uplims=True,
+                mfc="white",
+                linestyle="none",
+                **style,
+            )
     for (grains, text), dash in zip(GRAINS.items(), (LONG_DASH, DOTS), strict=True):
         level = sampling_error(frame, quantity, grains)
         if level > 0.0:

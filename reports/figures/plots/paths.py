@@ -51,9 +51,13 @@ class Panel:
 
 
 def paths(
-    axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Panel], bodies: Sequence[str],
+    axes: Axes,
+    frame: pd.DataFrame,
+    *,
+    panels: Sequence[Panel],
+    bodies: Sequence[str],
     unit: str = "au",
-) -> None:  # fmt: skip
+) -> None:
     """Each body's path as a line in its colour; the centre, at the origin, as a disc."""
     drawn = split(axes, len(panels), ylabel=f"$y$ [{unit}]")
     for plane, panel in zip(drawn, panels, strict=True):
@@ -66,8 +70,16 @@ def paths(
             legend(plane, [Line2D([], [], color=color)], [body])
             plane.plot(*_path(frame, panel.study, panel.ends, body), ".", color=color, markersize=4)
             if panel.stops:
-                plane.plot(x[-1], y[-1], "X", color=color, markersize=6, markeredgecolor="white",
-                           markeredgewidth=0.5, zorder=3)  # fmt: skip
+                plane.plot(
+                    x[-1],
+                    y[-1],
+                    "X",
+                    color=color,
+                    markersize=6,
+                    markeredgecolor="white",
+                    markeredgewidth=0.5,
+                    zorder=3,
+                )
         plane.plot(0.0, 0.0, "o", color=SUN, markeredgecolor=INK, markeredgewidth=0.5, markersize=5)
         if panel.stops:
             cross = {"color": GUIDE, "marker": "X", "linestyle": "none", "markersize": 6}
@@ -117,8 +129,15 @@ def _cloud(
     rows = pick(frame, study=study, t=t).dropna(subset=["x", "z"])
     if rows.empty:
         raise NoData("no grain's place is known.")
-    axes.set(xlim=(-WIDTH, WIDTH), ylim=(0.0, HEIGHT), aspect="equal", xlabel="$x$ [m]",
-             ylabel="$z$ [m]", xticks=[-20, -10, 0, 10, 20], yticks=[0, 5, 10])  # fmt: skip
+    axes.set(
+        xlim=(-WIDTH, WIDTH),
+        ylim=(0.0, HEIGHT),
+        aspect="equal",
+        xlabel="$x$ [m]",
+        ylabel="$z$ [m]",
+        xticks=[-20, -10, 0, 10, 20],
+        yticks=[0, 5, 10],
+    )
     grains = [
         axes.plot(size["x"], size["z"], ".", color=COLOURS[k], markersize=2.3, markeredgewidth=0.0)
         for k, size in enumerate(pick(rows, label=label) for label in labels)

@@ -16,9 +16,13 @@ from reports.figures.style.identities import COLOURS, GUIDE, line_color
 from reports.figures.style.layout import NoData, split
 
 UP, ROUND = 22.0, -52.0  # elevation and azimuth of the view in degrees
-EYE = np.array([np.cos(np.radians(UP)) * np.cos(np.radians(ROUND)),
-                np.cos(np.radians(UP)) * np.sin(np.radians(ROUND)),
-                np.sin(np.radians(UP))])  # fmt: skip
+EYE = np.array(
+    [
+        np.cos(np.radians(UP)) * np.cos(np.radians(ROUND)),
+        np.cos(np.radians(UP)) * np.sin(np.radians(ROUND)),
+        np.sin(np.radians(UP)),
+    ]
+)
 SURFACE, FINE = 41, 221  # points across a surface, and where two intersect
 SMOOTH = 241  # points of an exact curve
 PALE_YELLOW, PALE_BLUE, DARK, INK = "#f7e0ad", "#cfe6f5", "#003C66", "#222222"
@@ -62,8 +66,11 @@ def momentum_spheres(
             raise NoData(f"{panel.title}: no momentum is known.")
         if panel.ellipsoid:
             level = _twice_energy(paths[panel.ellipsoid][0], inertia)
-            paths = {label: y for label, y in paths.items()
-                     if np.isclose(_twice_energy(y[0], inertia), level)}  # fmt: skip
+            paths = {
+                label: y
+                for label, y in paths.items()
+                if np.isclose(_twice_energy(y[0], inertia), level)
+            }
             _both_surfaces(sphere, np.sqrt(level * np.array(inertia)))
         else:
             _surface(sphere)
@@ -100,8 +107,9 @@ def pendulum_spheres(
             raise NoData(f"{study}: no position is known.")
         _surface(sphere)
         _line(sphere, equator, color=GUIDE, linewidth=0.6)
-        sphere.plot([0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], color=GUIDE, linewidth=0.6,
-                    linestyle=(0, (4, 3)))  # fmt: skip
+        sphere.plot(
+            [0.0, 0.0], [0.0, 0.0], [-1.0, 1.0], color=GUIDE, linewidth=0.6, linestyle=(0, (4, 3))
+        )
         _line(sphere, along[0], color=COLOURS[0], linewidth=0.7)
         _line(sphere, stops[0], color=INK, markersize=6.0, **DOTS)
         _line(sphere, stops[0][:1], color=COLOURS[1], markersize=12.0, **DOTS)
@@ -154,8 +162,16 @@ def _twice_energy(y: np.ndarray, inertia: Sequence[float]) -> float:
 
 
 def _surface(axes: Axes) -> None:
-    axes.plot_surface(*_directions(SURFACE), color=COLOURS[5], alpha=0.16, linewidth=0.0, rstride=1,
-                      cstride=1, zorder=1, rasterized=True)  # fmt: skip
+    axes.plot_surface(
+        *_directions(SURFACE),
+        color=COLOURS[5],
+        alpha=0.16,
+        linewidth=0.0,
+        rstride=1,
+        cstride=1,
+        zorder=1,
+        rasterized=True,
+    )
 
 
 def _both_surfaces(axes: Axes, half_axes: np.ndarray) -> None:
@@ -163,14 +179,23 @@ def _both_surfaces(axes: Axes, half_axes: np.ndarray) -> None:
     u = _directions(FINE)
     reach = 1.0 / np.linalg.norm(u / half_axes[:, None, None], axis=0)
     colours = np.where((reach > 1.0)[..., None], to_rgba(PALE_YELLOW), to_rgba(PALE_BLUE))
-    axes.plot_surface(*(np.maximum(reach, 1.0) * u), facecolors=colours, linewidth=0.0, rstride=1,
-                      cstride=1, zorder=1, antialiased=False, rasterized=True)  # fmt: skip
+    axes.plot_surface(
+        *(np.maximum(reach, 1.0) * u),
+        facecolors=colours,
+        linewidth=0.0,
+        rstride=1,
+        cstride=1,
+        zorder=1,
+        antialiased=False,
+        rasterized=True,
+    )
 
 
 def _directions(points: int) -> np.ndarray:
     """(3, points, points) of unit length."""
-    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, points), np.linspace(0.0, np.pi, points),
-                       indexing="ij")  # fmt: skip
+    u, v = np.meshgrid(
+        np.linspace(0.0, 2.0 * np.pi, points), np.linspace(0.0, np.pi, points), indexing="ij"
+    )
     return np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
 
 

@@ -66,9 +66,14 @@ def _height(natural: tuple[float, float], width: float) -> float:
 
 
 def split(
-    axes: Axes, count: int, *, ylabel: str = "", least: float = 2.6, columns: int = 0,
+    axes: Axes,
+    count: int,
+    *,
+    ylabel: str = "",
+    least: float = 2.6,
+    columns: int = 0,
     **keywords: Any,
-) -> list[Axes]:  # fmt: skip
+) -> list[Axes]:
     """`count` panels in place of an axes: side by side as far as each is `least` inches wide, else
     in rows; in so many columns at any width where these are given.
 
@@ -112,8 +117,13 @@ def contender_legend(axes: Axes, names: Iterable[str]) -> None:
 def mark_rounding(axes: Axes) -> None:
     """A line at the machine epsilon, below which errors are rounding, and its entry."""
     epsilon = float(np.finfo(float).eps)
-    axes.axhline(epsilon, color=GUIDE, linestyle=(0, (1, 2)), linewidth=1.0,
-                 label=f"machine epsilon, {readable(epsilon, 2)}")  # fmt: skip
+    axes.axhline(
+        epsilon,
+        color=GUIDE,
+        linestyle=(0, (1, 2)),
+        linewidth=1.0,
+        label=f"machine epsilon, {readable(epsilon, 2)}",
+    )
 
 
 def finish(canvas: Canvas) -> None:
@@ -173,10 +183,14 @@ def _legend(canvas: Canvas) -> tuple[float, float]:
     columns_of_panels = max(axes.get_subplotspec().get_gridspec().ncols for axes in canvas.axes)
     for loc, columns in _attempts(len(entries), across):
         drawn = canvas.legend(
-            list(entries.values()), list(entries), ncols=columns, borderaxespad=0.2, loc=loc,
+            list(entries.values()),
+            list(entries),
+            ncols=columns,
+            borderaxespad=0.2,
+            loc=loc,
             handlelength=2.6 if markers == 1 else min(1.7 * markers, 6.0),
             handler_map={tuple: HandlerTuple(ndivide=None, pad=0.3)},
-        )  # fmt: skip
+        )
         if columns == 1 and loc == BELOW:
             for text in drawn.get_texts():
                 _break(text, across - HANDLE, "width")

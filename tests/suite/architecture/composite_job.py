@@ -95,10 +95,12 @@ class Job:
         place = self.galvi / ".github" / "actions" / "galvi"
         place.mkdir(parents=True, exist_ok=True)
         github = {
-            "GITHUB_ACTIONS": "true", "GITHUB_ACTION_PATH": str(place),
-            "GITHUB_EVENT_NAME": self.event, "RUNNER_TEMP": str(self.runner),
+            "GITHUB_ACTIONS": "true",
+            "GITHUB_ACTION_PATH": str(place),
+            "GITHUB_EVENT_NAME": self.event,
+            "RUNNER_TEMP": str(self.runner),
             "PIP_REQUIRE_VIRTUALENV": "1",  # where PATH has no other Python, nothing is installed
-        }  # fmt: skip
+        }
         values = {f"inputs.{key}": text for key, text in inputs.items()}
         values |= {f"steps.{key}": text for key, text in self.outputs.items()}
         folder, *texts = (
@@ -110,9 +112,12 @@ class Job:
         assert step["shell"] == "bash" and not EXPRESSION.search(step["run"])
         done = subprocess.run(
             ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]],
-            cwd=self.project / folder, env=self.variables | files | github | own, text=True,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        )  # fmt: skip
+            cwd=self.project / folder,
+            env=self.variables | files | github | own,
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
         self.status[name], self.printed[name] = done.returncode, done.stdout
         self.outputs |= {f"{name}.outputs.{key}": text for key, text in self._set("GITHUB_OUTPUT")}
         self.variables |= dict(self._set("GITHUB_ENV"))

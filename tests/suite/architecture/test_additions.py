@@ -196,7 +196,10 @@ def test_a_new_member_is_one_file_and_one_entry(copy: Path) -> None:
     with (copy / document).open("a") as end:
         end.write(SECTION)
     done = subprocess.run(
-        [sys.executable, "-c", USE], cwd=copy, env={"PYTHONPATH": str(copy)},
-        capture_output=True, text=True,
-    )  # fmt: skip
+        [sys.executable, "-c", USE],
+        cwd=copy,
+        env={"PYTHONPATH": str(copy)},
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stderr

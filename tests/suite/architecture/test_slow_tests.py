@@ -52,11 +52,13 @@ def test_a_test_that_is_left_may_be_named_from_near_and_far(tmp_path: Path) -> N
         ([slow("tests/d/test_e.py::test_left")], "beside 'tests/d/test_e.py::test_left', which"),
         ([slow("test_gone")], "test_slow is slow beside 'test_gone', which is"),
         ([slow("test_slow")], "beside 'test_slow', which is"),
-        ([slow("test_seen"), Item("tests/a/test_b.py::test_seen", pytest.mark.browser.mark)],
-         "beside 'test_seen', which is"),
+        (
+            [slow("test_seen"), Item("tests/a/test_b.py::test_seen", pytest.mark.browser.mark)],
+            "beside 'test_seen', which is",
+        ),
     ],
     ids=["without a name", "all cases", "no file", "no test", "a slow one", "one of the browser"],
-)  # fmt: skip
+)
 def test_what_names_no_test_that_is_left_is_refused(items: list[Item], words: str) -> None:
     with pytest.raises(pytest.UsageError, match=words):
         checked(*items)

@@ -67,10 +67,17 @@ def test_what_is_unpickled_is_listed_with_the_reason(texts: dict[Path, str]) -> 
 
 @pytest.mark.parametrize(
     "line",
-    ["pickle.loads(data)", "read = pickle.Unpickler", "import pickle as p", "shelve.open(path)",
-     "from cloudpickle import dumps, load", "pd.read_pickle(path)", "connection.recv()",
-     "np.load(path, allow_pickle=yes)"],
-)  # fmt: skip
+    [
+        "pickle.loads(data)",
+        "read = pickle.Unpickler",
+        "import pickle as p",
+        "shelve.open(path)",
+        "from cloudpickle import dumps, load",
+        "pd.read_pickle(path)",
+        "connection.recv()",
+        "np.load(path, allow_pickle=yes)",
+    ],
+)
 def test_unpickling_would_be_noticed(line: str) -> None:
     assert UNPICKLES.search(line)
     assert not UNPICKLES.search("pickle.dumps(data); np.load(path, allow_pickle=False)")

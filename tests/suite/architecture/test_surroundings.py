@@ -15,8 +15,11 @@ import galvi
 
 ROOT = Path(__file__).parents[3]
 SETTINGS = ("GALVI_FAST", "NUMBA_CACHE_DIR")
-WITHOUT_ROOT = ("setpriv", "--bounding-set=-dac_override,-dac_read_search",
-                "--inh-caps=-dac_override,-dac_read_search")  # fmt: skip
+WITHOUT_ROOT = (
+    "setpriv",
+    "--bounding-set=-dac_override,-dac_read_search",
+    "--inh-caps=-dac_override,-dac_read_search",
+)
 ALONE = """
 import galvi
 from galvi.run.engines import ENGINES
@@ -40,9 +43,12 @@ def python(at: Path, *words: str, before: tuple[str, ...] = (), **more: str):
     """Python with these words, and galvi of a folder."""
     own = {key: value for key, value in os.environ.items() if key not in SETTINGS}
     return subprocess.run(
-        [*before, sys.executable, *words], env=own | {"PYTHONPATH": str(at)} | more, cwd=at,
-        capture_output=True, text=True,
-    )  # fmt: skip
+        [*before, sys.executable, *words],
+        env=own | {"PYTHONPATH": str(at)} | more,
+        cwd=at,
+        capture_output=True,
+        text=True,
+    )
 
 
 def test_the_general_kernel_runs_alone_agrees_and_refuses_moving_frames_in_words() -> None:

@@ -40,8 +40,11 @@ SHIPPED = {
     ".xml",
 }
 OF_THESE_TESTS = {  # what the environment of a user has not
-    "PYTEST_DISABLE_PLUGIN_AUTOLOAD", "PYTEST_ADDOPTS", "PYTHONPATH", "PYTHONDONTWRITEBYTECODE",
-}  # fmt: skip
+    "PYTEST_DISABLE_PLUGIN_AUTOLOAD",
+    "PYTEST_ADDOPTS",
+    "PYTHONPATH",
+    "PYTHONDONTWRITEBYTECODE",
+}
 SUITE = ("references", "benchmarks", "reports")
 GENERATED = "/docs/(generated|theory/__pycache__)/"
 PLUGIN = "reports/pytest_galvi/"  # apart in the wheel: pytest imports it, and must not import galvi

@@ -107,9 +107,14 @@ def test_actions_are_pinned_by_digest_and_version_and_save_caches_from_main_alon
 
 
 @pytest.mark.parametrize(
-    "action", ["actions/checkout@v4", "actions/checkout@11bd719 # v4.2.2",
-               "actions/checkout@" + 40 * "a", "actions/checkout@" + 40 * "a" + " # v4"],
-)  # fmt: skip
+    "action",
+    [
+        "actions/checkout@v4",
+        "actions/checkout@11bd719 # v4.2.2",
+        "actions/checkout@" + 40 * "a",
+        "actions/checkout@" + 40 * "a" + " # v4",
+    ],
+)
 def test_an_action_that_is_not_pinned_would_be_noticed(action: str) -> None:
     assert unpinned(f"    steps:\n      - uses: {action}\n") == [f"uses: {action}"]
 
@@ -140,8 +145,11 @@ def test_the_workflow_to_copy_has_ten_lines_and_names_an_action_and_inputs_that_
 
 
 def test_the_smoke_test_runs_readmes_first_example(tmp_path: Path) -> None:
-    lines = [step["run"] for step in steps((WORKFLOWS[0].parent / "smoke.yml").read_text())
-             if "awk" in step.get("run", "")]  # fmt: skip
+    lines = [
+        step["run"]
+        for step in steps((WORKFLOWS[0].parent / "smoke.yml").read_text())
+        if "awk" in step.get("run", "")
+    ]
     variables = os.environ | {"RUNNER_TEMP": str(tmp_path), "PYTHONPATH": str(ROOT)}
     variables["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{variables['PATH']}"
     words = ["bash", "-e", "-c", *lines]
@@ -161,8 +169,13 @@ def test_ci_runs_tests_that_exist() -> None:
 
 
 @pytest.mark.parametrize(
-    "line", ["make instal", ".venv/bin/python -m reports verfy", "rm -r x",
-             ".venv/bin/python -m reports verify --requires rebound"],
-)  # fmt: skip
+    "line",
+    [
+        "make instal",
+        ".venv/bin/python -m reports verfy",
+        "rm -r x",
+        ".venv/bin/python -m reports verify --requires rebound",
+    ],
+)
 def test_a_command_that_does_not_exist_would_be_noticed(line: str) -> None:
     assert unknown(line)

@@ -32,9 +32,14 @@ class Compiled(Stepped):
     """A reference as somebody else's, or the composition of leapfrog with these weights."""
 
     def __init__(
-        self, name: str, order: float, symplectic: bool, numbers: Any, weights: Any = (),
+        self,
+        name: str,
+        order: float,
+        symplectic: bool,
+        numbers: Any,
+        weights: Any = (),
         inner: Any = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         kicks = np.array(weights)
         kicks[len(kicks) // 2 :][:1] += 1.0 - sum(kicks)  # a rounding
         self.name, self.order, self.numbers = name, order, numbers
@@ -64,9 +69,10 @@ METHODS: dict[str, dict[str, Any]] = {
     },
 }
 SETTINGS = {
-    "10 times coarser": (100, 400, 1600), "of the page": (1000, 4000, 16000),
+    "10 times coarser": (100, 400, 1600),
+    "of the page": (1000, 4000, 16000),
     "10 times finer": (10_000, 40_000, 160_000),
-}  # fmt: skip
+}
 
 
 class Adaptive(Stepped):

@@ -80,8 +80,10 @@ def test_a_truth_of_another_motion_is_confirmed_by_none(monkeypatch: pytest.Monk
         """It knows its own starts only, and refuses others."""
         return pair.second.name.startswith("stored")
 
-    wrong = [pair if stored(pair) else replace(pair, second=Perturbed(pair.second))
-             for pair in TRUTHS.pairs]  # fmt: skip
+    wrong = [
+        pair if stored(pair) else replace(pair, second=Perturbed(pair.second))
+        for pair in TRUTHS.pairs
+    ]
     monkeypatch.setattr(TRUTHS, "pairs", wrong)
     verdicts = [row.verdict for row in rows(CLAIM["A9"])]
     expected = [HOLDS if stored(pair) else CONTRADICTED for pair in wrong]

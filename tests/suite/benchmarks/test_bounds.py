@@ -114,11 +114,16 @@ def bounds_on_a_number(draw: st.DrawFn) -> tuple[Interval, float]:
     spread = None if uncertainty is None else uncertainty * x
     allowed = {"round_off": room, "uncertainty": spread}
     kinds = [
-        AtMost(x, **allowed), AtLeast(x, **allowed), Above(x), Below(x), Exactly(x),
-        Within(x, y, **allowed), Near(x, room, uncertainty=spread),
+        AtMost(x, **allowed),
+        AtLeast(x, **allowed),
+        Above(x),
+        Below(x),
+        Exactly(x),
+        Within(x, y, **allowed),
+        Near(x, room, uncertainty=spread),
         Order(x, room or 0.25, uncertainty=spread or 0.0),
         Base(x, room or 0.25, uncertainty=spread or 0.0),
-    ]  # fmt: skip
+    ]
     return draw(st.sampled_from(kinds)), x * draw(st.sampled_from([0.0, 1e-3, 0.05]))
 
 
@@ -218,10 +223,18 @@ def unknown() -> list[Measurement]:
     """Measurements of which a number is missing."""
     known, nothing = fit(0.5), fit(NAN, NAN)
     return [
-        NAN, math.inf, -math.inf, Estimate(NAN), Estimate(NAN, 0.1), nothing, fit(NAN),
-        decay(nothing, nothing, nothing, NAN), decay(nothing, known, known),
-        Drift(NAN, NAN, NAN, NAN, NAN), Drift(0.0, 0.0, 0.0, 0.0, NAN),
-    ]  # fmt: skip
+        NAN,
+        math.inf,
+        -math.inf,
+        Estimate(NAN),
+        Estimate(NAN, 0.1),
+        nothing,
+        fit(NAN),
+        decay(nothing, nothing, nothing, NAN),
+        decay(nothing, known, known),
+        Drift(NAN, NAN, NAN, NAN, NAN),
+        Drift(0.0, 0.0, 0.0, 0.0, NAN),
+    ]
 
 
 @pytest.mark.parametrize("bound", BOUNDS, ids=lambda bound: type(bound).__name__)
@@ -276,9 +289,13 @@ def test_what_holds_has_the_factor_to_its_bound_as_slack(limit: float, factor: f
 
 def test_only_what_holds_has_a_slack() -> None:
     none = (
-        AtMost(1.0).slack(1.1), AtMost(1.0).slack(0.0), AtMost(1.0).slack(NAN),
-        AtLeast(-1.0).slack(2.0), Order(4.0).slack(fit(4.0)), Finding(AtMost(1.0)).slack(0.5),
-    )  # fmt: skip
+        AtMost(1.0).slack(1.1),
+        AtMost(1.0).slack(0.0),
+        AtMost(1.0).slack(NAN),
+        AtLeast(-1.0).slack(2.0),
+        Order(4.0).slack(fit(4.0)),
+        Finding(AtMost(1.0)).slack(0.5),
+    )
     assert all(math.isnan(one) for one in none)
 
 
@@ -294,10 +311,12 @@ def test_what_converges_has_an_order_above_zero() -> None:
 @pytest.mark.parametrize(
     ("whole", "late", "verdict"),
     [
-        (0.7, 0.7028, HOLDS), (0.7, 0.7029, CONTRADICTED),
-        (0.9979, 0.7, HOLDS), (0.9981, 0.7, CONTRADICTED),
+        (0.7, 0.7028, HOLDS),
+        (0.7, 0.7029, CONTRADICTED),
+        (0.9979, 0.7, HOLDS),
+        (0.9981, 0.7, CONTRADICTED),
     ],
-)  # fmt: skip
+)
 def test_a_geometric_fall_is_below_one_and_does_not_slow_down(
     whole: float, late: float, verdict: str
 ) -> None:
@@ -306,9 +325,14 @@ def test_a_geometric_fall_is_below_one_and_does_not_slow_down(
 
 @pytest.mark.parametrize(
     ("rate", "verdict"),
-    [(4.0, ATTAINED), (6.0, NOT_REPRODUCED), (8.0, CONTRADICTED), (2.0, CONTRADICTED),
-     (NAN, NOT_RUN)],
-)  # fmt: skip
+    [
+        (4.0, ATTAINED),
+        (6.0, NOT_REPRODUCED),
+        (8.0, CONTRADICTED),
+        (2.0, CONTRADICTED),
+        (NAN, NOT_RUN),
+    ],
+)
 def test_what_a_source_measured_is_not_reproduced_by_what_we_know_alone(
     rate: float, verdict: str
 ) -> None:

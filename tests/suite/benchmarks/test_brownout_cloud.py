@@ -45,11 +45,12 @@ ONES = 0xFFFFFFFF
         ((0,) * 4, (0,) * 2, (0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8)),
         ((ONES,) * 4, (ONES,) * 2, (0x408F276D, 0x41C83B0E, 0xA20BC7C6, 0x6D5451FD)),
         (
-            (0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344), (0xA4093822, 0x299F31D0),
+            (0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344),
+            (0xA4093822, 0x299F31D0),
             (0xD16CFE09, 0x94FDCCEB, 0x5001E420, 0x24126EA1),
         ),
     ],
-)  # fmt: skip
+)
 def test_the_random_numbers_are_those_of_their_authors(counter, key, words) -> None:
     assert tuple(philox(counter, key)) == words
 
@@ -122,9 +123,16 @@ def test_fall_speeds_are_those_of_the_drag_laws(drag: str, speeds: tuple[float, 
     for diameter, stated in zip((10e-6, 100e-6, 400e-6), speeds, strict=True):
         law, rates = Cloud(diameter, drag).rates
         fall = follow(
-            galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2)), [[1e6, 0.0, 50.0]],
-            np.zeros((1, 3)), [0.0], rates[None], law, 1 / 256, 4.0, gravity=9.80665,
-        ).v[0]  # fmt: skip
+            galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2)),
+            [[1e6, 0.0, 50.0]],
+            np.zeros((1, 3)),
+            [0.0],
+            rates[None],
+            law,
+            1 / 256,
+            4.0,
+            gravity=9.80665,
+        ).v[0]
         assert fall[2] == pytest.approx(-stated, rel=0.012)
         assert rates[0] * law(-fall[2]) * -fall[2] == pytest.approx(9.80665, rel=1e-4)
 

@@ -41,11 +41,19 @@ Points = dict[str, list[tuple[float, float]]]
 def table(points: Points, problem: str = "p", **more: Any) -> pd.DataFrame:
     """Runs of each contender, (error, seconds)."""
     rows: list[dict[str, Any]] = [
-        {"problem": problem, "contender": name, "settings": f"step={k}", "error": error,
-         "seconds": seconds, "is_truth": False, "status": "", "steps": 1.0}
+        {
+            "problem": problem,
+            "contender": name,
+            "settings": f"step={k}",
+            "error": error,
+            "seconds": seconds,
+            "is_truth": False,
+            "status": "",
+            "steps": 1.0,
+        }
         for name, some in points.items()
         for k, (error, seconds) in enumerate(some)
-    ]  # fmt: skip
+    ]
     return pd.DataFrame(rows).assign(evaluations=math.nan, **more)
 
 
@@ -65,8 +73,9 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other(
         beaten = any(e <= point[0] and s <= point[1] for e, s in ends)
         assert beaten
     for end in ends:
-        assert not any((e < end[0] and s <= end[1]) or (e <= end[0] and s < end[1])
-                       for e, s in points)  # fmt: skip
+        assert not any(
+            (e < end[0] and s <= end[1]) or (e <= end[0] and s < end[1]) for e, s in points
+        )
 
 
 def test_a_time_is_that_of_a_run_that_reaches_the_error() -> None:
@@ -98,8 +107,12 @@ def test_each_contender_is_asked_for_the_smallest_error_that_it_reaches() -> Non
     }
     found = at_smallest(table(points)).set_index("contender")
     assert found["error"].to_dict() == {
-        OURS: 1e-8, "galvi low": 1e-4, "galvi high": 1e-8, "near": 1e-6, "far": 1e-9,
-    }  # fmt: skip
+        OURS: 1e-8,
+        "galvi low": 1e-4,
+        "galvi high": 1e-8,
+        "near": 1e-6,
+        "far": 1e-9,
+    }
     assert found.loc["near", "ratio"] == pytest.approx(40.0 / 5.0)
     assert found.loc["far", "ratio"] == f"galvi: {NOT_REACHED}"
     assert found.loc[OURS, "seconds"] == pytest.approx(5.0)
@@ -163,11 +176,18 @@ def test_no_row_of_galvi_is_below_its_best_and_no_time_falls_with_the_error(
     """Whatever the rounds of a busy machine: a setting has one time, by which it is chosen too."""
     rows = pd.DataFrame(
         [
-            {"problem": "p", "contender": name, "settings": f"step={k}", "error": error,
-             "seconds": seconds, "rounds": written(rounds), "is_truth": False}
+            {
+                "problem": "p",
+                "contender": name,
+                "settings": f"step={k}",
+                "error": error,
+                "seconds": seconds,
+                "rounds": written(rounds),
+                "is_truth": False,
+            }
             for k, (name, error, seconds, rounds) in enumerate(runs)
         ]
-    )  # fmt: skip
+    )
     asked = (1e-2, 1e-4, 1e-6)
     cells = ratios(rows, asked)
     for error in asked:
@@ -202,8 +222,9 @@ def test_a_ratio_is_of_the_times_of_the_same_rounds() -> None:
 def test_without_enough_rounds_in_common_there_is_a_ratio_but_no_outcome() -> None:
     """As of a long run, which takes part in the first of them."""
     for ours, theirs, found in (
-        ([1.0] * 7, [], 1.5), ([1.0, 2.0, 9.0, 9.0, 9.0, 9.0, 9.0], [30.0, 60.0], 30.0)
-    ):  # fmt: skip
+        ([1.0] * 7, [], 1.5),
+        ([1.0, 2.0, 9.0, 9.0, 9.0, 9.0, 9.0], [30.0, 60.0], 30.0),
+    ):
         peer = ratios(in_rounds(ours, theirs), [1e-6]).set_index("contender").loc["peer"]
         assert peer["ratio"] == found and math.isnan(peer["low"]) and peer["outcome"] == ""
 
@@ -261,9 +282,13 @@ def runs(*more: tuple[str, Points]) -> pd.DataFrame:
 def test_a_ratio_is_to_the_fastest_code_and_a_failure_counts_once_as_never() -> None:
     seen = found(runs())
     assert seen["ratio"].to_dict() == {
-        ("a", "galvi"): 1.0, ("a", "peer"): 2.0, ("b", "galvi"): 4.0, ("b", "peer"): 1.0,
-        ("c", "galvi"): 1.0, ("c", "peer"): FAILED,
-    }  # fmt: skip
+        ("a", "galvi"): 1.0,
+        ("a", "peer"): 2.0,
+        ("b", "galvi"): 4.0,
+        ("b", "peer"): 1.0,
+        ("c", "galvi"): 1.0,
+        ("c", "peer"): FAILED,
+    }
     peer = seen.xs("peer", level="code")
     assert [one.share for one in profile(peer["ratio"], [1.0, 2.0, 1e9])] == [1 / 3, 2 / 3, 2 / 3]
     assert list(peer["outcome"]) == [FASTER, SLOWER, FASTER]

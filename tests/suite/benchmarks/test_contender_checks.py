@@ -193,8 +193,10 @@ def test_a_body_at_rest_is_measured_by_the_way_of_the_system():
     swing = SWING.problem
     hanging = replace(swing, q0=0.0 * swing.q0, v0=0.0 * swing.v0)
     for problem, strength, verdict in (
-        (between, 1.0, "holds"), (between, 1.3, "contradicted"), (hanging, 1.0, "holds")
-    ):  # fmt: skip
+        (between, 1.0, "holds"),
+        (between, 1.3, "contradicted"),
+        (hanging, 1.0, "holds"),
+    ):
         contender = with_parts(Stepped(), strength=strength, conserves={}, order=None)
         check = replace(ORBIT, problem=problem, truth=DOP853, setting=TIGHT, kept=())
         external = Inside.of(contender)
@@ -314,8 +316,10 @@ def test_what_a_contender_says_of_itself_is_examined_before_anything_is_run(part
 def test_checks_have_names_of_their_own():
     externals = [ExternalIntegrator("m:A", name=name) for name in ("My one", "my one!", "мой")]
     assert [claim.id for claim in contender_checks(externals)] == [
-        "A-my-one", "A-my-one-too", "A-contender"
-    ]  # fmt: skip
+        "A-my-one",
+        "A-my-one-too",
+        "A-contender",
+    ]
 
 
 # ---------------------------------------------------------------- settings and times
@@ -476,9 +480,12 @@ def test_a_wrong_time_and_a_reversed_one_are_seen(monkeypatch):
     short = replace(DRIVEN, long=5.0)
     assert checked(Clocked(), short)[1] == []
     wrong = [
-        Clocked(lambda t, t0: -t), Clocked(lambda t, t0: 0.0), Clocked(lambda t, t0: t - t0),
-        Clocked(lambda t, t0: t + 1.0), Clocked(lambda t, t0: 2.0 * t0 - t),
-    ]  # fmt: skip
+        Clocked(lambda t, t0: -t),
+        Clocked(lambda t, t0: 0.0),
+        Clocked(lambda t, t0: t - t0),
+        Clocked(lambda t, t0: t + 1.0),
+        Clocked(lambda t, t0: 2.0 * t0 - t),
+    ]
     for contender in wrong:
         rows = {row.quantity: row for row in checked(contender, short)[1]}
         assert rows[f"error at its finest over the way from the start, {DRIVEN.problem.name}"]

@@ -328,8 +328,11 @@ def test_it_knows_where_its_class_begins_also_of_one_that_another_module_names(
     monkeypatch.syspath_prepend(str(elsewhere))
     nowhere = "", 0
     for path, expected in (
-        ("inner:It", at), ("inner:it", at), ("made:It", nowhere), ("installed:It", nowhere),
-    ):  # fmt: skip
+        ("inner:It", at),
+        ("inner:it", at),
+        ("made:It", nowhere),
+        ("installed:It", nowhere),
+    ):
         external = ExternalIntegrator.open(path)
         external.close()
         assert external.defined_at == expected
@@ -528,10 +531,12 @@ def script(folder: Path, what: str) -> subprocess.Popen[str]:
     path = os.pathsep.join((str(folder), str(ROOT)))
     return subprocess.Popen(
         [sys.executable, "-c", SCRIPT, what],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         env=os.environ | {"PYTHONPATH": path},
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.slow_cases("2")

@@ -230,10 +230,12 @@ def test_planted_faults_are_arrays_of_the_table_or_names_of_the_module(claim: An
         ("no growth at most 1e-3; even if short", series_bounds.NoGrowth(1e-3, conclusive=False)),
         ("finding", bounds.Finding()),
         ("finding: order 3", bounds.Finding(bounds.Order(3.0))),
-        ("order 2 or at least 4; errors up to 1",
-         bounds.Reported(bounds.Order(2.0), bounds.AtLeast(4.0, uncertainty=0.0, most=1.0))),
+        (
+            "order 2 or at least 4; errors up to 1",
+            bounds.Reported(bounds.Order(2.0), bounds.AtLeast(4.0, uncertainty=0.0, most=1.0)),
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_bound_is_what_its_words_say(text: str, bound: bounds.Bound) -> None:
     assert bound_of(text) == bound
 

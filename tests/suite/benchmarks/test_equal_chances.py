@@ -89,8 +89,10 @@ def rows(*runs: tuple[str, float, float, float]) -> pd.DataFrame:
 @pytest.mark.parametrize("order", [1, 16])
 def test_an_unequal_grid_is_seen_and_filled(order: int) -> None:
     """A code at two settings, between which its errors fall by eight decades."""
-    settings = [("peer", {"step": 1000.0 * error ** (1.0 / order), "save_every": 1})
-                for error in (1e-2, 1e-10)]  # fmt: skip
+    settings = [
+        ("peer", {"step": 1000.0 * error ** (1.0 / order), "save_every": 1})
+        for error in (1e-2, 1e-10)
+    ]
 
     def frame() -> pd.DataFrame:
         steps = [(who, one["step"]) for who, one in settings]
@@ -155,5 +157,6 @@ def test_a_contender_without_a_step_is_asked_for_its_last_state() -> None:
     case = next(iter(work_precision_problems(quick=True)))
     (*_, taken) = with_externals(case, [Adaptive()]).participants
     assert taken.settings == [
-        {"samples": 1, "tolerance": 1e-6}, {"step": 0.1, "save_every": 10},
-    ]  # fmt: skip
+        {"samples": 1, "tolerance": 1e-6},
+        {"step": 0.1, "save_every": 10},
+    ]

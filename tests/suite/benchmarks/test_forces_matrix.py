@@ -61,11 +61,17 @@ def test_formulas_of_theory_with_a_fault_are_seen(frame):
 @pytest.mark.parametrize(
     ("errors", "found"),
     [
-        ([1e-5, 1e-6], forces.RIGHT), ([1e-2, 1e-6], forces.LATER), ([0.5, 0.03], forces.LATER),
-        ([0.4, 0.1], forces.WRONG), ([1e-5, 0.1], forces.WRONG), ([np.nan, 0.1], forces.WRONG),
-        ([0.1, np.nan], forces.WRONG), ([1e-5, np.nan], forces.WRONG), ([2.0], forces.WRONG),
+        ([1e-5, 1e-6], forces.RIGHT),
+        ([1e-2, 1e-6], forces.LATER),
+        ([0.5, 0.03], forces.LATER),
+        ([0.4, 0.1], forces.WRONG),
+        ([1e-5, 0.1], forces.WRONG),
+        ([np.nan, 0.1], forces.WRONG),
+        ([0.1, np.nan], forces.WRONG),
+        ([1e-5, np.nan], forces.WRONG),
+        ([2.0], forces.WRONG),
     ],
-)  # fmt: skip
+)
 def test_a_verdict_takes_both_steps(errors, found):
     assert forces.verdict(np.array(errors), 1e-4) == found
 
@@ -81,8 +87,11 @@ def test_the_table_of_the_docs_is_what_the_study_finds(frame):
     text = DOCS.read_text(encoding="utf-8")
     if f"With {extras.versions().replace(', ', ' and ')}:" not in text:
         pytest.skip(f"the table is of other versions than {extras.versions()}")
-    rows = [[cell.strip() for cell in line.strip("|").split("|")]
-            for line in text.splitlines() if line.startswith("|")]  # fmt: skip
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in text.splitlines()
+        if line.startswith("|")
+    ]
     head = next(row for row in rows if row[:2] == ["force", "e"])
     lines = {tuple(row[:2]): row for row in rows if len(row) == len(head)}
     table, _ = FORCES.table(frame)

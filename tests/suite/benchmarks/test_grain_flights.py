@@ -42,9 +42,16 @@ def rates_of(problem: galvi.Problem, n: int) -> tuple[Any, Any]:
 
 
 def still(
-    s: int, q: Any, v: Any, step: float, until: float, rate: float = 0.0, drag: Any = NEWTON,
-    t0: Any = 0.0, **how: Any,
-) -> flights.Flights:  # fmt: skip
+    s: int,
+    q: Any,
+    v: Any,
+    step: float,
+    until: float,
+    rate: float = 0.0,
+    drag: Any = NEWTON,
+    t0: Any = 0.0,
+    **how: Any,
+) -> flights.Flights:
     """In still air, with as many points as named."""
     q, v = np.broadcast_arrays(np.asarray(q, float), np.asarray(v, float))
     rates = np.tile([[rate, *drag.numbers]], (len(q), 1))
@@ -86,10 +93,12 @@ def landed(height: Any, up: Any) -> tuple[Any, Any]:
     def above(t: float, z: float, u: float) -> float:
         return z + (u + fastest) / RATE * -math.expm1(-RATE * t) - fastest * t
 
-    time = np.array([
-        brentq(above, math.log1p(u / fastest) / RATE, 10.0, args=(z, u), xtol=1e-15, rtol=1e-15)
-        for z, u in zip(height, up, strict=True)
-    ])  # fmt: skip
+    time = np.array(
+        [
+            brentq(above, math.log1p(u / fastest) / RATE, 10.0, args=(z, u), xtol=1e-15, rtol=1e-15)
+            for z, u in zip(height, up, strict=True)
+        ]
+    )
     return time, fastest - (up + fastest) * np.exp(-RATE * time)
 
 
@@ -331,9 +340,16 @@ def test_a_start_from_two_steps_saves_passes() -> None:
 )
 def test_bad_input_gets_one_clear_sentence(changed: dict[str, Any], sentence: str) -> None:
     known: dict[str, Any] = {
-        "method": gauss(2), "q0": [[1.0, 0.0, 1.0]] * 2, "v0": np.zeros((2, 3)), "t0": [0.0] * 2,
-        "rates": 1.0, "drag": NEWTON, "step": 0.25, "until": 1.0, "gravity": G,
-    } | changed  # fmt: skip
+        "method": gauss(2),
+        "q0": [[1.0, 0.0, 1.0]] * 2,
+        "v0": np.zeros((2, 3)),
+        "t0": [0.0] * 2,
+        "rates": 1.0,
+        "drag": NEWTON,
+        "step": 0.25,
+        "until": 1.0,
+        "gravity": G,
+    } | changed
     known["rates"] = [[known["rates"]]] * 2
     with pytest.raises(ValueError, match=sentence):
         follow(**known)

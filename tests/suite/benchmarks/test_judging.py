@@ -213,8 +213,11 @@ def test_a_tree_of_gravity_is_that_of_the_own_run_only() -> None:
     sim = simulation(
         STAR,
         *({"m": 1e-3, "a": a, "f": generator.uniform(0, 6.28)} for a in np.linspace(1.0, 4.0, 30)),
-        root_size=40.0, gravity="tree", integrator="leapfrog", dt=0.01,
-    )  # fmt: skip
+        root_size=40.0,
+        gravity="tree",
+        integrator="leapfrog",
+        dt=0.01,
+    )
     found = judged(sim, 5.0)
     assert any("tree" in note for note in (*found.notes, str(found.problem.parameters["read_as"])))
     direct = sim.copy()
@@ -225,9 +228,13 @@ def test_a_tree_of_gravity_is_that_of_the_own_run_only() -> None:
 
 def kepler_16() -> Any:
     sim = simulation(
-        {"m": 0.69, "name": "A"}, {"m": 0.2, "a": 0.224, "e": 0.16, "name": "B"},
-        {"m": 3e-4, "a": 0.705, "name": "b"}, integrator="whfast", dt=0.02, t=2455212.12316,
-    )  # fmt: skip
+        {"m": 0.69, "name": "A"},
+        {"m": 0.2, "a": 0.224, "e": 0.16, "name": "B"},
+        {"m": 3e-4, "a": 0.705, "name": "b"},
+        integrator="whfast",
+        dt=0.02,
+        t=2455212.12316,
+    )
     sim.move_to_com()
     return sim
 
@@ -270,12 +277,16 @@ def _of_truth(found: Judgement) -> str:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"coordinates": "democraticheliocentric", "corrector": 0},
-         ("coordinates democraticheliocentric", "dt = 0.05")),
-        ({"coordinates": "jacobi", "corrector": 17, "kernel": "LAZY"},
-         ("corrector 17", "kernel lazy")),
+        (
+            {"coordinates": "democraticheliocentric", "corrector": 0},
+            ("coordinates democraticheliocentric", "dt = 0.05"),
+        ),
+        (
+            {"coordinates": "jacobi", "corrector": 17, "kernel": "LAZY"},
+            ("corrector 17", "kernel lazy"),
+        ),
     ],
-)  # fmt: skip
+)
 def test_labels_name_what_is_not_usual(options: dict[str, Any], words: tuple[str, ...]) -> None:
     sim = star_last()
     for name, value in options.items():
@@ -287,9 +298,14 @@ def test_labels_name_what_is_not_usual(options: dict[str, Any], words: tuple[str
 @pytest.mark.slow(beside="test_a_run_backwards_is_judged_backwards")
 def test_a_distance_at_which_the_users_run_ends_is_named() -> None:
     sim = simulation(
-        STAR, {"m": 1e-3, "a": 1.0}, {"m": 0.0, "x": 10.0, "vx": 2.0},
-        N_active=2, integrator="whfast", dt=0.05, exit_max_distance=50.0,
-    )  # fmt: skip
+        STAR,
+        {"m": 1e-3, "a": 1.0},
+        {"m": 0.0, "x": 10.0, "vx": 2.0},
+        N_active=2,
+        integrator="whfast",
+        dt=0.05,
+        exit_max_distance=50.0,
+    )
     (note,) = [one for one in judged(sim, 40.0, 1e-3).notes if "exit_max_distance" in one]
     assert "exit_max_distance = 50 is ignored here: your own run ends there at about t = 2" in note
     sim.exit_max_distance = 1e3
@@ -406,8 +422,9 @@ def test_encounters_between_two_outputs_of_an_archive_are_counted():
 @pytest.mark.slow(beside="test_every_row_has_a_status_and_what_reaches_the_error_a_spread")
 def test_a_clock_reaches_an_error_through_close_passages_and_the_cheapest_is_recommended():
     eccentric = planet(0.99, integrator="ias15")
-    bound = Problem(galvi.NBody([1.0, 1e-3]), eccentric.q0, eccentric.v0,
-                    parameters=eccentric.parameters)  # fmt: skip
+    bound = Problem(
+        galvi.NBody([1.0, 1e-3]), eccentric.q0, eccentric.v0, parameters=eccentric.parameters
+    )
     judged = judge(bound, duration=3.3 * YEAR, error=1e-7, quick=True)
     table, best = judged.table, judged.recommended
     clocks = table[table["integrator"].str.startswith("galvi clock")]
@@ -425,8 +442,10 @@ def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monke
     grown = neighbours.apart(bodies, source, truth, 1e-9)
     assert 30.0 < grown[40] / grown[1] < 60.0
     # From starts closer than can be told apart it is in proportion: a millionth from 1e-15.
-    ends, later = (neighbours.horizons(bodies, source, truth, share * grown.max())["until"]
-                   for share in (2e-6, 0.9e-6))  # fmt: skip
+    ends, later = (
+        neighbours.horizons(bodies, source, truth, share * grown.max())["until"]
+        for share in (2e-6, 0.9e-6)
+    )
     assert ends.iloc[1] <= 1.01 * YEAR and math.isnan(ends.iloc[-1])
     assert later.iloc[-1] > 30 * YEAR
     # Where the runs that are measured have parted, closer starts are not said to stay together.
@@ -452,8 +471,9 @@ def test_moons_are_no_encounters_and_set_the_pace():
     q = np.array([[0, 0, 0], [1, 0, 0], [1.0026, 0, 0]], dtype=float)
     v = np.array([[0, 0, 0], [0, 1, 0], [0, 1.0 + (3e-6 / 0.0026) ** 0.5, 0]], dtype=float)
     moon = Problem(galvi.NBody([1.0, 3e-6, 3e-8]), q, v, parameters={"integrator": "ias15"})
-    assert bodies.shortest_period(moon) == pytest.approx(2 * math.pi * (0.0026**3 / 3e-6) ** 0.5,
-                                                         rel=0.05)  # fmt: skip
+    assert bodies.shortest_period(moon) == pytest.approx(
+        2 * math.pi * (0.0026**3 / 3e-6) ** 0.5, rel=0.05
+    )
     assert len(bodies.encounters(IAS15.run(moon, 3.0, {"samples": 600}))) == 0
     far = IAS15.run(planets(), 1e6, {"samples": 50})  # states much farther apart than a revolution
     assert len(bodies.encounters(far)) == 0
@@ -473,15 +493,18 @@ def test_the_options_of_the_own_integrator_are_kept():
     [
         (planets(), {"own": {"integrator": "wfast"}}, "own integrator must be one of"),
         (planets(), {"own": {"integrator": "saba", "dt": None}}, "saba takes equal steps"),
-        (Model(*read(simulation(STAR, STAR | {"x": 1.0}, integrator="none"), -1)), {},
-         r"model's own integrator .* --own integrator=ias15"),
+        (
+            Model(*read(simulation(STAR, STAR | {"x": 1.0}, integrator="none"), -1)),
+            {},
+            r"model's own integrator .* --own integrator=ias15",
+        ),
         (galvi.problems.pendulum_3d(), {}, "judge takes a model of point masses"),
         (planets(), {"duration": 0.0}, "duration must not be 0"),
         (planets(), {"duration": -1.0}, r"own dt must be at most the duration 1; received 200"),
         (planets(), {"own": {"dt": 0.0}}, "own dt must not be 0"),
         (planets(), {"error": 0.0}, "error must be"),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_judged_is_refused_with_what_to_do(model, given, words):
     with pytest.raises(ValueError, match=words):
         judge(model, **given)

@@ -47,8 +47,9 @@ def saved(sim: Any, rebx: Any, folder: Path) -> tuple[str, str]:
     return files
 
 
-def judged(sim: Any, rebx: Any, folder: Path, duration: float, error: float, **own: Any
-           ) -> Judgement:  # fmt: skip
+def judged(
+    sim: Any, rebx: Any, folder: Path, duration: float, error: float, **own: Any
+) -> Judgement:
     file, extras = saved(sim, rebx, folder)
     problem, mine = read(file, -1, extras)
     return judge(Model(problem, mine), duration, error, own, quick=True)
@@ -129,8 +130,10 @@ def test_the_command_takes_a_file_of_extras(tmp_path: Path) -> None:
         every = [file, "--duration", "5", "--error", "1e-3", "--quick", "--out", str(tmp_path)]
         return subprocess.run(
             [sys.executable, "-m", "galvi", "judge", *every, *options],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            capture_output=True,
+            text=True,
+            check=False,
+        )
 
     done = command("--extras", extras)
     assert done.returncode == 0, done.stderr

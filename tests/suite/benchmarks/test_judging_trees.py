@@ -88,8 +88,10 @@ def test_a_damped_tree_has_no_energy_error() -> None:
 
 
 def test_errors_of_balls_and_free_bodies_are_angles_and_lengths() -> None:
-    links = [galvi.Link(galvi.Joint(kind), mass=1.0, inertia=(1.0, 2.0, 2.5))
-             for kind in ("ball", "free")]  # fmt: skip
+    links = [
+        galvi.Link(galvi.Joint(kind), mass=1.0, inertia=(1.0, 2.0, 2.5))
+        for kind in ("ball", "free")
+    ]
     system = galvi.Multibody(links)
     half = 0.15  # of an angle of 0.3 about x
     one, other = np.zeros((2, 11))
@@ -113,8 +115,10 @@ def test_a_start_at_which_nothing_moves_is_refused() -> None:
 FLOATING = (ROOT / "docs" / "models" / "floating_arm.xml").read_text()
 
 
-@pytest.mark.parametrize(("start", "warned"), [({}, 1), ({"key": 0}, 0), ({"qvel": [0.0] * 9}, 1),
-                                               ({"qvel": [0.0] * 8 + [0.1]}, 0)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "warned"),
+    [({}, 1), ({"key": 0}, 0), ({"qvel": [0.0] * 9}, 1), ({"qvel": [0.0] * 8 + [0.1]}, 0)],
+)
 def test_a_floating_model_that_only_falls_is_told(start: dict[str, Any], warned: int) -> None:
     text = FLOATING.replace('gravity="0 0 0"', "")
     problem, _ = from_mujoco.read(text, (), start.get("key"), None, start.get("qvel"))

@@ -190,10 +190,11 @@ def test_equal_code_on_a_coarse_clock_looks_slower_no_more_often_than_stated(slo
     """Of 14 times, so many are a tick longer: all ways to share them between the sides. Ranks that
     ties share, in the distribution without ties, are below the true share by up to 40 %."""
     chances = {
-        count: p_value([1.0] * (7 - slow + count) + [2.0] * (slow - count),
-                       [1.0] * (7 - count) + [2.0] * count)
+        count: p_value(
+            [1.0] * (7 - slow + count) + [2.0] * (slow - count), [1.0] * (7 - count) + [2.0] * count
+        )
         for count in range(max(0, slow - 7), min(slow, 7) + 1)
-    }  # fmt: skip
+    }
     ways = {count: math.comb(slow, count) * math.comb(14 - slow, 7 - count) for count in chances}
     for stated in chances.values():
         share = sum(ways[count] for count in chances if chances[count] <= stated)
@@ -234,8 +235,10 @@ def test_both_gates_are_needed() -> None:
     noisy = ([0.5, 0.6, 0.7, 1.0, 1.5, 1.6, 1.7], [0.55, 0.65, 0.75, 1.4, 1.55, 1.65, 1.75])
     assert relative_growth(*noisy) > 0.10 and p_value(*noisy) > LEVEL
     much = (times(1.0), times(1.3))
-    found = slower({"little": little, "noisy": noisy, "much": much}, dict.fromkeys(
-        ("little", "noisy", "much"), 0.10))  # fmt: skip
+    found = slower(
+        {"little": little, "noisy": noisy, "much": much},
+        dict.fromkeys(("little", "noisy", "much"), 0.10),
+    )
     assert found == {"much"}
 
 

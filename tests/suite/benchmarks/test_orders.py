@@ -15,9 +15,12 @@ H = 0.5 ** np.arange(2, 10)
 
 
 @given(
-    order=st.integers(1, 16), constant=st.floats(1e-3, 1e3), size=st.floats(1e-6, 1e6),
-    floor=st.floats(3e-16, 1e-12), seed=st.integers(0, 2**32 - 1),
-)  # fmt: skip
+    order=st.integers(1, 16),
+    constant=st.floats(1e-3, 1e3),
+    size=st.floats(1e-6, 1e6),
+    floor=st.floats(3e-16, 1e-12),
+    seed=st.integers(0, 2**32 - 1),
+)
 def test_a_power_of_the_step_is_recovered_above_a_rough_floor(order, constant, size, floor, seed):
     rough = floor * np.random.default_rng(seed).uniform(0.5, 1.5, H.size)
     errors = constant * (H / H[0]) ** order + rough
@@ -81,9 +84,7 @@ def test_the_table_of_the_page_has_every_class_and_the_orders_of_theory():
     rows = rows_of_the_page()
     known = [(case.where, name) for case in cases() for name in case.methods]
     assert [(row["on, in"], row["method"]) for row in rows] == known
-    assert {row["on, in"] for row in rows} == {
-        "vector space", "Lie group", "moving frame", "clock"
-    }  # fmt: skip
+    assert {row["on, in"] for row in rows} == {"vector space", "Lie group", "moving frame", "clock"}
     assert all(map(agrees, rows))
     assert not agrees({"order measured": "3.6 ± 0.05", "order of theory": "4"})
 

@@ -129,9 +129,16 @@ def test_without_a_rising_wind_no_grain_gets_above_the_bound() -> None:
     cloud = model.Cloud(DIAMETERS[-1], BY_REYNOLDS, np.arange(500))
     law, rates = cloud.rates
     run = FOLLOW(
-        collocation(galvi.Galerkin, 2), *cloud.starts(), np.tile(rates, (500, 1)), law, 1 / 64,
-        6.0, gravity=9.80665, saves=24, wind="def wind(q, decay):\n    return 0.0, 0.0, 0.0\n",
-    )  # fmt: skip
+        collocation(galvi.Galerkin, 2),
+        *cloud.starts(),
+        np.tile(rates, (500, 1)),
+        law,
+        1 / 64,
+        6.0,
+        gravity=9.80665,
+        saves=24,
+        wind="def wind(q, decay):\n    return 0.0, 0.0, 0.0\n",
+    )
     assert np.nanmax(run.places[:, :, 2]) < v25.thrown()
     table = quick(CLAIM["V25"])
     table.loc[table["quantity"] == v25.HIGHEST, "value"] = np.nanmax(run.places[:, :, 2])
@@ -143,8 +150,9 @@ def test_nodes_that_follow_the_start_are_not_held() -> None:
     """What V29 finds of them is no round-off, and shrinks with the step's error."""
     problem, chart, longest, _ = v29.FRAMES["Kepler frame, moved nodes"]
     method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3), chart)
-    long, short = (canonical_defect(map_derivative(problem, method, h))
-                   for h in (longest, longest / 2))  # fmt: skip
+    long, short = (
+        canonical_defect(map_derivative(problem, method, h)) for h in (longest, longest / 2)
+    )
     assert long > 1e-11 and 2.0**5 < long / short < 2.0**8  # 6e-10, and 82
 
 
@@ -207,8 +215,13 @@ def test_a_coupling_that_is_dropped_spoils_every_order_of_its_motion(dropped: st
     def ends(given: Problem, *rest: Any) -> Any:
         """The other motions are not run."""
         there = given.name == problem.name
-        return SimpleNamespace(q=q[None], p=p[None] * (1.0 if there else np.nan), success=there,
-                               status="", counts={"force_evaluations": 0})  # fmt: skip
+        return SimpleNamespace(
+            q=q[None],
+            p=p[None] * (1.0 if there else np.nan),
+            success=there,
+            status="",
+            counts={"force_evaluations": 0},
+        )
 
     assert contradicted(CLAIM["L14"], Fault(wrong={"galvi.integrate": lambda sound: ends})) == {
         f"order of the {l14.QUANTITY}, {motion}, {chart.name} chart, n = {n}"

@@ -52,8 +52,9 @@ def drifting(history: str, ramp: str, table: pd.DataFrame) -> None:
 def curves_beside_ends(by: float, studies: tuple[str, ...], table: pd.DataFrame) -> None:
     """Errors of curves so many times those of step ends."""
     for study in studies:
-        ends, curve = ((table["study"] == study) & (table["quantity"] == name)
-                       for name in ENDS_AND_CURVE)  # fmt: skip
+        ends, curve = (
+            (table["study"] == study) & (table["quantity"] == name) for name in ENDS_AND_CURVE
+        )
         table.loc[curve, "value"] = by * table.loc[ends, "value"].to_numpy()
 
 
@@ -106,33 +107,42 @@ PLANTS: dict[str, Plant] = {
     **drifts("L4", "energy error, n = 8", "energy error, n = 8", *RAMPS),
     **drifts("L8", "energy error", "energy error, n = 8", "widening"),
     "V7, as H reads it": (
-        "V7", partial(gaining, 0.5),
+        "V7",
+        partial(gaining, 0.5),
         {f"what the order of the {v07.ANGULAR} gains with n, 100": ATTAINED},
     ),
     "V7, as measured": (
-        "V7", partial(gaining, 1.0),
+        "V7",
+        partial(gaining, 1.0),
         {f"what the order of the {v07.ANGULAR} gains with n, 100": NOT_REPRODUCED},
     ),
     "V7, between": (
-        "V7", partial(gaining, 0.75),
+        "V7",
+        partial(gaining, 0.75),
         {f"what the order of the {v07.ANGULAR} gains with n, 100": CONTRADICTED},
     ),
     "V21, with M's own N": ("V21", with_ms_own_n, {"largest ratio": HOLDS}),
     "V28, of the printed power": (
-        "V28", of_the_printed_power,
+        "V28",
+        of_the_printed_power,
         {
             "power of 1 / N": HOLDS,
             "largest departure of the power of 1 / N from 3/2 - b, t* inside": CONTRADICTED,
         },
     ),
     "V33, curves that keep pace": (
-        "V33", partial(curves_beside_ends, 2.5, IN_N),
-        {f"{BASE}, nearest to 1 over the numbers of steps": ATTAINED,
-         **{f"{BASE}, {steps} steps": CONTRADICTED for steps in curves.FLOORS}},
+        "V33",
+        partial(curves_beside_ends, 2.5, IN_N),
+        {
+            f"{BASE}, nearest to 1 over the numbers of steps": ATTAINED,
+            **{f"{BASE}, {steps} steps": CONTRADICTED for steps in curves.FLOORS},
+        },
     ),
     **{
         f"V33, curves {by} times off": (
-            "V33", partial(curves_beside_ends, by, ("h-refinement, 10 steps",)), {OWN: verdict}
+            "V33",
+            partial(curves_beside_ends, by, ("h-refinement, 10 steps",)),
+            {OWN: verdict},
         )
         for by, verdict in ((1.5, HOLDS), (5.0, CONTRADICTED), (20.0, NOT_REPRODUCED))
     },
@@ -140,7 +150,7 @@ PLANTS: dict[str, Plant] = {
         f"V33, a factor h^{power}": ("V33", times(1.0, power, **FACTOR), {QUOTIENT: verdict})
         for power, verdict in ((3.5, HOLDS), (1.5, CONTRADICTED), (0.0, NOT_REPRODUCED))
     },
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(
@@ -168,8 +178,10 @@ def test_the_printed_power_of_c_f_would_hold_if_it_were_so(
     powers = {ENDS: lambda n: 2.0 * n - 1.0, CURVE: lambda n: n + more}
     made = frame(
         row(study=v14.COERCIVE, quantity=quantity, n=n, step=h, value=h ** power(n))
-        for n in v14.NS for quantity, power in powers.items() for h in 2.0 ** -np.arange(2.0, 8.0)
-    )  # fmt: skip
+        for n in v14.NS
+        for quantity, power in powers.items()
+        for h in 2.0 ** -np.arange(2.0, 8.0)
+    )
     found = verdicts(CLAIM["V14"], made)
     assert [found[one] for one in found if one.startswith("order of distance /")] == expected
 

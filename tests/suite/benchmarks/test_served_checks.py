@@ -130,12 +130,17 @@ def test_a_sound_contender_passes_each_check_that_it_has(serve):
     assert failed(outcomes) == {}
     orbit, swing = ORBIT.problem.name, SWING.problem.name
     both = {check.name for check in (FAILURES, *CHECKS)} - {
-        "order", "declarations", "longest run", "restart half way"
-    }  # fmt: skip
+        "order",
+        "declarations",
+        "longest run",
+        "restart half way",
+    }
     assert {key: end for key, (end, _) in outcomes.items()} == {
         **{(check, name): "passed" for check in both for name in (orbit, swing)},
-        ("order", ""): "passed", ("declarations", ""): "passed", ("longest run", orbit): "passed",
-    }  # fmt: skip
+        ("order", ""): "passed",
+        ("declarations", ""): "passed",
+        ("longest run", orbit): "passed",
+    }
 
 
 class Modest(OneSided):
@@ -228,8 +233,9 @@ def test_a_hang_is_red_where_it_hangs_and_items_that_are_not_asked_then_are_skip
     outcomes = serve(Hanging(), SHORT, replace(SWING, long=20.3))
     orbit, swing = ORBIT.problem.name, SWING.problem.name
     assert {key for key, (end, _) in outcomes.items() if end == "failed"} == {
-        ("runs and answers", orbit), ("determinism", orbit)
-    }  # fmt: skip
+        ("runs and answers", orbit),
+        ("determinism", orbit),
+    }
     assert outcomes["runs and answers", swing][0] == "passed"
     for key in (("accuracy", orbit), ("accuracy", swing), ("order", ""), ("longest run", orbit)):
         assert outcomes[key] == ("skipped", "Answers before took longer.")

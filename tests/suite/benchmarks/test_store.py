@@ -143,9 +143,10 @@ CONTROLS = [
 ]
 signs = draw.characters(exclude_categories=["Cc", "Cf", "Cs", "Zl", "Zp"])
 texts = draw.one_of(
-    draw.text(signs), draw.text(draw.sampled_from("'=+-@ 1.5eE%(),ab\n\"")),
+    draw.text(signs),
+    draw.text(draw.sampled_from("'=+-@ 1.5eE%(),ab\n\"")),
     draw.sampled_from([*FORMULAS, *PLAIN]),
-)  # fmt: skip
+)
 
 
 def test_a_formula_has_an_apostrophe_before_it_and_numbers_dashes_and_words_stay() -> None:
@@ -177,8 +178,12 @@ def test_a_text_without_control_characters_is_shown_as_it_is(text: str) -> None:
 @given(draw.lists(draw.tuples(texts.filter(bool), draw.floats()), min_size=1))
 def test_a_table_is_read_as_it_was(rows: list[tuple[str, float]]) -> None:
     frame = pd.DataFrame(rows, columns=["text", "value"])
-    again = read_csv(io.StringIO(as_csv(frame), newline=""), dtype={"text": str},
-                     keep_default_na=False, na_values={"value": [""]})  # fmt: skip
+    again = read_csv(
+        io.StringIO(as_csv(frame), newline=""),
+        dtype={"text": str},
+        keep_default_na=False,
+        na_values={"value": [""]},
+    )
     assert list(again["text"]) == list(frame["text"])
     assert np.array_equal(again["value"], frame["value"], equal_nan=True)
 
@@ -216,8 +221,17 @@ def test_markdown_has_no_formula_tag_bar_or_control_character() -> None:
     texts = ["=1+1", "<img src=x>", "a|b", "a\\b", "two\nlines", "\x1b[2J", "-", "-1.5", "+6 %"]
     lines = as_markdown(pd.DataFrame({"text": texts})).splitlines()[2:]
     cells = [line.strip("| ").rstrip() for line in lines]
-    assert cells == ["'=1+1", "&lt;img src=x>", "a\\|b", "a\\\\b", "two lines", "\\\\x1b[2J",
-                     "-", "-1.5", "+6 %"]  # fmt: skip
+    assert cells == [
+        "'=1+1",
+        "&lt;img src=x>",
+        "a\\|b",
+        "a\\\\b",
+        "two lines",
+        "\\\\x1b[2J",
+        "-",
+        "-1.5",
+        "+6 %",
+    ]
 
 
 def test_messages_and_settings_of_others_have_no_control_characters() -> None:

@@ -146,8 +146,7 @@ MODELS = {
     ),
     "slide": (MODEL.format("RK4", SLIDE), {"duration": 1.0, "qpos": [0.3]}),
 }
-ORBITS = {"whfast": 60.0, "ias15": 60.0, "leapfrog": 60.0, "chaotic bodies": 70.0,
-          "massless": 60.0}  # fmt: skip
+ORBITS = {"whfast": 60.0, "ias15": 60.0, "leapfrog": 60.0, "chaotic bodies": 70.0, "massless": 60.0}
 
 
 @pytest.fixture
@@ -251,9 +250,11 @@ def test_a_thousand_fresh_reruns_raise_no_alarm(name, run_of, tmp_path):
     tolerance = measured(run, tmp_path)
     at_end, at_any, seen, planted_ones = trial(run, tolerance, 1000)
     bounds = sum(not each.reason for rows in tolerance.bounds.values() for each in rows)
-    print(f"\n{name}: {bounds} of 30 bounds, all until sample {tolerance.latest + 1}; of 1,000 "
-          f"reruns {at_end} alarms at the end, {at_any} at any time; seen {seen} of "
-          f"{planted_ones} faults")  # fmt: skip
+    print(
+        f"\n{name}: {bounds} of 30 bounds, all until sample {tolerance.latest + 1}; of 1,000 "
+        f"reruns {at_end} alarms at the end, {at_any} at any time; seen {seen} of "
+        f"{planted_ones} faults"
+    )
     assert (at_end, at_any) == (0, 0) and seen == planted_ones
     assert (bounds == 0) == (name == "stack")  # where rounding decides on contacts
 
@@ -264,8 +265,10 @@ def alarms_and_gaps(sizes, ulps, extents, draws=200):
     random, alarms, gaps, others = np.random.default_rng(1), 0, 0, 0
     for _ in range(draws):
         order = random.permutation(len(sizes))
-        bounds = [[bound_of(column, ulps[i], extents[i]) for column in sizes[order[:64], i].T]
-                  for i in range(len(QUANTITIES))]  # fmt: skip
+        bounds = [
+            [bound_of(column, ulps[i], extents[i]) for column in sizes[order[:64], i].T]
+            for i in range(len(QUANTITIES))
+        ]
         values = np.array([[bound.value for bound in row] for row in bounds])
         alarms += int((sizes[order[64:]] > values).any(axis=(1, 2)).sum())
         gaps += int(np.isnan(values).sum())
@@ -288,8 +291,10 @@ def test_the_limits_of_a_bound_give_no_alarm_and_few_times_without_one(name, run
         monkeypatch.setattr(limits, "LEAST", least)
         monkeypatch.setattr(limits, "MOST", most)
         alarms, gaps = measured_limits[least, most] = alarms_and_gaps(sizes, ulps, extents)
-        print(f"\n{name}, {least:g} to {most:g} floors: {alarms:.1f} alarms in a million, "
-              f"{gaps:.2%} without a bound")  # fmt: skip
+        print(
+            f"\n{name}, {least:g} to {most:g} floors: {alarms:.1f} alarms in a million, "
+            f"{gaps:.2%} without a bound"
+        )
     alarms, gaps = measured_limits[LEAST, MOST]
     assert alarms == 0.0 and gaps < 2e-3
     assert measured_limits[1.0, MOST][0] > 0.0
@@ -333,10 +338,12 @@ def test_floors_of_other_seeds_are_alike(run_of, tmp_path):
     """The floors of five seeds, within a factor of 3."""
     run = run_of("double pendulum")
     (motion,) = run.answer([run.asked()]).motions
-    floors = np.array([
-        differences(motion, run.answer(moved_runs(run, motion, 64, seed)).motions).max(axis=0)
-        for seed in range(5)
-    ])  # fmt: skip
+    floors = np.array(
+        [
+            differences(motion, run.answer(moved_runs(run, motion, 64, seed)).motions).max(axis=0)
+            for seed in range(5)
+        ]
+    )
     assert (floors.max(axis=0) < 3.0 * floors.min(axis=0)).all()
 
 

@@ -35,9 +35,11 @@ from tests.suite.benchmarks.planted_releases import (
 )
 
 mujoco, rebound = pytest.importorskip("mujoco"), pytest.importorskip("rebound")
-BODY = mujoco_body(galvi.problems.free_rigid_body().system).mjcf().replace(
-    "<option ", '<option integrator="RK4" timestep="0.0125" '
-)  # fmt: skip
+BODY = (
+    mujoco_body(galvi.problems.free_rigid_body().system)
+    .mjcf()
+    .replace("<option ", '<option integrator="RK4" timestep="0.0125" ')
+)
 SPIN = (2.0, -1.9, 1.0)
 PENDULUM = """<mujoco><option timestep="0.005" integrator="RK4"/><worldbody>
 <body><joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02" contype="0"/>
@@ -278,8 +280,9 @@ def test_files_of_one_release_and_runs_in_which_nothing_moves_are_refused(tmp_pa
 
 def test_releases_are_read_and_ordered_by_age_and_others_refused(monkeypatch):
     assert asked_releases("mujoco", ["4.0.1", "3.6.0", "3.10.0"]) == (
-        ["3.6.0", "3.10.0", "4.0.1"], False,
-    )  # fmt: skip
+        ["3.6.0", "3.10.0", "4.0.1"],
+        False,
+    )
     assert asked_releases("rebound", ["5.2.0 .. 4.0.0"]) == (["4.0.0", "5.2.0"], True)
     assert asked_releases("rebound", []) == ([*requirements.USUAL["rebound"]], False)
     for wrong in (["newest"], ["3.6.0.."], ["1.0..2.0..3.0"], ["--upgrade"], ["4"]):

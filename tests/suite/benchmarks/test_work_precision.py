@@ -197,9 +197,12 @@ def test_calls_take_turns_and_short_ones_are_repeated(
     assert second.seconds == pytest.approx(0.5)
     order.clear()
     long, known, short = timing.interleaved(
-        [call("A", 2.0, 4.0), call("B", 1.0, 0.5), call("C", 0.5)], 3, 1.0,
-        warm=[9.0, 0.9, 0.5], counted=[False, True, True],
-    )  # fmt: skip
+        [call("A", 2.0, 4.0), call("B", 1.0, 0.5), call("C", 0.5)],
+        3,
+        1.0,
+        warm=[9.0, 0.9, 0.5],
+        counted=[False, True, True],
+    )
     assert "".join(order) == "ABCCABCCCC"  # two rounds of A; B's warm call is its first
     assert (long.low, long.seconds, long.high) == (2.0, 3.0, 4.0)
     assert (known.low, known.seconds, known.high) == (0.5, 0.9, 1.0)

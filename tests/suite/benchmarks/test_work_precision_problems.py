@@ -130,8 +130,9 @@ TAKE_PART: dict[Make, tuple[set[str], set[str], int | None, str]] = {
 EXACT = {ATTITUDE: 2e-16, ANGLE: 1e-15, MOTION: 1e-15, COORDINATES: 2e-15}  # of the largest entry
 for make in MET:
     dominant = make(False).problem.name == "HD 80606 and a companion"
-    TAKE_PART[make] = (IN_CLOCKS | {TRACE}, set(), None, "") if dominant else (
-        IN_CLOCKS, {TRACE}, None, "")  # fmt: skip
+    TAKE_PART[make] = (
+        (IN_CLOCKS | {TRACE}, set(), None, "") if dominant else (IN_CLOCKS, {TRACE}, None, "")
+    )
 
 
 @pytest.mark.parametrize("make", TAKE_PART)
@@ -156,8 +157,10 @@ def test_contenders_take_part_at_their_defaults_and_at_their_best() -> None:
         for name, mode in (("best", 0), ("default", 1)):
             assert all(one["safe_mode"] == mode for one in settings[f"REBOUND WHFast, {name}"])
     for make, degree in ((free_body_se3, 5), (brownout, 4)):
-        ours, general = (by_label(make(False))[next(iter(gauss(degree, more=more)))]
-                         for more in ("", ", general kernel"))  # fmt: skip
+        ours, general = (
+            by_label(make(False))[next(iter(gauss(degree, more=more)))]
+            for more in ("", ", general kernel")
+        )
         assert general.contender == ours.contender
         assert [{**one, "solver": "newton"} for one in ours.settings] == list(general.settings)
 
@@ -165,8 +168,9 @@ def test_contenders_take_part_at_their_defaults_and_at_their_best() -> None:
 def test_applegate_s_planets_meet_the_contenders_of_the_outer_planets_but_for_the_slowest() -> None:
     ours, theirs = by_label(applegate(False)), by_label(outer_solar_system(False))
     assert set(theirs) - set(ours) == {
-        "SciPy DOP853", *(f"galvi Kepler frame, Gauss {s}, 2 passes" for s in (8, 16))
-    }  # fmt: skip
+        "SciPy DOP853",
+        *(f"galvi Kepler frame, Gauss {s}, 2 passes" for s in (8, 16)),
+    }
     assert all(len(one.settings) <= len(theirs[label].settings) for label, one in ours.items())
 
 
@@ -195,8 +199,11 @@ def test_of_a_contender_that_is_the_truth_only_the_run_that_it_is_is_not_compare
     pytest.importorskip("mujoco")
     case = skew_arm(quick=False)
     source = case.truth().source
-    labels = [(one.label, readable_setting(setting))
-              for one in case.participants for setting in one.settings]  # fmt: skip
+    labels = [
+        (one.label, readable_setting(setting))
+        for one in case.participants
+        for setting in one.settings
+    ]
     assert labels.count(source) == 1 and [label for label, _ in labels].count(source[0]) > 2
 
 
@@ -264,8 +271,13 @@ def test_a_wrong_law_stands_out_though_it_conserves_its_own_energy(
     label = next(label for label in by_label(case) if label.startswith("galvi degree 8, Gauss 8"))
     ours, contender = by_label(case)[label], WrongLaw(wrong())
     planted = Participant(contender.name, contender, ours.settings)
-    rows = study(replace(case, participants=(ours, planted)), label, planted.label,
-                 repeated_run=False, net_time=False)  # fmt: skip
+    rows = study(
+        replace(case, participants=(ours, planted)),
+        label,
+        planted.label,
+        repeated_run=False,
+        net_time=False,
+    )
     right, fault = (rows["error"][rows["contender"] == x].max() for x in (label, planted.label))
     assert right < 1e-5 < 1e-4 < fault
     energy = galvi.energy(contender.run(case.problem, case.duration, ours.settings[0]))
@@ -309,26 +321,31 @@ def by_hand():
 def bodies():
     return galvi.Problem(
         galvi.NBody([1.0, 1e-3, 1e-4]),
-        [[0.0, 0.0], [1.0, 0.0], [0.0, 2.0]], [[0.0, 0.0], [0.0, 1.0], [-0.7, 0.0]],
-    )  # fmt: skip
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 2.0]],
+        [[0.0, 0.0], [0.0, 1.0], [-0.7, 0.0]],
+    )
 
 
 # kind: a problem, the codes that take it, the name of its truth
 KINDS = {
     "a potential with its gradient": (
-        lambda: of_potential(gradient), {"SciPy DOP853", "heyoka, Lagrangians", *TEXTBOOK},
+        lambda: of_potential(gradient),
+        {"SciPy DOP853", "heyoka, Lagrangians", *TEXTBOOK},
         "heyoka, Lagrangians, quadruple precision",
     ),
     "a potential alone": (
-        of_potential, {"SciPy DOP853", "heyoka, Lagrangians", *TEXTBOOK},
+        of_potential,
+        {"SciPy DOP853", "heyoka, Lagrangians", *TEXTBOOK},
         "heyoka, Lagrangians, quadruple precision",
     ),
     "a potential and friction": (
         lambda: of_potential(gradient, force=lambda q, v: -0.1 * v),
-        {"SciPy DOP853", "heyoka, Lagrangians"}, "heyoka, Lagrangians, quadruple precision",
+        {"SciPy DOP853", "heyoka, Lagrangians"},
+        "heyoka, Lagrangians, quadruple precision",
     ),
     "point masses": (
-        bodies, {"SciPy DOP853", "heyoka", "REBOUND WHFast512", *REBOUND, *TEXTBOOK},
+        bodies,
+        {"SciPy DOP853", "heyoka", "REBOUND WHFast512", *REBOUND, *TEXTBOOK},
         "heyoka, quadruple precision",
     ),
     "a tree made by hand": (
@@ -336,7 +353,7 @@ KINDS = {
         {*MUJOCO, MUJOCO_ACCELERATIONS.name, "SciPy DOP853 on Pinocchio's accelerations"},
         MUJOCO_ACCELERATIONS.name,
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("kind", KINDS)

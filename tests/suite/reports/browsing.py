@@ -38,9 +38,12 @@ def looking(browser, out, notice="\0"):
 
     def look(name, width=1400, dark=False, scripts=True, **more):
         context = browser.new_context(
-            viewport={"width": width, "height": 900}, java_script_enabled=scripts,
-            color_scheme="dark" if dark else "light", reduced_motion="reduce", **more,
-        )  # fmt: skip
+            viewport={"width": width, "height": 900},
+            java_script_enabled=scripts,
+            color_scheme="dark" if dark else "light",
+            reduced_motion="reduce",
+            **more,
+        )
         contexts.append(context)
         page = context.new_page()
         page.said = []

@@ -44,8 +44,10 @@ def _clouds(options):
 def _statistics(options):
     """Errors of the step that fall with its degree's order, one of them unknown."""
     quantity = options["quantity"]
-    rows = [row(study=quantity, quantity=name, value=value)
-            for name, value in ((SAMPLING, 1e-3), (GRAINS, 2e4))]  # fmt: skip
+    rows = [
+        row(study=quantity, quantity=name, value=value)
+        for name, value in ((SAMPLING, 1e-3), (GRAINS, 2e4))
+    ]
     for degree in options["degrees"]:
         for steps in (48, 96, 192):
             error = np.nan if (degree, steps) == (1, 48) else (10.0 / steps) ** (2 * degree)
@@ -92,22 +94,34 @@ def _history(options):
 def _energies(options):
     """One falls and ends early, the others go on."""
     return [
-        row(study=study, quantity=options["quantity"], t=10.0 * t, value=(k - 1) * 1e-3 * t,
-            status="" if k else "It failed.")
+        row(
+            study=study,
+            quantity=options["quantity"],
+            t=10.0 * t,
+            value=(k - 1) * 1e-3 * t,
+            status="" if k else "It failed.",
+        )
         for k, study in enumerate(options["labels"])
         for t in range(40 if k else 20)
-    ]  # fmt: skip
+    ]
 
 
 def _paths(options):
     return [
-        row(study=panel.study, quantity=quantity, label=body, t=t, x=k * np.cos(t),
-            y=k * np.sin(t), z=0.0)
+        row(
+            study=panel.study,
+            quantity=quantity,
+            label=body,
+            t=t,
+            x=k * np.cos(t),
+            y=k * np.sin(t),
+            z=0.0,
+        )
         for panel in options["panels"]
         for quantity, count in ((panel.quantity, 200), (panel.ends, 20))
         for k, body in enumerate(options["bodies"], start=1)
         for t in np.linspace(0.0, 6.0, count)
-    ]  # fmt: skip
+    ]
 
 
 def _on_spheres(options):
@@ -142,11 +156,16 @@ def _departures(options):
 def _jumps(options):
     """Runs of which the last ends early, and single steps of which some were not solved."""
     rows = [
-        row(study=study, quantity=options["quantity"], t=t, value=1e-15 * (t + k),
-            status="It failed." if k == len(options["runs"]) - 1 else "")
+        row(
+            study=study,
+            quantity=options["quantity"],
+            t=t,
+            value=1e-15 * (t + k),
+            status="It failed." if k == len(options["runs"]) - 1 else "",
+        )
         for k, study in enumerate(options["runs"])
         for t in np.linspace(0.0, 30.0, 51)[: 51 - 10 * k]
-    ]  # fmt: skip
+    ]
     for study in options["steps"]:
         for t in np.linspace(0.0, 10.0, 21):
             change = np.nan if t > 8.0 else 10.0 ** (t - 16.0)
@@ -171,11 +190,15 @@ def _lines(options):
 
 def _limits(options):
     return [
-        row(study=study, quantity=options["quantity"], step=turn,
-            value=1e-15 if turn < limit else np.nan)
+        row(
+            study=study,
+            quantity=options["quantity"],
+            step=turn,
+            value=1e-15 if turn < limit else np.nan,
+        )
         for study, (limit, _) in options["charts"].items()
         for turn in np.linspace(0.1, 7.5, 40)
-    ]  # fmt: skip
+    ]
 
 
 ROWS = {

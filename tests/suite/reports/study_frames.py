@@ -23,13 +23,20 @@ def walks(years=1e4, commit="", drift=0.0, runs=16):
             path = np.cumsum(1e-16 * (rng.standard_normal(100) + drift))
             rows += [
                 {
-                    "contender": who, "settings": "as usual", "years": years, "member": k,
-                    "sample": n, "t": years * n / 100, "error": path[n - 1],
-                    "error_of_rounded": path[n - 1] + low, "status": "", "commit": commit,
+                    "contender": who,
+                    "settings": "as usual",
+                    "years": years,
+                    "member": k,
+                    "sample": n,
+                    "t": years * n / 100,
+                    "error": path[n - 1],
+                    "error_of_rounded": path[n - 1] + low,
+                    "status": "",
+                    "commit": commit,
                     "date": "2026-01-01" if commit else "",
                 }
                 for n in KEPT
-            ]  # fmt: skip
+            ]
     return rows
 
 
@@ -41,15 +48,25 @@ def scaling(quick, report):
     """galvi and a peer that does not reach the error with three bodies; one is not installed."""
     blank = dict.fromkeys(SCALING, np.nan)
     rows = [
-        {**blank, "contender": who, "settings": "P/6", "bodies": bodies, "orbits": 30,
-         "seconds_per_orbit": time * bodies, "seconds_low": 0.9 * time * bodies,
-         "seconds_high": 1.1 * time * bodies, "error": 1e-9,
-         "matched": time < 1e-4 or bodies > 3, "pairs_per_second": 1e9,
-         "limit_pairs_per_second": 2e9, "share": 0.5 if who.startswith("galvi") else np.nan,
-         "status": ""}
+        {
+            **blank,
+            "contender": who,
+            "settings": "P/6",
+            "bodies": bodies,
+            "orbits": 30,
+            "seconds_per_orbit": time * bodies,
+            "seconds_low": 0.9 * time * bodies,
+            "seconds_high": 1.1 * time * bodies,
+            "error": 1e-9,
+            "matched": time < 1e-4 or bodies > 3,
+            "pairs_per_second": 1e9,
+            "limit_pairs_per_second": 2e9,
+            "share": 0.5 if who.startswith("galvi") else np.nan,
+            "status": "",
+        }
         for bodies in (3, 10, 100)
         for who, time in (("galvi degree 8, Gauss 8", 1e-5), ("REBOUND IAS15", 1e-3))
-    ]  # fmt: skip
+    ]
     absent = {**blank, "contender": "Other", "bodies": 3, "matched": False, "status": "Install it."}
     return pd.DataFrame([*rows, absent], columns=list(SCALING))
 
@@ -57,13 +74,21 @@ def scaling(quick, report):
 def versions(quick, report):
     """RK4 of order 2 in an old version and 4 in a new one; a third cannot be installed."""
     rows = [
-        {"engine": f"mujoco {name}", "joint": joint, "integrator": "RK4", "step": 0.1 / 2**k,
-         "attitude_error": size * 2.0 ** (-k * order), "energy_error": 1e-12, "status": "",
-         "commit": "", "date": ""}
+        {
+            "engine": f"mujoco {name}",
+            "joint": joint,
+            "integrator": "RK4",
+            "step": 0.1 / 2**k,
+            "attitude_error": size * 2.0 ** (-k * order),
+            "energy_error": 1e-12,
+            "status": "",
+            "commit": "",
+            "date": "",
+        }
         for name, order, size in (("3.10.0", 2, 1e-3), ("3.6.0", 2, 1e-3), ("4.0.1", 4, 1e-6))
         for joint in ("ball", "free")
         for k in range(9)
-    ]  # fmt: skip
+    ]
     blank = dict.fromkeys(("step", "attitude_error", "energy_error"), np.nan)
     absent = {"engine": "mujoco 9.9.9", "joint": "", "integrator": "", "status": "No such version."}
     return pd.DataFrame([*rows, {**blank, **absent}], columns=list(VERSIONS))
@@ -71,21 +96,31 @@ def versions(quick, report):
 
 def spins(quick, report):
     """galvi at round-off, a peer that drifts, one that fails and one that is absent."""
-    blank = dict.fromkeys(SPIN, np.nan) | {"problem": "free rigid body", "step": 0.01,
-                                           "turns": 1000.0, "commit": "", "date": ""}  # fmt: skip
+    blank = dict.fromkeys(SPIN, np.nan) | {
+        "problem": "free rigid body",
+        "step": 0.01,
+        "turns": 1000.0,
+        "commit": "",
+        "date": "",
+    }
     rows = [
-        {**blank, "contender": who, "engine": engine, "turn": float(turn),
-         "energy_error": size * turn if turn < fails else np.nan,
-         "momentum_error": 1e-16 if turn < fails else np.nan,
-         "attitude_error": 1e-9 if turn == 1000 and turn < fails else np.nan,
-         "status": "" if turn < fails else "It burst."}
+        {
+            **blank,
+            "contender": who,
+            "engine": engine,
+            "turn": float(turn),
+            "energy_error": size * turn if turn < fails else np.nan,
+            "momentum_error": 1e-16 if turn < fails else np.nan,
+            "attitude_error": 1e-9 if turn == 1000 and turn < fails else np.nan,
+            "status": "" if turn < fails else "It burst.",
+        }
         for who, engine, size, fails in (
             ("galvi degree 4, Gauss 4, Cayley", "galvi", 1e-17, 9e9),
             ("MuJoCo RK4, free joint", "mujoco 4.0.1", -1e-12, 9e9),
             ("MuJoCo Euler, free joint", "mujoco 4.0.1", 1e-3, 300),
         )
         for turn in marks(1000)
-    ]  # fmt: skip
+    ]
     absent = {**blank, "contender": "MuJoCo implicit", "engine": "", "status": "Install it."}
     return pd.DataFrame([*rows, absent], columns=list(SPIN))
 
@@ -93,9 +128,14 @@ def spins(quick, report):
 def pairs_of_spaces_and_rules(quick, report):
     """Two methods, one of them known, and two pairs that make none."""
     blank = dict.fromkeys(TAXONOMY, np.nan) | {
-        "kind": "Polynomials", "number": 1, "space": "Polynomials(degree=1)", "family": "Gauss",
-        "name": "", "status": "", "predicted": 2,
-    }  # fmt: skip
+        "kind": "Polynomials",
+        "number": 1,
+        "space": "Polynomials(degree=1)",
+        "family": "Gauss",
+        "name": "",
+        "status": "",
+        "predicted": 2,
+    }
     sound = {"verdict": "method", "C_N": 0.97, "symplecticity": 1e-16, "symmetry": 3e-16}
     rows = [
         {**blank, **sound, "points": 1, "measured": 2.0, "name": "implicit midpoint"},

@@ -142,9 +142,11 @@ def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd, tm
     cache = BuildCache()
     first, last = tmp_path / "a", tmp_path / "d"
     meeting = {
-        "a": partial(meet, first, last), "b": broken, "c": partial(quiet, 0.3),
+        "a": partial(meet, first, last),
+        "b": broken,
+        "c": partial(quiet, 0.3),
         "d": partial(meet, last, first),
-    }  # fmt: skip
+    }
     studies = [study(name, measure) for name, measure in meeting.items()]
     seconds = {one.name: seconds for one, seconds in study_in_workers(studies, cache)}
     assert set(seconds) == set(cache.results) == {"a", "c", "d"}
@@ -195,8 +197,11 @@ def test_workers_end_with_the_build_however_it_ends(tmp_path, how):
     (tmp_path / "script.py").write_text(KILLED)
     done = subprocess.run(
         [sys.executable, str(tmp_path / "script.py"), how],
-        env=os.environ | {"PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, text=True, timeout=120,
-    )  # fmt: skip
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=120,
+    )
     assert done.returncode == (-signal.SIGKILL if how == "kill" else 0)
     for _ in range(100):
         try:

@@ -39,8 +39,9 @@ class Fails:
 def folder(tmp_path, monkeypatch):
     """A folder with the page's problem and method, from which Python imports."""
     page = PAGE.read_text(encoding="utf-8")
-    for name, text in re.findall(r'^Path\("(\w+\.py)"\)\.write_text\(\'\'\'(.*?)\'\'\'', page,
-                                 re.M | re.S):  # fmt: skip
+    for name, text in re.findall(
+        r'^Path\("(\w+\.py)"\)\.write_text\(\'\'\'(.*?)\'\'\'', page, re.M | re.S
+    ):
         (tmp_path / name).write_text(text)
     (tmp_path / "more.py").write_text(MORE)
     monkeypatch.chdir(tmp_path)
@@ -95,9 +96,13 @@ def test_python_gets_what_the_command_writes_of_ones_own_method_and_a_given_trut
     assert fits["fitted"][0] == pytest.approx(2.0, abs=0.1) and fits["method"][0] == "midpoint"
     midpoint = galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(1))
     frame = galvi.convergence(
-        galvi.problems.kepler(0.3), {"midpoint": midpoint}, [0.1, 0.05, 0.025], 2.0,
-        truth="scipy.dop853", quick=True,
-    )  # fmt: skip
+        galvi.problems.kepler(0.3),
+        {"midpoint": midpoint},
+        [0.1, 0.05, 0.025],
+        2.0,
+        truth="scipy.dop853",
+        quick=True,
+    )
     rows = pd.read_csv("out/convergence.csv")
     assert list(rows["error"]) == list(frame["error"]) and list(rows) == list(frame)
     assert json.loads(json.dumps(frame.attrs))["truth"] == frame.attrs["truth"]

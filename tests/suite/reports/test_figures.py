@@ -91,13 +91,20 @@ def test_comparisons_draw_without_warnings():
 
 def test_figures_show_the_errors_of_tables_and_mark_bounds():
     """TRACE's lucky run, and a run that is better than the truth can tell."""
-    runs = [("galvi degree 8, Gauss 8", "step=0.5", 1e-13, 2.0),
-            ("galvi degree 8, Gauss 8", "step=1", 1e-5, 1.0),
-            ("REBOUND TRACE", "step=1", 1e-9, 1.0),
-            ("REBOUND TRACE", "step=0.5", 9e-2, 2.0)]  # fmt: skip
+    runs = [
+        ("galvi degree 8, Gauss 8", "step=0.5", 1e-13, 2.0),
+        ("galvi degree 8, Gauss 8", "step=1", 1e-5, 1.0),
+        ("REBOUND TRACE", "step=1", 1e-9, 1.0),
+        ("REBOUND TRACE", "step=0.5", 9e-2, 2.0),
+    ]
     table = pd.DataFrame(runs, columns=["contender", "settings", "error", "seconds"])
-    table = table.assign(problem="kepler e=0.6", quantity="position", is_truth=False, status="",
-                         reference="another engine")  # fmt: skip
+    table = table.assign(
+        problem="kepler e=0.6",
+        quantity="position",
+        is_truth=False,
+        status="",
+        reference="another engine",
+    )
     exact = comparison_figure("kepler e=0.6", dependable(table.assign(truth_error=1e-16)))
     table = dependable(table.assign(truth_error=1e-10))
     figure = comparison_figure("kepler e=0.6", table)
@@ -110,8 +117,13 @@ def test_figures_show_the_errors_of_tables_and_mark_bounds():
 
 
 def test_galvi_has_a_line_for_each_degree_and_what_is_another_method_keeps_its_own():
-    names = ["galvi degree 8, Gauss 8, Cayley", "galvi degree 8, Gauss 9", "galvi clock, Gauss 8",
-             "galvi degree 8, Gauss 8, general kernel", "MuJoCo RK4"]  # fmt: skip
+    names = [
+        "galvi degree 8, Gauss 8, Cayley",
+        "galvi degree 8, Gauss 9",
+        "galvi clock, Gauss 8",
+        "galvi degree 8, Gauss 8, general kernel",
+        "MuJoCo RK4",
+    ]
     assert list(map(line_of, names)) == ["galvi degree 8", "galvi degree 8", *names[2:]]
 
 
@@ -119,10 +131,19 @@ def test_galvi_has_a_line_for_each_degree_and_what_is_another_method_keeps_its_o
 def test_profiles_draw_what_is_solved_and_say_where_nothing_is():
     errors = {"galvi degree 8": 1e-9, "peer": 1e-5, "useless": 1e-2}
     rows = pd.DataFrame(
-        [{"problem": f"p{k}", "contender": who, "settings": "step=1", "error": error,
-          "is_truth": False, "seconds": 20.0 - len(who)}
-         for k in range(6) for who, error in errors.items()]
-    )  # fmt: skip
+        [
+            {
+                "problem": f"p{k}",
+                "contender": who,
+                "settings": "step=1",
+                "error": error,
+                "is_truth": False,
+                "seconds": 20.0 - len(who),
+            }
+            for k in range(6)
+            for who, error in errors.items()
+        ]
+    )
     for figure in PROFILES:
         lay_out(figure, rows)
         with pytest.raises(NoData, match="5 problems"):
@@ -174,8 +195,12 @@ def faults(canvas):
     edge = canvas.bbox
     texts = [(one, one.get_window_extent()) for one in seen_texts(canvas)]
     for one, box in texts:
-        if not (box.x0 > edge.x0 - TOUCH and box.x1 < edge.x1 + TOUCH
-                and box.y0 > edge.y0 - TOUCH and box.y1 < edge.y1 + TOUCH):  # fmt: skip
+        if not (
+            box.x0 > edge.x0 - TOUCH
+            and box.x1 < edge.x1 + TOUCH
+            and box.y0 > edge.y0 - TOUCH
+            and box.y1 < edge.y1 + TOUCH
+        ):
             yield f"{one.get_text()!r} is beyond the edge"
     for (one, a), (other, b) in itertools.combinations(texts, 2):
         if one.get_rotation() % 90.0 == 0.0 and overlap(a, b):
@@ -208,8 +233,7 @@ def seen_texts(canvas):
 
 
 def overlap(a, b):
-    return (min(a.x1, b.x1) - max(a.x0, b.x0) > TOUCH
-            and min(a.y1, b.y1) - max(a.y0, b.y0) > TOUCH)  # fmt: skip
+    return min(a.x1, b.x1) - max(a.x0, b.x0) > TOUCH and min(a.y1, b.y1) - max(a.y0, b.y0) > TOUCH
 
 
 @pytest.mark.slow_cases(but=["fig-2-12"])
@@ -234,13 +258,20 @@ def test_a_figure_of_a_study_fits_in_any_width(name):
 @pytest.mark.slow(beside="test_a_figure_of_a_claim_fits_in_any_width")
 def test_comparisons_fit_in_any_width():
     rows = [
-        {"problem": problem, "contender": name, "quantity": POSITION, "settings": "step=1",
-         "error": 10.0 ** -(3 + 4 * k), "seconds": 10.0 ** (k - 3 + 0.1 * place), "is_truth": False}
+        {
+            "problem": problem,
+            "contender": name,
+            "quantity": POSITION,
+            "settings": "step=1",
+            "error": 10.0 ** -(3 + 4 * k),
+            "seconds": 10.0 ** (k - 3 + 0.1 * place),
+            "is_truth": False,
+        }
         for headline in HEADLINES
         for problem in headline.options["panels"]
         for place, name in enumerate(headline.options["shown"].values())
         for k in range(3)
-    ]  # fmt: skip
+    ]
     runs = work_precision(True, print)
     shown = [(comparison_figure("kepler e=0.6", runs), runs)]
     shown += [(one, pd.DataFrame(rows).assign(error_is_bound=False)) for one in HEADLINES]
@@ -292,9 +323,11 @@ def lab(color):
     """CIELAB coordinates under D65."""
     rgb = np.array(to_rgb(color))
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    xyz = np.array(
-        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
-    ) @ linear / [0.9505, 1.0, 1.089]  # fmt: skip
+    xyz = (
+        np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+        @ linear
+        / [0.9505, 1.0, 1.089]
+    )
     f = np.where(xyz > 216 / 24389, np.cbrt(xyz), (24389 / 27 * xyz + 16) / 116)
     return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
 

@@ -55,11 +55,16 @@ def test_only_an_error_that_was_asked_for_is_a_failure_and_an_unconfirmed_truth_
     monkeypatch.setattr("reports.judge.files.own_run", lambda found: ["It is off."])
     monkeypatch.setattr("reports.judge.files.truth", lambda found: "The truth is another's.")
     found = SimpleNamespace(
-        kind=SimpleNamespace(unit=lambda problem, what: " au"), problem=None, error=error or 1.0,
-        own={"error": own, "seconds": np.nan, "integrator": "WHFast"}, passed=own <= (error or 1.0),
-        truth_agreement=agreement, trusted_until=until, source=SimpleNamespace(label="IAS15"),
+        kind=SimpleNamespace(unit=lambda problem, what: " au"),
+        problem=None,
+        error=error or 1.0,
+        own={"error": own, "seconds": np.nan, "integrator": "WHFast"},
+        passed=own <= (error or 1.0),
+        truth_agreement=agreement,
+        trusted_until=until,
+        source=SimpleNamespace(label="IAS15"),
         engines=("IAS15",),
-    )  # fmt: skip
+    )
     ((name, cases),) = junit_suites(found, Path("model.bin"), error).items()
     assert name == "model.bin" and [case.outcome for case in cases] == expected
 
@@ -154,9 +159,12 @@ def test_the_own_setting_is_read():
 
 def test_a_request_keeps_its_types_on_the_way_to_the_command():
     asked = JudgeRequest(
-        1.0, None, {"safe_mode": False, "dt": np.float64(0.1), "corrector": 17}, key="3",
+        1.0,
+        None,
+        {"safe_mode": False, "dt": np.float64(0.1), "corrector": 17},
+        key="3",
         qpos=np.array([0.5]),
-    )  # fmt: skip
+    )
     found = JudgeRequest.from_json(asked.to_json())
     assert found.own == {"safe_mode": False, "dt": 0.1, "corrector": 17} and found.key == "3"
     assert type(found.own["safe_mode"]) is bool and found.qpos == [0.5]
@@ -181,10 +189,13 @@ NUMBER = re.compile(r"(?<![\w])\d+(?:\.\d+)?(?:e-?\d+|·10[⁻⁰¹²³⁴⁵⁶
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 # What a slower machine may have given up or found otherwise, and times.
 LOOSE = (
-    r" It takes .*?\.(?= |$)", r" until t = [^,;.]*(?:\.\d+)?", r" up to t = [^;]*?slow",
+    r" It takes .*?\.(?= |$)",
+    r" until t = [^,;.]*(?:\.\d+)?",
+    r" up to t = [^;]*?slow",
     r" galvi degree \d+ agrees too, to [^ ]*\.(?= |$)",
-    r"(?<=rad or m is ).*", r"(?<= au is ).*",
-)  # fmt: skip
+    r"(?<=rad or m is ).*",
+    r"(?<= au is ).*",
+)
 
 
 def without_numbers(text):
@@ -214,9 +225,12 @@ def test_the_words_of_a_summary_are_compared_and_its_errors():
 @pytest.mark.slow_cases("archive")
 @pytest.mark.parametrize(("command", "shown"), SHOWN, ids=["archive", "arm"])
 def test_a_command_of_the_page_says_what_the_page_shows(
-    command, shown, tmp_path, monkeypatch,
+    command,
+    shown,
+    tmp_path,
+    monkeypatch,
     capsys,
-):  # fmt: skip
+):
     (tmp_path / "docs").symlink_to(ROOT / "docs")
     monkeypatch.chdir(tmp_path)
     script = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)

@@ -196,14 +196,19 @@ def test_the_manifest_has_the_digest_of_every_file_and_no_licence_is_invented(sm
     paths = [path for path in small_kit.rglob("*") if path.is_file()]
     digests = {
         str(path.relative_to(small_kit)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in paths if path.name != "manifest.json"
-    }  # fmt: skip
+        for path in paths
+        if path.name != "manifest.json"
+    }
     assert manifest["sha256"] == digests
     assert manifest["format"] == 1 and manifest["galvi"] == galvi.__version__
     assert "no licence file" in manifest["licences"]["models, numbers and texts"]
     assert not [path for path in ROOT.iterdir() if path.name.lower().startswith("licen")]
-    used = {key for kind in ("point_masses", "models") for name in manifest[kind]
-            for key in json.loads((small_kit / kind / f"{name}.json").read_text())}  # fmt: skip
+    used = {
+        key
+        for kind in ("point_masses", "models")
+        for name in manifest[kind]
+        for key in json.loads((small_kit / kind / f"{name}.json").read_text())
+    }
     described = {word for field in manifest["fields"] for word in field.split(", ")}
     assert used <= described
 

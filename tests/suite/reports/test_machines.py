@@ -13,8 +13,12 @@ from reports.results.origins import note_origin
 from reports.tables.readme import SPEED, TIMES, by_machine
 from tests.suite.reports.small_reports import suite_of, work_precision
 
-ORIGIN = {"date": "2026-01-02 03:04 UTC", "commit": "0123456789abcdef", "cpu": "EPYC 7",
-          "compiled for": "znver3, AVX2"}  # fmt: skip
+ORIGIN = {
+    "date": "2026-01-02 03:04 UTC",
+    "commit": "0123456789abcdef",
+    "cpu": "EPYC 7",
+    "compiled for": "znver3, AVX2",
+}
 HERE = {**ORIGIN, "cpu": "Xeon", "compiled for": "sapphirerapids, AVX-512"}
 
 
@@ -53,8 +57,11 @@ def test_a_folder_without_rows_or_with_rows_from_nowhere_is_refused(tmp_path):
     (nowhere / "provenance.json").unlink()
     narrow = report(tmp_path / "narrow")
     (narrow / "work_precision.csv").write_text("problem,error\np,1\n")
-    for folder, why in (("empty", "which has neither"), ("nowhere", "received none"),
-                        ("narrow", "without contender, settings, seconds, is_truth")):  # fmt: skip
+    for folder, why in (
+        ("empty", "which has neither"),
+        ("nowhere", "received none"),
+        ("narrow", "without contender, settings, seconds, is_truth"),
+    ):
         with pytest.raises(ValueError, match=why):
             merge(out, [good, tmp_path / folder])
         assert not out.exists()

@@ -155,8 +155,12 @@ def test_every_picture_has_a_size(pages):
 
 def test_times_that_were_spent_have_two_digits():
     assert [time_spent(time) for time in (0.456, 12.06, 119.0, 126.0, math.nan)] == [
-        "0.46 s", "12 s", "120 s", "2.1 min", "",
-    ]  # fmt: skip
+        "0.46 s",
+        "12 s",
+        "120 s",
+        "2.1 min",
+        "",
+    ]
 
 
 @pytest.mark.parametrize(

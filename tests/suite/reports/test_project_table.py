@@ -18,10 +18,17 @@ from tests.suite.reports.small_reports import ROW, claim, suite_of
 
 ROOT = Path(__file__).parents[3]
 VALUES = {
-    "contenders": '["mine:Leapfrog"]', "problems": '["mine:spring"]', "claims": '["V1", "V3"]',
-    "require": '["rebound"]', "timeout": "20", "fail-under": "50", "slower": "20.0",
-    "less-accurate": "5", "quick": "true", "out": '"results"',
-}  # fmt: skip
+    "contenders": '["mine:Leapfrog"]',
+    "problems": '["mine:spring"]',
+    "claims": '["V1", "V3"]',
+    "require": '["rebound"]',
+    "timeout": "20",
+    "fail-under": "50",
+    "slower": "20.0",
+    "less-accurate": "5",
+    "quick": "true",
+    "out": '"results"',
+}
 
 
 @pytest.fixture

@@ -168,9 +168,11 @@ def left(folder):
 
 
 IDS = [
-    "galvi: It::accuracy, Kepler, e = 0.3", "galvi: It::conservation, a: :b [1/2]",
-    "galvi: It::memory, x", "galvi: It::order",
-]  # fmt: skip
+    "galvi: It::accuracy, Kepler, e = 0.3",
+    "galvi: It::conservation, a: :b [1/2]",
+    "galvi: It::memory, x",
+    "galvi: It::order",
+]
 
 
 def test_items_stand_beside_the_tests_and_a_failure_is_its_sentence(faked):
@@ -189,9 +191,12 @@ def test_items_stand_beside_the_tests_and_a_failure_is_its_sentence(faked):
         for case in tree.parse(faked / "out.xml").iter("testcase")
     }
     assert cases == {
-        "tests.test_ours::test_ours": [], IDS[0]: [], IDS[1]: [], IDS[2]: ["skipped"],
+        "tests.test_ours::test_ours": [],
+        IDS[0]: [],
+        IDS[1]: [],
+        IDS[2]: ["skipped"],
         IDS[3]: ["failure"],
-    }  # fmt: skip
+    }
     assert left(faked) == []
 
 
@@ -210,8 +215,9 @@ def test_words_select_and_the_last_failures_are_run_again(faked):
     assert listed(marked) == [*IDS, *(name.replace("It", "Other") for name in IDS)]
     assert run(faked, *both, fake=True).returncode == 1
     assert listed(run(faked, *both, "--lf", "--collect-only", fake=True)) == [
-        IDS[3], IDS[3].replace("It", "Other")
-    ]  # fmt: skip
+        IDS[3],
+        IDS[3].replace("It", "Other"),
+    ]
 
 
 def test_workers_share_the_items_beside_a_benchmark_and_with_warnings_as_errors(faked):
@@ -299,10 +305,12 @@ def ends(folder, *words):
     assert done.returncode in (0, 1), done.stdout + done.stderr
     cases = tree.parse(folder / "out.xml").iter("testcase")
     return {
-        (case.get("classname", "").removeprefix("galvi: "), case.get("name", "").partition(",")[0]):
-        " ".join(part.text or "" for part in case.iter("failure"))
+        (
+            case.get("classname", "").removeprefix("galvi: "),
+            case.get("name", "").partition(",")[0],
+        ): " ".join(part.text or "" for part in case.iter("failure"))
         for case in cases
-    }  # fmt: skip
+    }
 
 
 def test_an_integrator_in_a_src_layout_is_checked_on_a_problem_of_the_project(tmp_path):

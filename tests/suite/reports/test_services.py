@@ -53,9 +53,11 @@ def test_verify_xml_and_its_annotations_point_at_the_class_and_have_the_numbers(
 def test_numbers_of_which_more_is_better_or_that_were_not_measured_are_left_out():
     rows = [
         replace(ROW, bound="order 2", quantity="error at the end, order"),
-        replace(ROW, bound="at least 1"), replace(ROW, verdict="not run"),
-        replace(ROW, measured=None), replace(ROW, bound="none", quantity="slope"),
-    ]  # fmt: skip
+        replace(ROW, bound="at least 1"),
+        replace(ROW, verdict="not run"),
+        replace(ROW, measured=None),
+        replace(ROW, bound="none", quantity="slope"),
+    ]
     assert row_metrics(rows) == []
     some = [replace(ROW, measured=np.int64(2), uncertainty=None, bound="below 3")]
     assert [one.value for one in row_metrics(some)] == [2.0]
@@ -134,17 +136,26 @@ def drawn(action: Path, folder: Path, commit: str) -> subprocess.CompletedProces
     (folder / "event.json").write_text(json.dumps(event))
     about = yaml.safe_load((action / "action.yml").read_text(encoding="utf-8"))["inputs"]
     inputs = {name: str(one.get("default", "")).lower() for name, one in about.items()} | {
-        "tool": "customSmallerIsBetter", "output-file-path": "track-benchmark-action.json",
-        "external-data-json-path": "data.json", "alert-threshold": "150%", "fail-on-alert": "true",
-    }  # fmt: skip
-    runner = {"GITHUB_EVENT_PATH": str(folder / "event.json"), "GITHUB_REPOSITORY": "a/b",
-              "GITHUB_STEP_SUMMARY": str(folder / "summary.md")}  # fmt: skip
+        "tool": "customSmallerIsBetter",
+        "output-file-path": "track-benchmark-action.json",
+        "external-data-json-path": "data.json",
+        "alert-threshold": "150%",
+        "fail-on-alert": "true",
+    }
+    runner = {
+        "GITHUB_EVENT_PATH": str(folder / "event.json"),
+        "GITHUB_REPOSITORY": "a/b",
+        "GITHUB_STEP_SUMMARY": str(folder / "summary.md"),
+    }
     (folder / "summary.md").touch()
     variables = {f"INPUT_{name.upper()}": text for name, text in inputs.items()}
     return subprocess.run(
-        ["node", action / "dist" / "src" / "index.js"], cwd=folder, capture_output=True, text=True,
+        ["node", action / "dist" / "src" / "index.js"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
         env=os.environ | runner | variables,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.slow(beside="test_metrics_are_of_benchers_format_whatever_the_names_are")

@@ -101,8 +101,13 @@ def test_a_link_that_leads_nowhere_is_found_and_outside_links_are_listed(tmp_pat
         (tmp_path / name).write_text(text)
     files = [tmp_path / name for name in texts]
     sentences = build.broken(tmp_path, files, {"results/claims.html": {"V1"}})
-    targets = ("../index.html#gone", "../odd.html", "../results/claims.html#V9", "none.html",
-               "picture.png")  # fmt: skip
+    targets = (
+        "../index.html#gone",
+        "../odd.html",
+        "../results/claims.html#V9",
+        "none.html",
+        "picture.png",
+    )
     assert sentences == [f"deep/one.html: the link to {one} leads nowhere." for one in targets]
     assert (tmp_path / build.OUTSIDE).read_text() == "https://example.org/x\n"
 
@@ -120,8 +125,14 @@ def test_a_card_of_the_gallery_has_the_first_picture_of_its_tutorial():
     assert card[0]["uri"] == "0.png" and card[0]["alt"] and plots[0] is not card[0]
 
 
-HIGH_ORDER = {"ias15": "IAS15", "bs": "BS", "whfast": "WHFast", "saba": "SABA", "trace": "TRACE",
-              "mercurius": "MERCURIUS"}  # fmt: skip
+HIGH_ORDER = {
+    "ias15": "IAS15",
+    "bs": "BS",
+    "whfast": "WHFast",
+    "saba": "SABA",
+    "trace": "TRACE",
+    "mercurius": "MERCURIUS",
+}
 
 
 def wrong_with_forces(page):

@@ -119,9 +119,15 @@ def powers(c, degree):
     return c[:, None] ** p, p * c[:, None] ** (p - 1), np.ones(degree)
 
 
-@pytest.mark.parametrize(("degree", "points", "make"), [
-    (4, 5, galvi.gauss), (3, 3, galvi.gauss), (3, 4, galvi.lobatto), (4, 4, galvi.lobatto),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("degree", "points", "make"),
+    [
+        (4, 5, galvi.gauss),
+        (3, 3, galvi.gauss),
+        (3, 4, galvi.lobatto),
+        (4, 4, galvi.lobatto),
+    ],
+)
 def test_the_step_on_a_vector_space_is_galvis(degree, points, make):
     problem, rule = galvi.problems.kepler(0.3), rule_of(points, make)
     method = galvi.Galerkin(galvi.Polynomials(degree), make(points))

@@ -182,8 +182,10 @@ LINE = {
     "symmetry": 2e-16, "name": "Gauss collocation, 2 stages", "status": "",
 }  # fmt: skip
 REFUSED = dict.fromkeys(("measured", "C_N", "symplecticity", "symmetry"), np.nan) | {
-    "name": "", "predicted": 0, "verdict": "ill-posed",
-}  # fmt: skip
+    "name": "",
+    "predicted": 0,
+    "verdict": "ill-posed",
+}
 WAVES = {"kind": "Fourier", "space": "Fourier(harmonics=1)"}
 
 
@@ -245,10 +247,15 @@ def runs(slower=70.0, better=20.0, fails=False, quantity=ATTITUDE):
     ]
     frame = pd.DataFrame(points, columns=["contender", "settings", "error", "seconds"])
     frame = frame.assign(
-        problem="body", quantity=quantity, is_truth=False, stops_early=False, status="",
+        problem="body",
+        quantity=quantity,
+        is_truth=False,
+        stops_early=False,
+        status="",
         reference="closed form",
-        seconds_low=frame["seconds"], seconds_high=frame["seconds"],
-    )  # fmt: skip
+        seconds_low=frame["seconds"],
+        seconds_high=frame["seconds"],
+    )
     return dependable(frame)
 
 
@@ -335,11 +342,16 @@ def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags():
     html = html_table(frame, 'Times "1" < 2', ["time"], [(0, "time")], id="times")
     counts = {
         'aria-label="Times &#34;1&#34; &lt; 2"><table id="times">': 1,
-        '<th scope="col">code</th>': 1, '<th scope="col" class="number">time</th>': 1,
-        '<th scope="row">a&lt;{b}</th>': 1, '<th scope="row">same</th>': 2, "<i>": 0,
-        '<td class="number best">1 s</td>': 1, '<td class="absent number">not reached</td>': 1,
-        '<td class="number"></td>': 1, "<td><a href='#q'>q</a></td>": 3,
-    }  # fmt: skip
+        '<th scope="col">code</th>': 1,
+        '<th scope="col" class="number">time</th>': 1,
+        '<th scope="row">a&lt;{b}</th>': 1,
+        '<th scope="row">same</th>': 2,
+        "<i>": 0,
+        '<td class="number best">1 s</td>': 1,
+        '<td class="absent number">not reached</td>': 1,
+        '<td class="number"></td>': 1,
+        "<td><a href='#q'>q</a></td>": 3,
+    }
     assert {part: html.count(part) for part in counts} == counts
     assert html_table(frame.head(0), "empty").count("<tr>") == 1
 
@@ -351,9 +363,17 @@ def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags():
 def test_a_tie_is_one_only_where_its_own_interval_holds_1(low, high, said, sentence):
     """Noise as large as a difference leaves it open who is faster, and by how much."""
     row = {
-        "problem": "body", "error": 1e-4, "contender": "B", "settings": "", "seconds": 1.0,
-        "ratio": 0.5 * (low + high), "low": low, "high": high, "outcome": TIE, "closer": np.nan,
-    }  # fmt: skip
+        "problem": "body",
+        "error": 1e-4,
+        "contender": "B",
+        "settings": "",
+        "seconds": 1.0,
+        "ratio": 0.5 * (low + high),
+        "low": low,
+        "high": high,
+        "outcome": TIE,
+        "closer": np.nan,
+    }
     assert _cell(row).startswith(said)
     assert sentence in _outcome(1.0, pd.Series(row))[0]
 
@@ -447,9 +467,14 @@ def test_the_fastest_code_at_each_error_is_named_with_galvis_beside_it():
     ]
     table = pd.DataFrame(rows, columns=["contender", "settings", "error", "seconds"])
     table = table.assign(
-        problem=KEPLER, quantity=POSITION, smallest=table["error"], largest=table["error"],
-        is_truth=False, stops_early=False, status="",
-    )  # fmt: skip
+        problem=KEPLER,
+        quantity=POSITION,
+        smallest=table["error"],
+        largest=table["error"],
+        is_truth=False,
+        stops_early=False,
+        status="",
+    )
     (line,) = readme.choices(table).splitlines()[2:]
     cells = cells_of(line)
     assert cells[0] == "Kepler, e = 0.6" and cells[1].startswith("**galvi degree 8, step=0.2")

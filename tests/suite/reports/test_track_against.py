@@ -60,8 +60,9 @@ def stub(work=20_000, iterations=5):
 def git(folder, *words):
     own = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
     name = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"]
-    subprocess.run(["git", *name, *words], cwd=folder, env=os.environ | own, check=True,
-                   capture_output=True)  # fmt: skip
+    subprocess.run(
+        ["git", *name, *words], cwd=folder, env=os.environ | own, check=True, capture_output=True
+    )
 
 
 def write(folder, text):

@@ -181,8 +181,11 @@ def test_another_machine_or_version_is_another_series(kept):
         {"versions": {"numba": "2", "numpy": "2"}},
         {"yardstick": {"name": "another", "seconds": 0.5}},
     )
-    benches = {f"{k}_{n}": bench(k, 1.0 + n, **other)
-               for k in range(6) for n, other in enumerate(({}, *others))}  # fmt: skip
+    benches = {
+        f"{k}_{n}": bench(k, 1.0 + n, **other)
+        for k in range(6)
+        for n, other in enumerate(({}, *others))
+    }
     found = history(kept(**benches).parent).places
     assert len({place.name for place in found}) == 4
     for n, place in enumerate(sorted(found, key=lambda place: place.rows[TIME].iloc[0])):
@@ -234,9 +237,14 @@ def test_the_page_has_each_machine_its_pictures_its_slowest_commit_and_its_start
         kept(**{f"b{k}": one}, other=bench(1, cpu="Quite another"), bad="{")
     assert ask("track").status == 0
     page = Path("out/results/history.html").read_text()
-    for text in ("Quite another", "bad.json: ", "shown separately", "fastest: 000000000003+",
-                 "Slowest commit: 000000000002, at 2.86 times the median",
-                 "So few runs cannot tell a change from noise."):  # fmt: skip
+    for text in (
+        "Quite another",
+        "bad.json: ",
+        "shown separately",
+        "fastest: 000000000003+",
+        "Slowest commit: 000000000002, at 2.86 times the median",
+        "So few runs cannot tell a change from noise.",
+    ):
         assert text in page
     assert page.count("<img ") == 2 and Path("out/figures/track-kepler-degree-8.svg").exists()
     for cell in ("7.25", "3.50", "9.00", "180"):

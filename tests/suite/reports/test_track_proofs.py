@@ -159,9 +159,11 @@ def test_a_planted_fault_goes_red_at_its_gate(tree, tmp_path, fault):
     outcome = compared(tree, head, chosen(fault.cases))
     print()
     for finding in outcome.findings:
-        print(f"{fault.name} | {finding.name} | {'; '.join(finding.alarms.values()) or '-'} | "
-              f"time {100 * finding.growth:+.1f} %, p = {finding.p:.1e} | "
-              f"{' '.join(finding.notes)}")  # fmt: skip
+        print(
+            f"{fault.name} | {finding.name} | {'; '.join(finding.alarms.values()) or '-'} | "
+            f"time {100 * finding.growth:+.1f} %, p = {finding.p:.1e} | "
+            f"{' '.join(finding.notes)}"
+        )
     assert outcome.worse, str(outcome)
     for gate in fault.gates:
         assert any(gate in finding.alarms for finding in outcome.worse), str(outcome)

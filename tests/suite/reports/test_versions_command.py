@@ -51,8 +51,11 @@ def test_sentences_a_table_and_json_say_what_changed_and_what_failed(folder, mon
     written = json.loads(Path("out/versions.json").read_text())
     assert written["summary"] == printed.splitlines()[:-1]
     assert {each["quantity"] for each in written["changes"]} == {
-        "order", "positions", "velocities", "energy",
-    }  # fmt: skip
+        "order",
+        "positions",
+        "velocities",
+        "energy",
+    }
     assert written["releases"][0]["order"] is None
 
 
@@ -86,7 +89,9 @@ def test_the_command_of_the_page_says_what_the_page_shows(folder, capsys):
         pytest.skip("the page shows MuJoCo 4.0.1")
     for said, line in zip(out.splitlines(), shown.splitlines(), strict=True):
         assert NUMBER.sub("#", said.split(" (")[0]) == NUMBER.sub("#", line.split(" (")[0])
-    errors = [next(line for line in text.splitlines() if line.startswith("At its own step"))
-              for text in (out, shown)]  # fmt: skip
+    errors = [
+        next(line for line in text.splitlines() if line.startswith("At its own step"))
+        for text in (out, shown)
+    ]
     numbers = [[float(x) for x in NUMBER.findall(line)] for line in errors]
     assert numbers[0] == pytest.approx(numbers[1], rel=0.02)  # errors

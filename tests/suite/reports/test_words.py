@@ -132,8 +132,17 @@ def test_what_the_row_above_or_all_rows_say_is_not_said_again():
         ([(1.0, math.nan)], "galvi is fastest at 10⁻⁴"),
         ([(math.nan, math.nan)], "nobody reaches 10⁻⁴"),
         (
-            [(1.0, 2.0), (1.6, 1.0), (1.7, 1.0), (3.0, 4.0), (3.0, 4.0), (2.0, 1.0),
-             (math.nan, 1.0), (math.nan, math.nan), (math.nan, math.nan)],
+            [
+                (1.0, 2.0),
+                (1.6, 1.0),
+                (1.7, 1.0),
+                (3.0, 4.0),
+                (3.0, 4.0),
+                (2.0, 1.0),
+                (math.nan, 1.0),
+                (math.nan, math.nan),
+                (math.nan, math.nan),
+            ],
             "peer wins from 10⁻⁵ to 10⁻⁶ (1.6 to 1.7 times faster), at 10⁻⁹ (2.0 times faster), at "
             "10⁻¹⁰ (not reached by galvi); galvi is fastest at 10⁻⁴, from 10⁻⁷ to 10⁻⁸; nobody "
             "reaches 10⁻¹¹ to 10⁻¹²",
@@ -144,7 +153,7 @@ def test_what_the_row_above_or_all_rows_say_is_not_said_again():
             "accurate as asked), at 10⁻⁶",
         ),
     ],
-)  # fmt: skip
+)
 def test_who_wins_is_said_from_the_times_of_galvi_and_a_peer(times, said):
     rows = []
     for k, (ours, peer, *closer) in enumerate(times, 4):
@@ -242,8 +251,10 @@ def overfull(folder, table):
     (folder / "table.tex").write_text(document, encoding="utf-8")
     subprocess.run(
         ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "table.tex"],
-        cwd=folder, check=True, capture_output=True,
-    )  # fmt: skip
+        cwd=folder,
+        check=True,
+        capture_output=True,
+    )
     log = (folder / "table.log").read_text(encoding="utf-8", errors="replace")
     return [float(width) for width in re.findall(r"Overfull \\hbox \(([\d.]+)pt", log)]
 
@@ -272,8 +283,13 @@ def test_signs_of_tex_and_of_mathematics_are_text():
 
 
 def test_a_caption_names_machine_versions_and_commit():
-    origin = {"date": "today", "cpu": "a CPU", "numpy": "2.4", "heyoka": "not installed",
-              "commit": "0123456789abcdef"}  # fmt: skip
+    origin = {
+        "date": "today",
+        "cpu": "a CPU",
+        "numpy": "2.4",
+        "heyoka": "not installed",
+        "commit": "0123456789abcdef",
+    }
     said = "Cost. Measured today; a CPU; numpy 2.4; commit 0123456789ab."
     assert caption_of("cost", origin) == said
 

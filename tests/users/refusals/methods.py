@@ -76,34 +76,35 @@ RULES = (
      galvi.composite, galvi.gauss(2), 0),
 )  # fmt: skip
 SPACES = (
-    (WRONG, "first basis function of a space must be the constant 1; that of",
-     own(broken="constant")),
-    (WRONG, "basis of Bernstein must be finite .* received nan for function 2",
-     own(broken="nan")),
-    (WRONG, "basis of Bernstein must return real numbers of shape",
-     own(broken="complex")),
-    (WRONG, r"return .*\(1, 4\) for t of shape \(1,\); received .*\(4, 1\)",
-     own(broken="turned")),
-    (WRONG, r"derivative of Bernstein must return .* received shape \(1,\)",
-     own(broken="flat")),
-    (WRONG, "must be that of its basis; function 2 differs from its difference",
-     own(broken="sign")),
-    (WRONG, "degree of Bernstein must be a whole number from 0 to 3; received 4",
-     own(degree=4)),
-    (WRONG, "dimension of Bernstein must be a whole number of at least 2",
-     own(dimension=1)),
-    (WRONG, "exact of Bernstein must be True or False; received 'yes'",
-     own(exact="yes")),
-    (WRONG, "exact of Bernstein must be False unless its functions .*decimal",
-     own(exact=True)),
+    (
+        WRONG,
+        "first basis function of a space must be the constant 1; that of",
+        own(broken="constant"),
+    ),
+    (WRONG, "basis of Bernstein must be finite .* received nan for function 2", own(broken="nan")),
+    (WRONG, "basis of Bernstein must return real numbers of shape", own(broken="complex")),
+    (WRONG, r"return .*\(1, 4\) for t of shape \(1,\); received .*\(4, 1\)", own(broken="turned")),
+    (WRONG, r"derivative of Bernstein must return .* received shape \(1,\)", own(broken="flat")),
+    (
+        WRONG,
+        "must be that of its basis; function 2 differs from its difference",
+        own(broken="sign"),
+    ),
+    (WRONG, "degree of Bernstein must be a whole number from 0 to 3; received 4", own(degree=4)),
+    (WRONG, "dimension of Bernstein must be a whole number of at least 2", own(dimension=1)),
+    (WRONG, "exact of Bernstein must be True or False; received 'yes'", own(exact="yes")),
+    (WRONG, "exact of Bernstein must be False unless its functions .*decimal", own(exact=True)),
     (ValueError, r"it lacks one of degree 1, by .* Say degree = 0", pair(Even())),
     (TypeError, r"a space must have dimension, .* lacks degree", pair(Nameless())),
     (TypeError, r"a space must be hashable, .* Make it a frozen dataclass", pair(Changeable())),
     (ValueError, "is inconsistent" + ON_PIECES, pair(PIECES, galvi.gauss(8))),
     (ValueError, "is ill-posed" + ON_PIECES, pair(PIECES, galvi.composite(galvi.gauss(1), 3))),
     (ValueError, "a degree for each of the 2 components; received 3", unlike(4, 4, 4)),
-    (ValueError, "for Canonical and Lagrangian systems",
-     unlike(*(3,) * OUTER.v0.size, problem=OUTER)),
+    (
+        ValueError,
+        "for Canonical and Lagrangian systems",
+        unlike(*(3,) * OUTER.v0.size, problem=OUTER),
+    ),
     *(
         (ValueError, "degrees", partial(galvi.ComponentPolynomials, degrees))
         for degrees in ((), (4, 0), "44")
@@ -117,11 +118,16 @@ SPACES = (
         (ValueError, "harmonics must be a whole number from 1 to 64; received", partial(*of))
         for of in product((galvi.Fourier, partial(galvi.PolynomialFourier, 2)), (0, 65))
     ),
-    (ValueError, "must be at most 512 radians a step; received 10 times",
-     galvi.Fourier, 10, 60.0),
-    (ValueError, "must differ from polynomials and from each other",
-     galvi.PolynomialFourier, 4, 8, 1e-3),
-)  # fmt: skip
+    (ValueError, "must be at most 512 radians a step; received 10 times", galvi.Fourier, 10, 60.0),
+    (
+        ValueError,
+        "must differ from polynomials and from each other",
+        galvi.PolynomialFourier,
+        4,
+        8,
+        1e-3,
+    ),
+)
 PAIRS = (
     *(
         (ValueError, "is ill-posed: a free particle has no unique motion",

@@ -383,5 +383,11 @@ ACTIONS = (
         events=galvi.Event(ending, action=lambda q, v, t: (q, -v)),
     )) for every, words in ((1, "that actions of events changed"), (2, "with actions of events"))),
 )  # fmt: skip
-TABLE = {"runs": SINGLE, "actions": ACTIONS, "many runs": MANY, "ensembles": ENSEMBLES,
-         "asked of runs": ASKED, "events": EVENTS}  # fmt: skip
+TABLE = {
+    "runs": SINGLE,
+    "actions": ACTIONS,
+    "many runs": MANY,
+    "ensembles": ENSEMBLES,
+    "asked of runs": ASKED,
+    "events": EVENTS,
+}

@@ -20,8 +20,12 @@ STUMPFF_TERMS = 12  # terms of the series of c6 and c7, for u up to SERIES_REACH
 SERIES_REACH = 9.0  # largest u at which the series are summed
 ONE_OVER = np.array([1.0 / math.factorial(k) for k in range(10 + 2 * STUMPFF_TERMS)])
 # What rounding lost of 1 / k!, always of the same sign: without it, energies drift.
-LOST = np.array([float(1 / Fraction(math.factorial(k)) - Fraction(x))
-                 for k, x in enumerate(ONE_OVER[:6].tolist())])  # fmt: skip
+LOST = np.array(
+    [
+        float(1 / Fraction(math.factorial(k)) - Fraction(x))
+        for k, x in enumerate(ONE_OVER[:6].tolist())
+    ]
+)
 LANE_SERIES = [[(-1.0) ** j / math.factorial(2 * j + k) for j in range(11)] for k in (6, 7)]
 
 

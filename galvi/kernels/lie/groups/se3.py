@@ -33,9 +33,10 @@ def minus(v, w):
 def combination(a, v, b, w, c, x):
     """a v + b w + c x of triples."""
     return (
-        a * v[0] + b * w[0] + c * x[0], a * v[1] + b * w[1] + c * x[1],
+        a * v[0] + b * w[0] + c * x[0],
+        a * v[1] + b * w[1] + c * x[1],
         a * v[2] + b * w[2] + c * x[2],
-    )  # fmt: skip
+    )
 
 
 @generic
@@ -95,9 +96,10 @@ def shift_bend(chart, w, v, F, a):
     x, y, z = combination(first, a, b, v, c, F)
     q = 2.0 * e1 * p
     return (
-        x + radial * w[0] + q * turn[0], y + radial * w[1] + q * turn[1],
+        x + radial * w[0] + q * turn[0],
+        y + radial * w[1] + q * turn[1],
         z + radial * w[2] + q * turn[2],
-    )  # fmt: skip
+    )
 
 
 @generic
