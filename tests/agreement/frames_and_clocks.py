@@ -90,13 +90,15 @@ def in_plane_orbit(system: Any) -> galvi.Problem:
     return galvi.Problem(system, [1.0, 0.0], [0.0, 0.8], 0.5)
 
 
-def in_clock(make: Any, step: float, clock: Any, steps: int = 10, **more: Any) -> Row:
-    return Row(make, step, "clock", steps, None, {"clock": clock}, **more)
+def in_clock(make: Any, step: float, clock: Any, steps: int = 10, **options: Any) -> Row:
+    return Row(make, step, "clock", steps, None, {"clock": clock}, **options)
 
 
-def to_time(make: Any, step: float, clock: Any, duration: float, **more: Any) -> Row:
+def to_time(make: Any, step: float, clock: Any, duration: float, **options: Any) -> Row:
     """A row in a clock whose oracle is the motion in time."""
-    return Row(make, step, "clock", None, duration, {"clock": clock}, oracle=in_short_steps, **more)
+    return Row(
+        make, step, "clock", None, duration, {"clock": clock}, oracle=in_short_steps, **options
+    )
 
 
 # Where a run ends, rounding of the time moves places most: 11 to 23 units, by its last bits.

@@ -242,25 +242,25 @@ def among_many(cell: Cell) -> None:
 AT_EVENTS = 1e5  # bound on gaps at events, 2e-11, in units of ROUND_OFF
 
 
-def crossing(cell: Cell, **more: Any) -> galvi.Event:
+def crossing(cell: Cell, **options: Any) -> galvi.Event:
     """An event where the first entry of a configuration passes what it is at 0.41 of the run."""
     run = cell.run()
     level = float(np.ravel(run(run.t[0] + 0.41 * (run.t[-1] - run.t[0])))[0])
-    return galvi.Event(lambda q, v, t: np.ravel(q)[0] - level, **more)
+    return galvi.Event(lambda q, v, t: np.ravel(q)[0] - level, **options)
 
 
 def with_events(cell: Cell) -> None:
     """Found, ending the run, and changing its velocity."""
     full = cell.run()
-    for more in ({}, {"terminal": True}, {"action": lambda q, v, t: (q, 0.99 * v)}):
-        event = crossing(cell, **more)
+    for options in ({}, {"terminal": True}, {"action": lambda q, v, t: (q, 0.99 * v)}):
+        event = crossing(cell, **options)
         run, truth = cell.run(events=event), cell.truth(events=event)
         assert run.success and len(run.events) == len(truth.events) > 0
-        assert (run.outcome.end is galvi.End.STOPPED_BY_EVENT) is ("terminal" in more)
+        assert (run.outcome.end is galvi.End.STOPPED_BY_EVENT) is ("terminal" in options)
         assert relative_gap(run.events.t, truth.events.t) < AT_EVENTS
         assert relative_gap(run.q[-1], truth.q[-1]) < AT_EVENTS
         assert relative_gap(run.t[-1], truth.t[-1]) < AT_EVENTS
-        if not more:
+        if not options:
             same_bits(run, full)
     assert relative_gap(run.q[-1], full.q[-1]) > 1e6
 
@@ -379,7 +379,7 @@ ROBUST = [name for name in ROWS if not name.startswith((*UNSTABLE, "frame: the M
 def check_drawn(
     name: str,
     degree: int,
-    more: int,
+    extra_points: int,
     share: float,
     back: bool,
     seed: int,
@@ -389,8 +389,8 @@ def check_drawn(
     row = ROWS[name]
     moving = {} if row.moving else {"chart": chart}
     if row.engine != "lanes":  # of which some take square methods alone
-        degree, more = max(degree, 16 if row.oracle is in_short_steps else 5), 0
-    cell = replace(row, step=share * row.step).by(degree, degree + more, **moving)
+        degree, extra_points = max(degree, 16 if row.oracle is in_short_steps else 5), 0
+    cell = replace(row, step=share * row.step).by(degree, degree + extra_points, **moving)
     cell = cell.of(perturbed(row.problem, seed))
     ask = ask if row.duration is None else check
     ask(cell.backwards() if back else cell)
@@ -407,7 +407,7 @@ OF_ANY_CELL = {
 @given(
     name=st.sampled_from([name for name in ROBUST if not ROWS[name].slow]),
     degree=st.integers(2, 6),
-    more=st.integers(0, 2),
+    extra_points=st.integers(0, 2),
     **OF_ANY_CELL,
 )
 @settings(max_examples=60)
@@ -419,7 +419,7 @@ def test_drawn_cells_agree(**drawn: Any) -> None:
 @given(
     name=st.sampled_from(ROBUST),
     degree=st.integers(2, 24),
-    more=st.integers(0, 12),
+    extra_points=st.integers(0, 12),
     ask=st.sampled_from((check, thinned, resumed, members_agree)),
     **OF_ANY_CELL,
 )
@@ -434,15 +434,15 @@ def test_many_drawn_cells_agree(**drawn: Any) -> None:
     size=st.integers(0, 3),
     seed=st.integers(0, 999),
     degree=st.sampled_from((1, 2, 5, 8, 9)),
-    more=st.sampled_from((0, 1, 3)),
+    extra_points=st.sampled_from((0, 1, 3)),
     back=st.booleans(),
 )
 @settings(max_examples=10)
 def test_a_built_in_potential_with_any_masses_agrees(
-    potential: str, masses: str, size: int, seed: int, degree: int, more: int, back: bool
+    potential: str, masses: str, size: int, seed: int, degree: int, extra_points: int, back: bool
 ) -> None:
     make = partial(on_vector_spaces.in_potential, potential, masses, size, seed)
-    cell = Row(make, 0.05).by(degree, degree + more)
+    cell = Row(make, 0.05).by(degree, degree + extra_points)
     check(cell.backwards() if back else cell)
 
 
@@ -606,11 +606,11 @@ def test_a_space_of_slopes_that_is_off_by_a_billionth_is_seen() -> None:
 def test_a_slip_of_one_lane_in_the_tables_for_fours_is_seen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    sound = lagrangian.tables_on_space
+    tables_on_space = lagrangian.tables_on_space
 
     def slipped(table: Any, degrees: Any, form: Any) -> Any:
-        made = sound(table, degrees, form)
-        return made._replace(tables=np.roll(made.tables, form.lanes == 4, axis=1))
+        arrays = tables_on_space(table, degrees, form)
+        return arrays._replace(tables=np.roll(arrays.tables, form.lanes == 4, axis=1))
 
     monkeypatch.setattr(lagrangian, "tables_on_space", slipped)
     with pytest.raises(AssertionError):

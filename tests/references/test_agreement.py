@@ -141,9 +141,9 @@ def test_scipy_has_forces_of_point_masses(dimension):
     forces = galvi.Relativity(20.0, 0, "potential"), galvi.PowerLaw(0, 1e-3, -2.5)
     problem = galvi.Problem(galvi.NBody([1.0, 1e-3], 1.0, forces), q, v)
     method = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12))
-    ours = galvi.integrate(problem, method, 0.1, 60).q[-1]
-    theirs = DOP853.run(problem, 6.0, {"samples": 3, **TIGHT}).q[-1]
-    assert np.abs(theirs - ours).max() < 1e-11  # 2e-12; without the forces 0.1
+    by_galvi = galvi.integrate(problem, method, 0.1, 60).q[-1]
+    by_scipy = DOP853.run(problem, 6.0, {"samples": 3, **TIGHT}).q[-1]
+    assert np.abs(by_scipy - by_galvi).max() < 1e-11  # 2e-12; without the forces 0.1
 
 
 @pytest.mark.parametrize(
@@ -207,15 +207,17 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("read", "setting", "words"), REFUSED)
-def test_a_setting_that_makes_no_sense_is_refused(read, setting, words):
-    with pytest.raises(ValueError, match=words):
+@pytest.mark.parametrize(("read", "setting", "message"), REFUSED)
+def test_a_setting_that_makes_no_sense_is_refused(read, setting, message):
+    with pytest.raises(ValueError, match=message):
         read(1.0, setting)
 
 
-@pytest.mark.parametrize(("every", "saved"), [(4, [0, 4, 8, 10]), (5, [0, 5, 10]), (99, [0, 10])])
-def test_saved_steps_hold_the_first_every_kth_and_the_last(every, saved):
-    steps = fixed_steps(1.0, {"step": 0.1 * (1 + 5e-10), "save_every": every})
+@pytest.mark.parametrize(
+    ("save_every", "saved"), [(4, [0, 4, 8, 10]), (5, [0, 5, 10]), (99, [0, 10])]
+)
+def test_saved_steps_hold_the_first_every_kth_and_the_last(save_every, saved):
+    steps = fixed_steps(1.0, {"step": 0.1 * (1 + 5e-10), "save_every": save_every})
     assert steps.count == 10 and steps.saved.tolist() == saved
 
 
@@ -266,16 +268,18 @@ def test_evaluations_are_counted_and_the_last_force_is_used_again():
 
 @pytest.mark.parametrize("method", METHODS, ids=NAMES)
 def test_keeping_fewer_states_does_not_change_them(method):
-    every = method.run(ORBIT, 1.0, {"step": 0.01})
+    full = method.run(ORBIT, 1.0, {"step": 0.01})
     seventh = method.run(ORBIT, 1.0, {"step": 0.01, "save_every": 7})
-    kept = [*range(0, 100, 7), 100]
-    assert np.array_equal(seventh.q, every.q[kept]) and np.array_equal(seventh.t, every.t[kept])
+    saved_steps = [*range(0, 100, 7), 100]
+    assert np.array_equal(seventh.q, full.q[saved_steps]) and np.array_equal(
+        seventh.t, full.t[saved_steps]
+    )
 
 
 def test_a_long_run_is_the_same_whether_or_not_it_is_cut_into_calls(monkeypatch):
-    whole = STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001})
+    uncut = STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001})
     monkeypatch.setattr("references.textbook.nystrom.CHUNK", 7)
-    assert np.array_equal(STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001}).q, whole.q)
+    assert np.array_equal(STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001}).q, uncut.q)
 
 
 def raises(q):
@@ -303,14 +307,16 @@ def test_a_force_that_raises_stops_the_run_and_one_that_turns_nan_ends_it(method
     first = run.failed_step
     assert not run.success and 40 < first < 50 and f"tep {first}," in run.status
     assert run.counts["steps"] == first - 1
-    done = np.append(np.arange(0, 200, 3), 200) < first
+    completed = np.append(np.arange(0, 200, 3), 200) < first
     for states in (run.q, run.p):
-        assert np.all(np.isfinite(states[done])) and np.all(np.isnan(states[~done]))
+        assert np.all(np.isfinite(states[completed])) and np.all(np.isnan(states[~completed]))
 
 
 def test_bodies_that_meet_end_the_run():
-    apart = galvi.Problem(galvi.NBody([1.0, 1.0]), [[-0.5, 0.0], [0.5, 0.0]], [[1.0, 0], [-1.0, 0]])
-    run = EXPLICIT_EULER.run(apart, 2.0, {"step": 0.5})
+    problem = galvi.Problem(
+        galvi.NBody([1.0, 1.0]), [[-0.5, 0.0], [0.5, 0.0]], [[1.0, 0], [-1.0, 0]]
+    )
+    run = EXPLICIT_EULER.run(problem, 2.0, {"step": 0.5})
     assert not run.success and run.failed_step == 2 and "bodies met" in run.status
     assert np.all(np.isnan(run.q[2:])) and np.all(np.isfinite(run.q[:2]))
 

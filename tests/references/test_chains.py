@@ -41,7 +41,7 @@ PROBLEMS = {
 }
 DURATION = 2.0
 ROUNDING = 2e-13  # of DOP853 and of galvi after that time; 4e-14 with 120 steps
-every = pytest.mark.parametrize("name", PROBLEMS)
+every_problem = pytest.mark.parametrize("name", PROBLEMS)
 
 
 @pytest.fixture(scope="module")
@@ -52,34 +52,34 @@ def truths():
     }
 
 
-def apart(run, truth) -> float:
+def final_error(run, truth) -> float:
     assert run.success, run.status
     return float(max(np.abs(run.q[-1] - truth.q[-1]).max(), np.abs(run.p[-1] - truth.p[-1]).max()))
 
 
 @pytest.mark.slow_cases("double pendulum")
-@every
+@every_problem
 def test_galvi_and_dop853_agree_within_their_errors(name, truths):
     coarse, fine = (
         galvi.integrate(PROBLEMS[name], EIGHT, DURATION / n, n, save_every=n) for n in (30, 120)
     )
-    own = float(np.abs(fine.q[-1] - coarse.q[-1]).max())
-    assert apart(coarse, truths[name]) < 10.0 * own + ROUNDING
-    assert apart(fine, truths[name]) < 1e-6 * own + ROUNDING
+    own_error = float(np.abs(fine.q[-1] - coarse.q[-1]).max())
+    assert final_error(coarse, truths[name]) < 10.0 * own_error + ROUNDING
+    assert final_error(fine, truths[name]) < 1e-6 * own_error + ROUNDING
 
 
 @needs_mujoco
-@every
+@every_problem
 def test_mujoco_and_dop853_agree_within_their_errors(name, truths):
     for engine, step, bound in ((MUJOCO_RK4, 2.0**-10, 1e-7), (MUJOCO_IMPLICIT, 2.0**-13, 0.1)):
         run = engine.run(PROBLEMS[name], DURATION, {"step": step, "save_every": 10**6})
         assert (
-            apart(run, truths[name]) < bound
+            final_error(run, truths[name]) < bound
         )  # 2e-8 of the three points, 3e-2 of the double pendulum
 
 
 @needs_mujoco
-@every
+@every_problem
 def test_mujocos_own_energies_are_those_of_the_lagrangian(name):
     run = MUJOCO_RK4.run(PROBLEMS[name], 1.0, {"step": 2.0**-9, "save_every": 128})
     energies = mujoco_engine.energies(run)
@@ -93,12 +93,12 @@ def test_a_wrong_model_is_caught(fault, truths, monkeypatch):
     name = "double pendulum" if fault == "one point too many" else "chain of 5 rods"
 
     def wrong(chain):
-        m, l, made = chain.masses, chain.lengths, mujoco_chain(chain)
+        m, l, model = chain.masses, chain.lengths, mujoco_chain(chain)
         if fault == "half a rod's moment":
-            return MujocoChain(l, m, made.levers, 0.5 * made.moments, chain.gravity)
+            return MujocoChain(l, m, model.levers, 0.5 * model.moments, chain.gravity)
         if fault == "one point too many":
-            return MujocoChain(l, 2.0 * made.masses, made.levers, made.moments, chain.gravity)
-        return made
+            return MujocoChain(l, 2.0 * model.masses, model.levers, model.moments, chain.gravity)
+        return model
 
     if fault == "absolute angles":
         monkeypatch.setattr(mujoco_engine, "to_mujoco", lambda joint, q, v: (q, v))
@@ -106,14 +106,14 @@ def test_a_wrong_model_is_caught(fault, truths, monkeypatch):
     mujoco_engine.compiled.cache_clear()
     run = MUJOCO_RK4.run(PROBLEMS[name], DURATION, {"step": 2.0**-8, "save_every": 10**6})
     mujoco_engine.compiled.cache_clear()
-    assert apart(run, truths[name]) > 1e-2
+    assert final_error(run, truths[name]) > 1e-2
 
 
 @needs_heyoka
 @pytest.mark.parametrize("name", ["double pendulum, uneven", "one rod"])
 def test_heyoka_and_dop853_agree(name, truths):
     run = HEYOKA_CHAIN.run(PROBLEMS[name], DURATION, {"samples": 1, "compact_mode": True})
-    assert apart(run, truths[name]) < 5e-13  # 4e-14
+    assert final_error(run, truths[name]) < 5e-13  # 4e-14
     assert HEYOKA_CHAIN_QUADRUPLE.exact and not HEYOKA_CHAIN.exact
 
 
@@ -122,11 +122,11 @@ def test_the_double_pendulum_is_chaotic_and_this_is_how_fast():
     there is half a unit, and an error of 1e-16 would be 1e-8 at the end.
     """
     problem = PROBLEMS["double pendulum"]
-    near = problem.with_initial_state(problem.q0 + 1e-9, problem.v0)
+    neighbour = problem.with_initial_state(problem.q0 + 1e-9, problem.v0)
     setting = {"samples": 10, "tolerance": 1e-13}
-    a, b = (CHAIN_DOP853.run(one, 10.0, setting).q for one in (problem, near))
-    apart = np.linalg.norm(a - b, axis=1)
-    assert 0.3 < 10.0 / np.log(apart[-1] / apart[0]) < 0.8  # 0.53
+    a, b = (CHAIN_DOP853.run(start, 10.0, setting).q for start in (problem, neighbour))
+    distances = np.linalg.norm(a - b, axis=1)
+    assert 0.3 < 10.0 / np.log(distances[-1] / distances[0]) < 0.8  # 0.53
 
 
 def test_damping_keeps_a_chain_and_agrees_with_galvi(truths):
@@ -134,26 +134,26 @@ def test_damping_keeps_a_chain_and_agrees_with_galvi(truths):
         PROBLEMS["double pendulum"],
         system=replace(PROBLEMS["double pendulum"].system, force=lambda q, v: -0.3 * v),
     )
-    taken = [c.name for c in REFERENCES if c.supports(damped)]
-    assert taken == [CHAIN_DOP853.name]
+    supporting = [c.name for c in REFERENCES if c.supports(damped)]
+    assert supporting == [CHAIN_DOP853.name]
     truth = CHAIN_DOP853.run(damped, 2.0, TIGHT)
-    mine = galvi.integrate(damped, EIGHT, 0.02, 100)
-    assert np.max(np.abs(mine.q[-1] - truth.q[-1])) < 1e-12  # 1.5e-14 when this was written
+    by_galvi = galvi.integrate(damped, EIGHT, 0.02, 100)
+    assert np.max(np.abs(by_galvi.q[-1] - truth.q[-1])) < 1e-12  # 1.5e-14 when this was written
     assert np.max(np.abs(truths["double pendulum"].q[-1] - truth.q[-1])) > 0.1
 
 
 def test_slopes_that_are_a_chains_own_keep_its_references_and_others_do_not(monkeypatch):
     problem = PROBLEMS["double pendulum"]
-    system, own = problem.system, problem.system.function.slopes
+    system, slopes = problem.system, problem.system.function.slopes
     names = [c.name for c in REFERENCES if c.supports(problem)]
-    given = replace(system, slopes=lambda q, v: own(q, v))
-    assert [c.name for c in REFERENCES if c.supports(replace(problem, system=given))] == names
+    same_slopes = replace(system, slopes=lambda q, v: slopes(q, v))
+    assert [c.name for c in REFERENCES if c.supports(replace(problem, system=same_slopes))] == names
     assert len(names) >= 3
-    other = replace(system, slopes=lambda q, v: 1.001 * own(q, v), check=False)
+    scaled_slopes = replace(system, slopes=lambda q, v: 1.001 * slopes(q, v), check=False)
     copy = galvi.Lagrangian(lambda q, v: system.function(q, v), galvi.Rn(2))
     chains = (CHAIN_DOP853, HEYOKA_CHAIN, MUJOCO_RK4, STORED_CHAIN)
-    for not_a_chain in (other, copy):
+    for not_a_chain in (scaled_slopes, copy):
         assert not any(c.supports(replace(problem, system=not_a_chain)) for c in chains)
-    assert not [c.name for c in REFERENCES if c.supports(replace(problem, system=other))]
+    assert not [c.name for c in REFERENCES if c.supports(replace(problem, system=scaled_slopes))]
     monkeypatch.setitem(sys.modules, "heyoka", None)
     assert "Install heyoka" in HEYOKA_CHAIN.missing

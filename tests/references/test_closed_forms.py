@@ -118,9 +118,9 @@ def test_every_angle_is_its_own_pendulum():
     system = galvi.Canonical([0.3, 2.0], galvi.CosinePotential(1.7))
     both = PENDULUM.run(galvi.Problem(system, [1.0, -0.5], [0.2, 3.0]), 9.0, {"samples": 3})
     for k, (mass, q0, v0) in enumerate([(0.3, 1.0, 0.2), (2.0, -0.5, 3.0)]):
-        alone = PENDULUM.run(pendulum(1.7, mass, q0, v0), 9.0, {"samples": 3})
-        assert np.array_equal(both.q[:, k], alone.q[:, 0])
-        assert np.array_equal(both.p[:, k], alone.p[:, 0])
+        single = PENDULUM.run(pendulum(1.7, mass, q0, v0), 9.0, {"samples": 3})
+        assert np.array_equal(both.q[:, k], single.q[:, 0])
+        assert np.array_equal(both.p[:, k], single.p[:, 0])
 
 
 BOUND = 4.0  # eps (|q| + |v| |t|); 0.39 was measured when it was set
@@ -189,9 +189,10 @@ def test_from_pericentre_the_error_is_a_rounding_for_any_eccentricity(e):
 @pytest.mark.parametrize("e", [0.3, 0.9, 0.999999])
 def test_from_apocentre_through_pericentre_too(e):
     v = math.sqrt((1.0 - e) / (1.0 + e))
-    near = [math.pi * (1.0 + 1e-9), math.pi * (1.0 - 1e-5)]
+    mean_anomalies = [math.pi * (1.0 + 1e-9), math.pi * (1.0 - 1e-5)]
     worst = max(
-        excess(1.0, [-1.0 - e, 0.0, 0.0], [0.0, -0.6 * v, -0.8 * v], t) for t in TIMES + near
+        excess(1.0, [-1.0 - e, 0.0, 0.0], [0.0, -0.6 * v, -0.8 * v], t)
+        for t in TIMES + mean_anomalies
     )
     assert worst <= BOUND
 
@@ -224,10 +225,12 @@ def test_two_bodies_move_about_a_centre_that_drifts():
     run = KEPLER.run(problem, 50.0, {})
     relative = np.subtract(q0[1], q0[0]), np.subtract(v0[1], v0[0])
     with mp.workdps(60):
-        apart, _ = truth(mp.mpf(1.7) * 2.5, *relative, 50.0)
+        relative_q, _ = truth(mp.mpf(1.7) * 2.5, *relative, 50.0)
     centre = (np.dot(masses, q0) + 50.0 * np.dot(masses, v0)) / 2.5
-    apart = np.array([float(x) for x in apart])
-    np.testing.assert_allclose(run.q[-1], [centre - 0.2 * apart, centre + 0.8 * apart], rtol=1e-14)
+    relative_q = np.array([float(x) for x in relative_q])
+    np.testing.assert_allclose(
+        run.q[-1], [centre - 0.2 * relative_q, centre + 0.8 * relative_q], rtol=1e-14
+    )
     np.testing.assert_allclose(galvi.energy(run), galvi.energy(run)[0], rtol=1e-14)
 
 
@@ -304,12 +307,12 @@ def test_every_kind_of_turn_is_the_taylor_series_rounded_once(name):
 @pytest.mark.parametrize("name", ["H's", "about the shortest axis", "full", "two short"])
 def test_it_is_where_scipy_goes(name):
     problem = body(name)
-    run, other = (
+    run, by_scipy = (
         c.run(problem, -30.0, {"samples": 5, **s})
         for c, s in ((FREE_TOP, {}), (RIGID_DOP853, TIGHT))
     )
-    np.testing.assert_allclose(run.q, other.q, atol=2e-12)  # 3e-13
-    np.testing.assert_allclose(run.p, other.p, atol=2e-12)  # 2e-13
+    np.testing.assert_allclose(run.q, by_scipy.q, atol=2e-12)  # 3e-13
+    np.testing.assert_allclose(run.p, by_scipy.p, atol=2e-12)  # 2e-13
 
 
 @pytest.mark.parametrize("t", [1e3, 1e6, -1e9])
@@ -373,11 +376,11 @@ THROWN = {
         galvi.FreeBody(1.7, SKEW, (1.0, 2.0, -7.0)), MOTION, [1.0, 2.0, 3.0, 0.3, 0.2, -0.1]
     ),
 }
-every = pytest.mark.parametrize("name", THROWN)
+every_thrown_body = pytest.mark.parametrize("name", THROWN)
 FLIGHT = 3.0
 
 
-@every
+@every_thrown_body
 def test_it_turns_as_a_free_body_and_falls_on_a_parabola(name):
     problem = THROWN[name]
     run = THROWN_BODY.run(problem, FLIGHT, {"samples": 6})
@@ -390,14 +393,14 @@ def test_it_turns_as_a_free_body_and_falls_on_a_parabola(name):
         for i in range(3):
             speed = sum(Decimal(R[i, j]) * Decimal(v[3 + j]) for j in range(3))
             g = Decimal(system.g[i])
-            place = Decimal(problem.q0[i, 3]) + t * speed + t * t * g / 2
-            assert abs(Decimal(q[i, 3]) - place) <= Decimal(2.0**-53) * abs(place)
+            position = Decimal(problem.q0[i, 3]) + t * speed + t * t * g / 2
+            assert abs(Decimal(q[i, 3]) - position) <= Decimal(2.0**-53) * abs(position)
             drift = system.mass * (q[i, :3] @ p[3:]) / system.mass**2
             assert drift == pytest.approx(float(speed + t * g), abs=1e-13)
 
 
 @pytest.mark.slow_cases("falling")
-@every
+@every_thrown_body
 def test_galvi_comes_to_it(name):
     problem = THROWN[name]
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
@@ -407,7 +410,7 @@ def test_galvi_comes_to_it(name):
 
 
 @pytest.mark.skipif(bool(HEYOKA_RIGID.missing), reason=HEYOKA_RIGID.missing or "present")
-@every
+@every_thrown_body
 def test_heyoka_comes_to_it_in_double_and_quadruple_precision(name):
     problem = THROWN[name]
     truth = THROWN_BODY.run(problem, FLIGHT, {"samples": 3})
@@ -424,25 +427,29 @@ number = st.tuples(part, st.floats(-1.0, 1.0)).map(
 )
 
 
-def whole(x):
+def as_fraction(x):
     return Fraction(x.hi) + Fraction(x.lo)
 
 
 @given(number, number)
 def test_each_operation_on_two_doubles_is_right_to_32_digits(a, b):
-    total, product, quotient = whole(a) + whole(b), whole(a) * whole(b), whole(a) / whole(b)
-    lost = (abs(whole(a)) + abs(whole(b))) / 2**100
-    assert abs(whole(a + b) - total) <= 2.0**-102 * (abs(total) + lost)
-    assert whole(a - b) == whole(a + (-b))
-    assert abs(whole(a * b) - product) <= 2.0**-102 * abs(product)
-    assert abs(whole(a / b) - quotient) <= 2.0**-101 * abs(quotient)
+    total, product, quotient = (
+        as_fraction(a) + as_fraction(b),
+        as_fraction(a) * as_fraction(b),
+        as_fraction(a) / as_fraction(b),
+    )
+    lost = (abs(as_fraction(a)) + abs(as_fraction(b))) / 2**100
+    assert abs(as_fraction(a + b) - total) <= 2.0**-102 * (abs(total) + lost)
+    assert as_fraction(a - b) == as_fraction(a + (-b))
+    assert abs(as_fraction(a * b) - product) <= 2.0**-102 * abs(product)
+    assert abs(as_fraction(a / b) - quotient) <= 2.0**-101 * abs(quotient)
 
 
 @pytest.mark.parametrize("x, y, z", [(1, 2, 3), (0, 0.5, 1), (1e-20, 1e-40, 1), (0, 1e-48, 1)])
 def test_the_first_integral_is_carlsons(x, y, z):
     with localcontext(DIGITS), mp.workdps(160):
-        found = mp.mpf(str(first_integral(*map(Decimal, (x, y, z)))))
-        assert abs(found / mp.elliprf(x, y, z) - 1) < 1e-70
+        integral = mp.mpf(str(first_integral(*map(Decimal, (x, y, z)))))
+        assert abs(integral / mp.elliprf(x, y, z) - 1) < 1e-70
 
 
 def test_the_origin_has_the_angle_0_and_the_separatrix_no_period():

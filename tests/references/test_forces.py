@@ -62,17 +62,19 @@ def test_a_formula_is_minus_the_slope_of_its_potential(potential):
 def test_its_jacobian_is_exact(potential):
     problem = shaken(potential)
     exact = problem.system.acceleration_jacobian(Q, T)
-    found = acceleration_jacobian(problem)(Q, T)
-    np.testing.assert_allclose(found, exact, rtol=1e-14, atol=1e-15)
-    own = shaken(lambda q: potential(q))
-    np.testing.assert_allclose(acceleration_jacobian(own)(Q, T), exact, rtol=1e-6, atol=1e-7)
+    jacobian = acceleration_jacobian(problem)(Q, T)
+    np.testing.assert_allclose(jacobian, exact, rtol=1e-14, atol=1e-15)
+    by_differences = shaken(lambda q: potential(q))
+    np.testing.assert_allclose(
+        acceleration_jacobian(by_differences)(Q, T), exact, rtol=1e-6, atol=1e-7
+    )
 
 
 def test_gravity_is_newtons_law_and_its_jacobian_too():
-    system, rest = BODIES.system, np.zeros(BODIES.q0.shape)
+    system, at_rest = BODIES.system, np.zeros(BODIES.q0.shape)
     energy = lambda x: float(system.potential_energy(x.reshape(3, 2), 0.0))  # noqa: E731
     exact = -gradient(energy, BODIES.q0.ravel()).reshape(3, 2) / system.masses[:, None]
-    np.testing.assert_allclose(acceleration(BODIES)(BODIES.q0, rest, 0.0), exact, rtol=1e-9)
+    np.testing.assert_allclose(acceleration(BODIES)(BODIES.q0, at_rest, 0.0), exact, rtol=1e-9)
     np.testing.assert_allclose(
         acceleration_jacobian(BODIES)(BODIES.q0, 0.0),
         system.acceleration_jacobian(BODIES.q0, 0.0),
@@ -85,9 +87,9 @@ def test_gravity_is_newtons_law_and_its_jacobian_too():
 def test_the_wind_is_the_one_that_is_stated(coefficient):
     problem = galvi.problems.brownout(drag_coefficient=coefficient)
     for q in ([8.5, 0.0, 3.0], [0.1, 0.2, 9.0], [-6.0, 4.0, 5.5]):
-        found = external_force(problem)(np.array(q), V, T)
+        force = external_force(problem)(np.array(q), V, T)
         stated = problem.system.force(np.array(q), V, T)
-        np.testing.assert_allclose(found, stated, rtol=1e-12)
+        np.testing.assert_allclose(force, stated, rtol=1e-12)
 
 
 def test_a_derivative_by_differences_has_eleven_digits():
@@ -103,11 +105,11 @@ def test_no_reference_asks_galvi_for_a_force(monkeypatch):
     def refused(*arguments, **named):
         raise AssertionError("a reference asked galvi for a force")
 
-    made = [BODIES, galvi.problems.brownout(), galvi.problems.henon_heiles()]
-    made += [galvi.problems.spherical_pendulum(), galvi.problems.double_pendulum()]
-    made += [shaken(potential) for potential in POTENTIALS] + [shaken(lambda q: float(q @ q))]
+    problems = [BODIES, galvi.problems.brownout(), galvi.problems.henon_heiles()]
+    problems += [galvi.problems.spherical_pendulum(), galvi.problems.double_pendulum()]
+    problems += [shaken(potential) for potential in POTENTIALS] + [shaken(lambda q: float(q @ q))]
     body = galvi.RigidBody([1.0, 2.0, 2.5], lambda R: float(R[2, 2]), force=lambda R, w: -0.1 * w)
-    made += [
+    problems += [
         galvi.Problem(replace(body, force=None), np.eye(3), V),
         galvi.Problem(body, np.eye(3), V),
     ]
@@ -131,11 +133,11 @@ def test_no_reference_asks_galvi_for_a_force(monkeypatch):
     monkeypatch.setattr(galvi.RotorDrag, "compiled", refused)
     ran = set()
     for contender in REFERENCES:
-        for problem in made:
+        for problem in problems:
             if not contender.missing and contender.supports(problem):
                 settings = ({"step": 0.25}, {"samples": 1})
-                tried = "step" if "save_every" in _keys(contender, problem) else "samples"
-                contender.run(problem, 0.5, settings[tried == "samples"])
+                key = "step" if "save_every" in _keys(contender, problem) else "samples"
+                contender.run(problem, 0.5, settings[key == "samples"])
                 ran.add(contender.name)
     assert {"semi-implicit Euler", "implicit Euler", "SciPy DOP853", "Stormer-Verlet"} <= ran
     assert "SciPy DOP853, quaternions" in ran and "explicit Euler, matrices" in ran
@@ -264,16 +266,16 @@ def test_a_force_of_time_and_one_in_plain_python_act_at_their_time():
     def driven(q, v, t):
         return np.array([np.cos(2.0 * t) - 0.1 * v[0]])
 
-    made = [
+    problems = [
         replace(SPRING, system=replace(SPRING.system, force=f, timed_force=True))
         for f in (driven, njit(driven))
     ]
-    exact = DOP853.run(made[0], DURATION, TIGHT).q[-1]
-    for problem in made:
+    exact = DOP853.run(problems[0], DURATION, TIGHT).q[-1]
+    for problem in problems:
         assert is_forced(problem)
-        found = SEMI_IMPLICIT_EULER.run(problem, DURATION, {"step": 1e-4}).q[-1]
-        assert np.abs(found - exact).max() < 1e-4  # 3e-5
-    late = replace(made[0], t0=1.0)
+        end = SEMI_IMPLICIT_EULER.run(problem, DURATION, {"step": 1e-4}).q[-1]
+        assert np.abs(end - exact).max() < 1e-4  # 3e-5
+    late = replace(problems[0], t0=1.0)
     assert np.abs(DOP853.run(late, DURATION, TIGHT).q[-1] - exact).max() > 0.01
 
 
@@ -296,11 +298,11 @@ def test_a_force_of_galvis_own_runs_compiled_and_is_the_function_it_is_called_as
     problem = galvi.problems.brownout(100e-6)
     drag = problem.system.force
     plain = replace(problem.system, force=lambda q, v, t: drag(q, v, t))
-    known, called = (
+    compiled, called = (
         SEMI_IMPLICIT_EULER.run(replace(problem, system=system), 0.5, {"step": 1e-3})
         for system in (problem.system, plain)
     )
-    np.testing.assert_allclose(known.q, called.q, rtol=0, atol=1e-13)  # 2e-15
+    np.testing.assert_allclose(compiled.q, called.q, rtol=0, atol=1e-13)  # 2e-15
     assert external_force(problem).compiled
     assert not external_force(replace(problem, system=plain)).compiled
 

@@ -26,10 +26,10 @@ def test_a_fall_in_still_air_is_the_textbooks():
     fastest = math.sqrt(float(problem.system.mass) * G / problem.system.force.factor)
     heights = np.array([0.1, 0.5, 2.0])
     q = np.stack([0.0 * heights + FAR, 0.0 * heights, heights], axis=1)
-    found = landings(problem, q, 0.0 * q, 0.0 * heights, 5.0)
+    flights = landings(problem, q, 0.0 * q, 0.0 * heights, 5.0)
     time = fastest / G * np.arccosh(np.exp(G * heights / fastest**2))
-    assert np.all(found.landed) and np.all(found.q[:, 2] == 0.0)
-    np.testing.assert_allclose(found.t, time, rtol=1e-12)  # 3e-14
+    assert np.all(flights.landed) and np.all(flights.q[:, 2] == 0.0)
+    np.testing.assert_allclose(flights.t, time, rtol=1e-12)  # 3e-14
 
 
 def test_a_rebound_leaves_the_ground_with_its_share_of_the_speed():
@@ -38,12 +38,12 @@ def test_a_rebound_leaves_the_ground_with_its_share_of_the_speed():
     time = fastest / G * math.acosh(math.exp(G / fastest**2))
     u = 0.5 * fastest * math.tanh(G * time / fastest)
     rise = fastest / G * math.atan(u / fastest)
-    found = landings(
+    flights = landings(
         problem, [[FAR, 0.0, 1.0]], np.zeros((1, 3)), [0.0], time + rise, restitution=0.5
     )
     top = fastest**2 / (2.0 * G) * math.log(1.0 + (u / fastest) ** 2)
-    assert not found.landed[0]
-    assert found.q[0, 2] == pytest.approx(top, rel=1e-11) and abs(found.v[0, 2]) < 1e-11
+    assert not flights.landed[0]
+    assert flights.q[0, 2] == pytest.approx(top, rel=1e-11) and abs(flights.v[0, 2]) < 1e-11
 
 
 @pytest.mark.slow_cases("0.44")
@@ -51,7 +51,7 @@ def test_a_rebound_leaves_the_ground_with_its_share_of_the_speed():
 def test_scipys_events_find_the_same_landings(coefficient):
     problem = galvi.problems.brownout(200e-6, drag_coefficient=coefficient)
     q, v, t = starts(5)
-    found, accelerated = landings(problem, q, v, t, 3.0), acceleration(problem)
+    flights, accelerated = landings(problem, q, v, t, 3.0), acceleration(problem)
 
     def ground(t, y):
         return y[2]
@@ -68,9 +68,9 @@ def test_scipys_events_find_the_same_landings(coefficient):
             events=ground,
             max_step=0.02,
         )
-        assert found.landed[k] == (solved.status == 1)
-        end = solved.y_events[0][0] if found.landed[k] else solved.y[:, -1]
-        np.testing.assert_allclose(found.q[k], end[:3], atol=1e-9)
+        assert flights.landed[k] == (solved.status == 1)
+        end = solved.y_events[0][0] if flights.landed[k] else solved.y[:, -1]
+        np.testing.assert_allclose(flights.q[k], end[:3], atol=1e-9)
 
 
 def test_steps_that_become_too_small_and_contacts_without_end_are_refused():

@@ -33,9 +33,9 @@ def test_a_second_run_is_the_first_one_again():
     problem = galvi.problems.kepler(0.5)
     first, second = (HEYOKA.run(problem, 20.0, {"samples": 4, **QUICK}) for _ in range(2))
     assert np.array_equal(first.q, second.q)
-    other = galvi.Problem(problem.system, 1.1 * problem.q0, problem.v0)
-    moved = HEYOKA.run(other, 20.0, QUICK)
-    assert np.abs(moved.q[-1] - KEPLER.run(other, 20.0, {}).q[-1]).max() < 1e-11
+    scaled = galvi.Problem(problem.system, 1.1 * problem.q0, problem.v0)
+    moved = HEYOKA.run(scaled, 20.0, QUICK)
+    assert np.abs(moved.q[-1] - KEPLER.run(scaled, 20.0, {}).q[-1]).max() < 1e-11
 
 
 @needs_real128
@@ -49,15 +49,17 @@ def test_quadruple_precision_is_exact_in_double_at_any_eccentricity():
 
 @needs_real128
 def test_in_quadruple_precision_all_forces_together_are_those_of_galvi():
-    forces = [one for case in CASES.values() for one in case if not isinstance(one, galvi.Force)]
+    forces = [
+        force for case in CASES.values() for force in case if not isinstance(force, galvi.Force)
+    ]
     problem = galvi.Problem(galvi.NBody(MASSES, forces=forces), Q, V)
-    assert len({type(one) for one in forces}) == 6 and HEYOKA_QUADRUPLE.supports(problem)
+    assert len({type(force) for force in forces}) == 6 and HEYOKA_QUADRUPLE.supports(problem)
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
     run = galvi.integrate(problem, method, 0.01, 40)
     truth = HEYOKA_QUADRUPLE.run(problem, 0.4, {})
     assert np.abs(run.q[-1] - truth.q[-1]).max() < 1e-13
-    own = galvi.NBody(MASSES, forces=galvi.Force(lambda q: 0.0 * q))
-    assert not HEYOKA_QUADRUPLE.supports(galvi.Problem(own, Q, V))
+    of_user = galvi.NBody(MASSES, forces=galvi.Force(lambda q: 0.0 * q))
+    assert not HEYOKA_QUADRUPLE.supports(galvi.Problem(of_user, Q, V))
 
 
 def test_without_heyoka_there_is_a_sentence(monkeypatch):

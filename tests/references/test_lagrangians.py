@@ -27,9 +27,9 @@ x, y, u, w, s, k = sympy.symbols("x y u w s k", real=True)
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 
 
-def from_sympy(L, start, speeds, t0=0.0, **more):
+def from_sympy(L, start, speeds, t0=0.0, **options):
     count = len(start)
-    system = galvi.Lagrangian.from_sympy(L, [x, y][:count], [u, w][:count], **more)
+    system = galvi.Lagrangian.from_sympy(L, [x, y][:count], [u, w][:count], **options)
     return galvi.Problem(system, start, speeds, t0=t0)
 
 
@@ -81,28 +81,28 @@ def jitted(q):
     return np.array([np.tanh(q[0]), np.arctan(q[1])])
 
 
-def own(potential, gradient=None, mass=1.0, t0=0.0, **more):
-    system = galvi.Canonical(mass, potential, gradient, **more)
+def canonical(potential, gradient=None, mass=1.0, t0=0.0, **options):
+    system = galvi.Canonical(mass, potential, gradient, **options)
     return galvi.Problem(system, [0.8, 0.4], [0.1, 0.7], t0=t0)
 
 
 OWN = {
-    "logarithmic": own(logarithmic),
-    "logarithmic, two masses": own(logarithmic, mass=[1.0, 2.5]),
-    "logarithmic, coupled masses": own(logarithmic, mass=STIFFNESS),
-    "a norm": own(lambda q: -1.0 / np.linalg.norm(q - STARS)),
-    "a matrix": own(lambda q: q @ STIFFNESS @ q + np.dot(q, q) / 3 + np.sum(q**4)),
-    "an angle": own(lambda q: np.arctan2(q[1], q[0]) ** 2 + np.hypot(*q)),
-    "constants that are no fractions": own(
+    "logarithmic": canonical(logarithmic),
+    "logarithmic, two masses": canonical(logarithmic, mass=[1.0, 2.5]),
+    "logarithmic, coupled masses": canonical(logarithmic, mass=STIFFNESS),
+    "a norm": canonical(lambda q: -1.0 / np.linalg.norm(q - STARS)),
+    "a matrix": canonical(lambda q: q @ STIFFNESS @ q + np.dot(q, q) / 3 + np.sum(q**4)),
+    "an angle": canonical(lambda q: np.arctan2(q[1], q[0]) ** 2 + np.hypot(*q)),
+    "constants that are no fractions": canonical(
         lambda q: (4.5 * q[0] ** 2 + 2.0 * q[1] ** 2) ** 1.3 + 2.0 ** q[1] - (3.0 * q[1] + 9) ** 0.5
     ),
-    "of the time": own(
+    "of the time": canonical(
         lambda q, t: q[0] ** 2 * np.cos(3.0 * t) + np.cosh(q[1]), explicit_time=True, t0=0.7
     ),
-    "a gradient in floats": own(lambda q: q[0] ** 4 / 4 + q[1] ** 2, in_place),
-    "a compiled gradient": own(lambda q: 0.0, jitted, check=False),
-    "friction": own(lambda q: q @ q, force=lambda q, v: -0.1 * np.linalg.norm(v) * v),
-    "a force of the time": own(
+    "a gradient in floats": canonical(lambda q: q[0] ** 4 / 4 + q[1] ** 2, in_place),
+    "a compiled gradient": canonical(lambda q: 0.0, jitted, check=False),
+    "friction": canonical(lambda q: q @ q, force=lambda q, v: -0.1 * np.linalg.norm(v) * v),
+    "a force of the time": canonical(
         galvi.LinearSpring(1.0), force=lambda q, v, t: np.sin(t) * q - v / 7, timed_force=True
     ),
 }
@@ -111,7 +111,7 @@ OWN = {
 DURATION = 2.0
 
 
-def apart(run, truth) -> float:
+def final_error(run, truth) -> float:
     assert run.success, run.status
     return float(max(np.abs(run.q[-1] - truth.q[-1]).max(), np.abs(run.p[-1] - truth.p[-1]).max()))
 
@@ -126,16 +126,18 @@ def tight(problem):
 def test_heyoka_and_dop853_agree_about_a_potential_of_ones_own(name):
     problem = OWN[name]
     run = HEYOKA_LAGRANGIAN.run(problem, DURATION, {"samples": 1, "compact_mode": True})
-    assert apart(run, tight(problem)) < 1e-12  # 5e-14
+    assert final_error(run, tight(problem)) < 1e-12  # 5e-14
     if not HEYOKA_LAGRANGIAN_QUADRUPLE.missing:
-        assert apart(run, HEYOKA_LAGRANGIAN_QUADRUPLE.run(problem, DURATION, {})) < 1e-13  # 1e-14
+        assert (
+            final_error(run, HEYOKA_LAGRANGIAN_QUADRUPLE.run(problem, DURATION, {})) < 1e-13
+        )  # 1e-14
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_galvi_and_dop853_agree(name):
     problem = PROBLEMS[name]
     run = galvi.integrate(problem, EIGHT, DURATION / 80, 80, save_every=80)
-    assert apart(run, tight(problem)) < 2e-13  # 3e-14
+    assert final_error(run, tight(problem)) < 2e-13  # 3e-14
 
 
 @needs_heyoka
@@ -143,7 +145,9 @@ def test_galvi_and_dop853_agree(name):
 def test_heyoka_and_dop853_agree(name):
     problem = (PROBLEMS | POTENTIALS)[name]
     setting = {"samples": 1, "compact_mode": True}
-    assert apart(HEYOKA_LAGRANGIAN.run(problem, DURATION, setting), tight(problem)) < 5e-13  # 5e-14
+    assert (
+        final_error(HEYOKA_LAGRANGIAN.run(problem, DURATION, setting), tight(problem)) < 5e-13
+    )  # 5e-14
     assert HEYOKA_LAGRANGIAN_QUADRUPLE.exact and not HEYOKA_LAGRANGIAN.exact
 
 
@@ -178,10 +182,10 @@ def test_a_potential_is_written_out_and_its_slopes_are_not_differenced(name):
     problem = (OWN | POTENTIALS)[name]
     equations = LagrangeEquations.of(problem)
     assert HEYOKA_LAGRANGIAN.supports(problem) and HEYOKA_LAGRANGIAN_QUADRUPLE.supports(problem)
-    for far in (0.0, 0.3):
-        q, v, t = problem.q0 + far, problem.v0 - far, problem.t0 + far
-        found = accelerations(equations)(q, v, t)
-        np.testing.assert_allclose(found, acceleration(problem)(q, v, t), rtol=1e-9, atol=1e-11)
+    for offset in (0.0, 0.3):
+        q, v, t = problem.q0 + offset, problem.v0 - offset, problem.t0 + offset
+        slopes = accelerations(equations)(q, v, t)
+        np.testing.assert_allclose(slopes, acceleration(problem)(q, v, t), rtol=1e-9, atol=1e-11)
         momenta = [float(p.subs(dict(zip(equations.v, v, strict=True)))) for p in equations.momenta]
         np.testing.assert_allclose(momenta, problem.system.momentum(v), rtol=1e-15)
     assert not is_differenced(problem)
@@ -219,7 +223,7 @@ WITHOUT_FORMULA = {
 
 @pytest.mark.parametrize("name", WITHOUT_FORMULA)
 def test_a_potential_without_a_formula_is_refused_with_the_reason(name):
-    problem = own(WITHOUT_FORMULA[name], check=False)
+    problem = canonical(WITHOUT_FORMULA[name], check=False)
     assert LagrangeEquations.of(problem) is None and not HEYOKA_LAGRANGIAN.supports(problem)
     assert is_differenced(problem)
     with pytest.raises(ValueError, match="The reason is its potential, of which no formula"):

@@ -60,15 +60,15 @@ PROBLEMS = {
         galvi.Canonical([[0.3]], galvi.CosinePotential(1.7)), [-1.0], [2.0]
     ),
 }
-every = pytest.mark.parametrize("contender", ALL, ids=lambda contender: contender.name)
+every_contender = pytest.mark.parametrize("contender", ALL, ids=lambda contender: contender.name)
 
 
 @cache
 def truth(name: str) -> tuple[np.ndarray, np.ndarray]:
     """(q, v) after a time of 2, in closed form or by SciPy's DOP853."""
     problem = PROBLEMS[name]
-    known = (PENDULUM, FREE_TOP, THROWN_BODY, RIGID_DOP853, DOP853)
-    contender = next(one for one in known if one.supports(problem))
+    exact = (PENDULUM, FREE_TOP, THROWN_BODY, RIGID_DOP853, DOP853)
+    contender = next(reference for reference in exact if reference.supports(problem))
     run = contender.run(problem, 2.0, {} if contender.exact else TIGHT)
     return run.q[-1], problem.system.velocity(run.p[-1])
 
@@ -86,14 +86,14 @@ def disagreement(contender, name: str, step: float) -> float:
     return float(max(np.abs(run.q[-1] - q).max(), np.abs(moved).max()))
 
 
-@pytest.mark.parametrize(("name", "other"), [*zip(PROBLEMS, cycle(OTHERS))])
-def test_integrators_find_the_motion(name, other):
+@pytest.mark.parametrize(("name", "contender"), [*zip(PROBLEMS, cycle(OTHERS))])
+def test_integrators_find_the_motion(name, contender):
     assert disagreement(MUJOCO_RK4, name, STEP) < GOOD
-    assert disagreement(other, name, 2.0**-13) < 5e-3  # 2e-3
+    assert disagreement(contender, name, 2.0**-13) < 5e-3  # 2e-3
 
 
 @pytest.mark.parametrize("name", ["free body, tilted", "3D pendulum, skew", "thrown body, skew"])
-@every
+@every_contender
 def test_the_order_of_the_attitude_is_what_is_claimed_and_no_more(contender, name):
     finest = 7 if contender.order == 4 else 12
     sizes = 2.0 ** -np.arange(finest - 3, finest + 1)
@@ -162,13 +162,15 @@ def test_a_wrong_convention_is_caught(fault, name, wrong_for_once):
     assert disagreement(MUJOCO_RK4, name, STEP) > 1e-2
 
 
-@every
+@every_contender
 def test_keeping_fewer_states_or_cutting_a_run_does_not_change_them(contender, monkeypatch):
-    whole = contender.run(TILTED, 1.0, {"step": 0.01})
+    full = contender.run(TILTED, 1.0, {"step": 0.01})
     seventh = contender.run(TILTED, 1.0, {"step": 0.01, "save_every": 7})
-    kept = [*range(0, 100, 7), 100]
-    assert np.array_equal(seventh.q, whole.q[kept]) and np.array_equal(seventh.p, whole.p[kept])
-    assert np.array_equal(seventh.t, whole.t[kept]) and whole.counts == {"steps": 100}
+    saved_steps = [*range(0, 100, 7), 100]
+    assert np.array_equal(seventh.q, full.q[saved_steps]) and np.array_equal(
+        seventh.p, full.p[saved_steps]
+    )
+    assert np.array_equal(seventh.t, full.t[saved_steps]) and full.counts == {"steps": 100}
     monkeypatch.setattr(steps, "CHUNK", 3)
     assert np.array_equal(contender.run(TILTED, 1.0, {"step": 0.01, "save_every": 7}).q, seventh.q)
 
@@ -194,16 +196,16 @@ def test_a_run_that_blows_up_says_where_and_leaves_nothing_behind(
     every_n, tmp_path, monkeypatch, capfd
 ):
     monkeypatch.chdir(tmp_path)
-    told = mujoco.get_mju_user_warning()
+    handler = mujoco.get_mju_user_warning()
     fast = galvi.Problem(TILTED.system, TILT, [20.0, -19.0, 10.0])
     run = MUJOCO_EULER.run(fast, 50.0, {"step": 0.5, "save_every": every_n})
     assert not run.success and run.failed_step == 5 and "Step 5, towards t = " in run.status
     assert run.counts["steps"] == 4 and run.status.endswith("another integrator.")
-    done = np.append(np.arange(0, 100, every_n), 100) < run.failed_step
+    completed = np.append(np.arange(0, 100, every_n), 100) < run.failed_step
     for states in (run.q, run.p, engine.energies(run)):
-        assert np.all(np.isfinite(states[done])) and np.all(np.isnan(states[~done]))
+        assert np.all(np.isfinite(states[completed])) and np.all(np.isnan(states[~completed]))
     assert capfd.readouterr() == ("", "") and not list(Path(tmp_path).iterdir())
-    assert mujoco.get_mju_user_warning() is told
+    assert mujoco.get_mju_user_warning() is handler
     assert MUJOCO_EULER.run(fast, 1.0, {"step": 1e-3}).success  # no warning is left over
 
 
@@ -214,8 +216,8 @@ def test_mujocos_own_energies_are_those_of_the_problem(name):
     potential, kinetic = engine.energies(run).T
     system = problem.system
     size = kinetic.max() + np.abs(potential).max()
-    ours = 0.5 * np.sum(run.p * system.velocity(run.p), axis=-1)
-    np.testing.assert_allclose(kinetic, ours, atol=1e-14 * size)  # 2e-15
+    kinetic_energy = 0.5 * np.sum(run.p * system.velocity(run.p), axis=-1)
+    np.testing.assert_allclose(kinetic, kinetic_energy, atol=1e-14 * size)  # 2e-15
     np.testing.assert_allclose(potential, system.potential_energy(run.q, run.t), atol=1e-14 * size)
     total = potential + kinetic
     assert np.abs(total - total[0]).max() < 1e-11 * size  # 1e-12
@@ -249,8 +251,8 @@ def test_a_body_that_mujoco_refuses_is_a_sentence():
 
 
 def test_what_an_absent_or_old_mujoco_has_not_is_a_sentence(monkeypatch):
-    for found, word in ((None, "mujoco"), ("4.0.0", "4.0.0 has known"), ("3.17.0", "3.17.0")):
-        fake = None if found is None else SimpleNamespace(__version__=found)
+    for version, word in ((None, "mujoco"), ("4.0.0", "4.0.0 has known"), ("3.17.0", "3.17.0")):
+        fake = None if version is None else SimpleNamespace(__version__=version)
         monkeypatch.setitem(sys.modules, "mujoco", fake)
         assert word in MUJOCO_RK4.missing
         assert MUJOCO_RK4.missing.endswith("Install mujoco-core 4.0.1 or newer.")
@@ -277,10 +279,12 @@ def test_a_tree_written_as_mjcf_is_the_same_tree(joints, seed):
 @pytest.mark.slow_cases("floating arm")
 @pytest.mark.parametrize("problem", [ARM, FLOATING], ids=lambda problem: problem.name)
 def test_dop853_on_mujoco_s_accelerations_finds_galvi_s_motion(problem):
-    ours = galvi.integrate(problem, EIGHT, 0.01, 50)
-    theirs = MUJOCO_ACCELERATIONS.run(problem, 0.5, {"samples": 2})
-    assert theirs.success and np.max(np.abs(theirs.q[1:] - ours.q[25::25])) < 1e-12  # 1e-14
-    assert np.max(np.abs(theirs.p[1:] - ours.p[25::25])) < 1e-11
+    by_galvi = galvi.integrate(problem, EIGHT, 0.01, 50)
+    by_mujoco = MUJOCO_ACCELERATIONS.run(problem, 0.5, {"samples": 2})
+    assert (
+        by_mujoco.success and np.max(np.abs(by_mujoco.q[1:] - by_galvi.q[25::25])) < 1e-12
+    )  # 1e-14
+    assert np.max(np.abs(by_mujoco.p[1:] - by_galvi.p[25::25])) < 1e-11
 
 
 def test_a_tree_with_an_anchor_on_the_other_side_would_be_seen():
@@ -296,8 +300,8 @@ def test_a_tree_with_an_anchor_on_the_other_side_would_be_seen():
 
 def test_a_spring_that_mjcf_cannot_say_is_not_taken():
     turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    for rest, taken in ((None, True), (turned, False)):
-        ball = galvi.Joint("ball", stiffness=1.0, rest=rest)
+    for rest_rotation, supported in ((None, True), (turned, False)):
+        ball = galvi.Joint("ball", stiffness=1.0, rest=rest_rotation)
         system = galvi.Multibody(galvi.Link(ball, 1.0, (0, 0, 1), (0.1, 0.1, 0.1)))
         problem = galvi.Problem(system, np.eye(3), [0.0, 0.0, 1.0])
-        assert MUJOCO_RK4.supports(problem) is MUJOCO_ACCELERATIONS.supports(problem) is taken
+        assert MUJOCO_RK4.supports(problem) is MUJOCO_ACCELERATIONS.supports(problem) is supported

@@ -37,12 +37,14 @@ def off(system, qpos, qvel, acceleration):
 def test_200_random_trees_have_one_acceleration_in_three_codes(joints, seed):
     model = mujoco.MjModel.from_xml_string(random_tree(joints, seed))
     system, qpos, qvel = state_of(model, seed)
-    found = PinocchioTree.of(system).accelerations(qpos, qvel)
-    assert off(system, qpos, qvel, found) < SAME
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = qpos, qvel
-    mujoco.mj_forward(model, data)
-    assert np.linalg.norm(found - data.qacc) < 1e-11 * np.linalg.norm(data.qacc)  # 2e-14
+    accelerations = PinocchioTree.of(system).accelerations(qpos, qvel)
+    assert off(system, qpos, qvel, accelerations) < SAME
+    mj_data = mujoco.MjData(model)
+    mj_data.qpos[:], mj_data.qvel[:] = qpos, qvel
+    mujoco.mj_forward(model, mj_data)
+    assert np.linalg.norm(accelerations - mj_data.qacc) < 1e-11 * np.linalg.norm(
+        mj_data.qacc
+    )  # 2e-14
 
 
 @settings(max_examples=20)
@@ -55,7 +57,7 @@ def test_springs_of_balls_at_rest_where_mjcf_cannot_say_are_galvis(joints, seed)
     def sprung(joint):
         return replace(joint, rest=turned, stiffness=1.5) if joint.type == "ball" else joint
 
-    links = [replace(link, joints=[sprung(one) for one in link.joints]) for link in plain.links]
+    links = [replace(link, joints=[sprung(joint) for joint in link.joints]) for link in plain.links]
     system = galvi.Multibody(links, plain.gravity)
     assert off(system, qpos, qvel, PinocchioTree.of(system).accelerations(qpos, qvel)) < SAME
 
@@ -65,11 +67,11 @@ def test_motions_of_random_trees_are_those_of_galvi_and_of_mujoco(joints, seed):
     model = mujoco.MjModel.from_xml_string(random_tree(joints, seed, springs=False))
     system, *state = state_of(model, seed)
     problem = galvi.Problem(system, *system.from_mujoco(*state))
-    ours = galvi.integrate(problem, EIGHT, 0.005, 60)
+    by_galvi = galvi.integrate(problem, EIGHT, 0.005, 60)
     for contender in (PINOCCHIO_ACCELERATIONS, MUJOCO_ACCELERATIONS):
-        theirs = contender.run(problem, 0.3, {"samples": 3})
-        assert theirs.success
-        np.testing.assert_allclose(theirs.q, ours.q[::20], rtol=0, atol=1e-11)  # 2e-13
+        by_contender = contender.run(problem, 0.3, {"samples": 3})
+        assert by_contender.success
+        np.testing.assert_allclose(by_contender.q, by_galvi.q[::20], rtol=0, atol=1e-11)  # 2e-13
 
 
 @pytest.mark.parametrize(
@@ -85,7 +87,7 @@ def test_motions_of_random_trees_are_those_of_galvi_and_of_mujoco(joints, seed):
 def test_a_planted_fault_of_a_tree_is_seen(fault):
     model = mujoco.MjModel.from_xml_string(random_tree(8, 5))
     system, qpos, qvel = state_of(model, 1)
-    links = [replace(one, joints=[fault(joint) for joint in one.joints]) for one in system.links]
+    links = [replace(link, joints=[fault(joint) for joint in link.joints]) for link in system.links]
     wrong = PinocchioTree.of(galvi.Multibody(links, system.gravity))
     assert off(system, qpos, qvel, PinocchioTree.of(system).accelerations(qpos, qvel)) < SAME
     assert off(system, qpos, qvel, wrong.accelerations(qpos, qvel)) > 1e-5

@@ -68,9 +68,9 @@ FOUND = [  # contender, setting, error of planets between, measured in the comme
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("contender", "setting", "least", "most"), FOUND)
-def test_the_stored_planets_are_found_with_errors_of_the_method(contender, setting, least, most):
-    assert least <= error(contender, **setting) < most
+@pytest.mark.parametrize(("contender", "setting", "lower", "upper"), FOUND)
+def test_the_stored_planets_are_found_with_errors_of_the_method(contender, setting, lower, upper):
+    assert lower <= error(contender, **setting) < upper
     method = contender.run(PLANETS, SPAN, setting).method
     assert "rebound" in method and all(f"{key}={setting[key]}" in method for key in setting)
 
@@ -89,13 +89,13 @@ ORDERS = [  # contender, setting, order and how near it is, numbers of steps
 ]
 
 
-@pytest.mark.parametrize(("contender", "setting", "order", "near", "counts"), ORDERS)
-def test_the_order_is_what_is_claimed(contender, setting, order, near, counts):
+@pytest.mark.parametrize(("contender", "setting", "order", "deviation", "counts"), ORDERS)
+def test_the_order_is_what_is_claimed(contender, setting, order, deviation, counts):
     problem, span = (ORBIT, 6.0) if contender is LEAPFROG else (PLANETS, SPAN)
     truth = KEPLER.run(ORBIT, span, {}) if contender is LEAPFROG else TRUTH
     steps = span / np.array(counts)
     errors = [error(contender, problem, span, truth, step=h, **setting) for h in steps]
-    assert abs(np.polyfit(np.log(steps), np.log(errors), 1)[0] - order) < near
+    assert abs(np.polyfit(np.log(steps), np.log(errors), 1)[0] - order) < deviation
 
 
 OPTIONS = [  # by which a run differs from one without
@@ -120,12 +120,12 @@ OPTIONS = [  # by which a run differs from one without
 @pytest.mark.parametrize(("contender", "problem", "setting", "option"), OPTIONS)
 def test_every_option_reaches_the_engine(contender, problem, setting, option):
     span = SPAN if problem is PLANETS else 30_000.0
-    plain, other = (
-        contender.run(problem, span, {**setting, "save_every": 10**6, **more})
-        for more in ({}, option)
+    plain, changed = (
+        contender.run(problem, span, {**setting, "save_every": 10**6, **extra})
+        for extra in ({}, option)
     )
-    assert other.success and f"{list(option)[-1]}=" in other.method
-    assert not np.array_equal(plain.q[-1], other.q[-1])
+    assert changed.success and f"{list(option)[-1]}=" in changed.method
+    assert not np.array_equal(plain.q[-1], changed.q[-1])
 
 
 def test_types_of_saba_differ_and_the_default_is_rebounds():
@@ -178,8 +178,8 @@ def test_a_run_ends_the_same_whether_or_not_it_is_read_on_the_way_and_goes_back(
     contender, best, off
 ):
     often, once = (
-        contender.run(PLANETS, SPAN, {"step": DAILY, "save_every": every, **best})
-        for every in (73, 365)
+        contender.run(PLANETS, SPAN, {"step": DAILY, "save_every": save_every, **best})
+        for save_every in (73, 365)
     )
     assert np.array_equal(often.t, np.arange(6) * 73 * DAILY) and often.counts["steps"] == 365
     np.testing.assert_allclose(often.q[-1], once.q[-1], rtol=0, atol=off)
@@ -208,10 +208,10 @@ def test_the_order_of_the_bodies_does_not_matter(contender, problem, setting, or
     masses, q, v = problem.system.masses, problem.q0, problem.v0
     shuffled = galvi.Problem(galvi.NBody(masses[order]), q[order], v[order])
     span = 3.0 if problem is MASSLESS else 200.0
-    there, here = (contender.run(one, span, setting) for one in (shuffled, problem))
+    shuffled_run, run = (contender.run(order, span, setting) for order in (shuffled, problem))
     off = {"rtol": 0.0, "atol": 1e-12} if problem is MASSLESS else {"atol": 1e-11}
-    np.testing.assert_allclose(there.q[-1], here.q[-1][order], **off)
-    assert abs(here.q[-1, 0] - problem.q0[0]).max() > 1e-6  # the others pull
+    np.testing.assert_allclose(shuffled_run.q[-1], run.q[-1][order], **off)
+    assert abs(run.q[-1, 0] - problem.q0[0]).max() > 1e-6  # the others pull
 
 
 def test_hybrids_survive_encounters_that_whfast_does_not():
@@ -243,9 +243,9 @@ def test_ctrl_c_reaches_the_program_after_a_run_too():
 @needs_avx512
 def test_whfast512_is_code_of_its_own_for_any_gravitational_constant_and_leaves_the_arithmetic():
     plain = WHFAST.run(PLANETS, SPAN, {"step": DAILY, "corrector": 17, "safe_mode": 0})
-    ours = WHFAST512.run(PLANETS, SPAN, {"step": DAILY, **whfast512.BEST})
-    np.testing.assert_allclose(ours.q[-1], plain.q[-1], rtol=0, atol=1e-10)
-    assert not np.array_equal(ours.q[-1], plain.q[-1])
+    with_options = WHFAST512.run(PLANETS, SPAN, {"step": DAILY, **whfast512.BEST})
+    np.testing.assert_allclose(with_options.q[-1], plain.q[-1], rtol=0, atol=1e-10)
+    assert not np.array_equal(with_options.q[-1], plain.q[-1])
     problem = galvi.problems.applegate()
     truth = STORED_TRUTH.run(problem, 100.0, {})
     assert error(WHFAST512, problem, 100.0, truth, step=0.5, **whfast512.BEST) < 5e-6  # 8e-7
@@ -254,8 +254,9 @@ def test_whfast512_is_code_of_its_own_for_any_gravitational_constant_and_leaves_
 
 def test_whfast512_wants_a_dominant_body_and_at_most_eight_more_and_avx512(monkeypatch):
     pair = galvi.Problem(galvi.NBody([1.0, 1.0]), [[0.0, 0], [1, 0]], [[0.0, 0], [0, 1]])
-    taken = [WHFAST512.supports(one) for one in (PLANETS, SOLAR, galvi.problems.kepler(), pair)]
-    assert taken == [True, False, False, False]
+    problems = (PLANETS, SOLAR, galvi.problems.kepler(), pair)
+    supported = [WHFAST512.supports(problem) for problem in problems]
+    assert supported == [True, False, False, False]
     monkeypatch.setattr("rebound.avx512_available", False)
     assert "no AVX-512" in WHFAST512.missing
     with pytest.raises(ModuleNotFoundError, match="REBOUND WHFast512 cannot run: this CPU"):

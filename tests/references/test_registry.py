@@ -44,7 +44,7 @@ def code(word):
 
 
 NAMES = [contender.name for contender in REFERENCES]
-every = pytest.mark.parametrize("contender", REFERENCES, ids=NAMES)
+every_reference = pytest.mark.parametrize("contender", REFERENCES, ids=NAMES)
 PRESENT = [contender for contender in REFERENCES if not contender.missing]
 every_present = pytest.mark.parametrize("contender", PRESENT, ids=lambda c: c.name)
 
@@ -68,12 +68,12 @@ def solvable(contender: Contender) -> galvi.Problem:
 
 
 def test_every_contender_of_every_module_is_registered():
-    found = {}
+    contenders = {}
     for module in pkgutil.walk_packages(references.__path__, "references."):
         for value in vars(importlib.import_module(module.name)).values():
             if isinstance(value, Contender) and not isinstance(value, type):
-                found[id(value)] = value
-    assert {id(contender) for contender in REFERENCES} == set(found)
+                contenders[id(value)] = value
+    assert {id(contender) for contender in REFERENCES} == set(contenders)
 
 
 def test_names_are_unique_and_find_their_reference():
@@ -96,10 +96,10 @@ UNKNOWN_NAMES = [
 ]
 
 
-@pytest.mark.parametrize(("asked", "word", "meant"), UNKNOWN_NAMES)
-def test_an_unknown_name_is_answered_with_the_nearest(asked, word, meant):
+@pytest.mark.parametrize(("lookup", "word", "meant"), UNKNOWN_NAMES)
+def test_an_unknown_name_is_answered_with_the_nearest(lookup, word, meant):
     with pytest.raises(ValueError, match=f"received '{word}'") as refusal:
-        asked(word)
+        lookup(word)
     assert re.search(meant, str(refusal.value))
 
 
@@ -142,26 +142,26 @@ def test_a_run_says_when_and_how_it_was_made(contender):
 def test_a_contender_is_set_by_a_step_or_by_samples_and_refuses_other_settings(contender):
     assert isinstance(contender, Reference) and isinstance(contender.fixed_step, bool)
     problem, right = solvable(contender), setting(contender, 1.0, 1)
-    key, typed, other = (
+    key, typed, foreign = (
         ("step", "steq", "samples") if contender.fixed_step else ("samples", "sample", "step")
     )
-    for duration, given, words in (
+    for duration, settings, message in (
         (1.0, {typed: 1}, f"received '{typed}'. Did you mean '{key}'"),
-        (1.0, {other: 1}, f"received '{other}'"),
+        (1.0, {foreign: 1}, f"received '{foreign}'"),
         *((duration, right, "duration must") for duration in (0.0, float("nan"), float("inf"))),
     ):
-        with pytest.raises(ValueError, match=words):
-            contender.run(problem, duration, given)
+        with pytest.raises(ValueError, match=message):
+            contender.run(problem, duration, settings)
 
 
 @pytest.mark.parametrize("name", CODES)
 def test_a_code_is_the_first_of_its_contenders_that_solves_the_problem(name):
     contenders = CODES[name]
     assert set(contenders) <= set(REFERENCES)
-    assert len({one.fixed_step for one in contenders}) == 1
-    assert {name.partition(".")[0]} == {kind_of(one) for one in contenders}
+    assert len({contender.fixed_step for contender in contenders}) == 1
+    assert {name.partition(".")[0]} == {kind_of(contender) for contender in contenders}
     for problem in (*SOLVED, UNKNOWN):
-        able = [one for one in contenders if one.supports(problem)]
+        able = [contender for contender in contenders if contender.supports(problem)]
         if able:
             assert named(name, problem) is able[0]
             continue
@@ -202,7 +202,7 @@ def test_a_contender_that_says_the_wrong_kind_of_setting_is_seen():
         test_a_contender_is_set_by_a_step_or_by_samples_and_refuses_other_settings(liar)
 
 
-@every
+@every_reference
 def test_support_is_decided_by_the_system_not_by_the_name_and_never_raised(contender):
     def height(q, v):
         return 0.5 * v @ v - 0.1 * q[2, 2]
@@ -241,22 +241,22 @@ def test_a_gradient_that_replaces_the_known_force_is_not_taken_for_it():
 
 
 def test_a_gradient_that_belongs_to_the_known_potential_keeps_its_references():
-    for potential, q0, v0, own in (
+    for potential, q0, v0, gradient in (
         (galvi.LinearSpring(1.3), [1.0], [0.0], lambda q: 1.3 * q),
         (galvi.CentralForce(1.0), [1.0, 0.0], [0.0, 1.0], lambda q: q / np.hypot(*q) ** 3),
         (galvi.CosinePotential(1.0), [1.0], [0.0], np.sin),
     ):
         without = galvi.Problem(galvi.Canonical(2.0, potential), q0, v0)
-        given = galvi.Problem(galvi.Canonical(2.0, potential, gradient=own), q0, v0)
-        assert [c.name for c in REFERENCES if c.supports(given)] == [
+        with_gradient = galvi.Problem(galvi.Canonical(2.0, potential, gradient=gradient), q0, v0)
+        assert [c.name for c in REFERENCES if c.supports(with_gradient)] == [
             c.name for c in REFERENCES if c.supports(without)
         ]
     weight = HANGING.system.potential
     same = replace(HANGING.system, gradient=lambda R: weight.gradient(R))
-    other = replace(HANGING.system, gradient=lambda R: 1.001 * weight.gradient(R), check=False)
+    scaled = replace(HANGING.system, gradient=lambda R: 1.001 * weight.gradient(R), check=False)
     takers = [c for c in REFERENCES if c.supports(replace(HANGING, system=same))]
     assert {"MuJoCo RK4", "RK4 on quaternions, compiled"} <= {c.name for c in takers}
-    some = [c for c in REFERENCES if c.supports(replace(HANGING, system=other))]
+    some = [c for c in REFERENCES if c.supports(replace(HANGING, system=scaled))]
     assert {c.name for c in some} == {
         "explicit Euler, matrices",
         "SciPy RK45 (ode45), matrices",
@@ -301,22 +301,24 @@ def test_a_missing_engine_is_a_sentence_and_not_a_crash(monkeypatch):
 
 
 def test_every_reference_whose_engine_may_be_missing_names_it():
-    optional = [one for one in REFERENCES if isinstance(type(one).missing, property)]
-    assert {one.engine for one in optional} == {
+    optional = [
+        reference for reference in REFERENCES if isinstance(type(reference).missing, property)
+    ]
+    assert {reference.engine for reference in optional} == {
         "rebound",
         "heyoka",
         "mujoco-core",
         "jplephem",
         "pin",
     }
-    assert not any(one.missing for one in REFERENCES if one not in optional)
+    assert not any(reference.missing for reference in REFERENCES if reference not in optional)
 
 
 ORDERS = {"DOP853": 8, "RK45": 5, "Radau": 5, r"RK4\b": 4, "Stormer-Verlet": 2, "WHFast": 2}
 
 
 def test_the_order_is_that_of_the_method_by_which_it_is_called():
-    known = {one.name: getattr(one, "order", None) for one in REFERENCES}
-    for words, order in ORDERS.items():
-        named = {name: known[name] for name in known if re.search(words, name)}
+    orders = {reference.name: getattr(reference, "order", None) for reference in REFERENCES}
+    for pattern, order in ORDERS.items():
+        named = {name: orders[name] for name in orders if re.search(pattern, name)}
         assert named and set(named.values()) == {order}, named

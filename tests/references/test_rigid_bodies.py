@@ -95,11 +95,11 @@ def test_the_order_is_what_is_claimed_and_no_more(method, steps, name):
 def test_the_compiled_dop853_spends_about_what_scipys_does(name):
     problem = PROBLEMS[name]
     for tolerance in (1e-6, 1e-12):
-        ours, scipys = (
+        compiled, scipys = (
             c.run(problem, 20.0, {"tolerance": tolerance}).counts["force_evaluations"]
             for c in (QUATERNION_DOP853, RIGID_DOP853)
         )
-        assert 0.9 < ours / scipys < 1.1  # 1.00 to 1.05
+        assert 0.9 < compiled / scipys < 1.1  # 1.00 to 1.05
 
 
 @pytest.mark.parametrize("contender", SOUND, ids=lambda c: c.name)
@@ -129,18 +129,18 @@ def test_samples_in_between_and_backwards_are_on_the_same_motion():
         assert difference(compiled, exact) < 1e-12  # 1e-13
         fine = QUATERNION_RK4.run(problem, -4.0, {"step": -0.001, "save_every": 7})
         assert difference(fine, exact) < 1e-11  # 8e-13
-        every = QUATERNION_RK4.run(problem, -4.0, {"step": -0.001})
-        assert np.array_equal(fine.q[:-1], every.q[:-1:7])
-        assert np.array_equal(fine.t[:-1], every.t[:-1:7])
+        full = QUATERNION_RK4.run(problem, -4.0, {"step": -0.001})
+        assert np.array_equal(fine.q[:-1], full.q[:-1:7])
+        assert np.array_equal(fine.t[:-1], full.t[:-1:7])
 
 
 def test_a_long_run_is_the_same_whether_or_not_it_is_cut_into_calls(monkeypatch):
     problem = HEAVY["heavy top"]
     runs = [(QUATERNION_RK4, {"step": 0.01}), (QUATERNION_DOP853, {"tolerance": 1e-9})]
-    whole = [contender.run(problem, 10.0, setting) for contender, setting in runs]
+    uncut = [contender.run(problem, 10.0, setting) for contender, setting in runs]
     monkeypatch.setattr("references.textbook.quaternions.CHUNK", 7)
     monkeypatch.setattr("references.textbook.quaternions.TRIES", 7)
-    for (contender, setting), before in zip(runs, whole, strict=True):
+    for (contender, setting), before in zip(runs, uncut, strict=True):
         after = contender.run(problem, 10.0, setting)
         assert np.abs(after.q - before.q).max() < 1e-9 and after.success
         assert after.counts["steps"] == pytest.approx(before.counts["steps"], abs=2)
@@ -166,9 +166,9 @@ def test_steps_that_are_too_large_end_the_run_with_a_sentence():
         first = run.failed_step
         assert not run.success and f"tep {first}, towards t =" in run.status
         assert run.counts["steps"] == first - 1
-        done = np.append(np.arange(0, 100, 3), 100) < first
-        assert np.all(np.isfinite(run.q[done])) and np.all(np.isnan(run.q[~done]))
-        assert np.all(np.isfinite(run.p[done])) and np.all(np.isnan(run.p[~done]))
+        completed = np.append(np.arange(0, 100, 3), 100) < first
+        assert np.all(np.isfinite(run.q[completed])) and np.all(np.isnan(run.q[~completed]))
+        assert np.all(np.isfinite(run.p[completed])) and np.all(np.isnan(run.p[~completed]))
 
 
 def test_an_adaptive_run_that_cannot_go_on_says_so():

@@ -81,12 +81,12 @@ every_planet = pytest.mark.parametrize("case", CASES)
 
 @pytest.mark.parametrize("truth", OTHERS, ids=lambda truth: truth.name)
 def test_a_truth_is_kept_for_its_problems_at_its_times_and_no_others(truth):
-    assert not any(truth.supports(other) for other in OTHERS[truth])
+    assert not any(truth.supports(problem) for problem in OTHERS[truth])
     for problem, horizon in truth.cases.values():
         assert truth.supports(problem)
         for duration, setting in ((horizon, {"samples": 7}), (-1.0, {}), (2 * horizon, {})):
-            words = rf"is kept every 0\.5 up to {horizon:g} .* received a sample"
-            with pytest.raises(ValueError, match=words):
+            message = rf"is kept every 0\.5 up to {horizon:g} .* received a sample"
+            with pytest.raises(ValueError, match=message):
                 truth.run(problem, duration, setting)
 
 
@@ -101,21 +101,21 @@ def test_a_truth_is_kept_for_its_problems_at_its_times_and_no_others(truth):
 def test_other_methods_come_to_it(case, peer, setting, duration, off, off_momentum):
     truth, samples = TRUTHS[case], {"samples": 2 * duration}
     problem, _ = truth.cases[case]
-    kept = truth.run(problem, float(duration), samples)
+    stored_run = truth.run(problem, float(duration), samples)
     run = peer.run(problem, float(duration), samples | setting)
-    assert run.success and np.max(np.abs(run.q - kept.q)) < off
-    assert np.max(np.abs(run.p - kept.p)) < off_momentum
+    assert run.success and np.max(np.abs(run.q - stored_run.q)) < off
+    assert np.max(np.abs(run.p - stored_run.p)) < off_momentum
 
 
 @pytest.mark.slow_cases("planar_chain", "fermi_pasta_ulam_tsingou")
 @pytest.mark.parametrize("case", OURS)
 def test_galvi_comes_to_it_and_it_keeps_its_energy(case):
-    duration, every, off, energy = OURS[case]
+    duration, substeps, off, energy = OURS[case]
     problem, _ = TRUTHS[case].cases[case]
-    kept = TRUTHS[case].run(problem, float(duration), {"samples": 2 * duration})
-    run = galvi.integrate(problem, EIGHT, 0.5 / every, 2 * duration * every)
-    assert np.abs(run.q[::every] - kept.q).max() < off
-    assert np.ptp(galvi.energy(kept)) < energy  # 1e-14: the states are rounded
+    stored_run = TRUTHS[case].run(problem, float(duration), {"samples": 2 * duration})
+    run = galvi.integrate(problem, EIGHT, 0.5 / substeps, 2 * duration * substeps)
+    assert np.abs(run.q[::substeps] - stored_run.q).max() < off
+    assert np.ptp(galvi.energy(stored_run)) < energy  # 1e-14: the states are rounded
 
 
 @pytest.mark.slow_cases("double_pendulum", "planar_chain")
@@ -124,10 +124,10 @@ def test_it_can_be_made_again(case):
     truth = TRUTHS[case]
     if truth.engine.missing:
         pytest.skip(truth.engine.missing)
-    kept = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
-    made = truth.table(case).splitlines()
-    rows = [i for i, line in enumerate(kept) if not line.startswith("# source")]
-    assert [made[i] for i in rows] == [kept[i] for i in rows]
+    stored_lines = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
+    lines = truth.table(case).splitlines()
+    rows = [i for i, line in enumerate(stored_lines) if not line.startswith("# source")]
+    assert [lines[i] for i in rows] == [stored_lines[i] for i in rows]
 
 
 def test_it_conserves_energy_and_vertical_momentum_and_is_a_rotation():
@@ -143,25 +143,25 @@ def test_it_conserves_energy_and_vertical_momentum_and_is_a_rotation():
 def test_a_motion_of_planets_is_kept_for_its_problem_and_no_other(case):
     problem, _ = CASES[case]
     assert STORED_TRUTH.supports(problem) and stored(case).of(problem)
-    assert sum(stored(other).of(problem) for other in CASES) == 1
+    assert sum(stored(name).of(problem) for name in CASES) == 1
     named = galvi.Problem(problem.system, problem.q0, problem.v0, t0=3.0, name="another")
     assert STORED_TRUTH.supports(named)
     masses, q0, v0 = problem.system.masses, problem.q0, problem.v0
-    near = [
+    similar = [
         galvi.Problem(galvi.NBody(np.nextafter(masses, 99.0), problem.system.G), q0, v0),
         galvi.Problem(galvi.NBody(masses, np.nextafter(problem.system.G, 0.0)), q0, v0),
         galvi.Problem(problem.system, np.nextafter(q0, 99.0), v0),
         galvi.Problem(problem.system, q0, np.nextafter(v0, 99.0)),
     ]
-    assert not any(STORED_TRUTH.supports(other) for other in near)
+    assert not any(STORED_TRUTH.supports(changed) for changed in similar)
     assert not STORED_TRUTH.supports(galvi.problems.kepler())
 
 
 @pytest.mark.parametrize("case", ENCOUNTERS)
 def test_a_start_made_on_another_processor_is_that_of_the_file(case):
     problem, _ = CASES[case]
-    other = problem.with_initial_state(problem.q0 * (1.0 + 2.0**-52), problem.v0)
-    assert not STORED_TRUTH.supports(other) and STORED_TRUTH.supports(as_kept(case, other))
+    rounded = problem.with_initial_state(problem.q0 * (1.0 + 2.0**-52), problem.v0)
+    assert not STORED_TRUTH.supports(rounded) and STORED_TRUTH.supports(as_kept(case, rounded))
     wrong = problem.with_initial_state(problem.q0 * (1.0 + 1e-12), problem.v0)
     with pytest.raises(ValueError, match="Make the file anew"):
         as_kept(case, wrong)
@@ -228,10 +228,10 @@ def test_its_first_hundredth_can_be_made_again(case):
     text = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
     bodies = problem.system.masses.size
     lines = [line for line in text if line[0].isdigit()][bodies : 2 * bodies]
-    kept = [decimal.Decimal(x) for line in lines for x in line.split(",")[2:]]
-    made = [decimal.Decimal(str(x)) for x in states[1]]
-    apart = [abs(a - b) for a, b in zip(kept, made, strict=True)]
-    assert max(apart) < decimal.Decimal("1e-20")  # 1e-22, of which 5e-25 is the file's rounding
+    stored_values = [decimal.Decimal(x) for line in lines for x in line.split(",")[2:]]
+    values = [decimal.Decimal(str(x)) for x in states[1]]
+    gaps = [abs(a - b) for a, b in zip(stored_values, values, strict=True)]
+    assert max(gaps) < decimal.Decimal("1e-20")  # 1e-22, of which 5e-25 is the file's rounding
 
 
 def test_a_time_that_was_rounded_moves_the_bodies_along():
@@ -245,13 +245,13 @@ def test_a_time_that_was_rounded_moves_the_bodies_along():
 
 
 def test_every_file_has_its_engine_command_and_hash() -> None:
-    found = {one["file"]: one for one in provenance.truths()}
-    assert set(found) == {path.name for path in FOLDER.iterdir()}
-    for name, one in found.items():
-        assert list(one) == list(provenance.HEADINGS)
-        assert one["engine"].startswith("heyoka ") and "real128" in one["engine"]
-        assert one["SHA-256"] == hashlib.sha256((FOLDER / name).read_bytes()).hexdigest()
-        module, case = one["made by"].removeprefix("python -m ").split()[:2]
+    sources = {source["file"]: source for source in provenance.truths()}
+    assert set(sources) == {path.name for path in FOLDER.iterdir()}
+    for name, source in sources.items():
+        assert list(source) == list(provenance.HEADINGS)
+        assert source["engine"].startswith("heyoka ") and "real128" in source["engine"]
+        assert source["SHA-256"] == hashlib.sha256((FOLDER / name).read_bytes()).hexdigest()
+        module, case = source["made by"].removeprefix("python -m ").split()[:2]
         assert f"{case}.csv" == name and importlib.util.find_spec(module) is not None
 
 
@@ -265,9 +265,9 @@ DATA = resources.files("galvi") / "problems" / "data" / "solar_system.csv"
 def test_the_stored_file_is_what_its_command_writes():
     if jpl.missing():
         pytest.skip(jpl.missing())
-    stored, made = DATA.read_text("ascii").splitlines(), jpl.table(jpl.ephemeris()).splitlines()
-    assert len(stored) == len(made)
-    for old, new in zip(stored, made, strict=True):
+    stored, written = DATA.read_text("ascii").splitlines(), jpl.table(jpl.ephemeris()).splitlines()
+    assert len(stored) == len(written)
+    for old, new in zip(stored, written, strict=True):
         if "," not in old or old.startswith(("#", "body")):
             assert old == new
             continue
@@ -291,8 +291,8 @@ def test_the_planets_are_where_almanacs_have_them():
     problem = galvi.problems.solar_system()
     masses, q, v = problem.system.masses, problem.q0, problem.v0
     distance = np.linalg.norm(q[1:] - q[0], axis=1)
-    known = [0.466, 0.720, 0.983, 1.391, 4.965, 9.184, 19.924, 30.121, 30.223]  # au, 2000-01-01
-    np.testing.assert_allclose(distance, known, atol=1e-3)
+    distances = [0.466, 0.720, 0.983, 1.391, 4.965, 9.184, 19.924, 30.121, 30.223]  # au, 2000-01-01
+    np.testing.assert_allclose(distance, distances, atol=1e-3)
     semi_axis = 1.0 / (
         2.0 / distance - np.sum((v[1:] - v[0]) ** 2, axis=1) / (masses[0] + masses[1:])
     )
@@ -329,14 +329,14 @@ def test_it_starts_where_the_problem_does_and_moves_as_its_velocity_says():
 
 @needs_jpl
 def test_newtons_point_masses_miss_what_relativity_and_the_moon_do():
-    far = differences(STORED_TRUTH.run(SOLAR, 10_000.0, {}))[-1]
-    sun, mercury, earth = far[0], far[1], far[3]
+    gaps = differences(STORED_TRUTH.run(SOLAR, 10_000.0, {}))[-1]
+    sun, mercury, earth = gaps[0], gaps[1], gaps[3]
     assert 1e-8 < sun < 1e-6  # 7.0e-8
     assert 1e-5 < mercury < 5e-5  # 2.5e-5: relativity moves its perihelion 43" a century
     assert 5e-6 < earth < 2e-5  # 1.1e-5
-    assert np.all(far[7:] < 1e-7)  # 4e-8 and less
+    assert np.all(gaps[7:] < 1e-7)  # 4e-8 and less
     early = differences(STORED_TRUTH.run(SOLAR, 100.0, {}))[-1]
-    assert np.all(early < far)
+    assert np.all(early < gaps)
 
 
 @needs_jpl

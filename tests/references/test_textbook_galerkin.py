@@ -58,11 +58,11 @@ CASES = [
 def both(name, n, rule, points, h=0.1, steps=4):
     L, chart, problem = SYSTEMS[name]
     rule = RULES[rule](points)
-    ours = galvi.integrate(
+    by_galvi = galvi.integrate(
         problem(), galvi.Galerkin(galvi.Polynomials(n - 1), rule), h, steps, solver="newton"
     )
     method = Galerkin(n, np.asarray(rule.nodes), np.asarray(rule.weights), chart)
-    return ours, method.run(L, problem().q0, problem().v0, h, steps)
+    return by_galvi, method.run(L, problem().q0, problem().v0, h, steps)
 
 
 @pytest.mark.slow_cases(
@@ -77,14 +77,14 @@ def both(name, n, rule, points, h=0.1, steps=4):
 @pytest.mark.parametrize(("n", "rule", "points"), CASES)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_galvi_computes_what_the_page_says(name, n, rule, points):
-    ours, theirs = both(name, n, rule, points)
-    assert ours.success, ours.status
-    assert np.max(np.abs(ours.q - theirs.q)) < 1e-14  # 2e-15
-    assert np.max(np.abs(ours.p.reshape(5, -1) - theirs.p)) < 1e-13
+    by_galvi, by_page = both(name, n, rule, points)
+    assert by_galvi.success, by_galvi.status
+    assert np.max(np.abs(by_galvi.q - by_page.q)) < 1e-14  # 2e-15
+    assert np.max(np.abs(by_galvi.p.reshape(5, -1) - by_page.p)) < 1e-13
     for t in (0.013, 0.1, 0.27, 0.4):
-        q, v = theirs.at(t)
-        assert np.max(np.abs(ours(t) - q)) < 1e-13
-        assert np.max(np.abs(ours.velocity(t).ravel() - v)) < 1e-12
+        q, v = by_page.at(t)
+        assert np.max(np.abs(by_galvi(t) - q)) < 1e-13
+        assert np.max(np.abs(by_galvi.velocity(t).ravel() - v)) < 1e-12
 
 
 FAULTS = {
@@ -106,10 +106,10 @@ def test_a_fault_of_the_page_is_seen(fault, monkeypatch):
     if part == "weights":
         method = change(method)
     else:
-        monkeypatch.setattr(page.Rotations, part, lambda self, *given: change(self)(*given))
-    ours = galvi.integrate(problem(), galvi.Galerkin(galvi.Polynomials(4), rule), 0.1, 3)
+        monkeypatch.setattr(page.Rotations, part, lambda self, *arguments: change(self)(*arguments))
+    by_galvi = galvi.integrate(problem(), galvi.Galerkin(galvi.Polynomials(4), rule), 0.1, 3)
     try:
-        theirs = method.run(L, problem().q0, problem().v0, 0.1, 3)
+        by_page = method.run(L, problem().q0, problem().v0, 0.1, 3)
     except (ArithmeticError, np.linalg.LinAlgError):
         return
-    assert not np.max(np.abs(ours.q - theirs.q)) < 1e-6
+    assert not np.max(np.abs(by_galvi.q - by_page.q)) < 1e-6

@@ -21,6 +21,6 @@ def ran_without_heyoka(*files: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.skipif(ABSENT, reason="heyoka is not installed: all tests run without it")
 def test_the_contract_of_references_is_kept_without_heyoka():
-    done = ran_without_heyoka("test_registry.py", "test_heyoka.py")
-    assert done.returncode == 0, done.stdout
-    assert "Install heyoka" in done.stdout  # why the tests of heyoka itself were skipped
+    completed = ran_without_heyoka("test_registry.py", "test_heyoka.py")
+    assert completed.returncode == 0, completed.stdout
+    assert "Install heyoka" in completed.stdout  # why the tests of heyoka itself were skipped

@@ -46,7 +46,7 @@ NUMBERS = [
 ]  # fmt: skip
 OBJECTS = [
     None, "", "gauss", "\0", "ä" * 300, b"1", [], (), {}, set(), [[1.0], [2.0, 3.0]], [1, "a"],
-    {"a": 1}, object(), type, lambda: None, lambda *given: given, range(3), Ellipsis, iter([1.0]),
+    {"a": 1}, object(), type, lambda: None, lambda *x: x, range(3), Ellipsis, iter([1.0]),
     memoryview(b"1"), np.array(None), np.array("a"), np.array([1, "a"], dtype=object), np.zeros(0),
     np.ma.masked_array([1.0, 2.0], [True, False]), np.zeros((2, 2, 2)), np.eye(3), -np.eye(3),
     np.array([1 + 1j, 2.0]), np.array([True, False]), galvi, galvi.Polynomials,
@@ -78,12 +78,12 @@ def spoilt(good: Any) -> st.SearchStrategy[Any]:
     """Arrays like a good one with one entry that is odd, or of another shape, size or type."""
     array = np.atleast_1d(np.asarray(good, dtype=float))
     places = np.arange(array.size).reshape(array.shape)
-    one = st.builds(
-        lambda place, entry: np.where(places == place, entry, array),
+    with_odd_entry = st.builds(
+        lambda index, entry: np.where(places == index, entry, array),
         st.integers(0, array.size - 1),
         ENTRIES,
     )
-    return one | st.sampled_from(CHANGES).map(lambda change: change(array))
+    return with_odd_entry | st.sampled_from(CHANGES).map(lambda change: change(array))
 
 
 def method(degree: int, points: int, **options: Any) -> galvi.Galerkin:
@@ -229,10 +229,10 @@ RESULTS = {"Citation", "End", "Ensemble", "Found", "Judged", "MomentumBalance", 
 SLOW = {"judge", "convergence"}  # their refusals are in tests/users/refusals and test_convergence
 UNTRIED = {"self", "progress", "executor", "folder", "path", "name"}  # parameters
 CALLS: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
-    name: (getattr(place, name), GOOD.get(name, {}))
-    for place in (galvi, galvi.problems, galvi.events)
-    for name in place.__all__
-    if callable(getattr(place, name)) and name not in RESULTS | SLOW
+    name: (getattr(module, name), GOOD.get(name, {}))
+    for module in (galvi, galvi.problems, galvi.events)
+    for name in module.__all__
+    if callable(getattr(module, name)) and name not in RESULTS | SLOW
 }
 CALLS["run(t)"] = galvi.Trajectory.__call__, {"self": RUN["run"], "t": 0.005}
 CALLS["run.velocity"] = galvi.Trajectory.velocity, {"self": RUN["run"], "t": 0.005}
@@ -243,8 +243,12 @@ CALLS["run.to_frame"] = galvi.Trajectory.to_frame, {"self": RUN["run"]}
 def odd_call(data: st.DataObject, call: Callable[..., Any], good: Mapping[str, Any]) -> Any:
     """The call with one or two odd arguments, which are drawn."""
     parameters = inspect.signature(call).parameters.values()
-    given = (int, float, str, tuple, type(None))
-    values = {one.name: one.default for one in parameters if isinstance(one.default, given)}
+    plain_types = (int, float, str, tuple, type(None))
+    values = {
+        parameter.name: parameter.default
+        for parameter in parameters
+        if isinstance(parameter.default, plain_types)
+    }
     values |= good
     may_be_odd = sorted(values.keys() - UNTRIED)
     odd = (
@@ -275,19 +279,19 @@ def fault(call: Any) -> str:
     """What is wrong with the end of a call; "" where it returns what holds, or refuses."""
     run = call.keywords.get("run", call.keywords.get("self"))
     try:
-        result = call()
+        returned = call()
     except Exception as error:
         return "" if is_refusal(error) else "".join(traceback.format_exception(error))
-    if isinstance(result, galvi.Trajectory):
-        return fault_of_run(result)
+    if isinstance(returned, galvi.Trajectory):
+        return fault_of_run(returned)
     if isinstance(run, galvi.Trajectory) and not run.success:
         return ""  # what is asked of a run past its failure is NaN
-    if isinstance(result, galvi.Recommendation) and not result.reached:
+    if isinstance(returned, galvi.Recommendation) and not returned.reached:
         return ""
-    values = vars(result).values() if dataclasses.is_dataclass(result) else [result]
+    values = vars(returned).values() if dataclasses.is_dataclass(returned) else [returned]
     numbers = [x for x in values if isinstance(x, float | np.ndarray)]
     wrong = any(np.isnan(x).any() for x in numbers if np.asarray(x).dtype.kind == "f")
-    return f"NaN in the result: {result}" if wrong else ""
+    return f"NaN in the result: {returned}" if wrong else ""
 
 
 def fault_of_run(run: galvi.Trajectory) -> str:
@@ -309,18 +313,18 @@ def is_refusal(error: Exception) -> bool:
     """Whether galvi itself raised this, with a sentence."""
     *_, frame = traceback.extract_tb(error.__traceback__)
     raised = "raise" in linecache.getline(frame.filename, frame.lineno or 0)
-    text, own = str(error), FOLDER in Path(frame.filename).parents
+    text, in_galvi = str(error), FOLDER in Path(frame.filename).parents
     sentence = text.endswith((".", "?")) and "\n" not in text and len(text) <= LONGEST
-    return isinstance(error, KINDS) and own and raised and sentence
+    return isinstance(error, KINDS) and in_galvi and raised and sentence
 
 
-def property_of(data: Any, examples: int) -> Any:
+def property_of(strategy: Any, examples: int) -> Any:
     """Decorates a function of what is drawn; it is then called with so many examples."""
     return lambda check: settings(
         max_examples=examples,
         phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),
-    )(given(data)(check))
+    )(given(strategy)(check))
 
 
 @pytest.fixture(autouse=True)
@@ -343,11 +347,11 @@ def test_odd_arguments_give_what_holds_or_a_refusal(name: str, empty_folder: Pat
     assert [*empty_folder.iterdir()] == [saved]
 
 
-def damaged(data: st.DataObject, whole: bytes) -> bytes:
+def damaged(data: st.DataObject, content: bytes) -> bytes:
     """Bytes cut short, or with some changed, taken out or put in."""
-    at = data.draw(st.integers(0, len(whole)))
-    end = at + data.draw(st.sampled_from([0, 1, 20, len(whole)]))
-    return whole[:at] + data.draw(st.binary(max_size=8)) + whole[end:]
+    at = data.draw(st.integers(0, len(content)))
+    end = at + data.draw(st.sampled_from([0, 1, 20, len(content)]))
+    return content[:at] + data.draw(st.binary(max_size=8)) + content[end:]
 
 
 @pytest.mark.parametrize("name", ["run.npz", "model.xml"])
@@ -358,11 +362,11 @@ def test_a_damaged_file_is_refused_or_read(name: str, empty_folder: Path) -> Non
         path.write_text(MODEL)
     else:
         galvi.save(run, path)
-    whole, read = path.read_bytes(), galvi.load if name == "run.npz" else galvi.from_mujoco
+    content, read = path.read_bytes(), galvi.load if name == "run.npz" else galvi.from_mujoco
 
     @property_of(st.data(), 5 * EXAMPLES)
     def check(data: st.DataObject) -> None:
-        path.write_bytes(damaged(data, whole))
+        path.write_bytes(damaged(data, content))
         assert fault(functools.partial(read, path)) == "", path.read_bytes()
         if name == "run.npz":
             with contextlib.suppress(ValueError, OSError):
@@ -403,12 +407,12 @@ ODD_FILES: dict[str, tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]] = {
 @pytest.mark.parametrize("odd", ODD_FILES)
 @pytest.mark.parametrize("name", ["kepler", "body"])
 def test_a_file_whose_parts_do_not_fit_is_refused(name: str, odd: str, empty_folder: Path) -> None:
-    words, change = ODD_FILES[odd]
+    message, change = ODD_FILES[odd]
     galvi.save(short_run(name), "run.npz")
     with np.load("run.npz") as file:
         arrays = dict(file)
     np.savez("run.npz", **change(arrays))
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises(ValueError, match=message):
         galvi.load("run.npz")
 
 
@@ -422,12 +426,12 @@ FORMS: dict[str, Callable[[Any], Any]] = {
 
 @pytest.mark.parametrize("form", FORMS)
 def test_the_same_numbers_in_another_form_give_the_same_bits(form: str) -> None:
-    planets, other, run = PROBLEMS["planets"], FORMS[form], short_run("planets")
-    problem = galvi.Problem(planets.system, other(planets.q0), other(planets.v0))
+    planets, same_numbers, run = PROBLEMS["planets"], FORMS[form], short_run("planets")
+    problem = galvi.Problem(planets.system, same_numbers(planets.q0), same_numbers(planets.v0))
     again = galvi.integrate(problem, TWO, 0.1, 5)
     assert again.q.tobytes() == run.q.tobytes() and again.p.tobytes() == run.p.tobytes()
     times = np.array([0.11, 0.23])
-    states, same = galvi.states_at(run, times), galvi.states_at(run, other(times))
+    states, same = galvi.states_at(run, times), galvi.states_at(run, same_numbers(times))
     assert np.array_equal(states, same)
 
 
@@ -450,6 +454,6 @@ FAULTS: dict[str, tuple[Callable[[], Any], str]] = {
 
 @pytest.mark.parametrize("planted", FAULTS)
 def test_a_planted_fault_is_seen(planted: str) -> None:
-    call, words = FAULTS[planted]
-    assert words in fault(functools.partial(call))
+    call, message = FAULTS[planted]
+    assert message in fault(functools.partial(call))
     assert fault(functools.partial(galvi.gauss, -1)) == ""

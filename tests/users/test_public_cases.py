@@ -25,27 +25,29 @@ def row(source: str, value: Any = None, within: float = 0.0, **right: Any) -> An
     """Enters a function that returns the value, or a run with this `end`, or is `refused`; `words`
     stand in the run's status or in the refusal."""
 
-    def enter(given: Callable[[], Any]) -> None:
-        ROWS.append(pytest.param(given, value, within, right, id=f"{given.__name__}, {source}"))
+    def enter(function: Callable[[], Any]) -> None:
+        ROWS.append(
+            pytest.param(function, value, within, right, id=f"{function.__name__}, {source}")
+        )
 
     return enter
 
 
-def gauss(points: int, **more: Any) -> galvi.Galerkin:
-    return galvi.Galerkin(galvi.Polynomials(points), galvi.gauss(points), **more)
+def gauss(points: int, **options: Any) -> galvi.Galerkin:
+    return galvi.Galerkin(galvi.Polynomials(points), galvi.gauss(points), **options)
 
 
 CLOCK = gauss(8, clock=galvi.DynamicalTime())
 FRAME = gauss(8, chart=galvi.KeplerFrame())
 
 
-def whole(run: Any) -> Any:
+def checked(run: Any) -> Any:
     assert run.outcome.end is End.COMPLETED, run.status
     return run
 
 
-def completed(*given: Any, **more: Any) -> Any:
-    return whole(galvi.integrate(*given, **more))
+def completed(*arguments: Any, **options: Any) -> Any:
+    return checked(galvi.integrate(*arguments, **options))
 
 
 def last(run: Any) -> Any:
@@ -53,9 +55,9 @@ def last(run: Any) -> Any:
     return np.append(run.q[-1], run.v[-1])
 
 
-def read(model: str, **more: Any) -> Any:
+def read(model: str, **options: Any) -> Any:
     pytest.importorskip("mujoco")
-    return galvi.from_mujoco(f"<mujoco>{model}</mujoco>", **more)
+    return galvi.from_mujoco(f"<mujoco>{model}</mujoco>", **options)
 
 
 # ---------------------------------------------------------------- test sets
@@ -211,7 +213,7 @@ def a_clock_steps_over_a_passage() -> Any:
 
 @row("hannorein/rebound#855, #793: IAS15", (-0.9599434139409329, 0.23201791499947325), 1e-7)
 def a_clock_in_steps_that_resolve_the_passage() -> Any:
-    return whole(two_planets(0.05)).q[-1, 1]
+    return checked(two_planets(0.05)).q[-1, 1]
 
 
 def meteoroid(method: Any, step: float) -> Any:
@@ -222,9 +224,9 @@ def meteoroid(method: Any, step: float) -> Any:
     v = [[0.0, 0.0, 0.0], [0.0, 0.01720212477893, 0.0], speeds]
     system = galvi.NBody([1.0, 3.003e-6, 0.0], 0.01720209895**2)
     run = galvi.integrate(galvi.Problem(system, q, v), method, step, duration=60.0)
-    found = galvi.find_events(run, galvi.events.closest_approach(1, 2))
+    passages = galvi.find_events(run, galvi.events.closest_approach(1, 2))
     assert np.isfinite(galvi.states_at(run, np.linspace(0.0, 60.0, 121))[0]).all()
-    return run, found
+    return run, passages
 
 
 @row("wmpg/WesternMeteorPyLib#92", end=End.DOUBTFUL, words="bodies 1 and 2 passed at a distance")
@@ -234,9 +236,9 @@ def a_frame_steps_over_a_passage() -> Any:
 
 @row("wmpg/WesternMeteorPyLib#99: IAS15, in au", 1.6845844e-4, 1e-10)
 def a_clock_resolves_the_passage() -> Any:
-    run, found = meteoroid(CLOCK, 0.1)
-    whole(run)
-    return found.value.item()
+    run, passages = meteoroid(CLOCK, 0.1)
+    checked(run)
+    return passages.value.item()
 
 
 @row("Noether; Kepler's problem of Hairer, Lubich and Wanner I.2", 0.0, 1e-13)
@@ -266,7 +268,7 @@ def a_step_in_other_units_than_the_clocks() -> Any:
 
 @row("Kepler's third law: ten revolutions", (7000.0, 0.0), 1e-8)
 def a_step_in_units_of_the_clock() -> Any:
-    return whole(craft(0.4 / np.sqrt(398600.4418))).q[-1]
+    return checked(craft(0.4 / np.sqrt(398600.4418))).q[-1]
 
 
 @row(
@@ -280,8 +282,8 @@ def oblateness_turns_the_node_and_the_pericentre() -> Any:
     q = [[0.0, 0.0, 0.0], [-2384.46, 5729.01, 3050.46]]
     v = [[0.0, 0.0, 0.0], [-7.36138, -2.98997, 1.64354]]
     run = completed(galvi.Problem(system, q, v), gauss(8), 240.0, 720)
-    found = galvi.orbital_elements(run, 0)
-    turned = [np.unwrap(np.ravel(x)) for x in (found.node, found.pericentre)]
+    elements = galvi.orbital_elements(run, 0)
+    turned = [np.unwrap(np.ravel(x)) for x in (elements.node, elements.pericentre)]
     return [np.degrees(x[-1] - x[0]) / 48.0 for x in turned]
 
 
@@ -331,8 +333,8 @@ def a_simulation_with_collisions() -> Any:
     "stefano-meschiari/Systemic2#7", refused=ValueError, words="on a parabola they do not say where"
 )
 def elements_of_a_parabola() -> Any:
-    one, zero = np.ones(1), np.zeros(1)
-    return galvi.OrbitalElements(one, one, zero, zero, zero, zero).states(1.0)
+    ones, zero = np.ones(1), np.zeros(1)
+    return galvi.OrbitalElements(ones, ones, zero, zero, zero, zero).states(1.0)
 
 
 # ---------------------------------------------------------------- bodies
@@ -341,11 +343,11 @@ def elements_of_a_parabola() -> Any:
 BODY = '<inertial pos="0 0 {}" mass="1" diaginertia=".1 .1 .1"/>'
 
 
-def hinge(joint: str, rest: str, place: float = -0.4, **more: Any) -> Any:
+def hinge(joint: str, elements: str, height: float = -0.4, **options: Any) -> Any:
     """A pendulum of mass 1 without gravity."""
-    body = f'<body><joint name="h" axis="0 1 0" {joint}/>{BODY.format(place)}</body>'
+    body = f'<body><joint name="h" axis="0 1 0" {joint}/>{BODY.format(height)}</body>'
     world = f'<option gravity="0 0 0"/><worldbody>{body}</worldbody>'
-    return read(world + rest, **more)
+    return read(world + elements, **options)
 
 
 @row("newton-physics/newton#3698, a damping ratio of 1", 0.3 * (1.0 - 11.0 * np.exp(-10.0)), 1e-12)
@@ -444,10 +446,10 @@ def a_cord_with_an_event_where_it_tightens() -> Any:
     def potential(q: Any) -> Any:
         return -g * q[0] + 0.5 * w * w * np.maximum(q[0] - 1.0, 0.0) ** 2
 
-    rest = galvi.Problem(galvi.Canonical(1.0, potential), [0.0], [0.0])
+    problem = galvi.Problem(galvi.Canonical(1.0, potential), [0.0], [0.0])
     taut = galvi.Event(lambda q, v, t: q[0] - 1.0, action=lambda q, v, t: (q, v))
     half = np.sqrt(2.0 / g) + (np.pi - np.arctan(w * np.sqrt(2.0 / g))) / w
-    return last(completed(rest, gauss(8), half / 10.0, 20, events=taut))
+    return last(completed(problem, gauss(8), half / 10.0, 20, events=taut))
 
 
 @row("google-deepmind/mujoco#1668, Zeno's ball", end=End.STEP_FAILED, words="an event chatters")
@@ -490,16 +492,16 @@ def held_weight_through_a_limited_actuator() -> Any:
     return read(f'<worldbody><body gravcomp="1">{joint}{BODY.format(-0.4)}</body></worldbody>')
 
 
-@pytest.mark.parametrize(("given", "value", "within", "right"), ROWS)
+@pytest.mark.parametrize(("function", "value", "within", "right"), ROWS)
 def test_a_public_case_is_as_its_source_has_it(
-    given: Callable[[], Any], value: Any, within: float, right: dict[str, Any]
+    function: Callable[[], Any], value: Any, within: float, right: dict[str, Any]
 ) -> None:
     if "refused" in right:
         with pytest.raises(right["refused"], match=right["words"]):
-            given()
+            function()
     elif "end" in right:
-        run = given()
+        run = function()
         assert run.outcome.end is right["end"], run.status
         assert re.search(right.get("words", ""), run.status), run.status
     else:
-        np.testing.assert_allclose(given(), value, rtol=0.0, atol=within)
+        np.testing.assert_allclose(function(), value, rtol=0.0, atol=within)

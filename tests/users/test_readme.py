@@ -126,7 +126,7 @@ def test_every_make_command_on_the_page_is_a_target(page: str) -> None:
         re.findall(r"^(?:\$ )?make ([a-z]+)|`make ([a-z]+)", (ROOT / page).read_text(), re.M)
     )
     targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.M))
-    names = {one or other for one, other in named}
+    names = {command or quoted for command, quoted in named}
     assert {"report", "test"} <= names <= targets
 
 
@@ -137,6 +137,6 @@ def test_the_page_on_a_call_names_files_and_objects_that_there_are() -> None:
     assert paths and [path for path in paths if not (ROOT / path).exists()] == []
     folders = ("galvi", "references", "benchmarks", "tests")
     files = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
-    words = {word for x in files for word in re.findall(r"\w+", x.read_text(encoding="utf-8"))}
+    defined = {word for x in files for word in re.findall(r"\w+", x.read_text(encoding="utf-8"))}
     names = {word for word in quoted if re.fullmatch(r"[A-Za-z_]\w+", word)}
-    assert names and names - words == set()
+    assert names and names - defined == set()

@@ -13,19 +13,19 @@ ROWS = [
 ]
 
 
-@pytest.mark.parametrize(("error", "words", "call"), ROWS)
-def test_bad_input_is_answered_in_one_sentence(error, words, call):
+@pytest.mark.parametrize(("error", "message", "call"), ROWS)
+def test_bad_input_is_answered_in_one_sentence(error, message, call):
     """A row has the error, the words that matter, a function and what it is given."""
-    function, *given = call
-    with pytest.raises(error, match=words) as refusal:
-        function(*given)
+    function, *arguments = call
+    with pytest.raises(error, match=message) as refusal:
+        function(*arguments)
     assert str(refusal.value).rstrip().endswith((".", ")"))
 
 
 def test_what_is_no_model_of_mujoco_is_answered_in_one_sentence():
-    for error, words, function, *given in models.mujoco():
-        with pytest.raises(error, match=words):
-            function(*given)
+    for error, message, function, *arguments in models.mujoco():
+        with pytest.raises(error, match=message):
+            function(*arguments)
 
 
 @pytest.mark.parametrize(

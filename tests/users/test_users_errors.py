@@ -21,8 +21,8 @@ def within(low, high, value):
 
 
 def point(**fields):
-    given = {"potential": galvi.LinearSpring(), "gradient": None} | fields
-    return galvi.Problem(galvi.Canonical(1.0, **given), [0.4], [0.5])
+    arguments = {"potential": galvi.LinearSpring(), "gradient": None} | fields
+    return galvi.Problem(galvi.Canonical(1.0, **arguments), [0.4], [0.5])
 
 
 def turned(system):

@@ -193,8 +193,8 @@ def starting(group, q0):
 
 
 ELEMENTS = tuple(
-    (ValueError, words, starting(group, q0))
-    for group, q0, words in (
+    (ValueError, message, starting(group, q0))
+    for group, q0, message in (
         (SO3, OFF, r"q0 must be a rotation, R\^T R = I with determinant 1, to 1e-09; "
          r"received \|R\^T R - I\| = 2\.0e-04\. The nearest rotation is \[\[1\.0, 0\.0, 0\.0\], "
          r".*\], from galvi\.nearest_rotation\."),

@@ -26,7 +26,7 @@ def pair(space, points=5):
     return lambda: galvi.Galerkin(space, at)
 
 
-def own(**fields):
+def broken_space(**fields):
     """A user's space that breaks a promise."""
     return pair(replace(Bernstein(), **fields))
 
@@ -34,8 +34,8 @@ def own(**fields):
 def unlike(*degrees, problem=HENON):
     """A step with a degree for each component."""
     space = galvi.ComponentPolynomials(degrees)
-    each = galvi.Galerkin(space, galvi.gauss(max(degrees)))
-    return lambda: galvi.integrate(problem, each, 0.1, 1)
+    by_component = galvi.Galerkin(space, galvi.gauss(max(degrees)))
+    return lambda: galvi.integrate(problem, by_component, 0.1, 1)
 
 
 OUTER = galvi.problems.outer_solar_system()
@@ -79,21 +79,45 @@ SPACES = (
     (
         WRONG,
         "first basis function of a space must be the constant 1; that of",
-        own(broken="constant"),
+        broken_space(broken="constant"),
     ),
-    (WRONG, "basis of Bernstein must be finite .* received nan for function 2", own(broken="nan")),
-    (WRONG, "basis of Bernstein must return real numbers of shape", own(broken="complex")),
-    (WRONG, r"return .*\(1, 4\) for t of shape \(1,\); received .*\(4, 1\)", own(broken="turned")),
-    (WRONG, r"derivative of Bernstein must return .* received shape \(1,\)", own(broken="flat")),
+    (
+        WRONG,
+        "basis of Bernstein must be finite .* received nan for function 2",
+        broken_space(broken="nan"),
+    ),
+    (WRONG, "basis of Bernstein must return real numbers of shape", broken_space(broken="complex")),
+    (
+        WRONG,
+        r"return .*\(1, 4\) for t of shape \(1,\); received .*\(4, 1\)",
+        broken_space(broken="turned"),
+    ),
+    (
+        WRONG,
+        r"derivative of Bernstein must return .* received shape \(1,\)",
+        broken_space(broken="flat"),
+    ),
     (
         WRONG,
         "must be that of its basis; function 2 differs from its difference",
-        own(broken="sign"),
+        broken_space(broken="sign"),
     ),
-    (WRONG, "degree of Bernstein must be a whole number from 0 to 3; received 4", own(degree=4)),
-    (WRONG, "dimension of Bernstein must be a whole number of at least 2", own(dimension=1)),
-    (WRONG, "exact of Bernstein must be True or False; received 'yes'", own(exact="yes")),
-    (WRONG, "exact of Bernstein must be False unless its functions .*decimal", own(exact=True)),
+    (
+        WRONG,
+        "degree of Bernstein must be a whole number from 0 to 3; received 4",
+        broken_space(degree=4),
+    ),
+    (
+        WRONG,
+        "dimension of Bernstein must be a whole number of at least 2",
+        broken_space(dimension=1),
+    ),
+    (WRONG, "exact of Bernstein must be True or False; received 'yes'", broken_space(exact="yes")),
+    (
+        WRONG,
+        "exact of Bernstein must be False unless its functions .*decimal",
+        broken_space(exact=True),
+    ),
     (ValueError, r"it lacks one of degree 1, by .* Say degree = 0", pair(Even())),
     (TypeError, r"a space must have dimension, .* lacks degree", pair(Nameless())),
     (TypeError, r"a space must be hashable, .* Make it a frozen dataclass", pair(Changeable())),
@@ -162,10 +186,10 @@ PAIRS = (
 )  # fmt: skip
 
 
-def framed(problem, frame, **more):
+def framed(problem, frame, **options):
     """A step in a frame."""
     within = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart=frame)
-    return lambda: galvi.integrate(problem, within, 0.1, 1, **more)
+    return lambda: galvi.integrate(problem, within, 0.1, 1, **options)
 
 
 def in_frame(space, rule):
@@ -269,11 +293,11 @@ MANY_POINTS = tuple(
 )
 
 
-def timed(problem, clock, step=0.1, steps=3, points=4, **more):
+def timed(problem, clock, step=0.1, steps=3, points=4, **options):
     """Steps in a clock."""
     rule = galvi.gauss(points) if isinstance(points, int) else points
     within = galvi.Galerkin(galvi.Polynomials(4), rule, clock=clock)
-    return lambda: galvi.integrate(problem, within, step, steps, **more)
+    return lambda: galvi.integrate(problem, within, step, steps, **options)
 
 
 def in_clock(clock):

@@ -20,9 +20,9 @@ def at(system, q, v):
     return lambda: galvi.integrate(galvi.Problem(system, q, v), FOUR, 0.1, 1)
 
 
-def of_lagrange(*names, **more):
+def of_lagrange(*names, **options):
     """Lagrange's method of SymPy for free coordinates, with what `from_sympy` gets besides."""
-    method = me.LagrangesMethod(X.diff() ** 2 + Y.diff() ** 2, [X, Y], **more)
+    method = me.LagrangesMethod(X.diff() ** 2 + Y.diff() ** 2, [X, Y], **options)
     return lambda: galvi.Lagrangian.from_sympy(method, *names)
 
 
@@ -126,8 +126,8 @@ TREES = (
      galvi.integrate, galvi.Problem(galvi.Multibody(galvi.Link(HINGE, 1.0, (0, 0, -1))),
       [0.0], [1.0]), FOUR, 0.1, 1),
     *(
-        (ValueError, rf"degenerate at the start: .* along {words}, or does not", in_plane(L))
-        for words, L in IN_PLANE
+        (ValueError, rf"degenerate at the start: .* along {axes}, or does not", in_plane(L))
+        for axes, L in IN_PLANE
     ),
     (ValueError, "the Lagrangian is degenerate at the start",  # there alone: by the run
      at(galvi.Lagrangian(lambda q, v: v[0] ** 2 + (q[1] * v[1]) ** 2, galvi.Rn(2)),
@@ -145,8 +145,10 @@ def mujoco():
     engine = pytest.importorskip("mujoco")
     body = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
 
-    def read(inner, **more):
-        return lambda: galvi.from_mujoco(f"<mujoco><worldbody>{inner}</worldbody></mujoco>", **more)
+    def read(inner, **options):
+        return lambda: galvi.from_mujoco(
+            f"<mujoco><worldbody>{inner}</worldbody></mujoco>", **options
+        )
 
     def ball(**changed):
         """A ball joint, one of its numbers changed after compilation."""
@@ -160,14 +162,14 @@ def mujoco():
     held = f"""<mujoco><worldbody><body><joint name="a"/>{body}</body></worldbody><actuator>
         <position joint="a" ctrlrange="-1 1"/></actuator></mujoco>"""
 
-    def driven(**more):
-        return lambda: galvi.from_mujoco(held, **more)
+    def driven(**options):
+        return lambda: galvi.from_mujoco(held, **options)
 
     def numbers(ctrl):
         return lambda: galvi.from_mujoco(held).system.with_numbers(ctrl=ctrl)
 
-    def ticked(problem, **more):
-        return lambda: galvi.resume(galvi.integrate(problem, FOUR, 0.1, 1), **more)
+    def ticked(problem, **options):
+        return lambda: galvi.resume(galvi.integrate(problem, FOUR, 0.1, 1), **options)
 
     return (
         (ValueError, r"ctrl\[0\] must be within .* from -1 to 1; received 7", driven(ctrl=[7.0])),

@@ -23,16 +23,22 @@ IN_CLOCK = {
 
 
 def run(**changes):
-    given = {"problem": KEPLER, "method": EIGHT, "step": 0.1, "steps": 3} | changes
-    return lambda: galvi.integrate(**given)
+    arguments = {"problem": KEPLER, "method": EIGHT, "step": 0.1, "steps": 3} | changes
+    return lambda: galvi.integrate(**arguments)
 
 
 def members(problem=KEPLER, **changes):
-    given = {"q0": problem.q0, "v0": problem.v0, "method": FOUR, "step": 0.1, "steps": 2} | changes
-    return lambda: galvi.integrate_ensemble(problem, **given)
+    arguments = {
+        "q0": problem.q0,
+        "v0": problem.v0,
+        "method": FOUR,
+        "step": 0.1,
+        "steps": 2,
+    } | changes
+    return lambda: galvi.integrate_ensemble(problem, **arguments)
 
 
-def kept(keep):
+def keeping(keep):
     """An ensemble whose last member has another shape."""
     problem, step = CASES["henon_heiles"]
     q, v = starts(problem, 3)
@@ -41,13 +47,13 @@ def kept(keep):
 
 
 def recommended(**changes):
-    given = {"problem": KEPLER, "error": 1e-6, "duration": 10.0} | changes
-    return lambda: galvi.recommend(**given)
+    arguments = {"problem": KEPLER, "error": 1e-6, "duration": 10.0} | changes
+    return lambda: galvi.recommend(**arguments)
 
 
 def elements(gm, eccentricity):
-    one = np.ones(1)
-    return lambda: galvi.OrbitalElements(one, eccentricity * one, *(0.0 * one,) * 4).states(gm)
+    ones = np.ones(1)
+    return lambda: galvi.OrbitalElements(ones, eccentricity * ones, *(0.0 * ones,) * 4).states(gm)
 
 
 def planets():
@@ -171,9 +177,9 @@ ENSEMBLES = (
     (TypeError, "quantity must be a function", lambda: galvi.Extrema(quantity=3)),
     (TypeError, "quantity must be a function", galvi.Histogram, 3, [0.0, 1.0]),
     (ValueError, r"times must have shape \(times,\)", galvi.StatesAt, [[0.1], [0.2]]),
-    (TypeError, "given as keep must return numbers; it returned", kept(lambda run: run)),
+    (TypeError, "given as keep must return numbers; it returned", keeping(lambda run: run)),
     (ValueError, r"received shapes \(7,\) and, of member 2, \(3,\)\.",
-     kept(lambda run: run.q[: 7 if run.q[0].any() else 3, 0])),
+     keeping(lambda run: run.q[: 7 if run.q[0].any() else 3, 0])),
     (ValueError, r"'masses' must have shape \(20, 3\)",
      members(CASES["three_bodies"][0], parameters={"masses": np.ones((20, 2))})),
 )  # fmt: skip
@@ -261,8 +267,8 @@ def sought(event, run=pair, names=("star", "planet")):
     return lambda: galvi.find_events(run(*names), event)
 
 
-def in_run(*event, **more):
-    return lambda: galvi.integrate(BALL, EIGHT, 0.3, 20, events=galvi.Event(*event, **more))
+def in_run(*event, **options):
+    return lambda: galvi.integrate(BALL, EIGHT, 0.3, 20, events=galvi.Event(*event, **options))
 
 
 def raising(q, v, t):
@@ -378,10 +384,12 @@ ACTIONS = (
      acting(steps=9, events=galvi.Event(ending, terminal=True))),
     (ValueError, "an event ended at t = 0.50000001.*, within a step",
      acting(steps=9, events=galvi.Event(lambda q, v, t: t - 0.50000001, terminal=True))),
-    *((ValueError, words, acting(
-        steps=9, save_every=every,
+    *((ValueError, message, acting(
+        steps=9, save_every=save_every,
         events=galvi.Event(ending, action=lambda q, v, t: (q, -v)),
-    )) for every, words in ((1, "that actions of events changed"), (2, "with actions of events"))),
+    )) for save_every, message in (
+        (1, "that actions of events changed"), (2, "with actions of events"),
+    )),
 )  # fmt: skip
 TABLE = {
     "runs": SINGLE,

@@ -35,9 +35,9 @@ def slope(value):
     return lambda: galvi.Problem(system(), [2.0], [0.0])
 
 
-def balance(*run, **more):
+def balance(*run, **options):
     """The balance of momentum of a run."""
-    return lambda: galvi.momentum_balance(galvi.integrate(*run, **more))
+    return lambda: galvi.momentum_balance(galvi.integrate(*run, **options))
 
 
 MAKERS = {
@@ -112,8 +112,8 @@ FUNCTIONS = (
          galvi.Problem(galvi.Lagrangian(lambda q, v: abs(v @ v - max(q)), galvi.Rn(2)), *START),
          FOUR, 0.1, 1, solver="fixed_point")),
     *(
-        (error, words, partial(make, force=force, timed_force=timed))
-        for error, words, force, timed in (
+        (error, message, partial(make, force=force, timed_force=timed))
+        for error, message, force, timed in (
             (TypeError, r"force must be a function of \(q, v\); received 3.0", 3.0, False),
             (TypeError, r"force must be a function of \(q, v, t\)", "x", True),
             (ValueError, r"timed_force means a force\(q, v, t\); received no force", None, True),
@@ -125,8 +125,8 @@ FUNCTIONS = (
         for make in MAKERS.values()
     ),
     *(
-        (TypeError, rf"must be a function of {taken}; received .* give explicit_time=True", call)
-        for taken, call in OF_TIME
+        (TypeError, rf"must be a function of {args}; received .* give explicit_time=True", call)
+        for args, call in OF_TIME
     ),
     (TypeError, r"with explicit_time=True; received one of 1, \(q\)\. Leave explicit_time out",
      lambda: galvi.Canonical(1.0, lambda q: 0.0, explicit_time=True)),
