@@ -62,14 +62,14 @@ def starts(problem, members, size=1e-2, seed=7):
     """Configurations and velocities near the problem's."""
     random = np.random.default_rng(seed)
     q, v = problem.q0, problem.v0
-    near = v + size * random.standard_normal((members, *v.shape))
+    velocities = v + size * random.standard_normal((members, *v.shape))
     if isinstance(getattr(problem.system, "group", galvi.Rn(1)), galvi.Rn):
-        return q + size * random.standard_normal((members, *q.shape)), near
+        return q + size * random.standard_normal((members, *q.shape)), velocities
     turned = np.stack([q] * members)
     group = problem.system.group
     if not isinstance(group, galvi.SO3 | galvi.SE3):
         places = size * random.standard_normal((members, group.dimension))
-        return np.stack([element(group, place) for place in places]), near
+        return np.stack([element(group, coordinates) for coordinates in places]), velocities
     turns = Rotation.from_rotvec(size * random.standard_normal((members, 3))).as_matrix()
     turned[:, :3, :3] = q[:3, :3] @ turns
-    return turned, near
+    return turned, velocities

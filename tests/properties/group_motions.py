@@ -66,8 +66,8 @@ ALL = [FREE, PENDULUM, galvi.problems.heavy_top(), FLYING, COUPLED]
 each_chart = pytest.mark.parametrize("chart", CHARTS, ids=title)
 
 
-def same(one, two):
-    return np.array_equal(one.q, two.q) and np.array_equal(one.p, two.p)
+def same(left, right):
+    return np.array_equal(left.q, right.q) and np.array_equal(left.p, right.p)
 
 
 LENGTH = 4.0

@@ -15,40 +15,40 @@ from galvi.lanes.vectors import LANES, Lanes
 
 
 @cache
-def compiled(function: Any, given: int, returned: int, width: int = LANES) -> Any:
+def compiled(function: Any, arity: int, returned: int, width: int = LANES) -> Any:
     """(given, P) -> (returned, P): the function of ``width`` lanes on the columns of an array."""
 
     @intrinsic
-    def some(typingctx, arguments, results, padded, chunk):  # type: ignore[no-untyped-def]
-        whole = types.intp
-        signature = types.void(arguments, results, whole, whole)
+    def some(typingctx, arguments, returned_columns, padded, chunk):  # type: ignore[no-untyped-def]
+        integer = types.intp
+        signature = types.void(arguments, returned_columns, integer, integer)
 
         def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
             lanes = Lanes(context, builder, *values[2:], width)
             source, target = (lanes.data(signature.args[k], values[k]) for k in (0, 1))
             row = values[2].type
-            loaded = [Lane(builder, lanes.load(source, row(k))) for k in range(given)]
-            found = function(*loaded)
-            for k, one in enumerate(found if isinstance(found, tuple) else (found,)):
-                lanes.store(one.value, target, row(k))
+            loaded = [Lane(builder, lanes.load(source, row(k))) for k in range(arity)]
+            value = function(*loaded)
+            for k, lane in enumerate(value if isinstance(value, tuple) else (value,)):
+                lanes.store(lane.value, target, row(k))
             return context.get_dummy_value()
 
         return signature, generate
 
     @numba.njit(error_model="numpy")
-    def columns(arguments, results):  # type: ignore[no-untyped-def]
+    def columns(arguments, returned_columns):  # type: ignore[no-untyped-def]
         padded = arguments.shape[1]
         for chunk in range(padded // width):
-            some(arguments, results, padded, chunk)
+            some(arguments, returned_columns, padded, chunk)
 
     def apply(*arguments: Any) -> Any:
         count = len(arguments[0])
         padded = -(-count // width) * width
-        source = np.ones((given, padded))
-        for k, one in enumerate(arguments):
-            source[k, :count] = one
-        results = np.empty((returned, padded))
-        columns(source, results)
-        return results[0, :count] if returned == 1 else results[:, :count]
+        source = np.ones((arity, padded))
+        for k, column in enumerate(arguments):
+            source[k, :count] = column
+        returned_columns = np.empty((returned, padded))
+        columns(source, returned_columns)
+        return returned_columns[0, :count] if returned == 1 else returned_columns[:, :count]
 
     return apply

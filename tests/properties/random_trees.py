@@ -32,8 +32,8 @@ def _inertia(random):
     root = random.normal(size=(4, 3))
     moments = np.trace(root.T @ root) * np.eye(3) - root.T @ root
     full = text(moments[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]] + [0.1, 0.1, 0.1, 0, 0, 0])
-    place, mass = text(0.4 * random.normal(size=3)), random.uniform(0.3, 3.0)
-    return f'<inertial pos="{place}" mass="{mass}" fullinertia="{full}"/>'
+    centre, mass = text(0.4 * random.normal(size=3)), random.uniform(0.3, 3.0)
+    return f'<inertial pos="{centre}" mass="{mass}" fullinertia="{full}"/>'
 
 
 def random_tree(joints, seed, springs=True, damping=True, kinds=("hinge", "slide", "ball", "free")):
@@ -52,22 +52,22 @@ def random_tree(joints, seed, springs=True, damping=True, kinds=("hinge", "slide
             continue
         bodies.append((chosen, parent))
         left -= len(chosen)
-    made = [""] * len(bodies)
+    elements = [""] * len(bodies)
     for k, (chosen, parent) in reversed(list(enumerate(bodies))):
         # Slides that follow each other, and joints about one point, need it: else M is singular.
         heavy = "slide" in chosen or len(chosen) > 1
         inner = "".join(_joint(kind, random, springs, damping, heavy) for kind in chosen)
-        place, turn = text(0.5 * random.normal(size=3)), text(random.normal(size=4))
+        position, turn = text(0.5 * random.normal(size=3)), text(random.normal(size=4))
         plain = random.random() < 0.4
-        head = f'<body pos="{place}"' + ("" if plain else f' quat="{turn}"') + ">"
-        made[k] = f"{head}{inner}{_inertia(random)}{made[k]}</body>"
+        head = f'<body pos="{position}"' + ("" if plain else f' quat="{turn}"') + ">"
+        elements[k] = f"{head}{inner}{_inertia(random)}{elements[k]}</body>"
         if parent >= 0:
-            made[parent] = made[k] + made[parent]
-            made[k] = ""
+            elements[parent] = elements[k] + elements[parent]
+            elements[k] = ""
     gravity = text(random.normal(size=3) * [1.0, 1.0, 5.0])
     return (
         f'<mujoco><compiler angle="radian"/><option gravity="{gravity}">{FLAGS}</option>'
-        f"<worldbody>{''.join(made)}</worldbody></mujoco>"
+        f"<worldbody>{''.join(elements)}</worldbody></mujoco>"
     )
 
 

@@ -11,5 +11,5 @@ import sympy
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 x, y, u, w, t = sympy.symbols("x y u w t")
 m, k, c = sympy.symbols("m k c", positive=True)
-made = galvi.Lagrangian.from_sympy
+from_sympy = galvi.Lagrangian.from_sympy
 FREE = u**2 / 2

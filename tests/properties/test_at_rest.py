@@ -65,9 +65,11 @@ def test_what_rests_is_stepped_and_agrees_with_a_start_nearby(
     )
     assert run.status == "Completed.", run.status
     moved = start(kind, np.array(small) + NEAR, turning)
-    near = galvi.integrate(moved, method(chart, degree), STEP, STEPS, solver=solver)
-    assert near.success
-    assert max(np.max(np.abs(run.q - near.q)), np.max(np.abs(run.v - near.v))) < 10.0 * NEAR
+    neighbour = galvi.integrate(moved, method(chart, degree), STEP, STEPS, solver=solver)
+    assert neighbour.success
+    assert (
+        max(np.max(np.abs(run.q - neighbour.q)), np.max(np.abs(run.v - neighbour.v))) < 10.0 * NEAR
+    )
 
 
 @pytest.mark.slow_cases("ensemble-1000000000000.0")
@@ -84,16 +86,16 @@ def test_what_no_mass_couples_is_solved_as_if_alone(solver: str, size: float) ->
     def small(q: Any, v: Any) -> Any:
         return 0.5 * v[0] ** 2 - 0.25 * q[0] ** 4
 
-    alone = galvi.Problem(galvi.Lagrangian(small, line), [1.0], [0.0])
+    single = galvi.Problem(galvi.Lagrangian(small, line), [1.0], [0.0])
     system = galvi.Lagrangian(both, galvi.Product((line, line)))
     beside = galvi.Problem(system, [size, 1.0], [0.0, 0.0])
     six = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
-    truth = galvi.integrate(alone, six, 0.5, 200).q[-1, 0]
+    truth = galvi.integrate(single, six, 0.5, 200).q[-1, 0]
     if solver == "ensemble":
-        found = galvi.integrate_ensemble(beside, beside.q0, beside.v0, six, 0.5, 200)[0][0, 1]
+        end = galvi.integrate_ensemble(beside, beside.q0, beside.v0, six, 0.5, 200)[0][0, 1]
     else:
-        found = galvi.integrate(beside, six, 0.5, 200, solver=solver).q[-1, 1]
-    assert abs(found - truth) < 1e-12
+        end = galvi.integrate(beside, six, 0.5, 200, solver=solver).q[-1, 1]
+    assert abs(end - truth) < 1e-12
 
 
 def test_the_floor_is_what_makes_them_agree(monkeypatch: pytest.MonkeyPatch) -> None:

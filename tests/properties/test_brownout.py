@@ -89,8 +89,10 @@ def test_far_away_a_ring_is_that_of_biot_and_savart_and_on_the_axis_with_its_cor
 
 
 def test_the_downwash_at_the_hub_is_the_one_stated_and_the_rotor_descends():
-    alone = sum(field.STRENGTH * field.ring(0.0, (1.0 - s) * field.HIGH)[1] for s in field.SHARES)
-    assert alone == pytest.approx(-field.DOWNWASH, rel=1e-14)
+    downwash = sum(
+        field.STRENGTH * field.ring(0.0, (1.0 - s) * field.HIGH)[1] for s in field.SHARES
+    )
+    assert downwash == pytest.approx(-field.DOWNWASH, rel=1e-14)
     heights = [field.rotor_height(field.decay(t)) for t in (0.0, 1.0, 2.0, 50.0)]
     assert heights[0] == field.HIGH and np.all(np.diff(heights) < 0.0)
     assert heights[-1] == pytest.approx(field.LOW, rel=1e-9)
@@ -147,10 +149,10 @@ def test_far_from_the_rotor_a_dropped_particle_falls_as_in_the_textbook():
 def test_other_ways_to_solve_it_agree(contender, setting, tolerance):
     problem = brownout(100e-6)
     run = galvi.integrate(problem, FOUR, 1.0 / 64, 64)
-    other = contender.run(problem, 1.0, setting)
-    assert run.success and other.success
-    assert np.abs(run.q[-1] - other.q[-1]).max() < tolerance
-    assert np.abs(run.p[-1] - other.p[-1]).max() / problem.system.mass < tolerance * 10.0
+    reference_run = contender.run(problem, 1.0, setting)
+    assert run.success and reference_run.success
+    assert np.abs(run.q[-1] - reference_run.q[-1]).max() < tolerance
+    assert np.abs(run.p[-1] - reference_run.p[-1]).max() / problem.system.mass < tolerance * 10.0
 
 
 def test_the_change_of_momentum_is_the_impulse_of_weight_and_drag():
@@ -196,7 +198,7 @@ def test_on_the_axis_a_particle_stays_and_the_air_overtakes_it():
 
 def test_sizes_side_by_side_keep_their_own_numbers():
     problems = [brownout(d) for d in (11e-6, 23e-6)]
-    alone = [galvi.integrate(problem, FOUR, 0.01, 3).q for problem in problems]
-    assert np.max(np.abs(alone[0] - alone[1])) > 0.01  # m in 0.03 s
-    for run, q in zip(galvi.integrate_many(problems, FOUR, 0.01, 3), alone, strict=True):
+    single_paths = [galvi.integrate(problem, FOUR, 0.01, 3).q for problem in problems]
+    assert np.max(np.abs(single_paths[0] - single_paths[1])) > 0.01  # m in 0.03 s
+    for run, q in zip(galvi.integrate_many(problems, FOUR, 0.01, 3), single_paths, strict=True):
         assert np.array_equal(run.q, q)

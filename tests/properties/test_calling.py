@@ -99,12 +99,12 @@ def test_what_is_not_jitted_or_returns_something_else_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("call", "signature", "words"),
+    ("call", "signature", "message"),
     [
         (lambda address: call_void(address, 1j), "(int64,)", "cannot take complex128"),
         (lambda address, x: call_vector(address, x[::2], 1.0), (types.int64, VECTOR), "take array"),
     ],
 )
-def test_what_an_address_cannot_take_is_refused_when_compiled(call, signature, words):
-    with pytest.raises(TypingError, match=words):
+def test_what_an_address_cannot_take_is_refused_when_compiled(call, signature, message):
+    with pytest.raises(TypingError, match=message):
         njit(call).compile(signature)

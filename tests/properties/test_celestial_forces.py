@@ -33,10 +33,10 @@ METHOD = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
 def test_accelerations_are_those_of_other_formulas(name):
     problem = bodies(CASES[name])
     system, plain = problem.system, galvi.NBody(MASSES)
-    ours = system.acceleration(problem.q0, 0.7, problem.v0) - plain.acceleration(problem.q0, 0.7)
-    theirs = accelerations(system, problem.q0, problem.v0, 0.7)
-    assert np.max(np.abs(theirs)) > 1e-7
-    assert np.max(np.abs(ours - theirs)) < 4e-16 * np.max(
+    extra = system.acceleration(problem.q0, 0.7, problem.v0) - plain.acceleration(problem.q0, 0.7)
+    expected = accelerations(system, problem.q0, problem.v0, 0.7)
+    assert np.max(np.abs(expected)) > 1e-7
+    assert np.max(np.abs(extra - expected)) < 4e-16 * np.max(
         np.abs(system.acceleration(problem.q0, 0.7, problem.v0))
     )
 
@@ -46,16 +46,16 @@ def test_accelerations_are_those_of_other_formulas(name):
     J4=st.floats(-1.0, 1.0),
     n=st.floats(-4.0, 3.0),
     pole=st.tuples(*[st.floats(0.1, 1.0)] * 3),
-    place=st.tuples(*[st.floats(0.5, 2.0)] * 3),
+    position=st.tuples(*[st.floats(0.5, 2.0)] * 3),
 )
-def test_the_gradient_of_the_potential_is_the_force(J2, J4, n, pole, place):
+def test_the_gradient_of_the_potential_is_the_force(J2, J4, n, pole, position):
     forces = (
         galvi.Oblateness(0, J2, 0.4, J4, pole),
         galvi.PowerLaw(1, 0.3, n),
         galvi.Relativity(3.0, form="potential"),
     )
     acting = galvi.NBody([1.0, 0.3], forces=forces).acting
-    q = np.array([[0.1, 0.0, -0.2], place])
+    q = np.array([[0.1, 0.0, -0.2], position])
     moved = q + 1e-40j * np.eye(6).reshape(6, 2, 3)
     slope = np.imag(celestial.pulls(acting.terms, acting.poles, moved)[1]).reshape(2, 3) / 1e-40
     a = celestial.pulls(acting.terms, acting.poles, q)[0]
@@ -112,8 +112,10 @@ def test_in_the_plane_they_are_those_of_space():
     ):
         flat = bodies(forces, plane=True)
         q, v = (np.pad(x, ((0, 0), (0, 1))) for x in (flat.q0, flat.v0))
-        ours, whole = (flat.system.acceleration(x, 0.0, y) for x, y in ((flat.q0, flat.v0), (q, v)))
-        assert np.max(np.abs(whole[:, :2] - ours)) < 1e-15 and not np.any(whole[:, 2])
+        in_plane, in_space = (
+            flat.system.acceleration(x, 0.0, y) for x, y in ((flat.q0, flat.v0), (q, v))
+        )
+        assert np.max(np.abs(in_space[:, :2] - in_plane)) < 1e-15 and not np.any(in_space[:, 2])
 
 
 def test_only_forces_of_position_are_symplectic():
@@ -121,12 +123,12 @@ def test_only_forces_of_position_are_symplectic():
 
 
 def test_references_without_forces_do_not_support_them():
-    known, plain = (
-        {one.name for one in REFERENCES if one.supports(bodies(forces))}
+    with_forces, plain = (
+        {reference.name for reference in REFERENCES if reference.supports(bodies(forces))}
         for forces in (CASES["one source"], ())
     )
-    engines = {name for name in known if "REBOUND" in name or "heyoka" in name}
-    assert known < plain and engines == {"heyoka", "heyoka, quadruple precision"}
+    engines = {name for name in with_forces if "REBOUND" in name or "heyoka" in name}
+    assert with_forces < plain and engines == {"heyoka", "heyoka, quadruple precision"}
 
 
 @pytest.mark.parametrize("name", ["J2 and J4", "tides", "radiation"])
@@ -166,7 +168,8 @@ def test_a_function_is_traced_again_when_a_number_that_it_refers_to_changes():
     before = galvi.integrate(problem, METHOD, 0.05, 40)
     strength[0] = -2e-3
     after, fresh = (
-        galvi.integrate(one, METHOD, 0.05, 40) for one in (problem, bodies(problem.system.forces))
+        galvi.integrate(version, METHOD, 0.05, 40)
+        for version in (problem, bodies(problem.system.forces))
     )
     assert np.array_equal(after.q, fresh.q) and fresh.engine == "lanes"
     assert np.max(np.abs(after.q - before.q)) > 1e-6
@@ -179,8 +182,8 @@ def test_a_function_that_branches_is_called_by_the_general_kernel():
         return -1e-3 * v if q[1, 0] > 0.0 else -2e-3 * v
 
     python, jitted = (
-        galvi.integrate(bodies(galvi.Force(one, takes_velocity=True)), METHOD, 0.05, 40)
-        for one in (drag, numba.njit(drag))
+        galvi.integrate(bodies(galvi.Force(function, takes_velocity=True)), METHOD, 0.05, 40)
+        for function in (drag, numba.njit(drag))
     )
     assert (python.engine, jitted.engine) == ("general", "general")
     assert "branches" in jitted.problem.system.untraced
@@ -214,8 +217,8 @@ def test_a_driven_clock_takes_newtons_method_where_passes_do_not_settle():
     )
     assert long.success and long.counts["linear_solves"] > 0
     assert np.max(np.abs(long.q - newton.q)) < 1e-13
-    alone = galvi.integrate(bodies(CASES["drag"]), two, 2.4, 2, solver="fixed_point")
-    assert not alone.success and "or the solver auto" in alone.status
+    fixed_point = galvi.integrate(bodies(CASES["drag"]), two, 2.4, 2, solver="fixed_point")
+    assert not fixed_point.success and "or the solver auto" in fixed_point.status
 
 
 def test_a_force_that_has_no_value_at_rest_is_asked_at_the_start_alone():
@@ -247,7 +250,7 @@ def test_a_function_of_time_is_asked_at_the_time_of_the_start():
 
 @pytest.mark.slow(beside="test_a_run_with_a_negligible_force_says_of_passages_what_it_says_without")
 def test_a_step_that_newton_cannot_solve_is_tried_in_parts_and_ends_the_run_in_words():
-    problem = bodies([one for name in ("tides", "EIH", "power laws") for one in CASES[name]])
+    problem = bodies([force for name in ("tides", "EIH", "power laws") for force in CASES[name]])
     run = galvi.integrate(problem, METHOD, 3.0, 5)
     assert not run.success and "with the forces beside gravity the step cannot" in run.status
 

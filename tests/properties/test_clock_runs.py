@@ -35,22 +35,22 @@ in_lanes = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone h
 @pytest.mark.parametrize("case", ["Kepler, Sundman", "3D pendulum", "three bodies"])
 def test_a_continued_run_has_the_bits_of_one_long_run(case: str) -> None:
     problem, clock, duration, step = CASES[case]
-    whole, part = (
+    uncut, part = (
         galvi.integrate(problem, method(4, clock), step, duration=share * duration)
         for share in (1.0, 0.4)
     )
-    rest = galvi.resume(part, until=duration)
-    assert rest.t[0] == part.t[-1] and rest.t[-1] == duration
-    n = len(rest.q) - 1
+    resumed = galvi.resume(part, until=duration)
+    assert resumed.t[0] == part.t[-1] and resumed.t[-1] == duration
+    n = len(resumed.q) - 1
     for name in ("q", "p", "tau"):
-        assert np.array_equal(getattr(rest, name)[1:], getattr(whole, name)[-n:])
+        assert np.array_equal(getattr(resumed, name)[1:], getattr(uncut, name)[-n:])
     again = galvi.resume(galvi.resume(part, 2), 2)
     assert np.array_equal(again.q[-1], galvi.resume(part, 4).q[-1])
 
 
 def test_a_saved_run_is_the_same_run(tmp_path: Path) -> None:
     problem, clock, duration, step = CASES["Kepler, Sundman"]
-    every, run = (
+    full, run = (
         galvi.integrate(problem, method(6, clock), step, duration=duration, save_every=k)
         for k in (1, 5)
     )
@@ -59,18 +59,18 @@ def test_a_saved_run_is_the_same_run(tmp_path: Path) -> None:
     for same in (galvi.load(tmp_path / "run.npz"), pickle.loads(pickle.dumps(run))):
         assert same.status == run.status and same.engine == run.engine
         assert np.array_equal(same.tau, run.tau) and np.array_equal(same(times), run(times))
-        more = galvi.resume(same, duration=1.0)
-        assert np.array_equal(more.q, galvi.resume(run, duration=1.0).q)
-    assert np.array_equal(every.q[:-1][::5], run.q[:-1])
-    assert np.max(np.abs(every(times) - run(times))) < 1e-14
+        resumed = galvi.resume(same, duration=1.0)
+        assert np.array_equal(resumed.q, galvi.resume(run, duration=1.0).q)
+    assert np.array_equal(full.q[:-1][::5], run.q[:-1])
+    assert np.max(np.abs(full(times) - run(times))) < 1e-14
 
 
 def test_a_run_becomes_an_ode_result_with_its_own_times() -> None:
     problem, clock, duration, step = CASES["Kepler, eccentric anomaly"]
     run = galvi.integrate(problem, method(4, clock), step, duration=duration)
-    found = run.to_scipy()
-    assert found.success and np.array_equal(found.t, run.t)
-    assert np.max(np.abs(found.sol(2.2)[:2] - run(2.2))) < 1e-14
+    solution = run.to_scipy()
+    assert solution.success and np.array_equal(solution.t, run.t)
+    assert np.max(np.abs(solution.sol(2.2)[:2] - run(2.2))) < 1e-14
 
 
 def test_the_end_of_a_run_becomes_a_simulation() -> None:
@@ -128,8 +128,8 @@ def test_steps_of_any_size_end_in_a_status_and_without_a_warning(
     function: Any, step: float
 ) -> None:
     chosen = method(2, galvi.Clock(function))
-    for more in ({"steps": 5}, {"duration": 1.3 * abs(step)}):
-        run = galvi.integrate(galvi.problems.free_body_se3(), chosen, step, **more)
+    for length in ({"steps": 5}, {"duration": 1.3 * abs(step)}):
+        run = galvi.integrate(galvi.problems.free_body_se3(), chosen, step, **length)
         assert not run.success and run.failed_step == 1
         assert "units of the clock" in run.outcome.notes[0]
         assert np.isfinite(run.q).all() and np.isfinite(galvi.energy(run)).all()
@@ -139,28 +139,30 @@ def test_steps_of_any_size_end_in_a_status_and_without_a_warning(
 def test_members_of_an_ensemble_have_clocks_of_their_own() -> None:
     problem, chosen = three_bodies(), method(6, DYNAMICAL)
     q = problem.q0 + 1e-2 * np.arange(5)[:, None, None] * np.array([0.0, 1.0, -0.5])[:, None]
-    found = galvi.integrate_ensemble(problem, q, problem.v0, chosen, 0.4, duration=3.0)
+    ends = galvi.integrate_ensemble(problem, q, problem.v0, chosen, 0.4, duration=3.0)
     runs = galvi.integrate_many(
-        [problem.with_initial_state(one, problem.v0) for one in q], chosen, 0.4, duration=3.0
+        [problem.with_initial_state(start, problem.v0) for start in q], chosen, 0.4, duration=3.0
     )
     for k, run in enumerate(runs):
-        assert np.array_equal(found[0][k], run.q[-1]) and found.success[k]
+        assert np.array_equal(ends[0][k], run.q[-1]) and ends.success[k]
     assert len({len(run.t) for run in runs}) > 1
     at = galvi.integrate_ensemble(
         problem, q, problem.v0, chosen, 0.4, duration=3.0, keep=galvi.StatesAt([1.0, 2.5])
     )
     assert np.array_equal(at[0][3], galvi.states_at(runs[3], [1.0, 2.5])[0])
     steps = [0.4, 0.3, 0.2, 0.4, 0.4]
-    own = galvi.integrate_ensemble(problem, q, problem.v0, chosen, steps, duration=3.0)
-    assert np.array_equal(own[0][[0, 3, 4]], found[0][[0, 3, 4]])
-    assert not np.array_equal(own[0][1], found[0][1])
+    by_steps = galvi.integrate_ensemble(problem, q, problem.v0, chosen, steps, duration=3.0)
+    assert np.array_equal(by_steps[0][[0, 3, 4]], ends[0][[0, 3, 4]])
+    assert not np.array_equal(by_steps[0][1], ends[0][1])
 
 
 @in_lanes
 def test_an_ensemble_without_a_clock_takes_a_duration_too() -> None:
     q, plain = KEPLER.q0 * np.array([[1.0], [1.1]]), method(6, None)
-    one = galvi.integrate_ensemble(KEPLER, q, KEPLER.v0, plain, 0.1, duration=2.0)
-    assert np.array_equal(one[0], galvi.integrate_ensemble(KEPLER, q, KEPLER.v0, plain, 0.1, 20)[0])
+    by_duration = galvi.integrate_ensemble(KEPLER, q, KEPLER.v0, plain, 0.1, duration=2.0)
+    assert np.array_equal(
+        by_duration[0], galvi.integrate_ensemble(KEPLER, q, KEPLER.v0, plain, 0.1, 20)[0]
+    )
 
 
 @pytest.mark.slow(beside="test_steps_bound_a_duration_and_say_so")
@@ -176,10 +178,10 @@ def test_a_run_that_would_fill_the_memory_ends_and_says_so(monkeypatch: pytest.M
 
 def test_a_run_whose_last_steps_are_not_saved_keeps_its_end() -> None:
     run = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 7, save_every=100, duration=90.0)
-    every = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 7)
-    assert np.array_equal(run.q, every.q[[0, -1]])
-    rest = galvi.resume(run, 3)
-    assert np.array_equal(rest.q[-1], galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 10).q[-1])
+    full = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 7)
+    assert np.array_equal(run.q, full.q[[0, -1]])
+    resumed = galvi.resume(run, 3)
+    assert np.array_equal(resumed.q[-1], galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 10).q[-1])
 
 
 def test_a_duration_that_ends_next_to_the_grid_is_met() -> None:
@@ -197,7 +199,11 @@ def test_a_curve_is_done_again_up_to_an_end_on_a_state_that_is_known(
     grid = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 8)
     end = float(grid.t[-1])
     run = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, duration=end, save_every=8)
-    assert run.again is not None and [one.first for one in run.again.known] == [0, 4, 8]
+    assert run.again is not None and [checkpoint.first for checkpoint in run.again.known] == [
+        0,
+        4,
+        8,
+    ]
     times = np.array([0.0, 0.4 * end, grid.t[4], end])
     assert np.array_equal(run(times), grid(times)) and np.array_equal(run(end), grid.q[-1])
 
@@ -210,10 +216,10 @@ def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met:
     motion = motion_in_clock(KEPLER, plain, "auto", ROUND_OFF)
 
     def advance(*call: Any) -> Any:
-        found = motion.advance(*call)
-        times = np.zeros_like(found.taken.t)
-        times[:, 0] = grain * np.round(found.taken.t.sum(axis=1) / grain)
-        return found._replace(taken=found.taken._replace(t=times))
+        advanced = motion.advance(*call)
+        times = np.zeros_like(advanced.taken.t)
+        times[:, 0] = grain * np.round(advanced.taken.t.sum(axis=1) / grain)
+        return advanced._replace(taken=advanced.taken._replace(t=times))
 
     start = motion.at(KEPLER.q0, KEPLER.v0, KEPLER.t0)
     time = grain * (round(0.3 / grain) + 0.5)

@@ -81,8 +81,8 @@ def test_a_step_is_symplectic_in_the_extended_phase_space(case: str, kind: str) 
 
 def test_momenta_are_kept_to_round_off_where_g_is_invariant() -> None:
     run = galvi.integrate(three_bodies(), method(4, DYNAMICAL), 0.4, duration=40.0)
-    for kept in (run.p.sum(axis=1), np.cross(run.q, run.p).sum(axis=1)):
-        assert np.max(np.abs(kept - kept[0])) < 1e-14
+    for momentum in (run.p.sum(axis=1), np.cross(run.q, run.p).sum(axis=1)):
+        assert np.max(np.abs(momentum - momentum[0])) < 1e-14
     assert np.ptp(galvi.energy(run)) > 1e-12  # coarse, and not kept
 
 
@@ -93,9 +93,12 @@ def test_steps_back_cancel_steps_forward(case: str) -> None:
     symmetric = case != "3D pendulum"  # charts on groups are based at the step's start
     error = galvi.round_trip_error(problem, method(3, clock), step, 10)
     assert error < (1e-13 if symmetric else 1e-3)
-    there = galvi.integrate(problem, method(8, clock), step, duration=duration)
+    forward = galvi.integrate(problem, method(8, clock), step, duration=duration)
     back = galvi.integrate(
-        problem.moved(there.q[-1], there.v[-1], duration), there.method, -step, duration=duration
+        problem.moved(forward.q[-1], forward.v[-1], duration),
+        forward.method,
+        -step,
+        duration=duration,
     )
     assert back.status == "Completed." and back.t[-1] == 0.0 and np.all(np.diff(back.t) < 0.0)
     assert np.max(np.abs(back.q[-1] - problem.q0)) < 1e-8
@@ -109,8 +112,8 @@ def test_a_duration_of_any_length_is_met(e: float, step: float, duration: float)
     anomaly = duration
     for _ in range(60):
         anomaly -= (anomaly - e * math.sin(anomaly) - duration) / (1.0 - e * math.cos(anomaly))
-    place = [math.cos(anomaly) - e, math.sqrt(1.0 - e * e) * math.sin(anomaly)]
-    assert np.max(np.abs(run.q[-1] - place)) < 1e-9
+    exact = [math.cos(anomaly) - e, math.sqrt(1.0 - e * e) * math.sin(anomaly)]
+    assert np.max(np.abs(run.q[-1] - exact)) < 1e-9
     assert np.all(np.diff(run.t) > 0.0) and np.all(np.diff(run.tau) > 0.0)
 
 
@@ -173,11 +176,11 @@ def test_states_between_steps_have_momenta_at_their_times() -> None:
 
 
 def test_states_at_grid_points_that_were_not_saved_are_those_of_the_grid() -> None:
-    whole, coarse = (
+    full, coarse = (
         galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 40, save_every=k) for k in (1, 10)
     )
-    q, p = galvi.states_at(coarse, whole.t)
-    assert np.max(np.abs(q - whole.q)) < 1e-13 and np.max(np.abs(p - whole.p)) < 1e-13
+    q, p = galvi.states_at(coarse, full.t)
+    assert np.max(np.abs(q - full.q)) < 1e-13 and np.max(np.abs(p - full.p)) < 1e-13
 
 
 # ---------------------------------------------------------------- the law of point masses
@@ -197,7 +200,7 @@ def several(masses: Any, dimension: int, G: float = 1.0, forces: Any = ()) -> ga
     return galvi.Problem(NBody(masses, G, forces), q, 0.3 * rng.normal(size=(n, dimension)))
 
 
-def pace(problem: galvi.Problem, q: Any, given: Any) -> Any:
+def pace(problem: galvi.Problem, q: Any, fixed_q: Any) -> Any:
     """g, from its definition; q (bodies, dimension) may be complex.
 
     given  places of bodies in pairs that hold a massless one
@@ -207,7 +210,7 @@ def pace(problem: galvi.Problem, q: Any, given: Any) -> Any:
     for i, j in combinations(range(len(q)), 2):
         mass = system.G * (system.masses[i] + system.masses[j])
         heavy = system.masses[i] > 0.0 and system.masses[j] > 0.0
-        gap = q[i] - q[j] if heavy else given[i] - given[j]
+        gap = q[i] - q[j] if heavy else fixed_q[i] - fixed_q[j]
         total = total + (mass / np.sum(gap**2) ** 1.5) if mass else total
     return total**-0.5
 
@@ -272,8 +275,8 @@ def test_steps_solve_the_equations_of_the_clock(
     y = np.concatenate([problem.q0.ravel(), problem.v0.ravel(), [problem.t0]])
     tight = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14}
     end = solve_ivp(rates(problem, off), (0.0, 10 * h), y, **tight).y[:, -1]
-    found = np.concatenate([after.state[0], after.state[2], after.clock[:1]])
-    assert np.max(np.abs(found - end)) < 3e-11 * max(1.0, np.max(np.abs(end)))
+    end_in_clock = np.concatenate([after.state[0], after.state[2], after.clock[:1]])
+    assert np.max(np.abs(end_in_clock - end)) < 3e-11 * max(1.0, np.max(np.abs(end)))
 
 
 def test_the_energy_of_the_start_has_a_low_part() -> None:

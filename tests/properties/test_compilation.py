@@ -55,8 +55,8 @@ def test_what_is_compiled_within_another_or_in_no_time_is_not_announced(caplog):
 def test_the_notice_goes_to_stderr_and_can_be_silenced(caplog, capsys, monkeypatch):
     monkeypatch.setattr(logging.root, "handlers", [])
     compiled(CompilationNotice(), FIRST)
-    said = capsys.readouterr().err
-    assert said.startswith("galvi is compiling a kernel") and said.count("\n") == 1
+    stderr = capsys.readouterr().err
+    assert stderr.startswith("galvi is compiling a kernel") and stderr.count("\n") == 1
     with caplog.at_level("ERROR", logger=LOG.name):
         compiled(CompilationNotice(), FIRST)
     assert capsys.readouterr().err == ""
@@ -106,17 +106,19 @@ def with_plain_numba(switch: str, *arguments: str) -> subprocess.CompletedProces
     return subprocess.run(command, env=environment, capture_output=True, text=True)
 
 
-@pytest.mark.parametrize("every", [10, pytest.param(1, marks=pytest.mark.slow)])
-def test_a_run_is_the_same_with_numba_as_it_is(every):
-    own, plain = (with_plain_numba(switch, RUNS, str(every)) for switch in "01")
-    assert own.returncode == plain.returncode == 0 and "plain: True" in plain.stderr
-    assert plain.stdout == own.stdout and own.stdout.count("\n") == -(-7 // every)
+@pytest.mark.parametrize("save_every", [10, pytest.param(1, marks=pytest.mark.slow)])
+def test_a_run_is_the_same_with_numba_as_it_is(save_every):
+    compiled_run, plain = (with_plain_numba(switch, RUNS, str(save_every)) for switch in "01")
+    assert compiled_run.returncode == plain.returncode == 0 and "plain: True" in plain.stderr
+    assert plain.stdout == compiled_run.stdout and compiled_run.stdout.count("\n") == -(
+        -7 // save_every
+    )
 
 
 def test_another_value_of_the_switch_is_refused_by_name():
-    found = with_plain_numba("yes", "import galvi")
-    assert found.returncode == 1
-    assert "GALVI_PLAIN_NUMBA must be 0 or 1; received 'yes'." in found.stderr
+    completed = with_plain_numba("yes", "import galvi")
+    assert completed.returncode == 1
+    assert "GALVI_PLAIN_NUMBA must be 0 or 1; received 'yes'." in completed.stderr
 
 
 def test_what_numba_has_inside_is_used_in_one_folder():

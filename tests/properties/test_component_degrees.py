@@ -19,14 +19,14 @@ def mixed(*degrees, points=None):
 )
 def test_equal_degrees_are_the_plain_method_and_unequal_ones_another(problem, less):
     plain = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
-    whole, equal, other = (
+    full, equal, unequal = (
         galvi.integrate(problem, method, 0.2, 10)
         for method in (plain, mixed(*[4] * len(less)), mixed(*less))
     )
-    for ours, theirs in ((whole.q, equal.q), (whole.p, equal.p), (whole(1.3), equal(1.3))):
-        assert np.max(np.abs(ours - theirs)) < 1e-13  # 1e-15
-    assert np.max(np.abs(whole.q - other.q)) > 1e-6  # 3e-4
-    assert other.method.space.degree == min(less)
+    for left, right in ((full.q, equal.q), (full.p, equal.p), (full(1.3), equal(1.3))):
+        assert np.max(np.abs(left - right)) < 1e-13  # 1e-15
+    assert np.max(np.abs(full.q - unequal.q)) > 1e-6  # 3e-4
+    assert unequal.method.space.degree == min(less)
 
 
 @pytest.mark.parametrize("degrees", [(5, 2), (2, 5), (4, 3)])

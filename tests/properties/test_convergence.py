@@ -42,15 +42,15 @@ class ForestRuth:
         return isinstance(problem.system, (galvi.Canonical, galvi.NBody))
 
     def run(self, problem, duration, setting):
-        h, every, q, v = setting["step"], setting["save_every"], problem.q0, problem.v0
+        h, save_every, q, v = setting["step"], setting["save_every"], problem.q0, problem.v0
         t, saved = problem.t0, [(q, v)]
         for k in range(round(duration / h)):
             for drift, kick in self.parts:
                 q, t = q + h * drift * v, t + h * drift
                 v = v + h * kick * problem.system.acceleration(q, t)
-            saved += [(q, v)] if (k + 1) % every == 0 else []
+            saved += [(q, v)] if (k + 1) % save_every == 0 else []
         q, v = np.swapaxes(saved, 0, 1)
-        times = problem.t0 + h * every * np.arange(len(q))
+        times = problem.t0 + h * save_every * np.arange(len(q))
         return galvi.Trajectory(problem, times, q, problem.system.momentum(v), counts={"steps": k})
 
 
@@ -69,12 +69,12 @@ class Raises(ForestRuth):
         raise RuntimeError("no luck")
 
 
-def gauss(points, **more):
-    return galvi.Galerkin(galvi.Polynomials(points), galvi.gauss(points), **more)
+def gauss(points, **options):
+    return galvi.Galerkin(galvi.Polynomials(points), galvi.gauss(points), **options)
 
 
-def table(methods, steps=COUNTS, problem=KEPLER, duration=5.0, **more):
-    return galvi.convergence(problem, methods, steps, duration, quick=True, **more)
+def table(methods, steps=COUNTS, problem=KEPLER, duration=5.0, **options):
+    return galvi.convergence(problem, methods, steps, duration, quick=True, **options)
 
 
 def fitted(frame):
@@ -105,9 +105,13 @@ def test_orders_of_galvi_and_of_others_in_one_table(of_kepler, name, order):
 
 def test_each_run_of_the_table_has_what_it_kept_and_how_it_ended(of_kepler):
     frame = of_kepler
-    equal, own = frame[frame["h"].notna()], frame[frame["h"].isna()]
+    equal, adaptive = frame[frame["h"].notna()], frame[frame["h"].isna()]
     assert set(equal["h"]) == {5.0 / n for n in (40, 80, 160, 320)}
-    assert set(own["method"]) == {"DOP853"} and own["order"].isna().all() and len(own) >= 4
+    assert (
+        set(adaptive["method"]) == {"DOP853"}
+        and adaptive["order"].isna().all()
+        and len(adaptive) >= 4
+    )
     assert (frame["outcome"] == "completed").all() and (frame["seconds"] > 0.0).all()
     assert equal["momentum"].max() < 1e-12 and equal["symplecticity"].max() < 1e-10
     assert equal["symmetry"].max() < 1e-11
@@ -197,7 +201,7 @@ def raises(t):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "error", "words"),
+    ("arguments", "error", "fragments"),
     [
         ((1, {"a": gauss(1)}, [4], 1.0), TypeError, ["problem", "galvi.Problem"]),
         ((KEPLER, {}, [4], 1.0), TypeError, ["methods", "at least one"]),
@@ -222,11 +226,11 @@ def raises(t):
         ),
     ],
 )
-def test_what_cannot_be_asked_is_refused_in_a_sentence(arguments, error, words):
+def test_what_cannot_be_asked_is_refused_in_a_sentence(arguments, error, fragments):
     with warnings.catch_warnings(), pytest.raises(error) as refused:
         galvi.convergence(*arguments, quick=True)
     text = str(refused.value)
-    assert all(word in text for word in words), text
+    assert all(word in text for word in fragments), text
     assert text[-1] in ".?" and "Traceback" not in text and "\n" not in text.strip()
 
 

@@ -69,24 +69,26 @@ def test_a_gradient_may_return_its_own_buffer():
         return buffer
 
     system = galvi.Canonical(1.0, galvi.CentralForce(1.0), gradient)
-    mine = galvi.Problem(system, KEPLER.q0, KEPLER.v0)
-    found, exact = (galvi.step_derivative(problem, EIGHT, 0.3) for problem in (mine, KEPLER))
-    assert np.allclose(found, exact, atol=1e-8)
+    buffered = galvi.Problem(system, KEPLER.q0, KEPLER.v0)
+    derivative, exact = (
+        galvi.step_derivative(problem, EIGHT, 0.3) for problem in (buffered, KEPLER)
+    )
+    assert np.allclose(derivative, exact, atol=1e-8)
 
 
 @pytest.mark.parametrize("step", [0.1, 0.03, 0.01])
 def test_every_step_end_is_on_the_curve_also_far_from_t_0(step):
-    far = galvi.Problem(KEPLER.system, KEPLER.q0, KEPLER.v0, t0=2451544.5)
+    late = galvi.Problem(KEPLER.system, KEPLER.q0, KEPLER.v0, t0=2451544.5)
     for steps in (1, 7, 40):
-        run = galvi.integrate(far, EIGHT, step, steps)
+        run = galvi.integrate(late, EIGHT, step, steps)
         assert np.allclose(run(run.t), run.q, rtol=0, atol=1e-14)
         assert np.array_equal(run(run.t[-1]), run(run.t)[-1])
 
 
 def test_at_a_joint_the_velocity_is_the_later_curves():
     low = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
-    far = galvi.Problem(KEPLER.system, KEPLER.q0, KEPLER.v0, t0=1000.1)
-    run = galvi.integrate(far, low, 0.3, 40)
+    late = galvi.Problem(KEPLER.system, KEPLER.q0, KEPLER.v0, t0=1000.1)
+    run = galvi.integrate(late, low, 0.3, 40)
     psi = low.space.derivative(np.zeros(1))[0, 1:]
     later = run.curves.coefficients @ psi / 0.3
     assert np.array_equal(run.velocity(run.t[:-1]), later)
@@ -101,7 +103,7 @@ def test_problems_and_runs_can_be_pickled_and_copied():
 
 
 def test_parameters_are_saved_as_numbers_texts_and_lists(tmp_path):
-    given = {
+    parameters = {
         "e": 0.3,
         "bodies": ("Sun", "Mars"),
         "count": 2,
@@ -110,9 +112,9 @@ def test_parameters_are_saved_as_numbers_texts_and_lists(tmp_path):
         "masses": np.array([1.0, 2.0]),
         "mu": np.float64(4.0),
     }
-    problem = replace(KEPLER, parameters=given)
+    problem = replace(KEPLER, parameters=parameters)
     galvi.save(galvi.integrate(problem, EIGHT, 0.1, 3), tmp_path / "run.npz")
-    assert dict(galvi.load(tmp_path / "run.npz").problem.parameters) == given | {
+    assert dict(galvi.load(tmp_path / "run.npz").problem.parameters) == parameters | {
         "bodies": ["Sun", "Mars"],
         "masses": [1.0, 2.0],
         "mu": 4.0,
@@ -147,9 +149,9 @@ def test_a_failing_run_reads_no_more_than_names_from_the_parameters(bodies):
 
 def test_a_saved_run_is_not_loaded_with_another_system(tmp_path):
     galvi.save(galvi.integrate(KEPLER, EIGHT, 0.1, 3), tmp_path / "run.npz")
-    other = galvi.Canonical(5.0, galvi.CentralForce(9.0))
+    another_system = galvi.Canonical(5.0, galvi.CentralForce(9.0))
     with pytest.raises(ValueError, match="must have the system of the run"):
-        galvi.load(tmp_path / "run.npz", galvi.Problem(other, KEPLER.q0, KEPLER.v0))
+        galvi.load(tmp_path / "run.npz", galvi.Problem(another_system, KEPLER.q0, KEPLER.v0))
     with pytest.raises(TypeError, match=r"problem must be a galvi\.Problem; received 5"):
         galvi.load(tmp_path / "run.npz", 5)
 
@@ -157,12 +159,12 @@ def test_a_saved_run_is_not_loaded_with_another_system(tmp_path):
 def test_damaged_files_are_refused_in_one_sentence(tmp_path):
     path = tmp_path / "run.npz"
     galvi.save(galvi.integrate(KEPLER, EIGHT, 0.1, 3), path)
-    whole = path.read_bytes()
-    unclosed = whole.replace(b"), }", b"(, }")  # in the headers of arrays
-    assert unclosed != whole
-    first = whole.index(b"PK\x01\x02") + 10  # in the archive's directory
-    compressed = whole[:first] + b"\x63\x00" + whole[first + 2 :]
-    for damaged in (whole[: len(whole) // 2], b"", b"PK", unclosed, compressed):
+    content = path.read_bytes()
+    unclosed = content.replace(b"), }", b"(, }")  # in the headers of arrays
+    assert unclosed != content
+    first = content.index(b"PK\x01\x02") + 10  # in the archive's directory
+    compressed = content[:first] + b"\x63\x00" + content[first + 2 :]
+    for damaged in (content[: len(content) // 2], b"", b"PK", unclosed, compressed):
         path.write_bytes(damaged)
         with pytest.raises(ValueError, match=r"must be a run written by galvi\.save"):
             galvi.load(path)
@@ -202,8 +204,8 @@ def test_a_run_that_went_wrong_without_failing_says_so():
     right = galvi.integrate(problem, method, 2 * np.pi / 10001, 10001, save_every=10001)
     assert wrong.outcome.end is galvi.End.DOUBTFUL and right.outcome.end is galvi.End.COMPLETED
     pair = galvi.NBody([1.0, 1e-3])
-    near = galvi.Problem(pair, [[0.0, 0.0], [0.01, 0.0]], [[0.0, 0.0], [0.0, 14.1]])
-    assert "energy changed" in galvi.integrate(near, method, 2 * np.pi / 101, 101).status
+    passage = galvi.Problem(pair, [[0.0, 0.0], [0.01, 0.0]], [[0.0, 0.0], [0.0, 14.1]])
+    assert "energy changed" in galvi.integrate(passage, method, 2 * np.pi / 101, 101).status
 
 
 def test_whole_numbers_beyond_64_bits_are_an_array():

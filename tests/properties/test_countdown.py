@@ -77,9 +77,9 @@ def test_growing_changes_end_the_iteration():
 def test_the_passes_of_a_geometric_sequence_leave_a_rest_at_the_tolerance(rate, start, tolerance):
     changes = start * rate ** np.arange(-4.0, 190.0)
     code, count = passes(changes, tolerance)
-    rest = changes * rate / (1.0 - rate)  # after each pass
-    assert code == SOLVED and rest[count - 1] <= 1.000001 * tolerance
-    assert count < 6 or rest[count - 2] >= 0.999999 * tolerance
+    remainders = changes * rate / (1.0 - rate)  # after each pass
+    assert code == SOLVED and remainders[count - 1] <= 1.000001 * tolerance
+    assert count < 6 or remainders[count - 2] >= 0.999999 * tolerance
 
 
 def test_a_rate_is_that_of_two_passes_also_where_the_first_was_too_far_to_be_judged():

@@ -31,9 +31,9 @@ def angle_and_cart(q):
 def test_the_force_of_a_cosine_is_found_where_it_is_small_or_far_out():
     """-cos q is rounded to 1e-16, so that a force of q is known to 1e-15."""
     functions = (untraced(cosine), numba.njit(untraced(numba.njit(cosine))))
-    found = [differenced_gradient(potential, False) for potential in functions]
+    gradients = [differenced_gradient(potential, False) for potential in functions]
     for q, error in ((0.5, 1e-12), (1e-4, 1e-9), (1e-8, 1e-5), (2000 * np.pi + 0.3, 1e-8)):
-        for slope in found:
+        for slope in gradients:
             assert abs(slope(np.array([q]))[0] / np.sin(q) - 1.0) < error
         assert noise_of(functions[0], np.array([q])) < 100.0 * error
 
@@ -88,28 +88,28 @@ def test_what_a_potential_raises_is_raised_where_it_leaves_no_derivative():
             raise ValueError("below the edge")
         return (q[0] - 1.0) ** 2
 
-    near = differenced_gradient(edge, False)(np.array([1.0 + 2.0**-9]))  # longer steps leave it
-    assert abs(near[0] / 2.0**-8 - 1.0) < 1e-8
+    slope = differenced_gradient(edge, False)(np.array([1.0 + 2.0**-9]))  # longer steps leave it
+    assert abs(slope[0] / 2.0**-8 - 1.0) < 1e-8
     with pytest.raises(ValueError, match="below the edge"):
         differenced_gradient(edge, False)(np.array([1.0]))
 
 
 @given(
     length=st.floats(-8, 8),
-    place=st.floats(-3, 3),
+    log_position=st.floats(-3, 3),
     offset=st.floats(-3, 3),
-    other=st.floats(-6, 6),
+    log_other=st.floats(-6, 6),
 )
 @example(length=0.0, place=-3.0, offset=3.0, other=4.0)
 @settings(max_examples=100)
-def test_an_error_is_at_least_what_it_is_said_to_be_of(length, place, offset, other):
+def test_an_error_is_at_least_what_it_is_said_to_be_of(length, log_position, offset, log_other):
     """A sine of any length, at any place and beside any number: right within 20 of its errors."""
-    l, x = 10.0**length, 10.0**place
+    l, x = 10.0**length, 10.0**log_position
 
     def value(q):
         return np.array([np.sin(q[0] / l) + 10.0**offset + 0.0 * q[1]])
 
-    q = np.array([x * l, 10.0**other])
+    q = np.array([x * l, 10.0**log_other])
     slope, error = differences(value, q, finite_differences.lengths_of(q))
     if np.isfinite(error[0, 0]):
         rounding = 2.0**-52 * abs(q[0]) / l**2  # of the argument

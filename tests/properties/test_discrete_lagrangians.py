@@ -93,8 +93,8 @@ def test_the_transforms_of_a_step_are_its_momenta_and_its_action_that_of_the_run
         for p, momentum in zip(galvi.discrete_legendre_transforms(*step), run.p[k:], strict=False):
             assert p.shape == momentum.shape
             assert np.max(np.abs(p - momentum)) < 3e-15 * size * max(lost, 10.0)
-        apart = galvi.discrete_lagrangian(*step) - (along[k + 1] - along[k])
-        assert abs(apart) < 1e-14 * np.max(np.abs(along))
+        gap = galvi.discrete_lagrangian(*step) - (along[k + 1] - along[k])
+        assert abs(gap) < 1e-14 * np.max(np.abs(along))
 
 
 DIFFERENCED, WEIGHTS = 2.0**-7, (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
@@ -233,8 +233,8 @@ def test_a_step_of_more_than_half_a_turn_has_an_action_of_its_own():
     h, rate = 1.0, 4.0
     turning = galvi.problems.free_rigid_body(velocity=(0.0, 0.0, rate))
     run = galvi.integrate(turning, collocation(1, EXPONENTIAL), h, 1)
-    least = galvi.discrete_lagrangian(turning, collocation(1, EXPONENTIAL), *run.q, h)
-    for action, angle in ((galvi.action(run)[1], rate), (least, 2.0 * np.pi - rate)):
+    shorter = galvi.discrete_lagrangian(turning, collocation(1, EXPONENTIAL), *run.q, h)
+    for action, angle in ((galvi.action(run)[1], rate), (shorter, 2.0 * np.pi - rate)):
         assert abs(action - 3.4 * angle**2 / (2.0 * h)) < 1e-12
 
 
@@ -254,8 +254,8 @@ def test_the_discrete_lagrangian_of_a_steady_turn_is_exact_in_the_exponential_ch
     for h in (0.5, -3.0):
         action = galvi.discrete_lagrangian(turning, collocation(1, EXPONENTIAL), np.eye(3), turn, h)
         assert abs(action - 3.4 * 2.0**2 / (2.0 * h)) < 1e-13 / abs(h)
-        near = galvi.discrete_lagrangian(turning, collocation(12), np.eye(3), turn, h)
-        assert 0.0 < abs(near / action - 1.0) < 1e-6  # 2e-8: not a polynomial in Cayley's
+        polynomial = galvi.discrete_lagrangian(turning, collocation(12), np.eye(3), turn, h)
+        assert 0.0 < abs(polynomial / action - 1.0) < 1e-6  # 2e-8: not a polynomial in Cayley's
 
 
 @pytest.mark.parametrize("name", ["kepler", "a driven oscillator", "a pendulum", "a top"])
@@ -294,18 +294,18 @@ def test_the_reversed_step_has_the_opposite_action_with_a_symmetric_method(name)
 
 def test_the_action_of_a_run_that_kept_less_is_the_same():
     full = galvi.integrate(KEPLER, FOUR, 0.1, 2500)
-    whole = galvi.action(full)
+    action = galvi.action(full)
     thin = galvi.integrate(KEPLER, FOUR, 0.1, 2500, save_every=700)
     saved = [0, 700, 1400, 2100, 2500]
-    assert whole.shape == full.t.shape
-    assert whole[0] == 0.0
-    assert np.allclose(galvi.action(thin), whole[saved], rtol=1e-13)
+    assert action.shape == full.t.shape
+    assert action[0] == 0.0
+    assert np.allclose(galvi.action(thin), action[saved], rtol=1e-13)
     further = galvi.action(galvi.resume(full, 10))
     longer = galvi.action(galvi.integrate(KEPLER, FOUR, 0.1, 2510))
     assert np.allclose(further, longer[2500:] - longer[2500], rtol=0.0, atol=1e-12)
     watched = galvi.events.plane_crossing((0.0, 1.0))
-    seen = galvi.integrate(KEPLER, FOUR, 0.1, 2500, events=watched)
-    assert np.allclose(galvi.action(seen), whole, rtol=1e-13)
+    with_events = galvi.integrate(KEPLER, FOUR, 0.1, 2500, events=watched)
+    assert np.allclose(galvi.action(with_events), action, rtol=1e-13)
 
 
 def walled(q):
@@ -315,9 +315,9 @@ def walled(q):
 
 def test_the_action_does_not_depend_on_how_many_steps_are_evaluated_together(monkeypatch):
     run = galvi.integrate(DRIVEN, FOUR, 0.3, 5)
-    whole = galvi.action(run)
+    action = galvi.action(run)
     monkeypatch.setattr("galvi.diagnostics.discrete_lagrangians.CHUNK", 2)
-    assert np.allclose(galvi.action(run), whole, rtol=1e-14)
+    assert np.allclose(galvi.action(run), action, rtol=1e-14)
 
 
 @pytest.mark.filterwarnings("ignore:invalid value")
@@ -327,10 +327,10 @@ def test_the_action_past_a_failed_step_is_nan():
     failed = runs[0].failed_step
     assert failed is not None
     assert 3 < failed < 8
-    whole, thin = map(galvi.action, runs)
-    assert np.isfinite(whole[:failed]).all()
-    assert np.isnan(whole[failed:]).all()
-    assert np.allclose(thin, whole[[0, 2, 4, 6, 8][: len(thin)]], rtol=1e-13, equal_nan=True)
+    full, thin = map(galvi.action, runs)
+    assert np.isfinite(full[:failed]).all()
+    assert np.isnan(full[failed:]).all()
+    assert np.allclose(thin, full[[0, 2, 4, 6, 8][: len(thin)]], rtol=1e-13, equal_nan=True)
 
 
 def test_the_action_of_a_lagrangian_that_cannot_be_traced_is_that_of_one_that_can():

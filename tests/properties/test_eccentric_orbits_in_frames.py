@@ -63,7 +63,7 @@ class Orbit:
     def energy(self, q: Any, v: Any) -> Any:
         return mp.fdot(relative(v), relative(v)) / 2 - self.mu / size(relative(q))
 
-    def place(self, t: Any) -> list[Any]:
+    def relative_position(self, t: Any) -> list[Any]:
         root = mp.sqrt(self.beta)
         cosine, sine = 1 - self.r / self.axis, self.along / mp.sqrt(self.mu * self.axis)
         E = mp.atan2(sine, cosine)
@@ -77,11 +77,11 @@ class Orbit:
 def of_an_orbit(e: float, E: float, ratio: float, turn: float, third: bool = False) -> Any:
     """Masses, places and velocities for a = 1 and the eccentric anomaly E, m_2 / m_1 = ratio."""
     b, r = math.sqrt((1.0 - e) * (1.0 + e)), 1.0 - e * math.cos(E)
-    place = np.array([math.cos(E) - e, b * math.sin(E)])
+    position = np.array([math.cos(E) - e, b * math.sin(E)])
     speed = math.sqrt(1.0 + ratio) / r * np.array([-math.sin(E), b * math.cos(E)])
     axes = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
     share = ratio / (1.0 + ratio)
-    q, v = (np.array([-share * x, (1.0 - share) * x]) @ axes for x in (place, speed))
+    q, v = (np.array([-share * x, (1.0 - share) * x]) @ axes for x in (position, speed))
     if not third:
         return np.array([1.0, ratio]), q, v
     pace = ((1.0 + ratio) / MASSLESS) ** 0.5
@@ -96,7 +96,7 @@ def errors(start: Any, steps: float, back: bool = False) -> tuple[float, float]:
     """
     masses, q, v = start
     with mp.workdps(DIGITS):
-        orbit, most = Orbit(*start), [0.0, 0.0]
+        orbit, largest = Orbit(*start), [0.0, 0.0]
         h = 2.0 * math.pi * (1.0 + masses[1]) ** -0.5 / steps * (-1.0 if back else 1.0)
         count = max(1, round(steps))
         run = galvi.integrate(galvi.Problem(galvi.NBody(masses), q, v), FRAME, h, count)
@@ -104,12 +104,14 @@ def errors(start: Any, steps: float, back: bool = False) -> tuple[float, float]:
         energy = orbit.energy(q, v)
         between = float(run.t[-1] - 0.3 * h)
         places = [(mp.mpf(h) * k, run.q[k]) for k in range(1, count + 1)]
-        for t, place in [*places, (mp.mpf(between), run(between))]:
-            gap = [x - y for x, y in zip(relative(place), orbit.place(t), strict=True)]
-            most[0] = max(most[0], float(size(gap) / orbit.axis))
-        for place, speed in zip(run.q, run.v, strict=True):
-            most[1] = max(most[1], abs(float(orbit.energy(place, speed) / energy - 1)))
-        return most[0], most[1]
+        for t, state_q in [*places, (mp.mpf(between), run(between))]:
+            gap = [
+                x - y for x, y in zip(relative(state_q), orbit.relative_position(t), strict=True)
+            ]
+            largest[0] = max(largest[0], float(size(gap) / orbit.axis))
+        for state_q, speed in zip(run.q, run.v, strict=True):
+            largest[1] = max(largest[1], abs(float(orbit.energy(state_q, speed) / energy - 1)))
+        return largest[0], largest[1]
 
 
 @pytest.mark.slow(beside="test_the_limit_is_where_it_is_for_a_reason")
@@ -131,8 +133,8 @@ def test_up_to_the_limit_a_revolution_is_right_to_1e_12(
 ) -> None:
     """Any start, step, masses, direction; with a third body too, whose step is half as long."""
     start = of_an_orbit(e, E, ratio, turn, third)
-    place, energy = errors(start, max(steps, 1.4) if third else steps, back)
-    assert place < 1e-12 and energy < 1e-13, (place, energy)  # 4e-13, 1e-14
+    position_error, energy = errors(start, max(steps, 1.4) if third else steps, back)
+    assert position_error < 1e-12 and energy < 1e-13, (position_error, energy)  # 4e-13, 1e-14
 
 
 def test_the_limit_is_where_it_is_for_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -185,7 +187,7 @@ TWO_ORBITS = galvi.Problem(  # a circle, and a pericentre at 0.12
 
 
 @pytest.mark.parametrize(
-    ("problem", "step", "words"),
+    ("problem", "step", "pattern"),
     [
         (comet(1.0), 8.1, r"the step is 1\.29 revolutions of body comet, more than"),
         (comet(1.2), 0.1, "the orbit of body comet is not bound any more"),
@@ -195,9 +197,9 @@ TWO_ORBITS = galvi.Problem(  # a circle, and a pericentre at 0.12
     ],
 )
 def test_an_orbit_that_is_not_covered_any_more_is_named(
-    problem: galvi.Problem, step: float, words: str
+    problem: galvi.Problem, step: float, pattern: str
 ) -> None:
-    assert re.search(words, galvi.KeplerFrame().leaves(problem, step))
+    assert re.search(pattern, galvi.KeplerFrame().leaves(problem, step))
 
 
 def table() -> None:

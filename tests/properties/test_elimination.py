@@ -19,9 +19,9 @@ def test_solutions_are_those_of_numpy_whatever_the_order_of_the_rows(n):
         moved += int(np.sum(pivots[1:] != np.arange(1, n)))
         by_lapack = rhs.copy()
         assert solve_equations(np.ascontiguousarray(matrix.T), pivots, by_lapack)
-        for found in (solved, by_lapack):
-            assert np.allclose(matrix @ found, rhs, rtol=0, atol=1e-11)  # 3e-13
-            assert np.allclose(found, np.linalg.solve(matrix, rhs), rtol=1e-8, atol=0)
+        for solution in (solved, by_lapack):
+            assert np.allclose(matrix @ solution, rhs, rtol=0, atol=1e-11)  # 3e-13
+            assert np.allclose(solution, np.linalg.solve(matrix, rhs), rtol=1e-8, atol=0)
     assert n < 3 or moved > 0  # rows were exchanged after the first column
 
 

@@ -24,10 +24,10 @@ def test_weights_and_state_count_to_twice_the_precision(node):
             mp.mpf(float(row[node]))
             for row in (tableau.b, tableau.b_low, tableau.beta, tableau.beta_low)
         )
-        place = q + q_low + h * (v + v_low) + h * h * (beta + beta_low) * a[:, node]
+        position = q + q_low + h * (v + v_low) + h * h * (beta + beta_low) * a[:, node]
         speed = v + v_low + h * (b + b_low) * a[:, node]
         complete_step(tableau, h, a, state)
-        for wanted, high, low in ((place, 0, 1), (speed, 2, 3)):
+        for wanted, high, low in ((position, 0, 1), (speed, 2, 3)):
             for k in range(3):
                 error = mp.mpf(state[high, k]) + mp.mpf(state[low, k]) - wanted[k]
                 assert abs(error) < 1e-30  # 2e-31

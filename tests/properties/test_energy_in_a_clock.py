@@ -81,13 +81,13 @@ def test_right_runs_are_called_good_and_have_an_energy(name):
     assert run.status == "Completed." and run.checkpoint.energies.size == 4
 
 
-@pytest.mark.parametrize(("made", "slope"), [(pull, 1.03), (swing, 1.03)])
-def test_a_wrong_gradient_is_found(made, slope):
+@pytest.mark.parametrize(("make_system", "slope"), [(pull, 1.03), (swing, 1.03)])
+def test_a_wrong_gradient_is_found(make_system, slope):
     """An error of 2 to 5 % of the energy is named, and that of a wrong sign ruins the run."""
-    off = galvi.integrate(started(made(slope)), gauss(4, NEAR), 0.3, 20)
+    off = galvi.integrate(started(make_system(slope)), gauss(4, NEAR), 0.3, 20)
     assert off.outcome.end is End.DOUBTFUL
     assert "the energy and the work of the forces differ by 0.0" in off.outcome.reason
-    lost = galvi.integrate(started(made(-1.0)), gauss(4, NEAR), 0.3, 10)
+    lost = galvi.integrate(started(make_system(-1.0)), gauss(4, NEAR), 0.3, 10)
     assert lost.outcome.end is End.RUINED
     assert lost.failed_step <= 3 and np.all(np.isfinite(lost.q))
 
@@ -97,10 +97,10 @@ def test_one_ruined_state_is_seen_wherever_it_is(size, monkeypatch):
     """Planted: from step 5 of 8 on the clock's energy is off by a share of T at the start."""
     record = ClockStepper._record
 
-    def shifted(loop, taken, keep):
-        numbers = loop.done + 1 + np.arange(len(taken.t))
+    def shifted(loop, steps, keep):
+        numbers = loop.done + 1 + np.arange(len(steps.t))
         off = size * 0.5 * (KEPLER.v0 @ KEPLER.v0) * (numbers >= 5)
-        record(loop, taken._replace(energy=taken.energy + off), keep)
+        record(loop, steps._replace(energy=steps.energy + off), keep)
 
     monkeypatch.setattr(ClockStepper, "_record", shifted)
     problem, clock = RIGHT["Kepler with drag"]
@@ -124,16 +124,16 @@ def test_a_step_that_is_too_large_is_named(step, ruined):
 def test_a_resumed_run_is_assessed_as_one_long_run():
     problem = started(pull(1.1))
     long, part = (galvi.integrate(problem, gauss(3, NEAR), 0.3, steps) for steps in (12, 7))
-    rest = galvi.resume(part, 5)
-    assert np.array_equal(rest.checkpoint.energies, long.checkpoint.energies)
-    assert rest.status == long.status
+    resumed = galvi.resume(part, 5)
+    assert np.array_equal(resumed.checkpoint.energies, long.checkpoint.energies)
+    assert resumed.status == long.status
 
 
-def pull_up_to(far):
+def pull_up_to(radius):
     """`pull` with a gradient of the wrong sign, which is not a number from a distance on."""
 
     def gradient(q):
-        return -(q @ q) * q if q @ q < far * far else np.full(2, np.nan)
+        return -(q @ q) * q if q @ q < radius * radius else np.full(2, np.nan)
 
     system = galvi.Canonical(1.0, lambda q: 0.25 * (q @ q) ** 2, gradient, force=drag, check=False)
     return started(system)
@@ -147,8 +147,8 @@ def test_a_run_that_stops_early_says_that_it_was_ruined_before(end):
     if end is End.STEP_LIMIT:
         run = galvi.integrate(started(pull(-1.0)), gauss(4, NEAR), 0.3, 10, duration=1e3)
     else:
-        far = float(np.max(np.linalg.norm(lost.q, axis=1)))
-        run = galvi.integrate(pull_up_to(far), gauss(4, NEAR), 0.3, 20)
+        radius = float(np.max(np.linalg.norm(lost.q, axis=1)))
+        run = galvi.integrate(pull_up_to(radius), gauss(4, NEAR), 0.3, 20)
     assert run.outcome.end is end
     t = lost.t[lost.failed_step]
     assert f"It was ruined from t = {t:.10g} on: the energy and the work" in run.status

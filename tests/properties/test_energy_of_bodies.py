@@ -29,8 +29,8 @@ def energy_growth(
     for _ in range(RUNS):
         v0 = problem.v0 * (1.0 + SIZE * generator.standard_normal(problem.v0.shape))
         moved = galvi.Problem(problem.system, problem.q0, v0)
-        every = max(1, steps // SAMPLES)
-        run = galvi.integrate(moved, method, step, steps, save_every=every, solver=solver)
+        save_every = max(1, steps // SAMPLES)
+        run = galvi.integrate(moved, method, step, steps, save_every=save_every, solver=solver)
         assert run.success, run.status
         energy = galvi.energy(run)
         errors.append(energy / energy[0] - 1.0)
@@ -49,30 +49,30 @@ def growth_of_free_body(chart: object, steps: int, solver: str = "auto") -> Grow
     ids=lambda value: getattr(value, "name", value),
 )
 def test_a_free_body_has_no_drift_of_1e_18(chart: object, solver: str) -> None:
-    found = growth_of_free_body(chart, FEW, solver)
-    assert abs(found.drift) < 0.8 * SMALL, found
-    assert found.drift_uncertainty < 0.25 * SMALL
+    energy_error = growth_of_free_body(chart, FEW, solver)
+    assert abs(energy_error.drift) < 0.8 * SMALL, energy_error
+    assert energy_error.drift_uncertainty < 0.25 * SMALL
 
 
 @pytest.mark.slow(beside="test_a_free_body_has_no_drift_of_1e_18")
 def test_neither_has_one_that_also_moves() -> None:
     method = gauss_collocation(12).method
-    found = energy_growth(galvi.problems.free_body_se3(), method, 0.25, FEW)
-    assert abs(found.drift) < 0.8 * SMALL, found
+    energy_error = energy_growth(galvi.problems.free_body_se3(), method, 0.25, FEW)
+    assert abs(energy_error.drift) < 0.8 * SMALL, energy_error
 
 
 @pytest.mark.slow_cases("100000-1e-18")
 @pytest.mark.parametrize("steps, drift", [(FEW, LARGE), (MANY, SMALL)])
 def test_a_drift_is_seen(steps: int, drift: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A weight too large by some units in its last place turns the body too far in each step."""
-    sound = growth_of_free_body(galvi.Cayley(), steps)
+    unchanged = growth_of_free_body(galvi.Cayley(), steps)
     tables_of = law_stepper.tables_on_group
 
     def larger(table, form):  # type: ignore[no-untyped-def]
-        made = tables_of(table, form)
-        (planted,) = aligned_copies(made.tables)
+        arrays = tables_of(table, form)
+        (planted,) = aligned_copies(arrays.tables)
         planted[4 * planted.shape[1], table.c.size // 2] += excess
-        return made._replace(tables=planted)
+        return arrays._replace(tables=planted)
 
     monkeypatch.setattr(law_stepper, "tables_on_group", larger)
     excess = 1e-15
@@ -80,4 +80,4 @@ def test_a_drift_is_seen(steps: int, drift: float, monkeypatch: pytest.MonkeyPat
     faulty = growth_of_free_body(galvi.Cayley(), steps)
     assert faulty.drifts and abs(faulty.drift) > 5.0 * faulty.drift_uncertainty
     assert abs(faulty.drift - drift) < 0.5 * drift
-    assert not sound.drifts
+    assert not unchanged.drifts

@@ -68,8 +68,8 @@ def test_a_run_says_which_engine_did_it_and_why(case: str, tmp_path: Path) -> No
     assert run.engine == engine and reason in run.engine_reason, run.engine_reason
     if case not in ("untraced", "branches"):
         galvi.save(run, tmp_path / "run")
-        kept = galvi.load(tmp_path / "run")
-        assert (kept.engine, kept.engine_reason) == (run.engine, run.engine_reason)
+        loaded = galvi.load(tmp_path / "run")
+        assert (loaded.engine, loaded.engine_reason) == (run.engine, run.engine_reason)
     ended = galvi.integrate(
         problem,
         chosen,
@@ -125,14 +125,14 @@ def test_a_run_is_saved_loaded_and_resumed_with_its_states(case: str, tmp_path: 
     run = galvi.integrate(problem, FOUR, step, steps, **options)
     assert run.success, run.status
     galvi.save(run, tmp_path / "run")
-    kept = galvi.load(tmp_path / "run")
-    assert np.array_equal(kept.q, run.q) and kept.outcome == run.outcome
+    loaded = galvi.load(tmp_path / "run")
+    assert np.array_equal(loaded.q, run.q) and loaded.outcome == run.outcome
     for state in (run.checkpoint, *getattr(run.again, "known", ())):
         assert state.state.size and state.stages.size and state.solver_state.size
     if run.curves is None and run.again is not None:
-        assert np.array_equal(kept(run.t[-1] * 0.9), run(run.t[-1] * 0.9))
-    more = [galvi.resume(one, 3, events=()) for one in (run, kept)]
-    assert np.array_equal(more[0].q, more[1].q) and more[0].success
+        assert np.array_equal(loaded(run.t[-1] * 0.9), run(run.t[-1] * 0.9))
+    resumed = [galvi.resume(source, 3, events=()) for source in (run, loaded)]
+    assert np.array_equal(resumed[0].q, resumed[1].q) and resumed[0].success
 
 
 @pytest.mark.parametrize("problem", [KEPLER, TOP])
@@ -140,10 +140,10 @@ def test_a_resumed_run_keeps_what_the_run_kept(problem: Any, tmp_path: Path) -> 
     thin = galvi.integrate(problem, FOUR, 0.02, 12, save_every=4)
     galvi.save(thin, tmp_path / "run.npz")
     for run in (thin, galvi.load(tmp_path / "run.npz")):
-        rest = galvi.resume(run, 9)
-        assert len(rest.t) == 4 and rest.curves is None  # after 0, 4, 8 and 9 steps
-        every = galvi.resume(run, 9, save_every=1)
-        assert len(every.t) == 10 and every.curves is not None
+        resumed = galvi.resume(run, 9)
+        assert len(resumed.t) == 4 and resumed.curves is None  # after 0, 4, 8 and 9 steps
+        full = galvi.resume(run, 9, save_every=1)
+        assert len(full.t) == 10 and full.curves is not None
     curved = galvi.integrate(problem, FOUR, 0.02, 12, save_every=4, curves=True)
     assert galvi.resume(curved, 9).curves is not None
     assert galvi.resume(curved, 9, save_every=3, curves=False).curves is None

@@ -84,8 +84,8 @@ class Potential:
 def test_values_of_galvi_are_told_apart_and_are_the_same_in_another_process():
     methods = [galvi.Galerkin(galvi.Polynomials(s), galvi.radau(s)) for s in (2, 3)]
     keeps = [galvi.FinalStates(), galvi.StatesAt([0.1]), galvi.StatesAt([0.2])]
-    found = [repr(identity(value, None)) for value in (*SYSTEMS, *methods, *keeps)]
-    assert len(set(found)) == len({repr(value) for value in found}) >= len(SYSTEMS) + 2
+    identities = [repr(identity(value, None)) for value in (*SYSTEMS, *methods, *keeps)]
+    assert len(set(identities)) == len({repr(value) for value in identities}) >= len(SYSTEMS) + 2
     code = (
         "from tests.properties import test_ensemble_folder as t; "
         "print([repr(t.identity(value, None)) for value in t.SYSTEMS])"
@@ -99,7 +99,7 @@ def test_values_of_galvi_are_told_apart_and_are_the_same_in_another_process():
         check=True,
         text=True,
     )
-    assert output.stdout.splitlines()[-1] == str(found[: len(SYSTEMS)])
+    assert output.stdout.splitlines()[-1] == str(identities[: len(SYSTEMS)])
 
 
 @pytest.mark.parametrize("keep", [end, lambda run: run.q[-1], compiled, np.sin])
@@ -115,8 +115,8 @@ def test_so_does_a_potential_that_was_not_traced_and_the_version_is_part_of_the_
     with pytest.raises(ValueError, match=r"those of earlier code of .*Potential, since"):
         galvi.integrate_ensemble(*arguments, folder=tmp_path)
     for version, loaded in (("1", 0), ("1", 1), ("2", 0)):
-        found = galvi.integrate_ensemble(*arguments, folder=tmp_path, version=version)
-        assert found.files == f"files: {loaded} loaded, {1 - loaded} computed"
+        ends = galvi.integrate_ensemble(*arguments, folder=tmp_path, version=version)
+        assert ends.files == f"files: {loaded} loaded, {1 - loaded} computed"
 
 
 @dataclasses.dataclass
@@ -154,11 +154,11 @@ def scaled(run, by=1.0):
     ],
 )
 def test_what_a_function_holds_is_told_apart_beside_its_version(make, tmp_path):
-    one, other = (
+    single, hundredfold = (
         np.asarray(ensemble(tmp_path, 3, keep=make(a), version="1"), dtype=float)
         for a in (1.0, 100.0)
     )
-    assert np.allclose(other, 100.0 * one) and np.any(one)
+    assert np.allclose(hundredfold, 100.0 * single) and np.any(single)
     assert ensemble(tmp_path, 3, keep=make(1.0), version="1").files == "files: 1 loaded, 0 computed"
 
 
@@ -171,13 +171,13 @@ def test_the_text_of_a_traced_law_is_part_of_its_work(tmp_path, monkeypatch):
 
 def test_the_code_of_galvi_is_part_of_the_request(tmp_path, monkeypatch):
     """And code that was changed while this process runs is not believed."""
-    place = tmp_path / "galvi" / "ensembles" / "folder.py"
-    place.parent.mkdir(parents=True)
-    monkeypatch.setattr(folders, "__file__", str(place))
+    module = tmp_path / "galvi" / "ensembles" / "folder.py"
+    module.parent.mkdir(parents=True)
+    monkeypatch.setattr(folders, "__file__", str(module))
     monkeypatch.setattr(folders, "IMPORTED", np.inf)
     monkeypatch.setattr(folders, "digest_of_galvi", digest_of_galvi.__wrapped__)
     for code, loaded in (("x = 2\n", 0), ("x = 2\n", 1), ("x = 3\n", 0)):
-        place.write_text(code)
+        module.write_text(code)
         assert ensemble(tmp_path).files.startswith(f"files: {loaded} loaded")
     monkeypatch.setattr(folders, "IMPORTED", 0.0)
     with pytest.raises(ValueError, match=r"was changed after this process had imported galvi"):
@@ -192,10 +192,10 @@ def test_parameters_with_the_names_of_starts_hide_none(tmp_path):
     problem = galvi.Problem(system, [1.0], [0.0])
 
     def last(start):
-        found = galvi.integrate_ensemble(
+        ends = galvi.integrate_ensemble(
             problem, [[start]], problem.v0, FOUR, 0.1, 2, {"q": [2.0]}, folder=tmp_path
         )
-        return found[0][0, 0]
+        return ends[0][0, 0]
 
     assert last(1.0) == pytest.approx(0.5 * last(2.0), rel=1e-12)
 
@@ -212,7 +212,7 @@ def test_values_without_entries_are_kept_too(keep, tmp_path):
 def rewritten(change):
     """A file whose arrays are others."""
 
-    def damage(path, others, chance):
+    def damage(path, siblings, chance):
         with np.load(path) as file:
             arrays = dict(file)
         np.savez(path, **change(arrays))
@@ -223,18 +223,18 @@ def rewritten(change):
 def of_bytes(change):
     """A file of other bytes."""
 
-    def damage(path, others, chance):
+    def damage(path, siblings, chance):
         content = bytearray(path.read_bytes())
         path.write_bytes(change(content, int(chance.integers(len(content)))))
 
     return damage
 
 
-def another(path, others, chance):
-    shutil.copyfile(others[chance.integers(len(others))], path)
+def another(path, siblings, chance):
+    shutil.copyfile(siblings[chance.integers(len(siblings))], path)
 
 
-def folder(path, others, chance):
+def folder(path, siblings, chance):
     path.unlink()
     (path / "inside").mkdir(parents=True)
 
@@ -265,23 +265,26 @@ DAMAGE = {
 def test_a_file_that_is_not_what_was_written_is_computed_again(damage, tmp_path, small_files):
     first, chance = ensemble(tmp_path), np.random.default_rng(7)
     files = sorted(tmp_path.glob("*.npz"))
-    known, drawn = {path: path.read_bytes() for path in files}, damage.startswith(("a ", "zeros"))
+    contents, drawn = (
+        {path: path.read_bytes() for path in files},
+        damage.startswith(("a ", "zeros")),
+    )
     for path in [files[2]] if damage == "a folder" else files[: 5 if drawn else 1]:
-        DAMAGE[damage](path, [one for one in files if one != path], chance)
+        DAMAGE[damage](path, [file for file in files if file != path], chance)
         again = ensemble(tmp_path)
         assert np.array_equal(np.asarray(again), np.asarray(first)) and np.all(again.success)
-        told = "4 loaded, 1 computed, 1 of them again, since a file was damaged" in repr(again)
-        assert told or damage in ("a bit", "zeros", "an addition")  # which may change nothing
+        reported = "4 loaded, 1 computed, 1 of them again, since a file was damaged" in repr(again)
+        assert reported or damage in ("a bit", "zeros", "an addition")  # which may change nothing
         if path.is_file():
-            path.write_bytes(known[path])
+            path.write_bytes(contents[path])
             assert ensemble(tmp_path).files == "files: 5 loaded, 0 computed"
 
 
 def test_the_name_of_a_file_alone_is_not_believed(tmp_path, small_files):
     first = ensemble(tmp_path)
-    some, *others = sorted(tmp_path.glob("*.npz"))
+    some, *files = sorted(tmp_path.glob("*.npz"))
     request, content = some.name.partition("-")[0], some.read_bytes()
-    for path in (some, *others):
+    for path in (some, *files):
         path.unlink()
     for members in ("256-0", "0-0", "5-6", "0-3", "0-100000"):
         (tmp_path / f"{request}-{members}.npz").write_bytes(content)
@@ -294,12 +297,12 @@ def test_the_name_of_a_file_alone_is_not_believed(tmp_path, small_files):
 
 
 def test_processes_that_began_at_once_may_have_files_of_other_sizes(tmp_path, monkeypatch):
-    found = []
+    ends = []
     for members in (8, 16):
         small(monkeypatch, members)
-        found.append(ensemble(tmp_path / str(members)))
+        ends.append(ensemble(tmp_path / str(members)))
         shutil.copytree(tmp_path / str(members), tmp_path / "both", dirs_exist_ok=True)
-    assert np.array_equal(*found) and len(list((tmp_path / "both").iterdir())) == 5 + 2
+    assert np.array_equal(*ends) and len(list((tmp_path / "both").iterdir())) == 5 + 2
     assert ensemble(tmp_path / "both").files == "files: 3 loaded, 0 computed"
 
 
@@ -330,11 +333,11 @@ def test_a_complete_folder_is_read_where_nothing_can_be_written(tmp_path, monkey
 
 
 @pytest.mark.parametrize(
-    ("seconds", "members", "most"),
+    ("seconds", "members", "expected"),
     [(1e-5, 10**7, 100_000), (1e-5, 10**5, 12_504), (1e-5, 1000, 256), (1.0, 1000, 64)],
 )
-def test_a_chunk_takes_a_second_or_less_where_workers_share_few(seconds, members, most):
-    assert schedule.members_of_a_chunk(seconds, 100.0, members, 2) == most
+def test_a_chunk_takes_a_second_or_less_where_workers_share_few(seconds, members, expected):
+    assert schedule.members_of_a_chunk(seconds, 100.0, members, 2) == expected
 
 
 def test_the_states_that_a_function_is_given_count_as_memory(monkeypatch):
@@ -378,12 +381,12 @@ def test_half_a_file_is_never_left(tmp_path, monkeypatch):
 
 
 def test_ctrl_c_stops_threads_and_leaves_what_is_done(tmp_path, monkeypatch, small_files):
-    save, done = folders.Folder.save, []
+    save, members = folders.Folder.save, []
 
     def third(self, *arguments):
         save(self, *arguments)
-        done.append(arguments[0])
-        if len(done) == 3:
+        members.append(arguments[0])
+        if len(members) == 3:
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
@@ -427,11 +430,11 @@ def test_fifty_kills_lose_and_change_nothing(tmp_path, monkeypatch):
     chance, truth, kills = random.Random(5), ensemble(None, 2000, 300), 0
     while kills < 45:
         mid_write = chance.randint(1, 4) if kills >= 25 else 0
-        done = sorted(tmp_path.glob("*.npz"))
-        if len(done) > 100:  # nearly done: begin anew
-            for path in chance.sample(done, 90):
+        files = sorted(tmp_path.glob("*.npz"))
+        if len(files) > 100:  # nearly done: begin anew
+            for path in chance.sample(files, 90):
                 path.unlink()
-        known = {path: path.read_bytes() for path in tmp_path.glob("*.npz")}
+        contents = {path: path.read_bytes() for path in tmp_path.glob("*.npz")}
         client = subprocess.Popen(
             [sys.executable, "-c", CLIENT, str(tmp_path), str(mid_write)],
             stdout=subprocess.PIPE,
@@ -444,7 +447,7 @@ def test_fifty_kills_lose_and_change_nothing(tmp_path, monkeypatch):
         assert client.wait() in (-signal.SIGKILL, 0)
         client.stdout.close()
         kills += client.returncode == -signal.SIGKILL
-        assert all(path.read_bytes() == content for path, content in known.items())
+        assert all(path.read_bytes() == content for path, content in contents.items())
     assert np.array_equal(ensemble(tmp_path, 2000, 300), truth)
 
     import dask
@@ -459,8 +462,8 @@ def test_fifty_kills_lose_and_change_nothing(tmp_path, monkeypatch):
     ):
         for _ in range(5):
             client.wait_for_workers(2)  # a nanny gives up on one that dies as it starts
-            found = pool.submit(ensemble, None, 2000, 300, executor=client)
+            future = pool.submit(ensemble, None, 2000, 300, executor=client)
             time.sleep(chance.uniform(0.0, 1.0))
             victim = chance.choice([worker.pid for worker in cluster.workers.values()])
             os.kill(victim, signal.SIGKILL)
-            assert np.array_equal(found.result(), truth)
+            assert np.array_equal(future.result(), truth)

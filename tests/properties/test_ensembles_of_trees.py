@@ -37,18 +37,18 @@ STARTS = {
 def ends(problem: galvi.Problem, parameters: dict[str, np.ndarray]) -> np.ndarray:
     n = len(next(iter(parameters.values())))
     q, v = (np.repeat(x[None], n, axis=0) for x in (problem.q0, problem.v0))
-    found = galvi.integrate_ensemble(problem, q, v, EIGHT, 0.02, 20, parameters=parameters)
-    assert set(found.status) == {"Completed."}
+    ensemble = galvi.integrate_ensemble(problem, q, v, EIGHT, 0.02, 20, parameters=parameters)
+    assert set(ensemble.status) == {"Completed."}
     several = problem.q0.shape != problem.v0.shape  # then q and p are apart
-    return np.asarray(found[0] if several else np.asarray(found)[:, 0]).reshape(n, -1)
+    return np.asarray(ensemble[0] if several else np.asarray(ensemble)[:, 0]).reshape(n, -1)
 
 
 def off(problem: galvi.Problem, parameters: dict[str, np.ndarray]) -> float:
     """The largest distance of a member's end from that of the tree by itself."""
     worst = 0.0
     for k, end in enumerate(ends(problem, parameters)):
-        own = problem.system.with_numbers(**{name: x[k] for name, x in parameters.items()})
-        run = galvi.integrate(galvi.Problem(own, problem.q0, problem.v0), EIGHT, 0.02, 20)
+        system = problem.system.with_numbers(**{name: x[k] for name, x in parameters.items()})
+        run = galvi.integrate(galvi.Problem(system, problem.q0, problem.v0), EIGHT, 0.02, 20)
         worst = max(worst, float(np.abs(run.q[-1].ravel() - end).max()))
     return worst
 
@@ -58,13 +58,13 @@ def off(problem: galvi.Problem, parameters: dict[str, np.ndarray]) -> float:
 def test_members_are_trees_with_their_numbers(kind: str) -> None:
     """Three members, some of whose numbers are 0; masses are above it."""
     problem, random = STARTS[kind], np.random.default_rng(3)
-    system, found = problem.system, {}
+    system, parameters = problem.system, {}
     for name in system.varied_names:
-        found[name] = random.uniform(0.2, 2.0, (3, *system.shape_of(name)))
+        parameters[name] = random.uniform(0.2, 2.0, (3, *system.shape_of(name)))
         if name != "masses":
-            found[name][random.random(found[name].shape) < 0.4] = 0.0
-    assert off(problem, found) < 1e-12
-    assert off(problem, {"masses": found["masses"]}) < 1e-12
+            parameters[name][random.random(parameters[name].shape) < 0.4] = 0.0
+    assert off(problem, parameters) < 1e-12
+    assert off(problem, {"masses": parameters["masses"]}) < 1e-12
 
 
 def test_earth_and_moon() -> None:
@@ -84,11 +84,11 @@ def test_a_parameter_that_is_left_out_is_caught(monkeypatch: pytest.MonkeyPatch)
     parameters = {"damping": np.array([[0.0, 0.0, 0.0], [0.5, 0.5, 0.5]])}
     assert off(STARTS["hinges"], parameters) < 1e-13
     lines = "def force(q, v, t, c):\n    return [0.0 * c[0], 0.0 * c[1], 0.0 * c[2]]\n"
-    known = laws_of_systems.lines_of
+    lines_of = laws_of_systems.lines_of
     monkeypatch.setattr(
         laws_of_systems,
         "lines_of",
-        lambda one: lines if isinstance(one, JointDamping) else known(one),
+        lambda law: lines if isinstance(law, JointDamping) else lines_of(law),
     )
     with pytest.raises(AssertionError):
         assert np.ptp(ends(STARTS["hinges"], parameters), axis=0).max() > 1e-3

@@ -36,10 +36,10 @@ def hinge(kind: str) -> galvi.Problem:
     )
 
 
-def members(problem: galvi.Problem, chosen: list[int], masses: bool, **more: Any) -> Any:
+def members(problem: galvi.Problem, chosen: list[int], masses: bool, **options: Any) -> Any:
     parameters = {"masses": MASSES[chosen]} if masses else None
     q, v = STARTS[chosen, :1], STARTS[chosen, 1:]
-    return galvi.integrate_ensemble(problem, q, v, EIGHT, 0.02, 5, parameters=parameters, **more)
+    return galvi.integrate_ensemble(problem, q, v, EIGHT, 0.02, 5, parameters=parameters, **options)
 
 
 @pytest.mark.slow_cases(but=["a medium-masses"])
@@ -56,19 +56,19 @@ def test_members_with_branches_are_runs_by_themselves(kind: str, masses: bool) -
         assert run.success
         np.testing.assert_allclose(q[k], run.q[[0, 2, 5]], rtol=0, atol=1e-14)  # 6e-17
         np.testing.assert_allclose(p[k], run.p[[0, 2, 5]], rtol=0, atol=1e-13)  # 4e-16
-    others = members(problem, [3, 1], masses)
-    assert np.array_equal(np.asarray(others), np.asarray(ends)[[3, 1]])
+    subset = members(problem, [3, 1], masses)
+    assert np.array_equal(np.asarray(subset), np.asarray(ends)[[3, 1]])
 
 
 def test_a_member_beyond_a_limit_fails_alone() -> None:
     problem = hinge("a limit on a joint")
-    far = np.array([[0.1, 0.0], [0.1, 9.0], [0.95, 0.0]])  # the last is beyond at the start
-    found = galvi.integrate_ensemble(problem, far[:, :1], far[:, 1:], EIGHT, 0.02, 40)
-    run = galvi.integrate(problem.with_initial_state(*far[1][:, None]), EIGHT, 0.02, 40)
-    assert found.status[0] == "Completed." and found.status[1].startswith(run.status)
-    assert found.failed_step.tolist() == [0, run.failed_step, 1] and run.failed_step
-    assert "at the start. Start elsewhere" in found.status[2]
-    assert np.all(np.isnan(np.asarray(found)[1:])) and np.all(np.isfinite(np.asarray(found)[0]))
+    starts = np.array([[0.1, 0.0], [0.1, 9.0], [0.95, 0.0]])  # the last is beyond at the start
+    ends = galvi.integrate_ensemble(problem, starts[:, :1], starts[:, 1:], EIGHT, 0.02, 40)
+    run = galvi.integrate(problem.with_initial_state(*starts[1][:, None]), EIGHT, 0.02, 40)
+    assert ends.status[0] == "Completed." and ends.status[1].startswith(run.status)
+    assert ends.failed_step.tolist() == [0, run.failed_step, 1] and run.failed_step
+    assert "at the start. Start elsewhere" in ends.status[2]
+    assert np.all(np.isnan(np.asarray(ends)[1:])) and np.all(np.isfinite(np.asarray(ends)[0]))
 
 
 # ---------------------------------------------------------------- forces that follow masses
@@ -86,12 +86,12 @@ OTHERS = [[1.0, 1.0], [4.0, 0.3], [0.0, 1.0], [2.0, 0.0]]
 def test_forces_follow_masses_as_in_mujoco() -> None:
     """And stiffness and damping that its compiler finds from masses stay."""
     problem, model = galvi.from_mujoco(TREE), mujoco.MjModel.from_xml_string(TREE)
-    data, q, v = mujoco.MjData(model), [0.3, 0.7], [1.0, -2.0]
+    mj_data, q, v = mujoco.MjData(model), [0.3, 0.7], [1.0, -2.0]
     for masses in OTHERS:
-        model.body_mass[1:], data.qpos[:], data.qvel[:] = masses, q, v
-        mujoco.mj_forward(model, data)
+        model.body_mass[1:], mj_data.qpos[:], mj_data.qvel[:] = masses, q, v
+        mujoco.mj_forward(model, mj_data)
         system = problem.system.with_numbers(masses=masses)
-        assert system.acceleration(q, v) == pytest.approx(data.qacc, rel=1e-12)  # 2e-14
+        assert system.acceleration(q, v) == pytest.approx(mj_data.qacc, rel=1e-12)  # 2e-14
 
 
 def test_the_speed_of_a_cube_in_syrup_follows_its_mass() -> None:
@@ -100,11 +100,11 @@ def test_the_speed_of_a_cube_in_syrup_follows_its_mass() -> None:
         <joint type="slide"/><inertial pos="0 0 0" mass="1" diaginertia=".1 .1 .1"/></body>
         </worldbody></mujoco>""")
     masses = np.array([0.5, 1.0, 3.0])
-    found = galvi.integrate_ensemble(
+    ends = galvi.integrate_ensemble(
         cube, [0.0], [2.0], EIGHT, 0.05, 10, {"masses": masses[:, None]}
     )
     rate = 3.0 * np.pi * 0.4 * np.sqrt(0.6 / masses) / masses
-    speeds = np.asarray(found)[:, 1, 0] / masses
+    speeds = np.asarray(ends)[:, 1, 0] / masses
     assert speeds == pytest.approx(2.0 * np.exp(-0.5 * rate), rel=1e-13)  # 6e-16
     assert np.max(np.abs(speeds / (2.0 * np.exp(-0.5 * rate[1] / masses)) - 1.0)) > 0.1
 

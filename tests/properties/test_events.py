@@ -45,16 +45,16 @@ def orbit(e: float = 0.3) -> galvi.Problem:
 @pytest.mark.parametrize("method", [EIGHT, CLOCK])
 def test_apsides_are_at_multiples_of_half_a_period(method: Any) -> None:
     run = galvi.integrate(orbit(), method, 0.4, duration=40.0)
-    found = galvi.find_events(run, galvi.events.apsis("planet", "star"))
-    assert len(found) == 12  # that at the start is none
-    assert np.max(np.abs(found.t - math.pi * np.arange(1, 13))) < 1e-10
-    assert np.allclose(found.value[::2], 1.3, atol=1e-11)
-    assert np.allclose(found.value[1::2], 0.7, atol=1e-11)
-    near = galvi.find_events(run, galvi.events.closest_approach(1, 0))
-    assert np.array_equal(near.t, found.t[1::2])
+    apsides = galvi.find_events(run, galvi.events.apsis("planet", "star"))
+    assert len(apsides) == 12  # that at the start is none
+    assert np.max(np.abs(apsides.t - math.pi * np.arange(1, 13))) < 1e-10
+    assert np.allclose(apsides.value[::2], 1.3, atol=1e-11)
+    assert np.allclose(apsides.value[1::2], 0.7, atol=1e-11)
+    approaches = galvi.find_events(run, galvi.events.closest_approach(1, 0))
+    assert np.array_equal(approaches.t, apsides.t[1::2])
     part = galvi.integrate(orbit(), method, 0.4, duration=8.0)
-    rest = galvi.find_events(galvi.resume(part, until=40.0), galvi.events.apsis(1, 0))
-    assert np.allclose(rest.t, found.t[found.t > 8.0], atol=1e-9)
+    resumed = galvi.find_events(galvi.resume(part, until=40.0), galvi.events.apsis(1, 0))
+    assert np.allclose(resumed.t, apsides.t[apsides.t > 8.0], atol=1e-9)
 
 
 @given(st.floats(-0.999, 0.999), st.floats(0.2, 1.5), st.sampled_from([-1, 0, 1]))
@@ -63,15 +63,15 @@ def test_every_crossing_of_an_oscillator_is_found_once(
 ) -> None:
     run = galvi.integrate(OSCILLATOR, EIGHT, step, 40)
     event = galvi.Event(lambda q, v, t: q[0] - level, direction)
-    found = galvi.find_events(run, event)
+    crossings = galvi.find_events(run, event)
     first = math.acos(level)
     falls = first + 2.0 * math.pi * np.arange(60)
     rises = 2.0 * math.pi - first + 2.0 * math.pi * np.arange(60)
-    every = {1: rises, -1: falls, 0: np.sort(np.concatenate([falls, rises]))}[direction]
-    expected = every[every < run.t[-1]]
-    assert len(found) == len(expected)
-    assert np.max(np.abs(found.t - expected), initial=0.0) < 1e-9
-    assert np.allclose(found.q[:, 0], level, atol=1e-9)
+    candidates = {1: rises, -1: falls, 0: np.sort(np.concatenate([falls, rises]))}[direction]
+    expected = candidates[candidates < run.t[-1]]
+    assert len(crossings) == len(expected)
+    assert np.max(np.abs(crossings.t - expected), initial=0.0) < 1e-9
+    assert np.allclose(crossings.q[:, 0], level, atol=1e-9)
 
 
 def test_two_roots_within_a_step_that_nearly_touch_are_found() -> None:
@@ -84,27 +84,27 @@ def test_two_roots_within_a_step_that_nearly_touch_are_found() -> None:
 
 def test_roots_at_the_ends_of_steps_are_counted_once() -> None:
     run, back = (galvi.integrate(OSCILLATOR, EIGHT, h * math.pi / 4, 64) for h in (1, -1))
-    found, before = (
-        galvi.find_events(one, galvi.Event(lambda q, v, t: q[0])) for one in (run, back)
+    crossings, before = (
+        galvi.find_events(motion, galvi.Event(lambda q, v, t: q[0])) for motion in (run, back)
     )
-    assert len(found) == 16 and np.allclose(np.diff(found.t), math.pi, atol=1e-9)
-    assert np.allclose(before.t, -found.t)
+    assert len(crossings) == 16 and np.allclose(np.diff(crossings.t), math.pi, atol=1e-9)
+    assert np.allclose(before.t, -crossings.t)
 
 
 def test_transits_and_planes_and_distances() -> None:
     run = galvi.integrate(orbit(), EIGHT, 0.2, 200)
-    asked = [
+    events = [
         galvi.events.transit("planet", "star", (1.0, 0.0, 0.0)),
         galvi.events.plane_crossing((0.0, 1.0, 0.0), body="planet"),
         galvi.events.within(0, 1, 1.0),
     ]
-    found = galvi.find_events(run, asked)
-    assert np.all(np.diff(found.t) >= 0.0) and set(found.index) == {0, 1, 2}
-    transits = found["t"][found["index"] == 0]
+    hits = galvi.find_events(run, events)
+    assert np.all(np.diff(hits.t) >= 0.0) and set(hits.index) == {0, 1, 2}
+    transits = hits["t"][hits["index"] == 0]
     assert len(transits) == 6 and np.allclose(np.diff(transits), 2.0 * math.pi, atol=1e-9)
-    distances = np.linalg.norm(found.q[:, 0] - found.q[:, 1], axis=1)[found.index == 2]
+    distances = np.linalg.norm(hits.q[:, 0] - hits.q[:, 1], axis=1)[hits.index == 2]
     assert np.allclose(distances, 1.0, atol=1e-11) and len(distances) == 13
-    table = found.to_frame()
+    table = hits.to_frame()
     assert list(table.columns) == ["t", "name", "step", "value", "index"]
     assert "transit of planet in front of star" in set(table["name"])
 
@@ -112,10 +112,10 @@ def test_transits_and_planes_and_distances() -> None:
 def test_angles_of_a_pendulum_pass_up_to_whole_turns() -> None:
     problem = galvi.Problem(galvi.Canonical(1.0, galvi.CosinePotential(1.0)), [0.0], [2.5])
     run = galvi.integrate(problem, EIGHT, 0.2, 100)
-    found = galvi.find_events(run, galvi.events.angle(0, 1.0))
-    turns = (found.value - 1.0) / (2.0 * math.pi)
-    assert len(found) == math.floor((run.q[-1, 0] - 1.0) / (2.0 * math.pi)) + 1
-    assert np.allclose(turns, np.arange(len(found)), atol=1e-9)
+    hits = galvi.find_events(run, galvi.events.angle(0, 1.0))
+    turns = (hits.value - 1.0) / (2.0 * math.pi)
+    assert len(hits) == math.floor((run.q[-1, 0] - 1.0) / (2.0 * math.pi)) + 1
+    assert np.allclose(turns, np.arange(len(hits)), atol=1e-9)
 
 
 def test_a_joint_is_given_by_number_or_by_name() -> None:
@@ -139,8 +139,8 @@ def test_a_joint_is_given_by_number_or_by_name() -> None:
 def test_a_multiple_root_is_one_event_and_a_function_that_is_0_none(power: int, many: int) -> None:
     run = galvi.integrate(FREE, EIGHT, 0.7, 10)
     event = galvi.Event(lambda q, v, t: (q[0] - 3.0) ** power if power else 0.0 * q[0])
-    found = galvi.find_events(run, event)
-    assert len(found) == many and np.all(np.abs(found.t - 3.0) < 0.1)
+    hits = galvi.find_events(run, event)
+    assert len(hits) == many and np.all(np.abs(hits.t - 3.0) < 0.1)
 
 
 @given(st.lists(st.floats(0.05, 5.95), min_size=1, max_size=5, unique=True), st.floats(0.3, 1.1))
@@ -154,13 +154,13 @@ def test_polynomials_of_a_uniform_motion_have_their_roots(roots: list[float], st
         return value
 
     run = galvi.integrate(FREE, EIGHT, step, math.ceil(6.0 / step))
-    found = galvi.find_events(run, galvi.Event(polynomial))
+    hits = galvi.find_events(run, galvi.Event(polynomial))
     inside = [root for root in roots if root <= run.t[-1]]
-    assert len(found) == len(inside)
-    assert np.max(np.abs(found.t - inside), initial=0.0) < 1e-9
+    assert len(hits) == len(inside)
+    assert np.max(np.abs(hits.t - inside), initial=0.0) < 1e-9
     # the same, called one state after another
     called = galvi.find_events(run, galvi.Event(lambda q, v, t: float(polynomial(q, v, t))))
-    assert "could not be traced" in called.status and len(called) == len(found)
+    assert "could not be traced" in called.status and len(called) == len(hits)
 
 
 @pytest.mark.parametrize("value", [5e-324, -1e-310, 1e300, -1e300])
@@ -175,8 +175,8 @@ def test_states_at_many_times_are_those_at_each() -> None:
         times = np.array([0.03, 2.2, 0.0, 1.0, 0.7123, 1.4])
         q, p = galvi.states_at(run, times)
         for k, t in enumerate(times.tolist()):
-            for some, one in zip((q, p), galvi.states_at(run, t), strict=True):
-                assert np.array_equal(some[k], one)
+            for rows, expected in zip((q, p), galvi.states_at(run, t), strict=True):
+                assert np.array_equal(rows[k], expected)
         assert np.max(np.abs(q - run(times))) < 1e-9
 
 
@@ -213,8 +213,8 @@ RUNS: dict[str, Any] = {  # problem, method, step, length
 
 
 def ran(name: str) -> galvi.Trajectory:
-    *given, length = RUNS[name]
-    return galvi.integrate(*given, **length)
+    *arguments, length = RUNS[name]
+    return galvi.integrate(*arguments, **length)
 
 
 def densely(run: Any, function: Any, points: int = 150) -> Any:
@@ -257,16 +257,16 @@ def test_events_of_many_steps_are_those_of_a_dense_search(name: str) -> None:
     event = galvi.events.apsis(1, 2)
     if run.q.ndim == 2:
         event = galvi.Event(lambda q, v, t: q[0] * v[0] + q[1] * v[1])
-    found, expected = galvi.find_events(run, event), densely(run, radial)
-    assert found.status == "" and len(expected) > 5
-    assert len(found) == len(expected)
+    hits, expected = galvi.find_events(run, event), densely(run, radial)
+    assert hits.status == "" and len(expected) > 5
+    assert len(hits) == len(expected)
     step = np.abs(np.diff(run.t)).max()
-    assert np.max(np.abs(found.t - expected)) < 1e-6 * step  # 5e-7: that of the curves
-    if found.q.ndim == 3:
-        gap = np.linalg.norm(found.q[:, 1] - found.q[:, 2], axis=1)
-        assert np.allclose(found.value, gap, rtol=1e-14)
-        at = galvi.states_at(run, found.t[:3])[0]
-        assert np.allclose(found.q[:3], at, rtol=1e-11, atol=1e-11 * np.abs(at).max())
+    assert np.max(np.abs(hits.t - expected)) < 1e-6 * step  # 5e-7: that of the curves
+    if hits.q.ndim == 3:
+        gap = np.linalg.norm(hits.q[:, 1] - hits.q[:, 2], axis=1)
+        assert np.allclose(hits.value, gap, rtol=1e-14)
+        at = galvi.states_at(run, hits.t[:3])[0]
+        assert np.allclose(hits.q[:3], at, rtol=1e-11, atol=1e-11 * np.abs(at).max())
 
 
 @fast
@@ -274,10 +274,10 @@ def test_events_of_many_steps_are_those_of_a_dense_search(name: str) -> None:
 def test_a_function_of_velocity_and_time_is_found_in_frames_and_clocks(name: str) -> None:
     run = ran(name)
     middle = 0.41234 * run.t[-1]
-    found = galvi.find_events(run, galvi.Event(lambda q, v, t: v[1, 0] * (t - middle)))
+    hits = galvi.find_events(run, galvi.Event(lambda q, v, t: v[1, 0] * (t - middle)))
     expected = densely(run, lambda q, v, t: v[:, 1, 0] * (t - middle), 40)
-    assert len(found) == len(expected) > 20
-    assert np.max(np.abs(found.t - expected)) < 1e-6 * np.abs(np.diff(run.t)).max()
+    assert len(hits) == len(expected) > 20
+    assert np.max(np.abs(hits.t - expected)) < 1e-6 * np.abs(np.diff(run.t)).max()
 
 
 # ---------------------------------------------------------------- all pairs
@@ -290,15 +290,17 @@ METHODS = {"equal": (EIGHT, 0.3, 1000), "frame": (FRAME, 0.6, 500), "clock": (CL
 @pytest.mark.parametrize("name", METHODS)
 def test_one_event_of_all_pairs_is_those_of_each(name: str) -> None:
     run = galvi.integrate(NEAR, *METHODS[name])
-    every = galvi.find_events(run, galvi.events.within("any", "any", 0.1))
-    each = [galvi.events.within(i, j, 0.1) for i in range(7) for j in range(i + 1, 7)]
-    apart = galvi.find_events(run, each)
-    assert len(every) > 10 and len(set(every.name)) > 3
-    assert np.array_equal(every.t, apart.t) and every.name == apart.name
-    assert np.array_equal(every.value, apart.value) and np.all(every.index == 0)
+    all_pairs = galvi.find_events(run, galvi.events.within("any", "any", 0.1))
+    pairs = [galvi.events.within(i, j, 0.1) for i in range(7) for j in range(i + 1, 7)]
+    by_pair = galvi.find_events(run, pairs)
+    assert len(all_pairs) > 10 and len(set(all_pairs.name)) > 3
+    assert np.array_equal(all_pairs.t, by_pair.t) and all_pairs.name == by_pair.name
+    assert np.array_equal(all_pairs.value, by_pair.value) and np.all(all_pairs.index == 0)
     three = galvi.find_events(run, galvi.events.within("any", 3, 0.1))
-    own = [k for k, one in enumerate(apart.name) if one.startswith("3 ") or " and 3 " in one]
-    assert np.array_equal(three.t, apart.t[own]) and len(own) > 0
+    with_third = [
+        k for k, name in enumerate(by_pair.name) if name.startswith("3 ") or " and 3 " in name
+    ]
+    assert np.array_equal(three.t, by_pair.t[with_third]) and len(with_third) > 0
 
 
 @fast
@@ -309,15 +311,17 @@ def test_no_place_is_sought_and_no_state_reached_by_itself(
     run = ran(name)
     for kind in (FrameCurves, ClockCurves):
         for part in ("position", "velocity"):
-            monkeypatch.setattr(kind, part, lambda *given: pytest.fail("a place by itself"))
-    monkeypatch.setattr(Reaching, "__call__", lambda *given: pytest.fail("a state by itself"))
+            monkeypatch.setattr(kind, part, lambda *arguments: pytest.fail("a place by itself"))
+    monkeypatch.setattr(Reaching, "__call__", lambda *arguments: pytest.fail("a state by itself"))
     assert len(galvi.find_events(run, galvi.events.apsis(1, 2))) > 5
 
 
 @fast
 def test_pairs_that_stay_apart_cost_bounds_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     run = galvi.integrate(planets(1.5, 8), CLOCK, 0.2, duration=40.0)
-    monkeypatch.setattr(asked.Function, "__init__", lambda *given: pytest.fail("a pair by itself"))
+    monkeypatch.setattr(
+        asked.Function, "__init__", lambda *arguments: pytest.fail("a pair by itself")
+    )
     assert len(galvi.find_events(run, galvi.events.within("any", "any", 0.05))) == 0
 
 
@@ -326,17 +330,17 @@ def test_hill_radii_are_those_of_the_pair_at_that_time() -> None:
     run = galvi.integrate(NEAR, EIGHT, 0.3, 1000)
 
     def outside(q: Any, v: Any, t: Any) -> Any:
-        star, one, other = q[:, 0], q[:, 2], q[:, 3]
+        star, inner, outer = q[:, 0], q[:, 2], q[:, 3]
         norm = functools.partial(np.linalg.norm, axis=1)
-        about = norm(one - star) + norm(other - star)
-        return norm(one - other) - 7.0 * np.cbrt(2e-6) * 0.5 * about
+        about = norm(inner - star) + norm(outer - star)
+        return norm(inner - outer) - 7.0 * np.cbrt(2e-6) * 0.5 * about
 
     expected = densely(run, outside, 8)
-    one = galvi.find_events(run, galvi.events.within(2, 3, hill_radii=7.0))
-    assert len(one) == len(expected) > 2 and np.max(np.abs(one.t - expected)) < 1e-7
-    every = galvi.find_events(run, galvi.events.within("any", "any", hill_radii=7.0))
-    own = [name == "2 and 3 at 7 Hill radii" for name in every.name]
-    assert np.array_equal(one.t, every.t[own]) and len(every) > 10
+    pair = galvi.find_events(run, galvi.events.within(2, 3, hill_radii=7.0))
+    assert len(pair) == len(expected) > 2 and np.max(np.abs(pair.t - expected)) < 1e-7
+    all_pairs = galvi.find_events(run, galvi.events.within("any", "any", hill_radii=7.0))
+    of_pair = [name == "2 and 3 at 7 Hill radii" for name in all_pairs.name]
+    assert np.array_equal(pair.t, all_pairs.t[of_pair]) and len(all_pairs) > 10
 
 
 @fast

@@ -57,9 +57,9 @@ def test_a_terminal_event_ends_the_run_and_resume_goes_on_from_the_grid() -> Non
     assert run.outcome.event == "ground" and abs(run.outcome.time - math.sqrt(2.0)) < 1e-12
     assert abs(run.t[-1] - FALL) < 1e-14 and abs(run.q[-1, 0]) < 1e-14 and len(run) == 6
     undisturbed = galvi.integrate(BALL, EIGHT, 0.3, 20)
-    more = galvi.resume(run, 10)
-    assert more.t[0] == run.t[-1] and np.array_equal(more.q[1:], undisturbed.q[5:15])
-    assert np.array_equal(more.t[1:], undisturbed.t[5:15]) and len(more.events) == 0
+    resumed = galvi.resume(run, 10)
+    assert resumed.t[0] == run.t[-1] and np.array_equal(resumed.q[1:], undisturbed.q[5:15])
+    assert np.array_equal(resumed.t[1:], undisturbed.t[5:15]) and len(resumed.events) == 0
     assert np.allclose(run(run.t), run.q, atol=1e-14)
 
 
@@ -82,19 +82,19 @@ def test_in_a_clock_an_action_resets_the_energy() -> None:
     t0, q, v = run.events.t[0], run.events.q[0], 0.9 * run.events.v[0]
     assert abs(t0 - math.pi) < 1e-12 and run.t[-1] == 9.0
     assert np.all(np.diff(run.t) > 0.0) and np.all(np.diff(run.tau) > 0.0)
-    rest = galvi.integrate(galvi.Problem(ORBIT.system, q, v), IN_CLOCK, 0.3, duration=1.0)
+    continued = galvi.integrate(galvi.Problem(ORBIT.system, q, v), IN_CLOCK, 0.3, duration=1.0)
     at = galvi.states_at(run, t0 + 1.0)
-    assert np.max(np.abs(at[0] - rest.q[-1])) < 1e-11
-    assert np.max(np.abs(at[1] - rest.p[-1])) < 1e-11
+    assert np.max(np.abs(at[0] - continued.q[-1])) < 1e-11
+    assert np.max(np.abs(at[1] - continued.p[-1])) < 1e-11
 
 
 def test_a_terminal_event_in_a_clock_leaves_the_grid_alone() -> None:
     event = galvi.Event(lambda q, v, t: q[1], terminal=True)
     run = galvi.integrate(ORBIT, IN_CLOCK, 0.5, duration=20.0, events=event)
     assert abs(run.t[-1] - math.pi) < 1e-13
-    more = galvi.resume(run, until=12.0, events=())
-    whole = galvi.integrate(ORBIT, IN_CLOCK, 0.5, duration=12.0)
-    assert np.array_equal(more.q[1:], whole.q[len(run) - 1 :])
+    resumed = galvi.resume(run, until=12.0, events=())
+    uncut = galvi.integrate(ORBIT, IN_CLOCK, 0.5, duration=12.0)
+    assert np.array_equal(resumed.q[1:], uncut.q[len(run) - 1 :])
 
 
 @pytest.mark.parametrize("events", [None, [], np.array([])], ids=("None", "list", "array"))
@@ -102,8 +102,8 @@ def test_a_terminal_event_in_a_clock_leaves_the_grid_alone() -> None:
 def test_no_events_are_none_of_any_kind(events: Any, method: Any) -> None:
     run = galvi.integrate(ORBIT, method, 0.1, 2, duration=None, events=events)
     many = galvi.integrate_many([ORBIT], method, 0.1, 2, events=events)
-    for one in (run, galvi.resume(run, 2, events=events), *many):
-        assert one.success and one.events is None
+    for trajectory in (run, galvi.resume(run, 2, events=events), *many):
+        assert trajectory.success and trajectory.events is None
 
 
 def test_an_action_on_a_driven_system_leads_to_the_run_from_there() -> None:
@@ -128,19 +128,23 @@ def test_found_events_are_kept(tmp_path: Path) -> None:
         assert loaded.events.name == run.events.name
         with pytest.raises(ValueError, match="Give its events again"):
             galvi.resume(loaded, 5)
-        one, other = galvi.resume(loaded, 5, events=event), galvi.resume(run, 5)
-        assert np.array_equal(one.q, other.q) and np.array_equal(one.events.t, other.events.t)
-    kept = galvi.integrate(ORBIT, EIGHT, 0.1, 50, events=galvi.events.plane_crossing((0.0, 1.0)))
-    assert np.array_equal(pickle.loads(pickle.dumps(kept)).events.t, kept.events.t)
+        from_file, from_run = galvi.resume(loaded, 5, events=event), galvi.resume(run, 5)
+        assert np.array_equal(from_file.q, from_run.q) and np.array_equal(
+            from_file.events.t, from_run.events.t
+        )
+    crossing = galvi.integrate(
+        ORBIT, EIGHT, 0.1, 50, events=galvi.events.plane_crossing((0.0, 1.0))
+    )
+    assert np.array_equal(pickle.loads(pickle.dumps(crossing)).events.t, crossing.events.t)
 
 
 def test_a_run_resumed_after_actions_is_one_long_run() -> None:
-    whole = galvi.integrate(BALL, EIGHT, 0.3, 40, events=BOUNCE)
+    uncut = galvi.integrate(BALL, EIGHT, 0.3, 40, events=BOUNCE)
     part = galvi.integrate(BALL, EIGHT, 0.3, 17, events=BOUNCE)
-    more = galvi.resume(part, 23)
-    assert np.array_equal(more.q, whole.q[17:]) and np.array_equal(more.t, whole.t[17:])
+    resumed = galvi.resume(part, 23)
+    assert np.array_equal(resumed.q, uncut.q[17:]) and np.array_equal(resumed.t, uncut.t[17:])
     count = len(part.events)
-    assert np.array_equal(more.events.t, whole.events.t[count:])
+    assert np.array_equal(resumed.events.t, uncut.events.t[count:])
 
 
 def test_a_thinned_run_that_an_event_ends_has_its_rows_and_its_curve() -> None:
@@ -152,11 +156,11 @@ def test_a_thinned_run_that_an_event_ends_has_its_rows_and_its_curve() -> None:
 
 def test_events_behind_an_action_are_counted_once(monkeypatch: pytest.MonkeyPatch) -> None:
     half = galvi.Event(lambda q, v, t: q[0] - 0.5, name="half")
-    whole = galvi.integrate(BALL, EIGHT, 0.3, 200, events=[BOUNCE, half])
+    unbounded = galvi.integrate(BALL, EIGHT, 0.3, 200, events=[BOUNCE, half])
     for module in (events_in_runs, search):
-        monkeypatch.setattr(module, "MOST_EVENTS", len(whole.events))
+        monkeypatch.setattr(module, "MOST_EVENTS", len(unbounded.events))
     again = galvi.integrate(BALL, EIGHT, 0.3, 200, events=[BOUNCE, half])
-    assert len(again.events) == len(whole.events) > 60 and again.success, again.status
+    assert len(again.events) == len(unbounded.events) > 60 and again.success, again.status
 
 
 def test_several_runs_pass_their_events_on() -> None:
@@ -175,8 +179,8 @@ def test_an_ensemble_keeps_events(tmp_path: Path) -> None:
     keep = galvi.Events(galvi.events.plane_crossing((0.0, 1.0)), 3)
     v = np.array([1.0, 0.999])[:, None] * ORBIT.v0
     options: Any = {"keep": keep, "folder": tmp_path}
-    found = galvi.integrate_ensemble(ORBIT, ORBIT.q0, v, EIGHT, 0.1, 80, **options)
-    rows = np.asarray(found)
+    ends = galvi.integrate_ensemble(ORBIT, ORBIT.q0, v, EIGHT, 0.1, 80, **options)
+    rows = np.asarray(ends)
     assert rows.shape == (2, 3, 5) and np.all(rows[:, :, 4] == 2.0)
     assert np.max(np.abs(rows[0, :2, 0] - [math.pi, 2.0 * math.pi])) < 1e-12
     assert np.all(np.isnan(rows[:, 2, :4]))

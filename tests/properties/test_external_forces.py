@@ -30,10 +30,10 @@ def truth(timed_potential, timed_force, duration=4.0):
         push = windy(q, v, t) if timed_force else drag(q, v)
         return np.concatenate([v, np.linalg.solve(MASS, push - pull)])
 
-    found = solve_ivp(
+    solution = solve_ivp(
         slope, (0, duration), np.concatenate(START), method="DOP853", rtol=1e-13, atol=1e-14
     )
-    return found.y[:2, -1]
+    return solution.y[:2, -1]
 
 
 @pytest.mark.parametrize(
@@ -136,16 +136,16 @@ def falling(c, mass=1.0):
     )
 
 
-@pytest.mark.parametrize(("place", "v"), [(0.0, 0.0), (1e3, 0.0), (1e3, 1e-12)])
+@pytest.mark.parametrize(("height", "v"), [(0.0, 0.0), (1e3, 0.0), (1e3, 1e-12)])
 @pytest.mark.parametrize(("c", "mass", "off"), [(1.0, 1e-20, 1e-9), (1e3, 1.0, 1e-3), (1e6, 1, 1)])
-def test_a_fall_from_rest_is_solved_however_stiff_the_drag(c, mass, off, place, v):
+def test_a_fall_from_rest_is_solved_however_stiff_the_drag(c, mass, off, height, v):
     """v = -u tanh(9.81 t / u) with u^2 = 9.81 / c; q is the integral."""
-    problem = galvi.Problem(falling(c, mass), [place], [v])
+    problem = galvi.Problem(falling(c, mass), [height], [v])
     run = galvi.integrate(problem, FOUR, 0.1, 10)
     assert run.success, run.status
     u = np.sqrt(9.81 / c)
     fallen = np.logaddexp(9.81 / u, -9.81 / u) / c - np.log(2.0) / c
-    assert abs(place - run.q[-1, 0] - fallen) < off * fallen  # 6e-11, 4e-4, 1e-4 of it
+    assert abs(height - run.q[-1, 0] - fallen) < off * fallen  # 6e-11, 4e-4, 1e-4 of it
     assert run.counts["iterations"] < 200  # 152, of which some in vain before Newton's method
 
 

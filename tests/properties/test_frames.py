@@ -62,8 +62,8 @@ def method(frame: Any, s: int) -> galvi.Galerkin:
     return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart=frame)
 
 
-def distance(run: Any, other: Any) -> float:
-    gaps = (run.q[-1] - other.q[-1], run.p[-1] - other.p[-1])
+def distance(run: Any, reference: Any) -> float:
+    gaps = (run.q[-1] - reference.q[-1], run.p[-1] - reference.p[-1])
     return max(float(np.max(np.abs(gap))) for gap in gaps)
 
 
@@ -114,7 +114,7 @@ def test_the_derivative_of_a_step_is_exact_and_symplectic(
     assert galvi.symplecticity_defect(problem, used, h) < 1e-14  # 1e-16
     if "K" in case:
         clock = kepler_frame._clock(frame._found(problem), h)
-        monkeypatch.setattr(kepler_frame, "_clock", lambda found, step: clock)
+        monkeypatch.setattr(kepler_frame, "_clock", lambda layout, step: clock)
 
     def end(x: Any) -> Any:
         start = problem.with_initial_state(x[:d].reshape(shape), x[d:].reshape(shape))
@@ -127,9 +127,11 @@ def test_the_derivative_of_a_step_is_exact_and_symplectic(
         differences.append(np.dot([0.75, -0.15, 1.0 / 60.0], sides) * 2.0**10)
     assert np.max(np.abs(np.array(differences).T - exact)) < 1e-11  # 1e-12
     if "K" in case:
-        sound = kepler_frame.pulled_back
+        pulled_back = kepler_frame.pulled_back
         monkeypatch.setattr(
-            kepler_frame, "pulled_back", lambda mu, *given: sound(mu * (1.0 + 1e-3), *given)
+            kepler_frame,
+            "pulled_back",
+            lambda mu, *arguments: pulled_back(mu * (1.0 + 1e-3), *arguments),
         )
         assert galvi.symplecticity_defect(problem, used, h) > 1e-11  # 4e-10
 
@@ -145,15 +147,15 @@ def test_steps_forwards_and_backwards_cancel_where_nodes_are_the_same(case: str)
 @each_case
 def test_a_run_in_a_frame_can_be_saved_and_continued_to_the_bit(case: str, tmp_path: Path) -> None:
     problem, frame, h = CASES[case]
-    whole, part = (galvi.integrate(problem, method(frame, 4), h, n) for n in (30, 13))
+    uncut, part = (galvi.integrate(problem, method(frame, 4), h, n) for n in (30, 13))
     galvi.save(part, tmp_path / "run.npz")
     loaded = galvi.load(tmp_path / "run.npz")
     times = np.linspace(part.t[0], part.t[-1], 17)
     assert np.array_equal(loaded(times), part(times)) and loaded.method == part.method
-    rest = galvi.resume(loaded, 17)
-    assert np.array_equal(rest.q, whole.q[13:]) and np.array_equal(rest.p, whole.p[13:])
-    later = np.linspace(rest.t[0] + 0.1, rest.t[-1], 11)
-    assert np.allclose(rest(later), whole(later), rtol=0.0, atol=1e-13)  # t - t0 is rounded
+    resumed = galvi.resume(loaded, 17)
+    assert np.array_equal(resumed.q, uncut.q[13:]) and np.array_equal(resumed.p, uncut.p[13:])
+    later = np.linspace(resumed.t[0] + 0.1, resumed.t[-1], 11)
+    assert np.allclose(resumed(later), uncut(later), rtol=0.0, atol=1e-13)  # t - t0 is rounded
 
 
 @each_case
@@ -178,12 +180,14 @@ def test_the_first_pass_of_sixteen_stages_is_at_eight(case: str) -> None:
 def test_theory_says_what_holds_in_a_frame(case: str) -> None:
     problem, frame, h = CASES[case]
     used = method(frame, 3)
-    said = used.theory(problem, step=h)
-    assert said.order == used.order == 6 and "symplectic" in said.frame
-    assert said.symmetric is (None if case == "Kepler" else True)
-    assert said.fixed_point_step is None and said.exists is None and "inertial" in said.no_bounds
-    assert said.name == used.name == f"Gauss collocation, 3 stages, in the {frame.name}"
-    assert said.frame in str(said) and used.theory().frame == said.frame
+    theory = used.theory(problem, step=h)
+    assert theory.order == used.order == 6 and "symplectic" in theory.frame
+    assert theory.symmetric is (None if case == "Kepler" else True)
+    assert (
+        theory.fixed_point_step is None and theory.exists is None and "inertial" in theory.no_bounds
+    )
+    assert theory.name == used.name == f"Gauss collocation, 3 stages, in the {frame.name}"
+    assert theory.frame in str(theory) and used.theory().frame == theory.frame
     assert not galvi.theory(galvi.Polynomials(3), galvi.gauss(3)).frame
 
 
@@ -192,10 +196,10 @@ def test_a_wrong_number_of_a_table_is_seen_by_the_order(
     table: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The planted faults of the orders, at the sizes of a rounding to single precision."""
-    sound = kernel.tables_of
+    tables_of = kernel.tables_of
 
-    def wrong(*given: Any) -> Any:
-        tables = sound(*given)
+    def wrong(*arguments: Any) -> Any:
+        tables = tables_of(*arguments)
         tables[("integral", "weights", "nodes").index(table)][0] *= 1.0 + 1e-4
         return tables
 

@@ -77,8 +77,8 @@ def test_noise_is_no_reason_to_refuse_and_hides_no_sign_below_a_thousandth(noise
 
 def test_single_precision_a_short_period_and_a_domain_with_an_edge_are_no_reason_to_refuse():
     point(lambda q: q, potential=lambda q: float(np.float32(0.5 * q @ q)))
-    for far in (7e6, 7e9, 7e15):
-        point(np.cos, (far,), lambda q: float(np.sin(q[0])))
+    for phase in (7e6, 7e9, 7e15):
+        point(np.cos, (phase,), lambda q: float(np.sin(q[0])))
 
     def edge(q):
         if q[0] < 1.0:
@@ -163,8 +163,8 @@ def test_slopes_of_a_lagrangian_are_checked_on_every_group(group):
 def test_the_switch_is_no_part_of_a_saved_system(tmp_path):
     run = galvi.integrate(point(lambda q: q), FOUR, 0.1, 3)
     galvi.save(run, tmp_path / "run.npz")
-    other = galvi.load(tmp_path / "run.npz", problem=point(lambda q: q, check=False))
-    assert np.array_equal(other.q, run.q)
+    loaded = galvi.load(tmp_path / "run.npz", problem=point(lambda q: q, check=False))
+    assert np.array_equal(loaded.q, run.q)
 
 
 def test_fixed_directions_are_generic():

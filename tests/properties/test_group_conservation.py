@@ -29,10 +29,12 @@ SPINNING = galvi.Problem(
 
 @pytest.mark.slow_cases("packed-Exponential", "packed-ModifiedRodrigues")
 @each_chart
-@pytest.mark.parametrize("more", [0, 1], ids=["packed", "H's"])
-def test_backwards_undoes_forwards_to_one_order_more_than_that_of_the_method(more, chart):
+@pytest.mark.parametrize("extra_points", [0, 1], ids=["packed", "H's"])
+def test_backwards_undoes_forwards_to_one_order_more_than_that_of_the_method(extra_points, chart):
     for degree, counts in ((2, (64, 128)), (3, (45, 64))):
-        method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + more), chart)
+        method = galvi.Galerkin(
+            galvi.Polynomials(degree), galvi.gauss(degree + extra_points), chart
+        )
         errors = [galvi.round_trip_error(PENDULUM, method, LENGTH / n, n) for n in counts]
         measured = np.log(errors[0] / errors[1]) / np.log(counts[1] / counts[0])
         assert 2 * degree + 0.5 < measured < 2 * degree + 1.5, measured
@@ -71,9 +73,11 @@ def test_a_body_that_starts_turned_moves_turned(method, chart, turn):
         (FREE, FREE.with_initial_state(Q @ FREE.q0, FREE.v0)),
         (PENDULUM, heavy),
     ):
-        one, two = (galvi.integrate(p, method(5, chart), 0.2, 12) for p in (problem, turned))
-        assert np.allclose(two.q, Q @ one.q, rtol=0.0, atol=2e-14)
-        assert np.allclose(two.p, one.p, rtol=0.0, atol=2e-13)
+        upright, turned_run = (
+            galvi.integrate(p, method(5, chart), 0.2, 12) for p in (problem, turned)
+        )
+        assert np.allclose(turned_run.q, Q @ upright.q, rtol=0.0, atol=2e-14)
+        assert np.allclose(turned_run.p, upright.p, rtol=0.0, atol=2e-13)
 
 
 @each_chart
@@ -90,8 +94,8 @@ def test_a_body_that_starts_turned_moves_turned(method, chart, turn):
 def test_momenta_energy_and_the_rotation_stay(problem, method, steps, drift, chart):
     """The spin of a body far away is known to the rounding of its linear momentum's moment."""
     run = galvi.integrate(problem, method(6, chart), 0.2, steps, save_every=steps // 100)
-    far = np.linalg.norm(run.q[:, :3, 3:], axis=1).max(initial=0.0)
-    rounded = 2.0**-52 * far * np.linalg.norm(run.p[0, 3:])
+    distance = np.linalg.norm(run.q[:, :3, 3:], axis=1).max(initial=0.0)
+    rounded = 2.0**-52 * distance * np.linalg.norm(run.p[0, 3:])
     for mu in np.split(run.p, run.p.shape[1] // 3, axis=1):
         spatial = np.einsum("kij,kj->ki", run.q[:, :3, :3], mu)
         size = np.linalg.norm(spatial[0])

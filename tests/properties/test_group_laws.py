@@ -50,13 +50,13 @@ PLAIN = galvi.Product((galvi.Rn(1), galvi.Rn(2)))
 def test_a_step_reads_and_writes_no_number_beyond_the_state(group, monkeypatch):
     checked, advance = [], LawKernel.advance
 
-    def seen(kernel, n):
+    def recorded(kernel, n):
         rows, columns = kernel._work.state.shape
         for row, column, _, count in OneRun(*kernel._arguments[2]).seats:
             checked.append(row < rows and column + count <= columns)
         return advance(kernel, n)
 
-    monkeypatch.setattr(LawKernel, "advance", seen)
+    monkeypatch.setattr(LawKernel, "advance", recorded)
     q0 = np.eye(group.shape[0]) if len(group.shape) == 2 else np.full(group.shape, 0.3)
     system = galvi.Lagrangian(lambda q, v: 0.5 * (v @ v) - 0.1 * np.sum(q**4), group)
     problem = galvi.Problem(system, q0, 0.1 * np.arange(1.0, group.dimension + 1.0))
@@ -70,8 +70,8 @@ def test_a_planted_fault_of_a_groups_derivative_is_caught(monkeypatch):
     group, derivative = galvi.SE3(), Chart.left_derivative
 
     def wrong(chart, g, slope):
-        found = derivative(chart, g, slope)
-        return [found[1], found[0], *found[2:]] if hasattr(g[0], "graph") else found
+        slopes = derivative(chart, g, slope)
+        return [slopes[1], slopes[0], *slopes[2:]] if hasattr(g[0], "graph") else slopes
 
     def trace():
         scales = np.ones(6), np.ones(6)

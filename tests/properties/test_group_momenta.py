@@ -100,12 +100,12 @@ def momenta(run, t=None):
 def defined(system, q, v):
     """By definition, of several states."""
     states = zip(q, v, strict=True)
-    each = [definitions(system.group, system.function, *state) for state in states]
-    return [np.array(values) for values in zip(*each, strict=True)]
+    by_state = [definitions(system.group, system.function, *state) for state in states]
+    return [np.array(values) for values in zip(*by_state, strict=True)]
 
 
-def agree(given, expected):
-    for value, truth in zip(given, expected, strict=True):
+def agree(computed, expected):
+    for value, truth in zip(computed, expected, strict=True):
         assert value.shape == truth.shape
         assert np.allclose(value, truth, rtol=0.0, atol=1e-9 * np.abs(truth).max())
 
@@ -148,15 +148,15 @@ def pulled(group, strength):
     random, d, end = np.random.default_rng(5), group.dimension, 0
     masses = np.eye(d)
     for factor, _, _ in group_momenta.factors(group, np.zeros(group.shape), np.zeros(d)):
-        own = slice(end, end + factor.dimension)
+        block = slice(end, end + factor.dimension)
         root = 0.4 * random.normal(size=(factor.dimension,) * 2)
-        masses[own, own] += root @ root.T * (not isinstance(factor, galvi.Rn))
-        end = own.stop
+        masses[block, block] += root @ root.T * (not isinstance(factor, galvi.Rn))
+        end = block.stop
 
     def L(q, v):
-        value, found = 0.5 * v @ masses @ v, places(group, q)
-        for k, x in enumerate(found):
-            value = value - strength * x @ x - sum(0.4 * (x - y) @ (x - y) for y in found[:k])
+        value, positions = 0.5 * v @ masses @ v, places(group, q)
+        for k, x in enumerate(positions):
+            value = value - strength * x @ x - sum(0.4 * (x - y) @ (x - y) for y in positions[:k])
         return value
 
     start = element(group, random.normal(size=d)), 0.5 * random.normal(size=d)
@@ -177,8 +177,8 @@ def test_angular_momentum_is_kept_and_linear_momentum_where_the_origin_does_not_
         run = pulled(group, strength)
         angular, *linear = momenta(run)
         assert change(angular) < 1e-12  # 3e-15
-        assert all((change(each) < 1e-12) == (strength == 0.0) for each in linear)
-    assert all(change(each) > 1e-4 for each in linear)
+        assert all((change(component) < 1e-12) == (strength == 0.0) for component in linear)
+    assert all(change(component) > 1e-4 for component in linear)
     times = np.array([0.0, 0.33, 0.8, 1.15])
     between, at_one = momenta(run, times), momenta(run, 0.33)
     agree(between, defined(run.problem.system, run(times), run.velocity(times)))

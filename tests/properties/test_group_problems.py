@@ -46,9 +46,9 @@ def test_every_problem_says_what_it_is_and_can_be_run_saved_resumed_and_pickled(
     if not getattr(problem.system, "explicit_time", False):
         assert np.allclose(energy, energy[0], rtol=1e-6, atol=1e-6)
     assert run.to_frame().shape[1] == 1 + problem.q0.size + problem.p0.size
-    known = galvi.run.saving.files.is_storable(problem.system)
+    storable = galvi.run.saving.files.is_storable(problem.system)
     galvi.save(run, tmp_path / "run.npz")
-    loaded = galvi.load(tmp_path / "run.npz", *([] if known else [problem]))
+    loaded = galvi.load(tmp_path / "run.npz", *([] if storable else [problem]))
     assert loaded.method == method and loaded.problem.name == problem.name
     copied = pickle.loads(pickle.dumps(problem))
     assert np.array_equal(galvi.integrate(copied, method, pace(problem), 5).q, run.q)

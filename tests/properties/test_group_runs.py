@@ -62,8 +62,8 @@ def test_what_is_kept_is_every_kth_step_and_the_last(steps, save_every):
     for problem, method in ((PENDULUM, collocation(3)), (FREE, hall(3)), (KEPLER, collocation(4))):
         full = galvi.integrate(problem, method, 0.1, steps)
         thin = galvi.integrate(problem, method, 0.1, steps, save_every=save_every)
-        kept = sorted({*range(0, steps, save_every), steps})
-        assert same_rows(thin, full, kept) and np.array_equal(thin.t, full.t[kept])
+        saved = sorted({*range(0, steps, save_every), steps})
+        assert same_rows(thin, full, saved) and np.array_equal(thin.t, full.t[saved])
         assert (thin.curves is None) == (save_every > 1)
 
 
@@ -111,22 +111,30 @@ def test_a_step_that_leaves_the_chart_says_by_how_much_and_what_would_do(method)
     with pytest.raises(ValueError, match="the run failed, and its states past the failure are NaN"):
         galvi.rotations(run)
     assert galvi.integrate(FREE, method, 0.54, 5).success
-    other = galvi.integrate(FREE, galvi.Galerkin(method.space, method.rule, EXPONENTIAL), 1.2, 5)
+    exponential = galvi.integrate(
+        FREE, galvi.Galerkin(method.space, method.rule, EXPONENTIAL), 1.2, 5
+    )
     truth = FREE_TOP.run(FREE, 6.0, {"samples": 1})
-    assert other.success and error(other, (truth.q[-1], truth.p[-1])) < 1e-2
+    assert exponential.success and error(exponential, (truth.q[-1], truth.p[-1])) < 1e-2
 
 
 def test_a_run_may_leave_the_chart_later_and_keeps_what_was_computed():
     """Upside down, the pendulum starts slowly and comes down fast."""
     problem = galvi.problems.pendulum_3d(weight=25.0, inverted=True)
     run = galvi.integrate(problem, collocation(8), 0.6, 60)
-    done = run.failed_step
-    assert run.outcome.end is galvi.End.STEP_FAILED and done > 2
+    first_failed = run.failed_step
+    assert run.outcome.end is galvi.End.STEP_FAILED and first_failed > 2
     assert "radians" in run.outcome.reason
-    assert np.isfinite(run.q[:done]).all() and np.isnan(run.q[done:]).all()
-    assert np.isfinite(run(0.6 * (done - 1))).all() and np.isnan(run(0.6 * done - 0.1)).all()
-    assert np.isfinite(galvi.energy(run)[:done]).all() and np.isnan(galvi.energy(run)[done:]).all()
-    assert np.isnan(galvi.orthogonality_defect(run)[done:]).all()
+    assert np.isfinite(run.q[:first_failed]).all() and np.isnan(run.q[first_failed:]).all()
+    assert (
+        np.isfinite(run(0.6 * (first_failed - 1))).all()
+        and np.isnan(run(0.6 * first_failed - 0.1)).all()
+    )
+    assert (
+        np.isfinite(galvi.energy(run)[:first_failed]).all()
+        and np.isnan(galvi.energy(run)[first_failed:]).all()
+    )
+    assert np.isnan(galvi.orthogonality_defect(run)[first_failed:]).all()
 
 
 @pytest.mark.slow_cases("pendulum and body-Exponential")
@@ -151,12 +159,12 @@ def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
     ]
     assert same(*runs) and runs[0].counts == runs[1].counts
     run = galvi.integrate(problem, collocation(6, chart), 1.05, 30)
-    alone = galvi.integrate(problem, collocation(6, chart), 1.05, 30, solver="fixed_point")
-    assert alone.counts["linear_solves"] == 0
-    if not alone.success and run.success:
-        assert "Newton" not in alone.status
-        assert (BEYOND if chart == CAYLEY else "the solver auto") in alone.status
-    assert (problem is FREE and chart != RODRIGUES) == (not alone.success)
+    fixed_point = galvi.integrate(problem, collocation(6, chart), 1.05, 30, solver="fixed_point")
+    assert fixed_point.counts["linear_solves"] == 0
+    if not fixed_point.success and run.success:
+        assert "Newton" not in fixed_point.status
+        assert (BEYOND if chart == CAYLEY else "the solver auto") in fixed_point.status
+    assert (problem is FREE and chart != RODRIGUES) == (not fixed_point.success)
 
 
 # ---------------------------------------------------------------- orders
@@ -166,8 +174,8 @@ def test_fixed_point_iteration_alone_is_what_its_name_says(problem, chart):
 @pytest.mark.parametrize("degree", WINDOWS)
 def test_the_order_is_twice_the_degree_no_less_and_no_more(degree, chart):
     """n = degree + 1 of H is 3 to 6; packed and with one point more; against scipy."""
-    more = (degree + CHARTS.index(chart)) % 2
-    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + more), chart)
+    extra_points = (degree + CHARTS.index(chart)) % 2
+    method = galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree + extra_points), chart)
     assert method.order == 2 * degree
     measured = slope(PENDULUM, swung(), method, *WINDOWS[degree])
     assert 2 * degree - 0.5 < measured < 2 * degree + 0.5, measured  # off by 0.4 at most, at 10
@@ -191,12 +199,12 @@ def test_the_order_is_so_too_against_the_closed_form_of_the_free_body(degree, ch
 def test_halls_method_at_half_a_unit_reaches_1e_12():
     """n = 12, h = 0.5, T = 5 (H fig. 3.1; claim L2)."""
     truth = FREE_TOP.run(FREE, 5.0, {"samples": 1})
-    found = {
+    errors = {
         n: error(galvi.integrate(FREE, hall(n), 0.5, 10), (truth.q[-1], truth.p[-1]))
         for n in (6, 8, 10, 12)
     }
-    assert found[12] < 1e-12  # 6e-14
-    assert found[10] < 1e-10 and found[8] < 1e-7 and found[6] > 1e-6  # 3e-11, 2e-8, 2e-5
+    assert errors[12] < 1e-12  # 6e-14
+    assert errors[10] < 1e-10 and errors[8] < 1e-7 and errors[6] > 1e-6  # 3e-11, 2e-8, 2e-5
 
 
 def test_a_spoiled_table_is_caught_by_the_order():
@@ -209,13 +217,13 @@ def test_a_spoiled_table_is_caught_by_the_order():
 
 def test_forces_that_do_not_belong_to_the_moves_are_caught_by_symplecticity(monkeypatch):
     """Any table makes a variational method; one without B_jk = b_k - A_kj b_k / b_j does not."""
-    sound = law_stepper.tables_on_group
+    tables_on_group = law_stepper.tables_on_group
 
     def mismatched(table, form):
-        made, tables = sound(table, form), sound(table, form).tables.copy()
+        arrays, tables = tables_on_group(table, form), tables_on_group(table, form).tables.copy()
         P = tables.shape[1]
         tables[2 * P : 3 * P] *= 1.0 + 1e-5 * np.arange(P)
-        return made._replace(tables=tables)
+        return arrays._replace(tables=tables)
 
     assert galvi.symplecticity_defect(PENDULUM, collocation(3), 0.2) < 2e-12  # 4e-15
     monkeypatch.setattr(law_stepper, "tables_on_group", mismatched)
@@ -232,6 +240,6 @@ def test_a_wrong_torque_is_caught_by_the_truth_and_by_the_energy():
         )
         problem = galvi.Problem(system, PENDULUM.q0, PENDULUM.v0)
         run = galvi.integrate(problem, collocation(8), 0.2, 20)
-        sound = factor == 1.0
-        assert (error(run, swung()) < 1e-12) == sound
-        assert (np.ptp(galvi.energy(run)) < 1e-11) == sound
+        unchanged = factor == 1.0
+        assert (error(run, swung()) < 1e-12) == unchanged
+        assert (np.ptp(galvi.energy(run)) < 1e-11) == unchanged

@@ -78,9 +78,11 @@ def test_a_lagrangian_on_a_vector_space_is_chapter_two_to_round_off():
         return 0.5 * np.sum(v * v) + 1.0 / np.sqrt(np.sum(q * q))
 
     expected = galvi.integrate(problem, FOUR, 0.1, 20)
-    mine = galvi.Problem(galvi.Lagrangian(L, galvi.Rn(2), slopes), problem.q0, problem.v0)
+    lagrangian_problem = galvi.Problem(
+        galvi.Lagrangian(L, galvi.Rn(2), slopes), problem.q0, problem.v0
+    )
     method = galvi.Galerkin(FOUR.space, FOUR.rule, galvi.Exponential())
-    run = galvi.integrate(mine, method, 0.1, 20)
+    run = galvi.integrate(lagrangian_problem, method, 0.1, 20)
     assert np.allclose(run.q, expected.q, rtol=0.0, atol=2e-13)
     assert np.allclose(run.p, expected.p, rtol=0.0, atol=2e-13)
     times = np.linspace(0.0, 2.0, 50)
@@ -104,12 +106,12 @@ def test_a_lagrangian_on_a_group_moves_as_in_its_angle_and_places(group):
     flat = galvi.Problem(galvi.Lagrangian(in_coordinates, galvi.Rn(d)), q0, v0)
     start = element(group, q0), of_the_body(q0, v0)
     body = galvi.Problem(galvi.Lagrangian(bulging, group), *start)
-    one, two = (
+    in_angles, on_group = (
         galvi.integrate(problem, galvi.Galerkin(*SIX, galvi.Exponential()), 0.1, 5)
         for problem in (flat, body)
     )
-    assert np.allclose(two.q, [element(group, q) for q in one.q], rtol=0.0, atol=1e-11)
-    assert np.allclose(galvi.energy(two), galvi.energy(one), rtol=0.0, atol=1e-11)
+    assert np.allclose(on_group.q, [element(group, q) for q in in_angles.q], rtol=0.0, atol=1e-11)
+    assert np.allclose(galvi.energy(on_group), galvi.energy(in_angles), rtol=0.0, atol=1e-11)
 
 
 def test_a_free_body_turns_as_a_rigid_body_and_flies_as_a_point():
@@ -124,10 +126,10 @@ def test_a_free_body_turns_as_a_rigid_body_and_flies_as_a_point():
     assert np.allclose(run.p[:, :3], turning.p, rtol=0.0, atol=10 * close)
     v0, t = problem.v0[3:], run.t[:, None]
     fallen, flown = v0 * t + 0.5 * g * t**2, problem.system.mass * (v0 + g * t)
-    far = 1e-12 * (1.0 + np.abs(fallen).max())
-    assert np.allclose(run.q[:, :3, 3], fallen, rtol=0.0, atol=far)
+    allowed_fall = 1e-12 * (1.0 + np.abs(fallen).max())
+    assert np.allclose(run.q[:, :3, 3], fallen, rtol=0.0, atol=allowed_fall)
     linear = galvi.linear_momentum(run)
     assert np.allclose(linear, flown, rtol=0.0, atol=1e-12 * np.abs(flown).max())
     energy = galvi.energy(run)  # that of turning changes by w times what p does
-    allowed = far + 10 * close * np.linalg.norm(problem.v0[:3])
+    allowed = allowed_fall + 10 * close * np.linalg.norm(problem.v0[:3])
     assert np.allclose(energy, energy[0], rtol=0.0, atol=allowed)

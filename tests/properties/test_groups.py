@@ -27,9 +27,9 @@ SE3, TINY = galvi.SE3(), 1e-30
 
 @pytest.mark.slow_cases("Product")
 @each_group
-@given(data=st.data())
-def test_the_product_and_the_inverse_are_those_of_matrices(group, data):
-    a, b = (element(group, data.draw(vectors(group))) for _ in range(2))
+@given(draws=st.data())
+def test_the_product_and_the_inverse_are_those_of_matrices(group, draws):
+    a, b = (element(group, draws.draw(vectors(group))) for _ in range(2))
     ab, matrix = group.multiply(a, b), MatrixGroup(group).matrix
     assert np.allclose(matrix(ab), matrix(a) @ matrix(b), atol=1e-14)
     assert np.allclose(matrix(group.inverse(a)), np.linalg.inv(matrix(a)), atol=1e-13)
@@ -47,9 +47,9 @@ def test_the_curve_along_which_slopes_are_checked_is_the_exponential_of_matrices
 
 
 @each_group
-@given(data=st.data())
-def test_the_bracket_is_the_commutator_of_matrices(group, data):
-    v, w = (data.draw(vectors(group)) for _ in range(2))
+@given(draws=st.data())
+def test_the_bracket_is_the_commutator_of_matrices(group, draws):
+    v, w = (draws.draw(vectors(group)) for _ in range(2))
     hat = MatrixGroup(group).hat
     V, W = hat(v), hat(w)
     assert np.allclose(hat(group.bracket(v, w)), V @ W - W @ V, atol=1e-14)
@@ -92,13 +92,13 @@ def test_the_nearest_rotation_is_that_of_scipy(angle, seed, size):
     R = Rotation.from_rotvec(angle * np.array([0.6, 0.0, 0.8])).as_matrix()
     for mirrored in (1.0, -0.4):
         matrix = R @ np.diag([1.0, 0.9, mirrored]) + size * rng.uniform(-1.0, 1.0, (3, 3))
-        near = galvi.nearest_rotation(matrix)
-        galvi.SO3().check("near", near)
+        nearest = galvi.nearest_rotation(matrix)
+        galvi.SO3().check("near", nearest)
         # The same sum of squares, by quaternions (Davenport) in scipy.
         scipys = Rotation.align_vectors(matrix.T, np.eye(3))[0].as_matrix()
-        assert np.linalg.norm(near - matrix) <= np.linalg.norm(scipys - matrix) + 1e-12
+        assert np.linalg.norm(nearest - matrix) <= np.linalg.norm(scipys - matrix) + 1e-12
         if np.linalg.det(matrix) > 0.1:
-            assert np.allclose(near, polar(matrix)[0], atol=1e-12)
+            assert np.allclose(nearest, polar(matrix)[0], atol=1e-12)
 
 
 def test_a_wrong_bracket_is_caught():
@@ -112,7 +112,7 @@ def test_a_wrong_bracket_is_caught():
 # ---------------------------------------------------------------- charts
 
 
-def one(group):
+def unit(group):
     """The unit."""
     return element(group, np.zeros(group.dimension))
 
@@ -142,10 +142,10 @@ def sized(group, size):
 
 def slopes_of(chart, group, xi):
     """Phi(xi)^-1 dPhi(xi), (d, d), by a complex step, which has no rounding."""
-    matrices, there = MatrixGroup(group), MAPS[chart]
+    matrices, chart_map = MatrixGroup(group), MAPS[chart]
     X = matrices.hat(xi)
-    rates = [there(X + 1j * TINY * unit).imag / TINY for unit in matrices.basis]
-    return np.array([matrices.vee(np.linalg.solve(there(X), rate)) for rate in rates]).T
+    rates = [chart_map(X + 1j * TINY * unit).imag / TINY for unit in matrices.basis]
+    return np.array([matrices.vee(np.linalg.solve(chart_map(X), rate)) for rate in rates]).T
 
 
 @each_group
@@ -156,8 +156,8 @@ def test_the_chart_and_its_maps_are_those_of_matrices(group, chart, angle):
     size = chart.farthest if angle is None else coordinate_of(chart.number, angle)
     xi = sized(group, size)
     g = element(group, np.linspace(-1.0, 1.0, group.dimension))
-    there, T = place(chart, group, g, xi), tangent(chart, group, xi)
-    assert np.allclose(there, MatrixGroup(group).chart(chart, g, xi), rtol=0.0, atol=2e-14)
+    element_at, T = place(chart, group, g, xi), tangent(chart, group, xi)
+    assert np.allclose(element_at, MatrixGroup(group).chart(chart, g, xi), rtol=0.0, atol=2e-14)
     assert np.allclose(T, slopes_of(chart, group, xi), rtol=0.0, atol=3e-14)
     mu = np.linspace(1.0, -0.6, group.dimension)
     assert np.allclose(mapped("momentum", chart, group, xi, mu), T.T @ mu, rtol=0.0, atol=3e-13)
@@ -166,7 +166,7 @@ def test_the_chart_and_its_maps_are_those_of_matrices(group, chart, angle):
         again = mapped("covector", chart, group, xi, T.T @ mu)
         assert np.allclose(again, mu, rtol=0.0, atol=3e-14)
     if chart == CAYLEY or angle is not None:
-        again = coordinates(chart, group, g, there)
+        again = coordinates(chart, group, g, element_at)
         # The coordinates stretch rotations by 1 + |xi|^2 / 4 in a Cayley chart.
         stretched = 1.0 + {CAYLEY: 0.25, EXPONENTIAL: 0.0, RODRIGUES: 0.0625}[chart] * size**2
         assert np.allclose(again, xi, rtol=0.0, atol=4e-15 * stretched)
@@ -180,8 +180,8 @@ def test_the_exponential_chart_is_the_exponential_in_forty_digits(group, angle):
         exact = np.array(
             mp.expm(mp.matrix(MatrixGroup(group).hat(xi).tolist()), method="taylor").tolist()
         )
-    found = place(EXPONENTIAL, group, one(group), xi)
-    assert np.max(np.abs(found - exact.astype(float))) < 5e-16  # 2.3e-16
+    at_xi = place(EXPONENTIAL, group, unit(group), xi)
+    assert np.max(np.abs(at_xi - exact.astype(float))) < 5e-16  # 2.3e-16
     mu = np.array([0.7, 0.2, -0.4, 0.0, 0.0, 0.0])[: group.dimension]
     change = mapped("coadjoint_change", EXPONENTIAL, group, xi, mu)[:3]  # not R mu less mu
     turned = (exact[:3, :3] - np.eye(3)) @ mu[:3]
@@ -191,11 +191,11 @@ def test_the_exponential_chart_is_the_exponential_in_forty_digits(group, angle):
 @pytest.mark.slow_cases("Cayley-Rn")
 @each_group
 @each_chart
-@given(data=st.data())
-def test_the_slope_of_the_tangent_map_is_that_of_differences(group, chart, data):
-    xi, eta = data.draw(vectors(group, 1.7)), data.draw(vectors(group, 1.0))
-    found, nudge = tangent_slope(chart, group, xi, eta), 2.0**-6
-    for unit, column in zip(np.eye(group.dimension), found.T, strict=True):
+@given(draws=st.data())
+def test_the_slope_of_the_tangent_map_is_that_of_differences(group, chart, draws):
+    xi, eta = draws.draw(vectors(group, 1.7)), draws.draw(vectors(group, 1.0))
+    slopes, nudge = tangent_slope(chart, group, xi, eta), 2.0**-6
+    for unit, column in zip(np.eye(group.dimension), slopes.T, strict=True):
         slope = sum(
             weight
             / nudge
@@ -214,9 +214,9 @@ def test_the_slope_of_the_tangent_map_is_that_of_differences(group, chart, data)
 def test_at_zero_a_chart_is_the_identity_and_so_is_its_tangent_map(group, chart):
     zero, d = np.zeros(group.dimension), group.dimension
     g = element(group, np.linspace(0.1, 1.0, d))
-    assert np.array_equal(place(chart, group, one(group), zero), one(group))
+    assert np.array_equal(place(chart, group, unit(group), zero), unit(group))
     assert np.array_equal(tangent(chart, group, zero), np.eye(d))
-    assert np.array_equal(coordinates(chart, group, one(group), one(group)), zero)
+    assert np.array_equal(coordinates(chart, group, unit(group), unit(group)), zero)
     assert np.allclose(coordinates(chart, group, g, g), zero, atol=1e-16)
 
 
@@ -257,33 +257,33 @@ def test_many_are_placed_at_once(group):
 )
 @each_group
 @each_chart
-@given(data=st.data())
-def test_covectors_go_to_the_base_and_back_as_matrices_say(group, chart, data):
-    xi, mu = data.draw(vectors(group, 2.0)), data.draw(vectors(group))
-    there = mu + mapped("coadjoint_change", chart, group, xi, mu)
-    assert np.allclose(mapped("coadjoint", chart, group, xi, there), mu, atol=1e-13)
+@given(draws=st.data())
+def test_covectors_go_to_the_base_and_back_as_matrices_say(group, chart, draws):
+    xi, mu = draws.draw(vectors(group, 2.0)), draws.draw(vectors(group))
+    at_base = mu + mapped("coadjoint_change", chart, group, xi, mu)
+    assert np.allclose(mapped("coadjoint", chart, group, xi, at_base), mu, atol=1e-13)
     matrices = MatrixGroup(group)
-    P = matrices.matrix(place(chart, group, one(group), xi))
-    seen = [matrices.vee(np.linalg.solve(P, unit @ P)) for unit in matrices.basis]
-    assert np.allclose(there, np.array(seen) @ mu, atol=1e-12)  # mu . Ad(Phi^-1) e
+    P = matrices.matrix(place(chart, group, unit(group), xi))
+    adjoint = [matrices.vee(np.linalg.solve(P, unit @ P)) for unit in matrices.basis]
+    assert np.allclose(at_base, np.array(adjoint) @ mu, atol=1e-12)  # mu . Ad(Phi^-1) e
 
 
 @pytest.mark.slow_cases("Rn")
 @each_group
-@given(data=st.data())
-def test_a_euclidean_slope_is_pulled_back_along_the_group(group, data):
+@given(draws=st.data())
+def test_a_euclidean_slope_is_pulled_back_along_the_group(group, draws):
     """Of a function that is not linear in the entries, by a complex step."""
-    g = element(group, data.draw(vectors(group, 1.5)))
+    g = element(group, draws.draw(vectors(group, 1.5)))
     weights = np.random.default_rng(5).normal(size=g.size)
 
     def function(k):
         return np.sin(weights @ k.ravel())
 
-    slope, found = np.cos(weights @ g.ravel()) * weights, np.empty(group.dimension)
-    product.left_derivative(group.layout, g.ravel().copy(), slope, found)
+    slope, pulled = np.cos(weights @ g.ravel()) * weights, np.empty(group.dimension)
+    product.left_derivative(group.layout, g.ravel().copy(), slope, pulled)
     moved = [MatrixGroup(group).moved(g, 1j * TINY * unit) for unit in np.eye(group.dimension)]
     expected = [function(k).imag / TINY for k in moved]
-    assert np.allclose(found, expected, rtol=0.0, atol=1e-13)
+    assert np.allclose(pulled, expected, rtol=0.0, atol=1e-13)
 
 
 @pytest.mark.slow_cases("Rn")
@@ -300,8 +300,8 @@ def test_rounding_is_taken_out_of_an_element_to_second_order(group):
 def test_another_chart_is_caught_by_the_matrices():
     """Cayley's formulas are right to second order in xi, and both are seen at a turn of 0.1."""
     xi = sized(SE3, 0.1)
-    there = MatrixGroup(SE3).chart(EXPONENTIAL, np.eye(4), xi)
-    assert np.max(np.abs(place(CAYLEY, SE3, np.eye(4), xi) - there)) > 1e-5
+    exact = MatrixGroup(SE3).chart(EXPONENTIAL, np.eye(4), xi)
+    assert np.max(np.abs(place(CAYLEY, SE3, np.eye(4), xi) - exact)) > 1e-5
     assert np.max(np.abs(tangent(CAYLEY, SE3, xi) - slopes_of(EXPONENTIAL, SE3, xi))) > 1e-4
 
 

@@ -17,8 +17,10 @@ MASS = SIX @ SIX.T + np.eye(3)
 SPRINGS = np.diag([1.0, 50.0, 2500.0]) + 0.3
 
 
-def method(s: int, **given: Any) -> galvi.Galerkin:
-    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart=galvi.HarmonicFrame(**given))
+def method(s: int, **options: Any) -> galvi.Galerkin:
+    return galvi.Galerkin(
+        galvi.Polynomials(s), galvi.gauss(s), chart=galvi.HarmonicFrame(**options)
+    )
 
 
 PLAIN = galvi.Galerkin(galvi.Polynomials(12), galvi.gauss(12))
@@ -80,9 +82,9 @@ def test_any_stiffness_gives_the_same_motion(problem: galvi.Problem, stiffness: 
 
 def test_a_wrong_frequency_of_the_rotation_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The planted fault: the frame turns by another frequency than what is left knows."""
-    sound = harmonic_frame._rotation
+    rotation = harmonic_frame._rotation
     monkeypatch.setattr(
-        harmonic_frame, "_rotation", lambda squares, t: sound(squares * (1 + 1e-9), t)
+        harmonic_frame, "_rotation", lambda squares, t: rotation(squares * (1 + 1e-9), t)
     )
     problem = galvi.Problem(galvi.Canonical(1.0, galvi.LinearSpring(4.0)), [1.0], [0.0])
     run = galvi.integrate(problem, method(1), 0.9, 1000)

@@ -14,8 +14,8 @@ EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 
 
-def same(one, two):
-    return np.array_equal(one.q, two.q) and np.array_equal(one.p, two.p)
+def same(left, right):
+    return np.array_equal(left.q, right.q) and np.array_equal(left.p, right.p)
 
 
 def plain(system):
@@ -62,10 +62,10 @@ def test_a_full_mass_matrix_is_a_change_of_coordinates():
         galvi.Canonical(mixing.T @ mixing, potential, gradient), [1.0, 0.5], [0.2, 0.1]
     )
     for solver in ("fixed_point", "newton"):
-        one = galvi.integrate(straight, FOUR, 0.4, 30, solver=solver)
+        separate = galvi.integrate(straight, FOUR, 0.4, 30, solver=solver)
         two = galvi.integrate(mixed, FOUR, 0.4, 30, solver=solver)
-        assert np.allclose(one.q, two.q @ mixing.T, atol=1e-13)
-    assert np.allclose(galvi.energy(one), galvi.energy(two), atol=1e-13)
+        assert np.allclose(separate.q, two.q @ mixing.T, atol=1e-13)
+    assert np.allclose(galvi.energy(separate), galvi.energy(two), atol=1e-13)
 
 
 def falling():
@@ -78,9 +78,9 @@ def test_a_failing_run_says_where_and_shows_no_number_past_it(save_every):
     run = galvi.integrate(falling(), FOUR, 0.05, 60, save_every=save_every, curves=True)
     assert run.outcome.end is galvi.End.STEP_FAILED and 15 <= run.failed_step <= 30
     assert run.outcome.reason.startswith("bodies 0 and 1 collide. ")
-    done = (run.failed_step - 1) // save_every + 1
-    assert np.all(np.isfinite(run.q[:done]))
-    assert np.all(np.isnan(run.q[done:])) and np.all(np.isnan(run.p[done:]))
+    completed = (run.failed_step - 1) // save_every + 1
+    assert np.all(np.isfinite(run.q[:completed]))
+    assert np.all(np.isnan(run.q[completed:])) and np.all(np.isnan(run.p[completed:]))
     last = (run.failed_step - 1) * 0.05
     assert np.isfinite(run(last)).all() and np.isnan(run(last + 0.01)).all()
     assert run.counts["steps"] == run.failed_step - 1

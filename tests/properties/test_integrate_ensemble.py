@@ -93,29 +93,29 @@ def test_members_take_about_as_many_passes_as_single_runs(name, moved, method):
 )
 def test_parameters_of_systems_differ_between_members(name, numbers, system):
     problem, step = CASES[name]
-    result = galvi.integrate_ensemble(problem, problem.q0, problem.v0, FOUR, step, 10, numbers)
+    ensemble = galvi.integrate_ensemble(problem, problem.q0, problem.v0, FOUR, step, 10, numbers)
     for k, values in enumerate(zip(*numbers.values(), strict=True)):
         run = galvi.integrate(replace(problem, system=system(*values)), FOUR, step, 10)
-        for found, truth in zip(result.kept, (run.q[-1], run.p[-1]), strict=True):
-            assert np.abs(found[k] - truth).max() <= 2e-13 * max(np.abs(truth).max(), 1.0)  # 6e-15
+        for ends, truth in zip(ensemble.kept, (run.q[-1], run.p[-1]), strict=True):
+            assert np.abs(ends[k] - truth).max() <= 2e-13 * max(np.abs(truth).max(), 1.0)  # 6e-15
 
 
 def test_a_member_that_fails_is_nan_with_a_status_and_the_others_go_on(tmp_path):
     problem = galvi.problems.kepler(0.3)
     q, v = starts(problem, 12, 1e-3)
     q[5], v[5] = [1e-3, 0.0], [0.0, 0.0]  # falls into the centre
-    result, again = (
+    ensemble, again = (
         galvi.integrate_ensemble(problem, q, v, FOUR, 0.2, 20, folder=tmp_path) for _ in range(2)
     )
-    alone = galvi.integrate(problem.with_initial_state(q[5], v[5]), FOUR, 0.2, 20)
-    assert not alone.success
-    assert np.flatnonzero(~result.success).tolist() == [5]
-    assert alone.status in result.status[5] and "by itself" in result.status[5]
-    assert np.array_equal(result[0][5], alone.q[-1], equal_nan=True)
-    others = np.delete(np.arange(12), 5)
-    without = galvi.integrate_ensemble(problem, q[others], v[others], FOUR, 0.2, 20)
-    assert np.array_equal(result[0][others], without[0])
-    assert np.array_equal(again[0], result[0], equal_nan=True) and again.status == result.status
+    single = galvi.integrate(problem.with_initial_state(q[5], v[5]), FOUR, 0.2, 20)
+    assert not single.success
+    assert np.flatnonzero(~ensemble.success).tolist() == [5]
+    assert single.status in ensemble.status[5] and "by itself" in ensemble.status[5]
+    assert np.array_equal(ensemble[0][5], single.q[-1], equal_nan=True)
+    remaining = np.delete(np.arange(12), 5)
+    without = galvi.integrate_ensemble(problem, q[remaining], v[remaining], FOUR, 0.2, 20)
+    assert np.array_equal(ensemble[0][remaining], without[0])
+    assert np.array_equal(again[0], ensemble[0], equal_nan=True) and again.status == ensemble.status
 
 
 @pytest.mark.slow_cases("a body that turns beyond its chart")
@@ -130,11 +130,11 @@ def test_a_member_that_fails_is_nan_with_a_status_and_the_others_go_on(tmp_path)
 )
 def test_a_step_that_lanes_do_not_solve_is_done_by_itself(problem, factor, step):
     q, v = np.stack([problem.q0] * 2), np.stack([problem.v0, factor * problem.v0])
-    result = galvi.integrate_ensemble(problem, q, v, FOUR, [0.1, step], 3)
-    alone = galvi.integrate(problem.with_initial_state(q[1], v[1]), FOUR, step, 3)
-    assert result.status[0] == "Completed." and result.success[1] == alone.success
-    assert "by itself" in result.status[1]
-    assert np.array_equal(result[0][1], alone.q[-1], equal_nan=True)
+    ensemble = galvi.integrate_ensemble(problem, q, v, FOUR, [0.1, step], 3)
+    single = galvi.integrate(problem.with_initial_state(q[1], v[1]), FOUR, step, 3)
+    assert ensemble.status[0] == "Completed." and ensemble.success[1] == single.success
+    assert "by itself" in ensemble.status[1]
+    assert np.array_equal(ensemble[0][1], single.q[-1], equal_nan=True)
 
 
 BRANCHING = galvi.Canonical(1.0, lambda q: 0.5 * float(q @ q) if q[0] < 1e9 else 0.0)
@@ -142,7 +142,7 @@ COUPLED = galvi.Canonical([[2.0, 0.5], [0.5, 1.0]], lambda q: q[0] ** 2 + q[1] *
 
 
 @pytest.mark.parametrize(
-    ("problem", "method", "words"),
+    ("problem", "method", "message"),
     [
         (galvi.Problem(BRANCHING, [1.0], [0.0]), FOUR, "no vector code"),
         (
@@ -157,10 +157,14 @@ COUPLED = galvi.Canonical([[2.0, 0.5], [0.5, 1.0]], lambda q: q[0] ** 2 + q[1] *
         ),
     ],
 )
-def test_what_lanes_do_not_take_runs_one_by_one_and_says_why(problem, method, words):
-    result = galvi.integrate_ensemble(problem, problem.q0[None], problem.v0, method, 0.1, 3)
-    assert words in result.status[0] and "no law" not in result.status[0] and result.success.all()
-    assert np.array_equal(result[0][0], galvi.integrate(problem, method, 0.1, 3).q[-1])
+def test_what_lanes_do_not_take_runs_one_by_one_and_says_why(problem, method, message):
+    ensemble = galvi.integrate_ensemble(problem, problem.q0[None], problem.v0, method, 0.1, 3)
+    assert (
+        message in ensemble.status[0]
+        and "no law" not in ensemble.status[0]
+        and ensemble.success.all()
+    )
+    assert np.array_equal(ensemble[0][0], galvi.integrate(problem, method, 0.1, 3).q[-1])
 
 
 @numba.njit
@@ -173,18 +177,18 @@ def test_kept_values():
     q, v = starts(problem, 10)
     times = problem.t0 + step * np.array([0, 3, 7])
     ensemble = lambda keep: galvi.integrate_ensemble(problem, q, v, FOUR, step, 7, keep=keep)  # noqa: E731
-    whole = np.stack([run.q for run in one_by_one(problem, q, v, FOUR, step, 7)])
+    positions = np.stack([run.q for run in one_by_one(problem, q, v, FOUR, step, 7)])
     at = ensemble(galvi.StatesAt(times))
-    assert np.allclose(at[0], whole[:, [0, 3, 7]], rtol=0, atol=1e-14)
+    assert np.allclose(at[0], positions[:, [0, 3, 7]], rtol=0, atol=1e-14)
     extrema = ensemble(galvi.Extrema())
-    assert np.allclose(extrema[0], whole.min(axis=1), atol=1e-14)
-    assert np.allclose(np.asarray(extrema)[:, 1], whole.max(axis=1), atol=1e-14)
+    assert np.allclose(extrema[0], positions.min(axis=1), atol=1e-14)
+    assert np.allclose(np.asarray(extrema)[:, 1], positions.max(axis=1), atol=1e-14)
     counts = ensemble(galvi.Histogram(lambda t, q, p: q[:, 0], [-1.0, 0.0, 1.0]))
     assert np.asarray(counts).sum(axis=1).tolist() == [8.0] * 10
-    assert np.array_equal(np.asarray(counts)[:, 1], (whole[..., 0] >= 0.0).sum(axis=1))
+    assert np.array_equal(np.asarray(counts)[:, 1], (positions[..., 0] >= 0.0).sum(axis=1))
     compiled, python = ensemble(farthest), ensemble(lambda run: np.abs(run.q).max())
     assert np.allclose(np.asarray(compiled), np.asarray(python), rtol=1e-13)
-    assert np.array_equal(np.asarray(python), np.abs(whole).max(axis=(1, 2)))
+    assert np.array_equal(np.asarray(python), np.abs(positions).max(axis=(1, 2)))
     assert "Python function" in python.status[0] and compiled.status[0] == "Completed."
 
 
@@ -210,23 +214,25 @@ def test_a_member_that_a_problem_refuses_fails_alone(keep):
     bodies, step = CASES["three_bodies"]
     q = np.stack([bodies.q0] * 10)
     q[3, 1] = q[3, 0]  # two bodies at one place
-    result = galvi.integrate_ensemble(bodies, q, bodies.v0, FOUR, step, 3, keep=keep)
+    ensemble = galvi.integrate_ensemble(bodies, q, bodies.v0, FOUR, step, 3, keep=keep)
     with pytest.raises(ValueError) as refusal:
         galvi.integrate(bodies.with_initial_state(q[3], bodies.v0), FOUR, step, 3)
-    assert np.flatnonzero(~result.success).tolist() == [3] and result.failed_step[3] == 1
-    assert result.outcomes[3].reason == str(refusal.value).removesuffix(".")
-    assert "vector code could not do step 1" in result.status[3]
-    assert np.isnan(result[0][3]).all() and np.isfinite(np.delete(result[0], 3, axis=0)).all()
+    assert np.flatnonzero(~ensemble.success).tolist() == [3] and ensemble.failed_step[3] == 1
+    assert ensemble.outcomes[3].reason == str(refusal.value).removesuffix(".")
+    assert "vector code could not do step 1" in ensemble.status[3]
+    assert np.isnan(ensemble[0][3]).all() and np.isfinite(np.delete(ensemble[0], 3, axis=0)).all()
 
 
 def test_energies_are_judged_of_no_member():
     system = galvi.Canonical(1.0, lambda q: 0.5 * (q @ q), lambda q: -q, check=False)
     problem = galvi.Problem(system, [1.0], [0.0])  # repelled, not attracted
-    alone = galvi.integrate(problem, FOUR, 0.1, 30)
-    assert not alone.success and np.isfinite(alone.q).all()  # ruined, but solved
+    single = galvi.integrate(problem, FOUR, 0.1, 30)
+    assert not single.success and np.isfinite(single.q).all()  # ruined, but solved
     for keep in (galvi.FinalStates(), lambda run: run.q[-1]):
-        result = galvi.integrate_ensemble(problem, problem.q0, problem.v0, FOUR, 0.1, 30, keep=keep)
-        assert result.success.all() and np.isfinite(result[0]).all()
+        ensemble = galvi.integrate_ensemble(
+            problem, problem.q0, problem.v0, FOUR, 0.1, 30, keep=keep
+        )
+        assert ensemble.success.all() and np.isfinite(ensemble[0]).all()
 
 
 # ---------------------------------------------------------------- the same bits in any company
@@ -246,10 +252,10 @@ def final(name, members, mark=""):
     plan = TimeGrid(8, steps, problem.t0, problem.q0.shape, problem.v0.shape)
     law, numbers = member_laws.law_of(problem.system, problem.v0.size)
     law = replace(law, lines=law.lines + mark)
-    kept = run_chunk(Chunk(law, numbers, SIX, plan, 1e-9, FinalStates(), 0, q, v))
-    assert not kept.failed.any()
-    assert len(members) < MEMBERS or len(set(kept.passes)) > 1
-    return np.concatenate([x.reshape(len(members), -1) for x in kept.values], axis=1)
+    chunk = run_chunk(Chunk(law, numbers, SIX, plan, 1e-9, FinalStates(), 0, q, v))
+    assert not chunk.failed.any()
+    assert len(members) < MEMBERS or len(set(chunk.passes)) > 1
+    return np.concatenate([x.reshape(len(members), -1) for x in chunk.values], axis=1)
 
 
 def check_members_do_not_mix(name, mark=""):
@@ -296,14 +302,14 @@ def test_for_any_number_of_threads_and_size_of_chunks(monkeypatch):
             problem, q, v, SIX, step, 20, keep=galvi.Extrema(), executor=executor
         )
 
-    one = run()
-    assert one.success.all()
+    unsplit = run()
+    assert unsplit.success.all()
     for threads, probe in ((1, 8), (2, 16), (2, 8)):
         monkeypatch.setattr(schedule, "PROBE", probe)
         monkeypatch.setattr("galvi.ensembles.integrate_ensemble.PROBE", probe)
         with ThreadPoolExecutor(threads) as pool:
-            other = run(pool)
-        assert all(map(np.array_equal, one.kept, other.kept))
+            split = run(pool)
+        assert all(map(np.array_equal, unsplit.kept, split.kept))
 
 
 # ---------------------------------------------------------------- the error of their energy
@@ -325,7 +331,9 @@ def drift(members=64, steps=30_000):
     with mp.workdps(30):
         exact = np.vectorize(mp.mpf, otypes=[object])
         states = (np.hstack([q, v]), np.asarray(run).reshape(members, -1))
-        first, last = ([energy(one) for one in exact(state)] for state in states)
+        first, last = (
+            [energy(state) for state in exact(states_at_end)] for states_at_end in states
+        )
         errors = [float((b - a) / abs(a)) for a, b in zip(first, last, strict=True)]
     return abs(float(np.mean(errors))) / (float(np.std(errors)) / members**0.5)
 
@@ -337,13 +345,13 @@ def test_the_energy_of_members_does_not_drift():
 
 
 def test_tables_of_members_rounded_to_float64_drift(monkeypatch):
-    sound = member_laws.nystrom_tables
+    nystrom_tables = member_laws.nystrom_tables
 
     def rounded(table):
-        made = sound(table)
-        s, tables = table.c.size, made.tables.copy()
+        arrays = nystrom_tables(table)
+        s, tables = table.c.size, arrays.tables.copy()
         tables[s : 2 * s], tables[3 * s : 4 * s], tables[4 * s + 1 : 4 * s + 3] = 0.0, 0.0, 0.0
-        return made._replace(tables=tables)
+        return arrays._replace(tables=tables)
 
     monkeypatch.setattr(member_laws, "nystrom_tables", rounded)
     assert drift() > 10.0

@@ -46,19 +46,21 @@ def test_an_import_needs_no_engine_and_a_missing_one_is_a_sentence(orbit, monkey
 @pytest.mark.slow(beside="test_a_run_as_a_result_of_scipy")
 def test_a_run_as_a_data_set_of_xarray():
     run = galvi.integrate(galvi.problems.outer_solar_system(), EIGHT, 5.0, 10)
-    found = run.to_xarray()
-    assert found["q"].dims == ("t", "body", "axis") and found.attrs["steps"] == 10
-    planet = found["q"].sel(body="Jupiter", axis="y")
-    assert np.array_equal(planet, run.q[:, 1, 1]) and np.array_equal(found["t"], run.t)
-    assert np.array_equal(found["v"], run.v) and np.array_equal(found["energy"], galvi.energy(run))
-    for other, dims in (
+    dataset = run.to_xarray()
+    assert dataset["q"].dims == ("t", "body", "axis") and dataset.attrs["steps"] == 10
+    planet = dataset["q"].sel(body="Jupiter", axis="y")
+    assert np.array_equal(planet, run.q[:, 1, 1]) and np.array_equal(dataset["t"], run.t)
+    assert np.array_equal(dataset["v"], run.v) and np.array_equal(
+        dataset["energy"], galvi.energy(run)
+    )
+    for problem, dims in (
         (galvi.problems.free_rigid_body(), ("t", "row", "column")),
         (galvi.problems.kepler(0.3), ("t", "coordinate")),
         (galvi.problems.skew_arm(floating=True), ("t", "entry")),
     ):
-        found = galvi.integrate(other, SIX, 0.1, 3).to_xarray()
-        assert found["q"].dims == dims and found["p"].dims == found["v"].dims
-    assert found["velocity"].values[[0, 5, 6]].tolist() == [
+        dataset = galvi.integrate(problem, SIX, 0.1, 3).to_xarray()
+        assert dataset["q"].dims == dims and dataset["p"].dims == dataset["v"].dims
+    assert dataset["velocity"].values[[0, 5, 6]].tolist() == [
         "free of body, 0",
         "free of body, 5",
         "hinge of link 1",
@@ -66,17 +68,17 @@ def test_a_run_as_a_data_set_of_xarray():
 
 
 def test_a_run_as_a_result_of_scipy(orbit):
-    run, found = orbit, orbit.to_scipy()
-    assert found.success and found.status == 0 and found.message == "Completed."
-    assert found.nfev == run.counts["force_evaluations"] and len(run) == found.t.size == 21
-    assert np.array_equal(found.y[:2].T, run.q) and np.array_equal(found.y[2:].T, run.p)
-    assert found.sol(0.05).shape == (4,) and found.sol([0.05, 0.06, 0.07]).shape == (4, 3)
+    run, solution = orbit, orbit.to_scipy()
+    assert solution.success and solution.status == 0 and solution.message == "Completed."
+    assert solution.nfev == run.counts["force_evaluations"] and len(run) == solution.t.size == 21
+    assert np.array_equal(solution.y[:2].T, run.q) and np.array_equal(solution.y[2:].T, run.p)
+    assert solution.sol(0.05).shape == (4,) and solution.sol([0.05, 0.06, 0.07]).shape == (4, 3)
     for rows, limit in ((slice(0, 2), 1e-13), (slice(2, 4), 1e-6)):  # q' jumps between the steps
-        ends = found.sol(run.t[1:-1])[rows]
-        assert np.allclose(ends, found.y[rows, 1:-1], rtol=0, atol=limit)
+        ends = solution.sol(run.t[1:-1])[rows]
+        assert np.allclose(ends, solution.y[rows, 1:-1], rtol=0, atol=limit)
     sparse = galvi.integrate(galvi.problems.free_rigid_body(), SIX, 0.1, 20, save_every=10)
-    found = sparse.to_scipy()
-    assert found.y.shape == (12, 3) and found.sol(0.75).shape == (12,)
+    solution = sparse.to_scipy()
+    assert solution.y.shape == (12, 3) and solution.sol(0.75).shape == (12,)
     assert IAS15.run(run.problem, 1.0, {"samples": 1}).to_scipy().sol is None
     failing = galvi.integrate(sparse.problem, SIX, 1.2, 3).to_scipy()
     assert not failing.success and failing.status == -1 and "Stopped" in failing.message
@@ -98,8 +100,8 @@ def test_every_kind_of_run_has_a_picture(name):
     import matplotlib.pyplot as plt
 
     problem = getattr(galvi.problems, name)()
-    step, every = 4.0 if name == "solar_system" else 0.05, 5 if name == "kepler" else 1
-    run = galvi.integrate(problem, SIX, step, 20, save_every=every)
+    step, save_every = 4.0 if name == "solar_system" else 0.05, 5 if name == "kepler" else 1
+    run = galvi.integrate(problem, SIX, step, 20, save_every=save_every)
     figure = run.plot()
     motion, invariant = figure.axes
     assert motion.get_lines() and invariant.get_lines()
@@ -119,10 +121,10 @@ def test_a_citation_names_what_was_used_and_nothing_else(orbit):
     assert keys == ["Hall2013", "Miglio2016", "galvi", "Folkner2009"]
     assert all(f"{key}" in cited.sentence for key in keys)
     assert galvi.__version__ in cited.sentence and galvi.__version__ in cited.bibtex
-    other = galvi.cite(IAS15.run(orbit.problem, 1.0, {"samples": 1}))
-    assert "Hall2013" not in str(other)
+    of_ias15 = galvi.cite(IAS15.run(orbit.problem, 1.0, {"samples": 1}))
+    assert "Hall2013" not in str(of_ias15)
     assert {"ReinLiu2012", "ReinSpiegel2015", "galvi"} <= set(
-        other.sentence.replace("]", "[").replace(", ", "[").split("[")
+        of_ias15.sentence.replace("]", "[").replace(", ", "[").split("[")
     )
     assert cited.bibtex.count("{") == cited.bibtex.count("}")
     beside = replace(run.problem, parameters={"source": "not DE421"}, units="of DE421")
@@ -141,8 +143,8 @@ def test_a_citation_names_what_was_used_and_nothing_else(orbit):
 def test_elements_and_states_are_inverse(e, size, angles, mean):
     a = np.array([[size if e < 1.0 else -size]])
     ones = np.ones_like(a)
-    given_ = galvi.OrbitalElements(a, e * ones, *(x * ones for x in angles), mean * ones)
-    q, v = given_.states(2.0)
+    elements = galvi.OrbitalElements(a, e * ones, *(x * ones for x in angles), mean * ones)
+    q, v = elements.states(2.0)
     system = galvi.NBody([2.0, 0.0])
     places = np.concatenate([np.zeros((1, 1, 3)), q], axis=1)
     speeds = np.concatenate([np.zeros((1, 1, 3)), v], axis=1)
@@ -161,26 +163,26 @@ def test_elements_and_states_are_inverse(e, size, angles, mean):
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.99, 1.0 - 1e-9, 1.0 + 1e-9, 1.01, 30.0])
 @pytest.mark.parametrize("mean", [1e-12, 1e-6, 0.01, 1.0, 3.1, -2.0])
 def test_keplers_equation_against_arbitrary_precision(e, mean):
-    found = float(_anomaly(np.array(e), np.array(mean), np.array(e < 1.0)))
+    anomaly = float(_anomaly(np.array(e), np.array(mean), np.array(e < 1.0)))
     with mp.workdps(60):
         big, M = mp.mpf(e), mp.mpf(mean)
         equation = (
             (lambda x: x - big * mp.sin(x) - M) if e < 1 else (lambda x: big * mp.sinh(x) - x - M)
         )
-        exact = mp.findroot(equation, mp.mpf(found))
+        exact = mp.findroot(equation, mp.mpf(anomaly))
         slope = abs(mp.diff(equation, exact))
         # An error of half a unit in E or e sin E moves the root by this much.
         limit = 4e-16 * (abs(exact) * (1 + e) / slope + abs(exact))
-    assert abs(found - exact) < limit
+    assert abs(anomaly - exact) < limit
 
 
 def test_a_run_resumes_until_a_time(orbit):
-    whole = galvi.integrate(orbit.problem, EIGHT, 0.1, 50)
-    rest = galvi.resume(orbit, until=5.0)
-    assert np.array_equal(rest.q, whole.q[20:])
+    uncut = galvi.integrate(orbit.problem, EIGHT, 0.1, 50)
+    resumed = galvi.resume(orbit, until=5.0)
+    assert np.array_equal(resumed.q, uncut.q[20:])
     assert steps_until(2451544.507, 2451544.5, 1e-3, 0) == 7  # as well as such times are known
-    for bad, words in ((5.05, "a whole number of steps after"), (1.0, "where the run ends")):
-        with pytest.raises(ValueError, match=words):
-            galvi.resume(whole, until=bad)
+    for bad, message in ((5.05, "a whole number of steps after"), (1.0, "where the run ends")):
+        with pytest.raises(ValueError, match=message):
+            galvi.resume(uncut, until=bad)
     with pytest.raises(ValueError, match="give one of steps, duration and until"):
-        galvi.resume(whole, 5, until=9.0)
+        galvi.resume(uncut, 5, until=9.0)

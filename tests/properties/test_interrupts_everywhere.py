@@ -57,8 +57,8 @@ CLOCK = galvi.Galerkin(
 @cache
 def run_in_a_clock(problem):
     untraced = galvi.Canonical(1.0, lambda q: float(flat(q)), problem.system.gradient)
-    there = galvi.Problem(untraced, [1.0, 0.0], [0.0, 0.5])
-    return galvi.integrate(there, CLOCK, 0.3, duration=0.6, save_every=10**6)
+    problem_in_clock = galvi.Problem(untraced, [1.0, 0.0], [0.0, 0.5])
+    return galvi.integrate(problem_in_clock, CLOCK, 0.3, duration=0.6, save_every=10**6)
 
 
 JOBS = {
@@ -86,12 +86,12 @@ def test_an_interrupt_at_any_call_of_a_potential_reaches_the_caller(name, how):
     for at in sorted({*np.linspace(1, 0.98 * gradient.calls, 6).astype(int)}):
         gradient.restart(int(at))
         try:
-            found = JOBS[name](problem)
+            returned = JOBS[name](problem)
         except KeyboardInterrupt:
             continue
         reached = gradient.calls >= at  # steps are done in batches, whose lengths rest on times
-        kept = name == "many" and any(run.interrupted for run in found)
-        assert kept or (at > 1 and not reached), f"call {at} of {name}: {found}"
+        recorded = name == "many" and any(run.interrupted for run in returned)
+        assert recorded or (at > 1 and not reached), f"call {at} of {name}: {returned}"
 
 
 def test_a_handler_of_the_program_that_raises_ends_many_runs_on_threads():
@@ -106,7 +106,7 @@ def test_a_handler_of_the_program_that_raises_ends_many_runs_on_threads():
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
-    assert not {one for one in threading.enumerate() if "ThreadPool" in one.name} - threads
+    assert not {thread for thread in threading.enumerate() if "ThreadPool" in thread.name} - threads
 
 
 def fresh(number):

@@ -23,15 +23,15 @@ SITES = """<site site="w"/><site site="s1"/><pulley divisor="2"/><site site="s2"
 <pulley divisor="3"/><site site="s4"/><site site="s3"/>"""
 
 
-def model(more="", option="", joint="", body=""):
-    """Every kind of joint, with sites; ``more`` are tendons and actuators."""
+def model(elements="", option="", joint="", body=""):
+    """Every kind of joint, with sites; ``elements`` are tendons and actuators."""
     return f"""<mujoco>{option}<worldbody><site name="w" pos=".3 .1 .2"/>
 <body {body}><joint name="a" axis="0 1 0" {joint}/>{INERTIA}<site name="s1" pos=".1 0 -.1"/>
 <body pos="0 0 -.4"><joint name="b" axis="1 .3 0" ref=".2"/><joint name="c" type="slide"/>{INERTIA}
 <site name="s2" pos=".1 .2 -.1" quat="1 .3 .2 .1"/>
 <body pos="0 0 -.4"><joint name="d" type="ball"/>{INERTIA}<site name="s3" pos=".1 .2 -.1"/></body>
 </body></body><body pos="1 0 0" {body}><freejoint name="f"/>{INERTIA}
-<site name="s4" pos=".1 .2 -.1"/></body></worldbody>{more}</mujoco>"""
+<site name="s4" pos=".1 .2 -.1"/></body></worldbody>{elements}</mujoco>"""
 
 
 def act(*kinds):
@@ -81,23 +81,25 @@ def states(problem, number=6):
             yield system.from_mujoco(qpos + sign * away, sign * rate)
 
 
-def off(problem, own):
+def off(problem, mujoco_model):
     """How far galvi's accelerations are from MuJoCo's of the file's own model, relatively."""
-    found, data = 0.0, own.data()
+    largest, mj_data = 0.0, mujoco_model.data()
     for q, v in states(problem):
-        data.qpos[:], data.qvel[:] = problem.system.to_mujoco(q, v)
-        mujoco.mj_forward(own.model, data)
-        ours = problem.system.acceleration(q, v)
-        found = max(found, np.max(np.abs(ours - data.qacc)) / np.max(np.abs(data.qacc)))
-    return found
+        mj_data.qpos[:], mj_data.qvel[:] = problem.system.to_mujoco(q, v)
+        mujoco.mj_forward(mujoco_model.model, mj_data)
+        by_galvi = problem.system.acceleration(q, v)
+        largest = max(
+            largest, np.max(np.abs(by_galvi - mj_data.qacc)) / np.max(np.abs(mj_data.qacc))
+        )
+    return largest
 
 
 @pytest.mark.slow_cases("motors")
 @pytest.mark.parametrize("kind", MODELS)
 def test_forces_of_a_model_accelerate_as_in_mujoco(kind):
-    problem, own = read(kind)
-    assert not own.differences.keys() - {"contacts"}
-    assert off(problem, own) < 1e-12  # 4e-14
+    problem, mujoco_model = read(kind)
+    assert not mujoco_model.differences.keys() - {"contacts"}
+    assert off(problem, mujoco_model) < 1e-12  # 4e-14
     without = replace(problem.system, force=None, timed_force=False)
     q, v = next(states(problem))
     assert np.max(np.abs(without.acceleration(q, v) - problem.system.acceleration(q, v))) > 1e-3
@@ -129,11 +131,11 @@ FAULTS = {  # of each part one or two, most by 1e-6
 def test_a_misread_force_is_caught_by_the_accelerations(kind, monkeypatch):
     """Planted: each force with one number changed."""
     part, change = FAULTS[kind]
-    sound = mujoco_forces.forces_of
+    forces_of = mujoco_forces.forces_of
 
-    def wrong(*given):
-        force = sound(*given)
-        changed = {part: tuple(change(one) for one in getattr(force, part))}
+    def wrong(*arguments):
+        force = forces_of(*arguments)
+        changed = {part: tuple(change(force_part) for force_part in getattr(force, part))}
         return replace(force, **changed, drives=())  # which would set the numbers anew
 
     monkeypatch.setattr(reader, "forces_of", wrong)
@@ -149,28 +151,28 @@ kp="10" {drive}/></actuator><keyframe><key name="bent" ctrl=".5"/></keyframe></m
 
 
 @pytest.mark.parametrize(
-    ("where", "said"),
+    ("where", "message"),
     [
         ({"drive": 'forcerange="-3 3"', "joint": ""}, "the force of actuator drive is beyond"),
         ({"joint": 'actuatorfrcrange="-3 3"', "drive": ""}, "actuators push a beyond its limits"),
     ],
     ids=["actuator", "joint"],
 )
-def test_a_run_ends_where_a_force_reaches_its_limit(where, said):
+def test_a_run_ends_where_a_force_reaches_its_limit(where, message):
     problem = galvi.from_mujoco(ARM.format(**where), ctrl=[0.2])
     assert galvi.integrate(problem, METHOD, 0.02, 20).success
     faster = problem.with_initial_state(problem.q0, [2.0])
     for solver in ("auto", "newton"):
         run = galvi.integrate(faster, METHOD, 0.02, 200, solver=solver)
-        assert not run.success and said in run.status and "[-3.0, 3.0]" in run.status
-        kept = run.q[: run.failed_step, 0]
-        assert np.all(np.isfinite(kept)) and np.all(np.abs(10 * (0.2 - kept)) <= 3.0)
-        assert np.max(np.abs(10 * (0.2 - kept))) > 2.5
+        assert not run.success and message in run.status and "[-3.0, 3.0]" in run.status
+        angles = run.q[: run.failed_step, 0]
+        assert np.all(np.isfinite(angles)) and np.all(np.abs(10 * (0.2 - angles)) <= 3.0)
+        assert np.max(np.abs(10 * (0.2 - angles))) > 2.5
     free = galvi.from_mujoco(ARM.format(drive="", joint=""), ctrl=[0.2])
     free = galvi.integrate(free.with_initial_state(problem.q0, [2.0]), METHOD, 0.02, 200)
-    assert free.success and np.array_equal(free.q[: len(kept)], run.q[: len(kept)]) is False
-    assert free.q[: len(kept), 0] == pytest.approx(kept, abs=1e-12)
-    with pytest.raises(ValueError, match=f"{said}.* at the start. Start elsewhere"):
+    assert free.success and np.array_equal(free.q[: len(angles)], run.q[: len(angles)]) is False
+    assert free.q[: len(angles), 0] == pytest.approx(angles, abs=1e-12)
+    with pytest.raises(ValueError, match=f"{message}.* at the start. Start elsewhere"):
         galvi.integrate(problem.with_initial_state([1.0], [0.0]), METHOD, 0.02, 20)
 
 
@@ -179,8 +181,10 @@ def test_controls_are_given_a_keyframes_or_zero():
     assert pull(galvi.from_mujoco(text)).constant == 0.0
     assert pull(galvi.from_mujoco(text, key="bent")).constant == 5.0
     assert pull(galvi.from_mujoco(text, key="bent", ctrl=[0.3])).constant == 3.0
-    far = text.replace('ctrl=".5"', 'ctrl="7"')
-    assert pull(galvi.from_mujoco(far, key="bent")).constant == 10.0  # clamped, as by MuJoCo
+    beyond_range = text.replace('ctrl=".5"', 'ctrl="7"')
+    assert (
+        pull(galvi.from_mujoco(beyond_range, key="bent")).constant == 10.0
+    )  # clamped, as by MuJoCo
 
 
 ROUND = '<site site="w"/><geom geom="g"/><site site="s1"/>'
@@ -200,13 +204,13 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("said", REFUSED)
-def test_what_is_not_understood_is_refused_by_name(said):
+@pytest.mark.parametrize("message", REFUSED)
+def test_what_is_not_understood_is_refused_by_name(message):
     ball = '<geom name="g" size=".1" contype="0" conaffinity="0"/><site name="w"'
-    text = model(REFUSED[said]).replace('<site name="w"', ball)
+    text = model(REFUSED[message]).replace('<site name="w"', ball)
     with pytest.raises(BeyondTrees) as refused:
         galvi.from_mujoco(text, "contacts")
-    assert said in str(refused.value)
+    assert message in str(refused.value)
     assert galvi.from_mujoco(text, ("contacts", *refused.value.names)).v0.size == 12
 
 
@@ -217,16 +221,16 @@ HANGING = """<mujoco><worldbody><site name="top"/><body><joint name="z" type="sl
 
 
 @pytest.mark.parametrize(
-    "rest, damping", [("0 1", 0.0), ("0 1", 3.0), ("0 0", 0.0), (".5 .5", 0.0)]
+    "spring_length, damping", [("0 1", 0.0), ("0 1", 3.0), ("0 0", 0.0), (".5 .5", 0.0)]
 )
-def test_a_tendon_whose_ends_meet_has_no_moment(rest, damping):
-    problem, own = reader.read(HANGING.format(rest=rest, damping=damping))
+def test_a_tendon_whose_ends_meet_has_no_moment(spring_length, damping):
+    problem, mujoco_model = reader.read(HANGING.format(rest=spring_length, damping=damping))
     for v in (0.0, 1.0):
         assert problem.system.acceleration([0.0], [v]) == pytest.approx([9.81], abs=1e-14)
-        data = own.data()
-        data.qpos[:], data.qvel[:] = 0.0, v
-        mujoco.mj_forward(own.model, data)
-        assert data.qacc == pytest.approx([9.81], abs=1e-14)
+        mj_data = mujoco_model.data()
+        mj_data.qpos[:], mj_data.qvel[:] = 0.0, v
+        mujoco.mj_forward(mujoco_model.model, mj_data)
+        assert mj_data.qacc == pytest.approx([9.81], abs=1e-14)
 
 
 def test_a_spring_of_no_length_is_linear_from_where_its_ends_meet():
@@ -271,14 +275,14 @@ def test_a_force_of_the_users_acts_beside_damping(force, timed):
 
 
 def test_held_weights_follow_gravity():
-    problem, own = read("held weights")
+    problem, mujoco_model = read("held weights")
     q, v = next(states(problem))
-    own.model.opt.gravity[:] = 0.0, 3.0, -5.0
-    data = own.data()
-    data.qpos[:], data.qvel[:] = problem.system.to_mujoco(q, v)
-    mujoco.mj_forward(own.model, data)
+    mujoco_model.model.opt.gravity[:] = 0.0, 3.0, -5.0
+    mj_data = mujoco_model.data()
+    mj_data.qpos[:], mj_data.qvel[:] = problem.system.to_mujoco(q, v)
+    mujoco.mj_forward(mujoco_model.model, mj_data)
     varied = problem.system.with_numbers(gravity=[0.0, 3.0, -5.0])
-    assert varied.acceleration(q, v) == pytest.approx(data.qacc, rel=1e-11, abs=1e-11)
+    assert varied.acceleration(q, v) == pytest.approx(mj_data.qacc, rel=1e-11, abs=1e-11)
 
 
 # ---------------------------------------------------------------- controls that change
@@ -309,13 +313,15 @@ def arm(ctrl=None):
 
 @pytest.mark.parametrize("k", range(2))
 def test_with_numbers_is_the_model_read_with_these_controls(k):
-    read, given = arm(U[k]).system, arm().system.with_numbers(ctrl=U[k])
+    read, controlled = arm(U[k]).system, arm().system.with_numbers(ctrl=U[k])
     q, v = U[k + 1, :3], U[k + 2, :3]
-    assert given.acceleration(q, v) == pytest.approx(read.acceleration(q, v), rel=1e-13, abs=1e-13)
-    np.testing.assert_array_equal(given.force.numbers, read.force.numbers)
-    again = given.with_numbers(ctrl=U[k + 1])  # from one to the next, without reading
+    assert controlled.acceleration(q, v) == pytest.approx(
+        read.acceleration(q, v), rel=1e-13, abs=1e-13
+    )
+    np.testing.assert_array_equal(controlled.force.numbers, read.force.numbers)
+    again = controlled.with_numbers(ctrl=U[k + 1])  # from one to the next, without reading
     np.testing.assert_array_equal(again.force.numbers, arm(U[k + 1]).system.force.numbers)
-    heavy = given.with_numbers(masses=[2.0, 1.0])  # keeps its controls
+    heavy = controlled.with_numbers(masses=[2.0, 1.0])  # keeps its controls
     assert heavy.with_numbers(masses=[1.0, 0.5]).acceleration(q, v) == pytest.approx(
         read.acceleration(q, v), rel=1e-12
     )
@@ -325,14 +331,14 @@ def test_ticks_of_resume_are_those_of_mujoco():
     problem = arm()
     first = replace(problem, system=problem.system.with_numbers(ctrl=U[0]))
     run = galvi.integrate(first, METHOD, TICK, 1)
-    data = mujoco.MjData(mujoco.MjModel.from_xml_string(DRIVEN))
+    mj_data = mujoco.MjData(mujoco.MjModel.from_xml_string(DRIVEN))
     for k, u in enumerate(U):
         run = galvi.resume(run, 1, ctrl=u) if k else run
-        data.ctrl[:] = u
-        mujoco.mj_step(data.model, data, nstep=4)
+        mj_data.ctrl[:] = u
+        mujoco.mj_step(mj_data.model, mj_data, nstep=4)
     assert run.engine == "lanes" and run.t[-1] == pytest.approx(len(U) * TICK)
-    assert run.q[-1] == pytest.approx(data.qpos, abs=1e-9)
-    assert run.v[-1] == pytest.approx(data.qvel, abs=1e-7)
+    assert run.q[-1] == pytest.approx(mj_data.qpos, abs=1e-9)
+    assert run.v[-1] == pytest.approx(mj_data.qvel, abs=1e-7)
 
 
 @pytest.mark.slow(beside="test_with_numbers_is_the_model_read_with_these_controls")
@@ -341,18 +347,18 @@ def test_members_with_controls_of_their_own():
     q, v = np.repeat(problem.q0[None], 4, axis=0), np.repeat(problem.v0[None], 4, axis=0)
     many = galvi.integrate_ensemble(problem, q, v, METHOD, TICK, 50, parameters={"ctrl": U[:4]})
     for k in range(4):
-        one = galvi.integrate(arm(U[k]), METHOD, TICK, 50)
-        assert np.asarray(many)[k, 0] == pytest.approx(one.q[-1], abs=1e-13)
+        single = galvi.integrate(arm(U[k]), METHOD, TICK, 50)
+        assert np.asarray(many)[k, 0] == pytest.approx(single.q[-1], abs=1e-13)
 
 
 def test_other_controls_do_not_compile_anew():
-    zero, other = (arm().system.with_numbers(ctrl=u) for u in (np.zeros(5), U[0]))
-    assert law_of(zero)[0] == law_of(other)[0] == law_of(arm().system)[0]
+    zero, nonzero = (arm().system.with_numbers(ctrl=u) for u in (np.zeros(5), U[0]))
+    assert law_of(zero)[0] == law_of(nonzero)[0] == law_of(arm().system)[0]
 
 
 def test_a_planted_drive_that_keeps_its_slope_is_caught(monkeypatch):
-    sound = Drive.law
-    monkeypatch.setattr(Drive, "law", lambda drive, u: (sound(drive, u)[0], *sound(drive, 0.0)[1:]))
+    law = Drive.law
+    monkeypatch.setattr(Drive, "law", lambda drive, u: (law(drive, u)[0], *law(drive, 0.0)[1:]))
     with pytest.raises(ValueError, match="misreads this model"):
         arm(U[0])
 
@@ -362,8 +368,8 @@ def test_judge_takes_controls():
     """A servo at ctrl 0 rests; with others it moves, in MuJoCo's run as in galvi's."""
     ctrl = np.array([0.5, 0.4, 0.0, 0.2, 0.3])
     driven = mujoco.MjModel.from_xml_string(DRIVEN)
-    found = galvi.judge(driven, 0.2, 1e-6, ctrl=ctrl, qpos=[0.1, 0.0, 0.0], quick=True)
-    assert found.passed and found.own["error"] < 1e-8
+    verdict = galvi.judge(driven, 0.2, 1e-6, ctrl=ctrl, qpos=[0.1, 0.0, 0.0], quick=True)
+    assert verdict.passed and verdict.own["error"] < 1e-8
 
 
 def test_a_thruster_on_the_world_pushes_nothing():
@@ -375,9 +381,9 @@ def test_a_thruster_on_the_world_pushes_nothing():
 
 
 def test_a_gain_that_is_misread_is_caught_where_controls_are_0(monkeypatch):
-    sound = mujoco_forces._laws
+    laws = mujoco_forces._laws
     monkeypatch.setattr(
-        mujoco_forces, "_laws", lambda model, k: ((2.0, 0.0, 0.0), sound(model, k)[1])
+        mujoco_forces, "_laws", lambda model, k: ((2.0, 0.0, 0.0), laws(model, k)[1])
     )
     with pytest.raises(ValueError, match="misreads this model"):
         arm()
@@ -387,9 +393,9 @@ def test_resume_with_controls_refuses_what_it_cannot_keep(tmp_path):
     brake = galvi.Event(lambda q, v, t: np.sin(np.pi * t / 0.01), action=lambda q, v, t: (q, 0 * v))
     run = galvi.integrate(arm(), METHOD, 0.005, 5, events=[brake])
     galvi.save(run, tmp_path / "run")
-    for one in (run, galvi.load(tmp_path / "run")):
+    for trajectory in (run, galvi.load(tmp_path / "run")):
         with pytest.raises(ValueError, match="events"):
-            galvi.resume(one, 1, ctrl=np.zeros(5))
+            galvi.resume(trajectory, 1, ctrl=np.zeros(5))
     strong = DRIVEN.replace('gear="2"', 'gear="2" forcelimited="true" forcerange="-1 1"')
     run = galvi.integrate(galvi.from_mujoco(strong), METHOD, TICK, 1)
     with pytest.raises(ValueError, match=r"actuator pusher is beyond its limits .* Choose other"):
@@ -399,6 +405,6 @@ def test_resume_with_controls_refuses_what_it_cannot_keep(tmp_path):
 @pytest.mark.parametrize("limits", ["5 10", "-9 -4", "-0.2 0.8", "0 0.1"])
 def test_ranges_need_not_hold_0_or_1(limits):
     text = DRIVEN.replace('ctrlrange="-3 3"', f'ctrlrange="{limits}"')
-    least, most = map(float, limits.split())
-    found = galvi.from_mujoco(text).system.force
-    assert least <= found.controls[0] <= most and least <= found.some_controls()[0] <= most
+    low, high = map(float, limits.split())
+    force = galvi.from_mujoco(text).system.force
+    assert low <= force.controls[0] <= high and low <= force.some_controls()[0] <= high

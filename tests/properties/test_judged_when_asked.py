@@ -26,15 +26,15 @@ STEPS = 40
 @pytest.fixture
 def judgements(monkeypatch):
     """Times at which runs were judged, in steps done."""
-    seen, assess_run = [], loop.assess_run
+    steps_assessed, assess_run = [], loop.assess_run
 
     def counted(engine, run, work):
-        seen.append(work.done)
+        steps_assessed.append(work.done)
         time.sleep(0.005)  # in which another thread may ask
         return assess_run(engine, run, work)
 
     monkeypatch.setattr(loop, "assess_run", counted)
-    return seen
+    return steps_assessed
 
 
 def looks(tmp_path):
@@ -104,22 +104,22 @@ def test_ctrl_c_while_a_run_is_judged_leaves_it_to_the_next_who_asks(monkeypatch
 class Planted:
     """A potential, or L, that does ``what`` from its call ``at`` on, or where ``far``."""
 
-    def __init__(self, function, what, at=None, far=None):
-        self.function, self.what, self.at, self.far = function, what, at, far
+    def __init__(self, function, action, at=None, beyond=None):
+        self.function, self.action, self.at, self.beyond = function, action, at, beyond
         self.calls = 0
 
     def __call__(self, q, *v):
         self.calls += 1
-        if (self.at is not None and self.calls >= self.at) or (self.far and self.far(q)):
-            self.what()
+        if (self.at is not None and self.calls >= self.at) or (self.beyond and self.beyond(q)):
+            self.action()
         return self.function(q, *v)
 
 
 def raising(error):
-    def what():
+    def action():
         raise error
 
-    return what
+    return action
 
 
 def spring(q):
@@ -159,20 +159,20 @@ MADE = {
 }
 
 
-def made(kind, what, at=None):
+def planted_problem(kind, action, at=None):
     """A problem whose steps do not call the planted function, which is also returned."""
-    planted = Planted(MADE[kind], what, at)
+    planted = Planted(MADE[kind], action, at)
     return kind(planted), planted
 
 
 def calls(kind):
     """How many calls come before the judgement of a run, and how many in all."""
-    problem, planted = made(kind, lambda: None)
-    whole = galvi.integrate(problem, FOUR, 0.1, STEPS)
-    assert whole.status == "Completed."
+    problem, planted = planted_problem(kind, lambda: None)
+    unplanted = galvi.integrate(problem, FOUR, 0.1, STEPS)
+    assert unplanted.status == "Completed."
     total = planted.calls
     assert galvi.integrate(problem, FOUR, 0.1, STEPS).success
-    return 2 * total - planted.calls, total, whole
+    return 2 * total - planted.calls, total, unplanted
 
 
 ERRORS = [KeyError(7), RuntimeError("outside\nthe table"), TypeError("no float"), OSError()]
@@ -180,13 +180,13 @@ ERRORS = [KeyError(7), RuntimeError("outside\nthe table"), TypeError("no float")
 
 @pytest.mark.parametrize(("kind", "error"), [*zip([*MADE, canonical], ERRORS, strict=True)])
 def test_an_exception_in_the_judgement_is_told_and_loses_nothing(kind, error):
-    before, total, whole = calls(kind)
+    before, total, unplanted = calls(kind)
     for at in sorted({before + 1, before + 2, (before + total) // 2, total}):
-        problem, planted = made(kind, raising(error), at)
+        problem, planted = planted_problem(kind, raising(error), at)
         run = galvi.integrate(problem, FOUR, 0.1, STEPS)
         assert run.success and planted.calls >= at
         assert run.failed_step is None and not run.interrupted
-        assert np.array_equal(run.q, whole.q) and np.array_equal(run.p, whole.p)
+        assert np.array_equal(run.q, unplanted.q) and np.array_equal(run.p, unplanted.p)
         assert run.outcome.end is galvi.End.DOUBTFUL
         reason = " ".join(str(error).split())
         assert run.outcome.reason.endswith(
@@ -196,7 +196,7 @@ def test_an_exception_in_the_judgement_is_told_and_loses_nothing(kind, error):
 
 def test_the_steps_that_can_be_judged_are():
     """The wrong force drives q from 1 to cosh 4, and the potential is a table that ends at 5."""
-    planted = Planted(spring, raising(KeyError("off")), far=lambda q: abs(q[0]) > 5.0)
+    planted = Planted(spring, raising(KeyError("off")), beyond=lambda q: abs(q[0]) > 5.0)
     right, wrong = (
         galvi.integrate(galvi.Problem(system, [1.0], [0.0]), FOUR, 0.1, STEPS)
         for system in (
@@ -214,7 +214,7 @@ def test_the_steps_that_can_be_judged_are():
 
 def test_a_run_that_stops_after_it_was_ruined_and_could_not_be_judged_says_all():
     """The wrong force of an inverted spring becomes NaN at 9, long after the energy is lost."""
-    planted = Planted(spring, raising(LookupError("end")), far=lambda q: q[0] > 3.0)
+    planted = Planted(spring, raising(LookupError("end")), beyond=lambda q: q[0] > 3.0)
     system = galvi.Canonical(1.0, planted, lambda q: -q if q[0] < 9.0 else q * np.nan, check=False)
     run = galvi.integrate(galvi.Problem(system, [1.0], [0.5]), FOUR, 0.1, STEPS)
     assert run.outcome.end is galvi.End.STEP_FAILED
@@ -229,15 +229,15 @@ def test_a_run_that_stops_after_it_was_ruined_and_could_not_be_judged_says_all()
 @pytest.mark.parametrize("how", ["raised", "pressed"])
 @pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_while_a_run_is_judged_raises_with_it_and_the_next_who_asks_is_told(kind, how):
-    what = raising(KeyboardInterrupt()) if how == "raised" else press
-    before, total, whole = calls(kind)
+    action = raising(KeyboardInterrupt()) if how == "raised" else press
+    before, total, unplanted = calls(kind)
     for at in sorted({before + 1, (before + total) // 2, total}):
-        problem, planted = made(kind, what, at)
+        problem, planted = planted_problem(kind, action, at)
         with pytest.raises(Interrupted) as caught:
             galvi.integrate(problem, FOUR, 0.1, STEPS)
         run = caught.value.run
         assert planted.calls == at  # the judgement ends at once
-        assert np.array_equal(run.q, whole.q) and np.array_equal(run.p, whole.p)
+        assert np.array_equal(run.q, unplanted.q) and np.array_equal(run.p, unplanted.p)
         planted.at = None
         assert run.status == "Completed." and galvi.resume(run, 3).success
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -300,15 +300,15 @@ def test_finished_runs_of_an_ensemble_survive_ctrl_c():
     planted = Planted(lambda q: q.copy(), lambda: None)
     system = galvi.Canonical(1.0, spring, opaque(planted), check=False)
     problem = galvi.Problem(system, [1.0], [0.0])
-    whole = galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
+    uninterrupted = galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
     last = planted.calls
     galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
-    planted.at, planted.what = planted.calls + planted.calls - last, press
+    planted.at, planted.action = planted.calls + planted.calls - last, press
     with pytest.raises(Interrupted) as caught:
         galvi.integrate_many([problem, problem], FOUR, 0.1, 3)
     assert planted.calls == planted.at
-    for run, other in zip(caught.value.run, whole, strict=True):
-        assert np.array_equal(run.q, other.q) and run.status == "Completed."
+    for run, expected in zip(caught.value.run, uninterrupted, strict=True):
+        assert np.array_equal(run.q, expected.q) and run.status == "Completed."
 
 
 @pytest.mark.parametrize(
@@ -329,6 +329,6 @@ def test_the_energies_of_many_states_are_those_of_each(potential):
     states[3] = np.nan
     body = galvi.RigidBody([1.0, 2.0, 2.5], potential)
     system = body if len(shape) == 2 else galvi.Canonical(1.0, potential)
-    found = system.potential_energy(states, np.zeros(7))
+    energies = system.potential_energy(states, np.zeros(7))
     expected = [potential(q) if np.isfinite(q).all() else np.nan for q in states]
-    assert np.allclose(found, expected, rtol=1e-14, equal_nan=True)
+    assert np.allclose(energies, expected, rtol=1e-14, equal_nan=True)

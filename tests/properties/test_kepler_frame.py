@@ -21,22 +21,22 @@ PLANETS = galvi.problems.solar_system(pluto=False)
 FINE = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 
 
-def method(s: int, **given: Any) -> galvi.Galerkin:
-    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart=galvi.KeplerFrame(**given))
+def method(s: int, **options: Any) -> galvi.Galerkin:
+    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), chart=galvi.KeplerFrame(**options))
 
 
 @given(beta=st.floats(-2.0, 2.0), X=st.floats(-2.5, 2.5))
 def test_universal_functions_are_their_series(beta: float, X: float) -> None:
-    found = universal.universal(beta, X, 10, exact=True)
-    for n, value in enumerate(found, start=1):
+    functions = universal.universal(beta, X, 10, exact=True)
+    for n, value in enumerate(functions, start=1):
         terms = (
             (-mp.mpf(beta)) ** k * mp.mpf(X) ** (n + 2 * k) / mp.factorial(n + 2 * k)
             for k in range(40)
         )
         true = float(sum(terms))
         assert abs(value - true) <= 4e-15 * abs(X) ** n * np.cosh(abs(beta) ** 0.5 * abs(X)), n
-    near = universal.moved(beta, universal.universal(beta, X - 1e-6, 10), 1e-6)
-    assert np.allclose(near, found, rtol=1e-13, atol=1e-13)
+    shifted = universal.moved(beta, universal.universal(beta, X - 1e-6, 10), 1e-6)
+    assert np.allclose(shifted, functions, rtol=1e-13, atol=1e-13)
 
 
 # ---------------------------------------------------------------- planets
@@ -71,12 +71,16 @@ def test_a_frame_that_never_applies_is_not_replaced() -> None:
 
 def with_moon() -> galvi.Problem:
     """The Sun, Venus, the Earth, the Moon and Jupiter, the Moon's orbit about the Earth made up."""
-    kept = [0, 2, 3, 3, 5]
-    masses, q, v = PLANETS.system.masses[kept], PLANETS.q0[kept].copy(), PLANETS.v0[kept].copy()
-    whole, share = masses[2], 1.0 / 82.3
+    chosen = [0, 2, 3, 3, 5]
+    masses, q, v = (
+        PLANETS.system.masses[chosen],
+        PLANETS.q0[chosen].copy(),
+        PLANETS.v0[chosen].copy(),
+    )
+    pair_mass, share = masses[2], 1.0 / 82.3
     gap = 0.00257 * np.array([0.6, 0.78, 0.09])
-    pace = np.sqrt(whole / 0.00257) * np.array([-0.79, 0.61, 0.05])
-    masses[2:4] = (1.0 - share) * whole, share * whole
+    pace = np.sqrt(pair_mass / 0.00257) * np.array([-0.79, 0.61, 0.05])
+    masses[2:4] = (1.0 - share) * pair_mass, share * pair_mass
     q[2:4] += [-share * gap, (1.0 - share) * gap]
     v[2:4] += [-share * pace, (1.0 - share) * pace]
     names = ["Sun", "Venus", "Earth", "Moon", "Jupiter"]
@@ -107,11 +111,11 @@ def test_energy_and_momenta_of_the_moon_do_not_drift(forces: Any) -> None:
 
 def test_a_moon_about_its_planet_takes_fewer_passes_than_as_a_planet() -> None:
     numbers = [np.int64(0), 1, [2, 3], 4]
-    nested, alone = (
+    nested, flat = (
         galvi.integrate(MOON, method(16, hierarchy=tree), 5.0, 20) for tree in (numbers, None)
     )
     assert nested.status == "Completed."
-    assert alone.counts["iterations"] > 1.5 * nested.counts["iterations"]
+    assert flat.counts["iterations"] > 1.5 * nested.counts["iterations"]
 
 
 def test_massless_bodies_join_by_their_distance_from_the_first_barycentre() -> None:
@@ -135,8 +139,8 @@ def one_planet(force: Any, e: float) -> galvi.Problem:
 def test_steps_where_what_is_left_is_too_strong_are_done_elsewhere() -> None:
     """A comet from its apocentre, which an oblate star bends where it is near."""
     problem = one_planet(galvi.Oblateness(0, 0.1, 0.1), 0.8)
-    far = galvi.integrate(problem, FINE, 0.01, 314)
-    comet = galvi.Problem(problem.system, far.q[-1], far.v[-1])
+    outbound = galvi.integrate(problem, FINE, 0.01, 314)
+    comet = galvi.Problem(problem.system, outbound.q[-1], outbound.v[-1])
     run = galvi.integrate(comet, method(8), 0.05, 150)
     true = galvi.integrate(comet, FINE, 0.00125, 6_000, save_every=40)
     assert run.success and 0 < run.counts["inertial_steps"] < 15
@@ -150,8 +154,8 @@ def test_two_bodies_with_a_force_are_not_exact_at_any_step() -> None:
     problem = one_planet(galvi.Oblateness(0, 1e-3, 0.01), 0.9)
     run = galvi.integrate(problem, method(8), 7.0, 2)
     assert not run.success and "revolutions of body" in run.status
-    alone = galvi.Problem(galvi.NBody([1.0, 1e-9]), problem.q0, problem.v0)
-    assert galvi.integrate(alone, method(8), 7.0, 2).success
+    pair = galvi.Problem(galvi.NBody([1.0, 1e-9]), problem.q0, problem.v0)
+    assert galvi.integrate(pair, method(8), 7.0, 2).success
 
 
 # ---------------------------------------------------------------- states between steps
@@ -194,14 +198,14 @@ METEOROID = galvi.Problem(
 def test_states_and_events_of_a_run_through_a_passage_are_numbers_and_right() -> None:
     """Some of its states were NaN, and the event ended with a ValueError."""
     run = galvi.integrate(METEOROID, method(8), 1.0, duration=60.0)
-    near = slice(40, 60)  # of half days
-    q, p = galvi.states_at(run, np.linspace(0.0, 60.0, 121)[near])
-    truth = IAS15.run(METEOROID, 60.0, {"samples": 120}).q[near]
+    passage = slice(40, 60)  # of half days
+    q, p = galvi.states_at(run, np.linspace(0.0, 60.0, 121)[passage])
+    truth = IAS15.run(METEOROID, 60.0, {"samples": 120}).q[passage]
     assert run.counts["inertial_steps"] and np.all(np.isfinite(p))
     assert np.max(np.abs(q - truth)) < 1e-7  # 2e-14
     events = galvi.find_events(run, galvi.events.closest_approach(1, 2))
-    there = IAS15.run(METEOROID, float(events.t[0]), {"samples": 1})
-    gap, speed = (x[-1, 2] - x[-1, 1] for x in (there.q, there.v))
+    at_passage = IAS15.run(METEOROID, float(events.t[0]), {"samples": 1})
+    gap, speed = (x[-1, 2] - x[-1, 1] for x in (at_passage.q, at_passage.v))
     assert len(events) == 1 and events.value[0] == pytest.approx(np.linalg.norm(gap), rel=1e-5)
     assert abs(gap @ speed) < 1e-3 * np.linalg.norm(gap) * np.linalg.norm(speed)
 

@@ -59,13 +59,13 @@ def compiled_anew(function):
     return not dispatcher.stats.cache_hits
 
 
-def kept(folder):
+def files_in(folder):
     return [path for path in folder.rglob("*") if path.is_file()]
 
 
 def test_what_is_missing_is_compiled_and_kept_for_the_next_process(folder):
     assert compiled_anew(kernel)
-    assert len(kept(folder)) == 1
+    assert len(files_in(folder)) == 1
     assert not compiled_anew(kernel)
 
 
@@ -76,18 +76,18 @@ STALE = {
 }
 
 
-@pytest.mark.parametrize("other", STALE)
+@pytest.mark.parametrize("stale_kind", STALE)
 def test_what_another_compiler_made_or_of_other_sources_is_neither_loaded_nor_kept(
-    folder, monkeypatch, other
+    folder, monkeypatch, stale_kind
 ):
     assert (numba.__version__, llvmlite.__version__) == cache.VERSIONS
     with monkeypatch.context() as patched:
-        patched.setattr(cache, *STALE[other])
+        patched.setattr(cache, *STALE[stale_kind])
         assert compiled_anew(kernel)
-    (stale,) = kept(folder)
+    (stale,) = files_in(folder)
     code = stale.read_bytes()
     assert compiled_anew(kernel) and not compiled_anew(kernel)
-    assert kept(folder) == [stale] and stale.read_bytes() != code
+    assert files_in(folder) == [stale] and stale.read_bytes() != code
 
 
 KERNELS = {
@@ -153,8 +153,8 @@ def test_an_edit_compiles_anew_what_may_call_it_and_nothing_else(few_kernels, ch
 @pytest.mark.slow(beside="test_an_edit_compiles_anew_what_may_call_it_and_nothing_else")
 def test_a_file_that_changes_in_a_running_process_is_still_the_one_that_was_imported(tmp_path):
     """What was imported before the edit must not be kept as the code of after."""
-    ours, without = Path(galvi.__file__).parent, shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ours, tmp_path / "galvi", ignore=without)
+    package, without = Path(galvi.__file__).parent, shutil.ignore_patterns("__pycache__")
+    shutil.copytree(package, tmp_path / "galvi", ignore=without)
     edit = """
 import sys
 from pathlib import Path
@@ -180,7 +180,7 @@ print(cache.stamp(*cache.sources("generated")))
 
 def test_the_imports_read_from_the_sources_are_those_of_the_interpreter():
     """Each name of a kernel that comes from another kernel has that file among its sources."""
-    root, seen = Path(galvi.__file__).parent, Counter()
+    root, checked = Path(galvi.__file__).parent, Counter()
     tops = [root / folder for folder in cache.FOLDERS]
     for name, module in list(sys.modules.items()):
         file = Path(getattr(module, "__file__", None) or "/")
@@ -188,26 +188,28 @@ def test_the_imports_read_from_the_sources_are_those_of_the_interpreter():
         if of is not None and file.name != "__init__.py":
             files = cache.sources(module.__file__)
             for value in vars(module).values():
-                found = sys.modules.get(getattr(getattr(value, "py_func", value), "__module__", ""))
-                place = Path(getattr(found, "__file__", None) or "/")
-                if any(top in place.parents for top in tops):
-                    assert place in files, (name, found.__name__)
-                    seen[of] += 1
-    assert all(seen[top] > 100 for top in tops), seen
+                source_module = sys.modules.get(
+                    getattr(getattr(value, "py_func", value), "__module__", "")
+                )
+                source_path = Path(getattr(source_module, "__file__", None) or "/")
+                if any(top in source_path.parents for top in tops):
+                    assert source_path in files, (name, source_module.__name__)
+                    checked[of] += 1
+    assert all(checked[top] > 100 for top in tops), checked
 
 
 DAMAGE = {
-    "truncated": lambda whole: whole[: len(whole) // 2],
-    "empty": lambda whole: b"",
-    "one bit turned": lambda whole: whole[:-100] + bytes([whole[-100] ^ 1]) + whole[-99:],
-    "something else": lambda whole: b"no kernel",
+    "truncated": lambda content: content[: len(content) // 2],
+    "empty": lambda content: b"",
+    "one bit turned": lambda content: content[:-100] + bytes([content[-100] ^ 1]) + content[-99:],
+    "something else": lambda content: b"no kernel",
 }
 
 
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_what_is_damaged_is_compiled_anew_and_mended(folder, damage):
     compiled_anew(kernel)
-    (path,) = kept(folder)
+    (path,) = files_in(folder)
     path.write_bytes(DAMAGE[damage](path.read_bytes()))
     assert compiled_anew(kernel)
     assert not compiled_anew(kernel)
@@ -234,8 +236,8 @@ WHOLE = {
 @pytest.mark.parametrize("code", WHOLE)
 def test_what_is_whole_and_cannot_be_read_is_compiled_anew_and_mended(folder, monkeypatch, code):
     compiled_anew(kernel)
-    (path,) = kept(folder)
-    monkeypatch.setattr(cache.KernelFiles, "_digest", lambda *given: bytes(cache.DIGEST))
+    (path,) = files_in(folder)
+    monkeypatch.setattr(cache.KernelFiles, "_digest", lambda *arguments: bytes(cache.DIGEST))
     path.write_bytes(bytes(cache.DIGEST) + WHOLE[code])
     assert compiled_anew(kernel)
     assert not compiled_anew(kernel)
@@ -247,13 +249,13 @@ def test_without_sources_to_read_every_process_compiles(folder, monkeypatch):
 
     monkeypatch.setattr(cache, "stamp", unreadable)
     assert compiled_anew(kernel) and compiled_anew(kernel)
-    assert kept(folder) == []
+    assert files_in(folder) == []
 
 
 def test_numbas_own_cache_would_have_stopped_the_run(folder):
     """The planted fault: what the tests above would find without galvi's own files."""
     numba.njit(cache=True)(kernel)(3.0)
-    for path in kept(folder):
+    for path in files_in(folder):
         path.write_bytes(DAMAGE["truncated"](path.read_bytes()))
     with pytest.raises(Exception, match=r"truncated|Ran out of input|pickle"):
         numba.njit(cache=True)(kernel)(3.0)
@@ -269,11 +271,11 @@ def test_without_a_folder_to_write_every_process_compiles(folder, monkeypatch):
 
 def test_a_folder_that_is_lost_before_the_first_call_stops_nothing(folder):
     dispatcher = jit(kernel)
-    (place,) = folder.iterdir()
-    shutil.rmtree(place)
-    place.touch()
+    (cache_path,) = folder.iterdir()
+    shutil.rmtree(cache_path)
+    cache_path.touch()
     assert dispatcher(3.0) == 10.0
-    assert kept(folder) == [place]
+    assert files_in(folder) == [cache_path]
 
 
 @pytest.mark.parametrize("begun", [False, True])
@@ -285,17 +287,17 @@ def test_a_write_that_fails_leaves_nothing(folder, monkeypatch, begun):
 
     monkeypatch.setattr(Path, "write_bytes", full)
     assert compiled_anew(kernel)
-    assert kept(folder) == []
+    assert files_in(folder) == []
 
 
 def test_each_signature_and_kind_of_processor_has_its_own_file(tmp_path):
-    one, two = (cache.KernelFiles(tmp_path, "kernel.one", "0" * 64) for _ in range(2))
+    writer, reader = (cache.KernelFiles(tmp_path, "kernel.one", "0" * 64) for _ in range(2))
     keys = [("int", "haswell", 1), ("float", "haswell", 1), ("int", "generic", 1)]
     for key in keys:
-        one.save(key, key)
-    assert [two.load(key) for key in keys] == keys
-    assert one.load(("int", "haswell", 2)) is None  # another bytecode
-    assert len(kept(tmp_path)) == 3
+        writer.save(key, key)
+    assert [reader.load(key) for key in keys] == keys
+    assert writer.load(("int", "haswell", 2)) is None  # another bytecode
+    assert len(files_in(tmp_path)) == 3
 
 
 HOLDER = """
@@ -311,13 +313,13 @@ sys.stdin.read()
 def test_who_comes_second_waits_for_the_first_and_loads_what_it_kept(folder, monkeypatch):
     """The code appears, and is loaded once the first was killed."""
     assert compiled_anew(kernel)
-    (path,) = kept(folder)
+    (path,) = files_in(folder)
     code = path.read_bytes()
     path.unlink()
     monkeypatch.setattr(cache, "file_lock", FILE_LOCK)
-    words = [sys.executable, "-c", HOLDER, str(path.with_suffix(".lock"))]
+    command = [sys.executable, "-c", HOLDER, str(path.with_suffix(".lock"))]
     with subprocess.Popen(
-        words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as holder:
         assert holder.stdout is not None and holder.stdout.readline() == "taken\n"
 
@@ -347,22 +349,22 @@ def test_nobody_waits_longer_than_patience(folder, monkeypatch):
 
 
 def test_a_function_that_cannot_be_compiled_holds_nobody_up(folder, monkeypatch):
-    taken = []
+    acquired = []
 
     class Lock:
         def __init__(self, path):
-            self.acquire, self.release = lambda: taken.append(path), taken.clear
+            self.acquire, self.release = lambda: acquired.append(path), acquired.clear
 
     monkeypatch.setattr(cache, "file_lock", Lock)
     wrong = jit(lambda x: x.no_such_attribute)
     with pytest.raises(numba.TypingError):
         wrong(1.0)
-    assert taken == []
+    assert acquired == []
 
 
-def at_once(code, cache_folder, **more):
+def at_once(code, cache_folder, **variables):
     """What two new processes print that share a folder for compiled code."""
-    settings = os.environ | {"NUMBA_CACHE_DIR": str(cache_folder)} | more
+    settings = os.environ | {"NUMBA_CACHE_DIR": str(cache_folder)} | variables
     both = [
         subprocess.Popen(
             [sys.executable, "-c", code],
@@ -373,16 +375,16 @@ def at_once(code, cache_folder, **more):
         )
         for _ in range(2)
     ]
-    told = [process.communicate(timeout=600) for process in both]
-    assert [process.returncode for process in both] == [0, 0], told
-    return [out for out, _ in told]
+    outputs = [process.communicate(timeout=600) for process in both]
+    assert [process.returncode for process in both] == [0, 0], outputs
+    return [out for out, _ in outputs]
 
 
 @pytest.mark.slow(beside="test_what_is_damaged_is_compiled_anew_and_mended")
 def test_runs_are_the_same_with_any_cache(tmp_path):
     """The whole kernel: two at once from nothing, then damaged files, then no folder at all."""
     with_cache = at_once(RUN, tmp_path / "cache")
-    for path in kept(tmp_path / "cache"):
+    for path in files_in(tmp_path / "cache"):
         path.write_bytes(path.read_bytes()[:-1])
     damaged = at_once(RUN, tmp_path / "cache")
     (tmp_path / "file").touch()

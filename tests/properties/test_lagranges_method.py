@@ -45,7 +45,9 @@ def test_it_moves_as_its_own_equations_say(loads):
     from scipy.integrate import solve_ivp
 
     start = [*problem.q0, *problem.v0]
-    other = solve_ivp(lambda t, y: slope(*y), (0.0, 1.0), start, "DOP853", rtol=1e-12, atol=1e-12)
-    assert np.allclose(run.q[-1], other.y[:2, -1], rtol=0, atol=1e-9)
+    by_scipy = solve_ivp(
+        lambda t, y: slope(*y), (0.0, 1.0), start, "DOP853", rtol=1e-12, atol=1e-12
+    )
+    assert np.allclose(run.q[-1], by_scipy.y[:2, -1], rtol=0, atol=1e-9)
     energy = galvi.energy(run)
     assert (abs(energy[-1] / energy[0] - 1.0) > 1e-3) == loads

@@ -112,8 +112,8 @@ def test_a_lagrangian_that_raises_outside_its_domain_is_only_probed_inside():
         return np.array([v[0] / math.sqrt(1.0 - v[0] ** 2), -q[0]])
 
     exact = 0.9 / math.sqrt(1.0 - 0.81)
-    for given in (None, slopes):
-        system = galvi.Lagrangian(L, galvi.Rn(1), given)
+    for gradient in (None, slopes):
+        system = galvi.Lagrangian(L, galvi.Rn(1), gradient)
         velocity = system.velocity(np.array([exact]), np.array([1.0]))
         assert abs(velocity[0] - 0.9) < 1e-10
         assert abs(system.momentum(np.array([1e-9]), np.array([1.0]))[0] - 1e-9) < 1e-14

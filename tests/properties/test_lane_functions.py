@@ -50,7 +50,7 @@ class Case:
     function: Any
     exact: Callable[..., Any]
     arguments: tuple[Callable[[Any, int], Any], ...]
-    results: int = 1
+    returned: int = 1
     which: int = 0
     limit: float = 1.0
 
@@ -85,12 +85,12 @@ BY_NAME = pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
 def largest_error(case: Case, count: int) -> float:
     """In units of the last place of the exact number."""
     random = np.random.default_rng(7)
-    given = [make(random, count) for make in case.arguments]
-    found = compiled(case.function, len(given), case.results)(*given)
-    found = found[case.which] if case.results > 1 else found
+    inputs = [make(random, count) for make in case.arguments]
+    values = compiled(case.function, len(inputs), case.returned)(*inputs)
+    values = values[case.which] if case.returned > 1 else values
     worst = 0.0
     with mp.workdps(DIGITS):
-        for value, *arguments in zip(found, *given, strict=True):
+        for value, *arguments in zip(values, *inputs, strict=True):
             exact = case.exact(*map(mp.mpf, map(float, arguments)))
             unit = float(np.spacing(abs(float(exact))))
             worst = max(worst, float(abs(mp.mpf(float(value)) - exact) / unit))
@@ -103,13 +103,13 @@ def test_a_function_errs_by_less_than_its_bound(case: Case, count: int) -> None:
     assert largest_error(case, count) < case.limit
 
 
-def at(function: Any, *arguments: list[float], results: int = 1) -> Any:
-    return compiled(function, len(arguments), results)(*map(np.array, arguments))
+def at(function: Any, *arguments: list[float], returned: int = 1) -> Any:
+    return compiled(function, len(arguments), returned)(*map(np.array, arguments))
 
 
 def test_outside_its_domain_a_function_is_nan() -> None:
     outside = [NAN, INFINITY, -INFINITY, 1.0000001e9, -1e300]
-    assert np.isnan(at(functions.sine_cosine, outside, results=2)).all()
+    assert np.isnan(at(functions.sine_cosine, outside, returned=2)).all()
     outside = [NAN, INFINITY, -INFINITY, 0.0, -0.0, -1.0, 1e-310]
     assert np.isnan(at(functions.logarithm, outside)).all()
     assert np.isnan(at(functions.power, outside, [2.5] * len(outside))).all()
@@ -128,7 +128,7 @@ def test_at_the_edges_of_its_range_a_function_is_right() -> None:
         )
     y, x = [0.0, 0.0, 1.0, -1.0, 1.0, -1.0], [1.0, -1.0, 0.0, 0.0, 1e308, -1e308]
     np.testing.assert_array_max_ulp(at(functions.arctangent, y, x), np.arctan2(y, x), 1)
-    sine, cosine = at(functions.sine_cosine, [0.0, 5e-324, 1e-200, 1e9], results=2)
+    sine, cosine = at(functions.sine_cosine, [0.0, 5e-324, 1e-200, 1e9], returned=2)
     np.testing.assert_array_equal(sine[:3], [0.0, 5e-324, 1e-200])
     np.testing.assert_array_equal(cosine[:3], 1.0)
     np.testing.assert_array_max_ulp(
@@ -154,31 +154,31 @@ def tables() -> dict[str, tuple[Callable[[Any], Any], Any, Any, int]]:
     eighth = mp.tan(mp.pi / 8) ** 2 * WIDER
     root = mp.sqrt
 
-    def near(z: Any, limit: Any, function: Callable[[Any], Any]) -> Any:
+    def or_limit(z: Any, limit: Any, function: Callable[[Any], Any]) -> Any:
         return limit if abs(z) < NEAR_ZERO else function(z)
 
     return {
         "SINE": (  # sin x = x + x^3 SINE(x^2)
-            lambda z: near(z, -mp.mpf(1) / 6, lambda z: (mp.sin(root(z)) / root(z) - 1) / z),
+            lambda z: or_limit(z, -mp.mpf(1) / 6, lambda z: (mp.sin(root(z)) / root(z) - 1) / z),
             mp.mpf(0), quarter, 6,
         ),
         "COSINE": (  # cos x = 1 - x^2 / 2 + x^4 COSINE(x^2)
-            lambda z: near(z, mp.mpf(1) / 24, lambda z: (mp.cos(root(z)) - 1 + z / 2) / z**2),
+            lambda z: or_limit(z, mp.mpf(1) / 24, lambda z: (mp.cos(root(z)) - 1 + z / 2) / z**2),
             mp.mpf(0), quarter, 6,
         ),
         "EXPONENTIAL": (  # exp x = 1 + x + x^2 EXPONENTIAL(x)
-            lambda z: near(z, mp.mpf(1) / 2, lambda z: (mp.exp(z) - 1 - z) / z**2),
+            lambda z: or_limit(z, mp.mpf(1) / 2, lambda z: (mp.exp(z) - 1 - z) / z**2),
             -binary, binary, 11,
         ),
         "LOGARITHM": (  # log((1 + s) / (1 - s)) = 2 s + s^3 (2 / 3 + s^2 LOGARITHM(s^2))
-            lambda z: near(
+            lambda z: or_limit(
                 z, mp.mpf(2) / 5,
                 lambda z: ((2 * mp.atanh(root(z)) / root(z) - 2) / z - mp.mpf(2) / 3) / z,
             ),
             mp.mpf(0), ratio, 7,
         ),
         "ARCTANGENT": (  # atan x = x + x^3 ARCTANGENT(x^2)
-            lambda z: near(z, -mp.mpf(1) / 3, lambda z: (mp.atan(root(z)) / root(z) - 1) / z),
+            lambda z: or_limit(z, -mp.mpf(1) / 3, lambda z: (mp.atan(root(z)) / root(z) - 1) / z),
             mp.mpf(0), eighth, 11,
         ),
     }  # fmt: skip
@@ -187,8 +187,8 @@ def tables() -> dict[str, tuple[Callable[[Any], Any], Any, Any, int]]:
 def test_the_coefficients_are_those_of_the_polynomials_at_chebyshev_points() -> None:
     with mp.workdps(DIGITS):
         for name, (function, low, high, degree) in tables().items():
-            found = [float(c) for c in series(function, low, high, degree)]
-            assert found == pytest.approx(getattr(functions, name), rel=1e-12)
+            coefficients = [float(c) for c in series(function, low, high, degree)]
+            assert coefficients == pytest.approx(getattr(functions, name), rel=1e-12)
 
 
 def test_a_wrong_digit_of_a_coefficient_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -208,15 +208,15 @@ def all_of(features: str) -> Any:
     context = SimpleNamespace(codegen=lambda: target)
 
     def of(x: Any) -> Any:
-        made = functions.Reciprocals(context, x.builder)
-        return made.reciprocal(x), made.root(x), made.quarters(x, 7)
+        operations = functions.Reciprocals(context, x.builder)
+        return operations.reciprocal(x), operations.root(x), operations.quarters(x, 7)
 
     return of
 
 
-def in_units(found: Any, exact: Any) -> Any:
+def in_units(values: Any, exact: Any) -> Any:
     """Errors in units of the last place."""
-    return np.max(np.abs(found - exact) / np.spacing(np.abs(exact)))
+    return np.max(np.abs(values - exact) / np.spacing(np.abs(exact)))
 
 
 @pytest.mark.parametrize("features", ["", "+avx2,+avx512f"])

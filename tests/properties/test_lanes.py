@@ -50,8 +50,8 @@ def energy_growth(name: str, steps: int, members: int) -> Growth:
             run = galvi.integrate(start, EIGHT, step, int(at[0]), save_every=int(at[0]))
             for column, number in enumerate(at):
                 if column:
-                    more = int(number - at[column - 1])
-                    run = galvi.resume(run, more, save_every=more)
+                    added_steps = int(number - at[column - 1])
+                    run = galvi.resume(run, added_steps, save_every=added_steps)
                 assert run.success and run.checkpoint is not None, run.status
                 states = [
                     [mp.mpf(x) + mp.mpf(y) for x, y in zip(high, low, strict=True)]
@@ -72,25 +72,25 @@ def energy_growth(name: str, steps: int, members: int) -> Growth:
 )
 def test_the_energy_error_is_a_random_walk(name: str, steps: int, members: int) -> None:
     """Measured: exponents 0.50 to 0.62; 5e-15 to 1e-14 after 1e5 steps, 4e-14 after 1e6."""
-    found = energy_growth(name, steps, members)
-    assert not found.drifts, found.sigmas
-    assert found.exponent < 0.85
-    assert found.final < 5e-17 * steps**0.5
+    growth_of_error = energy_growth(name, steps, members)
+    assert not growth_of_error.drifts, growth_of_error.sigmas
+    assert growth_of_error.exponent < 0.85
+    assert growth_of_error.final < 5e-17 * steps**0.5
 
 
 def test_a_table_rounded_to_float64_drifts_and_is_seen_to(monkeypatch: Any) -> None:
     """Without the low parts of h b, h^2 beta, h^2 A and c the energy drifts by 2e-18 a step."""
-    sound = nystrom_stepper.nystrom_tables
+    nystrom_tables = nystrom_stepper.nystrom_tables
 
     def rounded(table: Any, form: Any) -> LawTables:
-        made = sound(table, form)
-        tables, P = made.tables.copy(), made.tables.shape[1]
+        arrays = nystrom_tables(table, form)
+        tables, P = arrays.tables.copy(), arrays.tables.shape[1]
         tables[P : 2 * P], tables[3 * P : 4 * P], tables[4 * P + 1 : 4 * P + 3] = 0.0, 0.0, 0.0
-        return made._replace(tables=tables)
+        return arrays._replace(tables=tables)
 
     monkeypatch.setattr(nystrom_stepper, "nystrom_tables", rounded)
-    found = energy_growth("kepler", 10**5, 8)
-    assert found.drifts and found.exponent > 0.9
+    growth_of_error = energy_growth("kepler", 10**5, 8)
+    assert growth_of_error.drifts and growth_of_error.exponent > 0.9
 
 
 NUMBERS = st.floats(-1e3, 1e3).filter(lambda x: x == 0.0 or abs(x) > 1e-100)
@@ -102,26 +102,26 @@ def test_a_table_times_a_step_is_rounded_to_a_hundred_bits(
 ) -> None:
     low = 0.49 * share * float(np.spacing(high)) if high else 0.0
     for power in (1, 2):
-        kept, lost = scaled(np.array([high, low]), sign * step, power)
+        high_part, lost = scaled(np.array([high, low]), sign * step, power)
         with extended_precision():
             exact = (Decimal(high) + Decimal(low)) * Decimal(sign * step) ** power
-            missing = abs(exact - Decimal(float(kept)) - Decimal(float(lost)))
+            missing = abs(exact - Decimal(float(high_part)) - Decimal(float(lost)))
             assert missing <= abs(exact) * Decimal(2.0**-98)
-        assert abs(lost) <= 0.51 * np.spacing(abs(kept))
+        assert abs(lost) <= 0.51 * np.spacing(abs(high_part))
 
 
 def test_more_points_cost_few_more_passes_and_energy_does_not_drift() -> None:
     """By 3.2e-20 a step."""
     start, steps = symbolic("elastic pendulum"), 100_000
-    square, more = (
+    square, extra = (
         galvi.integrate(
             start, galvi.Galerkin(galvi.Polynomials(8), rule), 0.02, steps, save_every=200
         )
         for rule in (galvi.gauss(8), galvi.gauss(16))
     )
-    energy = galvi.energy(more)
-    assert more.success and more.counts["linear_solves"] == 0
-    assert more.counts["iterations"] < 1.1 * square.counts["iterations"]
+    energy = galvi.energy(extra)
+    assert extra.success and extra.counts["linear_solves"] == 0
+    assert extra.counts["iterations"] < 1.1 * square.counts["iterations"]
     slope = np.polyfit(np.arange(energy.size) * 200, energy, 1)[0]
     assert abs(slope) < 2e-19 * np.max(np.abs(energy))
 
@@ -136,13 +136,13 @@ def test_steps_are_the_same_with_loops(points: int, monkeypatch: Any) -> None:
     method = galvi.Galerkin(galvi.Polynomials(5), galvi.gauss(points))
     written_out = galvi.integrate(problem, method, 0.02, 10)
     remembered = (law_kernel.law_on_space, law_kernel.law_on_group, lane_law.compiled_law)
-    for one in remembered:
-        one.cache_clear()
+    for cached in remembered:
+        cached.cache_clear()
     monkeypatch.setattr(dense, "WRITTEN_OUT_PRODUCTS", -1)
     monkeypatch.setattr(lane_law, "STEP", lane_law.STEP + "\n\n# in loops\n")  # another file
     in_loops = galvi.integrate(problem, method, 0.02, 10)
-    for one in remembered:
-        one.cache_clear()
+    for cached in remembered:
+        cached.cache_clear()
     assert in_loops.engine == written_out.engine == "lanes"
     assert in_loops.counts == written_out.counts
     np.testing.assert_allclose(in_loops.q, written_out.q, rtol=0, atol=1e-14)  # 4e-16

@@ -48,12 +48,12 @@ def test_a_third_body_of_any_mass_is_as_near_to_the_truth_as_any_way_lets_it(
     mass: float, light_below: Any
 ) -> None:
     rounding = 1e-13  # of places and velocities over 34 revolutions
-    ours = [error(mass, step) for step in (0.4, 0.3)]
-    tried = []
+    errors = [error(mass, step) for step in (0.4, 0.3)]
+    alternatives = []
     for share in (0.0, 2.0):  # none is light, or all but the heaviest
         light_below(share)
-        tried += [error(mass, step) for step in (0.4, 0.3)]
-    assert max(ours) < max(10.0 * min(tried), rounding)
+        alternatives += [error(mass, step) for step in (0.4, 0.3)]
+    assert max(errors) < max(10.0 * min(alternatives), rounding)
 
 
 def test_a_third_body_that_felt_the_rounding_of_the_energy_would_be_seen(light_below: Any) -> None:
@@ -116,13 +116,13 @@ def test_a_moon_of_any_mass_moves_alike_in_every_inertial_frame_and_keeps_moment
 
 def test_a_term_on_one_body_of_a_pair_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """The planted fault: the term of a pair acts on its heavy body alone."""
-    sound = clock_stepper.masses_in_clock
+    masses_in_clock = clock_stepper.masses_in_clock
 
-    def faulty(*given: Any) -> Any:
-        pairs, *others = sound(*given)
+    def faulty(*arguments: Any) -> Any:
+        pairs, *remaining = masses_in_clock(*arguments)
         columns = pairs.reshape(-1, COLUMNS).copy()
         columns[:, TURN] = columns[:, PACE]
-        return columns.ravel(), *others
+        return columns.ravel(), *remaining
 
     monkeypatch.setattr(clock_stepper, "masses_in_clock", faulty)
     clock_stepper._motion.cache_clear()
@@ -144,9 +144,9 @@ def test_the_sun_the_earth_and_the_moon_over_ten_years() -> None:
 @pytest.mark.parametrize("mass", [1e-3, 0.0])
 def test_a_planet_in_kozai_lidov_cycles_is_where_ias15_has_it(mass: float) -> None:
     """Two equal stars and a planet: 0.16 wrong after 13,500 years, silently."""
-    far, tilt = 30.0, np.radians(80.0)
-    way = np.sqrt(2.001 / far) * np.array([0.0, np.cos(tilt), np.sin(tilt)])
-    q = np.array([[0.0, 0.0, 0.0], [0.0, 1.01, 0.0], [far, 0.0, 0.0]])
+    distance, tilt = 30.0, np.radians(80.0)
+    way = np.sqrt(2.001 / distance) * np.array([0.0, np.cos(tilt), np.sin(tilt)])
+    q = np.array([[0.0, 0.0, 0.0], [0.0, 1.01, 0.0], [distance, 0.0, 0.0]])
     v = 2.0 * np.pi * np.array([[0.0, 0.0, 0.0], [-0.99, 0.0, 0.0], way])
     start = at_rest(galvi.NBody([1.0, mass, 1.0], G=4.0 * np.pi**2), q, v)
     assert off_ias15(start, 0.3, 3000.0) < 1e-7

@@ -18,26 +18,30 @@ def twenty(chart):
 def test_steps_near_the_end_of_a_chart_are_solved(weight):
     """They turn by 2.96 and 3.05 of Cayley's pi; of starts 1e-13 apart some were not solved."""
     problem = galvi.problems.pendulum_3d(weight=weight, inverted=True)
-    there = galvi.integrate(problem, twenty(galvi.Exponential()), STEP, 9)
+    end = galvi.integrate(problem, twenty(galvi.Exponential()), STEP, 9)
     rng = np.random.default_rng(0)
     for _ in range(3):
-        v = problem.system.velocity(there.p[-1]) + 1e-13 * rng.normal(size=3)
-        start = galvi.Problem(problem.system, there.q[-1], v)
-        near, far = (
+        v = problem.system.velocity(end.p[-1]) + 1e-13 * rng.normal(size=3)
+        start = galvi.Problem(problem.system, end.q[-1], v)
+        in_cayley, in_exponential = (
             galvi.integrate(start, twenty(chart), STEP, 1)
             for chart in (galvi.Cayley(), galvi.Exponential())
         )
-        assert near.success, near.status
-        turn = np.arccos((np.trace(near.q[0].T @ near.q[1]) - 1.0) / 2.0)
+        assert in_cayley.success, in_cayley.status
+        turn = np.arccos((np.trace(in_cayley.q[0].T @ in_cayley.q[1]) - 1.0) / 2.0)
         assert 2.9 < turn < np.pi
-        assert np.max(np.abs(near.q - far.q)) < 4e-3  # 9e-5 and 1.1e-3, errors of the two methods
+        assert (
+            np.max(np.abs(in_cayley.q - in_exponential.q)) < 4e-3
+        )  # 9e-5 and 1.1e-3, errors of the two methods
 
 
 def test_the_status_of_a_step_that_turns_less_than_its_chart_allows_blames_the_solver():
     problem = galvi.problems.pendulum_3d(weight=27.0, inverted=True)
     method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4))
-    said = [galvi.integrate(problem, method, step, 40).status for step in np.arange(0.7, 1.0, 0.02)]
-    named = [status for status in said if "the chart Cayley ends at" in status]
+    statuses = [
+        galvi.integrate(problem, method, step, 40).status for step in np.arange(0.7, 1.0, 0.02)
+    ]
+    named = [status for status in statuses if "the chart Cayley ends at" in status]
     assert any("Newton's" in status for status in named)
     for status in named:
         turn = float(status.split("turns by ")[1].split()[0])
@@ -71,8 +75,8 @@ def test_a_motion_that_decays_below_the_smallest_normal_number_goes_on(points, s
     assert run.outcome.end is galvi.End.COMPLETED
     large = galvi.integrate(galvi.Problem(system, [1e-8], [0.0]), method, 1.0, 500)
     expected = large.q[:, 0] * (start / 1e-8)
-    seen = np.abs(expected) > 1e-310
-    assert np.allclose(run.q[seen, 0], expected[seen], rtol=1e-6, atol=0.0)
+    resolved = np.abs(expected) > 1e-310
+    assert np.allclose(run.q[resolved, 0], expected[resolved], rtol=1e-6, atol=0.0)
     assert np.max(np.abs(run.q[400:])) <= max(2.0 * np.max(np.abs(expected[400:])), 1e-321)
 
 

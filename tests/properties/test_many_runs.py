@@ -23,7 +23,7 @@ KEPLER = galvi.problems.kepler(0.3)
 CENTRE = KEPLER.with_initial_state([0.0, 0.0], [0.0, 1.0])
 
 
-def near(problem, members, size=1e-3):
+def neighbours(problem, members, size=1e-3):
     """Starts around the problem's own."""
     off = np.random.default_rng(7).standard_normal((members, 2, *problem.q0.shape))
     return [
@@ -32,11 +32,11 @@ def near(problem, members, size=1e-3):
     ]
 
 
-def assert_same(one, other):
+def assert_same(left, right):
     for name in ("t", "q", "p"):
-        assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True)
-    assert one.counts == other.counts and one.status == other.status
-    assert np.array_equal(one.checkpoint.state, other.checkpoint.state)
+        assert np.array_equal(getattr(left, name), getattr(right, name), equal_nan=True)
+    assert left.counts == right.counts and left.status == right.status
+    assert np.array_equal(left.checkpoint.state, right.checkpoint.state)
 
 
 @pytest.mark.parametrize(
@@ -48,19 +48,21 @@ def assert_same(one, other):
     ],
 )
 def test_runs_are_those_of_one_by_one_to_the_bit(problem, step, threads, options):
-    starts = near(problem, 7, 1e-6)
+    starts = neighbours(problem, 7, 1e-6)
     many = galvi.integrate_many(iter(starts), EIGHT, step, threads=threads, **options)
     assert isinstance(many, tuple) and len(many) == 7
     for start, run in zip(starts, many, strict=True):
-        alone = galvi.integrate(start, EIGHT, step, **options)
-        assert run.problem is start and np.array_equal(run(3.21), alone(3.21))
-        assert_same(run, alone)
+        single = galvi.integrate(start, EIGHT, step, **options)
+        assert run.problem is start and np.array_equal(run(3.21), single(3.21))
+        assert_same(run, single)
 
 
 def test_the_comparison_to_the_bit_sees_one_bit():
-    one, other = (galvi.integrate(start, EIGHT, 0.1, 5) for start in near(KEPLER, 2, 1e-16))
+    first, second = (
+        galvi.integrate(start, EIGHT, 0.1, 5) for start in neighbours(KEPLER, 2, 1e-16)
+    )
     with pytest.raises(AssertionError):
-        assert_same(one, other)
+        assert_same(first, second)
 
 
 def test_no_problems_are_no_runs():
@@ -69,9 +71,9 @@ def test_no_problems_are_no_runs():
 
 def test_a_run_that_fails_is_a_value_and_the_others_go_on():
     pair = galvi.NBody([0.5, 0.5])
-    apart = galvi.Problem(pair, [[-0.5, 0.0], [0.5, 0.0]], [[0.0, -0.5], [0.0, 0.5]])
-    falling = apart.with_initial_state(apart.q0, np.zeros((2, 2)))
-    runs = galvi.integrate_many([apart, falling, apart], EIGHT, 0.1, 60, threads=2)
+    orbiting = galvi.Problem(pair, [[-0.5, 0.0], [0.5, 0.0]], [[0.0, -0.5], [0.0, 0.5]])
+    falling = orbiting.with_initial_state(orbiting.q0, np.zeros((2, 2)))
+    runs = galvi.integrate_many([orbiting, falling, orbiting], EIGHT, 0.1, 60, threads=2)
     assert [run.success for run in runs] == [True, False, True]
     assert "collide" in runs[1].status and np.isnan(runs[1].q[-1]).all()
     assert_same(runs[0], runs[2])
@@ -79,10 +81,10 @@ def test_a_run_that_fails_is_a_value_and_the_others_go_on():
 
 def test_another_start_keeps_all_else():
     problem = galvi.problems.outer_solar_system()
-    other = problem.with_initial_state(2.0 * problem.q0, problem.v0)
-    assert np.array_equal(other.q0, 2.0 * problem.q0) and other.system is problem.system
+    moved = problem.with_initial_state(2.0 * problem.q0, problem.v0)
+    assert np.array_equal(moved.q0, 2.0 * problem.q0) and moved.system is problem.system
     for name in ("t0", "name", "units", "parameters"):
-        assert getattr(other, name) == getattr(problem, name)
+        assert getattr(moved, name) == getattr(problem, name)
 
 
 # ---------------------------------------------------------------- threads
@@ -103,7 +105,7 @@ def test_plain_python_functions_are_never_called_by_two_threads():
         return buffer
 
     system = galvi.Canonical(1.0, lambda q: -1.0 / np.linalg.norm(q), gradient)
-    starts = near(galvi.Problem(system, KEPLER.q0, KEPLER.v0), 4)
+    starts = neighbours(galvi.Problem(system, KEPLER.q0, KEPLER.v0), 4)
     runs = galvi.integrate_many(starts, EIGHT, 0.4, 10, threads=4)
     assert callers == {threading.get_ident()}
     for start, run in zip(starts, runs, strict=True):
@@ -114,7 +116,7 @@ def test_plain_python_functions_are_never_called_by_two_threads():
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("threads", [1, 2])
 def test_ctrl_c_stops_all_and_each_can_be_resumed(threads):
-    starts = near(KEPLER, 4)
+    starts = neighbours(KEPLER, 4)
     galvi.integrate_many(starts, EIGHT, 0.4, 3, save_every=3, threads=threads)  # compiles
     pressed = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
     pressed.start()
@@ -137,14 +139,14 @@ def test_a_kernel_leaves_the_other_threads_alone():
 
 
 def test_short_runs_go_on_beside_a_long_one():
-    rest = threading.Semaphore(0)
+    finished = threading.Semaphore(0)
 
     def long(interrupted):
         for _ in range(500):
-            assert rest.acquire(timeout=60)
+            assert finished.acquire(timeout=60)
 
     def quick(interrupted):
-        rest.release()
+        finished.release()
 
     ensemble._all_of([long] + [quick] * 500, 2, None)
 
@@ -219,7 +221,7 @@ def test_memory_is_counted_for_each_problem_by_its_own_size(monkeypatch):
     large = galvi.Problem(galvi.NBody(np.full(100, 1e-3)), *places)
     monkeypatch.setattr(request, "free_memory", lambda: float(2**30))
     big, small = (
-        RunRequest.checked(one, EIGHT, 0.1, 10_000, curves=False) for one in (large, KEPLER)
+        RunRequest.checked(problem, EIGHT, 0.1, 10_000, curves=False) for problem in (large, KEPLER)
     )
     check_memory([big] + [small] * 999)
     with pytest.raises(ValueError, match=r"1000 runs of 10000 steps would keep 67\.1 GiB in all"):
@@ -241,9 +243,9 @@ def test_the_memory_counted_is_what_a_run_takes(curves, monkeypatch):
     monkeypatch.setattr(request, "ALWAYS_FREE", 0.0)
     monkeypatch.setattr(request, "free_memory", lambda: 1.1 * peak)
     check_memory([run])
-    for free, words in ((0.9 * peak, "^4000 steps would .* are free"), (2.0**20, "0.000977 GiB")):
+    for free, message in ((0.9 * peak, "^4000 steps would .* are free"), (2.0**20, "0.000977 GiB")):
         monkeypatch.setattr(request, "free_memory", lambda free=free: free)
-        with pytest.raises(ValueError, match=words):
+        with pytest.raises(ValueError, match=message):
             check_memory([run])
 
 

@@ -71,16 +71,16 @@ def test_the_estimate_is_the_energy_that_the_last_step_changes(solver: str) -> N
     v[1:, 1] = np.sqrt(0.8 / q[1:, 0])
     problem, coarse, step = galvi.Problem(galvi.NBody([1.0, 0.0, 0.0, 0.0]), q, v), method(1), 0.3
     before, run = (galvi.integrate(problem, coarse, step, n, solver=solver) for n in (6, 7))
-    there = problem.with_initial_state(before.q[-1], before.v[-1])
-    fine = galvi.integrate(there, coarse, step / 64, 64)
+    before_last = problem.with_initial_state(before.q[-1], before.v[-1])
+    fine = galvi.integrate(before_last, coarse, step / 64, 64)
 
     def energies(state: galvi.Trajectory) -> Any:
         q, v = (x[-1, 1:] - x[-1, 0] for x in (state.q, state.v))
         return 0.5 * np.sum(v * v, axis=1) - 1.0 / np.linalg.norm(q, axis=1)
 
     true = np.max(np.abs((energies(run) - energies(fine)) / (2.0 * energies(fine))))
-    said = re.search(r"energy of the massless body 2 by about (\S+) ", run.status)
-    assert said is not None and 0.3 * true < float(said[1]) < 10.0 * true
+    stated = re.search(r"energy of the massless body 2 by about (\S+) ", run.status)
+    assert stated is not None and 0.3 * true < float(stated[1]) < 10.0 * true
 
 
 def test_a_step_that_was_not_taken_is_not_judged() -> None:
@@ -120,9 +120,9 @@ def with_asteroids(count: int, mass: float = 0.0, seed: int = 1) -> galvi.Proble
     """The outer planets, and bodies between and beyond them on nearly circular orbits."""
     draw = np.random.default_rng(seed)
     masses, q0, v0 = PLANETS.system.masses, PLANETS.q0, PLANETS.v0
-    angle, far = draw.uniform(0.0, 2 * np.pi, count), draw.uniform(13.0, 17.0, count)
-    speed, tilt = np.sqrt(masses[0] / far), draw.normal(0.0, 0.1, count)
-    q = np.stack([far * np.cos(angle), far * np.sin(angle), tilt], axis=1)
+    angle, distances = draw.uniform(0.0, 2 * np.pi, count), draw.uniform(13.0, 17.0, count)
+    speed, tilt = np.sqrt(masses[0] / distances), draw.normal(0.0, 0.1, count)
+    q = np.stack([distances * np.cos(angle), distances * np.sin(angle), tilt], axis=1)
     v = np.stack([-speed * np.sin(angle), speed * np.cos(angle), 0.0 * angle], axis=1)
     return galvi.Problem(
         galvi.NBody(np.append(masses, np.full(count, mass)), PLANETS.system.G),
@@ -139,14 +139,14 @@ def permuted(problem: galvi.Problem, order: np.ndarray) -> galvi.Problem:
 def test_they_move_as_an_independent_code_says_and_do_not_pull():
     problem, planets = with_asteroids(12), PLANETS.q0.shape[0]
     run = galvi.integrate(problem, EIGHT, STEP, 100)
-    alone = galvi.integrate(PLANETS, EIGHT, STEP, 100)
-    other = IAS15.run(problem, 100 * STEP, {"samples": 1})
-    assert np.max(np.abs(run.q[-1] - other.q[-1])) < 1e-11
-    assert np.max(np.abs(run.v[-1] - other.v[-1])) < 1e-13
-    assert np.max(np.abs(run.q[:, :planets] - alone.q)) < 1e-12
+    planets_only = galvi.integrate(PLANETS, EIGHT, STEP, 100)
+    by_ias15 = IAS15.run(problem, 100 * STEP, {"samples": 1})
+    assert np.max(np.abs(run.q[-1] - by_ias15.q[-1])) < 1e-11
+    assert np.max(np.abs(run.v[-1] - by_ias15.v[-1])) < 1e-13
+    assert np.max(np.abs(run.q[:, :planets] - planets_only.q)) < 1e-12
     assert not np.any(run.p[:, planets:]) and np.all(np.isfinite(galvi.energy(run)))
     pulling = galvi.integrate(with_asteroids(12, 1e-12), EIGHT, STEP, 100)  # planted
-    assert np.max(np.abs(pulling.q[:, :planets] - alone.q)) > 1e-8
+    assert np.max(np.abs(pulling.q[:, :planets] - planets_only.q)) > 1e-8
 
 
 @settings(max_examples=15)
@@ -157,9 +157,9 @@ def test_their_place_among_the_bodies_does_not_matter(seed, count, plane):
         problem = galvi.Problem(problem.system, problem.q0[:, :2], problem.v0[:, :2])
     order = np.random.default_rng(seed).permutation(problem.q0.shape[0])
     run = galvi.integrate(problem, EIGHT, STEP, 10)
-    other = galvi.integrate(permuted(problem, order), EIGHT, STEP, 10)
-    assert np.max(np.abs(run.q[:, order] - other.q)) < 1e-12
-    assert np.max(np.abs(run.v[:, order] - other.v)) < 1e-14
+    reordered = galvi.integrate(permuted(problem, order), EIGHT, STEP, 10)
+    assert np.max(np.abs(run.q[:, order] - reordered.q)) < 1e-12
+    assert np.max(np.abs(run.v[:, order] - reordered.v)) < 1e-14
 
 
 def test_each_costs_as_much_as_there_are_bodies_that_pull():
@@ -173,14 +173,14 @@ def test_each_costs_as_much_as_there_are_bodies_that_pull():
 
 def test_a_run_is_saved_and_resumed_with_their_velocities(tmp_path: Path) -> None:
     problem = with_asteroids(3)
-    whole, half = (galvi.integrate(problem, EIGHT, STEP, steps) for steps in (30, 20))
+    uncut, half = (galvi.integrate(problem, EIGHT, STEP, steps) for steps in (30, 20))
     galvi.save(half, tmp_path / "run.npz")
     loaded = galvi.load(tmp_path / "run.npz")
-    rest = galvi.resume(loaded, 10)
-    assert np.array_equal(loaded.v, half.v) and np.array_equal(rest.v, whole.v[20:])
-    assert np.allclose(whole.velocity(whole.t[5]), whole.v[5], rtol=0, atol=1e-12)
+    resumed = galvi.resume(loaded, 10)
+    assert np.array_equal(loaded.v, half.v) and np.array_equal(resumed.v, uncut.v[20:])
+    assert np.allclose(uncut.velocity(uncut.t[5]), uncut.v[5], rtol=0, atol=1e-12)
     assert galvi.round_trip_error(problem, EIGHT, STEP, 10) < 1e-12
-    assert np.all(galvi.orbital_elements(whole).semi_major_axis > 0.0)
+    assert np.all(galvi.orbital_elements(uncut).semi_major_axis > 0.0)
 
 
 def test_a_passage_too_fast_for_the_step_is_named_and_two_massless_bodies_do_not_meet():
@@ -199,9 +199,9 @@ def test_a_belt_of_massless_bodies_stays_a_belt() -> None:
     problem = galvi.problems.outer_solar_system(particles=30)
     run = galvi.integrate(problem, EIGHT, 487.0, 375, save_every=25)  # five hundred years
     assert run.status == "Completed." and problem.parameters["bodies"][-1] == "particle 30"
-    far = np.linalg.norm(run.q[:, 6:], axis=2)
-    assert far.min() > 40.0 and far.max() < 51.0
+    distances = np.linalg.norm(run.q[:, 6:], axis=2)
+    assert distances.min() > 40.0 and distances.max() < 51.0
     spin = np.cross(run.q[:, 6:], run.v[:, 6:])
-    whole = galvi.momentum_map(run)[0]
-    cosine = spin @ whole / np.linalg.norm(spin, axis=2) / np.linalg.norm(whole)
+    total = galvi.momentum_map(run)[0]
+    cosine = spin @ total / np.linalg.norm(spin, axis=2) / np.linalg.norm(total)
     assert cosine[0].min() > 1.0 - 1e-12 and cosine.min() > 0.9995

@@ -61,5 +61,5 @@ def test_a_method_a_rule_and_a_problem_are_shown_in_one_short_line():
 
 
 def test_methods_are_values():
-    one, two = (galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4)) for _ in range(2))
-    assert one == two and hash(one) == hash(two) and one.table is two.table
+    first, second = (galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4)) for _ in range(2))
+    assert first == second and hash(first) == hash(second) and first.table is second.table

@@ -41,13 +41,13 @@ def largest_jump(q, p):
 
 
 @pytest.mark.slow(beside="test_members_of_an_ensemble_keep_it")
-@given(degree=st.integers(2, 32), step=st.floats(0.05, 2.0), more=st.booleans())
-@example(degree=22, step=1.1, more=False)  # each of these lost 1e-9 to 1e-7 in a step
-@example(degree=24, step=1.9, more=False)
-@example(degree=26, step=1.86, more=True)
+@given(degree=st.integers(2, 32), step=st.floats(0.05, 2.0), overdetermined=st.booleans())
+@example(degree=22, step=1.1, overdetermined=False)  # each of these lost 1e-9 to 1e-7 in a step
+@example(degree=24, step=1.9, overdetermined=False)
+@example(degree=26, step=1.86, overdetermined=True)
 @settings(max_examples=30)
-def test_a_step_of_a_third_of_a_revolution_keeps_the_angular_momentum(degree, step, more):
-    curve = method(degree, 2 * degree if more else None)
+def test_a_step_of_a_third_of_a_revolution_keeps_the_angular_momentum(degree, step, overdetermined):
+    curve = method(degree, 2 * degree if overdetermined else None)
     several = (ORBIT, PAIR, LAGRANGIAN) if step < LONGEST else (ORBIT, PAIR)
     runs = [galvi.integrate(problem, curve, step, STEPS) for problem in several]
     newton = galvi.integrate(ORBIT, curve, step, STEPS, solver="newton")
@@ -101,12 +101,12 @@ def test_a_low_part_of_the_extrapolation_is_caught(monkeypatch, problem):
         return moves, columns, c
 
     def faulty_on_space(table, form):
-        made, P = sound(table, form), 24
-        tables = made.tables.copy()
+        arrays, P = original(table, form), 24
+        tables = arrays.tables.copy()
         tables[P : P + 22] = extrapolated(table, tables[P : P + 22])[-1]
-        return made._replace(tables=tables)
+        return arrays._replace(tables=tables)
 
-    sound = nystrom_stepper.nystrom_tables
+    original = nystrom_stepper.nystrom_tables
     monkeypatch.setattr(nystrom_stepper, "_nystrom_parts", faulty)
     monkeypatch.setattr(nystrom_stepper, "nystrom_tables", faulty_on_space)
     run = galvi.integrate(problem, method(22), 1.1000001, STEPS)  # a step whose tables are not kept

@@ -90,7 +90,7 @@ def test_rebound_finds_the_same_elements():
     np.testing.assert_allclose(got.semi_major_axis[0], column("a"), rtol=1e-13)
     np.testing.assert_allclose(got.eccentricity[0], column("e"), atol=1e-13)
     np.testing.assert_allclose(got.inclination[0], column("inc"), atol=1e-13)
-    for mine, name in (
+    for elements, name in (
         (got.node, "Omega"),
         (got.pericentre, "omega"),
         (got.mean_anomaly, "M"),
@@ -99,8 +99,8 @@ def test_rebound_finds_the_same_elements():
     ):
         # 4e-14, but 3.5e-11 where REBOUND takes an inverse cosine near 1: the Earth's node, tiny
         # to the equator, which has an error of 1e-16 here by 40-digit arithmetic
-        assert np.all(difference(mine[0], column(name)) < 1e-10), name
-        assert np.all(np.delete(difference(mine[0], column(name)), 2) < 1e-12), name
+        assert np.all(difference(elements[0], column(name)) < 1e-10), name
+        assert np.all(np.delete(difference(elements[0], column(name)), 2) < 1e-12), name
 
 
 def test_a_hyperbola_has_a_negative_axis_and_an_even_mean_anomaly():
@@ -175,14 +175,14 @@ def test_applegate_is_in_years_of_365_days():
 
 
 def test_the_inner_planets_go_into_the_sun_with_all_their_momentum():
-    whole, outer = galvi.problems.solar_system(), galvi.problems.outer_solar_system()
-    masses, merged = whole.system.masses, outer.system.masses
+    full, outer = galvi.problems.solar_system(), galvi.problems.outer_solar_system()
+    masses, merged = full.system.masses, outer.system.masses
     assert outer.q0.shape == (6, 3) and outer.parameters["bodies"][1:] == (
         *("Jupiter", "Saturn", "Uranus", "Neptune", "Pluto"),
     )
     assert merged[0] == math.fsum(masses[:5]) and np.array_equal(merged[1:], masses[5:])
-    assert np.array_equal(outer.q0[1:], whole.q0[5:]) and np.array_equal(outer.v0[1:], whole.v0[5:])
-    moment = whole.system.masses @ whole.q0
+    assert np.array_equal(outer.q0[1:], full.q0[5:]) and np.array_equal(outer.v0[1:], full.v0[5:])
+    moment = full.system.masses @ full.q0
     np.testing.assert_allclose(merged @ outer.q0, moment, rtol=0, atol=1e-20)
-    np.testing.assert_allclose(outer.p0.sum(axis=0), whole.p0.sum(axis=0), rtol=0, atol=1e-22)
-    assert np.linalg.norm(outer.q0[0] - whole.q0[0]) < 1e-5  # au; 3e-6
+    np.testing.assert_allclose(outer.p0.sum(axis=0), full.p0.sum(axis=0), rtol=0, atol=1e-22)
+    assert np.linalg.norm(outer.q0[0] - full.q0[0]) < 1e-5  # au; 3e-6

@@ -75,8 +75,8 @@ def test_the_orders_are_as_stated_no_less_and_no_more(
     space, rule, span, at_steps, on_curve, limit, truth
 ):
     method = galvi.Galerkin(space, rule)
-    said = method.theory()
-    assert (said.order, said.curve_order, said.limited_by) == (at_steps, on_curve, limit)
+    theory = method.theory()
+    assert (theory.order, theory.curve_order, theory.limited_by) == (at_steps, on_curve, limit)
     assert method.order == at_steps
     measured = slopes(method, span, truth)
     assert np.max(np.abs(measured - [at_steps, on_curve])) < 0.4, measured
@@ -87,8 +87,8 @@ def test_the_orders_are_as_stated_no_less_and_no_more(
     [(P(3), galvi.gauss(2)), (galvi.PiecewisePolynomials(1, 2), galvi.gauss(5))],
 )
 def test_a_refused_pair_has_order_0(space, rule):
-    said = galvi.theory(space, rule)
-    assert (said.order, said.curve_order, said.limited_by) == (0, 0, "")
+    theory = galvi.theory(space, rule)
+    assert (theory.order, theory.curve_order, theory.limited_by) == (0, 0, "")
 
 
 @pytest.mark.parametrize(

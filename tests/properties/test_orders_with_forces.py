@@ -36,9 +36,9 @@ def end(bodies: list[int], forces: Any, stages: int, step: float, **options: Any
     return run.q[-1]
 
 
-@pytest.mark.parametrize("place", PLACES)
-def test_a_force_of_position_keeps_the_order(place: str) -> None:
-    bodies, options, steps, stages = PLACES[place]
+@pytest.mark.parametrize("engine_case", PLACES)
+def test_a_force_of_position_keeps_the_order(engine_case: str) -> None:
+    bodies, options, steps, stages = PLACES[engine_case]
     truth, unforced = (end(bodies, force, 16, 0.005) for force in (J2_OF_THE_PLANET, ()))
     errors = [
         np.abs(end(bodies, J2_OF_THE_PLANET, stages, step, **options) - truth).max()

@@ -74,9 +74,11 @@ SENTENCES = {
 def test_the_sentence_of_an_outcome(outcome):
     assert str(outcome) == SENTENCES[outcome]
     assert Outcome.from_json(outcome.to_json()) == outcome
-    done = outcome.end in (End.COMPLETED, End.DOUBTFUL, End.STOPPED_BY_EVENT)
-    assert outcome.success == done and outcome.failed_step == (None if done else outcome.step)
-    assert outcome.in_doubt == (done and "but" in SENTENCES[outcome])
+    successful = outcome.end in (End.COMPLETED, End.DOUBTFUL, End.STOPPED_BY_EVENT)
+    assert outcome.success == successful and outcome.failed_step == (
+        None if successful else outcome.step
+    )
+    assert outcome.in_doubt == (successful and "but" in SENTENCES[outcome])
 
 
 def interrupted():
@@ -131,8 +133,8 @@ def test_runs_end_in_every_way_and_carry_it_along(tmp_path, end):
     copies = [restored, replace(run), replace(run, t=run.t), copy.deepcopy(run.ending)]
     if end is not End.INTERRUPTED:  # whose functions cannot be pickled
         copies.append(pickle.loads(pickle.dumps(run)))
-    for one in copies:
-        assert one.outcome == outcome and one.outcome.end is end
+    for restored_run in copies:
+        assert restored_run.outcome == outcome and restored_run.outcome.end is end
 
 
 def test_two_outcomes_that_differ_in_a_field_are_told_apart():
@@ -180,7 +182,7 @@ def test_a_method_of_somebody_else_says_why_it_failed():
     assert failed.outcome == Outcome(End.STEP_FAILED, 3, sentence="It broke.")
     assert (failed.success, failed.status, failed.failed_step) == (False, "It broke.", 3)
     assert replace(failed, counts={}).outcome == failed.outcome
-    sound = galvi.Trajectory(KEPLER, run.t, run.q, run.p)
-    assert sound.outcome == Outcome() and sound.checkpoint is None
+    bare = galvi.Trajectory(KEPLER, run.t, run.q, run.p)
+    assert bare.outcome == Outcome() and bare.checkpoint is None
     late = replace(run, success=False, status="Tired.")
     assert not late.success and late.status == "Tired." and late.checkpoint is run.checkpoint

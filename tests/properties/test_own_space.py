@@ -34,16 +34,20 @@ def test_a_space_of_your_own_takes_no_more_lines_than_the_page_says():
 @pytest.mark.parametrize("which", ["of the page", "Bernstein"])
 def test_a_users_space_gives_the_curves_and_the_table_of_polynomials(splines, which):
     space = Bernstein() if which == "Bernstein" else splines(3, 1)
-    methods = [galvi.Galerkin(one, galvi.gauss(4)) for one in (space, CUBIC)]
+    methods = [galvi.Galerkin(basis, galvi.gauss(4)) for basis in (space, CUBIC)]
     assert np.max(np.abs(methods[0].table.A - methods[1].table.A)) < 1e-15  # 3e-17
     assert methods[0].symmetric
     t = np.linspace(0.0, 2.0, 77)
     for problem in (galvi.problems.kepler(eccentricity=0.3), galvi.problems.free_rigid_body()):
-        mine, ours = (galvi.integrate(problem, method, 0.1, 20) for method in methods)
-        assert np.max(np.abs(mine(t) - ours(t))) < 1e-13  # 1e-16
-        assert np.max(np.abs(mine.velocity(t) - ours.velocity(t))) < 1e-13  # 7e-16
+        by_user_space, by_polynomials = (
+            galvi.integrate(problem, method, 0.1, 20) for method in methods
+        )
+        assert np.max(np.abs(by_user_space(t) - by_polynomials(t))) < 1e-13  # 1e-16
+        assert (
+            np.max(np.abs(by_user_space.velocity(t) - by_polynomials.velocity(t))) < 1e-13
+        )  # 7e-16
         with pytest.raises(ValueError, match="can be saved when its space, chart and clock are ga"):
-            galvi.save(mine, "never.npz")
+            galvi.save(by_user_space, "never.npz")
 
 
 @pytest.mark.parametrize(

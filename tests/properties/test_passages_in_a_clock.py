@@ -47,9 +47,9 @@ def test_a_run_that_is_wrong_after_a_passage_says_so(number: int) -> None:
     for step in (0.6, 0.4, 0.3, 0.2, 0.1, 0.05):
         run = galvi.integrate(problem, EIGHT, step, duration=DURATION)
         error = float(np.max(np.abs(run.q[-1] - truth)))
-        said = not run.success or run.status.startswith("Completed, but")
-        assert said or error < 1e-3, (step, error)
-        assert step > 0.1 or (not said and error < 1e-4), (step, error, run.status)
+        warned = not run.success or run.status.startswith("Completed, but")
+        assert warned or error < 1e-3, (step, error)
+        assert step > 0.1 or (not warned and error < 1e-4), (step, error, run.status)
 
 
 SEVEN = (  # two planets of 1e-5 that pass at 2e-3, with a step of 0.3 a quarter of the orbit wrong
@@ -60,19 +60,19 @@ CLOSE, EIGHT = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), *SEVEN), method(8, 
 
 
 @pytest.fixture(scope="module")
-def whole() -> galvi.Trajectory:
+def uncut() -> galvi.Trajectory:
     return galvi.integrate(CLOSE, EIGHT, 0.3, duration=DURATION)
 
 
 def test_the_bodies_the_distance_and_the_error_are_named(
-    whole: galvi.Trajectory, monkeypatch: pytest.MonkeyPatch
+    uncut: galvi.Trajectory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert "bodies 1 and 2 passed at a distance of about 2.1e-03 near t = 2.9" in whole.status
-    assert "error of about 3e-03 in their relative velocity" in whole.status
+    assert "bodies 1 and 2 passed at a distance of about 2.1e-03 near t = 2.9" in uncut.status
+    assert "error of about 3e-03 in their relative velocity" in uncut.status
     half = galvi.integrate(CLOSE, EIGHT, 0.3, duration=2.5)
-    assert galvi.resume(half, until=DURATION).status == whole.status  # what was seen is kept
+    assert galvi.resume(half, until=DURATION).status == uncut.status  # what was seen is kept
     # the planted fault: only steps that hold the closest approach are looked at
-    monkeypatch.setattr(stepper, "compiled_note_states", lambda: lambda *given: None)
+    monkeypatch.setattr(stepper, "compiled_note_states", lambda: lambda *arguments: None)
     assert galvi.integrate(CLOSE, EIGHT, 0.3, duration=DURATION).status == "Completed."
 
 
@@ -97,7 +97,7 @@ def test_a_run_that_resolves_its_passages_says_nothing(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("time", "more"),
+    ("time", "options"),
     [
         (3.2, {"action": lambda q, v, t: (q, v)}),
         (5.5, {"action": lambda q, v, t: (q, v)}),
@@ -106,28 +106,28 @@ def test_a_run_that_resolves_its_passages_says_nothing(name: str) -> None:
     ],
     ids=["an action", "a late action", "an end", "watched"],
 )
-def test_a_passage_is_named_in_a_run_with_events_too(time: float, more: Any) -> None:
-    event = galvi.Event(lambda q, v, t: t - time, **more)
+def test_a_passage_is_named_in_a_run_with_events_too(time: float, options: Any) -> None:
+    event = galvi.Event(lambda q, v, t: t - time, **options)
     run = galvi.integrate(CLOSE, EIGHT, 0.3, duration=DURATION, events=[event])
     assert run.success and "bodies 1 and 2 passed at a distance of about 2.1e-03" in run.status
 
 
-def test_a_passage_in_the_last_shortened_step_is_named(whole: galvi.Trajectory) -> None:
-    step = int(np.argmin(np.abs(whole.t - whole.checkpoint.passage[4])))  # ends at the passage
-    end = whole.t[step] - 0.02 * (whole.t[step] - whole.t[step - 1])
+def test_a_passage_in_the_last_shortened_step_is_named(uncut: galvi.Trajectory) -> None:
+    step = int(np.argmin(np.abs(uncut.t - uncut.checkpoint.passage[4])))  # ends at the passage
+    end = uncut.t[step] - 0.02 * (uncut.t[step] - uncut.t[step - 1])
     short = galvi.integrate(CLOSE, EIGHT, 0.3, duration=end)
     assert len(short.t) == step + 1 and "passed at a distance of about" in short.status
 
 
 @pytest.mark.parametrize("step", [0.3, -0.3])
 def test_a_passage_at_the_start_is_the_same_in_transformed_time(
-    step: float, whole: galvi.Trajectory
+    step: float, uncut: galvi.Trajectory
 ) -> None:
     """Whose state has momenta, where that of lanes has velocities."""
-    near = int(np.argmin(np.abs(whole.t - whole.checkpoint.passage[4])))
-    here = CLOSE.moved(whole.q[near], whole.v[near], float(whole.t[near]))
+    step_index = int(np.argmin(np.abs(uncut.t - uncut.checkpoint.passage[4])))
+    at_passage = CLOSE.moved(uncut.q[step_index], uncut.v[step_index], float(uncut.t[step_index]))
     lanes, newton = (
-        galvi.integrate(here, EIGHT, step, 1, solver=solver).checkpoint.passage
+        galvi.integrate(at_passage, EIGHT, step, 1, solver=solver).checkpoint.passage
         for solver in ("auto", "newton")
     )
     assert lanes[0] > 0.0 and np.allclose(lanes, newton, rtol=1e-6)
@@ -149,12 +149,12 @@ def test_steps_that_are_too_long_for_a_massless_body_are_said(s: int, step: floa
     circle = galvi.Problem(galvi.NBody([1.0, 0.0]), [[0, 0], [1, 0]], [[0, 0], [0, 1]])
     run = galvi.integrate(circle, method(s, DYNAMICAL), step, duration=60.0)
     off = float(np.max(np.abs(run.q[-1, 1] - [np.cos(60.0), np.sin(60.0)])))
-    said = "a step changes the energy of the massless body 1" in run.status
-    assert said == (off > 1e-3) and (said or off < 1e-12)
+    warned = "a step changes the energy of the massless body 1" in run.status
+    assert warned == (off > 1e-3) and (warned or off < 1e-12)
 
 
 def test_that_is_seen_at_several_states() -> None:
     """From the pericentre: at the end of a run steps may be short enough."""
-    far = galvi.Problem(galvi.NBody([1.0, 0.0]), [[0, 0], [1, 0]], [[0, 0], [0, 1.9**0.5]])
-    run = galvi.integrate(far, method(1, DYNAMICAL), 0.2, 25)
+    eccentric = galvi.Problem(galvi.NBody([1.0, 0.0]), [[0, 0], [1, 0]], [[0, 0], [0, 1.9**0.5]])
+    run = galvi.integrate(eccentric, method(1, DYNAMICAL), 0.2, 25)
     assert "massless body 1" in run.status

@@ -124,10 +124,10 @@ def test_no_wrong_passage_of_jupiter_is_silent(seed: int, step: float) -> None:
     """Slow passages, in which the bodies' paths are bent and a few times as wrong as estimated; a
     moon's orbit; and passages beside steps that were done in parts."""
     run = galvi.integrate(past_jupiter(seed), FRAME, step, duration=8000.0)
-    said = not run.success or "bodies 1 and 2 passed at a distance" in run.status
-    assert said or error(run) < NAMED, run.status
+    warned = not run.success or "bodies 1 and 2 passed at a distance" in run.status
+    assert warned or error(run) < NAMED, run.status
     if seed in (6, 27):
-        assert said
+        assert warned
 
 
 def test_a_moon_that_the_hierarchy_has_is_no_passage() -> None:
@@ -178,20 +178,20 @@ def test_a_passage_is_done_in_the_inertial_frame_and_counted() -> None:
 
 def test_such_a_run_can_be_saved_continued_and_thinned_to_the_bit(tmp_path: Path) -> None:
     h = 0.4
-    whole = galvi.integrate(CROSSING, FRAME, h, 90)
-    moved = np.flatnonzero(np.isnan(whole.curves.coefficients[:, -1, -1]))
+    uncut = galvi.integrate(CROSSING, FRAME, h, 90)
+    moved = np.flatnonzero(np.isnan(uncut.curves.coefficients[:, -1, -1]))
     times = np.sort(np.append(np.linspace(0.0, 90 * h, 173), moved * h + 0.3 * h))
     for cut in (int(moved[0]), int(moved[0]) + 1, 31):
         galvi.save(galvi.integrate(CROSSING, FRAME, h, cut), tmp_path / "run.npz")
-        rest = galvi.resume(galvi.load(tmp_path / "run.npz"), 90 - cut)
-        assert np.array_equal(rest.q, whole.q[cut:]) and np.array_equal(rest.p, whole.p[cut:])
+        resumed = galvi.resume(galvi.load(tmp_path / "run.npz"), 90 - cut)
+        assert np.array_equal(resumed.q, uncut.q[cut:]) and np.array_equal(resumed.p, uncut.p[cut:])
     thin = galvi.integrate(CROSSING, FRAME, h, 90, save_every=7)
-    assert np.array_equal(thin.q[:-1], whole.q[::7]) and thin.counts == whole.counts
-    galvi.save(whole, tmp_path / "whole.npz")
+    assert np.array_equal(thin.q[:-1], uncut.q[::7]) and thin.counts == uncut.counts
+    galvi.save(uncut, tmp_path / "whole.npz")
     loaded = galvi.load(tmp_path / "whole.npz")
     for run in (thin, loaded):
-        assert np.array_equal(run(times), whole(times))
-        assert np.array_equal(run.velocity(times), whole.velocity(times))
+        assert np.array_equal(run(times), uncut(times))
+        assert np.array_equal(run.velocity(times), uncut.velocity(times))
 
 
 def test_curves_follow_the_motion_through_the_inertial_frame() -> None:

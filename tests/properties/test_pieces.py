@@ -34,26 +34,26 @@ def test_one_piece_is_the_space_of_polynomials():
         (galvi.PiecewisePolynomials(1, 1), galvi.Polynomials(1)),
         (galvi.PiecewisePolynomials(5, 1), galvi.Polynomials(5)),
     ):
-        one, other = (galvi.Galerkin(s, rule).table for s in (space, polynomials))
+        of_pieces, of_polynomials = (galvi.Galerkin(s, rule).table for s in (space, polynomials))
         for field in ("A", "beta", "integral"):
-            assert np.array_equal(getattr(one, field), getattr(other, field))
+            assert np.array_equal(getattr(of_pieces, field), getattr(of_polynomials, field))
 
 
 @pytest.mark.parametrize("pieces", [2, 3, 7])
 def test_what_is_joined_does_not_jump(pieces):
     joints = np.arange(1, pieces) / pieces
-    near = 1e-9
+    offset = 1e-9
     linear, cubic = galvi.PiecewisePolynomials(1, pieces), galvi.PiecewiseHermite(pieces)
     for space in (linear, cubic):
-        assert np.allclose(space.basis(joints - near), space.basis(joints + near), atol=1e-8)
-    assert np.allclose(cubic.derivative(joints - near), cubic.derivative(joints), atol=1e-7)
-    jump = np.max(np.abs(linear.derivative(joints - near) - linear.derivative(joints)))
+        assert np.allclose(space.basis(joints - offset), space.basis(joints + offset), atol=1e-8)
+    assert np.allclose(cubic.derivative(joints - offset), cubic.derivative(joints), atol=1e-7)
+    jump = np.max(np.abs(linear.derivative(joints - offset) - linear.derivative(joints)))
     assert jump == 1.0
-    assert np.array_equal(linear.derivative(joints), linear.derivative(joints + near))
+    assert np.array_equal(linear.derivative(joints), linear.derivative(joints + offset))
 
 
 def test_hermite_cubics_have_all_values_and_slopes_at_the_joints():
     space = galvi.PiecewiseHermite(4)
     joints = np.linspace(0.0, 1.0, 5)
-    given = np.vstack([space.basis(joints), space.derivative(joints)])
-    assert np.linalg.matrix_rank(given) == space.dimension == 10
+    conditions = np.vstack([space.basis(joints), space.derivative(joints)])
+    assert np.linalg.matrix_rank(conditions) == space.dimension == 10

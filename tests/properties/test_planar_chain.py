@@ -35,12 +35,12 @@ Q, V = np.array([0.4, -1.9, 2.7]), np.array([1.1, -0.3, 0.8])
 @pytest.mark.slow_cases("points")
 @pytest.mark.parametrize("rods", [False, True], ids=["points", "rods"])
 def test_its_slopes_and_its_value_are_those_that_sympy_derives_from_places(rods):
-    own = galvi.Lagrangian(galvi.PlanarChain(MASSES, LENGTHS, 9.5, rods), galvi.Rn(3))
+    written = galvi.Lagrangian(galvi.PlanarChain(MASSES, LENGTHS, 9.5, rods), galvi.Rn(3))
     derived = positions_lagrangian(MASSES, LENGTHS, 9.5, rods)
-    a, b = own.function, derived.function
+    a, b = written.function, derived.function
     assert a(Q, V) == pytest.approx(b(Q, V), rel=1e-14)
     np.testing.assert_allclose(a.slopes(Q, V), b.slopes(Q, V), rtol=0, atol=1e-13)  # 4e-15
-    runs = [galvi.integrate(galvi.Problem(s, Q, V), EIGHT, 0.05, 10) for s in (own, derived)]
+    runs = [galvi.integrate(galvi.Problem(s, Q, V), EIGHT, 0.05, 10) for s in (written, derived)]
     np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-13)  # 9e-16
     np.testing.assert_allclose(runs[0].p, runs[1].p, rtol=0, atol=1e-13)  # 3e-15
 

@@ -65,12 +65,12 @@ def test_a_passage_is_looked_at_from_where_a_parabola_is_passed_too_fast_for_the
 def test_bodies_that_pass_are_not_said_to_collide():
     """Into the pass, and from it; where a smaller step would help, it is what is said."""
 
-    def status(rest, anomaly, h, forces=()):
-        r = rest + 2.0 * (1.0 - rest) * np.sin(0.5 * anomaly) ** 2
-        b = np.sqrt(rest * (2.0 - rest))
-        place = np.array([rest - 2.0 * np.sin(0.5 * anomaly) ** 2, b * np.sin(anomaly)])
+    def status(pericentre, anomaly, h, forces=()):
+        r = pericentre + 2.0 * (1.0 - pericentre) * np.sin(0.5 * anomaly) ** 2
+        b = np.sqrt(pericentre * (2.0 - pericentre))
+        position = np.array([pericentre - 2.0 * np.sin(0.5 * anomaly) ** 2, b * np.sin(anomaly)])
         speed = np.array([-np.sin(anomaly), b * np.cos(anomaly)]) / r
-        q, v = np.array([[0.0, 0.0], place]), np.array([[0.0, 0.0], speed])
+        q, v = np.array([[0.0, 0.0], position]), np.array([[0.0, 0.0], speed])
         problem = galvi.Problem(galvi.NBody([1.0, 1e-3], forces=forces), q, v)
         run = galvi.integrate(problem, EIGHT, h, int(4.0 / h))
         assert not run.success or run.status.startswith("Completed, but"), run.status

@@ -44,9 +44,9 @@ def test_derivatives_are_those_of_the_value(potential: Any, q: list[float]) -> N
 
 @pytest.mark.parametrize("size", [1e-95, 1e-60, 1e60, 1e95])
 def test_a_central_force_is_exact_far_away_and_near(size: float) -> None:
-    found = galvi.CentralForce(2.0).hessian(np.array([1.0, 2.0, 3.0]) * size)
+    hessian = galvi.CentralForce(2.0).hessian(np.array([1.0, 2.0, 3.0]) * size)
     exact = 2.0 / 14.0**1.5 * (np.eye(3) - 3.0 * np.outer([1, 2, 3], [1, 2, 3]) / 14.0)
-    np.testing.assert_allclose(found * size * size * size, exact, rtol=1e-14)
+    np.testing.assert_allclose(hessian * size * size * size, exact, rtol=1e-14)
 
 
 def test_integers_and_other_precisions_are_taken_as_float64() -> None:
@@ -68,7 +68,7 @@ class Named(galvi.CentralForce):
 
 
 def test_a_class_with_more_fields_is_the_same_potential() -> None:
-    one, other = (
+    original, of_subclass = (
         galvi.integrate(
             galvi.Problem(galvi.Canonical(1.0, V), [1.0, 0.0], [0.0, 1.1]),
             galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)),
@@ -77,7 +77,7 @@ def test_a_class_with_more_fields_is_the_same_potential() -> None:
         )
         for V in (galvi.CentralForce(1.0), pickle.loads(pickle.dumps(Named(1.0))))
     )
-    assert np.array_equal(one.q, other.q)
+    assert np.array_equal(original.q, of_subclass.q)
 
 
 class Own(galvi.CentralForce):

@@ -44,9 +44,9 @@ def test_the_force_is_minus_the_slope_of_the_potential_and_its_slope_is_the_jaco
     slope = by_differences(potential, q0.ravel())
     force = system.momentum(system.acceleration(q0, 0.0))
     assert np.allclose(force.ravel(), -slope, rtol=1e-5, atol=1e-6 * np.abs(force).max())
-    found = system.acceleration_jacobian(q0, 0.0)
+    jacobian = system.acceleration_jacobian(q0, 0.0)
     exact = by_differences(acceleration, q0.ravel())
-    assert np.allclose(found, exact, rtol=1e-6, atol=1e-8 * np.abs(found).max())
+    assert np.allclose(jacobian, exact, rtol=1e-6, atol=1e-8 * np.abs(jacobian).max())
 
 
 def test_the_driven_oscillator_moves_as_its_equation_at_its_own_time():
@@ -87,13 +87,13 @@ def test_newton_has_the_jacobian_of_a_few_bodies_and_of_many_their_own_blocks(bo
     system, q = galvi.NBody(rng.uniform(0.5, 2, bodies)), rng.normal(size=(bodies, dimension))
     field = system.force_kernel(dimension)
     assert field.width == (q.size if bodies == 3 else dimension)
-    found = np.empty((q.size, field.width, 1))
-    field.slope(q.reshape(-1, 1).copy(), np.zeros(1), field.constants, found)
+    blocks = np.empty((q.size, field.width, 1))
+    field.slope(q.reshape(-1, 1).copy(), np.zeros(1), field.constants, blocks)
     full = system.acceleration_jacobian(q, 0.0)
     for i in range(0, q.size, field.width):
-        own = slice(i, i + field.width)
-        close = 1e-15 * np.abs(full[own, own]).max()
-        assert np.allclose(found[own, :, 0], full[own, own], rtol=1e-13, atol=close)
+        block = slice(i, i + field.width)
+        close = 1e-15 * np.abs(full[block, block]).max()
+        assert np.allclose(blocks[block, :, 0], full[block, block], rtol=1e-13, atol=close)
 
 
 def test_a_missing_gradient_and_hessian_are_differenced():

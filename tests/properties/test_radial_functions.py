@@ -40,8 +40,8 @@ def test_the_functions_of_the_angle_are_exact_to_a_few_units(chart, size):
         rotation, turn, inverse = exact_radial(chart, exact)
         first, second = (slope_of_radial(chart, exact, times) for times in (1, 2))
     value, slope, bend = dispatch.tangent_radial(chart.number, u)
-    near = size > 5.0 and chart == EXPONENTIAL
-    for mine, expected, close in (
+    cancelling = size > 5.0 and chart == EXPONENTIAL
+    for computed, expected, close in (
         (
             dispatch.rotation_radial(chart.number, u),
             rotation,
@@ -51,13 +51,13 @@ def test_the_functions_of_the_angle_are_exact_to_a_few_units(chart, size):
         (
             dispatch.inverse_radial(chart.number, u),
             inverse,
-            1e-13 if near else 4e-15,
+            1e-13 if cancelling else 4e-15,
         ),  # 4e-14, 1e-15 of 1 - u d
         (slope, first, 2e-15),  # 6e-16
         (bend, second, 1e-14),  # 4e-15
     ):
         numbers = np.array(expected, dtype=float)
-        assert np.allclose(mine, numbers, rtol=0.0, atol=close * np.max(np.abs(numbers)))
+        assert np.allclose(computed, numbers, rtol=0.0, atol=close * np.max(np.abs(numbers)))
 
 
 @each_size
@@ -71,25 +71,25 @@ def test_quaternions_and_plane_angles_are_those_of_the_angle(chart, size):
     along, less = dispatch.half_turn(number, float(size) ** 2)
     assert along * size == pytest.approx(float(half[1]), rel=1e-15, abs=1e-15)
     assert less == pytest.approx(float(half[0] - 1), rel=1e-14)
-    found = float(angle), float(slope), float(bend)
+    expected = float(angle), float(slope), float(bend)
     assert (
         dispatch.angle_of(number, size),
         *so2.slopes(number, float(size)),
-    ) == (pytest.approx(found, rel=1e-14))
-    if found[0] < 3.0:
-        assert dispatch.coordinate_of(number, found[0]) == pytest.approx(size, rel=1e-14)
+    ) == (pytest.approx(expected, rel=1e-14))
+    if expected[0] < 3.0:
+        assert dispatch.coordinate_of(number, expected[0]) == pytest.approx(size, rel=1e-14)
         factor = dispatch.from_quaternion(number, *map(float, half))
         assert factor * float(half[1]) == pytest.approx(size, rel=1e-14)
 
 
 def test_a_series_with_too_few_terms_is_seen_at_the_switch(monkeypatch):
     u = exponential.SERIES_REACH * (1.0 - 1e-15)
-    sound = np.array(exponential.stumpff(u))
+    full = np.array(exponential.stumpff(u))
     monkeypatch.setattr(exponential, "STUMPFF_TERMS", 5)
     wrong = np.array(exponential.stumpff(u))
     beyond = np.array(exponential.stumpff(exponential.SERIES_REACH))
-    assert np.max(np.abs(sound - beyond) / sound) < 1e-13  # 1.4e-14, in c7
-    assert np.max(np.abs(wrong - beyond) / sound) > 1e-10
+    assert np.max(np.abs(full - beyond) / full) < 1e-13  # 1.4e-14, in c7
+    assert np.max(np.abs(wrong - beyond) / full) > 1e-10
 
 
 @pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: type(chart).__name__)
@@ -101,15 +101,15 @@ def test_the_functions_for_lanes_are_exact_as_far_as_they_are_used(chart, share)
         x = mp.mpf(u) or mp.mpf(10) ** -30
         _, turn, inverse = exact_radial(chart, x)
     lanes = np.array(u)  # any value but a number
-    found = np.array([float(x) for x in (*module.tangent(lanes)[0], *module.inverse(lanes))])
+    computed = np.array([float(x) for x in (*module.tangent(lanes)[0], *module.inverse(lanes))])
     # 5e-16 in sin(x) / x; 2e-16 otherwise
     exact = np.array([*turn, *inverse], dtype=float)
-    assert np.allclose(found, exact, rtol=2e-15, atol=1e-40)
+    assert np.allclose(computed, exact, rtol=2e-15, atol=1e-40)
 
 
 def test_a_series_for_lanes_that_is_shorter_is_caught(monkeypatch):
     assert exponential.LARGEST_IN_LANES == 2.0
-    sound = float(exponential.stumpff(np.array(4.0))[0])
-    assert abs(sound / (np.sin(2.0) / 2.0) - 1.0) < 1e-15
+    full = float(exponential.stumpff(np.array(4.0))[0])
+    assert abs(full / (np.sin(2.0) / 2.0) - 1.0) < 1e-15
     monkeypatch.setattr(exponential, "LANE_SERIES", [x[:-4] for x in exponential.LANE_SERIES])
-    assert abs(float(exponential.stumpff(np.array(4.0))[0]) / sound - 1.0) > 1e-14
+    assert abs(float(exponential.stumpff(np.array(4.0))[0]) / full - 1.0) > 1e-14

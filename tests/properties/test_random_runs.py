@@ -100,12 +100,12 @@ def ended(problem: galvi.Problem, method: Any, step: float, **options: Any) -> A
         return None
 
 
-def distance(one: Any, other: Any) -> float:
+def distance(left: Any, right: Any) -> float:
     """Of two ends, relative to the size of the states."""
     return float(
         max(
             np.max(np.abs(a[-1] - b[-1])) / np.max(np.abs(b))
-            for a, b in ((one.q, other.q), (one.p, other.p))
+            for a, b in ((left.q, right.q), (left.p, right.p))
         )
     )
 
@@ -139,17 +139,19 @@ def outcome(number: int) -> tuple[str, str]:
     is said of a right run, "not compared" or "WRONG"."""
     name, problem, method, step = drawn(number)
     clock, rule = method.clock, method.rule
-    words = f"{number}: {name}, degree {method.space.degree}, {rule.name}, {clock}, step {step!r}"
+    description = (
+        f"{number}: {name}, degree {method.space.degree}, {rule.name}, {clock}, step {step!r}"
+    )
     fast = ended(problem, method, step)
     if fast is None or fast.engine == "general":
-        return "said" if fast is None else "not compared", words
+        return "said" if fast is None else "not compared", description
     if not fast.status.startswith("Completed."):
         alarm = is_right(problem, step, clock, fast)
-        return "false alarm" if alarm else "said", f"{words}: {fast.status}"
+        return "false alarm" if alarm else "said", f"{description}: {fast.status}"
     slow = ended(problem, method, step, solver="newton")
     moved = nudged_end(problem, method, step)
     if slow is None or moved is None or not (slow.success and moved.success):
-        return "not compared", words
+        return "not compared", description
     allowed = ALIKE * max(distance(moved, slow), NUDGE)
     if name == "three bodies" and clock is not None:  # a light body: other equations, H - E0 alike
         true = true_run(problem, step, clock, fast)
@@ -159,8 +161,11 @@ def outcome(number: int) -> tuple[str, str]:
     if off > allowed and clock is None:  # a step so long that its equations have several solutions
         true = true_run(problem, step, clock, fast)
         if 0.1 < distance(fast, true) <= 2.0 * distance(slow, true):
-            return "not compared", words
-    return "alike" if off <= allowed else "WRONG", f"{words}: {off:.1e}, allowed {allowed:.1e}"
+            return "not compared", description
+    return (
+        "alike" if off <= allowed else "WRONG",
+        f"{description}: {off:.1e}, allowed {allowed:.1e}",
+    )
 
 
 def is_right(problem: galvi.Problem, step: float, clock: Any, run: Any) -> bool:
@@ -182,9 +187,9 @@ def nudged_end(problem: galvi.Problem, method: galvi.Galerkin, step: float) -> A
 @pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
 @pytest.mark.slow(beside="tests/agreement/test_agreement.py::test_drawn_cells_agree")
 def test_random_runs_are_those_of_the_general_kernel_or_say_that_they_are_not() -> None:
-    found = [outcome(number) for number in range(MANY)]
-    assert [words for how, words in found if how == "WRONG"] == []
-    counts = Counter(how for how, _ in found)
+    outcomes = [outcome(number) for number in range(MANY)]
+    assert [description for how, description in outcomes if how == "WRONG"] == []
+    counts = Counter(how for how, _ in outcomes)
     assert counts["alike"] > 0.6 * MANY and counts["said"] < 0.3 * MANY, counts
-    alarms = [words for how, words in found if how == "false alarm"]
+    alarms = [description for how, description in outcomes if how == "false alarm"]
     assert len(alarms) <= 0.01 * counts["alike"], alarms

@@ -45,7 +45,7 @@ def compiled(text=PLAIN):
     return mujoco.MjModel.from_xml_string(text)
 
 
-def one(joint, option="", body=BODY):
+def one_body(joint, option="", body=BODY):
     return f"<mujoco>{option}<worldbody><body>{joint}{body}</body></worldbody></mujoco>"
 
 
@@ -55,12 +55,12 @@ def accelerations(model, problem):
     system, draw = problem.system, np.random.default_rng(2)
     qpos, qvel = system.to_mujoco(problem.q0, problem.v0)
     q, v = system.from_mujoco(qpos + 0.1 * draw.normal(size=qpos.size), draw.normal(size=qvel.size))
-    data = mujoco.MjData(model)
+    mj_data = mujoco.MjData(model)
     if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-    data.qpos[:], data.qvel[:] = system.to_mujoco(q, v)
-    mujoco.mj_forward(model, data)
-    return data.qacc.copy(), system.acceleration(q, v)
+        mujoco.mj_resetDataKeyframe(model, mj_data, 0)
+    mj_data.qpos[:], mj_data.qvel[:] = system.to_mujoco(q, v)
+    mujoco.mj_forward(model, mj_data)
+    return mj_data.qacc.copy(), system.acceleration(q, v)
 
 
 # ---------------------------------------------------------------- the positive list
@@ -89,24 +89,24 @@ def read_or_refused(model):
         return str(refused)
     if model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_IPC):
         return ""  # MuJoCo runs it with its integrator discrete alone
-    theirs, ours = accelerations(model, problem)
-    assert ours == pytest.approx(theirs, rel=1e-8, abs=1e-8 * np.max(np.abs(theirs)))
+    by_mujoco, by_galvi = accelerations(model, problem)
+    assert by_galvi == pytest.approx(by_mujoco, rel=1e-8, abs=1e-8 * np.max(np.abs(by_mujoco)))
     return ""
 
 
 @pytest.mark.slow(beside="test_a_flag_is_read_harmless_or_refused")
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from([*FIELDS, *(f"opt.{name}" for name in OPTIONS)]), st.floats(0.05, 0.5))
-def test_a_number_of_a_model_is_read_harmless_or_refused(name, more):
+def test_a_number_of_a_model_is_read_harmless_or_refused(name, increment):
     model = compiled()
     holder = model.opt if name.startswith("opt.") else model
     name = name.removeprefix("opt.")
     values = getattr(holder, name)
     try:
         if isinstance(values, np.ndarray):
-            values[...] = ~values if values.dtype.kind == "b" else values + more
+            values[...] = ~values if values.dtype.kind == "b" else values + increment
         else:
-            setattr(holder, name, values + (1 if isinstance(values, int) else more))
+            setattr(holder, name, values + (1 if isinstance(values, int) else increment))
     except ValueError:
         return  # MuJoCo lets nobody write it
     read_or_refused(model)
@@ -125,15 +125,15 @@ def test_a_flag_is_read_harmless_or_refused(kind, bit):
     setattr(model.opt, kind, 1 << bit)
     refusal = read_or_refused(model)
     flags = mujoco.mjtDisableBit if kind == "disableflags" else mujoco.mjtEnableBit
-    known = {int(one): name for name, one in flags.__members__.items() if "_" in name}
-    if 1 << bit not in known:
+    names = {int(value): name for name, value in flags.__members__.items() if "_" in name}
+    if 1 << bit not in names:
         assert f"bits {1 << bit:#x} of {kind}" in refusal
     else:
-        assert ("\n  sleep: " in refusal) is (known[1 << bit] == "mjENBL_SLEEP")
+        assert ("\n  sleep: " in refusal) is (names[1 << bit] == "mjENBL_SLEEP")
 
 
 @pytest.mark.parametrize(
-    ("list_of_names", "name", "said"),
+    ("list_of_names", "name", "description"),
     [
         ("READ", "body_pos", "body_pos"),
         ("DERIVED", "dof_M0", "dof_M0"),
@@ -141,12 +141,16 @@ def test_a_flag_is_read_harmless_or_refused(kind, bit):
         ("OPTIONS", "magnetic", "option magnetic"),
     ],
 )
-def test_a_field_of_a_newer_version_is_refused_by_name(monkeypatch, list_of_names, name, said):
+def test_a_field_of_a_newer_version_is_refused_by_name(
+    monkeypatch, list_of_names, name, description
+):
     """Planted: the list without a field that is set."""
     assert not list(mujoco_model.unknown(compiled()))
-    known = set(getattr(mujoco_model, list_of_names)) - {name}
-    monkeypatch.setattr(mujoco_model, list_of_names, known)
-    with pytest.raises(ValueError, match=rf"what these settings .* to its motion: {said}\. Leave"):
+    remaining = set(getattr(mujoco_model, list_of_names)) - {name}
+    monkeypatch.setattr(mujoco_model, list_of_names, remaining)
+    with pytest.raises(
+        ValueError, match=rf"what these settings .* to its motion: {description}\. Leave"
+    ):
         galvi.from_mujoco(compiled())
 
 
@@ -168,7 +172,7 @@ def test_a_flag_and_a_tendons_field_of_a_newer_version_are_refused_by_name(monke
 def test_callbacks_of_the_user_are_refused_by_name():
     model = compiled()
     try:
-        mujoco.set_mjcb_passive(lambda model, data: None)
+        mujoco.set_mjcb_passive(lambda model, mj_data: None)
         with pytest.raises(ValueError, match="the callback mjcb_passive"):
             galvi.from_mujoco(model)
     finally:
@@ -182,9 +186,9 @@ def test_sleep_is_named_and_switched_off_where_it_is_ignored():
     with pytest.raises(BeyondTrees, match="\n  sleep: slow trees may be put to sleep") as refused:
         galvi.from_mujoco(text)
     assert refused.value.names == ("sleep",) and isinstance(refused.value, ValueError)
-    problem, own = reader.read(text, "sleep")
-    assert problem.parameters["ignored"] == ("sleep",) and own.model.opt.enableflags == 0
-    assert own.differences == {"sleep": "the flag sleep disabled"}
+    problem, mujoco_model = reader.read(text, "sleep")
+    assert problem.parameters["ignored"] == ("sleep",) and mujoco_model.model.opt.enableflags == 0
+    assert mujoco_model.differences == {"sleep": "the flag sleep disabled"}
 
 
 def flexible(inner, attributes='dim="2" count="3 3 1"'):
@@ -199,19 +203,19 @@ BEYOND = {
     "held edges": flexible('<edge equality="true"/>'),
     "solid": flexible(f"{ELASTIC}/>", 'dim="3" count="3 3 3"'),
     "few nodes": flexible(f"{ELASTIC}/>", 'dim="3" count="3 3 3" dof="trilinear"'),
-    "plastic": one('<joint axis="1 0 0" stiffness="1" springyield=".1"/>'),
-    "medium": one(
+    "plastic": one_body('<joint axis="1 0 0" stiffness="1" springyield=".1"/>'),
+    "medium": one_body(
         "<freejoint/>",
         '<option density="900" viscosity="1" wind="1 2 3"/>',
         '<geom type="box" size=".1 .2 .3" fluidshape="ellipsoid"/>',
     ),
-    "tendon": one('<joint name="a" axis="1 0 0"/>').replace(
+    "tendon": one_body('<joint name="a" axis="1 0 0"/>').replace(
         "</worldbody>",
         """</worldbody>
         <tendon><fixed name="t" armature="2" stiffness="3" damping="1"><joint joint="a" coef="1"/>
         </fixed></tendon><actuator><motor tendon="t" armature="5" damping="3"/></actuator>""",
     ),
-    "ball and motor": one('<joint type="ball" name="b"/>').replace(
+    "ball and motor": one_body('<joint type="ball" name="b"/>').replace(
         "</worldbody>",
         """</worldbody>
         <actuator><motor joint="b" armature=".1" damping="2"/></actuator>""",
@@ -224,13 +228,13 @@ def test_what_is_left_out_is_switched_off_by_which_the_numbers_agree(kind):
     with pytest.raises(BeyondTrees) as refused:
         galvi.from_mujoco(BEYOND[kind])
     names = refused.value.names
-    problem, own = reader.read(BEYOND[kind], names)
-    assert set(own.differences) == set(names) <= set(PARTS)
-    theirs, ours = accelerations(own.model, problem)
-    assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-9)
-    whole, _ = accelerations(compiled(BEYOND[kind]), problem)
+    problem, mujoco_model = reader.read(BEYOND[kind], names)
+    assert set(mujoco_model.differences) == set(names) <= set(PARTS)
+    by_mujoco, by_galvi = accelerations(mujoco_model.model, problem)
+    assert by_galvi == pytest.approx(by_mujoco, rel=1e-9, abs=1e-9)
+    unreduced, _ = accelerations(compiled(BEYOND[kind]), problem)
     # what was left out did act; but a plastic spring is one of another kind once it has yielded
-    assert kind == "plastic" or np.max(np.abs(whole - ours)) > 1e-4
+    assert kind == "plastic" or np.max(np.abs(unreduced - by_galvi)) > 1e-4
 
 
 WRAPPED = """<mujoco><option>{}</option><worldbody><site name="a" pos="0 0 1"/>
@@ -263,10 +267,10 @@ def test_a_tendon_may_wrap_around_a_geom_where_it_has_no_force(flag, force, acts
 
 def changed(**fields):
     """Planted: the links of a tree with these fields changed."""
-    sound = reader._link
+    read_link = reader._link
 
-    def wrong(*given):
-        link = sound(*given)
+    def wrong(*arguments):
+        link = read_link(*arguments)
         return replace(link, **{name: change(link) for name, change in fields.items()})
 
     return wrong
@@ -280,7 +284,7 @@ FAULTS = {
             j if j.type == "free" else replace(j, anchor=j.anchor + 1e-3) for j in link.joints
         ]
     ),
-    "mocap poses left out": lambda model, body, data, sound=reader._link: sound(
+    "mocap poses left out": lambda model, body, mj_data, read_link=reader._link: read_link(
         model, body, mujoco.MjData(model)
     ),
 }
@@ -310,24 +314,24 @@ def test_constants_that_are_older_than_the_masses_are_refused_with_the_remedy():
     assert galvi.from_mujoco(model).system.links[4].mass == 3.0
 
 
-def off(model, *more):
-    problem, own = reader.read(model, *more)
+def off(model, *options):
+    problem, loaded = reader.read(model, *options)
     states = mujoco_model.some_states(problem.system, problem.q0, problem.v0)
-    return max(np.max(one) for one, _ in mujoco_model.misfits(own, problem, states))
+    return max(np.max(defect) for defect, _ in mujoco_model.misfits(loaded, problem, states))
 
 
 WEIGHTLESS = '<option gravity="0 0 0"/>'
 BALANCED = {  # forces cancel, and rounding is all that is left of the accelerations
-    "an axis along gravity": one('<joint axis="0 0 1"/>'),
-    "an axis along gravity, tilted": one(
+    "an axis along gravity": one_body('<joint axis="0 0 1"/>'),
+    "an axis along gravity, tilted": one_body(
         '<joint axis=".36 .48 .8"/>', '<option gravity="-3.6 -4.8 -8"/>'
     ),
-    "hanging": one('<joint axis="1 0 0"/>', body='<geom size=".1" pos="0 0 -.3"/>'),
-    "at rest without weight": one("<freejoint/>", WEIGHTLESS),
-    "a spring at rest": one('<joint type="ball" stiffness="5"/>', WEIGHTLESS).replace(
+    "hanging": one_body('<joint axis="1 0 0"/>', body='<geom size=".1" pos="0 0 -.3"/>'),
+    "at rest without weight": one_body("<freejoint/>", WEIGHTLESS),
+    "a spring at rest": one_body('<joint type="ball" stiffness="5"/>', WEIGHTLESS).replace(
         "<body>", '<body quat=".1 .7 -.3 .4">'
     ),
-    "a free spring at rest": one('<joint type="free" stiffness="50"/>', WEIGHTLESS).replace(
+    "a free spring at rest": one_body('<joint type="free" stiffness="50"/>', WEIGHTLESS).replace(
         "<body>", '<body pos="100 7 3" quat=".1 .7 -.3 .4">'
     ),
 }
@@ -342,7 +346,9 @@ def test_forces_that_cancel_are_not_taken_for_a_misreading(kind):
 @given(st.integers(0, 2), st.floats(1e-3, 1e3), st.floats(1e-6, 1e6))
 def test_a_body_that_spins_about_a_principal_axis_is_not_taken_for_a_misreading(k, rate, size):
     body = f'<inertial pos="0 0 0" mass="{size}" diaginertia="{size} {size} {size}"/>'
-    text = one("<freejoint/>", WEIGHTLESS, body).replace("<body>", '<body quat=".1 .7 -.3 .4">')
+    text = one_body("<freejoint/>", WEIGHTLESS, body).replace(
+        "<body>", '<body quat=".1 .7 -.3 .4">'
+    )
     assert off(text, (), None, None, [0.0] * 3 + [rate * (j == k) for j in range(3)]) < 1e-11
 
 
@@ -363,13 +369,13 @@ def test_a_keyframe_places_mocap_bodies():
 
 def test_an_actuator_after_one_of_several_outputs_is_read():
     """Right value: MuJoCo's own masses; reading it was an IndexError."""
-    problem, own = reader.read(SEVERAL, ("contacts", "actuators"))
+    problem, mujoco_model = reader.read(SEVERAL, ("contacts", "actuators"))
     assert repr(problem.system) == "Multibody(links=2, velocities=4)"
     hinge = problem.system.links[1].joints[0]
     assert hinge.armature == pytest.approx(9 * 0.2) and hinge.damping == pytest.approx(9 * 0.5)
-    data, mass = own.data(), np.zeros((4, 4))
-    mujoco.mj_forward(own.model, data)
-    mujoco.mj_fullM(own.model, data, mass)
+    mj_data, mass = mujoco_model.data(), np.zeros((4, 4))
+    mujoco.mj_forward(mujoco_model.model, mj_data)
+    mujoco.mj_fullM(mujoco_model.model, mj_data, mass)
     assert problem.system.tree.mass(problem.q0) == pytest.approx(mass, rel=1e-12, abs=1e-12)
 
 
@@ -377,47 +383,47 @@ def test_the_own_model_is_the_users_but_for_what_is_left_out():
     model = compiled(SEVERAL)
     model.opt.integrator, model.opt.timestep = int(mujoco.mjtIntegrator.mjINT_IMPLICIT), 0.007
     before = copy.copy(model)
-    _, own = reader.read(model, ("contacts", "actuators"))
-    assert own.differences == {
+    _, mujoco_model = reader.read(model, ("contacts", "actuators"))
+    assert mujoco_model.differences == {
         "contacts": "the flag contact disabled",
         "actuators": "the flag actuation disabled",
     }
     bits = mujoco.mjtDisableBit
     off = int(bits.mjDSBL_CONTACT) | int(bits.mjDSBL_ACTUATION)
-    assert own.model.opt.disableflags == off and model.opt.disableflags == 0
-    own.model.opt.disableflags = 0
+    assert mujoco_model.model.opt.disableflags == off and model.opt.disableflags == 0
+    mujoco_model.model.opt.disableflags = 0
     size = mujoco.mj_sizeModel(before)
     saved = [np.empty(size, np.uint8) for _ in range(3)]
-    for one_of_them, to in zip((before, model, own.model), saved, strict=True):
+    for one_of_them, to in zip((before, model, mujoco_model.model), saved, strict=True):
         mujoco.mj_saveModel(one_of_them, None, to)
     assert np.array_equal(saved[0], saved[1]) and np.array_equal(saved[0], saved[2])
 
 
 def test_the_own_data_begin_at_the_keyframe_or_at_what_is_given():
-    problem, own = reader.read(PLAIN, (), "home")
-    data = own.data()
-    assert data.time == 3.0 and data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
-    assert data is not own.data() and data.qvel[0] == 1.0 and problem.v0[0] == 1.0
+    problem, mujoco_model = reader.read(PLAIN, (), "home")
+    mj_data = mujoco_model.data()
+    assert mj_data.time == 3.0 and mj_data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
+    assert mj_data is not mujoco_model.data() and mj_data.qvel[0] == 1.0 and problem.v0[0] == 1.0
     qpos = np.array([0.3, -0.1, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0])
-    problem, own = reader.read(PLAIN, (), "home", qpos)
-    data = own.data()
-    assert np.array_equal(data.qpos, qpos) and data.qvel[0] == 1.0
-    assert data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
-    assert np.array_equal(problem.q0, problem.system.from_mujoco(qpos, data.qvel)[0])
-    for name, more in (("qpos", ([1.0],)), ("qvel", (None, [1.0]))):
+    problem, mujoco_model = reader.read(PLAIN, (), "home", qpos)
+    mj_data = mujoco_model.data()
+    assert np.array_equal(mj_data.qpos, qpos) and mj_data.qvel[0] == 1.0
+    assert mj_data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
+    assert np.array_equal(problem.q0, problem.system.from_mujoco(qpos, mj_data.qvel)[0])
+    for name, values in (("qpos", ([1.0],)), ("qvel", (None, [1.0]))):
         with pytest.raises(ValueError, match=rf"{name} must have shape \(1[13],\)"):
-            reader.read(PLAIN, (), None, *more)
+            reader.read(PLAIN, (), None, *values)
 
 
 def test_keyframes_have_numbers_and_names():
     by_name, by_number = (galvi.from_mujoco(PLAIN, key=key) for key in ("home", 0))
     assert np.array_equal(by_name.q0, by_number.q0) and by_name.v0[0] == 1.0
     assert by_name.parameters["key"] == "home" and by_number.parameters["key"] == 0
-    for key, words in (
+    for key, message in (
         ("hom", r"\('home', 'other'\); received 'hom'"),
         (2, "from 0 to 1"),
     ):
-        with pytest.raises(ValueError, match=words):
+        with pytest.raises(ValueError, match=message):
             galvi.from_mujoco(PLAIN, key=key)
     nameless = PLAIN.replace('name="home"', "").replace('name="other"', "")
     with pytest.raises(ValueError, match=r"\(none has a name\); received ''"):
@@ -489,7 +495,7 @@ def test_all_that_a_model_has_beyond_a_tree_is_named_in_one_refusal():
     assert "\n  nonlinear damping: 3 of a ball or free joint" in str(refusal.value)
     for name in names:
         with pytest.raises(BeyondTrees) as refusal:
-            galvi.from_mujoco(MORE, ignore=[other for other in names if other != name])
+            galvi.from_mujoco(MORE, ignore=[part for part in names if part != name])
         assert refusal.value.names == (name,)
     problem = galvi.from_mujoco(MORE, ignore=names)
     assert set(problem.parameters["ignored"]) == set(names) <= set(PARTS)
@@ -526,30 +532,30 @@ def test_names_that_are_not_in_utf_8_are_refused(tmp_path):
 
 @settings(max_examples=60, deadline=None)
 @given(st.data())
-def test_pairs_of_geoms_are_those_that_touch_in_mujoco_where_all_are_at_one_place(data):
+def test_pairs_of_geoms_are_those_that_touch_in_mujoco_where_all_are_at_one_place(draws):
     inner, ends, names = "", "", []
-    for k in range(data.draw(st.integers(1, 7))):
-        joint = data.draw(st.sampled_from(["<joint/>", "<joint/>", ""]))
-        bits = data.draw(st.tuples(*[st.integers(0, 3)] * 2))
+    for k in range(draws.draw(st.integers(1, 7))):
+        joint = draws.draw(st.sampled_from(["<joint/>", "<joint/>", ""]))
+        bits = draws.draw(st.tuples(*[st.integers(0, 3)] * 2))
         geom = f'<geom size=".1" contype="{bits[0]}" conaffinity="{bits[1]}"/>'
         inner += f'<body name="b{k}">{joint}{geom}'
         ends += "</body>"
         names.append(f"b{k}")
-        if data.draw(st.booleans()):
+        if draws.draw(st.booleans()):
             inner, ends = inner + ends, ""
     pair = st.tuples(st.sampled_from(names), st.sampled_from(names))
     chosen = (
-        data.draw(st.sets(pair.filter(lambda both: both[0] < both[1]), max_size=3))
+        draws.draw(st.sets(pair.filter(lambda both: both[0] < both[1]), max_size=3))
         if (len(names) > 1)
         else set()
     )
-    apart = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in chosen)
-    flag = data.draw(st.sampled_from(["enable", "disable"]))
+    exclusions = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in chosen)
+    flag = draws.draw(st.sampled_from(["enable", "disable"]))
     model = compiled(f"""<mujoco><option><flag filterparent="{flag}"/></option><worldbody>
-        <geom size=".1"/>{inner}{ends}</worldbody><contact>{apart}</contact></mujoco>""")
-    there = mujoco.MjData(model)
-    mujoco.mj_forward(model, there)
-    assert _pairs(model) == len({tuple(contact.geom) for contact in there.contact})
+        <geom size=".1"/>{inner}{ends}</worldbody><contact>{exclusions}</contact></mujoco>""")
+    mj_data = mujoco.MjData(model)
+    mujoco.mj_forward(model, mj_data)
+    assert _pairs(model) == len({tuple(contact.geom) for contact in mj_data.contact})
 
 
 def test_an_inertia_that_a_compiled_model_was_given_is_read(tmp_path):

@@ -117,8 +117,8 @@ def test_the_usual_time_between_the_states_of_an_archive_is_read(tmp_path: Any) 
 def test_a_broken_file_is_refused(tmp_path: Any) -> None:
     path, broken = tmp_path / "run.bin", tmp_path / "broken.bin"
     planets().save_to_file(str(path))
-    whole = path.read_bytes()
-    for content in (b"", b"no archive", whole[:100], whole[: len(whole) // 2]):
+    archive = path.read_bytes()
+    for content in (b"", b"no archive", archive[:100], archive[: len(archive) // 2]):
         broken.write_bytes(content)
         with pytest.raises(ValueError, match=r"broken\.bin must be a file of REBOUND's"):
             galvi.from_rebound(broken)
@@ -131,19 +131,19 @@ def test_a_file_is_read_in_another_process_which_may_crash(
 ) -> None:
     path, sim = tmp_path / "run.bin", simulation()
     sim.save_to_file(str(path))
-    there = galvi.from_rebound(path)
+    problem = galvi.from_rebound(path)
     monkeypatch.setattr(rebound, "Simulationarchive", None)  # here nothing is read
-    assert there.q0.tobytes() == galvi.from_rebound(path).q0.tobytes()
-    assert pickle.loads(pickle.dumps(galvi.from_rebound(sim))).parameters == there.parameters
+    assert problem.q0.tobytes() == galvi.from_rebound(path).q0.tobytes()
+    assert pickle.loads(pickle.dumps(galvi.from_rebound(sim))).parameters == problem.parameters
     program, damaged = tmp_path / "program.py", "it is damaged: REBOUND crashes"
     monkeypatch.setattr(reader, "READER", str(program))
-    for text, words in (
+    for text, message in (
         ("import os; os.kill(os.getpid(), 11)", damaged),
         ("import os; os._exit(3)", damaged),
         ("import galvi_absent", "ended with: ModuleNotFoundError: No module named"),
     ):
         program.write_text(text)
-        with pytest.raises(ValueError, match=words):
+        with pytest.raises(ValueError, match=message):
             galvi.from_rebound(path)
 
 
@@ -153,22 +153,22 @@ def test_a_heartbeat_and_a_patch_version_do_not_matter(
 ) -> None:
     sim = planets(heartbeat=lambda pointer: None)
     sim.integrate(1.0)
-    there = galvi.from_rebound(sim)
+    problem = galvi.from_rebound(sim)
     path = tmp_path / "run.bin"
     sim.save_to_file(str(path))
     with caplog.at_level(logging.WARNING, logger="galvi"):
-        again, own = reader.read(path)
-    assert np.array_equal(again.q0, there.q0) and own.N == 3 and not own._heartbeat
+        again, loaded = reader.read(path)
+    assert np.array_equal(again.q0, problem.q0) and loaded.N == 3 and not loaded._heartbeat
     assert "forces among them are not in it" in again.parameters["functions"]
     assert "forces among them are not in it" in caplog.text
     older = tmp_path / "older.bin"
-    ours = rebound.__version__.encode()
-    older.write_bytes(path.read_bytes().replace(ours, b"5.2.1"[: len(ours)], 1))
-    found = galvi.from_rebound(older)
-    assert np.array_equal(found.q0, there.q0)
-    assert "written by REBOUND 5.2.1" in found.parameters["written_by"]
+    installed = rebound.__version__.encode()
+    older.write_bytes(path.read_bytes().replace(installed, b"5.2.1"[: len(installed)], 1))
+    older_problem = galvi.from_rebound(older)
+    assert np.array_equal(older_problem.q0, problem.q0)
+    assert "written by REBOUND 5.2.1" in older_problem.parameters["written_by"]
     for version in (b"4.4.9", b"3.9.3"):
-        older.write_bytes(path.read_bytes().replace(ours, version, 1))
+        older.write_bytes(path.read_bytes().replace(installed, version, 1))
         with pytest.raises(ValueError, match=rf"by REBOUND {version.decode()}, .*Load it with"):
             galvi.from_rebound(older)
 
@@ -218,14 +218,14 @@ REFUSED = {
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-@pytest.mark.parametrize("words", REFUSED)
-def test_what_is_more_than_point_masses_is_refused_by_name(words: str) -> None:
+@pytest.mark.parametrize("message", REFUSED)
+def test_what_is_more_than_point_masses_is_refused_by_name(message: str) -> None:
     sim = planets()
-    REFUSED[words](sim)
-    with pytest.raises(ValueError, match=words):
+    REFUSED[message](sim)
+    with pytest.raises(ValueError, match=message):
         galvi.from_rebound(sim)
-    if words.startswith("additional forces"):
-        with pytest.raises(ValueError, match=words):
+    if message.startswith("additional forces"):
+        with pytest.raises(ValueError, match=message):
             galvi.judge(sim)
 
 
@@ -262,21 +262,21 @@ def test_a_number_of_a_simulation_is_read_known_to_change_nothing_or_refused(nam
     value = getattr(sim, name)
     setattr(sim, name, type(value)(1 if value != 1 else 0))
     try:
-        found = galvi.from_rebound(sim)
+        problem = galvi.from_rebound(sim)
     except ValueError as refused:
-        words = {
+        names = {
             "testparticle_type": "test particles",
             "_gravity": "gravity",
             "_boundary": "boundary",
             "_collision": "collision",
         }
-        assert words.get(name, name) in str(refused)
+        assert names.get(name, name) in str(refused)
         return
     before = galvi.from_rebound(plain)
     if name not in contents.READ:
         assert name.startswith(contents.HARMLESS)
-        assert found.parameters == before.parameters and found.t0 == before.t0
-        assert np.array_equal(found.system.masses, before.system.masses)
+        assert problem.parameters == before.parameters and problem.t0 == before.t0
+        assert np.array_equal(problem.system.masses, before.system.masses)
         assert np.array_equal(contents.accelerations(sim), contents.accelerations(plain))
 
 
@@ -284,8 +284,8 @@ def test_a_field_of_a_newer_version_is_refused_by_name(monkeypatch: pytest.Monke
     """Planted: the list without a field that is set."""
     sim = planets(usleep=1.0)
     assert galvi.from_rebound(sim).q0.shape == (3, 3)
-    known = tuple(one for one in contents.HARMLESS if one != "usleep")
-    monkeypatch.setattr(contents, "HARMLESS", known)
+    remaining = tuple(field for field in contents.HARMLESS if field != "usleep")
+    monkeypatch.setattr(contents, "HARMLESS", remaining)
     with pytest.raises(ValueError, match=r"usleep = 1\.0"):
         galvi.from_rebound(sim)
 
@@ -294,13 +294,13 @@ def test_a_field_of_a_newer_version_is_refused_by_name(monkeypatch: pytest.Monke
 def test_a_misreading_is_caught_by_the_accelerations(
     fault: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sound = contents.contents_of
+    contents_of = contents.contents_of
 
     def wrong(sim: Any, extras: bool) -> contents.Contents:
-        found = sound(sim, extras)
+        particles = contents_of(sim, extras)
         if fault == "a mass":
-            return found._replace(masses=found.masses * [1.0, 1.0 + 1e-6, 1.0])
-        return found._replace(q=found.q[[0, 2, 1]])
+            return particles._replace(masses=particles.masses * [1.0, 1.0 + 1e-6, 1.0])
+        return particles._replace(q=particles.q[[0, 2, 1]])
 
     monkeypatch.setattr(reader, "contents_of", wrong)
     with pytest.raises(ValueError, match=r"misreads this simulation: REBOUND accelerates .* by"):
@@ -324,8 +324,8 @@ def test_an_encounter_in_mercurius_is_read() -> None:
 def test_a_tree_is_read_as_point_masses_and_says_so() -> None:
     sim = rebound.Simulation()
     sim.root_size = 40.0
-    for place in np.random.default_rng(2).normal(size=(40, 3)):
-        sim.add(m=0.01, x=place[0], y=place[1], z=place[2])
+    for position in np.random.default_rng(2).normal(size=(40, 3)):
+        sim.add(m=0.01, x=position[0], y=position[1], z=position[2])
     sim.gravity = "tree"
-    problem, own = reader.read(sim)
-    assert problem.parameters["read_as"] == contents.TREE and own.gravity == "tree"
+    problem, loaded = reader.read(sim)
+    assert problem.parameters["read_as"] == contents.TREE and loaded.gravity == "tree"

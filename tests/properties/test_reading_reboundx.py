@@ -53,11 +53,11 @@ def test_a_force_is_read_and_runs_as_in_rebound(name):
     )
     sim.integrator = "ias15"
     sim.integrate(5.0)
-    theirs = np.array([p.xyz for p in sim.particles])
+    by_rebound = np.array([p.xyz for p in sim.particles])
     effect = np.max(np.abs(run.q[-1] - bare.q[-1]))
     share = 1e-2 if name in ("gr", "gr_full") else 1e-6  # of c^-4 and the planets' masses
     assert effect > 1e-7
-    assert np.max(np.abs(run.q[-1] - theirs)) < max(share * effect, 1e-11)
+    assert np.max(np.abs(run.q[-1] - by_rebound)) < max(share * effect, 1e-11)
 
 
 def test_what_is_not_known_is_refused_by_name():
@@ -79,8 +79,8 @@ def test_a_wrong_sign_is_seen(monkeypatch):
     sim, rebx = simulation("gravitational_harmonics")
     read = rebound_forces.READERS["gravitational_harmonics"]
 
-    def wrong(*given):
-        return [galvi.Oblateness(0, -one.J2, one.radius) for one in read(*given)]
+    def wrong(*arguments):
+        return [galvi.Oblateness(0, -force.J2, force.radius) for force in read(*arguments)]
 
     monkeypatch.setitem(rebound_forces.READERS, "gravitational_harmonics", wrong)
     with pytest.raises(ValueError, match="misreads REBOUNDx's gravitational_harmonics"):

@@ -31,7 +31,7 @@ def recommend(problem, error, duration, **options):
     return galvi.recommend(problem, error, duration, by="evaluations", **options)
 
 
-def found(problem, choice, truth):
+def true_error(problem, choice, truth):
     run = galvi.integrate(problem, choice.method, choice.step, duration=choice.duration)
     end = truth.run(problem, choice.duration, {"samples": 1}).q[-1]
     return np.linalg.norm(run.q[-1] - end)
@@ -47,7 +47,9 @@ def test_the_error_asked_for_is_kept_and_costs_more_the_smaller_it_is(problem, t
         assert choice.reached and choice.measured == duration
         assert choice.status == "Its error was measured over the whole duration."
         assert choice.error <= error
-        assert found(problem, choice, truth) <= 1.1 * choice.error  # 1.01 when this was written
+        assert (
+            true_error(problem, choice, truth) <= 1.1 * choice.error
+        )  # 1.01 when this was written
         assert choice.steps * choice.step == pytest.approx(duration, rel=1e-14)
     costs = [choice.evaluations for choice in choices]
     assert costs == sorted(costs) and costs[-1] > costs[0]
@@ -59,14 +61,14 @@ def test_an_error_extrapolated_from_a_part_is_kept_too(error):
     choice = recommend(ORBIT, error, 2000.0, measured=100.0)
     assert choice.reached and 100.0 <= choice.measured < 101.0
     assert f"over the first {choice.measured:.4g} and extrapolated" in choice.status
-    assert found(ORBIT, choice, KEPLER) <= error
+    assert true_error(ORBIT, choice, KEPLER) <= error
 
 
 def test_the_same_is_recommended_every_time_by_evaluations():
-    one, other = (recommend(ORBIT, 1e-6, 200.0, degrees=(6, 9)) for _ in range(2))
+    first, second = (recommend(ORBIT, 1e-6, 200.0, degrees=(6, 9)) for _ in range(2))
     parts = ("degree", "steps", "error", "evaluations")
-    told = [[[getattr(c, part) for part in parts] for c in x.scanned] for x in (one, other)]
-    assert told[0] == told[1] and (one.method, one.steps) == (other.method, other.steps)
+    scans = [[[getattr(c, part) for part in parts] for c in x.scanned] for x in (first, second)]
+    assert scans[0] == scans[1] and (first.method, first.steps) == (second.method, second.steps)
 
 
 def test_it_is_the_cheapest_of_what_was_scanned_for_each_degree_asked_for():
@@ -80,7 +82,7 @@ def test_it_is_the_cheapest_of_what_was_scanned_for_each_degree_asked_for():
 def test_by_time_the_seconds_are_those_of_the_run():
     choice = galvi.recommend(ORBIT, 1e-6, 200.0, budget=20.0)
     assert choice.reached and choice.seconds > 0.0
-    assert found(ORBIT, choice, KEPLER) <= 1e-6
+    assert true_error(ORBIT, choice, KEPLER) <= 1e-6
 
 
 def test_an_error_below_round_off_is_refused_with_what_can_be_reached():
@@ -89,22 +91,25 @@ def test_an_error_below_round_off_is_refused_with_what_can_be_reached():
     assert choice.status.startswith("An error of 1e-15 was not reached: rounding decides for d")
     assert f"The smallest error found is {choice.error:.1e}" in choice.status
     assert 1e-15 < choice.error < 1e-11  # 2e-12 when this was written
-    assert found(ORBIT, choice, KEPLER) <= 3.0 * choice.error
+    assert true_error(ORBIT, choice, KEPLER) <= 3.0 * choice.error
 
 
 def test_a_start_at_the_apocentre_does_not_mislead():
     """There steps a hundred times too long look fine."""
     choice = recommend(apocentre(0.9), 1e-6, 8.0 * math.pi)
-    assert choice.reached and found(apocentre(0.9), choice, KEPLER) <= 1e-6
+    assert choice.reached and true_error(apocentre(0.9), choice, KEPLER) <= 1e-6
 
 
 def test_what_does_not_survive_a_second_judgement_gives_way_to_what_does(monkeypatch):
     """A judge that throws out all but those with half as many steps again as the cheapest."""
     scan = importlib.import_module("galvi.recommend.scan").Scan
-    sound, cheapest = scan.half_step_error, recommend(ORBIT, 1e-6, 30.0, degrees=(8,)).steps
+    half_step_error, cheapest = (
+        scan.half_step_error,
+        recommend(ORBIT, 1e-6, 30.0, degrees=(8,)).steps,
+    )
 
-    def strict(self, one):
-        return sound(self, one) if one.steps > 1.5 * cheapest else math.inf
+    def strict(self, candidate):
+        return half_step_error(self, candidate) if candidate.steps > 1.5 * cheapest else math.inf
 
     monkeypatch.setattr(scan, "half_step_error", strict)
     monkeypatch.setattr(importlib.import_module("galvi.recommend.recommend"), "CONFIRMATIONS", 2)
@@ -130,7 +135,7 @@ def test_what_fails_is_kept_with_its_reason():
 def test_the_budget_ends_the_scan():
     small = recommend(ORBIT, 1e-5, 1e4, budget=6e6)
     assert small.reached and small.measured < 1e3 and "extrapolated" in small.status
-    assert found(ORBIT, small, KEPLER) <= 1e-5
+    assert true_error(ORBIT, small, KEPLER) <= 1e-5
     none = recommend(ORBIT, 1e-8, 1e6, budget=10)
     assert not none.reached and none.error == math.inf and none.scanned == ()
     assert "takes more than the budget, 10." in none.status
@@ -171,23 +176,23 @@ def test_the_cost_of_a_step_is_measured_over_ever_more_steps_up_to_a_part_of_the
     monkeypatch,
 ):
     """A call costs as much as a hundred steps."""
-    found, asked = scan.Scan(ORBIT, 1e5, 1e5, "evaluations", 1e5), []
+    search, parts = scan.Scan(ORBIT, 1e5, 1e5, "evaluations", 1e5), []
 
     def run(degree, steps, part):
-        asked.append(part)
-        found.spent += 100.0 + part
+        parts.append(part)
+        search.spent += 100.0 + part
         return SimpleNamespace(success=True), 0.0, 0.0
 
-    monkeypatch.setattr(found, "run", run)
-    found.reach(4, 10**6, 1)
-    assert len(asked) > 1 and asked[1:] == [4 * part for part in asked[:-1]]
-    assert 100.0 + asked[-2] < 5e-3 * 1e5 <= 100.0 + asked[-1]
+    monkeypatch.setattr(search, "run", run)
+    search.reach(4, 10**6, 1)
+    assert len(parts) > 1 and parts[1:] == [4 * part for part in parts[:-1]]
+    assert 100.0 + parts[-2] < 5e-3 * 1e5 <= 100.0 + parts[-1]
 
 
 def test_what_a_degree_costs_is_told_from_the_nearest_known_in_proportion():
-    known = scan.Scan(SPRING, 10.0, 10.0, "evaluations", 2000.0, _per_step={4: 10.0, 20: 1.0})
-    assert known.affords(8, 100) and not known.affords(8, 101)  # 20 evaluations a step
-    assert known.affords(2, 400) and not known.affords(2, 401)
+    search = scan.Scan(SPRING, 10.0, 10.0, "evaluations", 2000.0, _per_step={4: 10.0, 20: 1.0})
+    assert search.affords(8, 100) and not search.affords(8, 101)  # 20 evaluations a step
+    assert search.affords(2, 400) and not search.affords(2, 401)
 
 
 @pytest.mark.slow(beside="test_it_is_the_cheapest_of_what_was_scanned_for_each_degree_asked_for")
@@ -199,11 +204,11 @@ def test_smaller_steps_are_tried_where_larger_ones_need_newtons_method() -> None
     axis = np.array([1.0, 2.0, -1.0]) / np.sqrt(6.0)
     start = ball.from_mujoco(np.append(np.cos(1.25), np.sin(1.25) * axis), np.zeros(3))
     choice = recommend(galvi.Problem(ball, *start), 1e-9, 10.0)
-    good = [one for one in choice.scanned if one.error <= 0.7e-9]
-    degrees = {one.degree for one in good if one.newton > 0.5}
+    good = [candidate for candidate in choice.scanned if candidate.error <= 0.7e-9]
+    degrees = {candidate.degree for candidate in good if candidate.newton > 0.5}
     assert choice.reached and len(degrees) >= 3
-    assert len(degrees & {one.degree for one in good if one.newton == 0.0}) >= 3
-    assert choice.evaluations == min(one.evaluations for one in good)
+    assert len(degrees & {candidate.degree for candidate in good if candidate.newton == 0.0}) >= 3
+    assert choice.evaluations == min(candidate.evaluations for candidate in good)
 
 
 def test_of_a_chaotic_motion_it_says_that_neighbouring_starts_part() -> None:
@@ -226,7 +231,7 @@ def test_steps_in_a_clock_keep_the_error_asked_for(error):
     orbit, duration = galvi.problems.kepler(0.95), 40.0
     choice = recommend(orbit, error, duration, clock=galvi.Sundman(), degrees=(8,))
     assert choice.reached and choice.duration == choice.measured == pytest.approx(duration)
-    assert found(orbit, choice, KEPLER) <= 1.1 * choice.error <= 1.1 * error
+    assert true_error(orbit, choice, KEPLER) <= 1.1 * choice.error <= 1.1 * error
     run = galvi.integrate(orbit, choice.method, choice.step, duration=duration)
     assert choice.method.clock == galvi.Sundman() and "of its clock: error" in str(choice)
     assert abs(len(run.t) - 1 - choice.steps) <= 0.05 * choice.steps + 1.0
@@ -245,8 +250,8 @@ def test_equal_steps_through_an_encounter_point_to_the_clock_which_needs_fewer()
 
 
 def test_one_body_has_no_pace():
-    alone = galvi.Problem(galvi.NBody([1.0]), np.zeros((1, 3)), [[1.0, 0.0, 0.0]])
-    assert recommend(alone, 1e-6, 10.0, budget=1e4).reached
+    problem = galvi.Problem(galvi.NBody([1.0]), np.zeros((1, 3)), [[1.0, 0.0, 0.0]])
+    assert recommend(problem, 1e-6, 10.0, budget=1e4).reached
 
 
 def test_an_error_that_only_shows_in_the_times_of_a_clock_counts(monkeypatch):
@@ -258,18 +263,18 @@ def test_an_error_that_only_shows_in_the_times_of_a_clock_counts(monkeypatch):
         runs = scan.Scan(ORBIT, length, length, "evaluations", 1e6, clock=clock, unit=length / 20.0)
         return runs.measure(4, 40).error
 
-    sound = error()
+    error_at_times = error()
     monkeypatch.setattr(scan, "at_times_of", lambda run, better: better.q)
-    assert error() < 0.8 * sound  # 0.7 when this was written
+    assert error() < 0.8 * error_at_times  # 0.7 when this was written
 
 
 @pytest.mark.slow(beside="test_steps_in_a_clock_keep_the_error_asked_for")
 def test_a_length_that_was_guessed_from_a_part_is_not_called_whole(monkeypatch):
     """From the apocentre of a long orbit, whose clock is fast only later."""
-    far = apocentre(0.97)
-    assert recommend(far, 1e-5, 12.0, clock=galvi.Sundman()).measured == pytest.approx(12.0)
+    problem = apocentre(0.97)
+    assert recommend(problem, 1e-5, 12.0, clock=galvi.Sundman()).measured == pytest.approx(12.0)
     monkeypatch.setattr(scan, "PACED_STEPS", 4)
-    guessed = recommend(far, 1e-5, 12.0, clock=galvi.Sundman())
+    guessed = recommend(problem, 1e-5, 12.0, clock=galvi.Sundman())
     assert guessed.measured < 11.0 and "whole duration" not in guessed.status
 
 
@@ -283,11 +288,11 @@ SERVO = """<mujoco><worldbody><body><joint name="hip" axis="0 1 0" damping=".1"/
 def test_a_stop_that_no_step_cures_ends_the_search():
     """With 15,720,798 steps at the end, where only a failure of the step itself was looked for."""
     fast = galvi.from_mujoco(SERVO, ctrl=[0.3]).with_initial_state([0.0], [6.0])
-    found = galvi.recommend(fast, 1e-6, 2.0)
-    assert not found.reached
-    assert "a force reaches its limit at the same time whatever the step" in found.status
-    assert "beyond its limits" in found.status
-    assert max(one.steps for one in found.scanned) < 1_000_000
+    choice = galvi.recommend(fast, 1e-6, 2.0)
+    assert not choice.reached
+    assert "a force reaches its limit at the same time whatever the step" in choice.status
+    assert "beyond its limits" in choice.status
+    assert max(candidate.steps for candidate in choice.scanned) < 1_000_000
 
 
 @pytest.mark.slow(beside="test_steps_in_a_clock_keep_the_error_asked_for")
@@ -299,7 +304,7 @@ def test_a_massless_body_is_scanned_in_a_clock() -> None:
     v = [[0.0, 0.0, 0.0], [0.0, 0.017202125, 0.0], [-0.002481971, 0.017854206, -0.004025093]]
     problem, clock = galvi.Problem(system, q, v), galvi.DynamicalTime()
     assert "try clock=galvi.DynamicalTime()" in str(galvi.recommend(problem, 1e-6, 60.0))
-    found = galvi.recommend(problem, 1e-6, 60.0, clock=clock)
-    run = galvi.integrate(problem, found.method, found.step, duration=60.0)
-    true = galvi.integrate(problem, found.method, 0.2 * found.step, duration=60.0)
-    assert found.reached and np.max(np.abs(run.q[-1] - true.q[-1])) < 1e-6
+    choice = galvi.recommend(problem, 1e-6, 60.0, clock=clock)
+    run = galvi.integrate(problem, choice.method, choice.step, duration=60.0)
+    true = galvi.integrate(problem, choice.method, 0.2 * choice.step, duration=60.0)
+    assert choice.reached and np.max(np.abs(run.q[-1] - true.q[-1])) < 1e-6

@@ -27,22 +27,22 @@ CASES = {
 def test_a_curve_that_was_not_kept_is_the_same_to_the_bit(name, tmp_path, monkeypatch):
     monkeypatch.setattr(loop, "STEPS_BETWEEN_STATES", 64)
     problem, method, h = CASES[name]
-    whole, thin, none = (
-        galvi.integrate(problem, method, h, 200, **more)
-        for more in ({}, {"save_every": 70}, {"curves": False})
+    full, thin, none = (
+        galvi.integrate(problem, method, h, 200, **options)
+        for options in ({}, {"save_every": 70}, {"curves": False})
     )
-    assert [one.first for one in thin.again.known] == [0, 64, 128, 192]
+    assert [checkpoint.first for checkpoint in thin.again.known] == [0, 64, 128, 192]
     joints = h * np.array([0, 1, 63, 64, 65, 128, 199, 200])
     times = np.append(joints, h * np.random.default_rng(3).uniform(0.0, 200.0, 12))
     galvi.save(thin, tmp_path / "thin.npz")
     for run in (thin, galvi.load(tmp_path / "thin.npz"), pickle.loads(pickle.dumps(thin)), none):
         assert run.curves is None
-        assert np.array_equal(run(times), whole(times))
-        assert np.array_equal(run.velocity(times), whole.velocity(times))
+        assert np.array_equal(run(times), full(times))
+        assert np.array_equal(run.velocity(times), full.velocity(times))
     half = galvi.integrate(problem, method, h, 90)
-    rest, kept = (galvi.resume(half, 110, save_every=k) for k in (50, 1))
+    thinned, full_half = (galvi.resume(half, 110, save_every=k) for k in (50, 1))
     later = times[times / h > 90.0]
-    assert np.array_equal(rest(later), kept(later))
+    assert np.array_equal(thinned(later), full_half(later))
 
 
 def test_past_a_failure_there_is_nothing(monkeypatch):
@@ -51,11 +51,11 @@ def test_past_a_failure_there_is_nothing(monkeypatch):
         galvi.Canonical(1.0, lambda q: -1.0 / q[0], lambda q: 1.0 / q**2), [1.0], [0.0]
     )
     failed = galvi.integrate(falling, gauss(4), 0.1, 40, save_every=40)
-    kept = galvi.integrate(falling, gauss(4), 0.1, 40)
-    assert not failed.success and failed.failed_step == kept.failed_step
-    end = 0.1 * (kept.counts["steps"])
+    with_curves = galvi.integrate(falling, gauss(4), 0.1, 40)
+    assert not failed.success and failed.failed_step == with_curves.failed_step
+    end = 0.1 * (with_curves.counts["steps"])
     times = np.array([0.0, 0.5 * end, end, end + 0.05, 4.0])
-    assert np.array_equal(failed(times), kept(times), equal_nan=True)
+    assert np.array_equal(failed(times), with_curves(times), equal_nan=True)
     assert np.isnan(failed(4.0)).all() and np.isfinite(failed(end)).all()
 
 
@@ -63,8 +63,8 @@ def test_states_are_few_in_a_long_run():
     run = galvi.integrate(
         galvi.problems.harmonic_oscillator(), gauss(2), 0.1, 10**6, save_every=10**6
     )
-    apart = np.diff([one.first for one in run.again.known])
-    assert len(run.again.known) <= loop.MOST_KNOWN + 1 and set(apart) == {1954}
+    gaps = np.diff([checkpoint.first for checkpoint in run.again.known])
+    assert len(run.again.known) <= loop.MOST_KNOWN + 1 and set(gaps) == {1954}
 
 
 STIFFNESS = 1.0
@@ -109,26 +109,28 @@ OF_A_NUMBER = {
 def test_a_run_whose_functions_have_changed_is_not_done_again(name, clock, monkeypatch):
     problem = galvi.Problem(OF_A_NUMBER[name], [1.0], [0.5])
     method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=clock)
-    run, kept = (galvi.integrate(problem, method, 0.1, 12, curves=k) for k in (False, True))
-    assert run.curves is None and np.array_equal(run(0.42), kept(0.42))
+    run, with_curves = (galvi.integrate(problem, method, 0.1, 12, curves=k) for k in (False, True))
+    assert run.curves is None and np.array_equal(run(0.42), with_curves(0.42))
     monkeypatch.setitem(globals(), "STIFFNESS", 4.0)
     for changed in (run, pickle.loads(pickle.dumps(run)) if clock is None else run):
-        for asked in (changed, changed.velocity):
+        for evaluate in (changed, changed.velocity):
             with pytest.raises(ValueError, match="a number to which they refer has changed"):
-                asked(0.42)
+                evaluate(0.42)
     monkeypatch.setitem(globals(), "STIFFNESS", 1.0)
-    assert np.array_equal(run(0.42), kept(0.42))
+    assert np.array_equal(run(0.42), with_curves(0.42))
 
 
 def test_what_was_traced_is_kept(monkeypatch):
     """A run in lanes is that of the traced numbers, until its system is traced anew."""
     traced = galvi.Canonical(1.0, lambda q: 0.5 * STIFFNESS * q @ q)
     problem = galvi.Problem(traced, [1.0], [0.5])
-    run, kept = (galvi.integrate(problem, gauss(4), 0.1, 12, curves=k) for k in (False, True))
+    run, with_curves = (
+        galvi.integrate(problem, gauss(4), 0.1, 12, curves=k) for k in (False, True)
+    )
     monkeypatch.setitem(globals(), "STIFFNESS", 4.0)
-    assert run.engine == "lanes" and np.array_equal(run(0.42), kept(0.42))
-    other = galvi.integrate(problem, gauss(4), 0.1, 12)
-    assert abs(other(0.42) - kept(0.42)) > 0.1
+    assert run.engine == "lanes" and np.array_equal(run(0.42), with_curves(0.42))
+    changed = galvi.integrate(problem, gauss(4), 0.1, 12)
+    assert abs(changed(0.42) - with_curves(0.42)) > 0.1
     with pytest.raises(ValueError, match="a number to which they refer has changed"):
         run(0.42)
 
@@ -146,10 +148,12 @@ def test_what_was_traced_is_kept(monkeypatch):
 )
 def test_a_step_in_a_clock_is_done_again_at_its_own_length(problem, clock, end):
     method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=clock)
-    kept, thin = (galvi.integrate(problem, method, 0.2, **end, curves=k) for k in (True, False))
-    times = np.linspace(problem.t0, kept.t[-1], 7)
-    assert np.array_equal(thin(times), kept(times))
-    assert np.array_equal(thin.velocity(times), kept.velocity(times))
+    with_curves, thin = (
+        galvi.integrate(problem, method, 0.2, **end, curves=k) for k in (True, False)
+    )
+    times = np.linspace(problem.t0, with_curves.t[-1], 7)
+    assert np.array_equal(thin(times), with_curves(times))
+    assert np.array_equal(thin.velocity(times), with_curves.velocity(times))
 
 
 def test_a_change_that_the_start_does_not_show_is_seen(monkeypatch):

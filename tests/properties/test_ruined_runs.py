@@ -35,8 +35,8 @@ def spring(compiled, slope=1.0):
     def gradient(q):
         return slope * q
 
-    made = njit if compiled else (lambda function: function)
-    return galvi.Canonical(1.0, made(potential), made(gradient), check=False)
+    wrap = njit if compiled else (lambda function: function)
+    return galvi.Canonical(1.0, wrap(potential), wrap(gradient), check=False)
 
 
 def test_an_energy_without_a_measure_is_told_without_a_falsehood():
@@ -62,8 +62,8 @@ def top(compiled, slope=1.0):
         out[2, 2] = 2.0 * slope
         return out
 
-    made = njit if compiled else (lambda function: function)
-    return galvi.RigidBody([1.0, 2.0, 2.5], made(potential), made(gradient), check=False)
+    wrap = njit if compiled else (lambda function: function)
+    return galvi.RigidBody([1.0, 2.0, 2.5], wrap(potential), wrap(gradient), check=False)
 
 
 def tilted(angle):
@@ -95,11 +95,11 @@ ASTRAY = {
 
 
 @pytest.mark.parametrize(
-    ("name", "every"), [(name, (1, 7, 100)[k % 3]) for k, name in enumerate(ASTRAY)]
+    ("name", "save_every"), [(name, (1, 7, 100)[k % 3]) for k, name in enumerate(ASTRAY)]
 )
-def test_a_gradient_of_the_wrong_sign_ruins_a_run_which_goes_on(name, every):
+def test_a_gradient_of_the_wrong_sign_ruins_a_run_which_goes_on(name, save_every):
     """E of the springs grows from 0.5 by 1e8 and more; that of the bodies by twice the range."""
-    run = galvi.integrate(ASTRAY[name], gauss(4), 0.1, 100, save_every=every)
+    run = galvi.integrate(ASTRAY[name], gauss(4), 0.1, 100, save_every=save_every)
     assert run.outcome.end is galvi.End.RUINED and not run.success
     assert "check that the derivatives are those of the energy" in run.outcome.remedy
     assert 1 <= run.failed_step < 20
@@ -113,8 +113,10 @@ def test_the_first_ruined_step_is_found_among_the_kept_ones():
     q, v = run.q, run.p
     error = np.abs(0.5 * np.sum(v * v + q * q, axis=1) - 1.0)
     assert run.failed_step == int(np.flatnonzero(error > 0.5)[0])
-    seen = galvi.integrate(problem, gauss(4), 0.001, 10_000, save_every=10_000)
-    assert run.failed_step <= seen.failed_step <= run.failed_step + 128  # a 64th of the run at most
+    thinned = galvi.integrate(problem, gauss(4), 0.001, 10_000, save_every=10_000)
+    assert (
+        run.failed_step <= thinned.failed_step <= run.failed_step + 128
+    )  # a 64th of the run at most
 
 
 @pytest.mark.slow_cases(but=["3"])
@@ -148,7 +150,7 @@ def report(kinetic, potential, kinetic_at_start=0.0, floor=0.0):
 
 def test_the_measure_is_not_that_of_where_a_run_went():
     """Planted energies: a jump into a well that is deeper than its error, and one that returns."""
-    rest = np.zeros(6)
+    at_rest = np.zeros(6)
     fall = np.array([-1.0, -2.0, -1e5, -3.0, -3.0, -2.0])
     jump = report(np.array([1.0, 2.0, 1e5 + 500, 503, 503, 502]), fall)
     assert jump.ruined == 3 and jump.energies[MEASURE] == 2.0
@@ -156,8 +158,8 @@ def test_the_measure_is_not_that_of_where_a_run_went():
     assert back.ruined is None and back.energies[MEASURE] == 1e5 - 1.0 + 1.0
     slight = report(-fall + 0.02 * np.arange(6), fall, 10.0)
     assert slight.ruined is None and slight.error < 0.01
-    assert report(rest + 1e-16, rest, floor=1e-15).ruined is None
-    assert report(rest + 1e-16, rest).ruined == 1  # no floor
+    assert report(at_rest + 1e-16, at_rest, floor=1e-15).ruined is None
+    assert report(at_rest + 1e-16, at_rest).ruined == 1  # no floor
 
 
 @pytest.mark.parametrize(
@@ -209,19 +211,19 @@ def test_energy_is_not_asked_where_it_depends_on_the_time_nor_the_work_of_a_forc
 def test_a_resumed_run_is_judged_as_one_long_run(cut, tmp_path):
     problem = galvi.Problem(galvi.NBody([1.0, 1e-6, 1e-6]), *meeting(1e-6, 1e-3))
     for case, step, steps in ((problem, 0.05, 60), (ASTRAY["compiled"], 0.1, 60)):
-        whole = galvi.integrate(case, gauss(8), step, steps)
+        uncut = galvi.integrate(case, gauss(8), step, steps)
         part = galvi.integrate(case, gauss(8), step, cut)
-        known = None if case is problem else case
+        problem_of_file = None if case is problem else case
         galvi.save(part, tmp_path / "part.npz")
-        rest = galvi.resume(galvi.load(tmp_path / "part.npz", known), steps - cut)
-        assert np.array_equal(rest.q, whole.q[cut:])
-        assert rest.success == whole.success
-        assert np.array_equal(rest.checkpoint.passage, whole.checkpoint.passage)
-        assert np.array_equal(rest.checkpoint.energies, whole.checkpoint.energies)
-        if whole.success:
-            assert rest.status == whole.status
+        resumed = galvi.resume(galvi.load(tmp_path / "part.npz", problem_of_file), steps - cut)
+        assert np.array_equal(resumed.q, uncut.q[cut:])
+        assert resumed.success == uncut.success
+        assert np.array_equal(resumed.checkpoint.passage, uncut.checkpoint.passage)
+        assert np.array_equal(resumed.checkpoint.energies, uncut.checkpoint.energies)
+        if uncut.success:
+            assert resumed.status == uncut.status
         else:
-            assert rest.failed_step == max(whole.failed_step - cut, 1)
+            assert resumed.failed_step == max(uncut.failed_step - cut, 1)
 
 
 def meeting(mass, distance, back=2.0):
@@ -229,9 +231,9 @@ def meeting(mass, distance, back=2.0):
     computes backwards from where the planets are at this distance, at 1 au."""
     q = np.array([[0.0, 0, 0], [1.0, 0, 0], [1.0 + 0.6 * distance, 0, 0.8 * distance]])
     v = np.array([[0.0, 0, 0], [0.0, 1.0, 0], [0.2, np.sqrt(0.7), 0.05]])
-    there = galvi.Problem(galvi.NBody([1.0, mass, mass]), q, -v)
-    run = IAS15.run(there, back, {})
-    return run.q[-1], -there.system.velocity(run.p[-1])
+    reversed_start = galvi.Problem(galvi.NBody([1.0, mass, mass]), q, -v)
+    run = IAS15.run(reversed_start, back, {})
+    return run.q[-1], -reversed_start.system.velocity(run.p[-1])
 
 
 @pytest.mark.parametrize(
@@ -324,8 +326,8 @@ def test_no_bound_pair_with_adequate_steps_raises_a_false_alarm(
     gap, speed = 1.0 - eccentricity, np.sqrt((1 + mass) * (1 + eccentricity) / (1 - eccentricity))
     turn = np.array([[np.cos(phase), -np.sin(phase)], [np.sin(phase), np.cos(phase)]])
     q, v = turn @ [gap, 0.0], turn @ [0.0, speed]
-    place, drift = np.array([5.0, 1.0]), np.array([boost, 0.0])
-    problem = galvi.Problem(galvi.NBody([1.0, mass]), [place, place + q], [drift, drift + v])
+    position, drift = np.array([5.0, 1.0]), np.array([boost, 0.0])
+    problem = galvi.Problem(galvi.NBody([1.0, mass]), [position, position + q], [drift, drift + v])
     period = 2 * np.pi / np.sqrt(1 + mass)
     assert galvi.integrate(problem, gauss(8), sign * period / 150, 300).status == "Completed."
 
@@ -355,8 +357,8 @@ def test_the_pole_of_a_passage_is_that_of_its_conic():
     assert parabola == pytest.approx(np.exp(-4.0 * n * 4.0 / 3.0 * d / v / h), rel=1e-6)
     circle = passage_error(d**2, v**2, 0.0, d * v**2, 0.5, h, n)
     assert circle == 0.0
-    near = passage_error(d**2, v**2, 0.0, 0.5 * d * v**2 * (1 + 3e-6), 0.5, h, n)
-    assert near == pytest.approx(parabola, rel=1e-4)
+    almost_parabola = passage_error(d**2, v**2, 0.0, 0.5 * d * v**2 * (1 + 3e-6), 0.5, h, n)
+    assert almost_parabola == pytest.approx(parabola, rel=1e-4)
     at_edge = passage_error(d**2, v**2, 0.0, 0.5 * d * v**2, 1.0, h, n)
     assert at_edge < 0.1 * parabola
     assert np.hypot(np.log(1.0 / UNRESOLVED) / 4.0, np.pi / 4.0) < PASSAGE_REACH
@@ -373,16 +375,16 @@ def test_the_pericentre_is_found_from_any_point_of_the_conic(eccentricity, since
     if since:
         run = galvi.integrate(two, gauss(12), since / 400, 400, save_every=400)
         q, v = run.q[-1], run.p[-1]
-    found = passage_error(q @ q, v @ v, q @ v, mu, 0.5 + since / h, h, 8)
-    assert found == pytest.approx(passage_error(nearest**2, speed**2, 0.0, mu, 0.5, h, 8), rel=1e-5)
+    error = passage_error(q @ q, v @ v, q @ v, mu, 0.5 + since / h, h, 8)
+    assert error == pytest.approx(passage_error(nearest**2, speed**2, 0.0, mu, 0.5, h, 8), rel=1e-5)
 
 
 def test_a_ruined_energy_is_seen_far_from_the_origin() -> None:
-    far = 1e8
+    centre = 1e8
     system = galvi.Canonical(
-        1.0, lambda q: float((q[0] - far) ** 2 / 2), lambda q: 3.0 * (q - far), check=False
+        1.0, lambda q: float((q[0] - centre) ** 2 / 2), lambda q: 3.0 * (q - centre), check=False
     )
-    run = galvi.integrate(galvi.Problem(system, [far + 1.0], [0.5]), gauss(2), 0.1, 300)
+    run = galvi.integrate(galvi.Problem(system, [centre + 1.0], [0.5]), gauss(2), 0.1, 300)
     assert run.outcome.end is galvi.End.RUINED
 
 
@@ -453,8 +455,8 @@ def test_the_energy_that_a_force_gives_in_a_step_is_that_of_uniform_acceleration
 def test_a_force_that_reverses_gives_no_more_than_the_potential_falls(name):
     """From rest at x = 2 with k = 1. V is looked at from 0.71 to 1.41 of the way to its minimum."""
     problem, _ = AT_REST[name]
-    given = [kick_energy(problem, step) for step in (2.5, 50.0, 3e4, -1e9)]
-    assert all(0.91 * 2.0 <= energy <= 2.0 for energy in given)
+    energies = [kick_energy(problem, step) for step in (2.5, 50.0, 3e4, -1e9)]
+    assert all(0.91 * 2.0 <= energy <= 2.0 for energy in energies)
     gravity = galvi.Problem(
         galvi.Canonical(2.0, lambda q: 3.0 * q[0], lambda q: [3.0]), [1.0], [0.0]
     )
@@ -471,7 +473,7 @@ def test_a_start_at_rest_excuses_no_error_in_steps_of_many_periods():
 def test_a_changed_energy_is_told_however_large_the_step():
     """Against bounds of the measure: T at the start, and that or the range of V over the run."""
     rng = np.random.default_rng(0)
-    told, ruined = 0, 0
+    reported, ruined = 0, 0
     for _ in range(80):
         start = rng.normal(scale=1.5, size=2)
         problem = galvi.Problem(PENDULUM, start[:1], start[1:])
@@ -480,15 +482,15 @@ def test_a_changed_energy_is_told_however_large_the_step():
             continue
         kinetic, potential = 0.5 * run.p[:, 0] ** 2, -np.cos(run.q[:, 0])
         off = np.max(np.abs(kinetic + potential - kinetic[0] - potential[0]))
-        least, most = kinetic[0], max(kinetic[0], np.ptp(potential))
-        if off > 0.011 * most:
-            told += 1
+        lower_bound, upper_bound = kinetic[0], max(kinetic[0], np.ptp(potential))
+        if off > 0.011 * upper_bound:
+            reported += 1
             assert "the energy changed" in run.status
-        elif off < 0.009 * least:
+        elif off < 0.009 * lower_bound:
             assert run.status.startswith("Completed.")
-        if off > 1.01 * most:
+        if off > 1.01 * upper_bound:
             ruined += 1
             assert not run.success and run.status.startswith("Ruined from step ")
-        elif off < 0.99 * least:
+        elif off < 0.99 * lower_bound:
             assert run.success
-    assert told > 10 and ruined > 3
+    assert reported > 10 and ruined > 3

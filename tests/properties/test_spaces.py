@@ -123,12 +123,12 @@ SAVED = [
 def test_runs_with_every_space_are_saved_loaded_and_resumed_to_the_bit(space, rule, tmp_path):
     method = galvi.Galerkin(space, rule)
     problem = galvi.problems.kepler(0.2)
-    whole = galvi.integrate(problem, method, 0.3, 12)
+    uncut = galvi.integrate(problem, method, 0.3, 12)
     galvi.save(galvi.integrate(problem, method, 0.3, 5), tmp_path / "run.npz")
     loaded = galvi.load(tmp_path / "run.npz")
     assert loaded.method == method
-    assert np.array_equal(galvi.resume(loaded, steps=7).q[-1], whole.q[-1])
-    assert np.array_equal(loaded(1.234), whole(1.234))
+    assert np.array_equal(galvi.resume(loaded, steps=7).q[-1], uncut.q[-1])
+    assert np.array_equal(loaded(1.234), uncut(1.234))
 
 
 def test_spherical_bessel_functions_are_those_of_mpmath():

@@ -41,14 +41,17 @@ def folder():
 )
 @pytest.mark.parametrize(
     "start",
-    [pytest.param(one, id=one.label, marks=[pytest.mark.slow] * (one in ALIKE)) for one in STARTS],
+    [
+        pytest.param(start, id=start.label, marks=[pytest.mark.slow] * (start in ALIKE))
+        for start in STARTS
+    ],
 )
 def test_import_and_first_run_are_quick_when_all_is_compiled(start, folder):
     imports, firsts = [], []
     for _ in range(TRIES):
-        found = started(start, folder)
-        imports.append(found.imported / found.numpys)
-        firsts.append(found.first / found.numpys)
+        times = started(start, folder)
+        imports.append(times.imported / times.numpys)
+        firsts.append(times.first / times.numpys)
         if min(imports) < IMPORT and min(firsts) < FIRST:
             return
     pytest.fail(f"in imports of numpy: imports {imports}, first runs {firsts}")
@@ -56,15 +59,15 @@ def test_import_and_first_run_are_quick_when_all_is_compiled(start, folder):
 
 @pytest.mark.slow(beside="test_import_and_first_run_are_quick_when_all_is_compiled")
 def test_a_first_run_that_compiles_would_be_seen(tmp_path):
-    found = started(STARTS[2], tmp_path, cache=str(tmp_path / "cache"))
-    assert found.first > 2 * FIRST * found.numpys
+    times = started(STARTS[2], tmp_path, cache=str(tmp_path / "cache"))
+    assert times.first > 2 * FIRST * times.numpys
 
 
 @pytest.mark.slow(beside="test_import_and_first_run_are_quick_when_all_is_compiled")
 def test_after_warming_nothing_is_left_to_compile(tmp_path):
     settings = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    words = [sys.executable, "-m", "reports", "warm"]
-    subprocess.run(words, cwd=start_up.ROOT, env=settings, check=True, capture_output=True)
+    command = [sys.executable, "-m", "reports", "warm"]
+    subprocess.run(command, cwd=start_up.ROOT, env=settings, check=True, capture_output=True)
 
     def compiled():
         return {path.name for path in (tmp_path / "cache").rglob("galvi-kernels/*.nbc")}
@@ -87,7 +90,7 @@ def test_a_start_that_fails_says_why(tmp_path):
 
 @pytest.mark.slow(beside="test_integrate.py::test_counts_are_the_same_in_every_run")
 def test_two_processes_agree_to_the_last_bit_and_count():
-    told = [
+    digests = [
         subprocess.run(
             [sys.executable, "-c", DIGESTS],
             env=os.environ | {"PYTHONHASHSEED": seed},
@@ -97,8 +100,8 @@ def test_two_processes_agree_to_the_last_bit_and_count():
         ).stdout
         for seed in ("1", "2")
     ]
-    assert told[0] == told[1]
-    assert len(set(told[0].splitlines())) == 4
+    assert digests[0] == digests[1]
+    assert len(set(digests[0].splitlines())) == 4
 
 
 @pytest.mark.slow(beside="test_many_runs.py::test_the_memory_counted_is_what_a_run_takes")
@@ -116,8 +119,8 @@ def test_the_table_has_a_row_for_each_start_and_memory_does_not_grow_with_the_st
 
 @pytest.mark.slow(beside="test_import_and_first_run_are_quick_when_all_is_compiled")
 def test_most_of_a_first_run_is_compiling_and_each_function_has_its_share():
-    imported, whole, table = compile_times.compile_times()
+    imported, total, table = compile_times.compile_times()
     shares = table[list(compile_times.COLUMNS[1:-1])].sum(axis="columns")
     np.testing.assert_allclose(table["seconds"], shares)
-    assert imported > 0.0 and 0.5 * whole < table["seconds"].sum() < whole
+    assert imported > 0.0 and 0.5 * total < table["seconds"].sum() < total
     assert "advance_run" in set(table["function"])

@@ -14,7 +14,7 @@ pytest.importorskip("sympy")
 import sympy
 from sympy.physics.mechanics import dynamicsymbols
 
-from tests.properties.symbolic_letters import FOUR, c, k, m, made, t, u, w, x, y
+from tests.properties.symbolic_letters import FOUR, c, from_sympy, k, m, t, u, w, x, y
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 
@@ -24,7 +24,7 @@ def hoop():
     theta, spin = dynamicsymbols("theta"), sympy.Symbol("Omega")
     rate = theta.diff(dynamicsymbols._t)
     L = m * (rate**2 + spin**2 * sympy.sin(theta) ** 2) / 2 + m * k * sympy.cos(theta)
-    return made(L, [theta], parameters={m: 2.0, k: 9.81, spin: 4.0})
+    return from_sympy(L, [theta], parameters={m: 2.0, k: 9.81, spin: 4.0})
 
 
 def hoop_slope(t, s):
@@ -33,7 +33,7 @@ def hoop_slope(t, s):
 
 def leaking():
     """A mass that grows, (1 + t) v^2 / 2, on a spring that stiffens."""
-    return made((1 + t) * u**2 / 2 - (1 + t) ** 2 * x**2 / 2, x, u, t)
+    return from_sympy((1 + t) * u**2 / 2 - (1 + t) ** 2 * x**2 / 2, x, u, t)
 
 
 def leaking_slope(t, s):
@@ -43,7 +43,7 @@ def leaking_slope(t, s):
 def magnet():
     """A charge in a plane, in a magnetic field of strength c and on an anharmonic spring."""
     spring = (x**2 + 2 * y**2) / 2 + x**4 / 4
-    return made(
+    return from_sympy(
         (u**2 + w**2) / 2 + c * (x * w - y * u) / 2 - spring, [x, y], [u, w], parameters={c: 1.5}
     )
 
@@ -85,7 +85,7 @@ def test_the_motion_is_that_of_equations_derived_by_hand(motion):
 
 
 def test_a_damped_and_driven_oscillator_follows_its_closed_form_in_extended_precision():
-    pushed = made(
+    pushed = from_sympy(
         u**2 / 2 - k * x**2 / 2,
         x,
         u,
@@ -107,7 +107,7 @@ def test_a_damped_and_driven_oscillator_follows_its_closed_form_in_extended_prec
 
 def test_a_sign_gone_wrong_would_be_seen():
     start = ([1.0, -0.5], [0.3, 0.8])
-    wrong = made(
+    wrong = from_sympy(
         (u**2 + w**2) / 2 - c * (x * w - y * u) / 2 - (x**2 + 2 * y**2) / 2 - x**4 / 4,
         [x, y],
         [u, w],

@@ -12,15 +12,15 @@ import sympy
 import galvi
 from galvi.tracing import code as symbolic_code
 from galvi.tracing import kinks, lane_law
-from tests.properties.symbolic_letters import FOUR, FREE, c, k, m, made, u, w, x, y
+from tests.properties.symbolic_letters import FOUR, FREE, c, from_sympy, k, m, u, w, x, y
 
 
 def test_coordinates_and_forces_in_a_matrix_and_parameters_of_sympy_are_taken():
     L = m * (u**2 + w**2) / 2 - k * x**2
-    lists = made(L, [x, y], [u, w], parameters={m: np.sqrt(2.0), k: 0.5}, force=[-u, 0])
+    lists = from_sympy(L, [x, y], [u, w], parameters={m: np.sqrt(2.0), k: 0.5}, force=[-u, 0])
     columns = map(sympy.Matrix, ([x, y], [u, w]))
     numbers = {m: sympy.sqrt(2), k: sympy.Rational(1, 2)}
-    matrices = made(L, *columns, parameters=numbers, force=sympy.Matrix([-u, 0]))
+    matrices = from_sympy(L, *columns, parameters=numbers, force=sympy.Matrix([-u, 0]))
     assert matrices.function == lists.function
     assert matrices.force == lists.force and repr(lists.force) == "[-u, 0]"
     assert matrices.force(np.ones(2), np.ones(2), 0.0).tolist() == [-1.0, 0.0]
@@ -28,7 +28,7 @@ def test_coordinates_and_forces_in_a_matrix_and_parameters_of_sympy_are_taken():
 
 def test_a_piecewise_that_does_not_say_what_holds_elsewhere_is_not_defined_there():
     half = sympy.Piecewise((x**2, x > 0))
-    for system in (made(FREE - half, x, u), made(FREE, x, u, force=half)):
+    for system in (from_sympy(FREE - half, x, u), from_sympy(FREE, x, u, force=half)):
         assert galvi.integrate(galvi.Problem(system, [1.0], [0.0]), FOUR, 0.1, 2).success
         with pytest.raises(ValueError, match=r"finite.*at the start"):
             galvi.integrate(galvi.Problem(system, [-1.0], [0.0]), FOUR, 0.1, 1)
@@ -37,7 +37,7 @@ def test_a_piecewise_that_does_not_say_what_holds_elsewhere_is_not_defined_there
 def test_a_missing_sympy_is_a_sentence(monkeypatch):
     monkeypatch.setitem(sys.modules, "sympy", None)
     with pytest.raises(ImportError, match=r"from_sympy needs SymPy: .* Install sympy\."):
-        made(FREE, x, u)
+        from_sympy(FREE, x, u)
 
 
 def test_galvi_does_not_import_sympy():
@@ -46,12 +46,14 @@ def test_galvi_does_not_import_sympy():
 
 
 def test_parameters_are_numbers_of_the_system_and_not_of_the_code():
-    one, other = (made(m * u**2 / 2 - k * x**2, x, u, parameters={m: 1.0, k: s}) for s in (1.0, 2))
-    renamed = made(c * w**2 / 2 - m * y**2, y, w, parameters={c: 1.0, m: 1.0})
-    assert one.function.source == other.function.source
-    assert repr(one.function) == "-k*x**2 + m*u**2/2" and repr(one.function) in repr(one)
-    assert one.function.slopes(np.array([1.0]), np.array([2.0])).tolist() == [2.0, -2.0]
-    assert other.function.slopes(np.array([1.0]), np.array([2.0])).tolist() == [2.0, -4.0]
+    unit, doubled = (
+        from_sympy(m * u**2 / 2 - k * x**2, x, u, parameters={m: 1.0, k: s}) for s in (1.0, 2)
+    )
+    renamed = from_sympy(c * w**2 / 2 - m * y**2, y, w, parameters={c: 1.0, m: 1.0})
+    assert unit.function.source == doubled.function.source
+    assert repr(unit.function) == "-k*x**2 + m*u**2/2" and repr(unit.function) in repr(unit)
+    assert unit.function.slopes(np.array([1.0]), np.array([2.0])).tolist() == [2.0, -2.0]
+    assert doubled.function.slopes(np.array([1.0]), np.array([2.0])).tolist() == [2.0, -4.0]
     assert renamed.function.slopes(np.array([1.0]), np.array([2.0])).tolist() == [2.0, -2.0]
 
 
@@ -72,8 +74,10 @@ def test_the_code_is_the_same_in_every_process_and_compiled_in_the_first_only():
     def ran(seed):
         environment = {**os.environ, "PYTHONHASHSEED": seed}
         command = [sys.executable, "-c", SOURCE]
-        done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-        return done.stdout.rpartition("from disk ")
+        completed = subprocess.run(
+            command, capture_output=True, text=True, check=True, env=environment
+        )
+        return completed.stdout.rpartition("from disk ")
 
     first, second = ran("1"), ran("2")
     assert first[0] == second[0] and "def law_" in first[0]
@@ -82,7 +86,7 @@ def test_the_code_is_the_same_in_every_process_and_compiled_in_the_first_only():
 
 def test_constants_of_any_order_have_a_law():
     L = (k - m) ** sympy.Rational(7, 3) * u**2 / 2 - x**2 / 2
-    problem = galvi.Problem(made(L, x, u, parameters={m: 1.0, k: 3.0}), [0.4], [0.5])
+    problem = galvi.Problem(from_sympy(L, x, u, parameters={m: 1.0, k: 3.0}), [0.4], [0.5])
     run = galvi.integrate(problem, FOUR, 0.05, 2)
     assert run.success and run.counts["linear_solves"] == 0
 
@@ -101,10 +105,10 @@ def test_nowhere_to_keep_the_code_is_no_reason_to_fail(monkeypatch):
 
 def test_code_that_was_not_used_for_longest_goes(tmp_path):
     for i in range(symbolic_code.KEPT_EXPRESSIONS + 3):
-        place = tmp_path / f"{i}" / "expression.source"
-        place.parent.mkdir()
-        place.touch()
-        os.utime(place, (i, i))
+        path = tmp_path / f"{i}" / "expression.source"
+        path.parent.mkdir()
+        path.touch()
+        os.utime(path, (i, i))
     symbolic_code._tidy(tmp_path)
     left = sorted(int(path.name) for path in tmp_path.iterdir())
     assert left == list(range(3, symbolic_code.KEPT_EXPRESSIONS + 3))
@@ -123,13 +127,13 @@ def test_code_that_was_not_used_for_longest_goes(tmp_path):
     ids=str,
 )
 def test_the_compiled_slopes_are_those_of_mpmath(V):
-    system = made(FREE - V, x, u)
-    found = np.empty((2, 1))
-    for place in (0.3, -0.8):
+    system = from_sympy(FREE - V, x, u)
+    slopes = np.empty((2, 1))
+    for position in (0.3, -0.8):
         law = system.lagrangian_kernel().function
-        law(np.array([place]), np.array([0.5]), 0.0, np.zeros(0), found)
-        slope = mpmath.diff(sympy.lambdify(x, V, "mpmath"), mpmath.mpf(place))
-        assert found[0, 0] == 0.5 and found[1, 0] == pytest.approx(-float(slope), rel=1e-13)
+        law(np.array([position]), np.array([0.5]), 0.0, np.zeros(0), slopes)
+        slope = mpmath.diff(sympy.lambdify(x, V, "mpmath"), mpmath.mpf(position))
+        assert slopes[0, 0] == 0.5 and slopes[1, 0] == pytest.approx(-float(slope), rel=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -160,12 +164,12 @@ SMOOTH = [
 @pytest.mark.parametrize(("V", "sentence"), KINKS)
 def test_a_lagrangian_that_is_not_twice_differentiable_is_named(V, sentence):
     with pytest.warns(UserWarning, match=f"not twice differentiable where .*{sentence}"):
-        made(FREE - V, x, u, parameters={k: 3.0})
+        from_sympy(FREE - V, x, u, parameters={k: 3.0})
 
 
 @pytest.mark.parametrize("V", SMOOTH)
 def test_one_that_is_twice_differentiable_across_its_branches_is_taken(V):
-    system = made(FREE - V, x, u, parameters={k: 3.0})
+    system = from_sympy(FREE - V, x, u, parameters={k: 3.0})
     assert kinks.check_start(system.function, np.zeros(1), np.ones(1), 0.0) is None
 
 
@@ -181,7 +185,7 @@ def test_one_that_is_twice_differentiable_across_its_branches_is_taken(V):
 def test_a_start_on_a_kink_is_refused_and_one_beside_it_is_not(V, on, beside, t0):
     """At a place of any size, whatever the others measure."""
     with pytest.warns(UserWarning):
-        system = made((u**2 + w**2) / 2 - V, [x, y], [u, w], parameters={k: 2.0**-30})
+        system = from_sympy((u**2 + w**2) / 2 - V, [x, y], [u, w], parameters={k: 2.0**-30})
     with pytest.raises(ValueError, match=r"not twice differentiable at the start, where .*x"):
         galvi.integrate(galvi.Problem(system, on, [1.0, 0.0], t0), FOUR, 0.1, 1)
     assert kinks.check_start(system.function, np.array(beside), np.ones(2), t0) is None

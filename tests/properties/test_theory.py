@@ -28,8 +28,8 @@ def test_z0_is_the_smallest_positive_root_of_1_equals_z_tan_z():
     ],
 )
 def test_the_constant_of_friedrichs_is_that_of_a_computation_by_hand(space, rule, squared):
-    said = galvi.theory(space, rule)
-    assert abs(said.friedrichs - Z0 * np.sqrt(squared)) < 1e-14
+    theory = galvi.theory(space, rule)
+    assert abs(theory.friedrichs - Z0 * np.sqrt(squared)) < 1e-14
 
 
 @pytest.mark.slow_cases("40")
@@ -43,53 +43,55 @@ def test_the_constant_of_friedrichs_tends_to_1_with_the_degree(degree):
 @pytest.mark.parametrize("degree", [2, 3, 8, 32])
 def test_norms_of_exact_rules_are_equal_and_those_of_lobatto_are_not(degree):
     for rule in (galvi.gauss(degree), galvi.lobatto(degree + 1)):
-        said = galvi.theory(P(degree), rule)
-        for ratio in (said.smallest_ratio, said.largest_ratio):
+        theory = galvi.theory(P(degree), rule)
+        for ratio in (theory.smallest_ratio, theory.largest_ratio):
             assert abs(ratio - 1.0) < 1e-13  # 7e-14 at degree 64
-    said = galvi.theory(P(degree), galvi.lobatto(degree))
-    assert said.largest_ratio > 1.1 and said.well_posed and said.consistent
+    theory = galvi.theory(P(degree), galvi.lobatto(degree))
+    assert theory.largest_ratio > 1.1 and theory.well_posed and theory.consistent
 
 
 def test_the_constants_are_those_of_the_space_and_not_of_its_basis():
-    mine, ours = (galvi.theory(space, galvi.lobatto(4)) for space in (Monomials(4), P(4)))
+    of_monomials, of_polynomials = (
+        galvi.theory(space, galvi.lobatto(4)) for space in (Monomials(4), P(4))
+    )
     for name in ("friedrichs", "smallest_ratio", "largest_ratio"):
-        assert abs(getattr(mine, name) - getattr(ours, name)) < 1e-10
-    assert mine.names == ours.names and mine.order == ours.order
+        assert abs(getattr(of_monomials, name) - getattr(of_polynomials, name)) < 1e-10
+    assert of_monomials.names == of_polynomials.names and of_monomials.order == of_polynomials.order
 
 
 def test_constants_that_float64_cannot_tell_are_none():
-    said = galvi.theory(Monomials(10), galvi.gauss(11))
-    assert said.friedrichs is None and said.unseen is None and said.largest_ratio is None
+    theory = galvi.theory(Monomials(10), galvi.gauss(11))
+    assert theory.friedrichs is None and theory.unseen is None and theory.largest_ratio is None
 
 
 @pytest.mark.parametrize(("degree", "points", "unseen"), [(3, 2, 1), (6, 2, 4), (2, 1, 1)])
 def test_an_ill_posed_pair_is_described(degree, points, unseen):
-    said = galvi.theory(P(degree), galvi.gauss(points))
-    assert not said.well_posed and not said.consistent and said.unseen == unseen
-    assert said.friedrichs is None and said.symmetric is None
-    assert str(said).splitlines()[1] == "ill-posed: a free particle has no unique motion"
+    theory = galvi.theory(P(degree), galvi.gauss(points))
+    assert not theory.well_posed and not theory.consistent and theory.unseen == unseen
+    assert theory.friedrichs is None and theory.symmetric is None
+    assert str(theory).splitlines()[1] == "ill-posed: a free particle has no unique motion"
 
 
 def test_an_inconsistent_pair_is_well_posed_with_its_defect():
-    said = galvi.theory(Fourier(2), galvi.gauss(16))
-    assert said.well_posed and said.unseen == 0 and not said.consistent
-    assert abs(said.defect - 1.0) < 1e-12  # beta_p = 0: a free particle never moves
-    assert said.order == 0 and said.names == ()
+    theory = galvi.theory(Fourier(2), galvi.gauss(16))
+    assert theory.well_posed and theory.unseen == 0 and not theory.consistent
+    assert abs(theory.defect - 1.0) < 1e-12  # beta_p = 0: a free particle never moves
+    assert theory.order == 0 and theory.names == ()
 
 
 def test_components_of_different_degrees_have_the_worst_constants_and_no_tableau():
-    said = galvi.theory(galvi.ComponentPolynomials((4, 1)), galvi.lobatto(4), KEPLER, 0.1)
+    theory = galvi.theory(galvi.ComponentPolynomials((4, 1)), galvi.lobatto(4), KEPLER, 0.1)
     parts = [galvi.theory(P(degree), galvi.lobatto(4)) for degree in (4, 1)]
-    assert said.friedrichs == max(part.friedrichs for part in parts)
-    assert abs(said.largest_ratio - parts[0].largest_ratio) < 1e-14
-    assert said.order == min(part.order for part in parts) and said.names == ()
-    assert said.fixed_point_step is None and said.converges is None
-    assert said.exists is False and "no bound      fixed-point iteration" in str(said)
+    assert theory.friedrichs == max(part.friedrichs for part in parts)
+    assert abs(theory.largest_ratio - parts[0].largest_ratio) < 1e-14
+    assert theory.order == min(part.order for part in parts) and theory.names == ()
+    assert theory.fixed_point_step is None and theory.converges is None
+    assert theory.exists is False and "no bound      fixed-point iteration" in str(theory)
 
 
 def test_a_lagrangian_on_a_vector_space_keeps_the_symmetry():
-    said = method().theory(galvi.problems.double_pendulum(), 0.1)
-    assert said.symmetric is True
+    theory = method().theory(galvi.problems.double_pendulum(), 0.1)
+    assert theory.symmetric is True
     error = galvi.round_trip_error(galvi.problems.double_pendulum(), method(), 0.1, 20)
     assert error < 1e-12  # 2e-14
 
@@ -100,6 +102,6 @@ def test_a_lagrangian_on_a_vector_space_keeps_the_symmetry():
     ids=["none", "oscillator", "body"],
 )
 def test_everything_can_be_stored(problem, rule):
-    said = galvi.theory(P(4), galvi.gauss(rule), problem, None if problem is None else 0.1)
-    assert json.loads(json.dumps(said.to_dict()))["names"] == list(said.names)
-    assert all(line == line.rstrip() and len(line) <= 120 for line in str(said).splitlines())
+    theory = galvi.theory(P(4), galvi.gauss(rule), problem, None if problem is None else 0.1)
+    assert json.loads(json.dumps(theory.to_dict()))["names"] == list(theory.names)
+    assert all(line == line.rstrip() and len(line) <= 120 for line in str(theory).splitlines())

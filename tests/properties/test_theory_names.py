@@ -70,8 +70,8 @@ def test_a_name_stands_for_the_tableau_of_the_literature(name, space, rule, a, p
     assert np.allclose(method.table.A, a @ partner, atol=1e-15)
     assert np.allclose(method.table.beta, b @ partner, atol=1e-15)
     assert galvi.theory(method, problem=OSCILLATOR).names[0] == name
-    every = method.table.slope.shape[0] == space.degree
-    assert (method.name == name) is every and (method.theory().name == name) is every
+    minimal = method.table.slope.shape[0] == space.degree
+    assert (method.name == name) is minimal and (method.theory().name == name) is minimal
 
 
 @pytest.mark.parametrize("space", [P(1), P(2)])
@@ -99,22 +99,22 @@ def test_the_trapezoid_is_newmarks_method_with_beta_0_and_not_with_a_quarter():
     run = galvi.integrate(
         galvi.Problem(quartic, [1.0], [0.3]), galvi.Galerkin(P(1), galvi.lobatto(2)), 0.2, 1
     )
-    found = np.array([run.q[-1, 0], run.p[-1, 0]])
-    assert np.allclose(found, newmark(0.0, 0.5, 1.0, 0.3, 0.2), atol=1e-15)
-    assert np.max(np.abs(found - newmark(0.25, 0.5, 1.0, 0.3, 0.2))) > 1e-4
+    state = np.array([run.q[-1, 0], run.p[-1, 0]])
+    assert np.allclose(state, newmark(0.0, 0.5, 1.0, 0.3, 0.2), atol=1e-15)
+    assert np.max(np.abs(state - newmark(0.25, 0.5, 1.0, 0.3, 0.2))) > 1e-4
 
 
 @pytest.mark.parametrize(("degree", "steps"), [(1, 7), (2, 3), (3, 2)])
 def test_pieces_with_a_rule_on_each_are_that_many_steps(degree, steps):
     space, rule = P(degree), galvi.gauss(degree)
     pieces = galvi.PiecewisePolynomials(degree, steps), galvi.composite(rule, steps)
-    one, other = (
+    in_pieces, in_steps = (
         galvi.integrate(galvi.problems.henon_heiles(), galvi.Galerkin(*pair), 0.3 / n, n)
         for pair, n in ((pieces, 1), ((space, rule), steps))
     )
-    assert one.method.name == f"{steps} steps of {other.method.name}"
-    assert np.allclose(one.q[-1], other.q[-1], atol=1e-14)
-    assert np.allclose(one.p[-1], other.p[-1], atol=1e-14)
+    assert in_pieces.method.name == f"{steps} steps of {in_steps.method.name}"
+    assert np.allclose(in_pieces.q[-1], in_steps.q[-1], atol=1e-14)
+    assert np.allclose(in_pieces.p[-1], in_steps.p[-1], atol=1e-14)
 
 
 @pytest.mark.parametrize(

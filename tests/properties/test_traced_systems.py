@@ -78,8 +78,8 @@ def test_a_number_that_changed_counts_from_the_next_run_on(
         np.testing.assert_allclose(run.q[:, 0], expected, rtol=0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("known", [True, False])
-def test_what_a_function_raises_reaches_the_caller(known: bool) -> None:
+@pytest.mark.parametrize("with_gradient", [True, False])
+def test_what_a_function_raises_reaches_the_caller(with_gradient: bool) -> None:
     """A fall towards -1, where math.log is not defined."""
 
     def gradient(q: Any) -> Any:
@@ -88,7 +88,7 @@ def test_what_a_function_raises_reaches_the_caller(known: bool) -> None:
     def potential(q: Any) -> Any:
         return (1.0 + q[0]) * math.log(1.0 + q[0]) + q[0]
 
-    system = galvi.Canonical(1.0, potential, gradient if known else None)
+    system = galvi.Canonical(1.0, potential, gradient if with_gradient else None)
     problem = galvi.Problem(system, [0.2], [-3.0])
     assert not system.untraced
     assert galvi.integrate(problem, EIGHT, 0.01, 20).success
@@ -109,12 +109,12 @@ def test_a_traced_problem_can_be_pickled_and_its_saved_run_continues(
     system: Any, tmp_path: Any
 ) -> None:
     problem = galvi.Problem(system, [0.3, 0.2], [0.1, -0.2])
-    whole = galvi.integrate(problem, EIGHT, 0.1, 9)
+    uncut = galvi.integrate(problem, EIGHT, 0.1, 9)
     galvi.save(galvi.integrate(problem, EIGHT, 0.1, 4), tmp_path / "part")
     again = pickle.loads(pickle.dumps(problem))
-    rest = galvi.resume(galvi.load(tmp_path / "part", problem=again), 5)
-    assert rest.engine == "lanes"
-    np.testing.assert_array_equal(rest.q, whole.q[4:])
+    resumed = galvi.resume(galvi.load(tmp_path / "part", problem=again), 5)
+    assert resumed.engine == "lanes"
+    np.testing.assert_array_equal(resumed.q, uncut.q[4:])
 
 
 @pytest.mark.parametrize(

@@ -27,15 +27,15 @@ SCALES = np.ones(2), np.ones(2)
 STEP = 1e-30  # of complex differences, which have no cancellation
 
 
-def found(function: Any, slopes: Any = None, timed: bool = False, q: Any = Q) -> Any:
+def law_and_trace(function: Any, slopes: Any = None, timed: bool = False, q: Any = Q) -> Any:
     """The law, as a function of (q, v, t), and what was traced."""
-    one = np.ones(len(q))
-    made = trace_lagrangian(
-        function, slopes, Rn(len(q)), q, np.resize(V, len(q)), T, timed, (one, one)
+    scales = np.ones(len(q))
+    trace = trace_lagrangian(
+        function, slopes, Rn(len(q)), q, np.resize(V, len(q)), T, timed, (scales, scales)
     )
     names: dict[str, Any] = {}
-    exec(made.law, names)
-    return lambda q, v, t=0.0: names["law"](q, v, t, made.constants), made
+    exec(trace.law, names)
+    return lambda q, v, t=0.0: names["law"](q, v, t, trace.constants), trace
 
 
 def by_complex_steps(f: Any, x: Any) -> Any:
@@ -45,7 +45,7 @@ def by_complex_steps(f: Any, x: Any) -> Any:
 
 def check(function: Any, q: Any = Q, v: Any = V) -> None:
     """The law has the derivatives of the function, which also takes complex numbers."""
-    law, _ = found(function, q=q)
+    law, _ = law_and_trace(function, q=q)
     forces, momenta, rows = law(list(q), list(v))
     np.testing.assert_allclose(forces, by_complex_steps(lambda x: function(x, v), q), atol=1e-12)
     np.testing.assert_allclose(momenta, by_complex_steps(lambda x: function(q, x), v), atol=1e-12)
@@ -92,10 +92,10 @@ def test_the_derivatives_of_an_expression_are_those_by_complex_steps(text: str) 
     assert np.all(np.abs(values[1:] - exact) <= limit + 1e-15), (text, values[1:], exact)
     assert abs(values[0] - function(Q, V)) <= 16.0 * errors[0] + 1e-300
     printed = graph_code.GraphCode()
-    lines, results = printed.written([node, *by])
+    lines, expressions = printed.written([node, *by])
     names = {"q": Q, "v": V, "c": printed.constants, "atan2": np.arctan2, **vars(np)}
     exec("\n".join(lines), names)
-    code = [eval(result, names) for result in results]
+    code = [eval(expression, names) for expression in expressions]
     np.testing.assert_allclose(code, values, rtol=0.0, atol=16.0 * np.max(errors) + 1e-300)
 
 
@@ -110,8 +110,8 @@ def bent(x):
 def arrays(q, v):
     along = np.zeros(2) + 0.0 * q * v
     along[0], along[1] = q[0] * v[1], np.sum(v)
-    far = np.concatenate([q, along])
-    return 0.5 * v @ M @ v + np.dot(far, far) - np.sum(np.cos(q)) + np.outer(v, v).sum()
+    joined = np.concatenate([q, along])
+    return 0.5 * v @ M @ v + np.dot(joined, joined) - np.sum(np.cos(q)) + np.outer(v, v).sum()
 
 
 def scaled_and_inverse(q, v):
@@ -140,10 +140,10 @@ def weighted(k, q, v, square=lambda x: x * x):
 
 
 def filled(q, v):
-    found, other, unit, mass = np.empty(2, float), np.zeros_like(q), np.ones_like(v), np.eye(2)
+    copied, like, unit, mass = np.empty(2, float), np.zeros_like(q), np.ones_like(v), np.eye(2)
     sizes, first = np.full(2, 0.5, float), np.zeros(2, int)
-    found[:], other[0], unit[1], mass[0, 1], sizes[0] = q, q[1], v[0], q[0], v[1]
-    return found @ other + unit @ mass @ v + sizes @ q[first]
+    copied[:], like[0], unit[1], mass[0, 1], sizes[0] = q, q[1], v[0], q[0], v[1]
+    return copied @ like + unit @ mass @ v + sizes @ q[first]
 
 
 SAME = {
@@ -186,10 +186,10 @@ SAME = {
 
 @pytest.mark.parametrize("name", SAME)
 def test_a_function_is_traced_however_it_is_written(name: str) -> None:
-    one, other = SAME[name]
-    _, made = found(one)
+    first, second = SAME[name]
+    _, trace = law_and_trace(first)
     for q, v in np.random.default_rng(4).uniform(0.2, 0.9, (5, 2, 2)):
-        assert made.lagrangian(q, v) == pytest.approx(other(q, v), rel=1e-14)
+        assert trace.lagrangian(q, v) == pytest.approx(second(q, v), rel=1e-14)
 
 
 FUNCTIONS = (
@@ -203,8 +203,8 @@ def test_a_function_of_numpy_is_traced_as_itself(name: str) -> None:
     def lagrangian(q: Any, v: Any) -> Any:
         return v @ v + getattr(np, name)(0.5 * q[0] + 0.1 * v[1])
 
-    _, made = found(lagrangian)
-    assert made.lagrangian(Q, V) == pytest.approx(lagrangian(Q, V), rel=1e-14)
+    _, trace = law_and_trace(lagrangian)
+    assert trace.lagrangian(Q, V) == pytest.approx(lagrangian(Q, V), rel=1e-14)
 
 
 def test_slopes_rule_over_the_lagrangian_and_their_mass_is_derived() -> None:
@@ -214,8 +214,8 @@ def test_slopes_rule_over_the_lagrangian_and_their_mass_is_derived() -> None:
         out[2:] = -np.asarray(q, dtype=np.float64)
         return out
 
-    law, made = found(lambda q, v: float(q[0]), slopes)
-    assert made.lagrangian is None
+    law, trace = law_and_trace(lambda q, v: float(q[0]), slopes)
+    assert trace.lagrangian is None
     forces, momenta, rows = law(list(Q), list(V))
     np.testing.assert_allclose([*momenta, *forces], slopes(Q, V), rtol=1e-15)
     mass = M * (1.0 + 0.5 * V @ M @ V) + np.outer(M @ V, M @ V)
@@ -226,18 +226,20 @@ def test_numbers_are_constants_so_that_one_law_serves_all_values() -> None:
     def pendulum(k: float, l: float) -> Any:
         return lambda q, v: 0.5 * l * v @ v + k * np.cos(q[0]) - (q[1] - l) ** 2
 
-    (_, one), (_, other) = (found(pendulum(*numbers)) for numbers in ((3.7, 1.2), (5.1, 2.3)))
-    assert one.law == other.law and one.constants != other.constants
+    (_, first), (_, second) = (
+        law_and_trace(pendulum(*numbers)) for numbers in ((3.7, 1.2), (5.1, 2.3))
+    )
+    assert first.law == second.law and first.constants != second.constants
 
 
 def test_derivatives_that_are_always_0_cost_nothing() -> None:
-    law, made = found(lambda q, v: 0.5 * v @ v + 0.0 * np.sin(q[1]) - q[0])
+    law, trace = law_and_trace(lambda q, v: 0.5 * v @ v + 0.0 * np.sin(q[1]) - q[0])
     assert law(list(Q), list(V)) == [[-1.0, 0.0], list(V), [[1.0], [0.0, 1.0]]]
-    assert "sin" not in made.law
+    assert "sin" not in trace.law
 
 
 def test_a_root_that_only_occurs_squared_has_derivatives_at_0() -> None:
-    law, _ = found(lambda q, v: 0.5 * np.linalg.norm(v) ** 2 - np.linalg.norm(q) ** 3)
+    law, _ = law_and_trace(lambda q, v: 0.5 * np.linalg.norm(v) ** 2 - np.linalg.norm(q) ** 3)
     forces, momenta, _ = law([0.0, 0.0], [0.0, 0.0])
     assert forces == [0.0, 0.0] and momenta == [0.0, 0.0]
 
@@ -293,7 +295,7 @@ REFUSED = {
 def test_a_function_that_is_no_expression_is_refused_with_the_reason(name: str) -> None:
     function, reason = REFUSED[name]
     with pytest.raises(Untraceable, match=reason):
-        found(function)
+        law_and_trace(function)
 
 
 def test_an_interrupt_passes_through() -> None:
@@ -301,7 +303,7 @@ def test_an_interrupt_passes_through() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        found(interrupted)
+        law_and_trace(interrupted)
 
 
 def dropped(node: Any) -> Any:
@@ -335,7 +337,7 @@ def test_planted_faults_of_the_tracer_are_caught(
 ) -> None:
     monkeypatch.setattr(module, name, fault)
     with pytest.raises(Untraceable, match=reason):
-        found(lambda q, v: 0.5 * v @ M @ v - q[0] * np.sin(q[1]) + (q[0] - q[1]))
+        law_and_trace(lambda q, v: 0.5 * v @ M @ v - q[0] * np.sin(q[1]) + (q[0] - q[1]))
 
 
 def test_a_force_and_a_gradient_are_traced_alike() -> None:

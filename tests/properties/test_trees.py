@@ -29,14 +29,16 @@ def problem_of(xml, seed):
 
 def distances_of_mujoco(model, run, h):
     """The distance of its RK4 from the end of a run, with steps h and h / 2."""
-    system, found = run.problem.system, []
+    system, distances = run.problem.system, []
     for step in (h, 0.5 * h):
-        data = mujoco.MjData(model)
+        mj_data = mujoco.MjData(model)
         model.opt.timestep, model.opt.integrator = step, mujoco.mjtIntegrator.mjINT_RK4
-        data.qpos[:], data.qvel[:] = system.to_mujoco(run.q[0], run.problem.v0)
-        mujoco.mj_step(model, data, nstep=round(run.t[-1] / step))
-        found.append(np.max(np.abs(system.from_mujoco(data.qpos, data.qvel)[0] - run.q[-1])))
-    return found
+        mj_data.qpos[:], mj_data.qvel[:] = system.to_mujoco(run.q[0], run.problem.v0)
+        mujoco.mj_step(model, mj_data, nstep=round(run.t[-1] / step))
+        distances.append(
+            np.max(np.abs(system.from_mujoco(mj_data.qpos, mj_data.qvel)[0] - run.q[-1]))
+        )
+    return distances
 
 
 @pytest.mark.slow(beside="test_a_planted_fault_of_a_tree_is_seen")
@@ -71,7 +73,7 @@ def on_joints(change):
 
 
 @pytest.mark.parametrize(
-    ("fault", "seen"),
+    ("fault", "faulty_rows"),
     [
         (on_joints(lambda joint: replace(joint, anchor=-joint.anchor)), (0, 2, 3)),
         (on_joints(lambda joint: replace(joint, armature=0.0)), (0, 2)),
@@ -82,13 +84,13 @@ def on_joints(change):
     ],
     ids=["anchor", "armature", "rest", "centre", "attitude", "inertia"],
 )
-def test_a_planted_fault_of_a_tree_is_seen(fault, seen):
+def test_a_planted_fault_of_a_tree_is_seen(fault, faulty_rows):
     model = mujoco.MjModel.from_xml_string(random_tree(8, 5, kinds=("hinge", "slide", "ball")))
     right = galvi.from_mujoco(model).system
     wrong = galvi.Multibody([fault(link) for link in right.links], right.gravity)
     state = random_state(model, 1)
     assert np.max(defects(model, right, *state)) < SAME
-    assert np.min(defects(model, wrong, *state)[list(seen)]) > 1e-5
+    assert np.min(defects(model, wrong, *state)[list(faulty_rows)]) > 1e-5
 
 
 def test_a_tree_of_more_than_40_velocities_has_no_law_for_lanes():
@@ -138,21 +140,23 @@ def test_the_momenta_of_a_floating_tree_are_kept_and_those_of_its_free_joint():
 @given(st.integers(1, 8), st.integers(0, 2**32 - 1))
 def test_the_momenta_and_energies_of_a_tree_are_those_that_mujoco_adds_up(joints, seed):
     model, problem = problem_of(random_tree(joints, seed), seed)
-    data, found = mujoco.MjData(model), problem.system.tree
-    data.qpos[:], data.qvel[:] = problem.system.to_mujoco(problem.q0, problem.v0)
-    mujoco.mj_forward(model, data)
-    mujoco.mj_subtreeVel(model, data)
-    mass, centre = model.body_subtreemass[0], data.subtree_com[0]
-    linear = mass * data.subtree_linvel[0]
-    expected = np.concatenate([data.subtree_angmom[0] + np.cross(centre, linear), linear])
-    momenta = found.momenta(problem.q0[None], problem.v0[None])[0]
+    mj_data, tree = mujoco.MjData(model), problem.system.tree
+    mj_data.qpos[:], mj_data.qvel[:] = problem.system.to_mujoco(problem.q0, problem.v0)
+    mujoco.mj_forward(model, mj_data)
+    mujoco.mj_subtreeVel(model, mj_data)
+    mass, centre = model.body_subtreemass[0], mj_data.subtree_com[0]
+    linear = mass * mj_data.subtree_linvel[0]
+    expected = np.concatenate([mj_data.subtree_angmom[0] + np.cross(centre, linear), linear])
+    momenta = tree.momenta(problem.q0[None], problem.v0[None])[0]
     np.testing.assert_allclose(momenta, expected, rtol=0, atol=1e-13 * np.max(np.abs(expected)))
-    mujoco.mj_energyPos(model, data)
-    mujoco.mj_energyVel(model, data)
-    L, at_rest, _ = found.at_states(problem.q0[None], problem.v0[None], np.zeros(1))
-    far = np.abs(data.xipos @ model.opt.gravity) @ model.body_mass + np.abs(data.energy).sum()
+    mujoco.mj_energyPos(model, mj_data)
+    mujoco.mj_energyVel(model, mj_data)
+    L, at_rest, _ = tree.at_states(problem.q0[None], problem.v0[None], np.zeros(1))
+    size = (
+        np.abs(mj_data.xipos @ model.opt.gravity) @ model.body_mass + np.abs(mj_data.energy).sum()
+    )
     energies = [-at_rest[0], L[0] - at_rest[0]]
-    np.testing.assert_allclose(energies, data.energy, rtol=0, atol=1e-12 * far)
+    np.testing.assert_allclose(energies, mj_data.energy, rtol=0, atol=1e-12 * size)
 
 
 @pytest.mark.slow_cases("Problem('floating arm', q0 of shape (15,))")

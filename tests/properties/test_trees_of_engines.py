@@ -54,14 +54,14 @@ MODELS = {
 def _unpacked(package: str) -> tuple[TemporaryDirectory[str], Path]:
     """The wheel's MJCF files and meshes, in a folder that lives as long as the tests."""
     (wheel,) = FOLDER.glob(f"{package}-*.whl")
-    kept = TemporaryDirectory(prefix="models-")
+    folder = TemporaryDirectory(prefix="models-")
     with zipfile.ZipFile(wheel) as archive:
         wanted = {str(Path(name).parent) for name in MODELS} | {f"{SUITE}/common"}
         for name in archive.namelist():
             part = str(Path(name).parent)
             if part in wanted or any(part.startswith(f"{folder}/") for folder in wanted):
-                archive.extract(name, kept.name)
-    return kept, Path(kept.name)
+                archive.extract(name, folder.name)
+    return folder, Path(folder.name)
 
 
 def path_of(name: str) -> Path:
@@ -104,10 +104,10 @@ def test_the_trees_of_a_model_move_as_in_mujoco_once_what_is_beyond_is_left_out(
         named = {line.partition(":")[0].strip() for line in lines[1:-1]}
         assert named and named <= set(parts)  # actuators, tendons and others are read in part
     problem = galvi.from_mujoco(model, ignore=parts)
-    found = [
+    errors = [
         defects(without(model, parts), problem.system, *random_state(model, k)) for k in (0, 1)
     ]
-    assert np.max(np.array(found)[:, 1:]) < 1e-12  # 2e-14
+    assert np.max(np.array(errors)[:, 1:]) < 1e-12  # 2e-14
 
 
 def test_a_model_of_a_suite_runs(tmp_path):

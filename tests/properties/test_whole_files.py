@@ -195,18 +195,20 @@ except OSError as error:
 
 
 def test_a_folder_that_cannot_be_written_is_an_error_that_names_the_file(tmp_path: Path) -> None:
-    words = ("--bounding-set=-dac_override", "--inh-caps=-dac_override")
+    options = ("--bounding-set=-dac_override", "--inh-caps=-dac_override")
     if os.geteuid() == 0 and shutil.which("setpriv") is None:
         pytest.skip("root may write everywhere, and there is no setpriv to prevent it")
     (tmp_path / "old").write_text("old")
     tmp_path.chmod(0o555)
     try:
-        before = ("setpriv", *words) if os.geteuid() == 0 else ()
+        before = ("setpriv", *options) if os.geteuid() == 0 else ()
         call = [*before, sys.executable, "-c", PROGRAM, whole_files.__file__, str(tmp_path / "old")]
-        done = subprocess.run(call, text=True, capture_output=True, check=True)
+        completed = subprocess.run(call, text=True, capture_output=True, check=True)
     finally:
         tmp_path.chmod(0o755)
-    assert done.stdout == f"PermissionError: [Errno 13] Permission denied: '{tmp_path / 'old'}'\n"
+    assert (
+        completed.stdout == f"PermissionError: [Errno 13] Permission denied: '{tmp_path / 'old'}'\n"
+    )
     assert names(tmp_path) == ["old"] and (tmp_path / "old").read_text() == "old"
 
 

@@ -89,9 +89,9 @@ def test_a_stiff_servo_whose_fast_motion_is_not_excited_is_not_named() -> None:
 
 @pytest.mark.slow(beside="test_a_servo_too_stiff_for_a_step_is_named_with_the_step_that_does")
 def test_the_step_of_a_stiff_servo_is_recommended_for_its_velocities() -> None:
-    found = galvi.recommend(wrist(2.0), 1e-4, 0.02)
-    assert found.reached
-    assert abs(found.step) * 5e4 < 2.0 * found.method.stages
+    choice = galvi.recommend(wrist(2.0), 1e-4, 0.02)
+    assert choice.reached
+    assert abs(choice.step) * 5e4 < 2.0 * choice.method.stages
 
 
 def gimbal(damping: float, angle: float, v: Any) -> galvi.Problem:
@@ -157,14 +157,14 @@ def test_springs_of_tendons_and_held_weights_are_in_the_energy() -> None:
 def test_energies_of_springs_of_tendons_are_mujocos_also_where_they_are_slack() -> None:
     mujoco = pytest.importorskip("mujoco")
     model = mujoco.MjModel.from_xml_string(SPRINGS.format(0.0))
-    data, problem = mujoco.MjData(model), galvi.from_mujoco(SPRINGS.format(0.0))
+    mj_data, problem = mujoco.MjData(model), galvi.from_mujoco(SPRINGS.format(0.0))
     off, lengths = [], []
     for q in np.random.default_rng(3).uniform(-3.1, 3.1, (200, 2)):
-        data.qpos[:] = q
-        mujoco.mj_forward(model, data)
-        mujoco.mj_energyPos(model, data)
-        off.append(problem.system.energy(q, 0.0 * q, 0.0) - data.energy[0])
-        lengths.append(data.ten_length[1])
+        mj_data.qpos[:] = q
+        mujoco.mj_forward(model, mj_data)
+        mujoco.mj_energyPos(model, mj_data)
+        off.append(problem.system.energy(q, 0.0 * q, 0.0) - mj_data.energy[0])
+        lengths.append(mj_data.ten_length[1])
     assert np.ptp(off) < 1e-11 and min(lengths) < 0.3 < 0.6 < max(lengths)
 
 

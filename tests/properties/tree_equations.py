@@ -10,7 +10,7 @@ from galvi.kernels.trees import tree
 STEP = 1e-30
 
 
-def _each(system):
+def joints_of(system):
     """Kind, entries and velocities of each joint."""
     entry = dof = 0
     for joint in system.tree.joints:
@@ -22,16 +22,16 @@ def _each(system):
 
 def rates(system, q, v):
     """q' of the entries."""
-    flat, found = q.ravel(), np.empty(q.size)
-    for kind, entries, dofs in _each(system):
+    flat, derivative = q.ravel(), np.empty(q.size)
+    for kind, entries, dofs in joints_of(system):
         straight = entries.stop - entries.start - 9 * (kind > tree.SLIDE)
         first, dof = entries.start, dofs.start
-        found[first : first + straight] = v[dof : dof + straight]
+        derivative[first : first + straight] = v[dof : dof + straight]
         if kind > tree.SLIDE:
             first, w = first + straight, v[dofs.stop - 3 : dofs.stop]
             R = flat[first : first + 9].reshape(3, 3)
-            found[first : first + 9] = np.cross(w, -R).ravel()  # R hat(w)
-    return found
+            derivative[first : first + 9] = np.cross(w, -R).ravel()  # R hat(w)
+    return derivative
 
 
 def terms(system, q, v):
@@ -43,7 +43,7 @@ def terms(system, q, v):
     tree.outward(numbers, moving, list(v.astype(complex)), work)
     tree.inward(numbers, list(v.astype(complex)), work, unused, change)
     turning = np.zeros(d)
-    for kind, _, dofs in _each(system):
+    for kind, _, dofs in joints_of(system):
         if kind > tree.SLIDE:
             turns = slice(dofs.stop - 3, dofs.stop)
             turning[turns] = np.cross(momenta[turns], v[turns])
@@ -56,22 +56,22 @@ def defects(model, system, qpos, qvel):
     over the sum of its terms' sizes, and those of the energies over their sizes."""
     import mujoco
 
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = qpos, qvel
-    mujoco.mj_forward(model, data)
-    mujoco.mj_energyPos(model, data)
-    mujoco.mj_energyVel(model, data)
+    mj_data = mujoco.MjData(model)
+    mj_data.qpos[:], mj_data.qvel[:] = qpos, qvel
+    mujoco.mj_forward(model, mj_data)
+    mujoco.mj_energyPos(model, mj_data)
+    mujoco.mj_energyVel(model, mj_data)
     q, v = system.from_mujoco(qpos, qvel)
     mass, potential = system.tree.mass_and_potential(q)
-    asked = terms(system, q, v)
-    tau = asked.sum(axis=0)
-    off = np.linalg.norm(mass @ data.qacc - tau)
-    far = np.abs(data.xipos @ model.opt.gravity) @ model.body_mass + abs(data.energy[0])
+    force_terms = terms(system, q, v)
+    tau = force_terms.sum(axis=0)
+    off = np.linalg.norm(mass @ mj_data.qacc - tau)
+    size = np.abs(mj_data.xipos @ model.opt.gravity) @ model.body_mass + abs(mj_data.energy[0])
     return np.array(
         [
             off / max(np.linalg.norm(tau), 1e-300),
-            off / max(np.linalg.norm(asked, axis=1).sum(), 1e-300),
-            abs(0.5 * v @ mass @ v - data.energy[1]) / data.energy[1],
-            abs(potential - data.energy[0]) / max(far, 1e-300),
+            off / max(np.linalg.norm(force_terms, axis=1).sum(), 1e-300),
+            abs(0.5 * v @ mass @ v - mj_data.energy[1]) / mj_data.energy[1],
+            abs(potential - mj_data.energy[0]) / max(size, 1e-300),
         ]
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import galvi
-from tests.properties.symbolic_letters import FOUR, FREE, k, m, made, t, u, w, x, y
+from tests.properties.symbolic_letters import FOUR, FREE, k, m, from_sympy, t, u, w, x, y
 
 sympy = pytest.importorskip("sympy")
 me = pytest.importorskip("sympy.physics.mechanics")
@@ -26,43 +26,43 @@ def of_lagrange(*names, **options):
     return lambda: galvi.Lagrangian.from_sympy(method, *names)
 
 
-DEGENERATE = made((u - 2 * w) ** 2 / 2 - x**2 - y**2, [x, y], [u, w])
+DEGENERATE = from_sympy((u - 2 * w) ** 2 / 2 - x**2 - y**2, [x, y], [u, w])
 SYMBOLIC = (
-    (ValueError, r"received k, m\. Give parameters={k: ", made, m * FREE - k * x, x, u),
+    (ValueError, r"received k, m\. Give parameters={k: ", from_sympy, m * FREE - k * x, x, u),
     (ValueError, "received m. The given m has other assumptions: use one symbol throughout",
-     lambda: made(FREE * sympy.Symbol("m"), x, u, parameters={m: 1.0})),
-    (ValueError, r"Give parameters={t: ...}, or t=t where it", made, FREE - x * t, x, u),
+     lambda: from_sympy(FREE * sympy.Symbol("m"), x, u, parameters={m: 1.0})),
+    (ValueError, r"Give parameters={t: ...}, or t=t where it", from_sympy, FREE - x * t, x, u),
     (ValueError, r"received Derivative\(th\(t\), t\)\. .* The given Derivative\(th\(t\), t\) has",
-     made, sympy.Function("th")(real).diff(real) ** 2, th),
-    (ValueError, "with t = t. The given t has other", lambda: made(FREE, th, t=real)),
-    (TypeError, "q must be a list, in the order .*no order", made, FREE, {x, y}, [u, w]),
-    (TypeError, "force must be a list.*no order", lambda: made(FREE, x, u, force={x: -u})),
-    (TypeError, "the force must be a SymPy expression", lambda: made(FREE, x, u, force="-u")),
-    (ValueError, "received 1 for 2", made, FREE, [x, y], [u]),
-    (ValueError, "must all differ; received x more than once", made, FREE, [x], [x]),
-    (ValueError, "v must hold the velocities", made, FREE, x),
-    (TypeError, r"q must hold SymPy symbols.*received \[3\]", made, FREE, [3], u),
-    (TypeError, "must be a SymPy expression; received 'u", made, "u**2", x, u),
-    (TypeError, r"shape \(1, 1\)\. Take its entry", made, sympy.Matrix([[FREE]]), x, u),
-    (ValueError, "must be real and finite; received", made, FREE + sympy.I * x, x, u),
-    (ValueError, r"for real .* I\*Abs\(x\)", made, FREE - sympy.sqrt(-(x**2)), x, u),
-    (ValueError, "parameter m must be a finite", lambda: made(FREE, x, u, parameters={m: np.nan})),
-    (TypeError, "received 'm'. Give the symbol", lambda: made(FREE, x, u, parameters={"m": 1.0})),
-    (TypeError, "must be a dict", lambda: made(FREE, x, u, parameters=[m])),
+     from_sympy, sympy.Function("th")(real).diff(real) ** 2, th),
+    (ValueError, "with t = t. The given t has other", lambda: from_sympy(FREE, th, t=real)),
+    (TypeError, "q must be a list, in the order .*no order", from_sympy, FREE, {x, y}, [u, w]),
+    (TypeError, "force must be a list.*no order", lambda: from_sympy(FREE, x, u, force={x: -u})),
+    (TypeError, "the force must be a SymPy expression", lambda: from_sympy(FREE, x, u, force="-u")),
+    (ValueError, "received 1 for 2", from_sympy, FREE, [x, y], [u]),
+    (ValueError, "must all differ; received x more than once", from_sympy, FREE, [x], [x]),
+    (ValueError, "v must hold the velocities", from_sympy, FREE, x),
+    (TypeError, r"q must hold SymPy symbols.*received \[3\]", from_sympy, FREE, [3], u),
+    (TypeError, "must be a SymPy expression; received 'u", from_sympy, "u**2", x, u),
+    (TypeError, r"shape \(1, 1\)\. Take its entry", from_sympy, sympy.Matrix([[FREE]]), x, u),
+    (ValueError, "must be real and finite; received", from_sympy, FREE + sympy.I * x, x, u),
+    (ValueError, r"for real .* I\*Abs\(x\)", from_sympy, FREE - sympy.sqrt(-(x**2)), x, u),
+    (ValueError, "parameter m must be a finite", lambda: from_sympy(FREE, x, u, parameters={m: np.nan})),
+    (TypeError, "received 'm'. Give the symbol", lambda: from_sympy(FREE, x, u, parameters={"m": 1.0})),
+    (TypeError, "must be a dict", lambda: from_sympy(FREE, x, u, parameters=[m])),
     (ValueError, r"integrals or sums left to do; received Integral.*Call doit\(\)",
-     made, FREE + sympy.Integral(sympy.exp(-(x**2)), (x, 0, x)), x, u),
-    (ValueError, r"Derivative\(th, \(t, 2\)\)", made, th.diff(t) ** 2 + th.diff(t, 2), th),
-    (ValueError, r"known functions; received f\(x\)", made, FREE + f(x), x, u),
-    (ValueError, "compiled; received one of bess", made, FREE + sympy.besselj(0, x), x, u),
-    (ValueError, "differentiable; received floor", made, FREE + sympy.floor(x), x, u),
-    (ValueError, "functions of the time alone", lambda: made(th.diff(t) ** 2, th, t=x)),
-    (TypeError, "t must be a SymPy symbol", made, FREE, x, u, "t"),
-    (ValueError, "force must hold one .*received 2 for 1", lambda: made(FREE, x, u, force=[1, 2])),
-    (ValueError, "the force must hold .*received k", lambda: made(FREE, x, u, force=-k * u)),
+     from_sympy, FREE + sympy.Integral(sympy.exp(-(x**2)), (x, 0, x)), x, u),
+    (ValueError, r"Derivative\(th, \(t, 2\)\)", from_sympy, th.diff(t) ** 2 + th.diff(t, 2), th),
+    (ValueError, r"known functions; received f\(x\)", from_sympy, FREE + f(x), x, u),
+    (ValueError, "compiled; received one of bess", from_sympy, FREE + sympy.besselj(0, x), x, u),
+    (ValueError, "differentiable; received floor", from_sympy, FREE + sympy.floor(x), x, u),
+    (ValueError, "functions of the time alone", lambda: from_sympy(th.diff(t) ** 2, th, t=x)),
+    (TypeError, "t must be a SymPy symbol", from_sympy, FREE, x, u, "t"),
+    (ValueError, "force must hold one .*received 2 for 1", lambda: from_sympy(FREE, x, u, force=[1, 2])),
+    (ValueError, "the force must hold .*received k", lambda: from_sympy(FREE, x, u, force=-k * u)),
     (ValueError, r"degenerate.*along v\[0\] \+ 0\.5 v\[1\],",
      at(DEGENERATE, [1.0, 1.0], [1.0, 0.0])),
     (ValueError, "must return a finite number; received nan at the start",
-     at(made(FREE - sympy.log(x), x, u), [-1.0], [1.0])),
+     at(from_sympy(FREE - sympy.log(x), x, u), [-1.0], [1.0])),
     (ValueError, "brings its coordinates and forces", of_lagrange([X, Y])),
     (ValueError, "with constraints cannot be used; received 1", of_lagrange(hol_coneqs=[X - Y])),
     (TypeError, "q must hold the coordinates", galvi.Lagrangian.from_sympy, X.diff() ** 2),
