@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import galvi
-from tests.properties.symbolic_letters import FOUR, FREE, k, m, from_sympy, t, u, w, x, y
+from tests.properties.symbolic_letters import FOUR, FREE, from_sympy, k, m, t, u, w, x, y
 
 sympy = pytest.importorskip("sympy")
 me = pytest.importorskip("sympy.physics.mechanics")
@@ -46,8 +46,10 @@ SYMBOLIC = (
     (TypeError, r"shape \(1, 1\)\. Take its entry", from_sympy, sympy.Matrix([[FREE]]), x, u),
     (ValueError, "must be real and finite; received", from_sympy, FREE + sympy.I * x, x, u),
     (ValueError, r"for real .* I\*Abs\(x\)", from_sympy, FREE - sympy.sqrt(-(x**2)), x, u),
-    (ValueError, "parameter m must be a finite", lambda: from_sympy(FREE, x, u, parameters={m: np.nan})),
-    (TypeError, "received 'm'. Give the symbol", lambda: from_sympy(FREE, x, u, parameters={"m": 1.0})),
+    (ValueError, "parameter m must be a finite",
+     lambda: from_sympy(FREE, x, u, parameters={m: np.nan})),
+    (TypeError, "received 'm'. Give the symbol",
+     lambda: from_sympy(FREE, x, u, parameters={"m": 1.0})),
     (TypeError, "must be a dict", lambda: from_sympy(FREE, x, u, parameters=[m])),
     (ValueError, r"integrals or sums left to do; received Integral.*Call doit\(\)",
      from_sympy, FREE + sympy.Integral(sympy.exp(-(x**2)), (x, 0, x)), x, u),
@@ -57,7 +59,8 @@ SYMBOLIC = (
     (ValueError, "differentiable; received floor", from_sympy, FREE + sympy.floor(x), x, u),
     (ValueError, "functions of the time alone", lambda: from_sympy(th.diff(t) ** 2, th, t=x)),
     (TypeError, "t must be a SymPy symbol", from_sympy, FREE, x, u, "t"),
-    (ValueError, "force must hold one .*received 2 for 1", lambda: from_sympy(FREE, x, u, force=[1, 2])),
+    (ValueError, "force must hold one .*received 2 for 1",
+     lambda: from_sympy(FREE, x, u, force=[1, 2])),
     (ValueError, "the force must hold .*received k", lambda: from_sympy(FREE, x, u, force=-k * u)),
     (ValueError, r"degenerate.*along v\[0\] \+ 0\.5 v\[1\],",
      at(DEGENERATE, [1.0, 1.0], [1.0, 0.0])),
