@@ -12,6 +12,12 @@ ROOT = Path(__file__).parents[3]
 FOLDERS = ("galvi", "references", "benchmarks", "reports", "tests")
 KERNELS = ("galvi/kernels/", "galvi/lanes/")  # what is handed over there is not grouped
 FUNCTION = (ast.FunctionDef, ast.AsyncFunctionDef)
+# They say that something was computed, not what it is.
+EMPTY_NAME = re.compile(
+    "_*(?:alone|apart|asked|data|done|each|every|far|found|given|heirs|here|info|kept|kit|known|least"
+    "|made|mine|more|most|near|nothing|obj|one|others?|ours|own|placed?|res|rest|results?|room|said"
+    "|seen|sound|taken|theirs|there|things?|tmp|told|tried|ways|what|whole|words)_*"
+)
 LIMIT = re.compile(r"^\| (.+?) \| ([\d,]+) \|$", re.MULTILINE)
 
 
@@ -24,8 +30,9 @@ def is_statement(node: ast.AST) -> bool:
 
 def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     """How many it has, without self and cls."""
-    given = function.args
-    names = [one.arg for one in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    declared = function.args
+    all_of_them = (*declared.posonlyargs, *declared.args, *declared.kwonlyargs)
+    names = [parameter.arg for parameter in all_of_them]
     return len(names) - (names[:1] in (["self"], ["cls"]))
 
 
@@ -34,6 +41,15 @@ def lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     first, last = function.body[0], function.end_lineno or 0
     docstring = 0 if is_statement(first) else (first.end_lineno or 0) - first.lineno + 1
     return last - function.lineno + 1 - docstring
+
+
+def new_name(node: ast.AST) -> str:
+    """The name that a node assigns, declares as a parameter or defines; "" for another node."""
+    if isinstance(node, ast.Name):
+        return node.id if isinstance(node.ctx, ast.Store) else ""
+    if isinstance(node, ast.arg):
+        return node.arg
+    return node.name if isinstance(node, (*FUNCTION, ast.ClassDef)) else ""
 
 
 def writes_elsewhere(node: ast.stmt) -> bool:
@@ -50,6 +66,11 @@ def measured(files: Iterator[tuple[str, str]]) -> Counter[str]:
         tree = ast.parse(text)
         statements = [node for node in ast.walk(tree) if is_statement(node)]
         sizes[f"statements in `{path.split('/')[0]}/`"] += len(statements)
+        names = [name for node in ast.walk(tree) if EMPTY_NAME.fullmatch(name := new_name(node))]
+        sizes["names that say nothing"] += len(names)
+        sizes["exceptions from the formatter"] += len(
+            re.findall("# fmt: (?:skip|off)$", text, re.M)
+        )
         for node in statements:
             if isinstance(node, FUNCTION):
                 most = 14 if path.startswith(KERNELS) else 10
@@ -86,9 +107,15 @@ def test_what_is_larger_is_counted() -> None:
     """Planted: a long function with many parameters, and modules that fill others."""
     names = ", ".join(f"a{k}" for k in range(11))
     long = f"def f(self, {names}):\n" + "    '''Text.'''\n" + "    pass\n" * 80
-    files = {"galvi/a.py": long, "galvi/b.py": "c.x = 1\nc['y'] = 1\nc.append(1)\n"}
+    files = {
+        "galvi/a.py": long,
+        "galvi/b.py": "c.x = 1\nc['y'] = 1\nc.append(1)\n",
+        "galvi/c.py": "def kept(one, two):\n    found_ = two  # fmt: skip\n    return found_\n",
+    }
     assert measured(iter(files.items())) == {
-        "statements in `galvi/`": 84,
+        "statements in `galvi/`": 87,
+        "names that say nothing": 3,
+        "exceptions from the formatter": 1,
         "functions of more than 80 lines": 1,
         "functions with too many parameters": 1,
         "statements that write into another module at import": 3,
