@@ -131,13 +131,23 @@ def discrete_legendre_transforms(
 
 
 def action(run: Trajectory) -> Array:
-    """The discrete action since the run's start at each saved time, (saved,).
+    """The discrete action from the start of a run to each saved time, in energy times time.
 
-    action[0] is 0, action[-1] that of the whole run; NaN past a failed step. Each step adds
+    Each step adds
     h sum_j b_j L along its own curve, with L as in `galvi.discrete_lagrangian`, which is L_d
     between its ends, unless several curves join them: a step that rotates a body by more than half
     a turn has another curve than `galvi.discrete_lagrangian`. Where curves were not kept, all steps
     are done again.
+
+    Parameters
+    ----------
+    run : galvi.Trajectory
+        of `galvi.integrate`, without a clock, a moving frame or actions of events
+
+    Returns
+    -------
+    array, shape (saved,)
+        action[0] is 0, action[-1] that of the whole run; NaN past a failed step
 
     Raises
     ------
@@ -145,7 +155,7 @@ def action(run: Trajectory) -> Array:
         For a run of a reference, in a clock or a moving frame, with actions of events, and one that
         an event ended within a step; and where functions of the system have changed since the run.
     TypeError
-        For something that is not a Trajectory.
+        When run is not a Trajectory.
 
     Notes
     -----

@@ -27,14 +27,25 @@ if TYPE_CHECKING:
 
 
 def energy(run: Trajectory, t: Any = None) -> Array:
-    """Kinetic plus potential energy, (saved,) at steps, or of t's shape along the curve.
+    """The energy of a run at its saved times, or on its curves.
 
-    For a Lagrangian, v dL/dv - L.
+    Parameters
+    ----------
+    run : galvi.Trajectory
+        of any system
+    t : float or array, optional
+        times on the curves of the steps; None: the saved times
+
+    Returns
+    -------
+    array, shape (saved,) or that of t
+        kinetic plus potential energy, in units of mass length^2 / time^2; for a Lagrangian
+        v dL/dv - L. NaN past a failed step
 
     Raises
     ------
     ValueError
-        As ``run(t)``.
+        When t is outside the run.
 
     Examples
     --------
@@ -55,7 +66,7 @@ def energy(run: Trajectory, t: Any = None) -> Array:
 
 
 def momentum_map(run: Trajectory, t: Any = None) -> Array:
-    """Angular momentum about the origin: (...,) in the plane, (..., 3) in space.
+    """Angular momentum about the origin.
 
     It is the momentum map J of the rotations of space: J . w = d/de L(q, v + e xi), with xi the
     velocity of q while space turns with angular velocity w. Summed over bodies and points, it is
@@ -75,11 +86,23 @@ def momentum_map(run: Trajectory, t: Any = None) -> Array:
     Source: Marsden and Ratiu, Introduction to Mechanics and Symmetry, chapters 11 and 12; for
     integrators on groups Hall and Leok, Lie group variational integrators, section 3.
 
+    Parameters
+    ----------
+    run : galvi.Trajectory
+        of a system in the list below
+    t : float or array, optional
+        times on the curves of the steps; None: the saved times
+
+    Returns
+    -------
+    array, shape (...,) in the plane, (..., 3) in space
+        one value or vector for each time
+
     Raises
     ------
     ValueError
-        For a system on which nothing says how rotations of space act: a Lagrangian on Rn(n), other
-        factors of a Product, and factors of which some are in the plane, some in space.
+        When it is not known how rotations of space act on the system: a Lagrangian on Rn(n), other
+        factors of a Product, and a Product with factors both in the plane and in space.
 
     Examples
     --------
@@ -101,17 +124,29 @@ def momentum_map(run: Trajectory, t: Any = None) -> Array:
 
 
 def linear_momentum(run: Trajectory, t: Any = None) -> Array:
-    """Total linear momentum in space, (..., 2 or 3); for systems as in `momentum_map`.
+    """Total linear momentum, in the axes of space.
 
     That of a point is p, that of a body on SE(2) or SE(3) is R mu_lin. Factors SO(2) and SO(3) of a
-    Product add nothing, since translations leave them alone. It is conserved where L does not
-    change as space moves.
+    Product contribute nothing, since translations do not act on them. It is conserved where L is
+    invariant under translations.
+
+    Parameters
+    ----------
+    run : galvi.Trajectory
+        of a system as in `momentum_map`
+    t : float or array, optional
+        times on the curves of the steps; None: the saved times
+
+    Returns
+    -------
+    array, shape (..., 2) or (..., 3)
+        one vector for each time
 
     Raises
     ------
     ValueError
-        As `momentum_map`, and for a system without places: a RigidBody, or another on SO(2), SO(3)
-        or a Product of these.
+        As `momentum_map`, and for a system without positions: a RigidBody, or another on SO(2),
+        SO(3) or a Product of these.
 
     Examples
     --------
@@ -218,10 +253,20 @@ class MomentumBalance:
 
 
 def momentum_balance(run: Trajectory, *, linear: bool = False) -> MomentumBalance:
-    """The balance of angular momentum about the origin or, if ``linear``, of linear momentum.
+    """How a momentum changes, and the impulses that change it.
 
-    For a Canonical system of one body in the plane or in space with its curves kept, or a
-    RigidBody, which has angular momentum only.
+    Parameters
+    ----------
+    run : galvi.Trajectory
+        of a Canonical system of one body in the plane or in space, or of a RigidBody, with its
+        curves
+    linear : bool
+        balance linear instead of angular momentum about the origin; not for a RigidBody
+
+    Returns
+    -------
+    galvi.MomentumBalance
+        the momentum and the impulses of potential and force, one value for each step
 
     Raises
     ------
@@ -278,11 +323,28 @@ def _impulse(forces: Array, q: Array, weights: Array, linear: bool) -> Array:
 
 
 def rotations(run: Trajectory, t: Any = None) -> Rotation:
-    """The attitudes at steps, or on the curve at t, as ``scipy.spatial.transform.Rotation``.
+    """The attitudes of a rigid body, from body to space.
 
-    It converts further: ``.as_quat(scalar_first=True)``, ``.as_euler("zyx")``, ``.magnitude()``.
-    For runs on SO(3) and SE(3); raises ValueError for others, with what to do on a Product and in
-    the plane, and for states past a failure, TypeError for something that is not a Trajectory.
+    Parameters
+    ----------
+    run : galvi.Trajectory
+        on SO(3) or SE(3)
+    t : float or array, optional
+        times on the curves of the steps; None: the saved times
+
+    Returns
+    -------
+    scipy.spatial.transform.Rotation
+        which converts further: ``.as_quat(scalar_first=True)``, ``.as_euler("zyx")``,
+        ``.magnitude()``
+
+    Raises
+    ------
+    ValueError
+        For a run on another group, with the remedy on a Product and in the plane; for states past
+        a failed step.
+    TypeError
+        When run is not a Trajectory.
 
     Examples
     --------
@@ -321,15 +383,24 @@ def _conversion(group: Any) -> str:
 
 
 def orthogonality_defect(run: Trajectory, t: Any = None) -> Array:
-    """The largest entry of ``|R^T R - I|``, (saved,) at steps, or of t's shape on the curve.
+    """The largest entry of ``|R^T R - I|``.
 
-    For a system on SO(2), SE(2), SO(3), SE(3) or a Product with such a factor, of which the largest
-    counts.
+    Parameters
+    ----------
+    run : galvi.Trajectory
+        on SO(2), SE(2), SO(3), SE(3) or a Product with such a factor
+    t : float or array, optional
+        times on the curves of the steps; None: the saved times
+
+    Returns
+    -------
+    array, shape (saved,) or that of t
+        the largest entry over all rotations of the configuration
 
     Raises
     ------
     ValueError
-        For another system.
+        For a system without rotations.
 
     Examples
     --------

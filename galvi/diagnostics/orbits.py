@@ -118,12 +118,19 @@ class OrbitalElements:
 
 
 def heliocentric(run: Trajectory, centre: int | None = None) -> tuple[Array, Array]:
-    """Positions and velocities of the other bodies relative to one, both (saved, bodies - 1, d).
+    """Positions and velocities relative to one of the bodies.
 
     Parameters
     ----------
-    centre
+    run : galvi.Trajectory
+        of an NBody system
+    centre : int, optional
         index of that body; None: the heaviest
+
+    Returns
+    -------
+    positions, velocities : array, shape (saved, bodies - 1, d)
+        of the other bodies, in their order
 
     Raises
     ------
@@ -147,9 +154,26 @@ def heliocentric(run: Trajectory, centre: int | None = None) -> tuple[Array, Arr
 def orbital_elements(run: Trajectory, centre: int | None = None) -> OrbitalElements:
     """The osculating Kepler orbit of each other body about the centre.
 
-    As `heliocentric`, with gm = G (m_centre + m_body) for each body. NaN past a failure, and for a
-    body on a straight line through the centre. In the plane, orbits are counter-clockwise at i = 0
-    and clockwise at i = pi.
+    The gravitational parameter is gm = G (m_centre + m_body) for each body. Elements are NaN past a
+    failed step, and for a body on a straight line through the centre. In the plane, orbits are
+    counter-clockwise at i = 0 and clockwise at i = pi.
+
+    Parameters
+    ----------
+    run : galvi.Trajectory
+        of an NBody system
+    centre : int, optional
+        index of the central body; None: the heaviest
+
+    Returns
+    -------
+    galvi.OrbitalElements
+        arrays of shape (saved, bodies - 1), angles in radians
+
+    Raises
+    ------
+    ValueError
+        As `heliocentric`.
 
     Examples
     --------

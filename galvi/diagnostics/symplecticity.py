@@ -77,12 +77,23 @@ def stages_along(curves: Curves, table: Tableau) -> tuple[Array, Array, Array, A
 
 
 def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
-    """D(q1, v1)/D(q0, v0) of one step from the problem's start, (2 d, 2 d).
-
-    On a Lie group D(eta1, mu1)/D(eta0, mu0), see ``galvi.diagnostics.symplecticity``.
+    """The derivative of one step with respect to the initial state.
 
     At the converged stages Q, (I - h^2 A x da/dq) dQ = dq + c h dv, and the updates are linear in
     da/dq dQ. In a moving frame see ``galvi.diagnostics.frame_derivative``.
+
+    Parameters
+    ----------
+    problem : galvi.Problem
+        its initial state is the start of the step
+    method : galvi.Galerkin
+    step : float
+        step size h in the problem's unit of time
+
+    Returns
+    -------
+    array, shape (2 d, 2 d)
+        D(q1, v1)/D(q0, v0); on a Lie group D(eta1, mu1)/D(eta0, mu0)
 
     Raises
     ------
@@ -140,9 +151,27 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     """Largest entry of ``DF^T J DF - J`` over ``|DF|^2``, for F: (q0, p0) -> (q1, p1) (H 1.2), in
     coordinates of unit mass, each in units of its largest entry at the start.
 
-    Round-off for a symplectic method. On a Lie group, the form in left trivialisation (H 3.1.1), to
-    about 1e-12. With a clock in the phase space of (q, t) and (p, -E), for a whole step in tau, to
-    about 1e-11. Raises as `step_derivative`.
+    On a Lie group the symplectic form is left-trivialised (H 3.1.1). With a clock the phase space
+    is that of (q, t) and (p, -E), and the step is one in tau.
+
+    Parameters
+    ----------
+    problem : galvi.Problem
+        its initial state is the start of the step
+    method : galvi.Galerkin
+    step : float
+        step size h in the problem's unit of time
+
+    Returns
+    -------
+    float
+        round-off for a symplectic method on a vector space, about 1e-12 on a Lie group and 1e-11
+        with a clock
+
+    Raises
+    ------
+    ValueError
+        As `step_derivative`.
 
     Examples
     --------
@@ -245,11 +274,26 @@ def _form(group: Group, mu: Array, time: int = 0) -> Array:
 
 
 def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int) -> float:
-    """Largest component of ``|q - q0|`` after ``steps`` steps forwards and as many backwards.
+    """How far a run ends from its start after ``steps`` steps forwards and as many backwards.
 
     A symmetric method returns to round-off; others, a `KeplerFrame` whose nodes an orbit places,
     and on groups all but degree 1 with the exponential chart, only to their order. With a clock
-    both ways have the energy of the start.
+    both directions use the energy of the start.
+
+    Parameters
+    ----------
+    problem : galvi.Problem
+        its initial state is the start of the step
+    method : galvi.Galerkin
+    step : float
+        step size h in the problem's unit of time; with a clock, in its unit
+    steps : int
+        number of steps in each direction
+
+    Returns
+    -------
+    float
+        the largest component of ``|q - q0|`` at the end
 
     Raises
     ------

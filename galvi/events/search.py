@@ -125,8 +125,15 @@ def find_events(run: Trajectory, events: Event | Any) -> Found:
 
     Parameters
     ----------
+    run : galvi.Trajectory
+        of `galvi.integrate`
     events
         one, or several: `galvi.Event`, or those of `galvi.events`
+
+    Returns
+    -------
+    galvi.Found
+        the events in the order of their times
 
     Raises
     ------
@@ -134,7 +141,7 @@ def find_events(run: Trajectory, events: Event | Any) -> Found:
         For a run of a reference, for one with actions that kept no curves, for a function that is
         not finite, and for more than a million events.
     TypeError
-        For something that is no event.
+        When events holds something else.
 
     Notes
     -----

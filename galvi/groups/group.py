@@ -138,10 +138,20 @@ def inverse_motion(g: Array) -> Array:
 
 
 def nearest_rotation(matrix: Array) -> Array:
-    """The rotation R that is closest to ``matrix`` (n, n) in the Frobenius norm.
+    """The rotation R that is closest to a matrix in the Frobenius norm.
 
     R = U diag(1, ..., 1, det(U V^T)) V^T from the singular value decomposition U S V^T (Kabsch,
     Acta Cryst. A32 (1976) 922).
+
+    Parameters
+    ----------
+    matrix : array, shape (n, n)
+        of rank at least n - 1
+
+    Returns
+    -------
+    array, shape (n, n)
+        the rotation
 
     Raises
     ------

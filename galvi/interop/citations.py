@@ -58,12 +58,21 @@ class Citation:
 
 
 def cite(run: Trajectory) -> Citation:
-    """What to cite for exactly what a run used: its method, other codes, and its data.
+    """What to cite for a run: its method, other codes, and its data.
+
+    Parameters
+    ----------
+    run : galvi.Trajectory
+
+    Returns
+    -------
+    galvi.Citation
+        ``bibtex`` and ``sentence``, of exactly what the run used
 
     Raises
     ------
     TypeError
-        For anything but a run.
+        When run is not a Trajectory.
 
     Examples
     --------

@@ -160,10 +160,20 @@ def from_interval(name: str, degree: int, x: Any, w: Any) -> Rule:
 def gauss(points: int) -> Rule:
     """The rule with the highest degree of exactness, 2 points - 1; its nodes are the zeros of P_n.
 
+    Parameters
+    ----------
+    points : int
+        number of nodes, 1 to 1000
+
+    Returns
+    -------
+    galvi.Rule
+        nodes and weights on [0, 1]
+
     Raises
     ------
     ValueError
-        Unless points is a whole number from 1 to 1000.
+        When points is not a whole number from 1 to 1000.
 
     Examples
     --------
@@ -188,14 +198,24 @@ def _gauss(n: int) -> Rule:
 
 
 def lobatto(points: int) -> Rule:
-    """The rule with both end points and degree 2 points - 3; with two points, trapezoidal.
+    """The Gauss-Lobatto rule, whose nodes include both ends, of degree 2 points - 3.
 
     The inner nodes are the zeros of P_n', n = points - 1.
+
+    Parameters
+    ----------
+    points : int
+        number of nodes, 2 to 1000
+
+    Returns
+    -------
+    galvi.Rule
+        nodes and weights on [0, 1]
 
     Raises
     ------
     ValueError
-        Unless points is a whole number from 2 to 1000.
+        When points is not a whole number from 2 to 1000.
 
     Examples
     --------
@@ -227,13 +247,20 @@ def radau(points: int, left: bool = False) -> Rule:
 
     Parameters
     ----------
-    left
+    points : int
+        number of nodes, 1 to 1000
+    left : bool
         whether the end point is 0 (as in Radau I and IA) instead of 1
+
+    Returns
+    -------
+    galvi.Rule
+        nodes and weights on [0, 1]
 
     Raises
     ------
     ValueError
-        Unless points is a whole number from 1 to 1000.
+        When points is not a whole number from 1 to 1000.
 
     Notes
     -----
@@ -272,10 +299,20 @@ def clenshaw_curtis(points: int) -> Rule:
     Its degree is points - 1, one more for an odd number of points; with one point, the midpoint
     rule.
 
+    Parameters
+    ----------
+    points : int
+        number of nodes, 1 to 1000
+
+    Returns
+    -------
+    galvi.Rule
+        nodes and weights on [0, 1]
+
     Raises
     ------
     ValueError
-        Unless points is a whole number from 1 to 1000.
+        When points is not a whole number from 1 to 1000.
 
     Examples
     --------
@@ -310,15 +347,25 @@ MOST_EQUIDISTANT = 8
 
 
 def newton_cotes(points: int) -> Rule:
-    """The interpolatory rule on ``points`` equally spaced nodes, both ends among them, 2 to 8.
+    """The interpolatory rule on ``points`` equally spaced nodes, including both ends.
 
     Its degree is points - 1, one more for an odd number of points; two points give the trapezoidal
     rule, three Simpson's. With 9 points, and with 11 or more, some weights are negative.
 
+    Parameters
+    ----------
+    points : int
+        number of nodes, 2 to 8
+
+    Returns
+    -------
+    galvi.Rule
+        nodes and weights on [0, 1]
+
     Raises
     ------
     ValueError
-        Unless points is a whole number from 2 to 8.
+        When points is not a whole number from 2 to 8.
 
     Examples
     --------
@@ -328,7 +375,7 @@ def newton_cotes(points: int) -> Rule:
     number = input_checks.whole("points", points, 2)
     if number > MOST_EQUIDISTANT:
         raise ValueError(
-            f"points must be a whole number from 2 to {MOST_RULE_POINTS}, since the closed "
+            f"points must be a whole number from 2 to {MOST_EQUIDISTANT}, since the closed "
             f"Newton-Cotes rule with 9 points is the first with a negative weight; "
             f"received {number}. Use gauss, lobatto or clenshaw_curtis, or "
             f"composite(newton_cotes(5), pieces)."
@@ -366,12 +413,24 @@ def composite(rule: Rule, pieces: int) -> Rule:
     A rule with both end points has ``pieces * (points - 1) + 1`` nodes: at a joint the last node of
     one piece is the first of the next, and their weights are added. One piece is the rule itself.
 
+    Parameters
+    ----------
+    rule : galvi.Rule
+        the rule on one piece
+    pieces : int
+        number of equal parts, at least 1
+
+    Returns
+    -------
+    galvi.Rule
+        nodes and weights on [0, 1]
+
     Raises
     ------
     TypeError
         When rule is not a `Rule`.
     ValueError
-        Unless pieces is a whole number from 1 to MOST_RULE_POINTS.
+        When pieces is not a whole number from 1 to 10,000.
 
     Examples
     --------

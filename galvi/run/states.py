@@ -33,17 +33,29 @@ PARTS = (1, 4, 16)  # of a step there: the first, which has no guess, may fail w
 
 
 def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
-    """States (q, p) at any times of a run, (k, ...) each, or of a scalar those of one time.
+    """The states of a run at any times, with the order of its steps.
 
-    Each is reached by whole steps from the last kept state before it and one shortened step, so
-    that it has the order of the steps' ends, 2 s with Gauss s; ``run(t)``, on the curves, has
+    Each state is reached by whole steps from the last kept state before it and one shortened step,
+    so that it has the order of the steps' ends, 2 s with Gauss s; ``run(t)``, on the curves, has
     theirs. Where such a step fails in a frame it is done in the inertial frame, in parts; the state
     is that on the curve where that fails too, and in a clock.
+
+    Parameters
+    ----------
+    run : galvi.Trajectory
+        of `galvi.integrate`
+    times : float or array, shape (k,)
+        within the run, in any order
+
+    Returns
+    -------
+    q, p : array, shape (k, ...), or that of one state for one time
+        configurations and momenta
 
     Raises
     ------
     ValueError
-        Outside the run and for a run of a reference.
+        When a time is outside the run, and for a run of another code.
 
     Examples
     --------
