@@ -511,9 +511,8 @@ def test_moons_are_no_encounters_and_set_the_pace():
         2 * math.pi * (0.0026**3 / 3e-6) ** 0.5, rel=0.05
     )
     assert len(bodies.encounters(IAS15.run(moon, 3.0, {"samples": 600}))) == 0
-    sparse = IAS15.run(
-        planets(), 1e6, {"samples": 50}
-    )  # states much farther apart than a revolution
+    # States much farther apart than a revolution.
+    sparse = IAS15.run(planets(), 1e6, {"samples": 50})
     assert len(bodies.encounters(sparse)) == 0
 
 
