@@ -20,14 +20,14 @@ BY_ID = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
 
 def test_the_claims_are_numbered_without_a_gap() -> None:
     names = [claim.id for claim in CLAIMS]
-    for letter, least in (("V", 25), ("L", 16)):
-        own = [name for name in names if name[0] == letter]
-        assert own == [f"{letter}{k}" for k in range(1, max(least, len(own)) + 1)]
+    for letter, count in (("V", 25), ("L", 16)):
+        numbered = [name for name in names if name[0] == letter]
+        assert numbered == [f"{letter}{k}" for k in range(1, max(count, len(numbered)) + 1)]
     assert {name[0] for name in names} == {"V", "L"}
 
 
 def test_every_claim_begins_with_what_its_source_says() -> None:
-    without = [one.id for one in CLAIMS if not one.statement.startswith(("H ", "M ", "Ours"))]
+    without = [claim.id for claim in CLAIMS if not claim.statement.startswith(("H ", "M ", "Ours"))]
     assert without == []
 
 

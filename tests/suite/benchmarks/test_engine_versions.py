@@ -86,20 +86,20 @@ def half(package: str, version: str, folder: Path) -> Iterator[Path]:
 def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_path, monkeypatch):
     monkeypatch.setattr(engine_versions, "interpreter", half)
     monkeypatch.setattr(engine_versions, "USUAL", {"mujoco": (OLD,)})
-    said: list[str] = []
-    assert stored(tmp_path, said.append).empty
-    for part in parts(tmp_path, said.append):
+    messages: list[str] = []
+    assert stored(tmp_path, messages.append).empty
+    for part in parts(tmp_path, messages.append):
         assert not part.done()
-        part.run(said.append)
-    assert [part.done() for part in parts(tmp_path, said.append)] == [False, True]
-    rows = stored(tmp_path, said.append)
-    assert "mujoco 3.6.0: No matching distribution found." in said
+        part.run(messages.append)
+    assert [part.done() for part in parts(tmp_path, messages.append)] == [False, True]
+    rows = stored(tmp_path, messages.append)
+    assert "mujoco 3.6.0: No matching distribution found." in messages
     assert rows["status"].iloc[0] == "No matching distribution found."
     assert rows["engine"].iloc[-1] == f"mujoco-core {installed('mujoco')}"
     assert len(rows) == 1 + 3 * 5 * len(STEPS) and rows["commit"].ne("").all()
     assert list(rows) == list(COLUMNS)
     monkeypatch.setattr(engine_versions, "_digest", lambda: "ffffffff")  # another question
-    assert stored(tmp_path, said.append).empty
+    assert stored(tmp_path, messages.append).empty
 
 
 def test_the_reason_has_no_addresses_and_no_folders():

@@ -22,8 +22,8 @@ def frame() -> pd.DataFrame:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "ROUNDS", 1)
         patch.setattr(study, "LEAST", 0.0)
-        for made in (study.free_bodies, study.kepler_orbits):
-            rows += study.compared(made(16))
+        for build in (study.free_bodies, study.kepler_orbits):
+            rows += study.compared(build(16))
         patch.setattr(study, "workers", lambda: nullcontext({}))
         rows += study.scaling(study.kepler_orbits(64))
     return pd.DataFrame(rows, columns=list(study.COLUMNS))
@@ -36,9 +36,11 @@ def test_every_code_is_timed_where_it_reaches_the_error(frame):
     assert "SciPy DOP853" in set(peers["contender"])
     assert (timed["error"] <= timed["target"]).all()
     assert (timed[timed["contender"] == "galvi"]["relative"] == 1.0).all()
-    alone = timed[timed["contender"] == "SciPy DOP853"]  # three members in one thread
-    shared = 1e6 * alone["seconds"] / (3 * processors())
-    assert len(alone) and alone["microseconds"].to_numpy() == pytest.approx(shared.to_numpy())
+    scipy_rows = timed[timed["contender"] == "SciPy DOP853"]  # three members in one thread
+    shared = 1e6 * scipy_rows["seconds"] / (3 * processors())
+    assert len(scipy_rows) and scipy_rows["microseconds"].to_numpy() == pytest.approx(
+        shared.to_numpy()
+    )
 
 
 def test_the_page_has_a_line_for_each_way(frame):
@@ -66,7 +68,7 @@ def test_one_worker_of_a_cluster_does_all_of_the_work():
     problem, q, v, *_ = study.kepler_orbits(300)
     arguments = (problem, q, v, galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.05, 10)
     with Workers() as client:
-        alone = galvi.integrate_ensemble(*arguments, executor=study.OneWorker(client))
-        assert client.asked and all(one == ["one"] for one in client.asked)
+        ends = galvi.integrate_ensemble(*arguments, executor=study.OneWorker(client))
+        assert client.asked and all(workers == ["one"] for workers in client.asked)
         assert sum(study.OneWorker(client).nthreads().values()) == 1
-    np.testing.assert_array_equal(alone, galvi.integrate_ensemble(*arguments))
+    np.testing.assert_array_equal(ends, galvi.integrate_ensemble(*arguments))
