@@ -56,10 +56,10 @@ STIFF = """<mujoco><option timestep="0.05"/><worldbody><body><joint stiffness="1
 <geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" contype="0"/></body></worldbody></mujoco>"""
 
 
-def run_of_model(folder: Path, text: str, **request) -> OwnRun:
+def run_of_model(folder: Path, text: str, **fields) -> OwnRun:
     file = folder / "model.xml"
     file.write_text(text)
-    return read_own_run(file, JudgeRequest(**request))
+    return read_own_run(file, JudgeRequest(**fields))
 
 
 def run_of_planets(
@@ -261,7 +261,7 @@ def test_a_run_keeps_what_of_a_simulation_changes_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("request", "why"),
+    ("fields", "why"),
     [
         ({"own": {"integrator": "rk5"}}, "own integrator must be one of euler, .*'rk5'"),
         ({"own": {"epsilon": 1e-9}}, "options of your run must be among .*'epsilon'"),
@@ -271,9 +271,9 @@ def test_a_run_keeps_what_of_a_simulation_changes_it(tmp_path):
         ({"snapshot": 3}, "for REBOUND files"),
     ],
 )
-def test_a_run_that_cannot_be_asked_for_is_refused(request, why, tmp_path):
+def test_a_run_that_cannot_be_asked_for_is_refused(fields, why, tmp_path):
     with pytest.raises(ValueError, match=why):
-        run_of_model(tmp_path, BODY, **request)
+        run_of_model(tmp_path, BODY, **fields)
 
 
 def test_files_of_one_release_and_runs_in_which_nothing_moves_are_refused(tmp_path):

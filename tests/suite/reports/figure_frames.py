@@ -61,7 +61,7 @@ def _statistics(options):
 
 
 def _convergence(options):
-    return [one for rate in options["rates"] for one in _errors(rate)]
+    return [row for rate in options["rates"] for row in _errors(rate)]
 
 
 def _errors(rate):

@@ -136,10 +136,10 @@ def pairs_of_spaces_and_rules(quick, report):
         "status": "",
         "predicted": 2,
     }
-    sound = {"verdict": "method", "C_N": 0.97, "symplecticity": 1e-16, "symmetry": 3e-16}
+    well_posed = {"verdict": "method", "C_N": 0.97, "symplecticity": 1e-16, "symmetry": 3e-16}
     rows = [
-        {**blank, **sound, "points": 1, "measured": 2.0, "name": "implicit midpoint"},
-        {**blank, **sound, "points": 2, "measured": 2.01},
+        {**blank, **well_posed, "points": 1, "measured": 2.0, "name": "implicit midpoint"},
+        {**blank, **well_posed, "points": 2, "measured": 2.01},
         {**blank, "points": 1, "space": "Fourier(harmonics=1)", "verdict": "ill-posed"},
         {**blank, "points": 2, "space": "Fourier(harmonics=1)", "verdict": "inconsistent"},
     ]

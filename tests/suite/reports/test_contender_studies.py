@@ -21,7 +21,7 @@ from reports.studies.engines import EPHEMERIS
 from tests.suite.benchmarks.contenders_at_hand import BROKEN, Failing, Gauss, Inside, Raising
 
 OURS = scaling.ScalingParticipant("galvi degree 8, Gauss 8", gauss_collocation(8), 6)
-SHOWN = {one.name: one for one in SECTIONS if one.open and not one.compared}
+SHOWN = {section.name: section for section in SECTIONS if section.open and not section.compared}
 # The mechanism is the same for each way of breaking; a fault's sentence is found by its beginning.
 WHY = {kind.name: sentence for kind, sentence in BROKEN.items()}
 
@@ -97,8 +97,10 @@ def test_the_sky_has_external_integrators_too(monkeypatch):
     rows = {who: part for who, part in sky.groupby("contender")}
     assert set(rows) == {ephemeris.OURS, ephemeris.IN_FRAME, "a gauss", "raising"}
     assert len(rows["a gauss"]) == len(rows[ephemeris.OURS]) == 30
-    ours, theirs = (rows[who]["integration_error_au"].max() for who in (ephemeris.OURS, "a gauss"))
-    assert ours < 1e-11 < theirs
+    galvi_error, gauss_error = (
+        rows[who]["integration_error_au"].max() for who in (ephemeris.OURS, "a gauss")
+    )
+    assert galvi_error < 1e-11 < gauss_error
     assert list(rows["raising"]["status"]) == [WHY["raising"]]
     assert {"contender", "status"} < set(EPHEMERIS.table(sky)[0])
 

@@ -53,11 +53,11 @@ def suite_with():
     """
 
     def make(long=(), few=None, runs=None, **fields):
-        first, *rest = [replace(one, measure=FRAMES[one.name]) for one in STUDIES[:few]]
+        first, *later = [replace(study, measure=FRAMES[study.name]) for study in STUDIES[:few]]
         stored = pd.DataFrame(long, columns=list(COLUMNS))
         form = LongForm(runs or first.long_form.runs, lambda folder, report: stored)
-        rest = [replace(one, long_form=None) for one in rest]
-        return suite_of(sections=(replace(first, long_form=form, **fields), *rest))
+        later = [replace(study, long_form=None) for study in later]
+        return suite_of(sections=(replace(first, long_form=form, **fields), *later))
 
     return make
 
@@ -97,11 +97,11 @@ def test_a_study_that_raises_or_lacks_its_engine_is_named_and_its_stored_rows_ar
     def broken(quick, report):
         raise OSError("the lamp went out")
 
-    done = ask("build", suite_with(long, few=2, measure=broken, absent=lambda: absent))
+    completed = ask("build", suite_with(long, few=2, measure=broken, absent=lambda: absent))
     why = absent or "not run (OSError: the lamp went out)."
-    assert done.status == (not absent)
-    assert f"Round-off: {'will not run. ' if absent else ''}{why}" in done.err
-    assert (not absent) or done.err.index(absent) < done.err.index("[1/")
+    assert completed.status == (not absent)
+    assert f"Round-off: {'will not run. ' if absent else ''}{why}" in completed.err
+    assert (not absent) or completed.err.index(absent) < completed.err.index("[1/")
     assert ("at commit feedfacecafe" in page()) == ('id="brouwer"' in page()) == bool(long)
     assert absent in page() and (why in page().partition("## Not run here")[2]) == (not long)
 
@@ -109,19 +109,19 @@ def test_a_study_that_raises_or_lacks_its_engine_is_named_and_its_stored_rows_ar
 def test_studies_runs_what_is_not_there_yet(suite_with, ask):
     suite = suite_with(runs=lambda folder, report: [Run(folder, "one"), Run(folder, "two")])
     Run(Path("out/studies"), "one").run(print)
-    done = ask("studies", suite)
-    assert done.status == 0 and "Round-off: 1 of 2 runs are there." in done.out
-    assert "[1/1] brouwer two: " in done.err
-    done = ask("studies", suite)
-    assert (done.status, done.err) == (0, "")
+    completed = ask("studies", suite)
+    assert completed.status == 0 and "Round-off: 1 of 2 runs are there." in completed.out
+    assert "[1/1] brouwer two: " in completed.err
+    completed = ask("studies", suite)
+    assert (completed.status, completed.err) == (0, "")
 
 
 def test_a_run_that_raises_leaves_the_others(suite_with, ask):
     def runs(folder, report):
         return [Run(folder, "one", broken=True), Run(folder, "two")]
 
-    done = ask("studies", suite_with(runs=runs))
-    assert done.status == 1 and "one: not run (ValueError: no more disk)." in done.err
+    completed = ask("studies", suite_with(runs=runs))
+    assert completed.status == 1 and "one: not run (ValueError: no more disk)." in completed.err
     assert Path("out/studies/two").exists()
 
 
@@ -135,9 +135,9 @@ def test_the_figures_draw_and_say_when_there_is_nothing(study):
     failed = frame.assign(**dict.fromkeys(NUMBERS, np.nan))
     for figure in study.figures:
         lay_out(figure, frame)
-        for nothing in (failed, frame.head(0), pd.DataFrame()):
+        for unusable in (failed, frame.head(0), pd.DataFrame()):
             with pytest.raises(NoData):
-                lay_out(figure, nothing)
+                lay_out(figure, unusable)
 
 
 @pytest.mark.parametrize(("drift", "verdict"), [(0.0, "no drift seen"), (1.0, "drifts")])
@@ -186,10 +186,10 @@ def test_versions_of_an_engine_are_told_by_their_orders():
 def test_long_spins_are_told_with_the_mark_that_they_came_to():
     table, kinds = free_body_drift_table(spins(True, print))
     lines = table.drop(columns="contender").rename(columns={"growth exponent (turns)": "growth"})
-    ours, drifting, burst, absent = lines.to_dict("records")
-    told = {"turns": "1000", "attitude": "1.0·10⁻⁹", "energy, relative": "\u22121.0·10⁻⁹"}
-    assert ours["growth"] == "round-off"
-    assert drifting.items() >= {**told, "growth": "1.0"}.items()
+    steady, drifting, burst, absent = lines.to_dict("records")
+    common = {"turns": "1000", "attitude": "1.0·10⁻⁹", "energy, relative": "\u22121.0·10⁻⁹"}
+    assert steady["growth"] == "round-off"
+    assert drifting.items() >= {**common, "growth": "1.0"}.items()
     assert burst.items() >= {"turns": "200", "status": "It burst.", "attitude": ""}.items()
     assert absent.items() >= {"status": "Install it.", "energy, relative": ""}.items()
     assert "commit" not in table and set(kinds) < set(table.columns)
