@@ -88,12 +88,12 @@ def check_beside(items: list[pytest.Item], root: Path) -> None:
     cases: dict[str, list[pytest.Item]] = {}
     for item in items:
         cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
-    left = {test for test, some in cases.items() if not all(map(is_left_out, some))}
+    left = {test for test, test_cases in cases.items() if not all(map(is_left_out, test_cases))}
     files = {test.partition("::")[0] for test in cases}
-    for test, some in cases.items():
-        if not all(item.get_closest_marker("slow") for item in some):
+    for test, test_cases in cases.items():
+        if not all(item.get_closest_marker("slow") for item in test_cases):
             continue
-        named = [mark.kwargs.get("beside", "") for mark in some[0].iter_markers("slow")]
+        named = [mark.kwargs.get("beside", "") for mark in test_cases[0].iter_markers("slow")]
         if not any(named):
             raise pytest.UsageError(f"{test} is slow and names no test beside it that is left.")
         test_name = full_name(named[0], test)

@@ -40,7 +40,7 @@ print(galvi.integrate(galvi.problems.kepler(), method, 0.1, 10).status)
 
 
 def python(at: Path, *arguments: str, before: tuple[str, ...] = (), **settings: str):
-    """Python with these words, and galvi of a folder."""
+    """Python with these arguments, and galvi of a folder."""
     inherited = {key: value for key, value in os.environ.items() if key not in SETTINGS}
     return subprocess.run(
         [*before, sys.executable, *arguments],

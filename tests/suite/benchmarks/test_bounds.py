@@ -293,7 +293,7 @@ def test_what_holds_has_the_factor_to_its_bound_as_slack(limit: float, factor: f
 
 
 def test_only_what_holds_has_a_slack() -> None:
-    none = (
+    slacks = (
         AtMost(1.0).slack(1.1),
         AtMost(1.0).slack(0.0),
         AtMost(1.0).slack(NAN),
@@ -301,7 +301,7 @@ def test_only_what_holds_has_a_slack() -> None:
         Order(4.0).slack(fit(4.0)),
         Finding(AtMost(1.0)).slack(0.5),
     )
-    assert all(math.isnan(slack) for slack in none)
+    assert all(math.isnan(slack) for slack in slacks)
 
 
 # Rates.

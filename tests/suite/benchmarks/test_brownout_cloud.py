@@ -110,8 +110,8 @@ def test_starts_are_distributed_as_the_mass() -> None:
         assert abs(uniform.mean() - 0.5) < 5.0 / math.sqrt(12.0 * n)
     np.testing.assert_allclose(v[:, 2], friction_speed(r, t))
     assert np.all(v[:, 2] > threshold(100e-6))
-    some = emission.starts(np.array([5, 17_000, 3]))
-    np.testing.assert_array_equal(some[0], q[[5, 17_000, 3]])
+    subset = emission.starts(np.array([5, 17_000, 3]))
+    np.testing.assert_array_equal(subset[0], q[[5, 17_000, 3]])
 
 
 def test_grains_that_no_wind_lifts_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:

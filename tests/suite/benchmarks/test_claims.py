@@ -69,12 +69,12 @@ def test_a_row_has_its_numbers_and_a_verdict() -> None:
 )
 @BY_ID
 def test_every_row_has_the_verdict_expected_of_it(claim: Claim) -> None:
-    frame = quick(claim)
-    assert tuple(frame.columns) == tuple(COLUMNS)
-    rows = claim.judge(frame)
+    table = quick(claim)
+    assert tuple(table.columns) == tuple(COLUMNS)
+    rows = claim.judge(table)
     different = [row for row in rows if row.verdict != row.expected]
     assert different == []
-    assert rows == claim.judge(frame.sample(frac=1.0, random_state=1)), "judge depends on the order"
+    assert rows == claim.judge(table.sample(frac=1.0, random_state=1)), "judge depends on the order"
     for row in rows:
         assert row.id == claim.id
         assert row.expected in VERDICTS

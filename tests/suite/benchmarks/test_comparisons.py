@@ -51,8 +51,8 @@ def table(points: Points, problem: str = "p", **columns: Any) -> pd.DataFrame:
             "status": "",
             "steps": 1.0,
         }
-        for name, some in points.items()
-        for k, (error, seconds) in enumerate(some)
+        for name, pairs in points.items()
+        for k, (error, seconds) in enumerate(pairs)
     ]
     return pd.DataFrame(rows).assign(evaluations=math.nan, **columns)
 
@@ -140,16 +140,16 @@ def test_no_run_counts_as_better_than_what_the_truth_can_tell():
     rows = table({"galvi": [(1e-9, 1.0), (1e-11, 2.0)], "peer": [(2e-10, 1.0), (5e-10, 1.0)]})
     rows["settings"] = ["step=2", "step=1", "tolerance=1e-9", "tolerance=1e-6"]
     assert resolution(rows) == 0.0
-    for some in (rows, rows[:2]):  # whoever took part
-        with_truth = some.assign(truth_error=[3e-11] * len(some))
+    for chosen in (rows, rows[:2]):  # whoever took part
+        with_truth = chosen.assign(truth_error=[3e-11] * len(chosen))
         assert resolution(with_truth) == resolution(dependable(with_truth)) == 10.0 * 3e-11
-        assert list(dependable(with_truth)["error"]) == [1e-9, 3e-10, 3e-10, 5e-10][: len(some)]
+        assert list(dependable(with_truth)["error"]) == [1e-9, 3e-10, 3e-10, 5e-10][: len(chosen)]
         assert (
             list(bounds(dependable(with_truth), with_truth))
-            == [False, True, True, False][: len(some)]
+            == [False, True, True, False][: len(chosen)]
         )
         counted = dependable(with_truth)
-        assert list(counted["error_is_bound"]) == [False, True, True, False][: len(some)]
+        assert list(counted["error_is_bound"]) == [False, True, True, False][: len(chosen)]
         assert list(counted["own_error"]) == list(with_truth["error"])
         assert dependable(counted).equals(counted)
 

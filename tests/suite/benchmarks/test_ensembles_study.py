@@ -17,7 +17,7 @@ from reports.studies.costs import ENSEMBLES, ensembles_table
 
 
 @pytest.fixture(scope="module")
-def frame() -> pd.DataFrame:
+def timings() -> pd.DataFrame:
     rows = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "ROUNDS", 1)
@@ -29,8 +29,8 @@ def frame() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(study.COLUMNS))
 
 
-def test_every_code_is_timed_where_it_reaches_the_error(frame):
-    peers = frame[frame["part"] == "peers"]
+def test_every_code_is_timed_where_it_reaches_the_error(timings):
+    peers = timings[timings["part"] == "peers"]
     timed = peers[peers["seconds"] > 0.0]
     assert {"galvi", "MuJoCo rollout, RK4"} <= set(timed["contender"])
     assert "SciPy DOP853" in set(peers["contender"])
@@ -43,10 +43,10 @@ def test_every_code_is_timed_where_it_reaches_the_error(frame):
     )
 
 
-def test_the_page_has_a_line_for_each_way(frame):
-    table, _ = ensembles_table(frame)
-    assert len(table) == len(frame)
-    assert picture(ENSEMBLES.figures[0], frame)
+def test_the_page_has_a_line_for_each_way(timings):
+    table, _ = ensembles_table(timings)
+    assert len(table) == len(timings)
+    assert picture(ENSEMBLES.figures[0], timings)
 
 
 class Workers(ThreadPoolExecutor):
@@ -54,13 +54,13 @@ class Workers(ThreadPoolExecutor):
 
     def __init__(self):
         super().__init__(2)
-        self.asked = []
+        self.requested_workers = []
 
     def nthreads(self):
         return {"one": 1, "other": 1}
 
     def submit(self, function, *arguments, workers=None):
-        self.asked.append(workers)
+        self.requested_workers.append(workers)
         return super().submit(function, *arguments)
 
 
@@ -69,6 +69,8 @@ def test_one_worker_of_a_cluster_does_all_of_the_work():
     arguments = (problem, q, v, galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.05, 10)
     with Workers() as client:
         ends = galvi.integrate_ensemble(*arguments, executor=study.OneWorker(client))
-        assert client.asked and all(workers == ["one"] for workers in client.asked)
+        assert client.requested_workers and all(
+            workers == ["one"] for workers in client.requested_workers
+        )
         assert sum(study.OneWorker(client).nthreads().values()) == 1
     np.testing.assert_array_equal(ends, galvi.integrate_ensemble(*arguments))

@@ -63,8 +63,8 @@ def test_the_interval_covers_the_median_as_often_as_it_says_and_no_narrower_one_
 
 
 def test_few_rounds_have_a_median_and_no_interval() -> None:
-    few = interval([3.0, 1.0, 2.0])
-    assert few.median == 2.0 and math.isnan(few.low) and outcome(few, few) == ""
+    short = interval([3.0, 1.0, 2.0])
+    assert short.median == 2.0 and math.isnan(short.low) and outcome(short, short) == ""
     assert math.isnan(interval([]).median)
     with pytest.raises(ValueError, match="zip"):
         ratio([1.0], [1.0, 2.0])
@@ -94,21 +94,21 @@ def test_an_unequal_grid_is_seen_and_filled(order: int) -> None:
         for error in (1e-2, 1e-10)
     ]
 
-    def frame() -> pd.DataFrame:
-        steps = [(who, setting["step"]) for who, setting in settings]
-        return rows(*((who, h, (h / 1000.0) ** order, 1e-9 / h) for who, h in steps))
+    def table() -> pd.DataFrame:
+        steps = [(code, setting["step"]) for code, setting in settings]
+        return rows(*((code, h, (h / 1000.0) ** order, 1e-9 / h) for code, h in steps))
 
-    (message,) = unequal(frame())
+    (message,) = unequal(table())
     assert message.startswith("peer has no setting in 8.0 decades")
     by_number = dict(enumerate(settings))
 
-    def add(who: str, setting: Setting) -> None:
-        by_number[len(settings)] = (who, setting)
-        settings.append((who, setting))
+    def add(code: str, setting: Setting) -> None:
+        by_number[len(settings)] = (code, setting)
+        settings.append((code, setting))
 
-    refined(frame, by_number, 1e12, add)
-    assert not unequal(frame()) and len(settings) <= MOST + 2
-    assert gaps(frame())["gap"].item() <= 0.61  # at an end the step ratio is sqrt 2
+    refined(table, by_number, 1e12, add)
+    assert not unequal(table()) and len(settings) <= MOST + 2
+    assert gaps(table())["gap"].item() <= 0.61  # at an end the step ratio is sqrt 2
     assert all(
         1e12 / setting["step"] == pytest.approx(setting["save_every"])
         for _, setting in settings[2:]
@@ -117,15 +117,15 @@ def test_an_unequal_grid_is_seen_and_filled(order: int) -> None:
 
 def test_a_setting_that_was_run_but_is_slower_closes_a_gap_of_its_own_line_only() -> None:
     for line, gap in (("heyoka", 2.0), ("heyoka, chains", 4.0)):
-        frame = rows(
+        table = rows(
             ("heyoka", 0.4, 1e-3, 2.5), (line, 0.2, 1e-5, 90.0), ("heyoka", 0.1, 1e-7, 9.0)
         )
-        assert gaps(frame)["gap"].item() == pytest.approx(gap)
+        assert gaps(table)["gap"].item() == pytest.approx(gap)
 
 
 def test_a_code_that_cannot_be_loose_is_told() -> None:
-    frame = rows(("IAS15", 0.4, 1.6e-11, 2.5), ("IAS15", 0.2, 4e-12, 5.0))
-    assert unequal(frame) == ["IAS15 has no setting in 8.8 decades above 2e-11."]
+    table = rows(("IAS15", 0.4, 1.6e-11, 2.5), ("IAS15", 0.2, 4e-12, 5.0))
+    assert unequal(table) == ["IAS15 has no setting in 8.8 decades above 2e-11."]
 
 
 def test_the_step_says_how_fine_a_setting_is_before_its_tolerance() -> None:

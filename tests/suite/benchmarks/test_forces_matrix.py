@@ -16,14 +16,14 @@ DOCS = Path(__file__).parents[3] / "docs" / "forces.md"
 
 
 @pytest.fixture(scope="module")
-def frame():
+def force_rows():
     if HEYOKA_QUADRUPLE.missing:
         pytest.skip(HEYOKA_QUADRUPLE.missing)
     return forces.forces_table(quick=True)
 
 
-def test_theory_and_galvi_are_right_and_a_wrong_sign_and_a_missing_kick_are_seen(frame):
-    errors = frame.set_index(["force", "contender"])[["verdict", "error", "error_quarter"]]
+def test_theory_and_galvi_are_right_and_a_wrong_sign_and_a_missing_kick_are_seen(force_rows):
+    errors = force_rows.set_index(["force", "contender"])[["verdict", "error", "error_quarter"]]
     for name in forces.QUICK:
         assert errors.loc[(name, forces.THEORY), "verdict"] == forces.RIGHT
         galvi_row = errors.loc[(name, forces.GALVI)]
@@ -33,12 +33,12 @@ def test_theory_and_galvi_are_right_and_a_wrong_sign_and_a_missing_kick_are_seen
         assert missing["verdict"] == forces.WRONG and abs(missing["error"] - 1.0) < 1e-3
     wrong_sign = errors.loc[("J2", forces.WRONG_SIGN)]
     assert wrong_sign["verdict"] == forces.WRONG and abs(wrong_sign["error"] - 2.0) < 1e-3
-    acts = frame[frame["status"] == "The force does not act."]["contender"]
+    acts = force_rows[force_rows["status"] == "The force does not act."]["contender"]
     assert forces.NO_KICK in set(acts) and forces.GALVI not in set(acts)
 
 
-def test_frame_and_clock_are_right_where_they_take_a_force_and_say_what_they_refuse(frame):
-    rows = frame.set_index(["force", "contender"])
+def test_frame_and_clock_are_right_where_they_take_a_force_and_say_what_they_refuse(force_rows):
+    rows = force_rows.set_index(["force", "contender"])
     for contender in (forces.FRAME, forces.CLOCK):
         right = rows.loc[("J2", contender)]
         assert right["verdict"] == forces.RIGHT
@@ -51,10 +51,10 @@ def test_frame_and_clock_are_right_where_they_take_a_force_and_say_what_they_ref
     assert np.isnan(once["error_quarter"]) and once["status"] == forces.ONCE
 
 
-def test_formulas_of_theory_with_a_fault_are_seen(frame):
+def test_formulas_of_theory_with_a_fault_are_seen(force_rows):
     case = forces.CASES["J2"]
     true, theory = forces.Orbit(case, 0.2).truth()
-    bound = frame[frame["force"] == "J2"]["bound"].iloc[0] * np.max(np.abs(true))
+    bound = force_rows[force_rows["force"] == "J2"]["bound"].iloc[0] * np.max(np.abs(true))
     assert np.max(np.abs(true - theory)) < bound
     for fault in (theory * [1, 1, -1, 1], theory * [1, 1, 1, 1.001], theory[[0, 1, 3, 2]]):
         assert np.max(np.abs(true - fault)) > bound
@@ -83,7 +83,7 @@ def test_the_whole_table_of_the_docs_is_what_the_study_finds():
     test_the_table_of_the_docs_is_what_the_study_finds(forces.forces_table())
 
 
-def test_the_table_of_the_docs_is_what_the_study_finds(frame):
+def test_the_table_of_the_docs_is_what_the_study_finds(force_rows):
     if extras.missing():
         pytest.skip(extras.missing())
     text = DOCS.read_text(encoding="utf-8")
@@ -96,7 +96,7 @@ def test_the_table_of_the_docs_is_what_the_study_finds(frame):
     ]
     head = next(row for row in rows if row[:2] == ["force", "e"])
     lines = {tuple(row[:2]): row for row in rows if len(row) == len(head)}
-    table, _ = FORCES.table(frame)
+    table, _ = FORCES.table(force_rows)
     assert len(lines) == 2 + sum(len(case.eccentricities) for case in forces.CASES.values())
     for row in table.to_dict("records"):
         shown = dict(zip(head, lines[row["force"], row["e"]], strict=True))
@@ -109,7 +109,7 @@ def test_the_table_of_the_docs_is_what_the_study_finds(frame):
                 sizes = [float(text.removesuffix(" %")) for text in (size, printed_size)]
                 assert sizes[0] == pytest.approx(sizes[1], rel=0.1, abs=0.1), (row, contender)
     assert sys.float_info.min / 2.0 > 0.0  # subnormal numbers are numbers still
-    summary = FORCES.summary(frame)
+    summary = FORCES.summary(force_rows)
     assert (
         extras.versions() in summary and "REBOUND whfast: REBOUNDx: Passing a velocity" in summary
     )

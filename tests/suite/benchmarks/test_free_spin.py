@@ -124,9 +124,9 @@ def test_without_mujoco_a_row_says_why() -> None:
         name: str = "absent"
         missing: str = "Install it."
 
-    frame = free_spin(True, participants=[DriftParticipant("absent", Absent(), 0.1)], on_box=[OURS])  # type: ignore[arg-type]
-    assert list(frame) == list(COLUMNS) and list(frame["status"]) == ["", "Install it."]
-    assert frame["energy_error"].isna().tolist() == [False, True]
+    table = free_spin(True, participants=[DriftParticipant("absent", Absent(), 0.1)], on_box=[OURS])  # type: ignore[arg-type]
+    assert list(table) == list(COLUMNS) and list(table["status"]) == ["", "Install it."]
+    assert table["energy_error"].isna().tolist() == [False, True]
 
 
 def test_the_long_form_is_kept_and_not_run_again(tmp_path: Path) -> None:

@@ -50,13 +50,13 @@ def still(
     rate: float = 0.0,
     drag: Any = NEWTON,
     t0: Any = 0.0,
-    **how: Any,
+    **options: Any,
 ) -> flights.Flights:
     """In still air, with as many points as named."""
     q, v = np.broadcast_arrays(np.asarray(q, float), np.asarray(v, float))
     rates = np.tile([[rate, *drag.numbers]], (len(q), 1))
-    how = {"gravity": G, "wind": STILL} | how
-    return follow(gauss(s), q, v, t0 + np.zeros(len(q)), rates, drag, step, until, **how)
+    options = {"gravity": G, "wind": STILL} | options
+    return follow(gauss(s), q, v, t0 + np.zeros(len(q)), rates, drag, step, until, **options)
 
 
 def upright(z: Any, speed: Any) -> tuple[Any, Any]:
@@ -155,10 +155,10 @@ def a_rebound() -> tuple[Any, Any, int, tuple[Any, ...]]:
 @pytest.mark.parametrize("motion", [a_fall, a_rebound])
 @pytest.mark.parametrize("s", [1, 2])
 def test_times_and_impulses_of_contacts_are_of_the_order_of_the_steps(s: int, motion: Any) -> None:
-    time, impulse, contacts, how = motion()
+    time, impulse, contacts, arguments = motion()
     steps, times, impulses = [32, 64, 128], [], []
     for n in steps:
-        grains = drop(s, n, *how)
+        grains = drop(s, n, *arguments)
         assert np.all(grains.status == LANDED) and np.all(grains.q == [0.3, 0.0, 0.0])
         assert np.all(grains.contacts == contacts)
         times.append(rms(grains.t - time))
@@ -166,9 +166,9 @@ def test_times_and_impulses_of_contacts_are_of_the_order_of_the_steps(s: int, mo
     assert has_order(2 * s, times, steps) and has_order(2 * s, impulses, steps)
 
 
-def vacuum(z: Any, speed: Any, s: int, ground: Ground, until: float = 2.0, **how: Any) -> Any:
+def vacuum(z: Any, speed: Any, s: int, ground: Ground, until: float = 2.0, **options: Any) -> Any:
     """Grains thrown upwards without drag, in steps of 1/16 s."""
-    return still(s, *upright(z, speed), 1 / 16, until, ground=ground, **how)
+    return still(s, *upright(z, speed), 1 / 16, until, ground=ground, **options)
 
 
 @pytest.mark.parametrize("s", [2, 8])

@@ -416,12 +416,12 @@ def test_encounters_are_found_and_timed():
     v = np.array([[0, 0, 0], [0, 1, 0], [0, 1.005**-0.5, 0], [-(3**-0.5), 0, 0]], dtype=float)
     meeting = galvi.NBody([1.0, 1e-6, 1e-6, 0.0])
     problem = Problem(meeting, q, v, parameters={"integrator": "ias15"})
-    judged = judge(problem, duration=YEAR)
-    encounters = judged.encounters
+    judgement = judge(problem, duration=YEAR)
+    encounters = judgement.encounters
     assert len(encounters) == 2 and set(encounters["bodies"]) == {"1 and 2"}
     assert np.allclose(np.sort(encounters["time"]), [0.25 * YEAR, 0.75 * YEAR], atol=0.02)
     assert np.all(encounters["hill_radii"] < bodies.NEAR)
-    text = " ".join(sentences(judged))
+    text = " ".join(sentences(judgement))
     for word in (
         "There are 2 close encounters",
         "IAS15",
@@ -459,8 +459,8 @@ def test_a_clock_reaches_an_error_through_close_passages_and_the_cheapest_is_rec
     bound = Problem(
         galvi.NBody([1.0, 1e-3]), eccentric.q0, eccentric.v0, parameters=eccentric.parameters
     )
-    judged = judge(bound, duration=3.3 * YEAR, error=1e-7, quick=True)
-    table, best = judged.table, judged.recommended
+    judgement = judge(bound, duration=3.3 * YEAR, error=1e-7, quick=True)
+    table, best = judgement.table, judgement.recommended
     clocks = table[table["integrator"].str.startswith("galvi clock")]
     assert {"galvi clock, Gauss 8", "galvi clock, Gauss 16"} == set(
         clocks.loc[clocks["reached"], "integrator"]
@@ -665,10 +665,10 @@ def test_coarser_steps_are_tried_while_they_reach_the_error() -> None:
 
 
 def test_fewer_steps_than_states_are_compared_at_some_of_the_states() -> None:
-    few = leapfrog(30)
-    assert (few.states(100), few.count(100)) == (25, 50)
+    coarse = leapfrog(30)
+    assert (coarse.states(100), coarse.count(100)) == (25, 50)
     assert leapfrog(100).states(100) == 100 and leapfrog(7).states(100) == 100
-    run = few.run(orbit(), SPAN, 100)
+    run = coarse.run(orbit(), SPAN, 100)
     assert len(run.t) == 26 and np.allclose(run.t, search(1.0).truth.t[::4])
 
 
@@ -785,7 +785,9 @@ def test_where_newtons_method_does_steps_more_of_them_are_tried() -> None:
 
 def test_a_stop_that_no_step_cures_ends_a_search() -> None:
     looking, rows = search(1e-6), [trial(100, stopped=0.5), trial(200, stopped=0.51)]
-    candidate, why = looking._next(rows, [], 10.0)
-    assert candidate is None and why == "a force reaches its limit at t = 0.51, whatever the step"
+    candidate, reason = looking._next(rows, [], 10.0)
+    assert (
+        candidate is None and reason == "a force reaches its limit at t = 0.51, whatever the step"
+    )
     candidate, _ = looking._next([*rows, trial(400, stopped=1.0)], [], 10.0)
     assert candidate is not None

@@ -143,9 +143,12 @@ def test_the_command_takes_a_file_of_extras(tmp_path: Path) -> None:
     assert report["passed"] and "functions" not in completed.stdout + completed.stderr
     bare = command()
     assert "forces among them are not in it" in bare.stdout
-    for wrong, why in ((file, "must be a file of REBOUNDx's"), ("none.bin", "There is no file")):
+    for wrong, message in (
+        (file, "must be a file of REBOUNDx's"),
+        ("none.bin", "There is no file"),
+    ):
         refused = command("--extras", wrong)
-        assert refused.returncode == 2 and why in refused.stderr
+        assert refused.returncode == 2 and message in refused.stderr
 
 
 def test_extras_are_refused_where_they_do_not_belong(tmp_path: Path) -> None:

@@ -39,9 +39,9 @@ def table() -> pd.DataFrame:
 
 
 def test_a_frame_has_the_same_columns_and_types_with_rows_and_without() -> None:
-    for frame in (table(), frames.frame([])):
-        assert list(frame.columns) == list(frames.COLUMNS)
-        assert [str(kind) for kind in frame.dtypes] == [kind for _, kind in frames.COLUMNS.values()]
+    for rows in (table(), frames.frame([])):
+        assert list(rows.columns) == list(frames.COLUMNS)
+        assert [str(kind) for kind in rows.dtypes] == [kind for _, kind in frames.COLUMNS.values()]
 
 
 def test_what_a_row_does_not_say_is_nan_or_empty() -> None:
@@ -179,7 +179,7 @@ def test_the_chance_is_the_share_of_all_choices_and_is_what_holm_asks_of_equal_t
         [1.11, 1.31, 1.41, 1.51, 1.52, 1.6, 1.7, 1.8],
     )
     ranks = rankdata(head + base)
-    sums = [sum(some) for some in combinations(ranks, 8)]
+    sums = [sum(subset) for subset in combinations(ranks, 8)]
     assert p_value(base, head) == pytest.approx(np.mean(np.array(sums) >= sum(ranks[:8])))
     count = samples_needed(60)
     assert p_value([1.0] * count, [1.2] * count) < LEVEL / 60
@@ -202,8 +202,8 @@ def test_equal_code_on_a_coarse_clock_looks_slower_no_more_often_than_stated(slo
 
 
 def test_too_few_samples_and_equal_ones_decide_nothing() -> None:
-    few = LEAST - 1
-    assert p_value([1.0] * few, [2.0 + k for k in range(20)]) == 1.0
+    too_few = LEAST - 1
+    assert p_value([1.0] * too_few, [2.0 + k for k in range(20)]) == 1.0
     assert p_value([1.0] * 10, [1.0] * 10) == 1.0
 
 

@@ -102,8 +102,8 @@ def test_components_that_share_a_space_after_all_are_caught() -> None:
 def test_a_grain_that_was_not_solved_is_counted_and_its_run_not_compared(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def one_fails(*arguments: Any, **how: Any) -> Flights:
-        run = FOLLOW(*arguments, **how)
+    def one_fails(*arguments: Any, **options: Any) -> Flights:
+        run = FOLLOW(*arguments, **options)
         if round(6.0 / arguments[6]) != 192:
             return run
         status, q = run.status.copy(), run.q.copy()

@@ -80,8 +80,8 @@ def study(folder: Path, messages: list[str], stop: int | None = None) -> pd.Data
     for part in round_off.parts(folder, report, 200.0, 1, (gauss(6, 10),), code="0123456789ab"):
         if not part.done():
             part.run(report)
-    frame = round_off.stored(folder, print).drop(columns="date")
-    return frame.sort_values("sample", ignore_index=True)
+    table = round_off.stored(folder, print).drop(columns="date")
+    return table.sort_values("sample", ignore_index=True)
 
 
 @pytest.fixture(scope="module")

@@ -84,9 +84,9 @@ def test_a_system_is_bound_barycentric_and_without_close_encounters() -> None:
 
 
 def test_the_same_planets_are_in_every_system_that_has_them_and_there_is_one_at_least() -> None:
-    few, many = many_planets(5), many_planets(9)
-    assert np.array_equal(few.system.masses, many.system.masses[:5])
-    gap = [problem.q0[1:5] - problem.q0[0] for problem in (few, many)]
+    five, nine = many_planets(5), many_planets(9)
+    assert np.array_equal(five.system.masses, nine.system.masses[:5])
+    gap = [problem.q0[1:5] - problem.q0[0] for problem in (five, nine)]
     assert gap[0] == pytest.approx(gap[1], rel=1e-12, abs=1e-12)
     with pytest.raises(ValueError, match="at least 2"):
         many_planets(1)

@@ -199,10 +199,10 @@ def test_outcomes_are_the_verdicts_of_verify(contender, serve, monkeypatch):
 
 def test_what_is_not_run_is_skipped_with_the_reason(serve):
     outcomes = serve(WithoutSteps())
-    end, why = outcomes["order", ""]
-    assert end == "skipped" and "offer settings with a `step`" in why
-    end, why = outcomes["conservation", ORBIT.problem.name]
-    assert end == "skipped" and why.startswith("Not declared")
+    end, reason = outcomes["order", ""]
+    assert end == "skipped" and "offer settings with a `step`" in reason
+    end, reason = outcomes["conservation", ORBIT.problem.name]
+    assert end == "skipped" and reason.startswith("Not declared")
     assert outcome([])[0] == "skipped"
 
 

@@ -177,34 +177,34 @@ def test_a_text_without_control_characters_is_shown_as_it_is(text: str) -> None:
 
 @given(draw.lists(draw.tuples(texts.filter(bool), draw.floats()), min_size=1))
 def test_a_table_is_read_as_it_was(rows: list[tuple[str, float]]) -> None:
-    frame = pd.DataFrame(rows, columns=["text", "value"])
+    table = pd.DataFrame(rows, columns=["text", "value"])
     again = read_csv(
-        io.StringIO(as_csv(frame), newline=""),
+        io.StringIO(as_csv(table), newline=""),
         dtype={"text": str},
         keep_default_na=False,
         na_values={"value": [""]},
     )
-    assert list(again["text"]) == list(frame["text"])
-    assert np.array_equal(again["value"], frame["value"], equal_nan=True)
+    assert list(again["text"]) == list(table["text"])
+    assert np.array_equal(again["value"], table["value"], equal_nan=True)
 
 
 def test_cells_that_are_no_texts_are_written_as_pandas_writes_them() -> None:
-    frame = pd.DataFrame(
+    table = pd.DataFrame(
         {"a": [1, None, "=1"], "b": [True, False, True], "c": [-1.5, np.nan, np.inf]}, dtype=object
     )
-    assert as_csv(frame) == "a,b,c\n1,True,-1.5\n,False,\n'=1,True,inf\n"
-    assert as_csv(frame.iloc[:2]) == frame.iloc[:2].to_csv(index=False)
-    assert list(frame["a"]) == [1, None, "=1"]  # the frame itself stays
+    assert as_csv(table) == "a,b,c\n1,True,-1.5\n,False,\n'=1,True,inf\n"
+    assert as_csv(table.iloc[:2]) == table.iloc[:2].to_csv(index=False)
+    assert list(table["a"]) == [1, None, "=1"]  # the frame itself stays
 
 
 def test_kept_rows_are_read_as_they_were_and_damaged_ones_are_set_aside(tmp_path: Path) -> None:
     messages: list[str] = []
     row_files = RowFiles(tmp_path, {"name": str, "value": float}, messages.append)
     names = [*FORMULAS, *PLAIN]
-    frame = pd.DataFrame({"name": names, "value": 1e-3 * np.arange(float(len(names)))})
-    row_files.write("rows", frame)
+    table = pd.DataFrame({"name": names, "value": 1e-3 * np.arange(float(len(names)))})
+    row_files.write("rows", table)
     again = row_files.read("rows")
-    assert again is not None and again.equals(frame) and messages == []
+    assert again is not None and again.equals(table) and messages == []
     path = tmp_path / "rows.csv"
     with path.open(newline="") as file:
         cells = [line[0] for line in csv.reader(file) if line]

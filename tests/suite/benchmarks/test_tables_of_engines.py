@@ -22,8 +22,8 @@ def test_a_version_that_moves_otherwise_fails_or_is_gone_is_told() -> None:
     names = {"problem": "p", "settings": "step=1", "engines": "engine 1"}
     old = pd.DataFrame(
         [
-            {**names, "contender": who, "error": error, "status": ""}
-            for who, error in (
+            {**names, "contender": contender, "error": error, "status": ""}
+            for contender, error in (
                 ("same", 1e-3),
                 ("round-off", 1e-14),
                 ("other", 1e-3),

@@ -24,8 +24,8 @@ def table() -> pd.DataFrame:
     return taxonomy(True, silent)
 
 
-def methods_of(frame: pd.DataFrame) -> pd.DataFrame:
-    return frame[frame["verdict"] == METHOD]
+def methods_of(rows: pd.DataFrame) -> pd.DataFrame:
+    return rows[rows["verdict"] == METHOD]
 
 
 def test_every_kind_of_space_meets_every_family_of_rules(table: pd.DataFrame) -> None:

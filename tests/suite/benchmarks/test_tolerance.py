@@ -481,7 +481,7 @@ def test_a_long_run_says_how_long_all_takes_and_shares_it_between_processes(
     monkeypatch.setattr(tolerances, "LONG", 0.0)
     monkeypatch.setattr(tolerances, "PART", 1e-9)
     monkeypatch.setattr(tolerances, "STARTS", 4)
-    few = measure(run, (), tmp_path, sentences.append)
+    in_parts = measure(run, (), tmp_path, sentences.append)
     assert "the 9 to come about 0 minutes" in sentences[1]
     assert sentences[2:4] == [
         "rounding at every step, 0 of 3 runs",
@@ -489,5 +489,5 @@ def test_a_long_run_says_how_long_all_takes_and_shares_it_between_processes(
     ]
     monkeypatch.setattr(tolerances, "PART", 100.0)
     assert np.array_equal(
-        few.variants[0].differences, measured(run, tmp_path).variants[0].differences
+        in_parts.variants[0].differences, measured(run, tmp_path).variants[0].differences
     )

@@ -190,12 +190,12 @@ def test_where_a_run_begins_or_ceases_to_diverge_is_a_change(tmp_path, monkeypat
     comparison = compared(monkeypatch, tmp_path, planets(tmp_path), faults)
     assert [step.changed for step in comparison.steps] == [True, False, True]
     assert [*comparison.behaviours.values()][3].missing
-    why, newest = "its states are not finite.", comparison.newest.version
+    reason, newest = "its states are not finite.", comparison.newest.version
     texts = [*sentences(comparison)]
     assert texts[:3] == [
-        f"Between 3.0.0 and 3.1.0 your run began to fail: {why}",
-        f"From 3.1.0 to 3.2.0 your run fails: {why}",
-        f"Between 3.2.0 and {newest} your run ceased to fail: {why}",
+        f"Between 3.0.0 and 3.1.0 your run began to fail: {reason}",
+        f"From 3.1.0 to 3.2.0 your run fails: {reason}",
+        f"Between 3.2.0 and {newest} your run ceased to fail: {reason}",
     ]
     assert "To find the release: --releases 3.0.0..3.1.0." in texts
     assert [change["quantity"] for change in changes(comparison)] == ["failure", "failure"]
@@ -224,9 +224,8 @@ def test_rounding_in_each_step_of_a_long_run_is_no_change(
     assert not step.changed
     motion = comparison.newest.motion
     assert motion is not None and motion.steps_taken > 1e4
-    assert (
-        max(difference.floors for difference in step.differences) > 1.0
-    )  # it does round otherwise
+    # It does round otherwise.
+    assert max(difference.floors for difference in step.differences) > 1.0
 
 
 def test_an_order_alone_is_no_change_of_a_run(tmp_path, monkeypatch):
@@ -238,9 +237,9 @@ def test_an_order_alone_is_no_change_of_a_run(tmp_path, monkeypatch):
 
 def test_without_a_truth_a_sentence_says_why(tmp_path, monkeypatch):
     chaotic = run_of_model(tmp_path, PENDULUM, duration=60.0, qpos=(2.0, 1.0))
-    for run, why in ((contacts(tmp_path), "contacts"), (chaotic, "part by")):
+    for run, phrase in ((contacts(tmp_path), "contacts"), (chaotic, "part by")):
         truth, reason = versions.truth_of(run)
-        assert truth is None and reason.startswith("There is no truth") and why in reason
+        assert truth is None and reason.startswith("There is no truth") and phrase in reason
 
 
 def test_a_run_keeps_what_of_a_simulation_changes_it(tmp_path):
@@ -261,7 +260,7 @@ def test_a_run_keeps_what_of_a_simulation_changes_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("fields", "why"),
+    ("fields", "message"),
     [
         ({"own": {"integrator": "rk5"}}, "own integrator must be one of euler, .*'rk5'"),
         ({"own": {"epsilon": 1e-9}}, "options of your run must be among .*'epsilon'"),
@@ -271,8 +270,8 @@ def test_a_run_keeps_what_of_a_simulation_changes_it(tmp_path):
         ({"snapshot": 3}, "for REBOUND files"),
     ],
 )
-def test_a_run_that_cannot_be_asked_for_is_refused(fields, why, tmp_path):
-    with pytest.raises(ValueError, match=why):
+def test_a_run_that_cannot_be_asked_for_is_refused(fields, message, tmp_path):
+    with pytest.raises(ValueError, match=message):
         run_of_model(tmp_path, BODY, **fields)
 
 

@@ -283,5 +283,5 @@ def test_n_star_is_where_the_curve_s_own_error_is_that_of_the_ends() -> None:
     assert crossing(excess) == pytest.approx(6.25, abs=1e-12)
     assert crossing(4.0 * excess) == pytest.approx(4.25, abs=1e-12)
     mixed = np.where(excess < 1.0, -1.0, excess)
-    for none in (1e3 * excess, 1e-3 * excess, mixed, math.nan * excess):
-        assert math.isnan(crossing(none))
+    for without_crossing in (1e3 * excess, 1e-3 * excess, mixed, math.nan * excess):
+        assert math.isnan(crossing(without_crossing))

@@ -29,9 +29,11 @@ OURS, IAS15 = "galvi degree 8, Gauss 8", "REBOUND IAS15"
 FEW = (OURS, "Stormer-Verlet", "SciPy DOP853", IAS15)
 
 
-def only(case: WorkPrecisionProblem, *labels: str, **how: Any) -> WorkPrecisionProblem:
-    few = tuple(participant for participant in case.participants if participant.label in labels)
-    return replace(case, participants=few, **how)
+def only(case: WorkPrecisionProblem, *labels: str, **changes: Any) -> WorkPrecisionProblem:
+    participants = tuple(
+        participant for participant in case.participants if participant.label in labels
+    )
+    return replace(case, participants=participants, **changes)
 
 
 def study(case: WorkPrecisionProblem) -> pd.DataFrame:

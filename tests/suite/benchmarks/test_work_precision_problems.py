@@ -186,11 +186,11 @@ def test_applegate_s_planets_meet_the_contenders_of_the_outer_planets_but_for_th
 
 
 def test_the_quick_report_leaves_applegate_out_and_most_encounters() -> None:
-    few, all_of_them = (
+    of_quick, of_full = (
         {case.problem.name for case in work_precision_problems(quick)} for quick in (True, False)
     )
-    met, left = {make(False).problem.name for make in MET}, all_of_them - few
-    assert few < all_of_them and left - met == {"outer solar system after Applegate"}
+    met, left = {make(False).problem.name for make in MET}, of_full - of_quick
+    assert of_quick < of_full and left - met == {"outer solar system after Applegate"}
     assert met - left == {"Burrau's problem", "two bodies, e = 0.99"}
 
 
@@ -221,10 +221,12 @@ def test_of_a_contender_that_is_the_truth_only_the_run_that_it_is_is_not_compare
 # ---- errors and times
 
 
-def study(case: WorkPrecisionProblem, *labels: str, **how: Any) -> pd.DataFrame:
+def study(case: WorkPrecisionProblem, *labels: str, **changes: Any) -> pd.DataFrame:
     """The problem with these contenders only, in the quick setting."""
-    few = tuple(participant for participant in case.participants if participant.label in labels)
-    reduced = replace(case, participants=few, **how)
+    participants = tuple(
+        participant for participant in case.participants if participant.label in labels
+    )
+    reduced = replace(case, participants=participants, **changes)
     return work_precision._study(reduced, lambda sentence: None, quick=True)
 
 

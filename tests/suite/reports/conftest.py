@@ -38,9 +38,9 @@ def ask(tmp_path, monkeypatch, capsys):
 def drawn_frames():
     """A frame for each figure of the catalogue, by its name."""
     from reports.figures.catalogue.all import FIGURES
-    from tests.suite.reports.figure_frames import frame_for
+    from tests.suite.reports.figure_frames import table_for
 
-    return {figure.name: frame_for(figure) for figure in FIGURES}
+    return {figure.name: table_for(figure) for figure in FIGURES}
 
 
 @pytest.fixture

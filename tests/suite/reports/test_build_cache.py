@@ -42,14 +42,14 @@ def cache_of(out, build="mine"):
     return cache
 
 
-@pytest.mark.parametrize("frame", FRAMES)
-def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, frame):
-    cache_of(tmp_path).keep("V1", frame, 0.1 + 0.2)
+@pytest.mark.parametrize("table", FRAMES)
+def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, table):
+    cache_of(tmp_path).keep("V1", table, 0.1 + 0.2)
     back = cache_of(tmp_path).results["V1"]
     assert (back.seconds, back.run) == (0.1 + 0.2, "monday")
-    pd.testing.assert_frame_equal(back.frame, frame, check_exact=True)
-    for name in frame.select_dtypes("float"):
-        assert back.frame[name].to_numpy().tobytes() == frame[name].to_numpy().tobytes()
+    pd.testing.assert_frame_equal(back.frame, table, check_exact=True)
+    for name in table.select_dtypes("float"):
+        assert back.frame[name].to_numpy().tobytes() == table[name].to_numpy().tobytes()
 
 
 def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
@@ -103,9 +103,9 @@ def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch
         raise PermissionError("is read only")
 
     monkeypatch.setattr("reports.results.cache.write", full)
-    frame, cache = FRAMES[0], cache_of(tmp_path)
-    assert cache.measure([Study("V1", "V1", "title", lambda report: frame)]) == {}
-    assert cache.results["V1"].frame is frame
+    table, cache = FRAMES[0], cache_of(tmp_path)
+    assert cache.measure([Study("V1", "V1", "title", lambda report: table)]) == {}
+    assert cache.results["V1"].frame is table
     assert "V1 is not kept for a build that is resumed: is read only." in capsys.readouterr().err
 
 
@@ -151,10 +151,10 @@ def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd, tm
     seconds = {finished.name: seconds for finished, seconds in study_in_workers(studies, cache)}
     assert set(seconds) == set(cache.results) == {"a", "c", "d"}
     assert capfd.readouterr() == ("", "")
-    frames = [entry.frame for entry in cache.results.values()]
-    processes = {int(frame["process"][0]) for frame in frames}
+    tables = [entry.frame for entry in cache.results.values()]
+    processes = {int(table["process"][0]) for table in tables}
     assert len(processes) == 2 and os.getpid() not in processes
-    assert seconds["c"] >= 0.3 and all(frame["quick"].all() for frame in frames)
+    assert seconds["c"] >= 0.3 and all(table["quick"].all() for table in tables)
     assert list(study_in_workers(studies[:1], BuildCache())) == []  # too few
     timed = [replace(part, timed=True) for part in studies]
     assert list(study_in_workers(timed, BuildCache())) == []

@@ -84,8 +84,8 @@ class Bench:
     def _counted(self, name, measure):
         def counted(*arguments, problem=""):
             self._ran(problem or name)
-            frame = measure(*arguments)
-            return frame.assign(problem=problem) if problem else frame
+            table = measure(*arguments)
+            return table.assign(problem=problem) if problem else table
 
         return counted
 
@@ -144,7 +144,7 @@ def test_what_was_drawn_is_not_drawn_again():
     drawn = []
 
     def draw_all(function, jobs):
-        drawn.extend(frame for _, frame in jobs)
+        drawn.extend(table for _, table in jobs)
         return [function(job) for job in jobs]
 
     draw = remembering(draw_all)
@@ -170,8 +170,8 @@ ALL = ["V1", "V3", "ball", "top", "cost", "sky", "study"]
 def resumed(bench: Bench, monkeypatch: pytest.MonkeyPatch):
     """It shows nothing early, and writes its tables as CSV alone."""
     monkeypatch.setattr("reports.build.build.first_look", lambda suite: ([], NOTHING))
-    monkeypatch.setattr("reports.tables.writing.as_latex", lambda *frame: "")
-    monkeypatch.setattr("reports.tables.writing.as_markdown", lambda frame: "")
+    monkeypatch.setattr("reports.tables.writing.as_latex", lambda *_: "")
+    monkeypatch.setattr("reports.tables.writing.as_markdown", lambda table: "")
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: "as they are")
     return bench
 

@@ -82,12 +82,16 @@ def outside(tmp_path_factory):
 
 
 @pytest.fixture
-def kepler_alone(monkeypatch):
+def kepler_suite(monkeypatch):
     """A suite that compares few of the participants on Kepler's problem."""
     case = kepler(1, quick=True)
-    few = tuple(participant for participant in case.participants if participant.label in FEW)
+    participants = tuple(
+        participant for participant in case.participants if participant.label in FEW
+    )
     monkeypatch.setattr(
-        work_precision, "work_precision_problems", lambda quick: (replace(case, participants=few),)
+        work_precision,
+        "work_precision_problems",
+        lambda quick: (replace(case, participants=participants),),
     )
     return suite_of(work_precision=work_precision.work_precision)
 
@@ -97,12 +101,12 @@ def compared():
 
 
 @pytest.mark.slow(beside="test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal")
-def test_the_example_of_the_page_stands_beside_ours_everywhere(ask, kepler_alone, monkeypatch):
+def test_the_example_of_the_page_stands_beside_ours_everywhere(ask, kepler_suite, monkeypatch):
     if jpl.missing():
         pytest.skip(jpl.missing())
     monkeypatch.setattr(ephemeris, "displacement", lambda gm, q, v, times: 0.0 * times)
     monkeypatch.setattr("reports.results.own_problems.contender_checks", lambda externals: ())
-    suite = replace(kepler_alone, sections=(*kepler_alone.sections, EPHEMERIS))
+    suite = replace(kepler_suite, sections=(*kepler_suite.sections, EPHEMERIS))
     completed = ask("build --quick --contender mine:Leapfrog", suite)
     assert completed.status == 0, completed.err
     leapfrog_rows = compared().query("contender == 'my leapfrog'")
@@ -113,11 +117,11 @@ def test_the_example_of_the_page_stands_beside_ours_everywhere(ask, kepler_alone
 
 
 def test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal(
-    ask, kepler_alone, monkeypatch
+    ask, kepler_suite, monkeypatch
 ):
     settings = [{"samples": samples} for samples in (2, 5, 1, 2)]
     monkeypatch.setattr(ExternalIntegrator, "settings", lambda *of: settings)
-    completed = ask("compare --quick --contender trouble:Trouble", kepler_alone)
+    completed = ask("compare --quick --contender trouble:Trouble", kepler_suite)
     sentence = "samples=2 and 1 more: It raised RuntimeError: no, thanks.\n"
     assert (
         completed.status == 1 and f"trouble, kepler e=0.6, T = 6.28319, {sentence}" in completed.err
@@ -153,11 +157,11 @@ def verify(monkeypatch, ask):
         for check_problem in CHECK_PROBLEMS
         if check_problem.problem.name.startswith("kepler")
     ]
-    few = partial(
+    few_checks = partial(
         contender_checks,
         check_problems=[replace(check_problem, long=20.3) for check_problem in chosen],
     )
-    monkeypatch.setattr("reports.results.own_problems.contender_checks", few)
+    monkeypatch.setattr("reports.results.own_problems.contender_checks", few_checks)
 
     def verify(external, options=""):
         monkeypatch.setattr(ExternalIntegrator, "open", lambda path, limit: external)
@@ -219,14 +223,14 @@ def test_what_it_printed_is_said_on_standard_error_and_its_first_lines_are_a_row
 
 
 @pytest.fixture
-def few(monkeypatch):
+def quick_own_problems(monkeypatch):
     """Fewer participants and less patience."""
     monkeypatch.setattr(own, "FIXED", {"Stormer-Verlet": {}})
     monkeypatch.setattr(own, "OURS", (8,))
     monkeypatch.setattr(own, "PATIENCE", 0.2)
 
 
-def test_the_pages_problem_is_compared_with_the_codes_that_take_it(few, ask):
+def test_the_pages_problem_is_compared_with_the_codes_that_take_it(quick_own_problems, ask):
     completed = ask("compare --quick --problem my_problem:spring", load())
     assert completed.status == 0, completed.err
     assert "spring: times at matched error" in completed.out and "SciPy DOP853" in completed.out
@@ -240,7 +244,7 @@ def test_the_pages_problem_is_compared_with_the_codes_that_take_it(few, ask):
 
 
 @pytest.mark.slow(beside="test_the_pages_problem_is_compared_with_the_codes_that_take_it")
-def test_a_force_without_a_gradient_or_a_formula_is_said_to_be_differenced(few):
+def test_a_force_without_a_gradient_or_a_formula_is_said_to_be_differenced(quick_own_problems):
     gradient, potential = (definitions("my_problem")[name] for name in ("gradient", "potential"))
     for function, slope in ((potential, gradient), (lambda q: float(potential(q)), None)):
         spring = galvi.Canonical(1.0, function, slope)
@@ -253,7 +257,7 @@ def test_a_force_without_a_gradient_or_a_formula_is_said_to_be_differenced(few):
 
 
 @pytest.mark.slow(beside="test_the_pages_problem_is_compared_with_the_codes_that_take_it")
-def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(few):
+def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(quick_own_problems):
     pytest.importorskip("rebound")
     case = own.own_problem(galvi.problems.kepler(0.3), 20.0)
     truth = case.truth()
@@ -271,7 +275,7 @@ def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(few):
 
 
 @pytest.mark.slow(beside="test_without_another_code_there_is_no_truth")
-def test_a_truth_with_one_source_is_measured_against_itself(few, monkeypatch):
+def test_a_truth_with_one_source_is_measured_against_itself(quick_own_problems, monkeypatch):
     only = {"SciPy DOP853": truths.TRUTHS["SciPy DOP853"]}
     monkeypatch.setattr(truths, "TRUTHS", only)
     truth = own.own_problem(galvi.problems.henon_heiles(), 5.0, quick=True).truth()

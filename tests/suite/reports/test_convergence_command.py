@@ -95,7 +95,7 @@ def test_python_gets_what_the_command_writes_of_ones_own_method_and_a_given_trut
     fits = pd.read_csv("out/orders.csv")
     assert fits["fitted"][0] == pytest.approx(2.0, abs=0.1) and fits["method"][0] == "midpoint"
     midpoint = galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(1))
-    frame = galvi.convergence(
+    table = galvi.convergence(
         galvi.problems.kepler(0.3),
         {"midpoint": midpoint},
         [0.1, 0.05, 0.025],
@@ -104,5 +104,5 @@ def test_python_gets_what_the_command_writes_of_ones_own_method_and_a_given_trut
         quick=True,
     )
     rows = pd.read_csv("out/convergence.csv")
-    assert list(rows["error"]) == list(frame["error"]) and list(rows) == list(frame)
-    assert json.loads(json.dumps(frame.attrs))["truth"] == frame.attrs["truth"]
+    assert list(rows["error"]) == list(table["error"]) and list(rows) == list(table)
+    assert json.loads(json.dumps(table.attrs))["truth"] == table.attrs["truth"]

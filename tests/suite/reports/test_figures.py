@@ -72,10 +72,10 @@ def test_every_figure_of_the_claims_is_drawn_once_at_least():
 )
 def test_the_rate_beside_a_line_is_the_one_that_the_claim_states(figure, drawn_frames):
     table = drawn_frames[figure.name]
-    judge = next(claim.judge for claim in CLAIMS if claim.id == figure.claims[0])
+    verdicts_of = next(claim.judge for claim in CLAIMS if claim.id == figure.claims[0])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the frame has the figure's rows alone
-        stated = [row.measured for row in judge(table) if row.measured is not None]
+        stated = [row.measured for row in verdicts_of(table) if row.measured is not None]
     for rate in figure.options["rates"]:
         if figure.name == "fig-2-06" and rate.quantity == "one-step error":
             continue  # V3 states it
@@ -134,14 +134,14 @@ def test_profiles_draw_what_is_solved_and_say_where_nothing_is():
         [
             {
                 "problem": f"p{k}",
-                "contender": who,
+                "contender": contender,
                 "settings": "step=1",
                 "error": error,
                 "is_truth": False,
-                "seconds": 20.0 - len(who),
+                "seconds": 20.0 - len(contender),
             }
             for k in range(6)
-            for who, error in errors.items()
+            for contender, error in errors.items()
         ]
     )
     for figure in PROFILES:
@@ -185,9 +185,9 @@ STUDIED = {
 }
 
 
-def laid_out(figure, frame, width):
+def laid_out(figure, table, width):
     with matplotlib.style.context([STYLE, SMALL if 0.0 < width < 3.6 else {}]):
-        return drawn(figure, frame, width)
+        return drawn(figure, table, width)
 
 
 def faults(canvas):
@@ -249,10 +249,10 @@ def test_a_figure_of_a_claim_fits_in_any_width(figure, drawn_frames):
 @pytest.mark.parametrize("name", STUDIED)
 def test_a_figure_of_a_study_fits_in_any_width(name):
     figure, measure = STUDIED[name]
-    frame = measure(True, print)
+    table = measure(True, print)
     for which, width in ALL.items():
         if not 0.0 < width < figure.least:
-            assert not list(faults(laid_out(figure, frame, width))), which
+            assert not list(faults(laid_out(figure, table, width))), which
 
 
 @pytest.mark.slow(beside="test_a_figure_of_a_claim_fits_in_any_width")
@@ -275,11 +275,11 @@ def test_comparisons_fit_in_any_width():
     runs = work_precision(True, print)
     shown = [(comparison_figure("kepler e=0.6", runs), runs)]
     shown += [(headline, pd.DataFrame(rows).assign(error_is_bound=False)) for headline in HEADLINES]
-    for width, (figure, frame_of_it) in itertools.product(ALL.values(), shown):
-        assert not list(faults(laid_out(figure, frame_of_it, width)))
+    for width, (figure, table) in itertools.product(ALL.values(), shown):
+        assert not list(faults(laid_out(figure, table, width)))
 
 
-def decades_of_time(axes, frame, *, span):
+def decades_of_time(axes, table, *, span):
     for panel in split(axes, 2):
         panel.plot([3e-4, 3e-4 * 10.0**span], [1.0, 2.0])
         panel.set(xscale="log", ylabel="error")
@@ -293,7 +293,7 @@ def test_ticks_of_a_logarithmic_axis_do_not_touch(span):
         assert not list(faults(laid_out(figure, pd.DataFrame(), width)))
 
 
-def careless(axes, frame):
+def careless(axes, table):
     left, right = split(axes, 2, columns=2)
     for panel in (left, right):
         panel.plot([0.0, 1.0])

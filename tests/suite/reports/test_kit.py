@@ -64,8 +64,8 @@ def small_kit(tmp_path_factory):
     folder = tmp_path_factory.mktemp("kit")
     with pytest.MonkeyPatch.context() as patch:
         for name, make in (("all_point_masses", all_point_masses), ("all_models", all_models)):
-            few = tuple(case for case in make() if case.name in FEW)
-            patch.setattr(kit_files, name, lambda few=few: few)
+            cases = tuple(case for case in make() if case.name in FEW)
+            patch.setattr(kit_files, name, lambda few=cases: few)
         return kit_files.write_kit(folder)
 
 

@@ -57,12 +57,12 @@ def test_a_folder_without_rows_or_with_rows_from_nowhere_is_refused(tmp_path):
     (nowhere / "provenance.json").unlink()
     narrow = report(tmp_path / "narrow")
     (narrow / "work_precision.csv").write_text("problem,error\np,1\n")
-    for folder, why in (
+    for folder, message in (
         ("empty", "which has neither"),
         ("nowhere", "received none"),
         ("narrow", "without contender, settings, seconds, is_truth"),
     ):
-        with pytest.raises(ValueError, match=why):
+        with pytest.raises(ValueError, match=message):
             merge(out, [good, tmp_path / folder])
         assert not out.exists()
 

@@ -52,8 +52,8 @@ def suite_with():
     `long` is what is stored of the long Brouwer study, which is the first of them.
     """
 
-    def make(long=(), few=None, runs=None, **fields):
-        first, *later = [replace(study, measure=FRAMES[study.name]) for study in STUDIES[:few]]
+    def make(long=(), count=None, runs=None, **fields):
+        first, *later = [replace(study, measure=FRAMES[study.name]) for study in STUDIES[:count]]
         stored = pd.DataFrame(long, columns=list(COLUMNS))
         form = LongForm(runs or first.long_form.runs, lambda folder, report: stored)
         later = [replace(study, long_form=None) for study in later]
@@ -83,7 +83,7 @@ def test_a_build_shows_the_studies_with_tables_and_pictures(suite_with, ask):
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_long_study_that_was_not_run_says_how_to(suite_with, ask):
-    assert ask("build", suite_with(few=2)).status == 0
+    assert ask("build", suite_with(count=2)).status == 0
     assert "Short version: make studies runs the long one." in page()
 
 
@@ -97,13 +97,13 @@ def test_a_study_that_raises_or_lacks_its_engine_is_named_and_its_stored_rows_ar
     def broken(quick, report):
         raise OSError("the lamp went out")
 
-    completed = ask("build", suite_with(long, few=2, measure=broken, absent=lambda: absent))
-    why = absent or "not run (OSError: the lamp went out)."
+    completed = ask("build", suite_with(long, count=2, measure=broken, absent=lambda: absent))
+    reason = absent or "not run (OSError: the lamp went out)."
     assert completed.status == (not absent)
-    assert f"Round-off: {'will not run. ' if absent else ''}{why}" in completed.err
+    assert f"Round-off: {'will not run. ' if absent else ''}{reason}" in completed.err
     assert (not absent) or completed.err.index(absent) < completed.err.index("[1/")
     assert ("at commit feedfacecafe" in page()) == ('id="brouwer"' in page()) == bool(long)
-    assert absent in page() and (why in page().partition("## Not run here")[2]) == (not long)
+    assert absent in page() and (reason in page().partition("## Not run here")[2]) == (not long)
 
 
 def test_studies_runs_what_is_not_there_yet(suite_with, ask):
@@ -131,11 +131,11 @@ NUMBERS = ("measured", "error", "share", "seconds_per_orbit", "energy_error")
 @pytest.mark.slow_cases("free-spin")
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
 def test_the_figures_draw_and_say_when_there_is_nothing(study):
-    frame = FRAMES[study.name](True, print)
-    failed = frame.assign(**dict.fromkeys(NUMBERS, np.nan))
+    table = FRAMES[study.name](True, print)
+    failed = table.assign(**dict.fromkeys(NUMBERS, np.nan))
     for figure in study.figures:
-        lay_out(figure, frame)
-        for unusable in (failed, frame.head(0), pd.DataFrame()):
+        lay_out(figure, table)
+        for unusable in (failed, table.head(0), pd.DataFrame()):
             with pytest.raises(NoData):
                 lay_out(figure, unusable)
 
@@ -155,32 +155,33 @@ def test_the_table_of_bodies_says_what_was_reached_and_how_far_from_galvi():
     assert peer["time for an orbit"].iloc[0] == "not reached"
     assert peer[relative].iloc[1].startswith("100")
     assert set(table["share of the limit"]) == {"0.50", ""}
-    few = frame.query("bodies == 100")
-    few = few.assign(
-        contender=few["contender"] + ", 10 heavy", seconds_per_orbit=0.3 * few["seconds_per_orbit"]
+    of_100 = frame.query("bodies == 100")
+    of_100 = of_100.assign(
+        contender=of_100["contender"] + ", 10 heavy",
+        seconds_per_orbit=0.3 * of_100["seconds_per_orbit"],
     )
-    both = scaling_table(pd.concat([frame, few]))[0]
+    both = scaling_table(pd.concat([frame, of_100]))[0]
     assert list(both[relative])[-2:] == [f"1.0{TIMES}", f"100{TIMES}"]
 
 
 def test_numbers_of_a_study_have_the_digits_that_they_need():
-    frame = pd.DataFrame({"n": [0.999, 1e-4, 200000.0, np.nan], "ok": True, "empty": ""})
-    table, kinds = readable_table(frame, {"n": "number", "ok": "well", "empty": "note"})
+    numbers = pd.DataFrame({"n": [0.999, 1e-4, 200000.0, np.nan], "ok": True, "empty": ""})
+    table, kinds = readable_table(numbers, {"n": "number", "ok": "well", "empty": "note"})
     assert list(table["number"]) == ["0.999", "1·10⁻⁴", "200000", ""] and "note" not in table
     assert set(table["well"]) == {"yes"} and kinds == {"number": "number"}
 
 
 def test_versions_of_an_engine_are_told_by_their_orders():
-    frame = versions(True, print)
-    table = engine_versions_table(frame)[0]
+    rows = versions(True, print)
+    table = engine_versions_table(rows)[0]
     numbers = ("3.6.0", "3.10.0", "4.0.1", "9.9.9")
     assert list(table["engine"]) == [f"mujoco {name}" for name in numbers]
     assert list(table["order, ball"]) == ["2.00", "2.00", "4.00", ""]
     assert list(table["attitude error, free"])[:2] == ["1.56·10⁻⁵"] * 2
     assert list(table["status"]) == ["", "", "", "No such version."]
-    later = pd.concat([frame, frame.assign(engine="mujoco 9.9.9")], ignore_index=True)
+    later = pd.concat([rows, rows.assign(engine="mujoco 9.9.9")], ignore_index=True)
     assert "status" not in engine_versions_table(later)[0]
-    assert len(engine_versions_table(pd.concat([frame, frame]))[0]) == len(table)
+    assert len(engine_versions_table(pd.concat([rows, rows]))[0]) == len(table)
 
 
 def test_long_spins_are_told_with_the_mark_that_they_came_to():

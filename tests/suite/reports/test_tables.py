@@ -157,11 +157,11 @@ def test_a_choice_is_a_run_that_was_made_and_reached_the_error():
 
 def test_an_engine_that_was_not_installed_is_named_with_what_is_missing():
     origin = {"scipy": "1", "heyoka": "not installed"}
-    why = "Install heyoka."
-    runs = pd.DataFrame({"contender": ["heyoka, chains", "peer"], "status": [why, "heyoka"]})
+    reason = "Install heyoka."
+    runs = pd.DataFrame({"contender": ["heyoka, chains", "peer"], "status": [reason, "heyoka"]})
     targets = pd.DataFrame({"against": ["heyoka", "heyoka, chains", "peer"], "verdict": "not run"})
     rows = (
-        replace(ROW, id="A5", verdict="not run", reason=why, absent="heyoka"),
+        replace(ROW, id="A5", verdict="not run", reason=reason, absent="heyoka"),
         replace(ROW, id="V3", verdict="not run", reason="It broke, though heyoka was not asked."),
         ROW,
     )
@@ -169,7 +169,7 @@ def test_an_engine_that_was_not_installed_is_named_with_what_is_missing():
     prefix = (
         "heyoka was not installed for this build: its times, 2 targets and rows of A5 are missing"
     )
-    assert engine.text.startswith(prefix) and engine.reason == why
+    assert engine.text.startswith(prefix) and engine.reason == reason
     assert absent_engines({}, runs, targets, rows) == ()
     assert installed_engines(origin) == "REBOUND, MuJoCo and SciPy"
     assert installed_engines({}).endswith("SciPy and heyoka")
@@ -215,8 +215,8 @@ WAVES = {"kind": "Fourier", "space": "Fourier(harmonics=1)"}
     ],
 )  # fmt: skip
 def test_a_line_has_what_a_space_makes_with_a_family_of_rules(changes, cells):
-    frame = pd.DataFrame([{**LINE, **change} for change in changes], columns=list(COLUMNS))
-    read, kinds = taxonomy_table(frame)
+    rows = pd.DataFrame([{**LINE, **change} for change in changes], columns=list(COLUMNS))
+    read, kinds = taxonomy_table(rows)
     lines = zip(read.to_dict("records"), cells, strict=True)
     assert all(line.items() >= expected.items() for line, expected in lines)
     assert set(kinds) <= set(read.columns) and len(set(CODES.values())) == len(CODES)
@@ -245,18 +245,18 @@ def runs(slower=70.0, better=20.0, fails=False, quantity=ATTITUDE):
         ("MuJoCo Euler", "step=0.01", 5e-3, 1e-5 if slower > 100.0 else 1.0),
         (GALVI, "step=0.5", 1e-14, 4e-5),
     ]
-    frame = pd.DataFrame(points, columns=["contender", "settings", "error", "seconds"])
-    frame = frame.assign(
+    points_table = pd.DataFrame(points, columns=["contender", "settings", "error", "seconds"])
+    points_table = points_table.assign(
         problem="body",
         quantity=quantity,
         is_truth=False,
         stops_early=False,
         status="",
         reference="closed form",
-        seconds_low=frame["seconds"],
-        seconds_high=frame["seconds"],
+        seconds_low=points_table["seconds"],
+        seconds_high=points_table["seconds"],
     )
-    return dependable(frame)
+    return dependable(points_table)
 
 
 @pytest.mark.parametrize(
@@ -274,10 +274,10 @@ def test_steps_of_the_two_codes_are_compared_at_equal_steps(overrides, pattern):
 
 @pytest.mark.parametrize("name", [OF_RK4, TEXTBOOK_RK4])
 def test_without_both_codes_nothing_is_said(name):
-    frame = runs()
-    assert mujoco_overhead(frame[frame["contender"] != name]) == ""
-    absent = frame["seconds"].mask(frame["contender"] == name)
-    assert mujoco_overhead(frame.assign(seconds=absent)) == ""
+    rows = runs()
+    assert mujoco_overhead(rows[rows["contender"] != name]) == ""
+    absent = rows["seconds"].mask(rows["contender"] == name)
+    assert mujoco_overhead(rows.assign(seconds=absent)) == ""
 
 
 def test_all_are_compared_at_the_same_errors_that_their_truth_can_tell():
@@ -335,11 +335,11 @@ def test_energy_stands_beside_the_error_of_position_of_the_run_that_is_the_faste
 
 
 def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags():
-    frame = pd.DataFrame(
+    table = pd.DataFrame(
         {"code": ["a<{b}", "same", "same"], "time": ["1 s", "not reached", np.nan], "x": "<i>"}
     )
-    frame["link"] = pd.Series([Markup("<a href='#q'>q</a>")] * 3, dtype=object)
-    html = html_table(frame, 'Times "1" < 2', ["time"], [(0, "time")], id="times")
+    table["link"] = pd.Series([Markup("<a href='#q'>q</a>")] * 3, dtype=object)
+    html = html_table(table, 'Times "1" < 2', ["time"], [(0, "time")], id="times")
     counts = {
         'aria-label="Times &#34;1&#34; &lt; 2"><table id="times">': 1,
         '<th scope="col">code</th>': 1,
@@ -353,7 +353,7 @@ def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags():
         "<td><a href='#q'>q</a></td>": 3,
     }
     assert {part: html.count(part) for part in counts} == counts
-    assert html_table(frame.head(0), "empty").count("<tr>") == 1
+    assert html_table(table.head(0), "empty").count("<tr>") == 1
 
 
 @pytest.mark.parametrize(

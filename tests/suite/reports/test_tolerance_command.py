@@ -133,7 +133,7 @@ def test_runs_that_do_not_repeat_and_quantities_without_a_bound_are_said(folder)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "why"),
+    ("arguments", "message"),
     [
         ("docs/models/heavy_top.xml --releases newest", "--releases expects releases as"),
         ("docs/models/heavy_top.xml --releases 3.6.0..4.0.1", "which is for `galvi versions`"),
@@ -144,8 +144,8 @@ def test_runs_that_do_not_repeat_and_quantities_without_a_bound_are_said(folder)
         ("docs/models/heavy_top.xml --qvel 1e12,0,0", "Your run fails"),
     ],
 )
-def test_what_cannot_be_carried_out_is_exit_2_and_one_sentence(folder, arguments, why, capsys):
+def test_what_cannot_be_carried_out_is_exit_2_and_one_sentence(folder, arguments, message, capsys):
     (folder / "fixed.xml").write_text("<mujoco><worldbody/></mujoco>")
     assert exit_status(f"tolerance {arguments} --out out") == 2
     out, err = capsys.readouterr()
-    assert out == "" and why in err.splitlines()[-1]
+    assert out == "" and message in err.splitlines()[-1]

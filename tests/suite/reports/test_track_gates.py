@@ -54,16 +54,16 @@ class Fake:
         self.factor, self.why, self.hangs, self.scatter = factor, why, hangs, scatter
         self.noise, self.leaves, self.need, self.reached = noise, leaves, need, reached
         self.random = np.random.default_rng(3)
-        self.whole = 2e8
+        self.memory = 2e8
 
     def run(self, case):
         if self.why:
             raise Failed(self.why)
-        self.whole += 2.0 * self.leaves
+        self.memory += 2.0 * self.leaves
         end = 1.0 + 1e-9 + self.noise * self.random.standard_normal()
         reached = {"ends": [[end, 0.0]], "counts": COUNTS, "success": True, "status": "ok"}
         reached |= {"first_call": 1.0, "warm": 0.01, "problem": {}, "offered": ""}
-        return reached | {"memory": self.whole, "need": self.need} | self.reached
+        return reached | {"memory": self.memory, "need": self.need} | self.reached
 
     def time(self, case, repeats, attempts):
         if self.hangs:

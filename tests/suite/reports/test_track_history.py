@@ -141,13 +141,13 @@ def keep_benches(tmp_path):
 
 
 def test_each_quantity_of_each_bench_is_a_row(keep_benches):
-    frame = read_history(keep_benches(b=bench(1, 3.0), a=bench(2, 1.0)), pytest.fail)
-    assert tuple(frame.columns) == COLUMNS
-    times = frame[frame["quantity"] == TIME]
+    history_rows = read_history(keep_benches(b=bench(1, 3.0), a=bench(2, 1.0)), pytest.fail)
+    assert tuple(history_rows.columns) == COLUMNS
+    times = history_rows[history_rows["quantity"] == TIME]
     assert list(times["value"]) == [6.0, 2.0]
     assert list(times["commit"]) == ["000000000001+", "000000000002"]
     assert set(times["benchmark"]) == {"Kepler, degree 8"}
-    assert {"iterations", "error", "seconds"} < set(frame["quantity"])
+    assert {"iterations", "error", "seconds"} < set(history_rows["quantity"])
 
 
 @pytest.mark.parametrize(
@@ -162,8 +162,8 @@ def test_each_quantity_of_each_bench_is_a_row(keep_benches):
 )
 def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(keep_benches, content):
     messages: list[str] = []
-    frame = read_history(keep_benches(other=content, good=bench(1)), messages.append)
-    assert set(frame["file"]) == {"good.json"}
+    history_rows = read_history(keep_benches(other=content, good=bench(1)), messages.append)
+    assert set(history_rows["file"]) == {"good.json"}
     (sentence,) = messages
     assert sentence.startswith("Failed to load ") and "other.json: " in sentence
 

@@ -145,12 +145,14 @@ def test_a_claim_whose_rows_only_a_measurement_shows_is_chosen_as_a_whole(ask, o
 
 
 def test_every_row_is_a_test_case_with_its_bound_and_measured_value(ask):
-    some = (
+    claim_rows = (
         replace(ROW, quantity="good"),
         replace(CONTRADICTED, quantity="wrong [<&\x00], again", measured=0.75),
         replace(GONE, quantity="absent", reason="No numbers."),
     )
-    assert ask("verify", claim("V1", some), claim("V2", raises=RuntimeError("it broke"))).status
+    assert ask(
+        "verify", claim("V1", claim_rows), claim("V2", raises=RuntimeError("it broke"))
+    ).status
     test_cases = cases()
     (properties,) = test_cases["claim.V1", "good"]
     values = {entry.get("name"): entry.get("value") for entry in properties}
@@ -266,8 +268,8 @@ def test_a_claim_that_is_gone_leaves_the_table():
 
 def test_what_changed_is_printed_and_written(ask):
     def check(options="", **rows):
-        some = tuple(replace(ROW, quantity=name, **fields) for name, fields in rows.items())
-        return ask(f"verify {options}", claim("V1", some)).out
+        claim_rows = tuple(replace(ROW, quantity=name, **fields) for name, fields in rows.items())
+        return ask(f"verify {options}", claim("V1", claim_rows)).out
 
     still = {"measured": 2.0, "uncertainty": 0.1}
     assert "Changed" not in check(verdict={}, number={}, still=still, old={})
@@ -300,7 +302,7 @@ def test_an_interrupt_has_a_status_and_leaves_the_file_of_the_last_run(ask):
 
 
 def test_claims_are_counted_apart_from_their_checks():
-    some = [
+    claim_rows = [
         ROW,
         replace(ROW, id="V2"),
         replace(CONTRADICTED, id="V2", expected="contradicted"),
@@ -309,7 +311,7 @@ def test_claims_are_counted_apart_from_their_checks():
         replace(ROW, id="V5", verdict="exceeds", expected="exceeds"),
         replace(ROW, id="A1", source=AGREEMENT),
     ]
-    counts = str(Summary(tuple(some)))
+    counts = str(Summary(tuple(claim_rows)))
     assert "3 holds, 1 exceeded, 1 contradicted, 2 findings, 1 not run" in counts
 
 
@@ -332,7 +334,7 @@ UNFOUNDED = Statement("H fig. 2.4", "figure", "It is so.", "reproduced", "", ("V
 
 
 @pytest.mark.parametrize(
-    ("statement", "some", "passes"),
+    ("statement", "claim_rows", "passes"),
     [
         (replace(UNFOUNDED, where="H fig. 2.3"), (ROW,), True),
         (UNFOUNDED, (ROW,), False),
@@ -341,10 +343,12 @@ UNFOUNDED = Statement("H fig. 2.4", "figure", "It is so.", "reproduced", "", ("V
         (UNFOUNDED, (*[ROW] * 99, CONTRADICTED), True),
     ],
 )
-def test_a_statement_that_its_rows_do_not_found_is_no_success(monkeypatch, statement, some, passes):
+def test_a_statement_that_its_rows_do_not_found_is_no_success(
+    monkeypatch, statement, claim_rows, passes
+):
     """Only where every claim that statements name has rows, and all are as expected."""
     monkeypatch.setattr(outcome, "statements", lambda: (statement,))
-    summary = Summary(some)
+    summary = Summary(claim_rows)
     assert summary.passes(fail_under=90.0) == passes
     sentence = "1 printed statement unfounded: H fig. 2.4 (It is so.) is called reproduced; no row"
     assert (sentence in str(summary)) != passes
@@ -360,8 +364,10 @@ def test_a_junit_file_is_well_formed_whatever_the_texts_are():
 
 def test_totals_of_a_junit_file_are_of_all_suites_and_details_of_a_passed_case_stay():
     kinds = ("passed", "failure", "error", "skipped", "error")
-    some = [JUnitCase("class", kind, 0.25, kind, "why", "more") for kind in kinds]
-    root = tree.fromstring(junit_xml("galvi track", {"a": some, "b": some[:2], "c": []}).encode())
+    junit_cases = [JUnitCase("class", kind, 0.25, kind, "why", "more") for kind in kinds]
+    root = tree.fromstring(
+        junit_xml("galvi track", {"a": junit_cases, "b": junit_cases[:2], "c": []}).encode()
+    )
     counts = ("tests", "failures", "errors", "skipped", "time")
     assert [root.get(name) for name in counts] == ["7", "2", "2", "1", "1.750"]
     assert [suite.get("tests") for suite in root] == ["5", "2", "0"]
@@ -373,12 +379,14 @@ def test_totals_of_a_junit_file_are_of_all_suites_and_details_of_a_passed_case_s
 def test_a_job_on_github_shows_ten_failures_each_on_a_line(monkeypatch):
     name = "a: b, 50 %\n::error::"
     failed = [JUnitCase("claim.V1", name, 0.0, "failure", "5 % off: no,\r\nyes")] * 12
-    some = [JUnitCase("claim.V1", "right"), *failed]
+    junit_cases = [JUnitCase("claim.V1", "right"), *failed]
     monkeypatch.delenv("GITHUB_ACTIONS", raising=False)
-    assert github_annotations(some) == []
+    assert github_annotations(junit_cases) == []
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
     title = "claim.V1%3A a%3A b%2C 50 %25%0A%3A%3Aerror%3A%3A"
-    assert github_annotations(some) == [f"::error title={title}::5 %25 off: no,%0D%0Ayes"] * 10
+    assert (
+        github_annotations(junit_cases) == [f"::error title={title}::5 %25 off: no,%0D%0Ayes"] * 10
+    )
 
 
 def test_verify_shows_its_failures_there_and_nothing_of_a_success(ask, monkeypatch):

@@ -60,7 +60,7 @@ def test_sentences_a_table_and_json_say_what_changed_and_what_failed(folder, mon
 
 
 @pytest.mark.parametrize(
-    ("arguments", "why"),
+    ("arguments", "message"),
     [
         ("docs/models/heavy_top.xml --releases newest", "--releases expects releases as"),
         ("docs/models/heavy_top.xml --own integrator=rk5", "must be one of euler, rk4"),
@@ -71,10 +71,10 @@ def test_sentences_a_table_and_json_say_what_changed_and_what_failed(folder, mon
         ("absent.bin", "There is no file absent.bin"),
     ],
 )
-def test_what_cannot_be_carried_out_is_exit_2_and_one_sentence(folder, arguments, why, capsys):
+def test_what_cannot_be_carried_out_is_exit_2_and_one_sentence(folder, arguments, message, capsys):
     assert run(None, ["versions", *shlex.split(arguments), "--out", "out"]) == 2  # type: ignore[arg-type]
     out, err = capsys.readouterr()
-    assert out == "" and why in err and err.count("\n") == 1
+    assert out == "" and message in err and err.count("\n") == 1
 
 
 @pytest.mark.slow(beside="test_sentences_a_table_and_json_say_what_changed_and_what_failed")
