@@ -88,17 +88,17 @@ def check_beside(items: list[pytest.Item], root: Path) -> None:
     cases: dict[str, list[pytest.Item]] = {}
     for item in items:
         cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
-    left = {test for test, some in cases.items() if not all(map(is_left_out, some))}
+    left = {test for test, test_cases in cases.items() if not all(map(is_left_out, test_cases))}
     files = {test.partition("::")[0] for test in cases}
-    for test, some in cases.items():
-        if not all(item.get_closest_marker("slow") for item in some):
+    for test, test_cases in cases.items():
+        if not all(item.get_closest_marker("slow") for item in test_cases):
             continue
-        named = [mark.kwargs.get("beside", "") for mark in some[0].iter_markers("slow")]
+        named = [mark.kwargs.get("beside", "") for mark in test_cases[0].iter_markers("slow")]
         if not any(named):
             raise pytest.UsageError(f"{test} is slow and names no test beside it that is left.")
-        place = full_name(named[0], test)
-        file = place.partition("::")[0]
-        if place not in left and (file in files or not (root / file).is_file()):
+        test_name = full_name(named[0], test)
+        file = test_name.partition("::")[0]
+        if test_name not in left and (file in files or not (root / file).is_file()):
             raise pytest.UsageError(
                 f"{test} is slow beside {named[0]!r}, which is no test or slow itself."
             )
@@ -144,19 +144,19 @@ def suite_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """`galvi.judge` and `galvi.convergence` run their commands here, without the seconds that a new
     process imports for."""
 
-    def here(command: str, arguments: list[str], pickled: bytes = b"") -> Exception:
+    def run_in_process(command: str, arguments: list[str], pickled: bytes = b"") -> Exception:
         from galvi.interop.suite_process import HANDED_OVER, refusal
         from reports.cli.commands import run
 
-        said = io.StringIO()
+        stderr = io.StringIO()
         monkeypatch.setenv(HANDED_OVER, hashlib.sha256(pickled).hexdigest() if pickled else "")
-        with redirect_stdout(io.StringIO()), redirect_stderr(said):
+        with redirect_stdout(io.StringIO()), redirect_stderr(stderr):
             status = run(None, [command, *arguments])  # type: ignore[arg-type]
-        lines = said.getvalue().splitlines()
-        said_at_last = [line for line in lines if not line.startswith(f"{command}: ")]
-        return refusal("\n".join(said_at_last), status)
+        lines = stderr.getvalue().splitlines()
+        message_lines = [line for line in lines if not line.startswith(f"{command}: ")]
+        return refusal("\n".join(message_lines), status)
 
-    monkeypatch.setattr("galvi.interop.suite_process.run_command", here)
+    monkeypatch.setattr("galvi.interop.suite_process.run_command", run_in_process)
 
 
 @pytest.fixture(autouse=True)

@@ -80,7 +80,7 @@ class Job:
         for name in FILES:
             (self.runner / name).touch()
         action = yaml.safe_load(ACTION.read_text(encoding="utf-8"))
-        defaults = {name: one["default"] for name, one in action["inputs"].items()}
+        defaults = {name: declaration["default"] for name, declaration in action["inputs"].items()}
         assert set(self.inputs) <= set(defaults)
         for step in action["runs"]["steps"]:
             if "run" in step and (not only or step.get("id") in only):
@@ -88,15 +88,15 @@ class Job:
 
     def _run(self, step: Mapping[str, Any], inputs: Mapping[str, str]) -> None:
         name = step.get("id", step["run"])
-        if not self._asked(step.get("if", "success()")):
+        if not self._condition_holds(step.get("if", "success()")):
             self.skipped.add(name)
             return
         files = {file: str(self.runner / file) for file in FILES}
-        place = self.galvi / ".github" / "actions" / "galvi"
-        place.mkdir(parents=True, exist_ok=True)
+        action_folder = self.galvi / ".github" / "actions" / "galvi"
+        action_folder.mkdir(parents=True, exist_ok=True)
         github = {
             "GITHUB_ACTIONS": "true",
-            "GITHUB_ACTION_PATH": str(place),
+            "GITHUB_ACTION_PATH": str(action_folder),
             "GITHUB_EVENT_NAME": self.event,
             "RUNNER_TEMP": str(self.runner),
             "PIP_REQUIRE_VIRTUALENV": "1",  # where PATH has no other Python, nothing is installed
@@ -107,22 +107,22 @@ class Job:
             EXPRESSION.sub(lambda match: values[match[1]], text)
             for text in (step.get("working-directory", "."), *step.get("env", {}).values())
         )
-        own = dict(zip(step.get("env", {}), texts, strict=True))
+        step_environment = dict(zip(step.get("env", {}), texts, strict=True))
         (self.runner / "GITHUB_OUTPUT").write_text("")
         assert step["shell"] == "bash" and not EXPRESSION.search(step["run"])
-        done = subprocess.run(
+        completed = subprocess.run(
             ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]],
             cwd=self.project / folder,
-            env=self.variables | files | github | own,
+            env=self.variables | files | github | step_environment,
             text=True,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
         )
-        self.status[name], self.printed[name] = done.returncode, done.stdout
+        self.status[name], self.printed[name] = completed.returncode, completed.stdout
         self.outputs |= {f"{name}.outputs.{key}": text for key, text in self._set("GITHUB_OUTPUT")}
         self.variables |= dict(self._set("GITHUB_ENV"))
 
-    def _asked(self, condition: str) -> bool:
+    def _condition_holds(self, condition: str) -> bool:
         """Whether a step runs after what has run."""
         for word, python in TO_PYTHON.items():
             condition = condition.replace(word, python)
@@ -139,8 +139,8 @@ class Job:
         return [(line.partition("=")[0], line.partition("=")[2]) for line in lines]
 
 
-def checked_out(repository: Path, place: Path) -> Path:
+def checked_out(repository: Path, folder: Path) -> Path:
     """A clone of the last commit alone, as actions/checkout makes it."""
-    words = ["git", "clone", "--quiet", "--depth", "1", repository.as_uri(), place]
-    subprocess.run(words, check=True, env=os.environ | {"GIT_CONFIG_GLOBAL": os.devnull})
-    return place
+    command = ["git", "clone", "--quiet", "--depth", "1", repository.as_uri(), folder]
+    subprocess.run(command, check=True, env=os.environ | {"GIT_CONFIG_GLOBAL": os.devnull})
+    return folder

@@ -152,13 +152,13 @@ def rows() -> dict[str, tuple[list[str], list[tuple[str, str]]]]:
     """(folders of the file, (list, file) of each entry) of each row of the table."""
     page = (ROOT / "CONTRIBUTING.md").read_text()
     table = page.partition("| new | file | entry |")[2].partition("\n\n")[0]
-    found = {}
+    additions = {}
     for line in table.splitlines()[2:]:
         kind, file, entry = (cell.strip() for cell in line.strip("|").split("|"))
         folders = re.findall(r"`([\w/]+/)(?:NAME\.py)?`", file.replace("ENGINE/", ""))
         lists = re.findall(r"`([A-Z_a-z]+)`[^`]*(?:`[A-Z]+`)? (?:in|of) `(\S+\.py)`", entry)
-        found[kind] = folders, lists
-    return found
+        additions[kind] = folders, lists
+    return additions
 
 
 def entered(path: Path, name: str, imported: str, entry: str) -> None:
@@ -189,17 +189,17 @@ def test_a_new_member_is_one_file_and_one_entry(copy: Path) -> None:
     table = rows()
     for kind, (file, text, imported, entry) in ADDED.items():
         (copy / file).write_text(text)
-        name, place = table[kind][1][0]
-        entered(copy / place, name, imported, entry)
+        name, list_file = table[kind][1][0]
+        entered(copy / list_file, name, imported, entry)
     file, text, document = IN_A_DOCUMENT
     (copy / file).write_text(text)
     with (copy / document).open("a") as end:
         end.write(SECTION)
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-c", USE],
         cwd=copy,
         env={"PYTHONPATH": str(copy)},
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stderr
+    assert completed.returncode == 0, completed.stderr

@@ -53,8 +53,8 @@ def copy(tmp_path: Path) -> Path:
 
 
 def test_every_import_contract_holds() -> None:
-    result = lint_imports(ROOT)
-    assert result.returncode == 0, result.stdout + result.stderr
+    completed = lint_imports(ROOT)
+    assert completed.returncode == 0, completed.stdout + completed.stderr
 
 
 def test_every_import_contract_has_a_planted_fault() -> None:
@@ -67,10 +67,10 @@ def test_a_forbidden_import_breaks_its_contract(copy: Path) -> None:
     for contract, (file, fault) in FAULTS.items():
         text = (copy / file).read_text()
         (copy / file).write_text(f"{text}\n{fault}\n")
-        result = lint_imports(copy, contract)
+        completed = lint_imports(copy, contract)
         (copy / file).write_text(text)
-        assert result.returncode == 1, contract
-        assert fault.split()[-1] in result.stdout.partition("Broken contracts")[2], contract
+        assert completed.returncode == 1, contract
+        assert fault.split()[-1] in completed.stdout.partition("Broken contracts")[2], contract
 
 
 def test_an_upward_import_for_types_or_inside_a_function_counts(copy: Path) -> None:
@@ -83,10 +83,10 @@ def test_an_upward_import_for_types_or_inside_a_function_counts(copy: Path) -> N
     ):
         with (copy / "galvi" / f"{file}.py").open("a") as source:
             source.write(f"\n{fault}")
-    result = lint_imports(copy, "galvi")
-    assert result.returncode == 1
-    assert "galvi.rules.rule -> galvi.run" in result.stdout
-    assert "galvi.spaces.space -> galvi.run" in result.stdout
+    completed = lint_imports(copy, "galvi")
+    assert completed.returncode == 1
+    assert "galvi.rules.rule -> galvi.run" in completed.stdout
+    assert "galvi.spaces.space -> galvi.run" in completed.stdout
 
 
 @pytest.mark.slow(beside="test_an_upward_import_for_types_or_inside_a_function_counts")
@@ -94,6 +94,6 @@ def test_a_room_without_a_place_in_its_package_is_refused(copy: Path) -> None:
     for package in PACKAGES:
         stray = copy / package / "stray.py"
         stray.touch()
-        result = lint_imports(copy, package)
-        assert result.returncode == 1 and f"{package}.stray" in result.stdout
+        completed = lint_imports(copy, package)
+        assert completed.returncode == 1 and f"{package}.stray" in completed.stdout
         stray.unlink()

@@ -16,8 +16,8 @@ LEFT = ("tests/a/test_b.py::test_left", "tests/a/test_c.py::test_left")
 class Item:
     """Of a collected test what is asked here: where it stands, and how it is marked."""
 
-    def __init__(self, place: str, *marks: pytest.Mark) -> None:
-        self.nodeid, self.marks = place, marks
+    def __init__(self, nodeid: str, *marks: pytest.Mark) -> None:
+        self.nodeid, self.marks = nodeid, marks
 
     def iter_markers(self, name: str) -> list[pytest.Mark]:
         return [mark for mark in self.marks if mark.name == name]
@@ -27,8 +27,8 @@ class Item:
 
 
 def checked(*items: Item, root: Path = Path()) -> None:
-    found: Any = [*map(Item, LEFT), *items]
-    check_beside(found, root)
+    collected: Any = [*map(Item, LEFT), *items]
+    check_beside(collected, root)
 
 
 def slow(beside: str, test: str = "tests/a/test_b.py::test_slow") -> Item:
@@ -45,7 +45,7 @@ def test_a_test_that_is_left_may_be_named_from_near_and_far(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("items", "words"),
+    ("items", "message"),
     [
         ([Item("tests/a/test_b.py::test_slow", SLOW)], "test_slow is slow and names no"),
         ([Item(f"tests/a/test_b.py::test_all[{k}]", SLOW) for k in "12"], "test_all is slow and n"),
@@ -59,6 +59,6 @@ def test_a_test_that_is_left_may_be_named_from_near_and_far(tmp_path: Path) -> N
     ],
     ids=["without a name", "all cases", "no file", "no test", "a slow one", "one of the browser"],
 )
-def test_what_names_no_test_that_is_left_is_refused(items: list[Item], words: str) -> None:
-    with pytest.raises(pytest.UsageError, match=words):
+def test_what_names_no_test_that_is_left_is_refused(items: list[Item], message: str) -> None:
+    with pytest.raises(pytest.UsageError, match=message):
         checked(*items)

@@ -52,17 +52,26 @@ def test_values_are_frozen_and_those_that_hold_arrays_compared_by_identity(
     package: str, texts: dict[Path, str]
 ) -> None:
     """Arrays that are compared entry by entry have no truth value, and no digest."""
-    own = [text for file, text in texts.items() if file.parts[0] == package]
-    made = [one for text in own for one in MADE.findall(text)]
-    assert made and {name for options, name, _ in made if "frozen=True" not in options} <= CHANGE
-    holders = {name: options for options, name, body in made if ARRAYS.search(body)}
+    package_texts = [text for file, text in texts.items() if file.parts[0] == package]
+    dataclasses = [dataclass for text in package_texts for dataclass in MADE.findall(text)]
+    assert (
+        dataclasses
+        and {name for options, name, _ in dataclasses if "frozen=True" not in options} <= CHANGE
+    )
+    holders = {name: options for options, name, body in dataclasses if ARRAYS.search(body)}
     assert holders and [name for name in holders if "eq=False" not in holders[name]] == []
 
 
 def test_what_is_unpickled_is_listed_with_the_reason(texts: dict[Path, str]) -> None:
-    own = {file: text for file, text in texts.items() if file.parts[0] in (*PACKAGES, "setup.py")}
-    found = {str(file) for file in own if file.suffix == ".py" and UNPICKLES.search(own[file])}
-    assert found == set(ALLOWED)
+    shipped_texts = {
+        file: text for file, text in texts.items() if file.parts[0] in (*PACKAGES, "setup.py")
+    }
+    unpickling = {
+        str(file)
+        for file in shipped_texts
+        if file.suffix == ".py" and UNPICKLES.search(shipped_texts[file])
+    }
+    assert unpickling == set(ALLOWED)
 
 
 @pytest.mark.parametrize(

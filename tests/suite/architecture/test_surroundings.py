@@ -39,12 +39,12 @@ print(galvi.integrate(galvi.problems.kepler(), method, 0.1, 10).status)
 """
 
 
-def python(at: Path, *words: str, before: tuple[str, ...] = (), **more: str):
-    """Python with these words, and galvi of a folder."""
-    own = {key: value for key, value in os.environ.items() if key not in SETTINGS}
+def python(at: Path, *arguments: str, before: tuple[str, ...] = (), **settings: str):
+    """Python with these arguments, and galvi of a folder."""
+    inherited = {key: value for key, value in os.environ.items() if key not in SETTINGS}
     return subprocess.run(
-        [*before, sys.executable, *words],
-        env=own | {"PYTHONPATH": str(at)} | more,
+        [*before, sys.executable, *arguments],
+        env=inherited | {"PYTHONPATH": str(at)} | settings,
         cwd=at,
         capture_output=True,
         text=True,
@@ -52,19 +52,19 @@ def python(at: Path, *words: str, before: tuple[str, ...] = (), **more: str):
 
 
 def test_the_general_kernel_runs_alone_agrees_and_refuses_moving_frames_in_words() -> None:
-    done = python(ROOT, "-c", ALONE, GALVI_FAST="0")
-    *engines, x, y = done.stdout.split()
-    assert engines == ["general", "general"], done.stderr
+    completed = python(ROOT, "-c", ALONE, GALVI_FAST="0")
+    *engines, x, y = completed.stdout.split()
+    assert engines == ["general", "general"], completed.stderr
     method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
     run = galvi.integrate(galvi.problems.kepler(0.6), method, 0.05, 20)
     np.testing.assert_allclose([float(x), float(y)], run.q[-1], rtol=0.0, atol=1e-13)
     refusal = "ValueError: moving frames need the lanes, which GALVI_FAST=0 leaves out."
-    assert done.stderr.strip().endswith(refusal)
+    assert completed.stderr.strip().endswith(refusal)
 
 
 def test_a_mistyped_setting_is_refused() -> None:
-    done = python(ROOT, "-c", "import galvi", GALVI_FAST="2")
-    assert "GALVI_FAST must be 0 or 1; received '2'." in done.stderr
+    completed = python(ROOT, "-c", "import galvi", GALVI_FAST="2")
+    assert "GALVI_FAST must be 0 or 1; received '2'." in completed.stderr
 
 
 @pytest.fixture(scope="module")
@@ -81,13 +81,13 @@ def package(tmp_path_factory: pytest.TempPathFactory):
         folder.chmod(0o755)
 
 
-def restricted(package: Path, *words: str, **more: str):
+def restricted(package: Path, *arguments: str, **settings: str):
     """Python without a home, which may not write where the permissions say so."""
     as_root = os.geteuid() == 0
     if as_root and shutil.which("setpriv") is None:
         pytest.skip("root may write everywhere, and there is no setpriv to prevent it")
     before = WITHOUT_ROOT if as_root else ()
-    return python(package, *words, before=before, HOME="/proc/none", **more)
+    return python(package, *arguments, before=before, HOME="/proc/none", **settings)
 
 
 @pytest.mark.slow(
@@ -97,8 +97,8 @@ def test_a_run_is_compiled_in_memory_and_said_to_be(package: Path, tmp_path: Pat
     first = restricted(package, "-c", RUN)
     assert first.stdout == "Completed.\n", first.stderr
     assert "in each process, since no folder for it can be written; set NUMBA_C" in first.stderr
-    kept = [restricted(package, "-c", RUN, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2)]
-    assert "once; later runs load it" in kept[0].stderr and kept[1].stderr == ""
+    cached = [restricted(package, "-c", RUN, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2)]
+    assert "once; later runs load it" in cached[0].stderr and cached[1].stderr == ""
 
 
 @pytest.mark.slow(
@@ -107,6 +107,6 @@ def test_a_run_is_compiled_in_memory_and_said_to_be(package: Path, tmp_path: Pat
 def test_commands_work_where_nothing_can_be_written(package: Path, tmp_path: Path) -> None:
     helped = restricted(package, "-m", "galvi", "--help")
     assert helped.returncode == 0 and "verify" in helped.stdout, helped.stderr
-    asked = ("verify", "--quick", "--claims", "V20", "--out", str(tmp_path / "out"))
-    done = restricted(package, "-m", "galvi", *asked)
-    assert done.returncode == 0, done.stdout + done.stderr
+    command = ("verify", "--quick", "--claims", "V20", "--out", str(tmp_path / "out"))
+    completed = restricted(package, "-m", "galvi", *command)
+    assert completed.returncode == 0, completed.stdout + completed.stderr

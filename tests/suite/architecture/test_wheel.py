@@ -55,9 +55,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel, built from a copy so that nothing is left in the checkout, and unpacked."""
     folder = tmp_path_factory.mktemp("wheel")
 
-    def leave_out(place: str, names: list[str]) -> set[str]:
-        built = {"build", "dist"} if Path(place) == ROOT else set()
-        ignored = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "out")(place, names)
+    def leave_out(directory: str, names: list[str]) -> set[str]:
+        built = {"build", "dist"} if Path(directory) == ROOT else set()
+        ignored = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "out")(directory, names)
         return built & set(names) | ignored
 
     shutil.copytree(ROOT, folder / "source", ignore=leave_out)
@@ -82,8 +82,8 @@ def test_the_wheel_holds_every_module_the_data_and_the_plugin_of_pytest(wheel: P
     suite = {f"galvi/_suite/{x}/{name}" for x in SUITE for name in shipped(ROOT / x)}
     documented = {f"galvi/_suite/docs/{name}" for name in contents(ROOT / "docs")}
     plugin = {f"pytest_galvi/{name}" for name in shipped(ROOT / PLUGIN)}
-    own = {f"galvi/{name}" for name in shipped(ROOT / "galvi")}
-    expected = {name for name in own | suite | documented if PLUGIN not in name} | plugin
+    modules = {f"galvi/{name}" for name in shipped(ROOT / "galvi")}
+    expected = {name for name in modules | suite | documented if PLUGIN not in name} | plugin
     assert packages == {name for name in expected if not re.search(GENERATED, name)}
     assert "galvi/py.typed" in packages
     (points,) = wheel.glob("*.dist-info/entry_points.txt")
@@ -94,41 +94,43 @@ def test_the_wheel_holds_every_module_the_data_and_the_plugin_of_pytest(wheel: P
 def folder_of_a_user(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Another project's repository of two commits: packages of the names of the suite's, a
     simulation, and the integrator and the problem of docs/suite.md."""
-    place = tmp_path_factory.mktemp("user")
+    repository = tmp_path_factory.mktemp("user")
     for name in SUITE:
-        (place / name).mkdir()
-        (place / name / "__init__.py").write_text(f"raise SystemExit('{name} of the user')\n")
+        (repository / name).mkdir()
+        (repository / name / "__init__.py").write_text(f"raise SystemExit('{name} of the user')\n")
     page = (ROOT / "docs" / "suite.md").read_text()
     for name in ("mine.py", "my_problem.py"):
         (example,) = re.findall(rf"^```python\n# {name}\n(.*?)^```$", page, re.M | re.S)
-        (place / name).write_text(example)
-    git(place, "init", "--quiet")
+        (repository / name).write_text(example)
+    git(repository, "init", "--quiet")
     for name in ("first", "second"):
-        git(place, "add", ".")
-        git(place, "commit", "--quiet", "--allow-empty", "-m", name)
+        git(repository, "add", ".")
+        git(repository, "commit", "--quiet", "--allow-empty", "-m", name)
     rebound = pytest.importorskip("rebound")
     sim = rebound.Simulation()
     sim.add(m=1.0)
     sim.add(m=1e-3, a=1.0, e=0.1)
     sim.integrator, sim.dt = "whfast", 0.1
-    sim.save_to_file(str(place / "simulation.bin"))
-    return place
+    sim.save_to_file(str(repository / "simulation.bin"))
+    return repository
 
 
-def with_kernels(place: Path) -> None:
+def with_kernels(target_root: Path) -> None:
     """Copy those of this checkout, whose sources are the same, to a copy of galvi."""
     for kernels in (ROOT / "galvi").rglob(f"__pycache__/{KERNELS_FOLDER}"):
-        target = place / kernels.relative_to(ROOT)
+        target = target_root / kernels.relative_to(ROOT)
         if not target.exists():
             shutil.copytree(kernels, target)
 
 
-def ran(at: Path, *words: Any, **more: str) -> str:
+def ran(at: Path, *command: Any, **variables: str) -> str:
     """What a program printed that ended with 0."""
     clean = {name: value for name, value in os.environ.items() if name not in OF_THESE_TESTS}
-    done = subprocess.run(words, cwd=at, capture_output=True, text=True, env=clean | more)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    completed = subprocess.run(
+        command, cwd=at, capture_output=True, text=True, env=clean | variables
+    )
+    assert completed.returncode == 0, completed.stdout + completed.stderr
+    return completed.stdout
 
 
 def test_pytest_loads_the_plugin_of_the_wheel_and_leaves_galvis_modules_as_they_are(
@@ -142,8 +144,8 @@ def test_pytest_loads_the_plugin_of_the_wheel_and_leaves_galvis_modules_as_they_
         "    assert not {'galvi', 'numpy'} & set(sys.modules)\n"
         "    assert 'rewrite' not in type(importlib.util.find_spec('galvi').loader).__module__\n"
     )
-    others = ("-p", "no:benchmark", "-p", "no:hypothesispytest", "-p", "no:cacheprovider")
-    ran(tmp_path, sys.executable, "-P", "-m", "pytest", *others, PYTHONPATH=str(wheel))
+    without_plugins = ("-p", "no:benchmark", "-p", "no:hypothesispytest", "-p", "no:cacheprovider")
+    ran(tmp_path, sys.executable, "-P", "-m", "pytest", *without_plugins, PYTHONPATH=str(wheel))
 
 
 @pytest.mark.slow(
@@ -153,26 +155,26 @@ def test_the_plugin_of_the_wheel_measures_beside_a_users_folders_of_the_suites_n
     wheel: Path, folder_of_a_user: Path
 ) -> None:
     with_kernels(wheel)
-    words = ("--galvi", "mine:Leapfrog", "--galvi-problem", "my_problem:spring", "-k", "accuracy")
-    pytest_of_the_user = (sys.executable, "-m", "pytest", *words)
+    options = ("--galvi", "mine:Leapfrog", "--galvi-problem", "my_problem:spring", "-k", "accuracy")
+    pytest_of_the_user = (sys.executable, "-m", "pytest", *options)
     assert "1 passed" in ran(folder_of_a_user, *pytest_of_the_user, PYTHONPATH=str(wheel))
 
 
 @pytest.fixture(scope="module")
 def script(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The command of an empty environment in which the wheel was installed, with its kernels."""
-    place = tmp_path_factory.mktemp("environment")
+    environment = tmp_path_factory.mktemp("environment")
     (built,) = wheel.parent.glob("*.whl")
-    pip = [place / "bin" / "python", "-I", "-m", "pip", "install", "--quiet", "--no-compile"]
-    asked = [f"{built}[suite]", "-c", ROOT / "constraints.txt"]
-    for words in ([sys.executable, "-I", "-m", "venv", place], [*pip, *asked]):
-        done = subprocess.run(words, capture_output=True, text=True)
-        if done.returncode and not os.environ.get("CI"):
-            pytest.skip(f"the wheel cannot be installed here: {done.stderr.strip()[-200:]}")
-        assert done.returncode == 0, done.stderr
-    (packages,) = place.glob("lib/python*/site-packages")
+    pip = [environment / "bin" / "python", "-I", "-m", "pip", "install", "--quiet", "--no-compile"]
+    requirements = [f"{built}[suite]", "-c", ROOT / "constraints.txt"]
+    for command in ([sys.executable, "-I", "-m", "venv", environment], [*pip, *requirements]):
+        completed = subprocess.run(command, capture_output=True, text=True)
+        if completed.returncode and not os.environ.get("CI"):
+            pytest.skip(f"the wheel cannot be installed here: {completed.stderr.strip()[-200:]}")
+        assert completed.returncode == 0, completed.stderr
+    (packages,) = environment.glob("lib/python*/site-packages")
     with_kernels(packages)
-    return place / "bin" / "galvi"
+    return environment / "bin" / "galvi"
 
 
 @pytest.mark.slow(
@@ -183,9 +185,9 @@ def test_an_installed_wheel_verifies_claims_of_each_kind(
     script: Path, folder_of_a_user: Path
 ) -> None:
     """Those with engines and stored data among them; all are judged by the tests of the claims."""
-    asked = "--require", "rebound,mujoco,jplephem", "--claims", "V8,V10,L7,A3,A4,A8"
-    done = ran(folder_of_a_user, script, "verify", "--quick", *asked)
-    assert "every verdict is the expected one" in " ".join(done.split())
+    options = "--require", "rebound,mujoco,jplephem", "--claims", "V8,V10,L7,A3,A4,A8"
+    printed = ran(folder_of_a_user, script, "verify", "--quick", *options)
+    assert "every verdict is the expected one" in " ".join(printed.split())
     ran(folder_of_a_user, script, "build", "--kept")
     site = folder_of_a_user / "galvi-out"
     assert 'id="V10"' in (site / "results" / "claims.html").read_text()
@@ -194,42 +196,44 @@ def test_an_installed_wheel_verifies_claims_of_each_kind(
 
 @pytest.mark.slow(beside="test_the_wheel_holds_every_module_the_data_and_the_plugin_of_pytest")
 @pytest.mark.parametrize(
-    "words",
+    "command",
     [
         ("judge", "simulation.bin", "--error", "1e-3"),
         ("compare", "--quick", "--contender", "mine:Leapfrog", "--problem", "my_problem:spring"),
     ],
-    ids=lambda words: words[0],
+    ids=lambda command: command[0],
 )
 def test_a_command_for_a_users_own_simulation_or_problem_runs_in_another_project(
-    script: Path, folder_of_a_user: Path, words: tuple[str, ...]
+    script: Path, folder_of_a_user: Path, command: tuple[str, ...]
 ) -> None:
-    done = ran(folder_of_a_user, script, *words)
+    printed = ran(folder_of_a_user, script, *command)
     assert (folder_of_a_user / "galvi-out").is_dir()
-    if words[0] == "judge":
-        own = "Your run (REBOUND WHFast, coordinates jacobi, dt = 0.1) is off by up to "
-        assert any(line.startswith(own) for line in done.splitlines()), done
+    if command[0] == "judge":
+        verdict = "Your run (REBOUND WHFast, coordinates jacobi, dt = 0.1) is off by up to "
+        assert any(line.startswith(verdict) for line in printed.splitlines()), printed
         assert (folder_of_a_user / "galvi-out" / "judge" / "judge.html").is_file()
 
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     """A repository with the integrator of docs/suite.md in src/, of two commits, tagged between."""
-    place = tmp_path / "project"
-    (place / "src").mkdir(parents=True)
+    repository = tmp_path / "project"
+    (repository / "src").mkdir(parents=True)
     page = (ROOT / "docs" / "suite.md").read_text(encoding="utf-8")
     (example,) = re.findall(r"^```python\n# mine.py\n(.*?)^```$", page, re.M | re.S)
-    (place / "src" / "mine.py").write_text(example.replace("(1000, 4000, 16000)", "(1000, 4000)"))
-    git(place, "init", "--quiet")
-    commit(place, "first")
-    git(place, "tag", "v1")
-    commit(place, "second")
-    return place
+    (repository / "src" / "mine.py").write_text(
+        example.replace("(1000, 4000, 16000)", "(1000, 4000)")
+    )
+    git(repository, "init", "--quiet")
+    commit(repository, "first")
+    git(repository, "tag", "v1")
+    commit(repository, "second")
+    return repository
 
 
-def commit(place: Path, message: str) -> None:
-    git(place, "add", ".")
-    git(place, "commit", "--quiet", "--allow-empty", "-m", message)
+def commit(repository: Path, message: str) -> None:
+    git(repository, "add", ".")
+    git(repository, "commit", "--quiet", "--allow-empty", "-m", message)
 
 
 def job(project: Path, source: Path, python: Path, event: str, **inputs: str) -> Job:
@@ -285,11 +289,11 @@ def test_the_action_hands_its_inputs_over_as_they_are_and_compares_what_was_not_
     inputs |= {"contender": contender, "working-directory": "src"}
     run = job(project, ROOT, tmp_path / "bin", "pull_request", **inputs)
     run.run("install", "verify", "base", "track")
-    words = [word for name in contenders for word in ("--contender", name)]
+    options = [word for name in contenders for word in ("--contender", name)]
     for step, expected in {
         "install": [f"{ACTION.parent}/../../..[suite]", "-e", ".[all]", "'x>1'"],
-        "verify": ["--claims", "contenders", "--timeout", "5 s", *words],
-        "track": ["--against", "v1", "--timeout", "5 s", *words],
+        "verify": ["--claims", "contenders", "--timeout", "5 s", *options],
+        "track": ["--against", "v1", "--timeout", "5 s", *options],
     }.items():
         folder, *received = run.printed[step].splitlines()
         assert Path(folder) == run.project / "src" and received[3:] == expected
@@ -318,15 +322,17 @@ def test_the_action_is_red_where_a_coefficient_is_wrong_and_green_otherwise(
     verdict = "is worse than" if planted else "is not worse than"
     assert verdict in run.summary and "What the columns mean" in run.summary
     cases = services.junit_cases(out / "verify.xml") | services.junit_cases(out / "track.xml")
-    mine = [case for case in cases.values() if case["at"] == ("src/mine.py", "5")]
-    assert len(mine) > 20
+    cases_of_mine = [case for case in cases.values() if case["at"] == ("src/mine.py", "5")]
+    assert len(cases_of_mine) > 20
     assert services.bencher_metrics(out / "track-bencher.json").keys() >= {
         "my leapfrog, kepler e=0.3"
     }
     for step in ("verify", "track"):
-        shown = services.annotations(run.printed[step])
-        assert bool(shown) == bool(run.status[step]) == planted, run.printed[step]
-        assert {(one["file"], one["line"]) for one in shown} <= {("src/mine.py", "5")}
+        annotations = services.annotations(run.printed[step])
+        assert bool(annotations) == bool(run.status[step]) == planted, run.printed[step]
+        assert {(annotation["file"], annotation["line"]) for annotation in annotations} <= {
+            ("src/mine.py", "5")
+        }
 
 
 def test_every_requirement_has_a_pinned_version() -> None:
@@ -372,8 +378,8 @@ def test_the_version_is_that_of_the_tag_or_the_commit(
             (tmp_path / "file").write_text("2")
         else:
             git(tmp_path, *command.split())
-    said = ran(tmp_path, "git", "rev-parse", "HEAD")[:12]
-    assert version_in_git(tmp_path) == version.format(release=RELEASE, commit=said)
+    commit = ran(tmp_path, "git", "rev-parse", "HEAD")[:12]
+    assert version_in_git(tmp_path) == version.format(release=RELEASE, commit=commit)
     assert version_in_git(tmp_path / "file") == ""
 
 
@@ -390,20 +396,20 @@ def test_an_archive_of_git_has_the_version_of_its_commit(
     commands: list[str], version: str, tmp_path: Path
 ) -> None:
     """GitHub hands out an action as such an archive, and setup.py asks this file."""
-    place, archive = tmp_path / "clone", tmp_path / "archive"
+    clone, archive = tmp_path / "clone", tmp_path / "archive"
     for name in (".gitattributes", "galvi/interop/release.py"):
-        (place / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(ROOT / name, place / name)
-    git(place, "init", "-q")
-    git(place, "add", ".")
-    git(place, "commit", "-q", "-m", "first")
+        (clone / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / name, clone / name)
+    git(clone, "init", "-q")
+    git(clone, "add", ".")
+    git(clone, "commit", "-q", "-m", "first")
     for command in commands:
-        git(place, *command.split())
-    git(place, "archive", "--output", str(tmp_path / "archive.tar"), "HEAD")
+        git(clone, *command.split())
+    git(clone, "archive", "--output", str(tmp_path / "archive.tar"), "HEAD")
     archive.mkdir()
     ran(tmp_path, "tar", "-xf", "archive.tar", "-C", archive)
     release = runpy.run_path(str(archive / "galvi" / "interop" / "release.py"))
-    commit = ran(place, "git", "rev-parse", "HEAD")[:12]
+    commit = ran(clone, "git", "rev-parse", "HEAD")[:12]
     assert release["version_in_git"](archive) == version.format(release=RELEASE, commit=commit)
 
 
@@ -423,15 +429,15 @@ def test_an_sdist_builds_the_same_wheel(tmp_path: Path, wheel: Path) -> None:
     (path,) = tmp_path.glob("*.whl")
     assert expected.replace("+", "-") in path.name.replace("+", "-")
     built(clone, "build_wheel", tmp_path / "other")
-    (other,) = (tmp_path / "other").glob("*.whl")
-    assert zipfile.ZipFile(path).namelist() == zipfile.ZipFile(other).namelist()
-    assert other.name == path.name
+    (rebuilt,) = (tmp_path / "other").glob("*.whl")
+    assert zipfile.ZipFile(path).namelist() == zipfile.ZipFile(rebuilt).namelist()
+    assert rebuilt.name == path.name
 
 
-def built(source: Path, what: str, folder: Path) -> None:
+def built(source: Path, hook: str, folder: Path) -> None:
     """Build an sdist or a wheel of a source tree into a folder."""
     folder.mkdir(exist_ok=True)
-    build = f"from setuptools.build_meta import {what}; {what}({str(folder)!r})"
+    build = f"from setuptools.build_meta import {hook}; {hook}({str(folder)!r})"
     ran(source, sys.executable, "-c", build)
 
 

@@ -28,7 +28,7 @@ ON_MAIN = (
 )
 SYSTEMS = {"ubuntu-latest", "macos-15", "windows-latest"}
 REPORTS = [".venv/bin/python", "-m", "reports"]
-every = pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
+each_workflow = pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
 
 
 def steps(text: str) -> list[dict[str, Any]]:
@@ -46,32 +46,35 @@ def commands(text: str) -> list[str]:
 
 def unknown(line: str) -> list[str]:
     """The words of a command that nothing here understands."""
-    words = shlex.split(re.sub(r"\$\{\{.*?\}\}", "x", line))
-    if words == [".ci/run"]:
-        return [] if (ROOT / ".ci" / "run").stat().st_mode & 0o111 else words
-    if words[0] == "make":
+    tokens = shlex.split(re.sub(r"\$\{\{.*?\}\}", "x", line))
+    if tokens == [".ci/run"]:
+        return [] if (ROOT / ".ci" / "run").stat().st_mode & 0o111 else tokens
+    if tokens[0] == "make":
         makefile = (ROOT / "Makefile").read_text()
-        known = {*re.findall(r"^([a-z]+):", makefile, re.M), *re.findall(r"\(([A-Z]+)\)", makefile)}
-        return [word for word in words[1:] if word.partition("=")[0] not in known]
-    if words[0] in ("awk", "cd"):
+        targets = {
+            *re.findall(r"^([a-z]+):", makefile, re.M),
+            *re.findall(r"\(([A-Z]+)\)", makefile),
+        }
+        return [word for word in tokens[1:] if word.partition("=")[0] not in targets]
+    if tokens[0] in ("awk", "cd"):
         return []  # a test runs them
-    if words[:3] == ["python", "-m", "pytest"]:
-        return [word for word in words[3:] if not (ROOT / word).is_file()]
-    if words[:4] == ["python", "-m", "pip", "install"]:
+    if tokens[:3] == ["python", "-m", "pytest"]:
+        return [word for word in tokens[3:] if not (ROOT / word).is_file()]
+    if tokens[:4] == ["python", "-m", "pip", "install"]:
         return []
-    if words[:3] != REPORTS:
-        return words
+    if tokens[:3] != REPORTS:
+        return tokens
     import typer
 
     group = typer.main.get_command(application())
-    command = group.commands.get(words[3])
+    command = group.commands.get(tokens[3])
     if command is None:
-        return [words[3]]
+        return [tokens[3]]
     options = {name for parameter in command.params for name in parameter.opts}
-    return [word for word in words[4:] if word.startswith("--") and word not in options]
+    return [word for word in tokens[4:] if word.startswith("--") and word not in options]
 
 
-@every
+@each_workflow
 def test_a_workflow_says_when_where_and_for_how_long(path: Path) -> None:
     workflow = yaml.safe_load(path.read_text())
     assert workflow[True] and workflow["permissions"] == {"contents": "read"}  # True: "on"
@@ -126,19 +129,21 @@ def test_a_cache_saved_from_a_pull_request_would_be_noticed(step: str) -> None:
     assert saved_anywhere(f"jobs: {{x: {{steps: [{{uses: {step}}}]}}}}")
 
 
-@every
+@each_workflow
 def test_every_command_of_a_workflow_exists(path: Path) -> None:
-    found = commands(path.read_text())
-    assert found and {line: words for line in found if (words := unknown(line))} == {}
+    lines = commands(path.read_text())
+    assert (
+        lines and {line: unknown_words for line in lines if (unknown_words := unknown(line))} == {}
+    )
 
 
 def test_the_workflow_to_copy_has_ten_lines_and_names_an_action_and_inputs_that_exist() -> None:
     text = FOR_OTHERS.read_text()
-    (own,) = [step for step in steps(text) if step["uses"] == OWN]
-    place = OWN.removeprefix("OWNER/galvi/").removesuffix("@COMMIT")
-    assert ROOT / place / "action.yml" == ACTION and len(text.splitlines()) <= 10
+    (step,) = [step for step in steps(text) if step["uses"] == OWN]
+    action_path = OWN.removeprefix("OWNER/galvi/").removesuffix("@COMMIT")
+    assert ROOT / action_path / "action.yml" == ACTION and len(text.splitlines()) <= 10
     inputs = yaml.safe_load(ACTION.read_text())["inputs"]
-    assert own["with"].keys() <= inputs.keys()
+    assert step["with"].keys() <= inputs.keys()
     (section,) = re.findall(r"^## In your CI\n(.*?)^## ", PAGE.read_text(), re.M | re.S)
     assert re.findall(r"^\| `([a-z-]+)` \|", section, re.M) == [*inputs]
     assert all(step.get("shell") == "bash" for step in steps(ACTION.read_text()) if "run" in step)
@@ -152,9 +157,11 @@ def test_the_smoke_test_runs_readmes_first_example(tmp_path: Path) -> None:
     ]
     variables = os.environ | {"RUNNER_TEMP": str(tmp_path), "PYTHONPATH": str(ROOT)}
     variables["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{variables['PATH']}"
-    words = ["bash", "-e", "-c", *lines]
-    done = subprocess.run(words, cwd=ROOT, env=variables, capture_output=True, text=True)
-    assert done.returncode == 0 and "Completed. 100 steps" in done.stdout, done.stderr
+    command = ["bash", "-e", "-c", *lines]
+    completed = subprocess.run(command, cwd=ROOT, env=variables, capture_output=True, text=True)
+    assert completed.returncode == 0 and "Completed. 100 steps" in completed.stdout, (
+        completed.stderr
+    )
 
 
 def test_commands_of_the_page_and_of_ci_exist() -> None:

@@ -61,8 +61,8 @@ class Gauss:
     method = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
 
     def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
-        steps, every = round(duration / setting["step"]), setting["save_every"]
-        return galvi.integrate(problem, self.method, setting["step"], steps, save_every=every)
+        steps, save_every = round(duration / setting["step"]), setting["save_every"]
+        return galvi.integrate(problem, self.method, setting["step"], steps, save_every=save_every)
 
 
 class Stepped(Gauss):
@@ -87,13 +87,13 @@ class Stepped(Gauss):
         return q, v
 
     def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
-        h, every, q, v = setting["step"], setting["save_every"], problem.q0, problem.v0
+        h, save_every, q, v = setting["step"], setting["save_every"], problem.q0, problem.v0
         saved = [(q, v)]
         for k in range(round(duration / h)):
             q, v = self.moved(problem, q, v, problem.t0 + k * h, h)
-            saved += [(q, v)] if (k + 1) % every == 0 else []
+            saved += [(q, v)] if (k + 1) % save_every == 0 else []
         q, v = np.swapaxes(saved, 0, 1)
-        t = problem.t0 + h * every * np.arange(len(q))
+        t = problem.t0 + h * save_every * np.arange(len(q))
         counts = {"steps": k + 1}
         return galvi.Trajectory(problem, t, q, problem.system.momentum(v), counts=counts)
 
@@ -222,8 +222,8 @@ class Altered(Gauss):
 
 def altered(run: galvi.Trajectory, **parts: Any) -> galvi.Trajectory:
     """The run with other parts, of which galvi knows nothing else."""
-    kept = {name: getattr(run, name) for name in ("problem", "t", "q", "p", "counts")}
-    return galvi.Trajectory(**(kept | parts))
+    parts_of_run = {name: getattr(run, name) for name in ("problem", "t", "q", "p", "counts")}
+    return galvi.Trajectory(**(parts_of_run | parts))
 
 
 class Broken(Altered):
@@ -263,8 +263,8 @@ class Failing(Broken):
     name = "failing"
 
     def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
-        said = {"success": False, "status": "Out of luck."}
-        return altered(run, q=run.q * np.nan, p=run.p * np.nan, **said)
+        failure = {"success": False, "status": "Out of luck."}
+        return altered(run, q=run.q * np.nan, p=run.p * np.nan, **failure)
 
 
 def mirrored(run: galvi.Trajectory) -> galvi.Trajectory:
@@ -318,7 +318,7 @@ BROKEN = {
     Failing: "Out of luck.",
 }
 ORBIT, SWING = (
-    next(one for one in CHECK_PROBLEMS if one.problem.name.startswith(name))
+    next(case for case in CHECK_PROBLEMS if case.problem.name.startswith(name))
     for name in ("kepler", "planar pendulum")
 )
 

@@ -86,7 +86,7 @@ def planted(folder: Path, faults: Mapping[str, tuple[str, str]]):
     all others cannot be installed."""
 
     @contextmanager
-    def interpreter(package: str, version: str, place: Path) -> Iterator[Path]:
+    def interpreter(package: str, version: str, environment: Path) -> Iterator[Path]:
         if version == installed(package):
             yield Path(sys.executable)
             return

@@ -45,13 +45,13 @@ def rows(claim: Claim, fault: Fault | Callable[..., Any] = galvi.Galerkin) -> li
 @cache
 def remembered(run: Callable[..., Any]) -> Callable[..., Any]:
     """It runs once for all problems, durations and settings of the same content."""
-    kept: dict[bytes, Any] = {}
+    runs: dict[bytes, Any] = {}
 
     def again(self: Any, problem: Problem, duration: float, setting: Any) -> Any:
         key = pickle.dumps((self, problem, duration, setting))
-        if key not in kept:
-            kept[key] = run(self, problem, duration, setting)
-        return kept[key]
+        if key not in runs:
+            runs[key] = run(self, problem, duration, setting)
+        return runs[key]
 
     return again
 

@@ -51,7 +51,7 @@ def test_every_row_is_as_expected_and_says_what_it_was_held_against(claim: Claim
 def test_a_run_that_fails_or_raises_is_not_run_and_was_expected_to_hold(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def broken(self: Variational, problem: Problem, *rest: Any) -> Any:
+    def broken(self: Variational, problem: Problem, *_: Any) -> Any:
         raise ValueError("no such method")
 
     monkeypatch.setattr(Variational, "run", broken)
@@ -61,8 +61,8 @@ def test_a_run_that_fails_or_raises_is_not_run_and_was_expected_to_hold(
 
 
 def test_engines_are_known_by_what_is_installed() -> None:
-    known = {"rebound", "mujoco", "heyoka", "jplephem", "pinocchio"}
-    assert set(engines()) == set(ENGINES) == known
+    expected = {"rebound", "mujoco", "heyoka", "jplephem", "pinocchio"}
+    assert set(engines()) == set(ENGINES) == expected
 
 
 @pytest.mark.slow(beside="test_claims.py::test_a_planted_fault_is_caught")
@@ -73,8 +73,10 @@ def test_a_truth_of_another_motion_is_confirmed_by_none(monkeypatch: pytest.Monk
         def __init__(self, second: Any) -> None:
             self.name, self.missing, self._second = second.name, second.missing, second
 
-        def run(self, problem: Problem, *rest: Any) -> Any:
-            return self._second.run(replace(problem, v0=(1.0 + 1e-9) * problem.v0 + 1e-9), *rest)
+        def run(self, problem: Problem, *arguments: Any) -> Any:
+            return self._second.run(
+                replace(problem, v0=(1.0 + 1e-9) * problem.v0 + 1e-9), *arguments
+            )
 
     def stored(pair: Any) -> bool:
         """It knows its own starts only, and refuses others."""

@@ -53,8 +53,8 @@ def fit(rate: float, uncertainty: float = 0.001) -> Fit:
     return Fit("geometric", rate, uncertainty, (1.0, 9.0), 9, 1.0)
 
 
-def decay(whole: Fit, early: Fit, late: Fit, worst: float = 0.5) -> Decay:
-    return Decay(whole, early, late, worst, 1e-12)
+def decay(overall: Fit, early: Fit, late: Fit, worst: float = 0.5) -> Decay:
+    return Decay(overall, early, late, worst, 1e-12)
 
 
 def test_every_bound_is_among_those_that_are_tested() -> None:
@@ -83,15 +83,15 @@ ALLOWED = (
 )
 
 
-def interval(text: str, own: float, both: float) -> tuple[float, float]:
+def interval(text: str, standard_error: float, both: float) -> tuple[float, float]:
     """What a number must lie in, of this standard error, and that of the claimed one."""
     for form, ends in FORMS.items():
-        found = re.fullmatch(form + ALLOWED, text)
-        if found:
-            *numbers, room, errors, of_both, most = found.groups()
+        match = re.fullmatch(form + ALLOWED, text)
+        if match:
+            *numbers, round_off, errors, of_both, limit = match.groups()
             low, high = ends(*map(float, numbers))
-            spread = (2.0 if errors else 0.0) * (own + (both if of_both else 0.0))
-            spread = min(spread, float(most or math.inf)) + float(room or 0.0)
+            spread = (2.0 if errors else 0.0) * (standard_error + (both if of_both else 0.0))
+            spread = min(spread, float(limit or math.inf)) + float(round_off or 0.0)
             return low - spread, high + spread
     raise AssertionError(f"no reading of {text!r}")
 
@@ -109,10 +109,10 @@ errors = st.one_of(st.none(), st.just(0.0), st.floats(1e-4, 0.1))
 def bounds_on_a_number(draw: st.DrawFn) -> tuple[Interval, float]:
     """A bound on one number, and a standard error of that number."""
     x, y = sorted((draw(decimals), draw(decimals)))
-    room = float(f"{draw(shares) * x:.4g}")
+    round_off = float(f"{draw(shares) * x:.4g}")
     uncertainty = draw(errors)
     spread = None if uncertainty is None else uncertainty * x
-    allowed = {"round_off": room, "uncertainty": spread}
+    allowed = {"round_off": round_off, "uncertainty": spread}
     kinds = [
         AtMost(x, **allowed),
         AtLeast(x, **allowed),
@@ -120,9 +120,9 @@ def bounds_on_a_number(draw: st.DrawFn) -> tuple[Interval, float]:
         Below(x),
         Exactly(x),
         Within(x, y, **allowed),
-        Near(x, room, uncertainty=spread),
-        Order(x, room or 0.25, uncertainty=spread or 0.0),
-        Base(x, room or 0.25, uncertainty=spread or 0.0),
+        Near(x, round_off, uncertainty=spread),
+        Order(x, round_off or 0.25, uncertainty=spread or 0.0),
+        Base(x, round_off or 0.25, uncertainty=spread or 0.0),
     ]
     return draw(st.sampled_from(kinds)), x * draw(st.sampled_from([0.0, 1e-3, 0.05]))
 
@@ -131,12 +131,12 @@ def bounds_on_a_number(draw: st.DrawFn) -> tuple[Interval, float]:
 def test_a_number_just_inside_the_text_holds_and_one_just_outside_does_not(
     drawn: tuple[Interval, float],
 ) -> None:
-    bound, own = drawn
-    low, high = interval(bound.text, own, bound.uncertainty or 0.0)
+    bound, standard_error = drawn
+    low, high = interval(bound.text, standard_error, bound.uncertainty or 0.0)
     nudge = 1e-9 * max(abs(end) for end in (low, high) if math.isfinite(end))
 
     def verdict(value: float) -> str:
-        return bound.verdict(Estimate(value, own))
+        return bound.verdict(Estimate(value, standard_error))
 
     better = {Order: ABOVE, Base: BELOW}.get(type(bound), 0)
     if math.isfinite(low):
@@ -165,22 +165,24 @@ def test_growth_is_judged_by_the_numbers_of_its_text(
     bound = NoGrowth(limit, level, conclusive)
     numbers = [float(x) for x in re.findall(NUMBER, bound.text)]
     assert numbers == [limit, 100.0 * GROWTH, *([level] if level else []), SIGMAS]
-    room, error = GROWTH, GROWTH / SIGMAS
-    seen = Drift(room, error, room, error, limit)
-    assert bound.verdict(seen) == HOLDS and bound.slack(seen) == 1.0
+    change, error = GROWTH, GROWTH / SIGMAS
+    measured = Drift(change, error, change, error, limit)
+    assert bound.verdict(measured) == HOLDS and bound.slack(measured) == 1.0
     for outside in (
         {"largest": 1.001 * limit},
-        {"trend": 1.001 * room},
-        {"trend": -1.001 * room},
-        {"growth": 1.001 * room},
+        {"trend": 1.001 * change},
+        {"trend": -1.001 * change},
+        {"growth": 1.001 * change},
         {"growth": math.inf},
     ):
-        assert bound.verdict(replace(seen, **outside)) == CONTRADICTED
-    assert bound.verdict(replace(seen, growth=-9.0)) == HOLDS  # it decays
+        assert bound.verdict(replace(measured, **outside)) == CONTRADICTED
+    assert bound.verdict(replace(measured, growth=-9.0)) == HOLDS  # it decays
     for vague in ({"trend_error": 1.1 * error}, {"growth_error": 1.1 * error}):
-        short = replace(seen, **vague)
+        short = replace(measured, **vague)
         assert bound.verdict(short) == (NOT_RUN if conclusive else HOLDS)
-        assert bound.verdict(replace(short, trend=1.2 * room, growth=1.2 * room)) == CONTRADICTED
+        assert (
+            bound.verdict(replace(short, trend=1.2 * change, growth=1.2 * change)) == CONTRADICTED
+        )
         assert bound.verdict(replace(short, largest=1.001 * limit)) == CONTRADICTED
     if level:
         grown = Drift(9.0, 0.1, 9.0, 0.1, level)
@@ -196,8 +198,8 @@ def test_every_n_has_to_gain_what_the_text_says(limit: float) -> None:
     bound, rate = FactorPerN(limit), fit(0.05)
     (printed,) = map(float, re.findall(NUMBER, bound.text))
 
-    def verdict(worst: float, whole: Fit = rate) -> str:
-        return bound.verdict(decay(whole, rate, rate, worst))
+    def verdict(worst: float, overall: Fit = rate) -> str:
+        return bound.verdict(decay(overall, rate, rate, worst))
 
     assert verdict(printed) == HOLDS
     assert verdict(printed * 1.001) == CONTRADICTED
@@ -221,17 +223,17 @@ def test_more_digits_are_printed_where_a_fine_resolution_asks_for_them() -> None
 
 def unknown() -> list[Measurement]:
     """Measurements of which a number is missing."""
-    known, nothing = fit(0.5), fit(NAN, NAN)
+    measured, unmeasured = fit(0.5), fit(NAN, NAN)
     return [
         NAN,
         math.inf,
         -math.inf,
         Estimate(NAN),
         Estimate(NAN, 0.1),
-        nothing,
+        unmeasured,
         fit(NAN),
-        decay(nothing, nothing, nothing, NAN),
-        decay(nothing, known, known),
+        decay(unmeasured, unmeasured, unmeasured, NAN),
+        decay(unmeasured, measured, measured),
         Drift(NAN, NAN, NAN, NAN, NAN),
         Drift(0.0, 0.0, 0.0, 0.0, NAN),
     ]
@@ -239,7 +241,7 @@ def unknown() -> list[Measurement]:
 
 @pytest.mark.parametrize("bound", BOUNDS, ids=lambda bound: type(bound).__name__)
 def test_what_was_not_measured_never_holds(bound: Bound) -> None:
-    assert {bound.verdict(one) for one in unknown()} == {NOT_RUN}
+    assert {bound.verdict(measurement) for measurement in unknown()} == {NOT_RUN}
 
 
 @pytest.mark.parametrize(
@@ -274,9 +276,12 @@ def test_errors_that_stay_or_become_large_contradict_any_rate(large: Fit) -> Non
 
 def test_what_the_source_does_not_say_is_a_finding() -> None:
     assert (Finding().text, Finding().verdict(3.0)) == ("none", FINDING)
-    own = Finding(Order(4.0))
-    assert own.text == Order(4.0).text
-    assert [own.verdict(fit(rate)) for rate in (4.0, 5.0, 3.0)] == [FINDING, *[CONTRADICTED] * 2]
+    finding = Finding(Order(4.0))
+    assert finding.text == Order(4.0).text
+    assert [finding.verdict(fit(rate)) for rate in (4.0, 5.0, 3.0)] == [
+        FINDING,
+        *[CONTRADICTED] * 2,
+    ]
 
 
 @given(limit=decimals, factor=st.floats(1.0, 1e6))
@@ -288,7 +293,7 @@ def test_what_holds_has_the_factor_to_its_bound_as_slack(limit: float, factor: f
 
 
 def test_only_what_holds_has_a_slack() -> None:
-    none = (
+    slacks = (
         AtMost(1.0).slack(1.1),
         AtMost(1.0).slack(0.0),
         AtMost(1.0).slack(NAN),
@@ -296,7 +301,7 @@ def test_only_what_holds_has_a_slack() -> None:
         Order(4.0).slack(fit(4.0)),
         Finding(AtMost(1.0)).slack(0.5),
     )
-    assert all(math.isnan(one) for one in none)
+    assert all(math.isnan(slack) for slack in slacks)
 
 
 # Rates.
@@ -309,7 +314,7 @@ def test_what_converges_has_an_order_above_zero() -> None:
 
 
 @pytest.mark.parametrize(
-    ("whole", "late", "verdict"),
+    ("overall", "late", "verdict"),
     [
         (0.7, 0.7028, HOLDS),
         (0.7, 0.7029, CONTRADICTED),
@@ -318,9 +323,9 @@ def test_what_converges_has_an_order_above_zero() -> None:
     ],
 )
 def test_a_geometric_fall_is_below_one_and_does_not_slow_down(
-    whole: float, late: float, verdict: str
+    overall: float, late: float, verdict: str
 ) -> None:
-    assert Geometric().verdict(decay(fit(whole), fit(0.7), fit(late))) == verdict
+    assert Geometric().verdict(decay(fit(overall), fit(0.7), fit(late))) == verdict
 
 
 @pytest.mark.parametrize(

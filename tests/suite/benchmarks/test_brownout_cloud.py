@@ -40,7 +40,7 @@ ONES = 0xFFFFFFFF
 
 
 @pytest.mark.parametrize(
-    ("counter", "key", "words"),
+    ("counter", "key", "expected"),
     [
         ((0,) * 4, (0,) * 2, (0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8)),
         ((ONES,) * 4, (ONES,) * 2, (0x408F276D, 0x41C83B0E, 0xA20BC7C6, 0x6D5451FD)),
@@ -51,61 +51,67 @@ ONES = 0xFFFFFFFF
         ),
     ],
 )
-def test_the_random_numbers_are_those_of_their_authors(counter, key, words) -> None:
-    assert tuple(philox(counter, key)) == words
+def test_the_random_numbers_are_those_of_their_authors(counter, key, expected) -> None:
+    assert tuple(philox(counter, key)) == expected
 
 
 @given(seed=st.integers(0, 2**32 - 1), order=st.permutations(range(20)))
 @settings(max_examples=20, deadline=None)
 def test_a_grains_random_numbers_follow_from_its_number(seed: int, order: list[int]) -> None:
-    whole = uniforms(np.arange(20), 3, seed)
-    np.testing.assert_array_equal(uniforms(np.array(order), 3, seed), whole[:, order])
-    assert np.all((whole > 0.0) & (whole < 1.0))
-    assert not np.any(np.isin(whole, uniforms(np.arange(20), 4, seed)))
+    numbers = uniforms(np.arange(20), 3, seed)
+    np.testing.assert_array_equal(uniforms(np.array(order), 3, seed), numbers[:, order])
+    assert np.all((numbers > 0.0) & (numbers < 1.0))
+    assert not np.any(np.isin(numbers, uniforms(np.arange(20), 4, seed)))
 
 
 def test_thresholds_are_those_of_shao_and_lu() -> None:
     """Smallest near 75 micrometres; by hand for quartz in air."""
-    found = [threshold(d) for d in DIAMETERS]
-    np.testing.assert_allclose(found, [0.551, 0.271, 0.237, 0.259, 0.335], atol=6e-4)
+    thresholds = [threshold(d) for d in DIAMETERS]
+    np.testing.assert_allclose(thresholds, [0.551, 0.271, 0.237, 0.259, 0.335], atol=6e-4)
     sizes = np.geomspace(1e-5, 1e-3, 400)
-    least = math.sqrt(3e-4 / (2650.0 * 9.80665))
-    assert abs(sizes[np.argmin([threshold(d) for d in sizes])] / least - 1.0) < 0.02
+    size_of_minimum = math.sqrt(3e-4 / (2650.0 * 9.80665))
+    assert abs(sizes[np.argmin([threshold(d) for d in sizes])] / size_of_minimum - 1.0) < 0.02
 
 
 def test_the_flux_is_whites_and_begins_at_the_threshold() -> None:
-    u, least = 1.0, threshold(1e-4)
-    stated = 1e-3 * 2.61 * 1.225 / 9.80665 * u**3 * (1 - least) * (1 + least) ** 2
+    u, threshold_speed = 1.0, threshold(1e-4)
+    stated = (
+        1e-3 * 2.61 * 1.225 / 9.80665 * u**3 * (1 - threshold_speed) * (1 + threshold_speed) ** 2
+    )
     assert upward_flux(u, 1e-4) == pytest.approx(stated, rel=1e-13)
-    assert upward_flux(0.999 * least, 1e-4) == 0.0 < upward_flux(1.001 * least, 1e-4)
+    assert (
+        upward_flux(0.999 * threshold_speed, 1e-4)
+        == 0.0
+        < upward_flux(1.001 * threshold_speed, 1e-4)
+    )
     assert friction_speed(7.0, 4.0) == pytest.approx(0.4 * 25.4 / math.log(1000.0), rel=0.01)
 
 
 def test_the_mass_lifted_is_an_adaptive_quadratures() -> None:
-    known = Emission(100e-6, UNTIL)
-    exact = dblquad(lambda r, t: known.density(r, t), 0.0, UNTIL, 0.5, 20.0, epsrel=1e-5)[0]
-    assert known.mass == pytest.approx(exact, rel=1e-4)  # 1e-5
+    emission = Emission(100e-6, UNTIL)
+    exact = dblquad(lambda r, t: emission.density(r, t), 0.0, UNTIL, 0.5, 20.0, epsrel=1e-5)[0]
+    assert emission.mass == pytest.approx(exact, rel=1e-4)  # 1e-5
 
 
 def test_starts_are_distributed_as_the_mass() -> None:
     """Moments of radius and time within 5 standard errors; the angle and height uniform."""
-    known, n = Emission(100e-6, UNTIL), 20_000
-    q, v, t = known.starts(np.arange(n))
+    emission, n = Emission(100e-6, UNTIL), 20_000
+    q, v, t = emission.starts(np.arange(n))
     r = np.hypot(q[:, 0], q[:, 1])
-    grid = emissions._on_grid(known)
+    grid = emissions._on_grid(emission)
     middles = (np.arange(len(grid)) + 0.5) / len(grid)
-    for seen, of, axis in ((r, 0.5 + 19.5 * middles, 1), (t, UNTIL * middles, 0)):
+    for sample, of, axis in ((r, 0.5 + 19.5 * middles, 1), (t, UNTIL * middles, 0)):
         weights = grid.sum(axis=axis) / grid.sum()
         mean = float(weights @ of)
         spread = math.sqrt(float(weights @ (of - mean) ** 2))
-        assert abs(seen.mean() - mean) < 5.0 * spread / math.sqrt(n)
+        assert abs(sample.mean() - mean) < 5.0 * spread / math.sqrt(n)
     turns = np.arctan2(q[:, 1], q[:, 0]) / (2.0 * np.pi) % 1.0
     for uniform in (turns, q[:, 2]):
         assert abs(uniform.mean() - 0.5) < 5.0 / math.sqrt(12.0 * n)
     np.testing.assert_allclose(v[:, 2], friction_speed(r, t))
     assert np.all(v[:, 2] > threshold(100e-6))
-    some = known.starts(np.array([5, 17_000, 3]))
-    np.testing.assert_array_equal(some[0], q[[5, 17_000, 3]])
+    subset = emission.starts(np.array([5, 17_000, 3]))
+    np.testing.assert_array_equal(subset[0], q[[5, 17_000, 3]])
 
 
 def test_grains_that_no_wind_lifts_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -145,8 +151,8 @@ def test_the_optical_depth_is_that_of_a_uniform_slab() -> None:
     length = math.hypot(SEEN[0] - PILOT[0], SEEN[1] - PILOT[1])
     mass = 2650.0 * math.pi * 1e-12 / 6.0
     tau = 2.0 * math.pi * 1e-8 / 4.0 * length / (math.pi * 400.0 * 11.0) / mass
-    found = optical_depth(q, 100e-6)
-    assert abs(found.mean() / tau - 1.0) < 5.0 * found.std() / found.mean() / math.sqrt(n) + 0.02
+    depths = optical_depth(q, 100e-6)
+    assert abs(depths.mean() / tau - 1.0) < 5.0 * depths.std() / depths.mean() / math.sqrt(n) + 0.02
     assert 0.03 * length > BLUR
 
 
@@ -188,17 +194,18 @@ def test_a_power_law_is_found_between_the_points(power: float, cost: float, sign
 
 
 def test_an_error_that_changes_sign_is_below_only_after_its_last_excess() -> None:
-    found = cost_at(1.0, COSTS[:5], np.array([3.0, 0.5, -2.0, 0.0, 0.4]), EXACT[:5]).value
-    assert found == pytest.approx(COSTS[2] * 1.1**0.5)
+    cost = cost_at(1.0, COSTS[:5], np.array([3.0, 0.5, -2.0, 0.0, 0.4]), EXACT[:5]).value
+    assert cost == pytest.approx(COSTS[2] * 1.1**0.5)
 
 
 def test_the_uncertainty_is_that_of_the_errors() -> None:
-    errors, own = np.array([3.0, 1.2, 0.7]), np.array([0.1, 0.02, 0.03])
-    found = cost_at(1.0, COSTS[:3], errors, own)
+    errors, uncertainties = np.array([3.0, 1.2, 0.7]), np.array([0.1, 0.02, 0.03])
+    cost = cost_at(1.0, COSTS[:3], errors, uncertainties)
     by = [
-        (cost_at(1.0, COSTS[:3], errors + d, own).value - found.value) for d in 1e-4 * np.diag(own)
+        (cost_at(1.0, COSTS[:3], errors + d, uncertainties).value - cost.value)
+        for d in 1e-4 * np.diag(uncertainties)
     ]
-    assert found.uncertainty == pytest.approx(1e4 * math.hypot(*by), rel=1e-3)
+    assert cost.uncertainty == pytest.approx(1e4 * math.hypot(*by), rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -211,6 +218,6 @@ def test_what_was_not_crossed_or_failed_below_has_no_cost(errors: list[float]) -
 
 
 def test_a_ratios_relative_errors_add_in_squares() -> None:
-    found = over(Estimate(8.0, 0.8), Estimate(4.0, 0.3))
-    assert found.value == 2.0
-    assert found.uncertainty == pytest.approx(2.0 * math.hypot(0.1, 0.075))
+    ratio = over(Estimate(8.0, 0.8), Estimate(4.0, 0.3))
+    assert ratio.value == 2.0
+    assert ratio.uncertainty == pytest.approx(2.0 * math.hypot(0.1, 0.075))

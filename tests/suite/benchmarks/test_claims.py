@@ -20,14 +20,14 @@ BY_ID = pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
 
 def test_the_claims_are_numbered_without_a_gap() -> None:
     names = [claim.id for claim in CLAIMS]
-    for letter, least in (("V", 25), ("L", 16)):
-        own = [name for name in names if name[0] == letter]
-        assert own == [f"{letter}{k}" for k in range(1, max(least, len(own)) + 1)]
+    for letter, count in (("V", 25), ("L", 16)):
+        numbered = [name for name in names if name[0] == letter]
+        assert numbered == [f"{letter}{k}" for k in range(1, max(count, len(numbered)) + 1)]
     assert {name[0] for name in names} == {"V", "L"}
 
 
 def test_every_claim_begins_with_what_its_source_says() -> None:
-    without = [one.id for one in CLAIMS if not one.statement.startswith(("H ", "M ", "Ours"))]
+    without = [claim.id for claim in CLAIMS if not claim.statement.startswith(("H ", "M ", "Ours"))]
     assert without == []
 
 
@@ -69,12 +69,12 @@ def test_a_row_has_its_numbers_and_a_verdict() -> None:
 )
 @BY_ID
 def test_every_row_has_the_verdict_expected_of_it(claim: Claim) -> None:
-    frame = quick(claim)
-    assert tuple(frame.columns) == tuple(COLUMNS)
-    rows = claim.judge(frame)
+    table = quick(claim)
+    assert tuple(table.columns) == tuple(COLUMNS)
+    rows = claim.judge(table)
     different = [row for row in rows if row.verdict != row.expected]
     assert different == []
-    assert rows == claim.judge(frame.sample(frac=1.0, random_state=1)), "judge depends on the order"
+    assert rows == claim.judge(table.sample(frac=1.0, random_state=1)), "judge depends on the order"
     for row in rows:
         assert row.id == claim.id
         assert row.expected in VERDICTS

@@ -38,7 +38,7 @@ NONE = f"galvi: {NOT_REACHED}"
 Points = dict[str, list[tuple[float, float]]]
 
 
-def table(points: Points, problem: str = "p", **more: Any) -> pd.DataFrame:
+def table(points: Points, problem: str = "p", **columns: Any) -> pd.DataFrame:
     """Runs of each contender, (error, seconds)."""
     rows: list[dict[str, Any]] = [
         {
@@ -51,10 +51,10 @@ def table(points: Points, problem: str = "p", **more: Any) -> pd.DataFrame:
             "status": "",
             "steps": 1.0,
         }
-        for name, some in points.items()
-        for k, (error, seconds) in enumerate(some)
+        for name, pairs in points.items()
+        for k, (error, seconds) in enumerate(pairs)
     ]
-    return pd.DataFrame(rows).assign(evaluations=math.nan, **more)
+    return pd.DataFrame(rows).assign(evaluations=math.nan, **columns)
 
 
 # ---- fronts and ratios
@@ -66,9 +66,12 @@ POSITIVE = st.floats(1e-15, 1e3)
 def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other(
     points: list[tuple[float, float]],
 ) -> None:
-    kept = front(table({"a": points}))
-    ends = set(zip(kept["error"], kept["seconds"], strict=True))
-    assert kept["error"].is_monotonic_decreasing and kept["seconds"].is_monotonic_increasing
+    front_rows = front(table({"a": points}))
+    ends = set(zip(front_rows["error"], front_rows["seconds"], strict=True))
+    assert (
+        front_rows["error"].is_monotonic_decreasing
+        and front_rows["seconds"].is_monotonic_increasing
+    )
     for point in points:
         beaten = any(e <= point[0] and s <= point[1] for e, s in ends)
         assert beaten
@@ -80,8 +83,8 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other(
 
 def test_a_time_is_that_of_a_run_that_reaches_the_error() -> None:
     for target, seconds in ((1e-4, 4.0), (1.0, 1.0), (1e-6, 4.0), (1e-7, math.nan)):
-        found = seconds_at([1e-2, 1e-6], [1.0, 4.0], target)
-        assert found == pytest.approx(seconds, nan_ok=True)
+        time = seconds_at([1e-2, 1e-6], [1.0, 4.0], target)
+        assert time == pytest.approx(seconds, nan_ok=True)
 
 
 def test_ratios_are_taken_to_the_fastest_method_of_galvi() -> None:
@@ -90,11 +93,11 @@ def test_ratios_are_taken_to_the_fastest_method_of_galvi() -> None:
         "galvi high": [(1e-2, 3.0), (1e-8, 5.0)],
         "peer": [(1e-2, 10.0), (1e-6, 40.0)],
     }
-    found = ratios(table(points), [1e-2, 1e-8]).set_index(["contender", "error"])
-    assert found.loc[("peer", 1e-2), "ratio"] == pytest.approx(10.0)
-    assert found.loc[(OURS, 1e-8), "seconds"] == pytest.approx(5.0)
-    assert found.loc[("peer", 1e-8), "ratio"] == NOT_REACHED
-    assert found.loc[("galvi low", 1e-8), "ratio"] == NOT_REACHED
+    ratio_rows = ratios(table(points), [1e-2, 1e-8]).set_index(["contender", "error"])
+    assert ratio_rows.loc[("peer", 1e-2), "ratio"] == pytest.approx(10.0)
+    assert ratio_rows.loc[(OURS, 1e-8), "seconds"] == pytest.approx(5.0)
+    assert ratio_rows.loc[("peer", 1e-8), "ratio"] == NOT_REACHED
+    assert ratio_rows.loc[("galvi low", 1e-8), "ratio"] == NOT_REACHED
 
 
 def test_each_contender_is_asked_for_the_smallest_error_that_it_reaches() -> None:
@@ -105,17 +108,17 @@ def test_each_contender_is_asked_for_the_smallest_error_that_it_reaches() -> Non
         "far": [(1e-9, 50.0)],
         "failed": [(math.nan, 1.0)],
     }
-    found = at_smallest(table(points)).set_index("contender")
-    assert found["error"].to_dict() == {
+    smallest = at_smallest(table(points)).set_index("contender")
+    assert smallest["error"].to_dict() == {
         OURS: 1e-8,
         "galvi low": 1e-4,
         "galvi high": 1e-8,
         "near": 1e-6,
         "far": 1e-9,
     }
-    assert found.loc["near", "ratio"] == pytest.approx(40.0 / 5.0)
-    assert found.loc["far", "ratio"] == f"galvi: {NOT_REACHED}"
-    assert found.loc[OURS, "seconds"] == pytest.approx(5.0)
+    assert smallest.loc["near", "ratio"] == pytest.approx(40.0 / 5.0)
+    assert smallest.loc["far", "ratio"] == f"galvi: {NOT_REACHED}"
+    assert smallest.loc[OURS, "seconds"] == pytest.approx(5.0)
     assert at_smallest(table({"galvi": [(math.nan, 1.0)]})).empty
 
 
@@ -124,10 +127,10 @@ def test_one_lucky_end_does_not_count_and_growing_round_off_is_not_held_against_
     rows = table({"a": [(error, 1.0 / step) for step, error in errors.items()]})
     rows["settings"] = [f"kernel=LAZY step={step:g}" for step in errors]
     rows.loc[6] = dict(rows.loc[5]) | {"settings": "kernel=OTHER step=0.1", "error": 1.0}
-    found = dependable(rows)
-    assert list(found["error"]) == [1e-4, 1e-9, 1e-9, 2e-13, 3e-13, 3e-13, 1.0]
+    dependable_rows = dependable(rows)
+    assert list(dependable_rows["error"]) == [1e-4, 1e-9, 1e-9, 2e-13, 3e-13, 3e-13, 1.0]
     assert list(dependable(rows.sample(frac=1, random_state=1)).sort_index()["error"]) == list(
-        found["error"]
+        dependable_rows["error"]
     )
     failed = dependable(rows.assign(error=rows["error"].mask(rows["settings"].str.contains("=2$"))))
     assert failed.loc[1, "error"] == 2e-13 and math.isnan(failed.loc[2, "error"])
@@ -137,14 +140,17 @@ def test_no_run_counts_as_better_than_what_the_truth_can_tell():
     rows = table({"galvi": [(1e-9, 1.0), (1e-11, 2.0)], "peer": [(2e-10, 1.0), (5e-10, 1.0)]})
     rows["settings"] = ["step=2", "step=1", "tolerance=1e-9", "tolerance=1e-6"]
     assert resolution(rows) == 0.0
-    for some in (rows, rows[:2]):  # whoever took part
-        told = some.assign(truth_error=[3e-11] * len(some))
-        assert resolution(told) == resolution(dependable(told)) == 10.0 * 3e-11
-        assert list(dependable(told)["error"]) == [1e-9, 3e-10, 3e-10, 5e-10][: len(some)]
-        assert list(bounds(dependable(told), told)) == [False, True, True, False][: len(some)]
-        counted = dependable(told)
-        assert list(counted["error_is_bound"]) == [False, True, True, False][: len(some)]
-        assert list(counted["own_error"]) == list(told["error"])
+    for chosen in (rows, rows[:2]):  # whoever took part
+        with_truth = chosen.assign(truth_error=[3e-11] * len(chosen))
+        assert resolution(with_truth) == resolution(dependable(with_truth)) == 10.0 * 3e-11
+        assert list(dependable(with_truth)["error"]) == [1e-9, 3e-10, 3e-10, 5e-10][: len(chosen)]
+        assert (
+            list(bounds(dependable(with_truth), with_truth))
+            == [False, True, True, False][: len(chosen)]
+        )
+        counted = dependable(with_truth)
+        assert list(counted["error_is_bound"]) == [False, True, True, False][: len(chosen)]
+        assert list(counted["own_error"]) == list(with_truth["error"])
         assert dependable(counted).equals(counted)
 
 
@@ -152,16 +158,16 @@ def test_a_run_that_failed_has_no_place_and_the_truth_stands_beside_the_front() 
     rows = table({"galvi": [(1e-2, 1.0), (math.nan, 0.1)], "truth": [(math.nan, 7.0)]})
     rows["is_truth"] = rows["contender"] == "truth"
     assert len(front(rows)) == 1
-    found = ratios(rows, [1e-1]).set_index("contender")
-    assert found.loc["truth", "ratio"] == pytest.approx(7.0)
+    ratio_rows = ratios(rows, [1e-1]).set_index("contender")
+    assert ratio_rows.loc["truth", "ratio"] == pytest.approx(7.0)
     rows.loc[len(rows)] = dict(rows.loc[0]) | {
         "is_truth": False,
         "contender": "truth",
         "error": 1e-3,
         "seconds": 2.0,
     }
-    own = ratios(rows, [1e-1, 1e-4]).set_index(["contender", "error"])["seconds"]
-    assert own["truth", 1e-1] == 2.0 and own["truth", 1e-4] == 7.0
+    seconds = ratios(rows, [1e-1, 1e-4]).set_index(["contender", "error"])["seconds"]
+    assert seconds["truth", 1e-1] == 2.0 and seconds["truth", 1e-4] == 7.0
 
 
 TIME = st.floats(1e-4, 1e2)
@@ -188,45 +194,47 @@ def test_no_row_of_galvi_is_below_its_best_and_no_time_falls_with_the_error(
             for k, (name, error, seconds, rounds) in enumerate(runs)
         ]
     )
-    asked = (1e-2, 1e-4, 1e-6)
-    cells = ratios(rows, asked)
-    for error in asked:
-        here = cells[cells["error"] == error].set_index("contender")["seconds"]
-        mine = here[here.index.str.startswith("galvi ")].min()
-        assert here[OURS] == mine or (math.isnan(mine) and math.isnan(here[OURS]))
+    errors = (1e-2, 1e-4, 1e-6)
+    cells = ratios(rows, errors)
+    for error in errors:
+        times = cells[cells["error"] == error].set_index("contender")["seconds"]
+        best = times[times.index.str.startswith("galvi ")].min()
+        assert times[OURS] == best or (math.isnan(best) and math.isnan(times[OURS]))
     for _, line in cells.groupby("contender"):
         assert line["seconds"].dropna().is_monotonic_increasing
     assert cells["seconds"].dropna().isin(rows["seconds"]).all()
 
 
 def in_rounds(
-    ours: list[float], theirs: list[float], again: list[float] | None = None
+    galvi_times: list[float], peer_times: list[float], again: list[float] | None = None
 ) -> pd.DataFrame:
     rows = table({"galvi": [(1e-6, 1.0)], "peer": [(1e-6, 1.5)]})
-    rows["seconds"] = [statistics.median(ours), statistics.median(theirs or [1.5])]
-    rows["rounds"] = [written(ours), written(theirs)]
-    rows["again"] = [written(again or ours), ""]
+    rows["seconds"] = [statistics.median(galvi_times), statistics.median(peer_times or [1.5])]
+    rows["rounds"] = [written(galvi_times), written(peer_times)]
+    rows["again"] = [written(again or galvi_times), ""]
     return rows
 
 
 def test_a_ratio_is_of_the_times_of_the_same_rounds() -> None:
     load = [1.0, 3.0, 1.0, 2.0, 1.0, 5.0, 1.0]
-    found = ratios(in_rounds(load, [2.0 * one for one in load]), [1e-6]).set_index("contender")
-    peer = found.loc["peer"]
+    ratio_rows = ratios(in_rounds(load, [2.0 * time for time in load]), [1e-6]).set_index(
+        "contender"
+    )
+    peer = ratio_rows.loc["peer"]
     assert (peer["low"], peer["ratio"], peer["high"], peer["outcome"]) == (2, 2, 2, FASTER)
-    assert found.loc[OURS, "seconds"] == 1.0 and peer["seconds"] == 2.0
-    slower = ratios(in_rounds(load, [0.5 * one for one in load]), [1e-6]).set_index("contender")
+    assert ratio_rows.loc[OURS, "seconds"] == 1.0 and peer["seconds"] == 2.0
+    slower = ratios(in_rounds(load, [0.5 * time for time in load]), [1e-6]).set_index("contender")
     assert slower.loc["peer", "outcome"] == SLOWER and slower.loc["galvi", "outcome"] == ""
 
 
 def test_without_enough_rounds_in_common_there_is_a_ratio_but_no_outcome() -> None:
     """As of a long run, which takes part in the first of them."""
-    for ours, theirs, found in (
+    for galvi_times, peer_times, ratio in (
         ([1.0] * 7, [], 1.5),
         ([1.0, 2.0, 9.0, 9.0, 9.0, 9.0, 9.0], [30.0, 60.0], 30.0),
     ):
-        peer = ratios(in_rounds(ours, theirs), [1e-6]).set_index("contender").loc["peer"]
-        assert peer["ratio"] == found and math.isnan(peer["low"]) and peer["outcome"] == ""
+        peer = ratios(in_rounds(galvi_times, peer_times), [1e-6]).set_index("contender").loc["peer"]
+        assert peer["ratio"] == ratio and math.isnan(peer["low"]) and peer["outcome"] == ""
 
 
 def test_a_contender_whose_loosest_run_is_far_more_accurate_than_asked_is_told() -> None:
@@ -239,8 +247,8 @@ def test_a_contender_whose_loosest_run_is_far_more_accurate_than_asked_is_told()
     assert cells["tight", 1e-2] == pytest.approx(50.0)
     assert cells["tight", 1e-4] == pytest.approx(1000.0)
     assert cells[OURS, 1e-6] == cells["galvi", 1e-6] == pytest.approx(100.0)
-    others = [("galvi", 1e-2), (OURS, 1e-2), ("near", 1e-2), ("near", 1e-4), ("tight", 1e-6)]
-    assert cells[others].isna().all()
+    not_closer = [("galvi", 1e-2), (OURS, 1e-2), ("near", 1e-2), ("near", 1e-4), ("tight", 1e-6)]
+    assert cells[not_closer].isna().all()
 
 
 def test_a_winner_that_was_never_run_is_told() -> None:
@@ -252,8 +260,8 @@ def test_a_winner_that_was_never_run_is_told() -> None:
         {"settings": "step=0", "error": 1e-4},  # run, but above the error
     ):
         row = {**cells[cells["contender"] == "peer"].iloc[0], **planted}
-        (said,) = unfounded(pd.concat([cells, pd.DataFrame([row])], ignore_index=True), rows)
-        assert "peer" in said and row["settings"] in said
+        (message,) = unfounded(pd.concat([cells, pd.DataFrame([row])], ignore_index=True), rows)
+        assert "peer" in message and row["settings"] in message
 
 
 # ---- profiles
@@ -261,7 +269,7 @@ def test_a_winner_that_was_never_run_is_told() -> None:
 ERROR = 1e-6
 
 
-def found(runs: pd.DataFrame) -> pd.DataFrame:
+def costs_by_code(runs: pd.DataFrame) -> pd.DataFrame:
     return costs(runs, ratios(runs, [ERROR]), ERROR).set_index(["problem", "code"])
 
 
@@ -273,15 +281,15 @@ THREE: dict[str, Points] = {
 }
 
 
-def runs(*more: tuple[str, Points]) -> pd.DataFrame:
+def runs(*added: tuple[str, Points]) -> pd.DataFrame:
     """Of three problems, and more."""
-    parts = [table(points, problem) for problem, points in (*THREE.items(), *more)]
+    parts = [table(points, problem) for problem, points in (*THREE.items(), *added)]
     return pd.concat(parts, ignore_index=True)
 
 
 def test_a_ratio_is_to_the_fastest_code_and_a_failure_counts_once_as_never() -> None:
-    seen = found(runs())
-    assert seen["ratio"].to_dict() == {
+    cost_rows = costs_by_code(runs())
+    assert cost_rows["ratio"].to_dict() == {
         ("a", "galvi"): 1.0,
         ("a", "peer"): 2.0,
         ("b", "galvi"): 4.0,
@@ -289,24 +297,31 @@ def test_a_ratio_is_to_the_fastest_code_and_a_failure_counts_once_as_never() -> 
         ("c", "galvi"): 1.0,
         ("c", "peer"): FAILED,
     }
-    peer = seen.xs("peer", level="code")
-    assert [one.share for one in profile(peer["ratio"], [1.0, 2.0, 1e9])] == [1 / 3, 2 / 3, 2 / 3]
+    peer = cost_rows.xs("peer", level="code")
+    assert [point.share for point in profile(peer["ratio"], [1.0, 2.0, 1e9])] == [
+        1 / 3,
+        2 / 3,
+        2 / 3,
+    ]
     assert list(peer["outcome"]) == [FASTER, SLOWER, FASTER]
 
 
 def test_a_code_that_fails_everywhere_is_flat_at_zero_and_changes_no_other_ratio() -> None:
     bad = {"broken": [(math.nan, math.nan)] * 4}
-    seen, before = found(runs(*((problem, bad) for problem in THREE))), found(runs())
-    broken = seen.xs("broken", level="code")
+    cost_rows, before = (
+        costs_by_code(runs(*((problem, bad) for problem in THREE))),
+        costs_by_code(runs()),
+    )
+    broken = cost_rows.xs("broken", level="code")
     assert len(broken) == 3 and (broken["ratio"] == FAILED).all()
-    assert all(one.share == one.low == 0.0 for one in profile(broken["ratio"], [1.0, 1e300]))
-    kept = seen["ratio"].drop("broken", level="code")
-    assert kept.to_dict() == before["ratio"].to_dict()
+    assert all(point.share == point.low == 0.0 for point in profile(broken["ratio"], [1.0, 1e300]))
+    without_broken = cost_rows["ratio"].drop("broken", level="code")
+    assert without_broken.to_dict() == before["ratio"].to_dict()
 
 
 def test_where_nobody_gets_there_nobody_is_the_fastest() -> None:
-    seen = found(table({EIGHT: [(1e-2, 1.0)], "peer": [(1e-3, 1.0)]}))
-    assert (seen["ratio"] == FAILED).all() and (seen["outcome"] == "").all()
+    cost_rows = costs_by_code(table({EIGHT: [(1e-2, 1.0)], "peer": [(1e-3, 1.0)]}))
+    assert (cost_rows["ratio"] == FAILED).all() and (cost_rows["outcome"] == "").all()
 
 
 def test_what_was_never_run_has_no_place() -> None:
@@ -314,17 +329,21 @@ def test_what_was_never_run_has_no_place() -> None:
     setting between two, wins nothing."""
     absent = runs(("a", {"heyoka": [(math.nan, math.nan)]}))
     absent.loc[absent["contender"] == "heyoka", "steps"] = math.nan
-    assert "heyoka" not in found(absent).index.get_level_values("code")
+    assert "heyoka" not in costs_by_code(absent).index.get_level_values("code")
     never = [(math.nan, 1e-9)]
-    seen = found(runs(("a", {"peer": never}), ("b", {"faster": never})))
-    assert seen.loc[("a", "peer"), "cost"] == 2.0 and seen.loc[("b", "peer"), "ratio"] == 1.0
-    assert seen.loc[("b", "faster"), "cost"] == FAILED
+    cost_rows = costs_by_code(runs(("a", {"peer": never}), ("b", {"faster": never})))
+    assert (
+        cost_rows.loc[("a", "peer"), "cost"] == 2.0 and cost_rows.loc[("b", "peer"), "ratio"] == 1.0
+    )
+    assert cost_rows.loc[("b", "faster"), "cost"] == FAILED
 
 
 def test_a_problem_whose_truth_cannot_tell_the_error_is_not_counted() -> None:
-    told = runs()
-    told["truth_error"] = [1e-6 if problem == "b" else 1e-16 for problem in told["problem"]]
-    assert set(found(told).index.get_level_values("problem")) == {"a", "c"}
+    with_truth = runs()
+    with_truth["truth_error"] = [
+        1e-6 if problem == "b" else 1e-16 for problem in with_truth["problem"]
+    ]
+    assert set(costs_by_code(with_truth).index.get_level_values("problem")) == {"a", "c"}
 
 
 Band = Callable[[int, int], Share]
@@ -346,8 +365,8 @@ def too_narrow(solved: int, problems: int) -> Share:
 
 def without_ends(solved: int, problems: int) -> Share:
     """The bootstrap alone, whose draws are all equal where no problem, or each, is solved."""
-    found = share(solved, problems)
-    return Share(*[found.share] * 3) if solved in (0, problems) else found
+    bootstrapped = share(solved, problems)
+    return Share(*[bootstrapped.share] * 3) if solved in (0, problems) else bootstrapped
 
 
 @pytest.mark.parametrize("problems", [5, 12])
@@ -393,16 +412,16 @@ MISSING = (math.nan, NOT_RUN)
 def test_a_target_is_met_from_its_ratio_on_and_not_without_runs(
     points: Points, error: float | None, ratio: float | None, expected: tuple[Any, str]
 ) -> None:
-    found = targets_met(table(points), [Target("p", (PEER,), error, ratio)])
-    assert tuple(found.columns) == COLUMNS and len(found) == 1
-    seen, own = found.iloc[0], [e for e, _ in points.get(PEER, [])]
-    assert seen["verdict"] == expected[1]
-    assert seen["ratio"] == pytest.approx(expected[0], nan_ok=True)
+    verdicts = targets_met(table(points), [Target("p", (PEER,), error, ratio)])
+    assert tuple(verdicts.columns) == COLUMNS and len(verdicts) == 1
+    row, peer_errors = verdicts.iloc[0], [e for e, _ in points.get(PEER, [])]
+    assert row["verdict"] == expected[1]
+    assert row["ratio"] == pytest.approx(expected[0], nan_ok=True)
     if expected != MISSING:
-        assert seen["error"] == (min(own) if error is None else error)
-        assert seen["contender"] == (PEER if min(own) <= seen["error"] else "")
-        assert seen["galvi"] == ("" if expected[0] == NONE else GALVI)
-        assert (ratio is None) == math.isnan(seen["target"])
+        assert row["error"] == (min(peer_errors) if error is None else error)
+        assert row["contender"] == (PEER if min(peer_errors) <= row["error"] else "")
+        assert row["galvi"] == ("" if expected[0] == NONE else GALVI)
+        assert (ratio is None) == math.isnan(row["target"])
 
 
 def test_the_fastest_of_a_peer_s_lines_counts_and_of_galvi_s() -> None:
@@ -413,35 +432,42 @@ def test_the_fastest_of_a_peer_s_lines_counts_and_of_galvi_s() -> None:
         "peer, looser": [(1e-7, 2.0)],
         "another": [(1e-9, 0.1)],
     }
-    asked = [Target("p", (PEER, "peer, looser"), error, 4.0) for error in (1e-6, 1e-8)]
-    found = targets_met(table(points), asked)
-    assert list(found["ratio"]) == pytest.approx([4.0, 18.0]) and set(found["verdict"]) == {MET}
-    assert list(found["contender"]) == ["peer, looser", PEER] and set(found["galvi"]) == {fast}
+    targets = [Target("p", (PEER, "peer, looser"), error, 4.0) for error in (1e-6, 1e-8)]
+    verdicts = targets_met(table(points), targets)
+    assert list(verdicts["ratio"]) == pytest.approx([4.0, 18.0]) and set(verdicts["verdict"]) == {
+        MET
+    }
+    assert list(verdicts["contender"]) == ["peer, looser", PEER] and set(verdicts["galvi"]) == {
+        fast
+    }
 
 
 def test_only_galvi_s_lines_that_a_target_names_count_and_a_rival_may_be_galvi_s() -> None:
-    kernel, other = f"{GALVI}, general kernel", "galvi degree 8, Gauss 9"
-    points = {GALVI: [(1e-8, 1.0)], kernel: [(1e-8, 6.0)], other: [(1e-8, 2.0)]}
+    kernel, degree_8 = f"{GALVI}, general kernel", "galvi degree 8, Gauss 9"
+    points = {GALVI: [(1e-8, 1.0)], kernel: [(1e-8, 6.0)], degree_8: [(1e-8, 2.0)]}
     runs = table({**points, PEER: [(1e-8, 8.0)]})
-    asked = [
-        Target("p", (rival,), 1e-6, 5.0, ours=ours)
+    targets = [
+        Target("p", (rival,), 1e-6, 5.0, ours=lines)
         for rival in (PEER, kernel)
-        for ours in ((), (other,))
+        for lines in ((), (degree_8,))
     ]
-    found = targets_met(runs, asked)
-    assert list(found["ratio"]) == pytest.approx([8.0, 4.0, 6.0, 3.0])
-    assert list(found["verdict"]) == [MET, MISSED, MET, MISSED]
-    assert list(found["galvi"]) == [GALVI, other, GALVI, other]
-    assert list(found["counted"]) == ["any", "degree 8, Gauss 9"] * 2
-    assert list(found["against"]) == [PEER, PEER, kernel, kernel]
+    verdicts = targets_met(runs, targets)
+    assert list(verdicts["ratio"]) == pytest.approx([8.0, 4.0, 6.0, 3.0])
+    assert list(verdicts["verdict"]) == [MET, MISSED, MET, MISSED]
+    assert list(verdicts["galvi"]) == [GALVI, degree_8, GALVI, degree_8]
+    assert list(verdicts["counted"]) == ["any", "degree 8, Gauss 9"] * 2
+    assert list(verdicts["against"]) == [PEER, PEER, kernel, kernel]
     assert Target("p", PLAIN, 1e-6, 5.0).against == "galvi without frame, best"
 
 
 def test_a_warning_about_the_peer_s_own_error_is_told() -> None:
     runs = table(HERE | {PEER: [(1e-7, 3.0)]})
     runs.loc[runs["contender"] == PEER, "status"] = "Take it as a bound."
-    own, other = (Target("p", (PEER,), error, None) for error in (None, 1e-6))
-    assert list(targets_met(runs, [own, other])["remark"]) == ["Take it as a bound.", ""]
+    at_own_error, at_fixed_error = (Target("p", (PEER,), error, None) for error in (None, 1e-6))
+    assert list(targets_met(runs, [at_own_error, at_fixed_error])["remark"]) == [
+        "Take it as a bound.",
+        "",
+    ]
 
 
 def test_another_problem_s_rows_do_not_count() -> None:
@@ -457,19 +483,19 @@ def cases() -> tuple[WorkPrecisionProblem, ...]:
 
 @pytest.mark.parametrize("quick", [True, False])
 def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> None:
-    known = {
+    participants = {
         case.problem.name: {label for label, _, _ in case.participants}
         for case in (work_precision_problems(True) if quick else cases)
     }
     for target in TARGETS:
-        assert {*target.contenders, *target.ours} <= known[target.problem]
+        assert {*target.contenders, *target.ours} <= participants[target.problem]
         assert target.ratio is None or target.ratio > 0.0
         assert (target.note != "") == ("general kernel" in target.contenders[0])
-    asked = [(one.problem, one.contenders[0], one.ours, one.error) for one in TARGETS]
-    assert len(set(asked)) == len(asked)
+    keys = [(target.problem, target.contenders[0], target.ours, target.error) for target in TARGETS]
+    assert len(set(keys)) == len(keys)
     for target in TARGETS:  # of orbits and rotations, the rival's own error too
         assert target.source == VECTORS or target.problem in {
-            one.problem for one in TARGETS if one.error is None
+            entry.problem for entry in TARGETS if entry.error is None
         }
     assert {target.source for target in TARGETS} == {FRAMES, ORBITS, TURNS, VECTORS}
     assert "N bodies" in ORBITS and "rigid bodies" in TURNS
@@ -482,14 +508,14 @@ def test_readers_are_told_what_every_problem_is(cases) -> None:
         year = math.tau if "2 pi" in case.problem.units else year
         units = {"units of time": 1.0, "s": 1.0, "periods": math.tau, "years": year}
         units["revolutions"] = math.tau
-        seen = label_of(case.problem.name)
+        label = label_of(case.problem.name)
         ((length, unit),) = re.findall(
-            r"over ([\d,.]+) (units of time|s|periods|revolutions|years)", seen.text
+            r"over ([\d,.]+) (units of time|s|periods|revolutions|years)", label.text
         )
         assert float(length.replace(",", "")) * units[unit] == pytest.approx(
             case.duration, rel=1e-3
         )
-        assert seen.text.endswith(".")
-        assert (seen.time == "") == (case.problem.units.split(",")[0] not in ("au", "m", "kg"))
-    assert len({one.title for one in LABELS.values()}) == len(LABELS)
+        assert label.text.endswith(".")
+        assert (label.time == "") == (case.problem.units.split(",")[0] not in ("au", "m", "kg"))
+    assert len({label.title for label in LABELS.values()}) == len(LABELS)
     assert label_of("my own") == ("My own", "", "")

@@ -110,25 +110,25 @@ WRONG = {  # contender: how the names of all rows begin that show it, and words 
     **{
         broken(): (
             ["runs and answers that failed", "error", "relative change of energy"],
-            said,
+            reason,
         )
-        for broken, said in BROKEN.items()
+        for broken, reason in BROKEN.items()
     },
 }
 
 
 @pytest.mark.parametrize("wrong", WRONG, ids=lambda contender: contender.name)
 def test_what_is_wrong_is_red_with_the_reason(wrong):
-    quantities, said = WRONG[wrong]
+    quantities, reason = WRONG[wrong]
     rows, differing, external = checked(wrong, SHORT)
     first = f"{quantities[0]}, {ORBIT.problem.name}"
     caught = only(rows, first)
-    assert caught in differing and said in caught.reason
+    assert caught in differing and reason in caught.reason
     assert {row.quantity.partition(",")[0].partition(" at step")[0] for row in differing} >= {
         *quantities
     }
     if first.startswith("runs") and external.faults:
-        assert any(said in fault for fault in external.faults)
+        assert any(reason in fault for fault in external.faults)
 
 
 ALONE = {  # what shows nothing but its fault: problem, names of the rows that show it, words
@@ -156,10 +156,10 @@ ALONE = {  # what shows nothing but its fault: problem, names of the rows that s
 
 @pytest.mark.parametrize("fault", ALONE)
 def test_a_fault_is_seen_in_its_rows_and_in_no_other(fault):
-    contender, problem, names, said = ALONE[fault]
+    contender, problem, names, reason = ALONE[fault]
     _, differing, _ = checked(contender, problem)
     assert {row.quantity.partition(",")[0] for row in differing} == names
-    assert all(said in row.reason for row in differing)
+    assert all(reason in row.reason for row in differing)
 
 
 def test_what_it_conserves_has_to_be_looked_at_somewhere():
@@ -225,15 +225,15 @@ def test_failed_runs_all_count_and_are_the_reason_why_no_order_is_seen_and_not_r
     assert not any("round-off" in row.reason for row in rows)
     order = only(rows, "order in the step")
     assert order.reason == "It raised RuntimeError: no, thanks."
-    seen = only(rows, "problems where its order is seen")
-    assert "no run came to its end" in seen.reason and "no, thanks." in seen.reason
+    row = only(rows, "problems where its order is seen")
+    assert "no run came to its end" in row.reason and "no, thanks." in row.reason
 
 
 @pytest.mark.parametrize("name", ["henon-heiles", "double pendulum"])
 def test_the_energies_of_grounds_are_those_of_galvi(name):
     run = Gauss().run(PROBLEMS[name].problem, 1.0, {"step": 0.05, "save_every": 1})
-    found = PROBLEMS[name].energy(run.problem, run.q, run.p)
-    assert np.allclose(found, galvi.energy(run), rtol=1e-13, atol=1e-14)
+    energies = PROBLEMS[name].energy(run.problem, run.q, run.p)
+    assert np.allclose(energies, galvi.energy(run), rtol=1e-13, atol=1e-14)
 
 
 @pytest.mark.slow(beside="test_an_order_is_looked_for_at_longer_steps_than_it_offers")
@@ -283,20 +283,20 @@ def test_an_order_is_looked_for_at_longer_steps_than_it_offers():
 def test_an_order_that_is_not_seen_is_no_failure_and_says_what_to_do(kind, why):
     rows, differing, external = checked(kind(), replace(SWING, long=1.0))
     assert differing == [] and external.faults == []
-    seen = only(rows, "problems where its order is seen")
-    assert seen.verdict == seen.expected == "not run" and why in seen.reason
+    row = only(rows, "problems where its order is seen")
+    assert row.verdict == row.expected == "not run" and why in row.reason
 
 
 def test_a_long_run_that_fails_is_named_by_its_duration_and_is_no_reason_of_an_order_unseen():
     rows, _, external = checked(WithoutLongRuns(), replace(SWING, long=6.5))
-    seen = only(rows, "problems where its order is seen")
-    assert "with a `step`" in seen.reason
+    row = only(rows, "problems where its order is seen")
+    assert "with a `step`" in row.reason
     (fault,) = external.faults
     assert ", T = 6.5, " in fault and fault.endswith("It raised RuntimeError: too long.")
 
 
 @pytest.mark.parametrize(
-    ("parts", "said"),
+    ("parts", "message"),
     [
         ({"order": "two"}, "order must be a positive number; received 'two'"),
         ({"order": math.nan}, "order must be a positive number"),
@@ -306,9 +306,9 @@ def test_a_long_run_that_fails_is_named_by_its_duration_and_is_no_reason_of_an_o
         ({"symmetric": 1}, "must be True or False; received 1"),
     ],
 )
-def test_what_a_contender_says_of_itself_is_examined_before_anything_is_run(parts, said):
+def test_what_a_contender_says_of_itself_is_examined_before_anything_is_run(parts, message):
     contender = SimpleNamespace(name="x", **parts)
-    with pytest.raises(ContenderError, match=said):
+    with pytest.raises(ContenderError, match=message):
         metadata(contender)
     assert metadata(SimpleNamespace(name="x")) == ("x", None, {}, False)
 
@@ -345,25 +345,25 @@ def test_what_it_returned_before_has_no_time():
     call = external.timed(ORBIT.problem, 5.0, {"step": 0.5, "save_every": 10})
     assert call().success and np.isnan(call.seconds(3))
     assert "had returned before" in call.failure
-    sound = Inside.of(Gauss()).timed(ORBIT.problem, 5.0, {"step": 0.5, "save_every": 10})
-    assert sound().success and sound.seconds(3) > 0.0 and not sound.failure
+    correct = Inside.of(Gauss()).timed(ORBIT.problem, 5.0, {"step": 0.5, "save_every": 10})
+    assert correct().success and correct.seconds(3) > 0.0 and not correct.failure
     late = Inside.of(Altered(mirrored)).timed(ORBIT.problem, 5.0, {"step": 0.5, "save_every": 10})
     assert np.isnan(late.seconds(3)) and "Its first p" in late.failure
 
 
 @pytest.mark.parametrize(
-    ("setting", "said"),
+    ("setting", "message"),
     [
         ({"samples": 10**14}, "10,000,000 states at most; received"),
         ({"step": 1e-320}, "10,000,000,000 steps at most; received a step of 1e-320"),
         ({"step": 1e-8, "save_every": 1}, "states at most"),
     ],
 )
-def test_a_setting_that_asks_for_too_much_is_refused_and_a_run_with_it_fails(setting, said):
+def test_a_setting_that_asks_for_too_much_is_refused_and_a_run_with_it_fails(setting, message):
     greedy = Gauss()
     greedy.settings = lambda problem, duration: [setting]
     external = Inside.of(greedy)
-    assert external.settings(ORBIT.problem, 5.0, 100) == [] and said in external.faults[0]
+    assert external.settings(ORBIT.problem, 5.0, 100) == [] and message in external.faults[0]
     for beyond in (10**14, 10**400):  # a MemoryError, an OverflowError
         assert len(external.run(ORBIT.problem, 5.0, {"samples": beyond}).t) == 2
 
@@ -379,20 +379,20 @@ def test_a_correct_method_raises_no_alarm(method, numbers):
         Compiled(method, numbers=numbers, **METHODS[method]), *CHECK_PROBLEMS
     )
     assert differing == [] and external.faults == []
-    seen = only(rows, "problems where its order is seen")
-    assert seen.verdict == "holds"
+    row = only(rows, "problems where its order is seen")
+    assert row.verdict == "holds"
 
 
 @pytest.mark.slow(beside="test_an_order_that_is_not_seen_is_no_failure_and_says_what_to_do")
 @pytest.mark.parametrize("order", [8, None])
-@pytest.mark.parametrize("more", [-1, 0, 1])
-def test_a_correct_adaptive_method_raises_no_alarm(order, more):
+@pytest.mark.parametrize("shift", [-1, 0, 1])
+def test_a_correct_adaptive_method_raises_no_alarm(order, shift):
     adaptive = Adaptive()
-    adaptive.order, adaptive.tolerances = order, tuple(k + more for k in Adaptive.tolerances)
+    adaptive.order, adaptive.tolerances = order, tuple(k + shift for k in Adaptive.tolerances)
     rows, differing, external = checked(adaptive, *CHECK_PROBLEMS)
     assert differing == [] and external.faults == []
-    seen = [row.verdict for row in rows if row.quantity == "problems where its order is seen"]
-    assert seen == ([] if order is None else ["not run"])
+    verdicts = [row.verdict for row in rows if row.quantity == "problems where its order is seen"]
+    assert verdicts == ([] if order is None else ["not run"])
 
 
 @pytest.mark.slow_cases("10 times coarser")
@@ -508,8 +508,10 @@ def test_a_clock_that_goes_wrong_after_many_steps_is_seen(monkeypatch):
     monkeypatch.setattr(long_runs, "MANY", 40_000)
     (row,) = long_runs.cut_run(Inside.of(LateClock()), DRIVEN)
     assert row["steps"] == 8000 and row["value"] > FAR
-    sound = [Compiled(name, numbers=(100,), **METHODS[name]) for name in ("leapfrog", "Yoshida 6")]
-    for contender in (*sound, Clocked(), Adaptive()):
+    symmetric = [
+        Compiled(name, numbers=(100,), **METHODS[name]) for name in ("leapfrog", "Yoshida 6")
+    ]
+    for contender in (*symmetric, Clocked(), Adaptive()):
         external = Inside.of(contender)
         (row,) = long_runs.cut_run(external, DRIVEN)
         assert row["value"] < 1e-6 and external.faults == []  # 3e-9 of Adaptive
@@ -577,7 +579,7 @@ class Midpoint(Gauss):
 
 
 def test_rotations_and_lagrangians_return_where_the_method_is_symmetric_on_them():
-    last = [one for one in CHECK_PROBLEMS if one.problem.q0.shape != one.problem.v0.shape]
+    last = [case for case in CHECK_PROBLEMS if case.problem.q0.shape != case.problem.v0.shape]
     rows = [*turned_back(Midpoint(), *last), *turned_back(Gauss(), PROBLEMS["double pendulum"])]
     assert len(rows) == 3 and {row.verdict for row in rows} == {"holds"}
     # Gauss's stages in the chart of a step's start are not symmetric.
@@ -662,10 +664,10 @@ def growth(contender):
 
 def test_memory_that_each_run_keeps_is_caught_and_what_is_taken_once_is_not(monkeypatch):
     monkeypatch.setattr("benchmarks.applications.external.worker.MOST_RUNS", 1)
-    sound, leaking = growth(Keeping(0)), growth(Keeping(LEAK))
-    assert sound.verdict == "holds" and sound.measured < LEFT
+    steady, leaking = growth(Keeping(0)), growth(Keeping(LEAK))
+    assert steady.verdict == "holds" and steady.measured < LEFT
     assert leaking.verdict == "contradicted" and leaking.measured > LEFT
-    assert sound.quantity == f"{GROWTH}, MB, {ORBIT.problem.name}"
+    assert steady.quantity == f"{GROWTH}, MB, {ORBIT.problem.name}"
 
 
 def test_a_run_that_is_long_is_not_repeated_for_its_memory(monkeypatch):

@@ -91,14 +91,14 @@ def test_a_name_that_only_reminds_of_one_is_taken(module, monkeypatch, name):
 @pytest.fixture
 def module(monkeypatch):
     """Contenders, and none, in a module of their own."""
-    made = ModuleType("outside_module")
-    for thing in (Whole, Nameless, Ours, Lines, Marked, Lacking, Stubborn):
-        setattr(made, thing.__name__, thing)
-    monkeypatch.setitem(sys.modules, made.__name__, made)
+    outside = ModuleType("outside_module")
+    for contender in (Whole, Nameless, Ours, Lines, Marked, Lacking, Stubborn):
+        setattr(outside, contender.__name__, contender)
+    monkeypatch.setitem(sys.modules, outside.__name__, outside)
 
 
 @pytest.mark.parametrize(
-    ("path", "said"),
+    ("path", "message"),
     [
         ("Whole", "named package.module:Class; received 'Whole'"),
         ("outside_module:", "named package.module:Class"),
@@ -121,9 +121,9 @@ def module(monkeypatch):
         ("outside_module:Stubborn", r"Stubborn\(\) raised OSError: no licence"),
     ],
 )
-def test_a_path_that_leads_to_no_contender_is_answered_in_a_sentence(module, path, said):
+def test_a_path_that_leads_to_no_contender_is_answered_in_a_sentence(module, path, message):
     assert load_class("outside_module:Whole").name == "whole"
-    with pytest.raises(ContenderError, match=said):
+    with pytest.raises(ContenderError, match=message):
         load_class(path)
 
 
@@ -137,7 +137,7 @@ def finished(**parts):
 
 
 @pytest.mark.parametrize(
-    ("parts", "said"),
+    ("parts", "message"),
     [
         ({"q": np.zeros((3, 5))}, r"q must have the shape \(3, 2\); received \(3, 5\)"),
         ({"p": np.zeros(3)}, r"p must have the shape \(3, 2\); received \(3,\)"),
@@ -151,10 +151,10 @@ def finished(**parts):
         ({"counts": {"steps": "many"}}, "counts must be whole numbers by their names; received"),
     ],
 )
-def test_a_run_of_another_shape_or_time_is_refused(parts, said):
+def test_a_run_of_another_shape_or_time_is_refused(parts, message):
     good = valid_run(finished(), ORBIT, 1.0, {"samples": 2})
     assert good["success"] and good["q"].shape == (3, 2)
-    with pytest.raises(ContenderError, match=said):
+    with pytest.raises(ContenderError, match=message):
         valid_run(finished(**parts), ORBIT, 1.0, {"samples": 2})
 
 
@@ -190,8 +190,8 @@ def test_its_clock_is_its_own_and_a_failure_between_rounds_leaves_no_time():
         raise ContenderError("Gone.")
 
     call = TimedRun("answers", ORBIT, 1.0, {"samples": 1}, ask, failures.append)
-    found, seconds = warmed(call)
-    assert found.success and seconds == 2.0
+    run, seconds = warmed(call)
+    assert run.success and seconds == 2.0
     (timing,) = interleaved([call], 3, 1e-3, [1e-3])
     assert np.isnan(timing.seconds) and call.failure == "Gone."
     assert list(map(str, failures)) == ["Gone."]
@@ -316,10 +316,10 @@ def test_it_knows_where_its_class_begins_also_of_one_that_another_module_names(
     (tmp_path / ".git").mkdir()
     (tmp_path / "src" / "inner" / "__init__.py").write_text("from inner.it import It\nit = It()\n")
     (tmp_path / "src" / "inner" / "it.py").write_text(code)
-    made = "It = type('It', (), {'name': 'it', 'supports': print, 'run': print})\n"
-    (tmp_path / "made.py").write_text(made)
-    for place in (tmp_path, tmp_path / "src"):
-        monkeypatch.syspath_prepend(str(place))
+    dynamic_code = "It = type('It', (), {'name': 'it', 'supports': print, 'run': print})\n"
+    (tmp_path / "made.py").write_text(dynamic_code)
+    for folder in (tmp_path, tmp_path / "src"):
+        monkeypatch.syspath_prepend(str(folder))
     monkeypatch.chdir(tmp_path / "src")
     at = "src/inner/it.py", 3
     elsewhere = tmp_path.parent / f"{tmp_path.name}-site-packages"
@@ -344,14 +344,14 @@ def test_one_that_hangs_dies_or_exits_is_a_sentence_and_the_next_run_goes_on(
 ) -> None:
     external = ExternalIntegrator.open("trouble:Trouble", limit=20.0)
 
-    def run(what: str = "", limit: float = 20.0, tried: bool = False) -> galvi.Trajectory:
+    def run(action: str = "", limit: float = 20.0, tried: bool = False) -> galvi.Trajectory:
         external.limit = limit
-        return external.timed(ORBIT, 1.0, {"samples": 1, "what": what}, tried=tried)()
+        return external.timed(ORBIT, 1.0, {"samples": 1, "what": action}, tried=tried)()
 
     try:
         assert run().success
-        for what, tried in (("sleeps", True), ("holds the interpreter", False)):
-            hung = run(what, 1.0, tried)
+        for action, tried in (("sleeps", True), ("holds the interpreter", False)):
+            hung = run(action, 1.0, tried)
             assert hung.status == "It did not answer within 1 s, and was stopped."
             assert np.isnan(hung.q).all() and hung.q.shape == (2, 2) and not hung.success
             assert left(folder) == []
@@ -399,8 +399,8 @@ def test_after_two_answers_that_were_late_it_is_not_asked_again(folder: Path) ->
             late = external.run(ORBIT, 1.0, {"samples": 1, "what": "sleeps"})
             assert late.status.startswith("It did not answer within 1 s")
         begin = time.monotonic()
-        for what in ("sleeps", ""):
-            assert external.run(ORBIT, 1.0, {"samples": 1, "what": what}).status == (
+        for action in ("sleeps", ""):
+            assert external.run(ORBIT, 1.0, {"samples": 1, "what": action}).status == (
                 "It was not asked: 2 answers before took longer than 1 s. Give a longer "
                 "--timeout, in seconds, if it is only slow."
             )
@@ -526,11 +526,11 @@ def test_one_that_cannot_be_made_is_a_sentence_and_no_process_stays(folder: Path
         ExternalIntegrator.open("trouble:Breaking")
 
 
-def script(folder: Path, what: str) -> subprocess.Popen[str]:
+def script(folder: Path, action: str) -> subprocess.Popen[str]:
     """A process that runs the contender."""
     path = os.pathsep.join((str(folder), str(ROOT)))
     return subprocess.Popen(
-        [sys.executable, "-c", SCRIPT, what],
+        [sys.executable, "-c", SCRIPT, action],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -552,6 +552,6 @@ def test_when_we_are_stopped_it_goes_and_what_it_started(folder: Path, how: int)
             break
         time.sleep(0.1)
     process.send_signal(how)
-    said = process.communicate(timeout=60.0)[1]
+    errors = process.communicate(timeout=60.0)[1]
     assert process.returncode != 0 and left(folder) == []
-    assert ("KeyboardInterrupt" in said) is (how == signal.SIGINT)
+    assert ("KeyboardInterrupt" in errors) is (how == signal.SIGINT)

@@ -33,8 +33,8 @@ def step_of(name, problem, step):
 )
 def test_galvi_is_symplectic_and_its_own_measure_agrees(problem, step):
     defect = step_of(3, problem, step)
-    own = galvi.symplecticity_defect(problem, gauss_collocation(3).method, step)
-    assert defect < 1e-10 and own < 1e-10
+    galvi_defect = galvi.symplecticity_defect(problem, gauss_collocation(3).method, step)
+    assert defect < 1e-10 and galvi_defect < 1e-10
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_what_the_motion_does_not_keep_is_no_error():
 
 def test_a_method_that_loses_momentum_is_seen():
     problem = galvi.problems.kepler(0.3)
-    kept = kept_components(run_of(problem))
+    components = kept_components(run_of(problem))
     run = reference("explicit Euler").run(problem, 10.0, {"step": 0.01})
-    energy, momentum = largest_changes(run, kept)
+    energy, momentum = largest_changes(run, components)
     assert energy > 1e-3 and momentum > 1e-3

@@ -54,17 +54,17 @@ It says it at length.
 def claim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     """The claim of a table, and of the numbers that a module of this name measures."""
 
-    def made(table: str, numbers: dict[str, Any], **more: Any) -> Claim:
+    def claim_of(table: str, numbers: dict[str, Any], **attributes: Any) -> Claim:
         module = ModuleType("benchmarks.claims.made_up")
         vars(module)["measure"] = lambda make_method, quick, report: numbers
-        vars(module).update(more)
+        vars(module).update(attributes)
         monkeypatch.setitem(sys.modules, module.__name__, module)
         path = tmp_path / f"{len(list(tmp_path.iterdir()))}.md"
         path.write_text(HEAD + table)
         (only,) = claims_in(read_document(path))
         return only
 
-    return made
+    return claim_of
 
 
 def judged(claim: Claim) -> list[Any]:
@@ -78,15 +78,15 @@ def test_a_line_is_repeated_for_its_lists_and_has_the_defaults(claim: Any) -> No
 | other \\|error\\| | at least 1 | | Otherwise. | contradicted |
 """
     numbers = {f"error, n = {n}, {name}": 0.5 * n for n in (2, 4) for name in "abc"}
-    made = claim(table, {**numbers, "other |error|": 0.5})
-    rows = judged(made)
+    parsed = claim(table, {**numbers, "other |error|": 0.5})
+    rows = judged(parsed)
     assert [row.quantity for row in rows][:4] == [*list(numbers)[:3], "error, n = 4, a"]
     assert rows[0].setup == "a pendulum; n = 2" and rows[0].bound == "at most 1"
     assert rows[0].reason == "So it is." and rows[-1].reason == "Otherwise."
-    assert {row.source for row in rows} == {"H 1.1"} and made.statement.endswith("at length.")
+    assert {row.source for row in rows} == {"H 1.1"} and parsed.statement.endswith("at length.")
     assert [row.verdict for row in rows] == [HOLDS] * 6 + [CONTRADICTED]
     assert rows[-1].expected == CONTRADICTED
-    assert {row.verdict for row in made.judge(pd.DataFrame())} == {NOT_RUN}
+    assert {row.verdict for row in parsed.judge(pd.DataFrame())} == {NOT_RUN}
 
 
 def test_a_table_may_have_defaults_of_its_own_and_a_mark_repeats_the_cell_above(claim: Any) -> None:
@@ -105,12 +105,12 @@ measured, too.
 | --- | --- |
 | three | at most {limit} |
 """
-    made = claim(table, {"one": 0, "two": 1, "three": 2, "limit": 2.5})
-    assert made.notes == "The limit is measured, too."
-    one, two, three = judged(claim(table, {"one": 0, "two": 1, "three": 2, "limit": 2.5}))
-    assert two.claimed == "O(h)" and two.bound == "at most 1" and three.bound == "at most 2.5"
+    parsed = claim(table, {"one": 0, "two": 1, "three": 2, "limit": 2.5})
+    assert parsed.notes == "The limit is measured, too."
+    first, second, third = judged(claim(table, {"one": 0, "two": 1, "three": 2, "limit": 2.5}))
+    assert second.claimed == "O(h)" and second.bound == "at most 1" and third.bound == "at most 2.5"
     assert (
-        three.setup.endswith("; at the end") and three.source == "M (3)" and one.source == "H 1.1"
+        third.setup.endswith("; at the end") and third.source == "M (3)" and first.source == "H 1.1"
     )
 
 
@@ -118,23 +118,23 @@ LINE = "| quantity | bound |\n| --- | --- |\n| one | at most 1 |\n"
 
 
 @pytest.mark.parametrize(
-    ("numbers", "words"),
+    ("numbers", "message"),
     [
         ({"two": 2.0}, "without a line: ['two']; without a number: ['one']"),
         ({"one": 1.0, "two": 2.0}, "without a line: ['two']"),
     ],
 )
 def test_a_number_without_a_line_and_a_line_without_a_number_are_errors(
-    claim: Any, numbers: dict[str, float], words: str
+    claim: Any, numbers: dict[str, float], message: str
 ) -> None:
     with pytest.raises(ValueError) as refused:
         judged(claim(LINE, numbers))
     assert "V1: every number that is measured needs a line" in str(refused.value)
-    assert words in str(refused.value)
+    assert message in str(refused.value)
 
 
 @pytest.mark.parametrize(
-    ("table", "words"),
+    ("table", "message"),
     [
         (LINE.replace("| --- | --- |\n", ""), "V1: a table has a head"),
         ("| bound | bound |\n| --- | --- |\n| at most 1 | at most 2 |\n", "of different names"),
@@ -152,23 +152,25 @@ def test_a_number_without_a_line_and_a_line_without_a_number_are_errors(
         (LINE + "\n### V2 Without a colon\n", "received '### V2 Without a colon'"),
     ],
 )
-def test_what_a_document_does_not_know_is_refused(claim: Any, table: str, words: str) -> None:
+def test_what_a_document_does_not_know_is_refused(claim: Any, table: str, message: str) -> None:
     with pytest.raises(ValueError) as refused:
         claim(table, {"one": 1.0})
-    assert "V1" in str(refused.value) and words in str(refused.value)
+    assert "V1" in str(refused.value) and message in str(refused.value)
 
 
-@pytest.mark.parametrize("said", ["mad_up", "made_up:nothing", "kit", "vctor.v01_x"])
-def test_what_measures_is_there(claim: Any, monkeypatch: pytest.MonkeyPatch, said: str) -> None:
-    monkeypatch.setattr(f"{__name__}.HEAD", HEAD.replace("made_up", said))
+@pytest.mark.parametrize("module_name", ["mad_up", "made_up:nothing", "kit", "vctor.v01_x"])
+def test_what_measures_is_there(
+    claim: Any, monkeypatch: pytest.MonkeyPatch, module_name: str
+) -> None:
+    monkeypatch.setattr(f"{__name__}.HEAD", HEAD.replace("made_up", module_name))
     with pytest.raises(ValueError, match="V1: 'measured by' names a module"):
         claim(LINE, {"one": 1.0})
 
 
 def test_a_name_in_braces_is_measured(claim: Any) -> None:
-    made = claim(LINE.replace("at most 1", "at most {least}"), {"one": 1.0})
+    parsed = claim(LINE.replace("at most 1", "at most {least}"), {"one": 1.0})
     with pytest.raises(ValueError, match=r"without a number: \['least'\]"):
-        judged(made)
+        judged(parsed)
 
 
 @pytest.mark.parametrize("number", [None, [1.0], 1j])
@@ -183,10 +185,10 @@ def test_two_lines_of_one_quantity_are_refused(claim: Any) -> None:
 
 
 def test_why_there_is_no_number_is_kept(claim: Any) -> None:
-    made = claim(LINE, {"one": "The run stopped."})
-    table = made.study(galvi.Galerkin, True, print)
+    parsed = claim(LINE, {"one": "The run stopped."})
+    table = parsed.study(galvi.Galerkin, True, print)
     assert list(table["status"]) == ["The run stopped."]
-    assert {row.verdict for row in made.judge(table)} == {NOT_RUN}
+    assert {row.verdict for row in parsed.judge(table)} == {NOT_RUN}
     absent = Number(reference="a code", absent="engine", why="No module named 'engine'.")
     (row,) = judged(claim(LINE, {"one": absent}))
     assert (row.expected, row.absent, row.reason) == (NOT_RUN, "engine", absent.why)
@@ -205,8 +207,8 @@ def test_planted_faults_are_arrays_of_the_table_or_names_of_the_module(claim: An
     assert arrays.what == "b 1e-6 beta 1e-6" and arrays.seen == {"one"}
     assert sign.what == "a wrong sign" and sign.seen == {"one", "two"}
     method = arrays.make(galvi.Polynomials(2), galvi.gauss(2))
-    sound = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
-    assert method.table.b == pytest.approx(sound.table.b * (1.0 + 1e-6), rel=1e-15)
+    correct = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
+    assert method.table.b == pytest.approx(correct.table.b * (1.0 + 1e-6), rel=1e-15)
     with pytest.raises(ValueError, match=r"V1: .* FAULTS, \['another'\]; received 'a wrong sign'"):
         claim(table, numbers, FAULTS={"another": Fault()})
 

@@ -80,19 +80,22 @@ def test_an_error_that_swings_does_not_grow_and_a_slow_drift_is_one() -> None:
 def test_a_run_too_short_to_tell_is_not_called_good_and_a_plain_drift_is_still_seen() -> None:
     t = np.arange(200.0)
     swings = np.sin(0.09 * t)
-    seen = drift(t, swings)
-    assert NoGrowth(2.0).verdict(seen) == NOT_RUN and NoGrowth(0.5).verdict(seen) == CONTRADICTED
-    assert NoGrowth(2.0, conclusive=False).verdict(seen) == HOLDS
+    measured = drift(t, swings)
+    assert (
+        NoGrowth(2.0).verdict(measured) == NOT_RUN
+        and NoGrowth(0.5).verdict(measured) == CONTRADICTED
+    )
+    assert NoGrowth(2.0, conclusive=False).verdict(measured) == HOLDS
     assert NoGrowth(9.0).verdict(drift(t, t / 20.0 + swings)) == CONTRADICTED
 
 
 def test_the_standard_errors_of_noise_are_the_scatter_of_its_changes() -> None:
     noise = np.random.default_rng(4).standard_normal((200, 2000))
-    seen = [drift(np.arange(2000.0), errors) for errors in noise]
+    drifts = [drift(np.arange(2000.0), errors) for errors in noise]
     for name in ("trend", "growth"):
-        scatter = np.std([getattr(one, name) for one in seen])
-        told = np.mean([getattr(one, f"{name}_error") for one in seen])
-        assert told == pytest.approx(scatter, rel=0.15)  # 0.02 and 0.03 were measured
+        scatter = np.std([getattr(estimate, name) for estimate in drifts])
+        stated = np.mean([getattr(estimate, f"{name}_error") for estimate in drifts])
+        assert stated == pytest.approx(scatter, rel=0.15)  # 0.02 and 0.03 were measured
 
 
 def test_a_history_with_a_hole_or_too_short_is_not_judged_and_no_error_does_not_grow() -> None:
@@ -123,8 +126,8 @@ def drawn(seeds: range, drift: float = 0.0) -> list:
 
 def test_a_random_walk_has_exponent_one_half_within_its_uncertainty() -> None:
     fits = drawn(range(20))
-    apart = np.array([(fit.exponent - 0.5) / fit.uncertainty for fit in fits])
-    assert np.sqrt(np.mean(apart**2)) < 1.6  # 1 if the uncertainty is right
+    deviations = np.array([(fit.exponent - 0.5) / fit.uncertainty for fit in fits])
+    assert np.sqrt(np.mean(deviations**2)) < 1.6  # 1 if the uncertainty is right
     assert np.mean([fit.exponent for fit in fits]) == pytest.approx(0.5, abs=0.02)
     assert not any(fit.drifts for fit in fits)
     assert {fit.runs for fit in fits} == {32}
@@ -147,9 +150,9 @@ def test_what_a_state_s_rounding_hides_is_left_out_of_the_fit() -> None:
     floor = 3e-16
     hidden = walks(200, 5) + floor * rng.standard_normal((200, T.size))
     assert growth(T, hidden).exponent < 0.35
-    seen = growth(T, walks(200, 5) + 1e-17 * rng.standard_normal((200, T.size)), floor=1e-16)
-    assert seen.first > T[0] and seen.last == T[-1]
-    assert seen.exponent == pytest.approx(0.5, abs=0.1)
+    fit = growth(T, walks(200, 5) + 1e-17 * rng.standard_normal((200, T.size)), floor=1e-16)
+    assert fit.first > T[0] and fit.last == T[-1]
+    assert fit.exponent == pytest.approx(0.5, abs=0.1)
 
 
 @pytest.mark.parametrize("errors", [np.zeros((1, T.size)), np.full((4, T.size), np.nan)])
@@ -195,8 +198,10 @@ def test_a_change_is_found_where_it_is_and_nowhere_else(
 def test_noise_alone_is_rarely_a_change() -> None:
     """Of 200 series of 30, 4 were when this was written, of the first 40 none; 0.05 allows 2."""
     random = np.random.default_rng(0)
-    found = sum(bool(change_points(1 + 0.05 * random.standard_normal(30))) for _ in range(40))
-    assert found <= 2
+    false_alarms = sum(
+        bool(change_points(1 + 0.05 * random.standard_normal(30))) for _ in range(40)
+    )
+    assert false_alarms <= 2
 
 
 def test_counts_are_exact_and_errors_have_a_tolerance() -> None:

@@ -30,8 +30,8 @@ def answers():
     return engine_versions.answers()
 
 
-def order(frame: pd.DataFrame, joint: str, integrator: str) -> float:
-    rows = frame[(frame["joint"] == joint) & (frame["integrator"] == integrator)]
+def order(table: pd.DataFrame, joint: str, integrator: str) -> float:
+    rows = table[(table["joint"] == joint) & (table["integrator"] == integrator)]
     assert list(rows["step"]) == list(STEPS)
     return algebraic(list(rows["step"]), list(rows["attitude_error"]), floor=1e-12).rate
 
@@ -40,11 +40,11 @@ def order(frame: pd.DataFrame, joint: str, integrator: str) -> float:
 @needs_mujoco
 @pytest.mark.parametrize("joint", ["ball", "free"])
 def test_the_installed_version_turns_bodies_with_order_4_by_rk4_and_1_by_the_others(answers, joint):
-    frame = pd.DataFrame(judged(answers))
-    assert set(frame["status"]) == {""}
-    assert order(frame, joint, "RK4") == pytest.approx(4.0, abs=0.05)  # 4.001
+    table = pd.DataFrame(judged(answers))
+    assert set(table["status"]) == {""}
+    assert order(table, joint, "RK4") == pytest.approx(4.0, abs=0.05)  # 4.001
     for integrator in ("Euler", "implicit", "implicitfast", "discrete"):
-        assert order(frame, joint, integrator) == pytest.approx(1.0, abs=0.02)  # 0.998
+        assert order(table, joint, integrator) == pytest.approx(1.0, abs=0.02)  # 0.998
 
 
 @needs_mujoco
@@ -60,17 +60,17 @@ def test_a_wrong_attitude_is_seen_though_its_energy_is_right_and_a_failure_is_a_
     before = judged({"ball": answers["ball"]})
     after = judged({"ball": replace(answers["ball"], motions=tuple(motions))})
     assert len(after) == len(before) - 1
-    good, wrong, none = before[first], after[first], after[first + 1]
+    good, wrong, failed = before[first], after[first], after[first + 1]
     assert good["attitude_error"] < 1e-5 and wrong["attitude_error"] > 0.1
     assert good["energy_error"] == wrong["energy_error"] < 1e-7
-    assert np.isnan(none["attitude_error"]) and none["status"] == "MuJoCo warned."
+    assert np.isnan(failed["attitude_error"]) and failed["status"] == "MuJoCo warned."
 
 
 def test_a_version_that_is_absent_is_a_row_in_the_short_form(monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    frame = engine_versions.engine_versions()
-    assert len(frame) == 1 and list(frame) == list(COLUMNS)
-    assert "Install mujoco-core" in frame["status"].iloc[0]
+    table = engine_versions.engine_versions()
+    assert len(table) == 1 and list(table) == list(COLUMNS)
+    assert "Install mujoco-core" in table["status"].iloc[0]
 
 
 @contextmanager
@@ -86,20 +86,20 @@ def half(package: str, version: str, folder: Path) -> Iterator[Path]:
 def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_path, monkeypatch):
     monkeypatch.setattr(engine_versions, "interpreter", half)
     monkeypatch.setattr(engine_versions, "USUAL", {"mujoco": (OLD,)})
-    said: list[str] = []
-    assert stored(tmp_path, said.append).empty
-    for part in parts(tmp_path, said.append):
+    messages: list[str] = []
+    assert stored(tmp_path, messages.append).empty
+    for part in parts(tmp_path, messages.append):
         assert not part.done()
-        part.run(said.append)
-    assert [part.done() for part in parts(tmp_path, said.append)] == [False, True]
-    rows = stored(tmp_path, said.append)
-    assert "mujoco 3.6.0: No matching distribution found." in said
+        part.run(messages.append)
+    assert [part.done() for part in parts(tmp_path, messages.append)] == [False, True]
+    rows = stored(tmp_path, messages.append)
+    assert "mujoco 3.6.0: No matching distribution found." in messages
     assert rows["status"].iloc[0] == "No matching distribution found."
     assert rows["engine"].iloc[-1] == f"mujoco-core {installed('mujoco')}"
     assert len(rows) == 1 + 3 * 5 * len(STEPS) and rows["commit"].ne("").all()
     assert list(rows) == list(COLUMNS)
     monkeypatch.setattr(engine_versions, "_digest", lambda: "ffffffff")  # another question
-    assert stored(tmp_path, said.append).empty
+    assert stored(tmp_path, messages.append).empty
 
 
 def test_the_reason_has_no_addresses_and_no_folders():
@@ -120,8 +120,8 @@ def test_the_reason_has_no_addresses_and_no_folders():
 def test_rk4_turned_bodies_with_order_2_before_version_4(tmp_path):
     (part,) = parts(tmp_path, print, ["3.17.0"])
     part.run(print)
-    frame = part.files.read(part.name)
+    table = part.files.read(part.name)
     if not part.done():
-        pytest.skip(frame["status"].iloc[0])
-    assert order(frame, "ball", "RK4") == pytest.approx(2.0, abs=0.01)
+        pytest.skip(table["status"].iloc[0])
+    assert order(table, "ball", "RK4") == pytest.approx(2.0, abs=0.01)
     assert not list(tmp_path.rglob("pyvenv.cfg"))

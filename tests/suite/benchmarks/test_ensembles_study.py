@@ -17,34 +17,36 @@ from reports.studies.costs import ENSEMBLES, ensembles_table
 
 
 @pytest.fixture(scope="module")
-def frame() -> pd.DataFrame:
+def timings() -> pd.DataFrame:
     rows = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "ROUNDS", 1)
         patch.setattr(study, "LEAST", 0.0)
-        for made in (study.free_bodies, study.kepler_orbits):
-            rows += study.compared(made(16))
+        for build in (study.free_bodies, study.kepler_orbits):
+            rows += study.compared(build(16))
         patch.setattr(study, "workers", lambda: nullcontext({}))
         rows += study.scaling(study.kepler_orbits(64))
     return pd.DataFrame(rows, columns=list(study.COLUMNS))
 
 
-def test_every_code_is_timed_where_it_reaches_the_error(frame):
-    peers = frame[frame["part"] == "peers"]
+def test_every_code_is_timed_where_it_reaches_the_error(timings):
+    peers = timings[timings["part"] == "peers"]
     timed = peers[peers["seconds"] > 0.0]
     assert {"galvi", "MuJoCo rollout, RK4"} <= set(timed["contender"])
     assert "SciPy DOP853" in set(peers["contender"])
     assert (timed["error"] <= timed["target"]).all()
     assert (timed[timed["contender"] == "galvi"]["relative"] == 1.0).all()
-    alone = timed[timed["contender"] == "SciPy DOP853"]  # three members in one thread
-    shared = 1e6 * alone["seconds"] / (3 * processors())
-    assert len(alone) and alone["microseconds"].to_numpy() == pytest.approx(shared.to_numpy())
+    scipy_rows = timed[timed["contender"] == "SciPy DOP853"]  # three members in one thread
+    shared = 1e6 * scipy_rows["seconds"] / (3 * processors())
+    assert len(scipy_rows) and scipy_rows["microseconds"].to_numpy() == pytest.approx(
+        shared.to_numpy()
+    )
 
 
-def test_the_page_has_a_line_for_each_way(frame):
-    table, _ = ensembles_table(frame)
-    assert len(table) == len(frame)
-    assert picture(ENSEMBLES.figures[0], frame)
+def test_the_page_has_a_line_for_each_way(timings):
+    table, _ = ensembles_table(timings)
+    assert len(table) == len(timings)
+    assert picture(ENSEMBLES.figures[0], timings)
 
 
 class Workers(ThreadPoolExecutor):
@@ -52,13 +54,13 @@ class Workers(ThreadPoolExecutor):
 
     def __init__(self):
         super().__init__(2)
-        self.asked = []
+        self.requested_workers = []
 
     def nthreads(self):
         return {"one": 1, "other": 1}
 
     def submit(self, function, *arguments, workers=None):
-        self.asked.append(workers)
+        self.requested_workers.append(workers)
         return super().submit(function, *arguments)
 
 
@@ -66,7 +68,9 @@ def test_one_worker_of_a_cluster_does_all_of_the_work():
     problem, q, v, *_ = study.kepler_orbits(300)
     arguments = (problem, q, v, galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4)), 0.05, 10)
     with Workers() as client:
-        alone = galvi.integrate_ensemble(*arguments, executor=study.OneWorker(client))
-        assert client.asked and all(one == ["one"] for one in client.asked)
+        ends = galvi.integrate_ensemble(*arguments, executor=study.OneWorker(client))
+        assert client.requested_workers and all(
+            workers == ["one"] for workers in client.requested_workers
+        )
         assert sum(study.OneWorker(client).nthreads().values()) == 1
-    np.testing.assert_array_equal(alone, galvi.integrate_ensemble(*arguments))
+    np.testing.assert_array_equal(ends, galvi.integrate_ensemble(*arguments))

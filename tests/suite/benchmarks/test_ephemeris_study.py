@@ -47,8 +47,8 @@ def test_the_displacement_is_nothing_without_the_term_and_falls_with_the_speed_o
     times = np.array([100.0, 1000.0])
     usual = displacement(GM, *start(), times)
     assert np.all(usual > 1e-7)
-    apart = path(GM, *start(), times, 10.0 * LIGHT) - path(GM, *start(), times, math.inf)
-    assert np.linalg.norm(apart, axis=-1) == pytest.approx(usual / 100.0, rel=1e-3)
+    shift = path(GM, *start(), times, 10.0 * LIGHT) - path(GM, *start(), times, math.inf)
+    assert np.linalg.norm(shift, axis=-1) == pytest.approx(usual / 100.0, rel=1e-3)
 
 
 def test_a_light_second_is_a_light_second() -> None:
@@ -85,8 +85,8 @@ def test_the_differences_and_angles_are_of_the_size_that_relativity_explains(
     outer = table[table["body"].isin(["Saturn", "Uranus", "Neptune", "Pluto"])]
     assert (outer["difference_au"] < 1e-6).all()
     mercury = table[table["body"] == "Mercury"]  # between 0.3 and 0.5 au away
-    seen = mercury["difference_arcsec"] * ephemeris.ARC_SECOND
-    assert (seen <= mercury["difference_au"] / 0.3).all()
+    angles = mercury["difference_arcsec"] * ephemeris.ARC_SECOND
+    assert (angles <= mercury["difference_au"] / 0.3).all()
 
 
 def test_without_the_ephemeris_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,8 +39,8 @@ def share_told_apart(narrower: float = 1.0) -> float:
 
     wrong = 0
     for job in range(JOBS):
-        ours, again, theirs = (scattered(3 * job + k) for k in range(3))
-        wrong += outcome(band(theirs, ours), band(again, ours)) != TIE
+        left, again, right = (scattered(3 * job + k) for k in range(3))
+        wrong += outcome(band(right, left), band(again, left)) != TIE
     return wrong / JOBS
 
 
@@ -57,14 +57,14 @@ def test_the_interval_covers_the_median_as_often_as_it_says_and_no_narrower_one_
     covers = [1.0 - 2.0 * sum(math.comb(n, j) for j in range(k)) * 0.5**n for k in (rank, rank + 1)]
     assert covers[0] >= paired.COVERAGE > covers[1]
     values = np.random.default_rng(n).standard_exponential((4000, n))
-    found = [interval(list(row)) for row in values]
-    held = np.mean([one.low <= math.log(2.0) <= one.high for one in found])
+    intervals = [interval(list(row)) for row in values]
+    held = np.mean([band.low <= math.log(2.0) <= band.high for band in intervals])
     assert held == pytest.approx(covers[0], abs=0.02)
 
 
 def test_few_rounds_have_a_median_and_no_interval() -> None:
-    found = interval([3.0, 1.0, 2.0])
-    assert found.median == 2.0 and math.isnan(found.low) and outcome(found, found) == ""
+    short = interval([3.0, 1.0, 2.0])
+    assert short.median == 2.0 and math.isnan(short.low) and outcome(short, short) == ""
     assert math.isnan(interval([]).median)
     with pytest.raises(ValueError, match="zip"):
         ratio([1.0], [1.0, 2.0])
@@ -94,35 +94,38 @@ def test_an_unequal_grid_is_seen_and_filled(order: int) -> None:
         for error in (1e-2, 1e-10)
     ]
 
-    def frame() -> pd.DataFrame:
-        steps = [(who, one["step"]) for who, one in settings]
-        return rows(*((who, h, (h / 1000.0) ** order, 1e-9 / h) for who, h in steps))
+    def table() -> pd.DataFrame:
+        steps = [(code, setting["step"]) for code, setting in settings]
+        return rows(*((code, h, (h / 1000.0) ** order, 1e-9 / h) for code, h in steps))
 
-    (said,) = unequal(frame())
-    assert said.startswith("peer has no setting in 8.0 decades")
-    known = dict(enumerate(settings))
+    (message,) = unequal(table())
+    assert message.startswith("peer has no setting in 8.0 decades")
+    by_number = dict(enumerate(settings))
 
-    def add(who: str, setting: Setting) -> None:
-        known[len(settings)] = (who, setting)
-        settings.append((who, setting))
+    def add(code: str, setting: Setting) -> None:
+        by_number[len(settings)] = (code, setting)
+        settings.append((code, setting))
 
-    refined(frame, known, 1e12, add)
-    assert not unequal(frame()) and len(settings) <= MOST + 2
-    assert gaps(frame())["gap"].item() <= 0.61  # at an end the step ratio is sqrt 2
-    assert all(1e12 / one["step"] == pytest.approx(one["save_every"]) for _, one in settings[2:])
+    refined(table, by_number, 1e12, add)
+    assert not unequal(table()) and len(settings) <= MOST + 2
+    assert gaps(table())["gap"].item() <= 0.61  # at an end the step ratio is sqrt 2
+    assert all(
+        1e12 / setting["step"] == pytest.approx(setting["save_every"])
+        for _, setting in settings[2:]
+    )
 
 
 def test_a_setting_that_was_run_but_is_slower_closes_a_gap_of_its_own_line_only() -> None:
     for line, gap in (("heyoka", 2.0), ("heyoka, chains", 4.0)):
-        frame = rows(
+        table = rows(
             ("heyoka", 0.4, 1e-3, 2.5), (line, 0.2, 1e-5, 90.0), ("heyoka", 0.1, 1e-7, 9.0)
         )
-        assert gaps(frame)["gap"].item() == pytest.approx(gap)
+        assert gaps(table)["gap"].item() == pytest.approx(gap)
 
 
 def test_a_code_that_cannot_be_loose_is_told() -> None:
-    frame = rows(("IAS15", 0.4, 1.6e-11, 2.5), ("IAS15", 0.2, 4e-12, 5.0))
-    assert unequal(frame) == ["IAS15 has no setting in 8.8 decades above 2e-11."]
+    table = rows(("IAS15", 0.4, 1.6e-11, 2.5), ("IAS15", 0.2, 4e-12, 5.0))
+    assert unequal(table) == ["IAS15 has no setting in 8.8 decades above 2e-11."]
 
 
 def test_the_step_says_how_fine_a_setting_is_before_its_tolerance() -> None:
@@ -133,11 +136,13 @@ def test_the_step_says_how_fine_a_setting_is_before_its_tolerance() -> None:
 
 def test_every_peer_of_a_problem_has_its_documented_options_on_one_page() -> None:
     codes = {
-        code_of(one.label) for case in work_precision_problems(False) for one in case.participants
+        code_of(participant.label)
+        for case in work_precision_problems(False)
+        for participant in case.participants
     }
-    ours = {"galvi", "Stormer-Verlet", "symplectic Euler"}
-    known = (*PEERS, "RK4 on quaternions", "DOP853 on quaternions", "MuJoCo", "SciPy")
-    assert not {code for code in codes - ours if not code.startswith(known)}
+    own_codes = {"galvi", "Stormer-Verlet", "symplectic Euler"}
+    documented = (*PEERS, "RK4 on quaternions", "DOP853 on quaternions", "MuJoCo", "SciPy")
+    assert not {code for code in codes - own_codes if not code.startswith(documented)}
     for name, peer in PEERS.items():
         assert peer.open and peer.built and peer.source, name
 
@@ -155,8 +160,8 @@ def test_a_contender_without_a_step_is_asked_for_its_last_state() -> None:
             return [{"tolerance": 1e-6}, {"step": 0.1, "save_every": 10}]
 
     case = next(iter(work_precision_problems(quick=True)))
-    (*_, taken) = with_externals(case, [Adaptive()]).participants
-    assert taken.settings == [
+    (*_, participant) = with_externals(case, [Adaptive()]).participants
+    assert participant.settings == [
         {"samples": 1, "tolerance": 1e-6},
         {"step": 0.1, "save_every": 10},
     ]

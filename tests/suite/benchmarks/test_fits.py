@@ -42,9 +42,9 @@ def test_a_factor_that_is_left_out_lowers_the_base_beyond_its_uncertainty() -> N
     errors = 50.0 * n**-1.5 * 0.745**n
     bare = convergence_fits.geometric(n, errors, floor=FLOOR)
     assert Base(0.745, 0.005).verdict(bare) == EXCEEDS
-    known = convergence_fits.geometric(n, errors, floor=FLOOR, power=(1.5, 0.0))
-    assert Base(0.745, 0.005).verdict(known) == ATTAINED
-    assert known.evaluate(n) == pytest.approx(errors)
+    with_power = convergence_fits.geometric(n, errors, floor=FLOOR, power=(1.5, 0.0))
+    assert Base(0.745, 0.005).verdict(with_power) == ATTAINED
+    assert with_power.evaluate(n) == pytest.approx(errors)
 
 
 def test_an_exponent_known_to_within_a_range_adds_its_part() -> None:

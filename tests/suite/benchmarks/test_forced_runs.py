@@ -15,15 +15,15 @@ def test_runs_with_forces_are_timed_with_what_they_name(monkeypatch) -> None:
     for name in ("STEPS", "ARM_STEPS", "SLOW_STEPS"):
         monkeypatch.setattr(forced_runs, name, 2)
     groups = forced_runs.calls()
-    ours = {name: call() for name, (call, _) in groups["galvi, outer planets"].items()}
-    assert {run.engine for run in ours.values()} == {"lanes"}
+    in_lanes = {name: call() for name, (call, _) in groups["galvi, outer planets"].items()}
+    assert {run.engine for run in in_lanes.values()} == {"lanes"}
     framed, clocked = (
-        {name: call() for name, (call, _) in groups[f"galvi, {place}"].items()}
-        for place in forced_runs.ELSEWHERE
+        {name: call() for name, (call, _) in groups[f"galvi, {engine}"].items()}
+        for engine in forced_runs.ELSEWHERE
     )
     assert {run.engine for run in framed.values()} == {"frame"}
     assert {run.engine for run in clocked.values()} == {"clock"}
     arms = {name: call() for name, (call, _) in groups["galvi, arm of three hinges"].items()}
-    for runs in (ours, framed, clocked, arms):
+    for runs in (in_lanes, framed, clocked, arms):
         plain = runs.pop(forced_runs.NONE)
         assert all(np.any(run.q[-1] != plain.q[-1]) for run in runs.values())

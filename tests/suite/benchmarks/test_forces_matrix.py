@@ -16,50 +16,52 @@ DOCS = Path(__file__).parents[3] / "docs" / "forces.md"
 
 
 @pytest.fixture(scope="module")
-def frame():
+def force_rows():
     if HEYOKA_QUADRUPLE.missing:
         pytest.skip(HEYOKA_QUADRUPLE.missing)
     return forces.forces_table(quick=True)
 
 
-def test_theory_and_galvi_are_right_and_a_wrong_sign_and_a_missing_kick_are_seen(frame):
-    errors = frame.set_index(["force", "contender"])[["verdict", "error", "error_quarter"]]
+def test_theory_and_galvi_are_right_and_a_wrong_sign_and_a_missing_kick_are_seen(force_rows):
+    errors = force_rows.set_index(["force", "contender"])[["verdict", "error", "error_quarter"]]
     for name in forces.QUICK:
         assert errors.loc[(name, forces.THEORY), "verdict"] == forces.RIGHT
-        ours = errors.loc[(name, forces.GALVI)]
-        assert ours["verdict"] == forces.RIGHT
-        assert max(ours["error"], ours["error_quarter"]) < 1e-10  # 1e-12
+        galvi_row = errors.loc[(name, forces.GALVI)]
+        assert galvi_row["verdict"] == forces.RIGHT
+        assert max(galvi_row["error"], galvi_row["error_quarter"]) < 1e-10  # 1e-12
         missing = errors.loc[(name, forces.NO_KICK)]
         assert missing["verdict"] == forces.WRONG and abs(missing["error"] - 1.0) < 1e-3
-    other = errors.loc[("J2", forces.WRONG_SIGN)]
-    assert other["verdict"] == forces.WRONG and abs(other["error"] - 2.0) < 1e-3
-    acts = frame[frame["status"] == "The force does not act."]["contender"]
+    wrong_sign = errors.loc[("J2", forces.WRONG_SIGN)]
+    assert wrong_sign["verdict"] == forces.WRONG and abs(wrong_sign["error"] - 2.0) < 1e-3
+    acts = force_rows[force_rows["status"] == "The force does not act."]["contender"]
     assert forces.NO_KICK in set(acts) and forces.GALVI not in set(acts)
 
 
-def test_frame_and_clock_are_right_where_they_take_a_force_and_say_what_they_refuse(frame):
-    rows = frame.set_index(["force", "contender"])
+def test_frame_and_clock_are_right_where_they_take_a_force_and_say_what_they_refuse(force_rows):
+    rows = force_rows.set_index(["force", "contender"])
     for contender in (forces.FRAME, forces.CLOCK):
         right = rows.loc[("J2", contender)]
         assert right["verdict"] == forces.RIGHT
         assert max(right["error"], right["error_quarter"]) < 1e-9  # 1e-11
-    refused, once = (rows.loc[(forces.QUICK[1], one)] for one in (forces.FRAME, forces.CLOCK))
+    refused, once = (
+        rows.loc[(forces.QUICK[1], contender)] for contender in (forces.FRAME, forces.CLOCK)
+    )
     assert refused["verdict"] == forces.REFUSED and "a KeplerFrame takes" in refused["status"]
     assert once["verdict"] == forces.RIGHT and once["error"] < 1e-9  # 1e-11
     assert np.isnan(once["error_quarter"]) and once["status"] == forces.ONCE
 
 
-def test_formulas_of_theory_with_a_fault_are_seen(frame):
+def test_formulas_of_theory_with_a_fault_are_seen(force_rows):
     case = forces.CASES["J2"]
     true, theory = forces.Orbit(case, 0.2).truth()
-    bound = frame[frame["force"] == "J2"]["bound"].iloc[0] * np.max(np.abs(true))
+    bound = force_rows[force_rows["force"] == "J2"]["bound"].iloc[0] * np.max(np.abs(true))
     assert np.max(np.abs(true - theory)) < bound
     for fault in (theory * [1, 1, -1, 1], theory * [1, 1, 1, 1.001], theory[[0, 1, 3, 2]]):
         assert np.max(np.abs(true - fault)) > bound
 
 
 @pytest.mark.parametrize(
-    ("errors", "found"),
+    ("errors", "expected"),
     [
         ([1e-5, 1e-6], forces.RIGHT),
         ([1e-2, 1e-6], forces.LATER),
@@ -72,8 +74,8 @@ def test_formulas_of_theory_with_a_fault_are_seen(frame):
         ([2.0], forces.WRONG),
     ],
 )
-def test_a_verdict_takes_both_steps(errors, found):
-    assert forces.verdict(np.array(errors), 1e-4) == found
+def test_a_verdict_takes_both_steps(errors, expected):
+    assert forces.verdict(np.array(errors), 1e-4) == expected
 
 
 @pytest.mark.slow(beside="test_the_table_of_the_docs_is_what_the_study_finds")
@@ -81,7 +83,7 @@ def test_the_whole_table_of_the_docs_is_what_the_study_finds():
     test_the_table_of_the_docs_is_what_the_study_finds(forces.forces_table())
 
 
-def test_the_table_of_the_docs_is_what_the_study_finds(frame):
+def test_the_table_of_the_docs_is_what_the_study_finds(force_rows):
     if extras.missing():
         pytest.skip(extras.missing())
     text = DOCS.read_text(encoding="utf-8")
@@ -94,21 +96,23 @@ def test_the_table_of_the_docs_is_what_the_study_finds(frame):
     ]
     head = next(row for row in rows if row[:2] == ["force", "e"])
     lines = {tuple(row[:2]): row for row in rows if len(row) == len(head)}
-    table, _ = FORCES.table(frame)
+    table, _ = FORCES.table(force_rows)
     assert len(lines) == 2 + sum(len(case.eccentricities) for case in forces.CASES.values())
     for row in table.to_dict("records"):
         shown = dict(zip(head, lines[row["force"], row["e"]], strict=True))
         for contender, cell in row.items():
-            (what, _, much), (said, _, printed) = (
-                one.partition(" by ") for one in (cell, shown[contender])
+            (verdict, _, size), (printed_verdict, _, printed_size) = (
+                text.partition(" by ") for text in (cell, shown[contender])
             )
-            assert what == said, (row, contender)
-            if much:
-                sizes = [float(one.removesuffix(" %")) for one in (much, printed)]
+            assert verdict == printed_verdict, (row, contender)
+            if size:
+                sizes = [float(text.removesuffix(" %")) for text in (size, printed_size)]
                 assert sizes[0] == pytest.approx(sizes[1], rel=0.1, abs=0.1), (row, contender)
     assert sys.float_info.min / 2.0 > 0.0  # subnormal numbers are numbers still
-    said = FORCES.summary(frame)
-    assert extras.versions() in said and "REBOUND whfast: REBOUNDx: Passing a velocity" in said
+    summary = FORCES.summary(force_rows)
+    assert (
+        extras.versions() in summary and "REBOUND whfast: REBOUNDx: Passing a velocity" in summary
+    )
 
 
 def test_whfast512_chosen_after_a_force_was_added_runs_without_it():
@@ -118,16 +122,16 @@ def test_whfast512_chosen_after_a_force_was_added_runs_without_it():
 
     ends = []
     for name in ("", "gr_potential"):
-        made = simulation(forces.problem(0.2), "ias15", {})
-        rebx = reboundx.Extras(made.engine)
+        sim = simulation(forces.problem(0.2), "ias15", {})
+        rebx = reboundx.Extras(sim.engine)
         if name:
             force = rebx.load_force(name)
             rebx.add_force(force)
             force.params["c"] = 3.0
-        made.engine.integrator, made.engine.dt = "whfast512", 0.1
-        made.engine.integrator.concatenate_steps = 100
-        made.engine.exact_finish_time = 0
+        sim.engine.integrator, sim.engine.dt = "whfast512", 0.1
+        sim.engine.integrator.concatenate_steps = 100
+        sim.engine.exact_finish_time = 0
         with arithmetic_kept():
-            made.engine.steps(1)
-        ends.append(made.states()[0])
+            sim.engine.steps(1)
+        ends.append(sim.states()[0])
     assert np.array_equal(*ends)

@@ -63,8 +63,9 @@ def test_the_free_box_gains_or_loses_what_mujoco_s_own_test_sees(
 @needs_mujoco
 def test_rk4_keeps_the_box_s_energy_to_ten_digits_and_galvi_to_round_off() -> None:
     assert abs(box("RK4", "free")["energy_error"]) < 1e-9  # 1.7e-10
-    (ours,) = box_rows(ON_BOX[0])
-    assert abs(ours["energy_error"]) < 1e-14 and ours["attitude_error"] < 1e-13  # 4e-16, 1.3e-15
+    (galvi_row,) = box_rows(ON_BOX[0])
+    # 4e-16 and 1.3e-15 were measured.
+    assert abs(galvi_row["energy_error"]) < 1e-14 and galvi_row["attitude_error"] < 1e-13
 
 
 def test_every_integrator_spins_and_the_marks_are_1_2_5() -> None:
@@ -74,19 +75,21 @@ def test_every_integrator_spins_and_the_marks_are_1_2_5() -> None:
     assert len(set(labels)) == len(labels)
     for chosen, joints in ((PARTICIPANTS, ("free",)), (ON_BOX, ("free", "ball"))):
         for joint in joints:
-            assert {one for r in chosen for one in MUJOCO if r.contender is one} == set(MUJOCO)
+            assert {
+                integrator for r in chosen for integrator in MUJOCO if r.contender is integrator
+            } == set(MUJOCO)
             assert sum(r.joint == joint for r in chosen) == len(MUJOCO)
 
 
 @needs_mujoco
 def test_the_energy_of_rk4_drifts_and_galvi_s_and_all_momenta_stay() -> None:
     rk4 = DriftParticipant("RK4", MUJOCO_RK4, 0.02, "free")
-    theirs, ours = (pd.DataFrame(body_rows(one, 200)) for one in (rk4, OURS))
-    size = theirs.set_index(np.arange(len(theirs)))["energy_error"].abs()
+    of_rk4, of_galvi = (pd.DataFrame(body_rows(participant, 200)) for participant in (rk4, OURS))
+    size = of_rk4.set_index(np.arange(len(of_rk4)))["energy_error"].abs()
     assert size.iloc[-1] > 5.0 * size.iloc[3] > 1e-13  # 200 and 10 turns: 1.8e-10 and 1.8e-11
-    assert ours["energy_error"].abs().max() < 1e-12 and ours["momentum_error"].max() < 1e-14
-    assert list(theirs["turn"]) == pytest.approx(marks(200), rel=2e-3)
-    assert theirs["attitude_error"].notna().sum() == 1 and theirs["attitude_error"].iloc[-1] > 1e-8
+    assert of_galvi["energy_error"].abs().max() < 1e-12 and of_galvi["momentum_error"].max() < 1e-14
+    assert list(of_rk4["turn"]) == pytest.approx(marks(200), rel=2e-3)
+    assert of_rk4["attitude_error"].notna().sum() == 1 and of_rk4["attitude_error"].iloc[-1] > 1e-8
 
 
 @needs_mujoco
@@ -109,10 +112,10 @@ class Backwards:
 
 def test_a_wrong_motion_keeps_energy_and_stands_out_by_momentum_and_attitude() -> None:
     planted = pd.DataFrame(body_rows(DriftParticipant("planted", Backwards(), 0.125), 5))
-    sound = pd.DataFrame(body_rows(OURS, 5))
+    correct = pd.DataFrame(body_rows(OURS, 5))
     assert planted["energy_error"].abs().max() < 1e-6
-    assert planted["momentum_error"].max() > 0.1 and sound["momentum_error"].max() < 1e-14
-    assert planted["attitude_error"].iloc[-1] > 0.1 > 1e-6 > sound["attitude_error"].iloc[-1]
+    assert planted["momentum_error"].max() > 0.1 and correct["momentum_error"].max() < 1e-14
+    assert planted["attitude_error"].iloc[-1] > 0.1 > 1e-6 > correct["attitude_error"].iloc[-1]
 
 
 def test_without_mujoco_a_row_says_why() -> None:
@@ -121,23 +124,23 @@ def test_without_mujoco_a_row_says_why() -> None:
         name: str = "absent"
         missing: str = "Install it."
 
-    frame = free_spin(True, participants=[DriftParticipant("absent", Absent(), 0.1)], on_box=[OURS])  # type: ignore[arg-type]
-    assert list(frame) == list(COLUMNS) and list(frame["status"]) == ["", "Install it."]
-    assert frame["energy_error"].isna().tolist() == [False, True]
+    table = free_spin(True, participants=[DriftParticipant("absent", Absent(), 0.1)], on_box=[OURS])  # type: ignore[arg-type]
+    assert list(table) == list(COLUMNS) and list(table["status"]) == ["", "Install it."]
+    assert table["energy_error"].isna().tolist() == [False, True]
 
 
 def test_the_long_form_is_kept_and_not_run_again(tmp_path: Path) -> None:
-    said: list[str] = []
-    assert stored(tmp_path, said.append).empty
+    messages: list[str] = []
+    assert stored(tmp_path, messages.append).empty
     participants = (OURS, DriftParticipant("fast", MUJOCO_IMPLICITFAST, 0.02, "free"))
-    made = parts(tmp_path, said.append, 20, participants, "feedface")
-    assert len(made) == 1 + (not MUJOCO_IMPLICITFAST.missing)
-    for part in made:
+    study_parts = parts(tmp_path, messages.append, 20, participants, "feedface")
+    assert len(study_parts) == 1 + (not MUJOCO_IMPLICITFAST.missing)
+    for part in study_parts:
         assert not part.done()
-        part.run(said.append)
+        part.run(messages.append)
         assert part.done()
-    rows = stored(tmp_path, said.append)
+    rows = stored(tmp_path, messages.append)
     assert set(rows["commit"]) == {"feedface"} and rows["date"].ne("").all()
-    assert list(rows) == list(COLUMNS) and len(rows) == len(made) * len(marks(20))
-    assert not any(p.done() for p in parts(tmp_path, said.append, 20, participants, "another"))
-    assert TURNS < parts(tmp_path, said.append)[0].turns == 100_000
+    assert list(rows) == list(COLUMNS) and len(rows) == len(study_parts) * len(marks(20))
+    assert not any(p.done() for p in parts(tmp_path, messages.append, 20, participants, "another"))
+    assert TURNS < parts(tmp_path, messages.append)[0].turns == 100_000

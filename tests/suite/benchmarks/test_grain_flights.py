@@ -50,13 +50,13 @@ def still(
     rate: float = 0.0,
     drag: Any = NEWTON,
     t0: Any = 0.0,
-    **how: Any,
+    **options: Any,
 ) -> flights.Flights:
     """In still air, with as many points as named."""
     q, v = np.broadcast_arrays(np.asarray(q, float), np.asarray(v, float))
     rates = np.tile([[rate, *drag.numbers]], (len(q), 1))
-    how = {"gravity": G, "wind": STILL} | how
-    return follow(gauss(s), q, v, t0 + np.zeros(len(q)), rates, drag, step, until, **how)
+    options = {"gravity": G, "wind": STILL} | options
+    return follow(gauss(s), q, v, t0 + np.zeros(len(q)), rates, drag, step, until, **options)
 
 
 def upright(z: Any, speed: Any) -> tuple[Any, Any]:
@@ -132,13 +132,13 @@ def test_a_flight_is_the_run_of_the_general_kernel(
     q[:, 2] += 4.0
     start = galvi.problems.brownout(diameter, drag_coefficient=coefficient)
     law, rates = rates_of(start, 3)
-    found = follow(gauss(s), q, v, np.zeros(3), rates, law, 1 / 64, 0.25, gravity=G, saves=4)
-    assert np.all(found.status == ALOFT)
+    grains = follow(gauss(s), q, v, np.zeros(3), rates, law, 1 / 64, 0.25, gravity=G, saves=4)
+    assert np.all(grains.status == ALOFT)
     for k in range(3):
         run = galvi.integrate(start.with_initial_state(q[k], v[k]), gauss(s), 1 / 64, 16)
         assert run.success
-        np.testing.assert_allclose(found.places[k], run.q[::4], rtol=0, atol=1e-10)  # 4e-13
-        np.testing.assert_allclose(found.v[k], start.system.velocity(run.p[-1]), atol=1e-9)
+        np.testing.assert_allclose(grains.places[k], run.q[::4], rtol=0, atol=1e-10)  # 4e-13
+        np.testing.assert_allclose(grains.v[k], start.system.velocity(run.p[-1]), atol=1e-9)
 
 
 def a_fall() -> tuple[Any, Any, int, tuple[Any, ...]]:
@@ -155,20 +155,20 @@ def a_rebound() -> tuple[Any, Any, int, tuple[Any, ...]]:
 @pytest.mark.parametrize("motion", [a_fall, a_rebound])
 @pytest.mark.parametrize("s", [1, 2])
 def test_times_and_impulses_of_contacts_are_of_the_order_of_the_steps(s: int, motion: Any) -> None:
-    time, impulse, contacts, how = motion()
+    time, impulse, contacts, arguments = motion()
     steps, times, impulses = [32, 64, 128], [], []
     for n in steps:
-        found = drop(s, n, *how)
-        assert np.all(found.status == LANDED) and np.all(found.q == [0.3, 0.0, 0.0])
-        assert np.all(found.contacts == contacts)
-        times.append(rms(found.t - time))
-        impulses.append(rms(found.contact[:, 2] - impulse))
+        grains = drop(s, n, *arguments)
+        assert np.all(grains.status == LANDED) and np.all(grains.q == [0.3, 0.0, 0.0])
+        assert np.all(grains.contacts == contacts)
+        times.append(rms(grains.t - time))
+        impulses.append(rms(grains.contact[:, 2] - impulse))
     assert has_order(2 * s, times, steps) and has_order(2 * s, impulses, steps)
 
 
-def vacuum(z: Any, speed: Any, s: int, ground: Ground, until: float = 2.0, **how: Any) -> Any:
+def vacuum(z: Any, speed: Any, s: int, ground: Ground, until: float = 2.0, **options: Any) -> Any:
     """Grains thrown upwards without drag, in steps of 1/16 s."""
-    return still(s, *upright(z, speed), 1 / 16, until, ground=ground, **how)
+    return still(s, *upright(z, speed), 1 / 16, until, ground=ground, **options)
 
 
 @pytest.mark.parametrize("s", [2, 8])
@@ -177,28 +177,28 @@ def test_a_landing_at_the_end_of_a_step_is_seen(s: int) -> None:
     for steps in (1, 4, 7):
         height = 0.5 * G * (steps / 16) ** 2
         heights = height + np.arange(-40, 40) * np.spacing(height)
-        found = vacuum(heights, 0.0, s, Ground())
-        assert np.all(found.status == LANDED) and np.all(found.contacts == 1)
-        np.testing.assert_allclose(found.t, steps / 16, rtol=1e-12)
+        grains = vacuum(heights, 0.0, s, Ground())
+        assert np.all(grains.status == LANDED) and np.all(grains.contacts == 1)
+        np.testing.assert_allclose(grains.t, steps / 16, rtol=1e-12)
         last = vacuum(heights, 0.0, s, Ground(), until=steps / 16)
         assert np.array_equal(last.status == LANDED, last.q[:, 2] == 0.0)
         assert set(last.status) == {ALOFT, LANDED} and np.all(last.q[:, 2] >= 0.0)
 
 
 def test_the_smallest_jump_from_the_ground_comes_down() -> None:
-    found = vacuum(0.0, np.array([1e-15, 1e-19, 1e-25, 1e-200]), 2, Ground())
-    assert np.all(found.status == LANDED) and np.all(found.contacts == 1)
-    assert np.all(found.t < 1e-12)
+    grains = vacuum(0.0, np.array([1e-15, 1e-19, 1e-25, 1e-200]), 2, Ground())
+    assert np.all(grains.status == LANDED) and np.all(grains.contacts == 1)
+    assert np.all(grains.t < 1e-12)
 
 
 def test_a_grain_that_bounces_without_end_says_so_where_it_is() -> None:
     """With e = 1/2 all rebounds end after three times the fall."""
     height = np.array([0.25, 0.5])
-    found = vacuum(height, 0.0, 2, Ground(0.5, 0.0), saves=4)
-    assert np.all(found.status == BOUNCING) and not np.any(found.success)
-    np.testing.assert_allclose(found.t, 3.0 * np.sqrt(2.0 * height / G), rtol=1e-9)
-    assert np.all(found.q[:, 2] == 0.0) and np.all(found.contacts == 1000)
-    assert np.all(np.isnan(found.places[:, 4])) and np.all(np.isfinite(found.places[:, 0]))
+    grains = vacuum(height, 0.0, 2, Ground(0.5, 0.0), saves=4)
+    assert np.all(grains.status == BOUNCING) and not np.any(grains.success)
+    np.testing.assert_allclose(grains.t, 3.0 * np.sqrt(2.0 * height / G), rtol=1e-9)
+    assert np.all(grains.q[:, 2] == 0.0) and np.all(grains.contacts == 1000)
+    assert np.all(np.isnan(grains.places[:, 4])) and np.all(np.isfinite(grains.places[:, 0]))
     assert vacuum(0.5, 0.0, 2, Ground(0.0, 0.0)).contacts == 1
     elastic = vacuum(height[:1], 0.0, 2, Ground(1.0, 0.0))
     assert elastic.status[0] == ALOFT and elastic.contacts[0] == 4
@@ -216,19 +216,19 @@ def test_the_root_of_the_curve_alone_is_of_the_order_of_the_curve() -> None:
 def test_stokes_drag_in_rotation_and_strain_is_a_matrix_exponential() -> None:
     wind = "def wind(q, decay):\n    return 1.5 * q[0] - 2.0 * q[1], 2.0 * q[0] - 1.5 * q[1], 0.0\n"
     start = np.array([0.4, -0.2, 50.0, 0.3, 1.0, 0.0])
-    whole = np.zeros((7, 7))
-    whole[:3, 3:6], whole[3:5, :2] = np.eye(3), RATE * np.array([[1.5, -2.0], [2.0, -1.5]])
-    whole[3:6, 3:6], whole[5, 6] = -RATE * np.eye(3), -G
-    exact = (expm(whole) @ np.append(start, 1.0))[:6]
+    generator = np.zeros((7, 7))
+    generator[:3, 3:6], generator[3:5, :2] = np.eye(3), RATE * np.array([[1.5, -2.0], [2.0, -1.5]])
+    generator[3:6, 3:6], generator[5, 6] = -RATE * np.eye(3), -G
+    exact = (expm(generator) @ np.append(start, 1.0))[:6]
     steps, errors = [8, 16, 32], []
     for n in steps:
-        found = still(2, start[None, :3], start[None, 3:], 1.0 / n, 1.0, RATE, STOKES, wind=wind)
-        errors.append(np.abs(np.append(found.q, found.v) - exact).max())
+        grains = still(2, start[None, :3], start[None, 3:], 1.0 / n, 1.0, RATE, STOKES, wind=wind)
+        errors.append(np.abs(np.append(grains.q, grains.v) - exact).max())
     assert has_order(4, errors, steps)
 
 
 def cloud(order: Any = slice(None), threads: int = 1) -> flights.Flights:
-    q, v, t = (given[order] for given in thrown(100, 3, top=1.0))
+    q, v, t = (array[order] for array in thrown(100, 3, top=1.0))
     law, rates = rates_of(galvi.problems.brownout(300e-6, drag_coefficient=None), len(q))
     step = np.where(np.arange(100) < 40, 1 / 32, 1 / 64)[order]
     return follow(gauss(2), q, v, t, rates, law, step, 1.0, gravity=G, saves=8,
@@ -236,34 +236,34 @@ def cloud(order: Any = slice(None), threads: int = 1) -> flights.Flights:
 
 
 def test_a_grains_numbers_depend_on_nothing_but_the_grain(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = cloud()
-    assert {ALOFT, LANDED} <= set(whole.status) and whole.contacts.max() > 2
+    grains = cloud()
+    assert {ALOFT, LANDED} <= set(grains.status) and grains.contacts.max() > 2
     monkeypatch.setattr(flights, "BATCH", 7)
     for order in (np.random.default_rng(1).permutation(100), np.array([17]), np.arange(50, 59)):
         for name, numbers in vars(cloud(order, threads=2)).items():
-            np.testing.assert_array_equal(getattr(whole, name)[order], numbers, name)
+            np.testing.assert_array_equal(getattr(grains, name)[order], numbers, name)
 
 
 def test_the_momentum_of_each_grain_is_accounted_for() -> None:
     _, v, t = thrown(100, 3, top=1.0)
-    found = cloud()
-    change = found.v - v
-    change[:, 2] += G * (found.t - t)
-    size = np.abs(v).max() + np.abs(found.drag).max() + np.abs(found.contact).max()
-    assert np.abs(change - found.drag - found.contact).max() < 5e-14 * size  # 1e-14
-    assert np.abs(found.contact).max() > 0.1 * size
+    grains = cloud()
+    change = grains.v - v
+    change[:, 2] += G * (grains.t - t)
+    size = np.abs(v).max() + np.abs(grains.drag).max() + np.abs(grains.contact).max()
+    assert np.abs(change - grains.drag - grains.contact).max() < 5e-14 * size  # 1e-14
+    assert np.abs(grains.contact).max() > 0.1 * size
 
 
 def test_places_are_kept_from_the_start_to_the_end_and_on_the_ground() -> None:
-    found = cloud()
+    grains = cloud()
     _, _, t = thrown(100, 3, top=1.0)
     times = np.linspace(0.0, 1.0, 9)
     before = times[None, :] < t[:, None]
-    assert np.array_equal(np.isnan(found.places[:, :, 0]), before)
-    later = ~before & (times[None, :] >= found.t[:, None])
-    ends = np.broadcast_to(found.q[:, None], found.places.shape)
-    np.testing.assert_array_equal(found.places[later], ends[later])
-    assert np.all(found.places[~before][:, 2] >= 0.0)
+    assert np.array_equal(np.isnan(grains.places[:, :, 0]), before)
+    later = ~before & (times[None, :] >= grains.t[:, None])
+    ends = np.broadcast_to(grains.q[:, None], grains.places.shape)
+    np.testing.assert_array_equal(grains.places[later], ends[later])
+    assert np.all(grains.places[~before][:, 2] >= 0.0)
 
 
 def test_grains_that_cannot_be_solved_fail_alone() -> None:
@@ -273,11 +273,11 @@ def test_grains_that_cannot_be_solved_fail_alone() -> None:
         "def wind(q, decay):\n    return 2.0 + 0.0 * sqrt(4.0 - q[0]), 0.0, 0.0\n"
     )
     q = np.stack([np.linspace(-4.0, 3.9, 20), np.zeros(20), np.full(20, 60.0)], axis=1)
-    found = still(2, q, [[2.0, 0.0, 0.0]], 1 / 16, 1.0, 5.0, STOKES, wind=wind, saves=4)
+    grains = still(2, q, [[2.0, 0.0, 0.0]], 1 / 16, 1.0, 5.0, STOKES, wind=wind, saves=4)
     fails = q[:, 0] + 2.0 > 4.0
-    assert np.array_equal(found.status == FAILED, fails) and np.any(fails) and not np.all(fails)
-    assert np.all(np.isnan(found.q[fails])) and np.all(np.isnan(found.places[fails, -1]))
-    np.testing.assert_allclose(found.q[~fails, 0], q[~fails, 0] + 2.0, atol=1e-12)
+    assert np.array_equal(grains.status == FAILED, fails) and np.any(fails) and not np.all(fails)
+    assert np.all(np.isnan(grains.q[fails])) and np.all(np.isnan(grains.places[fails, -1]))
+    np.testing.assert_allclose(grains.q[~fails, 0], q[~fails, 0] + 2.0, atol=1e-12)
 
 
 @given(step=st.integers(3, 999).map(lambda k: 1.0 / k))
@@ -285,11 +285,11 @@ def test_grains_that_cannot_be_solved_fail_alone() -> None:
 def test_a_grain_that_starts_at_the_end_of_a_step_takes_whole_steps(step: float) -> None:
     """Also where the division of its time by the step is rounded down; thrown from the ground."""
     k = np.arange(min(40, round(0.5 / step)))
-    found = still(2, *upright(0.0 * k, 2.0), step, 1.0, G / 9.0, t0=k * step)
-    landed = found.status == LANDED
-    assert landed[0] and np.all(landed | (k * step + found.t[0] > 1.0 - 2.0 * step))
-    np.testing.assert_allclose((found.t - k * step)[landed], found.t[0], atol=1e-9)
-    assert np.all(found.steps[landed] - found.steps[0] <= 2)
+    grains = still(2, *upright(0.0 * k, 2.0), step, 1.0, G / 9.0, t0=k * step)
+    landed = grains.status == LANDED
+    assert landed[0] and np.all(landed | (k * step + grains.t[0] > 1.0 - 2.0 * step))
+    np.testing.assert_allclose((grains.t - k * step)[landed], grains.t[0], atol=1e-9)
+    assert np.all(grains.steps[landed] - grains.steps[0] <= 2)
 
 
 @given(parts=st.integers(1, 400), share=st.floats(0.0, 1.0, exclude_max=True))
@@ -298,25 +298,25 @@ def test_a_start_at_a_saved_time_is_a_saved_place(parts: int, share: float) -> N
     """Although k / n may not be k (1 / n); also a unit in the last place before or after."""
     k = int(share * parts)
     t = k / parts + np.array([-1.0, 0.0, 1.0]) * np.spacing(k / parts) * (k > 0)
-    found = still(2, *upright([9.0] * 3, 0.0), 1.0 / parts, 1.0, 1.0, t0=t, saves=parts)
-    assert np.all(np.isnan(found.places[:, :k])) and not np.any(np.isnan(found.places[:, k:]))
-    assert np.all(found.places[:, k, 2] == 9.0) and np.all(found.steps == parts - k)
+    grains = still(2, *upright([9.0] * 3, 0.0), 1.0 / parts, 1.0, 1.0, t0=t, saves=parts)
+    assert np.all(np.isnan(grains.places[:, :k])) and not np.any(np.isnan(grains.places[:, k:]))
+    assert np.all(grains.places[:, k, 2] == 9.0) and np.all(grains.steps == parts - k)
 
 
 def test_a_grain_that_starts_after_the_end_waits() -> None:
     t = [0.2, 1.0, 1.5, 1e19, 1e300]
-    found = still(2, *upright([9.0] * 5, 0.0), 0.25, 1.0, 1.0, t0=np.array(t))
-    assert list(found.status) == [ALOFT] + 4 * [WAITING] and np.all(found.steps[1:] == 0)
-    assert found.steps[0] == 4 and found.t[0] == 1.0 and list(found.t[1:]) == t[1:]
-    assert np.all(found.success)
+    grains = still(2, *upright([9.0] * 5, 0.0), 0.25, 1.0, 1.0, t0=np.array(t))
+    assert list(grains.status) == [ALOFT] + 4 * [WAITING] and np.all(grains.steps[1:] == 0)
+    assert grains.steps[0] == 4 and grains.t[0] == 1.0 and list(grains.t[1:]) == t[1:]
+    assert np.all(grains.success)
 
 
 def test_a_start_from_two_steps_saves_passes() -> None:
     """Of 60 steps with two points: 280 passes, 292 with a start from one step, 336 with none."""
     start = galvi.problems.brownout(200e-6, [8.5, 0.0, 12.0])
     law, rates = rates_of(start, 1)
-    found = follow(gauss(2), [start.q0], [start.v0], [0.0], rates, law, 0.03, 1.8, gravity=G)
-    assert 270 < found.passes[0] < 288
+    grains = follow(gauss(2), [start.q0], [start.v0], [0.0], rates, law, 0.03, 1.8, gravity=G)
+    assert 270 < grains.passes[0] < 288
 
 
 @pytest.mark.parametrize(
@@ -339,7 +339,7 @@ def test_a_start_from_two_steps_saves_passes() -> None:
     ],
 )
 def test_bad_input_gets_one_clear_sentence(changed: dict[str, Any], sentence: str) -> None:
-    known: dict[str, Any] = {
+    arguments: dict[str, Any] = {
         "method": gauss(2),
         "q0": [[1.0, 0.0, 1.0]] * 2,
         "v0": np.zeros((2, 3)),
@@ -350,9 +350,9 @@ def test_bad_input_gets_one_clear_sentence(changed: dict[str, Any], sentence: st
         "until": 1.0,
         "gravity": G,
     } | changed
-    known["rates"] = [[known["rates"]]] * 2
+    arguments["rates"] = [[arguments["rates"]]] * 2
     with pytest.raises(ValueError, match=sentence):
-        follow(**known)
+        follow(**arguments)
 
 
 @pytest.mark.parametrize("name", ["restitution", "slowest"])
@@ -366,9 +366,9 @@ def test_a_ground_is_checked(name: str) -> None:
 def test_a_small_jump_from_the_ground_is_a_flight(s: int, within: float) -> None:
     """Much shorter than the step: the curve's own velocity at its start points downwards."""
     speed = np.array([1e-3, 1e-2, 5e-2])
-    found = still(s, *upright(0.0, speed), 0.25, 1.0, RATE, STOKES)
-    assert np.all(found.status == LANDED) and np.all(found.contacts == 1)
-    np.testing.assert_allclose(found.t, landed(0.0, speed)[0], rtol=within)  # 7e-3
+    grains = still(s, *upright(0.0, speed), 0.25, 1.0, RATE, STOKES)
+    assert np.all(grains.status == LANDED) and np.all(grains.contacts == 1)
+    np.testing.assert_allclose(grains.t, landed(0.0, speed)[0], rtol=within)  # 7e-3
 
 
 UPWARDS = "def wind(q, decay):\n    return 1.0, 0.0, 8.0\n"
@@ -380,9 +380,9 @@ def test_the_ground_never_pulls() -> None:
     q, v = np.zeros((2, n, 3))
     q[:, 2], v[:, 0], v[:, 2] = random.uniform(1e-4, 0.5, n), 1.0, -random.uniform(0.1, 20.0, n)
     for exact in (True, False):
-        found = still(2, q, v, 0.25, 1.0, 15.0, STOKES, ground=Ground(exact=exact), wind=UPWARDS)
-        assert np.all(found.contact[:, 2] >= 0.0)
-        assert np.all((found.contact[:, 2] > 0.0) == (found.status == LANDED))
-        assert np.any(found.status == LANDED) and np.any(found.status == ALOFT)
-        np.testing.assert_allclose(found.q[:, 0], found.t, atol=1e-12)  # with the wind
-        assert np.all(np.abs(found.v[found.status == ALOFT, 0] - 1.0) < 1e-12)
+        grains = still(2, q, v, 0.25, 1.0, 15.0, STOKES, ground=Ground(exact=exact), wind=UPWARDS)
+        assert np.all(grains.contact[:, 2] >= 0.0)
+        assert np.all((grains.contact[:, 2] > 0.0) == (grains.status == LANDED))
+        assert np.any(grains.status == LANDED) and np.any(grains.status == ALOFT)
+        np.testing.assert_allclose(grains.q[:, 0], grains.t, atol=1e-12)  # with the wind
+        assert np.all(np.abs(grains.v[grains.status == ALOFT, 0] - 1.0) < 1e-12)

@@ -46,16 +46,16 @@ def simulation(*particles: dict[str, Any], **settings: Any) -> Any:
 STAR = {"m": 1.0}
 
 
-def planet(eccentricity: float = 0.2, **own) -> Problem:
+def planet(eccentricity: float = 0.2, **overrides) -> Problem:
     """A star and a massless planet, whose motion is known."""
     gap, speed = 1.0 - eccentricity, math.sqrt((1.0 + eccentricity) / (1.0 - eccentricity))
     q, v = np.zeros((2, 3)), np.zeros((2, 3))
     q[1, 0], v[1, 1] = gap, speed
-    parameters = {"integrator": "leapfrog", "dt": YEAR / 200, **own}
+    parameters = {"integrator": "leapfrog", "dt": YEAR / 200, **overrides}
     return Problem(galvi.NBody([1.0, 0.0]), q, v, name="planet", parameters=parameters)
 
 
-def planets(**own) -> Problem:
+def planets(**overrides) -> Problem:
     """Jupiter and Saturn around the Sun, nearly."""
     outer = galvi.problems.outer_solar_system()
     system = galvi.NBody(outer.system.masses[:3])
@@ -63,7 +63,7 @@ def planets(**own) -> Problem:
         "integrator": "whfast",
         "dt": 200.0,
         "bodies": ("Sun", "Jupiter", "Saturn"),
-        **own,
+        **overrides,
     }
     return Problem(system, outer.q0[:3], outer.v0[:3], parameters=parameters)
 
@@ -85,31 +85,33 @@ def star_last() -> Any:
     return sim
 
 
-def judged(sim: Any, duration: float, error: float | None = None, **own: Any) -> Judgement:
-    problem, mine = read(sim, -1)
-    return judge(Model(problem, mine), duration, error, own, quick=True)
+def judged(
+    sim: Any, duration: float, error: float | None = None, **integrator_settings: Any
+) -> Judgement:
+    problem, engine_sim = read(sim, -1)
+    return judge(Model(problem, engine_sim), duration, error, integrator_settings, quick=True)
 
 
 def off_by_hand(sim: Any, steps: int) -> float:
     """The largest distance of a particle from IAS15's after so many steps."""
-    mine, truth = sim.copy(), sim.copy()
+    users_sim, truth = sim.copy(), sim.copy()
     truth.integrator, truth.gravity = "ias15", "basic"
-    mine.steps(steps)
-    mine.synchronize()
+    users_sim.steps(steps)
+    users_sim.synchronize()
     truth.integrate(steps * sim.dt + sim.t)
-    places = ([particle.xyz for particle in one.particles] for one in (mine, truth))
-    return float(np.linalg.norm(np.subtract(*places), axis=1).max())
+    positions = ([particle.xyz for particle in copy.particles] for copy in (users_sim, truth))
+    return float(np.linalg.norm(np.subtract(*positions), axis=1).max())
 
 
 @pytest.mark.slow(beside="test_an_own_run_is_the_engines_to_the_last_bit")
 def test_particles_keep_their_order_and_a_ruined_run_is_not_called_good(monkeypatch) -> None:
     sim = star_last()
-    found = judged(sim, 100.0, 1e-3)
-    assert found.own_errors["error"].iloc[-1] == pytest.approx(off_by_hand(sim, 2000), rel=1e-6)
-    assert found.own["error"] > 100.0 and not found.passed
+    judgement = judged(sim, 100.0, 1e-3)
+    assert judgement.own_errors["error"].iloc[-1] == pytest.approx(off_by_hand(sim, 2000), rel=1e-6)
+    assert judgement.own["error"] > 100.0 and not judgement.passed
     expected = "2, is particle 2, but REBOUND WHFast expects it first"
-    assert any(expected in note for note in found.notes)
-    assert found.recommended is not None  # candidates have the star first
+    assert any(expected in note for note in judgement.notes)
+    assert judgement.recommended is not None  # candidates have the star first
     # Planted: the run of a simulation that was built from the problem, the heaviest first.
     monkeypatch.setattr(bodies, "own", lambda model, name: bodies.INTEGRATORS[name])
     planted = judged(sim, 10.0).own_errors["error"].iloc[-1]
@@ -122,16 +124,18 @@ def test_another_own_integrator_than_that_of_the_simulation(integrator: str) -> 
     """WHFast leaves to BS the setting that its Kepler motion has the star's pull."""
     sim = star_last()
     sim.integrator = integrator
-    found = judged(sim, 5.0, 1e-6, integrator="bs")
-    assert found.own["status"].startswith("Completed.") and found.passed
+    judgement = judged(sim, 5.0, 1e-6, integrator="bs")
+    assert judgement.own["status"].startswith("Completed.") and judgement.passed
 
 
-def own_run(sim: Any, steps: int, every: int) -> Trajectory:
-    problem, mine = read(sim, -1)
-    own = own_setting(bodies, Model(problem, mine), {})
-    assert own.step is not None
-    return own.contender.run(
-        problem, steps * own.step, {**own.options, "step": own.step, "save_every": every}
+def own_run(sim: Any, steps: int, save_every: int) -> Trajectory:
+    problem, engine_sim = read(sim, -1)
+    setting = own_setting(bodies, Model(problem, engine_sim), {})
+    assert setting.step is not None
+    return setting.contender.run(
+        problem,
+        steps * setting.step,
+        {**setting.options, "step": setting.step, "save_every": save_every},
     )
 
 
@@ -144,23 +148,23 @@ def own_run(sim: Any, steps: int, every: int) -> Trajectory:
     st.booleans(),
 )
 def test_an_own_run_is_the_engines_to_the_last_bit(
-    order: list[int], integrator: str, dt: float, done: int, massless: bool
+    order: list[int], integrator: str, dt: float, steps_before: int, massless: bool
 ) -> None:
     """Whatever the order of the particles, the direction of time, and what was done before."""
     sim = rebound.Simulation()
-    made = rebound.Simulation()
-    made.add(m=1.0)
+    in_order = rebound.Simulation()
+    in_order.add(m=1.0)
     for m, a, e, f in ((1e-3, 1.0, 0.1, 0.3), (3e-4, 1.8, 0.05, 2.0), (1e-5, 3.1, 0.2, 4.0)):
-        made.add(m=m, a=a, e=e, f=f)
+        in_order.add(m=m, a=a, e=e, f=f)
     chosen = [*[k for k in order if k < 3], 3] if massless else order
     for k in chosen:
-        sim.add(made.particles[k])
+        sim.add(in_order.particles[k])
     if massless:
         sim.N_active = 3
     sim.integrator, sim.dt = integrator, dt
     if integrator == "whfast":
         sim.integrator.safe_mode, sim.integrator.corrector = 0, 11
-    sim.steps(done)
+    sim.steps(steps_before)
     by_hand = sim.copy()
     run = own_run(sim, 12, 4)
     for row in range(1, 4):
@@ -183,12 +187,12 @@ def backwards() -> Any:
 def test_a_run_backwards_is_judged_backwards(integrator: str) -> None:
     sim = backwards()
     sim.integrator, sim.dt = integrator, -0.01
-    found = judged(sim, 20.0, 1e-6)
-    assert found.duration == pytest.approx(-20.0)
-    assert found.own_errors["t"].iloc[-1] == pytest.approx(-20.0)
-    assert "backwards" in sentences(found)[0]
-    assert all(one.t[-1] < 0.0 for one in found.agreements)
-    assert found.recommended is not None and found.recommended["error"] <= 1e-6
+    judgement = judged(sim, 20.0, 1e-6)
+    assert judgement.duration == pytest.approx(-20.0)
+    assert judgement.own_errors["t"].iloc[-1] == pytest.approx(-20.0)
+    assert "backwards" in sentences(judgement)[0]
+    assert all(agreement.t[-1] < 0.0 for agreement in judgement.agreements)
+    assert judgement.recommended is not None and judgement.recommended["error"] <= 1e-6
 
 
 @pytest.mark.slow(beside="test_a_run_backwards_is_judged_backwards")
@@ -218,12 +222,14 @@ def test_a_tree_of_gravity_is_that_of_the_own_run_only() -> None:
         integrator="leapfrog",
         dt=0.01,
     )
-    found = judged(sim, 5.0)
-    assert any("tree" in note for note in (*found.notes, str(found.problem.parameters["read_as"])))
+    judgement = judged(sim, 5.0)
+    assert any(
+        "tree" in note for note in (*judgement.notes, str(judgement.problem.parameters["read_as"]))
+    )
     direct = sim.copy()
     direct.gravity = "basic"
-    assert found.own["error"] != pytest.approx(judged(direct, 5.0).own["error"], rel=0.1)
-    assert found.own_errors["error"].iloc[-1] == pytest.approx(off_by_hand(sim, 500), rel=1e-6)
+    assert judgement.own["error"] != pytest.approx(judged(direct, 5.0).own["error"], rel=0.1)
+    assert judgement.own_errors["error"].iloc[-1] == pytest.approx(off_by_hand(sim, 500), rel=1e-6)
 
 
 def kepler_16() -> Any:
@@ -241,41 +247,47 @@ def kepler_16() -> Any:
 
 @pytest.mark.slow(beside="test_moons_are_no_encounters_and_set_the_pace")
 def test_a_companion_star_has_no_encounters_and_dates_keep_their_digits() -> None:
-    found = judged(kepler_16(), 60.0, 1e-12)
-    assert len(found.encounters) == 0
-    assert not any("encounter" in sentence for sentence in sentences(found))
-    problem, mine = read(kepler_16(), -1)
-    whole = judge(Model(problem, mine), 60.0, 1e-8)
-    for sentence in sentences(whole):
+    judgement = judged(kepler_16(), 60.0, 1e-12)
+    assert len(judgement.encounters) == 0
+    assert not any("encounter" in sentence for sentence in sentences(judgement))
+    problem, engine_sim = read(kepler_16(), -1)
+    full_judgement = judge(Model(problem, engine_sim), 60.0, 1e-8)
+    for sentence in sentences(full_judgement):
         assert "e+06" not in sentence
-    assert any("24552" in sentence for sentence in sentences(whole))
+    assert any("24552" in sentence for sentence in sentences(full_judgement))
 
 
 @pytest.mark.slow(beside="test_a_source_of_truth_that_is_wrong_is_seen")
 def test_what_does_not_agree_is_not_said_to() -> None:
     """galvi's opinion, of eight steps a revolution, is off by hundreds at e = 0.99."""
-    found = judged(simulation(STAR, {"m": 3e-6, "e": 0.99, "a": 1.0}), 60.0, 1e-6)
-    opinion = next(one for one in found.agreements if one.source.opinion)
-    truth = _of_truth(found)
+    judgement = judged(simulation(STAR, {"m": 3e-6, "e": 0.99, "a": 1.0}), 60.0, 1e-6)
+    opinion = next(agreement for agreement in judgement.agreements if agreement.source.opinion)
+    truth = _of_truth(judgement)
     claim, agreed = truth.split("It agrees with ", 1)
     assert opinion.largest > 1.0 and agreed.startswith("REBOUND") and "galvi" not in agreed
     assert claim.endswith("runs of galvi are never the truth. ")
-    stopped = next(one for one in found.agreements if one.source.engine == "SciPy")
+    stopped = next(
+        agreement for agreement in judgement.agreements if agreement.source.engine == "SciPy"
+    )
     assert not stopped.stopped or "up to t = " in truth
-    apart = replace(found.agreements[0], apart=np.full_like(found.agreements[0].apart, 8.5e-4))
-    parted = replace(found, agreements=(apart,), error=1e-6)
+    disagreeing = replace(
+        judgement.agreements[0], apart=np.full_like(judgement.agreements[0].apart, 8.5e-4)
+    )
+    parted = replace(judgement, agreements=(disagreeing,), error=1e-6)
     assert "REBOUND IAS15 differs from it by up to 8.50·10⁻⁴" in _of_truth(
         parted
     ) and "Smaller errors cannot be measured" in _of_truth(parted)
-    assert not any("Nothing that was tried" in one for one in sentences(parted))
+    assert not any("Nothing that was tried" in sentence for sentence in sentences(parted))
 
 
-def _of_truth(found: Judgement) -> str:
-    return next(one for one in sentences(found) if one.startswith("The truth is"))
+def _of_truth(judgement: Judgement) -> str:
+    return next(
+        sentence for sentence in sentences(judgement) if sentence.startswith("The truth is")
+    )
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("options", "label_words"),
     [
         (
             {"coordinates": "democraticheliocentric", "corrector": 0},
@@ -287,12 +299,14 @@ def _of_truth(found: Judgement) -> str:
         ),
     ],
 )
-def test_labels_name_what_is_not_usual(options: dict[str, Any], words: tuple[str, ...]) -> None:
+def test_labels_name_what_is_not_usual(
+    options: dict[str, Any], label_words: tuple[str, ...]
+) -> None:
     sim = star_last()
     for name, value in options.items():
         setattr(sim.integrator, name, value)
     label = own_setting(bodies, Model(*read(sim, -1)), {}).label.lower()
-    assert all(word in label for word in words)
+    assert all(word in label for word in label_words)
 
 
 @pytest.mark.slow(beside="test_a_run_backwards_is_judged_backwards")
@@ -306,7 +320,7 @@ def test_a_distance_at_which_the_users_run_ends_is_named() -> None:
         dt=0.05,
         exit_max_distance=50.0,
     )
-    (note,) = [one for one in judged(sim, 40.0, 1e-3).notes if "exit_max_distance" in one]
+    (note,) = [text for text in judged(sim, 40.0, 1e-3).notes if "exit_max_distance" in text]
     assert "exit_max_distance = 50 is ignored here: your own run ends there at about t = 2" in note
     sim.exit_max_distance = 1e3
     assert any("never reaches it" in note for note in judged(sim, 40.0, 1e-3).notes)
@@ -314,30 +328,40 @@ def test_a_distance_at_which_the_users_run_ends_is_named() -> None:
 
 @pytest.mark.slow(beside="test_another_own_integrator_than_that_of_the_simulation")
 def test_where_a_truth_takes_long_something_is_said_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem, mine = read(star_last(), -1)
-    said: list[str] = []
-    judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
-    assert not any("First answer" in one for one in said)
+    problem, engine_sim = read(star_last(), -1)
+    messages: list[str] = []
+    judge(Model(problem, engine_sim), 100.0, 1e-3, report=messages.append, quick=True)
+    assert not any("First answer" in message for message in messages)
     monkeypatch.setattr("benchmarks.applications.judging.judgement.AWAITED", 0.0)
-    said.clear()
-    judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
-    first = next(k for k, one in enumerate(said) if one.startswith("First answer: after 2 of 100 "))
-    assert first < next(k for k, one in enumerate(said) if one.startswith("truth: "))
+    messages.clear()
+    judge(Model(problem, engine_sim), 100.0, 1e-3, report=messages.append, quick=True)
+    first = next(
+        k
+        for k, message in enumerate(messages)
+        if message.startswith("First answer: after 2 of 100 ")
+    )
+    assert first < next(k for k, message in enumerate(messages) if message.startswith("truth: "))
 
 
 @pytest.mark.slow(beside="test_another_own_integrator_than_that_of_the_simulation")
 def test_the_own_error_is_that_against_the_closed_form():
-    found = judge(planet(), duration=10 * YEAR, error=1e-3)
-    assert found.duration == pytest.approx(10 * YEAR)  # a whole number of its steps
-    assert len(found.own_errors) == 2001  # each of its steps
-    exact = KEPLER.run(planet(), found.duration, {"samples": 2000})
-    mine = bodies.INTEGRATORS["leapfrog"].run(planet(), found.duration, {"step": YEAR / 200})
-    off = np.linalg.norm(mine.q - exact.q, axis=-1).max()
-    assert found.own["error"] == pytest.approx(off, rel=1e-9)
-    assert not found.passed and found.truth_agreement < 1e-10 and math.isinf(found.trusted_until)
-    assert found.parts["largest_error"].iloc[1] == found.own["error"]
+    judgement = judge(planet(), duration=10 * YEAR, error=1e-3)
+    assert judgement.duration == pytest.approx(10 * YEAR)  # a whole number of its steps
+    assert len(judgement.own_errors) == 2001  # each of its steps
+    exact = KEPLER.run(planet(), judgement.duration, {"samples": 2000})
+    leapfrog_run = bodies.INTEGRATORS["leapfrog"].run(
+        planet(), judgement.duration, {"step": YEAR / 200}
+    )
+    off = np.linalg.norm(leapfrog_run.q - exact.q, axis=-1).max()
+    assert judgement.own["error"] == pytest.approx(off, rel=1e-9)
+    assert (
+        not judgement.passed
+        and judgement.truth_agreement < 1e-10
+        and math.isinf(judgement.trusted_until)
+    )
+    assert judgement.parts["largest_error"].iloc[1] == judgement.own["error"]
     # A leapfrog is ahead of or behind its planet by what its error is along the orbit.
-    assert 0.5 < abs(found.parts["phase_error"].iloc[1]) / off < 2.0
+    assert 0.5 < abs(judgement.parts["phase_error"].iloc[1]) / off < 2.0
 
 
 @pytest.mark.slow(beside="test_coarser_steps_are_tried_while_they_reach_the_error")
@@ -345,8 +369,8 @@ def test_a_truth_is_trusted_at_whole_revolutions_and_no_error_is_the_own_one():
     # Where each state is nearly the first.
     again = judge(planet(integrator="ias15"), duration=100 * YEAR, quick=True)
     assert math.isinf(again.trusted_until) and bodies.size(again.truth) == pytest.approx(0.8)
-    alone = judge(planets(), duration=40_000.0)
-    assert alone.error == alone.own["error"] and alone.passed
+    without_error = judge(planets(), duration=40_000.0)
+    assert without_error.error == without_error.own["error"] and without_error.passed
 
 
 def test_a_run_that_chooses_its_steps_is_also_taken_to_its_end_without_stops():
@@ -358,11 +382,15 @@ def test_a_run_that_chooses_its_steps_is_also_taken_to_its_end_without_stops():
     sim.add(m=3.003e-6, a=1.0)
     sim.add(m=2.7e-19, a=1.3, e=0.3, f=1.0, inc=0.05)
     sim.add(m=2.2e-21, a=1.19 / 149597870.7, e=0.03, primary=sim.particles[2])
-    found = judge(Model(galvi.from_rebound(sim), sim), 20.0, 1e-10, quick=True)
-    assert found.own["last_error"] < 1e-12 and not found.passed
-    assert found.own["unstopped_error"] == found.own["error"] == pytest.approx(1.58e-8, rel=0.1)
-    assert "without stops at these times" in sentences(found)[1]
-    assert not math.isnan(found.table["error"].iloc[0]) and found.table["reached"].iloc[0]
+    judgement = judge(Model(galvi.from_rebound(sim), sim), 20.0, 1e-10, quick=True)
+    assert judgement.own["last_error"] < 1e-12 and not judgement.passed
+    assert (
+        judgement.own["unstopped_error"]
+        == judgement.own["error"]
+        == pytest.approx(1.58e-8, rel=0.1)
+    )
+    assert "without stops at these times" in sentences(judgement)[1]
+    assert not math.isnan(judgement.table["error"].iloc[0]) and judgement.table["reached"].iloc[0]
 
 
 def test_a_source_of_truth_that_is_wrong_is_seen():
@@ -370,14 +398,16 @@ def test_a_source_of_truth_that_is_wrong_is_seen():
     problem, span = planets(), 40_000.0
     truth = IAS15.run(problem, span, {"samples": 40})
     loose = Source("loose", "REBOUND", IAS15, {"adaptive_mode": "GLOBAL", "epsilon": 1e-1})
-    sound = sources(problem, span)[1]
+    reliable = sources(problem, span)[1]
     silent = lambda sentence: None  # noqa: E731
-    bad, good = (agreements(truth, [one], bodies.errors, 10, silent)[0] for one in (loose, sound))
+    bad, good = (
+        agreements(truth, [source], bodies.errors, 10, silent)[0] for source in (loose, reliable)
+    )
     assert good.largest < 1e-10 < 1e-9 < bad.largest
     assert good.t[0] == problem.t0 and good.t[-1] == span
-    whole, stopped = in_pieces(sound, problem, np.linspace(0.0, span, 11)[1:])
+    run, stopped = in_pieces(reliable, problem, np.linspace(0.0, span, 11)[1:])
     assert not stopped
-    assert np.array_equal(whole.q[0], problem.q0) and len(whole.t) == 11
+    assert np.array_equal(run.q[0], problem.q0) and len(run.t) == 11
 
 
 def test_encounters_are_found_and_timed():
@@ -386,12 +416,12 @@ def test_encounters_are_found_and_timed():
     v = np.array([[0, 0, 0], [0, 1, 0], [0, 1.005**-0.5, 0], [-(3**-0.5), 0, 0]], dtype=float)
     meeting = galvi.NBody([1.0, 1e-6, 1e-6, 0.0])
     problem = Problem(meeting, q, v, parameters={"integrator": "ias15"})
-    judged = judge(problem, duration=YEAR)
-    found = judged.encounters
-    assert len(found) == 2 and set(found["bodies"]) == {"1 and 2"}
-    assert np.allclose(np.sort(found["time"]), [0.25 * YEAR, 0.75 * YEAR], atol=0.02)
-    assert np.all(found["hill_radii"] < bodies.NEAR)
-    said = " ".join(sentences(judged))
+    judgement = judge(problem, duration=YEAR)
+    encounters = judgement.encounters
+    assert len(encounters) == 2 and set(encounters["bodies"]) == {"1 and 2"}
+    assert np.allclose(np.sort(encounters["time"]), [0.25 * YEAR, 0.75 * YEAR], atol=0.02)
+    assert np.all(encounters["hill_radii"] < bodies.NEAR)
+    text = " ".join(sentences(judgement))
     for word in (
         "There are 2 close encounters",
         "IAS15",
@@ -399,8 +429,8 @@ def test_encounters_are_found_and_timed():
         "fixed step",
         "are not: one that",
     ):
-        assert word in said
-    assert "misses" not in said and "outputs" not in found
+        assert word in text
+    assert "misses" not in text and "outputs" not in encounters
     assert "encounter" not in " ".join(sentences(judge(planet(), duration=YEAR, quick=True)))
 
 
@@ -410,13 +440,17 @@ def test_encounters_between_two_outputs_of_an_archive_are_counted():
     q = np.array([[0, 0, 0], [1, 0, 0], [-1.005, 0, 0]], dtype=float)
     v = np.array([[0, 0, 0], [0, 1, 0], [0, 1.005**-0.5, 0]], dtype=float)
     masses = galvi.NBody([1.0, 1e-6, 1e-6])
-    for every, outputs in ((0.25 * YEAR, [1, 1]), (0.4 * YEAR, [0, 0]), (0.75 * YEAR, [0, 1])):
-        known = {"integrator": "ias15", "output_every": every}
-        truth = IAS15.run(Problem(masses, q, v, parameters=known), YEAR, {"samples": 400})
-        found = bodies.encounters(truth).sort_values("time")
-        assert found["outputs"].tolist() == outputs
-    said = " ".join(sentences(judge(truth.problem, duration=YEAR, quick=True)))
-    assert "misses 1 of 2 encounters: no state of it falls into them" in said
+    for output_interval, outputs in (
+        (0.25 * YEAR, [1, 1]),
+        (0.4 * YEAR, [0, 0]),
+        (0.75 * YEAR, [0, 1]),
+    ):
+        parameters = {"integrator": "ias15", "output_every": output_interval}
+        truth = IAS15.run(Problem(masses, q, v, parameters=parameters), YEAR, {"samples": 400})
+        encounters = bodies.encounters(truth).sort_values("time")
+        assert encounters["outputs"].tolist() == outputs
+    text = " ".join(sentences(judge(truth.problem, duration=YEAR, quick=True)))
+    assert "misses 1 of 2 encounters: no state of it falls into them" in text
 
 
 @pytest.mark.slow(beside="test_every_row_has_a_status_and_what_reaches_the_error_a_spread")
@@ -425,8 +459,8 @@ def test_a_clock_reaches_an_error_through_close_passages_and_the_cheapest_is_rec
     bound = Problem(
         galvi.NBody([1.0, 1e-3]), eccentric.q0, eccentric.v0, parameters=eccentric.parameters
     )
-    judged = judge(bound, duration=3.3 * YEAR, error=1e-7, quick=True)
-    table, best = judged.table, judged.recommended
+    judgement = judge(bound, duration=3.3 * YEAR, error=1e-7, quick=True)
+    table, best = judgement.table, judgement.recommended
     clocks = table[table["integrator"].str.startswith("galvi clock")]
     assert {"galvi clock, Gauss 8", "galvi clock, Gauss 16"} == set(
         clocks.loc[clocks["reached"], "integrator"]
@@ -449,7 +483,7 @@ def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monke
     assert ends.iloc[1] <= 1.01 * YEAR and math.isnan(ends.iloc[-1])
     assert later.iloc[-1] > 30 * YEAR
     # Where the runs that are measured have parted, closer starts are not said to stay together.
-    monkeypatch.setattr(neighbours, "apart", lambda *given: np.linspace(0.0, 1.5, 41))
+    monkeypatch.setattr(neighbours, "apart", lambda *_: np.linspace(0.0, 1.5, 41))
     ends = neighbours.horizons(bodies, source, truth, 1e-2)["until"]
     assert ends.iloc[-1] == ends.iloc[-2] <= 1.01 * YEAR
     monkeypatch.undo()
@@ -461,10 +495,12 @@ def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monke
 @pytest.mark.slow(beside="test_a_source_of_truth_that_is_wrong_is_seen")
 def test_a_source_that_stops_does_not_end_the_judgement():
     problem = Problem(burrau().system, burrau().q0, burrau().v0, parameters={"integrator": "ias15"})
-    found = judge(problem, duration=2.5, error=1e-6)
-    assert found.passed and found.truth_agreement < 1e-6
-    assert all(np.all(np.isfinite(one.apart)) for one in found.agreements)
-    assert min(one.t[-1] for one in found.agreements) < 2.5 and math.isinf(found.trusted_until)
+    judgement = judge(problem, duration=2.5, error=1e-6)
+    assert judgement.passed and judgement.truth_agreement < 1e-6
+    assert all(np.all(np.isfinite(agreement.apart)) for agreement in judgement.agreements)
+    assert min(agreement.t[-1] for agreement in judgement.agreements) < 2.5 and math.isinf(
+        judgement.trusted_until
+    )
 
 
 def test_moons_are_no_encounters_and_set_the_pace():
@@ -475,21 +511,28 @@ def test_moons_are_no_encounters_and_set_the_pace():
         2 * math.pi * (0.0026**3 / 3e-6) ** 0.5, rel=0.05
     )
     assert len(bodies.encounters(IAS15.run(moon, 3.0, {"samples": 600}))) == 0
-    far = IAS15.run(planets(), 1e6, {"samples": 50})  # states much farther apart than a revolution
-    assert len(bodies.encounters(far)) == 0
+    # States much farther apart than a revolution.
+    sparse = IAS15.run(planets(), 1e6, {"samples": 50})
+    assert len(bodies.encounters(sparse)) == 0
 
 
 def test_the_options_of_the_own_integrator_are_kept():
     sim = simulation(STAR, {"m": 1e-3, "a": 1.0}, integrator="whfast", dt=0.1)
     sim.integrator.corrector, sim.integrator.safe_mode = 17, 0
-    own = own_setting(bodies, Model(galvi.from_rebound(sim)), {})
-    assert own.step == 0.1 and own.options["corrector"] == 17 and own.options["safe_mode"] == 0
-    other = own_setting(bodies, Model(galvi.from_rebound(sim)), {"integrator": "leapfrog"})
-    assert "corrector" not in other.options
+    setting = own_setting(bodies, Model(galvi.from_rebound(sim)), {})
+    assert (
+        setting.step == 0.1
+        and setting.options["corrector"] == 17
+        and setting.options["safe_mode"] == 0
+    )
+    leapfrog_setting = own_setting(
+        bodies, Model(galvi.from_rebound(sim)), {"integrator": "leapfrog"}
+    )
+    assert "corrector" not in leapfrog_setting.options
 
 
 @pytest.mark.parametrize(
-    ("model", "given", "words"),
+    ("model", "options", "message"),
     [
         (planets(), {"own": {"integrator": "wfast"}}, "own integrator must be one of"),
         (planets(), {"own": {"integrator": "saba", "dt": None}}, "saba takes equal steps"),
@@ -505,20 +548,20 @@ def test_the_options_of_the_own_integrator_are_kept():
         (planets(), {"error": 0.0}, "error must be"),
     ],
 )
-def test_what_cannot_be_judged_is_refused_with_what_to_do(model, given, words):
-    with pytest.raises(ValueError, match=words):
-        judge(model, **given)
+def test_what_cannot_be_judged_is_refused_with_what_to_do(model, options, message):
+    with pytest.raises(ValueError, match=message):
+        judge(model, **options)
 
 
 SPAN = 4.0 * YEAR
 ROOMY = Limits(1.0, 5.0, 10.0, 1.0)
 
 
-def orbit(**own: Any) -> Problem:
+def orbit(**overrides: Any) -> Problem:
     """A star and a massless planet, whose motion is known."""
     q, v = np.zeros((2, 3)), np.zeros((2, 3))
     q[1, 0], v[1, 1] = 1.0, 1.1
-    parameters = {"integrator": "leapfrog", "dt": YEAR / 100, **own}
+    parameters = {"integrator": "leapfrog", "dt": YEAR / 100, **overrides}
     return Problem(galvi.NBody([1.0, 0.0]), q, v, parameters=parameters)
 
 
@@ -565,10 +608,10 @@ def test_the_time_of_a_run_is_foreseen_without_its_set_up_in_every_step(
         calls[0] += 1
         now[0] += setup + count * step + (pause if calls[0] == 3 else 0.0)
 
-    whole, enough = 10_000, 1.0
-    real = setup + whole * step
-    found = clock.expected(run, whole, enough)
-    assert found == pytest.approx(real, rel=1e-9) or real <= found <= enough
+    total_steps, enough = 10_000, 1.0
+    real = setup + total_steps * step
+    expected_seconds = clock.expected(run, total_steps, enough)
+    assert expected_seconds == pytest.approx(real, rel=1e-9) or real <= expected_seconds <= enough
 
 
 def test_a_long_set_up_keeps_no_integrator_from_being_tried() -> None:
@@ -579,9 +622,18 @@ def test_a_long_set_up_keeps_no_integrator_from_being_tried() -> None:
 
 def test_an_integrator_is_tried_with_finer_steps_until_its_time_is_over() -> None:
     """Even where another reaches the error in a microsecond."""
-    found = search(1e-5)
-    own = Tried("mine", "dt = 1", error=1e-6, seconds=1e-6)
-    table, _ = scan(found.kind, [[leapfrog(100)]], SPAN, found.truth, 1e-5, print, ROOMY, own)
+    tight_search = search(1e-5)
+    users_row = Tried("mine", "dt = 1", error=1e-6, seconds=1e-6)
+    table, _ = scan(
+        tight_search.kind,
+        [[leapfrog(100)]],
+        SPAN,
+        tight_search.truth,
+        1e-5,
+        print,
+        ROOMY,
+        users_row,
+    )
     rows = table[table["integrator"] == "leapfrog"]
     assert rows["reached"].any() and len(rows) > 3
     assert table.iloc[0]["integrator"] == "mine"
@@ -591,16 +643,16 @@ def test_what_does_not_reach_the_error_says_how_fine_it_was_tried() -> None:
     rows = search(1e-15).of([leapfrog(100)], limit=0.2)
     last = rows[-1]
     assert len(rows) > 2 and not any(row.reached for row in rows)
-    told = f"not reached with the finest setting tried, {last.setting}, error {last.error:.2g}: "
-    assert last.status.startswith(told) and len(last.status) > len(told)
+    prefix = f"not reached with the finest setting tried, {last.setting}, error {last.error:.2g}: "
+    assert last.status.startswith(prefix) and len(last.status) > len(prefix)
     assert all(row.status for row in rows)
     best = Tried("one", "dt = 2", rows[0].candidate, error=0.1, status="missed")
     worse = replace(best, setting="dt = 1", error=0.2)
     failed = replace(best, setting="dt = 1", error=math.nan, status="It failed.")
     for finest, word in ((worse, "error 0.2"), (failed, "failed")):
-        told = [row.status for row in explained([best, finest], "why")]
-        assert told[0] == f"not reached with the finest setting tried, dt = 1, {word}: why"
-        assert told[1] == ("It failed." if finest is failed else told[0])
+        statuses = [row.status for row in explained([best, finest], "why")]
+        assert statuses[0] == f"not reached with the finest setting tried, dt = 1, {word}: why"
+        assert statuses[1] == ("It failed." if finest is failed else statuses[0])
     steps = [row.candidate.count(100) for row in rows if row.candidate is not None]
     assert steps == sorted(steps)
 
@@ -613,10 +665,10 @@ def test_coarser_steps_are_tried_while_they_reach_the_error() -> None:
 
 
 def test_fewer_steps_than_states_are_compared_at_some_of_the_states() -> None:
-    few = leapfrog(30)
-    assert (few.states(100), few.count(100)) == (25, 50)
+    coarse = leapfrog(30)
+    assert (coarse.states(100), coarse.count(100)) == (25, 50)
     assert leapfrog(100).states(100) == 100 and leapfrog(7).states(100) == 100
-    run = few.run(orbit(), SPAN, 100)
+    run = coarse.run(orbit(), SPAN, 100)
     assert len(run.t) == 26 and np.allclose(run.t, search(1.0).truth.t[::4])
 
 
@@ -631,98 +683,111 @@ def test_times_are_taken_in_turns_and_have_a_spread() -> None:
 
 
 @pytest.fixture(scope="module")
-def found() -> Judgement:
+def judgement() -> Judgement:
     return judge(orbit(), duration=SPAN, error=0.5, quick=True)
 
 
-def test_the_own_run_is_a_row_and_larger_steps_than_its_own_are_tried(found: Judgement) -> None:
-    mine = found.table[found.table["integrator"] == f"REBOUND leapfrog{YOURS}"]
-    steps = mine["setting"].str.removeprefix("dt = ").astype(float)
-    own = mine[mine["setting"] == found.own["setting"]].iloc[0]
-    assert steps.max() > 1.5 * YEAR / 100 and own["reached"] and found.passed
-    assert own["error"] == found.own["error"] and own["seconds"] == found.own["seconds"]
-    reached = found.table[found.table["reached"]]
-    best = found.recommended
-    assert best is not None and best["reached"] and best["error"] <= found.error
+def test_the_own_run_is_a_row_and_larger_steps_than_its_own_are_tried(judgement: Judgement) -> None:
+    own_rows = judgement.table[judgement.table["integrator"] == f"REBOUND leapfrog{YOURS}"]
+    steps = own_rows["setting"].str.removeprefix("dt = ").astype(float)
+    own_row = own_rows[own_rows["setting"] == judgement.own["setting"]].iloc[0]
+    assert steps.max() > 1.5 * YEAR / 100 and own_row["reached"] and judgement.passed
+    assert (
+        own_row["error"] == judgement.own["error"]
+        and own_row["seconds"] == judgement.own["seconds"]
+    )
+    reached = judgement.table[judgement.table["reached"]]
+    best = judgement.recommended
+    assert best is not None and best["reached"] and best["error"] <= judgement.error
     assert best["seconds"] == reached["seconds"].min()
-    assert (found.table.loc[~found.table["reached"], "error"].dropna() > found.error).all()
+    assert (
+        judgement.table.loc[~judgement.table["reached"], "error"].dropna() > judgement.error
+    ).all()
 
 
-def test_where_the_own_run_is_the_cheapest_that_is_said(found: Judgement) -> None:
-    mine = found.table["setting"] == found.own["setting"]
-    table = found.table.assign(seconds=np.where(mine, 1e-9, 1.0), seconds_low=1.0, seconds_high=1.0)
+def test_where_the_own_run_is_the_cheapest_that_is_said(judgement: Judgement) -> None:
+    is_own = judgement.table["setting"] == judgement.own["setting"]
+    table = judgement.table.assign(
+        seconds=np.where(is_own, 1e-9, 1.0), seconds_low=1.0, seconds_high=1.0
+    )
     table = table.sort_values(["reached", "seconds"], ascending=[False, True])
-    said = sentences(replace(found, table=table))
-    assert any("your own run reaches an error of 0.500" in one for one in said)
-    assert not any("The cheapest that reaches" in one for one in said)
-    other = found.table[~mine & found.table["reached"]].iloc[:2]
-    other = other.assign(seconds=[1.0, 2.0], seconds_low=[0.9, 1.1], seconds_high=[1.2, 2.5])
+    texts = sentences(replace(judgement, table=table))
+    assert any("your own run reaches an error of 0.500" in text for text in texts)
+    assert not any("The cheapest that reaches" in text for text in texts)
+    rivals = judgement.table[~is_own & judgement.table["reached"]].iloc[:2]
+    rivals = rivals.assign(seconds=[1.0, 2.0], seconds_low=[0.9, 1.1], seconds_high=[1.2, 2.5])
     slow, alike = ({"seconds": 3.0, "seconds_low": low, "seconds_high": 4.0} for low in (2.9, 1.0))
-    for times, words in (
+    for times, phrase in (
         (slow, ", 2.4 to 4.4 times as fast as your run."),
         (alike, "within quartiles no faster than your run."),
     ):
-        given = replace(found, table=other, own={**found.own, **times})
-        (said,) = [one for one in sentences(given) if "The cheapest that reaches" in one]
-        assert words in said and "As fast, within quartiles: " in said
-    hasty = {**found.own, "seconds": 0.5, "seconds_low": 0.4, "seconds_high": 0.6}
-    assert not any("your run." in one for one in sentences(replace(given, own=hasty))[2:])
+        retimed = replace(judgement, table=rivals, own={**judgement.own, **times})
+        (text,) = [
+            sentence for sentence in sentences(retimed) if "The cheapest that reaches" in sentence
+        ]
+        assert phrase in text and "As fast, within quartiles: " in text
+    hasty = {**judgement.own, "seconds": 0.5, "seconds_low": 0.4, "seconds_high": 0.6}
+    assert not any("your run." in text for text in sentences(replace(retimed, own=hasty))[2:])
 
 
-def test_every_row_has_a_status_and_what_reaches_the_error_a_spread(found: Judgement) -> None:
-    assert (found.table["status"] != "").all()
-    reached = found.table[found.table["reached"]].dropna(subset="seconds_low")
+def test_every_row_has_a_status_and_what_reaches_the_error_a_spread(judgement: Judgement) -> None:
+    assert (judgement.table["status"] != "").all()
+    reached = judgement.table[judgement.table["reached"]].dropna(subset="seconds_low")
     assert f"REBOUND leapfrog{YOURS}" in set(reached["integrator"])
     assert (reached["seconds_low"] <= reached["seconds"]).all()
     assert (reached["seconds"] <= reached["seconds_high"]).all()
-    assert "(quartiles " in sentences(found)[0]
+    assert "(quartiles " in sentences(judgement)[0]
 
 
-def test_errors_are_given_at_the_end_too_and_with_the_number_of_times(found: Judgement) -> None:
-    assert found.own["last_error"] == found.own_errors["error"].iloc[-1]
-    told = f"at the end (measured at {len(found.own_errors) - 1} times, not between them;"
-    assert told in sentences(found)[0]
-    tried = found.table.dropna(subset="error")
-    assert (tried["last_error"] <= tried["error"]).all() and tried["last_error"].notna().all()
-    assert f"at the {found.samples} times compared" in rendered(found, "planet", {})
+def test_errors_are_given_at_the_end_too_and_with_the_number_of_times(judgement: Judgement) -> None:
+    assert judgement.own["last_error"] == judgement.own_errors["error"].iloc[-1]
+    phrase = f"at the end (measured at {len(judgement.own_errors) - 1} times, not between them;"
+    assert phrase in sentences(judgement)[0]
+    measured = judgement.table.dropna(subset="error")
+    assert (measured["last_error"] <= measured["error"]).all() and measured[
+        "last_error"
+    ].notna().all()
+    assert f"at the {judgement.samples} times compared" in rendered(judgement, "planet", {})
 
 
 @pytest.mark.slow(beside="test_errors_are_given_at_the_end_too_and_with_the_number_of_times")
-def test_units_that_are_not_set_are_those_of_the_simulation(found: Judgement) -> None:
-    told = "in the units of the simulation, in which G = 1"
-    assert any(told in note for note in found.notes)
+def test_units_that_are_not_set_are_those_of_the_simulation(judgement: Judgement) -> None:
+    units_note = "in the units of the simulation, in which G = 1"
+    assert any(units_note in note for note in judgement.notes)
     sim = pytest.importorskip("rebound").Simulation()
     sim.add(m=1.0)
     sim.add(a=1.0)
-    own = Own("", LEAPFROG, {}, 0.1)
+    setting = Own("", LEAPFROG, {}, 0.1)
     read = Model(galvi.from_rebound(sim))
     assert bodies.unit(read.problem, "length") == " units of length"
-    assert told in bodies.notes(read, own, found.truth)[0]
-    assert " units of length over 25.1 units of time" in sentences(found)[0]
-    page = rendered(found, "planet", {})
+    assert units_note in bodies.notes(read, setting, judgement.truth)[0]
+    assert " units of length over 25.1 units of time" in sentences(judgement)[0]
+    page = rendered(judgement, "planet", {})
     assert "in units of length" in page and "dt in units of time" in page
     named = replace(orbit(), units="length au, time yr, mass msun")
     assert bodies.unit(named, "time") == " yr" and bodies.unit(orbit(), "time") == " units of time"
     assert not judge(named, duration=SPAN, error=0.5, quick=True).notes
 
 
-def tried(steps: int, **told: Any) -> Tried:
-    return Tried("leapfrog", "", leapfrog(steps), 1e-9, 1e-9, wall=1e-3, **told)
+def trial(steps: int, **fields: Any) -> Tried:
+    return Tried("leapfrog", "", leapfrog(steps), 1e-9, 1e-9, wall=1e-3, **fields)
 
 
 def test_where_newtons_method_does_steps_more_of_them_are_tried() -> None:
     """They may take less time; where none is left to it, the search ends."""
     looking = search(1e-6)
-    hard = tried(100, reached=True, hard=True)
+    hard = trial(100, reached=True, hard=True)
     candidate, _ = looking._next([hard], [], 10.0)
     assert candidate is not None and candidate.steps == 200
-    easy = tried(200, reached=True)
-    assert looking._next([tried(50), hard, easy], [], 10.0) == (None, "")
+    easy = trial(200, reached=True)
+    assert looking._next([trial(50), hard, easy], [], 10.0) == (None, "")
 
 
 def test_a_stop_that_no_step_cures_ends_a_search() -> None:
-    looking, rows = search(1e-6), [tried(100, stopped=0.5), tried(200, stopped=0.51)]
-    candidate, why = looking._next(rows, [], 10.0)
-    assert candidate is None and why == "a force reaches its limit at t = 0.51, whatever the step"
-    candidate, _ = looking._next([*rows, tried(400, stopped=1.0)], [], 10.0)
+    looking, rows = search(1e-6), [trial(100, stopped=0.5), trial(200, stopped=0.51)]
+    candidate, reason = looking._next(rows, [], 10.0)
+    assert (
+        candidate is None and reason == "a force reaches its limit at t = 0.51, whatever the step"
+    )
+    candidate, _ = looking._next([*rows, trial(400, stopped=1.0)], [], 10.0)
     assert candidate is not None

@@ -24,14 +24,14 @@ reboundx = pytest.importorskip("reboundx", reason="REBOUNDx is an extra")
 C = 10065.32  # in au and years / 2 pi
 
 
-def planets(force: str = "gr_potential", c: float = C, **own: Any) -> tuple[Any, Any]:
+def planets(force: str = "gr_potential", c: float = C, **overrides: Any) -> tuple[Any, Any]:
     """A star and two planets, and the extras with a force."""
     sim = rebound.Simulation()
     sim.add(m=1.0)
     sim.add(m=1e-3, a=1.0, e=0.1)
     sim.add(m=1e-3, a=1.7, f=2.0)
     sim.move_to_com()
-    for name, value in {"integrator": "whfast", "dt": 0.05, **own}.items():
+    for name, value in {"integrator": "whfast", "dt": 0.05, **overrides}.items():
         setattr(sim, name, value)
     rebx = reboundx.Extras(sim)
     added = rebx.load_force(force)
@@ -48,16 +48,16 @@ def saved(sim: Any, rebx: Any, folder: Path) -> tuple[str, str]:
 
 
 def judged(
-    sim: Any, rebx: Any, folder: Path, duration: float, error: float, **own: Any
+    sim: Any, rebx: Any, folder: Path, duration: float, error: float, **integrator_settings: Any
 ) -> Judgement:
     file, extras = saved(sim, rebx, folder)
-    problem, mine = read(file, -1, extras)
-    return judge(Model(problem, mine), duration, error, own, quick=True)
+    problem, engine_sim = read(file, -1, extras)
+    return judge(Model(problem, engine_sim), duration, error, integrator_settings, quick=True)
 
 
-def places_by_hand(made: Any, integrator: str, t: float) -> np.ndarray:
+def places_by_hand(sim_and_extras: Any, integrator: str, t: float) -> np.ndarray:
     """Of the particles at a multiple of the step, run by REBOUND and REBOUNDx alone."""
-    sim, _ = made
+    sim, _ = sim_and_extras
     sim.integrator, sim.exact_finish_time = integrator, int(integrator == "ias15")
     if integrator == "ias15":
         sim.integrate(t)
@@ -70,80 +70,85 @@ def places_by_hand(made: Any, integrator: str, t: float) -> np.ndarray:
 def test_the_own_error_is_that_of_an_independent_run() -> None:
     """Of a force strong enough that a run without it is off by a thousand times as much."""
     sim, rebx = planets(c=100.0)
-    found = galvi.judge(sim, duration=50.0, error=1e-5, extras=rebx, quick=True)
-    runs = [places_by_hand(planets(c=100.0), one, 50.0) for one in ("whfast", "ias15")]
+    judgement = galvi.judge(sim, duration=50.0, error=1e-5, extras=rebx, quick=True)
+    runs = [
+        places_by_hand(planets(c=100.0), integrator, 50.0) for integrator in ("whfast", "ias15")
+    ]
     off = float(np.linalg.norm(runs[0] - runs[1], axis=1).max())
-    assert found.own["last_error"] == pytest.approx(off, rel=1e-2)
+    assert judgement.own["last_error"] == pytest.approx(off, rel=1e-2)
     plain = planets(c=1e9)
     assert np.abs(places_by_hand(plain, "ias15", 50.0) - runs[1]).max() > 1e3 * off
-    assert found.passed and found.truth_agreement < 1e-11
-    assert "SciPy DOP853" in " ".join(found.summary)  # another engine, with the force as read
-    reached = found.table[found.table["reached"]]["integrator"]
+    assert judgement.passed and judgement.truth_agreement < 1e-11
+    assert "SciPy DOP853" in " ".join(judgement.summary)  # another engine, with the force as read
+    reached = judgement.table[judgement.table["reached"]]["integrator"]
     for name in ("galvi degree 8", "REBOUND IAS15", "REBOUND BS", "REBOUND WHFast", "REBOUND SABA"):
         assert reached.str.startswith(name).any(), name
-    assert not found.table["integrator"].str.contains("512").any()
+    assert not judgement.table["integrator"].str.contains("512").any()
     assert len(sim.particles) == 3 and sim.t == 0.0  # the user's own is as it was
 
 
 def test_the_truth_is_right_as_its_own_run() -> None:
     sim, rebx = planets(integrator="ias15")
-    found = galvi.judge(sim, duration=50.0, error=1e-9, extras=rebx, quick=True)
-    assert found.own["error"] < 1e-12 and found.passed  # 1e-13
+    judgement = galvi.judge(sim, duration=50.0, error=1e-9, extras=rebx, quick=True)
+    assert judgement.own["error"] < 1e-12 and judgement.passed  # 1e-13
 
 
 def test_runs_without_the_force_are_caught(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: REBOUND's runs on the simulation without its forces."""
-    sound = bodies.of_user
+    of_user = bodies.of_user
 
-    def wrong(contender: Any, sim: Any, problem: Any, kept: bool = True) -> Any:
-        made = sound(contender, sim.simulation, problem, kept)
-        return type(made)(**{**vars(made), "fits": lambda problem: True})
+    def wrong(contender: Any, sim: Any, problem: Any, **options: Any) -> Any:
+        wrapped = of_user(contender, sim.simulation, problem, **options)
+        return type(wrapped)(**{**vars(wrapped), "fits": lambda problem: True})
 
     monkeypatch.setattr(bodies, "of_user", wrong)
-    found = judged(*planets(c=100.0), tmp_path, 20.0, 1e-6)
-    assert found.truth_agreement > 1e-5  # of SciPy's, with them
+    judgement = judged(*planets(c=100.0), tmp_path, 20.0, 1e-6)
+    assert judgement.truth_agreement > 1e-5  # of SciPy's, with them
 
 
 def test_a_reading_that_is_wrong_is_caught_at_other_states(tmp_path: Path) -> None:
     file, extras = saved(*planets(c=100.0), tmp_path)
-    problem, own = read(file, -1, extras)
+    problem, engine_sim = read(file, -1, extras)
     moved = problem.q0 + np.random.default_rng(1).normal(size=problem.q0.shape)
-    check_reading(own, problem, moved, problem.v0)
+    check_reading(engine_sim, problem, moved, problem.v0)
     system = galvi.NBody(problem.system.masses, 1.0, galvi.Relativity(101.0, 0, "potential"))
-    other = galvi.Problem(system, problem.q0, problem.v0)
+    misread = galvi.Problem(system, problem.q0, problem.v0)
     with pytest.raises(ValueError, match="misreads REBOUNDx's gr_potential"):
-        check_reading(own, other, moved, problem.v0)
+        check_reading(engine_sim, misread, moved, problem.v0)
 
 
 def test_a_force_that_is_read_to_some_order_has_no_other_engine(tmp_path: Path) -> None:
     """REBOUNDx has gr in Jacobi coordinates, galvi as of one source."""
-    found = judged(*planets("gr", 100.0), tmp_path, 10.0, 1e-3)
-    assert found.engines == ("REBOUND",)
-    assert "rests on one engine, REBOUND." in " ".join(sentences(found))
-    assert any("Accelerations by gr as read by galvi differ" in one for one in found.notes)
+    judgement = judged(*planets("gr", 100.0), tmp_path, 10.0, 1e-3)
+    assert judgement.engines == ("REBOUND",)
+    assert "rests on one engine, REBOUND." in " ".join(sentences(judgement))
+    assert any("Accelerations by gr as read by galvi differ" in note for note in judgement.notes)
 
 
 def test_the_command_takes_a_file_of_extras(tmp_path: Path) -> None:
     file, extras = saved(*planets(), tmp_path)
 
     def command(*options: str) -> subprocess.CompletedProcess[str]:
-        every = [file, "--duration", "5", "--error", "1e-3", "--quick", "--out", str(tmp_path)]
+        arguments = [file, "--duration", "5", "--error", "1e-3", "--quick", "--out", str(tmp_path)]
         return subprocess.run(
-            [sys.executable, "-m", "galvi", "judge", *every, *options],
+            [sys.executable, "-m", "galvi", "judge", *arguments, *options],
             capture_output=True,
             text=True,
             check=False,
         )
 
-    done = command("--extras", extras)
-    assert done.returncode == 0, done.stderr
-    data = json.loads((tmp_path / "judge.json").read_text())
-    assert data["passed"] and "functions" not in done.stdout + done.stderr
+    completed = command("--extras", extras)
+    assert completed.returncode == 0, completed.stderr
+    report = json.loads((tmp_path / "judge.json").read_text())
+    assert report["passed"] and "functions" not in completed.stdout + completed.stderr
     bare = command()
     assert "forces among them are not in it" in bare.stdout
-    for wrong, why in ((file, "must be a file of REBOUNDx's"), ("none.bin", "There is no file")):
+    for wrong, message in (
+        (file, "must be a file of REBOUNDx's"),
+        ("none.bin", "There is no file"),
+    ):
         refused = command("--extras", wrong)
-        assert refused.returncode == 2 and why in refused.stderr
+        assert refused.returncode == 2 and message in refused.stderr
 
 
 def test_extras_are_refused_where_they_do_not_belong(tmp_path: Path) -> None:

@@ -39,9 +39,9 @@ def table() -> pd.DataFrame:
 
 
 def test_a_frame_has_the_same_columns_and_types_with_rows_and_without() -> None:
-    for frame in (table(), frames.frame([])):
-        assert list(frame.columns) == list(frames.COLUMNS)
-        assert [str(kind) for kind in frame.dtypes] == [kind for _, kind in frames.COLUMNS.values()]
+    for rows in (table(), frames.frame([])):
+        assert list(rows.columns) == list(frames.COLUMNS)
+        assert [str(kind) for kind in rows.dtypes] == [kind for _, kind in frames.COLUMNS.values()]
 
 
 def test_what_a_row_does_not_say_is_nan_or_empty() -> None:
@@ -99,10 +99,10 @@ def test_angles_are_accurate_when_tiny_and_when_right() -> None:
 @pytest.mark.parametrize("size", [1e-8, 0.9, 7.9])
 def test_the_exponential_is_exact_to_a_few_roundings(size):
     X = np.random.default_rng(0).standard_normal((4, 4))
-    for one in (X * size / np.linalg.norm(X), np.diag([size, 0.0, 0.0])):
+    for matrix in (X * size / np.linalg.norm(X), np.diag([size, 0.0, 0.0])):
         with mpmath.workdps(40):
-            exact = np.array(mpmath.expm(mpmath.matrix(one.tolist())).tolist(), dtype=float)
-        gap = np.abs(matrix_group.exponential(one) - exact)
+            exact = np.array(mpmath.expm(mpmath.matrix(matrix.tolist())).tolist(), dtype=float)
+        gap = np.abs(matrix_group.exponential(matrix) - exact)
         assert np.max(gap) <= 1e-14 * np.max(np.abs(exact))
 
 
@@ -145,13 +145,13 @@ def test_invariants_are_those_of_galvi(problem, step):
     np.testing.assert_allclose(energy, galvi.energy(run), rtol=1e-13)
     if problem.q0.shape[-1] > 1 and not isinstance(problem.system, galvi.FreeBody):
         exact = galvi.momentum_map(run)
-        found = independent_invariants.angular_momentum(problem, run.q, v)
-        assert np.allclose(found, exact, rtol=1e-12, atol=1e-14 * np.abs(exact).max())
+        momentum = independent_invariants.angular_momentum(problem, run.q, v)
+        assert np.allclose(momentum, exact, rtol=1e-12, atol=1e-14 * np.abs(exact).max())
     if isinstance(problem.system, galvi.RigidBody):
-        own = rigid_invariants.energy(problem, run.q, run.p)
-        np.testing.assert_allclose(own, energy, rtol=1e-14)
+        body_energy = rigid_invariants.energy(problem, run.q, run.p)
+        np.testing.assert_allclose(body_energy, energy, rtol=1e-14)
         spatial = rigid_invariants.spatial_momentum(run.q, run.p)
-        np.testing.assert_allclose(spatial, found, atol=1e-14)
+        np.testing.assert_allclose(spatial, momentum, atol=1e-14)
 
 
 def test_bodies_without_these_quantities_are_refused():
@@ -179,7 +179,7 @@ def test_the_chance_is_the_share_of_all_choices_and_is_what_holm_asks_of_equal_t
         [1.11, 1.31, 1.41, 1.51, 1.52, 1.6, 1.7, 1.8],
     )
     ranks = rankdata(head + base)
-    sums = [sum(some) for some in combinations(ranks, 8)]
+    sums = [sum(subset) for subset in combinations(ranks, 8)]
     assert p_value(base, head) == pytest.approx(np.mean(np.array(sums) >= sum(ranks[:8])))
     count = samples_needed(60)
     assert p_value([1.0] * count, [1.2] * count) < LEVEL / 60
@@ -195,15 +195,15 @@ def test_equal_code_on_a_coarse_clock_looks_slower_no_more_often_than_stated(slo
         )
         for count in range(max(0, slow - 7), min(slow, 7) + 1)
     }
-    ways = {count: math.comb(slow, count) * math.comb(14 - slow, 7 - count) for count in chances}
+    splits = {count: math.comb(slow, count) * math.comb(14 - slow, 7 - count) for count in chances}
     for stated in chances.values():
-        share = sum(ways[count] for count in chances if chances[count] <= stated)
+        share = sum(splits[count] for count in chances if chances[count] <= stated)
         assert share / math.comb(14, 7) <= stated * (1.0 + 1e-12)
 
 
 def test_too_few_samples_and_equal_ones_decide_nothing() -> None:
-    few = LEAST - 1
-    assert p_value([1.0] * few, [2.0 + k for k in range(20)]) == 1.0
+    too_few = LEAST - 1
+    assert p_value([1.0] * too_few, [2.0 + k for k in range(20)]) == 1.0
     assert p_value([1.0] * 10, [1.0] * 10) == 1.0
 
 
@@ -235,11 +235,11 @@ def test_both_gates_are_needed() -> None:
     noisy = ([0.5, 0.6, 0.7, 1.0, 1.5, 1.6, 1.7], [0.55, 0.65, 0.75, 1.4, 1.55, 1.65, 1.75])
     assert relative_growth(*noisy) > 0.10 and p_value(*noisy) > LEVEL
     much = (times(1.0), times(1.3))
-    found = slower(
+    growing = slower(
         {"little": little, "noisy": noisy, "much": much},
         dict.fromkeys(("little", "noisy", "much"), 0.10),
     )
-    assert found == {"much"}
+    assert growing == {"much"}
 
 
 def test_a_faster_head_is_no_alarm_and_the_size_is_each_benchmark_s_own() -> None:
@@ -270,10 +270,10 @@ def test_calls_are_repeated_no_more_where_processor_time_stands_still(
     monkeypatch.setattr(worker, "described", lambda runs, momenta: {})
     assert worker.run(asdict(CASES[0]), {})["warm"] == 1
 
-    asked: list[int] = []
+    repetitions: list[int] = []
     benchmark = SimpleNamespace(
-        extra_info={}, pedantic=lambda call, rounds, iterations: asked.append(iterations)
+        extra_info={}, pedantic=lambda call, rounds, iterations: repetitions.append(iterations)
     )
     monkeypatch.setattr(annotate, "TIMER", lambda: 0.0)
     annotate.timed(benchmark, lambda: time.sleep(0.02))
-    assert asked == [1]
+    assert repetitions == [1]

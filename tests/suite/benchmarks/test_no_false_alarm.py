@@ -39,8 +39,8 @@ for points in (1, 2, 3, 4):
 @cache
 def changes(integrator: str, name: str, duration: float) -> tuple[np.ndarray, np.ndarray]:
     """Times and relative changes of the energy."""
-    found = next(key for key in PROBLEMS if key.lower().startswith(name))
-    problem, energy = PROBLEMS[found]
+    key = next(key for key in PROBLEMS if key.lower().startswith(name))
+    problem, energy = PROBLEMS[key]
     contender, steps = INTEGRATORS[integrator]
     run = contender.run(problem, duration, {"step": duration / steps, "save_every": 1})
     values = (energy or independent_invariants.hamiltonian)(problem, run.q, run.p)
@@ -72,8 +72,10 @@ def alarm(t: np.ndarray, values: np.ndarray) -> str:
     "durations", [FEW, pytest.param(DURATIONS, marks=pytest.mark.slow)], ids=["few", "fifty"]
 )
 def test_there_is_no_false_alarm(integrator, name, durations):
-    said = {duration: alarm(*changes(integrator, name, float(duration))) for duration in durations}
-    assert not any(said.values()), said
+    alarms = {
+        duration: alarm(*changes(integrator, name, float(duration))) for duration in durations
+    }
+    assert not any(alarms.values()), alarms
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -87,7 +89,7 @@ def test_a_drift_of_a_twentieth_is_seen(name, share):
 
 def test_samples_are_taken_at_random_where_there_are_enough():
     t = np.arange(CHOICE * PARTS * 2 + 1.0)
-    (one, two), (middle, _) = (at_random(t, t, seed)[1] for seed in SEEDS), at_random(t, t, 1)
-    assert len(one) == 2 * PARTS and np.max(np.abs(one - middle)) < CHOICE
-    assert not np.array_equal(one, two) and np.ptp(np.diff(middle)) == 0.0
+    (first, second), (middle, _) = (at_random(t, t, seed)[1] for seed in SEEDS), at_random(t, t, 1)
+    assert len(first) == 2 * PARTS and np.max(np.abs(first - middle)) < CHOICE
+    assert not np.array_equal(first, second) and np.ptp(np.diff(middle)) == 0.0
     assert np.array_equal(at_random(t[: PARTS + 1], t[: PARTS + 1], 1)[1], t[: PARTS + 1])

@@ -24,21 +24,21 @@ H = 0.5 ** np.arange(2, 10)
 def test_a_power_of_the_step_is_recovered_above_a_rough_floor(order, constant, size, floor, seed):
     rough = floor * np.random.default_rng(seed).uniform(0.5, 1.5, H.size)
     errors = constant * (H / H[0]) ** order + rough
-    seen = orders(H, size * errors, size)
-    if seen.fit.points:
-        slack = max(0.02, 3.0 * seen.fit.uncertainty)
-        assert abs(seen.fit.rate - order) < slack
+    measured = orders(H, size * errors, size)
+    if measured.fit.points:
+        slack = max(0.02, 3.0 * measured.fit.uncertainty)
+        assert abs(measured.fit.rate - order) < slack
     clean = (constant * (H / H[0]) ** order > 100.0 * floor) & (errors < 0.1)
-    assert seen.fit.points or np.sum(clean) < 4
-    assert not np.any(seen.used & (errors < 2.0 * floor))
+    assert measured.fit.points or np.sum(clean) < 4
+    assert not np.any(measured.used & (errors < 2.0 * floor))
 
 
 def test_each_error_that_is_left_out_says_why():
     errors = [3.0, 1e-2, 6.2e-4, 3.9e-5, 2.4e-6, 1.5e-7, 9.5e-9, 6e-10]
-    seen = orders(H, errors, 1.0, truth_error=1e-10)
-    assert seen.notes[0] == TOO_COARSE and not seen.used[0]
-    assert seen.notes[-1] == BOUND
-    assert seen.fit.rate == pytest.approx(4.0, abs=0.05)
+    measured = orders(H, errors, 1.0, truth_error=1e-10)
+    assert measured.notes[0] == TOO_COARSE and not measured.used[0]
+    assert measured.notes[-1] == BOUND
+    assert measured.fit.rate == pytest.approx(4.0, abs=0.05)
     stalled = orders(H, [1e-2, 6.2e-4, 3.9e-5, 2.4e-6, 1.5e-7, 1.2e-11, 1.4e-11, 1.1e-11])
     assert stalled.notes[-3:] == (ROUND_OFF,) * 3
     assert stalled.fit.rate == pytest.approx(4.0, abs=0.02)
@@ -46,24 +46,24 @@ def test_each_error_that_is_left_out_says_why():
 
 def test_errors_that_stop_falling_far_above_round_off_are_named():
     """As of a method that tends to the solution of another problem, or a truth of few digits."""
-    seen = orders(H, 1e-5 + 0.05 * (H / H[0]) ** 4)
-    assert STALLED in seen.notes and ROUND_OFF not in seen.notes
-    assert seen.fit.rate == pytest.approx(4.0, abs=0.2)
+    measured = orders(H, 1e-5 + 0.05 * (H / H[0]) ** 4)
+    assert STALLED in measured.notes and ROUND_OFF not in measured.notes
+    assert measured.fit.rate == pytest.approx(4.0, abs=0.2)
     flat = orders(H, np.full(H.size, 1e-3))
     assert set(flat.notes) == {STALLED} and not flat.fit.points
 
 
 def test_a_failed_run_has_no_local_order_and_no_note():
-    seen = orders(H[:5], [np.nan, 1e-2, 2.5e-3, 6.25e-4, 1.5625e-4])
-    assert seen.notes[0] == "" and np.isnan(seen.local[:2]).all()
-    assert seen.local[2:] == pytest.approx([2.0, 2.0, 2.0])
+    measured = orders(H[:5], [np.nan, 1e-2, 2.5e-3, 6.25e-4, 1.5625e-4])
+    assert measured.notes[0] == "" and np.isnan(measured.local[:2]).all()
+    assert measured.local[2:] == pytest.approx([2.0, 2.0, 2.0])
 
 
 @pytest.mark.parametrize("errors", [[], [1e-3], [1e-3, 1e-4]])
 def test_too_few_errors_have_no_order(errors):
-    seen = orders(H[: len(errors)], errors)
-    assert not seen.fit.points and not seen.used.any()
-    assert seen.local.size == len(errors)
+    measured = orders(H[: len(errors)], errors)
+    assert not measured.fit.points and not measured.used.any()
+    assert measured.local.size == len(errors)
 
 
 def rows_of_the_page():
@@ -82,8 +82,8 @@ def agrees(row):
 
 def test_the_table_of_the_page_has_every_class_and_the_orders_of_theory():
     rows = rows_of_the_page()
-    known = [(case.where, name) for case in cases() for name in case.methods]
-    assert [(row["on, in"], row["method"]) for row in rows] == known
+    expected = [(case.where, name) for case in cases() for name in case.methods]
+    assert [(row["on, in"], row["method"]) for row in rows] == expected
     assert {row["on, in"] for row in rows} == {"vector space", "Lie group", "moving frame", "clock"}
     assert all(map(agrees, rows))
     assert not agrees({"order measured": "3.6 ± 0.05", "order of theory": "4"})

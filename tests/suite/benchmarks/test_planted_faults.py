@@ -73,13 +73,13 @@ def test_the_brownout_particles_starts_are_what_their_words_say() -> None:
 def test_steps_that_fail_below_a_bound_are_not_left_out() -> None:
     """The least of eigenvalues of which one is missing is not known."""
 
-    def failing(sound: Any) -> Any:
+    def failing(integrate: Any) -> Any:
         return lambda problem, method, h, steps: (
-            sound(problem, method, h, steps) if h > 1.0 else SimpleNamespace(success=False)
+            integrate(problem, method, h, steps) if h > 1.0 else SimpleNamespace(success=False)
         )
 
-    found = rows(CLAIM["V13"], Fault(wrong={"galvi.integrate": failing}))
-    lost = {row.quantity for row in found if row.verdict == NOT_RUN}
+    claim_rows = rows(CLAIM["V13"], Fault(wrong={"galvi.integrate": failing}))
+    lost = {row.quantity for row in claim_rows if row.verdict == NOT_RUN}
     for name in ("oscillator", "quartic potential"):
         assert f"least eigenvalue over all steps below the bound, {name}" in lost
         assert f"second variation over H (2.22), least below the coercive bound, {name}" in lost
@@ -102,9 +102,9 @@ def test_components_that_share_a_space_after_all_are_caught() -> None:
 def test_a_grain_that_was_not_solved_is_counted_and_its_run_not_compared(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def one_fails(*given: Any, **how: Any) -> Flights:
-        run = FOLLOW(*given, **how)
-        if round(6.0 / given[6]) != 192:
+    def one_fails(*arguments: Any, **options: Any) -> Flights:
+        run = FOLLOW(*arguments, **options)
+        if round(6.0 / arguments[6]) != 192:
             return run
         status, q = run.status.copy(), run.q.copy()
         status[3], q[3] = FAILED, np.nan
@@ -113,13 +113,13 @@ def test_a_grain_that_was_not_solved_is_counted_and_its_run_not_compared(
     monkeypatch.setattr(v25, "QUICK_SAMPLED", 100)
     monkeypatch.setattr(model, "follow", one_fails)
     for name in ("paths", "balances", "places"):
-        monkeypatch.setattr(v25, name, lambda *given: [])
-    found = rows(CLAIM["V25"])
-    counted = next(row for row in found if row.quantity == f"{UNSOLVED}, all runs compared")
+        monkeypatch.setattr(v25, name, lambda *_: [])
+    claim_rows = rows(CLAIM["V25"])
+    counted = next(row for row in claim_rows if row.quantity == f"{UNSOLVED}, all runs compared")
     of_runs = sum(192 in several for several in COMPARED.values())
     assert counted.verdict == CONTRADICTED
     assert counted.measured is not None and counted.measured >= of_runs * len(DIAMETERS)
-    limit = next(row for row in found if "upper limit" in row.quantity)
+    limit = next(row for row in claim_rows if "upper limit" in row.quantity)
     assert limit.verdict == NOT_RUN
 
 
@@ -142,8 +142,8 @@ def test_without_a_rising_wind_no_grain_gets_above_the_bound() -> None:
     assert np.nanmax(run.places[:, :, 2]) < v25.thrown()
     table = quick(CLAIM["V25"])
     table.loc[table["quantity"] == v25.HIGHEST, "value"] = np.nanmax(run.places[:, :, 2])
-    found = {row.quantity: row.verdict for row in CLAIM["V25"].judge(table)}
-    assert found[v25.HIGHEST] == CONTRADICTED
+    verdicts = {row.quantity: row.verdict for row in CLAIM["V25"].judge(table)}
+    assert verdicts[v25.HIGHEST] == CONTRADICTED
 
 
 def test_nodes_that_follow_the_start_are_not_held() -> None:
@@ -167,29 +167,29 @@ def test_theorem_2_is_not_accused_of_a_step_that_it_excludes(
 # --- Lie groups
 
 
-def hung_without_a_torque(R: Any, rest: Any) -> Any:
-    torques, moved = hung_body.pull(R, rest)
+def hung_without_a_torque(R: Any, translation: Any) -> Any:
+    torques, moved = hung_body.pull(R, translation)
     return 0.0 * torques, moved
 
 
-def joined_to_the_first_alone(R: Any, rest: Any) -> Any:
-    torques, moved = joined_pendulums.pull(R, rest)
+def joined_to_the_first_alone(R: Any, translation: Any) -> Any:
+    torques, moved = joined_pendulums.pull(R, translation)
     weight = cross(joined_pendulums.CENTRES[1], joined_pendulums.WEIGHTS[1] @ R[1])
     return np.array([torques[0], weight]), moved
 
 
-def other(sound: Coupled, change: Callable[..., dict[str, Any]]) -> Coupled:
+def changed(coupled: Coupled, change: Callable[..., dict[str, Any]]) -> Coupled:
     """The motion with fields of its equations changed, functions of (q, mu)."""
-    motion = sound.motion
-    return replace(sound, motion=lambda q, mu: replace(motion(q, mu), **change(q, mu)))
+    motion = coupled.motion
+    return replace(coupled, motion=lambda q, mu: replace(motion(q, mu), **change(q, mu)))
 
 
-@pytest.mark.parametrize("sound", [HUNG_BODY, JOINED_PENDULUMS], ids=["hung", "joined"])
-def test_a_coupled_motion_by_newton_and_euler_is_that_of_galvi(sound: Coupled) -> None:
-    problem = sound.problem()
+@pytest.mark.parametrize("coupled", [HUNG_BODY, JOINED_PENDULUMS], ids=["hung", "joined"])
+def test_a_coupled_motion_by_newton_and_euler_is_that_of_galvi(coupled: Coupled) -> None:
+    problem = coupled.problem()
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
     run = galvi.integrate(problem, method, 0.1, 5)
-    q, p = sound.flow(problem.q0, problem.p0, 0.5)
+    q, p = coupled.flow(problem.q0, problem.p0, 0.5)
     np.testing.assert_allclose(run.q[-1], q, atol=1e-12)
     np.testing.assert_allclose(run.p[-1], p, atol=1e-12)
 
@@ -197,11 +197,11 @@ def test_a_coupled_motion_by_newton_and_euler_is_that_of_galvi(sound: Coupled) -
 # Motions of L14 that lack a coupling: of forces, or of the momentum about the frame with that
 # about the centre.
 UNCOUPLED = {
-    "torque": ("SE(3)", other(HUNG_BODY, lambda q, mu: {"pull": hung_without_a_torque})),
-    "momentum": ("SE(3)", other(HUNG_BODY, lambda q, mu: {"momenta": mu[None, :3]})),
+    "torque": ("SE(3)", changed(HUNG_BODY, lambda q, mu: {"pull": hung_without_a_torque})),
+    "momentum": ("SE(3)", changed(HUNG_BODY, lambda q, mu: {"momenta": mu[None, :3]})),
     "one side": (
         "SO(3) x SO(3)",
-        other(JOINED_PENDULUMS, lambda q, mu: {"pull": joined_to_the_first_alone}),
+        changed(JOINED_PENDULUMS, lambda q, mu: {"pull": joined_to_the_first_alone}),
     ),
 }
 
@@ -212,18 +212,18 @@ def test_a_coupling_that_is_dropped_spoils_every_order_of_its_motion(dropped: st
     problem = wrong.problem()
     q, p = wrong.flow(problem.q0, problem.p0, l14.DURATION)
 
-    def ends(given: Problem, *rest: Any) -> Any:
+    def ends(flown: Problem, *_: Any) -> Any:
         """The other motions are not run."""
-        there = given.name == problem.name
+        is_uncoupled = flown.name == problem.name
         return SimpleNamespace(
             q=q[None],
-            p=p[None] * (1.0 if there else np.nan),
-            success=there,
+            p=p[None] * (1.0 if is_uncoupled else np.nan),
+            success=is_uncoupled,
             status="",
             counts={"force_evaluations": 0},
         )
 
-    assert contradicted(CLAIM["L14"], Fault(wrong={"galvi.integrate": lambda sound: ends})) == {
+    assert contradicted(CLAIM["L14"], Fault(wrong={"galvi.integrate": lambda _: ends})) == {
         f"order of the {l14.QUANTITY}, {motion}, {chart.name} chart, n = {n}"
         for chart, ns in l14.NS[motion].items()
         for n in ns
@@ -232,27 +232,27 @@ def test_a_coupling_that_is_dropped_spoils_every_order_of_its_motion(dropped: st
 
 def test_a_flow_without_a_coupling_is_not_symplectic() -> None:
     """2e-15 with them, and 1e-2 without were measured."""
-    sound, *broken = (
-        l16.defect(partial(given.flow, duration=l16.STEP), given.problem())
-        for given in (HUNG_BODY, *(wrong for _, wrong in UNCOUPLED.values()))
+    defect, *broken = (
+        l16.defect(partial(coupled.flow, duration=l16.STEP), coupled.problem())
+        for coupled in (HUNG_BODY, *(wrong for _, wrong in UNCOUPLED.values()))
     )
-    assert sound < 1e-12 and min(broken) > 1e-4
+    assert defect < 1e-12 and min(broken) > 1e-4
 
 
 def test_momenta_at_a_base_that_stays_are_caught() -> None:
     """Each is told at the other end of its step."""
 
-    def held(sound: Any) -> Any:
-        def momenta(run: Any, *rest: Any) -> Any:
+    def held(momenta_of: Any) -> Any:
+        def momenta(run: Any, *arguments: Any) -> Any:
             turns = np.einsum("kij,kil->kjl", run.q[1:], run.q[:-1])
-            before, after = sound(run, *rest)
+            before, after = momenta_of(run, *arguments)
             return np.einsum("kij,kj->ki", turns, before), np.einsum("kji,kj->ki", turns, after)
 
         return momenta
 
-    found = contradicted(CLAIM["L13"], Fault(wrong={f"{l13.__name__}.discrete_momenta": held}))
+    quantities = contradicted(CLAIM["L13"], Fault(wrong={f"{l13.__name__}.discrete_momenta": held}))
     of_curves = {row.quantity for row in CLAIM["L13"].judge(DataFrame()) if "L_d" in row.quantity}
-    assert found == of_curves and len(found) == 8
+    assert quantities == of_curves and len(quantities) == 8
 
 
 @pytest.mark.parametrize(("held", "low", "high"), [(False, 0.0, 1e-12), (True, 1e-6, 1.0)])

@@ -39,7 +39,7 @@ RAMPS: dict[str, Callable[[Any, Any], Any]] = {
 
 
 def verdicts(claim: Claim, table: pd.DataFrame) -> dict[str, str]:
-    return {one.quantity: one.verdict for one in claim.judge(table)}
+    return {line.quantity: line.verdict for line in claim.judge(table)}
 
 
 def drifting(history: str, ramp: str, table: pd.DataFrame) -> None:
@@ -60,9 +60,9 @@ def curves_beside_ends(by: float, studies: tuple[str, ...], table: pd.DataFrame)
 
 def gaining(gain: float, table: pd.DataFrame) -> None:
     """Errors h^(gain n + 2): H reads off a gain of one half."""
-    own = (table["quantity"] == v07.ANGULAR) & (table["study"] == fixed_number(100))
-    h, n = (table.loc[own, name].to_numpy(float) for name in ("step", "n"))
-    table.loc[own, "value"] = np.maximum((10.0 * h) ** (gain * n + 2.0), 1e-15)
+    selected = (table["quantity"] == v07.ANGULAR) & (table["study"] == fixed_number(100))
+    h, n = (table.loc[selected, name].to_numpy(float) for name in ("step", "n"))
+    table.loc[selected, "value"] = np.maximum((10.0 * h) ** (gain * n + 2.0), 1e-15)
 
 
 def with_ms_own_n(table: pd.DataFrame) -> None:
@@ -161,34 +161,40 @@ def test_a_planted_measurement_is_judged_as_it_deserves(name: str) -> None:
     claim, change, expected = PLANTS[name]
     table = quick(CLAIM[claim])
     change(table)
-    found = verdicts(CLAIM[claim], table)
+    by_quantity = verdicts(CLAIM[claim], table)
     for begins, verdict in expected.items():
-        assert {found[one] for one in found if one.startswith(begins)} == {verdict}, begins
+        assert {
+            by_quantity[quantity] for quantity in by_quantity if quantity.startswith(begins)
+        } == {verdict}, begins
 
 
 @pytest.mark.parametrize(
-    ("more", "expected"),
+    ("excess", "expected"),
     [(0.0, [CONTRADICTED, FINDING]), (0.5, [HOLDS, CONTRADICTED])],
     ids=["the root of C_f", "C_f"],
 )
 def test_the_printed_power_of_c_f_would_hold_if_it_were_so(
-    more: float, expected: list[str]
+    excess: float, expected: list[str]
 ) -> None:
     """Curves of order n + 1/2 hold, and those of order n do not: no verdict is built in."""
-    powers = {ENDS: lambda n: 2.0 * n - 1.0, CURVE: lambda n: n + more}
-    made = frame(
+    powers = {ENDS: lambda n: 2.0 * n - 1.0, CURVE: lambda n: n + excess}
+    table = frame(
         row(study=v14.COERCIVE, quantity=quantity, n=n, step=h, value=h ** power(n))
         for n in v14.NS
         for quantity, power in powers.items()
         for h in 2.0 ** -np.arange(2.0, 8.0)
     )
-    found = verdicts(CLAIM["V14"], made)
-    assert [found[one] for one in found if one.startswith("order of distance /")] == expected
+    by_quantity = verdicts(CLAIM["V14"], table)
+    assert [
+        by_quantity[quantity_name]
+        for quantity_name in by_quantity
+        if quantity_name.startswith("order of distance /")
+    ] == expected
 
 
 def test_no_verdict_about_the_cost_rests_on_a_time() -> None:
     table, random = quick(CLAIM["V24"]), np.random.default_rng(1)
-    sound = verdicts(CLAIM["V24"], table)
+    before = verdicts(CLAIM["V24"], table)
     chosen = table["quantity"].isin([v24.SECONDS, v24.FASTEST, v24.SLOWEST])
     table.loc[chosen, "value"] *= 1e3 * random.uniform(0.1, 10.0, chosen.sum())
-    assert verdicts(CLAIM["V24"], table) == sound
+    assert verdicts(CLAIM["V24"], table) == before

@@ -24,7 +24,7 @@ def test_the_energy_of_a_state_with_what_its_rounding_lost_is_exact() -> None:
     problem, rng = galvi.problems.outer_solar_system(), np.random.default_rng(6)
     state = [x * (1.0 + 1e-12 * rng.standard_normal(x.shape)) for x in (problem.q0, problem.v0)]
     low = [1e-17 * x * rng.standard_normal(x.shape) for x in state]
-    found = relative_energy_error(problem, *map(DoubleDouble, state, low))
+    error = relative_energy_error(problem, *map(DoubleDouble, state, low))
     exact = np.vectorize(mpmath.mpf, otypes=[object])
     m, (i, j) = exact(problem.system.masses), np.triu_indices(problem.system.masses.size, 1)
 
@@ -34,27 +34,28 @@ def test_the_energy_of_a_state_with_what_its_rounding_lost_is_exact() -> None:
 
     with mpmath.workdps(50):
         start = energy(exact(problem.q0), exact(problem.v0))
-        end = energy(*(exact(x) + exact(rest) for x, rest in zip(state, low, strict=True)))
+        end = energy(*(exact(x) + exact(lost) for x, lost in zip(state, low, strict=True)))
         truth = (end - start) / abs(start)
-    assert float(found) == pytest.approx(float(truth), rel=1e-13, abs=1e-28)
+    assert float(error) == pytest.approx(float(truth), rel=1e-13, abs=1e-28)
     assert abs(float(relative_energy_error(problem, exactly(problem.q0), exactly(problem.v0)))) == 0
 
 
 def test_the_runs_differ_by_1e_12_and_each_is_always_the_same() -> None:
     problem = galvi.problems.outer_solar_system()
-    one, again, other = round_off.member(0), round_off.member(0), round_off.member(1)
-    assert np.array_equal(one.q0, again.q0) and not np.array_equal(one.q0, other.q0)
-    for x, y in ((one.q0, problem.q0), (one.v0, problem.v0)):
+    first, again, second = round_off.member(0), round_off.member(0), round_off.member(1)
+    assert np.array_equal(first.q0, again.q0) and not np.array_equal(first.q0, second.q0)
+    for x, y in ((first.q0, problem.q0), (first.v0, problem.v0)):
         assert 1e-13 < np.abs(x / y - 1.0).max() < 5e-12
 
 
 @pytest.mark.slow(beside="test_drift.py::test_a_drift_below_the_walk_s_own_size_is_caught")
 def test_a_method_whose_end_weights_are_off_by_1e_15_is_caught_as_a_drift() -> None:
-    sound = gauss(8, 10)
-    method = faulty(beta=1.0 + 1e-15)(sound.method.space, sound.method.rule)
-    participants = (sound, GalerkinParticipant(method, 10))
+    correct = gauss(8, 10)
+    method = faulty(beta=1.0 + 1e-15)(correct.method.space, correct.method.rule)
+    participants = (correct, GalerkinParticipant(method, 10))
     right, wrong = (
-        round_off.growths(round_off.brouwer(True, participants=[one]))[0][1] for one in participants
+        round_off.growths(round_off.brouwer(True, participants=[participant]))[0][1]
+        for participant in participants
     )
     assert wrong.drifts and abs(wrong.exponent - 1.0) < 0.1
     assert not right.drifts
@@ -65,55 +66,55 @@ class Stop(Exception):
     """The study is killed."""
 
 
-def study(folder: Path, told: list[str], stop: int | None = None) -> pd.DataFrame:
+def study(folder: Path, messages: list[str], stop: int | None = None) -> pd.DataFrame:
     """A run of a method over 20 years; killed at the sample of this number."""
-    seen = 0
+    samples = 0
 
     def report(sentence: str) -> None:
-        nonlocal seen
-        told.append(sentence)
-        seen += sentence.endswith("years")
-        if stop is not None and seen == stop:
+        nonlocal samples
+        messages.append(sentence)
+        samples += sentence.endswith("years")
+        if stop is not None and samples == stop:
             raise Stop
 
     for part in round_off.parts(folder, report, 200.0, 1, (gauss(6, 10),), code="0123456789ab"):
         if not part.done():
             part.run(report)
-    frame = round_off.stored(folder, print).drop(columns="date")
-    return frame.sort_values("sample", ignore_index=True)
+    table = round_off.stored(folder, print).drop(columns="date")
+    return table.sort_values("sample", ignore_index=True)
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> pd.DataFrame:
+def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> pd.DataFrame:
     return study(tmp_path_factory.mktemp("whole"), [])
 
 
 def test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled(
-    tmp_path: Path, whole: pd.DataFrame
+    tmp_path: Path, uninterrupted: pd.DataFrame
 ) -> None:
-    assert len(whole) == len(KEPT) and whole["error"].abs().max() < 1e-8
+    assert len(uninterrupted) == len(KEPT) and uninterrupted["error"].abs().max() < 1e-8
     for stop in (len(KEPT) - 3, 2):
         with pytest.raises(Stop):
             study(tmp_path, [], stop)
-    assert study(tmp_path, []).equals(whole)
+    assert study(tmp_path, []).equals(uninterrupted)
     assert not list(tmp_path.rglob("*.npz"))
-    told: list[str] = []
-    study(tmp_path, told)
-    assert told == []
+    messages: list[str] = []
+    study(tmp_path, messages)
+    assert messages == []
 
 
 def test_a_damaged_or_foreign_run_is_set_aside_and_the_study_starts_it_anew(
-    tmp_path: Path, whole: pd.DataFrame
+    tmp_path: Path, uninterrupted: pd.DataFrame
 ) -> None:
-    other = galvi.integrate(round_off.member(0), gauss(4, 10).method, 1.0, 3)
-    for spoil in (lambda path: path.write_bytes(b"no run"), partial(galvi.save, other)):
+    foreign = galvi.integrate(round_off.member(0), gauss(4, 10).method, 1.0, 3)
+    for spoil in (lambda path: path.write_bytes(b"no run"), partial(galvi.save, foreign)):
         with pytest.raises(Stop):
             study(tmp_path, [], 5)
         (saved,) = tmp_path.rglob("*.npz")
         spoil(saved)
-        told: list[str] = []
-        assert study(tmp_path, told).equals(whole)
-        assert any("anew" in sentence for sentence in told)
+        messages: list[str] = []
+        assert study(tmp_path, messages).equals(uninterrupted)
+        assert any("anew" in sentence for sentence in messages)
         for path in tmp_path.rglob("*.csv"):
             path.unlink()
 
@@ -122,16 +123,16 @@ def test_rows_of_another_version_stay_and_say_of_which(tmp_path: Path) -> None:
     for code in ("aaaaaaaaaaaa", "bbbbbbbbbbbb"):
         for part in round_off.parts(tmp_path, print, 20.0, 1, (gauss(4, 20),), code=code):
             part.run(lambda sentence: None)
-    told = [told for told, _ in round_off.growths(round_off.stored(tmp_path, print))]
-    assert [each["commit"] for each in told] == ["aaaaaaaaaaaa", "bbbbbbbbbbbb"]
-    assert all(len(each["date"]) == 10 for each in told)
+    groups = [group for group, _ in round_off.growths(round_off.stored(tmp_path, print))]
+    assert [group["commit"] for group in groups] == ["aaaaaaaaaaaa", "bbbbbbbbbbbb"]
+    assert all(len(group["date"]) == 10 for group in groups)
 
 
 def test_a_run_that_fails_is_a_row_with_its_status() -> None:
     problem = replace(round_off.member(0), v0=0.0 * round_off.member(0).v0)
-    seen = list(gauss(4, 20).samples(problem, 1e4, None, print))
-    assert np.isnan(seen[-1].error) and seen[-1].status.startswith("Stopped")
-    assert len(seen) < len(KEPT)
+    samples = list(gauss(4, 20).samples(problem, 1e4, None, print))
+    assert np.isnan(samples[-1].error) and samples[-1].status.startswith("Stopped")
+    assert len(samples) < len(KEPT)
 
 
 def test_galvi_and_ias15_walk_over_a_hundred_years() -> None:
@@ -139,9 +140,9 @@ def test_galvi_and_ias15_walk_over_a_hundred_years() -> None:
         participant.label: list(participant.samples(round_off.member(0), 100.0, None, print))
         for participant in round_off.PARTICIPANTS
     }
-    assert {len(each) for each in sample.values()} == {len(KEPT)}
-    for label, each in sample.items():
-        assert max(abs(one.error) for one in each) < 5e-15, label
-    ours = sample["galvi degree 8, Gauss 8"]
-    assert any(one.error != one.error_of_rounded for one in ours)
-    assert isinstance(ours[0], Sample)
+    assert {len(run) for run in sample.values()} == {len(KEPT)}
+    for label, run in sample.items():
+        assert max(abs(point.error) for point in run) < 5e-15, label
+    galvi_run = sample["galvi degree 8, Gauss 8"]
+    assert any(point.error != point.error_of_rounded for point in galvi_run)
+    assert isinstance(galvi_run[0], Sample)

@@ -156,7 +156,7 @@ class Wrong(Modest):
 
 
 @pytest.mark.parametrize(
-    ("contender", "check", "said"),
+    ("contender", "check", "sentence"),
     [
         (Wrong(), "order", "bound: 1.75, less two standard errors (0.25 at most), to 2.25"),
         (Altered(unseeded), "determinism", "bound: at most 0. Two runs that were asked for alike"),
@@ -166,13 +166,13 @@ class Wrong(Modest):
     ids=lambda value: getattr(value, "name", None),
 )
 def test_a_planted_fault_fails_its_own_check_with_measured_value_and_bound(
-    contender, check, said, serve, monkeypatch
+    contender, check, sentence, serve, monkeypatch
 ):
     monkeypatch.setattr("benchmarks.applications.external.long_runs.MANY", 3000)
     contender.symmetric = check == "time reversal"
     problem = replace(SWING, long=40.3) if check == "conservation" else SHORT
     failures = failed(serve(contender, problem))
-    assert said in failures.pop(check)
+    assert sentence in failures.pop(check)
     # What drifts does so in its longest run too.
     assert set(failures) <= ({"longest run"} if check == "conservation" else set())
 
@@ -191,18 +191,18 @@ JUDGED = [Gauss(), Drifting(), Bare(), *map(Altered, (unseeded, mirrored))]
 def test_outcomes_are_the_verdicts_of_verify(contender, serve, monkeypatch):
     monkeypatch.setattr("benchmarks.applications.external.long_runs.MANY", 3000)
     _, differing, _ = checked(contender, SHORT)
-    said = "\n".join(text for end, text in serve(contender).values() if end == "failed")
+    failures = "\n".join(text for end, text in serve(contender).values() if end == "failed")
     assert {row.quantity for row in differing} == {
-        line.partition(": measured")[0] for line in said.splitlines()
+        line.partition(": measured")[0] for line in failures.splitlines()
     }
 
 
 def test_what_is_not_run_is_skipped_with_the_reason(serve):
     outcomes = serve(WithoutSteps())
-    end, why = outcomes["order", ""]
-    assert end == "skipped" and "offer settings with a `step`" in why
-    end, why = outcomes["conservation", ORBIT.problem.name]
-    assert end == "skipped" and why.startswith("Not declared")
+    end, reason = outcomes["order", ""]
+    assert end == "skipped" and "offer settings with a `step`" in reason
+    end, reason = outcomes["conservation", ORBIT.problem.name]
+    assert end == "skipped" and reason.startswith("Not declared")
     assert outcome([])[0] == "skipped"
 
 
@@ -245,8 +245,12 @@ def test_a_long_run_that_fails_has_the_same_outcome_alone_and_after_other_items(
     problem = replace(SWING, long=6.5)
     after = failed(serve(WithoutLongRuns(), problem))
     for check in ("conservation", "longest run"):
-        alone = failed(serve(WithoutLongRuns(), problem, only=check))
-        assert set(alone) == {check} and "too long" in alone[check] and "too long" in after[check]
+        only_check = failed(serve(WithoutLongRuns(), problem, only=check))
+        assert (
+            set(only_check) == {check}
+            and "too long" in only_check[check]
+            and "too long" in after[check]
+        )
 
 
 def test_what_an_integrator_prints_in_an_item_that_fails_is_shown(serve):
@@ -280,22 +284,26 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def test_a_problem_of_ones_own_keeps_what_its_truth_keeps(folder):
-    kept = {name: own_check_problem(f"{folder}:{name}") for name in ("galaxy", "damped", "spring")}
-    assert kept["galaxy"].kept == ("energy", "angular momentum")
-    assert kept["damped"].kept == () and kept["spring"].kept == ("energy",)
-    assert kept["spring"].size == pytest.approx(1e11, rel=0.1) and kept["spring"].floor < 1e-9
+    problems = {
+        name: own_check_problem(f"{folder}:{name}") for name in ("galaxy", "damped", "spring")
+    }
+    assert problems["galaxy"].kept == ("energy", "angular momentum")
+    assert problems["damped"].kept == () and problems["spring"].kept == ("energy",)
+    assert (
+        problems["spring"].size == pytest.approx(1e11, rel=0.1) and problems["spring"].floor < 1e-9
+    )
     assert own_check_problem(f"{folder}:line").ordered == np.inf
-    truth = kept["galaxy"].states()
+    truth = problems["galaxy"].states()
     assert truth.success and len(truth.t) == 3 and truth.t[-1] == 10.0
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [("local", "at the top level of their module"), ("knotted", "must return a galvi.Problem")],
 )
-def test_a_problem_that_cannot_be_checked_on_is_a_sentence(folder, name, said, monkeypatch):
+def test_a_problem_that_cannot_be_checked_on_is_a_sentence(folder, name, message, monkeypatch):
     monkeypatch.setattr(ExternalIntegrator, "open", lambda path, limit: Inside.of(Gauss()))
-    with pytest.raises(ContenderError, match=re.escape(said)):
+    with pytest.raises(ContenderError, match=re.escape(message)):
         own_check_problem(f"{folder}:{name}")
     path = f"{folder}:{name}"
     with pytest.raises(ContenderError, match=f"^--galvi-problem {path}: "):

@@ -45,78 +45,90 @@ def rows() -> list[Row]:
 
 def of_measured() -> list[Statement]:
     """The statements of these claims alone."""
-    return [one for one in statements() if one.claims and set(one.claims) <= MEASURED]
+    return [
+        statement
+        for statement in statements()
+        if statement.claims and set(statement.claims) <= MEASURED
+    ]
 
 
 def test_every_status_is_what_the_rows_say_and_every_accusation_has_its_statement(
     rows: list[Row],
 ) -> None:
-    found = [one for one in unfounded(of_measured(), rows) if "no statement of it" not in one]
-    assert len(of_measured()) > 20 and found == []
+    complaints = [
+        complaint
+        for complaint in unfounded(of_measured(), rows)
+        if "no statement of it" not in complaint
+    ]
+    assert len(of_measured()) > 20 and complaints == []
 
 
 def test_lines_are_complete() -> None:
     ids = {claim.id for claim in CLAIMS}
-    seen = set()
-    for one in statements():
-        assert one.status in STATUSES and one.where[:2] in ("H ", "M ")
-        assert (one.effect in EFFECTS) == (one.status == FALSE)
-        assert set(one.claims) <= ids and 0 < len(one.statement) <= 200
-        assert one.status in ("reproduced", "future work done") or one.why
-        assert (one.where, one.statement) not in seen
-        seen.add((one.where, one.statement))
-    assert {one.where[0] for one in statements()} == {"H", "M"}
+    printed = set()
+    for statement in statements():
+        assert statement.status in STATUSES and statement.where[:2] in ("H ", "M ")
+        assert (statement.effect in EFFECTS) == (statement.status == FALSE)
+        assert set(statement.claims) <= ids and 0 < len(statement.statement) <= 200
+        assert statement.status in ("reproduced", "future work done") or statement.why
+        assert (statement.where, statement.statement) not in printed
+        printed.add((statement.where, statement.statement))
+    assert {statement.where[0] for statement in statements()} == {"H", "M"}
 
 
 def test_every_figure_of_a_claim_is_a_statement() -> None:
-    told = {one.where for one in statements()}
+    sources = {statement.where for statement in statements()}
     for claim in CLAIMS:
         for figure in claim.figures:
             if figure[2:5] == "fig":
                 name = SECTIONS.get(figure[:8], figure)
-                assert any(one.startswith(name) for one in told), figure
+                assert any(source.startswith(name) for source in sources), figure
 
 
 def test_a_status_that_no_row_supports_and_a_verdict_that_praises_are_told(
     rows: list[Row],
 ) -> None:
     """Planted: a figure that is not reproduced is called so; and its rows exceed it."""
-    found = of_measured()
+    measured = of_measured()
     wrong = [
-        replace(one, status="reproduced", why="")
-        if one.status == NOT_REPRODUCED and "L3" in one.claims
-        else one
-        for one in found
+        replace(statement, status="reproduced", why="")
+        if statement.status == NOT_REPRODUCED and "L3" in statement.claims
+        else statement
+        for statement in measured
     ]
-    assert any("L3 has a row that is not reproduced" in one for one in unfounded(wrong, rows))
+    assert any(
+        "L3 has a row that is not reproduced" in complaint for complaint in unfounded(wrong, rows)
+    )
     praised = [
         replace(row, verdict=EXCEEDS) if row.verdict == NOT_REPRODUCED else row for row in rows
     ]
-    said = unfounded(found, praised)
-    assert any(one.startswith("H fig. 3.2 ") for one in said)
-    assert any("H fig. 3.2 exceeds what was measured" in one for one in said)
+    complaints = unfounded(measured, praised)
+    assert any(complaint.startswith("H fig. 3.2 ") for complaint in complaints)
+    assert any("H fig. 3.2 exceeds what was measured" in complaint for complaint in complaints)
 
 
 def test_a_row_founds_only_the_statements_of_its_place() -> None:
     """Planted: one row that holds, and statements of other places that name its claim."""
     row = Row("V1", "one-step error", "H fig. 2.3, thm. 2.3.4", verdict=HOLDS)
     wheres = ("H fig. 2.3", "H thm. 2.3.4", "H fig. 2.4", "H fig. 2.30", "H 2.3", "M fig. 2.3")
-    first, second, *others = (
+    first, second, *unrelated = (
         Statement(where, "figure", "It is so.", "reproduced", "", ("V1",), "", "")
         for where in wheres
     )
-    said = unfounded([first, second, *others], [row])
-    assert len(said) == len(others)
-    assert not any(one.startswith(("H fig. 2.3 ", "H thm. 2.3.4 ")) for one in said)
-    here = replace(others[0], rows="H fig. 2.3: one-step")
-    elsewhere = replace(here, rows="H fig. 2.3: curve")
-    other_claim = replace(here, claims=("V2",))
-    assert unfounded([here], [row]) == []
-    assert all(unfounded([one], [row]) for one in (elsewhere, other_claim))
+    complaints = unfounded([first, second, *unrelated], [row])
+    assert len(complaints) == len(unrelated)
+    assert not any(
+        complaint.startswith(("H fig. 2.3 ", "H thm. 2.3.4 ")) for complaint in complaints
+    )
+    supported = replace(unrelated[0], rows="H fig. 2.3: one-step")
+    elsewhere = replace(supported, rows="H fig. 2.3: curve")
+    other_claim = replace(supported, claims=("V2",))
+    assert unfounded([supported], [row]) == []
+    assert all(unfounded([unsupported], [row]) for unsupported in (elsewhere, other_claim))
 
 
 @pytest.mark.parametrize(
-    ("source", "found"),
+    ("source", "expected"),
     [
         ("H thm. 2.1.1, 3.1.1, M thm. 4", ["H thm. 2.1.1", "H thm. 3.1.1", "M thm. 4"]),
         ("H fig. 2.11, sec. 2.4", ["H fig. 2.11"]),
@@ -127,27 +139,27 @@ def test_a_row_founds_only_the_statements_of_its_place() -> None:
         ("M sec. 5", ["M sec. 5"]),
     ],
 )
-def test_the_places_of_a_source_are_read(source: str, found: list[str]) -> None:
-    assert places(source) == found
+def test_the_places_of_a_source_are_read(source: str, expected: list[str]) -> None:
+    assert places(source) == expected
 
 
 def test_a_row_that_is_named_and_not_there_is_told(rows: list[Row]) -> None:
-    one = next(one for one in of_measured() if one.rows)
-    (said,) = unfounded([replace(one, rows=f"{one.rows}; H fig. 9.9")], rows)[:1]
-    assert said.endswith("names rows that are not there: H fig. 9.9.")
+    statement = next(x for x in of_measured() if x.rows)
+    (complaint,) = unfounded([replace(statement, rows=f"{statement.rows}; H fig. 9.9")], rows)[:1]
+    assert complaint.endswith("names rows that are not there: H fig. 9.9.")
 
 
 def test_statements_are_counted_in_words() -> None:
-    one = Statement("H fig. 1", "figure", "It is so.", "reproduced", "", (), "", "")
-    slip = replace(one, status=FALSE, effect="harmless")
-    said = counted([one, one, slip])
-    assert said.startswith("Of 3 printed statements of the two papers, 2 are reproduced, ")
-    assert "1 is false as printed (1 of them harmless misprints)" in said
+    reproduced = Statement("H fig. 1", "figure", "It is so.", "reproduced", "", (), "", "")
+    slip = replace(reproduced, status=FALSE, effect="harmless")
+    sentence = counted([reproduced, reproduced, slip])
+    assert sentence.startswith("Of 3 printed statements of the two papers, 2 are reproduced, ")
+    assert "1 is false as printed (1 of them harmless misprints)" in sentence
 
 
 def test_the_stated_errors_of_the_suites_orders_cover(rows: list[Row]) -> None:
-    found = coverage(rows)
-    assert found.orders > 10 and found.sound, str(found)
+    of_rows = coverage(rows)
+    assert of_rows.orders > 10 and of_rows.sound, str(of_rows)
     small = [replace(row, misses=5.0 * row.misses) if row.misses else row for row in rows]
     assert not coverage(small).sound  # planted: errors a fifth of what they are
 
@@ -220,8 +232,8 @@ def _() -> tuple[float, float]:
 @misprint("H 2.4.2", "Kepler with m_1")
 def _() -> tuple[float, float]:
     """e = |r v^2 / (G (m_1 + m_2)) - 1| at an apsis, for two unit masses and for one of them."""
-    found = [abs(0.4 * 2.0**2 / mass - 1.0) for mass in (2.0, 1.0)]
-    return abs(found[0] - 0.6), abs(found[1] - 0.6)
+    errors = [abs(0.4 * 2.0**2 / mass - 1.0) for mass in (2.0, 1.0)]
+    return abs(errors[0] - 0.6), abs(errors[1] - 0.6)
 
 
 @misprint("H 2.6.1", "A remainder e")
@@ -243,8 +255,8 @@ def _() -> tuple[float, float]:
 def _() -> tuple[float, float]:
     """A turn by 2 atan(2), 127 degrees: sigma_min is 2 / 5."""
     stretch = np.linalg.svd(Rotations().tangent(np.array([0.0, 2.0, 0.0])), compute_uv=False)
-    least, sigma = float(stretch[-1] ** 2), 0.4
-    return max(0.0, sigma - least), abs(sigma**2 - least)
+    eigenvalue, sigma = float(stretch[-1] ** 2), 0.4
+    return max(0.0, sigma - eigenvalue), abs(sigma**2 - eigenvalue)
 
 
 @misprint("H (3.19), (3.20)", "Mixed term")
@@ -252,9 +264,9 @@ def _() -> tuple[float, float]:
     """The least of C_p a^2 / 2 - 2 C_m a b at b = 1, against what is subtracted."""
     c_p, c_m = 0.7, 0.9
     a = np.linspace(0.0, 10.0, 200_001)
-    least = float(np.min(c_p * a**2 / 2.0 - 2.0 * c_m * a))
+    minimum = float(np.min(c_p * a**2 / 2.0 - 2.0 * c_m * a))
     printed, follows = (-(c_m**2) * factor / c_p for factor in (0.5, 2.0))
-    return max(0.0, printed - least), max(0.0, follows - least)
+    return max(0.0, printed - minimum), max(0.0, follows - minimum)
 
 
 @misprint("H fig. 3.4", "The curves are on")
@@ -283,7 +295,9 @@ def _() -> tuple[float, float]:
 @pytest.mark.parametrize("where", CHECKS, ids=lambda where: " ".join(where))
 def test_what_is_printed_misses_and_what_follows_does_not(where: tuple[str, str]) -> None:
     (line,) = [
-        one for one in statements() if one.where == where[0] and one.statement.startswith(where[1])
+        statement
+        for statement in statements()
+        if statement.where == where[0] and statement.statement.startswith(where[1])
     ]
     assert line.status == FALSE
     printed, follows = CHECKS[where]()

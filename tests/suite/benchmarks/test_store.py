@@ -33,12 +33,12 @@ from reports.tables.writing import as_markdown
 
 
 def test_it_names_the_versions_that_run() -> None:
-    found = provenance.provenance("make report")
-    assert found["numpy"] == np.__version__
-    assert found["python"] == ".".join(map(str, sys.version_info[:3]))
-    assert found["command"] == "make report"
-    assert int(found["threads"]) >= 1
-    assert all(isinstance(value, str) and value for value in found.values())
+    versions = provenance.provenance("make report")
+    assert versions["numpy"] == np.__version__
+    assert versions["python"] == ".".join(map(str, sys.version_info[:3]))
+    assert versions["command"] == "make report"
+    assert int(versions["threads"]) >= 1
+    assert all(isinstance(value, str) and value for value in versions.values())
 
 
 def test_the_command_is_the_one_typed_without_folders(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -62,8 +62,8 @@ def test_the_commit_of_an_installation_is_that_of_its_version(
     """Also inside of another project's checkout, whose commit is none of galvi's."""
     subprocess.run(["git", "init", "-q", tmp_path], check=True)
     identity = ["-c", "user.name=me", "-c", "user.email=me@localhost"]
-    words = ["commit", "-q", "--allow-empty", "-m", "theirs"]
-    subprocess.run(["git", "-C", tmp_path, *identity, *words], check=True)
+    arguments = ["commit", "-q", "--allow-empty", "-m", "theirs"]
+    subprocess.run(["git", "-C", tmp_path, *identity, *arguments], check=True)
     installed = tmp_path / "site-packages"
     installed.mkdir()
     monkeypatch.setattr(provenance, "ROOT", installed)
@@ -83,10 +83,10 @@ ROOT = Path(__file__).parents[3]
     beside="tests/suite/reports/test_track_history.py::test_each_quantity_of_each_bench_is_a_row"
 )
 def test_a_bench_is_stored_with_what_is_read_of_it(tmp_path: Path) -> None:
-    words = ["-m", "pytest", "benchmarks/timings", "-q", "-k", "oscillator and closed"]
-    words += ["--benchmark-enable", "--benchmark-only", "-p", "no:cacheprovider"]
-    words += [f"--benchmark-storage=file://{tmp_path}"]
-    subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, check=True)
+    command = ["-m", "pytest", "benchmarks/timings", "-q", "-k", "oscillator and closed"]
+    command += ["--benchmark-enable", "--benchmark-only", "-p", "no:cacheprovider"]
+    command += [f"--benchmark-storage=file://{tmp_path}"]
+    subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, check=True)
     (path,) = tmp_path.rglob("*.json")
     rows = json.loads(path.read_text())["benchmarks"]
     assert rows and len(rows) == len({row["name"] for row in rows})
@@ -97,8 +97,8 @@ def test_a_bench_is_stored_with_what_is_read_of_it(tmp_path: Path) -> None:
 
 def test_every_problem_has_cases_of_each_kind_by_names_of_their_own_and_as_plain_data() -> None:
     for kind in (STEP, TRAJECTORY):
-        found = {case.problem for case in CASES if case.kind == kind}
-        assert found == set(galvi.problems.__all__)
+        problems = {case.problem for case in CASES if case.kind == kind}
+        assert problems == set(galvi.problems.__all__)
     assert len({case.name for case in CASES}) == len(CASES)
     for case in CASES:
         plain = json.loads(json.dumps(asdict(case)))
@@ -177,44 +177,49 @@ def test_a_text_without_control_characters_is_shown_as_it_is(text: str) -> None:
 
 @given(draw.lists(draw.tuples(texts.filter(bool), draw.floats()), min_size=1))
 def test_a_table_is_read_as_it_was(rows: list[tuple[str, float]]) -> None:
-    frame = pd.DataFrame(rows, columns=["text", "value"])
+    table = pd.DataFrame(rows, columns=["text", "value"])
     again = read_csv(
-        io.StringIO(as_csv(frame), newline=""),
+        io.StringIO(as_csv(table), newline=""),
         dtype={"text": str},
         keep_default_na=False,
         na_values={"value": [""]},
     )
-    assert list(again["text"]) == list(frame["text"])
-    assert np.array_equal(again["value"], frame["value"], equal_nan=True)
+    assert list(again["text"]) == list(table["text"])
+    assert np.array_equal(again["value"], table["value"], equal_nan=True)
 
 
 def test_cells_that_are_no_texts_are_written_as_pandas_writes_them() -> None:
-    frame = pd.DataFrame(
+    table = pd.DataFrame(
         {"a": [1, None, "=1"], "b": [True, False, True], "c": [-1.5, np.nan, np.inf]}, dtype=object
     )
-    assert as_csv(frame) == "a,b,c\n1,True,-1.5\n,False,\n'=1,True,inf\n"
-    assert as_csv(frame.iloc[:2]) == frame.iloc[:2].to_csv(index=False)
-    assert list(frame["a"]) == [1, None, "=1"]  # the frame itself stays
+    assert as_csv(table) == "a,b,c\n1,True,-1.5\n,False,\n'=1,True,inf\n"
+    assert as_csv(table.iloc[:2]) == table.iloc[:2].to_csv(index=False)
+    assert list(table["a"]) == [1, None, "=1"]  # the frame itself stays
 
 
 def test_kept_rows_are_read_as_they_were_and_damaged_ones_are_set_aside(tmp_path: Path) -> None:
-    told: list[str] = []
-    kept = RowFiles(tmp_path, {"name": str, "value": float}, told.append)
+    messages: list[str] = []
+    row_files = RowFiles(tmp_path, {"name": str, "value": float}, messages.append)
     names = [*FORMULAS, *PLAIN]
-    frame = pd.DataFrame({"name": names, "value": 1e-3 * np.arange(float(len(names)))})
-    kept.write("rows", frame)
-    again = kept.read("rows")
-    assert again is not None and again.equals(frame) and told == []
+    table = pd.DataFrame({"name": names, "value": 1e-3 * np.arange(float(len(names)))})
+    row_files.write("rows", table)
+    again = row_files.read("rows")
+    assert again is not None and again.equals(table) and messages == []
     path = tmp_path / "rows.csv"
     with path.open(newline="") as file:
         cells = [line[0] for line in csv.reader(file) if line]
     assert not [cell for cell in cells if cell[:1] in "=@" and cell]
-    sound = path.read_bytes()
-    for other in (sound[: len(sound) // 2], sound.replace(b"e-", b"e-1", 1), b"\xff\xfe\x00", b""):
-        path.write_bytes(other)
-        assert kept.read("rows") is None and not path.exists()
-        assert "is set aside as" in told.pop() and told == []
-    assert len(list(tmp_path.glob("rows.csv.damaged*"))) == 4 and kept.all().empty
+    intact = path.read_bytes()
+    for damaged in (
+        intact[: len(intact) // 2],
+        intact.replace(b"e-", b"e-1", 1),
+        b"\xff\xfe\x00",
+        b"",
+    ):
+        path.write_bytes(damaged)
+        assert row_files.read("rows") is None and not path.exists()
+        assert "is set aside as" in messages.pop() and messages == []
+    assert len(list(tmp_path.glob("rows.csv.damaged*"))) == 4 and row_files.all().empty
 
 
 def test_markdown_has_no_formula_tag_bar_or_control_character() -> None:

@@ -20,10 +20,10 @@ from references.rebound.simulation import missing
 
 def test_a_version_that_moves_otherwise_fails_or_is_gone_is_told() -> None:
     names = {"problem": "p", "settings": "step=1", "engines": "engine 1"}
-    here = pd.DataFrame(
+    old = pd.DataFrame(
         [
-            {**names, "contender": who, "error": error, "status": ""}
-            for who, error in (
+            {**names, "contender": contender, "error": error, "status": ""}
+            for contender, error in (
                 ("same", 1e-3),
                 ("round-off", 1e-14),
                 ("other", 1e-3),
@@ -32,10 +32,10 @@ def test_a_version_that_moves_otherwise_fails_or_is_gone_is_told() -> None:
             )
         ]
     )
-    new = here.assign(error=[1.001e-3, 4e-13, 2e-3, float("nan"), 1e-3])
+    new = old.assign(error=[1.001e-3, 4e-13, 2e-3, float("nan"), 1e-3])
     new.loc[3, "status"] = "It failed."
-    assert list(signatures.differences(here, here)) == []
-    assert list(signatures.differences(here, new[:4])) == [
+    assert list(signatures.differences(old, old)) == []
+    assert list(signatures.differences(old, new[:4])) == [
         "p, other, step=1: the error 0.001 became 0.002.",
         "p, ends, step=1: '' became 'It failed.'.",
         "p, gone, step=1: not there.",
@@ -67,33 +67,33 @@ SHOWN = 0.0125  # step of the errors that the lines on versions state
 @pytest.mark.skipif(bool(missing()), reason=missing() or "present")
 def test_what_was_seen_of_rebound_is_seen_again_or_the_page_is_old() -> None:
     written = pd.read_csv(DEFECTS).set_index("what")
-    for defect, seen in of_rebound.seen().items():
-        if seen or defect in written.index:
-            assert seen == written.loc[defect, "seen"] or "AVX" in defect or "512" in defect
+    for defect, reproduced in of_rebound.seen().items():
+        if reproduced or defect in written.index:
+            assert reproduced == written.loc[defect, "seen"] or "AVX" in defect or "512" in defect
 
 
-def unknown(written: pd.DataFrame, kept: pd.DataFrame) -> list[str]:
+def unknown(written: pd.DataFrame, versions: pd.DataFrame) -> list[str]:
     """Figures of the lines on versions that are not those kept of the integrator, to the digits."""
-    found = []
+    unknown_figures = []
     for line in written[written["command"].str.startswith("`galvi studies")].to_dict("records"):
         name = line["what"].split()[0]
-        errors = kept.loc[kept["integrator"] == name, "attitude_error"]
-        known = {f"{x:{form}}" for x in errors for form in (".1e", ".3g")} | {f"{SHOWN:g}"}
+        errors = versions.loc[versions["integrator"] == name, "attitude_error"]
+        expected = {f"{x:{form}}" for x in errors for form in (".1e", ".3g")} | {f"{SHOWN:g}"}
         figures = re.findall(r"0\.\d+|\d\.\d+e-\d+", line["seen"].partition("attitude error")[2])
-        found += [f"{name}: {figure}" for figure in figures if figure not in known]
+        unknown_figures += [f"{name}: {figure}" for figure in figures if figure not in expected]
         assert figures, line
-    return found
+    return unknown_figures
 
 
 def test_figures_of_mujoco_are_those_kept_of_its_versions_and_another_is_told() -> None:
     written = pd.concat([pd.read_csv(file) for file in (DEFECTS, CHANGES)], ignore_index=True)
-    kept = pd.read_csv(VERSIONS)
-    assert written["seen"].notna().all() and kept["date"].notna().all()
-    assert unknown(written, kept) == []
-    (order,) = kept.loc[kept["attitude_error"] == 4.67e-05, "order"].round().unique()
+    versions = pd.read_csv(VERSIONS)
+    assert written["seen"].notna().all() and versions["date"].notna().all()
+    assert unknown(written, versions) == []
+    (order,) = versions.loc[versions["attitude_error"] == 4.67e-05, "order"].round().unique()
     assert order == 2 and written["what"].str.contains("with order 2 instead of 4").any()
-    kept.loc[kept["integrator"] == "RK4", "attitude_error"] *= 1.01
-    assert {one.split(":")[0] for one in unknown(written, kept)} == {"RK4"}
+    versions.loc[versions["integrator"] == "RK4", "attitude_error"] *= 1.01
+    assert {line.split(":")[0] for line in unknown(written, versions)} == {"RK4"}
 
 
 # ---- public models
@@ -108,11 +108,11 @@ def stored() -> pd.DataFrame:
 
 def changes(before: pd.DataFrame, now: pd.DataFrame) -> list[str]:
     """What is said of a model in one table and not in the other; and differences above CLOSE."""
-    words = ["model", "version", "velocities", "left_out", "why_not"]
-    rows = (table[words].itertuples(index=False) for table in (before, now))
-    one, other = ({tuple(row) for row in table} for table in rows)
+    columns = ["model", "version", "velocities", "left_out", "why_not"]
+    rows = (table[columns].itertuples(index=False) for table in (before, now))
+    earlier, later = ({tuple(row) for row in table} for table in rows)
     large = now[now["difference"] > CLOSE]["model"]
-    return sorted(f"{row}" for row in one ^ other) + sorted(large)
+    return sorted(f"{row}" for row in earlier ^ later) + sorted(large)
 
 
 def test_the_table_is_of_the_wheels_that_are_kept() -> None:
@@ -120,9 +120,9 @@ def test_the_table_is_of_the_wheels_that_are_kept() -> None:
     pinned = dict(word.split("==") for word in line.replace("\\", " ").split())
     table = stored()
     folders = table["model"].str.partition("/")[0].str.replace("_", "-")
-    found = dict(zip(folders, table["version"], strict=True))
-    assert found.pop("mujoco")
-    assert found == {name.replace("_", "-"): version for name, version in pinned.items()}
+    versions = dict(zip(folders, table["version"], strict=True))
+    assert versions.pop("mujoco")
+    assert versions == {name.replace("_", "-"): version for name, version in pinned.items()}
 
 
 def test_every_public_model_that_moves_and_that_mujoco_reads_is_read() -> None:
@@ -151,10 +151,10 @@ def test_a_change_is_seen(column: str, value: Any) -> None:
     "test_the_trees_of_a_model_move_as_in_mujoco_once_what_is_beyond_is_left_out"
 )
 def test_public_models_are_read_as_the_table_says() -> None:
-    kept = {tuple(wheel.name.split("-")[:2]) for wheel in public.WHEELS.glob("*.whl")}
-    asked = stored()
-    engines = {("mujoco", version) for version in asked["version"]}
-    packages = asked["model"].str.partition("/")[0]
-    if not set(zip(packages, asked["version"], strict=True)) <= {*kept, *engines}:
+    wheels = {tuple(wheel.name.split("-")[:2]) for wheel in public.WHEELS.glob("*.whl")}
+    table = stored()
+    engines = {("mujoco", version) for version in table["version"]}
+    packages = table["model"].str.partition("/")[0]
+    if not set(zip(packages, table["version"], strict=True)) <= {*wheels, *engines}:
         pytest.skip(f"{public.WHEELS.name} in the environment lacks wheels: make install")
-    assert changes(asked, public.table()) == []
+    assert changes(table, public.table()) == []

@@ -20,34 +20,34 @@ def silent(sentence: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def found() -> pd.DataFrame:
+def table() -> pd.DataFrame:
     return taxonomy(True, silent)
 
 
-def made(frame: pd.DataFrame) -> pd.DataFrame:
-    return frame[frame["verdict"] == METHOD]
+def methods_of(rows: pd.DataFrame) -> pd.DataFrame:
+    return rows[rows["verdict"] == METHOD]
 
 
-def test_every_kind_of_space_meets_every_family_of_rules(found: pd.DataFrame) -> None:
-    assert tuple(found.columns) == tuple(COLUMNS)
-    cells = set(zip(found["kind"], found["family"], strict=True))
+def test_every_kind_of_space_meets_every_family_of_rules(table: pd.DataFrame) -> None:
+    assert tuple(table.columns) == tuple(COLUMNS)
+    cells = set(zip(table["kind"], table["family"], strict=True))
     assert len(cells) == len(OF_ONE_DEGREE) * len(RULES)
-    assert not found.duplicated(["kind", "number", "family", "points"]).any()
-    assert set(made(found)["kind"]) == set(kinds())
-    names = made(found).set_index(["kind", "family", "points"])["name"]
+    assert not table.duplicated(["kind", "number", "family", "points"]).any()
+    assert set(methods_of(table)["kind"]) == set(kinds())
+    names = methods_of(table).set_index(["kind", "family", "points"])["name"]
     assert names["Polynomials", "Lobatto", 2] == "Stormer-Verlet"
     assert names["Polynomials", "Gauss", MANY] == ""
 
 
-def test_measured_orders_are_the_predicted_ones(found: pd.DataFrame) -> None:
-    methods = made(found)
+def test_measured_orders_are_the_predicted_ones(table: pd.DataFrame) -> None:
+    methods = methods_of(table)
     assert len(methods) > 20
     assert np.all(np.abs(methods["measured"] - methods["predicted"]) < AGREES)
     assert (methods["status"] == "").all()
 
 
-def test_every_method_is_symplectic_and_the_symmetric_ones_come_back(found: pd.DataFrame) -> None:
-    methods = made(found)
+def test_every_method_is_symplectic_and_the_symmetric_ones_come_back(table: pd.DataFrame) -> None:
+    methods = methods_of(table)
     assert np.all(methods["symplecticity"] < 1e-14)  # 2e-16 was measured
     symmetric = methods["symmetric"].astype(bool)
     assert np.all(methods["symmetry"][symmetric] < 1e-14)  # 9e-16 was measured
@@ -55,13 +55,13 @@ def test_every_method_is_symplectic_and_the_symmetric_ones_come_back(found: pd.D
     assert leans.any() and np.all(methods["symmetry"][leans] > 1e-4)
 
 
-def test_refused_pairs_say_why_and_have_no_numbers(found: pd.DataFrame) -> None:
+def test_refused_pairs_say_why_and_have_no_numbers(table: pd.DataFrame) -> None:
     for verdict in (ILL_POSED, INCONSISTENT):
-        refused = found[found["verdict"] == verdict]
+        refused = table[table["verdict"] == verdict]
         assert len(refused) > 3
         assert refused["status"].str.contains(f"is {verdict}").all()
         assert refused["measured"].isna().all() and (refused["predicted"] == 0).all()
-    assert (found[found["kind"].str.startswith("Fourier")]["verdict"] != METHOD).all()
+    assert (table[table["kind"].str.startswith("Fourier")]["verdict"] != METHOD).all()
 
 
 def test_a_table_that_is_slightly_wrong_is_seen() -> None:
@@ -70,13 +70,13 @@ def test_a_table_that_is_slightly_wrong_is_seen() -> None:
     cubic = [next(pairs((3,), (3,)))]
     assert (cubic[0].kind, cubic[0].family) == ("Polynomials", "Gauss")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("benchmarks.studies.taxonomy.pairs", lambda *given: iter(cubic))
+        patch.setattr("benchmarks.studies.taxonomy.pairs", lambda *_: iter(cubic))
         patch.setattr("benchmarks.studies.taxonomy.QUICK_FEW", 3)
-        wrong, sound = (
-            made(taxonomy(True, silent, m)).iloc[0] for m in (faulty(A=1.01), galvi.Galerkin)
+        wrong, right = (
+            methods_of(taxonomy(True, silent, m)).iloc[0] for m in (faulty(A=1.01), galvi.Galerkin)
         )
-    assert abs(sound["measured"] - 6.0) < AGREES < abs(wrong["measured"] - wrong["predicted"])
-    assert sound["symplecticity"] < 1e-14 < wrong["symplecticity"]
+    assert abs(right["measured"] - 6.0) < AGREES < abs(wrong["measured"] - wrong["predicted"])
+    assert right["symplecticity"] < 1e-14 < wrong["symplecticity"]
 
 
 def test_kinds_have_names_of_their_own() -> None:

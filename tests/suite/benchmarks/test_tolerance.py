@@ -45,9 +45,9 @@ def test_a_bound_has_the_unit_of_the_quantity(sizes, power):
 
 
 @given(SAMPLED, st.floats(1.0, 1e3), st.integers(33, 63))
-def test_runs_further_apart_than_most_never_lower_the_bound(sizes, more, from_rank):
+def test_runs_further_apart_than_most_never_lower_the_bound(sizes, stretch, from_rank):
     ordered = np.sort(sizes)
-    stretched = np.concatenate([ordered[:from_rank], more * ordered[from_rank:]])
+    stretched = np.concatenate([ordered[:from_rank], stretch * ordered[from_rank:]])
     before, after = bound_of(ordered, ULP, 1e9), bound_of(stretched, ULP, 1e9)
     assert after.factor * after.floor >= before.factor * before.floor * (1.0 - 1e-12)
 
@@ -153,15 +153,15 @@ ORBITS = {"whfast": 60.0, "ias15": 60.0, "leapfrog": 60.0, "chaotic bodies": 70.
 def run_of(tmp_path):
     """A run by its name."""
 
-    def run_of(name, **more):
+    def run_of(name, **overrides):
         if name in MODELS:
             text, options = MODELS[name]
             file = tmp_path / "model.xml"
             file.write_text(text)
-            return read_own_run(file, JudgeRequest(**options | more))
+            return read_own_run(file, JudgeRequest(**options | overrides))
         file = tmp_path / "orbits.bin"
         orbits(name).save_to_file(str(file), delete_file=True)
-        return read_own_run(file, JudgeRequest(**{"duration": ORBITS[name]} | more))
+        return read_own_run(file, JudgeRequest(**{"duration": ORBITS[name]} | overrides))
 
     return run_of
 
@@ -207,7 +207,7 @@ def trial(run, tolerance, count):
     of FLOORS floors are seen and planted."""
     motions = reruns(run, tolerance.motion, count)
     sizes = differences(tolerance.motion, motions)
-    bounds = np.array([[each.value for each in tolerance.bounds[name]] for name in QUANTITIES])
+    bounds = np.array([[bound.value for bound in tolerance.bounds[name]] for name in QUANTITIES])
     alarms = sizes > bounds  # none where there is no bound
     return (
         int(alarms[:, :, -1].any(axis=1).sum()),
@@ -219,7 +219,7 @@ def trial(run, tolerance, count):
 def faults(tolerance, motions):
     """How many faults of FLOORS floors are seen, and how many are planted: in each coordinate of
     each quantity, of both signs, at each time that has a bound."""
-    seen = planted_ones = 0
+    detected = planted_ones = 0
     for motion in motions:
         for name in QUANTITIES:
             off = motion.quantities[name] - tolerance.motion.quantities[name]
@@ -228,18 +228,18 @@ def faults(tolerance, motions):
                     continue
                 for sign in (-1.0, 1.0):
                     fault = np.abs(off[k] + sign * FLOORS * bound.floor)
-                    seen += int((fault > bound.value).sum())
+                    detected += int((fault > bound.value).sum())
                     planted_ones += fault.size
-    return seen, planted_ones
+    return detected, planted_ones
 
 
 @pytest.mark.parametrize("name", ["pendulum", "double pendulum", "box", "whfast", "ias15"])
 def test_fresh_reruns_raise_no_alarm_and_every_fault_of_20_floors_is_seen(name, run_of, tmp_path):
     run = run_of(name)
     tolerance = measured(run, tmp_path)
-    assert any(not each.reason for each in tolerance.bounds["positions"])
-    at_end, at_any, seen, planted_ones = trial(run, tolerance, 40)
-    assert (at_end, at_any) == (0, 0) and seen == planted_ones > 0
+    assert any(not bound.reason for bound in tolerance.bounds["positions"])
+    at_end, at_any, detected, planted_ones = trial(run, tolerance, 40)
+    assert (at_end, at_any) == (0, 0) and detected == planted_ones > 0
 
 
 @pytest.mark.slow(beside="test_fresh_reruns_raise_no_alarm_and_every_fault_of_20_floors_is_seen")
@@ -248,21 +248,21 @@ def test_a_thousand_fresh_reruns_raise_no_alarm(name, run_of, tmp_path):
     """Prints what docs/judge.md says, with -s."""
     run = run_of(name)
     tolerance = measured(run, tmp_path)
-    at_end, at_any, seen, planted_ones = trial(run, tolerance, 1000)
-    bounds = sum(not each.reason for rows in tolerance.bounds.values() for each in rows)
+    at_end, at_any, detected, planted_ones = trial(run, tolerance, 1000)
+    bounds = sum(not bound.reason for rows in tolerance.bounds.values() for bound in rows)
     print(
         f"\n{name}: {bounds} of 30 bounds, all until sample {tolerance.latest + 1}; of 1,000 "
-        f"reruns {at_end} alarms at the end, {at_any} at any time; seen {seen} of "
+        f"reruns {at_end} alarms at the end, {at_any} at any time; seen {detected} of "
         f"{planted_ones} faults"
     )
-    assert (at_end, at_any) == (0, 0) and seen == planted_ones
+    assert (at_end, at_any) == (0, 0) and detected == planted_ones
     assert (bounds == 0) == (name == "stack")  # where rounding decides on contacts
 
 
 def alarms_and_gaps(sizes, ulps, extents, draws=200):
     """Of bounds by 64 of these runs drawn at random, (alarms at any time in a million others, share
     of times and quantities without a bound)."""
-    random, alarms, gaps, others = np.random.default_rng(1), 0, 0, 0
+    random, alarms, gaps, tested = np.random.default_rng(1), 0, 0, 0
     for _ in range(draws):
         order = random.permutation(len(sizes))
         bounds = [
@@ -272,8 +272,8 @@ def alarms_and_gaps(sizes, ulps, extents, draws=200):
         values = np.array([[bound.value for bound in row] for row in bounds])
         alarms += int((sizes[order[64:]] > values).any(axis=(1, 2)).sum())
         gaps += int(np.isnan(values).sum())
-        others += len(sizes) - 64
-    return 1e6 * alarms / others, gaps / (draws * values.size)
+        tested += len(sizes) - 64
+    return 1e6 * alarms / tested, gaps / (draws * values.size)
 
 
 @pytest.mark.slow(beside="test_samples_of_every_kind_give_no_false_alarms")
@@ -287,12 +287,12 @@ def test_the_limits_of_a_bound_give_no_alarm_and_few_times_without_one(name, run
     sizes = differences(motion, reruns(run, motion, 2000))
     ulps, extents = np.array([*tolerances._sizes(run, motion).values()]).T * [[ULP], [1.0]]
     measured_limits = {}
-    for least, most in [(1.0, MOST), (2.0, MOST), (LEAST, 18.0), (LEAST, MOST)]:
-        monkeypatch.setattr(limits, "LEAST", least)
-        monkeypatch.setattr(limits, "MOST", most)
-        alarms, gaps = measured_limits[least, most] = alarms_and_gaps(sizes, ulps, extents)
+    for lower, upper in [(1.0, MOST), (2.0, MOST), (LEAST, 18.0), (LEAST, MOST)]:
+        monkeypatch.setattr(limits, "LEAST", lower)
+        monkeypatch.setattr(limits, "MOST", upper)
+        alarms, gaps = measured_limits[lower, upper] = alarms_and_gaps(sizes, ulps, extents)
         print(
-            f"\n{name}, {least:g} to {most:g} floors: {alarms:.1f} alarms in a million, "
+            f"\n{name}, {lower:g} to {upper:g} floors: {alarms:.1f} alarms in a million, "
             f"{gaps:.2%} without a bound"
         )
     alarms, gaps = measured_limits[LEAST, MOST]
@@ -393,14 +393,16 @@ def test_starts_alone_that_are_moved_do_not_bound_long_runs(run_of, tmp_path, mo
 
     def starts(run, motion, count, seed):
         runs = moved_runs(run, motion, count, seed)
-        return [{name: asked[name] for name in asked if name != "rounding"} for asked in runs]
+        return [{name: request[name] for name in request if name != "rounding"} for request in runs]
 
     with monkeypatch.context() as patch:
         patch.setattr(tolerances, "moved_runs", starts)
         bound = measured(run, tmp_path).bounds["positions"][-1]
     right = measured(run, tmp_path)
-    apart = [np.abs(q - right.motion.positions[-1]).max() for q, _ in rounded_at_each_step(run, 20)]
-    assert bound.value < max(apart) < right.bounds["positions"][-1].value
+    distances = [
+        np.abs(q - right.motion.positions[-1]).max() for q, _ in rounded_at_each_step(run, 20)
+    ]
+    assert bound.value < max(distances) < right.bounds["positions"][-1].value
 
 
 def test_all_differences_are_those_of_the_runs(run_of, tmp_path):
@@ -410,10 +412,10 @@ def test_all_differences_are_those_of_the_runs(run_of, tmp_path):
     model = mujoco.MjModel.from_xml_path(run.job["file"])
     ends = []
     moved = moved_runs(run, tolerance.motion, tolerances.STARTS, 0)
-    for asked in [run.asked(), *moved[: 32 if has_unfused() else 64]]:
+    for request in [run.asked(), *moved[: 32 if has_unfused() else 64]]:
         state = mujoco.MjData(model)
-        state.qpos[:], state.qvel[:] = asked["qpos"], asked["qvel"]
-        signs = np.random.default_rng(asked["rounding"]) if "rounding" in asked else None
+        state.qpos[:], state.qvel[:] = request["qpos"], request["qvel"]
+        signs = np.random.default_rng(request["rounding"]) if "rounding" in request else None
         for _ in range(run.steps):
             mujoco.mj_step(model, state)
             if signs is not None:
@@ -421,9 +423,12 @@ def test_all_differences_are_those_of_the_runs(run_of, tmp_path):
                 state.qvel *= 1.0 + ULP * signs.choice((-1.0, 1.0), model.nv)
         ends.append(state.qpos.copy())
     assert np.array_equal(ends[0], tolerance.motion.positions[-1])
-    apart = np.abs(np.array(ends) - ends[0]).max(axis=1)
-    assert np.array_equal(tolerance.variants[0].differences[:, 0, -1], apart) and apart.max() > 0.0
-    assert tolerance.bounds["positions"][-1].floor >= apart.max()
+    distances = np.abs(np.array(ends) - ends[0]).max(axis=1)
+    assert (
+        np.array_equal(tolerance.variants[0].differences[:, 0, -1], distances)
+        and distances.max() > 0.0
+    )
+    assert tolerance.bounds["positions"][-1].floor >= distances.max()
 
 
 def test_a_release_that_moves_otherwise_is_not_in_the_bound_and_one_that_rounds_is(
@@ -432,14 +437,19 @@ def test_a_release_that_moves_otherwise_is_not_in_the_bound_and_one_that_rounds_
     run = run_of("double pendulum")
     releases = {"3.17.0": EULER, "3.18.0": ROUNDS_MODEL, "3.19.0": FAILS}
     monkeypatch.setattr(tolerances, "interpreter", planted(tmp_path, releases))
-    alone, tolerance = measured(run, tmp_path), measured(run, tmp_path, [*releases, "3.20.0"])
+    without_releases, tolerance = (
+        measured(run, tmp_path),
+        measured(run, tmp_path, [*releases, "3.20.0"]),
+    )
     otherwise, rounds, fails, absent = tolerance.variants[-4:]
     assert otherwise.floors > 1e6 and not otherwise.is_rounding
     assert 0.0 < rounds.floors < FLOORS and rounds.is_rounding
     assert "unrecognized attribute" in fails.failure and "No matching" in absent.failure
     assert not fails.is_rounding and not absent.is_rounding
     for name in QUANTITIES:
-        for before, after in zip(alone.bounds[name], tolerance.bounds[name], strict=True):
+        for before, after in zip(
+            without_releases.bounds[name], tolerance.bounds[name], strict=True
+        ):
             assert before.floor <= after.floor <= FLOORS * before.floor
 
 
@@ -452,7 +462,7 @@ def test_a_run_that_fails_has_no_tolerance_and_failing_neighbours_no_bound(run_o
     sizes = np.full((64, len(QUANTITIES), SAMPLES), 1e-14)
     sizes[3, :, 5:] = np.nan
     bounds = tolerances.bounds_of(run, motion, [sizes])["positions"]
-    assert [each.reason == "" for each in bounds] == [True] * 5 + [False] * 5
+    assert [bound.reason == "" for bound in bounds] == [True] * 5 + [False] * 5
     assert bounds[-1].reason == "1 of 64 runs from starts moved by rounding fail"
     assert math.isnan(bounds[-1].value)
 
@@ -471,7 +481,7 @@ def test_a_long_run_says_how_long_all_takes_and_shares_it_between_processes(
     monkeypatch.setattr(tolerances, "LONG", 0.0)
     monkeypatch.setattr(tolerances, "PART", 1e-9)
     monkeypatch.setattr(tolerances, "STARTS", 4)
-    few = measure(run, (), tmp_path, sentences.append)
+    in_parts = measure(run, (), tmp_path, sentences.append)
     assert "the 9 to come about 0 minutes" in sentences[1]
     assert sentences[2:4] == [
         "rounding at every step, 0 of 3 runs",
@@ -479,5 +489,5 @@ def test_a_long_run_says_how_long_all_takes_and_shares_it_between_processes(
     ]
     monkeypatch.setattr(tolerances, "PART", 100.0)
     assert np.array_equal(
-        few.variants[0].differences, measured(run, tmp_path).variants[0].differences
+        in_parts.variants[0].differences, measured(run, tmp_path).variants[0].differences
     )

@@ -17,31 +17,32 @@ METHODS = 6  # on each of two trees
 
 
 @pytest.fixture(scope="module")
-def frame() -> pd.DataFrame:
+def tree_rows() -> pd.DataFrame:
     return study.tree_study(quick=True)
 
 
-def misses(frame: pd.DataFrame) -> list[float]:
+def misses(tree_rows: pd.DataFrame) -> list[float]:
     """How far each fitted order is from that of theory, and its uncertainty twice."""
-    theory = frame.groupby(["problem", "contender"], sort=False)["order"].first()
+    theory = tree_rows.groupby(["problem", "contender"], sort=False)["order"].first()
     return [
-        abs(fit.rate - theory[key]) + 2.0 * fit.uncertainty for key, fit in orders(frame).items()
+        abs(fit.rate - theory[key]) + 2.0 * fit.uncertainty
+        for key, fit in orders(tree_rows).items()
     ]
 
 
 @pytest.mark.slow(beside="test_a_tree_with_an_armature_off_by_a_millionth_loses_the_order")
-def test_every_integrator_has_its_order_on_both_trees(frame: pd.DataFrame) -> None:
-    assert tuple(frame.columns) == study.COLUMNS and (frame["status"] == "").all()
-    found = misses(frame)
-    assert len(found) == 2 * METHODS and max(found) < 0.25  # 0.08
-    assert frame["unsure"].max() < 1e-11
+def test_every_integrator_has_its_order_on_both_trees(tree_rows: pd.DataFrame) -> None:
+    assert tuple(tree_rows.columns) == study.COLUMNS and (tree_rows["status"] == "").all()
+    order_misses = misses(tree_rows)
+    assert len(order_misses) == 2 * METHODS and max(order_misses) < 0.25  # 0.08
+    assert tree_rows["unsure"].max() < 1e-11
 
 
 @pytest.mark.slow(beside="test_scaling.py::test_every_setting_of_every_contender_has_its_row")
-def test_the_finest_steps_are_timed_and_shown(frame: pd.DataFrame) -> None:
-    timed = frame["seconds_per_step"].dropna()  # on a busy machine not all of them are
+def test_the_finest_steps_are_timed_and_shown(tree_rows: pd.DataFrame) -> None:
+    timed = tree_rows["seconds_per_step"].dropna()  # on a busy machine not all of them are
     assert (timed > 0.0).all()
-    table, _ = trees_table(frame)
+    table, _ = trees_table(tree_rows)
     assert len(table) == 2 * METHODS and set(table["order"]) == {"1", "2", "4", "6"}
     assert (table["error"] != "").all() and (table["time to 1e-06"] != "").sum() == len(timed)
 
@@ -53,9 +54,9 @@ def test_a_tree_with_an_armature_off_by_a_millionth_loses_the_order() -> None:
         def run(self, problem, duration, setting):
             links = [
                 replace(
-                    one, joints=[replace(j, armature=j.armature * 1.000001) for j in one.joints]
+                    link, joints=[replace(j, armature=j.armature * 1.000001) for j in link.joints]
                 )
-                for one in problem.system.links
+                for link in problem.system.links
             ]
             system = galvi.Multibody(links, problem.system.gravity)
             return super().run(replace(problem, system=system), duration, setting)

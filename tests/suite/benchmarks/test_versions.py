@@ -56,13 +56,15 @@ STIFF = """<mujoco><option timestep="0.05"/><worldbody><body><joint stiffness="1
 <geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" contype="0"/></body></worldbody></mujoco>"""
 
 
-def run_of_model(folder: Path, text: str, **asked) -> OwnRun:
+def run_of_model(folder: Path, text: str, **fields) -> OwnRun:
     file = folder / "model.xml"
     file.write_text(text)
-    return read_own_run(file, JudgeRequest(**asked))
+    return read_own_run(file, JudgeRequest(**fields))
 
 
-def run_of_planets(folder: Path, duration: float, eccentricity: float = 0.05, **own) -> OwnRun:
+def run_of_planets(
+    folder: Path, duration: float, eccentricity: float = 0.05, **integrator_settings
+) -> OwnRun:
     """A star, two planets and a test particle."""
     sim = rebound.Simulation()
     sim.add(m=1.0)
@@ -73,7 +75,9 @@ def run_of_planets(folder: Path, duration: float, eccentricity: float = 0.05, **
     sim.move_to_com()
     sim.integrator, sim.dt = "whfast", 0.1
     sim.save_to_file(str(folder / "planets.bin"), delete_file=True)
-    return read_own_run(folder / "planets.bin", JudgeRequest(duration=duration, own=own))
+    return read_own_run(
+        folder / "planets.bin", JudgeRequest(duration=duration, own=integrator_settings)
+    )
 
 
 def compared(monkeypatch, folder: Path, run: OwnRun, faults, halved: bool = False) -> Versions:
@@ -106,8 +110,8 @@ def test_a_planted_fault_is_a_change_of_what_it_touches_and_of_nothing_else(
 ):
     monkeypatch.setattr(versions, "truth_of", lambda run: (None, ""))
     comparison = compared(monkeypatch, tmp_path, run_in(tmp_path), {"3.0.0": fault, "3.1.0": SAME})
-    assert {each["quantity"] for each in changes(comparison)} == changed
-    assert {(each["earlier"], each["later"]) for each in changes(comparison)} == {
+    assert {change["quantity"] for change in changes(comparison)} == changed
+    assert {(change["earlier"], change["later"]) for change in changes(comparison)} == {
         ("3.0.0", "3.1.0")
     }
     first, last = (
@@ -143,10 +147,10 @@ def test_the_same_release_and_one_that_rounds_otherwise_have_changed_nothing(
     comparison = compared(monkeypatch, tmp_path, run, {"3.0.0": rounds, "3.1.0": SAME})
     assert changes(comparison) == []
     first, second = (step.differences for step in comparison.steps)
-    assert any(each.size > 0.0 for each in first)  # it does round otherwise
-    assert all(each.size == 0.0 for each in second)
-    said = f"From 3.0.0 to {comparison.newest.version} nothing changed by more than rounding."
-    assert next(sentences(comparison)) == said
+    assert any(difference.size > 0.0 for difference in first)  # it does round otherwise
+    assert all(difference.size == 0.0 for difference in second)
+    expected = f"From 3.0.0 to {comparison.newest.version} nothing changed by more than rounding."
+    assert next(sentences(comparison)) == expected
 
 
 def test_halving_names_neighbours_and_passes_by_releases_that_fail(tmp_path, monkeypatch):
@@ -158,8 +162,8 @@ def test_halving_names_neighbours_and_passes_by_releases_that_fail(tmp_path, mon
     (change,) = changes(comparison)
     assert (change["earlier"], change["later"]) == ("3.10.0", "3.11.0")
     assert len(comparison.behaviours) <= 9 and "4.0.0" not in comparison.behaviours
-    missing = [each for each in comparison.behaviours.values() if each.missing]
-    assert missing and all("unrecognized attribute" in each.missing for each in missing)
+    missing = [behaviour for behaviour in comparison.behaviours.values() if behaviour.missing]
+    assert missing and all("unrecognized attribute" in behaviour.missing for behaviour in missing)
     table = rows(comparison).set_index("release")
     assert table["status"].astype(bool).sum() == len(missing)
     assert table.loc["mujoco 3.11.0", "energy_change"] < 1e-12
@@ -172,7 +176,7 @@ def test_a_release_that_cannot_be_had_is_a_row_with_its_reason_and_one_alone_is_
     newest = installed("mujoco")
     comparison = compared(monkeypatch, tmp_path, run, {"3.0.0": SAME})
     assert comparison.truth is not None and comparison.truth.apart < 1e-7
-    errors = [comparison.error(each) for each in comparison.behaviours.values()]
+    errors = [comparison.error(behaviour) for behaviour in comparison.behaviours.values()]
     assert errors[0] == errors[1] == pytest.approx(errors[0]) and 0.0 < errors[0] < 1e-6
     with pytest.raises(ValueError, match="name a release besides the installed one"):
         compare_releases(run, [newest], False, tmp_path)
@@ -186,15 +190,15 @@ def test_where_a_run_begins_or_ceases_to_diverge_is_a_change(tmp_path, monkeypat
     comparison = compared(monkeypatch, tmp_path, planets(tmp_path), faults)
     assert [step.changed for step in comparison.steps] == [True, False, True]
     assert [*comparison.behaviours.values()][3].missing
-    why, newest = "its states are not finite.", comparison.newest.version
-    said = [*sentences(comparison)]
-    assert said[:3] == [
-        f"Between 3.0.0 and 3.1.0 your run began to fail: {why}",
-        f"From 3.1.0 to 3.2.0 your run fails: {why}",
-        f"Between 3.2.0 and {newest} your run ceased to fail: {why}",
+    reason, newest = "its states are not finite.", comparison.newest.version
+    texts = [*sentences(comparison)]
+    assert texts[:3] == [
+        f"Between 3.0.0 and 3.1.0 your run began to fail: {reason}",
+        f"From 3.1.0 to 3.2.0 your run fails: {reason}",
+        f"Between 3.2.0 and {newest} your run ceased to fail: {reason}",
     ]
-    assert "To find the release: --releases 3.0.0..3.1.0." in said
-    assert [each["quantity"] for each in changes(comparison)] == ["failure", "failure"]
+    assert "To find the release: --releases 3.0.0..3.1.0." in texts
+    assert [change["quantity"] for change in changes(comparison)] == ["failure", "failure"]
 
 
 def test_a_model_that_diverges_since_the_installed_release_is_compared(tmp_path, monkeypatch):
@@ -206,19 +210,22 @@ def test_a_model_that_diverges_since_the_installed_release_is_compared(tmp_path,
 
 
 @pytest.mark.parametrize(
-    ("duration", "asked"),
+    ("duration", "integrator_settings"),
     [(4000.0, {}), (5000.0, {"integrator": "ias15"})],
     ids=["fixed", "chosen"],
 )
-def test_rounding_in_each_step_of_a_long_run_is_no_change(duration, asked, tmp_path, monkeypatch):
+def test_rounding_in_each_step_of_a_long_run_is_no_change(
+    duration, integrator_settings, tmp_path, monkeypatch
+):
     monkeypatch.setattr(versions, "truth_of", lambda run: (None, ""))
-    run = run_of_planets(tmp_path, duration, **asked)
+    run = run_of_planets(tmp_path, duration, **integrator_settings)
     comparison = compared(monkeypatch, tmp_path, run, {"3.0.0": ROUNDS_EACH_STEP})
     (step,) = comparison.steps
     assert not step.changed
     motion = comparison.newest.motion
     assert motion is not None and motion.steps_taken > 1e4
-    assert max(each.floors for each in step.differences) > 1.0  # it does round otherwise
+    # It does round otherwise.
+    assert max(difference.floors for difference in step.differences) > 1.0
 
 
 def test_an_order_alone_is_no_change_of_a_run(tmp_path, monkeypatch):
@@ -230,9 +237,9 @@ def test_an_order_alone_is_no_change_of_a_run(tmp_path, monkeypatch):
 
 def test_without_a_truth_a_sentence_says_why(tmp_path, monkeypatch):
     chaotic = run_of_model(tmp_path, PENDULUM, duration=60.0, qpos=(2.0, 1.0))
-    for run, why in ((contacts(tmp_path), "contacts"), (chaotic, "part by")):
-        truth, said = versions.truth_of(run)
-        assert truth is None and said.startswith("There is no truth") and why in said
+    for run, phrase in ((contacts(tmp_path), "contacts"), (chaotic, "part by")):
+        truth, reason = versions.truth_of(run)
+        assert truth is None and reason.startswith("There is no truth") and phrase in reason
 
 
 def test_a_run_keeps_what_of_a_simulation_changes_it(tmp_path):
@@ -253,7 +260,7 @@ def test_a_run_keeps_what_of_a_simulation_changes_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("asked", "why"),
+    ("fields", "message"),
     [
         ({"own": {"integrator": "rk5"}}, "own integrator must be one of euler, .*'rk5'"),
         ({"own": {"epsilon": 1e-9}}, "options of your run must be among .*'epsilon'"),
@@ -263,9 +270,9 @@ def test_a_run_keeps_what_of_a_simulation_changes_it(tmp_path):
         ({"snapshot": 3}, "for REBOUND files"),
     ],
 )
-def test_a_run_that_cannot_be_asked_for_is_refused(asked, why, tmp_path):
-    with pytest.raises(ValueError, match=why):
-        run_of_model(tmp_path, BODY, **asked)
+def test_a_run_that_cannot_be_asked_for_is_refused(fields, message, tmp_path):
+    with pytest.raises(ValueError, match=message):
+        run_of_model(tmp_path, BODY, **fields)
 
 
 def test_files_of_one_release_and_runs_in_which_nothing_moves_are_refused(tmp_path):
@@ -305,7 +312,9 @@ def of_real_releases(run: OwnRun, names: list[str], folder: Path) -> Versions:
         comparison = compare_releases(run, names, False, folder)
     except ValueError as error:
         pytest.skip(str(error))
-    failures = [each.missing for each in comparison.behaviours.values() if each.missing]
+    failures = [
+        behaviour.missing for behaviour in comparison.behaviours.values() if behaviour.missing
+    ]
     if failures:
         pytest.skip("; ".join(failures))
     assert not list(folder.rglob("pyvenv.cfg"))
@@ -322,7 +331,7 @@ def test_rk4_went_from_order_2_to_4_between_3_17_and_4(tmp_path):
     assert before.order == pytest.approx(2.0, abs=0.01)
     assert after.order == pytest.approx(4.0, abs=0.01)
     assert comparison.error(before) > 1e4 * comparison.error(after)  # 5.95e-5 and 1.4e-9
-    assert {each["quantity"] for each in changes(comparison)} == {"order", "positions"}
+    assert {change["quantity"] for change in changes(comparison)} == {"order", "positions"}
 
 
 @pytest.mark.slow(beside="test_a_planted_fault_is_a_change_of_what_it_touches_and_of_nothing_else")
@@ -331,7 +340,7 @@ def test_ias15_chooses_other_steps_from_rebound_4_0_3_on_and_whfast_is_the_same(
     run = run_of_planets(tmp_path, 20.0, 0.95, integrator="ias15", epsilon=0.01)
     comparison = of_real_releases(run, names, tmp_path)
     assert [step.changed for step in comparison.steps] == [True, False, False]
-    assert {each["quantity"] for each in changes(comparison)} == {
+    assert {change["quantity"] for change in changes(comparison)} == {
         "positions",
         "velocities",
         "energy",

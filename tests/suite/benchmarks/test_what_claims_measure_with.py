@@ -81,14 +81,14 @@ def test_the_longest_accurate_step_is_found(errors: list[float], expected: float
 
 def test_a_step_of_implicit_euler_has_a_solution_from_its_closed_limit_on() -> None:
     h, mu = np.array(0.005), np.array(39.478)
-    least, a = least_solvable(mu, h), float(h**2 * mu)
-    assert least == pytest.approx(0.1882, abs=5e-5)
+    smallest, a = least_solvable(mu, h), float(h**2 * mu)
+    assert smallest == pytest.approx(0.1882, abs=5e-5)
     r = np.linspace(1e-3, 1.0, 1_000_001)
-    assert np.min(r + a / r**2) == pytest.approx(float(least), rel=1e-9)
-    for size in (1.001 * least, 2.0 * least):
+    assert np.min(r + a / r**2) == pytest.approx(float(smallest), rel=1e-9)
+    for size in (1.001 * smallest, 2.0 * smallest):
         for root in distances(np.array([size]), np.array([a])):
             assert root[0] + a / root[0] ** 2 == pytest.approx(float(size), rel=1e-12)
-    assert np.all(np.isnan(distances(np.array([0.999 * least]), np.array([a]))))
+    assert np.all(np.isnan(distances(np.array([0.999 * smallest]), np.array([a]))))
 
 
 @pytest.mark.parametrize("h", [0.05, 0.2])
@@ -131,11 +131,11 @@ def test_the_singularity_is_a_branch_point_of_exponent_one_half() -> None:
     with mp.workdps(40):
         e = mp.mpf("0.6")
         peak = mp.mpc(0, mp.acosh(1 / e))  # of E, where 1 - e cos E = 0
-        there = (peak - e * mp.sin(peak)).imag
-        assert float(there) == pytest.approx(SINGULARITY, rel=1e-14)
+        singular_time = (peak - e * mp.sin(peak)).imag
+        assert float(singular_time) == pytest.approx(SINGULARITY, rel=1e-14)
         falls = []
         for d in (mp.mpf("1e-6"), mp.mpf("1e-8")):
-            time = mp.mpc(0, there * (1 - d))
+            time = mp.mpc(0, singular_time * (1 - d))
             E = mp.findroot(lambda E: E - e * mp.sin(E) - time, peak * (1 - mp.sqrt(d)))  # noqa: B023
             falls.append(abs(mp.cos(E) - mp.cos(peak)))
         assert float(mp.log(falls[0] / falls[1]) / mp.log(100)) == pytest.approx(0.5, abs=1e-3)
@@ -152,21 +152,21 @@ def test_a_lipschitz_constant_is_the_largest_curvature_of_its_interval(case: Any
 
 
 def test_best_errors_are_those_of_mpmath() -> None:
-    place, b = 0.3, 0.25
+    singularity, b = 0.3, 0.25
 
     def slope(t: Any) -> Any:
-        return mp.sign(t - place) * abs(t - place) ** (1 - b) / (1 - b)
+        return mp.sign(t - singularity) * abs(t - singularity) ** (1 - b) / (1 - b)
 
     with mp.workdps(20):
-        pieces = [0.0, place, 1.0]
+        pieces = [0.0, singularity, 1.0]
         square = mp.quad(lambda t: slope(t) ** 2, pieces)
         for k in range(3):
             part = mp.quad(lambda t, k=k: slope(t) * mp.legendre(k, 2 * t - 1), pieces)
             square -= (2 * k + 1) * part**2
         expected = float(mp.sqrt(square))
-    assert closed_errors(place, b, 0.0, 1.0, [3])[0] == pytest.approx(expected, rel=1e-8)
-    found = quadrature_error(SingularDrive(place, b).motion, place, 0.0, 1.0, 3)
-    assert found == pytest.approx(expected, rel=1e-8)
+    assert closed_errors(singularity, b, 0.0, 1.0, [3])[0] == pytest.approx(expected, rel=1e-8)
+    error = quadrature_error(SingularDrive(singularity, b).motion, singularity, 0.0, 1.0, 3)
+    assert error == pytest.approx(expected, rel=1e-8)
 
 
 def test_the_right_side_of_theorem_3_grows_with_the_error_of_the_rule() -> None:
@@ -213,9 +213,9 @@ def test_lamberts_action_scales_and_refuses_what_is_not_an_ellipse() -> None:
     large = kepler_action(2.0, [3 * x for x in q0], [3 * x for x in q1], 0.4 * math.sqrt(27 / 2))
     assert large == pytest.approx(math.sqrt(6.0) * small, rel=1e-14)
     assert math.isnan(kepler_action(1.0, q0, q1, 1e-3))
-    other = replace(problem(), system=galvi.Canonical(1.0, galvi.CosinePotential(1.0)))
+    pendulum = replace(problem(), system=galvi.Canonical(1.0, galvi.CosinePotential(1.0)))
     with pytest.raises(TypeError, match="no action in closed form"):
-        measured.exact_lagrangian(other, other.q0, other.q0, 1.0)
+        measured.exact_lagrangian(pendulum, pendulum.q0, pendulum.q0, 1.0)
 
 
 @pytest.mark.parametrize("h", [1e-3, 0.7, 2.9])
@@ -240,8 +240,8 @@ def test_the_curve_of_the_noether_map_is_that_of_the_run() -> None:
     run = galvi.integrate(problem(), galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(10)), 0.5, 1)
     step = noether_map.step_of(problem(), run, 10)
     assert step is not None
-    t, apart = np.linspace(0.1, 0.4, 7), 1e-5
-    slope = (run.velocity(t + apart) - run.velocity(t - apart)) / (2.0 * apart)
+    t, half_step = np.linspace(0.1, 0.4, 7), 1e-5
+    slope = (run.velocity(t + half_step) - run.velocity(t - half_step)) / (2.0 * half_step)
     assert step._bend(t) == pytest.approx(slope, abs=1e-8)
     assert step.a @ run.q[0] == 0.0
 
@@ -273,8 +273,8 @@ def test_polynomials_are_as_far_from_a_steady_turn_as_its_pole_says() -> None:
     assert np.allclose(rate, (angle / step / np.cos(0.5 * t) ** 2)[:, None] * axis, rtol=1e-12)
     away = 2.0 * np.pi / angle - 1.0
     r = away + np.sqrt(away**2 - 1.0)
-    found = [distance_of_polynomials(path, omega, degree) for degree in (11, 13)]
-    assert found[0] / found[1] == pytest.approx(11 / 13 * r**2, rel=0.05)  # 0.5 % was measured
+    errors = [distance_of_polynomials(path, omega, degree) for degree in (11, 13)]
+    assert errors[0] / errors[1] == pytest.approx(11 / 13 * r**2, rel=0.05)  # 0.5 % was measured
 
 
 def test_n_star_is_where_the_curve_s_own_error_is_that_of_the_ends() -> None:
@@ -283,5 +283,5 @@ def test_n_star_is_where_the_curve_s_own_error_is_that_of_the_ends() -> None:
     assert crossing(excess) == pytest.approx(6.25, abs=1e-12)
     assert crossing(4.0 * excess) == pytest.approx(4.25, abs=1e-12)
     mixed = np.where(excess < 1.0, -1.0, excess)
-    for none in (1e3 * excess, 1e-3 * excess, mixed, math.nan * excess):
-        assert math.isnan(crossing(none))
+    for without_crossing in (1e3 * excess, 1e-3 * excess, mixed, math.nan * excess):
+        assert math.isnan(crossing(without_crossing))

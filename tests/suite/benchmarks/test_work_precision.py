@@ -29,9 +29,11 @@ OURS, IAS15 = "galvi degree 8, Gauss 8", "REBOUND IAS15"
 FEW = (OURS, "Stormer-Verlet", "SciPy DOP853", IAS15)
 
 
-def only(case: WorkPrecisionProblem, *labels: str, **how: Any) -> WorkPrecisionProblem:
-    few = tuple(one for one in case.participants if one.label in labels)
-    return replace(case, participants=few, **how)
+def only(case: WorkPrecisionProblem, *labels: str, **changes: Any) -> WorkPrecisionProblem:
+    participants = tuple(
+        participant for participant in case.participants if participant.label in labels
+    )
+    return replace(case, participants=participants, **changes)
 
 
 def study(case: WorkPrecisionProblem) -> pd.DataFrame:
@@ -52,8 +54,10 @@ def test_every_row_has_error_time_with_interval_status_and_truth() -> None:
     assert set(rows["reference"]) == {"Kepler, closed form"}
     assert set(rows["truth_error"]) == {case.truth().error}
     assert rows["settings"].str.len().min() > 0
-    ours = rows[rows["contender"] == OURS]
-    assert ours["error"].min() < 1e-9 and (ours["evaluations"] > ours["steps"]).all()
+    galvi_rows = rows[rows["contender"] == OURS]
+    assert (
+        galvi_rows["error"].min() < 1e-9 and (galvi_rows["evaluations"] > galvi_rows["steps"]).all()
+    )
 
 
 def test_the_truth_is_not_judged_by_itself() -> None:
@@ -61,9 +65,9 @@ def test_the_truth_is_not_judged_by_itself() -> None:
     source = (IAS15, readable_setting(case.participants[0].settings[-1]))
     truth = Truth(case.truth().end, 0.0, IAS15, source)
     rows = study(replace(case, truth=lambda: truth, notes={IAS15: "A note."}))
-    *others, last = rows.to_dict("records")
+    *compared, last = rows.to_dict("records")
     assert last["is_truth"] and math.isnan(last["error"]) and last["status"] == "A note."
-    assert others and all(one["error"] > 0.0 and not one["is_truth"] for one in others)
+    assert compared and all(row["error"] > 0.0 and not row["is_truth"] for row in compared)
     assert rows["seconds"].notna().all()
 
 
@@ -77,9 +81,9 @@ def test_without_the_engine_of_the_truth_every_row_says_why() -> None:
 
 
 def test_a_tolerance_and_a_number_of_passes_stop_an_iteration_early() -> None:
-    whole, cut = (gauss_collocation(4, galvi.KeplerFrame(passes=n)) for n in (None, 2))
+    converged, cut = (gauss_collocation(4, galvi.KeplerFrame(passes=n)) for n in (None, 2))
     assert cut.stops_early({}) and gauss_collocation(4).stops_early({"tolerance": 1e-9})
-    assert not whole.stops_early({}) and not gauss_collocation(4).stops_early({"step": 1.0})
+    assert not converged.stops_early({}) and not gauss_collocation(4).stops_early({"step": 1.0})
 
 
 def test_point_masses_have_an_error_of_energy_beside_that_of_position() -> None:
@@ -94,43 +98,48 @@ def test_point_masses_have_an_error_of_energy_beside_that_of_position() -> None:
 class Counted:
     """Notes what it is asked for; fails from a duration on."""
 
-    asked: list[tuple[float, Any]]
+    requests: list[tuple[float, Any]]
     until: float = np.inf
     missing: str = ""
 
     def run(self, problem: Problem, duration: float, setting: Any) -> Trajectory:
-        self.asked.append((duration, dict(setting)))
+        self.requests.append((duration, dict(setting)))
         run = gauss_collocation(4).run(problem, 1.0, {"step": 0.5})
         return run if duration < self.until else replace(run, success=False, status="It broke.")
 
 
 def test_a_run_is_made_longer_by_a_whole_number_and_keeps_its_last_state() -> None:
     problem, noted = galvi.problems.free_rigid_body(), Counted([])
-    made = repeated_run(noted, problem, 2.0, {"step": 0.5, "save_every": 4}, 1e-3, 0.01)
-    assert noted.asked[0] == (20.0, {"step": 0.5, "save_every": 40})
-    assert made.times >= 10 and made.failure == "" and made.seconds > 0.0
-    made.call()
-    assert noted.asked[-1] == (2.0 * made.times, {"step": 0.5, "save_every": 4 * made.times})
+    repeated = repeated_run(noted, problem, 2.0, {"step": 0.5, "save_every": 4}, 1e-3, 0.01)
+    assert noted.requests[0] == (20.0, {"step": 0.5, "save_every": 40})
+    assert repeated.times >= 10 and repeated.failure == "" and repeated.seconds > 0.0
+    repeated.call()
+    assert noted.requests[-1] == (
+        2.0 * repeated.times,
+        {"step": 0.5, "save_every": 4 * repeated.times},
+    )
     slow = repeated_run(noted, problem, 2.0, {"samples": 1}, 5.0, 0.01)
-    assert noted.asked[-1][1] == {"samples": 1} and slow.times >= 1
+    assert noted.requests[-1][1] == {"samples": 1} and slow.times >= 1
 
 
 def test_the_short_run_of_a_net_time_is_one_step() -> None:
     noted, problem = Counted([]), galvi.problems.harmonic_oscillator()
-    made = net_time(noted, problem, 2.0, {"step": 0.5, "save_every": 4}, 4)
-    assert noted.asked == [(0.5, {"step": 0.5, "save_every": 1})]
-    made()
-    assert noted.asked[-1] == (2.0, {"step": 0.5, "save_every": 4}) and made.failure == ""
+    net = net_time(noted, problem, 2.0, {"step": 0.5, "save_every": 4}, 4)
+    assert noted.requests == [(0.5, {"step": 0.5, "save_every": 1})]
+    net()
+    assert noted.requests[-1] == (2.0, {"step": 0.5, "save_every": 4}) and net.failure == ""
     net_time(noted, problem, 2.0, {"samples": 1, "tolerance": 1e-9}, 4)
-    assert noted.asked[-1] == (2e-6, {"samples": 1, "tolerance": 1e-9})
+    assert noted.requests[-1] == (2e-6, {"samples": 1, "tolerance": 1e-9})
 
 
 def test_a_setting_that_fails_later_has_its_error_and_no_time() -> None:
     case = free_body(True)
     fails = Counted([], until=case.duration + 1.0)
-    one = Participant(OURS, fails, [{"step": 0.5, "save_every": 40}])
+    participant = Participant(OURS, fails, [{"step": 0.5, "save_every": 40}])
     start = Truth(np.eye(3), 0.0, "the start")
-    (row,) = study(replace(case, participants=(one,), truth=lambda: start)).to_dict("records")
+    (row,) = study(replace(case, participants=(participant,), truth=lambda: start)).to_dict(
+        "records"
+    )
     assert np.isfinite(row["error"]) and np.isnan(row["seconds"])
     assert row["status"] == "Not timed, it fails later: It broke."
 
@@ -151,14 +160,16 @@ def test_a_net_time_is_of_the_steps_alone() -> None:
     disturbed = Taking([4.5e-3, 4e-3, 5e-3, 4.5e-3, 4.5e-3])
     assert NetTime(disturbed, Taking([1e-3] * 5), steps=4).seconds(1) == pytest.approx(4e-3)
     assert math.isnan(NetTime(Taking([1e-3] * 6), Taking([4e-3] * 6), steps=4).seconds(6))
-    found = NetTime(Taking([3.0]), Taking([1e-3]), steps=4).seconds(6)
-    assert found == pytest.approx(2.999 * 4 / 3)
+    seconds = NetTime(Taking([3.0]), Taking([1e-3]), steps=4).seconds(6)
+    assert seconds == pytest.approx(2.999 * 4 / 3)
 
 
 def test_a_setting_without_a_net_time_says_so() -> None:
     case = replace(henon_heiles(True), repeated_run=False, net_time=True)
-    one = case.participants[0]
-    measured = work_precision._first_run(case, one.label, one.contender, one.settings[0], 0.001)
+    participant = case.participants[0]
+    measured = work_precision._first_run(
+        case, participant.label, participant.contender, participant.settings[0], 0.001
+    )
     measured.rounds = [1e-4, math.nan]
     row = work_precision._row(case, measured, case.truth())
     assert math.isnan(row["seconds"]) and row["rounds"] == ""
@@ -175,11 +186,11 @@ def called(monkeypatch: pytest.MonkeyPatch) -> Any:
     def call(name: str, *seconds: float, slower: float = 0.0) -> Any:
         times = iter(seconds)
 
-        def made() -> None:
+        def run_once() -> None:
             order.append(name)
             now[0] += next(times, seconds[-1]) * (1.0 + slower * len(order))
 
-        return made
+        return run_once
 
     return call, order
 
@@ -196,7 +207,7 @@ def test_calls_take_turns_and_short_ones_are_repeated(
     assert (first.low, first.seconds, first.high) == (1.0, 3.0, 5.0)
     assert second.seconds == pytest.approx(0.5)
     order.clear()
-    long, known, short = timing.interleaved(
+    long, middle, short = timing.interleaved(
         [call("A", 2.0, 4.0), call("B", 1.0, 0.5), call("C", 0.5)],
         3,
         1.0,
@@ -205,7 +216,7 @@ def test_calls_take_turns_and_short_ones_are_repeated(
     )
     assert "".join(order) == "ABCCABCCCC"  # two rounds of A; B's warm call is its first
     assert (long.low, long.seconds, long.high) == (2.0, 3.0, 4.0)
-    assert (known.low, known.seconds, known.high) == (0.5, 0.9, 1.0)
+    assert (middle.low, middle.seconds, middle.high) == (0.5, 0.9, 1.0)
     assert (short.low, short.high) == (0.5, 0.5)
 
 
@@ -214,10 +225,10 @@ def test_all_calls_take_turns_in_the_same_rounds_and_long_ones_in_the_first_of_t
 ) -> None:
     call, order = called
     seconds = {"A": 0.1, "B": 2.0 * timing.LONGEST, "C": 0.1}
-    calls = [call(name, each, slower=0.1) for name, each in seconds.items()]
-    found = timing.seconds_in_turn(calls, 4, 0.1)
+    calls = [call(name, duration, slower=0.1) for name, duration in seconds.items()]
+    rounds = timing.seconds_in_turn(calls, 4, 0.1)
     assert "".join(order) == "ABC" + "CBA" + "AC" + "CA"
-    assert [len(samples) for samples in found] == [4, timing.ENOUGH, 4]
+    assert [len(samples) for samples in rounds] == [4, timing.ENOUGH, 4]
     order.clear()
     (short,) = timing.seconds_in_turn([call("A", 0.01, slower=0.1)], 2, 0.06)
     assert len(order) == 1 + 2 * timing.PARTS * 2 and len(short) == 2

@@ -62,12 +62,12 @@ Make = Callable[[bool], WorkPrecisionProblem]
 PLANETS = (outer_solar_system, solar_system, applegate)
 
 
-def gauss(*degrees: int, more: str = "") -> set[str]:
-    return {f"galvi degree {s}, Gauss {s}{more}" for s in degrees}
+def gauss(*degrees: int, suffix: str = "") -> set[str]:
+    return {f"galvi degree {s}, Gauss {s}{suffix}" for s in degrees}
 
 
 def by_label(case: WorkPrecisionProblem) -> dict[str, Participant]:
-    return {one.label: one for one in case.participants}
+    return {participant.label: participant for participant in case.participants}
 
 
 def error_of(case: WorkPrecisionProblem, run: Trajectory) -> float:
@@ -91,7 +91,7 @@ def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) ->
 
 ON_BODIES = {TEXTBOOK_RK4, TEXTBOOK_DOP853, *(engine.name for engine in MUJOCO)}
 ON_BODIES |= {
-    label for chart in CHARTS for label in gauss(4, 6, 8, 10, 12, options=f", {chart.name}")
+    label for chart in CHARTS for label in gauss(4, 6, 8, 10, 12, suffix=f", {chart.name}")
 }
 MORE = {f"galvi degree {s}, Gauss {s + 1}, Cayley" for s in (6, 8, 10)}
 ON_CHAINS = {
@@ -123,8 +123,8 @@ TAKE_PART: dict[Make, tuple[set[str], set[str], int | None, str]] = {
     henon_heiles: (ON_COORDINATES, set(), 6, COORDINATES),
     fermi_pasta_ulam_tsingou: (ON_COORDINATES, set(), 6, COORDINATES),
     kepler_polar: (ON_COORDINATES, set(), 6, COORDINATES),
-    free_body_se3: (gauss(5, options=", general kernel"), set(), None, MOTION),
-    brownout: (gauss(4, options=", general kernel"), set(), None, COORDINATES),
+    free_body_se3: (gauss(5, suffix=", general kernel"), set(), None, MOTION),
+    brownout: (gauss(4, suffix=", general kernel"), set(), None, COORDINATES),
     outer_solar_system: (IN_SPACE | {SCIPY}, {WIDE}, None, ""),
     solar_system: (IN_SPACE | {SCIPY, WIDE}, set(), None, ""),
     applegate: (IN_SPACE, {SCIPY, WIDE}, None, ""),
@@ -153,35 +153,44 @@ def test_everyone_takes_part_and_the_truth_is_better_than_they_are(make: Make) -
 
 def test_contenders_take_part_at_their_defaults_and_at_their_best() -> None:
     for make in PLANETS:
-        settings = {label: one.settings for label, one in by_label(make(True)).items()}
+        settings = {
+            label: participant.settings for label, participant in by_label(make(True)).items()
+        }
         assert settings["REBOUND IAS15"][0]["adaptive_mode"] == "PRS23"
         assert settings["REBOUND IAS15, GLOBAL"][0]["adaptive_mode"] == "GLOBAL"
         for name, mode in (("best", 0), ("default", 1)):
-            assert all(one["safe_mode"] == mode for one in settings[f"REBOUND WHFast, {name}"])
+            assert all(
+                setting["safe_mode"] == mode for setting in settings[f"REBOUND WHFast, {name}"]
+            )
     for make, degree in ((free_body_se3, 5), (brownout, 4)):
-        ours, general = (
-            by_label(make(False))[next(iter(gauss(degree, options=more)))]
-            for more in ("", ", general kernel")
+        fast, general = (
+            by_label(make(False))[next(iter(gauss(degree, suffix=suffix)))]
+            for suffix in ("", ", general kernel")
         )
-        assert general.contender == ours.contender
-        assert [{**one, "solver": "newton"} for one in ours.settings] == list(general.settings)
+        assert general.contender == fast.contender
+        assert [{**setting, "solver": "newton"} for setting in fast.settings] == list(
+            general.settings
+        )
 
 
 def test_applegate_s_planets_meet_the_contenders_of_the_outer_planets_but_for_the_slowest() -> None:
-    ours, theirs = by_label(applegate(False)), by_label(outer_solar_system(False))
-    assert set(theirs) - set(ours) == {
+    of_applegate, of_outer = by_label(applegate(False)), by_label(outer_solar_system(False))
+    assert set(of_outer) - set(of_applegate) == {
         "SciPy DOP853",
         *(f"galvi Kepler frame, Gauss {s}, 2 passes" for s in (8, 16)),
     }
-    assert all(len(one.settings) <= len(theirs[label].settings) for label, one in ours.items())
+    assert all(
+        len(participant.settings) <= len(of_outer[label].settings)
+        for label, participant in of_applegate.items()
+    )
 
 
 def test_the_quick_report_leaves_applegate_out_and_most_encounters() -> None:
-    few, all_of_them = (
+    of_quick, of_full = (
         {case.problem.name for case in work_precision_problems(quick)} for quick in (True, False)
     )
-    met, left = {make(False).problem.name for make in MET}, all_of_them - few
-    assert few < all_of_them and left - met == {"outer solar system after Applegate"}
+    met, left = {make(False).problem.name for make in MET}, of_full - of_quick
+    assert of_quick < of_full and left - met == {"outer solar system after Applegate"}
     assert met - left == {"Burrau's problem", "two bodies, e = 0.99"}
 
 
@@ -193,8 +202,8 @@ def test_the_truth_of_a_grain_holds_as_far_as_it_says() -> None:
     loose = {"samples": 1, "rtol": 10.0 * TIGHT["rtol"], "atol": 10.0 * TIGHT["atol"]}
     run = DOP853.run(case.problem, case.duration, loose)
     assert error_of(case, run) < 4.0 * case.truth().error
-    ours = gauss_collocation(6).run(case.problem, case.duration, {"step": 0.005})
-    assert error_of(case, ours) < 1e-11
+    galvi_run = gauss_collocation(6).run(case.problem, case.duration, {"step": 0.005})
+    assert error_of(case, galvi_run) < 1e-11
 
 
 def test_of_a_contender_that_is_the_truth_only_the_run_that_it_is_is_not_compared() -> None:
@@ -202,9 +211,9 @@ def test_of_a_contender_that_is_the_truth_only_the_run_that_it_is_is_not_compare
     case = skew_arm(quick=False)
     source = case.truth().source
     labels = [
-        (one.label, readable_setting(setting))
-        for one in case.participants
-        for setting in one.settings
+        (participant.label, readable_setting(setting))
+        for participant in case.participants
+        for setting in participant.settings
     ]
     assert labels.count(source) == 1 and [label for label, _ in labels].count(source[0]) > 2
 
@@ -212,19 +221,21 @@ def test_of_a_contender_that_is_the_truth_only_the_run_that_it_is_is_not_compare
 # ---- errors and times
 
 
-def study(case: WorkPrecisionProblem, *labels: str, **how: Any) -> pd.DataFrame:
+def study(case: WorkPrecisionProblem, *labels: str, **changes: Any) -> pd.DataFrame:
     """The problem with these contenders only, in the quick setting."""
-    few = tuple(one for one in case.participants if one.label in labels)
-    alone = replace(case, participants=few, **how)
-    return work_precision._study(alone, lambda sentence: None, quick=True)
+    participants = tuple(
+        participant for participant in case.participants if participant.label in labels
+    )
+    reduced = replace(case, participants=participants, **changes)
+    return work_precision._study(reduced, lambda sentence: None, quick=True)
 
 
 def test_errors_are_of_the_attitude_and_times_of_the_whole_run() -> None:
-    ours = "galvi degree 8, Gauss 8, Cayley"
-    rows = study(free_body(True), ours, TEXTBOOK_RK4, TEXTBOOK_DOP853)
+    galvi_label = "galvi degree 8, Gauss 8, Cayley"
+    rows = study(free_body(True), galvi_label, TEXTBOOK_RK4, TEXTBOOK_DOP853)
     assert (rows["quantity"] == ATTITUDE).all() and rows["seconds"].gt(0.0).all()
     errors = rows.groupby("contender")["error"].min()
-    assert errors[ours] < 1e-10 and errors[TEXTBOOK_DOP853] < 1e-9  # 1.2e-11, 8.9e-11
+    assert errors[galvi_label] < 1e-10 and errors[TEXTBOOK_DOP853] < 1e-9  # 1.2e-11, 8.9e-11
     longer, shorter = rows[rows["contender"] == TEXTBOOK_RK4].to_dict("records")[::-1]
     assert longer["seconds"] / shorter["seconds"] > 4.0  # 16 times as many steps: 15 times
 
@@ -271,10 +282,10 @@ def test_a_wrong_law_stands_out_though_it_conserves_its_own_energy(
 ) -> None:
     case = make(True)
     label = next(label for label in by_label(case) if label.startswith("galvi degree 8, Gauss 8"))
-    ours, contender = by_label(case)[label], WrongLaw(wrong())
-    planted = Participant(contender.name, contender, ours.settings)
+    participant, contender = by_label(case)[label], WrongLaw(wrong())
+    planted = Participant(contender.name, contender, participant.settings)
     rows = study(
-        replace(case, participants=(ours, planted)),
+        replace(case, participants=(participant, planted)),
         label,
         planted.label,
         repeated_run=False,
@@ -282,7 +293,7 @@ def test_a_wrong_law_stands_out_though_it_conserves_its_own_energy(
     )
     right, fault = (rows["error"][rows["contender"] == x].max() for x in (label, planted.label))
     assert right < 1e-5 < 1e-4 < fault
-    energy = galvi.energy(contender.run(case.problem, case.duration, ours.settings[0]))
+    energy = galvi.energy(contender.run(case.problem, case.duration, participant.settings[0]))
     assert np.ptp(energy) < 1e-6 * max(1.0, abs(energy[0]))
 
 
@@ -305,8 +316,10 @@ def gradient(q):
     return np.array([q[0] / square, q[1] / (0.81 * square)])
 
 
-def of_potential(given=None, **more):
-    return galvi.Problem(galvi.Canonical(1.0, potential, given, **more), [0.8, 0.1], [0.1, 0.5])
+def of_potential(potential_gradient=None, **options):
+    return galvi.Problem(
+        galvi.Canonical(1.0, potential, potential_gradient, **options), [0.8, 0.1], [0.1, 0.5]
+    )
 
 
 def by_hand():

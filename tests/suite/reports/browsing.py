@@ -36,20 +36,20 @@ def looking(browser, out, notice="\0"):
     """
     contexts = []
 
-    def look(name, width=1400, dark=False, scripts=True, **more):
+    def look(name, width=1400, dark=False, scripts=True, **context_options):
         context = browser.new_context(
             viewport={"width": width, "height": 900},
             java_script_enabled=scripts,
             color_scheme="dark" if dark else "light",
             reduced_motion="reduce",
-            **more,
+            **context_options,
         )
         contexts.append(context)
         page = context.new_page()
         page.said = []
-        page.on("console", lambda one: notice in one.text or page.said.append(one.text))
-        page.on("pageerror", lambda one: page.said.append(str(one)))
-        page.on("requestfailed", lambda one: page.said.append(f"not found: {one.url}"))
+        page.on("console", lambda message: notice in message.text or page.said.append(message.text))
+        page.on("pageerror", lambda error: page.said.append(str(error)))
+        page.on("requestfailed", lambda request: page.said.append(f"not found: {request.url}"))
         page.goto((out / f"{name}.html").as_uri())
         return page
 
@@ -61,5 +61,5 @@ def looking(browser, out, notice="\0"):
 def violations(page):
     """(rule, element) of what axe finds."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
-    found = axe.Axe().run(page).response["violations"]
-    return [(one["id"], one["nodes"][0]["html"][:200]) for one in found]
+    failures = axe.Axe().run(page).response["violations"]
+    return [(violation["id"], violation["nodes"][0]["html"][:200]) for violation in failures]

@@ -23,11 +23,11 @@ def ask(tmp_path, monkeypatch, capsys):
 
     monkeypatch.chdir(tmp_path)
 
-    def ask(words, *claims):
+    def ask(command_line, *claims):
         capsys.readouterr()
         suite = claims[0] if claims and isinstance(claims[0], Suite) else suite_of(*claims)
-        place = [] if "--out" in words else ["--out", "out"]
-        status = run(lambda: suite, [*shlex.split(words), *place], called=["galvi"])
+        out_option = [] if "--out" in command_line else ["--out", "out"]
+        status = run(lambda: suite, [*shlex.split(command_line), *out_option], called=["galvi"])
         out, err = capsys.readouterr()
         return SimpleNamespace(status=status, out=out, err=err)
 
@@ -38,9 +38,9 @@ def ask(tmp_path, monkeypatch, capsys):
 def drawn_frames():
     """A frame for each figure of the catalogue, by its name."""
     from reports.figures.catalogue.all import FIGURES
-    from tests.suite.reports.figure_frames import frame_for
+    from tests.suite.reports.figure_frames import table_for
 
-    return {figure.name: frame_for(figure) for figure in FIGURES}
+    return {figure.name: table_for(figure) for figure in FIGURES}
 
 
 @pytest.fixture
@@ -69,12 +69,14 @@ def labels_parsed_once():
     """
     from matplotlib.mathtext import MathTextParser
 
-    kept = getattr(MathTextParser, "_parse_cached", None)  # not public: it may go
+    parse_cached = getattr(MathTextParser, "_parse_cached", None)  # not public: it may go
     with pytest.MonkeyPatch.context() as patch:
-        if kept is not None:
-            patch.setattr(MathTextParser, "__eq__", lambda one, other: kind(one) == kind(other))
-            patch.setattr(MathTextParser, "__hash__", lambda one: hash(kind(one)))
-            patch.setattr(MathTextParser, "_parse_cached", lru_cache(4096)(kept.__wrapped__))
+        if parse_cached is not None:
+            patch.setattr(MathTextParser, "__eq__", lambda left, right: kind(left) == kind(right))
+            patch.setattr(MathTextParser, "__hash__", lambda parser: hash(kind(parser)))
+            patch.setattr(
+                MathTextParser, "_parse_cached", lru_cache(4096)(parse_cached.__wrapped__)
+            )
         yield
 
 

@@ -22,13 +22,13 @@ from reports.figures.plots.paths import clouds, moving_cloud, paths
 from reports.figures.plots.spheres import momentum_spheres, pendulum_spheres
 
 
-def lay_out(figure, frame):
+def lay_out(figure, table):
     """Draw a figure without writing its files, which is most of the time; raises NoData."""
     with matplotlib.style.context(STYLE):
-        drawn(figure, frame)
+        drawn(figure, table)
 
 
-def frame_for(figure):
+def table_for(figure):
     """By what draws it."""
     return frame(ROWS[figure.draw](figure.options))
 
@@ -61,7 +61,7 @@ def _statistics(options):
 
 
 def _convergence(options):
-    return [one for rate in options["rates"] for one in _errors(rate)]
+    return [row for rate in options["rates"] for row in _errors(rate)]
 
 
 def _errors(rate):

@@ -57,8 +57,8 @@ def junit_cases(path: Path) -> dict[tuple[str, str], dict[str, Any]]:
     the publisher of unit test results parses them."""
     return {
         (case.classname, case.name): {
-            **{one.name: one.value for one in case.child(Properties) or ()},
-            "results": [type(one).__name__ for one in case.result],
+            **{entry.name: entry.value for entry in case.child(Properties) or ()},
+            "results": [type(outcome).__name__ for outcome in case.result],
             "at": (case._elem.get("file"), case._elem.get("line")),
         }
         for suite in JUnitXml.fromfile(str(path))

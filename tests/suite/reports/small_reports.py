@@ -85,7 +85,7 @@ def work_precision(quick, report):
 
 def cost(quick, report):
     """Two methods, the second of which failed."""
-    one = {
+    solved = {
         "problem": "kepler e=0.6",
         "method": "Gauss collocation, 2 stages",
         "order": 4,
@@ -96,7 +96,7 @@ def cost(quick, report):
         "seconds_per_step": 2e-6,
         "status": "",
     }
-    return pd.DataFrame([one, {**one, "seconds_per_step": np.nan, "status": "It failed."}])
+    return pd.DataFrame([solved, {**solved, "seconds_per_step": np.nan, "status": "It failed."}])
 
 
 def sky(quick, report):
@@ -123,7 +123,7 @@ def provenance(command):
     return {**PROVENANCE, "command": command}
 
 
-def suite_of(*claims: Claim, **others):
+def suite_of(*claims: Claim, **overrides):
     """A suite of the given claims, by default one that holds."""
-    parts = {"work_precision": work_precision, "cost": cost, "sections": (SKY,), **others}
+    parts = {"work_precision": work_precision, "cost": cost, "sections": (SKY,), **overrides}
     return Suite(claims or (claim(),), provenance=provenance, **parts)

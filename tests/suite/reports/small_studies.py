@@ -15,11 +15,11 @@ def quiet(seconds, quick, report):
     return pd.DataFrame({"process": [os.getpid()], "quick": [quick]})
 
 
-def meet(mine, other, quick, report):
+def meet(own_file, other_file, quick, report):
     """As `quiet`, once the study of the other file has begun too."""
-    mine.touch()
+    own_file.touch()
     for _ in range(1200):
-        if other.exists():
+        if other_file.exists():
             return quiet(0.0, quick, report)
         time.sleep(0.1)
     raise TimeoutError("no other worker")

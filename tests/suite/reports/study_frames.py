@@ -18,12 +18,12 @@ def walks(years=1e4, commit="", drift=0.0, runs=16):
     """Random walks of two contenders, one of which hands out rounded states."""
     rng = np.random.default_rng(1)
     rows = []
-    for who, low in (("galvi degree 8, Gauss 8", 1e-18), ("REBOUND IAS15", 0.0)):
+    for contender, low in (("galvi degree 8, Gauss 8", 1e-18), ("REBOUND IAS15", 0.0)):
         for k in range(runs):
             path = np.cumsum(1e-16 * (rng.standard_normal(100) + drift))
             rows += [
                 {
-                    "contender": who,
+                    "contender": contender,
                     "settings": "as usual",
                     "years": years,
                     "member": k,
@@ -50,7 +50,7 @@ def scaling(quick, report):
     rows = [
         {
             **blank,
-            "contender": who,
+            "contender": contender,
             "settings": "P/6",
             "bodies": bodies,
             "orbits": 30,
@@ -61,11 +61,11 @@ def scaling(quick, report):
             "matched": time < 1e-4 or bodies > 3,
             "pairs_per_second": 1e9,
             "limit_pairs_per_second": 2e9,
-            "share": 0.5 if who.startswith("galvi") else np.nan,
+            "share": 0.5 if contender.startswith("galvi") else np.nan,
             "status": "",
         }
         for bodies in (3, 10, 100)
-        for who, time in (("galvi degree 8, Gauss 8", 1e-5), ("REBOUND IAS15", 1e-3))
+        for contender, time in (("galvi degree 8, Gauss 8", 1e-5), ("REBOUND IAS15", 1e-3))
     ]
     absent = {**blank, "contender": "Other", "bodies": 3, "matched": False, "status": "Install it."}
     return pd.DataFrame([*rows, absent], columns=list(SCALING))
@@ -106,7 +106,7 @@ def spins(quick, report):
     rows = [
         {
             **blank,
-            "contender": who,
+            "contender": contender,
             "engine": engine,
             "turn": float(turn),
             "energy_error": size * turn if turn < fails else np.nan,
@@ -114,7 +114,7 @@ def spins(quick, report):
             "attitude_error": 1e-9 if turn == 1000 and turn < fails else np.nan,
             "status": "" if turn < fails else "It burst.",
         }
-        for who, engine, size, fails in (
+        for contender, engine, size, fails in (
             ("galvi degree 4, Gauss 4, Cayley", "galvi", 1e-17, 9e9),
             ("MuJoCo RK4, free joint", "mujoco 4.0.1", -1e-12, 9e9),
             ("MuJoCo Euler, free joint", "mujoco 4.0.1", 1e-3, 300),
@@ -136,10 +136,10 @@ def pairs_of_spaces_and_rules(quick, report):
         "status": "",
         "predicted": 2,
     }
-    sound = {"verdict": "method", "C_N": 0.97, "symplecticity": 1e-16, "symmetry": 3e-16}
+    well_posed = {"verdict": "method", "C_N": 0.97, "symplecticity": 1e-16, "symmetry": 3e-16}
     rows = [
-        {**blank, **sound, "points": 1, "measured": 2.0, "name": "implicit midpoint"},
-        {**blank, **sound, "points": 2, "measured": 2.01},
+        {**blank, **well_posed, "points": 1, "measured": 2.0, "name": "implicit midpoint"},
+        {**blank, **well_posed, "points": 2, "measured": 2.01},
         {**blank, "points": 1, "space": "Fourier(harmonics=1)", "verdict": "ill-posed"},
         {**blank, "points": 2, "space": "Fourier(harmonics=1)", "verdict": "inconsistent"},
     ]

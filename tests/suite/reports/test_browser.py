@@ -130,16 +130,16 @@ def test_a_telephone_is_shown_the_narrow_figures(opened):
             ".map(one => { one.loading = 'eager';"
             " return one.decode().then(() => one.currentSrc); }))"
         )
-        assert sources and all(one.endswith("-narrow.svg") == narrow for one in sources)
+        assert sources and all(source.endswith("-narrow.svg") == narrow for source in sources)
 
 
 @pytest.mark.parametrize(
-    ("words", "address"),
+    ("query", "address"),
     [("integrate_ensemble", "reference/ensembles"), ("printed statement", "results/claims")],
 )
-def test_one_search_finds_names_of_the_reference_and_claims(opened, out, words, address):
+def test_one_search_finds_names_of_the_reference_and_claims(opened, out, query, address):
     page = opened("search")
-    page.goto(f"{(out / 'search.html').as_uri()}?q={words}")
+    page.goto(f"{(out / 'search.html').as_uri()}?q={query}")
     page.wait_for_selector(f"#search-results a[href*='{address}']")
 
 

@@ -42,14 +42,14 @@ def cache_of(out, build="mine"):
     return cache
 
 
-@pytest.mark.parametrize("frame", FRAMES)
-def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, frame):
-    cache_of(tmp_path).keep("V1", frame, 0.1 + 0.2)
+@pytest.mark.parametrize("table", FRAMES)
+def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, table):
+    cache_of(tmp_path).keep("V1", table, 0.1 + 0.2)
     back = cache_of(tmp_path).results["V1"]
     assert (back.seconds, back.run) == (0.1 + 0.2, "monday")
-    pd.testing.assert_frame_equal(back.frame, frame, check_exact=True)
-    for name in frame.select_dtypes("float"):
-        assert back.frame[name].to_numpy().tobytes() == frame[name].to_numpy().tobytes()
+    pd.testing.assert_frame_equal(back.frame, table, check_exact=True)
+    for name in table.select_dtypes("float"):
+        assert back.frame[name].to_numpy().tobytes() == table[name].to_numpy().tobytes()
 
 
 def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
@@ -67,10 +67,10 @@ def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
 def test_a_damaged_result_is_measured_again(tmp_path):
     for name in ("V1", "V2", "V3", "V4"):
         cache_of(tmp_path).keep(name, FRAMES[1], 1.0)
-    one, two, three, _ = sorted((tmp_path / FOLDER).rglob("*.json"))
-    one.write_bytes(one.read_bytes()[:-3])
-    two.write_text("0.2")
-    three.write_text('["V1", {"run": "monday"}]')
+    first, second, third, _ = sorted((tmp_path / FOLDER).rglob("*.json"))
+    first.write_bytes(first.read_bytes()[:-3])
+    second.write_text("0.2")
+    third.write_text('["V1", {"run": "monday"}]')
     assert len(cache_of(tmp_path).results) == 1
 
 
@@ -99,32 +99,32 @@ def test_nothing_that_lies_in_the_folder_is_run(tmp_path, monkeypatch):
 
 
 def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch, capsys):
-    def full(*more):
+    def full(*_):
         raise PermissionError("is read only")
 
     monkeypatch.setattr("reports.results.cache.write", full)
-    frame, cache = FRAMES[0], cache_of(tmp_path)
-    assert cache.measure([Study("V1", "V1", "title", lambda report: frame)]) == {}
-    assert cache.results["V1"].frame is frame
+    table, cache = FRAMES[0], cache_of(tmp_path)
+    assert cache.measure([Study("V1", "V1", "title", lambda report: table)]) == {}
+    assert cache.results["V1"].frame is table
     assert "V1 is not kept for a build that is resumed: is read only." in capsys.readouterr().err
 
 
 def test_sections_open_to_external_integrators_are_then_measured_with_them(monkeypatch):
-    mine = Mock()
-    mine.name = "mine"
-    monkeypatch.setattr(ExternalIntegrator, "open", lambda path, limit: mine)
+    contender = Mock()
+    contender.name = "mine"
+    monkeypatch.setattr(ExternalIntegrator, "open", lambda path, limit: contender)
     with joined(load(), ["mine:Mine"]) as suite:
-        here = {section.title for section in suite.sections if section.timed}
-    assert here == {section.title for section in SECTIONS if section.open or section.timed}
+        titles = {section.title for section in suite.sections if section.timed}
+    assert titles == {section.title for section in SECTIONS if section.open or section.timed}
 
 
 def test_claims_with_results_are_judged_and_the_others_are_studied(tmp_path, capsys):
     cache = cache_of(tmp_path)
     cache.keep("V2", pd.DataFrame({"there": [1.0]}), 7.0)
     claims = [claim(), claim("V2", raises=RuntimeError("not here")), claim("V3")]
-    results = check(claims, True, cache)
-    assert [result.claim.id for result in results] == ["V1", "V2", "V3"]
-    assert results[1].seconds == 7.0 and list(results[1].frame) == ["there"]
+    checked = check(claims, True, cache)
+    assert [claim_result.claim.id for claim_result in checked] == ["V1", "V2", "V3"]
+    assert checked[1].seconds == 7.0 and list(checked[1].frame) == ["there"]
     studied = capsys.readouterr().err.splitlines()
     assert [line.partition(":")[0] for line in studied] == [
         "[1/2] V1 title of V1",
@@ -148,15 +148,15 @@ def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd, tm
         "d": partial(meet, last, first),
     }
     studies = [study(name, measure) for name, measure in meeting.items()]
-    seconds = {one.name: seconds for one, seconds in study_in_workers(studies, cache)}
+    seconds = {finished.name: seconds for finished, seconds in study_in_workers(studies, cache)}
     assert set(seconds) == set(cache.results) == {"a", "c", "d"}
     assert capfd.readouterr() == ("", "")
-    frames = [result.frame for result in cache.results.values()]
-    processes = {int(frame["process"][0]) for frame in frames}
+    tables = [entry.frame for entry in cache.results.values()]
+    processes = {int(table["process"][0]) for table in tables}
     assert len(processes) == 2 and os.getpid() not in processes
-    assert seconds["c"] >= 0.3 and all(frame["quick"].all() for frame in frames)
+    assert seconds["c"] >= 0.3 and all(table["quick"].all() for table in tables)
     assert list(study_in_workers(studies[:1], BuildCache())) == []  # too few
-    timed = [replace(one, timed=True) for one in studies]
+    timed = [replace(part, timed=True) for part in studies]
     assert list(study_in_workers(timed, BuildCache())) == []
 
 
@@ -164,9 +164,9 @@ def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd, tm
 @pytest.mark.slow(beside="test_two_workers_study_beside_each_other_and_leave_out_what_raises")
 def test_the_death_of_a_worker_is_no_more_than_missing_results():
     studies = [study(name, dying if name == "d" else partial(quiet, 0.0)) for name in "abcde"]
-    assert {one.name for one, _ in study_in_workers(studies, BuildCache())} <= set("abce")
+    assert {finished.name for finished, _ in study_in_workers(studies, BuildCache())} <= set("abce")
     del studies[3]
-    assert {one.name for one, _ in study_in_workers(studies, BuildCache())} == set("abce")
+    assert {finished.name for finished, _ in study_in_workers(studies, BuildCache())} == set("abce")
 
 
 KILLED = """
@@ -195,17 +195,17 @@ if __name__ == "__main__":
 @pytest.mark.parametrize("how", ["kill", "end"])
 def test_workers_end_with_the_build_however_it_ends(tmp_path, how):
     (tmp_path / "script.py").write_text(KILLED)
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, str(tmp_path / "script.py"), how],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         text=True,
         timeout=120,
     )
-    assert done.returncode == (-signal.SIGKILL if how == "kill" else 0)
+    assert completed.returncode == (-signal.SIGKILL if how == "kill" else 0)
     for _ in range(100):
         try:
-            os.kill(int(done.stdout), 0)
+            os.kill(int(completed.stdout), 0)
         except ProcessLookupError:
             return
         time.sleep(0.1)

@@ -68,10 +68,10 @@ class Bench:
             },
         )
 
-    def __call__(self, *words):
+    def __call__(self, *arguments):
         """Run the command; its status, and the parts that it measured."""
         self.calls = []
-        status = run(lambda: self.suite, list(words))
+        status = run(lambda: self.suite, list(arguments))
         return status, self.calls
 
     def _ran(self, name):
@@ -82,10 +82,10 @@ class Bench:
             raise self.how
 
     def _counted(self, name, measure):
-        def counted(*given, problem=""):
+        def counted(*arguments, problem=""):
             self._ran(problem or name)
-            frame = measure(*given)
-            return frame.assign(problem=problem) if problem else frame
+            table = measure(*arguments)
+            return table.assign(problem=problem) if problem else table
 
         return counted
 
@@ -124,16 +124,16 @@ def test_the_page_has_the_claims_that_finish_soon_and_is_whole_at_the_end(
     monkeypatch.setattr("reports.build.first_look.PATIENCE", 0.0)
     _, calls = bench("build", "--out", str(tmp_path))
     assert calls[:4] == ["V1", "V1", "V3", "ball"]  # V3 was too late for the first page
-    said = [line for line in capsys.readouterr().out.splitlines() if "The page is" in line]
-    assert [line.count(",") for line in said] == [2, 1, 0, 0]
-    assert said[-1].startswith("The page is")
+    lines = [line for line in capsys.readouterr().out.splitlines() if "The page is" in line]
+    assert [line.count(",") for line in lines] == [2, 1, 0, 0]
+    assert lines[-1].startswith("The page is")
     assert NOTE not in (tmp_path / "results" / "index.html").read_text()
 
 
-@pytest.mark.slow_cases("words1")
-@pytest.mark.parametrize("words", [["--quick"], ["--claims", "V1"]])
-def test_a_short_build_has_one_page(bench, tmp_path, words):
-    _, calls = bench("build", "--out", str(tmp_path), *words)
+@pytest.mark.slow_cases("options1")
+@pytest.mark.parametrize("options", [["--quick"], ["--claims", "V1"]])
+def test_a_short_build_has_one_page(bench, tmp_path, options):
+    _, calls = bench("build", "--out", str(tmp_path), *options)
     assert calls.count("V1") == 1
 
 
@@ -143,14 +143,14 @@ def test_what_was_drawn_is_not_drawn_again():
 
     drawn = []
 
-    def each(function, jobs):
-        drawn.extend(frame for _, frame in jobs)
+    def draw_all(function, jobs):
+        drawn.extend(table for _, table in jobs)
         return [function(job) for job in jobs]
 
-    draw = remembering(each)
-    one, other = pd.DataFrame({"x": [1]}), pd.DataFrame({"x": [2]})
-    first = draw(lambda job: object(), [(Figure, one)])
-    again = draw(lambda job: object(), [(Figure, one), (Figure, other)])
+    draw = remembering(draw_all)
+    left, right = pd.DataFrame({"x": [1]}), pd.DataFrame({"x": [2]})
+    first = draw(lambda job: object(), [(Figure, left)])
+    again = draw(lambda job: object(), [(Figure, left), (Figure, right)])
     assert again[0] is first[0] and again[1] is not first[0]
     assert len(drawn) == 2
 
@@ -170,20 +170,20 @@ ALL = ["V1", "V3", "ball", "top", "cost", "sky", "study"]
 def resumed(bench: Bench, monkeypatch: pytest.MonkeyPatch):
     """It shows nothing early, and writes its tables as CSV alone."""
     monkeypatch.setattr("reports.build.build.first_look", lambda suite: ([], NOTHING))
-    monkeypatch.setattr("reports.tables.writing.as_latex", lambda *frame: "")
-    monkeypatch.setattr("reports.tables.writing.as_markdown", lambda frame: "")
+    monkeypatch.setattr("reports.tables.writing.as_latex", lambda *_: "")
+    monkeypatch.setattr("reports.tables.writing.as_markdown", lambda table: "")
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: "as they are")
     return bench
 
 
-def stopped(bench, part, *words):
+def stopped(bench, part, *arguments):
     """A run that ends in this part."""
     bench.stop = part
-    assert bench(*words)[0] == 2
+    assert bench(*arguments)[0] == 2
     bench.stop, bench.faults[:] = "", []
 
 
-def kept(out):
+def stored_results(out):
     """The results of all builds in this folder that were stopped."""
     if not (out / FOLDER).exists():
         return []
@@ -197,14 +197,17 @@ def test_a_build_that_was_stopped_resumes_with_what_it_was_measuring(
 ):
     out, where = ["--out", str(tmp_path)], ALL.index(last)
     stopped(resumed, last, *out)
-    assert len(kept(tmp_path)) == where
+    assert len(stored_results(tmp_path)) == where
     resumed.date = "2026-01-01 00:20 UTC"
     capsys.readouterr()
     status, calls = resumed(*out)
     assert calls == ALL[where:]
-    said = capsys.readouterr().out
-    told = f"{where} results of the build of 2026-01-01 00:00 UTC, which was stopped; --anew starts"
-    assert (told in said) == (where > 0) and status == (last != "study")  # "top" reports a fault
+    printed = capsys.readouterr().out
+    phrase = (
+        f"{where} results of the build of 2026-01-01 00:00 UTC, which was stopped; --anew starts"
+    )
+    # "top" reports a fault.
+    assert (phrase in printed) == (where > 0) and status == (last != "study")
     assert not (tmp_path / FOLDER).exists()
     assert resumed(*out)[1] == ALL
     assert "Resuming" not in capsys.readouterr().out
@@ -213,27 +216,27 @@ def test_a_build_that_was_stopped_resumes_with_what_it_was_measuring(
 def test_an_interrupted_build_says_that_it_can_be_resumed(resumed, tmp_path, capsys):
     resumed.stop, resumed.how = "ball", KeyboardInterrupt
     assert resumed("--out", str(tmp_path)) == (130, ALL[:3])
-    said = capsys.readouterr().err
-    assert "Finished results are kept: the same command resumes the build.\nInterrupted" in said
-    assert len(kept(tmp_path)) == 2
+    errors = capsys.readouterr().err
+    assert "Finished results are kept: the same command resumes the build.\nInterrupted" in errors
+    assert len(stored_results(tmp_path)) == 2
 
 
 @pytest.mark.slow(beside="test_a_build_that_was_stopped_resumes_with_what_it_was_measuring")
 def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(resumed, tmp_path):
-    whole, two = tmp_path / "whole", tmp_path / "two"
-    resumed("--out", str(whole))
-    stopped(resumed, "top", "--out", str(two))
+    at_once, in_two = tmp_path / "whole", tmp_path / "two"
+    resumed("--out", str(at_once))
+    stopped(resumed, "top", "--out", str(in_two))
     resumed.date = "2026-01-01 00:20 UTC"
-    resumed("--out", str(two))
+    resumed("--out", str(in_two))
     for name in ("claims", "work_precision", "cost", "sky_and_model", "study"):
-        one, other = (pd.read_csv(folder / f"{name}.csv") for folder in (whole, two))
-        kept = [column for column in one if column not in MARKS]
-        pd.testing.assert_frame_equal(one[kept], other[kept], check_exact=True)
-    told = "3 results of the build of 2026-01-01 00:00 UTC, which was stopped"
-    origins = json.loads((two / "provenance.json").read_text())
-    assert all(told in origin["resumed"] for origin in origins.values())
-    assert told in (two / "results" / "provenance.html").read_text()
-    assert set(pd.read_csv(two / "claims.csv")["date"]) == {"2026-01-01 00:00 UTC"}
+        left, right = (pd.read_csv(folder / f"{name}.csv") for folder in (at_once, in_two))
+        columns = [column for column in left if column not in MARKS]
+        pd.testing.assert_frame_equal(left[columns], right[columns], check_exact=True)
+    phrase = "3 results of the build of 2026-01-01 00:00 UTC, which was stopped"
+    origins = json.loads((in_two / "provenance.json").read_text())
+    assert all(phrase in origin["resumed"] for origin in origins.values())
+    assert phrase in (in_two / "results" / "provenance.html").read_text()
+    assert set(pd.read_csv(in_two / "claims.csv")["date"]) == {"2026-01-01 00:00 UTC"}
 
 
 @pytest.mark.slow(beside="test_what_it_depends_on_makes_another_build")
@@ -241,22 +244,22 @@ def test_anew_starts_over_and_another_setting_leaves_what_was_kept(resumed, tmp_
     out = ["--out", str(tmp_path)]
     stopped(resumed, "study", *out)
     assert resumed("--claims", "V1", *out)[1] == ["V1", *ALL[2:]]
-    assert len(kept(tmp_path)) == 6
+    assert len(stored_results(tmp_path)) == 6
     assert resumed("--anew", *out)[1] == ALL
 
 
 def test_what_it_depends_on_makes_another_build(resumed, tmp_path, monkeypatch):
-    def state(**asked):
-        return open_cache(resumed.suite, Options(out=tmp_path, **asked)).folder.name
+    def state(**options):
+        return open_cache(resumed.suite, Options(out=tmp_path, **options)).folder.name
 
-    seen = [state(), state(quick=True), state(claims=("V1",))]
+    folders = [state(), state(quick=True), state(claims=("V1",))]
     resumed.date = "2027-01-01 00:00 UTC"
-    assert state() == state(command="python -m reports build") == seen[0]
+    assert state() == state(command="python -m reports build") == folders[0]
     resumed.commit = "abd"
-    seen += [state()]
+    folders += [state()]
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: "other")
-    seen += [state()]
-    assert len(set(seen)) == len(seen) == 5
+    folders += [state()]
+    assert len(set(folders)) == len(folders) == 5
 
 
 def test_nothing_is_kept_of_a_build_with_external_integrators(resumed, tmp_path):
@@ -271,17 +274,17 @@ def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
     states = iter("aaa" + ("b" if changes else "a") * 1000)
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: next(states))
     stopped(resumed, "study", "--out", str(tmp_path))  # at the start, then at each result
-    assert len(kept(tmp_path)) == (2 if changes else 6)
-    said = "ball is not kept for a build that is resumed: the sources changed since the build"
-    assert (said in capsys.readouterr().err) == changes
+    assert len(stored_results(tmp_path)) == (2 if changes else 6)
+    message = "ball is not kept for a build that is resumed: the sources changed since the build"
+    assert (message in capsys.readouterr().err) == changes
 
 
 @contextmanager
 def held(out):
     """Another process that builds there."""
     out.mkdir(exist_ok=True)
-    words = [sys.executable, "-c", HOLD, str(out / LOCK)]
-    with subprocess.Popen(words, stdin=-1, stdout=-1, text=True) as process:
+    command = [sys.executable, "-c", HOLD, str(out / LOCK)]
+    with subprocess.Popen(command, stdin=-1, stdout=-1, text=True) as process:
         assert process.stdout is not None and process.stdout.readline() == "held\n"
         yield
         process.kill()
@@ -310,8 +313,8 @@ def test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence(
 ):
     (tmp_path / LOCK).mkdir()  # as if it were not ours: whoever may do everything is refused, too
     assert resumed("--out", str(tmp_path)) == (2, [])
-    said = capsys.readouterr().err
-    assert "--out expects a folder to write in; " in said and len(said.splitlines()) == 1
+    errors = capsys.readouterr().err
+    assert "--out expects a folder to write in; " in errors and len(errors.splitlines()) == 1
 
 
 @pytest.mark.parametrize("command", ["build", "verify", "compare"])
@@ -323,5 +326,5 @@ def test_nothing_is_measured_for_a_folder_that_is_not_ours(
 
     monkeypatch.setattr("tempfile.TemporaryFile", refused)
     assert resumed(command, "--out", str(tmp_path)) == (2, [])
-    said = capsys.readouterr().err
-    assert "--out expects a folder to write in; " in said and "Permission denied" in said
+    errors = capsys.readouterr().err
+    assert "--out expects a folder to write in; " in errors and "Permission denied" in errors

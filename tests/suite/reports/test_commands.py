@@ -48,21 +48,21 @@ def test_compare_writes_both_tables_and_their_origin(ask):
 
 
 def test_only_the_chosen_problems_are_compared(ask):
-    asked = []
+    problems = []
 
     def work_precision(quick, report, problem):
-        asked.append(problem)
+        problems.append(problem)
         return suite_of().work_precision(quick, report)
 
     def cost(quick, report, only):
-        asked.append(tuple(only))
+        problems.append(tuple(only))
         return suite_of().cost(quick, report)
 
     suite = suite_of(
         work_precision=work_precision, cost=cost, problems=lambda quick: ("top", "kepler", "five")
     )
     assert ask("compare --only 'Kep, fiv'", suite).status == 0
-    assert asked == ["kepler", "five", ("kepler", "five")]
+    assert problems == ["kepler", "five", ("kepler", "five")]
     assert not Path("out/sky_and_model.csv").exists()
 
 
@@ -70,9 +70,9 @@ def test_a_comparison_that_raises_is_named_and_leaves_the_other(ask):
     def broken(quick, report):
         raise ValueError("the clock stopped")
 
-    done = ask("compare", suite_of(work_precision=broken))
-    assert done.status == 1
-    assert "work-precision: not run (ValueError: the clock stopped)." in done.err
+    completed = ask("compare", suite_of(work_precision=broken))
+    assert completed.status == 1
+    assert "work-precision: not run (ValueError: the clock stopped)." in completed.err
     assert Path("out/cost.csv").exists() and not Path("out/work_precision.csv").exists()
 
 
@@ -86,7 +86,7 @@ def test_the_version_is_shown_with_those_that_results_depend_on(capsys):
 
 @pytest.mark.slow_cases(but=["verify --clams V1-2-without1"])
 @pytest.mark.parametrize(
-    ("words", "status", "without"),
+    ("arguments", "status", "without"),
     [
         ("--help", 0, ENGINES | SHOWN),
         ("verify --clams V1", 2, ENGINES | SHOWN),
@@ -97,21 +97,21 @@ def test_the_version_is_shown_with_those_that_results_depend_on(capsys):
         ("judge /nosuch.bin", 2, ENGINES),
     ],
 )
-def test_what_is_refused_is_refused_before_engines_are_loaded(words, status, without):
+def test_what_is_refused_is_refused_before_engines_are_loaded(arguments, status, without):
     code = f"""
 import sys
 from galvi import command
-sys.argv = ["galvi", *{words.split()}]
+sys.argv = ["galvi", *{arguments.split()}]
 try:
     status = command.main()
 except SystemExit as ended:
     status = ended.code
 print("status", status, *sys.modules)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    last = done.stdout.splitlines()[-1].split()
-    assert last[:2] == ["status", str(status)], done.stderr
-    assert not without & set(last[2:]) and "Traceback" not in done.stderr
+    completed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    last = completed.stdout.splitlines()[-1].split()
+    assert last[:2] == ["status", str(status)], completed.stderr
+    assert not without & set(last[2:]) and "Traceback" not in completed.stderr
 
 
 @pytest.mark.slow(beside="test_the_command_is_run_under_the_name_by_which_it_was_called")
@@ -124,44 +124,44 @@ def test_the_module_is_the_command_and_help_names_what_was_called():
 
 
 def test_the_command_is_run_under_the_name_by_which_it_was_called(monkeypatch):
-    asked = []
+    calls = []
     monkeypatch.setattr(sys, "argv", ["/somewhere/bin/galvi-2", "verify"])
     monkeypatch.setattr(sys, "path", list(sys.path))
-    monkeypatch.setattr("runpy.run_module", lambda *given, **options: asked.append(given))
+    monkeypatch.setattr("runpy.run_module", lambda *arguments, **options: calls.append(arguments))
     assert main() == 0
-    assert asked == [("reports", {"CALLED": ["galvi-2"]}, "__main__")]
+    assert calls == [("reports", {"CALLED": ["galvi-2"]}, "__main__")]
     assert called("/somewhere/bin/galvi") == ["galvi"]
 
 
 def test_warm_compiles_for_every_problem_and_says_how_far_it_is(monkeypatch, capsys):
-    done = []
-    monkeypatch.setattr("reports.build.warm.run_all", done.append)
+    warmed = []
+    monkeypatch.setattr("reports.build.warm.run_all", warmed.append)
     monkeypatch.setattr(
         "reports.build.warm.parallel", lambda processes, **options: Parallel(1, **options)
     )
     assert run(None, ["warm"]) == 0
-    said = capsys.readouterr().out.splitlines()
-    assert said[0].startswith(f"1 of {len(said) - 1}: ")
-    assert all(any(f": {name}, " in line for line in said) for name in galvi.problems.__all__)
-    assert len(done) > len(said) and "took" in said[-1]  # planets in the plane, too
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith(f"1 of {len(lines) - 1}: ")
+    assert all(any(f": {name}, " in line for line in lines) for name in galvi.problems.__all__)
+    assert len(warmed) > len(lines) and "took" in lines[-1]  # planets in the plane, too
 
 
 @pytest.mark.parametrize("widest", [False, True])
 def test_warm_runs_all_kinds_of_vectors_in_each_chart(monkeypatch, widest):
     """The law of a group has code for one vector of stages and for several, of each length."""
-    asked = set()
+    runs = set()
 
     def integrate(problem, method, step, steps, solver):
         lanes = vectors.lanes_for(method.stages)
-        asked.add((method.group_chart, solver, lanes, method.stages > lanes))
+        runs.add((method.group_chart, solver, lanes, method.stages > lanes))
         return SimpleNamespace(t=[0.0], status="Completed.")
 
     monkeypatch.setattr(galvi, "integrate", integrate)
-    monkeypatch.setattr(galvi, "energy", lambda *given: None)
+    monkeypatch.setattr(galvi, "energy", lambda *_: None)
     monkeypatch.setattr(vectors, "AVX512", widest)
     run_all(galvi.problems.free_rigid_body())
     lengths = {8} if widest else {4, 8}
-    assert asked == set(product(CHARTS, ("auto", "newton"), lengths, (False, True)))
+    assert runs == set(product(CHARTS, ("auto", "newton"), lengths, (False, True)))
 
 
 def test_what_is_written_in_another_project_is_ignored_by_its_git(tmp_path, monkeypatch):
@@ -200,26 +200,26 @@ RAISED = (
 
 
 def raising(error):
-    def load(*given, **more):
+    def load(*_, **options):
         raise error
 
     return load
 
 
 @pytest.mark.parametrize(
-    ("error", "status", "said"), RAISED, ids=[type(error).__name__ for error, _, _ in RAISED]
+    ("error", "status", "pattern"), RAISED, ids=[type(error).__name__ for error, _, _ in RAISED]
 )
-def test_what_nobody_caught_is_no_verdict(error, status, said, tmp_path, capsys):
+def test_what_nobody_caught_is_no_verdict(error, status, pattern, tmp_path, capsys):
     assert run(raising(error), ["verify", "--out", str(tmp_path)]) == status
     (line,) = capsys.readouterr().err.splitlines()
-    assert re.search(said, line)
+    assert re.search(pattern, line)
 
 
 def test_a_full_disk_is_named(ask, monkeypatch):
     full = OSError(errno.ENOSPC, "No space left on device", "claims.csv")
     monkeypatch.setattr("reports.build.verify.write", raising(full))
-    done = ask("verify")
-    assert done.status == 2 and "No space left on device: 'claims.csv'. " in done.err
+    completed = ask("verify")
+    assert completed.status == 2 and "No space left on device: 'claims.csv'. " in completed.err
 
 
 def test_what_cannot_be_imported_is_no_verdict(monkeypatch, capsys):
@@ -237,8 +237,10 @@ def test_the_command_without_the_suite_says_what_to_install():
         "sys.argv = ['galvi', 'verify']\n"
         "sys.exit(main())\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 3 and "pip install 'galvi[suite]'" in done.stderr
+    completed = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True
+    )
+    assert completed.returncode == 3 and "pip install 'galvi[suite]'" in completed.stderr
 
 
 @pytest.mark.usefixtures("interruptible")
@@ -273,16 +275,18 @@ def ended(action, environment=None, **streams):
         f"def command():\n    {action}\n    return 0\nsys.exit(ended(command))"
     )
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | streams
-    own = os.environ | {"PYTHONUNBUFFERED": ""} | (environment or {})
-    return subprocess.run([sys.executable, "-c", code], cwd=ROOT, text=True, env=own, **streams)
+    variables = os.environ | {"PYTHONUNBUFFERED": ""} | (environment or {})
+    return subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, text=True, env=variables, **streams
+    )
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 def test_standard_output_that_is_full_is_a_full_disk():
     with open("/dev/full", "w") as full:
-        done = ended("print('a verdict')", stdout=full)
-    assert done.returncode == 2
-    (line,) = done.stderr.splitlines()
+        completed = ended("print('a verdict')", stdout=full)
+    assert completed.returncode == 2
+    (line,) = completed.stderr.splitlines()
     assert "OSError: [Errno 28] No space left on device. " in line
 
 
@@ -303,10 +307,10 @@ def test_output_that_nobody_reads_ends_a_command_quietly(action, stream, unbuffe
     reader, writer = os.pipe()
     os.close(reader)
     with open(writer, "w") as gone:
-        done = ended(action.format(stream), {"PYTHONUNBUFFERED": unbuffered}, **{stream: gone})
-    assert done.returncode == 141 and not (done.stdout or done.stderr)
+        completed = ended(action.format(stream), {"PYTHONUNBUFFERED": unbuffered}, **{stream: gone})
+    assert completed.returncode == 141 and not (completed.stdout or completed.stderr)
 
 
 def test_characters_that_the_output_lacks_are_replaced():
-    done = ended("print('error at 1\\u2026 \\udcff')", {"PYTHONIOENCODING": "ascii"})
-    assert (done.returncode, done.stdout, done.stderr) == (0, "error at 1? ?\n", "")
+    completed = ended("print('error at 1\\u2026 \\udcff')", {"PYTHONIOENCODING": "ascii"})
+    assert (completed.returncode, completed.stdout, completed.stderr) == (0, "error at 1? ?\n", "")

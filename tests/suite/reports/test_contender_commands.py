@@ -62,7 +62,7 @@ def example(name):
     return text
 
 
-def made(name):
+def definitions(name):
     """What an example of the page defines."""
     names: dict[str, type] = {}
     exec(compile(example(name), f"{name}.py", "exec"), names)
@@ -82,12 +82,16 @@ def outside(tmp_path_factory):
 
 
 @pytest.fixture
-def kepler_alone(monkeypatch):
+def kepler_suite(monkeypatch):
     """A suite that compares few of the participants on Kepler's problem."""
     case = kepler(1, quick=True)
-    few = tuple(one for one in case.participants if one.label in FEW)
+    participants = tuple(
+        participant for participant in case.participants if participant.label in FEW
+    )
     monkeypatch.setattr(
-        work_precision, "work_precision_problems", lambda quick: (replace(case, participants=few),)
+        work_precision,
+        "work_precision_problems",
+        lambda quick: (replace(case, participants=participants),),
     )
     return suite_of(work_precision=work_precision.work_precision)
 
@@ -97,38 +101,42 @@ def compared():
 
 
 @pytest.mark.slow(beside="test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal")
-def test_the_example_of_the_page_stands_beside_ours_everywhere(ask, kepler_alone, monkeypatch):
+def test_the_example_of_the_page_stands_beside_ours_everywhere(ask, kepler_suite, monkeypatch):
     if jpl.missing():
         pytest.skip(jpl.missing())
     monkeypatch.setattr(ephemeris, "displacement", lambda gm, q, v, times: 0.0 * times)
     monkeypatch.setattr("reports.results.own_problems.contender_checks", lambda externals: ())
-    suite = replace(kepler_alone, sections=(*kepler_alone.sections, EPHEMERIS))
-    done = ask("build --quick --contender mine:Leapfrog", suite)
-    assert done.status == 0, done.err
-    mine = compared().query("contender == 'my leapfrog'")
-    assert len(mine) == 3 and (mine["status"] == "").all()
+    suite = replace(kepler_suite, sections=(*kepler_suite.sections, EPHEMERIS))
+    completed = ask("build --quick --contender mine:Leapfrog", suite)
+    assert completed.status == 0, completed.err
+    leapfrog_rows = compared().query("contender == 'my leapfrog'")
+    assert len(leapfrog_rows) == 3 and (leapfrog_rows["status"] == "").all()
     files = [f"tables/{table}.csv" for table in ("ratios", "smallest", "ephemeris")]
     for file in (*files, "figures/work-precision-kepler-e-0-6.svg", "results/comparisons.html"):
         assert "my leapfrog" in (Path("out") / file).read_text()
 
 
 def test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal(
-    ask, kepler_alone, monkeypatch
+    ask, kepler_suite, monkeypatch
 ):
     settings = [{"samples": samples} for samples in (2, 5, 1, 2)]
     monkeypatch.setattr(ExternalIntegrator, "settings", lambda *of: settings)
-    done = ask("compare --quick --contender trouble:Trouble", kepler_alone)
-    said = "samples=2 and 1 more: It raised RuntimeError: no, thanks.\n"
-    assert done.status == 1 and f"trouble, kepler e=0.6, T = 6.28319, {said}" in done.err
-    assert "no part of any table" not in done.out
+    completed = ask("compare --quick --contender trouble:Trouble", kepler_suite)
+    sentence = "samples=2 and 1 more: It raised RuntimeError: no, thanks.\n"
+    assert (
+        completed.status == 1 and f"trouble, kepler e=0.6, T = 6.28319, {sentence}" in completed.err
+    )
+    assert "no part of any table" not in completed.out
     rows = compared()
     assert set(rows["contender"]) == {*FEW, "trouble"}
-    ours, theirs = (rows[(rows["contender"] == "trouble") == which] for which in (False, True))
-    first, second, *_ = theirs["status"]
+    reference_rows, trouble_rows = (
+        rows[(rows["contender"] == "trouble") == which] for which in (False, True)
+    )
+    first, second, *_ = trouble_rows["status"]
     assert first == "It raised RuntimeError: no, thanks."
     assert second.startswith("Its run must return a galvi.Trajectory; received d")
-    assert list(theirs["error"] != "") == [False, False, True, False]
-    assert (ours["seconds"] != "").all()
+    assert list(trouble_rows["error"] != "") == [False, False, True, False]
+    assert (reference_rows["seconds"] != "").all()
 
 
 class Hanging(Inside):
@@ -144,52 +152,59 @@ class Hanging(Inside):
 def verify(monkeypatch, ask):
     """`verify --contender` on an orbit, with the contender at hand and no process: what came of it,
     and claims.csv."""
-    chosen = [one for one in CHECK_PROBLEMS if one.problem.name.startswith("kepler")]
-    few = partial(contender_checks, check_problems=[replace(one, long=20.3) for one in chosen])
-    monkeypatch.setattr("reports.results.own_problems.contender_checks", few)
+    chosen = [
+        check_problem
+        for check_problem in CHECK_PROBLEMS
+        if check_problem.problem.name.startswith("kepler")
+    ]
+    few_checks = partial(
+        contender_checks,
+        check_problems=[replace(check_problem, long=20.3) for check_problem in chosen],
+    )
+    monkeypatch.setattr("reports.results.own_problems.contender_checks", few_checks)
 
-    def verify(external, words=""):
+    def verify(external, options=""):
         monkeypatch.setattr(ExternalIntegrator, "open", lambda path, limit: external)
-        done = ask(f"verify --contender mine:It {words}")
-        return done, pd.read_csv("out/claims.csv", keep_default_na=False)
+        completed = ask(f"verify --contender mine:It {options}")
+        return completed, pd.read_csv("out/claims.csv", keep_default_na=False)
 
     return verify
 
 
 def test_the_example_of_the_page_passes_and_its_rows_are_those_of_a_claim(verify, ask):
-    done, rows = verify(Inside.of(made("mine")["Leapfrog"]()))
-    assert done.status == 0, done
-    assert "1 claim and 1 agreement in " in done.out and "finding" in done.out
+    completed, rows = verify(Inside.of(definitions("mine")["Leapfrog"]()))
+    assert completed.status == 0, completed
+    assert "1 claim and 1 agreement in " in completed.out and "finding" in completed.out
     assert list(rows.columns)[: len(COLUMNS)] == list(COLUMNS)
-    mine = rows[rows["id"] == "A-my-leapfrog"].set_index("quantity")
-    order = mine.loc["order in the step, kepler e=0.3"]
+    leapfrog_rows = rows[rows["id"] == "A-my-leapfrog"].set_index("quantity")
+    order = leapfrog_rows.loc["order in the step, kepler e=0.3"]
     assert order["verdict"] == "attained"
     assert float(order["measured"]) == pytest.approx(2.0, abs=0.1)
-    assert mine.loc["relative change of energy, kepler e=0.3"]["verdict"] == "holds"
-    assert Path("out/verify.xml").read_text().count("agreement.A-my-leapfrog") == len(mine)
+    assert leapfrog_rows.loc["relative change of energy, kepler e=0.3"]["verdict"] == "holds"
+    assert Path("out/verify.xml").read_text().count("agreement.A-my-leapfrog") == len(leapfrog_rows)
     assert ask("verify").status == 0
     assert "leapfrog" not in Path("out/claims.csv").read_text()
 
 
 def test_the_adaptive_example_of_the_page_passes(verify):
-    words = "--claims A-my-adaptive-method"
-    done, rows = verify(Inside.of(made("adaptive")["Adaptive"]()), words)
-    assert done.status == 0, done
+    options = "--claims A-my-adaptive-method"
+    completed, rows = verify(Inside.of(definitions("adaptive")["Adaptive"]()), options)
+    assert completed.status == 0, completed
     assert rows["quantity"].str.contains("error at .*1e-12").any(), rows["quantity"].tolist()
 
 
 @pytest.mark.parametrize("broken", BROKEN, ids=lambda kind: kind.__name__)
 def test_a_broken_one_is_red_and_named_and_the_claims_go_on(verify, broken):
-    done, rows = verify(Inside.of(broken()))
-    assert done.status == 1 and (rows[rows["id"] == "V1"]["verdict"] == "holds").all()
-    assert BROKEN[broken] in done.err and BROKEN[broken] in Path("out/verify.md").read_text()
+    completed, rows = verify(Inside.of(broken()))
+    assert completed.status == 1 and (rows[rows["id"] == "V1"]["verdict"] == "holds").all()
+    assert BROKEN[broken] in completed.err and BROKEN[broken] in Path("out/verify.md").read_text()
     assert int(tree.parse("out/verify.xml").getroot()[0].get("failures")) >= 2
 
 
 def test_one_that_hangs_is_given_up_and_red(verify):
-    done, rows = verify(Hanging.of(Gauss()), "--claims A-a-gauss")
-    assert done.status == 1 and set(rows["id"]) == {"A-a-gauss"}
-    assert "It did not answer within 60 s, and was stopped." in done.err
+    completed, rows = verify(Hanging.of(Gauss()), "--claims A-a-gauss")
+    assert completed.status == 1 and set(rows["id"]) == {"A-a-gauss"}
+    assert "It did not answer within 60 s, and was stopped." in completed.err
     errors = rows[rows["quantity"].str.startswith("error at step")]
     assert set(errors["verdict"]) == {"contradicted"}
 
@@ -197,9 +212,9 @@ def test_one_that_hangs_is_given_up_and_red(verify):
 def test_what_it_printed_is_said_on_standard_error_and_its_first_lines_are_a_row(verify):
     external = Inside.of(Gauss())
     external.printed.lines, external.printed.first = 48_260, ["step 1", "step 2"]
-    done, rows = verify(external, "--claims A-a-gauss")
-    assert done.status == 0
-    assert 'a gauss printed 48,260 lines, the first of them "step 1".\n' in done.err
+    completed, rows = verify(external, "--claims A-a-gauss")
+    assert completed.status == 0
+    assert 'a gauss printed 48,260 lines, the first of them "step 1".\n' in completed.err
     row = rows.set_index("quantity").loc["lines that it printed"]
     assert row["verdict"] == row["expected"] == "finding" and "step 1 / step 2" in row["reason"]
 
@@ -208,18 +223,18 @@ def test_what_it_printed_is_said_on_standard_error_and_its_first_lines_are_a_row
 
 
 @pytest.fixture
-def few(monkeypatch):
+def quick_own_problems(monkeypatch):
     """Fewer participants and less patience."""
     monkeypatch.setattr(own, "FIXED", {"Stormer-Verlet": {}})
     monkeypatch.setattr(own, "OURS", (8,))
     monkeypatch.setattr(own, "PATIENCE", 0.2)
 
 
-def test_the_pages_problem_is_compared_with_the_codes_that_take_it(few, ask):
-    done = ask("compare --quick --problem my_problem:spring", load())
-    assert done.status == 0, done.err
-    assert "spring: times at matched error" in done.out and "SciPy DOP853" in done.out
-    assert done.out.endswith("Tables are in out/tables.\n")
+def test_the_pages_problem_is_compared_with_the_codes_that_take_it(quick_own_problems, ask):
+    completed = ask("compare --quick --problem my_problem:spring", load())
+    assert completed.status == 0, completed.err
+    assert "spring: times at matched error" in completed.out and "SciPy DOP853" in completed.out
+    assert completed.out.endswith("Tables are in out/tables.\n")
     rows = compared()
     assert set(rows["problem"]) == {"spring"}
     assert set(rows["contender"]) - {"heyoka, Lagrangians"} == {*FEW, "SciPy DOP853"}
@@ -229,20 +244,20 @@ def test_the_pages_problem_is_compared_with_the_codes_that_take_it(few, ask):
 
 
 @pytest.mark.slow(beside="test_the_pages_problem_is_compared_with_the_codes_that_take_it")
-def test_a_force_without_a_gradient_or_a_formula_is_said_to_be_differenced(few):
-    gradient, potential = (made("my_problem")[name] for name in ("gradient", "potential"))
-    for function, given in ((potential, gradient), (lambda q: float(potential(q)), None)):
-        spring = galvi.Canonical(1.0, function, given)
+def test_a_force_without_a_gradient_or_a_formula_is_said_to_be_differenced(quick_own_problems):
+    gradient, potential = (definitions("my_problem")[name] for name in ("gradient", "potential"))
+    for function, slope in ((potential, gradient), (lambda q: float(potential(q)), None)):
+        spring = galvi.Canonical(1.0, function, slope)
         case = own.own_problem(galvi.Problem(spring, [1.0, 0.3], [0.0, 0.2]), 5.0, quick=True)
         rows = work_precision.work_precision(quick=True, cases=(case,))
-        said = rows["status"].str.contains(own.DIFFERENCED, regex=False)
-        theirs = rows["contender"].isin(own.OF_NEWTON)
-        assert theirs.any() and not theirs.all()
-        assert (said == (theirs & (given is None))).all()
+        differenced = rows["status"].str.contains(own.DIFFERENCED, regex=False)
+        of_newton = rows["contender"].isin(own.OF_NEWTON)
+        assert of_newton.any() and not of_newton.all()
+        assert (differenced == (of_newton & (slope is None))).all()
 
 
 @pytest.mark.slow(beside="test_the_pages_problem_is_compared_with_the_codes_that_take_it")
-def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(few):
+def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(quick_own_problems):
     pytest.importorskip("rebound")
     case = own.own_problem(galvi.problems.kepler(0.3), 20.0)
     truth = case.truth()
@@ -260,7 +275,7 @@ def test_steps_are_found_between_a_tenth_of_the_motion_and_the_truth(few):
 
 
 @pytest.mark.slow(beside="test_without_another_code_there_is_no_truth")
-def test_a_truth_with_one_source_is_measured_against_itself(few, monkeypatch):
+def test_a_truth_with_one_source_is_measured_against_itself(quick_own_problems, monkeypatch):
     only = {"SciPy DOP853": truths.TRUTHS["SciPy DOP853"]}
     monkeypatch.setattr(truths, "TRUTHS", only)
     truth = own.own_problem(galvi.problems.henon_heiles(), 5.0, quick=True).truth()

@@ -21,7 +21,7 @@ from reports.studies.engines import EPHEMERIS
 from tests.suite.benchmarks.contenders_at_hand import BROKEN, Failing, Gauss, Inside, Raising
 
 OURS = scaling.ScalingParticipant("galvi degree 8, Gauss 8", gauss_collocation(8), 6)
-SHOWN = {one.name: one for one in SECTIONS if one.open and not one.compared}
+SHOWN = {section.name: section for section in SECTIONS if section.open and not section.compared}
 # The mechanism is the same for each way of breaking; a fault's sentence is found by its beginning.
 WHY = {kind.name: sentence for kind, sentence in BROKEN.items()}
 
@@ -30,9 +30,9 @@ def externals():
     return [Inside.of(kind()) for kind in (Gauss, Raising, Failing)]
 
 
-def written_in(figure, frame):
+def written_in(figure, table):
     """Every text of a figure, and of its legends."""
-    return [text.get_text() for text in drawn(figure, frame).findobj(Text)]
+    return [text.get_text() for text in drawn(figure, table).findobj(Text)]
 
 
 @pytest.fixture(scope="module")
@@ -46,29 +46,29 @@ def studied():
         patch.setattr(scaling, "PARTICIPANTS", (OURS, scaling.TRUTH))
         patch.setattr(free_body_drift, "QUICK_TURNS", 5)
         participants = [DriftParticipant("galvi degree 4", gauss_collocation(4), 0.125)]
-        frames = {
+        tables = {
             "brouwer": round_off.brouwer(True, participants=(gauss(6, 10),), externals=externals()),
             "scaling": scaling.scaling(True, bodies=(3,), orbits=2, externals=externals()),
             "free-spin": free_body_drift.free_spin(
                 True, participants=participants, on_box=[], externals=externals()
             ),
         }
-        assert set(frames) == set(SHOWN)
-        return frames
+        assert set(tables) == set(SHOWN)
+        return tables
 
 
 @pytest.mark.slow_cases("free-spin")
 @pytest.mark.parametrize("name", SHOWN)
 def test_a_sound_integrator_has_a_line_and_a_broken_one_is_named(studied, name):
-    frame, study = studied[name], SHOWN[name]
-    rows = {who: part for who, part in frame.groupby("contender")}
+    table, study = studied[name], SHOWN[name]
+    rows = {contender: part for contender, part in table.groupby("contender")}
     assert (rows["a gauss"]["status"] == "").all()
-    for who in ("raising", "failing"):
-        assert rows[who]["status"].iloc[-1] == WHY[who]
-    text = study.table(frame)[0].to_csv()
-    assert "a gauss" in text and all(WHY[who] in text for who in ("raising", "failing"))
+    for contender in ("raising", "failing"):
+        assert rows[contender]["status"].iloc[-1] == WHY[contender]
+    text = study.table(table)[0].to_csv()
+    assert "a gauss" in text and all(WHY[contender] in text for contender in ("raising", "failing"))
     for figure in study.figures:
-        assert any("a gauss" in text for text in written_in(figure, frame))
+        assert any("a gauss" in text for text in written_in(figure, table))
 
 
 def test_the_numbers_of_an_external_integrator_are_those_of_its_finest_setting(studied):
@@ -94,11 +94,13 @@ def test_the_sky_has_external_integrators_too(monkeypatch):
         pytest.skip(jpl.missing())
     monkeypatch.setattr(ephemeris, "displacement", lambda gm, q, v, times: 0.0 * times)
     sky = ephemeris.ephemeris_table(externals=[Inside.of(Gauss()), Inside.of(Raising())])
-    rows = {who: part for who, part in sky.groupby("contender")}
+    rows = {contender: part for contender, part in sky.groupby("contender")}
     assert set(rows) == {ephemeris.OURS, ephemeris.IN_FRAME, "a gauss", "raising"}
     assert len(rows["a gauss"]) == len(rows[ephemeris.OURS]) == 30
-    ours, theirs = (rows[who]["integration_error_au"].max() for who in (ephemeris.OURS, "a gauss"))
-    assert ours < 1e-11 < theirs
+    galvi_error, gauss_error = (
+        rows[contender]["integration_error_au"].max() for contender in (ephemeris.OURS, "a gauss")
+    )
+    assert galvi_error < 1e-11 < gauss_error
     assert list(rows["raising"]["status"]) == [WHY["raising"]]
     assert {"contender", "status"} < set(EPHEMERIS.table(sky)[0])
 

@@ -55,9 +55,9 @@ def folder(tmp_path, monkeypatch):
 
 def test_tables_a_figure_and_sentences_of_the_pages_paper(folder, capsys):
     methods = ["textbook.rk4", "gauss:2", "scipy.dop853"]
-    words = [*WORDS, "my_problem:galaxy", "--contender", "mine:BlanesMoan"]
-    words += [word for method in methods for word in ("--method", method)]
-    assert run(None, [*words, "--out", "out"]) == 0, capsys.readouterr().err
+    command = [*WORDS, "my_problem:galaxy", "--contender", "mine:BlanesMoan"]
+    command += [word for method in methods for word in ("--method", method)]
+    assert run(None, [*command, "--out", "out"]) == 0, capsys.readouterr().err
     printed = capsys.readouterr().out
     written = {path.name for path in Path("out").iterdir()}
     assert "Truth: " in printed and "Blanes-Moan S6: order 4.0" in printed
@@ -76,9 +76,9 @@ def test_tables_a_figure_and_sentences_of_the_pages_paper(folder, capsys):
 
 
 def test_a_failed_run_is_exit_1_and_its_row_says_why(folder, capsys):
-    words = ["convergence", "--quick", "--problem", "more:alone", "--duration", "1", "--steps",
-             "5,10", "--contender", "more:Fails", "--method", "gauss:1"]  # fmt: skip
-    assert run(None, [*words, "--out", "out"]) == 1
+    command = ["convergence", "--quick", "--problem", "more:alone", "--duration", "1", "--steps",
+               "5,10", "--contender", "more:Fails", "--method", "gauss:1"]  # fmt: skip
+    assert run(None, [*command, "--out", "out"]) == 1
     rows = pd.read_csv("out/convergence.csv")
     failed = rows[rows["outcome"] == "failed"]
     assert set(failed["method"]) == {"fails"} and failed["note"].str.contains("ZeroDivision").all()
@@ -87,15 +87,15 @@ def test_a_failed_run_is_exit_1_and_its_row_says_why(folder, capsys):
 def test_python_gets_what_the_command_writes_of_ones_own_method_and_a_given_truth(
     folder, capsys, suite_in_this_process
 ):
-    words = ["convergence", "--quick", "--problem", "more:alone", "--duration", "2.0", "--steps",
-             "0.1,0.05,0.025", "--method", "more:midpoint", "--truth", "scipy.dop853", "--out",
-             "out"]  # fmt: skip
-    assert run(None, words) == 0, capsys.readouterr().err
+    command = ["convergence", "--quick", "--problem", "more:alone", "--duration", "2.0", "--steps",
+               "0.1,0.05,0.025", "--method", "more:midpoint", "--truth", "scipy.dop853", "--out",
+               "out"]  # fmt: skip
+    assert run(None, command) == 0, capsys.readouterr().err
     assert "SciPy DOP853" in capsys.readouterr().out
     fits = pd.read_csv("out/orders.csv")
     assert fits["fitted"][0] == pytest.approx(2.0, abs=0.1) and fits["method"][0] == "midpoint"
     midpoint = galvi.Galerkin(galvi.Polynomials(1), galvi.gauss(1))
-    frame = galvi.convergence(
+    table = galvi.convergence(
         galvi.problems.kepler(0.3),
         {"midpoint": midpoint},
         [0.1, 0.05, 0.025],
@@ -104,5 +104,5 @@ def test_python_gets_what_the_command_writes_of_ones_own_method_and_a_given_trut
         quick=True,
     )
     rows = pd.read_csv("out/convergence.csv")
-    assert list(rows["error"]) == list(frame["error"]) and list(rows) == list(frame)
-    assert json.loads(json.dumps(frame.attrs))["truth"] == frame.attrs["truth"]
+    assert list(rows["error"]) == list(table["error"]) and list(rows) == list(table)
+    assert json.loads(json.dumps(table.attrs))["truth"] == table.attrs["truth"]

@@ -61,7 +61,9 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_other(tmp_path, monkeypat
     monkeypatch.setattr(os, "replace", fail)
     with pytest.raises(OSError, match="disk full"):
         write(path, "new")
-    assert path.read_text() == "old" and [one.name for one in path.parent.iterdir()] == ["a.txt"]
+    assert path.read_text() == "old" and [entry.name for entry in path.parent.iterdir()] == [
+        "a.txt"
+    ]
 
 
 def test_each_file_keeps_its_own_origin_and_what_cannot_be_read_is_made_anew(tmp_path):
@@ -87,10 +89,10 @@ def export(ask, report):
     """Export from a copy of the report in `out`; what was said."""
     shutil.copytree(report, "out")
 
-    def export(words):
-        done = ask(f"export {words}")
-        assert done.status == 0, done.err
-        return done.out.splitlines()
+    def export(options):
+        completed = ask(f"export {options}")
+        assert completed.status == 0, completed.err
+        return completed.out.splitlines()
 
     return export
 
@@ -100,17 +102,17 @@ def test_one_table_has_error_cost_and_counts_and_is_sorted(export):
     table = pd.read_csv("mine.csv")
     assert {"error", "seconds", "evaluations", "steps", "settings", "status"} <= set(table)
     assert list(table["contender"]) == sorted(table["contender"])
-    ours = table[table["contender"] == "galvi degree 8, Gauss 8"]["error"]
-    assert list(ours) == [1e-2, 1e-3, 1e-9]
+    galvi_errors = table[table["contender"] == "galvi degree 8, Gauss 8"]["error"]
+    assert list(galvi_errors) == [1e-2, 1e-3, 1e-9]
     export("work_precision --sort error")
     by_error = pd.read_csv("out/tables/work_precision.csv")["error"].to_numpy()
     assert list(by_error[:4]) == sorted(table["error"].dropna()) and len(by_error) == 6
 
 
 def test_rows_and_columns_are_chosen(export):
-    words = "work_precision --where error=0.001 --columns error,contender --to few.csv"
-    for more in ("", " --where 'contender=galvi degree 8, Gauss 8'"):
-        export(words + more)
+    options = "work_precision --where error=0.001 --columns error,contender --to few.csv"
+    for condition in ("", " --where 'contender=galvi degree 8, Gauss 8'"):
+        export(options + condition)
         few = pd.read_csv("few.csv")
         assert list(few) == ["error", "contender"] and set(few["error"]) == {1e-3}
         assert list(few["contender"]) == ["galvi degree 8, Gauss 8"]
@@ -129,9 +131,9 @@ def test_latex_has_few_digits_to_the_right_and_breaks_over_pages(export):
 @pytest.mark.skipif(not ARROW, reason="pyarrow is not installed; make install EXTRAS=...,parquet")
 def test_parquet_keeps_every_digit(export):
     export("work_precision --format parquet --to a.parquet")
-    kept, table = pd.read_parquet("a.parquet"), pd.read_csv("out/work_precision.csv")
-    assert list(kept) == list(table) and list(kept["contender"]) == list(table["contender"])
-    assert np.array_equal(kept["seconds"], table["seconds"], equal_nan=True)
+    parquet, table = pd.read_parquet("a.parquet"), pd.read_csv("out/work_precision.csv")
+    assert list(parquet) == list(table) and list(parquet["contender"]) == list(table["contender"])
+    assert np.array_equal(parquet["seconds"], table["seconds"], equal_nan=True)
 
 
 def test_what_there_is_is_listed_and_all_of_it_is_written(export, ask):
@@ -139,8 +141,8 @@ def test_what_there_is_is_listed_and_all_of_it_is_written(export, ask):
     tables = [line.split()[0] for line in listed if line.endswith("  table")]
     figures = [line.split()[0] for line in listed if "  figure: " in line]
     assert "work_precision" in tables and figures
-    said = ask(f"export {figures[0]}").err
-    assert said == f"{figures[0]!r} is a figure: add --format pdf, svg or png.\n"
+    errors = ask(f"export {figures[0]}").err
+    assert errors == f"{figures[0]!r} is a figure: add --format pdf, svg or png.\n"
     assert len(export("--all --format markdown")) == len(tables)
     lines = export("--all --format svg")
     paths = [Path(line) for line in lines if line.endswith(".svg")]
@@ -172,20 +174,20 @@ def test_a_table_alone_is_in_standard_output_as_utf_8(tmp_path, capfdbinary, to)
     [(FIGURE, "png"), ("cost", "markdown"), *([("work_precision", "parquet")] if ARROW else [])],
 )
 def test_bytes_in_standard_output_are_those_of_the_file(report, tmp_path, capfdbinary, name, form):
-    words = ["export", name, "--format", form, "--out", str(report), "--to"]
-    assert run(suite_of, [*words, str(tmp_path / "file")]) == 0
+    arguments = ["export", name, "--format", form, "--out", str(report), "--to"]
+    assert run(suite_of, [*arguments, str(tmp_path / "file")]) == 0
     capfdbinary.readouterr()
-    assert run(suite_of, [*words, "-"]) == 0
+    assert run(suite_of, [*arguments, "-"]) == 0
     assert capfdbinary.readouterr().out == (tmp_path / "file").read_bytes()
 
 
-def piped(export, words):
+def piped(export, options):
     """What a reader of a pipe gets, which stays one."""
     os.mkfifo("pipe")
     received = list[bytes]()
     reader = threading.Thread(target=lambda: received.append(Path("pipe").read_bytes()))
     reader.start()
-    assert export(f"{words} --to pipe") == ["pipe"]
+    assert export(f"{options} --to pipe") == ["pipe"]
     reader.join(30)
     assert stat.S_ISFIFO(Path("pipe").stat().st_mode)
     return received[0]

@@ -72,10 +72,10 @@ def test_every_figure_of_the_claims_is_drawn_once_at_least():
 )
 def test_the_rate_beside_a_line_is_the_one_that_the_claim_states(figure, drawn_frames):
     table = drawn_frames[figure.name]
-    judge = next(claim.judge for claim in CLAIMS if claim.id == figure.claims[0])
+    verdicts_of = next(claim.judge for claim in CLAIMS if claim.id == figure.claims[0])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the frame has the figure's rows alone
-        stated = [row.measured for row in judge(table) if row.measured is not None]
+        stated = [row.measured for row in verdicts_of(table) if row.measured is not None]
     for rate in figure.options["rates"]:
         if figure.name == "fig-2-06" and rate.quantity == "one-step error":
             continue  # V3 states it
@@ -134,14 +134,14 @@ def test_profiles_draw_what_is_solved_and_say_where_nothing_is():
         [
             {
                 "problem": f"p{k}",
-                "contender": who,
+                "contender": contender,
                 "settings": "step=1",
                 "error": error,
                 "is_truth": False,
-                "seconds": 20.0 - len(who),
+                "seconds": 20.0 - len(contender),
             }
             for k in range(6)
-            for who, error in errors.items()
+            for contender, error in errors.items()
         ]
     )
     for figure in PROFILES:
@@ -158,7 +158,7 @@ def test_profiles_draw_what_is_solved_and_say_where_nothing_is():
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("name", ["fig-3-02", "fig-2-06"])
 def test_a_figure_is_as_wide_as_asked_and_has_its_fonts(drawn_frames, name, width):
-    figure = next(one for one in FIGURES if one.name == name)
+    figure = next(figure for figure in FIGURES if figure.name == name)
     pdf = sized(figure, drawn_frames[name], "pdf", WIDTHS[width])
     box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", pdf)
     assert abs(float(box[1]) / 72.0 - WIDTHS[width]) < 0.05
@@ -185,28 +185,28 @@ STUDIED = {
 }
 
 
-def laid_out(figure, frame, width):
+def laid_out(figure, table, width):
     with matplotlib.style.context([STYLE, SMALL if 0.0 < width < 3.6 else {}]):
-        return drawn(figure, frame, width)
+        return drawn(figure, table, width)
 
 
 def faults(canvas):
     """What is wrong with a layout."""
     edge = canvas.bbox
-    texts = [(one, one.get_window_extent()) for one in seen_texts(canvas)]
-    for one, box in texts:
+    texts = [(text, text.get_window_extent()) for text in seen_texts(canvas)]
+    for text, box in texts:
         if not (
             box.x0 > edge.x0 - TOUCH
             and box.x1 < edge.x1 + TOUCH
             and box.y0 > edge.y0 - TOUCH
             and box.y1 < edge.y1 + TOUCH
         ):
-            yield f"{one.get_text()!r} is beyond the edge"
-    for (one, a), (other, b) in itertools.combinations(texts, 2):
-        if one.get_rotation() % 90.0 == 0.0 and overlap(a, b):
-            yield f"{one.get_text()!r} is on {other.get_text()!r}"
-    for one in canvas.legends:
-        box = one.get_window_extent()
+            yield f"{text.get_text()!r} is beyond the edge"
+    for (left, a), (right, b) in itertools.combinations(texts, 2):
+        if left.get_rotation() % 90.0 == 0.0 and overlap(a, b):
+            yield f"{left.get_text()!r} is on {right.get_text()!r}"
+    for legend in canvas.legends:
+        box = legend.get_window_extent()
         for axes in canvas.axes:
             if overlap(box, axes.get_window_extent()):
                 yield "the legend is on axes"
@@ -225,11 +225,11 @@ def seen_texts(canvas):
             for tick in (*axis.majorTicks, *axis.minorTicks):
                 hidden = tick.get_loc() < low or tick.get_loc() > high or not axes.axison
                 ticks |= {id(tick.label1), id(tick.label2)} if hidden else set()
-    for one in canvas.findobj(Text):
-        if isinstance(one, Text3D):  # is placed when it is drawn
+    for text in canvas.findobj(Text):
+        if isinstance(text, Text3D):  # is placed when it is drawn
             continue
-        if one.get_visible() and one.get_text().strip() and id(one) not in ticks:
-            yield one
+        if text.get_visible() and text.get_text().strip() and id(text) not in ticks:
+            yield text
 
 
 def overlap(a, b):
@@ -249,10 +249,10 @@ def test_a_figure_of_a_claim_fits_in_any_width(figure, drawn_frames):
 @pytest.mark.parametrize("name", STUDIED)
 def test_a_figure_of_a_study_fits_in_any_width(name):
     figure, measure = STUDIED[name]
-    frame = measure(True, print)
+    table = measure(True, print)
     for which, width in ALL.items():
         if not 0.0 < width < figure.least:
-            assert not list(faults(laid_out(figure, frame, width))), which
+            assert not list(faults(laid_out(figure, table, width))), which
 
 
 @pytest.mark.slow(beside="test_a_figure_of_a_claim_fits_in_any_width")
@@ -264,22 +264,22 @@ def test_comparisons_fit_in_any_width():
             "quantity": POSITION,
             "settings": "step=1",
             "error": 10.0 ** -(3 + 4 * k),
-            "seconds": 10.0 ** (k - 3 + 0.1 * place),
+            "seconds": 10.0 ** (k - 3 + 0.1 * rank),
             "is_truth": False,
         }
         for headline in HEADLINES
         for problem in headline.options["panels"]
-        for place, name in enumerate(headline.options["shown"].values())
+        for rank, name in enumerate(headline.options["shown"].values())
         for k in range(3)
     ]
     runs = work_precision(True, print)
     shown = [(comparison_figure("kepler e=0.6", runs), runs)]
-    shown += [(one, pd.DataFrame(rows).assign(error_is_bound=False)) for one in HEADLINES]
-    for width, (figure, frame_of_it) in itertools.product(ALL.values(), shown):
-        assert not list(faults(laid_out(figure, frame_of_it, width)))
+    shown += [(headline, pd.DataFrame(rows).assign(error_is_bound=False)) for headline in HEADLINES]
+    for width, (figure, table) in itertools.product(ALL.values(), shown):
+        assert not list(faults(laid_out(figure, table, width)))
 
 
-def decades_of_time(axes, frame, *, span):
+def decades_of_time(axes, table, *, span):
     for panel in split(axes, 2):
         panel.plot([3e-4, 3e-4 * 10.0**span], [1.0, 2.0])
         panel.set(xscale="log", ylabel="error")
@@ -293,7 +293,7 @@ def test_ticks_of_a_logarithmic_axis_do_not_touch(span):
         assert not list(faults(laid_out(figure, pd.DataFrame(), width)))
 
 
-def careless(axes, frame):
+def careless(axes, table):
     left, right = split(axes, 2, columns=2)
     for panel in (left, right):
         panel.plot([0.0, 1.0])
@@ -304,8 +304,10 @@ def careless(axes, frame):
 
 def test_text_on_text_and_beyond_the_edge_is_seen():
     canvas = laid_out(Figure("f", "f", careless), pd.DataFrame(), 6.3)
-    found = list(faults(canvas))
-    assert any("is on" in one for one in found) and any("beyond" in one for one in found)
+    layout_faults = list(faults(canvas))
+    assert any("is on" in fault for fault in layout_faults) and any(
+        "beyond" in fault for fault in layout_faults
+    )
 
 
 def test_lines_break_between_words_and_not_within_mathematics():
@@ -343,14 +345,14 @@ CONTENDERS = in_order(name for names in PROBLEMS.values() for name in names)
 def test_no_two_of_a_comparison_look_alike_and_the_legend_is_short(problem):
     looks = {name: identity(name) for name in PROBLEMS[problem]}
     assert len(grouped(looks)) <= LONGEST
-    drawn = {(one.color, one.marker, str(one.dash)) for one in looks.values()}
+    drawn = {(look.color, look.marker, str(look.dash)) for look in looks.values()}
     variants = {n for n in looks if n.startswith(OURS)}  # the same degree, with more points
     families = {identity(name).family for name in looks if name not in variants}
     assert len(drawn) >= len(families) + (1 if variants else 0)
-    others = {one.family: one for name, one in looks.items() if name not in variants}
-    for a, b in itertools.combinations(others.values(), 2):
-        least = MARKERS_APART if a.marker == b.marker else APART
-        assert np.linalg.norm(lab(a.color) - lab(b.color)) > least, (a.family, b.family)
+    look_of_family = {look.family: look for name, look in looks.items() if name not in variants}
+    for a, b in itertools.combinations(look_of_family.values(), 2):
+        least_distance = MARKERS_APART if a.marker == b.marker else APART
+        assert np.linalg.norm(lab(a.color) - lab(b.color)) > least_distance, (a.family, b.family)
 
 
 def test_every_known_code_has_a_row_of_its_own():
@@ -374,8 +376,8 @@ def test_whoever_takes_part_is_in_one_entry_of_the_legend(names):
 
 
 def test_an_unknown_integrator_has_a_look_that_stays():
-    one = identity("my leapfrog")
-    assert one == identity("my leapfrog") and one.family == "my leapfrog"
+    look = identity("my leapfrog")
+    assert look == identity("my leapfrog") and look.family == "my leapfrog"
     assert in_order(["my leapfrog", "heyoka", "galvi degree 8, Gauss 8"])[-1] == "my leapfrog"
 
 

@@ -41,7 +41,7 @@ def model(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("error", "own", "agreement", "until", "expected"),
+    ("error", "own_error", "agreement", "until", "expected"),
     [
         (None, 1.0, 1e-9, np.inf, ["skipped", "passed"]),
         (1e-3, np.nan, np.nan, np.inf, ["failure", "skipped"]),
@@ -50,22 +50,22 @@ def model(tmp_path_factory):
     ],
 )
 def test_only_an_error_that_was_asked_for_is_a_failure_and_an_unconfirmed_truth_is_none(
-    error, own, agreement, until, expected, monkeypatch
+    error, own_error, agreement, until, expected, monkeypatch
 ):
-    monkeypatch.setattr("reports.judge.files.own_run", lambda found: ["It is off."])
-    monkeypatch.setattr("reports.judge.files.truth", lambda found: "The truth is another's.")
-    found = SimpleNamespace(
-        kind=SimpleNamespace(unit=lambda problem, what: " au"),
+    monkeypatch.setattr("reports.judge.files.own_run", lambda judgement: ["It is off."])
+    monkeypatch.setattr("reports.judge.files.truth", lambda judgement: "The truth is another's.")
+    judgement = SimpleNamespace(
+        kind=SimpleNamespace(unit=lambda problem, quantity: " au"),
         problem=None,
         error=error or 1.0,
-        own={"error": own, "seconds": np.nan, "integrator": "WHFast"},
-        passed=own <= (error or 1.0),
+        own={"error": own_error, "seconds": np.nan, "integrator": "WHFast"},
+        passed=own_error <= (error or 1.0),
         truth_agreement=agreement,
         trusted_until=until,
         source=SimpleNamespace(label="IAS15"),
         engines=("IAS15",),
     )
-    ((name, cases),) = junit_suites(found, Path("model.bin"), error).items()
+    ((name, cases),) = junit_suites(judgement, Path("model.bin"), error).items()
     assert name == "model.bin" and [case.outcome for case in cases] == expected
 
 
@@ -78,11 +78,11 @@ def test_the_same_from_python(model, tmp_path, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setenv("PATH", "")
     sim = rebound.Simulation(str(model))
-    found = galvi.judge(sim, duration=5.0, error=1e-6, own={"integrator": "ias15"})
-    assert found.own["error"] < 1e-6 and found.own["integrator"].startswith("REBOUND IAS15")
-    assert found.recommended is not None and found.table.iloc[0]["reached"]
-    assert found.truth_agreement < 1e-9 and "<svg" in found._repr_html_()
-    assert repr(found).startswith("Your run (REBOUND IAS15")
+    judgement = galvi.judge(sim, duration=5.0, error=1e-6, own={"integrator": "ias15"})
+    assert judgement.own["error"] < 1e-6 and judgement.own["integrator"].startswith("REBOUND IAS15")
+    assert judgement.recommended is not None and judgement.table.iloc[0]["reached"]
+    assert judgement.truth_agreement < 1e-9 and "<svg" in judgement._repr_html_()
+    assert repr(judgement).startswith("Your run (REBOUND IAS15")
 
 
 def test_what_the_command_refuses_is_a_value_error(model, suite_in_this_process):
@@ -106,12 +106,12 @@ BEYOND = """<mujoco><worldbody><body><joint name="a" axis="0 1 0" limited="true"
 def test_what_is_beyond_a_tree_is_refused_in_the_words_of_the_command(tmp_path, capsys):
     pytest.importorskip("mujoco")
     (tmp_path / "arm.xml").write_text(BEYOND)
-    given = ["judge", str(tmp_path / "arm.xml"), "--out", str(tmp_path), "--quick"]
-    assert run(None, given) == 2
-    said = capsys.readouterr().err.splitlines()
-    assert said[-1] == 'Leave them out with --ignore "contacts,limits,actuators".'
-    given += ["--ignore", "contacts,limits,actuators", "--duration", "1", "--key", "up"]
-    assert run(None, given) == 0
+    command = ["judge", str(tmp_path / "arm.xml"), "--out", str(tmp_path), "--quick"]
+    assert run(None, command) == 2
+    errors = capsys.readouterr().err.splitlines()
+    assert errors[-1] == 'Leave them out with --ignore "contacts,limits,actuators".'
+    command += ["--ignore", "contacts,limits,actuators", "--duration", "1", "--key", "up"]
+    assert run(None, command) == 0
     out, err = capsys.readouterr()
     assert out.startswith("Left out, as asked for: ") and "contacts, " in out
     assert "judge: truth: DOP853 on MuJoCo's accelerations" in err  # no terminal here
@@ -126,9 +126,9 @@ def test_sources_of_every_kind_are_judged(suite_in_this_process):
     assert start.passed and start.duration == pytest.approx(0.5) and start.notes == []
     assert {"error", "energy", "seconds"} <= set(start.own)
     assert {"integrator", "setting", "error", "energy", "seconds"} <= set(start.recommended)
-    alone = galvi.judge(galvi.from_mujoco(ARM, key=0), **exact)
-    assert alone.own["error"] == pytest.approx(start.own["error"], rel=1e-6)
-    assert "was made from the problem" in alone.notes[0]
+    of_problem = galvi.judge(galvi.from_mujoco(ARM, key=0), **exact)
+    assert of_problem.own["error"] == pytest.approx(start.own["error"], rel=1e-6)
+    assert "was made from the problem" in of_problem.notes[0]
     sim = rebound.Simulation()
     sim.add(m=1.0)
     sim.add(m=1e-3, a=1.0, e=0.1)
@@ -153,21 +153,21 @@ def test_a_problem_that_judge_hands_over_is_loaded_in_its_process():
 
 def test_the_own_setting_is_read():
     read = {"integrator": "saba", "dt": 0.1, "corrector": 17, "safe_mode": False, "keep": True}
-    words = "integrator=saba, dt=0.1,corrector=17,safe_mode=false,keep=True"
-    assert setting(words) == read and type(setting(words)["corrector"]) is int
+    text = "integrator=saba, dt=0.1,corrector=17,safe_mode=false,keep=True"
+    assert setting(text) == read and type(setting(text)["corrector"]) is int
 
 
 def test_a_request_keeps_its_types_on_the_way_to_the_command():
-    asked = JudgeRequest(
+    request = JudgeRequest(
         1.0,
         None,
         {"safe_mode": False, "dt": np.float64(0.1), "corrector": 17},
         key="3",
         qpos=np.array([0.5]),
     )
-    found = JudgeRequest.from_json(asked.to_json())
-    assert found.own == {"safe_mode": False, "dt": 0.1, "corrector": 17} and found.key == "3"
-    assert type(found.own["safe_mode"]) is bool and found.qpos == [0.5]
+    received = JudgeRequest.from_json(request.to_json())
+    assert received.own == {"safe_mode": False, "dt": 0.1, "corrector": 17} and received.key == "3"
+    assert type(received.own["safe_mode"]) is bool and received.qpos == [0.5]
 
 
 def test_a_problem_that_no_other_process_can_judge_is_refused_in_a_sentence():
@@ -206,8 +206,8 @@ def without_numbers(text):
 
 def numbers(sentence):
     """Those of what is said of the own run, whose truth any machine agrees on, without times."""
-    found = NUMBER.findall(re.sub(LOOSE[0], "", sentence))
-    return [float(one.translate(POWERS).replace("·10", "e")) for one in found]
+    figures = NUMBER.findall(re.sub(LOOSE[0], "", sentence))
+    return [float(figure.translate(POWERS).replace("·10", "e")) for figure in figures]
 
 
 TEXTS = ("properties", "system-out")
@@ -215,11 +215,11 @@ TEXTS = ("properties", "system-out")
 
 def test_the_words_of_a_summary_are_compared_and_its_errors():
     """What would have to be noticed is."""
-    said = SHOWN[0][1].splitlines()[0]
-    assert without_numbers(said) != without_numbers(
-        said.replace("off", "of")
-    ) and "WHFast" in without_numbers(said)
-    assert len(numbers(said)) >= 6 and numbers("up to 2.51·10⁻⁴ au") == [2.51e-4]
+    sentence = SHOWN[0][1].splitlines()[0]
+    assert without_numbers(sentence) != without_numbers(
+        sentence.replace("off", "of")
+    ) and "WHFast" in without_numbers(sentence)
+    assert len(numbers(sentence)) >= 6 and numbers("up to 2.51·10⁻⁴ au") == [2.51e-4]
 
 
 @pytest.mark.slow_cases("archive")
@@ -236,12 +236,14 @@ def test_a_command_of_the_page_says_what_the_page_shows(
     script = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)
     assert script is not None
     exec(script.group(1), {})
-    asked = [*shlex.split(command), "--out", "galvi-out/judge"]
-    status = run(None, asked)  # type: ignore[arg-type]
-    said = capsys.readouterr().out
+    arguments = [*shlex.split(command), "--out", "galvi-out/judge"]
+    status = run(None, arguments)  # type: ignore[arg-type]
+    printed = capsys.readouterr().out
     if HEYOKA.missing and PINOCCHIO_ACCELERATIONS.missing:  # the page shows what is said then
-        assert without_numbers(said) == without_numbers(shown), said
-    assert numbers(said.splitlines()[0]) == pytest.approx(numbers(shown.splitlines()[0]), rel=0.02)
+        assert without_numbers(printed) == without_numbers(shown), printed
+    assert numbers(printed.splitlines()[0]) == pytest.approx(
+        numbers(shown.splitlines()[0]), rel=0.02
+    )
     reached = "damped_arm" not in command  # as the page says
     assert status == (not reached)
     cases = tree.parse("galvi-out/judge/judge.xml").getroot().iter("testcase")

@@ -64,8 +64,8 @@ def small_kit(tmp_path_factory):
     folder = tmp_path_factory.mktemp("kit")
     with pytest.MonkeyPatch.context() as patch:
         for name, make in (("all_point_masses", all_point_masses), ("all_models", all_models)):
-            few = tuple(case for case in make() if case.name in FEW)
-            patch.setattr(kit_files, name, lambda few=few: few)
+            cases = tuple(case for case in make() if case.name in FEW)
+            patch.setattr(kit_files, name, lambda few=cases: few)
         return kit_files.write_kit(folder)
 
 
@@ -75,19 +75,23 @@ def copied(small_kit, tmp_path):
     return Path(shutil.copytree(small_kit, tmp_path / "kit"))
 
 
-def ran(kit: Path, name: str, python: str = sys.executable, before: str = "") -> tuple[int, str]:
+def ran(
+    kit_folder: Path, name: str, python: str = sys.executable, before: str = ""
+) -> tuple[int, str]:
     """The exit status of a test, and what it said, in a process that knows no galvi."""
-    path = kit / "tests" / f"test_{name}.py"
+    path = kit_folder / "tests" / f"test_{name}.py"
     path.write_text(before + path.read_text(), "utf-8")
-    done = subprocess.run([python, "-I", str(path)], cwd=kit, capture_output=True, text=True)
-    return done.returncode, done.stderr
+    completed = subprocess.run(
+        [python, "-I", str(path)], cwd=kit_folder, capture_output=True, text=True
+    )
+    return completed.returncode, completed.stderr
 
 
-def table_ran(kit: Path, folder: Path) -> int:
+def table_ran(kit_folder: Path, folder: Path) -> int:
     """The exit status of the test in C++."""
-    program, source = folder / "test_table", kit / "tests" / "test_table.cpp"
+    program, source = folder / "test_table", kit_folder / "tests" / "test_table.cpp"
     subprocess.run([str(COMPILER), "-o", program, source], check=True)
-    return subprocess.run([program, kit / "point_masses/two_bodies_e03.txt"]).returncode
+    return subprocess.run([program, kit_folder / "point_masses/two_bodies_e03.txt"]).returncode
 
 
 def failures(text: str) -> set[tuple[str, str]]:
@@ -120,7 +124,7 @@ def test_the_table_is_read_without_a_library(copied, tmp_path):
 
 @needs_engines
 @pytest.mark.parametrize(
-    ("file", "old", "new", "name", "seen"),
+    ("file", "old", "new", "name", "faulty"),
     [
         (
             "point_masses/figure_eight.json",
@@ -141,10 +145,10 @@ def test_the_table_is_read_without_a_library(copied, tmp_path):
     ],
     ids=["G off by 1e-9", "mass of a point", "transposed quaternion", "mass of a body"],
 )
-def test_a_planted_fault_is_seen_where_it_is(copied, file, old, new, name, seen):
+def test_a_planted_fault_is_seen_where_it_is(copied, file, old, new, name, faulty):
     edited(copied / file, old, new)
     status, text = ran(copied, name)
-    assert status == 1 and {problem for problem, _ in failures(text)} == {seen}
+    assert status == 1 and {problem for problem, _ in failures(text)} == {faulty}
 
 
 @needs_engines
@@ -266,7 +270,7 @@ def test_a_model_that_is_not_that_of_its_closed_form_has_no_truth(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("command", "sentence"),
     [
         ("kit --format latex", "Kit takes only --to and --out; leave out --format"),
         ("kit --all", "Kit takes only --to and --out; leave out --all"),
@@ -277,33 +281,33 @@ def test_a_model_that_is_not_that_of_its_closed_form_has_no_truth(monkeypatch):
         ("ratios --to full", "--to expects a file; received the folder 'full'"),
     ],
 )
-def test_what_the_kit_does_not_take_is_refused(ask, words, sentence):
+def test_what_the_kit_does_not_take_is_refused(ask, command, sentence):
     Path("a.txt").write_text("mine")
     Path("full").mkdir()
     Path("full/manifest.json").write_text('{"name": "of a web page"}')
-    done = ask(f"export {words}")
-    assert done.status == 2 and sentence in " ".join(done.err.split())
+    completed = ask(f"export {command}")
+    assert completed.status == 2 and sentence in " ".join(completed.err.split())
     assert [path.name for path in Path("full").iterdir()] == ["manifest.json"]
 
 
 def test_a_missing_engine_is_named_before_work_starts(ask, monkeypatch):
     monkeypatch.setitem(sys.modules, "rebound", None)
-    done = ask("export kit")
-    assert done.status == 3 and "rebound" in done.err and not list(Path().rglob("*.json"))
+    completed = ask("export kit")
+    assert completed.status == 3 and "rebound" in completed.err and not list(Path().rglob("*.json"))
 
 
 @needs_engines
 @pytest.mark.slow(beside="test_the_kit_s_tests_pass_without_galvi")
 def test_the_whole_kit_is_small_its_tests_pass_and_an_old_mujoco_fails(ask, tmp_path):
     assert ask("export kit").status == 0
-    kit = Path("out/kit").absolute()
-    assert sum(path.stat().st_size for path in kit.rglob("*")) < 1e6
+    kit_folder = Path("out/kit").absolute()
+    assert sum(path.stat().st_size for path in kit_folder.rglob("*")) < 1e6
     for name in ("rebound", "mujoco", "plain"):
-        status, text = ran(kit, name)
+        status, text = ran(kit_folder, name)
         assert status == 0, text
     try:
         with environment(OLD, tmp_path / "old") as python:
-            status, text = ran(kit, "mujoco", str(python))
+            status, text = ran(kit_folder, "mujoco", str(python))
     except NotHere as error:
         pytest.skip(f"{OLD} cannot be installed here: {error}")
     turning = {

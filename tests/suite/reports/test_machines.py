@@ -30,22 +30,22 @@ def report(folder, **origin):
 
 
 def test_rows_and_benches_come_with_where_they_are_from(tmp_path):
-    there, out = report(tmp_path / "there"), report(tmp_path / "out", **HERE)
-    bench = there / "benchmarks" / "Linux" / "0001.json"
+    remote, out = report(tmp_path / "there"), report(tmp_path / "out", **HERE)
+    bench = remote / "benchmarks" / "Linux" / "0001.json"
     bench.parent.mkdir(parents=True)
     bench.write_text("{}")
-    rows, benches = merge(out, [there])
+    rows, benches = merge(out, [remote])
     assert "6 rows of EPYC 7 (znver3, AVX2), 2026-01-02, commit 0123456789ab" in rows
-    assert "1 files of benches" in benches and (out / bench.relative_to(there)).exists()
-    own, other = machines(out)
-    assert (own.kind, other.kind) == ("AVX-512", "AVX2")
-    assert other.runs["seconds"].tolist() == pytest.approx(
+    assert "1 files of benches" in benches and (out / bench.relative_to(remote)).exists()
+    local, merged = machines(out)
+    assert (local.kind, merged.kind) == ("AVX-512", "AVX2")
+    assert merged.runs["seconds"].tolist() == pytest.approx(
         work_precision(True, print)["seconds"].tolist(), nan_ok=True
     )
-    assert any("stay" in said for said in merge(out, [there]))  # as new
+    assert any("stay" in message for message in merge(out, [remote]))  # as new
     newer = report(tmp_path / "newer", date="2026-02-02 00:00 UTC")
     merge(out, [newer])
-    assert [one.origin["date"][:7] for one in machines(out)] == ["2026-01", "2026-02"]
+    assert [machine.origin["date"][:7] for machine in machines(out)] == ["2026-01", "2026-02"]
     merge(tmp_path / "third", [out])  # with what was merged into it
     assert len(machines(tmp_path / "third")) == 2
 
@@ -57,12 +57,12 @@ def test_a_folder_without_rows_or_with_rows_from_nowhere_is_refused(tmp_path):
     (nowhere / "provenance.json").unlink()
     narrow = report(tmp_path / "narrow")
     (narrow / "work_precision.csv").write_text("problem,error\np,1\n")
-    for folder, why in (
+    for folder, message in (
         ("empty", "which has neither"),
         ("nowhere", "received none"),
         ("narrow", "without contender, settings, seconds, is_truth"),
     ):
-        with pytest.raises(ValueError, match=why):
+        with pytest.raises(ValueError, match=message):
             merge(out, [good, tmp_path / folder])
         assert not out.exists()
 
@@ -98,8 +98,8 @@ def test_the_page_shows_both_machines(tmp_path):
 
 def test_a_table_has_a_block_for_each_kind_of_processor_by_the_report_s_own_machine():
     runs = work_precision(True, print)
-    here, there = Machine(runs, HERE), Machine(runs, {**ORIGIN, "date": "2026-03-03"})
+    local, remote = Machine(runs, HERE), Machine(runs, {**ORIGIN, "date": "2026-03-03"})
     twin = Machine(runs, {**HERE, "cpu": "Xeon 2"})
-    blocks = by_machine([here, twin, there], *TIMES[SPEED])
+    blocks = by_machine([local, twin, remote], *TIMES[SPEED])
     assert blocks.count("On ") == 2 and "Xeon 2" not in blocks
     assert blocks.index("AVX-512") < blocks.index("AVX2") and "2026-03-03" in blocks

@@ -26,9 +26,9 @@ def out(tmp_path_factory):
     differs = replace(ROW, verdict="contradicted", quantity="<drift> & 1e-9", setup="a^2")
     raised = claim("V3", raises=OSError("no such engine"))
     suite = suite_of(claim("V1"), claim("V2", (differs,)), raised, claim("V4"))
-    words = ["build", "--claims", "V1,V2,V3", "--quick", "--single-file", "--out", str(out)]
+    arguments = ["build", "--claims", "V1,V2,V3", "--quick", "--single-file", "--out", str(out)]
     with pages_of_results():
-        run(lambda: suite, words)
+        run(lambda: suite, arguments)
     return out
 
 
@@ -146,11 +146,11 @@ def test_no_missing_number_is_written_as_one(pages):
 
 
 def test_every_picture_has_a_size(pages):
-    found = re.findall(
+    sizes = re.findall(
         r'<img src="[^"]*" alt="[^"]+" width="(\d+)" height="(\d+)"', pages["claims"]
     )
-    assert found and all(int(width) > 100 and int(height) > 100 for width, height in found)
-    assert len(found) == pages["claims"].count("<img ")
+    assert sizes and all(int(width) > 100 and int(height) > 100 for width, height in sizes)
+    assert len(sizes) == pages["claims"].count("<img ")
 
 
 def test_times_that_were_spent_have_two_digits():
@@ -183,8 +183,8 @@ def shown(name):
 def test_the_pages_are_written_again_from_kept_rows_with_times_where_any_were_taken(ask):
     assert ask("build --kept").status == 2
     suite = claim("V1", raises=OSError("nothing is measured")), claim("V2")
-    for words, timed in (("verify --quick", False), ("verify", True)):
-        ask(words)
+    for command, timed in (("verify --quick", False), ("verify", True)):
+        ask(command)
         assert ask("build --kept", *suite).status == 0
         assert "0.250 ± 0.010" in shown("claims") and "nothing is measured" not in shown("claims")
         assert (">time</th>" in shown("reproduce")) == timed
@@ -192,12 +192,12 @@ def test_the_pages_are_written_again_from_kept_rows_with_times_where_any_were_ta
 
 
 @pytest.mark.usefixtures("undrawn")
-@pytest.mark.parametrize("more", ["", "--contender mine:Leapfrog", "--claims V1"])
-def test_kept_rows_of_external_integrators_are_shown_where_nothing_else_was_checked(ask, more):
-    theirs = map(claim, ("V1", "A-my-leapfrog", "W9"))
-    assert ask("verify --claims A-my-leapfrog,W9", *theirs).status == 0
-    done = ask(f"build --kept {more}")
-    assert done.status == 0 and "received some of W9, which are left out" in done.err
+@pytest.mark.parametrize("options", ["", "--contender mine:Leapfrog", "--claims V1"])
+def test_kept_rows_of_external_integrators_are_shown_where_nothing_else_was_checked(ask, options):
+    claims = map(claim, ("V1", "A-my-leapfrog", "W9"))
+    assert ask("verify --claims A-my-leapfrog,W9", *claims).status == 0
+    completed = ask(f"build --kept {options}")
+    assert completed.status == 0 and "received some of W9, which are left out" in completed.err
     assert "an external integrator and the truth" in shown("claims") and "W9" not in shown("claims")
     assert "--claims A-my-leapfrog --contender package.module:Class</code>" in shown("claims")
 
@@ -206,25 +206,25 @@ def test_kept_rows_of_external_integrators_are_shown_where_nothing_else_was_chec
     beside="test_kept_rows_of_external_integrators_are_shown_where_nothing_else_was_checked"
 )
 def test_kept_rows_of_several_runs_are_each_shown_with_their_own_origin(ask):
-    def made(commit, date, words):
+    def ask_at(commit, date, command):
         origin = {"date": date, "commit": commit, "numpy": commit[:1]}
         provenance = lambda command: {**origin, "command": command}  # noqa: E731
-        return ask(words, replace(suite_of(claim("V1"), claim("V2")), provenance=provenance))
+        return ask(command, replace(suite_of(claim("V1"), claim("V2")), provenance=provenance))
 
     first, second, third = "a" * 40, "b" * 40, "c" * 40
-    made(first, "2026-01-01 01:00 UTC", "verify --claims V1")
-    made(second, "2026-01-02 02:00 UTC", "compare --quick --out out")
-    made(third, "2026-01-03 03:00 UTC", "build --kept")
+    ask_at(first, "2026-01-01 01:00 UTC", "verify --claims V1")
+    ask_at(second, "2026-01-02 02:00 UTC", "compare --quick --out out")
+    ask_at(third, "2026-01-03 03:00 UTC", "build --kept")
     for name in PAGES:
         footer = shown(name)[shown(name).index('class="soft small measured"') :]
         assert f"Claims: 2026-01-01 01:00 UTC, commit {first[:12]}." in footer, name
         assert f"commit {second[:12]}, in the quick setting." in footer, name
         assert third[:12] not in shown(name), name
     assert "No rows are kept of: V2." in shown("index")
-    made(third, "2026-01-03 03:00 UTC", "verify --claims V2 --quick")
-    made(third, "2026-01-03 03:00 UTC", "build --kept")
-    told = "Claims: 2026-01-01 01:00 UTC to 2026-01-03 03:00 UTC, commits aaaaaaaaaaaa and "
-    assert f"{told}cccccccccccc, partly in the quick setting." in shown("index")
+    ask_at(third, "2026-01-03 03:00 UTC", "verify --claims V2 --quick")
+    ask_at(third, "2026-01-03 03:00 UTC", "build --kept")
+    phrase = "Claims: 2026-01-01 01:00 UTC to 2026-01-03 03:00 UTC, commits aaaaaaaaaaaa and "
+    assert f"{phrase}cccccccccccc, partly in the quick setting." in shown("index")
 
 
 def test_a_build_leaves_nothing_beside_its_folder(pages, out):

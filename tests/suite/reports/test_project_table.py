@@ -48,18 +48,18 @@ def project(tmp_path, monkeypatch):
 @pytest.fixture
 def suite(monkeypatch):
     """Three claims, the second of which fails, and those of the contenders that were asked for."""
-    asked = []
+    requests = []
 
     @contextmanager
     def joined(suite, contenders, timeout):
-        asked.append((list(contenders), timeout))
-        theirs = [claim(f"A-{path.partition(':')[2].lower()}") for path in contenders]
-        yield replace(suite, claims=(*suite.claims, *theirs))
+        requests.append((list(contenders), timeout))
+        contender_claims = [claim(f"A-{path.partition(':')[2].lower()}") for path in contenders]
+        yield replace(suite, claims=(*suite.claims, *contender_claims))
 
     monkeypatch.setattr("reports.results.own_problems.joined", joined)
     wrong = claim("V2", (replace(ROW, verdict="contradicted"),))
     suite = suite_of(claim("V1"), wrong, claim("V3"), engines=lambda: {"rebound": "It is absent."})
-    return suite, asked
+    return suite, requests
 
 
 def checked(folder=OUT):
@@ -71,7 +71,7 @@ MINE = ["mine:Leapfrog"]
 
 
 @pytest.mark.parametrize(
-    ("keys", "words", "status", "asked", "ids", "folder"),
+    ("keys", "options", "status", "requests", "ids", "folder"),
     [
         (TABLED, "", 0, [(MINE, 20.0)], ["A-leapfrog"], "results"),
         (  # the command line wins
@@ -103,21 +103,23 @@ MINE = ["mine:Leapfrog"]
     ],
 )
 def test_verify_takes_what_the_table_says_where_the_command_line_does_not(
-    project, suite, keys, words, status, asked, ids, folder
+    project, suite, keys, options, status, requests, ids, folder
 ):
     project(*keys)
-    assert run(lambda: suite[0], ["verify", *words.split()]) == status
-    assert suite[1] == asked and checked(folder) == ids
+    assert run(lambda: suite[0], ["verify", *options.split()]) == status
+    assert suite[1] == requests and checked(folder) == ids
     assert OUT.exists() == (folder == OUT)
 
 
 def test_the_share_that_is_enough_is_of_the_table(project, suite, capsys):
     project("fail-under")
     assert run(lambda: suite[0], ["verify"]) == 0
-    said = "66.67 % of the checks came out as expected; --fail-under asks for 50 %."
+    sentence = "66.67 % of the checks came out as expected; --fail-under asks for 50 %."
     text = (OUT / "verify.md").read_text()
     assert (
-        text.startswith("## verify: passed\n") and said in text and said in capsys.readouterr().out
+        text.startswith("## verify: passed\n")
+        and sentence in text
+        and sentence in capsys.readouterr().out
     )
     assert run(lambda: suite[0], ["verify", "--fail-under", "70"]) == 1
 
@@ -125,32 +127,40 @@ def test_the_share_that_is_enough_is_of_the_table(project, suite, capsys):
 def test_without_a_command_the_report_is_built_with_these(project, suite, monkeypatch):
     project("contenders", "require", "timeout", "quick")
     options = []
-    monkeypatch.setattr("reports.build.build.build", lambda suite, *given: options.append(given[0]))
+    monkeypatch.setattr(
+        "reports.build.build.build", lambda suite, *arguments: options.append(arguments[0])
+    )
     assert run(lambda: suite[0], []) == run(lambda: suite[0], ["build"]) == 2  # no report came
     assert suite[1] == [(MINE, 20.0)] * 2
-    for given in options:
-        assert given.quick and given.require == ("rebound",) and len(given.claims) == 4
+    for build_options in options:
+        assert (
+            build_options.quick
+            and build_options.require == ("rebound",)
+            and len(build_options.claims) == 4
+        )
 
 
 def test_track_compares_these_contenders_where_a_revision_is_named_else_shows_the_history(
     project, suite, monkeypatch
 ):
-    asked = []
+    comparisons = []
 
     def track(out, provenance, against, only, quick, isolate, contenders, timeout, thresholds):
         slower, less_accurate = thresholds.slower, thresholds.less_accurate
-        asked.append((against, contenders, timeout, round(slower, 6), round(less_accurate, 6)))
+        comparisons.append(
+            (against, contenders, timeout, round(slower, 6), round(less_accurate, 6))
+        )
         return 0
 
     monkeypatch.setattr("reports.cli.track.track_command", track)
     monkeypatch.setattr("reports.cli.assess._show_history", lambda suite, options: 0)
     project(*VALUES)
-    assert run(lambda: suite[0], ["track"]) == 0 and asked == []  # the history
+    assert run(lambda: suite[0], ["track"]) == 0 and comparisons == []  # the history
     assert run(lambda: suite[0], ["track", "--against", "v1", "--slower", "30"]) == 0
     project("contenders")
     assert run(lambda: suite[0], ["track"]) == 0
     assert run(lambda: suite[0], ["track", "--contender", "mine:Leapfrog"]) == 2
-    assert asked == [("v1", ["mine:Leapfrog"], 20.0, 0.3, 0.05)]
+    assert comparisons == [("v1", ["mine:Leapfrog"], 20.0, 0.3, 0.05)]
 
 
 def test_the_table_of_the_repository_counts_in_its_folders(project, suite, tmp_path, monkeypatch):
@@ -168,14 +178,14 @@ def test_the_table_of_the_repository_counts_in_its_folders(project, suite, tmp_p
 
 def test_results_of_compare_and_judge_lie_below_the_folder_of_the_table(project, suite):
     project("out")
-    words = ["compare", "--only", "none"]
-    assert run(lambda: suite[0], words) == 2  # no such problem
+    arguments = ["compare", "--only", "none"]
+    assert run(lambda: suite[0], arguments) == 2  # no such problem
     assert run(lambda: suite[0], ["judge", "nothing.bin"]) == 2
     assert [path.name for path in Path("results").iterdir()] == ["judge"]
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("[tool.galvi]\ncontender = ['a:B']", "has no key 'contender'; did you mean 'contenders'?"),
         ("[tool.galvi]\ncontenders = 'a:B'", "contenders expects a list of one or more texts"),
@@ -191,11 +201,11 @@ def test_results_of_compare_and_judge_lie_below_the_folder_of_the_table(project,
         ),
     ],
 )
-def test_a_table_that_is_wrong_is_refused_in_a_sentence(project, suite, capsys, text, said):
+def test_a_table_that_is_wrong_is_refused_in_a_sentence(project, suite, capsys, text, message):
     Path("pyproject.toml").write_text(text, errors="surrogateescape")
     assert run(lambda: suite[0], ["verify"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert said in line
+    assert message in line
     assert run(lambda: suite[0], ["--help"]) == run(lambda: suite[0], ["--version"]) == 0
 
 

@@ -145,13 +145,15 @@ def project(folder, files=None):
     return folder
 
 
-def run(folder, *words, fake=False):
+def run(folder, *arguments, fake=False):
     """pytest with the plugin of this checkout, in a project without settings of galvi's."""
     path = [str(folder / "fake")] * fake + [str(ROOT)]
-    ours = {"PYTHONPATH": os.pathsep.join(path), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
-    kept = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST")}
-    command = [sys.executable, "-P", "-m", "pytest", "-p", "reports.pytest_galvi", *words]
-    return subprocess.run(command, cwd=folder, env=kept | ours, capture_output=True, text=True)
+    variables = {"PYTHONPATH": os.pathsep.join(path), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    inherited = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST")}
+    command = [sys.executable, "-P", "-m", "pytest", "-p", "reports.pytest_galvi", *arguments]
+    return subprocess.run(
+        command, cwd=folder, env=inherited | variables, capture_output=True, text=True
+    )
 
 
 @pytest.fixture
@@ -176,12 +178,12 @@ IDS = [
 
 
 def test_items_stand_beside_the_tests_and_a_failure_is_its_sentence(faked):
-    done = run(faked, "--galvi", "mine:It", "-v", "-rs", "--junitxml=out.xml", fake=True)
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert f"{IDS[0]} PASSED" in done.stdout and f"{IDS[3]} FAILED" in done.stdout
-    assert f"{IDS[2]} SKIPPED (No steps are offered.)" in done.stdout
-    _, _, failure = done.stdout.partition("= FAILURES =")
-    assert "collected 5 items" in done.stdout and "_ It: order _" in failure
+    completed = run(faked, "--galvi", "mine:It", "-v", "-rs", "--junitxml=out.xml", fake=True)
+    assert completed.returncode == 1, completed.stdout + completed.stderr
+    assert f"{IDS[0]} PASSED" in completed.stdout and f"{IDS[3]} FAILED" in completed.stdout
+    assert f"{IDS[2]} SKIPPED (No steps are offered.)" in completed.stdout
+    _, _, failure = completed.stdout.partition("= FAILURES =")
+    assert "collected 5 items" in completed.stdout and "_ It: order _" in failure
     assert "\norder in the step: measured 2; bound: within 0.2 of 4. Declared.\n" in failure
     assert (
         "Traceback" not in failure and "check_items.py:" not in failure.partition("short test")[0]
@@ -200,9 +202,9 @@ def test_items_stand_beside_the_tests_and_a_failure_is_its_sentence(faked):
     assert left(faked) == []
 
 
-def listed(done):
-    assert done.returncode == 0, done.stdout + done.stderr
-    return [line for line in done.stdout.splitlines() if "::" in line]
+def listed(completed):
+    assert completed.returncode == 0, completed.stdout + completed.stderr
+    return [line for line in completed.stdout.splitlines() if "::" in line]
 
 
 def test_words_select_and_the_last_failures_are_run_again(faked):
@@ -226,24 +228,26 @@ def test_workers_share_the_items_beside_a_benchmark_and_with_warnings_as_errors(
         "import sys\n\ndef test_quick(benchmark):\n    benchmark(int)\n"
         "    assert not {'galvi', 'numpy'} & set(sys.modules)\n"
     )
-    words = ["-p", "xdist", "-p", "pytest_benchmark.plugin", "--galvi", "mine:It"]
+    options = ["-p", "xdist", "-p", "pytest_benchmark.plugin", "--galvi", "mine:It"]
     for workers in ("0", "2"):
         off = ["-p", "no:warnings"] if workers == "2" else []  # of the benchmark, that it is off
-        done = run(faked, *words, *off, "-k", "not order", "-n", workers, fake=True)
-        assert done.returncode == 0 and "4 passed, 1 skipped" in done.stdout, done.stdout
+        completed = run(faked, *options, *off, "-k", "not order", "-n", workers, fake=True)
+        assert completed.returncode == 0 and "4 passed, 1 skipped" in completed.stdout, (
+            completed.stdout
+        )
     assert left(faked) == []
 
 
 @pytest.mark.parametrize("workers", [[], ["-p", "xdist", "-n", "2"]], ids=["alone", "workers"])
 def test_what_cannot_be_loaded_ends_the_run_with_a_sentence_and_status_4(faked, workers):
-    done = run(faked, "--galvi", "nowhere:It", *workers, fake=True)
-    assert done.returncode == 4
-    assert done.stderr.strip() == "ERROR: --galvi nowhere:It: there is no module 'nowhere'."
+    completed = run(faked, "--galvi", "nowhere:It", *workers, fake=True)
+    assert completed.returncode == 4
+    assert completed.stderr.strip() == "ERROR: --galvi nowhere:It: there is no module 'nowhere'."
     assert left(faked) == []
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("Dying", "ended with status 1, at Dying, accuracy, Kepler, e = 0.3. out of memory"),
         pytest.param(
@@ -253,20 +257,22 @@ def test_what_cannot_be_loaded_ends_the_run_with_a_sentence_and_status_4(faked, 
         ),
     ],
 )
-def test_a_process_that_ends_fails_the_item_with_its_last_words_and_others_go_on(faked, name, said):
-    words = ("--galvi", f"mine:{name}", "--galvi", "mine:It", "-k", "accuracy")
-    done = run(faked, *words, fake=True)
-    assert done.returncode == 1 and "1 failed, 1 passed" in done.stdout
-    assert said in done.stdout
+def test_a_process_that_ends_fails_the_item_with_its_last_words_and_others_go_on(
+    faked, name, message
+):
+    options = ("--galvi", f"mine:{name}", "--galvi", "mine:It", "-k", "accuracy")
+    completed = run(faked, *options, fake=True)
+    assert completed.returncode == 1 and "1 failed, 1 passed" in completed.stdout
+    assert message in completed.stdout
 
 
 def test_a_package_of_the_suite_that_is_not_installed_is_named_with_the_remedy(tmp_path):
     absent = "raise ModuleNotFoundError(\"No module named 'pandas'\", name='pandas')\n"
     project(tmp_path, {"fake/pandas.py": absent})
-    done = run(tmp_path, "--galvi", "mine:It", fake=True)
-    assert done.returncode == 4
+    completed = run(tmp_path, "--galvi", "mine:It", fake=True)
+    assert completed.returncode == 4
     assert "of which pandas is not installed. Install them: pip install 'galvi[suite]'." in (
-        done.stderr
+        completed.stderr
     )
 
 
@@ -281,16 +287,16 @@ def test_a_module_that_is_missing_while_it_measures_is_no_package_of_the_suite(m
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("options", "message"),
     [
         (["--galvi-problem", "mine:swing"], "--galvi-problem needs an integrator: --galvi"),
         (["--galvi", "m:A", "--galvi-timeout", "-1"], "must be a positive, finite number"),
         (["--galvi", "m:A", "--galvi-timeout", "inf"], "number of seconds; received inf"),
     ],
 )
-def test_options_that_make_no_sense_are_a_sentence(tmp_path, words, said):
-    done = run(project(tmp_path), *words)
-    assert done.returncode == 4 and said in done.stderr
+def test_options_that_make_no_sense_are_a_sentence(tmp_path, options, message):
+    completed = run(project(tmp_path), *options)
+    assert completed.returncode == 4 and message in completed.stderr
 
 
 def test_without_the_option_nothing_is_imported_and_nothing_changes(tmp_path):
@@ -299,10 +305,10 @@ def test_without_the_option_nothing_is_imported_and_nothing_changes(tmp_path):
     assert without.returncode == 0 and "2 passed" in without.stdout, without.stdout
 
 
-def ends(folder, *words):
+def ends(folder, *arguments):
     """The texts of failed items, "" of others, by contender and check."""
-    done = run(folder, *words, "-q", "--junitxml=out.xml")
-    assert done.returncode in (0, 1), done.stdout + done.stderr
+    completed = run(folder, *arguments, "-q", "--junitxml=out.xml")
+    assert completed.returncode in (0, 1), completed.stdout + completed.stderr
     cases = tree.parse(folder / "out.xml").iter("testcase")
     return {
         (
@@ -320,15 +326,15 @@ def test_an_integrator_in_a_src_layout_is_checked_on_a_problem_of_the_project(tm
     settings = "[pytest]\npythonpath = lib\n"
     files = {"src/mine/methods.py": CONTENDERS, "lib/ours.py": reading, "pytest.ini": settings}
     project(tmp_path, files)
-    words = ("--galvi", "ours:Leapfrog", "--galvi-problem", "ours:swing")
-    assert ends(tmp_path, *words, "-k", "reversal or test_ours") == dict.fromkeys(
+    options = ("--galvi", "ours:Leapfrog", "--galvi-problem", "ours:swing")
+    assert ends(tmp_path, *options, "-k", "reversal or test_ours") == dict.fromkeys(
         [("tests.test_ours", "test_ours"), ("my leapfrog", "time reversal")], ""
     )
 
 
 @pytest.mark.slow(beside="test_what_cannot_be_loaded_ends_the_run_with_a_sentence_and_status_4")
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("options", "message"),
     [
         (["--galvi", "mine:Bare"], "--galvi mine:Bare: .* lacks 'supports' and 'run'"),
         (["--galvi", "mine:Leapfog"], "--galvi mine:Leapfog: .* did you mean 'Leapfrog'"),
@@ -339,10 +345,14 @@ def test_an_integrator_in_a_src_layout_is_checked_on_a_problem_of_the_project(tm
         ),
     ],
 )
-def test_what_galvi_cannot_load_is_named_from_a_folder_inside_the_repository(tmp_path, words, said):
+def test_what_galvi_cannot_load_is_named_from_a_folder_inside_the_repository(
+    tmp_path, options, message
+):
     project(tmp_path, {"mine.py": CONTENDERS, "again.py": "from mine import Leapfrog\n"})
-    done = run(tmp_path / "tests", *words)
-    assert done.returncode == 4 and re.search(f"^ERROR: {said}", done.stderr), done.stderr
+    completed = run(tmp_path / "tests", *options)
+    assert completed.returncode == 4 and re.search(f"^ERROR: {message}", completed.stderr), (
+        completed.stderr
+    )
 
 
 @pytest.mark.slow(
@@ -351,8 +361,8 @@ def test_what_galvi_cannot_load_is_named_from_a_folder_inside_the_repository(tmp
 def test_planted_faults_fail_the_right_items_and_what_is_sound_passes(tmp_path):
     project(tmp_path, {"mine.py": CONTENDERS})
     names = ("Leapfrog", "FirstOrder", "FalselySymmetric", "Damped", "Random", "Leaking")
-    words = [word for name in names for word in ("--galvi", f"mine:{name}")]
-    texts = ends(tmp_path, *words, "--galvi-problem", "mine:swing")
+    options = [word for name in names for word in ("--galvi", f"mine:{name}")]
+    texts = ends(tmp_path, *options, "--galvi-problem", "mine:swing")
     assert len(texts) > 6 * len(names)
     failed = {key: text for key, text in texts.items() if text}
     expected = {
@@ -363,8 +373,8 @@ def test_planted_faults_fail_the_right_items_and_what_is_sound_passes(tmp_path):
         ("leaking", "memory"): "bound: at most 4. Of each of three equal rounds of runs",
     }
     assert set(failed) - {("damped", "longest run"), ("damped", "accuracy")} == set(expected)
-    for key, said in expected.items():
-        assert said in failed[key]
+    for key, message in expected.items():
+        assert message in failed[key]
 
 
 @pytest.mark.slow(
@@ -374,5 +384,5 @@ def test_the_example_of_the_page_passes_on_the_problems_of_the_suite(tmp_path):
     page = (ROOT / "docs" / "suite.md").read_text()
     (example,) = re.findall(r"^```python\n(# mine\.py\n.*?)^```$", page, re.M | re.S)
     project(tmp_path, {"mine.py": example})
-    done = run(tmp_path, "-p", "xdist", "-n", "2", "--galvi", "mine:Leapfrog", "-ra")
-    assert done.returncode == 0, done.stdout + done.stderr
+    completed = run(tmp_path, "-p", "xdist", "-n", "2", "--galvi", "mine:Leapfrog", "-ra")
+    assert completed.returncode == 0, completed.stdout + completed.stderr

@@ -36,18 +36,18 @@ def test_verify_xml_and_its_annotations_point_at_the_class_and_have_the_numbers(
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
     wrong = claim("A-mine", (CONTRADICTED, replace(ROW, quantity="an error")))
     suite = replace(suite_of(wrong, claim("V2")), definitions={"A-mine": ("src/a b,c.py", 12)})
-    done = ask("verify", suite)
+    completed = ask("verify", suite)
     cases = junit_cases(Path("out/verify.xml"))
     assert cases["claim.V2", ROW.quantity]["at"] == (None, None)
     bad = cases["claim.A-mine", ROW.quantity]
     assert bad["results"] == ["Failure"] and bad["at"] == ("src/a b,c.py", "12")
     assert bad["measured"].startswith("0.25") and bad["bound"] == ROW.bound
-    (shown,) = annotations(done.out)
+    (shown,) = annotations(completed.out)
     assert (shown["kind"], shown["file"], shown["line"]) == ("error", "src/a b,c.py", "12")
     assert shown["title"] == f"claim.A-mine: {ROW.quantity}" and "bound at most" in shown["message"]
     measured = {"value": 0.25, "lower_value": 0.24, "upper_value": 0.26}
-    kept = bencher_metrics(Path("out/verify-bencher.json"))
-    assert kept["A-mine: an error"] == {"measured": measured} and len(kept) == 3
+    metrics = bencher_metrics(Path("out/verify-bencher.json"))
+    assert metrics["A-mine: an error"] == {"measured": measured} and len(metrics) == 3
 
 
 def test_numbers_of_which_more_is_better_or_that_were_not_measured_are_left_out():
@@ -60,7 +60,7 @@ def test_numbers_of_which_more_is_better_or_that_were_not_measured_are_left_out(
     ]
     assert row_metrics(rows) == []
     some = [replace(ROW, measured=np.int64(2), uncertainty=None, bound="below 3")]
-    assert [one.value for one in row_metrics(some)] == [2.0]
+    assert [metric.value for metric in row_metrics(some)] == [2.0]
 
 
 def test_metrics_are_of_benchers_format_whatever_the_names_are(tmp_path):
@@ -74,7 +74,7 @@ def test_metrics_are_of_benchers_format_whatever_the_names_are(tmp_path):
 
 
 def test_measures_that_bencher_would_name_alike_are_all_kept(tmp_path):
-    words = [
+    names = [
         "force calls",
         "force_calls",
         "Force-calls!",
@@ -83,10 +83,12 @@ def test_measures_that_bencher_would_name_alike_are_all_kept(tmp_path):
         63 * "x" + " y",
         63 * "x" + " z",
     ]
-    metrics = [Metric("b", name, -float(value)) for value, name in enumerate(words)]
+    metrics = [Metric("b", name, -float(value)) for value, name in enumerate(names)]
     write_metrics(tmp_path, "track", metrics)
     measures = bencher_metrics(tmp_path / "track-bencher.json")["b"]
-    assert [each["value"] for each in measures.values()] == [metric.value for metric in metrics]
+    assert [measure["value"] for measure in measures.values()] == [
+        metric.value for metric in metrics
+    ]
     assert list(measures)[:3] == ["force-calls", "force-calls-2", "force-calls-3"]
     assert not any(name.endswith("-") for name in measures)
 
@@ -116,11 +118,14 @@ COMMIT = {"message": "m", "timestamp": "2026-01-01T00:00:00Z", "url": "u"}
 def benchmark_action(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The action at RELEASE, with its compiled program."""
     folder = tmp_path_factory.mktemp("benchmark-action")
-    for words in (["init"], ["fetch", "--depth", "1", ACTION, RELEASE], ["checkout", RELEASE]):
-        done = subprocess.run(
-            ["git", *words, "--quiet"], cwd=folder, capture_output=True, text=True
+    for arguments in (["init"], ["fetch", "--depth", "1", ACTION, RELEASE], ["checkout", RELEASE]):
+        completed = subprocess.run(
+            ["git", *arguments, "--quiet"], cwd=folder, capture_output=True, text=True
         )
-        reason = done.returncode and f"{ACTION} cannot be fetched: {done.stderr.strip()[-200:]}"
+        reason = (
+            completed.returncode
+            and f"{ACTION} cannot be fetched: {completed.stderr.strip()[-200:]}"
+        )
         if reason := reason or ("" if shutil.which("node") else "there is no node"):
             assert not os.environ.get("CI"), reason
             pytest.skip(reason)
@@ -135,7 +140,9 @@ def drawn(action: Path, folder: Path, commit: str) -> subprocess.CompletedProces
     }
     (folder / "event.json").write_text(json.dumps(event))
     about = yaml.safe_load((action / "action.yml").read_text(encoding="utf-8"))["inputs"]
-    inputs = {name: str(one.get("default", "")).lower() for name, one in about.items()} | {
+    inputs = {
+        name: str(declaration.get("default", "")).lower() for name, declaration in about.items()
+    } | {
         "tool": "customSmallerIsBetter",
         "output-file-path": "track-benchmark-action.json",
         "external-data-json-path": "data.json",
@@ -163,13 +170,13 @@ def test_github_action_benchmark_reads_the_numbers_and_sees_one_that_grows(
     benchmark_action, tmp_path
 ):
     write_metrics(tmp_path, "track", METRICS)
-    done = drawn(benchmark_action, tmp_path, "first")
-    assert done.returncode == 0, done.stdout + done.stderr
+    completed = drawn(benchmark_action, tmp_path, "first")
+    assert completed.returncode == 0, completed.stdout + completed.stderr
     ((entry,),) = json.loads((tmp_path / "data.json").read_text(encoding="utf-8"))[
         "entries"
     ].values()
-    names = [(one["name"], one["value"], one.get("range", "")) for one in entry["benches"]]
+    names = [(bench["name"], bench["value"], bench.get("range", "")) for bench in entry["benches"]]
     assert names[0] == ("orbit: latency", 2.5e6, "± 1e+05") and len(names) == 3
     write_metrics(tmp_path, "track", [replace(METRICS[0], value=5e6)])
-    done = drawn(benchmark_action, tmp_path, "second")
-    assert done.returncode == 1 and "Performance Alert" in done.stdout
+    completed = drawn(benchmark_action, tmp_path, "second")
+    assert completed.returncode == 1 and "Performance Alert" in completed.stdout

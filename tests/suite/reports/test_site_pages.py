@@ -56,30 +56,32 @@ def page():
 
 
 def test_each_contender_of_a_comparison_has_a_section_that_names_its_comparisons(page):
-    every = work_precision_problems(quick=False)
-    sections = dict(zip((one.family for one in peers()), page.split("\n## ")[1:], strict=True))
-    for case in every:
-        for one in case.participants:
-            family = identity(one.label).family
+    cases = work_precision_problems(quick=False)
+    sections = dict(zip((peer.family for peer in peers()), page.split("\n## ")[1:], strict=True))
+    for case in cases:
+        for participant in case.participants:
+            family = identity(participant.label).family
             assert family in (OURS, *TABLE)
             address = f"results/comparisons.html#{slug(case.problem.name)}"
-            assert (address in sections[family]) == (case is not every[-1])
-            assert one.label.removeprefix(family).lstrip(" ,") in sections[family]
+            assert (address in sections[family]) == (case is not cases[-1])
+            assert participant.label.removeprefix(family).lstrip(" ,") in sections[family]
 
 
 def test_every_section_of_an_integrator_says_what_readers_ask(page):
-    for one, section in zip(peers(), page.split("\n## ")[1:], strict=True):
-        assert one.runs, f"{one.family} is in peers.csv, and in no comparison"
+    for peer, section in zip(peers(), page.split("\n## ")[1:], strict=True):
+        assert peer.runs, f"{peer.family} is in peers.csv, and in no comparison"
         for heading in ("Order", "Steps", "Conserves", "Known limits and defects", "Sources"):
-            assert re.search(rf"^{heading}\n: \S", section, re.M), (one.family, heading)
-        assert re.search(r"\d+\.\d+|not installed|this repository", one.package)
-        assert f'<a href="#{one.anchor}">' in page
+            assert re.search(rf"^{heading}\n: \S", section, re.M), (peer.family, heading)
+        assert re.search(r"\d+\.\d+|not installed|this repository", peer.package)
+        assert f'<a href="#{peer.anchor}">' in page
     assert not A_MACHINE.search(page) and not A_MACHINE.search(COMMANDS)
 
 
 def test_the_table_of_facts_names_studies_and_files_that_exist():
     text = FACTS.read_text(encoding="utf-8")
-    assert set(re.findall(r"studies\.html#([\w-]+)", text)) <= {one.anchor for one in SECTIONS}
+    assert set(re.findall(r"studies\.html#([\w-]+)", text)) <= {
+        section.anchor for section in SECTIONS
+    }
     rows = re.findall(r"\]\((data/[\w.]+)\)", text)
     files = re.findall(r"`((?:references|reports|docs)/[\w/]+\.\w+)`", text)
     assert rows and files
@@ -108,7 +110,9 @@ def test_a_link_that_leads_nowhere_is_found_and_outside_links_are_listed(tmp_pat
         "none.html",
         "picture.png",
     )
-    assert sentences == [f"deep/one.html: the link to {one} leads nowhere." for one in targets]
+    assert sentences == [
+        f"deep/one.html: the link to {target} leads nowhere." for target in targets
+    ]
     assert (tmp_path / build.OUTSIDE).read_text() == "https://example.org/x\n"
 
 

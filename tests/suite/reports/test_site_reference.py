@@ -91,10 +91,12 @@ def test_every_public_name_has_a_short_example_that_prints_what_it_shows(
 ):
     text = example_of(name)
     assert 1 < len(text.splitlines()) <= LINES
-    differs, made = run(text, name)
+    differs, namespace = run(text, name)
     assert differs == ""
     kind = getattr(galvi, name, None)
-    is_made = isinstance(kind, type) and any(isinstance(value, kind) for value in made.values())
+    is_made = isinstance(kind, type) and any(
+        isinstance(value, kind) for value in namespace.values()
+    )
     assert f"galvi.{name}" in text or is_made
 
 

@@ -40,30 +40,30 @@ def tables_of(page):
     """The lines of each directive of a page's text."""
     shown: list[Any] = []
     for argument in FENCE.findall(page):
-        found = ledger.chosen(argument, shown)
-        shown += found
-        yield found
+        lines = ledger.chosen(argument, shown)
+        shown += lines
+        yield lines
 
 
 def test_every_statement_is_on_exactly_one_page():
-    shown = Counter(one for page in PAGES.values() for found in tables_of(page) for one in found)
-    assert [one for one in statements() if shown[one] != 1] == []
+    shown = Counter(line for page in PAGES.values() for lines in tables_of(page) for line in lines)
+    assert [line for line in statements() if shown[line] != 1] == []
 
 
 def test_a_place_takes_whole_words_and_the_lines_of_its_claims_and_one_without_a_line_is_told() -> (
     None
 ):
-    assert {one.where for one in ledger.chosen("H thm. 2.3.1")} == {"H thm. 2.3.1"}
-    assert {one.where for one in ledger.chosen("M thm. 1")} == {"M thm. 1", "M thm. 1, (5)"}
-    alone, none = (ledger.chosen(f"H 4.2 [{name}]") for name in ("V33", "-"))
-    assert all("V33" in one.claims for one in alone) and not any(one.claims for one in none)
+    assert {line.where for line in ledger.chosen("H thm. 2.3.1")} == {"H thm. 2.3.1"}
+    assert {line.where for line in ledger.chosen("M thm. 1")} == {"M thm. 1", "M thm. 1, (5)"}
+    named, none = (ledger.chosen(f"H 4.2 [{name}]") for name in ("V33", "-"))
+    assert all("V33" in line.claims for line in named) and not any(line.claims for line in none)
     for argument in ("H 9.9", "H 4.2 [V1]"):
         with pytest.raises(ValueError, match="no line"):
             ledger.chosen(argument)
     with pytest.raises(ValueError, match="looks like"):
         ledger.chosen("H 4.2 [V33")
     page = "```{ledger} H 4.2 [V33]\n```\n```{ledger} H 4.2\n```\n"
-    assert list(tables_of(page)) == [alone, ledger.chosen("H 4.2", alone)]
+    assert list(tables_of(page)) == [named, ledger.chosen("H 4.2", named)]
 
 
 def test_a_table_names_the_status_the_claims_and_subscripts():
@@ -83,23 +83,26 @@ def test_every_claim_named_on_a_page_exists():
 def test_every_included_line_of_code_exists(page):
     for target, options in INCLUDE.findall(PAGES[page]):
         text = (FOLDER / target).read_text(encoding="utf-8")
-        known = dict(re.findall(r"^:([\w-]+): ?(.*)$", options, re.MULTILINE))
-        if "pyobject" in known:
-            assert known["pyobject"] in _defined(text), known
+        fields = dict(re.findall(r"^:([\w-]+): ?(.*)$", options, re.MULTILINE))
+        if "pyobject" in fields:
+            assert fields["pyobject"] in _defined(text), fields
             continue
-        start, end = (known[key].strip('"') for key in ("start-at", "end-at"))
-        assert text.count(start) == text.count(end) == 1, known
-        assert text.index(start) < text.index(end), known
+        start, end = (fields[key].strip('"') for key in ("start-at", "end-at"))
+        assert text.count(start) == text.count(end) == 1, fields
+        assert text.index(start) < text.index(end), fields
 
 
 def _defined(text):
     """Names of functions and classes, and of methods as Class.method."""
     kinds = (ast.FunctionDef, ast.ClassDef)
-    top = [one for one in ast.parse(text).body if isinstance(one, kinds)]
+    top = [definition for definition in ast.parse(text).body if isinstance(definition, kinds)]
     inner = {
-        f"{one.name}.{part.name}" for one in top for part in one.body if isinstance(part, kinds)
+        f"{definition.name}.{part.name}"
+        for definition in top
+        for part in definition.body
+        if isinstance(part, kinds)
     }
-    return {one.name for one in top} | inner
+    return {definition.name for definition in top} | inner
 
 
 def is_of(run, q, p):
@@ -190,8 +193,8 @@ def test_a_step_in_the_kepler_frame_is_galvis():
     chart = galvi.KeplerFrame(passes=40, even=True)
     method = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart=chart)
     run = galvi.integrate(galvi.Problem(galvi.NBody(m), q, v), method, h, 1)
-    flow, rest, into = kepler_frame(m)
-    Q, V = frame_step((c, b), flow, rest, np.stack([into @ q, into @ v]), h)
+    flow, remaining_force, into = kepler_frame(m)
+    Q, V = frame_step((c, b), flow, remaining_force, np.stack([into @ q, into @ v]), h)
     is_of(run, np.linalg.solve(into, Q), m[:, None] * np.linalg.solve(into, V))
 
 
@@ -217,18 +220,18 @@ def test_a_step_in_the_harmonic_frame_is_galvis():
         cos, sin = np.cos(omega * t), np.sin(omega * t)
         return np.stack([cos * w[0] + sin / omega * w[1], cos * w[1] - omega * sin * w[0]])
 
-    def rest(x):
+    def remaining_force(x):
         return squares * x - F.T @ gradient(F @ x)
 
-    x, rate = frame_step((c, b), flow, rest, np.stack([F.T @ q, F.T @ v]), h)
+    x, rate = frame_step((c, b), flow, remaining_force, np.stack([F.T @ q, F.T @ v]), h)
     is_of(run, F @ x, F @ rate)
 
 
 def test_the_numbers_on_the_pages_follow():
     """Bases of Kepler's problem, z0 and the tableau of Gauss."""
-    place = np.arccosh(1.0 / 0.6) - np.sqrt(1.0 - 0.36)
-    K = 1.0 / (place + np.sqrt(1.0 + place * place))  # h = 2: z = i place
-    assert f"{place:.4f}, {K:.4f}, {K * K:.4f}" == "0.2986, 0.7450, 0.5551"
+    singular_time = np.arccosh(1.0 / 0.6) - np.sqrt(1.0 - 0.36)
+    K = 1.0 / (singular_time + np.sqrt(1.0 + singular_time**2))  # h = 2: z = i singular_time
+    assert f"{singular_time:.4f}, {K:.4f}, {K * K:.4f}" == "0.2986, 0.7450, 0.5551"
     page = PAGES["vector_spaces.md"]
     assert all(number in page for number in ("0.2986", "0.7450", "0.5551"))
     z0 = brentq(lambda z: z * np.tan(z) - 1.0, 0.5, 1.0)

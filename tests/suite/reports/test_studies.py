@@ -52,12 +52,12 @@ def suite_with():
     `long` is what is stored of the long Brouwer study, which is the first of them.
     """
 
-    def make(long=(), few=None, runs=None, **fields):
-        first, *rest = [replace(one, measure=FRAMES[one.name]) for one in STUDIES[:few]]
+    def make(long=(), count=None, runs=None, **fields):
+        first, *later = [replace(study, measure=FRAMES[study.name]) for study in STUDIES[:count]]
         stored = pd.DataFrame(long, columns=list(COLUMNS))
         form = LongForm(runs or first.long_form.runs, lambda folder, report: stored)
-        rest = [replace(one, long_form=None) for one in rest]
-        return suite_of(sections=(replace(first, long_form=form, **fields), *rest))
+        later = [replace(study, long_form=None) for study in later]
+        return suite_of(sections=(replace(first, long_form=form, **fields), *later))
 
     return make
 
@@ -83,7 +83,7 @@ def test_a_build_shows_the_studies_with_tables_and_pictures(suite_with, ask):
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_long_study_that_was_not_run_says_how_to(suite_with, ask):
-    assert ask("build", suite_with(few=2)).status == 0
+    assert ask("build", suite_with(count=2)).status == 0
     assert "Short version: make studies runs the long one." in page()
 
 
@@ -97,31 +97,31 @@ def test_a_study_that_raises_or_lacks_its_engine_is_named_and_its_stored_rows_ar
     def broken(quick, report):
         raise OSError("the lamp went out")
 
-    done = ask("build", suite_with(long, few=2, measure=broken, absent=lambda: absent))
-    why = absent or "not run (OSError: the lamp went out)."
-    assert done.status == (not absent)
-    assert f"Round-off: {'will not run. ' if absent else ''}{why}" in done.err
-    assert (not absent) or done.err.index(absent) < done.err.index("[1/")
+    completed = ask("build", suite_with(long, count=2, measure=broken, absent=lambda: absent))
+    reason = absent or "not run (OSError: the lamp went out)."
+    assert completed.status == (not absent)
+    assert f"Round-off: {'will not run. ' if absent else ''}{reason}" in completed.err
+    assert (not absent) or completed.err.index(absent) < completed.err.index("[1/")
     assert ("at commit feedfacecafe" in page()) == ('id="brouwer"' in page()) == bool(long)
-    assert absent in page() and (why in page().partition("## Not run here")[2]) == (not long)
+    assert absent in page() and (reason in page().partition("## Not run here")[2]) == (not long)
 
 
 def test_studies_runs_what_is_not_there_yet(suite_with, ask):
     suite = suite_with(runs=lambda folder, report: [Run(folder, "one"), Run(folder, "two")])
     Run(Path("out/studies"), "one").run(print)
-    done = ask("studies", suite)
-    assert done.status == 0 and "Round-off: 1 of 2 runs are there." in done.out
-    assert "[1/1] brouwer two: " in done.err
-    done = ask("studies", suite)
-    assert (done.status, done.err) == (0, "")
+    completed = ask("studies", suite)
+    assert completed.status == 0 and "Round-off: 1 of 2 runs are there." in completed.out
+    assert "[1/1] brouwer two: " in completed.err
+    completed = ask("studies", suite)
+    assert (completed.status, completed.err) == (0, "")
 
 
 def test_a_run_that_raises_leaves_the_others(suite_with, ask):
     def runs(folder, report):
         return [Run(folder, "one", broken=True), Run(folder, "two")]
 
-    done = ask("studies", suite_with(runs=runs))
-    assert done.status == 1 and "one: not run (ValueError: no more disk)." in done.err
+    completed = ask("studies", suite_with(runs=runs))
+    assert completed.status == 1 and "one: not run (ValueError: no more disk)." in completed.err
     assert Path("out/studies/two").exists()
 
 
@@ -131,13 +131,13 @@ NUMBERS = ("measured", "error", "share", "seconds_per_orbit", "energy_error")
 @pytest.mark.slow_cases("free-spin")
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
 def test_the_figures_draw_and_say_when_there_is_nothing(study):
-    frame = FRAMES[study.name](True, print)
-    failed = frame.assign(**dict.fromkeys(NUMBERS, np.nan))
+    table = FRAMES[study.name](True, print)
+    failed = table.assign(**dict.fromkeys(NUMBERS, np.nan))
     for figure in study.figures:
-        lay_out(figure, frame)
-        for nothing in (failed, frame.head(0), pd.DataFrame()):
+        lay_out(figure, table)
+        for unusable in (failed, table.head(0), pd.DataFrame()):
             with pytest.raises(NoData):
-                lay_out(figure, nothing)
+                lay_out(figure, unusable)
 
 
 @pytest.mark.parametrize(("drift", "verdict"), [(0.0, "no drift seen"), (1.0, "drifts")])
@@ -155,41 +155,42 @@ def test_the_table_of_bodies_says_what_was_reached_and_how_far_from_galvi():
     assert peer["time for an orbit"].iloc[0] == "not reached"
     assert peer[relative].iloc[1].startswith("100")
     assert set(table["share of the limit"]) == {"0.50", ""}
-    few = frame.query("bodies == 100")
-    few = few.assign(
-        contender=few["contender"] + ", 10 heavy", seconds_per_orbit=0.3 * few["seconds_per_orbit"]
+    of_100 = frame.query("bodies == 100")
+    of_100 = of_100.assign(
+        contender=of_100["contender"] + ", 10 heavy",
+        seconds_per_orbit=0.3 * of_100["seconds_per_orbit"],
     )
-    both = scaling_table(pd.concat([frame, few]))[0]
+    both = scaling_table(pd.concat([frame, of_100]))[0]
     assert list(both[relative])[-2:] == [f"1.0{TIMES}", f"100{TIMES}"]
 
 
 def test_numbers_of_a_study_have_the_digits_that_they_need():
-    frame = pd.DataFrame({"n": [0.999, 1e-4, 200000.0, np.nan], "ok": True, "empty": ""})
-    table, kinds = readable_table(frame, {"n": "number", "ok": "well", "empty": "note"})
+    numbers = pd.DataFrame({"n": [0.999, 1e-4, 200000.0, np.nan], "ok": True, "empty": ""})
+    table, kinds = readable_table(numbers, {"n": "number", "ok": "well", "empty": "note"})
     assert list(table["number"]) == ["0.999", "1·10⁻⁴", "200000", ""] and "note" not in table
     assert set(table["well"]) == {"yes"} and kinds == {"number": "number"}
 
 
 def test_versions_of_an_engine_are_told_by_their_orders():
-    frame = versions(True, print)
-    table = engine_versions_table(frame)[0]
+    rows = versions(True, print)
+    table = engine_versions_table(rows)[0]
     numbers = ("3.6.0", "3.10.0", "4.0.1", "9.9.9")
     assert list(table["engine"]) == [f"mujoco {name}" for name in numbers]
     assert list(table["order, ball"]) == ["2.00", "2.00", "4.00", ""]
     assert list(table["attitude error, free"])[:2] == ["1.56·10⁻⁵"] * 2
     assert list(table["status"]) == ["", "", "", "No such version."]
-    later = pd.concat([frame, frame.assign(engine="mujoco 9.9.9")], ignore_index=True)
+    later = pd.concat([rows, rows.assign(engine="mujoco 9.9.9")], ignore_index=True)
     assert "status" not in engine_versions_table(later)[0]
-    assert len(engine_versions_table(pd.concat([frame, frame]))[0]) == len(table)
+    assert len(engine_versions_table(pd.concat([rows, rows]))[0]) == len(table)
 
 
 def test_long_spins_are_told_with_the_mark_that_they_came_to():
     table, kinds = free_body_drift_table(spins(True, print))
     lines = table.drop(columns="contender").rename(columns={"growth exponent (turns)": "growth"})
-    ours, drifting, burst, absent = lines.to_dict("records")
-    told = {"turns": "1000", "attitude": "1.0·10⁻⁹", "energy, relative": "\u22121.0·10⁻⁹"}
-    assert ours["growth"] == "round-off"
-    assert drifting.items() >= {**told, "growth": "1.0"}.items()
+    steady, drifting, burst, absent = lines.to_dict("records")
+    common = {"turns": "1000", "attitude": "1.0·10⁻⁹", "energy, relative": "\u22121.0·10⁻⁹"}
+    assert steady["growth"] == "round-off"
+    assert drifting.items() >= {**common, "growth": "1.0"}.items()
     assert burst.items() >= {"turns": "200", "status": "It burst.", "attitude": ""}.items()
     assert absent.items() >= {"status": "Install it.", "energy, relative": ""}.items()
     assert "commit" not in table and set(kinds) < set(table.columns)

@@ -95,10 +95,10 @@ def test_the_terminal_shows_them_and_nothing_when_there_are_none(met, capsys):
 
 def test_runs_are_judged_by_targets_but_those_of_the_quick_setting(ask):
     suite, written = suite_of(targets=PLANTED), Path("out/tables/targets.csv")
-    done = ask("compare --quick", suite)
-    assert "times at matched error" in done.out and not written.exists()
-    done = ask("compare", suite)
-    assert "5 targets: 2 not run, 1 missed, 1 not reached, 1 met." in done.out
+    completed = ask("compare --quick", suite)
+    assert "times at matched error" in completed.out and not written.exists()
+    completed = ask("compare", suite)
+    assert "5 targets: 2 not run, 1 missed, 1 not reached, 1 met." in completed.out
     assert list(pd.read_csv(written)["verdict"]) == VERDICTS
     assert len(pd.read_csv("out/tables/smallest.csv")) == 3
 
@@ -140,16 +140,16 @@ def test_an_error_that_the_truth_cannot_tell_is_a_bound():
 
 def test_a_setting_is_called_stopped_early_by_its_row_and_not_by_its_words():
     runs = SMALL.replace({"settings": {"step=1": "tolerance=1e-9"}})
-    for early, said in ((False, ""), (True, " (stopped early)")):
+    for early, suffix in ((False, ""), (True, " (stopped early)")):
         lines = fastest_lines(choices(runs.assign(stops_early=early), 1e-8))
-        assert list(lines["setting"]) == [f"tolerance=1e-9{said}"]
+        assert list(lines["setting"]) == [f"tolerance=1e-9{suffix}"]
 
 
 def test_a_choice_is_a_run_that_was_made_and_reached_the_error():
     table = choices(SMALL, 1e-4, 1e-8, 1e-12)
-    best, ours = (table[table["of"] == of] for of in ("all", "galvi"))
+    best, of_galvi = (table[table["of"] == of] for of in ("all", "galvi"))
     assert list(best["contender"]) == ["SciPy DOP853", "galvi degree 8, Gauss 8", "Taylor"]
-    assert list(ours["settings"]) == ["step=1", "step=1", ""]
+    assert list(of_galvi["settings"]) == ["step=1", "step=1", ""]
     text = fastest_lines(table)
     assert list(text["its error"]) == ["1.0·10⁻⁵", "1.0·10⁻⁹", "1.0·10⁻⁹", "truth", ""]
     assert text["contender"].iloc[-1] == "not reached"
@@ -157,19 +157,19 @@ def test_a_choice_is_a_run_that_was_made_and_reached_the_error():
 
 def test_an_engine_that_was_not_installed_is_named_with_what_is_missing():
     origin = {"scipy": "1", "heyoka": "not installed"}
-    why = "Install heyoka."
-    runs = pd.DataFrame({"contender": ["heyoka, chains", "peer"], "status": [why, "heyoka"]})
+    reason = "Install heyoka."
+    runs = pd.DataFrame({"contender": ["heyoka, chains", "peer"], "status": [reason, "heyoka"]})
     targets = pd.DataFrame({"against": ["heyoka", "heyoka, chains", "peer"], "verdict": "not run"})
     rows = (
-        replace(ROW, id="A5", verdict="not run", reason=why, absent="heyoka"),
+        replace(ROW, id="A5", verdict="not run", reason=reason, absent="heyoka"),
         replace(ROW, id="V3", verdict="not run", reason="It broke, though heyoka was not asked."),
         ROW,
     )
-    (found,) = absent_engines(origin, runs, targets, rows)
-    said = (
+    (engine,) = absent_engines(origin, runs, targets, rows)
+    prefix = (
         "heyoka was not installed for this build: its times, 2 targets and rows of A5 are missing"
     )
-    assert found.text.startswith(said) and found.reason == why
+    assert engine.text.startswith(prefix) and engine.reason == reason
     assert absent_engines({}, runs, targets, rows) == ()
     assert installed_engines(origin) == "REBOUND, MuJoCo and SciPy"
     assert installed_engines({}).endswith("SciPy and heyoka")
@@ -215,8 +215,8 @@ WAVES = {"kind": "Fourier", "space": "Fourier(harmonics=1)"}
     ],
 )  # fmt: skip
 def test_a_line_has_what_a_space_makes_with_a_family_of_rules(changes, cells):
-    frame = pd.DataFrame([{**LINE, **change} for change in changes], columns=list(COLUMNS))
-    read, kinds = taxonomy_table(frame)
+    rows = pd.DataFrame([{**LINE, **change} for change in changes], columns=list(COLUMNS))
+    read, kinds = taxonomy_table(rows)
     lines = zip(read.to_dict("records"), cells, strict=True)
     assert all(line.items() >= expected.items() for line, expected in lines)
     assert set(kinds) <= set(read.columns) and len(set(CODES.values())) == len(CODES)
@@ -245,22 +245,22 @@ def runs(slower=70.0, better=20.0, fails=False, quantity=ATTITUDE):
         ("MuJoCo Euler", "step=0.01", 5e-3, 1e-5 if slower > 100.0 else 1.0),
         (GALVI, "step=0.5", 1e-14, 4e-5),
     ]
-    frame = pd.DataFrame(points, columns=["contender", "settings", "error", "seconds"])
-    frame = frame.assign(
+    points_table = pd.DataFrame(points, columns=["contender", "settings", "error", "seconds"])
+    points_table = points_table.assign(
         problem="body",
         quantity=quantity,
         is_truth=False,
         stops_early=False,
         status="",
         reference="closed form",
-        seconds_low=frame["seconds"],
-        seconds_high=frame["seconds"],
+        seconds_low=points_table["seconds"],
+        seconds_high=points_table["seconds"],
     )
-    return dependable(frame)
+    return dependable(points_table)
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("overrides", "pattern"),
     [
         ({}, "takes 70 times as long as one of .* 20 times smaller .medians over 3"),
         ({"fails": True}, "over 2 step sizes"),
@@ -268,16 +268,16 @@ def runs(slower=70.0, better=20.0, fails=False, quantity=ATTITUDE):
         ({"better": 0.5}, "2.0 times larger"),
     ],
 )
-def test_steps_of_the_two_codes_are_compared_at_equal_steps(given, said):
-    assert re.search(said, mujoco_overhead(runs(**given)))
+def test_steps_of_the_two_codes_are_compared_at_equal_steps(overrides, pattern):
+    assert re.search(pattern, mujoco_overhead(runs(**overrides)))
 
 
 @pytest.mark.parametrize("name", [OF_RK4, TEXTBOOK_RK4])
 def test_without_both_codes_nothing_is_said(name):
-    frame = runs()
-    assert mujoco_overhead(frame[frame["contender"] != name]) == ""
-    absent = frame["seconds"].mask(frame["contender"] == name)
-    assert mujoco_overhead(frame.assign(seconds=absent)) == ""
+    rows = runs()
+    assert mujoco_overhead(rows[rows["contender"] != name]) == ""
+    absent = rows["seconds"].mask(rows["contender"] == name)
+    assert mujoco_overhead(rows.assign(seconds=absent)) == ""
 
 
 def test_all_are_compared_at_the_same_errors_that_their_truth_can_tell():
@@ -294,8 +294,8 @@ def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence():
     chosen = table[table["of"] == "MuJoCo"].set_index("asked")["contender"]
     assert chosen[1e-4] == OF_RK4 and chosen[1e-12] == OF_RK4
     assert of_mujoco(choices(runs(), 1e-12, 1e-13), "body").endswith("10⁻¹²; none reaches 10⁻¹³.")
-    other = of_mujoco(choices(runs(slower=7e4)), "body")
-    assert "MuJoCo Euler for 0.01; MuJoCo RK4 for 10⁻⁴" in other
+    sentence = of_mujoco(choices(runs(slower=7e4)), "body")
+    assert "MuJoCo Euler for 0.01; MuJoCo RK4 for 10⁻⁴" in sentence
     lines = fastest_lines(table)
     assert list(lines[lines["error asked"] == "10⁻¹²"]["among"]) == ["all, galvi's", "MuJoCo's"]
     without = choices(runs()[~runs()["contender"].str.startswith("MuJoCo")])
@@ -305,10 +305,10 @@ def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence():
 def test_mujoco_s_default_step_is_answered_from_runs_at_it_and_from_none_beside_it():
     assert default_step(None) is None and default_step(runs()) is None
     exact = runs().replace("step=0.001", f"step={DEFAULT_STEP:g}")
-    found = default_step(exact)
-    line = found.table.iloc[0]
+    answer = default_step(exact)
+    line = answer.table.iloc[0]
     assert (line["error"], line["quantity"]) == ("5.0·10⁻¹³", ATTITUDE)
-    assert "at a step of 0.002. Below 10⁻⁹: Body (5.0·10⁻¹³). Errors" in found.text
+    assert "at a step of 0.002. Below 10⁻⁹: Body (5.0·10⁻¹³). Errors" in answer.text
     exact.loc[exact["contender"] == OF_RK4, "error"] = 1e-3
     assert "Above 10⁻⁶: Body (0.0010)." in default_step(exact).text
 
@@ -335,11 +335,11 @@ def test_energy_stands_beside_the_error_of_position_of_the_run_that_is_the_faste
 
 
 def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags():
-    frame = pd.DataFrame(
+    table = pd.DataFrame(
         {"code": ["a<{b}", "same", "same"], "time": ["1 s", "not reached", np.nan], "x": "<i>"}
     )
-    frame["link"] = pd.Series([Markup("<a href='#q'>q</a>")] * 3, dtype=object)
-    html = html_table(frame, 'Times "1" < 2', ["time"], [(0, "time")], id="times")
+    table["link"] = pd.Series([Markup("<a href='#q'>q</a>")] * 3, dtype=object)
+    html = html_table(table, 'Times "1" < 2', ["time"], [(0, "time")], id="times")
     counts = {
         'aria-label="Times &#34;1&#34; &lt; 2"><table id="times">': 1,
         '<th scope="col">code</th>': 1,
@@ -353,14 +353,14 @@ def test_a_table_of_a_page_has_scopes_and_classes_and_no_foreign_tags():
         "<td><a href='#q'>q</a></td>": 3,
     }
     assert {part: html.count(part) for part in counts} == counts
-    assert html_table(frame.head(0), "empty").count("<tr>") == 1
+    assert html_table(table.head(0), "empty").count("<tr>") == 1
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "said", "sentence"),
+    ("low", "high", "prefix", "sentence"),
     [(0.8, 1.3, "tie, ", "galvi and B tie"), (5.2, 33.1, "within noise, ", "are within noise")],
 )
-def test_a_tie_is_one_only_where_its_own_interval_holds_1(low, high, said, sentence):
+def test_a_tie_is_one_only_where_its_own_interval_holds_1(low, high, prefix, sentence):
     """Noise as large as a difference leaves it open who is faster, and by how much."""
     row = {
         "problem": "body",
@@ -374,7 +374,7 @@ def test_a_tie_is_one_only_where_its_own_interval_holds_1(low, high, said, sente
         "outcome": TIE,
         "closer": np.nan,
     }
-    assert _cell(row).startswith(said)
+    assert _cell(row).startswith(prefix)
     assert sentence in _outcome(1.0, pd.Series(row))[0]
 
 
@@ -393,8 +393,8 @@ def cells_of(line):
 
 @pytest.mark.slow(beside="test_a_headline_that_is_gone_is_named")
 def test_every_headline_is_a_row_of_the_claims_and_has_its_verdict():
-    every = [row for claim in CLAIMS for row in claim.judge(pd.DataFrame())]
-    rows = {(row.id, row.quantity): row for row in every}
+    claim_rows = [row for claim in CLAIMS for row in claim.judge(pd.DataFrame())]
+    rows = {(row.id, row.quantity): row for row in claim_rows}
     lines = table_of("docs/trust.md", readme.RESULTS).splitlines()[2:]
     for line, headline in zip(lines, readme.HEADLINES, strict=True):
         claim, quantity, claimed, measured, verdict = cells_of(line)

@@ -38,8 +38,8 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def asked(words):
-    return run(None, shlex.split(words))  # type: ignore[arg-type]
+def exit_status(command):
+    return run(None, shlex.split(command))  # type: ignore[arg-type]
 
 
 def pasted(out):
@@ -49,7 +49,7 @@ def pasted(out):
 
 def test_the_command_of_the_page_says_what_the_page_shows(folder, capsys):
     command, shown = SHOWN
-    assert asked(f"{command} --out galvi-out/tolerance") == 0
+    assert exit_status(f"{command} --out galvi-out/tolerance") == 0
     out = capsys.readouterr().out
     if installed("mujoco") != "4.0.1" or "not tried" in out:
         pytest.skip("the page shows MuJoCo 4.0.1 on x86")
@@ -58,18 +58,18 @@ def test_the_command_of_the_page_says_what_the_page_shows(folder, capsys):
 
 
 def test_the_pasted_lines_pass_on_the_users_own_run_and_fail_on_a_fault(folder, capsys):
-    assert asked("tolerance docs/models/heavy_top.xml --key 0 --duration 0.5 --out .") == 0
+    assert exit_status("tolerance docs/models/heavy_top.xml --key 0 --duration 0.5 --out .") == 0
     lines = pasted(capsys.readouterr().out)
     model = mujoco.MjModel.from_xml_path("docs/models/heavy_top.xml")
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
-    mujoco.mj_step(model, data, nstep=500)
-    names = {"__file__": str(folder / "test_top.py"), "data": data}
+    state = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, state, 0)
+    mujoco.mj_step(model, state, nstep=500)
+    names = {"__file__": str(folder / "test_top.py"), "data": state}
     assert "# From the start after mujoco.mj_step(model, data, nstep=500) with steps of " in lines
     exec(lines, names)
     floors = pd.read_csv("tolerance.csv").iloc[-1]
-    faults = [(data.qpos, "positions", k) for k in range(4)]
-    faults += [(data.qvel, "velocities", k) for k in range(3)]
+    faults = [(state.qpos, "positions", k) for k in range(4)]
+    faults += [(state.qvel, "velocities", k) for k in range(3)]
     for (values, name, k), sign in product(faults, (-1.0, 1.0)):
         right = values.copy()
         values[k] += sign * 20.0 * floors[f"{name}_floor"]
@@ -90,7 +90,7 @@ def test_the_pasted_lines_pass_on_a_users_own_simulation_where_a_bound_holds(fol
         sim.add(m=mass, x=x, y=y)
     sim.integrator = "ias15"
     sim.save_to_file("bodies.bin")
-    assert asked("tolerance bodies.bin --duration 70 --out .") == 1
+    assert exit_status("tolerance bodies.bin --duration 70 --out .") == 1
     out = capsys.readouterr().out
     assert "positions at t = 70: no bound, since rounding has grown to more than a thous" in out
     (latest,) = re.findall(r"^Compare at t = (\d+) instead, with a bound of ", out, re.MULTILINE)
@@ -100,8 +100,8 @@ def test_the_pasted_lines_pass_on_a_users_own_simulation_where_a_bound_holds(fol
 
 def test_another_release_is_named_with_what_to_do(folder, monkeypatch, capsys):
     monkeypatch.setattr(tolerances, "interpreter", planted(folder, {"3.17.0": EULER}))
-    words = "tolerance docs/models/heavy_top.xml --key 0 --duration 0.1 --releases 3.17.0,3.18.0"
-    assert asked(f"{words} --out .") == 1  # neither is known to be within the bounds
+    command = "tolerance docs/models/heavy_top.xml --key 0 --duration 0.1 --releases 3.17.0,3.18.0"
+    assert exit_status(f"{command} --out .") == 1  # neither is known to be within the bounds
     out = capsys.readouterr().out
     (differs,) = [line for line in out.splitlines() if line.startswith("mujoco 3.17.0: your run")]
     assert re.search(r"differs by \S+e\+\d+ floors, which is more than rounding; ", differs)
@@ -116,8 +116,8 @@ def test_runs_that_do_not_repeat_and_quantities_without_a_bound_are_said(folder)
         '<mujoco><worldbody><geom type="plane" size="5 5 .1"/><body pos="0 0 .1"><freejoint/>'
         '<geom size=".1" mass="1"/></body></worldbody></mujoco>'
     )
-    own = read_own_run(file, JudgeRequest(duration=0.02))
-    tolerance = measure(own, (), folder, lambda sentence: None)
+    users_run = read_own_run(file, JudgeRequest(duration=0.02))
+    tolerance = measure(users_run, (), folder, lambda sentence: None)
     text = " ".join(sentences(tolerance))
     assert tolerance.latest == -1 and lines_to_paste(tolerance) == []
     assert (
@@ -133,7 +133,7 @@ def test_runs_that_do_not_repeat_and_quantities_without_a_bound_are_said(folder)
 
 
 @pytest.mark.parametrize(
-    ("words", "why"),
+    ("arguments", "message"),
     [
         ("docs/models/heavy_top.xml --releases newest", "--releases expects releases as"),
         ("docs/models/heavy_top.xml --releases 3.6.0..4.0.1", "which is for `galvi versions`"),
@@ -144,8 +144,8 @@ def test_runs_that_do_not_repeat_and_quantities_without_a_bound_are_said(folder)
         ("docs/models/heavy_top.xml --qvel 1e12,0,0", "Your run fails"),
     ],
 )
-def test_what_cannot_be_carried_out_is_exit_2_and_one_sentence(folder, words, why, capsys):
+def test_what_cannot_be_carried_out_is_exit_2_and_one_sentence(folder, arguments, message, capsys):
     (folder / "fixed.xml").write_text("<mujoco><worldbody/></mujoco>")
-    assert asked(f"tolerance {words} --out out") == 2
+    assert exit_status(f"tolerance {arguments} --out out") == 2
     out, err = capsys.readouterr()
-    assert out == "" and why in err.splitlines()[-1]
+    assert out == "" and message in err.splitlines()[-1]

@@ -57,11 +57,15 @@ def stub(work=20_000, iterations=5):
     return STUB.format(work=work, iterations=iterations)
 
 
-def git(folder, *words):
-    own = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
+def git(folder, *arguments):
+    settings = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
     name = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"]
     subprocess.run(
-        ["git", *name, *words], cwd=folder, env=os.environ | own, check=True, capture_output=True
+        ["git", *name, *arguments],
+        cwd=folder,
+        env=os.environ | settings,
+        check=True,
+        capture_output=True,
     )
 
 
@@ -92,7 +96,7 @@ def test_compiled_kernels_are_taken_along(checkout):
     (checkout / kernel).parent.mkdir(parents=True)
     (checkout / kernel).write_bytes(b"code")
     with checkouts("HEAD", checkout) as both:
-        assert [(one.folder / kernel).read_bytes() for one in both] == [b"code"] * 2
+        assert [(side.folder / kernel).read_bytes() for side in both] == [b"code"] * 2
 
 
 def test_files_that_archives_leave_out_are_on_both_sides(checkout):
@@ -110,27 +114,27 @@ def compared(root, revision="HEAD"):
     return status, json.loads((out / "against.json").read_text()), (out / "against.md").read_text()
 
 
-def commit(folder, *words):
+def commit(folder, *arguments):
     git(folder, "add", ".")
-    git(folder, "commit", "--quiet", "-m", "next", *words)
+    git(folder, "commit", "--quiet", "-m", "next", *arguments)
 
 
 @pytest.mark.slow(beside="test_track_gates.py::test_equal_sides_are_green_in_one_sentence")
 def test_a_clean_tree_is_green_by_its_commit(checkout, capsys):
-    status, found, _ = compared(checkout)
-    assert status == 0 and "is not worse than" in found["verdict"]
-    assert "working tree" not in found["verdict"]
-    assert found["verdict"] in " ".join(capsys.readouterr().out.split())
+    status, comparison, _ = compared(checkout)
+    assert status == 0 and "is not worse than" in comparison["verdict"]
+    assert "working tree" not in comparison["verdict"]
+    assert comparison["verdict"] in " ".join(capsys.readouterr().out.split())
     assert list((checkout.parent / "spare").iterdir()) == []
 
 
 @pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
 def test_a_changed_tree_is_compared_as_it_is_and_said_to_be(checkout):
     write(checkout, stub(work=60_000, iterations=6))
-    status, found, _ = compared(checkout)
-    assert status == 1 and found["verdict"].startswith("The working tree (")
-    assert "with changes) is worse than" in found["verdict"]
-    (row,) = found["benchmarks"]
+    status, comparison, _ = compared(checkout)
+    assert status == 1 and comparison["verdict"].startswith("The working tree (")
+    assert "with changes) is worse than" in comparison["verdict"]
+    (row,) = comparison["benchmarks"]
     assert set(row["alarms"]) == {"counts", "time"}
 
 
@@ -150,16 +154,16 @@ def test_a_revision_without_galvi_is_a_sentence(checkout):
 
 def test_a_folder_without_git_and_another_repository_are_sentences(checkout, tmp_path, monkeypatch):
     """Another repository's HEAD would be compared as if it were galvi's own."""
-    bare, other, inner = tmp_path / "bare", tmp_path / "other", checkout / "galvi" / "inner"
-    for folder in (bare, other, inner):
+    bare, foreign, inner = tmp_path / "bare", tmp_path / "other", checkout / "galvi" / "inner"
+    for folder in (bare, foreign, inner):
         folder.mkdir()
-    git(other, "init", "--quiet")
+    git(foreign, "init", "--quiet")
     with (
         pytest.raises(CannotCompare, match="run in a git checkout of galvi; rec"),
         checkouts("HEAD", bare),
     ):
         pass
-    for folder in (bare, other):
+    for folder in (bare, foreign):
         monkeypatch.chdir(folder)
         with pytest.raises(CannotCompare, match=f"run in {checkout}; received {folder}. Change to"):
             compared(checkout)
@@ -170,8 +174,10 @@ def test_a_folder_without_git_and_another_repository_are_sentences(checkout, tmp
 
 def test_a_head_that_cannot_be_imported_is_red(checkout):
     write(checkout, "raise RuntimeError('broken')")
-    status, found, text = compared(checkout)
-    assert status == 1 and "orbit (status)" in found["verdict"] and "RuntimeError: broken" in text
+    status, comparison, text = compared(checkout)
+    assert (
+        status == 1 and "orbit (status)" in comparison["verdict"] and "RuntimeError: broken" in text
+    )
 
 
 def test_a_base_that_lacks_everything_cannot_be_compared(checkout):
@@ -184,37 +190,37 @@ def test_a_base_that_lacks_everything_cannot_be_compared(checkout):
 
 def test_a_worker_that_hangs_dies_or_raises_is_a_sentence_and_can_go_on(tmp_path):
     write(tmp_path, "import os\nclass problems:\n    kepler = staticmethod(lambda: os._exit(3))\n")
-    with Worker(Checkout(tmp_path, "base")) as one:
+    with Worker(Checkout(tmp_path, "base")) as worker:
         with pytest.raises(Failed, match="ended with status 3"):
-            one.run(CASE)
+            worker.run(CASE)
         write(tmp_path, "import time\nclass problems:\n    kepler = lambda: time.sleep(99)\n")
-        one.limit = 1.0
+        worker.limit = 1.0
         with pytest.raises(Failed, match="no answer within 1 sec"):
-            one.run(CASE)
-        one.limit = 60.0
+            worker.run(CASE)
+        worker.limit = 60.0
         write(tmp_path, "class problems:\n    pass\n")
         with pytest.raises(Failed, match=r"AttributeError: .* no attribute 'kepler'"):
-            one.run(CASE)
-        one.stop()
+            worker.run(CASE)
+        worker.stop()
         write(tmp_path, stub())
-        assert one.time(CASE, 2, 1) > 0.0
-        assert one.run(CASE)["counts"] == {"steps": 10, "iterations": 5}
-        one.stop()
+        assert worker.time(CASE, 2, 1) > 0.0
+        assert worker.run(CASE)["counts"] == {"steps": 10, "iterations": 5}
+        worker.stop()
         shutil.rmtree(tmp_path / "galvi")
         with pytest.raises(Failed, match="not that of its own checkout"):
-            one.run(CASE)
+            worker.run(CASE)
 
 
 def test_a_side_that_hangs_twice_is_not_asked_again_in_any_process(tmp_path):
     write(tmp_path, "import time\nclass problems:\n    kepler = lambda: time.sleep(99)\n")
-    with Worker(Checkout(tmp_path, "head"), 0.5) as one:
+    with Worker(Checkout(tmp_path, "head"), 0.5) as worker:
         for _ in range(2):
             with pytest.raises(Failed, match=r"gave no answer within 0.5 seconds"):
-                one.run(CASE)
-            one.stop()
+                worker.run(CASE)
+            worker.stop()
         with pytest.raises(Failed, match=r"was not asked: 2 answers did not come within 0.5 sec"):
-            one.run(CASE)
-        assert one.process is None
+            worker.run(CASE)
+        assert worker.process is None
 
 
 @pytest.mark.slow(beside="test_what_an_integrator_says_is_harmless_and_what_it_starts_ends_with_it")
@@ -234,9 +240,9 @@ def test_an_interrupt_leaves_no_folder_and_no_process(checkout, number):
         "track.track_against(sides, (case,), Path(sys.argv[3]), {}, False)\n"
     )
     spare, out = checkout.parent / "spare", checkout.parent / "out"
-    words = [sys.executable, "-P", "-c", program, str(checkout), str(spare), str(out)]
+    command = [sys.executable, "-P", "-c", program, str(checkout), str(spare), str(out)]
     path = os.environ | {"PYTHONPATH": str(ROOT)}
-    with subprocess.Popen(words, cwd=checkout, env=path, stderr=subprocess.DEVNULL) as process:
+    with subprocess.Popen(command, cwd=checkout, env=path, stderr=subprocess.DEVNULL) as process:
         deadline = time.monotonic() + 60.0
         while not _workers(spare) and time.monotonic() < deadline:
             time.sleep(0.05)
@@ -249,14 +255,14 @@ def test_an_interrupt_leaves_no_folder_and_no_process(checkout, number):
 
 def _workers(spare):
     """Processes whose galvi lies below the folder."""
-    found = []
+    processes = []
     for path in Path("/proc").glob("[0-9]*/environ"):
         try:
             if f"PYTHONPATH={spare}".encode() in path.read_bytes():
-                found.append(path.parent.name)
+                processes.append(path.parent.name)
         except OSError:
             continue
-    return found
+    return processes
 
 
 def test_benchmarks_are_chosen_by_parts_of_their_names():
@@ -317,21 +323,21 @@ AGAINST = "track --against HEAD --contender mine_to_track:Mine"
 def test_another_projects_integrator_is_compared_with_its_own_revision(ask, project):
     (project / "mine_to_track.py").write_text(MINE.format(rate=1.001, count=8))
     assert ask(AGAINST).status == 1
-    found = json.loads(Path("out/against.json").read_text())
-    row, long = found["benchmarks"]
+    comparison = json.loads(Path("out/against.json").read_text())
+    row, long = comparison["benchmarks"]
     assert {"counts", "error"} <= set(row["alarms"])
     assert long["name"].startswith(f"{row['name']}, ") and "error" in long["alarms"]
     assert row["alarms"]["counts"] == "Force evaluations rose from 7 to 8 (+14 %)."
-    assert found["head"].endswith("with changes)")
+    assert comparison["head"].endswith("with changes)")
     failures = ElementTree.parse("out/track.xml").getroot().iter("failure")
-    assert {one.get("message") for one in failures} >= set(row["alarms"].values())
+    assert {failure.get("message") for failure in failures} >= set(row["alarms"].values())
 
 
 @pytest.mark.slow(beside="test_track_history.py::test_each_quantity_of_each_bench_is_a_row")
 def test_each_comparison_of_another_project_adds_a_point_to_its_history(ask, project):
     """Else only galvi's own checkout has one; without a bench, a sentence names the way to it."""
-    said = ask("track").out
-    assert "`galvi track --against REV --contender package.module:Class` adds one" in said
+    printed = ask("track").out
+    assert "`galvi track --against REV --contender package.module:Class` adds one" in printed
     assert ask(AGAINST).status == ask(AGAINST).status == 0
     assert ask("track").out.startswith("2 benchmark runs.\n")
     rows = read_history(Path("out/benchmarks"))
@@ -343,7 +349,7 @@ def test_each_comparison_of_another_project_adds_a_point_to_its_history(ask, pro
 
 @pytest.mark.slow_cases("--against HEAD --contender no_such:Mine-there is no module 'no_such'")
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("options", "message"),
     [
         ("--against HEAD", "integrator of the latter with --contender package.module"),
         ("--against HEAD --contender no_such:Mine", "there is no module 'no_such'"),
@@ -353,19 +359,19 @@ def test_each_comparison_of_another_project_adds_a_point_to_its_history(ask, pro
         ("--against HEAD --contender mine_to_track:Mine --isolate", "are not for a"),
     ],
 )
-def test_what_cannot_be_tracked_in_another_project_is_a_sentence(ask, project, words, said):
-    done = ask(f"track {words}")
-    assert done.status == 2 and said in done.err and done.err.count("\n") == 1
+def test_what_cannot_be_tracked_in_another_project_is_a_sentence(ask, project, options, message):
+    completed = ask(f"track {options}")
+    assert completed.status == 2 and message in completed.err and completed.err.count("\n") == 1
 
 
 @pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
 def test_an_integrator_that_the_base_does_not_have_is_new_and_green(ask, project):
     (project / "moved_to_track.py").write_text(MINE.format(rate=1.0, count=7))
-    done = ask("track --against HEAD --contender moved_to_track:Mine")
-    said = r"moved_to_track:Mine is new: \w{12} has no version that runs to compare"
-    assert done.status == 0 and re.search(said, done.out)
-    done = ask(f"{AGAINST} --contender moved_to_track:Mine")
-    assert done.status == 0 and "is new" in done.out and "not worse than" in done.out
+    completed = ask("track --against HEAD --contender moved_to_track:Mine")
+    pattern = r"moved_to_track:Mine is new: \w{12} has no version that runs to compare"
+    assert completed.status == 0 and re.search(pattern, completed.out)
+    completed = ask(f"{AGAINST} --contender moved_to_track:Mine")
+    assert completed.status == 0 and "is new" in completed.out and "not worse than" in completed.out
 
 
 @pytest.mark.slow(beside="test_track_gates.py::test_a_change_is_red_at_its_gate_alone")
@@ -377,19 +383,19 @@ def test_thresholds_of_a_project_are_those_of_its_benchmarks(project):
 
 @pytest.mark.slow(beside="test_modules_of_the_repository_are_found_from_any_folder")
 def test_a_file_of_the_name_of_galvi_is_not_taken_for_it(ask, project, monkeypatch):
-    others = [one for one in sys.path if one != str(project)]
-    monkeypatch.setattr(sys, "path", [*others, str(project)])  # as the command has it
+    paths = [path for path in sys.path if path != str(project)]
+    monkeypatch.setattr(sys, "path", [*paths, str(project)])  # as the command has it
     (project / "galvi.py").write_text("raise ImportError('not this one')")
     commit(project.parent)
     assert ask(AGAINST).status == 0
 
 
-@pytest.mark.parametrize("place", ["src", ""])
-def test_modules_of_the_repository_are_found_from_any_folder(place, tmp_path, monkeypatch):
+@pytest.mark.parametrize("subfolder", ["src", ""])
+def test_modules_of_the_repository_are_found_from_any_folder(subfolder, tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "path", list(sys.path))
     below = tmp_path / "project" / "docs" / "deep"
     below.mkdir(parents=True)
-    home = tmp_path / "project" / place
+    home = tmp_path / "project" / subfolder
     home.mkdir(exist_ok=True)
     git(tmp_path / "project", "init", "--quiet")
     (home / "only_here.py").write_text("")
@@ -437,12 +443,12 @@ def test_what_an_integrator_says_is_harmless_and_what_it_starts_ends_with_it(
     (tmp_path / "odd.py").write_text(HOSTILE.format(opened=str(opened), alive=str(alive)))
     side = Checkout(tmp_path, "head", places=(tmp_path, ROOT))
     case = replace(CASE, contender="odd:Hostile", setting={"step": 0.25, "save_every": 4})
-    with Worker(side) as one:
-        found = one.run(case)
-        assert found["status"] == r"\x1b[1mbad : :error: :y" and not opened.exists()
-        assert found["offered"] == "{'step': 0.25, 'save_every': 4}"
+    with Worker(side) as worker:
+        answer = worker.run(case)
+        assert answer["status"] == r"\x1b[1mbad : :error: :y" and not opened.exists()
+        assert answer["offered"] == "{'step': 0.25, 'save_every': 4}"
         with pytest.raises(Failed, match=r"^ValueError: \\x1b\[31mred : :error: :x$"):
-            one.run(replace(case, setting={"step": 1.0, "save_every": 1}))
+            worker.run(replace(case, setting={"step": 1.0, "save_every": 1}))
     size = alive.stat().st_size
     time.sleep(0.2)
     assert alive.stat().st_size == size

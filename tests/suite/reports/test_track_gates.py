@@ -54,16 +54,16 @@ class Fake:
         self.factor, self.why, self.hangs, self.scatter = factor, why, hangs, scatter
         self.noise, self.leaves, self.need, self.reached = noise, leaves, need, reached
         self.random = np.random.default_rng(3)
-        self.whole = 2e8
+        self.memory = 2e8
 
     def run(self, case):
         if self.why:
             raise Failed(self.why)
-        self.whole += 2.0 * self.leaves
+        self.memory += 2.0 * self.leaves
         end = 1.0 + 1e-9 + self.noise * self.random.standard_normal()
         reached = {"ends": [[end, 0.0]], "counts": COUNTS, "success": True, "status": "ok"}
         reached |= {"first_call": 1.0, "warm": 0.01, "problem": {}, "offered": ""}
-        return reached | {"memory": self.whole, "need": self.need} | self.reached
+        return reached | {"memory": self.memory, "need": self.need} | self.reached
 
     def time(self, case, repeats, attempts):
         if self.hangs:
@@ -295,12 +295,12 @@ SITUATIONS: dict[str, tuple[Any, ...]] = {
 
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_a_change_is_red_at_its_gate_alone(compared, situation):
-    base, head, gate, said, *special = SITUATIONS[situation]
+    base, head, gate, pattern, *special = SITUATIONS[situation]
     outcome = compared(base, head, *(replace(CASE, **fields) for fields in special))
     (finding,) = outcome.findings
     assert list(finding.alarms) == ([gate] if gate else [])
-    assert re.search(said, outcome.report(), re.S)
-    assert finding.compared == ("not compared" not in said)
+    assert re.search(pattern, outcome.report(), re.S)
+    assert finding.compared == ("not compared" not in pattern)
     assert finding.compared or "Nothing of head could be compared with base" in str(outcome)
 
 
@@ -322,7 +322,7 @@ MINE = replace(CASE, contender="a:B")
 
 
 @pytest.mark.parametrize(
-    ("base", "head", "red", "said"),
+    ("base", "head", "red", "message"),
     [
         (Fake(), Fake(1.07), True, "head is slower than base in 3 benchmarks taken together. a:B:"),
         (Fake(), Fake(1.03), False, "not worse"),
@@ -332,14 +332,14 @@ MINE = replace(CASE, contender="a:B")
     ],
 )
 def test_what_is_below_the_size_of_each_is_red_by_all_together(
-    compared, monkeypatch, base, head, red, said
+    compared, monkeypatch, base, head, red, message
 ):
     """Times that are red one by one need no further rounds together."""
     monkeypatch.setattr(against, "long_runs", lambda *_: [])
     three = [replace(MINE, name=name) for name in ("one", "two", "three")]
     outcome = compared(base, head, *three)
     assert outcome.red == json.loads(as_json(outcome, {}))["worse"] == red
-    assert said in f"{outcome} {outcome.report()}"
+    assert message in f"{outcome} {outcome.report()}"
     assert not compared(base, head, *three[:2]).together
 
 
@@ -359,10 +359,10 @@ def test_a_long_run_is_as_long_as_the_time_allows_and_sees_what_fails_late(
             late = case.kind == LONG and case.setting["save_every"] == 10 * case.steps
             return super().run(case) | (LOST if late else {})
 
-    mine = replace(MINE, setting={"step": 0.1, "save_every": 10}, step=1.0, steps=1)
-    outcome = compared(Fake(warm=warm), Late(warm=warm), mine)
+    case = replace(MINE, setting={"step": 0.1, "save_every": 10}, step=1.0, steps=1)
+    outcome = compared(Fake(warm=warm), Late(warm=warm), case)
     long = [f"orbit, {times} times as long"] if times else []
-    assert [one.name for one in outcome.worse] == long
+    assert [finding.name for finding in outcome.worse] == long
     assert outcome.findings[-1].notes == ((note,) if note else ())
 
 
@@ -371,7 +371,7 @@ def test_the_junit_file_has_a_case_for_each_gate_and_is_well_formed(compared):
     outcome = compared(Fake(), Fake(why="<script>\x00 ]]>"), hostile, OTHER)
     root = ElementTree.fromstring(as_junit(outcome, junit_cases(outcome), "galvi track"))
     cases = root.findall("testsuite/testcase")
-    assert {one.get("name") for one in cases} == set(GATES) and len(cases) == 2 * len(GATES)
+    assert {case.get("name") for case in cases} == set(GATES) and len(cases) == 2 * len(GATES)
     (failed, _) = root.findall("testsuite/testcase/failure")
     assert "The head cannot run it: <script>" in failed.get("message", "")
 
@@ -379,8 +379,8 @@ def test_the_junit_file_has_a_case_for_each_gate_and_is_well_formed(compared):
 def test_track_xml_has_both_sides_the_bound_and_the_class_and_metrics_are_of_the_head(
     compared, tmp_path
 ):
-    mine = replace(CASE, contender="mine:It", defined_at=("src/mine.py", 7))
-    outcome = compared(Fake(), Fake(1.3, ends=[[1.0 + 1e-6, 0.0]]), mine)
+    case = replace(CASE, contender="mine:It", defined_at=("src/mine.py", 7))
+    outcome = compared(Fake(), Fake(1.3, ends=[[1.0 + 1e-6, 0.0]]), case)
     (tmp_path / "track.xml").write_text(as_junit(outcome, junit_cases(outcome), "galvi track"))
     cases = services.junit_cases(tmp_path / "track.xml")
     error, time, counts = (cases["orbit", gate] for gate in (ERROR, TIME, "counts"))

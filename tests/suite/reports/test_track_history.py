@@ -47,8 +47,8 @@ def a_round(random, growth):
     chosen = random.choice(len(benchmarks), BENCHMARKS, replace=False)
     drawn = []
     for seconds in (benchmarks[k] for k in chosen):
-        own = processes * np.exp(APART * random.standard_normal(2))
-        drawn.append(tuple(random.choice(seconds, (2, 14)) * own[:, None]))
+        factors = processes * np.exp(APART * random.standard_normal(2))
+        drawn.append(tuple(random.choice(seconds, (2, 14)) * factors[:, None]))
     return means(drawn)
 
 
@@ -101,7 +101,7 @@ NAME = "test_a_run_of_galvi[Kepler, degree 8]"
 
 def bench(k, time=1.0, cpu="A", **extra):
     """A file of pytest-benchmark with one benchmark, of the k-th day."""
-    info = {
+    extra_info = {
         "kind": "trajectory",
         "problem": "kepler",
         "error": 1e-9,
@@ -114,7 +114,11 @@ def bench(k, time=1.0, cpu="A", **extra):
         "machine_info": {"cpu": {"brand_raw": cpu}, "system": "S", "python_version": "3"},
         "commit_info": {"id": f"{k:012}", "dirty": k % 2 == 1},
         "benchmarks": [
-            {"name": NAME, "stats": {"median": time, "mean": time}, "extra_info": info | extra}
+            {
+                "name": NAME,
+                "stats": {"median": time, "mean": time},
+                "extra_info": extra_info | extra,
+            }
         ],
         "datetime": f"2026-01-{k + 1:02}T00:00:00+00:00",
         "version": "5",
@@ -122,7 +126,7 @@ def bench(k, time=1.0, cpu="A", **extra):
 
 
 @pytest.fixture
-def kept(tmp_path):
+def keep_benches(tmp_path):
     """Keep benches as files of these names in `out`."""
 
     def keep(**benches):
@@ -136,14 +140,14 @@ def kept(tmp_path):
     return keep
 
 
-def test_each_quantity_of_each_bench_is_a_row(kept):
-    frame = read_history(kept(b=bench(1, 3.0), a=bench(2, 1.0)), pytest.fail)
-    assert tuple(frame.columns) == COLUMNS
-    times = frame[frame["quantity"] == TIME]
+def test_each_quantity_of_each_bench_is_a_row(keep_benches):
+    history_rows = read_history(keep_benches(b=bench(1, 3.0), a=bench(2, 1.0)), pytest.fail)
+    assert tuple(history_rows.columns) == COLUMNS
+    times = history_rows[history_rows["quantity"] == TIME]
     assert list(times["value"]) == [6.0, 2.0]
     assert list(times["commit"]) == ["000000000001+", "000000000002"]
     assert set(times["benchmark"]) == {"Kepler, degree 8"}
-    assert {"iterations", "error", "seconds"} < set(frame["quantity"])
+    assert {"iterations", "error", "seconds"} < set(history_rows["quantity"])
 
 
 @pytest.mark.parametrize(
@@ -156,85 +160,87 @@ def test_each_quantity_of_each_bench_is_a_row(kept):
         bench(1) | {"machine_info": {}},
     ],
 )
-def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(kept, content):
-    said: list[str] = []
-    frame = read_history(kept(other=content, good=bench(1)), said.append)
-    assert set(frame["file"]) == {"good.json"}
-    (sentence,) = said
+def test_a_file_that_is_no_bench_is_left_out_with_a_sentence(keep_benches, content):
+    messages: list[str] = []
+    history_rows = read_history(keep_benches(other=content, good=bench(1)), messages.append)
+    assert set(history_rows["file"]) == {"good.json"}
+    (sentence,) = messages
     assert sentence.startswith("Failed to load ") and "other.json: " in sentence
 
 
-def test_benches_of_somebody_else_have_seconds_and_nothing_invented(kept):
+def test_benches_of_somebody_else_have_seconds_and_nothing_invented(keep_benches):
     plain = [bench(k) for k in range(2)]
-    for one in plain:
-        one["benchmarks"][0]["extra_info"] = {}
-    folder = kept(a=plain[0], b=plain[1])
+    for content in plain:
+        content["benchmarks"][0]["extra_info"] = {}
+    folder = keep_benches(a=plain[0], b=plain[1])
     assert list(read_history(folder, pytest.fail)["quantity"]) == ["seconds"] * 2
-    (place,) = history(folder.parent).places
-    assert place.benches == 2 and place.extremes == "" and place.pictures == ()
-    assert place.rows["changes"].tolist() == ["too few runs"]
+    (series,) = history(folder.parent).places
+    assert series.benches == 2 and series.extremes == "" and series.pictures == ()
+    assert series.rows["changes"].tolist() == ["too few runs"]
 
 
-def test_another_machine_or_version_is_another_series(kept):
-    others = (
+def test_another_machine_or_version_is_another_series(keep_benches):
+    variants = (
         {"cpu": "B"},
         {"versions": {"numba": "2", "numpy": "2"}},
         {"yardstick": {"name": "another", "seconds": 0.5}},
     )
     benches = {
-        f"{k}_{n}": bench(k, 1.0 + n, **other)
+        f"{k}_{n}": bench(k, 1.0 + n, **variant)
         for k in range(6)
-        for n, other in enumerate(({}, *others))
+        for n, variant in enumerate(({}, *variants))
     }
-    found = history(kept(**benches).parent).places
-    assert len({place.name for place in found}) == 4
-    for n, place in enumerate(sorted(found, key=lambda place: place.rows[TIME].iloc[0])):
-        assert place.benches == 6 and not place.changes
-        (row,) = place.rows.to_dict("records")
+    all_series = history(keep_benches(**benches).parent).places
+    assert len({series.name for series in all_series}) == 4
+    for n, series in enumerate(sorted(all_series, key=lambda series: series.rows[TIME].iloc[0])):
+        assert series.benches == 6 and not series.changes
+        (row,) = series.rows.to_dict("records")
         times = row["runs"], row[TIME], row["over the median of earlier runs"]
         assert times == (6, 2.0 + 2.0 * n, 1.0)
-        assert place.commits["time, relative"].tolist() == [1.0] * 6
+        assert series.commits["time, relative"].tolist() == [1.0] * 6
 
 
-def test_changes_are_stated_with_the_commit_they_came_with(kept):
+def test_changes_are_stated_with_the_commit_they_came_with(keep_benches):
     late = {"counts": {"iterations": 101}, "error": 2e-9}
     benches = {
         f"b{k}": bench(k, (1.0 if k < 10 else 1.3) + 1e-3 * (k % 3), **(late if k >= 15 else {}))
         for k in range(20)
     }
-    (place,) = history(kept(**benches).parent).places
-    assert place.rows["changes"].tolist() == [3]
-    assert list(place.changes) == [
+    (series,) = history(keep_benches(**benches).parent).places
+    assert series.rows["changes"].tolist() == [3]
+    assert list(series.changes) == [
         "Kepler, degree 8: time over yardstick +30.0 % near 000000000010",
         "Kepler, degree 8: iterations +1.0 % near 000000000015+",
         "Kepler, degree 8: error +100.0 % near 000000000015+",
     ]
 
 
-def test_a_quantity_that_some_benches_lack_stands_at_its_own(kept):
+def test_a_quantity_that_some_benches_lack_stands_at_its_own(keep_benches):
     errors = (None, 0.0, 0.0, None, 0.0, 1.0)
     benches = {f"b{k}": bench(k, error=error) for k, error in enumerate(errors)}
-    (place,) = history(kept(**benches).parent).places
-    assert place.changes == ("Kepler, degree 8: error 0 became 1 near 000000000005+",)
-    (row,) = place.rows.to_dict("records")
+    (series,) = history(keep_benches(**benches).parent).places
+    assert series.changes == ("Kepler, degree 8: error 0 became 1 near 000000000005+",)
+    (row,) = series.rows.to_dict("records")
     assert (row["runs"], row["error"], row["changes"]) == (6, 1.0, 1)
 
 
 def test_an_empty_history_is_a_sentence_and_still_a_page(ask):
-    done = ask("track")
-    assert done.status == 0 and "There is no benchmark run in " in done.out
+    completed = ask("track")
+    assert completed.status == 0 and "There is no benchmark run in " in completed.out
     page = Path("out/results/history.html").read_text()
     assert "No timings of earlier commits are kept" in page
     assert Path("out/history.csv").read_text().startswith("file,date,commit,benchmark")
 
 
 @pytest.mark.slow(beside="test_an_empty_history_is_a_sentence_and_still_a_page")
-def test_the_page_has_each_machine_its_pictures_its_slowest_commit_and_its_start_up(ask, kept):
+def test_the_page_has_each_machine_its_pictures_its_slowest_commit_and_its_start_up(
+    ask, keep_benches
+):
     for k, time in enumerate((1.0, 1.1, 3.0, 0.9)):
         late = {"counts": {"iterations": 101}} if k else {}
         start_up = {"import [s]": 0.5 + k, "cold start [s]": 9.0, "memory [MiB]": 180.0}
-        one = bench(k, time, first_call=7.25, start_up=start_up, **late)
-        kept(**{f"b{k}": one}, other=bench(1, cpu="Quite another"), bad="{")
+        content = bench(k, time, first_call=7.25, start_up=start_up, **late)
+        keep_benches(**{f"b{k}": content}, other=bench(1, cpu="Quite another"), bad="{")
     assert ask("track").status == 0
     page = Path("out/results/history.html").read_text()
     for text in (

@@ -66,14 +66,14 @@ WASTE = "                for _ in range({}):\n                    q * v\n"
 class Plant:
     """Edits of a module (text, other text), the exit code, and the gates one of which sees it.
 
-    least  of the problems that must show it
+    min_problems  of the problems that must show it
     """
 
     name: str
     edits: tuple[tuple[str, str], ...]
     status: int = 1
     gates: tuple[str, ...] = ()
-    least: int = 1
+    min_problems: int = 1
     module: str = "yoshida"
     timeout: float = 60.0
 
@@ -112,33 +112,33 @@ PLANTS = (
             ),
         ),
         gates=("error",),
-        least=5,
+        min_problems=5,
     ),
     Plant(
         "a coefficient + 1e-7",
         (("0.78451361047755726382", "0.78451371047755726382"),),
         gates=("error",),
-        least=4,
+        min_problems=4,
     ),
-    Plant("-h", insert(START, "        h = -h\n"), gates=("error", "status"), least=6),
+    Plant("-h", insert(START, "        h = -h\n"), gates=("error", "status"), min_problems=6),
     Plant("a(q, -t)", (("(q, t + 0.5 * w * h)", "(q, -(t + 0.5 * w * h))"),), gates=("error",)),
     Plant(
         "NaN after step 1500",
         insert(STEP, "            q = q if k < 1500 else q + np.nan\n"),
         gates=("error",),
-        least=6,
+        min_problems=6,
     ),
     Plant(
         "NaN after step 3000",
         insert(STEP, "            q = q if k < 3000 else q + np.nan\n"),
         gates=("error",),
     ),
-    Plant("30 % more time", insert(KICK, WASTE.format(4)), gates=("time",), least=3),
+    Plant("30 % more time", insert(KICK, WASTE.format(4)), gates=("time",), min_problems=3),
     Plant(
         "a leak of 20 MB",
         (("\n\nclass", "\n\nKEPT = []\n\n\nclass"), (START, LEAK + START)),
         gates=("memory",),
-        least=6,
+        min_problems=6,
     ),
     Plant(
         "a leak of 16 kB a step",
@@ -152,25 +152,25 @@ PLANTS = (
         "200 MB more for a while",
         insert(START, "        np.ones(25_000_000)\n"),
         gates=("memory",),
-        least=6,
+        min_problems=6,
     ),
     Plant(
         "noise of 1e-14",
         insert(KICK, "                v = v + 1e-14 * np.random.rand()\n"),
         gates=("not deterministic",),
-        least=6,
+        min_problems=6,
     ),
     Plant(
         "hash('a')",
         insert(START, "        q = q + 1e-15 * (hash('a') % 1000)\n"),
         gates=("not deterministic",),
-        least=5,
+        min_problems=5,
     ),
     Plant(
         "sleeps for ever",
         insert(START, f"        {SLEEP}\n"),
         gates=("status",),
-        least=6,
+        min_problems=6,
         timeout=20.0,
     ),
     Plant(
@@ -207,9 +207,9 @@ CLASSES = {"yoshida": "yoshida:Yoshida6", "adaptive": "adaptive:Adaptive"}
 
 
 def replaced(text, plant):
-    for one, other in plant.edits:
-        assert text.count(one) == 1, (plant.name, text.count(one), one)
-        text = text.replace(one, other)
+    for old, new in plant.edits:
+        assert text.count(old) == 1, (plant.name, text.count(old), old)
+        text = text.replace(old, new)
     compile(text, plant.module, "exec")
     return text
 
@@ -231,13 +231,13 @@ def test_a_planted_fault_is_seen_and_equal_code_is_not(repository, tmp_path, mon
         out, {}, "HEAD", (), False, False, (CLASSES[plant.module],), plant.timeout
     )
     rows = json.loads((out / "against.json").read_text())["benchmarks"]
-    seen = {row["name"]: [gate for gate in row["alarms"] if gate in plant.gates] for row in rows}
+    alarms = {row["name"]: [gate for gate in row["alarms"] if gate in plant.gates] for row in rows}
     print(f"\n{plant.name} | {status}")
     for row in rows:
         print(f"    {row['name']} | {row['alarms'] or 'not worse'} | {row['notes']}")
     assert status == plant.status
     if plant.gates:
-        assert sum(map(bool, seen.values())) >= plant.least, seen
+        assert sum(map(bool, alarms.values())) >= plant.min_problems, alarms
 
 
 def test_each_problem_tracked_is_one_that_moves_at_its_start():

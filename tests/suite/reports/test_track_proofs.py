@@ -39,11 +39,11 @@ def slowed(times):
     One took 18 % of the run on an Intel Xeon, two 36 %, six 100 %.
     """
     line = "        out[i] = pull * q[i]\n"
-    more = f"    for _ in range({times}):\n        pull = sqrt(pull * pull)\n"
+    extra_loop = f"    for _ in range({times}):\n        pull = sqrt(pull * pull)\n"
     loop = "    for i in range(len(q)):\n"
     names = "from galvi.kernels.lie.elementary import over_cube, "
     file = "kernels/forces/potentials.py"
-    return ((file, loop + line, more + loop + line), (file, names, f"{names}sqrt, "))
+    return ((file, loop + line, extra_loop + loop + line), (file, names, f"{names}sqrt, "))
 
 
 KEPLER, BODIES = ("Kepler, degree 8",), ("3D pendulum, degree 4", "heavy top, degree 5")
@@ -116,9 +116,9 @@ FAULTS = (
 
 def chosen(names):
     """Cases by their full names."""
-    found = tuple(case for case in CASES if case.name in names)
-    assert len(found) == len(names)
-    return found
+    cases = tuple(case for case in CASES if case.name in names)
+    assert len(cases) == len(names)
+    return cases
 
 
 def compared(base, head, cases):
@@ -136,11 +136,11 @@ def tree(tmp_path_factory: pytest.TempPathFactory):
 
 
 def plant(fault, folder):
-    for name, text, other in fault.edits:
+    for name, text, replacement in fault.edits:
         path = folder / "galvi" / name
         source = path.read_text()
         assert source.count(text) == 1, f"{name} has changed; it should hold once: {text!r}"
-        path.write_text(source.replace(text, other))
+        path.write_text(source.replace(text, replacement))
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
@@ -175,18 +175,18 @@ def test_a_planted_fault_goes_red_at_its_gate(tree, tmp_path, fault):
 @pytest.fixture
 def busy():
     """Another process that keeps a processor busy."""
-    other = subprocess.Popen([sys.executable, "-c", "while True: sum(range(100000))"])
+    process = subprocess.Popen([sys.executable, "-c", "while True: sum(range(100000))"])
     yield
-    other.kill()
-    other.wait()
+    process.kill()
+    process.wait()
 
 
 @pytest.mark.slow(beside="test_track_gates.py::test_equal_sides_are_green_in_one_sentence")
 @pytest.mark.usefixtures("busy")
 def test_equal_code_under_load_is_never_red(tree, tmp_path):
-    other = Path(shutil.copytree(tree, tmp_path / "other"))
+    copy = Path(shutil.copytree(tree, tmp_path / "other"))
     cases = tuple(case for case in CASES if case.quick)
     for k in range(COMPARISONS):
-        outcome = compared(tree, other, cases)
+        outcome = compared(tree, copy, cases)
         print(f"\n{k + 1} of {COMPARISONS}: {outcome}")
         assert not outcome.red

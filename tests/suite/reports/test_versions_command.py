@@ -33,8 +33,8 @@ def folder(tmp_path, monkeypatch):
 def test_sentences_a_table_and_json_say_what_changed_and_what_failed(folder, monkeypatch, capsys):
     faults = {"3.13.0": FAILS, "3.17.0": EULER, "3.18.0": SAME}
     monkeypatch.setattr(versions, "interpreter", planted(folder, faults))
-    words = f"{SHOWN[0].partition(' --releases')[0]} --releases {','.join(faults)} --out out"
-    assert run(None, shlex.split(words)) == 0  # type: ignore[arg-type]
+    command = f"{SHOWN[0].partition(' --releases')[0]} --releases {','.join(faults)} --out out"
+    assert run(None, shlex.split(command)) == 0  # type: ignore[arg-type]
     printed, newest = capsys.readouterr().out, installed("mujoco")
     assert printed.startswith(
         "Between 3.17.0 and 3.18.0 the order of MuJoCo RK4 went from 1.0 to 4.0; positions at t = "
@@ -50,7 +50,7 @@ def test_sentences_a_table_and_json_say_what_changed_and_what_failed(folder, mon
     assert Path("out/versions.md").read_text().count("\n") == 6
     written = json.loads(Path("out/versions.json").read_text())
     assert written["summary"] == printed.splitlines()[:-1]
-    assert {each["quantity"] for each in written["changes"]} == {
+    assert {change["quantity"] for change in written["changes"]} == {
         "order",
         "positions",
         "velocities",
@@ -60,7 +60,7 @@ def test_sentences_a_table_and_json_say_what_changed_and_what_failed(folder, mon
 
 
 @pytest.mark.parametrize(
-    ("words", "why"),
+    ("arguments", "message"),
     [
         ("docs/models/heavy_top.xml --releases newest", "--releases expects releases as"),
         ("docs/models/heavy_top.xml --own integrator=rk5", "must be one of euler, rk4"),
@@ -71,10 +71,10 @@ def test_sentences_a_table_and_json_say_what_changed_and_what_failed(folder, mon
         ("absent.bin", "There is no file absent.bin"),
     ],
 )
-def test_what_cannot_be_carried_out_is_exit_2_and_one_sentence(folder, words, why, capsys):
-    assert run(None, ["versions", *shlex.split(words), "--out", "out"]) == 2  # type: ignore[arg-type]
+def test_what_cannot_be_carried_out_is_exit_2_and_one_sentence(folder, arguments, message, capsys):
+    assert run(None, ["versions", *shlex.split(arguments), "--out", "out"]) == 2  # type: ignore[arg-type]
     out, err = capsys.readouterr()
-    assert out == "" and why in err and err.count("\n") == 1
+    assert out == "" and message in err and err.count("\n") == 1
 
 
 @pytest.mark.slow(beside="test_sentences_a_table_and_json_say_what_changed_and_what_failed")
@@ -87,8 +87,8 @@ def test_the_command_of_the_page_says_what_the_page_shows(folder, capsys):
     assert status == 0
     if installed("mujoco") != "4.0.1":
         pytest.skip("the page shows MuJoCo 4.0.1")
-    for said, line in zip(out.splitlines(), shown.splitlines(), strict=True):
-        assert NUMBER.sub("#", said.split(" (")[0]) == NUMBER.sub("#", line.split(" (")[0])
+    for actual, line in zip(out.splitlines(), shown.splitlines(), strict=True):
+        assert NUMBER.sub("#", actual.split(" (")[0]) == NUMBER.sub("#", line.split(" (")[0])
     errors = [
         next(line for line in text.splitlines() if line.startswith("At its own step"))
         for text in (out, shown)

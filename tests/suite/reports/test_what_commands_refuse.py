@@ -33,7 +33,7 @@ JUDGE = "judge model.bin"
 # Said by typer, pydantic or argparse in words of theirs: that it is one sentence is enough.
 MISUSED = "verify --out", "verify x", "export", "verify --quick=yes", "--out x y", "track --only"
 REFUSED = (
-    *((words, "") for words in MISUSED),
+    *((command, "") for command in MISUSED),
     ("vrify", "No such command 'vrify'. Did you mean 'verify'?"),
     ("zzz", "No such command 'zzz'."),
     ("verify --qick", "No such option: --qick (Possible options: --quick)."),
@@ -123,7 +123,7 @@ REFUSED = (
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory):
+def folder_and_suite(tmp_path_factory):
     """A folder that Python imports from, with a compared report, a model, and what is damaged; and
     the suite."""
     rebound = pytest.importorskip("rebound")
@@ -152,33 +152,33 @@ def place(tmp_path_factory):
         yield folder, suite
 
 
-@pytest.mark.parametrize(("words", "said"), REFUSED, ids=[words for words, _ in REFUSED])
+@pytest.mark.parametrize(("command", "message"), REFUSED, ids=[command for command, _ in REFUSED])
 def test_what_cannot_be_done_is_status_2_and_a_sentence_and_nothing_is_written(
-    place, monkeypatch, capsys, words, said
+    folder_and_suite, monkeypatch, capsys, command, message
 ):
-    folder, suite = place
+    folder, suite = folder_and_suite
     monkeypatch.chdir(folder)
     before = files(folder)
-    assert run(lambda: suite, shlex.split(words)) == 2
+    assert run(lambda: suite, shlex.split(command)) == 2
     printed = capsys.readouterr()
     *progress, line = printed.err.splitlines()
-    assert said in line and line[-1] in ".?" and not printed.out
-    assert all(one.startswith(f"{words.split()[0]}: ") for one in progress)
+    assert message in line and line[-1] in ".?" and not printed.out
+    assert all(text.startswith(f"{command.split()[0]}: ") for text in progress)
     assert files(folder) == before
 
 
 def files(folder):
-    kept = {one for one in folder.rglob("*") if one.is_file() and one.name != ".gitignore"}
-    return {one for one in kept if "__pycache__" not in one.parts}
+    paths = {path for path in folder.rglob("*") if path.is_file() and path.name != ".gitignore"}
+    return {path for path in paths if "__pycache__" not in path.parts}
 
 
-def test_without_pyarrow_parquet_says_what_to_install(place, monkeypatch, capsys):
-    def absent(*words, **more):
+def test_without_pyarrow_parquet_says_what_to_install(folder_and_suite, monkeypatch, capsys):
+    def absent(*_, **options):
         raise ImportError("Unable to find a usable engine.")
 
     monkeypatch.setattr(pd.DataFrame, "to_parquet", absent)
-    monkeypatch.chdir(place[0])
-    assert run(lambda: place[1], [*shlex.split(TABLE), "--format", "parquet"]) == 2
+    monkeypatch.chdir(folder_and_suite[0])
+    assert run(lambda: folder_and_suite[1], [*shlex.split(TABLE), "--format", "parquet"]) == 2
     assert capsys.readouterr().err.startswith("Parquet needs pyarrow (pip install pyarrow): ")
 
 
@@ -207,8 +207,8 @@ def test_a_pickle_named_on_the_command_line_is_never_loaded(
     request.write_text(JudgeRequest(is_problem=True).to_json())
     monkeypatch.delenv(HANDED_OVER, raising=False)
     if digest is not None:
-        other = sha256(file.read_bytes() + b".").hexdigest()
-        monkeypatch.setenv(HANDED_OVER, digest.replace("of another file", other))
+        foreign = sha256(file.read_bytes() + b".").hexdigest()
+        monkeypatch.setenv(HANDED_OVER, digest.replace("of another file", foreign))
     named = {"judge": [file, "--request", request], "convergence": ["--request", file]}[command]
     assert run(None, [command, *map(str, named), "--out", str(tmp_path / "out")]) == 2
     assert f"Call galvi.{command}" in capsys.readouterr().err and not trace.exists()

@@ -122,7 +122,7 @@ def test_what_the_row_above_or_all_rows_say_is_not_said_again():
 
 
 @pytest.mark.parametrize(
-    ("times", "said"),
+    ("times", "sentence"),
     [
         ([(1.0, 0.5)], "peer wins at 10⁻⁴ (2.0 times faster)"),
         ([(0.5, 1.0)], "galvi is fastest at 10⁻⁴"),
@@ -154,25 +154,35 @@ def test_what_the_row_above_or_all_rows_say_is_not_said_again():
         ),
     ],
 )
-def test_who_wins_is_said_from_the_times_of_galvi_and_a_peer(times, said):
+def test_who_wins_is_said_from_the_times_of_galvi_and_a_peer(times, sentence):
     rows = []
-    for k, (ours, peer, *closer) in enumerate(times, 4):
+    for k, (galvi_time, peer, *closer) in enumerate(times, 4):
         shared = {"problem": "kepler", "error": 10.0**-k, "outcome": ""}
-        for who, time in (("galvi, best", ours), ("galvi degree 8", ours), ("peer", peer)):
+        for contender, time in (
+            ("galvi, best", galvi_time),
+            ("galvi degree 8", galvi_time),
+            ("peer", peer),
+        ):
             beside = {"closer": closer[0] if closer else math.nan}
             rows.append(
-                {**shared, **beside, "contender": who, "seconds": time, "ratio": time / ours}
+                {
+                    **shared,
+                    **beside,
+                    "contender": contender,
+                    "seconds": time,
+                    "ratio": time / galvi_time,
+                }
             )
-    assert summary_sentences(pd.DataFrame(rows)) == [f"Kepler: {said}."]
+    assert summary_sentences(pd.DataFrame(rows)) == [f"Kepler: {sentence}."]
 
 
 def value_of(text):
     """(number, uncertainty) of a number as siunitx reads it."""
-    found = re.fullmatch(r"(-?\d+(?:\.(\d+))?)(?:\((\d+)\))?(?:e(-?\d+))?", text)
-    assert found, text
-    power = 10.0 ** int(found[4] or 0)
-    error = None if found[3] is None else int(found[3]) * 10.0 ** -len(found[2] or "") * power
-    return float(found[1]) * power, error
+    match = re.fullmatch(r"(-?\d+(?:\.(\d+))?)(?:\((\d+)\))?(?:e(-?\d+))?", text)
+    assert match, text
+    power = 10.0 ** int(match[4] or 0)
+    error = None if match[3] is None else int(match[3]) * 10.0 ** -len(match[2] or "") * power
+    return float(match[1]) * power, error
 
 
 @given(SIZES)
@@ -220,7 +230,7 @@ PAIRED = pd.DataFrame({"q": ["a"] * 60, "measured": 0.55341, "uncertainty": 0.00
 
 
 @pytest.mark.parametrize(
-    ("frame", "parts"),
+    ("table", "parts"),
     [
         (filled(5), {"\\begin{tabularx}{\\linewidth}{": 1, "\\begin{table}": 1}),
         (filled(26), {"\\begin{xltabular}{\\linewidth}{": 1}),
@@ -235,8 +245,8 @@ PAIRED = pd.DataFrame({"q": ["a"] * 60, "measured": 0.55341, "uncertainty": 0.00
         ),
     ],
 )
-def test_a_table_floats_breaks_across_pages_stands_sideways_or_pairs_uncertainties(frame, parts):
-    latex = as_latex(frame, "Times.", "tab:x")
+def test_a_table_floats_breaks_across_pages_stands_sideways_or_pairs_uncertainties(table, parts):
+    latex = as_latex(table, "Times.", "tab:x")
     parsed(latex)
     assert latex.startswith("% needs \\usepackage{booktabs,siunitx,tabularx,xltabular,")
     assert {part: latex.count(part) for part in parts} == parts
@@ -266,9 +276,9 @@ def test_tex_fits_a_table_into_the_text(tmp_path, columns):
         f"text {k}": ["[3pt] a_sentence/of many words_%&$#^~ 50 µm ≤ 10⁻⁸ \\x{y", "*", None] * 10
         for k in range(columns)
     }
-    frame = pd.DataFrame({**texts, "ratio": [1.25e-7, "not reached", -3] * 10})
-    assert max(overfull(tmp_path, as_latex(frame, "A & B", "tab:x")), default=0.0) < 5.0
-    unbroken = as_latex(frame).replace("not reached", "not~reached" * 40)
+    table = pd.DataFrame({**texts, "ratio": [1.25e-7, "not reached", -3] * 10})
+    assert max(overfull(tmp_path, as_latex(table, "A & B", "tab:x")), default=0.0) < 5.0
+    unbroken = as_latex(table).replace("not reached", "not~reached" * 40)
     assert max(overfull(tmp_path, unbroken)) > 100.0
 
 
@@ -290,8 +300,8 @@ def test_a_caption_names_machine_versions_and_commit():
         "heyoka": "not installed",
         "commit": "0123456789abcdef",
     }
-    said = "Cost. Measured today; a CPU; numpy 2.4; commit 0123456789ab."
-    assert caption_of("cost", origin) == said
+    expected = "Cost. Measured today; a CPU; numpy 2.4; commit 0123456789ab."
+    assert caption_of("cost", origin) == expected
 
 
 @given(st.text(max_size=30))
