@@ -33,8 +33,8 @@ CODES = {
 def entries() -> dict[str, str]:
     """The entries of citations.bib by their keys."""
     text = files("galvi.interop").joinpath("citations.bib").read_text(encoding="utf-8")
-    found = ["@" + entry.strip().lstrip("@") for entry in text.split("\n@")]
-    return {entry[entry.index("{") + 1 : entry.index(",")]: entry for entry in found}
+    blocks = ["@" + entry.strip().lstrip("@") for entry in text.split("\n@")]
+    return {entry[entry.index("{") + 1 : entry.index(",")]: entry for entry in blocks}
 
 
 @dataclass(frozen=True)
@@ -76,11 +76,14 @@ def cite(run: Trajectory) -> Citation:
         raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
     method, problem = run.method, run.problem
     if isinstance(method, Galerkin):
-        keys, done = ["Hall2013", "Miglio2016"], f"with {method.name}"
-        text = f"{_named(problem.name)} was integrated {done}, a Galerkin variational integrator"
+        keys = ["Hall2013", "Miglio2016"]
+        text = (
+            f"{_named(problem.name)} was integrated with {method.name}, a Galerkin variational "
+            "integrator"
+        )
     else:
-        found = [key for word, all_keys in CODES.items() if word in str(method) for key in all_keys]
-        keys, text = found, f"{_named(problem.name)} was integrated with {method}"
+        keys = [key for word, all_keys in CODES.items() if word in str(method) for key in all_keys]
+        text = f"{_named(problem.name)} was integrated with {method}"
     text += f" [{', '.join(dict.fromkeys(keys))}]" if keys else ""
     text += f", using galvi {galvi_version()} [galvi]"
     keys = [*keys, "galvi"]

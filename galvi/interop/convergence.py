@@ -139,17 +139,17 @@ def convergence(
             f"{error}."
         ) from None
     with tempfile.TemporaryDirectory() as folder:
-        file, result = Path(folder) / "request", Path(folder) / "convergence.json"
-        file.write_bytes(pickled)
+        request_path, table_path = Path(folder) / "request", Path(folder) / "convergence.json"
+        request_path.write_bytes(pickled)
         refusal = suite_process.run_command(
-            "convergence", ["--request", str(file), "--out", folder], pickled
+            "convergence", ["--request", str(request_path), "--out", folder], pickled
         )
-        if not result.is_file():
+        if not table_path.is_file():
             raise refusal
-        data = json.loads(result.read_text(encoding="utf-8"))
-    frame = pandas.DataFrame(data.pop("table"))
-    frame.attrs.update(data)
-    return frame
+        attributes = json.loads(table_path.read_text(encoding="utf-8"))
+    table = pandas.DataFrame(attributes.pop("table"))
+    table.attrs.update(attributes)
+    return table
 
 
 def _checked(
@@ -202,8 +202,8 @@ def counts_and_sizes(steps: Any) -> tuple[tuple[int, ...], tuple[float, ...]]:
     values = list(steps)
     if not values:
         raise ValueError("steps must hold a number of steps or a step at least; received none.")
-    if all(isinstance(one, int | np.integer) and not isinstance(one, bool) for one in values):
-        counts = sorted({input_checks.whole("a number of steps", int(one)) for one in values})
+    if all(isinstance(value, int | np.integer) and not isinstance(value, bool) for value in values):
+        counts = sorted({input_checks.whole("a number of steps", int(count)) for count in values})
         return tuple(counts), ()
-    sizes = {input_checks.positive("a step", one) for one in values}
+    sizes = {input_checks.positive("a step", size) for size in values}
     return (), tuple(sorted(sizes, reverse=True))

@@ -230,15 +230,15 @@ def judge(
         if extras is not None:
             request = replace(request, extras=str(file.with_suffix(".rebx")))
             extras.save(request.extras)
-        asked = Path(folder) / "request.json"
-        asked.write_text(request.to_json(), encoding="utf-8")
-        arguments = [str(file), "--request", str(asked), "--out", folder]
+        request_path = Path(folder) / "request.json"
+        request_path.write_text(request.to_json(), encoding="utf-8")
+        arguments = [str(file), "--request", str(request_path), "--out", folder]
         refusal = suite_process.run_command("judge", arguments, pickled)
-        result = Path(folder) / "judge.json"
-        if not result.is_file():
+        report_path = Path(folder) / "judge.json"
+        if not report_path.is_file():
             raise refusal
         page = (Path(folder) / "judge.html").read_text(encoding="utf-8")
-        return Judged(json.loads(result.read_text(encoding="utf-8")), page)
+        return Judged(json.loads(report_path.read_text(encoding="utf-8")), page)
 
 
 PROBLEM, MODEL, SIMULATION = "problem", "model", "simulation"

@@ -68,11 +68,11 @@ def _follows(model: Any, k: int, numbers: tuple[int, ...]) -> bool:
 
 def unknown_actuators(model: Any) -> Reasons:
     """What actuators are not understood, and why."""
-    found: Reasons = {}
+    reasons: Reasons = {}
     for k in _acting(model):
         if why := _why_not(model, k):
-            found.setdefault(why, []).append(model.actuator(k).name or f"actuator {k}")
-    return found
+            reasons.setdefault(why, []).append(model.actuator(k).name or f"actuator {k}")
+    return reasons
 
 
 def _why_not(model: Any, k: int) -> str:
@@ -101,7 +101,7 @@ def _why_not_its_law(model: Any, k: int) -> str:
         (_kind("mjtGain", model.actuator_gaintype[k]), ("FIXED", "AFFINE")),
         (_kind("mjtBias", model.actuator_biastype[k]), ("NONE", "AFFINE")),
     )
-    if any(law not in known for law, known in laws) or model.actuator_ctrlnum[k] != 1:
+    if any(law not in understood for law, understood in laws) or model.actuator_ctrlnum[k] != 1:
         return "of another law than a motor's or a servo's"
     return ""
 
@@ -148,7 +148,7 @@ def _wraps(model: Any, tendon: int) -> set[str]:
 
 def unknown_tendons(model: Any) -> Reasons:
     """What tendons have forces of their own that are not understood, and why."""
-    found: Reasons = {}
+    reasons: Reasons = {}
     for k in range(model.ntendon):
         springs = (model.tendon_stiffness[k], *model.tendon_stiffnesspoly[k])
         dampers = (model.tendon_damping[k], *model.tendon_dampingpoly[k])
@@ -161,8 +161,8 @@ def unknown_tendons(model: Any) -> Reasons:
         elif acts and "GEOM" in _wraps(model, k):
             why = "that wrap around geoms"
         if why:
-            found.setdefault(why, []).append(model.tendon(k).name or str(k))
-    return found
+            reasons.setdefault(why, []).append(model.tendon(k).name or str(k))
+    return reasons
 
 
 def forces_of(model: Any, controls: Array) -> JointForces | None:
@@ -204,12 +204,12 @@ def forces_of(model: Any, controls: Array) -> JointForces | None:
     if not (pulls or pushes or weights or wet):
         return None
     wind = tuple(model.opt.wind.tolist())
-    made = JointForces(
+    forces = JointForces(
         tuple(pulls), tuple(bounds), tuple(weights), tuple(pushes), tuple(wet), wind, tuple(drives)
     )
     ranges = dict.fromkeys(range(model.nu), UNLIMITED)
     ranges.update((drive.control, drive.range) for drive in drives)
-    return made.with_controls(
+    return forces.with_controls(
         np.array([min(max(float(u), ranges[k][0]), ranges[k][1]) for k, u in enumerate(controls)])
     )
 
@@ -219,8 +219,8 @@ def _drive(model: Any, k: int, part: int, thrust: Any) -> Drive:
     address = int(model.actuator_ctrladr[k])
     limits = UNLIMITED
     if model.actuator_ctrllimited[address] and not disabled(model, "CLAMPCTRL"):
-        least, most = model.actuator_ctrlrange[address].tolist()
-        limits = (least, most)
+        low, high = model.actuator_ctrlrange[address].tolist()
+        limits = (low, high)
     gain, bias = _laws(model, k)
     return Drive(address, part, gain, bias, limits, thrust or None)
 
@@ -235,8 +235,8 @@ def _actuator(model: Any, k: int, entries: list[int]) -> tuple[Any, Any]:
     )
     limits = UNLIMITED
     if model.actuator_forcelimited[k]:
-        least, most = model.actuator_forcerange[k].tolist()
-        limits = (least, most)
+        low, high = model.actuator_forcerange[k].tolist()
+        limits = (low, high)
     kind = _kind("mjtTrn", model.actuator_trntype[k])
     if kind == "SITE":
         turn, body = rotation(model.site_quat[target]), int(model.site_bodyid[target])
@@ -286,10 +286,10 @@ def _tendons(model: Any, entries: list[int]) -> Iterator[Pull]:
     for k in range(model.ntendon):
         spring, damper = (_springs(model, f"tendon_{x}", k) for x in ("stiffness", "damping"))
         if any(spring) or any(damper):
-            least, most = model.tendon_lengthspring[k].tolist()
+            shortest, longest = model.tendon_lengthspring[k].tolist()
             arms, points = _path(model, k, entries, 1.0)
             yield Pull(
-                f"tendon {k}", arms, points, spring=spring, slack=(least, most), damper=damper
+                f"tendon {k}", arms, points, spring=spring, slack=(shortest, longest), damper=damper
             )
 
 
@@ -299,11 +299,11 @@ def _joints(model: Any, entries: list[int]) -> Iterator[Pull]:
         dof = int(model.jnt_dofadr[k])
         spring, damper = _springs(model, "jnt_stiffness", k), _springs(model, "dof_damping", dof)
         if any((*spring[1:], *damper[1:])):
-            rest = float(model.qpos_spring[model.jnt_qposadr[k]])
+            rest_position = float(model.qpos_spring[model.jnt_qposadr[k]])
             yield Pull(
                 f"joint {k}",
                 ((dof, entries[k], 1.0),),
                 spring=(0.0, *spring[1:]),
-                slack=(rest, rest),
+                slack=(rest_position, rest_position),
                 damper=(0.0, *damper[1:]),
             )

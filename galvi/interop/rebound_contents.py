@@ -167,8 +167,8 @@ def accelerations(sim: Any, q: Any = None) -> Array:
     if copy.gravity in ("tree", "custom"):
         copy.gravity = "basic"
     if q is not None:
-        for particle, place in zip(copy.particles, np.asarray(q).tolist(), strict=True):
-            particle.xyz = (*place, 0.0)[:3]
+        for particle, position in zip(copy.particles, np.asarray(q).tolist(), strict=True):
+            particle.xyz = (*position, 0.0)[:3]
     rebound.clibrebound.reb_simulation_update_acceleration(ctypes.byref(copy))
     return np.array([(p.ax, p.ay, p.az) for p in copy.particles])
 
@@ -185,10 +185,10 @@ def read(path: str, snapshot: int) -> Contents | str:
             sim = archive[snapshot] if -count <= snapshot < count else None
     except Exception as error:  # of what kind depends on which bytes are wrong
         return _another_version(path) or _no_file_of_rebounds(path, str(error))
-    said = {str(warning.message) for warning in caught}
-    known = ("might not be synchronized", OTHER_VERSION, NO_POINTERS)
-    wrong = [one for one in said if not any(part in one for part in known)]
-    older = any(OTHER_VERSION in one for one in said)
+    messages = {str(warning.message) for warning in caught}
+    harmless = ("might not be synchronized", OTHER_VERSION, NO_POINTERS)
+    wrong = [message for message in messages if not any(part in message for part in harmless)]
+    older = any(OTHER_VERSION in message for message in messages)
     if wrong or (older and _another_version(path)):
         return _another_version(path) or _no_file_of_rebounds(path, wrong[0])
     if sim is None:
@@ -196,29 +196,29 @@ def read(path: str, snapshot: int) -> Contents | str:
             f"snapshot must be a whole number from {-count} to {count - 1}; received {snapshot}. "
             f"-1 is the last one."
         )
-    found = contents_of(sim)
+    contents = contents_of(sim)
     if count > 1:
         times = np.diff([archive.t[k] for k in range(count)])
-        found.parameters["output_every"] = float(np.median(np.abs(times)))
+        contents.parameters["output_every"] = float(np.median(np.abs(times)))
     if older:
-        found.parameters["written_by"] = (
+        contents.parameters["written_by"] = (
             f"the file was written by REBOUND {_version_of(path)} and is read by "
             f"{rebound.__version__}"
         )
-    if any(NO_POINTERS in one for one in said):
-        found.parameters["functions"] = LOST
-    return found
+    if any(NO_POINTERS in message for message in messages):
+        contents.parameters["functions"] = LOST
+    return contents
 
 
 def _version_of(path: str) -> str:
     with open(path, "rb") as file:
-        head, _, rest = file.read(64).partition(b"Version: ")
-    return rest.split(b"\0")[0].decode(errors="replace") if head.startswith(b"REBOUND") else ""
+        head, _, tail = file.read(64).partition(b"Version: ")
+    return tail.split(b"\0")[0].decode(errors="replace") if head.startswith(b"REBOUND") else ""
 
 
-def _no_file_of_rebounds(path: str, said: str) -> str:
-    said = " ".join(said.split()).rstrip(".")
-    return f"{path} must be a file of REBOUND's; it says: {said}."
+def _no_file_of_rebounds(path: str, message: str) -> str:
+    message = " ".join(message.split()).rstrip(".")
+    return f"{path} must be a file of REBOUND's; it says: {message}."
 
 
 def _another_version(path: str) -> str:
@@ -243,17 +243,17 @@ def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
     extras
         whether its functions are those of REBOUNDx, which are read
     """
-    for attribute, words in FUNCTIONS.items():
+    for attribute, description in FUNCTIONS.items():
         if bool(getattr(sim, attribute, None)) and not extras:
-            yield words
-    for attribute, words in SETTINGS.items():
+            yield description
+    for attribute, description in SETTINGS.items():
         if str(getattr(sim, attribute)) != "none":
-            yield f"{words} ({attribute} = {getattr(sim, attribute)!r})"
+            yield f"{description} ({attribute} = {getattr(sim, attribute)!r})"
     if sim.softening != 0.0:
         yield f"softening ({sim.softening:g})"
     integrator = sim.integrator.name.decode()
-    own = sim.gravity == "custom" and integrator in SWITCHES
-    if sim.gravity not in ("basic", "compensated", "tree") and not own:
+    switches_gravity = sim.gravity == "custom" and integrator in SWITCHES
+    if sim.gravity not in ("basic", "compensated", "tree") and not switches_gravity:
         yield f"gravity {sim.gravity!r}"
     if sim.N_var:
         yield f"{sim.N_var} variational particles"
@@ -280,32 +280,36 @@ def _unusual_settings(sim: Any) -> Iterator[str]:
         yield f"the integrator {integrator!r}, of another motion or unknown"
         return
     usual.integrator = integrator
-    mine, new = _fields(sim), _fields(usual)
-    for name, text in mine.items():
-        if name not in (*OPTIONS[integrator], *INNER) and text != new.get(name):
+    fields, usual_fields = _fields(sim), _fields(usual)
+    for name, text in fields.items():
+        if name not in (*OPTIONS[integrator], *INNER) and text != usual_fields.get(name):
             yield f"{integrator}.{name} = {text}"
 
 
-def _same(one: Any, other: Any) -> bool:
-    if isinstance(one, int | float | type(None)):
-        return bool(one == other)
-    return bool(one) == bool(other)  # pointers
+def _same(left: Any, right: Any) -> bool:
+    if isinstance(left, int | float | type(None)):
+        return bool(left == right)
+    return bool(left) == bool(right)  # pointers
 
 
 def _fields(sim: Any) -> dict[str, str]:
     """The fields of the integrator, as text."""
-    words = [word.removesuffix(">").partition("=") for word in repr(sim.integrator).split(", ")[1:]]
-    return {name: text for name, equals, text in words if equals and name != "name"}
+    assignments = [
+        word.removesuffix(">").partition("=") for word in repr(sim.integrator).split(", ")[1:]
+    ]
+    return {name: text for name, equals, text in assignments if equals and name != "name"}
 
 
 def _options(sim: Any) -> dict[str, Any]:
     """The integrator's settings, which are numbers or names."""
-    found = {}
+    options = {}
     for name in OPTIONS[sim.integrator.name.decode()]:
         value = getattr(sim.integrator, name)
         # REBOUND's are of classes of its own, which cannot be pickled
-        found[name] = next(one(value) for one in (int, float, str) if isinstance(value, one))
-    return found
+        options[name] = next(
+            plain_type(value) for plain_type in (int, float, str) if isinstance(value, plain_type)
+        )
+    return options
 
 
 def _units(sim: Any) -> str:
@@ -318,5 +322,5 @@ def _units(sim: Any) -> str:
 if __name__ == "__main__":
     answer = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what REBOUND prints is no part of the answer
-    found = read(*pickle.load(sys.stdin.buffer))
-    pickle.dump(found if isinstance(found, str) else tuple(found), answer)
+    contents = read(*pickle.load(sys.stdin.buffer))
+    pickle.dump(contents if isinstance(contents, str) else tuple(contents), answer)

@@ -40,8 +40,8 @@ def version_in_git(top: Path) -> str:
     tell."""
     if not (top / ".git").exists():
         return version_in_archive(ARCHIVED)
-    said = _git(top, "--tags", "--match=v[0-9]*", "--exact-match")
-    tag = re.fullmatch(RELEASED, said)
+    description = _git(top, "--tags", "--match=v[0-9]*", "--exact-match")
+    tag = re.fullmatch(RELEASED, description)
     if tag:
         return tag[1] + ("+dirty" if tag[2] else "")
     commit, *changed = _git(top, "--exclude=*").split("-dirty")
@@ -57,12 +57,14 @@ def version_in_archive(filled_in: str) -> str:
     return "" if commit.startswith("$") else f"{RELEASE}.dev0+g{commit[:12]}"
 
 
-def _git(top: Path, *words: str) -> str:
+def _git(top: Path, *options: str) -> str:
     """What ``git describe`` says of this checkout, whatever repository the environment names."""
-    command = ("git", "-C", str(top), "describe", "--always", "--dirty", "--abbrev=12", *words)
-    own = {name: text for name, text in os.environ.items() if not name.startswith("GIT_")}
+    command = ("git", "-C", str(top), "describe", "--always", "--dirty", "--abbrev=12", *options)
+    environment = {name: text for name, text in os.environ.items() if not name.startswith("GIT_")}
     try:
-        said = subprocess.run(command, capture_output=True, text=True, timeout=10, env=own)
+        completed = subprocess.run(
+            command, capture_output=True, text=True, timeout=10, env=environment
+        )
     except (OSError, subprocess.SubprocessError):
         return ""
-    return said.stdout.strip() if said.returncode == 0 else ""
+    return completed.stdout.strip() if completed.returncode == 0 else ""

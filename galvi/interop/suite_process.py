@@ -28,26 +28,26 @@ def run_command(
         what it is allowed to load, from a file among the arguments; empty for nothing
     """
     digest = hashlib.sha256(pickled).hexdigest() if pickled else ""
-    places = os.pathsep.join(place for place in sys.path if place)
+    import_path = os.pathsep.join(folder for folder in sys.path if folder)
     process = subprocess.Popen(
         [sys.executable, "-m", "galvi", command, *arguments],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, HANDED_OVER: digest, "PYTHONPATH": places},
+        env={**os.environ, HANDED_OVER: digest, "PYTHONPATH": import_path},
     )
-    begun, said, progress = time.monotonic(), list[str](), f"{command}: "
+    begun, messages, progress = time.monotonic(), list[str](), f"{command}: "
     with process:
         assert process.stderr is not None
         for line in process.stderr:
             if not line.startswith(progress):
-                said.append(line.rstrip())
+                messages.append(line.rstrip())
             elif time.monotonic() - begun > SILENT:
                 print(line, end="", file=sys.stderr, flush=True)
-    return refusal("\n".join(said), process.returncode)
+    return refusal("\n".join(messages), process.returncode)
 
 
-def refusal(said: str, status: int) -> ModuleNotFoundError | ValueError:
+def refusal(message: str, status: int) -> ModuleNotFoundError | ValueError:
     """What a command said that ended with an exit status, as an exception."""
-    sentence = said or f"the command ended with {status}."
+    sentence = message or f"the command ended with {status}."
     return ModuleNotFoundError(sentence) if status == NOT_INSTALLED else ValueError(sentence)

@@ -34,7 +34,7 @@ def of_user(contender: Kind, own: Any, problem: Problem) -> Kind:
     mine = replace(own, model=copy.copy(own.model))  # a run sets its integrator and step
 
     def made(asked: Problem) -> tuple[Any, Any, Any]:
-        data = mine.data()
+        data = mine.start_data()
         if not (np.array_equal(asked.q0, problem.q0) and np.array_equal(asked.v0, problem.v0)):
             data.qpos[:], data.qvel[:] = asked.system.to_mujoco(asked.q0, asked.v0)
         return asked.system, mine.model, data

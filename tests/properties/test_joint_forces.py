@@ -83,7 +83,7 @@ def states(problem, number=6):
 
 def off(problem, own):
     """How far galvi's accelerations are from MuJoCo's of the file's own model, relatively."""
-    found, data = 0.0, own.data()
+    found, data = 0.0, own.start_data()
     for q, v in states(problem):
         data.qpos[:], data.qvel[:] = problem.system.to_mujoco(q, v)
         mujoco.mj_forward(own.model, data)
