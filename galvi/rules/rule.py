@@ -107,10 +107,10 @@ class Rule:
             raise ValueError(f"weights of a rule on [0, 1] must sum to 1; received {total:.16f}.")
 
     def _check_degree(self) -> None:
-        most = 2 * self.points - 1
-        if self.degree > most:
+        highest = 2 * self.points - 1
+        if self.degree > highest:
             raise ValueError(
-                f"degree of a rule with {self.points} points must be at most {most}, which "
+                f"degree of a rule with {self.points} points must be at most {highest}, which "
                 f"Gauss's rule has; received {self.degree}."
             )
         defects = np.abs(self.weights @ legendre(2.0 * self.nodes - 1.0, self.degree)[:, 1:])
@@ -342,7 +342,9 @@ def _newton_cotes(points: int) -> Rule:
     with extended_precision():
         nodes = tuple(Decimal(j) / n for j in range(points))
         integrals = (_lagrange_integral(j, n) for j in range(points))
-        weights = tuple(Decimal(one.numerator) / Decimal(one.denominator) for one in integrals)
+        weights = tuple(
+            Decimal(integral.numerator) / Decimal(integral.denominator) for integral in integrals
+        )
         degree = points if points % 2 else n
         return Rule(f"Newton-Cotes {points}", degree, nodes, weights)
 

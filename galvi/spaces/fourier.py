@@ -99,9 +99,9 @@ def _beyond(columns: list[Any], wave: Any, skip: int, frequency: float) -> Any:
     return left / size
 
 
-def _terms(least: int, x: Decimal) -> int:
-    """Number of terms after which coefficients are below SMALL times that of index ``least``."""
-    share, n = Decimal(1), least
+def _terms(lowest: int, x: Decimal) -> int:
+    """Number of terms after which coefficients are below SMALL times that of index ``lowest``."""
+    share, n = Decimal(1), lowest
     while share > SMALL:  # ends: the factors fall below 1/2
         n += 1
         share *= min(Decimal(1), x / (2 * n + 1))

@@ -36,9 +36,9 @@ def difference_scales(group: Group, q: Array, v: Array) -> tuple[Array, Array]:
     product.position_scale(group.layout, np.array(q, dtype=np.float64).ravel(), sizes)
     for _, d, _, rotations in group.layout:
         turns, moves = slice(start, start + rotations), slice(start + rotations, start + d)
-        far, fast = (float(np.max(np.abs(x), initial=0.0)) for x in (sizes[moves], v[moves]))
-        by_q[moves] = _first(max(far, fast))
-        by_v[moves] = _first(fast, far)
+        length, speed = (float(np.max(np.abs(x), initial=0.0)) for x in (sizes[moves], v[moves]))
+        by_q[moves] = _first(max(length, speed))
+        by_v[moves] = _first(speed, length)
         by_v[turns] = _first(float(np.max(np.abs(v[turns]), initial=0.0)))
         start += d
     return by_q, by_v
@@ -91,12 +91,12 @@ def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) ->
     @jit
     def quotient(function, x, t, i, step, size, noise, weights):  # type: ignore[no-untyped-def]
         """The difference quotient along a coordinate, and its round-off."""
-        there, total, largest = x.copy(), 0.0, size
+        shifted, total, largest = x.copy(), 0.0, size
         for k in range(len(weights)):
-            there[i] = x[i] + (k + 1) * step
-            ahead = function(there, t)
-            there[i] = x[i] - (k + 1) * step
-            behind = function(there, t)
+            shifted[i] = x[i] + (k + 1) * step
+            ahead = function(shifted, t)
+            shifted[i] = x[i] - (k + 1) * step
+            behind = function(shifted, t)
             total = total + weights[k] * (ahead - behind) / step
             largest = larger(largest, larger(abs(ahead), abs(behind)))
         return total, noise * largest / step
@@ -164,8 +164,8 @@ slope_along = _differencer(_same, _choose, max, bool)
 @cache
 def compiled_slope_along() -> Callable[..., Any]:
     """`slope_along` for compiled functions."""
-    numbers = (numba.njit(one) for one in (_choose, lambda x, y: max(x, y), lambda x: x))
-    return _differencer(numba.njit, *numbers)
+    compiled = (numba.njit(function) for function in (_choose, lambda x, y: max(x, y), lambda x: x))
+    return _differencer(numba.njit, *compiled)
 
 
 def differences(
@@ -195,7 +195,7 @@ def differences(
     """
     x = np.array(x, dtype=np.float64)
     with np.errstate(all="ignore"):
-        value = Tried(function, np.full(1, np.nan))
+        value = NanWhereRaised(function, np.full(1, np.nan))
         columns = [
             slopes_along(value, x, 0.0, i, float(length), size, way)
             for i, length in enumerate(lengths)
@@ -205,12 +205,12 @@ def differences(
     return slopes, errors
 
 
-class Tried:
-    """A function of x that returns ``lost`` where it raises, since it may be undefined so far away
-    from the state."""
+class NanWhereRaised:
+    """A function of x that returns ``fallback``, a NaN, where a user's function raises: at shifted
+    points it may be undefined."""
 
-    def __init__(self, function: Callable[[Array], Any], lost: Any) -> None:
-        self.function, self.lost = function, lost
+    def __init__(self, function: Callable[[Array], Any], fallback: Any) -> None:
+        self.function, self.fallback = function, fallback
         self.raised: Exception | None = None
 
     def __call__(self, x: Array, t: float) -> Any:
@@ -218,7 +218,7 @@ class Tried:
             return self.function(x)
         except Exception as error:  # a user's function may raise anything
             self.raised = error
-            return self.lost
+            return self.fallback
 
     def raise_if_lost(self, slopes: Array) -> None:
         """Raise what the function raised where it left no derivative."""
@@ -236,7 +236,7 @@ def lengths_of(q: Array) -> Array:
 
 def _slopes_of(potential: Callable[..., Any], q: Array, *time: float) -> tuple[Array, Array]:
     """dV/dq (d,) at one configuration and its error, (d,)."""
-    value = Tried(lambda there: float(potential(there, *time)), np.nan)
+    value = NanWhereRaised(lambda point: float(potential(point, *time)), np.nan)
     pairs = [
         slope_along(value, q, 0.0, i, length, 0.0, USUAL)
         for i, length in enumerate(lengths_of(q).tolist())

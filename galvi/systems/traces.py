@@ -37,13 +37,13 @@ class Traces:
         name -> why nothing was
     """
 
-    found: Mapping[str, Any]
+    traced: Mapping[str, Any]
     refused: Mapping[str, str]
 
     @property
     def hold(self) -> bool:
         """Whether each trace still is that of its functions."""
-        return all(trace.holds for trace in self.found.values())
+        return all(trace.holds for trace in self.traced.values())
 
 
 NO_TRACES = Traces({}, {})
@@ -68,28 +68,28 @@ def trace(system: Any, q: Array, v: Array, t: float, anew: bool = False) -> None
     anew
         do it again if what was found does not hold any more
     """
-    known = traces(system)
-    if not FAST or (known is not NO_TRACES and not (anew and not known.hold)):
+    existing = traces(system)
+    if not FAST or (existing is not NO_TRACES and not (anew and not existing.hold)):
         return
     from galvi.tracing.laws_of_systems import finders_of  # tracing stands on systems
 
-    found: dict[str, Trace] = {}
+    traced: dict[str, Trace] = {}
     refused: dict[str, str] = {}
     for name, find in finders_of(system, q, v, t).items():
         try:
-            found[name] = find()
+            traced[name] = find()
         except Untraceable as reason:
             refused[name] = str(reason)
-    vars(system)[TRACES_ATTRIBUTE] = Traces(found, refused)
+    vars(system)[TRACES_ATTRIBUTE] = Traces(traced, refused)
 
 
-def share(system: Any, other: Any) -> None:
+def share(system: Any, source: Any) -> None:
     """Let a system whose functions another one calls have the traces of that one."""
-    vars(system)[TRACES_ATTRIBUTE] = traces(other)
+    vars(system)[TRACES_ATTRIBUTE] = traces(source)
 
 
 def refuse(system: Any, name: str, reason: str) -> None:
     """Forget one of the traces of a system."""
-    known = traces(system)
-    found = {key: value for key, value in known.found.items() if key != name}
-    vars(system)[TRACES_ATTRIBUTE] = Traces(found, {**known.refused, name: reason})
+    existing = traces(system)
+    traced = {key: value for key, value in existing.traced.items() if key != name}
+    vars(system)[TRACES_ATTRIBUTE] = Traces(traced, {**existing.refused, name: reason})

@@ -105,7 +105,7 @@ class Acting:
         """Whether all functions run inside a compiled kernel."""
         return all(function.compiled for function in self.functions)
 
-    def rest(self, q: Array, v: Array, t: float) -> Array:
+    def extra_accelerations(self, q: Array, v: Array, t: float) -> Array:
         """What the functions and the forces of velocity accelerate the bodies by, (bodies, D)."""
         q, v = (np.array(x, dtype=np.float64) for x in (q, v))
         constants = self.velocity_constants(q.shape[1])
@@ -125,31 +125,31 @@ class Acting:
             shape = n, dimension
 
             def called(q: Array, v: Array, t: float) -> Array:
-                rest = self.rest(q.reshape(shape), v.reshape(shape), t).ravel()
+                extra = self.extra_accelerations(q.reshape(shape), v.reshape(shape), t).ravel()
                 with np.errstate(invalid="ignore"):  # NaN where a body without mass is pushed
-                    return masses * rest
+                    return masses * extra
 
             return called
-        for one in self.functions:
-            total = _with(total, one, (n, dimension))
+        for force in self.functions:
+            total = _with(total, force, (n, dimension))
         return total
 
     def pushes(self, dimension: int) -> Callable[..., Any]:
         """As `force`, of the functions alone, as they are."""
-        total: Any = _nothing
-        for one in self.functions:
-            total = _with(total, one, (self.masses.size, dimension), lambda function: function)
+        total: Any = _no_force
+        for force in self.functions:
+            total = _with(total, force, (self.masses.size, dimension), lambda function: function)
         return total
 
     def accelerations(self, dimension: int) -> Callable[..., Array]:
         """The function (q, t) -> accelerations, (d,) each, of all that acts, none of velocity."""
         constants, force = self.constants(dimension), self.force(dimension)
-        known, masses = celestial.accelerations, np.repeat(self.masses, dimension)
+        builtin, masses = celestial.accelerations, np.repeat(self.masses, dimension)
 
         def all_of(q: Array, t: float) -> Array:
             when, a = np.empty(1), np.empty((q.size, 1))
             when[0] = t
-            known(q.copy().reshape((q.size, 1)), when, constants, a)
+            builtin(q.copy().reshape((q.size, 1)), when, constants, a)
             pushed = force(q, q, t)
             for k in range(q.size):
                 if pushed[k] != 0.0:
@@ -171,14 +171,14 @@ def _builtin(constants: Array, n: int, D: int) -> Any:
     return builtin
 
 
-def _nothing(q: Any, v: Any, t: Any) -> Any:
+def _no_force(q: Any, v: Any, t: Any) -> Any:
     return np.zeros(q.size)
 
 
-def _with(inner: Any, one: Force, shape: tuple[int, int], jit: Any = numba.njit) -> Any:
+def _with(inner: Any, force: Force, shape: tuple[int, int], jit: Any = numba.njit) -> Any:
     """The sum of a jitted function and a user's."""
-    f: Any = one.function
-    takes = one.takes_velocity, one.takes_time
+    f: Any = force.function
+    takes = force.takes_velocity, force.takes_time
     calls: Any = {
         (False, False): lambda q, v, t: f(q),
         (True, False): lambda q, v, t: f(q, v),
