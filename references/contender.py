@@ -86,18 +86,18 @@ OBSTACLES: Mapping[str, Mapping[str, Any]] = {
 def refusal_reason(contender: Contender, problem: Problem) -> str:
     """The fields without which the contender would take the problem, in words; '' for none."""
     system: Any = problem.system
-    given = {field.name for field in dataclasses.fields(system) if field.init}
+    fields = {field.name for field in dataclasses.fields(system) if field.init}
     held = {
-        words: cleared
-        for words, cleared in OBSTACLES.items()
-        if cleared.keys() <= given and getattr(system, next(iter(cleared))) is not None
+        obstacle: cleared
+        for obstacle, cleared in OBSTACLES.items()
+        if cleared.keys() <= fields and getattr(system, next(iter(cleared))) is not None
     }
     for number in range(1, len(held) + 1):
-        for words in combinations(held, number):
-            cleared = {name: value for word in words for name, value in held[word].items()}
+        for obstacles in combinations(held, number):
+            cleared = {name: value for word in obstacles for name, value in held[word].items()}
             plain = dataclasses.replace(problem, system=dataclasses.replace(system, **cleared))
             if contender.supports(plain):
-                return " and ".join(words)
+                return " and ".join(obstacles)
     return ""
 
 
@@ -108,7 +108,9 @@ def refusal(
     remedy: str = "Ask supports(problem) first.",
 ) -> str:
     """The sentence that none of a code's contenders solves the problem, with a reason if known."""
-    reason = next(filter(None, (refusal_reason(one, problem) for one in contenders)), "")
+    reason = next(
+        filter(None, (refusal_reason(contender, problem) for contender in contenders)), ""
+    )
     return (
         f"{name} does not solve this kind of problem; received {problem!r} with a "
         f"{type(problem.system).__name__} system. "

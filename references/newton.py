@@ -104,10 +104,10 @@ def is_differenced(problem: Problem) -> bool:
     system: Any = problem.system
     if not isinstance(system, Canonical) or system.gradient is not None:
         return False
-    own = getattr(system.potential, "gradient", None)
+    own_gradient = getattr(system.potential, "gradient", None)
     if potential_formula(system.potential) is not None:
         return False
-    return (own is None or system.explicit_time) and derived_gradient(problem) is None
+    return (own_gradient is None or system.explicit_time) and derived_gradient(problem) is None
 
 
 @lru_cache(maxsize=32)
@@ -137,9 +137,9 @@ def potential_force(problem: Problem) -> Force:
     arguments = "qt" if system.explicit_time else "q"
     if system.gradient is not None:
         return by_function(system.gradient, arguments, -1.0)
-    known = potential_formula(system.potential)
-    if known is not None:
-        return known
+    formula = potential_formula(system.potential)
+    if formula is not None:
+        return formula
     potential = system.potential
     if not system.explicit_time and getattr(potential, "gradient", None) is not None:
         return by_function(potential.gradient, "q", -1.0)
@@ -204,12 +204,12 @@ def acceleration_jacobian(problem: Problem) -> Callable[[Array, float], Array]:
 
     def slope(q: Array, t: float) -> Array:
         if hessian is not None:
-            given = (q.copy(), t) if problem.system.explicit_time else (q.copy(),)
-            return -inverse @ np.asarray(hessian(*given), dtype=np.float64)
+            arguments = (q.copy(), t) if problem.system.explicit_time else (q.copy(),)
+            return -inverse @ np.asarray(hessian(*arguments), dtype=np.float64)
         if force.formula is not None:
             return inverse @ force.jacobian(q, t)
-        rest = np.zeros(q.shape)
-        rows = [gradient(lambda x, i=i: force(x, rest, t)[i], q) for i in range(q.size)]
+        zero_velocity = np.zeros(q.shape)
+        rows = [gradient(lambda x, i=i: force(x, zero_velocity, t)[i], q) for i in range(q.size)]
         return inverse @ np.array(rows)
 
     return slope

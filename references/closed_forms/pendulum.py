@@ -58,13 +58,13 @@ class Modulus:
     def _descent(self) -> list[Decimal]:
         """The moduli k1 = (1 - k') / (1 + k'), iterated until negligible."""
         square, across = self.square, self.complement.sqrt()
-        found: list[Decimal] = []
+        moduli: list[Decimal] = []
         for _ in range(DESCENTS):
             if square < SMALLEST**2:
                 break
-            found.append(square / (1 + across) ** 2)
-            square, across = found[-1] ** 2, 2 * across.sqrt() / (1 + across)
-        return found
+            moduli.append(square / (1 + across) ** 2)
+            square, across = moduli[-1] ** 2, 2 * across.sqrt() / (1 + across)
+        return moduli
 
     @cached_property
     def _growth(self) -> Decimal:

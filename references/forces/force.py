@@ -58,15 +58,15 @@ DISTANCES = (0.01, 0.01, 0.1, 0.1, 1.0, 1.0, 3.0, 3.0)
 
 
 def agrees(
-    given: Callable[[Array], Any], known: Callable[[Array], Array], points: Iterable[Array]
+    function: Callable[[Array], Any], reference: Callable[[Array], Array], points: Iterable[Array]
 ) -> bool:
     """Whether both return the same array, to rounding, at all points; no when one raises."""
     for point in points:
         try:
-            values = np.asarray(given(point.copy()), dtype=np.float64)
+            values = np.asarray(function(point.copy()), dtype=np.float64)
         except Exception:  # a user's function may raise anything
             return False
-        exact = known(point)
+        exact = reference(point)
         if values.shape != exact.shape:
             return False
         if not np.max(np.abs(values - exact)) <= ROUNDING * np.max(np.abs(exact)):
@@ -77,7 +77,7 @@ def agrees(
 def points_around(q0: Array) -> list[Array]:
     """q0 and points near and far from it, the same in every call."""
     size, draw = float(np.max(np.abs(q0))) or 1.0, np.random.default_rng(0)
-    return [q0, *(q0 + size * far * draw.standard_normal(q0.shape) for far in DISTANCES)]
+    return [q0, *(q0 + size * distance * draw.standard_normal(q0.shape) for distance in DISTANCES)]
 
 
 Function = Callable[..., Any]
@@ -126,12 +126,12 @@ class Force:
         """df/dq of a formula at rest, (d, d), exact to rounding by complex steps."""
         assert self.formula is not None
         function = _compiled(self.formula, COMPLEX_SIGNATURE)
-        here, rest, time = q.ravel().astype(np.complex128), np.zeros(q.size), float(t)
+        shifted, zero_velocity, time = q.ravel().astype(np.complex128), np.zeros(q.size), float(t)
         columns = np.zeros((q.size, q.size), dtype=np.complex128)
         for i, column in enumerate(columns):
-            here[i] += 1j * COMPLEX_STEP
-            function(here, rest, time, self.numbers, column)
-            here[i] = here[i].real
+            shifted[i] += 1j * COMPLEX_STEP
+            function(shifted, zero_velocity, time, self.numbers, column)
+            shifted[i] = shifted[i].real
         return columns.imag.T / COMPLEX_STEP
 
 
@@ -206,18 +206,18 @@ def _adapted(function: Function, arguments: str, sign: float) -> Function | None
 
 def _called(function: Function, arguments: str, sign: float) -> Function:
     def add(q: Array, v: Array, t: float, numbers: Array, out: Array) -> None:
-        given = {"q": q.copy(), "v": v.copy(), "t": t}
-        out += sign * checked(function(*(given[x] for x in arguments)), out.shape)
+        by_name = {"q": q.copy(), "v": v.copy(), "t": t}
+        out += sign * checked(function(*(by_name[x] for x in arguments)), out.shape)
 
     return add
 
 
 def checked(values: Any, shape: tuple[int, ...]) -> Array:
     """What a user's function returned; ValueError for another shape."""
-    result = np.asarray(values, dtype=np.float64)
-    if result.shape != shape:
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != shape:
         raise ValueError(
             f"a force or gradient must return an array of shape {shape}; received shape "
-            f"{result.shape}."
+            f"{array.shape}."
         )
-    return result
+    return array

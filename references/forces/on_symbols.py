@@ -53,9 +53,9 @@ class Written:
     def __neg__(self) -> Written:
         return Written(-self.expression, self.length)
 
-    def hypot(self, other: Any) -> Any:
+    def hypot(self, side: Any) -> Any:
         """The root of the sum of both squares."""
-        return np.sqrt(self * self + other * other)
+        return np.sqrt(self * self + side * side)
 
 
 class WrittenArray(np.ndarray[Any, Any]):
@@ -136,18 +136,18 @@ def has_values(
     numbers = sympy.lambdify(symbols, terms, "numpy")
     compared = 0
     for point in points:
-        given = [np.array(x, dtype=np.float64) for x in point]
+        arguments = [np.array(x, dtype=np.float64) for x in point]
         with np.errstate(all="ignore"):
             try:
-                values = np.ravel(np.asarray(function(*_copies(given)), dtype=np.float64))
+                values = np.ravel(np.asarray(function(*_copies(arguments)), dtype=np.float64))
             except Exception:  # a user's function may raise anything, as outside of its domain
                 continue
             if not np.all(np.isfinite(values)):
                 continue
-            rows = [np.array(row, dtype=np.float64) for row in numbers(*_copies(given))]
-            apart = np.abs(values - [row.sum() for row in rows]) if values.size == len(rows) else 1
+            rows = [np.array(row, dtype=np.float64) for row in numbers(*_copies(arguments))]
+            gaps = np.abs(values - [row.sum() for row in rows]) if values.size == len(rows) else 1
         size = max(np.abs(row).sum() for row in rows)
-        if not np.max(apart) <= ROUNDING * size:
+        if not np.max(gaps) <= ROUNDING * size:
             return False
         compared += 1
     return compared >= COMPARED

@@ -36,8 +36,8 @@ def solved(M: list[list[Any]], b: list[Any]) -> list[Any]:
             b[i] = b[i] - ratio * b[k]
     x: list[Any] = [None] * n
     for i in reversed(range(n)):
-        known = sum((M[i][j] * x[j] for j in range(i + 1, n)), 0.0)
-        x[i] = (b[i] - known) / M[i][i]
+        upper_sum = sum((M[i][j] * x[j] for j in range(i + 1, n)), 0.0)
+        x[i] = (b[i] - upper_sum) / M[i][i]
     return x
 
 
@@ -197,7 +197,9 @@ class HeyokaLagrangian(OnCoordinates):
         written out: they do not branch and take none but those that heyoka has.
         """
         equations = LagrangeEquations.of(problem)
-        return equations is not None and all(issubclass(kind, _known()) for kind in equations.kinds)
+        return equations is not None and all(
+            issubclass(kind, _translatable()) for kind in equations.kinds
+        )
 
     def integrator(self, problem: Problem, tolerance: float, accurate: bool, compact: bool) -> Any:
         """As `OnCoordinates.integrator`."""
@@ -208,7 +210,7 @@ class HeyokaLagrangian(OnCoordinates):
 
 
 @cache
-def _known() -> tuple[type, ...]:
+def _translatable() -> tuple[type, ...]:
     """SymPy's types of what heyoka has."""
     import sympy
 
@@ -228,17 +230,17 @@ def _compiled(
     import heyoka
 
     number = heyoka_engine.kind(precision)
-    known = {x: heyoka.expression(str(x)) for x in (*equations.q, *equations.v)}
-    known[time_symbol()] = heyoka.time + heyoka.expression(number(began))
+    translations = {x: heyoka.expression(str(x)) for x in (*equations.q, *equations.v)}
+    translations[time_symbol()] = heyoka.time + heyoka.expression(number(began))
 
     def translated(expression: Any) -> Any:
         numbers = {x: _number(x, number) for x in nodes(expression) if is_constant(x)}
-        return heyoka.from_sympy(expression, {**known, **numbers})
+        return heyoka.from_sympy(expression, {**translations, **numbers})
 
     pull = [translated(x) for x in equations.pull]
     if equations.mass:
         pull = solved([[translated(x) for x in row] for row in equations.mass], pull)
-    q, v = ([known[x] for x in names] for names in (equations.q, equations.v))
+    q, v = ([translations[x] for x in names] for names in (equations.q, equations.v))
     return compiled(q, v, pull, precision, tolerance, accurate, compact)
 
 

@@ -39,7 +39,7 @@ class HeyokaBatches:
     """
 
     name: str
-    own: bool
+    by_ensemble: bool
 
     @property
     def missing(self) -> str:
@@ -67,11 +67,11 @@ class HeyokaBatches:
 
         d, batch = q0.shape[1], heyoka.recommended_simd_size()
         x, v = (heyoka.make_vars(*(f"{letter}{i}" for i in range(d))) for letter in ("x", "v"))
-        square = heyoka.sum([place * place for place in x])
+        square = heyoka.sum([coordinate * coordinate for coordinate in x])
         pull = -(problem.system.potential.mu / float(problem.system.mass)) * square**-1.5
         equations = [(x[i], v[i]) for i in range(d)] + [(v[i], pull * x[i]) for i in range(d)]
         starts = np.concatenate([q0, v0], axis=1).reshape(-1, batch, 2 * d).transpose(0, 2, 1)
-        one = heyoka.taylor_adaptive_batch(
+        prototype = heyoka.taylor_adaptive_batch(
             equations, np.ascontiguousarray(starts[0]), tol=tolerance, compact_mode=False
         )
 
@@ -80,20 +80,22 @@ class HeyokaBatches:
             integrator.state[:] = starts[k]
             return integrator
 
-        copies = [copy.deepcopy(one) for _ in range(threads)]
+        copies = [copy.deepcopy(prototype) for _ in range(threads)]
 
         def some(thread: int) -> list[Array]:
-            found = []
+            states = []
             for k in range(thread, len(starts), threads):
                 start(copies[thread], k).propagate_until(duration)
-                found.append(copies[thread].state.copy())
-            return found
+                states.append(copies[thread].state.copy())
+            return states
 
         def call() -> Array:
             states = np.empty(starts.shape)
-            if self.own:
-                found = heyoka.ensemble_propagate_until_batch(one, duration, len(starts), start)
-                states[:] = [integrator[0].state for integrator in found]
+            if self.by_ensemble:
+                integrators = heyoka.ensemble_propagate_until_batch(
+                    prototype, duration, len(starts), start
+                )
+                states[:] = [integrator[0].state for integrator in integrators]
             else:
                 with ThreadPoolExecutor(threads) as pool:
                     for thread, rows in enumerate(pool.map(some, range(threads))):
@@ -103,8 +105,8 @@ class HeyokaBatches:
         return call
 
 
-HEYOKA_BATCHES = HeyokaBatches("heyoka, batches in threads", own=False)
-HEYOKA_ENSEMBLE = HeyokaBatches("heyoka, its ensembles of batches", own=True)
+HEYOKA_BATCHES = HeyokaBatches("heyoka, batches in threads", by_ensemble=False)
+HEYOKA_ENSEMBLE = HeyokaBatches("heyoka, its ensembles of batches", by_ensemble=True)
 
 
 BEST: Mapping[str, Any] = {"tolerance": 1e-18, "high_accuracy": True, "compact_mode": False}
@@ -188,8 +190,8 @@ def _law(problem: Problem) -> tuple[Any, ...]:
         return ()
     if is_forced(problem):
         return ()
-    known = not (replaces_force(problem) or system.explicit_time or system.mass.ndim)
-    if not known or problem.q0.size not in (2, 3):
+    plain = not (replaces_force(problem) or system.explicit_time or system.mass.ndim)
+    if not plain or problem.q0.size not in (2, 3):
         return ()
     return ("centre", system.potential.mu, float(system.mass), 1.0)
 

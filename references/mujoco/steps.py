@@ -35,7 +35,7 @@ class MujocoSteps:
         MuJoCo's name of it
     order
         of convergence of attitude and velocity
-    made
+    build
         (problem): see `references.mujoco.engine.at_start`, `references.mujoco.users`
 
     Notes
@@ -51,7 +51,7 @@ class MujocoSteps:
     integrator: str
     order: int
     exact: bool = False
-    made: mujoco_engine.Made = mujoco_engine.at_start
+    build: mujoco_engine.Builder = mujoco_engine.at_start
 
     @property
     def missing(self) -> str:
@@ -66,7 +66,7 @@ class MujocoSteps:
 
     def supports(self, problem: Problem) -> bool:
         """A rigid body, free or in uniform gravity; chains of pendulums; trees."""
-        return supports(problem) or mujoco_engine.is_of_user(self.made, problem)
+        return supports(problem) or mujoco_engine.is_of_user(self.build, problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; see `Contender`.
@@ -78,7 +78,7 @@ class MujocoSteps:
         """
         steps = steps_of_run(self, problem, duration, setting)
         times = steps.times(problem.t0)
-        joint, *engine = self.made(problem)
+        joint, *engine = self.build(problem)
         motion = _Motion(*engine)
         motion.begin(steps.step, self.integrator)
         qpos, qvel = (np.full((len(times), n), np.nan) for n in (motion.model.nq, motion.model.nv))
@@ -116,8 +116,8 @@ class _Motion:
     """
 
     model: Any
-    data: Any
-    done: int = 0
+    mj_data: Any
+    steps_done: int = 0
     everything: int = 0
     state: Any = None
 
@@ -134,24 +134,24 @@ class _Motion:
         """Steps until so many are done: 0, or the number of the one that MuJoCo warns of."""
         import mujoco
 
-        while self.done < target:
-            more = min(target - self.done, CHUNK)
-            mujoco.mj_getState(self.model, self.data, self.state, self.everything)
-            if not self._goes_on(more):
-                mujoco.mj_resetData(self.model, self.data)  # its warnings too
-                mujoco.mj_setState(self.model, self.data, self.state, self.everything)
-                for _ in range(more):
+        while self.steps_done < target:
+            batch = min(target - self.steps_done, CHUNK)
+            mujoco.mj_getState(self.model, self.mj_data, self.state, self.everything)
+            if not self._goes_on(batch):
+                mujoco.mj_resetData(self.model, self.mj_data)  # its warnings too
+                mujoco.mj_setState(self.model, self.mj_data, self.state, self.everything)
+                for _ in range(batch):
                     if not self._goes_on(1):
-                        return self.done + 1
+                        return self.steps_done + 1
         return 0
 
     def _goes_on(self, steps: int) -> bool:
         import mujoco
 
         with engine_time:
-            mujoco.mj_step(self.model, self.data, nstep=steps)
-        good = not mujoco_engine.broken(self.model, self.data)
-        self.done += steps * good
+            mujoco.mj_step(self.model, self.mj_data, nstep=steps)
+        good = not mujoco_engine.broken(self.model, self.mj_data)
+        self.steps_done += steps * good
         return good
 
 

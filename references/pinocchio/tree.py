@@ -32,9 +32,9 @@ def missing() -> str:
         import pinocchio
     except ImportError as error:
         return f"{error}. Install pin, which is Pinocchio."
-    found = str(getattr(pinocchio, "__version__", "of another project"))
-    if not hasattr(pinocchio, "aba") or int(found.partition(".")[0]) < OLDEST:
-        return f"pinocchio {found} is not Pinocchio {OLDEST} or newer. Install pin."
+    installed = str(getattr(pinocchio, "__version__", "of another project"))
+    if not hasattr(pinocchio, "aba") or int(installed.partition(".")[0]) < OLDEST:
+        return f"pinocchio {installed} is not Pinocchio {OLDEST} or newer. Install pin."
     return ""
 
 
@@ -67,7 +67,7 @@ class PinocchioTree:
     """
 
     model: Any
-    data: Any
+    pin_data: Any
     order: Array
     zeros: Array
     scalars: tuple[Array, Array, Array, Array]
@@ -134,13 +134,13 @@ class PinocchioTree:
                 turned = np.cross(qvel[spin], rates[drift])
                 forces[drift] = R.T @ pull - joint.armature * turned
                 floating.append((R, drift, turned))
-        found = np.array(pinocchio.aba(self.model, self.data, places, rates, forces))
+        accelerations = np.array(pinocchio.aba(self.model, self.pin_data, places, rates, forces))
         for R, drift, turned in floating:
-            found[drift] = R @ (found[drift] + turned)
-        return found
+            accelerations[drift] = R @ (accelerations[drift] + turned)
+        return accelerations
 
 
-def _added(model: Any, link: Link, joint: int, place: Any) -> tuple[int, Any]:
+def _added(model: Any, link: Link, joint: int, placement: Any) -> tuple[int, Any]:
     """The joint that carries the link, and the link's frame in that joint's.
 
     Parameters
@@ -150,16 +150,18 @@ def _added(model: Any, link: Link, joint: int, place: Any) -> tuple[int, Any]:
     """
     import pinocchio
 
-    free = any(one.type == "free" for one in link.joints)
+    free = any(link_joint.type == "free" for link_joint in link.joints)
     if not free:  # whose coordinates are the place
-        place = place * pinocchio.SE3(np.array(link.attitude), np.array(link.place))
-    for one in link.joints:
-        anchor = pinocchio.SE3(np.eye(3), np.array(one.anchor) * (not free))
-        joint = model.addJoint(joint, _joint(one), place * anchor, f"joint {model.njoints}")
-        place = anchor.inverse()
+        placement = placement * pinocchio.SE3(np.array(link.attitude), np.array(link.place))
+    for link_joint in link.joints:
+        anchor = pinocchio.SE3(np.eye(3), np.array(link_joint.anchor) * (not free))
+        joint = model.addJoint(
+            joint, _joint(link_joint), placement * anchor, f"joint {model.njoints}"
+        )
+        placement = anchor.inverse()
     inertia = pinocchio.Inertia(link.mass, np.array(link.centre), np.array(link.inertia))
-    model.appendBodyToJoint(joint, inertia, place)
-    return joint, place
+    model.appendBodyToJoint(joint, inertia, placement)
+    return joint, placement
 
 
 def _joint(joint: Joint) -> Any:

@@ -36,7 +36,7 @@ class ReboundAdaptive:
         those of the defaults that the key "tolerance" stands for
     fits
         what `supports` says
-    made
+    build
         (problem, integrator, options): the simulation; see `references.rebound.users`
 
     Notes
@@ -58,7 +58,7 @@ class ReboundAdaptive:
     tolerances: tuple[str, ...]
     exact: bool = False
     fits: Callable[[Problem], bool] = rebound_simulation.supports
-    made: rebound_simulation.Made = rebound_simulation.simulation
+    build: rebound_simulation.Builder = rebound_simulation.simulation
 
     @property
     def missing(self) -> str:
@@ -71,16 +71,16 @@ class ReboundAdaptive:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        known = (*self.defaults, *self.options)
-        times = times_of_run(self, problem, duration, setting, "tolerance", "first_step", *known)
-        options = {**self.defaults, **{k: setting[k] for k in known if k in setting}}
+        keys = (*self.defaults, *self.options)
+        times = times_of_run(self, problem, duration, setting, "tolerance", "first_step", *keys)
+        options = {**self.defaults, **{k: setting[k] for k in keys if k in setting}}
         for key in self.tolerances:
             options[key] = input_checks.positive(key, setting.get("tolerance", options[key]))
-        sim = self.made(problem, self.integrator, options)
+        sim = self.build(problem, self.integrator, options)
         if "first_step" in setting:
             sim.engine.dt = input_checks.positive("first_step", setting["first_step"])
         sim.engine.dt = math.copysign(sim.engine.dt, duration)
-        begun, taken = sim.engine.t - problem.t0, sim.engine.steps_done
+        begun, steps_before = sim.engine.t - problem.t0, sim.engine.steps_done
         q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
         q[0], v[0] = problem.q0, problem.v0
         failure = None
@@ -102,7 +102,7 @@ class ReboundAdaptive:
                 times,
                 q,
                 v,
-                counts={"steps": int(sim.engine.steps_done - taken)},
+                counts={"steps": int(sim.engine.steps_done - steps_before)},
                 failure=failure,
                 notes=[*warned(), self._accuracy_note(setting)],
             )

@@ -26,11 +26,11 @@ def corrector_taken_for_17() -> str:
             whfast512.advance(sim, 200)
         sim.synchronize()
         ends[integrator, order] = sim.particles[1].x
-    apart = abs(ends["whfast", 3] - ends["whfast", 17])
+    gap = abs(ends["whfast", 3] - ends["whfast", 17])
     same = ends["whfast512", 3] == ends["whfast512", 17]
     return (
-        f"correctors 3 and 17 end at the same place, to the bit; WHFast's part by {apart:.0e}"
-        if same and apart > 0.0
+        f"correctors 3 and 17 end at the same place, to the bit; WHFast's part by {gap:.0e}"
+        if same and gap > 0.0
         else ""
     )
 
@@ -43,9 +43,9 @@ def step_repeated_for_ever() -> str:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         sim.steps(500)
-        time, done = sim.t, sim.steps_done
+        time, steps_done = sim.t, sim.steps_done
         sim.steps(2000)
-    stuck = sim.t == time and sim.steps_done - done == 2000
+    stuck = sim.t == time and sim.steps_done - steps_done == 2000
     return f"the time stays at {time:.6g} in 2,000 further steps of 0.001" if stuck else ""
 
 
@@ -54,13 +54,13 @@ def integers_wrap_around() -> str:
     sim = _planets("janus")
     sim.integrator.scale_pos = sim.integrator.scale_vel = 1e-20
     before = sim.particles[2].x
-    with warnings.catch_warnings(record=True) as said:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         sim.steps(1)
     after = sim.particles[2].x
     lost = not math.isclose(before, after, rel_tol=0.5)
     return (
-        f"in one step of 0.1 x goes from {before:.3g} to {after:.3g}" if lost and not said else ""
+        f"in one step of 0.1 x goes from {before:.3g} to {after:.3g}" if lost and not caught else ""
     )
 
 
@@ -98,7 +98,7 @@ DEFECTS: Mapping[str, Callable[[], str]] = {
 }
 
 
-def seen() -> dict[str, str]:
+def observations() -> dict[str, str]:
     """Defect -> what was seen now, in the installed version; '' for one that is not there.
 
     Raises
@@ -112,5 +112,5 @@ def seen() -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    for defect, what in seen().items():
-        print(f"{defect}: {what or 'not in this version'}")
+    for defect, observation in observations().items():
+        print(f"{defect}: {observation or 'not in this version'}")

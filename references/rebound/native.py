@@ -32,10 +32,10 @@ def missing() -> str:
         return "REBOUND is not built for this processor: make native."
     wheel = rebound_simulation.version()
     with native():
-        own = rebound_simulation.version()
-    if own == wheel:
+        built = rebound_simulation.version()
+    if built == wheel:
         return ""
-    return f"{own} is built for this processor, beside {wheel}. Build it again: make native."
+    return f"{built} is built for this processor, beside {wheel}. Build it again: make native."
 
 
 @contextmanager

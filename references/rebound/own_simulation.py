@@ -29,7 +29,7 @@ from typing import Any
 STATE = ("m", "x", "y", "z", "vx", "vy", "vz")
 
 
-def made(job: dict[str, Any], particles: list[list[float]]) -> Any:
+def build(job: dict[str, Any], particles: list[list[float]]) -> Any:
     """The simulation of a job from these particles; ValueError for what the release has not."""
     import rebound
 
@@ -57,10 +57,10 @@ def made(job: dict[str, Any], particles: list[list[float]]) -> Any:
 
 def state(sim: Any) -> tuple[list[list[float]], float]:
     """The particles and the energy now, of a copy that is synchronised."""
-    seen = sim.copy()
-    (getattr(seen, "synchronize", None) or seen.integrator_synchronize)()
-    energy = (getattr(seen, "energy", None) or seen.calculate_energy)()
-    return [[getattr(p, name) for name in STATE] for p in seen.particles], float(energy)
+    synchronised = sim.copy()
+    (getattr(synchronised, "synchronize", None) or synchronised.integrator_synchronize)()
+    energy = (getattr(synchronised, "energy", None) or synchronised.calculate_energy)()
+    return [[getattr(p, name) for name in STATE] for p in synchronised.particles], float(energy)
 
 
 PARTS = 100  # of the steps between rows, after which rounding is imitated
@@ -83,7 +83,7 @@ def advance(sim: Any, count: int, time: float | None, signs: random.Random | Non
                     setattr(p, name, getattr(p, name) * (1.0 + signs.choice((-ulps, ulps))))
 
 
-def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
+def run(job: dict[str, Any], request: dict[str, Any]) -> dict[str, Any]:
     """One run of the job; up to its failure where it fails."""
     rows: dict[str, Any] = {
         "particles": [],
@@ -93,12 +93,12 @@ def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
         "taken": 0,
     }
     try:
-        sim = made(job, asked.get("particles") or job["particles"])
-        sim.dt = asked.get("step") or job["step"]
-        sim.exact_finish_time = int("times" in asked)  # WHFast512 takes none but whole steps
-        signs = random.Random(asked["rounding"]) if "rounding" in asked else None
-        for time in asked.get("times") or [None] * (asked["steps"] // asked["every"]):
-            advance(sim, asked.get("every", 1), time, signs)
+        sim = build(job, request.get("particles") or job["particles"])
+        sim.dt = request.get("step") or job["step"]
+        sim.exact_finish_time = int("times" in request)  # WHFast512 takes none but whole steps
+        signs = random.Random(request["rounding"]) if "rounding" in request else None
+        for time in request.get("times") or [None] * (request["steps"] // request["every"]):
+            advance(sim, request.get("every", 1), time, signs)
             particles, energy = state(sim)
             rows["particles"].append(particles)
             rows["energy"].append(energy)
@@ -129,10 +129,10 @@ def answer(job: dict[str, Any]) -> dict[str, Any]:
 
     warnings.simplefilter("ignore")
     plain = {**job, "integrator": "leapfrog", "options": {}}
-    states = [made(plain, each) for each in job.get("states", [])]
+    states = [build(plain, particles) for particles in job.get("states", [])]
     return {
         "release": rebound.__version__,
-        "runs": [run(job, asked) for asked in job.get("runs", [])],
+        "runs": [run(job, request) for request in job.get("runs", [])],
         "energies": [state(sim)[1] for sim in states],
         "accelerations": [accelerations(sim) for sim in states],
     }

@@ -17,7 +17,7 @@ def transits(
     planets: Sequence[int],
     star: int,
     duration: float,
-    every: float,
+    interval: float,
     precision: float,
 ) -> list[Array]:
     """Mid-transit times since the start of each planet, seen from far away along x, as REBOUND's
@@ -34,14 +34,14 @@ def transits(
         of the times
     """
     sim = rebound_simulation.simulation(problem, "ias15", {})
-    engine, found = sim.engine, [list[float]() for _ in planets]
+    engine, transit_times = sim.engine, [list[float]() for _ in planets]
     p, s = (
         [engine.particles[int(sim.place[body])] for body in bodies] for bodies in (planets, [star])
     )
     with rebound_simulation.interrupts_kept(), engine_time:
         while engine.t < duration:
             before, begun = [planet.y - s[0].y for planet in p], engine.t
-            engine.integrate(begun + every)
+            engine.integrate(begun + interval)
             ended = engine.t
             passed = [
                 y * (planet.y - s[0].y) < 0.0 and planet.x > s[0].x
@@ -55,7 +55,7 @@ def transits(
                         high = engine.t
                     else:
                         low = engine.t
-                found[k].append(0.5 * (low + high))
+                transit_times[k].append(0.5 * (low + high))
             if any(passed):
                 engine.integrate(ended)
-    return [np.array(times) for times in found]
+    return [np.array(times) for times in transit_times]

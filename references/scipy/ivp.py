@@ -102,11 +102,11 @@ def solve(
 
 def tolerances(setting: Mapping[str, Any]) -> dict[str, float]:
     """rtol and atol of a setting, or SciPy's defaults; ValueError unless positive."""
-    found = {"rtol": 1e-3, "atol": 1e-6}
+    fallback = {"rtol": 1e-3, "atol": 1e-6}
     if "tolerance" in setting:
-        found = dict.fromkeys(found, input_checks.positive("tolerance", setting["tolerance"]))
-    given = {key: input_checks.positive(key, setting[key]) for key in found if key in setting}
-    return {**found, **given}
+        fallback = dict.fromkeys(fallback, input_checks.positive("tolerance", setting["tolerance"]))
+    explicit = {key: input_checks.positive(key, setting[key]) for key in fallback if key in setting}
+    return {**fallback, **explicit}
 
 
 def with_tolerances(setting: Mapping[str, Any]) -> dict[str, Any]:

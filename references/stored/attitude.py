@@ -35,7 +35,7 @@ def _identity(problem: Problem) -> Identity:
 STORED_ATTITUDE = StoredStates(
     name="stored truth, rigid bodies",
     module="references.stored.attitude",
-    made={
+    makers={
         "pendulum_3d": (problems.pendulum_3d, 20.0),
         "heavy_top": (problems.heavy_top, 20.0),
     },

@@ -28,7 +28,7 @@ def _identity(problem: Problem) -> Identity:
 STORED_CHAIN = StoredStates(
     name="stored truth, chains",
     module="references.stored.chain",
-    made={
+    makers={
         "double_pendulum": (problems.double_pendulum, 10.0),
         "planar_chain": (problems.planar_chain, 10.0),
     },

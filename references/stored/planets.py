@@ -49,12 +49,13 @@ def table(case: str) -> str:
         HEYOKA_QUADRUPLE.states(problem, times, {**QUADRUPLE, "tolerance": tolerance})[0]
         for tolerance in (TOLERANCE, LOOSER)
     )
-    apart = (states - looser).astype(np.float64).reshape(len(times), -1, 2, 3)[:, :, 0]
+    differences = (states - looser).astype(np.float64).reshape(len(times), -1, 2, 3)[:, :, 0]
     system: Any = problem.system
     lines = [
         f"# {problem.name}, the truth",
         f"# source: {engine_name('real128')}, tolerance {TOLERANCE}, high_accuracy",
-        f"# accuracy: with {LOOSER} instead, positions differ by at most {np.abs(apart).max():.1e}",
+        f"# accuracy: with {LOOSER} instead, positions differ by at most "
+        f"{np.abs(differences).max():.1e}",
         f"# made by: python -m references.stored.planets {case} "
         f"({time.perf_counter() - began:.0f} s)",
         f"# units: {problem.units}; t since the start",
@@ -109,14 +110,14 @@ def stored(case: str) -> Stored:
 def as_kept(case: str, problem: Problem) -> Problem:
     """The problem from the start in its file: sines and sums have other last bits on other
     processors. ValueError where the two differ by more."""
-    kept = stored(case)
-    for made, start in ((problem.q0, kept.q[0]), (problem.v0, kept.v[0])):
-        if np.max(np.abs(made - start)) > SAME * np.max(np.abs(start)):
+    truth = stored(case)
+    for computed, start in ((problem.q0, truth.q[0]), (problem.v0, truth.v[0])):
+        if np.max(np.abs(computed - start)) > SAME * np.max(np.abs(start)):
             raise ValueError(
                 f"the start of {problem.name} must be that of {case}.csv, to {SAME:g}; received "
-                f"{made.tolist()}. Make the file anew."
+                f"{computed.tolist()}. Make the file anew."
             )
-    return problem.with_initial_state(kept.q[0], kept.v[0])
+    return problem.with_initial_state(truth.q[0], truth.v[0])
 
 
 CASES: Mapping[str, tuple[Problem, float]] = {  # file: problem, T in its unit of time
@@ -150,20 +151,20 @@ class StoredTruth:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Look up; see `Contender`. ValueError for times that are not kept."""
         times = times_of_run(self, problem, duration, setting)
-        known = next(stored(case) for case in CASES if stored(case).of(problem))
+        truth = next(stored(case) for case in CASES if stored(case).of(problem))
         since = times - problem.t0
-        rows = np.argmin(np.abs(since[:, None] - known.t), axis=1)
-        late = since - known.t[rows]
+        rows = np.argmin(np.abs(since[:, None] - truth.t), axis=1)
+        late = since - truth.t[rows]
         lost = np.abs(late) > ROUNDING * np.abs(times)
         if np.any(lost):
-            kept = ", ".join(f"{t:g}" for t in known.t[1:])
+            stored_times = ", ".join(f"{t:g}" for t in truth.t[1:])
             raise ValueError(
-                f"the stored truth is kept {kept} after the start; received a sample at "
+                f"the stored truth is kept {stored_times} after the start; received a sample at "
                 f"{since[lost][0]:g}. Choose a duration and samples among these."
             )
-        q = known.q[rows] + known.v[rows] * late[:, None, None]
+        q = truth.q[rows] + truth.v[rows] * late[:, None, None]
         method = described(self.name, setting, f"heyoka, real128, tolerance {TOLERANCE}")
-        return as_trajectory(problem, method, times, q, known.v[rows], counts={"steps": 0})
+        return as_trajectory(problem, method, times, q, truth.v[rows], counts={"steps": 0})
 
 
 STORED_TRUTH = StoredTruth()

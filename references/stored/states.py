@@ -39,7 +39,7 @@ class StoredStates:
     ----------
     module
         that makes the files anew, with ``python -m``
-    made
+    makers
         file: what makes its problem, and the horizon in its unit of time
     engine
         heyoka in quadruple precision
@@ -60,7 +60,7 @@ class StoredStates:
 
     name: str
     module: str
-    made: Mapping[str, tuple[Callable[[], Problem], float]]
+    makers: Mapping[str, tuple[Callable[[], Problem], float]]
     engine: Contender
     knows: Callable[[Problem], bool]
     identity: Callable[[Problem], Identity]
@@ -71,7 +71,7 @@ class StoredStates:
     @cached_property
     def cases(self) -> Mapping[str, tuple[Problem, float]]:
         """Case -> its problem and horizon."""
-        return {case: (make(), horizon) for case, (make, horizon) in self.made.items()}
+        return {case: (make(), horizon) for case, (make, horizon) in self.makers.items()}
 
     @cached_property
     def files(self) -> Mapping[str, Kept]:
@@ -85,20 +85,20 @@ class StoredStates:
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Look up; see `Contender`. ValueError for times that are not kept."""
         times = times_of_run(self, problem, duration, setting)
-        known = self._of(problem)
-        assert known is not None
+        contents = self._of(problem)
+        assert contents is not None
         since = times - problem.t0
-        rows = np.argmin(np.abs(since[:, None] - known.t), axis=1)
-        lost = since != known.t[rows]
+        rows = np.argmin(np.abs(since[:, None] - contents.t), axis=1)
+        lost = since != contents.t[rows]
         if np.any(lost):
             raise ValueError(
-                f"the stored truth is kept every {EVERY:g} up to {known.t[-1]:g} after the start; "
-                f"received a sample at {since[lost][0]:g}. Choose a duration and samples among "
-                "these."
+                f"the stored truth is kept every {EVERY:g} up to {contents.t[-1]:g} after the "
+                f"start; received a sample at {since[lost][0]:g}. Choose a duration and samples "
+                "among these."
             )
         method = described(self.name, setting, f"heyoka, real128, tolerance {TOLERANCE}")
         return as_trajectory(
-            problem, method, times, known.q[rows], p=known.p[rows], counts={"steps": 0}
+            problem, method, times, contents.q[rows], p=contents.p[rows], counts={"steps": 0}
         )
 
     def table(self, case: str) -> str:
@@ -109,14 +109,14 @@ class StoredStates:
             self.engine.run(problem, horizon, {"samples": samples, "tolerance": tolerance})
             for tolerance in (TOLERANCE, LOOSER)
         ]
-        entries, others = (
+        entries, looser_entries = (
             np.concatenate([run.q.reshape(samples + 1, -1), run.p], axis=1) for run in runs
         )
         lines = [
             f"# {problem.name}, the truth",
             f"# source: {engine_name('real128')}, tolerance {TOLERANCE}, high_accuracy",
             f"# accuracy: rounded to double; with {LOOSER} instead, "
-            f"{np.count_nonzero(entries != others)} of {entries.size} numbers differ",
+            f"{np.count_nonzero(entries != looser_entries)} of {entries.size} numbers differ",
             f"# made by: python -m {self.module} {case}",
             f"# units: {problem.units}; t since the start",
             *(f"# {key}: " + " ".join(map(repr, x)) for key, x in self.identity(problem).items()),
@@ -136,7 +136,9 @@ class StoredStates:
         if not self.knows(problem):
             return None
         identity = self.identity(problem)
-        return next((kept for kept in self.files.values() if kept.identity == identity), None)
+        return next(
+            (contents for contents in self.files.values() if contents.identity == identity), None
+        )
 
     def _read(self, case: str) -> Kept:
         problem, _ = self.cases[case]

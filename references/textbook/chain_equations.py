@@ -81,17 +81,17 @@ def is_chain(problem: Problem, forced: bool = False) -> bool:
 def _own_slopes(system: Lagrangian, problem: Problem) -> bool:
     equations, n = ChainEquations.of(system.function), problem.q0.size
 
-    def known(state: Array) -> Array:
+    def chain_slopes(state: Array) -> Array:
         q, v = state[:n], state[n:]
         J, K = equations.levers * np.cos(q), equations.levers * np.sin(q)
         x, z = equations.masses * (J @ v), equations.masses * (K @ v)
         by_q = (J.T @ z - K.T @ x) * v - equations.gravity * (K.T @ equations.masses)
         return np.concatenate([equations.mass(q) @ v, by_q])
 
-    def given(state: Array) -> Any:
+    def supplied_slopes(state: Array) -> Any:
         time = (problem.t0,) if system.explicit_time else ()
         assert system.slopes is not None
         return system.slopes(state[:n].copy(), state[n:].copy(), *time)
 
     start = np.concatenate([problem.q0, problem.v0])
-    return agrees(given, known, points_around(start))
+    return agrees(supplied_slopes, chain_slopes, points_around(start))

@@ -41,7 +41,7 @@ def slope(force, numbers, inverse, gravity, y, t, out):
 
 
 @jit
-def tried(force, numbers, inverse, gravity, y, t, h, A, K, new):
+def try_step(force, numbers, inverse, gravity, y, t, h, A, K, new):
     """K[1:] and new (6,) <- the stages and the end of a step; K[0] is known."""
     for j in range(1, STAGES + 1):
         new[:] = y
@@ -88,7 +88,7 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
         slope(force, numbers, inverse, gravity, y, t, K[0])
         for _ in range(STEPS):
             h = min(wanted, until - t)
-            tried(force, numbers, inverse, gravity, y, t, h, A, K, new)
+            try_step(force, numbers, inverse, gravity, y, t, h, A, K, new)
             error = error_of(y, new, h, K, E3, E5, tolerance)
             if not error <= 1.0:  # NaN comes here too
                 wanted = h * (max(LEAST, SAFETY * error**EXPONENT) if error > 1.0 else LEAST)
@@ -102,7 +102,7 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
                         break
                     h -= new[2] / new[5]
                     last[:] = new
-                    tried(force, numbers, inverse, gravity, y, t, h, A, K, new)
+                    try_step(force, numbers, inverse, gravity, y, t, h, A, K, new)
                     if abs(new[2]) >= abs(last[2]):
                         break
                 contacts += 1

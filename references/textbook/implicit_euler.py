@@ -50,10 +50,10 @@ class ImplicitEuler:
         limit = input_checks.whole("max_iterations", setting.get("max_iterations", 50))
         times = steps.times(problem.t0)
         accelerated, slope = acceleration(problem), acceleration_jacobian(problem)
-        rest = np.zeros(problem.v0.shape)  # which forces here do not depend on
+        zero_velocity = np.zeros(problem.v0.shape)  # which forces here do not depend on
 
         def force(q: Array, t: float) -> Array:
-            return accelerated(q, rest, t)
+            return accelerated(q, zero_velocity, t)
 
         q, v, a = problem.q0, problem.v0, force(problem.q0, problem.t0)
         saved_q, saved_v = (np.full((len(times), *q.shape), np.nan) for _ in "qv")

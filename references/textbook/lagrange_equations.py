@@ -148,9 +148,9 @@ def _conservative(problem: Problem) -> tuple[Any, ...] | None:
     from the potential; None where neither can be written, or not with the values of the function.
     """
     system: Any = problem.system
-    known = None if replaces_force(problem) else potential_formula(system.potential)
-    if known is not None and known.formula is not None:
-        return _pull_of_formula(known.formula, tuple(known.numbers.tolist()), problem.q0.size)
+    formula = None if replaces_force(problem) else potential_formula(system.potential)
+    if formula is not None and formula.formula is not None:
+        return _pull_of_formula(formula.formula, tuple(formula.numbers.tolist()), problem.q0.size)
     gradient, names = system.gradient, "qt" if system.explicit_time else "q"
     if gradient is None and not system.explicit_time:
         gradient = getattr(system.potential, "gradient", None)

@@ -117,7 +117,7 @@ def constants(body):
 
 
 @jit
-def rk4(body, state, h, first, last, total, every, saved):
+def rk4(body, state, h, first, last, total, save_every, saved):
     """Steps first .. last of the whole; returns the number of the step that failed (0: none)."""
     numbers = constants(body)
     s = loaded(state)
@@ -131,8 +131,8 @@ def rk4(body, state, h, first, last, total, every, saved):
         residue = (s[0] - s[0]) + (s[4] + s[5] + s[6]) * 0.0
         if residue != 0.0:  # only a NaN or an infinity leaves one
             return k + 1
-        if (k + 1) % every == 0 or k + 1 == total:
-            store(s, saved[(k + every) // every])
+        if (k + 1) % save_every == 0 or k + 1 == total:
+            store(s, saved[(k + save_every) // save_every])
     store(s, state)
     return 0
 
@@ -177,12 +177,12 @@ def dop853(body, state, tableau, tolerance, clock, budget):
     s, grown, accepted = loaded(state), MOST, 0
     t, end, wanted = clock[0], clock[1], clock[2]
     store(slopes(s, *numbers), K[0])
-    for tried in range(budget):
+    for attempt in range(budget):
         left = end - t
         ends = abs(wanted) >= abs(left)
         h = left if ends else wanted
         if not (ends or abs(h) > 10.0 * EPS * abs(end)):
-            return -1, tried, accepted
+            return -1, attempt, accepted
         for j in range(1, STAGES):
             store(slopes(weighted(s, h, K, A[j], j), *numbers), K[j])
         new = weighted(s, h, K, A[STAGES], STAGES)
@@ -196,7 +196,7 @@ def dop853(body, state, tableau, tolerance, clock, budget):
             store(s, state)
             clock[0], clock[2] = t, wanted
             if ends:
-                return 0, tried + 1, accepted
+                return 0, attempt + 1, accepted
             store(slopes(s, *numbers), K[0])
         else:  # NaN comes here too
             factor = max(LEAST, SAFETY * error**EXPONENT) if error > 0.0 else LEAST
@@ -244,12 +244,14 @@ class QuaternionRK4:
         state = body.start()
         saved = np.full((len(times), 7), np.nan)
         saved[0] = state
-        every = int(steps.saved[1])
-        failed = done = 0
-        while done < steps.count and not failed:
-            last = min(done + CHUNK, steps.count)
-            failed = advance(body.numbers, state, steps.step, done, last, steps.count, every, saved)
-            done = failed - 1 if failed else last
+        save_every = int(steps.saved[1])
+        failed = steps_done = 0
+        while steps_done < steps.count and not failed:
+            last = min(steps_done + CHUNK, steps.count)
+            failed = advance(
+                body.numbers, state, steps.step, steps_done, last, steps.count, save_every, saved
+            )
+            steps_done = failed - 1 if failed else last
         q, p = body.states(problem, saved)
         return as_trajectory(
             problem,
@@ -257,7 +259,7 @@ class QuaternionRK4:
             times,
             q,
             p=p,
-            counts={"steps": done, "force_evaluations": 4 * (done + (failed > 0))},
+            counts={"steps": steps_done, "force_evaluations": 4 * (steps_done + (failed > 0))},
             step=steps.step,
             failure=non_finite(failed, steps.saved, times) if failed else None,
         )
@@ -318,10 +320,10 @@ class QuaternionDOP853:
         for row, t in enumerate(times[1:] - problem.t0, start=1):
             clock[1], status = t, 1
             while status == 1:
-                status, tried, accepted = advance(
+                status, attempts, accepted = advance(
                     body.numbers, state, dop853_tableau(), tolerance, clock, TRIES
                 )
-                tries, steps = tries + tried, steps + accepted
+                tries, steps = tries + attempts, steps + accepted
             if status < 0:
                 failure = Failure(row=row, step=steps + 1, why=_stuck(problem.t0 + clock[0]))
                 break

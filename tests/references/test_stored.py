@@ -55,7 +55,7 @@ OTHERS = {  # problems near those whose motions are kept
         galvi.problems.kepler_polar(),
     ),
 }
-TRUTHS = {case: truth for truth in OTHERS for case in truth.made}
+TRUTHS = {case: truth for truth in OTHERS for case in truth.makers}
 # duration; largest errors of q and p of others, measured in the comment
 COMPILED, SLOW, CHAINS = {"tolerance": 1e-15}, {"tolerance": 1e-12}, {"rtol": 3e-14, "atol": 1e-15}
 PEERS = (
