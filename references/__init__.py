@@ -109,8 +109,8 @@ REFERENCES: tuple[Reference, ...] = (
 )
 
 
-# A code and its method -> its contenders, the first that supports a problem first: one code has
-# several where kinds of systems have equations of their own.
+# A code and its method -> its contenders; `named` takes the first that supports the problem. A code
+# has several contenders where kinds of systems need different equations.
 CODES: Mapping[str, tuple[Reference, ...]] = {
     "rebound.whfast": (WHFAST,),
     "rebound.whfast512": (WHFAST512,),
@@ -159,7 +159,7 @@ def reference(name: str) -> Contender:
     Raises
     ------
     ValueError
-        With the nearest known name, when there is none.
+        For an unknown name, with the nearest known one.
     TypeError
         Unless a string.
     """

@@ -65,11 +65,12 @@ class Reference(Contender, Protocol):
 
     @property
     def fixed_step(self) -> bool:
-        """Whether its setting has a ``step``; otherwise it has ``samples``, and most of those that
-        integrate take a ``tolerance``."""
+        """Whether its setting has a ``step``; otherwise it has ``samples`` and mostly a
+        ``tolerance``."""
 
 
-# fields of a system that may keep a contender from it, and how they are called in its refusal
+# Obstacle, as a refusal names it -> the fields of a system that cause it, and the values that
+# remove it.
 OBSTACLES: Mapping[str, Mapping[str, Any]] = {
     "its external force": {"force": None, "timed_force": False},
     "its gradient, which is not that of its potential": {"gradient": None},
@@ -84,7 +85,7 @@ OBSTACLES: Mapping[str, Mapping[str, Any]] = {
 
 
 def refusal_reason(contender: Contender, problem: Problem) -> str:
-    """The fields without which the contender would take the problem, in words; '' for none."""
+    """The obstacles without which the contender would take the problem, as text; '' for none."""
     system: Any = problem.system
     fields = {field.name for field in dataclasses.fields(system) if field.init}
     held = {
@@ -107,7 +108,8 @@ def refusal(
     problem: Problem,
     remedy: str = "Ask supports(problem) first.",
 ) -> str:
-    """The sentence that none of a code's contenders solves the problem, with a reason if known."""
+    """A sentence saying that no contender of a code solves the problem, with the reason if
+    known."""
     reason = next(
         filter(None, (refusal_reason(contender, problem) for contender in contenders)), ""
     )
@@ -119,7 +121,7 @@ def refusal(
 
 
 def missing_engine(contender: Any) -> str:
-    """The package for want of which a contender cannot run here; "" where it can."""
+    """The package that a contender needs and that is not installed; "" for none."""
     return contender.engine if contender.missing else ""
 
 
@@ -135,7 +137,7 @@ def require(contender: Contender, problem: Problem) -> None:
 def steps_of_run(
     contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any], *keys: str
 ) -> FixedSteps:
-    """The equal steps of a run, after `require`; the setting may hold these keys besides theirs."""
+    """The equal steps of a run, after `require`; the setting may also hold these keys."""
     require(contender, problem)
     check_keys(setting, ("step", "save_every", *keys))
     return fixed_steps(duration, setting)
@@ -144,7 +146,7 @@ def steps_of_run(
 def times_of_run(
     contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any], *keys: str
 ) -> Array:
-    """The times at which states are asked for, likewise."""
+    """The times of a run's samples, after `require`; the setting may also hold these keys."""
     require(contender, problem)
     check_keys(setting, ("samples", *keys))
     return sample_times(problem.t0, duration, setting)

@@ -65,7 +65,7 @@ def is_thrown(problem: Problem) -> bool:
 
 
 def is_moved_by(problem: Problem, potential: type) -> bool:
-    """Whether such a potential alone moves a scalar or diagonal mass."""
+    """Whether a potential of this type alone moves a scalar or diagonal mass."""
     system = problem.system
     return (
         isinstance(system, Canonical)
@@ -79,7 +79,7 @@ def is_moved_by(problem: Problem, potential: type) -> bool:
 def replaces_force(problem: Problem) -> bool:
     """Whether the gradient given to a Canonical differs from that of its known potential.
 
-    No without a gradient, and for one that agrees to rounding at the start and around it.
+    False without a gradient, and for one that agrees to rounding at the start and around it.
     """
     system: Any = problem.system
     if system.gradient is None:
@@ -91,7 +91,7 @@ def replaces_force(problem: Problem) -> bool:
 
 
 def potential_formula(potential: Any) -> Force | None:
-    """-dV/dq of a potential that references recognise; None of another."""
+    """-dV/dq of a potential that references recognise; None for another."""
     if type(potential) not in FORMULAS:
         return None
     formula, names = FORMULAS[type(potential)]
@@ -170,13 +170,13 @@ def external_force(problem: Problem) -> Force:
 
 
 def total_force(problem: Problem) -> Force:
-    """Of the potential and, where there is one, the external force."""
+    """The force of the potential plus the external force, if there is one."""
     force = potential_force(problem)
     return together(force, external_force(problem)) if is_forced(problem) else force
 
 
 def inverse_mass(problem: Problem) -> Array:
-    """What turns `total_force` into accelerations: (d,), or (d, d)."""
+    """The inverse mass, (d,) or (d, d), by which `total_force` gives accelerations."""
     system: Any = problem.system
     if isinstance(system, NBody):
         return np.ones(problem.q0.size)

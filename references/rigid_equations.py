@@ -17,7 +17,7 @@ from galvi.arrays import Array
 from references.forces.force import agrees, checked, derivative
 from references.newton import is_forced
 
-ATTITUDES = 8  # besides the start, at which a given gradient is compared
+ATTITUDES = 8  # attitudes besides the start, at which a user's gradient is compared
 
 
 @dataclass(frozen=True, eq=False)

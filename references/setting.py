@@ -1,4 +1,4 @@
-"""The plain mapping a contender is run with: which keys it may hold, and the times it asks for."""
+"""Settings of contenders, which are mappings: their keys, and the steps and times of a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WHOLE = 1e-9  # how far, relatively, duration / step may be from a whole number
 
 
 def nearest(word: str, choices: Iterable[str]) -> str:
-    """The one of the known words most like this one in any case, those that contain it first."""
+    """The choice most similar to a word, ignoring case; choices that contain it come first."""
     folded, ordered = word.casefold(), sorted(choices)
 
     def likeness(choice: str) -> float:
@@ -46,7 +46,7 @@ def described(name: str, setting: Mapping[str, Any], engine: str = "") -> str:
 
 @dataclass(frozen=True, eq=False)
 class FixedSteps:
-    """How many equal steps to take and which to keep.
+    """How many equal steps to take, and which states to save.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class FixedSteps:
     count
         n, so that n h is the duration
     saved : array, shape (saved,)
-        numbers of the steps kept: 0, k, 2k, ... and the last
+        numbers of the saved steps: 0, k, 2k, ... and the last
     """
 
     step: float

@@ -115,7 +115,8 @@ def _in_words(reasons: mujoco_forces.Reasons) -> Description:
     few = (
         (
             why,
-            ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if names[NAMED:] else ""),
+            ", ".join(names[:MAX_NAMES])
+            + (f" and {len(names) - MAX_NAMES} more" if names[MAX_NAMES:] else ""),
         )
         for why, names in reasons.items()
     )
@@ -149,7 +150,7 @@ UNDERSTOOD = (
     "dampingpoly",
     "armature",
 )  # by mujoco_forces
-NAMED = 3  # objects in a message
+MAX_NAMES = 3  # objects in a message
 
 
 def tendon_forces(model: Any) -> list[str]:

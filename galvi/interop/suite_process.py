@@ -47,7 +47,7 @@ def run_command(
     return refusal("\n".join(messages), process.returncode)
 
 
-def refusal(message: str, status: int) -> ModuleNotFoundError | ValueError:
+def refusal(message: str, exit_code: int) -> ModuleNotFoundError | ValueError:
     """What a command said that ended with an exit status, as an exception."""
-    sentence = message or f"the command ended with {status}."
-    return ModuleNotFoundError(sentence) if status == NOT_INSTALLED else ValueError(sentence)
+    sentence = message or f"the command ended with {exit_code}."
+    return ModuleNotFoundError(sentence) if exit_code == NOT_INSTALLED else ValueError(sentence)

@@ -133,7 +133,7 @@ def is_symmetric(table: Tableau, rule: Rule) -> bool:
 
 
 # Largest number of stages for which collocation matrices are computed in float64.
-MOST_FLOAT_STAGES = 65
+MAX_FLOAT_STAGES = 65
 VERLET = ("Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2")
 
 
@@ -166,7 +166,7 @@ def classical_names(table: Tableau, separable: bool) -> tuple[str, ...]:
 
 def _names(c: Array, b: Array, A: Array) -> tuple[str, ...]:
     stages = c.size
-    if stages > MOST_FLOAT_STAGES:
+    if stages > MAX_FLOAT_STAGES:
         return ()
     integrals = _integrals(c)
     partner = b * (1.0 - integrals.T / b[:, None])

@@ -366,8 +366,8 @@ class Lagrangian:
         """Derivatives of L for the kernels, compiled or differenced."""
         side = self.group.shape[0] if len(self.group.shape) == 2 else 0
         if self.slopes is None and self.builtin is not None:
-            law, constants = self.builtin.compiled()
-            kernel = LagrangianKernel(lagrangian_derivatives.LAW, law, constants=constants)
+            evaluate, constants = self.builtin.compiled()
+            kernel = LagrangianKernel(lagrangian_derivatives.LAW, evaluate, constants=constants)
             return with_force(kernel, self, side)
         timed, compiled, function = self.explicit_time, False, self.slopes
         if function is None:

@@ -11,16 +11,18 @@ from galvi.arrays import Array
 from galvi.systems.finite_differences import difference_scales
 from galvi.systems.system import BuiltinLagrangian
 
-VELOCITY_PASSES = 50  # most of Newton's method for a velocity
+VELOCITY_ITERATIONS = 50  # most of Newton's method for a velocity
 CORRECTION_HALVINGS = 40  # most of a correction that lessens no residual
 SOLVED_RESIDUAL = 2.0**-51  # relative residual of the momentum at which a velocity is accepted
 ROUND_OFF_RESIDUAL = 1e-8  # relative residual below which stagnation is round-off and accepted
 MASS_MATRIX_CONTRACTION = 0.2  # contraction factor above which d2L/dv2 is recomputed
 BALANCES = 20
-PASSES_OF_ALL = 12  # passes for all states
-SEVERAL_STATES = 8  # states, from which it pays to find them together
+BATCH_ITERATIONS = 12  # passes for all states
+MIN_BATCH = 8  # states, from which it pays to find them together
 MOVE = 1e-5  # share of a velocity by which momenta are differenced
-ROUND_OFF_OF_ALL = 1e-12  # relative residual below which stagnation of all states is round-off
+BATCH_ROUND_OFF_RESIDUAL = (
+    1e-12  # relative residual below which stagnation of all states is round-off
+)
 SINGULAR_CONDITION = 1e12  # condition of a balanced d2L/dv2, beyond which it is not inverted
 BALANCED_RATIO = 2.0  # ratio of the largest row to the smallest at which balancing stops
 
@@ -55,7 +57,7 @@ def velocity_with_momentum(
         v, gap = np.zeros(p.size), p - momentum(np.zeros(p.size))
     M, weight = np.zeros((p.size, p.size)), np.ones(p.size)
     fresh = renew = True
-    for _ in range(VELOCITY_PASSES):
+    for _ in range(VELOCITY_ITERATIONS):
         if not np.all(np.isfinite(gap)):
             return lost
         fresh = renew
@@ -95,12 +97,7 @@ def values_and_momenta(
     """L (...) and dL/dv (..., d) at states with any axes in front, or None: where the Lagrangian
     does not bring its derivatives, states are few, or one is not finite."""
     rates = v.reshape(-1, system.group.dimension)
-    if (
-        q is None
-        or system.slopes is not None
-        or system.builtin is None
-        or len(rates) < SEVERAL_STATES
-    ):
+    if q is None or system.slopes is not None or system.builtin is None or len(rates) < MIN_BATCH:
         return None
     if not (np.all(np.isfinite(q)) and np.all(np.isfinite(v))):
         return None
@@ -135,11 +132,11 @@ def velocities(system: Any, q: Array | None, p: Array, t: Any, guess: Array) -> 
             ]
             masses = np.stack(sides, axis=-1)
         before = np.inf
-        for _ in range(PASSES_OF_ALL):
+        for _ in range(BATCH_ITERATIONS):
             gap = p - momenta(v)
             sizes = np.abs(p) + (np.abs(masses) @ np.abs(v)[..., None])[..., 0]
             off = float(np.max(np.abs(gap) / np.where(sizes > 0.0, sizes, 1.0)))
-            if off <= SOLVED_RESIDUAL or (off <= ROUND_OFF_OF_ALL and off > 0.5 * before):
+            if off <= SOLVED_RESIDUAL or (off <= BATCH_ROUND_OFF_RESIDUAL and off > 0.5 * before):
                 return v
             before = off
             if not (np.all(np.isfinite(gap)) and np.all(np.isfinite(masses))):

@@ -16,7 +16,7 @@ from galvi.systems.forces.acting import Acting
 from galvi.systems.system import ForceKernel
 from galvi.systems.traces import reasons, trace
 
-MOST_COUPLED_BODIES = 4  # up to which Newton's blocks are whole
+MAX_COUPLED_BODIES = 4  # up to which Newton's blocks are whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,8 +186,8 @@ class NBody:
 
     def force_kernel(self, dimension: int) -> ForceKernel:
         """Accelerations for the kernels; Newton's blocks are whole for up to
-        ``MOST_COUPLED_BODIES``, else one for each body."""
-        coupled, acting = self.masses.size <= MOST_COUPLED_BODIES, self.acting
+        ``MAX_COUPLED_BODIES``, else one for each body."""
+        coupled, acting = self.masses.size <= MAX_COUPLED_BODIES, self.acting
         width = self.masses.size * dimension if coupled else dimension
         if acting.functions:
             return ForceKernel(

@@ -278,10 +278,10 @@ class RigidBody(Body):
             potential = self.potential
             weight = potential.numbers if isinstance(potential, UniformGravity) else np.zeros(6)
             constants = np.concatenate([numbers, weight])
-            law = LagrangianKernel(
+            kernel = LagrangianKernel(
                 lagrangian_derivatives.LAW, lagrangian_derivatives.rigid_body, constants=constants
             )
-            return with_force(law, self, 3)
+            return with_force(kernel, self, 3)
         if self.gradient is None and self.lagrangian.builtin is not None:
             return self.lagrangian.lagrangian_kernel()
         slope = self.slope()

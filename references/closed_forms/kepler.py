@@ -22,9 +22,8 @@ from references.setting import described
 # With x = E - E0 the eccentric anomaly since the start, versine 1 - cos x and excess x - sin x,
 #   n t = (r0/a) sin x + (x - sin x) + sigma (1 - cos x),  n^2 a^3 = gm, sigma = r0.v0 / sqrt(gm a)
 #   r(t) = f r0 + g v0                                  (Battin, Astrodynamics (1999), section 4.3)
-# No difference of nearly equal numbers is left at a start from pericentre, whatever the
-# eccentricity; elsewhere double-double arithmetic pays for the one that is, so r and v come out
-# rounded once.
+# From a pericentre these formulas subtract no nearly equal numbers, at any eccentricity; from other
+# starts double-double arithmetic absorbs the cancellation, so that r and v are rounded once.
 
 DIGITS = Context(prec=120)
 TWO_PI = Decimal("6.28318530717958647692528676655900576839433879875021164194988918461563281257")
@@ -161,7 +160,7 @@ class Kepler:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """By the system, and by the start: the orbit must be an ellipse."""
+        """Whether the system is one of these and the orbit an ellipse."""
         return _orbit(problem) is not None
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:

@@ -28,7 +28,7 @@ DESCENTS = 40
 
 @dataclass(frozen=True)
 class Modulus:
-    """k^2 and k'^2 = 1 - k^2, both given, since neither can be had from the other near 0.
+    """k^2 and k'^2 = 1 - k^2, both stored: near 0 neither can be computed from the other.
 
     k'^2 = 0 is the separatrix, where the functions are hyperbolic and no longer periodic.
     """

@@ -35,7 +35,7 @@ def principal_axes(inertia: Any) -> tuple[Any, Any]:
 
     Notes
     -----
-    Those of a diagonal matrix are its own, exactly.
+    The moments of a diagonal matrix are its diagonal, exactly.
     """
     J, axes = inertia.copy(), decimals(np.eye(3))
     size = max(abs(J.ravel()))
@@ -268,7 +268,8 @@ class Top:
 
 
 def top(Ia: Decimal, Ib: Decimal, Ic: Decimal, ma: Decimal, mb: Decimal, mc: Decimal) -> Top:
-    """From the moments and the momentum at the start; no difference of nearly equal energies."""
+    """The motion with these moments and this momentum at the start, without differences of nearly
+    equal energies."""
     below = mb * mb * (Ib - Ia) / Ib + mc * mc * (Ic - Ia) / Ic  # |m|^2 - 2 H I_a
     above = ma * ma * (Ic - Ia) / Ia + mb * mb * (Ic - Ib) / Ib  # 2 H I_c - |m|^2
     middle = (ma * ma * (Ia - Ib) * Ic + mc * mc * (Ic - Ib) * Ia) / (Ia * Ic)  # |m|^2 - 2 H I_b
@@ -308,8 +309,8 @@ def _turned_about(v: Any, t: Decimal) -> Any:
 class ThrownBody:
     """A FreeBody: any inertia, any start.
 
-    Setting: samples. The start is taken as exact, t - t0 likewise, and the entries of q and p come
-    out rounded once, as of `references.closed_forms.top_motion.FreeTop`.
+    Setting: samples. The start is taken as exact, t - t0 likewise, and the entries of q and p are
+    rounded once, as those of `FreeTop`.
     """
 
     fixed_step: ClassVar[bool] = False

@@ -1,4 +1,4 @@
-"""Celestial forces by formulas of their own: in polar form, by differences of energies, in vectors.
+"""Celestial forces by textbook formulas, independent of galvi's kernels.
 
 q and v have shape (bodies, 2 or 3), of numbers or of another engine's expressions.
 """
@@ -23,7 +23,7 @@ def accelerations(system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
 
 
 def length(x: Array) -> Any:
-    """Of vectors (..., D)."""
+    """Lengths (...) of vectors (..., D)."""
     return np.sum(x * x, axis=-1) ** 0.5
 
 
@@ -33,7 +33,8 @@ def _of(force: Any, system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
 
 
 def _pairs(system: galvi.NBody, source: int, q: Array, pull: Any) -> Array:
-    """Forces m pull(x) on all others, x their places from a source, which is pushed back."""
+    """Accelerations pull(x) of all bodies but the source, x their positions relative to it, and the
+    recoil of the source."""
     acceleration = np.zeros_like(q)
     for k, mass in enumerate(system.masses):
         if k != source:

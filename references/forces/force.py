@@ -1,4 +1,4 @@
-"""Forces of systems, by formulas of their own or by a gradient that is given or differenced."""
+"""Forces of systems: by formulas, by a user's gradient, or by differences."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def derivative(function: Callable[[float], float], scale: float) -> float:
 
     Notes
     -----
-    The entry of the extrapolation table that differs least from its neighbours is taken.
+    Returns the entry of the extrapolation table that differs least from its neighbours.
     """
     best, error, above = np.nan, np.inf, []
     for row in range(ROWS):
@@ -60,7 +60,8 @@ DISTANCES = (0.01, 0.01, 0.1, 0.1, 1.0, 1.0, 3.0, 3.0)
 def agrees(
     function: Callable[[Array], Any], reference: Callable[[Array], Array], points: Iterable[Array]
 ) -> bool:
-    """Whether both return the same array, to rounding, at all points; no when one raises."""
+    """Whether both return the same array, to rounding, at all points; False where the function
+    raises."""
     for point in points:
         try:
             values = np.asarray(function(point.copy()), dtype=np.float64)
@@ -142,10 +143,10 @@ def by_formula(formula: Function, *numbers: Any) -> Force:
 
 
 def by_function(function: Function, arguments: str, sign: float) -> Force:
-    """sign times a user's function of q and those of v and t that `arguments` names.
+    """sign times a user's function of ``arguments``, such as "qvt".
 
-    It is compiled when the function is jitted and returns an array (d,), else called from Python,
-    where its exceptions stay as they are and a wrong shape raises ValueError.
+    Compiled if the function is jitted and returns an array (d,). Otherwise it is called from
+    Python: its exceptions pass through, and a wrong shape raises ValueError.
     """
     jitted = is_jitted(function)
     adapted = _adapted(function, arguments, sign) if jitted else None
@@ -183,7 +184,8 @@ def _compiled(formula: Function, signature: Any) -> Function:
 
 @lru_cache(maxsize=64)
 def _adapted(function: Function, arguments: str, sign: float) -> Function | None:
-    """The jitted function as a force, compiled; None when it cannot be. NaN for a wrong length."""
+    """The jitted function as a compiled force, NaN for a wrong length; None if it does not
+    compile."""
     call: Function = {
         "q": lambda q, v, t: function(q),
         "qt": lambda q, v, t: function(q, t),
@@ -213,7 +215,7 @@ def _called(function: Function, arguments: str, sign: float) -> Function:
 
 
 def checked(values: Any, shape: tuple[int, ...]) -> Array:
-    """What a user's function returned; ValueError for another shape."""
+    """The values as a float64 array; ValueError for another shape."""
     array = np.asarray(values, dtype=np.float64)
     if array.shape != shape:
         raise ValueError(

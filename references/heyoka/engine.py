@@ -58,7 +58,7 @@ def propagated(
 ) -> tuple[Any, int, Failure | None]:
     """States (saved, n) at times since the start, the first 0; NaN past a failure.
 
-    Also the steps taken, and the failure, which says ``why``; t0 is only for its sentence.
+    Also the number of steps, and the failure, whose reason is ``why``; t0 only enters its sentence.
     """
     import heyoka
 

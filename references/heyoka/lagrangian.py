@@ -194,8 +194,7 @@ class HeyokaLagrangian(OnCoordinates):
 
     def supports(self, problem: Problem) -> bool:
         """A Lagrangian from SymPy without external force, or a Canonical whose functions can be
-        written out: they do not branch and take none but those that heyoka has.
-        """
+        written out, without branches, in functions that heyoka has."""
         equations = LagrangeEquations.of(problem)
         return equations is not None and all(
             issubclass(kind, _translatable()) for kind in equations.kinds
@@ -211,7 +210,7 @@ class HeyokaLagrangian(OnCoordinates):
 
 @cache
 def _translatable() -> tuple[type, ...]:
-    """SymPy's types of what heyoka has."""
+    """The SymPy types that heyoka can represent."""
     import sympy
 
     return tuple(getattr(sympy, name) for name in KNOWN)
@@ -245,7 +244,7 @@ def _compiled(
 
 
 def _number(x: Any, number: Any) -> Any:
-    """A constant in the engine's precision; one that double precision holds is exact in any."""
+    """A constant in the engine's precision, exact if a double holds it."""
     import heyoka
     import sympy
 

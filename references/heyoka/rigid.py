@@ -88,9 +88,9 @@ class HeyokaRigid:
 
 
 def _numbers(problem: Problem) -> tuple[list[Decimal], list[Decimal]]:
-    """What starts besides the quaternion, and the constants.
+    """The initial values after those of the quaternion, and the constants.
 
-    start      J w0; then, of a FreeBody, place and velocity of its centre in space
+    start      J w0; then, of a FreeBody, position and velocity of its centre in space
     constants  J^-1 by rows; then, with weight, mass g in the frame of the start and the centre of
                mass; of a FreeBody, g
     """
@@ -114,7 +114,8 @@ def _numbers(problem: Problem) -> tuple[list[Decimal], list[Decimal]]:
 
 
 def _as_rigid_motion(problem: Problem, R: Array, moving: Array) -> tuple[Array, Array]:
-    """q (saved, 4, 4) and p (saved, 6) of a FreeBody from R (saved, 3, 3) and J w, place, speed."""
+    """q (saved, 4, 4) and p (saved, 6) of a FreeBody from R (saved, 3, 3) and J w, position,
+    velocity."""
     q = np.zeros((len(R), 4, 4))
     q[:, :3, :3], q[:, :3, 3], q[:, 3, 3] = R, moving[:, 3:6], 1.0
     drift = problem.system.mass * np.einsum("nji,nj->ni", R, moving[:, 6:])

@@ -24,8 +24,8 @@ from references.setting import described
 
 # Many members in heyoka: batches in vector instructions, shared by threads.
 #
-# Its own ensembles copy the integrator, with its compiled code, for each batch; a loop over batches
-# in each thread copies it once.
+# heyoka's ensembles copy the integrator, with its compiled code, for each batch; the loop here
+# copies it once for each thread.
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,9 @@ class HeyokaBatches:
 
     Attributes
     ----------
-    own
-        by heyoka's ``ensemble_propagate_until_batch``, else by a loop in each thread
+    by_ensemble
+        whether heyoka's ``ensemble_propagate_until_batch`` runs the batches; else a loop in each
+        thread
     """
 
     name: str
@@ -61,8 +62,8 @@ class HeyokaBatches:
         tolerance: float,
         threads: int,
     ) -> Callable[[], Array]:
-        """A call that runs all members (n, d), n a multiple of the batch, and returns their last
-        places; the integrator is compiled here."""
+        """A function that runs all members (n, d), n a multiple of the batch, and returns their
+        final positions; the integrator is compiled before."""
         import heyoka
 
         d, batch = q0.shape[1], heyoka.recommended_simd_size()
@@ -145,7 +146,7 @@ class HeyokaTaylor:
     def supports(self, problem: Problem) -> bool:
         """N bodies, with forces that are not functions, or a scalar mass about a fixed centre in 2
         or 3 dimensions."""
-        return bool(_law(problem))
+        return bool(_constants(problem))
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
@@ -172,14 +173,16 @@ class HeyokaTaylor:
         """
         number = heyoka_engine.kind(self.precision)
         forces = getattr(problem.system, "forces", ())
-        engine = _compiled(_law(problem), forces, self.precision, *heyoka_engine.switches(options))
+        engine = _compiled(
+            _constants(problem), forces, self.precision, *heyoka_engine.switches(options)
+        )
         pad = ((0, 0), (0, 3 - problem.q0.shape[-1]))
         start = [np.pad(np.atleast_2d(x), pad) for x in (problem.q0, problem.v0)]
         state = np.concatenate(start, axis=1).ravel().astype(number)
         return heyoka_engine.propagated(engine, state, times, problem.t0, "bodies met.")
 
 
-def _law(problem: Problem) -> tuple[Any, ...]:
+def _constants(problem: Problem) -> tuple[Any, ...]:
     """The constants of the equations of motion, hashable; empty for an unsupported problem."""
     system = problem.system
     if isinstance(system, NBody):
@@ -198,7 +201,7 @@ def _law(problem: Problem) -> tuple[Any, ...]:
 
 @lru_cache(maxsize=8)
 def _compiled(
-    law: tuple[Any, ...],
+    constants: tuple[Any, ...],
     forces: tuple[Any, ...],
     precision: str,
     tolerance: float,
@@ -209,7 +212,7 @@ def _compiled(
     import heyoka
 
     kind = heyoka_engine.kind(precision)
-    system, strength, divisor, *masses = law
+    system, strength, divisor, *masses = constants
     options = {"Gconst": kind(strength) / kind(divisor), "masses": [kind(m) for m in masses]}
     if system == "bodies":
         equations = heyoka.model.nbody(len(masses), **options)

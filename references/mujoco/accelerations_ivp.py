@@ -1,7 +1,6 @@
 """SciPy's DOP853 on the accelerations that MuJoCo computes of a tree.
 
-The accuracy is that of the tolerance, down to some 1e-13, and nothing of it is MuJoCo's own
-integration.
+The tolerance sets the accuracy, down to some 1e-13; MuJoCo's integrators are not used.
 """
 
 from __future__ import annotations

@@ -28,8 +28,8 @@ SCALAR = ("hinge", "slide")
 
 
 def is_tree(problem: Problem) -> bool:
-    """Trees without other forces than damping, and whose springs MJCF can say: a ball joint's at
-    rest where the link is at its place."""
+    """Whether it is a tree without forces but damping, whose springs MJCF can express: those of
+    ball joints must be at rest in the reference attitude."""
     system = problem.system
     if not isinstance(system, Multibody) or system.given_force[0] is not None:
         return False
@@ -66,7 +66,7 @@ def _body(link: Link, inner: str) -> str:
 
     position, turn = link.place, link.attitude
     if any(joint.type == "free" for joint in link.joints):
-        rest_pose = link.joints[0].rest  # which a free joint's spring has from its body's place
+        rest_pose = link.joints[0].rest  # MuJoCo takes a free joint's from its body's pose
         position, turn = rest_pose[:3, 3], rest_pose[:3, :3]
     inertial = ""
     if link.mass > 0.0:
@@ -97,7 +97,7 @@ def _joint(joint: Joint) -> str:
 OFF = (
     *("contact", "constraint", "equality", "frictionloss", "limit", "spring", "damper"),
     *("clampctrl", "actuation", "sensor", "eulerdamp", "island", "warmstart", "autoreset"),
-)  # what lone bodies have not, 4 % of a step; and the reset that would hide a failure
+)  # features that no single body uses, 4 % of a step; and the reset that would hide a failure
 
 
 def document(gravity: Any, bodies: str, off: tuple[str, ...] = OFF) -> str:
@@ -126,7 +126,7 @@ SLACK = 1e-12  # relative: below that, moments are zero, and a flat body's are f
 def principal(inertia: Array) -> tuple[Array, Array]:
     """Moments, (3,), and the quaternion of their axes, (4,), with w first.
 
-    MuJoCo's own ``fullinertia`` is off by some 10 roundings, and its order of the axes is its own.
+    MuJoCo's ``fullinertia`` is off by some 10 roundings and orders the axes differently.
     """
     from scipy.spatial.transform import Rotation
 

@@ -15,7 +15,7 @@ from galvi.arrays import Array
 from galvi.systems.lagrangian import velocity_at
 from references.mujoco.body import mujoco_body, to_mujoco
 
-LEAST = (4, 0, 1)
+OLDEST_MUJOCO = (4, 0, 1)
 
 
 def missing() -> str:
@@ -25,7 +25,7 @@ def missing() -> str:
     except ImportError as error:
         return f"{error}. Install mujoco-core 4.0.1 or newer."
     numbers = tuple(int(digits) for digits in re.findall(r"\d+", mujoco.__version__)[:3])
-    if numbers < LEAST:
+    if numbers < OLDEST_MUJOCO:
         return (
             f"mujoco {mujoco.__version__} has known faults: before 4.0 its RK4 turns bodies with "
             "order 2, and the constraint solver of 4.0.0 is wrong. Install mujoco-core 4.0.1 or "
@@ -66,7 +66,7 @@ def compiled(system: Any) -> tuple[Any, Any, Any]:
 
 
 def at_start(problem: Problem) -> tuple[Any, Any, Any]:
-    """As `compiled`, with the data at the problem's start and nothing left of an earlier run."""
+    """As `compiled`, with the data reset and at the problem's start."""
     import mujoco
 
     joint, model, mj_data = compiled(problem.system)

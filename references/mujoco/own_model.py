@@ -11,7 +11,7 @@ It reads a job from its input and writes an answer, both as JSON:
             start, and "failure", a sentence or ""; "accelerations": qacc at each state, "energies":
             of each state}
 
-Nothing is judged here, so that all releases are judged alike.
+The program assesses nothing, so that all releases are assessed alike.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def loaded(job: dict[str, Any]) -> Any:
 
 
 def at_start(model: Any, *starts: dict[str, Any]) -> Any:
-    """Data at the start: of each mapping what it has, the last one's first."""
+    """Data at the start; the entries of later mappings replace those of earlier ones."""
     import mujoco
 
     mj_data = mujoco.MjData(model)
@@ -68,12 +68,12 @@ def energy(model: Any, mj_data: Any) -> list[float]:
     return evaluated.energy.tolist()
 
 
-PARTS = 100  # of the steps between rows, after which rounding is imitated
+PARTS = 100  # parts of the steps between rows; rounding is imitated after each
 
 
 def advance(model: Any, mj_data: Any, count: int, signs: Any) -> None:
-    """So many steps. With signs, a random generator, each entry is off by as much as errors of an
-    ulp of it in each step add up to."""
+    """Take ``count`` steps. With ``signs``, a random generator, each entry is perturbed by the
+    accumulated error of one ulp a step."""
     import mujoco
 
     part = count if signs is None else math.ceil(count / PARTS)

@@ -1,8 +1,8 @@
 """MuJoCo's integrators, as values of one class.
 
-A multibody engine with contacts, here on one body or chain: much of its time is generality. Its
-documentation advises RK4 where energy should be kept for long; the others are of first order,
-`implicit` among them, whose damping of a tumbling body is by design.
+MuJoCo is a multibody engine with contacts: on one body or chain much of its time is the price of
+generality. Its documentation advises RK4 where energy should be kept for long. The others are of
+first order; `implicit` damps a tumbling body by design.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class MujocoSteps:
     Attributes
     ----------
     integrator
-        MuJoCo's name of it
+        its name in MuJoCo
     order
         of convergence of attitude and velocity
     build
@@ -40,8 +40,8 @@ class MujocoSteps:
 
     Notes
     -----
-    Setting: step, save_every. Models are kept: run once before timing. MuJoCo does not count
-    evaluations.
+    Setting: step, save_every. Compiled models are cached: run once before timing. MuJoCo does not
+    count evaluations.
     """
 
     fixed_step: ClassVar[bool] = True
@@ -105,14 +105,14 @@ class MujocoSteps:
 
 @dataclass
 class _Motion:
-    """MuJoCo's model and data on their way.
+    """MuJoCo's model and data during a run.
 
     Attributes
     ----------
-    done
-        steps that are
+    steps_done
+        number of steps taken
     state
-        `everything` that MuJoCo integrates from, before the steps that are being done
+        what `everything` selects, before the present batch of steps
     """
 
     model: Any
@@ -122,7 +122,7 @@ class _Motion:
     state: Any = None
 
     def begin(self, step: float, integrator: str) -> None:
-        """Before the first step."""
+        """Set step and integrator, before the first step."""
         import mujoco
 
         self.model.opt.timestep = step
@@ -131,7 +131,8 @@ class _Motion:
         self.state = np.empty(mujoco.mj_stateSize(self.model, self.everything))
 
     def advance_to(self, target: int) -> int:
-        """Steps until so many are done: 0, or the number of the one that MuJoCo warns of."""
+        """Advance to the step ``target``; returns 0, or the number of the step at which MuJoCo
+        warned."""
         import mujoco
 
         while self.steps_done < target:

@@ -1,4 +1,4 @@
-"""A user's own MuJoCo model as what its integrators run, with all its options.
+"""A user's own MuJoCo model, run by MuJoCo's integrators with all its options.
 
 Everything else in `references.mujoco` builds a model from a problem.
 """
@@ -23,13 +23,13 @@ def of_user(contender: Kind, user_model: Any, problem: Problem) -> Kind:
 
     Parameters
     ----------
-    own
-        has the user's ``model``, and ``data()`` at its start: see galvi.interop.from_mujoco
+    user_model
+        a `galvi.interop.mujoco_model.UserModel`
 
     Notes
     -----
-    From the problem itself a run starts at MuJoCo's own numbers, else at those of the problem that
-    is asked for, with mocap bodies where they are at the user's start.
+    A run of ``problem`` itself starts at the model's own numbers, a run of another problem at that
+    problem's, with mocap bodies as at the user's start.
     """
     run_model = replace(
         user_model, model=copy.copy(user_model.model)

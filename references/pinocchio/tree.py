@@ -53,12 +53,12 @@ def compiled(system: Multibody) -> PinocchioTree:
 
 @dataclass(frozen=True, eq=False)
 class PinocchioTree:
-    """Pinocchio's model of a tree, and what it has no part for: springs and damping.
+    """Pinocchio's model of a tree, with springs and damping, which Pinocchio does not model.
 
     Attributes
     ----------
     order : array, shape (nq,)
-        entries of qpos in Pinocchio's order; zeros: (nq,) to be taken from them
+        entries of qpos in Pinocchio's order; ``zeros`` (nq,) are subtracted from them
     scalars
         hinges and slides: their entries of qpos, those of qvel, stiffness and rest
     turning
@@ -130,7 +130,7 @@ class PinocchioTree:
                 drift = slice(dof, dof + 3)
                 pull = forces[drift] - joint.stiffness * (qpos[at : at + 3] - joint.rest[:3, 3])
                 rates[drift] = R.T @ qvel[drift]
-                # The armature is that of the velocity in space, which changes by this besides.
+                # The armature acts on the velocity in space, whose rate has this further term.
                 turned = np.cross(qvel[spin], rates[drift])
                 forces[drift] = R.T @ pull - joint.armature * turned
                 floating.append((R, drift, turned))
@@ -145,13 +145,13 @@ def _added(model: Any, link: Link, joint: int, placement: Any) -> tuple[int, Any
 
     Parameters
     ----------
-    joint, place
-        those of its parent
+    joint, placement
+        of its parent
     """
     import pinocchio
 
     free = any(link_joint.type == "free" for link_joint in link.joints)
-    if not free:  # whose coordinates are the place
+    if not free:  # the coordinates of a free joint are its placement
         placement = placement * pinocchio.SE3(np.array(link.attitude), np.array(link.place))
     for link_joint in link.joints:
         anchor = pinocchio.SE3(np.eye(3), np.array(link_joint.anchor) * (not free))

@@ -17,7 +17,7 @@ from references.engine_clock import engine_time
 from references.rebound import simulation as rebound_simulation
 from references.setting import described
 
-LOST = 1e-3  # change of energy, relative to kinetic plus potential, that no close pass explains
+LOST = 1e-3  # change of energy, relative to kinetic plus potential, that no close approach explains
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,15 +27,15 @@ class ReboundAdaptive:
     Attributes
     ----------
     integrator
-        REBOUND's name of it
+        its name in REBOUND
     defaults
         options that every run sets and records
     options
-        further keys of a setting that are set on REBOUND's configuration of it
+        further keys of a setting that are set on REBOUND's integrator
     tolerances
-        those of the defaults that the key "tolerance" stands for
+        names of the defaults that the key "tolerance" sets
     fits
-        what `supports` says
+        (problem): whether it is supported
     build
         (problem, integrator, options): the simulation; see `references.rebound.users`
 
@@ -66,7 +66,8 @@ class ReboundAdaptive:
         return rebound_simulation.missing()
 
     def supports(self, problem: Problem) -> bool:
-        """N bodies, or a scalar mass about a fixed centre, unless `fits` says other."""
+        """N bodies, or a scalar mass about a fixed centre; with another `fits` what that
+        accepts."""
         return self.fits(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
@@ -114,7 +115,8 @@ class ReboundAdaptive:
         return ended(lost) if lost is not None else run
 
     def _accuracy_note(self, setting: Mapping[str, Any]) -> str:
-        """That a run is no truth with the default tolerance, unless it is exact; else empty."""
+        """A note that a run with the default tolerance is no truth; empty if it is exact or sets
+        one."""
         if self.exact or {"tolerance", *self.tolerances} & set(setting):
             return ""
         default = self.defaults[self.tolerances[0]]
@@ -125,7 +127,7 @@ class ReboundAdaptive:
 
 
 def _lost(run: Trajectory, tolerance: str) -> Failure | None:
-    """The failure that a jump of the energy betrays, if any."""
+    """The failure that a jump of the energy reveals; None without one."""
     with np.errstate(all="ignore"):
         energy = galvi.energy(run)
         potential = run.problem.system.potential_energy(run.problem.q0, np.array(run.problem.t0))

@@ -1,4 +1,4 @@
-"""Defects of REBOUND's, each made to happen in a moment."""
+"""Defects of REBOUND, each reproduced within a second."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from references.rebound import whfast512
 
 @rebound_simulation.arithmetic_kept()  # WHFast512 leaves subnormal numbers to be 0
 def corrector_taken_for_17() -> str:
-    """What WHFast512 makes of a corrector of order 3; '' where that is not the one of 17."""
+    """How WHFast512 takes a corrector of order 3 for that of order 17; '' if it does not."""
     if whfast512.missing():
         return ""
     ends = {}
@@ -36,7 +36,7 @@ def corrector_taken_for_17() -> str:
 
 
 def step_repeated_for_ever() -> str:
-    """What BS does at its least step where two bodies meet; '' where its time goes on."""
+    """How BS repeats its least step where two bodies meet; '' if its time advances."""
     sim = _two_at_rest()
     sim.integrator, sim.dt = "bs", 1e-2
     sim.integrator.min_dt = 1e-3
@@ -50,7 +50,7 @@ def step_repeated_for_ever() -> str:
 
 
 def integers_wrap_around() -> str:
-    """What JANUS makes of a position above 2^63 of its units; '' where it says so, or keeps it."""
+    """How JANUS changes a position above 2^63 of its units; '' if it warns, or keeps it."""
     sim = _planets("janus")
     sim.integrator.scale_pos = sim.integrator.scale_vel = 1e-20
     before = sim.particles[2].x
@@ -99,7 +99,7 @@ DEFECTS: Mapping[str, Callable[[], str]] = {
 
 
 def observations() -> dict[str, str]:
-    """Defect -> what was seen now, in the installed version; '' for one that is not there.
+    """Defect -> what the installed version does; '' for a defect that it does not have.
 
     Raises
     ------

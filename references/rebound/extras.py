@@ -26,7 +26,7 @@ def missing() -> str:
 
 
 def versions() -> str:
-    """Those of both packages."""
+    """The versions of both packages."""
     import rebound
     import reboundx
 
@@ -47,8 +47,8 @@ def states(
     Parameters
     ----------
     name
-        of REBOUNDx's force, "" for none; own are its parameters, of_bodies those of bodies, their
-        radius "r" among them
+        of REBOUNDx's force, "" for none; ``force_parameters`` are its parameters, ``of_bodies``
+        those of each body, with its radius "r"
     """
     import reboundx
 

@@ -33,17 +33,17 @@ class ReboundSteps:
     Attributes
     ----------
     integrator
-        REBOUND's name of it
+        its name in REBOUND
     options
-        keys of a setting that are set on REBOUND's configuration of it
+        keys of a setting that are set on REBOUND's integrator
     order
         of convergence with its defaults, at vanishing step
     advance
         (engine, steps): take so many steps
     objection
-        (problem, options): why they do not go together, or nothing
+        (problem, options): why they do not fit together, or ""
     engine_missing, fits
-        what `missing` and `supports` say
+        what `missing` and `supports` return
     build
         (problem, integrator, options): the simulation; see `references.rebound.users`
 

@@ -40,7 +40,7 @@ def missing() -> str:
 
 @contextmanager
 def native() -> Iterator[None]:
-    """`import rebound` means this build."""
+    """Inside the block ``import rebound`` imports this build."""
     before = _taken_out()
     try:
         sys.modules.update(_modules(FOLDER))
@@ -77,7 +77,7 @@ class Native:
 
     @property
     def name(self) -> str:
-        """The contender's name, marked."""
+        """The contender's name, with a mark."""
         return f"{self.contender.name}, native"
 
     @property

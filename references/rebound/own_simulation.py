@@ -13,7 +13,7 @@ read by all others, so that the job holds what the file does:
             or "", and "taken", the number of steps;
             "accelerations": those of each body at each state, "energies": of each state}
 
-Nothing is judged here, so that all releases are judged alike.
+The program assesses nothing, so that all releases are assessed alike.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ STATE = ("m", "x", "y", "z", "vx", "vy", "vz")
 
 
 def build(job: dict[str, Any], particles: list[list[float]]) -> Any:
-    """The simulation of a job from these particles; ValueError for what the release has not."""
+    """The simulation of a job with these particles; ValueError for an option that the release
+    lacks."""
     import rebound
 
     sim = rebound.Simulation()
@@ -63,12 +64,12 @@ def state(sim: Any) -> tuple[list[list[float]], float]:
     return [[getattr(p, name) for name in STATE] for p in synchronised.particles], float(energy)
 
 
-PARTS = 100  # of the steps between rows, after which rounding is imitated
+PARTS = 100  # parts of the steps between rows; rounding is imitated after each
 
 
 def advance(sim: Any, count: int, time: float | None, signs: random.Random | None) -> None:
-    """To a time, or so many steps. With signs each entry is off by as much as errors of an ulp of
-    it in each step add up to."""
+    """Advance to a time, or by ``count`` steps. With ``signs``, a random generator, each entry is
+    perturbed by the accumulated error of one ulp a step."""
     part = count if signs is None else math.ceil(count / PARTS)
     for first in range(0, count, part):
         before = sim.steps_done if signs else 0
@@ -95,7 +96,7 @@ def run(job: dict[str, Any], request: dict[str, Any]) -> dict[str, Any]:
     try:
         sim = build(job, request.get("particles") or job["particles"])
         sim.dt = request.get("step") or job["step"]
-        sim.exact_finish_time = int("times" in request)  # WHFast512 takes none but whole steps
+        sim.exact_finish_time = int("times" in request)  # WHFast512 takes whole steps only
         signs = random.Random(request["rounding"]) if "rounding" in request else None
         for time in request.get("times") or [None] * (request["steps"] // request["every"]):
             advance(sim, request.get("every", 1), time, signs)
@@ -112,7 +113,7 @@ def run(job: dict[str, Any], request: dict[str, Any]) -> dict[str, Any]:
 
 
 def accelerations(sim: Any) -> list[list[float]]:
-    """Those of each body."""
+    """Accelerations (n, 3) of the bodies."""
     import rebound
 
     library = rebound.clibrebound

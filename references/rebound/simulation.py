@@ -133,7 +133,7 @@ def arithmetic_kept() -> Iterator[None]:
     WHFast512 (5.2.2) sets flush-to-zero and leaves it set: from then on the whole process would
     round subnormal numbers to zero.
     """
-    library, modes = _c_library(), ctypes.create_string_buffer(256)  # fenv_t, with room
+    library, modes = _c_library(), ctypes.create_string_buffer(256)  # fenv_t is smaller
     library.fegetenv(modes)
     try:
         yield
@@ -145,8 +145,8 @@ def arithmetic_kept() -> Iterator[None]:
 def interrupts_kept() -> Iterator[None]:
     """Restore Python's handler of Ctrl-C afterwards.
 
-    Its integrate (5.2.2) puts a handler of its own in the place of Python's and leaves it there:
-    from then on no Ctrl-C would reach the rest of the program.
+    REBOUND's integrate (5.2.2) installs a handler of its own and leaves it there: from then on no
+    Ctrl-C would reach the rest of the program.
     """
     try:
         yield

@@ -1,4 +1,4 @@
-"""Transits as users of REBOUND find them, which has no events: by bisection between outputs."""
+"""Transits by bisection between outputs, as users of REBOUND find them, since it has no events."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def transits(
     ----------
     planets
         numbers of bodies, all in one run
-    every
+    interval
         time between outputs
     precision
         of the times

@@ -27,15 +27,15 @@ def of_user(contender: Kind, sim: Any, problem: Problem, keep_settings: bool = T
 
     Parameters
     ----------
-    kept
-        its routine of gravity and its time are kept and, where the integrator is its own, all its
-        options and what is not synchronised; else gravity is that of point masses, summed directly,
-        and the integrator is as new
+    keep_settings
+        True: keep the routine of gravity, the time and, if the integrator is the simulation's own,
+        its options and unsynchronised state. False: sum the gravity of point masses directly, with
+        a new integrator
 
     Notes
     -----
-    From the problem itself a run starts at the simulation's own numbers, else at those of the
-    problem that is asked for. It does not end where a particle passes exit_max_distance.
+    A run of ``problem`` itself starts at the simulation's own numbers, a run of another problem at
+    that problem's. It does not end where a particle passes exit_max_distance.
     """
     build = _builder(sim, problem, keep_settings)
     if not isinstance(sim, Forced):

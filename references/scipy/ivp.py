@@ -115,7 +115,7 @@ def with_tolerances(setting: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def accuracy_note(setting: Mapping[str, Any]) -> str:
-    """That a run is no truth, where its relative tolerance is SciPy's default; else empty."""
+    """A note that a run with SciPy's default relative tolerance is no truth; else empty."""
     if "tolerance" in setting or "rtol" in setting:
         return ""
     return (

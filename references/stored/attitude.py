@@ -1,6 +1,6 @@
 """The truth for a rigid body in weight: `python -m references.stored.attitude` makes it anew.
 
-A file tells its problem by inertia, mass, centre of mass, weight and start, to the last bit.
+A file identifies its problem by inertia, mass, centre of mass, weight and start, to the last bit.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The truth for chains of links: `python -m references.stored.chain` makes it anew.
 
-A file tells its problem by links, gravity and start, to the last bit.
+A file identifies its problem by links, gravity and start, to the last bit.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The truth for Lagrangians on R^d: `python -m references.stored.lagrangian` makes it anew.
 
-A file tells its problem by start, and by momenta, mass matrix and force at one state of simple
+A file identifies its problem by start, and by momenta, mass matrix and force at one state of simple
 fractions, in 30 digits rounded to double: whatever form the Lagrangian was written in.
 """
 

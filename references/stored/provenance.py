@@ -12,7 +12,7 @@ OF_HEADER = {"engine": "source", "accuracy": "accuracy", "made by": "made by"}
 
 
 def truths() -> list[Mapping[str, str]]:
-    """A line for each file, by HEADINGS; the hash is of the file's bytes."""
+    """A row for each file, with the keys HEADINGS; the hash is that of the file's bytes."""
     rows = []
     for path in sorted(FOLDER.glob("*.csv")):
         content = path.read_bytes()

@@ -1,4 +1,4 @@
-"""The textbook's equations of a chain of links in a plane, apart from galvi's Lagrangian.
+"""Textbook equations of a chain of links in a plane, independent of galvi's Lagrangian.
 
 The centre of link k is at x = sum_i S_ki sin q_i, z = -sum_i S_ki cos q_i, with S_ki = l_i above
 the link, its own lever at i = k, and 0 below. With J = dx/dq, K = dz/dq, masses m and moments I
@@ -66,9 +66,9 @@ class ChainEquations:
 
 
 def is_chain(problem: Problem, forced: bool = False) -> bool:
-    """Whether the system is a PlanarChain with its own slopes, and no external force but if forced.
+    """Whether the system is a PlanarChain with the chain's slopes and, unless ``forced``, no force.
 
-    Slopes that are given are compared with the chain's at the start and at states around it.
+    A user's slopes are compared with the chain's at the start and at states around it.
     """
     system = problem.system
     if not isinstance(system, Lagrangian) or not isinstance(system.function, PlanarChain):

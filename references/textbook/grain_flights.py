@@ -26,7 +26,7 @@ from references.textbook.quaternions import dop853_tableau
 jit: Any = njit(**OPTIONS)
 ROW, ROWS = types.float64[::1], types.float64[:, ::1]
 STAGES = 12
-SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
+SAFETY, MIN_FACTOR, MAX_FACTOR, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
 STEPS, CONTACTS, REFINEMENTS = 1_000_000, 1000, 12
 
 
@@ -91,7 +91,9 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
             try_step(force, numbers, inverse, gravity, y, t, h, A, K, new)
             error = error_of(y, new, h, K, E3, E5, tolerance)
             if not error <= 1.0:  # NaN comes here too
-                wanted = h * (max(LEAST, SAFETY * error**EXPONENT) if error > 1.0 else LEAST)
+                wanted = h * (
+                    max(MIN_FACTOR, SAFETY * error**EXPONENT) if error > 1.0 else MIN_FACTOR
+                )
                 if not wanted > 1e-15:
                     break
                 continue
@@ -107,7 +109,7 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
                         break
                 contacts += 1
             elif error > 0.0:
-                wanted = h * min(MOST, max(LEAST, SAFETY * error**EXPONENT))
+                wanted = h * min(MAX_FACTOR, max(MIN_FACTOR, SAFETY * error**EXPONENT))
             ends_here = not down and h >= until - t
             t = until if ends_here else t + h
             y[:] = new

@@ -25,9 +25,9 @@ class ImplicitEuler:
     """q' = q + h v', v' = v + h a(q', t + h), by Newton's method from the explicit guess.
 
     Setting: step, save_every, tolerance (last Newton update relative to |q| + h |v|, default
-    8 eps), max_iterations (default 50). A solve that does not get there ends the run, unless
-    accept_unconverged is set: then its last iterate is taken, as by a solver that does not look,
-    and status and counts["unconverged_steps"] say so.
+    8 eps), max_iterations (default 50). A solve that does not converge ends the run, unless
+    accept_unconverged is set: then the run goes on from its last iterate, and status and
+    counts["unconverged_steps"] report it.
     """
 
     fixed_step: ClassVar[bool] = True

@@ -27,9 +27,9 @@ from references.setting import described
 # state     q, v (d,), advanced in place
 # scratch   F (s, d): accelerations at the stages, of which the last is kept when `reuses_last`;
 #           Q, f (d,): the configuration at a stage and the force there
-# steps     first, last, total, every: steps done, to be done in this call, in the whole run, and
-#           from one state kept to the next
-# saved     q, v (n, d): states kept, and the last
+# steps     first, last, total, save_every: the range of this call's steps, the steps of the run,
+#           and those between saved states
+# saved     q, v (n, d): the saved states, with the last
 #
 # The force gets the velocity of the step's start, so only one-stage methods may depend on it.
 

@@ -27,7 +27,7 @@ from references.setting import described
 # body     `PrincipalBody.numbers`: inverse (3,) of the principal moments; force (3,), mass g in the
 #          frame of the start; centre (3,) of mass; heavy, whether these two act
 # state    (7,) advanced in place
-# saved    (n, 7) states kept: every `every` steps and the last
+# saved    (n, 7) the states after every `save_every` steps, and the last
 #
 # The quaternion is divided by its norm after each accepted step.
 
@@ -40,7 +40,7 @@ DOP853_SIGNATURE = types.UniTuple(WHOLE, 3)(
     BODY, ROW, types.Tuple((ROWS, ROW, ROW)), REAL, ROW, WHOLE
 )
 STAGES = 12
-SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
+SAFETY, MIN_FACTOR, MAX_FACTOR, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
 EPS = 2.0**-52
 
 
@@ -118,7 +118,7 @@ def constants(body):
 
 @jit
 def rk4(body, state, h, first, last, total, save_every, saved):
-    """Steps first .. last of the whole; returns the number of the step that failed (0: none)."""
+    """Steps first .. last of ``total``; returns the number of the step that failed (0: none)."""
     numbers = constants(body)
     s = loaded(state)
     for k in range(first, last):
@@ -163,18 +163,18 @@ def error_of(s, new, h, K, E3, E5, tolerance):
 
 @jit
 def dop853(body, state, tableau, tolerance, clock, budget):
-    """Up to `budget` tried steps to clock[1]; returns 0 done, 1 more to do, -1 failed; the tries
-    and the steps.
+    """Try up to ``budget`` steps towards the time clock[1]; returns 0 (arrived), 1 (budget spent)
+    or -1 (failed), the number of tries, and that of accepted steps.
 
     Parameters
     ----------
     tableau
-        as `dop853_tableau`; clock (3,) time, where to end, next step: changed in place
+        as `dop853_tableau`; ``clock`` (3,) is the time, the end and the next step, updated in place
     """
     numbers = constants(body)
     A, E3, E5 = tableau
     K = np.empty((STAGES, 7))
-    s, grown, accepted = loaded(state), MOST, 0
+    s, grown, accepted = loaded(state), MAX_FACTOR, 0
     t, end, wanted = clock[0], clock[1], clock[2]
     store(slopes(s, *numbers), K[0])
     for attempt in range(budget):
@@ -188,9 +188,9 @@ def dop853(body, state, tableau, tolerance, clock, budget):
         new = weighted(s, h, K, A[STAGES], STAGES)
         error = error_of(s, new, h, K, E3, E5, tolerance)
         if error <= 1.0:
-            factor = min(grown, max(LEAST, SAFETY * error**EXPONENT)) if error > 0.0 else grown
+            factor = min(grown, max(MIN_FACTOR, SAFETY * error**EXPONENT)) if error > 0.0 else grown
             wanted = max(abs(wanted), abs(h * factor)) * np.sign(h) if ends else h * factor
-            s, grown = normalised(new), MOST
+            s, grown = normalised(new), MAX_FACTOR
             t = end if ends else t + h
             accepted += 1
             store(s, state)
@@ -199,7 +199,7 @@ def dop853(body, state, tableau, tolerance, clock, budget):
                 return 0, attempt + 1, accepted
             store(slopes(s, *numbers), K[0])
         else:  # NaN comes here too
-            factor = max(LEAST, SAFETY * error**EXPONENT) if error > 0.0 else LEAST
+            factor = max(MIN_FACTOR, SAFETY * error**EXPONENT) if error > 0.0 else MIN_FACTOR
             wanted, grown = h * factor, 1.0
     clock[2] = wanted
     return 1, budget, accepted
@@ -220,8 +220,8 @@ CHUNK = 100_000  # steps between two looks at Ctrl-C
 class QuaternionRK4:
     """The classical Runge-Kutta method on (quaternion, body momentum); setting: step, save_every.
 
-    In the principal axes, so that w = J^-1 p costs three products; no memory is taken in the loop.
-    The quaternion is divided by its norm after every step, the momentum is left alone.
+    In the principal axes, so that w = J^-1 p costs three products; the loop allocates nothing. The
+    quaternion is divided by its norm after every step, the momentum is left alone.
     """
 
     fixed_step: ClassVar[bool] = True

@@ -94,7 +94,7 @@ class Drive:
     range: tuple[float, float] = UNLIMITED
     thrust: tuple[Any, Any, tuple[float, float]] | None = None
 
-    def law(self, u: float) -> tuple[float, float, float]:
+    def force_coefficients(self, u: float) -> tuple[float, float, float]:
         """F at l = l' = 0, and its slopes by these."""
         a, b, c = (u * g + x for g, x in zip(self.gain, self.bias, strict=True))
         return a, b, c
