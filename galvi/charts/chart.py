@@ -188,7 +188,7 @@ def unwrapped(chart: Chart, group: Group, xi: Array) -> Array:
 def _first_change(chart: Chart, w: Array) -> int:
     """The first row of w (k, 3 or 1) that `_followed` may change; k for none, and without columns.
 
-    Most paths have none, and one pass over arrays is ten times as fast as a loop.
+    Most paths have none, and testing whole arrays is ten times as fast as a loop.
     """
     if w.shape[1] == 0:
         return len(w)

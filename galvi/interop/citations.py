@@ -12,8 +12,8 @@ from galvi.method import Galerkin
 from galvi.problems.planets import EPHEMERIS as DE421
 from galvi.trajectory import Trajectory
 
-# Words in the name of another code's method, which is all that its run says of it, and what they
-# call for.
+# A word in the name of another code's method, which is all that a run records of it -> keys of what
+# to cite.
 CODES = {
     "REBOUND": ("ReinLiu2012",),
     "IAS15": ("ReinSpiegel2015",),
@@ -58,7 +58,7 @@ class Citation:
 
 
 def cite(run: Trajectory) -> Citation:
-    """What to cite for exactly what a run used: its method, other codes, and its data.
+    """What to cite for a run: its method, the codes and the data that it used.
 
     Raises
     ------

@@ -23,9 +23,9 @@ def plot(run: Trajectory) -> Any:
     """A matplotlib figure of a run.
 
     On the left orbits in the plane of x and y, the path of one body in the plane, the axes of a
-    rotating body on the sphere, the place
-    of a moving one, or each coordinate against time; with the curves where they were kept. On the
-    right the change of the energy, or the coordinates' momenta where it is not conserved.
+    rotating body on the sphere, the position of a moving one, or each coordinate against time;
+    along the curves where the run has them. On the right the change of the energy, or the
+    coordinates' momenta where it is not conserved.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def plot(run: Trajectory) -> Any:
 
 
 def _motion(run: Trajectory) -> tuple[Array, Array]:
-    """Times and places, on the curves if there are any."""
+    """Times and configurations, on the curves if the run has them."""
     if run.curves is None or len(run.t) < 2:
         return run.t, run.q
     points = min(PER_STEP * (len(run.t) - 1), MAX_POINTS) + 1

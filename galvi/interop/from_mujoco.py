@@ -50,9 +50,10 @@ def from_mujoco(
     ------
     ValueError
         Where MuJoCo's accelerations differ from those of the problem, with both numbers; for a
-        model with settings that are not known, in which nothing moves, or that is not one.
+        model with unknown settings, for one in which nothing moves, and for a source that is no
+        model.
     BeyondTrees
-        A ValueError, for a model that has more than this, naming it, one line each.
+        A ValueError that lists the features of the model that galvi does not model, one a line.
     TypeError
         For another source.
     ImportError
@@ -167,7 +168,7 @@ def read(
 
 
 def _controls(model: Any, ctrl: Any) -> Array:
-    """(nu,) within their ranges."""
+    """The controls (nu,); ValueError unless they are within their ranges."""
     if disabled(model, "ACTUATION"):
         raise ValueError("ctrl is of actuators, which are ignored or disabled; leave it out.")
     controls = input_checks.array("ctrl", ctrl, (model.nu,))
@@ -249,7 +250,8 @@ def _unzipped(path: str) -> Any:
 
 
 def _compiled(source_name: str, make: Callable[[], Any]) -> Any:
-    """A model, with MuJoCo's warnings in the log; ValueError with its reason."""
+    """The model that ``make`` returns, with MuJoCo's warnings in the log; ValueError with its
+    reason."""
     import mujoco
 
     messages = list[str]()
@@ -270,7 +272,7 @@ def _link(model: Any, body: int, mj_data: Any) -> Link:
     first, several = int(model.body_jntadr[body]), int(model.body_jntnum[body])
     parent, axes = int(model.body_parentid[body]), rotation(model.body_iquat[body])
     position, turn, mocap = model.body_pos[body], model.body_quat[body], model.body_mocapid[body]
-    if mocap >= 0:  # a keyframe may have it elsewhere
+    if mocap >= 0:  # a keyframe may move it
         position, turn = mj_data.mocap_pos[mocap], mj_data.mocap_quat[mocap]
     return Link(
         joints=[_joint(model, k) for k in range(first, first + several)],
@@ -281,7 +283,7 @@ def _link(model: Any, body: int, mj_data: Any) -> Link:
         place=position,
         attitude=rotation(turn),
         name=model.body(body).name,
-        check=False,  # MuJoCo's compiler has, unless the model was changed since then
+        check=False,  # MuJoCo's compiler has checked it, unless it was changed since
     )
 
 

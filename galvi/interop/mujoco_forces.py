@@ -1,6 +1,6 @@
-"""Actuators, tendons, and other forces of a MuJoCo model, as `JointForces`; or why they are not.
+"""Actuators, tendons and other forces of a MuJoCo model as `JointForces`, or why they cannot be.
 
-MuJoCo's F of an actuator is gain u + bias, both affine in its length and their rate, with a
+MuJoCo's F of an actuator is gain u + bias, both affine in its length and the rate of that, with a
 constant control u.
 """
 
@@ -18,11 +18,11 @@ from galvi.systems.trees.joint_forces import UNLIMITED, Drive, JointForces, Pull
 
 SLIDE, HINGE = 2, 3  # as MuJoCo numbers joints
 ORDER = (3, 2, 1, 0)  # MuJoCo's kinds in galvi.kernels.trees.tree
-Reasons = dict[str, list[str]]  # what is not understood -> of which objects
+Reasons = dict[str, list[str]]  # reason -> names of the objects
 
 
 def disabled(model: Any, *flags: str) -> bool:
-    """Whether one of these is switched off."""
+    """Whether one of these features is disabled."""
     import mujoco
 
     kinds = mujoco.mjtDisableBit
@@ -30,10 +30,10 @@ def disabled(model: Any, *flags: str) -> bool:
 
 
 def rotation(quaternion: Any) -> Array:
-    """(3, 3); without SciPy's, whose import takes as long as reading a model."""
+    """The matrix (3, 3) of a quaternion; importing SciPy's takes as long as reading a model."""
     w, *along = np.asarray(quaternion, dtype=np.float64)
     turn, square = hat(np.array(along)), float(np.dot(quaternion, quaternion))
-    return np.eye(3) + 2.0 / (square or 1.0) * (w * turn + turn @ turn)  # of 0, as MuJoCo takes it
+    return np.eye(3) + 2.0 / (square or 1.0) * (w * turn + turn @ turn)  # for 0 as in MuJoCo
 
 
 def _kind(enum: str, number: int) -> str:
@@ -44,7 +44,7 @@ def _kind(enum: str, number: int) -> str:
 
 
 def _acting(model: Any) -> Iterator[int]:
-    """The actuators that act."""
+    """The numbers of the actuators that are not disabled."""
     off = 0 if disabled(model, "ACTUATION") else int(model.opt.disableactuator)
     for k in range(0 if disabled(model, "ACTUATION") else model.nactuator):
         if not (0 <= model.actuator_group[k] <= 30 and off >> int(model.actuator_group[k]) & 1):
@@ -67,7 +67,7 @@ def _follows(model: Any, k: int, numbers: tuple[int, ...]) -> bool:
 
 
 def unknown_actuators(model: Any) -> Reasons:
-    """What actuators are not understood, and why."""
+    """Why actuators cannot be read."""
     reasons: Reasons = {}
     for k in _acting(model):
         if why := _why_not(model, k):
@@ -76,7 +76,7 @@ def unknown_actuators(model: Any) -> Reasons:
 
 
 def _why_not(model: Any, k: int) -> str:
-    """Why an actuator is not understood; "" where it is."""
+    """Why an actuator cannot be read; "" where it can."""
     kind = _kind("mjtTrn", model.actuator_trntype[k])
     of_kind = {
         "TENDON": _why_not_on_tendons,
@@ -132,7 +132,7 @@ def _why_not_on_joints(model: Any, k: int) -> str:
 
 
 def _with_limits(model: Any) -> str:
-    """Forces on joints are limited where they come through joints alone."""
+    """Why actuators on paths or sites cannot be read: joints limit forces; "" where none does."""
     return (
         "on paths or sites, of joints with limits of force" if model.jnt_actfrclimited.any() else ""
     )
@@ -147,7 +147,7 @@ def _wraps(model: Any, tendon: int) -> set[str]:
 
 
 def unknown_tendons(model: Any) -> Reasons:
-    """What tendons have forces of their own that are not understood, and why."""
+    """Why forces of tendons cannot be read."""
     reasons: Reasons = {}
     for k in range(model.ntendon):
         springs = (model.tendon_stiffness[k], *model.tendon_stiffnesspoly[k])
@@ -166,7 +166,7 @@ def unknown_tendons(model: Any) -> Reasons:
 
 
 def forces_of(model: Any, controls: Array) -> JointForces | None:
-    """The forces of a model, all of which are understood, besides springs and damping of joints and
+    """The forces of a model, all of which can be read, besides springs and damping of joints and
     gravity; None for none.
 
     Parameters
@@ -190,7 +190,7 @@ def forces_of(model: Any, controls: Array) -> JointForces | None:
     if model.opt.density or model.opt.viscosity:
         medium = np.array([model.opt.density, model.opt.viscosity])
         wet = [(k - 1, rotation(model.body_iquat[k]), medium) for k in range(1, model.nbody)]
-    if disabled(model, "SPRING") and disabled(model, "DAMPER"):  # and all that is passive
+    if disabled(model, "SPRING") and disabled(model, "DAMPER"):  # which disables all passive forces
         weights, wet = [], []
     bounds: list[Any] = [
         (
@@ -215,7 +215,7 @@ def forces_of(model: Any, controls: Array) -> JointForces | None:
 
 
 def _drive(model: Any, k: int, part: int, thrust: Any) -> Drive:
-    """What an actuator makes of its control, of its pull or push ``part``."""
+    """The `Drive` of an actuator, whose pull or push has the number ``part``."""
     address = int(model.actuator_ctrladr[k])
     limits = UNLIMITED
     if model.actuator_ctrllimited[address] and not disabled(model, "CLAMPCTRL"):
@@ -226,8 +226,8 @@ def _drive(model: Any, k: int, part: int, thrust: Any) -> Drive:
 
 
 def _actuator(model: Any, k: int, entries: list[int]) -> tuple[Any, Any]:
-    """A `Pull` and (); or a push of a site, and the force, the moment of F = 1, and its limits. F
-    is not yet in either."""
+    """A `Pull` and (); or a push on a site, and its force and moment for F = 1 and the limits of F.
+    Neither contains F yet."""
     name = f"actuator {model.actuator(k).name or k}"
     gear, target = (
         model.actuator_gear[int(model.actuator_outadr[k])],
@@ -274,7 +274,7 @@ def _path(model: Any, tendon: int, entries: list[int], scale: float) -> tuple[An
 
 
 def _springs(model: Any, of: str, k: int) -> tuple[float, float, float]:
-    """Coefficients of springs or dampers, ``of`` an object; 0 where they are switched off."""
+    """Coefficients of a spring or damper, such as of "tendon_stiffness"; 0 where disabled."""
     if disabled(model, "SPRING" if "stiffness" in of else "DAMPER"):
         return 0.0, 0.0, 0.0
     linear, (second, third) = getattr(model, of)[k], getattr(model, f"{of}poly")[k]

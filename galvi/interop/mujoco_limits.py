@@ -15,7 +15,7 @@ Description = str | None
 
 
 class BeyondTrees(ValueError):
-    """A model that has more than trees of bodies, with the ``names`` of what it has besides."""
+    """A model has features that galvi does not model; ``names`` lists them."""
 
     def __init__(self, features: dict[str, str]):
         self.names = tuple(features)
@@ -28,7 +28,7 @@ class BeyondTrees(ValueError):
 
 
 def mujoco_limits(model: Any) -> dict[str, str]:
-    """Name -> what there is, for all that changes the motion and that galvi has not."""
+    """Name -> description of the features that change the motion and that galvi does not model."""
     descriptions = ((name, part(model)) for name, part in PARTS.items())
     return {name: text for name, text in descriptions if text}
 
@@ -99,7 +99,8 @@ def _limits(model: Any) -> Description:
 
 
 def motors(model: Any, joint: int) -> list[tuple[int, float]]:
-    """The actuators on a hinge or a slide, with their gear; their armature and damping are its."""
+    """The actuators on a hinge or a slide, with their gear; their armature and damping act on
+    it."""
     import mujoco
 
     if int(model.jnt_type[joint]) not in (mujoco_forces.HINGE, mujoco_forces.SLIDE):
@@ -150,7 +151,7 @@ UNDERSTOOD = (
     "dampingpoly",
     "armature",
 )  # by mujoco_forces
-MAX_NAMES = 3  # objects in a message
+MAX_NAMES = 3  # objects that a message names, at most
 
 
 def tendon_forces(model: Any) -> list[str]:

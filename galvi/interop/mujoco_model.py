@@ -1,4 +1,5 @@
-"""A user's MuJoCo model: where it starts, what of it is switched off, what of it is known.
+"""A user's MuJoCo model: its start, its parts that are switched off, and its settings that are
+known.
 
 MuJoCo's names begin with the object that they are of, as in body_mass.
 """
@@ -19,10 +20,10 @@ from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
 from galvi.systems.trees.joint_forces import JointForces
 
-# Of the forces on a velocity; 1e-12 in public models, 1e-9 with rounded quaternions.
+# Relative to the forces on a velocity; 1e-12 in public models, 1e-9 with rounded quaternions.
 MODEL_TOLERANCE = 1e-8
 LEAST_FORCE_SHARE = 1e-4  # share of the largest force that counts as one
-# Of random states; velocities from which one of them is compared, not two.
+# Spread of random states; number of velocities above which one of them is compared, not two.
 SPREAD, MANY_VELOCITIES = 0.5, 200
 States = Sequence[tuple[Array, Array]]
 TURNING = {"hinge": [1.0], "slide": [0.0], "ball": [1.0] * 3, "free": [0.0] * 3 + [1.0] * 3}
@@ -71,8 +72,8 @@ FLAGS = _name_set(  # to disable, and to enable
     "OVERRIDE ENERGY FWDINV INVDISCRETE SLEEP DIAGEXACT IPC SPECULATIVE"
 )
 CALLBACKS = ("passive", "control", "act_dyn", "act_gain", "act_bias")
-# How a part is switched off: by a flag, or by fields that get a value. Of plugins no way is known:
-# those that act are refused by their accelerations.
+# How a part is switched off: by a flag, or by fields that get a value. For plugins no way is known:
+# the comparison of accelerations refuses those that act.
 BY_FLAG = {
     "contacts": "CONTACT",
     "limits": "LIMIT",
@@ -105,9 +106,9 @@ class UserModel:
     Attributes
     ----------
     model
-        a copy of the `MjModel`, in which nothing but what is left out was changed
+        a copy of the `MjModel`, changed only in the parts that are ignored
     differences
-        what was left out: name -> how, in words
+        name of an ignored part -> how it was switched off
     key
         number of the keyframe at which it starts; None: the reference configuration
     qpos, qvel : array, shape (nq,)
@@ -157,13 +158,13 @@ def without(model: Any, parts: Iterable[str]) -> tuple[Any, dict[str, str]]:
         changes = [f"{name} = {value:g}" for name, value in fields.items()]
         changes += [f"the flag {flag.lower()} disabled"] if flag else []
         how[part] = ", ".join(changes) or "left as they are, since they accelerate nothing"
-    if "actuators" in how and _without_motors(reduced):  # joints feel them all the same
+    if "actuators" in how and _without_motors(reduced):  # they act on joints nevertheless
         how["actuators"] += ", armature and damping = 0 of those not on a hinge or slide"
     return reduced, how
 
 
 def _without_motors(model: Any) -> bool:
-    """Without armature and damping of actuators not on a hinge or slide; whether any had some."""
+    """Remove armature and damping of actuators not on a hinge or slide; whether any had some."""
     on_joints = {k for joint in range(model.njnt) for k, _ in motors(model, joint)}
     off_joints = sorted(set(range(model.nactuator)) - on_joints)
     resisting = np.any(model.actuator_armature[off_joints]) or np.any(
@@ -174,7 +175,7 @@ def _without_motors(model: Any) -> bool:
 
 
 def unknown(model: Any) -> Iterator[str]:
-    """What is set in the model and neither understood nor known to change no motion."""
+    """The settings of the model whose effect on the motion is unknown."""
     import mujoco
 
     for owner, prefix in ((model, ""), (model.opt, "option ")):
@@ -197,9 +198,12 @@ def unknown(model: Any) -> Iterator[str]:
 def misfits(
     user_model: UserModel, problem: Problem, states: States
 ) -> Iterator[tuple[Array, Array]]:
-    """How far the accelerations that MuJoCo computes of the user's own model are from those of the
-    problem, of a `Multibody`, at each of the states (q, v): the differences (d,), times the mass
-    and relative to the forces, and MuJoCo's accelerations (d,)."""
+    """Differences of MuJoCo's accelerations of the user's model from those of the problem, a
+    `Multibody`, at each of the states (q, v).
+
+    Yields the differences (d,), times the mass and relative to the forces, and MuJoCo's
+    accelerations (d,).
+    """
     import mujoco
 
     system: Any = problem.system
@@ -208,7 +212,7 @@ def misfits(
         system.tree.joints,
         copy.copy(user_model.model),
     )
-    model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)  # discrete has others in qacc
+    model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)  # discrete has another qacc
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_IPC)  # which is of discrete alone
     pushes = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_SITE)  # of constant force
     model.actuator_forcelimited[~pushes] = False  # which galvi's forces are without here
@@ -239,7 +243,7 @@ def misfits(
 def check_reading(user_model: UserModel, problem: Problem, states: States) -> None:
     """ValueError, with both accelerations, where one of `misfits` is above MODEL_TOLERANCE."""
     for (q, v), (off, qacc) in zip(states, misfits(user_model, problem, states), strict=True):
-        if np.max(off) <= MODEL_TOLERANCE:  # not where it is no number
+        if np.max(off) <= MODEL_TOLERANCE:  # False for NaN
             continue
         k = int(np.argmax(np.nan_to_num(off, nan=np.inf)))
         system: Any = problem.system

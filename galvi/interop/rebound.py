@@ -32,14 +32,14 @@ from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
 OLDEST_REBOUND = 5  # version of REBOUND
-READER = rebound_contents.__file__  # a program: see there
-# Of the pulls of all others; 4e-16 for a few bodies, 3e-15 for a thousand.
+READER = rebound_contents.__file__  # it is also a program
+# Relative to the pulls of all other bodies; measured 4e-16 for a few bodies, 3e-15 for a thousand.
 GRAVITY_TOLERANCE = 1e-11
 LOGGER = logging.getLogger("galvi")
 
 
 def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Problem:
-    """The problem that a simulation of REBOUND is at.
+    """The problem that starts at the present state of a simulation of REBOUND.
 
     Parameters
     ----------
@@ -57,8 +57,8 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
     Raises
     ------
     ValueError
-        Where REBOUND's accelerations differ from those of the problem, with both numbers; naming
-        them, for additional forces, collisions, a boundary, softening, variational particles, test
+        Where REBOUND's accelerations differ from those of the problem, with both numbers; by name,
+        for additional forces, collisions, a boundary, softening, variational particles, test
         particles that pull, an integrator of another motion (sei), any other setting that is not
         REBOUND's default and not known to change nothing, numbers that are not finite, and a file
         that cannot be read.
@@ -69,17 +69,17 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
     ModuleNotFoundError
         Without REBOUND.
     ImportError
-        With one older than 5.
+        With REBOUND older than 5.
 
     Notes
     -----
-    Time, order, names and centre of mass of the particles are kept, and G. Those from N_active on
-    become massless. A simulation that is not synchronised is synchronised in a copy. ``parameters``
-    has the names, the integrator, its step dt and its options and, where they are set, the radii,
-    exit_max_distance and exit_min_distance, and of an archive the usual time between its states,
-    output_every; ``read_as`` says that a tree's gravity is read as that of point masses,
-    ``functions`` that a file's simulation had functions, which no file holds, and ``written_by``
-    that the file is of another version of REBOUND.
+    Time, order, names and centre of mass of the particles are kept, and G. Particles from N_active
+    on become massless. A simulation that is not synchronised is synchronised in a copy.
+    ``parameters`` has the names, the integrator, its step dt and its options and, where they are
+    set, the radii, exit_max_distance and exit_min_distance, and of an archive the usual time
+    between its states, output_every; ``read_as`` says that a tree's gravity is read as that of
+    point masses, ``functions`` that a file's simulation had functions, which no file holds, and
+    ``written_by`` that the file is of another version of REBOUND.
 
     REBOUND's accelerations are compared with those of the problem.
 
@@ -111,7 +111,8 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
 
 
 def _problem(contents: Contents, source: Any, extras: Any) -> Problem:
-    """Of these contents, with the forces of the extras of a simulation, if they are given."""
+    """The problem of these contents, with the forces of a simulation's extras unless they are
+    None."""
     if contents.refused:
         of_extras = extras is None and bool(getattr(source, "extras", None))
         raise ValueError(
@@ -148,8 +149,8 @@ def _remedy(refused: Sequence[str], of_extras: bool) -> str:
 
 
 def read(source: Any, snapshot: int = -1, extras: str = "") -> tuple[Problem, Any]:
-    """The problem, and the user's own ``rebound.Simulation``, a copy: as it is, but for functions
-    such as a heartbeat. Raises as `from_rebound`.
+    """The problem, and a copy of the user's own ``rebound.Simulation`` without functions such as a
+    heartbeat. Raises as `from_rebound`.
 
     Parameters
     ----------
@@ -174,14 +175,13 @@ def read(source: Any, snapshot: int = -1, extras: str = "") -> tuple[Problem, An
 
 def _loaded(path: str, snapshot: int) -> Any:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # said of the problem
+        warnings.simplefilter("ignore")  # already logged for the problem
         return _engine().Simulationarchive(path)[snapshot]
 
 
 def check_reading(sim: Any, problem: Problem, q: Array, v: Array) -> None:
-    """ValueError, with both numbers, where the accelerations that REBOUND computes of the user's
-    own simulation, or REBOUNDx of one that is `Forced`, with its particles at q and v (n, 3), are
-    not those of the problem."""
+    """ValueError, with both numbers, where the accelerations of the user's own simulation by
+    REBOUND, or by REBOUNDx if it is `Forced`, differ from the problem's at q and v (n, 3)."""
     bodies, system = problem.parameters.get("bodies", range(len(q))), cast(NBody, problem.system)
     if isinstance(sim, Forced):
         check_forces(sim, problem, q, v)
@@ -197,7 +197,7 @@ def _compare(system: NBody, q: Array, expected: Array, bodies: Sequence[Any]) ->
         np.fill_diagonal(gap, np.inf)
         pulls = np.sum(system.G * system.masses / gap**2, axis=1)
         off = np.linalg.norm(computed - expected, axis=1) / np.where(pulls > 0.0, pulls, 1.0)
-    if not np.max(off) > GRAVITY_TOLERANCE:  # where bodies are at one place, both are not finite
+    if not np.max(off) > GRAVITY_TOLERANCE:  # where bodies coincide, both are not finite
         return
     k = int(np.argmax(off))
     raise ValueError(
@@ -302,7 +302,8 @@ def _engine() -> Any:
 
 
 def _contents_of_file(path: str, snapshot: int) -> Contents:
-    """Read in another process: REBOUND crashes at one damaged file in ten, or soon afterwards."""
+    """The contents, read in another process: REBOUND crashes at one damaged file in ten, or soon
+    after."""
     if not os.path.isfile(path):
         raise FileNotFoundError(f"there is no file {path}.")
     if isinstance(snapshot, bool) or not isinstance(snapshot, int | np.integer):

@@ -1,8 +1,8 @@
-"""What a simulation of REBOUND holds, in values of Python and NumPy.
+"""The contents of a simulation of REBOUND as values of Python and NumPy.
 
-This file is also a program that pickles what a file of REBOUND's holds: REBOUND crashes at one
-damaged file in ten, or soon afterwards, and would take the user's process with it. It imports
-nothing of galvi, so that the program starts quickly.
+This file is also a program that pickles the contents of a file of REBOUND: REBOUND crashes at one
+damaged file in ten, or soon afterwards, and would end the user's process. It does not import galvi,
+so that the program starts quickly.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 ALL_ACTIVE = (2**64 - 1, -1)  # REBOUND's N_active when it is not set
-# What changes the motion from that of point masses: an attribute, and what it is called.
+# Attributes that change the motion from that of point masses -> their descriptions.
 FUNCTIONS = {
     "_additional_forces": "additional forces",
     "_pre_timestep_modifications": "modifications before a step",
@@ -28,8 +28,7 @@ FUNCTIONS = {
 }
 SETTINGS = {"collision": "collisions", "boundary": "a boundary"}  # "none" when there are none
 UNITS = ("length", "time", "mass")
-# The integrators that are understood, with those of their fields that a user sets; of the others
-# those in INNER are their own memory.
+# The known integrators, with the fields that a user sets; the fields in INNER are internal.
 OPTIONS = {
     "ias15": ("epsilon", "min_dt", "adaptive_mode"),
     "bs": ("eps_abs", "eps_rel", "min_dt", "max_dt"),
@@ -56,7 +55,7 @@ INNER = {
     *("recalculate_integer_coordinates_this_timestep", "first_or_last_step", "previous_rejected"),
     *("target_iter", "last_synchronization"),
 }
-# Fields of a simulation that are read, or refused with words of their own, above and below.
+# Fields of a simulation that are read, or refused by a description, above and below.
 READ = {
     *("t", "G", "dt", "softening", "N", "N_active", "N_var", "testparticle_type", "integrator"),
     *("exit_max_distance", "exit_min_distance", "is_synchronized", "python_unit_t"),
@@ -94,7 +93,8 @@ class Contents(NamedTuple):
     Attributes
     ----------
     refused
-        what changes its motion from that of point masses, in words; then no more is read
+        descriptions of what changes its motion from that of point masses; if any, nothing else is
+        read
     masses : array, shape (n,)
         in units of the simulation, as all that follows
     q, v, a : array, shape (n, 3)
@@ -115,8 +115,8 @@ class Contents(NamedTuple):
 
 
 def contents_of(sim: Any, extras: bool = False) -> Contents:
-    """Those of a `rebound.Simulation`, which is left as it is; with REBOUNDx's extras, without the
-    functions by which these act."""
+    """The contents of a `rebound.Simulation`, which is not changed; with ``extras``, functions of
+    REBOUNDx are not refused."""
     refused = tuple(_beyond_point_masses(sim, extras))
     if refused:
         return Contents(refused)
@@ -151,15 +151,15 @@ def contents_of(sim: Any, extras: bool = False) -> Contents:
 
 
 def copied(sim: Any) -> Any:
-    """A copy, without functions of Python's, of which REBOUND would warn."""
+    """A copy without Python functions, of which REBOUND would warn."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return sim.copy()
 
 
 def accelerations(sim: Any, q: Any = None) -> Array:
-    """(n, 3) as REBOUND computes them by the simulation's routine of gravity, by direct sums where
-    that approximates them, of its particles where they are or at q (n, 3)."""
+    """Accelerations (n, 3) by the simulation's routine of gravity, or by direct sums where that
+    approximates, of its particles at their positions or at q (n, 3)."""
     import rebound
 
     copy = copied(sim)
@@ -174,7 +174,8 @@ def accelerations(sim: Any, q: Any = None) -> Array:
 
 
 def read(path: str, snapshot: int) -> Contents | str:
-    """What a file holds, or why it is refused, also where REBOUND warns that it read a part."""
+    """The contents of a file, or why it is refused, also where REBOUND warns that it read only a
+    part."""
     import rebound
 
     try:
@@ -222,7 +223,7 @@ def _no_file_of_rebounds(path: str, message: str) -> str:
 
 
 def _another_version(path: str) -> str:
-    """What to do with a file of another major version; "" for one of this."""
+    """What to do with a file of another major version; "" for a file of this version."""
     import rebound
 
     written = _version_of(path)
@@ -236,7 +237,7 @@ def _another_version(path: str) -> str:
 
 
 def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
-    """What a simulation has that the motion of point masses does not, in words.
+    """Descriptions of what changes a simulation's motion from that of point masses.
 
     Parameters
     ----------
@@ -267,7 +268,8 @@ def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
 
 
 def _unusual_settings(sim: Any) -> Iterator[str]:
-    """The fields of a simulation and of its integrator that are not read and not as usual."""
+    """The fields of a simulation and of its integrator that are not read and differ from the
+    defaults."""
     import rebound
 
     integrator, usual = sim.integrator.name.decode(), rebound.Simulation()

@@ -28,20 +28,20 @@ FORCE_TOLERANCE = 1e-11  # of the largest acceleration by a force
 # Post-Newtonian forms differ by terms of the next order, measured 1 to 6 times v^2 / c^2, and
 # "gr" has Jacobi's coordinates, by which it differs by shares of the planets' masses.
 NEXT_ORDER, OF_MASSES = 20.0, 20.0
-POLE = (0.0, 0.0, 1.0)  # where REBOUNDx is given none
+POLE = (0.0, 0.0, 1.0)  # where REBOUNDx has none
 WITHOUT_FORCES = "whfast512"  # an integrator of REBOUND's, for which REBOUNDx has no forces
 
 
 @dataclass(frozen=True, eq=False)
 class Forced:
-    """A user's own `rebound.Simulation` with forces of REBOUNDx, which no copy of it has.
+    """A user's own `rebound.Simulation` with forces of REBOUNDx, which REBOUND does not copy.
 
     Attributes
     ----------
     simulation
         without them
     extras
-        path of a file of theirs, as `reboundx.Extras.save` writes
+        path of their file, as `reboundx.Extras.save` writes it
     """
 
     simulation: Any
@@ -53,8 +53,8 @@ class Forced:
         Raises
         ------
         ValueError
-            For a file that is none of REBOUNDx's or of which parts are not loaded, and for an
-            integrator for which REBOUNDx has no forces.
+            For a file that REBOUNDx does not load in full, and for an integrator for which it has
+            no forces.
         """
         reboundx, copy = _engine(), copied(self.simulation)
         if copy.integrator.name.decode() == WITHOUT_FORCES:
@@ -91,10 +91,10 @@ def forces_of(sim: Any, extras: Any, contents: Contents) -> list[CelestialForce]
     Raises
     ------
     TypeError
-        For extras that are none.
+        For extras of another type.
     ValueError
-        For those of another simulation, for a force or an operator that is not known, by name, and,
-        with both numbers, where accelerations differ.
+        For extras of another simulation, for an unknown force or operator, by name, and where
+        accelerations differ, with both numbers.
     """
     reboundx = _engine()
     if not isinstance(extras, reboundx.Extras):
@@ -125,15 +125,15 @@ def forces_of(sim: Any, extras: Any, contents: Contents) -> list[CelestialForce]
 
 
 def check_forces(forced: Forced, problem: Problem, q: Array, v: Array) -> None:
-    """ValueError, with both numbers, where at this state what REBOUNDx accelerates a copy of the
-    simulation by is not what the forces of the problem do."""
+    """ValueError, with both numbers, where the accelerations by REBOUNDx's forces and by those of
+    the problem differ at this state."""
     names, contents, expected = _extras_accelerations(forced, problem, q, v)
     _compare(names, cast(NBody, problem.system), contents, expected)
 
 
 def inexact(forced: Forced, problem: Problem) -> str:
-    """How far the forces of the problem are from REBOUNDx's at its start, in words, where that is
-    more than round-off; else ""."""
+    """A sentence on how far the forces of the problem are from REBOUNDx's at its start; "" for
+    round-off."""
     names, contents, expected = _extras_accelerations(forced, problem, problem.q0, problem.v0)
     off, allowed = _gaps(cast(NBody, problem.system), contents, expected)
     if np.max(off, initial=0.0) <= allowed:
@@ -148,7 +148,7 @@ def inexact(forced: Forced, problem: Problem) -> str:
 def _extras_accelerations(
     forced: Forced, problem: Problem, q: Array, v: Array
 ) -> tuple[str, Contents, Array]:
-    """The names of all forces, the state, and what they accelerate a copy's particles by."""
+    """The names of all forces, the state, and their accelerations of a copy's particles (n, 3)."""
     system, copy = cast(NBody, problem.system), forced.copy()
     bodies = problem.parameters.get("bodies", range(len(q)))
     contents = Contents((), system.masses, q, v, G=system.G, parameters={"bodies": bodies})
@@ -190,7 +190,7 @@ def _parameter(owner: Any, name: str, default: Any = None) -> Any:
 
 
 def _force_accelerations(sim: Any, force: Any, contents: Contents) -> Array:
-    """What REBOUNDx's force accelerates the particles by, (n, 3)."""
+    """The accelerations of the particles by one of REBOUNDx's forces, (n, 3)."""
     kind = type(sim.particles[0])
     copies = (kind * len(contents.q))()
     for k, (q, v) in enumerate(zip(contents.q.tolist(), contents.v.tolist(), strict=True)):
@@ -205,7 +205,7 @@ def _force_accelerations(sim: Any, force: Any, contents: Contents) -> Array:
 
 
 def _gaps(system: NBody, contents: Contents, expected: Array) -> tuple[Array, float]:
-    """By how much accelerations by forces differ, (n,), and by how much they may by rounding."""
+    """Differences of the accelerations by forces, (n,), and the difference that rounding allows."""
     fall = NBody(contents.masses, contents.G).fall(contents.q)
     computed = system.acceleration(contents.q, 0.0, contents.v) - fall
     allowed = FORCE_TOLERANCE * np.max(np.abs(expected), initial=0.0) + 1e-15 * np.max(np.abs(fall))

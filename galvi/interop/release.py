@@ -1,5 +1,5 @@
-"""galvi's version: the tag of a release, or else the coming release and the commit, as git knows
-them, or as it wrote them into an archive, such as GitHub's.
+"""galvi's version: the tag of a release, or else the coming release and the commit, from git or
+from what git wrote into an archive, such as GitHub's.
 
 ``setup.py`` runs this file by itself, so it imports nothing that has to be installed.
 """
@@ -36,8 +36,8 @@ def commit_in(version: str) -> str:
 
 
 def version_in_git(top: Path) -> str:
-    """The version of a git checkout with this top folder, or of an archive; "" where git does not
-    tell."""
+    """The version of a git checkout with this top folder, or of an archive; "" where git has
+    none."""
     if not (top / ".git").exists():
         return version_in_archive(ARCHIVED)
     description = _git(top, "--tags", "--match=v[0-9]*", "--exact-match")
@@ -49,7 +49,7 @@ def version_in_git(top: Path) -> str:
 
 
 def version_in_archive(filled_in: str) -> str:
-    """The version that ARCHIVED tells; "" where git did not fill it in."""
+    """The version in ARCHIVED; "" where git did not fill it in."""
     commit, _, described = filled_in.partition(" ")
     tag = re.fullmatch(RELEASED, described)
     if tag:
@@ -58,7 +58,8 @@ def version_in_archive(filled_in: str) -> str:
 
 
 def _git(top: Path, *options: str) -> str:
-    """What ``git describe`` says of this checkout, whatever repository the environment names."""
+    """The output of ``git describe`` for this checkout, whatever repository the environment
+    names."""
     command = ("git", "-C", str(top), "describe", "--always", "--dirty", "--abbrev=12", *options)
     environment = {name: text for name, text in os.environ.items() if not name.startswith("GIT_")}
     try:

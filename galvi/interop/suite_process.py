@@ -18,14 +18,16 @@ SILENT = 10.0  # seconds before lines of progress are shown
 def run_command(
     command: str, arguments: Sequence[str], pickled: bytes = b""
 ) -> ModuleNotFoundError | ValueError:
-    """Run ``galvi COMMAND``, which finds the modules that this process finds; returns what is to be
-    raised where it wrote no result: what it said on stderr beside its progress, or how it ended, as
-    a ModuleNotFoundError where a package is not installed.
+    """Run ``galvi COMMAND`` with the import path of this process.
+
+    Returns the exception to raise where the command wrote no result, with its text on stderr but
+    progress, or with its exit code: a ModuleNotFoundError where a package is not installed, else a
+    ValueError.
 
     Parameters
     ----------
     pickled
-        what it is allowed to load, from a file among the arguments; empty for nothing
+        the pickle that the command may load, from a file among the arguments; empty for none
     """
     digest = hashlib.sha256(pickled).hexdigest() if pickled else ""
     import_path = os.pathsep.join(folder for folder in sys.path if folder)
@@ -48,6 +50,6 @@ def run_command(
 
 
 def refusal(message: str, exit_code: int) -> ModuleNotFoundError | ValueError:
-    """What a command said that ended with an exit status, as an exception."""
+    """The exception for the message and the exit code of a command."""
     sentence = message or f"the command ended with {exit_code}."
     return ModuleNotFoundError(sentence) if exit_code == NOT_INSTALLED else ValueError(sentence)

@@ -373,7 +373,7 @@ def composite(rule: Rule, pieces: int) -> Rule:
     TypeError
         When rule is not a `Rule`.
     ValueError
-        Unless pieces is a whole number from 1 to MOST_RULE_POINTS.
+        Unless pieces is a whole number from 1 to 10,000.
 
     Examples
     --------

@@ -292,7 +292,7 @@ class Canonical:
 
     @staticmethod
     def _wrapped(function: Function, shape: tuple[int, ...], name: str) -> Function:
-        """The same function, its result checked for shape and made a float64 array."""
+        """The function, with its result checked for shape and converted to float64."""
 
         def checked(*arguments: Any) -> Array:
             return returned_array(name, function(*arguments), shape, f"an array of shape {shape}")

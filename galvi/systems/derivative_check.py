@@ -79,8 +79,8 @@ def check_derivatives(system: Any, curves: Mapping[str, Callable[[float], Curve]
     Parameters
     ----------
     curves
-        "the gradient of the potential" -> function that gives the curve through the start, for 0,
-        or through a state at this distance from it, without a unit
+        "the gradient of the potential" -> function of a distance, without a unit, that gives the
+        curve through the start, for 0, or through a state at this distance from it
 
     Notes
     -----
@@ -187,7 +187,8 @@ def _extrapolated(differences: Mapping[int, Difference], exponent: int) -> list[
 def _contradiction(
     curve: Curve, supplied: float, centre: float, differences: Mapping[int, Difference]
 ) -> tuple[str, float]:
-    """DIFFERS where three neighbouring differences agree with each other and not with the given."""
+    """DIFFERS where three neighbouring differences agree with each other and not with the
+    derivative."""
     if differences and all(difference.flat for difference in differences.values()):
         farthest = min(differences)
         hidden = abs(supplied) * 2.0**-farthest <= VISIBLE * abs(centre)

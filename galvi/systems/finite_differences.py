@@ -86,7 +86,7 @@ USUAL = Differencing()
 
 
 def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) -> Any:
-    """The one differencer of galvi, for numbers or arrays, as Python or as numba takes it."""
+    """galvi's differencer, for numbers or arrays, in Python or compiled by numba."""
 
     @jit
     def quotient(function, x, t, i, step, size, noise, weights):  # type: ignore[no-untyped-def]
@@ -181,7 +181,7 @@ def differences(
     Parameters
     ----------
     lengths : array, shape (d,)
-        over which the function changes, as far as one can tell
+        over which the function changes, as estimated
     size
         size of the terms that cancel in the function: its round-off is noise * max(size,
         |function|)
@@ -190,8 +190,8 @@ def differences(
     -----
     The error of an entry is the larger of its round-off and its difference to the neighbouring
     step. While it exceeds ``way.good``, longer and then shorter steps are tried as long as it
-    falls. NaN, with infinite error, where no two neighbouring steps agree. What the function
-    raises is raised where it leaves no derivative.
+    falls. NaN, with infinite error, where no two neighbouring steps agree. An exception of the
+    function is raised where it leaves no derivative.
     """
     x = np.array(x, dtype=np.float64)
     with np.errstate(all="ignore"):
@@ -221,7 +221,7 @@ class NanWhereRaised:
             return self.fallback
 
     def raise_if_lost(self, slopes: Array) -> None:
-        """Raise what the function raised where it left no derivative."""
+        """Raise the function's exception where an entry has no derivative."""
         if self.raised is not None and np.any(np.isnan(slopes)):
             raise self.raised
 

@@ -301,7 +301,7 @@ class Lagrangian:
         Parameters
         ----------
         near : array, shape (d,)
-            a velocity near the first one; each is sought from the one before
+            a velocity near the first one; the iteration for each starts from the one before
         """
         start = [np.zeros(self.group.dimension) if near is None else near]
         velocities = legendre_transform.velocities(self, q, p, t, start[0])
@@ -446,7 +446,7 @@ class Lagrangian:
     def _at_each_state(
         self, function: Function, q: Array | None, v: Array, t: Any, width: int | None = None
     ) -> Array:
-        """one(q, v, t), (width,), at each state; NaN where the state is not finite."""
+        """function(q, v, t), (width,), at each state; NaN where the state is not finite."""
         if q is None:
             raise ValueError("a Lagrangian's momentum depends on the configuration; give q.")
         lead, d = v.shape[:-1], self.group.dimension

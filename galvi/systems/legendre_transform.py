@@ -11,18 +11,16 @@ from galvi.arrays import Array
 from galvi.systems.finite_differences import difference_scales
 from galvi.systems.system import BuiltinLagrangian
 
-VELOCITY_ITERATIONS = 50  # most of Newton's method for a velocity
-CORRECTION_HALVINGS = 40  # most of a correction that lessens no residual
+VELOCITY_ITERATIONS = 50  # iterations of Newton's method for a velocity, at most
+CORRECTION_HALVINGS = 40  # halvings of a correction that does not reduce the residual, at most
 SOLVED_RESIDUAL = 2.0**-51  # relative residual of the momentum at which a velocity is accepted
 ROUND_OFF_RESIDUAL = 1e-8  # relative residual below which stagnation is round-off and accepted
 MASS_MATRIX_CONTRACTION = 0.2  # contraction factor above which d2L/dv2 is recomputed
 BALANCES = 20
-BATCH_ITERATIONS = 12  # passes for all states
-MIN_BATCH = 8  # states, from which it pays to find them together
+BATCH_ITERATIONS = 12  # iterations of Newton's method for many states at once, at most
+MIN_BATCH = 8  # number of states from which solving for all at once is faster
 MOVE = 1e-5  # share of a velocity by which momenta are differenced
-BATCH_ROUND_OFF_RESIDUAL = (
-    1e-12  # relative residual below which stagnation of all states is round-off
-)
+BATCH_ROUND_OFF_RESIDUAL = 1e-12  # relative residual below which stagnation is round-off
 SINGULAR_CONDITION = 1e12  # condition of a balanced d2L/dv2, beyond which it is not inverted
 BALANCED_RATIO = 2.0  # ratio of the largest row to the smallest at which balancing stops
 

@@ -28,7 +28,7 @@ from galvi.systems.trees.rigid_tree import RigidTree
 from galvi.systems.user_functions import Function
 
 OF_JOINTS = ("damping", "stiffness", "armature")
-LIMIT_STATES = 9  # states of a step at which limits of actuators are looked at
+LIMIT_STATES = 9  # states of a step at which limits of actuators are checked
 CONTROLS = "ctrl"
 VARIED = ("gravity", "masses", *OF_JOINTS, CONTROLS)
 
@@ -192,7 +192,7 @@ class Multibody(Lagrangian):
         return multibody
 
     def _with_force(self, force: JointForces) -> Multibody:
-        """The same trees with other controls, without the checks of what stays."""
+        """The same trees with other controls, without repeating the checks."""
         multibody = object.__new__(Multibody)
         vars(multibody).update(vars(self), force=force)
         return multibody
@@ -226,7 +226,8 @@ class Multibody(Lagrangian):
         super().check_functions(q, v, t)
 
     def beyond_limits(self, q: Array, v: Array, step: float) -> str:
-        """Which actuator is beyond its limits at a state or, about, in a step from there; ""."""
+        """Which actuator is beyond its limits at a state or, approximately, in a step from there;
+        "" for none."""
         force, _ = self.given_force
         if not isinstance(force, JointForces) or not force.has_limits:
             return ""

@@ -35,8 +35,8 @@ THIN_BODY_EXCESS = 1e-12
 
 
 class Body:
-    """What bodies share: a potential, perhaps with its gradient, and a force, in functions that
-    are those of a `Lagrangian` where they are traced or called."""
+    """Fields and checks that rigid bodies share: a potential, perhaps with its gradient, and a
+    force; a `Lagrangian` traces or calls them."""
 
     group: ClassVar[SO3 | SE3]
     inertia: Any

@@ -177,4 +177,5 @@ class WithLimits(Protocol):
     """A system with forces that end where they reach a limit."""
 
     def beyond_limits(self, q: Array, v: Array, step: float) -> str:
-        """Which one is beyond its limits at a state or, about, in a step from there; ""."""
+        """Which one is beyond its limits at a state or, approximately, in a step from there; "" for
+        none."""

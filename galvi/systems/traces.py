@@ -1,4 +1,4 @@
-"""What tracing a system's functions found, kept with the system.
+"""The traces of a system's functions, stored with the system.
 
 With GALVI_FAST=0 nothing is traced.
 """
@@ -18,7 +18,7 @@ class Untraceable(Exception):
 
 
 class Trace(Protocol):
-    """What was found by tracing one function or a few that belong together."""
+    """The expressions of one function, or of a few that belong together."""
 
     @property
     def holds(self) -> bool:
@@ -31,10 +31,10 @@ class Traces:
 
     Attributes
     ----------
-    found
-        name -> what was found
+    traced
+        name -> trace
     refused
-        name -> why nothing was
+        name -> why tracing failed
     """
 
     traced: Mapping[str, Any]
@@ -51,7 +51,7 @@ TRACES_ATTRIBUTE = "_traces"  # attribute of a system, so that both end together
 
 
 def traces(system: Any) -> Traces:
-    """The traces of a system; none where they were not sought."""
+    """The traces of a system; empty before the first call of `trace`."""
     return vars(system).get(TRACES_ATTRIBUTE, NO_TRACES)
 
 
@@ -66,7 +66,7 @@ def trace(system: Any, q: Array, v: Array, t: float, anew: bool = False) -> None
     Parameters
     ----------
     anew
-        do it again if what was found does not hold any more
+        trace again if a trace does not hold any more
     """
     existing = traces(system)
     if not FAST or (existing is not NO_TRACES and not (anew and not existing.hold)):
@@ -84,7 +84,7 @@ def trace(system: Any, q: Array, v: Array, t: float, anew: bool = False) -> None
 
 
 def share(system: Any, source: Any) -> None:
-    """Let a system whose functions another one calls have the traces of that one."""
+    """Give a system the traces of ``source``, which calls its functions."""
     vars(system)[TRACES_ATTRIBUTE] = traces(source)
 
 

@@ -53,8 +53,8 @@ def returned_array(name: str, values: Any, shape: tuple[int, ...], expected: str
 
 
 def check_given(system: Any, names: tuple[str, ...], of: str, needed: str = "") -> None:
-    """TypeError unless the functions of these names are functions or, but the one that is needed,
-    None, and ``check`` is True or False.
+    """TypeError unless the fields of these names are functions, or None but for the one ``needed``,
+    and ``check`` is True or False.
 
     Parameters
     ----------
@@ -69,15 +69,15 @@ def check_given(system: Any, names: tuple[str, ...], of: str, needed: str = "") 
 
 
 def arguments(system: Any, *state: Any) -> tuple[Any, ...]:
-    """What a system's functions take at a state (..., t): copies of its arrays, and t where
+    """The arguments of a system's functions at a state (..., t): copies of its arrays, and t where
     ``explicit_time`` is set."""
     copies = tuple(np.array(x, dtype=np.float64) for x in state[:-1])
     return (*copies, float(state[-1])) if system.explicit_time else copies
 
 
 def check_arguments(system: Any, names: tuple[str, ...], of: str, timed: str) -> None:
-    """TypeError for a function that cannot be called with what it is given: the arguments, and the
-    time where the flag is set.
+    """TypeError for a function that cannot be called with its arguments, and the time where the
+    flag is set.
 
     Parameters
     ----------

@@ -28,9 +28,9 @@ from references.stored.planets import (
     CASES,
     FOLDER,
     STORED_TRUTH,
-    with_stored_start,
     sampled,
     stored,
+    with_stored_start,
 )
 from references.textbook.quaternions import QUATERNION_DOP853
 

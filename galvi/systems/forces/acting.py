@@ -17,7 +17,7 @@ from galvi.systems.forces.celestial import CelestialForce, Force
 
 
 class Acting:
-    """The forces (n,) of bodies of these masses (bodies,).
+    """The forces on bodies of these masses (bodies,), checked, and their constants for kernels.
 
     Attributes
     ----------
@@ -26,12 +26,12 @@ class Acting:
     blocks : array, shape (c,)
         of galvi.kernels.forces.celestial_velocity
     functions
-        those that are functions of the user's
+        the `Force` values, which call a user's function
 
     Raises
     ------
     TypeError
-        For what is no force.
+        For a value that is no force.
     ValueError
         For one that cannot act on such bodies.
     """
@@ -91,12 +91,12 @@ class Acting:
                 )
 
     def constants(self, dimension: int) -> Array:
-        """Those of galvi.kernels.forces.celestial."""
+        """The constants of galvi.kernels.forces.celestial."""
         head = [float(dimension)], self.G * self.masses, [len(self.terms), float(self.poles)]
         return np.concatenate([*head, self.terms.ravel()])
 
     def velocity_constants(self, dimension: int) -> Array:
-        """Those of galvi.kernels.forces.celestial_velocity."""
+        """The constants of galvi.kernels.forces.celestial_velocity."""
         head = np.array([float(dimension), float(self.masses.size)])
         return np.concatenate([head, self.masses, self.G * self.masses, self.blocks])
 
@@ -106,7 +106,7 @@ class Acting:
         return all(function.compiled for function in self.functions)
 
     def extra_accelerations(self, q: Array, v: Array, t: float) -> Array:
-        """What the functions and the forces of velocity accelerate the bodies by, (bodies, D)."""
+        """The accelerations by users' functions and forces of velocity, (bodies, D)."""
         q, v = (np.array(x, dtype=np.float64) for x in (q, v))
         constants = self.velocity_constants(q.shape[1])
         a: Array = celestial_velocity.accelerated(q, v, float(t), constants)
@@ -117,7 +117,8 @@ class Acting:
             )
 
     def force(self, dimension: int) -> Callable[..., Array]:
-        """The function (q, v, t) -> force, (d,) each, of the functions and all of velocity."""
+        """The function (q, v, t) -> force, (d,) each, of users' functions and all forces of
+        velocity."""
         constants = self.velocity_constants(dimension)
         n, total = self.masses.size, _builtin(constants, self.masses.size, dimension)
         if not self.compiled:
@@ -135,14 +136,15 @@ class Acting:
         return total
 
     def pushes(self, dimension: int) -> Callable[..., Any]:
-        """As `force`, of the functions alone, as they are."""
+        """As `force`, of users' functions alone, not compiled."""
         total: Any = _no_force
         for force in self.functions:
             total = _with(total, force, (self.masses.size, dimension), lambda function: function)
         return total
 
     def accelerations(self, dimension: int) -> Callable[..., Array]:
-        """The function (q, t) -> accelerations, (d,) each, of all that acts, none of velocity."""
+        """The function (q, t) -> accelerations, (d,) each, of all forces, none of which is of
+        velocity."""
         constants, force = self.constants(dimension), self.force(dimension)
         builtin, masses = celestial.accelerations, np.repeat(self.masses, dimension)
 

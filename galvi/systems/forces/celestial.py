@@ -404,7 +404,7 @@ class Force:
 
     Notes
     -----
-    It has no energy: that of a run with one is not judged.
+    It has no energy, and the energy of a run with one is not assessed.
 
     Examples
     --------
@@ -440,7 +440,7 @@ class Force:
 
     @property
     def arguments(self) -> str:
-        """Its arguments, as one writes them."""
+        """Its arguments as text, such as "(q, v)"."""
         return f"(q{', v' if self.takes_velocity else ''}{', t' if self.takes_time else ''})"
 
     @property

@@ -38,7 +38,7 @@ class Joint:
     zero
         the coordinate of a hinge or a slide at which the link is at its place
     armature
-        inertia that its velocities have besides, such as a motor's: kg m^2, kg for a slide
+        additional inertia of its velocities, such as a motor's: kg m^2, kg for a slide
     stiffness
         of a spring: N m/rad, N/m for a slide; of a free joint both
     rest

@@ -82,7 +82,7 @@ class Drive:
     bias
         b, b_1, b_2
     range
-        least and most u
+        smallest and largest u
     thrust
         (force (3,), moment (3,), limits) of a push with F = 1, and the limits of F
     """
@@ -107,12 +107,12 @@ class Written(NamedTuple):
     ----------
     numbers
         all of them
-    known
-        those that are whole numbers of the law's structure, by their place
+    integers
+        index -> value of those that are whole numbers of the law's structure
     of_masses
-        places of those that depend on masses, and of_controls on controls
+        indices of those that depend on masses, and ``of_controls`` on controls
     rows
-        places where those of each pull begin, then of each push
+        indices at which those of each pull begin, then of each push
     """
 
     numbers: Array
@@ -165,7 +165,7 @@ class JointForces:
     pulls
         `Pull` values
     bounds
-        (velocity, least, most, name) of what actuators exert on it together
+        (velocity, low, high, name): limits of the sum of actuators' forces on it
     weights
         (link, share): share of its weight that is held up
     pushes
@@ -297,7 +297,7 @@ class JointForces:
 
     @cached_property
     def structure(self) -> dict[int, float]:
-        """Those of the constants behind the tree's that are part of the law: place -> number."""
+        """Index -> value of the constants behind the tree's that are part of the law."""
         first, (numbers, structure, of_masses, of_controls, _) = self.first, self._written
         left_open = of_masses if "masses" in self.tree.varied else set()
         left_open = left_open | (of_controls if "ctrl" in self.tree.varied else set())
@@ -312,7 +312,7 @@ class JointForces:
 
     @property
     def first(self) -> int:
-        """Place of the first constant behind the tree's."""
+        """Index of the first constant behind the tree's."""
         return int(self.tree.numbers.size)
 
     @cached_property
@@ -351,7 +351,7 @@ class JointForces:
         )
 
     def _rows_of_pulls(self) -> Iterator[Row]:
-        """Those of each pull, its arms and its points; then of the bounds."""
+        """The rows of each pull, its arms and its points; then of the bounds."""
         coefficients = kernel.CONSTANT, kernel.SPRING, kernel.DAMPER
         driven = {
             drive.part: [coefficients[k] for k, gain in enumerate(drive.gain) if gain]
@@ -380,7 +380,7 @@ class JointForces:
             yield Row.of([[velocity, low, high]], (0,))
 
     def _rows_of_weights(self) -> Iterator[Row]:
-        """Those of weights that are held up."""
+        """The rows of weights that are held up."""
         for link, share in self.weights:
             (frame, r, C), body = self._frame(link), self.tree.links[link]
             numbers = [[frame, share * body.mass], r + C @ body.centre]

@@ -18,7 +18,7 @@ from galvi.groups.product import Product
 from galvi.kernels.trees import tree
 from galvi.systems.trees.joint import Joint, Link
 
-# Relative size of a number of the geometry that rounding left of 0 or 1.
+# Relative size below which the distance of a geometric number from 0, 1 or -1 is rounding.
 GEOMETRY_ROUNDING = 2.0**-50
 
 
@@ -33,7 +33,7 @@ class RigidTree:
     gravity : array, shape (3,)
         acceleration
     varied
-        names of VARIED whose numbers are not written into the law, though they be 0: other trees
+        names of VARIED whose numbers are not written into the law, even where they are 0: trees
         that differ in these alone have the same law
 
     Notes
@@ -187,7 +187,7 @@ class RigidTree:
 
     def momenta(self, q: Array, v: Array) -> Array:
         """Angular momentum about the origin of space and momentum of all bodies, (n, 6), at n
-        states; what an armature has besides is not among them."""
+        states, without the contributions of armatures."""
         return self._at_states(q, v)[3]
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
