@@ -88,14 +88,16 @@ def refusal_reason(contender: Contender, problem: Problem) -> str:
     """The obstacles without which the contender would take the problem, as text; '' for none."""
     system: Any = problem.system
     fields = {field.name for field in dataclasses.fields(system) if field.init}
-    held = {
+    obstructing = {
         obstacle: cleared
         for obstacle, cleared in OBSTACLES.items()
         if cleared.keys() <= fields and getattr(system, next(iter(cleared))) is not None
     }
-    for number in range(1, len(held) + 1):
-        for obstacles in combinations(held, number):
-            cleared = {name: value for word in obstacles for name, value in held[word].items()}
+    for number in range(1, len(obstructing) + 1):
+        for obstacles in combinations(obstructing, number):
+            cleared = {
+                name: value for word in obstacles for name, value in obstructing[word].items()
+            }
             plain = dataclasses.replace(problem, system=dataclasses.replace(system, **cleared))
             if contender.supports(plain):
                 return " and ".join(obstacles)

@@ -45,8 +45,10 @@ def integrated(
     turning, size = joints_of(system), qpos.size
 
     def slope(t: float, y: Array) -> Array:
-        places, rates = y[:size], y[size:]
-        return np.concatenate([_moving(places, rates, turning), accelerations(places, rates)])
+        coordinates, rates = y[:size], y[size:]
+        return np.concatenate(
+            [_moving(coordinates, rates, turning), accelerations(coordinates, rates)]
+        )
 
     with np.errstate(all="ignore"):
         solved = solve_ivp(

@@ -15,7 +15,7 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.interop.mujoco_forces import disabled, forces_of, rotation
 from galvi.interop.mujoco_limits import BeyondTrees, checked_names, motors, mujoco_limits
-from galvi.interop.mujoco_model import UserModel, check_reading, some_states, unknown, without
+from galvi.interop.mujoco_model import UserModel, check_reading, sample_states, unknown, without
 from galvi.kernels.trees.tree import DOFS, SLIDE
 from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
@@ -158,12 +158,12 @@ def read(
         },
         units="those of the model; MuJoCo's are m, kg, s and radians",
     )
-    some = list(some_states(system, q, v))
-    check_reading(user_model, problem, some)
+    states = list(sample_states(system, q, v))
+    check_reading(user_model, problem, states)
     if force is not None and force.drives:
-        controls = force.some_controls()
+        controls = force.sample_controls()
         driven = problem.moved(problem.q0, problem.v0, 0.0, system.with_numbers(ctrl=controls))
-        check_reading(replace(user_model, ctrl=controls), driven, some)
+        check_reading(replace(user_model, ctrl=controls), driven, states)
     return problem, user_model
 
 

@@ -70,14 +70,14 @@ def _contacts(model: Any) -> Description:
 
 def _pairs(model: Any) -> int:
     """Pairs of geoms that MuJoCo's filters let collide."""
-    some = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
-    bodies = model.geom_bodyid[some].astype(np.int64)
+    colliding = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    bodies = model.geom_bodyid[colliding].astype(np.int64)
     roots = model.body_weldid[bodies]
     above = model.body_weldid[model.body_parentid[roots]]
-    types, kin = model.geom_contype[some], model.geom_conaffinity[some]
+    types, kin = model.geom_contype[colliding], model.geom_conaffinity[colliding]
     filtered = not mujoco_forces.disabled(model, "FILTERPARENT")
     count = int(model.npair)
-    for k in range(len(some)):
+    for k in range(len(colliding)):
         later = slice(k + 1, None)
         free = roots[later] != roots[k]
         if filtered and roots[k]:
@@ -113,7 +113,7 @@ def motors(model: Any, joint: int) -> list[tuple[int, float]]:
 
 def _in_words(reasons: mujoco_forces.Reasons) -> Description:
     """Reasons with the names of a few objects each; None for none."""
-    few = (
+    shortened = (
         (
             why,
             ", ".join(names[:MAX_NAMES])
@@ -121,7 +121,7 @@ def _in_words(reasons: mujoco_forces.Reasons) -> Description:
         )
         for why, names in reasons.items()
     )
-    return "; ".join(f"some {why} ({names})" for why, names in few) or None
+    return "; ".join(f"some {why} ({names})" for why, names in shortened) or None
 
 
 def _actuators(model: Any) -> Description:

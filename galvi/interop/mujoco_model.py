@@ -34,7 +34,7 @@ def _name_set(text: str) -> set[str]:
 
 
 def _fields(**names: str) -> set[str]:
-    return {f"{of}_{name}" for of, some in names.items() for name in _name_set(some)}
+    return {f"{of}_{name}" for of, fields in names.items() for name in _name_set(fields)}
 
 
 # Objects, all of whose fields change no motion of joints, or do it through parts that are named in
@@ -141,7 +141,7 @@ def without(model: Any, parts: Iterable[str]) -> tuple[Any, dict[str, str]]:
     """A copy of the model with these parts switched off, and how it was done."""
     import mujoco
 
-    reduced, how = copy.copy(model), {}
+    reduced, changed = copy.copy(model), {}
     for part in sorted(parts):
         flag, fields = BY_FLAG.get(part), BY_FIELDS.get(part, {})
         if part == "tendons":
@@ -157,10 +157,10 @@ def without(model: Any, parts: Iterable[str]) -> tuple[Any, dict[str, str]]:
                 getattr(reduced, name)[:] = value
         changes = [f"{name} = {value:g}" for name, value in fields.items()]
         changes += [f"the flag {flag.lower()} disabled"] if flag else []
-        how[part] = ", ".join(changes) or "left as they are, since they accelerate nothing"
-    if "actuators" in how and _without_motors(reduced):  # they act on joints nevertheless
-        how["actuators"] += ", armature and damping = 0 of those not on a hinge or slide"
-    return reduced, how
+        changed[part] = ", ".join(changes) or "left as they are, since they accelerate nothing"
+    if "actuators" in changed and _without_motors(reduced):  # they act on joints nevertheless
+        changed["actuators"] += ", armature and damping = 0 of those not on a hinge or slide"
+    return reduced, changed
 
 
 def _without_motors(model: Any) -> bool:
@@ -256,7 +256,7 @@ def check_reading(user_model: UserModel, problem: Problem, states: States) -> No
         )
 
 
-def some_states(system: Multibody, q: Array, v: Array) -> States:
+def sample_states(system: Multibody, q: Array, v: Array) -> States:
     """The start and two random states about it, one of a large tree."""
     states, draw = [(q, v)], np.random.default_rng(1)
     qpos, qvel = system.to_mujoco(q, v)

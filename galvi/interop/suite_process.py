@@ -38,13 +38,13 @@ def run_command(
         text=True,
         env={**os.environ, HANDED_OVER: digest, "PYTHONPATH": import_path},
     )
-    begun, messages, progress = time.monotonic(), list[str](), f"{command}: "
+    start, messages, progress = time.monotonic(), list[str](), f"{command}: "
     with process:
         assert process.stderr is not None
         for line in process.stderr:
             if not line.startswith(progress):
                 messages.append(line.rstrip())
-            elif time.monotonic() - begun > SILENT:
+            elif time.monotonic() - start > SILENT:
                 print(line, end="", file=sys.stderr, flush=True)
     return refusal("\n".join(messages), process.returncode)
 

@@ -85,7 +85,7 @@ class Differencing(NamedTuple):
 USUAL = Differencing()
 
 
-def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) -> Any:
+def _differencer(jit: Callable[..., Any], choose: Any, larger: Any, any_of: Any) -> Any:
     """galvi's differencer, for numbers or arrays, in Python or compiled by numba."""
 
     @jit
@@ -106,7 +106,7 @@ def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) ->
         """The error of the finer of two quotients, infinite where they do not agree."""
         gap = abs(fine - coarse)
         agree = (gap <= usable * abs(fine)) | (gap <= NOISY_ROUNDINGS * rounding)
-        return where(agree, larger(gap, rounding), np.inf)
+        return choose(agree, larger(gap, rounding), np.inf)
 
     @jit
     def slope_along(function, x, t, i, length, size, way):  # type: ignore[no-untyped-def]
@@ -114,37 +114,37 @@ def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) ->
         weights, steps, noise, good, usable = way
         step, end = steps[0] * length, steps[len(steps) - 1] * length
         widest, wide_noise = quotient(function, x, t, i, step, size, noise, weights)
-        first, finest, best, error = widest, widest, widest, where(widest == 0.0, np.inf, np.inf)
+        first, finest, best, error = widest, widest, widest, choose(widest == 0.0, np.inf, np.inf)
         for n in range(1, len(steps)):
             fine, rounding = quotient(function, x, t, i, steps[n] * length, size, noise, weights)
             estimate = compared(finest, fine, rounding, usable)
             better = estimate < error
-            best, error, finest = where(better, fine, best), where(better, estimate, error), fine
-        lost = where(error < np.inf, False, True)
+            best, error, finest = choose(better, fine, best), choose(better, estimate, error), fine
+        lost = choose(error < np.inf, False, True)
         for _ in range(COARSER_STEPS):
             zero = (best == 0.0) & (widest == 0.0) & (step >= STEPS[0])
-            if not some((error > good * abs(best)) & (zero ^ True) & (error < np.inf)):
+            if not any_of((error > good * abs(best)) & (zero ^ True) & (error < np.inf)):
                 break
             step *= STEP_RATIO
             wider, rounding = quotient(function, x, t, i, step, size, noise, weights)
             estimate = compared(wider, widest, wide_noise, usable)
             better = estimate < error
-            best, error = where(better, widest, best), where(better, estimate, error)
+            best, error = choose(better, widest, best), choose(better, estimate, error)
             widest, wide_noise = wider, rounding
-            if not some(better):
+            if not any_of(better):
                 break
         for _ in range(FINER_STEPS):
-            if not some((error == np.inf) | (lost & (error > good * abs(best)))):
+            if not any_of((error == np.inf) | (lost & (error > good * abs(best)))):
                 break
             end /= STEP_RATIO
             fine, rounding = quotient(function, x, t, i, end, size, noise, weights)
             flat = (fine == 0.0) & (rounding > usable * abs(first))  # maybe by rounding alone
-            estimate = where(flat, np.inf, compared(finest, fine, rounding, usable))
+            estimate = choose(flat, np.inf, compared(finest, fine, rounding, usable))
             better = estimate < error
-            best, error, finest = where(better, fine, best), where(better, estimate, error), fine
-            if not some(better | (error == np.inf)):
+            best, error, finest = choose(better, fine, best), choose(better, estimate, error), fine
+            if not any_of(better | (error == np.inf)):
                 break
-        return where(error < np.inf, best, np.nan), error
+        return choose(error < np.inf, best, np.nan), error
 
     return slope_along
 

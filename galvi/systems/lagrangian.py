@@ -451,9 +451,9 @@ class Lagrangian:
             raise ValueError("a Lagrangian's momentum depends on the configuration; give q.")
         lead, d = v.shape[:-1], self.group.dimension
         times = np.broadcast_to(t, lead).ravel()
-        places, rates = q.reshape(-1, *self.group.shape), v.reshape(-1, d)
+        configurations, rates = q.reshape(-1, *self.group.shape), v.reshape(-1, d)
         out = np.full((len(rates), width or d), np.nan)
-        for row, (x, w, s) in enumerate(zip(places, rates, times, strict=True)):
+        for row, (x, w, s) in enumerate(zip(configurations, rates, times, strict=True)):
             if np.all(np.isfinite(x)) and np.all(np.isfinite(w)):
                 out[row] = function(x, w, float(s))
         return out.reshape(*lead, width or d)

@@ -113,7 +113,7 @@ def velocities(system: Any, q: Array | None, p: Array, t: Any, guess: Array) -> 
     v = np.array(np.broadcast_to(guess, p.shape))
     if values_and_momenta(system, q, v, t) is None or not np.all(np.isfinite(p)):
         return None
-    places = cast(Array, q).reshape(-1, *system.group.shape)
+    configurations = cast(Array, q).reshape(-1, *system.group.shape)
 
     def momenta(rates: Array) -> Array:
         L_and_p = values_and_momenta(system, q, rates, t)
@@ -121,9 +121,11 @@ def velocities(system: Any, q: Array | None, p: Array, t: Any, guess: Array) -> 
 
     with np.errstate(all="ignore"):
         if system.has_known_mass:
-            masses = np.stack([system.function.mass(x) for x in places]).reshape(*p.shape, -1)
+            masses = np.stack([system.function.mass(x) for x in configurations]).reshape(
+                *p.shape, -1
+            )
         else:
-            moves = np.diag(MOVE * difference_scales(system.group, places[0], guess)[1])
+            moves = np.diag(MOVE * difference_scales(system.group, configurations[0], guess)[1])
             sides = [
                 (momenta(v + move) - momenta(v - move)) / (2.0 * move[k])
                 for k, move in enumerate(moves)

@@ -138,9 +138,9 @@ class NBody:
 
         For q of shape (..., bodies, dimension).
         """
-        places = np.ascontiguousarray(q, dtype=np.float64).reshape(-1, *q.shape[-2:])
-        potentials = np.empty(len(places))
-        nbody.compiled_pair_potential()(places, self.masses, self.G, potentials)
+        positions = np.ascontiguousarray(q, dtype=np.float64).reshape(-1, *q.shape[-2:])
+        potentials = np.empty(len(positions))
+        nbody.compiled_pair_potential()(positions, self.masses, self.G, potentials)
         total = potentials.reshape(q.shape[:-2])
         acting = self.acting
         return total + celestial.pulls(acting.terms, acting.poles, q)[1] if acting.forces else total
@@ -157,9 +157,9 @@ class NBody:
     def fall(self, q: Array) -> Array:
         """The accelerations of all that has an energy, (bodies, dimension)."""
         acting, out, size = self.acting, np.empty((q.size, 1)), q.shape[1]
-        places = np.ascontiguousarray(q).reshape(-1, 1)
+        positions = np.ascontiguousarray(q).reshape(-1, 1)
         kernel = celestial.accelerations if len(acting.terms) else nbody.accelerations
-        kernel(places, np.zeros(1), acting.constants(size), out)
+        kernel(positions, np.zeros(1), acting.constants(size), out)
         return out.reshape(q.shape)
 
     def acceleration_jacobian(self, q: Array, t: float) -> Array:

@@ -204,9 +204,9 @@ def _motion(problem: Problem, ellipse: Orbit, t: Array) -> tuple[Array, Array]:
     moving_q, moving_v = (share[0] * x[0] + share[1] * x[1] for x in (q0, v0))
     q, v = flow(ellipse, q0[1] - q0[0], v0[1] - v0[0], t)
     centre = moving_q + moving_v * t[:, None]
-    places = (centre - share[1] * q, centre + share[0] * q)
+    positions = (centre - share[1] * q, centre + share[0] * q)
     speeds = (moving_v - share[1] * v, moving_v + share[0] * v)
-    return np.stack([x.hi for x in places], axis=1), np.stack([x.hi for x in speeds], axis=1)
+    return np.stack([x.hi for x in positions], axis=1), np.stack([x.hi for x in speeds], axis=1)
 
 
 KEPLER = Kepler()

@@ -52,8 +52,8 @@ def _start(ratio: float, time: float) -> Decimal | None:
     for _ in range(BISECTIONS):
         x = 0.5 * (low + high)
         alpha, beta = 2.0 * math.acos(x), 2.0 * math.asin(ratio * math.sqrt(1.0 - x * x))
-        took = (alpha - math.sin(alpha) - beta + math.sin(beta)) / (1.0 - x * x) ** 1.5
-        low, high = (x, high) if took > time else (low, x)
+        flight_time = (alpha - math.sin(alpha) - beta + math.sin(beta)) / (1.0 - x * x) ** 1.5
+        low, high = (x, high) if flight_time > time else (low, x)
     return None if min(1.0 - high, 1.0 + low) < 1e-9 else Decimal(x)
 
 

@@ -85,9 +85,9 @@ class Modulus:
     def functions(self, u: Decimal) -> tuple[Decimal, Decimal, Decimal]:
         """sn u, cn u and dn u by Gauss's descending transformation (DLMF 22.7(i))."""
         if not self.complement:
-            grown = u.exp()
-            cosh = (grown + 1 / grown) / 2
-            return (grown - 1 / grown) / (2 * cosh), 1 / cosh, 1 / cosh
+            exponential = u.exp()
+            cosh = (exponential + 1 / exponential) / 2
+            return (exponential - 1 / exponential) / (2 * cosh), 1 / cosh, 1 / cosh
         sn, cn = sine_cosine(u / self._growth)
         dn = Decimal(1)
         for k1 in reversed(self._descent):

@@ -223,8 +223,8 @@ class Top:
     def precession(self, t: Decimal, u: Decimal) -> Decimal:
         """psi at the time t since the start."""
         Ia, Ib = self.moments
-        grown = self._integral(u) - self._integral(self.start) if self.nu else Decimal(0)
-        wobble = (1 / Ib - 1 / Ia) * (1 + self.nu**2) * grown / self.rate
+        increment = self._integral(u) - self._integral(self.start) if self.nu else Decimal(0)
+        wobble = (1 / Ib - 1 / Ia) * (1 + self.nu**2) * increment / self.rate
         return self.size * (t / Ia + wobble)
 
     def _integral(self, u: Decimal) -> Decimal:

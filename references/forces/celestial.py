@@ -125,9 +125,9 @@ def _(force: galvi.Radiation, system: galvi.NBody, q: Array, v: Array, t: float)
 
 @_of.register
 def _(force: galvi.Drag, system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
-    acceleration, some = np.zeros_like(v), np.flatnonzero(force.coefficients)
-    size = force.coefficients[some] * length(v[some]) ** (force.power - 1.0)
-    acceleration[some] = -size[:, None] * v[some]
+    acceleration, dragged = np.zeros_like(v), np.flatnonzero(force.coefficients)
+    size = force.coefficients[dragged] * length(v[dragged]) ** (force.power - 1.0)
+    acceleration[dragged] = -size[:, None] * v[dragged]
     return acceleration
 
 

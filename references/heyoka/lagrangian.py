@@ -154,17 +154,19 @@ def _compiled_chain(
     n = len(m)
     q, v = (heyoka.make_vars(*(f"{name}{i}" for i in range(n))) for name in "qv")
     q, v = (x if n > 1 else [x] for x in (q, v))
-    both = [[sum(m[k] * S[k, i] * S[k, j] for k in range(n)) for j in range(n)] for i in range(n)]
+    products = [
+        [sum(m[k] * S[k, i] * S[k, j] for k in range(n)) for j in range(n)] for i in range(n)
+    ]
     weight = [equations.gravity * sum(m[k] * S[k, i] for k in range(n)) for i in range(n)]
     M = [
-        [heyoka.expression(both[i][j]) * heyoka.cos(q[i] - q[j]) for j in range(n)]
+        [heyoka.expression(products[i][j]) * heyoka.cos(q[i] - q[j]) for j in range(n)]
         for i in range(n)
     ]
     pull = []
     for i in range(n):
-        M[i][i] = heyoka.expression(both[i][i] + equations.moments[i])
+        M[i][i] = heyoka.expression(products[i][i] + equations.moments[i])
         across = [
-            heyoka.expression(both[i][j]) * heyoka.sin(q[i] - q[j]) * v[j] * v[j]
+            heyoka.expression(products[i][j]) * heyoka.sin(q[i] - q[j]) * v[j] * v[j]
             for j in range(n)
             if j != i
         ]

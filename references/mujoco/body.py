@@ -334,8 +334,8 @@ class MujocoChain:
     def mjcf(self) -> str:
         """MuJoCo's XML; its numbers are read back bit for bit."""
         bodies = ""
-        places = np.append(0.0, self.lengths[:-1])
-        links = zip(places, self.masses, self.levers, self.moments, strict=True)
+        offsets = np.append(0.0, self.lengths[:-1])
+        links = zip(offsets, self.masses, self.levers, self.moments, strict=True)
         for offset, mass, lever, moment in reversed(list(links)):
             bodies = (
                 f'<body pos="{text([0.0, 0.0, -offset])}"><joint type="hinge" axis="0 -1 0"/>'

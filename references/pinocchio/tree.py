@@ -112,14 +112,14 @@ class PinocchioTree:
         import pinocchio
         from scipy.spatial.transform import Rotation
 
-        places, rates = qpos[self.order] - self.zeros, qvel.copy()
+        coordinates, rates = qpos[self.order] - self.zeros, qvel.copy()
         forces = -self.damping * qvel
         entries, dofs, stiffness, rests = self.scalars
         forces[dofs] -= stiffness * (qpos[entries] - rests)
         floating = []
         for joint, at, dof in self.turning:
             free = joint.type == "free"
-            quaternion = places[at + 3 * free : at + 3 * free + 4]
+            quaternion = coordinates[at + 3 * free : at + 3 * free + 4]
             quaternion /= np.linalg.norm(quaternion)  # in place
             R = Rotation.from_quat(quaternion).as_matrix()
             spin = slice(dof + 3 * free, dof + 3 * free + 3)
@@ -134,7 +134,9 @@ class PinocchioTree:
                 turned = np.cross(qvel[spin], rates[drift])
                 forces[drift] = R.T @ pull - joint.armature * turned
                 floating.append((R, drift, turned))
-        accelerations = np.array(pinocchio.aba(self.model, self.pin_data, places, rates, forces))
+        accelerations = np.array(
+            pinocchio.aba(self.model, self.pin_data, coordinates, rates, forces)
+        )
         for R, drift, turned in floating:
             accelerations[drift] = R @ (accelerations[drift] + turned)
         return accelerations

@@ -81,20 +81,20 @@ class ReboundAdaptive:
         if "first_step" in setting:
             sim.engine.dt = input_checks.positive("first_step", setting["first_step"])
         sim.engine.dt = math.copysign(sim.engine.dt, duration)
-        begun, steps_before = sim.engine.t - problem.t0, sim.engine.steps_done
+        time_offset, steps_before = sim.engine.t - problem.t0, sim.engine.steps_done
         q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
         q[0], v[0] = problem.q0, problem.v0
         failure = None
         with rebound_simulation.interrupts_kept(), rebound_simulation.messages() as warned:
-            for row, t in enumerate((times[1:] + begun).tolist(), start=1):
+            for row, t in enumerate((times[1:] + time_offset).tolist(), start=1):
                 try:
                     with engine_time:
                         sim.engine.integrate(t, exact_finish_time=1)
                 except RuntimeError as error:
                     failure = Failure(row=row, step=row, why=f"REBOUND stopped: {error}")
                     break
-                where, speed = sim.states()
-                q[row], v[row] = where.reshape(q[row].shape), speed.reshape(q[row].shape)
+                positions, velocities = sim.states()
+                q[row], v[row] = positions.reshape(q[row].shape), velocities.reshape(q[row].shape)
 
         def ended(failure: Failure | None) -> Trajectory:
             return as_trajectory(

@@ -115,8 +115,8 @@ class ReboundSteps:
                     break
                 with engine_time:
                     sim.engine.synchronize()
-                where, speed = sim.states()
-                q[row], v[row] = where.reshape(q[row].shape), speed.reshape(q[row].shape)
+                positions, velocities = sim.states()
+                q[row], v[row] = positions.reshape(q[row].shape), velocities.reshape(q[row].shape)
         return as_trajectory(
             problem,
             described(self.name, setting, rebound_simulation.version()),

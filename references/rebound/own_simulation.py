@@ -41,18 +41,18 @@ def build(job: dict[str, Any], particles: list[list[float]]) -> Any:
     for name, value in job.get("settings", {}).items():
         setattr(sim, name, value)
     sim.integrator = job["integrator"]
-    held = (
+    options_owner = (
         sim.integrator
         if hasattr(sim.integrator, "name")
         else (getattr(sim, f"ri_{job['integrator']}", None))
     )
     for name, value in job.get("options", {}).items():
-        if not hasattr(held, name):
+        if not hasattr(options_owner, name):
             raise ValueError(f"This release's {job['integrator']} has no option {name}.")
         try:
-            setattr(held, name, value)
+            setattr(options_owner, name, value)
         except ValueError:  # 10_6_4 of SABA is 10,6,4 in releases before 5
-            setattr(held, name, str(value).replace("_", ","))
+            setattr(options_owner, name, str(value).replace("_", ","))
     return sim
 
 

@@ -40,15 +40,15 @@ def transits(
     )
     with rebound_simulation.interrupts_kept(), engine_time:
         while engine.t < duration:
-            before, begun = [planet.y - s[0].y for planet in p], engine.t
-            engine.integrate(begun + interval)
+            before, start = [planet.y - s[0].y for planet in p], engine.t
+            engine.integrate(start + interval)
             ended = engine.t
             passed = [
                 y * (planet.y - s[0].y) < 0.0 and planet.x > s[0].x
                 for y, planet in zip(before, p, strict=True)
             ]
             for k in np.flatnonzero(passed).tolist():
-                low, high = begun, ended
+                low, high = start, ended
                 while high - low > precision:
                     engine.integrate(0.5 * (low + high))
                     if before[k] * (p[k].y - s[0].y) < 0.0:

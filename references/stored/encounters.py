@@ -16,8 +16,8 @@ GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 
 def burrau() -> Problem:
     """Three bodies of masses 3, 4 and 5, at rest opposite the sides of these lengths."""
-    places = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]]
-    return Problem(NBody([3.0, 4.0, 5.0]), places, np.zeros((3, 2)), name="Burrau's problem")
+    positions = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]]
+    return Problem(NBody([3.0, 4.0, 5.0]), positions, np.zeros((3, 2)), name="Burrau's problem")
 
 
 def _orbit(a: float, e: float, mass: float, tilt: float, turn: float) -> tuple[Any, Any]:

@@ -83,18 +83,18 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
     e, slowest = ground
     K, y, new, last = np.zeros((STAGES, 6)), np.zeros(6), np.zeros(6), np.zeros(6)
     for grain in range(starts.shape[0]):
-        y[:], t, wanted, contacts = starts[grain, :6], starts[grain, 6], 1e-4, 0
+        y[:], t, next_step, contacts = starts[grain, :6], starts[grain, 6], 1e-4, 0
         ends[grain, 7] = -1.0
         slope(force, numbers, inverse, gravity, y, t, K[0])
         for _ in range(STEPS):
-            h = min(wanted, until - t)
+            h = min(next_step, until - t)
             try_step(force, numbers, inverse, gravity, y, t, h, A, K, new)
             error = error_of(y, new, h, K, E3, E5, tolerance)
             if not error <= 1.0:  # NaN comes here too
-                wanted = h * (
+                next_step = h * (
                     max(MIN_FACTOR, SAFETY * error**EXPONENT) if error > 1.0 else MIN_FACTOR
                 )
-                if not wanted > 1e-15:
+                if not next_step > 1e-15:
                     break
                 continue
             down = new[2] <= 0.0
@@ -109,12 +109,12 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
                         break
                 contacts += 1
             elif error > 0.0:
-                wanted = h * min(MAX_FACTOR, max(MIN_FACTOR, SAFETY * error**EXPONENT))
+                next_step = h * min(MAX_FACTOR, max(MIN_FACTOR, SAFETY * error**EXPONENT))
             ends_here = not down and h >= until - t
             t = until if ends_here else t + h
             y[:] = new
             if down:
-                y[2], y[5], wanted = 0.0, -e * new[5], 1e-4
+                y[2], y[5], next_step = 0.0, -e * new[5], 1e-4
                 if e < 0.0 or not y[5] > slowest:
                     y[3:] = 0.0
                     ends[grain, 7] = 1.0

@@ -96,10 +96,10 @@ class ImplicitEuler:
         return replace(run, ending=Ending(Outcome(End.DOUBTFUL, reason=_accepted(stalled))))
 
 
-def _stalled(k: int, used: int, t0: float, h: float) -> str:
+def _stalled(k: int, iterations: int, t0: float, h: float) -> str:
     return (
         f"Newton's method stopped converging in step {k}, from t = {t0 + (k - 1) * h:.6g}, after "
-        f"{used} iterations. Choose a smaller step, or end the run earlier."
+        f"{iterations} iterations. Choose a smaller step, or end the run earlier."
     )
 
 

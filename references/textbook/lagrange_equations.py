@@ -159,10 +159,10 @@ def _conservative(problem: Problem) -> tuple[Any, ...] | None:
             return None
         slopes = tuple(potential[0].diff(x) for x in symbols(problem.q0.size)[0])
     if gradient is None:
-        held = holds(problem, potential, system.potential, names)
+        verified = holds(problem, potential, system.potential, names)
     else:
-        held = holds(problem, slopes, gradient, names)
-    return tuple(-slope for slope in slopes) if held else None
+        verified = holds(problem, slopes, gradient, names)
+    return tuple(-slope for slope in slopes) if verified else None
 
 
 def _external(problem: Problem) -> tuple[Any, ...] | None:

@@ -174,13 +174,13 @@ def dop853(body, state, tableau, tolerance, clock, budget):
     numbers = constants(body)
     A, E3, E5 = tableau
     K = np.empty((STAGES, 7))
-    s, grown, accepted = loaded(state), MAX_FACTOR, 0
-    t, end, wanted = clock[0], clock[1], clock[2]
+    s, max_growth, accepted = loaded(state), MAX_FACTOR, 0
+    t, end, next_step = clock[0], clock[1], clock[2]
     store(slopes(s, *numbers), K[0])
     for attempt in range(budget):
         left = end - t
-        ends = abs(wanted) >= abs(left)
-        h = left if ends else wanted
+        ends = abs(next_step) >= abs(left)
+        h = left if ends else next_step
         if not (ends or abs(h) > 10.0 * EPS * abs(end)):
             return -1, attempt, accepted
         for j in range(1, STAGES):
@@ -188,20 +188,24 @@ def dop853(body, state, tableau, tolerance, clock, budget):
         new = weighted(s, h, K, A[STAGES], STAGES)
         error = error_of(s, new, h, K, E3, E5, tolerance)
         if error <= 1.0:
-            factor = min(grown, max(MIN_FACTOR, SAFETY * error**EXPONENT)) if error > 0.0 else grown
-            wanted = max(abs(wanted), abs(h * factor)) * np.sign(h) if ends else h * factor
-            s, grown = normalised(new), MAX_FACTOR
+            factor = (
+                min(max_growth, max(MIN_FACTOR, SAFETY * error**EXPONENT))
+                if error > 0.0
+                else max_growth
+            )
+            next_step = max(abs(next_step), abs(h * factor)) * np.sign(h) if ends else h * factor
+            s, max_growth = normalised(new), MAX_FACTOR
             t = end if ends else t + h
             accepted += 1
             store(s, state)
-            clock[0], clock[2] = t, wanted
+            clock[0], clock[2] = t, next_step
             if ends:
                 return 0, attempt + 1, accepted
             store(slopes(s, *numbers), K[0])
         else:  # NaN comes here too
             factor = max(MIN_FACTOR, SAFETY * error**EXPONENT) if error > 0.0 else MIN_FACTOR
-            wanted, grown = h * factor, 1.0
-    clock[2] = wanted
+            next_step, max_growth = h * factor, 1.0
+    clock[2] = next_step
     return 1, budget, accepted
 
 

@@ -223,7 +223,7 @@ def test_a_tendon_whose_ends_meet_has_no_moment(rest, damping):
     problem, own = reader.read(HANGING.format(rest=rest, damping=damping))
     for v in (0.0, 1.0):
         assert problem.system.acceleration([0.0], [v]) == pytest.approx([9.81], abs=1e-14)
-        data = own.data()
+        data = own.start_data()
         data.qpos[:], data.qvel[:] = 0.0, v
         mujoco.mj_forward(own.model, data)
         assert data.qacc == pytest.approx([9.81], abs=1e-14)
@@ -274,7 +274,7 @@ def test_held_weights_follow_gravity():
     problem, own = read("held weights")
     q, v = next(states(problem))
     own.model.opt.gravity[:] = 0.0, 3.0, -5.0
-    data = own.data()
+    data = own.start_data()
     data.qpos[:], data.qvel[:] = problem.system.to_mujoco(q, v)
     mujoco.mj_forward(own.model, data)
     varied = problem.system.with_numbers(gravity=[0.0, 3.0, -5.0])
@@ -401,4 +401,4 @@ def test_ranges_need_not_hold_0_or_1(limits):
     text = DRIVEN.replace('ctrlrange="-3 3"', f'ctrlrange="{limits}"')
     least, most = map(float, limits.split())
     found = galvi.from_mujoco(text).system.force
-    assert least <= found.controls[0] <= most and least <= found.some_controls()[0] <= most
+    assert least <= found.controls[0] <= most and least <= found.sample_controls()[0] <= most

@@ -312,7 +312,7 @@ def test_constants_that_are_older_than_the_masses_are_refused_with_the_remedy():
 
 def off(model, *more):
     problem, own = reader.read(model, *more)
-    states = mujoco_model.some_states(problem.system, problem.q0, problem.v0)
+    states = mujoco_model.sample_states(problem.system, problem.q0, problem.v0)
     return max(np.max(one) for one, _ in mujoco_model.misfits(own, problem, states))
 
 
@@ -367,7 +367,7 @@ def test_an_actuator_after_one_of_several_outputs_is_read():
     assert repr(problem.system) == "Multibody(links=2, velocities=4)"
     hinge = problem.system.links[1].joints[0]
     assert hinge.armature == pytest.approx(9 * 0.2) and hinge.damping == pytest.approx(9 * 0.5)
-    data, mass = own.data(), np.zeros((4, 4))
+    data, mass = own.start_data(), np.zeros((4, 4))
     mujoco.mj_forward(own.model, data)
     mujoco.mj_fullM(own.model, data, mass)
     assert problem.system.tree.mass(problem.q0) == pytest.approx(mass, rel=1e-12, abs=1e-12)
@@ -395,12 +395,12 @@ def test_the_own_model_is_the_users_but_for_what_is_left_out():
 
 def test_the_own_data_begin_at_the_keyframe_or_at_what_is_given():
     problem, own = reader.read(PLAIN, (), "home")
-    data = own.data()
+    data = own.start_data()
     assert data.time == 3.0 and data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
-    assert data is not own.data() and data.qvel[0] == 1.0 and problem.v0[0] == 1.0
+    assert data is not own.start_data() and data.qvel[0] == 1.0 and problem.v0[0] == 1.0
     qpos = np.array([0.3, -0.1, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0])
     problem, own = reader.read(PLAIN, (), "home", qpos)
-    data = own.data()
+    data = own.start_data()
     assert np.array_equal(data.qpos, qpos) and data.qvel[0] == 1.0
     assert data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
     assert np.array_equal(problem.q0, problem.system.from_mujoco(qpos, data.qvel)[0])

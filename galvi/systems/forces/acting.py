@@ -149,9 +149,9 @@ class Acting:
         builtin, masses = celestial.accelerations, np.repeat(self.masses, dimension)
 
         def all_of(q: Array, t: float) -> Array:
-            when, a = np.empty(1), np.empty((q.size, 1))
-            when[0] = t
-            builtin(q.copy().reshape((q.size, 1)), when, constants, a)
+            times, a = np.empty(1), np.empty((q.size, 1))
+            times[0] = t
+            builtin(q.copy().reshape((q.size, 1)), times, constants, a)
             pushed = force(q, q, t)
             for k in range(q.size):
                 if pushed[k] != 0.0:

@@ -204,7 +204,7 @@ class JointForces:
             self, tree=tree_, damping=read_only(np.array(damping)), varied=varied, limited=limited
         )
 
-    def some_controls(self) -> Array:
+    def sample_controls(self) -> Array:
         """Controls (nu,) within their ranges, of about 1, at which a reading is compared."""
         controls = np.array(self.controls)
         for drive in self.drives:
@@ -360,7 +360,7 @@ class JointForces:
         }
         for number, pull in enumerate(self.pulls):
             limited = self.limited and pull.limits != UNLIMITED
-            held = [
+            counts = [
                 len(pull.arms),
                 len(pull.points),
                 pull.actuator,
@@ -370,7 +370,7 @@ class JointForces:
             limits = pull.limits if limited else (0.0, 0.0)
             numbers = [pull.constant, *pull.slack, *limits, pull.offset, *pull.spring, *pull.damper]
             of_control = driven.get(number, ())
-            yield Row.of([held, numbers], range(5), of_control=of_control, begins=True)
+            yield Row.of([counts, numbers], range(5), of_control=of_control, begins=True)
             for arm in pull.arms:
                 yield Row.of([arm], (0, 1))
             for link, point, share in pull.points:

@@ -32,9 +32,9 @@ def _places(joints: Sequence[Joint]) -> Iterator[tuple[slice, slice, int, int]]:
     for joint in joints:
         same = {"ball": 0, "free": 3}.get(joint.type, 1)
         turns = joint.number > SLIDE
-        alike = slice(at, at + same), slice(entry, entry + same)
+        slices = slice(at, at + same), slice(entry, entry + same)
         at, entry = at + same, entry + same
-        yield *alike, *((at, entry) if turns else (-1, -1))
+        yield *slices, *((at, entry) if turns else (-1, -1))
         at, entry = at + 4 * turns, entry + 9 * turns
 
 
@@ -54,9 +54,9 @@ def from_mujoco(joints: Sequence[Joint], group: Group, qpos: Any, qvel: Any) -> 
 
 def to_mujoco(joints: Sequence[Joint], group: Group, q: Any, v: Any) -> tuple[Array, Array]:
     """(qpos, qvel) of states (..., *group.shape) and (..., d)."""
-    places, rates = _pair(("q", "v"), (q, v), (group.shape, (group.dimension,)))
+    configurations, rates = _pair(("q", "v"), (q, v), (group.shape, (group.dimension,)))
     lead = rates.shape[:-1]
-    flat = places.reshape(*lead, -1)
+    flat = configurations.reshape(*lead, -1)
     qpos = np.empty((*lead, sum(POSITIONS[joint.number] for joint in joints)))
     for qpos_slice, q_slice, at, entry in _places(joints):
         qpos[..., qpos_slice] = flat[..., q_slice]

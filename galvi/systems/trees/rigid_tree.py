@@ -87,8 +87,8 @@ class RigidTree:
     def group(self) -> Group:
         """The configuration space: one group, or a Product."""
         factors: list[Group] = []
-        for scalar, some in groupby(self.joints, lambda joint: joint.number <= tree.SLIDE):
-            several = list(some)
+        for scalar, joints in groupby(self.joints, lambda joint: joint.number <= tree.SLIDE):
+            several = list(joints)
             factors += (
                 [Rn(len(several))]
                 if scalar
@@ -194,9 +194,9 @@ class RigidTree:
         return self._at_states(q, v)[:3]
 
     def _at_states(self, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
-        places = _copied(q).reshape(len(v), math.prod(q.shape[1:]))
+        configurations = _copied(q).reshape(len(v), math.prod(q.shape[1:]))
         out = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape), np.empty((len(v), 6))
-        tree.tree_states(places, _copied(v), _copied(self.numbers), *out)
+        tree.tree_states(configurations, _copied(v), _copied(self.numbers), *out)
         return out
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
