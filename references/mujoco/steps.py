@@ -88,7 +88,7 @@ class MujocoSteps:
                 failed = motion.advance_to(target)
                 if failed:
                     break
-                qpos[row], qvel[row] = motion.data.qpos, motion.data.qvel
+                qpos[row], qvel[row] = motion.mj_data.qpos, motion.mj_data.qvel
         q, v = from_mujoco(joint, qpos, qvel)
         q[0], v[0] = problem.q0, problem.v0
         return as_trajectory(
@@ -97,7 +97,7 @@ class MujocoSteps:
             times,
             q,
             v,
-            counts={"steps": motion.done},
+            counts={"steps": motion.steps_done},
             step=steps.step,
             failure=_failure(failed, row, times[row]) if failed else None,
         )

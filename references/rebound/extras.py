@@ -64,7 +64,7 @@ def states(
         for key, value in force_parameters.items():
             force.params[key] = value
         for body, parameters in of_bodies.items():
-            particle = sim.particles[int(simulation.place[body])]
+            particle = sim.particles[int(simulation.indices[body])]
             for key, value in parameters.items():
                 if key == "r":
                     particle.r = value

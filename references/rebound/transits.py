@@ -36,7 +36,8 @@ def transits(
     sim = rebound_simulation.simulation(problem, "ias15", {})
     engine, transit_times = sim.engine, [list[float]() for _ in planets]
     p, s = (
-        [engine.particles[int(sim.place[body])] for body in bodies] for bodies in (planets, [star])
+        [engine.particles[int(sim.indices[body])] for body in bodies]
+        for bodies in (planets, [star])
     )
     with rebound_simulation.interrupts_kept(), engine_time:
         while engine.t < duration:

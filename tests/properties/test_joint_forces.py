@@ -352,7 +352,9 @@ def test_other_controls_do_not_compile_anew():
 
 def test_a_planted_drive_that_keeps_its_slope_is_caught(monkeypatch):
     sound = Drive.force_coefficients
-    monkeypatch.setattr(Drive, "law", lambda drive, u: (sound(drive, u)[0], *sound(drive, 0.0)[1:]))
+    monkeypatch.setattr(
+        Drive, "force_coefficients", lambda drive, u: (sound(drive, u)[0], *sound(drive, 0.0)[1:])
+    )
     with pytest.raises(ValueError, match="misreads this model"):
         arm(U[0])
 

@@ -222,7 +222,7 @@ class JointForces:
                     f"ctrl[{drive.control}] must be within its range, from {low:g} to {high:g}; "
                     f"received {u:g}."
                 )
-            constant, by_length, by_rate = drive.law(u)
+            constant, by_length, by_rate = drive.force_coefficients(u)
             if drive.thrust is not None:
                 force, moment, limits = drive.thrust
                 size = min(max(constant, limits[0]), limits[1])
