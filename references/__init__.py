@@ -109,8 +109,8 @@ REFERENCES: tuple[Reference, ...] = (
 )
 
 
-# A code and its method -> its contenders, the first that supports a problem first: one code has
-# several where kinds of systems have equations of their own.
+# A code and its method -> its contenders; `named` takes the first that supports the problem. A code
+# has several contenders where kinds of systems need different equations.
 CODES: Mapping[str, tuple[Reference, ...]] = {
     "rebound.whfast": (WHFAST,),
     "rebound.whfast512": (WHFAST512,),
@@ -159,19 +159,19 @@ def reference(name: str) -> Contender:
     Raises
     ------
     ValueError
-        With the nearest known name, when there is none.
+        For an unknown name, with the nearest known one.
     TypeError
         Unless a string.
     """
     if not isinstance(name, str):
         raise TypeError(f"the name of a reference must be a string; received {name!r}.")
-    known = {contender.name: contender for contender in REFERENCES}
-    if name not in known:
+    contenders = {contender.name: contender for contender in REFERENCES}
+    if name not in contenders:
         raise ValueError(
-            f"a reference is one of {', '.join(map(repr, known))}; received {name!r}. "
-            f"Did you mean {nearest(name, known)!r}?"
+            f"a reference is one of {', '.join(map(repr, contenders))}; received {name!r}. "
+            f"Did you mean {nearest(name, contenders)!r}?"
         )
-    return known[name]
+    return contenders[name]
 
 
 def named(name: str, problem: Problem) -> Reference:
@@ -191,16 +191,16 @@ def named(name: str, problem: Problem) -> Reference:
     if not isinstance(name, str):
         raise TypeError(f"the name of a code must be a string; received {name!r}.")
     full = {contender.name: (contender,) for contender in REFERENCES}
-    known = {**full, **CODES, "heyoka": CODES["heyoka.taylor"]}
-    if name not in known:
+    choices = {**full, **CODES, "heyoka": CODES["heyoka.taylor"]}
+    if name not in choices:
         raise ValueError(
             f"a code is one of {', '.join(CODES)}, or the full name of a reference, such as "
             f"'REBOUND WHFast'; received {name!r}. Did you mean {nearest(name, CODES)!r}?"
         )
-    for contender in known[name]:
+    for contender in choices[name]:
         if contender.supports(problem):
             return contender
-    raise ValueError(refusal(name, known[name], problem, "Take another code."))
+    raise ValueError(refusal(name, choices[name], problem, "Take another code."))
 
 
 __all__ = [

@@ -40,7 +40,7 @@ def non_finite(
     Parameters
     ----------
     saved, times
-        numbers of the steps kept and their times, (saved,)
+        numbers of the saved steps and their times, (saved,)
     """
     row = int(np.searchsorted(saved, step))
     return Failure(
@@ -69,7 +69,7 @@ def as_trajectory(
     Parameters
     ----------
     notes
-        sentences that the status of a run without failure ends with; empty ones are left out
+        sentences that are appended to the status of a run without failure; empty ones are ignored
 
     Notes
     -----

@@ -14,7 +14,7 @@ def njit(*signature: Any, **options: Any) -> Callable[[Callable[..., Any]], Any]
     def compiled(function: Callable[..., Any]) -> Any:
         try:
             return numba.njit(*signature, cache=True, **options)(function)
-        except RuntimeError:  # numba's word for: nowhere to write
+        except RuntimeError:  # numba found no folder that can be written
             return numba.njit(*signature, **options)(function)
 
     return compiled

@@ -65,11 +65,12 @@ class Reference(Contender, Protocol):
 
     @property
     def fixed_step(self) -> bool:
-        """Whether its setting has a ``step``; otherwise it has ``samples``, and most of those that
-        integrate take a ``tolerance``."""
+        """Whether its setting has a ``step``; otherwise it has ``samples`` and mostly a
+        ``tolerance``."""
 
 
-# fields of a system that may keep a contender from it, and how they are called in its refusal
+# Obstacle, as a refusal names it -> the fields of a system that cause it, and the values that
+# remove it.
 OBSTACLES: Mapping[str, Mapping[str, Any]] = {
     "its external force": {"force": None, "timed_force": False},
     "its gradient, which is not that of its potential": {"gradient": None},
@@ -84,20 +85,22 @@ OBSTACLES: Mapping[str, Mapping[str, Any]] = {
 
 
 def refusal_reason(contender: Contender, problem: Problem) -> str:
-    """The fields without which the contender would take the problem, in words; '' for none."""
+    """The obstacles without which the contender would take the problem, as text; '' for none."""
     system: Any = problem.system
-    given = {field.name for field in dataclasses.fields(system) if field.init}
-    held = {
-        words: cleared
-        for words, cleared in OBSTACLES.items()
-        if cleared.keys() <= given and getattr(system, next(iter(cleared))) is not None
+    fields = {field.name for field in dataclasses.fields(system) if field.init}
+    obstructing = {
+        obstacle: cleared
+        for obstacle, cleared in OBSTACLES.items()
+        if cleared.keys() <= fields and getattr(system, next(iter(cleared))) is not None
     }
-    for number in range(1, len(held) + 1):
-        for words in combinations(held, number):
-            cleared = {name: value for word in words for name, value in held[word].items()}
+    for number in range(1, len(obstructing) + 1):
+        for obstacles in combinations(obstructing, number):
+            cleared = {
+                name: value for word in obstacles for name, value in obstructing[word].items()
+            }
             plain = dataclasses.replace(problem, system=dataclasses.replace(system, **cleared))
             if contender.supports(plain):
-                return " and ".join(words)
+                return " and ".join(obstacles)
     return ""
 
 
@@ -107,8 +110,11 @@ def refusal(
     problem: Problem,
     remedy: str = "Ask supports(problem) first.",
 ) -> str:
-    """The sentence that none of a code's contenders solves the problem, with a reason if known."""
-    reason = next(filter(None, (refusal_reason(one, problem) for one in contenders)), "")
+    """A sentence saying that no contender of a code solves the problem, with the reason if
+    known."""
+    reason = next(
+        filter(None, (refusal_reason(contender, problem) for contender in contenders)), ""
+    )
     return (
         f"{name} does not solve this kind of problem; received {problem!r} with a "
         f"{type(problem.system).__name__} system. "
@@ -117,7 +123,7 @@ def refusal(
 
 
 def missing_engine(contender: Any) -> str:
-    """The package for want of which a contender cannot run here; "" where it can."""
+    """The package that a contender needs and that is not installed; "" for none."""
     return contender.engine if contender.missing else ""
 
 
@@ -133,7 +139,7 @@ def require(contender: Contender, problem: Problem) -> None:
 def steps_of_run(
     contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any], *keys: str
 ) -> FixedSteps:
-    """The equal steps of a run, after `require`; the setting may hold these keys besides theirs."""
+    """The equal steps of a run, after `require`; the setting may also hold these keys."""
     require(contender, problem)
     check_keys(setting, ("step", "save_every", *keys))
     return fixed_steps(duration, setting)
@@ -142,7 +148,7 @@ def steps_of_run(
 def times_of_run(
     contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any], *keys: str
 ) -> Array:
-    """The times at which states are asked for, likewise."""
+    """The times of a run's samples, after `require`; the setting may also hold these keys."""
     require(contender, problem)
     check_keys(setting, ("samples", *keys))
     return sample_times(problem.t0, duration, setting)

@@ -1,7 +1,7 @@
-"""The seconds that an engine itself takes in a run, without conversions and checks of ours.
+"""The seconds spent inside an engine during a run, without the conversions and checks around it.
 
-References call their engine inside ``with engine_time:``; who times a run does it inside
-``with heard() as spent:`` and reads ``spent.seconds``, 0 for a contender that does not say.
+References call their engine inside ``with engine_time:``. To time a run, wrap it in ``with heard()
+as spent:`` and read ``spent.seconds``, which is 0 for a contender without `engine_time`.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from types import TracebackType
 
 
 class Spent:
-    """Seconds that engines took so far."""
+    """Seconds spent in engines."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
 
 
 class EngineTime:
-    """Adds the time of its block, in which no other of its kind begins, to what is heard."""
+    """Adds the duration of its block to every open `heard`; blocks must not nest."""
 
     def __init__(self) -> None:
         self.listening: list[Spent] = []
@@ -45,7 +45,7 @@ engine_time = EngineTime()
 
 @contextmanager
 def heard() -> Iterator[Spent]:
-    """What engines take inside the block."""
+    """Yields the `Spent` that adds up the time in engines inside the block."""
     spent = Spent()
     engine_time.listening.append(spent)
     try:

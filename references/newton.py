@@ -65,7 +65,7 @@ def is_thrown(problem: Problem) -> bool:
 
 
 def is_moved_by(problem: Problem, potential: type) -> bool:
-    """Whether such a potential alone moves a scalar or diagonal mass."""
+    """Whether a potential of this type alone moves a scalar or diagonal mass."""
     system = problem.system
     return (
         isinstance(system, Canonical)
@@ -79,7 +79,7 @@ def is_moved_by(problem: Problem, potential: type) -> bool:
 def replaces_force(problem: Problem) -> bool:
     """Whether the gradient given to a Canonical differs from that of its known potential.
 
-    No without a gradient, and for one that agrees to rounding at the start and around it.
+    False without a gradient, and for one that agrees to rounding at the start and around it.
     """
     system: Any = problem.system
     if system.gradient is None:
@@ -91,7 +91,7 @@ def replaces_force(problem: Problem) -> bool:
 
 
 def potential_formula(potential: Any) -> Force | None:
-    """-dV/dq of a potential that references recognise; None of another."""
+    """-dV/dq of a potential that references recognise; None for another."""
     if type(potential) not in FORMULAS:
         return None
     formula, names = FORMULAS[type(potential)]
@@ -104,10 +104,10 @@ def is_differenced(problem: Problem) -> bool:
     system: Any = problem.system
     if not isinstance(system, Canonical) or system.gradient is not None:
         return False
-    own = getattr(system.potential, "gradient", None)
+    own_gradient = getattr(system.potential, "gradient", None)
     if potential_formula(system.potential) is not None:
         return False
-    return (own is None or system.explicit_time) and derived_gradient(problem) is None
+    return (own_gradient is None or system.explicit_time) and derived_gradient(problem) is None
 
 
 @lru_cache(maxsize=32)
@@ -137,9 +137,9 @@ def potential_force(problem: Problem) -> Force:
     arguments = "qt" if system.explicit_time else "q"
     if system.gradient is not None:
         return by_function(system.gradient, arguments, -1.0)
-    known = potential_formula(system.potential)
-    if known is not None:
-        return known
+    formula = potential_formula(system.potential)
+    if formula is not None:
+        return formula
     potential = system.potential
     if not system.explicit_time and getattr(potential, "gradient", None) is not None:
         return by_function(potential.gradient, "q", -1.0)
@@ -170,13 +170,13 @@ def external_force(problem: Problem) -> Force:
 
 
 def total_force(problem: Problem) -> Force:
-    """Of the potential and, where there is one, the external force."""
+    """The force of the potential plus the external force, if there is one."""
     force = potential_force(problem)
     return together(force, external_force(problem)) if is_forced(problem) else force
 
 
 def inverse_mass(problem: Problem) -> Array:
-    """What turns `total_force` into accelerations: (d,), or (d, d)."""
+    """The inverse mass, (d,) or (d, d), by which `total_force` gives accelerations."""
     system: Any = problem.system
     if isinstance(system, NBody):
         return np.ones(problem.q0.size)
@@ -204,12 +204,12 @@ def acceleration_jacobian(problem: Problem) -> Callable[[Array, float], Array]:
 
     def slope(q: Array, t: float) -> Array:
         if hessian is not None:
-            given = (q.copy(), t) if problem.system.explicit_time else (q.copy(),)
-            return -inverse @ np.asarray(hessian(*given), dtype=np.float64)
+            arguments = (q.copy(), t) if problem.system.explicit_time else (q.copy(),)
+            return -inverse @ np.asarray(hessian(*arguments), dtype=np.float64)
         if force.formula is not None:
             return inverse @ force.jacobian(q, t)
-        rest = np.zeros(q.shape)
-        rows = [gradient(lambda x, i=i: force(x, rest, t)[i], q) for i in range(q.size)]
+        zero_velocity = np.zeros(q.shape)
+        rows = [gradient(lambda x, i=i: force(x, zero_velocity, t)[i], q) for i in range(q.size)]
         return inverse @ np.array(rows)
 
     return slope

@@ -17,7 +17,7 @@ from galvi.arrays import Array
 from references.forces.force import agrees, checked, derivative
 from references.newton import is_forced
 
-ATTITUDES = 8  # besides the start, at which a given gradient is compared
+ATTITUDES = 8  # attitudes besides the start, at which a user's gradient is compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +56,8 @@ class RigidEquations:
             R = self.attitudes(y)
             rates[-3:] += torque(system, R, t)
             if forced:
-                given = (R.copy(), w.copy(), t) if system.timed_force else (R.copy(), w.copy())
-                rates[-3:] += checked(system.force(*given), (3,))
+                arguments = (R.copy(), w.copy(), t) if system.timed_force else (R.copy(), w.copy())
+                rates[-3:] += checked(system.force(*arguments), (3,))
             return rates
 
         return slope
@@ -85,10 +85,10 @@ def has_known_weight(problem: Problem) -> bool:
     if system.gradient is None:
         return True
     weight = replace(system, gradient=None, force=None, timed_force=False)
-    given = replace(weight, gradient=system.gradient)
+    with_gradient = replace(weight, gradient=system.gradient)
     turns = np.random.default_rng(0).standard_normal((ATTITUDES, 4))
     return agrees(
-        lambda R: torque(given, R, 0.0),
+        lambda R: torque(with_gradient, R, 0.0),
         lambda R: torque(weight, R, 0.0),
         [problem.q0, *(problem.q0 @ rotation(turns))],
     )

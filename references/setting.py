@@ -1,4 +1,4 @@
-"""The plain mapping a contender is run with: which keys it may hold, and the times it asks for."""
+"""Settings of contenders, which are mappings: their keys, and the steps and times of a run."""
 
 from __future__ import annotations
 
@@ -15,36 +15,38 @@ from galvi.arrays import Array
 WHOLE = 1e-9  # how far, relatively, duration / step may be from a whole number
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
-    """The one of the known words most like this one in any case, those that contain it first."""
-    folded, words = word.casefold(), sorted(known)
+def nearest(word: str, choices: Iterable[str]) -> str:
+    """The choice most similar to a word, ignoring case; choices that contain it come first."""
+    folded, ordered = word.casefold(), sorted(choices)
 
-    def likeness(other: str) -> float:
-        return difflib.SequenceMatcher(None, other.casefold(), folded).ratio()
+    def likeness(choice: str) -> float:
+        return difflib.SequenceMatcher(None, choice.casefold(), folded).ratio()
 
-    return max([one for one in words if folded in one.casefold()] or words, key=likeness)
+    return max(
+        [choice for choice in ordered if folded in choice.casefold()] or ordered, key=likeness
+    )
 
 
-def check_keys(setting: Mapping[str, Any], known: Iterable[str]) -> None:
+def check_keys(setting: Mapping[str, Any], allowed: Iterable[str]) -> None:
     """ValueError, naming the nearest known key, when the setting holds one that is not known."""
-    known = tuple(known)
+    allowed = tuple(allowed)
     for key in setting:
-        if key not in known:
+        if key not in allowed:
             raise ValueError(
-                f"a setting here may hold {', '.join(known)}; received {key!r}. "
-                f"Did you mean {nearest(str(key), known)!r}?"
+                f"a setting here may hold {', '.join(allowed)}; received {key!r}. "
+                f"Did you mean {nearest(str(key), allowed)!r}?"
             )
 
 
 def described(name: str, setting: Mapping[str, Any], engine: str = "") -> str:
     """The run's method in one line, e.g. 'REBOUND WHFast step=4 corrector=17 (rebound 5.2.2)'."""
-    words = [name, *(f"{key}={value}" for key, value in setting.items())]
-    return " ".join([*words, f"({engine})"] if engine else words)
+    parts = [name, *(f"{key}={value}" for key, value in setting.items())]
+    return " ".join([*parts, f"({engine})"] if engine else parts)
 
 
 @dataclass(frozen=True, eq=False)
 class FixedSteps:
-    """How many equal steps to take and which to keep.
+    """How many equal steps to take, and which states to save.
 
     Attributes
     ----------
@@ -53,7 +55,7 @@ class FixedSteps:
     count
         n, so that n h is the duration
     saved : array, shape (saved,)
-        numbers of the steps kept: 0, k, 2k, ... and the last
+        numbers of the saved steps: 0, k, 2k, ... and the last
     """
 
     step: float
@@ -86,8 +88,8 @@ def fixed_steps(duration: float, setting: Mapping[str, Any]) -> FixedSteps:
             f"step must divide the duration {duration!r} into a whole number of steps; received "
             f"{setting['step']!r}, {steps:.6g} steps. Choose step = duration / {count}."
         )
-    every = input_checks.whole("save_every", setting.get("save_every", 1))
-    saved = np.append(np.arange(0, count, every), count)
+    save_every = input_checks.whole("save_every", setting.get("save_every", 1))
+    saved = np.append(np.arange(0, count, save_every), count)
     return FixedSteps(step=step, count=count, saved=saved)
 
 

@@ -45,8 +45,10 @@ def integrated(
     turning, size = joints_of(system), qpos.size
 
     def slope(t: float, y: Array) -> Array:
-        places, rates = y[:size], y[size:]
-        return np.concatenate([_moving(places, rates, turning), accelerations(places, rates)])
+        coordinates, rates = y[:size], y[size:]
+        return np.concatenate(
+            [_moving(coordinates, rates, turning), accelerations(coordinates, rates)]
+        )
 
     with np.errstate(all="ignore"):
         solved = solve_ivp(
@@ -76,28 +78,28 @@ def integrated(
 
 def joints_of(system: Multibody) -> list[tuple[Joint, int, int]]:
     """Each joint, and its first entries of qpos and qvel."""
-    found, at, dof = [], 0, 0
+    joints, at, dof = [], 0, 0
     for joint in system.tree.joints:
-        found.append((joint, at, dof))
+        joints.append((joint, at, dof))
         at += {"ball": 4, "free": 7}.get(joint.type, 1)
         dof += joint.dimension
-    return found
+    return joints
 
 
 def _moving(qpos: Array, qvel: Array, joints: list[tuple[Joint, int, int]]) -> Array:
     """qpos': that of a quaternion (c, u) is (-u . w, c w + u x w) / 2."""
     if qpos.size == qvel.size:
         return qvel
-    found = np.empty(qpos.size)
+    rates = np.empty(qpos.size)
     for joint, at, dof in joints:
         if joint.type in SCALAR:
-            found[at] = qvel[dof]
+            rates[at] = qvel[dof]
             continue
         if joint.type == "free":
-            found[at : at + 3] = qvel[dof : dof + 3]
+            rates[at : at + 3] = qvel[dof : dof + 3]
             at, dof = at + 3, dof + 3
         quaternion = qpos[at : at + 4] / np.linalg.norm(qpos[at : at + 4])
         c, u, w = quaternion[0], quaternion[1:], qvel[dof : dof + 3]
-        found[at] = -0.5 * (u @ w)
-        found[at + 1 : at + 4] = 0.5 * (c * w + np.cross(u, w))
-    return found
+        rates[at] = -0.5 * (u @ w)
+        rates[at + 1 : at + 4] = 0.5 * (c * w + np.cross(u, w))
+    return rates

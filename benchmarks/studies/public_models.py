@@ -26,7 +26,7 @@ import pandas as pd
 from benchmarks.store.atomic import write
 from galvi.interop import from_mujoco
 from galvi.interop.mujoco_limits import BeyondTrees
-from galvi.interop.mujoco_model import misfits, some_states
+from galvi.interop.mujoco_model import misfits, sample_states
 
 WHEELS = Path(sys.prefix) / "models"
 TABLE = Path("docs") / "public_models.csv"
@@ -65,7 +65,7 @@ def row(path: Path) -> dict[str, Any]:
     try:
         for key in (None, *range(model.nkey)):
             problem, own = from_mujoco.read(model, left_out, key)
-            states = some_states(problem.system, problem.q0, problem.v0)
+            states = sample_states(problem.system, problem.q0, problem.v0)
             off = max(off, *(float(np.max(one)) for one, _ in misfits(own, problem, states)))
     except ValueError as error:
         return {**found, "why_not": str(error).replace(str(path), path.name)}

@@ -176,11 +176,11 @@ def unwrapped(chart: Chart, group: Group, xi: Array) -> Array:
     """
     path, start = xi.copy(), 0
     for number, d, _, rotations in group.layout:
-        own = path[:, start : start + d]
-        for k in range(_first_change(chart, own[:, :rotations]), len(path)):
-            w = _followed(chart, own[k - 1, :rotations], own[k, :rotations])
+        factor = path[:, start : start + d]
+        for k in range(_first_change(chart, factor[:, :rotations]), len(path)):
+            w = _followed(chart, factor[k - 1, :rotations], factor[k, :rotations])
             if w is not None:
-                GROUPS[number].with_rotation(chart.number, own[k].copy(), w, own[k])
+                GROUPS[number].with_rotation(chart.number, factor[k].copy(), w, factor[k])
         start += d
     return path
 
@@ -188,25 +188,25 @@ def unwrapped(chart: Chart, group: Group, xi: Array) -> Array:
 def _first_change(chart: Chart, w: Array) -> int:
     """The first row of w (k, 3 or 1) that `_followed` may change; k for none, and without columns.
 
-    Most paths have none, and one pass over arrays is ten times as fast as a loop.
+    Most paths have none, and testing whole arrays is ten times as fast as a loop.
     """
     if w.shape[1] == 0:
         return len(w)
     size = np.linalg.norm(w, axis=1)
     angle = np.array([angle_of(chart.number, x) for x in size.tolist()])
-    last, here = size[:-1], size[1:]
+    previous, current = size[:-1], size[1:]
     with np.errstate(divide="ignore", invalid="ignore"):
-        cosine = np.where(here > 0.0, np.sum(w[:-1] * w[1:], axis=1) / (last * here), 1.0)
-        changed = (np.round((angle[:-1] * cosine - angle[1:]) / TWO_PI) != 0.0) & (last > 0.0)
+        cosine = np.where(current > 0.0, np.sum(w[:-1] * w[1:], axis=1) / (previous * current), 1.0)
+        changed = (np.round((angle[:-1] * cosine - angle[1:]) / TWO_PI) != 0.0) & (previous > 0.0)
     return 1 + int(np.argmax(changed)) if np.any(changed) else len(w)
 
 
-def _followed(chart: Chart, last: Array, here: Array) -> Array | None:
-    """The coordinates of the same rotation nearest to ``last``; None if these are ``here``."""
-    size, last_size = float(np.linalg.norm(here)), float(np.linalg.norm(last))
-    if last_size == 0.0:
+def _followed(chart: Chart, previous: Array, current: Array) -> Array | None:
+    """The coordinates of the rotation ``current`` nearest to ``previous``; None if unchanged."""
+    size, previous_size = float(np.linalg.norm(current)), float(np.linalg.norm(previous))
+    if previous_size == 0.0:
         return None
-    axis = here / size if size > 0.0 else last / last_size
-    angle, before = (angle_of(chart.number, x) for x in (size, last_size))
-    turns = round((before / last_size * float(last @ axis) - angle) / TWO_PI)
+    axis = current / size if size > 0.0 else previous / previous_size
+    angle, before = (angle_of(chart.number, x) for x in (size, previous_size))
+    turns = round((before / previous_size * float(previous @ axis) - angle) / TWO_PI)
     return coordinate_of(chart.number, angle + turns * TWO_PI) * axis if turns else None

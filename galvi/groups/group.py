@@ -86,7 +86,7 @@ def check_rotation(name: str, R: Array, n: int) -> None:
         defect = float(np.max(np.abs(R.T @ R - np.eye(n))))
         determinant = float(np.linalg.det(R))
     if not defect <= ROTATION_DEFECT or determinant < 0.0:
-        what = (
+        violation = (
             f"|R^T R - I| = {defect:.1e}"
             if defect > ROTATION_DEFECT
             else f"determinant {determinant:.3g}"
@@ -100,7 +100,7 @@ def check_rotation(name: str, R: Array, n: int) -> None:
         )
         raise ValueError(
             f"{name} must be a rotation, R^T R = I with determinant 1, to {ROTATION_DEFECT:g}; "
-            f"received {what}. {remedy}"
+            f"received {violation}. {remedy}"
         )
 
 
@@ -117,9 +117,9 @@ def check_motion(name: str, g: Array, n: int) -> None:
     check_rotation(f"the rotation of {name}", g[:n, :n], n)
 
 
-def _conversion(given: Array, n: int) -> str:
+def _conversion(array: Array, n: int) -> str:
     """How four or seven numbers, perhaps a quaternion, become a matrix of space; else empty."""
-    if n != 3 or given.shape not in ((4,), (7,)):
+    if n != 3 or array.shape not in ((4,), (7,)):
         return ""
     return (
         " A quaternion with the scalar last becomes a rotation matrix by "
@@ -129,12 +129,12 @@ def _conversion(given: Array, n: int) -> str:
 
 def inverse_motion(g: Array) -> Array:
     """[[R^T, -R^T x], [0, 1]] for rigid motions with any leading axes."""
-    n, result = g.shape[-1] - 1, np.zeros_like(g)
+    n, inverse = g.shape[-1] - 1, np.zeros_like(g)
     transpose = np.swapaxes(g[..., :n, :n], -1, -2)
-    result[..., :n, :n] = transpose
-    result[..., :n, n] = -(transpose @ g[..., :n, n:])[..., 0]
-    result[..., n, n] = 1.0
-    return result
+    inverse[..., :n, :n] = transpose
+    inverse[..., :n, n] = -(transpose @ g[..., :n, n:])[..., 0]
+    inverse[..., n, n] = 1.0
+    return inverse
 
 
 def nearest_rotation(matrix: Array) -> Array:

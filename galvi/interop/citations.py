@@ -12,8 +12,8 @@ from galvi.method import Galerkin
 from galvi.problems.planets import EPHEMERIS as DE421
 from galvi.trajectory import Trajectory
 
-# Words in the name of another code's method, which is all that its run says of it, and what they
-# call for.
+# A word in the name of another code's method, which is all that a run records of it -> keys of what
+# to cite.
 CODES = {
     "REBOUND": ("ReinLiu2012",),
     "IAS15": ("ReinSpiegel2015",),
@@ -33,8 +33,8 @@ CODES = {
 def entries() -> dict[str, str]:
     """The entries of citations.bib by their keys."""
     text = files("galvi.interop").joinpath("citations.bib").read_text(encoding="utf-8")
-    found = ["@" + entry.strip().lstrip("@") for entry in text.split("\n@")]
-    return {entry[entry.index("{") + 1 : entry.index(",")]: entry for entry in found}
+    blocks = ["@" + entry.strip().lstrip("@") for entry in text.split("\n@")]
+    return {entry[entry.index("{") + 1 : entry.index(",")]: entry for entry in blocks}
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Citation:
 
 
 def cite(run: Trajectory) -> Citation:
-    """What to cite for a run: its method, other codes, and its data.
+    """What to cite for a run: its method, the codes and the data that it used.
 
     Parameters
     ----------
@@ -85,11 +85,14 @@ def cite(run: Trajectory) -> Citation:
         raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")
     method, problem = run.method, run.problem
     if isinstance(method, Galerkin):
-        keys, done = ["Hall2013", "Miglio2016"], f"with {method.name}"
-        text = f"{_named(problem.name)} was integrated {done}, a Galerkin variational integrator"
+        keys = ["Hall2013", "Miglio2016"]
+        text = (
+            f"{_named(problem.name)} was integrated with {method.name}, a Galerkin variational "
+            "integrator"
+        )
     else:
-        found = [key for word, all_keys in CODES.items() if word in str(method) for key in all_keys]
-        keys, text = found, f"{_named(problem.name)} was integrated with {method}"
+        keys = [key for word, all_keys in CODES.items() if word in str(method) for key in all_keys]
+        text = f"{_named(problem.name)} was integrated with {method}"
     text += f" [{', '.join(dict.fromkeys(keys))}]" if keys else ""
     text += f", using galvi {galvi_version()} [galvi]"
     keys = [*keys, "galvi"]

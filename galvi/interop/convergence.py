@@ -25,18 +25,19 @@ TRUTHS = "None, the name of a reference, a function of t, or the configuration a
 
 @dataclass(frozen=True)
 class ConvergenceRequest:
-    """What is asked of a table, as of `convergence`.
+    """The checked arguments of `convergence`.
 
     Attributes
     ----------
     methods
-        name and method, as of `convergence`; "" for the name of the code or the class itself
+        pairs of name and method, as of `convergence`; the name "" stands for that of the code or
+        class
     counts
-        numbers of equal steps; () for those that are found by trying
+        numbers of equal steps; () where sizes are set, or steps are chosen automatically
     sizes
-        steps in the unit of time, or of a method's clock, in place of them
+        sizes of steps in the unit of time, or of a method's clock
     with_all
-        whether galvi and every other code here that takes the problem take part, too
+        whether galvi and every other code here that takes the problem are added
     """
 
     problem: Problem
@@ -70,21 +71,21 @@ def convergence(
     steps
         numbers of equal steps, if all are of type int, else their sizes, each of which goes into
         the duration a whole number of times; with a clock, sizes are in its unit, and numbers
-        approximate. Codes that choose their steps run at four tolerances instead. None: found by
-        trying for each method
+        approximate. Codes that choose their steps run at four tolerances instead. None: chosen
+        automatically for each method
     duration
         from the problem's t0, positive, in its unit of time
     truth
-        None: a closed form or an exact engine, else the finest pair of runs of galvi's; or the name
-        of a code, a function of the time that returns the configuration, or the configuration at
-        the end, of q0's shape
+        None: a closed form or an exact engine, else the two finest runs of galvi; or the name of a
+        code, a function of the time that returns the configuration, or the configuration at the
+        end, of q0's shape
     quick
         shorter timings
 
     Returns
     -------
     pandas.DataFrame
-        A tidy frame, a row for each method and step, coarse to fine: ``method, h, error, order,
+        A tidy table, a row for each method and step, coarse to fine: ``method, h, error, order,
         fitted, fitted_se, energy, momentum, symmetry, symplecticity, seconds, evaluations, outcome,
         setting, steps, fit, theory, note``. ``error`` is that of the state at the end: the largest
         difference of a coordinate from the truth (of point masses, the farthest body's distance),
@@ -94,14 +95,14 @@ def convergence(
         such as round-off. Energy and momenta are largest relative changes, of what the motion
         keeps; symmetry is the distance from the start after a run there and back, symplecticity the
         defect of one step; evaluations are of the force; seconds are those of a run, on a motion
-        that keeps its energy by longer ones. NaN is what does not apply. ``attrs`` has ``truth``,
-        ``truth_error``, ``rule`` (of the fit), ``remarks`` (orders that are not those of theory)
-        and ``faults``, of the methods.
+        that keeps its energy by longer ones. Numbers that do not apply are NaN. ``attrs`` has
+        ``truth``, ``truth_error``, ``rule`` (of the fit), ``remarks`` (orders that are not those of
+        theory) and ``faults``, of the methods.
 
     Raises
     ------
     ValueError
-        For what it refuses.
+        For an invalid value, and for what the command refuses.
     TypeError
         For an argument of another kind.
     ModuleNotFoundError
@@ -139,17 +140,17 @@ def convergence(
             f"{error}."
         ) from None
     with tempfile.TemporaryDirectory() as folder:
-        file, result = Path(folder) / "request", Path(folder) / "convergence.json"
-        file.write_bytes(pickled)
+        request_path, table_path = Path(folder) / "request", Path(folder) / "convergence.json"
+        request_path.write_bytes(pickled)
         refusal = suite_process.run_command(
-            "convergence", ["--request", str(file), "--out", folder], pickled
+            "convergence", ["--request", str(request_path), "--out", folder], pickled
         )
-        if not result.is_file():
+        if not table_path.is_file():
             raise refusal
-        data = json.loads(result.read_text(encoding="utf-8"))
-    frame = pandas.DataFrame(data.pop("table"))
-    frame.attrs.update(data)
-    return frame
+        attributes = json.loads(table_path.read_text(encoding="utf-8"))
+    table = pandas.DataFrame(attributes.pop("table"))
+    table.attrs.update(attributes)
+    return table
 
 
 def _checked(
@@ -202,8 +203,8 @@ def counts_and_sizes(steps: Any) -> tuple[tuple[int, ...], tuple[float, ...]]:
     values = list(steps)
     if not values:
         raise ValueError("steps must hold a number of steps or a step at least; received none.")
-    if all(isinstance(one, int | np.integer) and not isinstance(one, bool) for one in values):
-        counts = sorted({input_checks.whole("a number of steps", int(one)) for one in values})
+    if all(isinstance(value, int | np.integer) and not isinstance(value, bool) for value in values):
+        counts = sorted({input_checks.whole("a number of steps", int(count)) for count in values})
         return tuple(counts), ()
-    sizes = {input_checks.positive("a step", one) for one in values}
+    sizes = {input_checks.positive("a step", size) for size in values}
     return (), tuple(sorted(sizes, reverse=True))

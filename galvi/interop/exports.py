@@ -14,18 +14,18 @@ from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-MOST_NAMES = 10  # bodies or coordinates that are named
+MAX_LABELS = 10  # bodies or coordinates that are named
 PER_STEP = 16  # points of each curve
-MOST_POINTS = 20_000
+MAX_POINTS = 20_000
 
 
 def plot(run: Trajectory) -> Any:
     """A matplotlib figure of a run.
 
     On the left orbits in the plane of x and y, the path of one body in the plane, the axes of a
-    rotating body on the sphere, the place
-    of a moving one, or each coordinate against time; with the curves where they were kept. On the
-    right the change of the energy, or the coordinates' momenta where it is not conserved.
+    rotating body on the sphere, the position of a moving one, or each coordinate against time;
+    along the curves where the run has them. On the right the change of the energy, or the
+    coordinates' momenta where it is not conserved.
 
     Raises
     ------
@@ -51,26 +51,26 @@ def plot(run: Trajectory) -> Any:
         motion.plot(q[:, 0], q[:, 1])
         motion.set(xlabel="$q_0$", ylabel="$q_1$", aspect="equal")
     else:
-        places = q[:, :3, 3] if shape == (4, 4) else q.reshape(len(t), -1)
-        names = "xyz" if shape == (4, 4) else [f"$q_{{{k}}}$" for k in range(places.shape[1])]
-        _against_time(motion, t, places, names)
+        coordinates = q[:, :3, 3] if shape == (4, 4) else q.reshape(len(t), -1)
+        names = "xyz" if shape == (4, 4) else [f"$q_{{{k}}}$" for k in range(coordinates.shape[1])]
+        _against_time(motion, t, coordinates, names)
     _invariant(figure.add_subplot(1, 2, 2), run)
     figure.suptitle(run.problem.name or type(run.problem.system).__name__)
     return figure
 
 
 def _motion(run: Trajectory) -> tuple[Array, Array]:
-    """Times and places, on the curves if there are any."""
+    """Times and configurations, on the curves if the run has them."""
     if run.curves is None or len(run.t) < 2:
         return run.t, run.q
-    points = min(PER_STEP * (len(run.t) - 1), MOST_POINTS) + 1
+    points = min(PER_STEP * (len(run.t) - 1), MAX_POINTS) + 1
     times = np.linspace(run.t[0], run.t[-1], points)
     return times, run(times)
 
 
 def _orbits(axes: Any, run: Trajectory, q: Array) -> None:
     for k, name in enumerate(run.problem.body_names()):
-        label = str(name) if k < MOST_NAMES else None
+        label = str(name) if k < MAX_LABELS else None
         (line,) = axes.plot(q[:, k, 0], q[:, k, 1], linewidth=0.8)
         axes.plot(*run.q[-1, k, :2], "o", color=line.get_color(), markersize=4, label=label)
     axes.set(xlabel="$x$", ylabel="$y$")
@@ -96,7 +96,7 @@ def _sphere(axes: Any, rotations: Array) -> None:
 
 def _against_time(axes: Any, t: Array, values: Array, names: Any) -> None:
     for k, name in enumerate(names):
-        axes.plot(t, values[:, k], linewidth=0.9, label=name if k < MOST_NAMES else None)
+        axes.plot(t, values[:, k], linewidth=0.9, label=name if k < MAX_LABELS else None)
     axes.set(xlabel="$t$")
     axes.legend(fontsize=8)
 
@@ -106,10 +106,10 @@ def _invariant(axes: Any, run: Trajectory) -> None:
         p = run.p.reshape(len(run.t), -1)
         _against_time(axes, run.t, p, [f"$p_{{{k}}}$" for k in range(p.shape[1])])
         return
-    found = energy(run)
-    scale = abs(found[0]) or 1.0
-    axes.plot(run.t, (found - found[0]) / scale, ".-", markersize=2, linewidth=0.6)
-    relative = "relative change" if found[0] else "change"
+    energies = energy(run)
+    scale = abs(energies[0]) or 1.0
+    axes.plot(run.t, (energies - energies[0]) / scale, ".-", markersize=2, linewidth=0.6)
+    relative = "relative change" if energies[0] else "change"
     axes.set(xlabel="$t$", ylabel=f"{relative} of the energy")
 
 
@@ -170,23 +170,25 @@ def to_xarray(run: Trajectory) -> Any:
         ) from error
     system, coordinates = run.problem.system, dict[str, Any](t=run.t)
     alike = run.q.shape == run.p.shape and not isinstance(system, Multibody)
-    places = ("coordinate",) if alike else ("entry",) if run.q.ndim == 2 else ("row", "column")
+    dimensions = ("coordinate",) if alike else ("entry",) if run.q.ndim == 2 else ("row", "column")
     if isinstance(system, NBody):
-        places = ("body", "axis")
+        dimensions = ("body", "axis")
         coordinates |= {"body": run.problem.body_names(), "axis": list(AXES[: run.q.shape[2]])}
     elif isinstance(system, Multibody):
         joints = [
-            (link.name or str(k), one) for k, link in enumerate(system.links) for one in link.joints
+            (link.name or str(k), joint)
+            for k, link in enumerate(system.links)
+            for joint in link.joints
         ]
         coordinates["velocity"] = [
-            f"{one.type} of {name}" + (f", {k}" if one.dimension > 1 else "")
-            for name, one in joints
-            for k in range(one.dimension)
+            f"{joint.type} of {name}" + (f", {k}" if joint.dimension > 1 else "")
+            for name, joint in joints
+            for k in range(joint.dimension)
         ]
-    rates = places if alike else ("velocity",)
+    rates = dimensions if alike else ("velocity",)
     steps = {} if run.step is None else {"step": run.step}
     return xarray.Dataset(
-        {"q": (("t", *places), run.q), "p": (("t", *rates), run.p), "v": (("t", *rates), run.v),
+        {"q": (("t", *dimensions), run.q), "p": (("t", *rates), run.p), "v": (("t", *rates), run.v),
          "energy": ("t", energy(run))},
         coordinates,
         {"problem": run.problem.name, "units": run.problem.units, "method": str(run.method),

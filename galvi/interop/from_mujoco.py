@@ -15,7 +15,7 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.interop.mujoco_forces import disabled, forces_of, rotation
 from galvi.interop.mujoco_limits import BeyondTrees, checked_names, motors, mujoco_limits
-from galvi.interop.mujoco_model import Own, check_reading, some_states, unknown, without
+from galvi.interop.mujoco_model import UserModel, check_reading, sample_states, unknown, without
 from galvi.kernels.trees.tree import DOFS, SLIDE
 from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
@@ -50,9 +50,10 @@ def from_mujoco(
     ------
     ValueError
         Where MuJoCo's accelerations differ from those of the problem, with both numbers; for a
-        model with settings that are not known, in which nothing moves, or that is not one.
+        model with unknown settings, for one in which nothing moves, and for a source that is no
+        model.
     BeyondTrees
-        A ValueError, for a model that has more than this, naming it, one line each.
+        A ValueError that lists the features of the model that galvi does not model, one a line.
     TypeError
         For another source.
     ImportError
@@ -93,7 +94,7 @@ def read(
     qpos: Any = None,
     qvel: Any = None,
     ctrl: Any = None,
-) -> tuple[Problem, Own]:
+) -> tuple[Problem, UserModel]:
     """The problem, and the user's own model with what is ignored switched off.
 
     Parameters
@@ -106,39 +107,44 @@ def read(
     Raises as `from_mujoco`.
     """
     left_out = checked_names(ignore)
-    theirs = model_of(model)
-    more = {name: text for name, text in mujoco_limits(theirs).items() if name not in left_out}
-    if more:
-        raise BeyondTrees(more)
-    fields = list(unknown(theirs))
+    mj_model = model_of(model)
+    features = {
+        name: text for name, text in mujoco_limits(mj_model).items() if name not in left_out
+    }
+    if features:
+        raise BeyondTrees(features)
+    fields = list(unknown(mj_model))
     if fields:
         raise ValueError(
             f"galvi does not know what these settings of the model do to its motion: "
             f"{', '.join(fields)}. Leave them at MuJoCo's defaults."
         )
-    if theirs.nv == 0:
+    if mj_model.nv == 0:
         raise ValueError("the model must have a joint; received one in which nothing can move.")
     try:
-        name = bytes(theirs.names).decode().partition("\0")[0]
+        name = bytes(mj_model.names).decode().partition("\0")[0]
     except UnicodeDecodeError as error:
         raise ValueError(
             f"names in the model must be in UTF-8; received byte {error.object[error.start]:#x}. "
             f"Save the file in UTF-8."
         ) from None
-    mine, differences = without(theirs, left_out)
-    number = None if key is None else keyframe_number(theirs, key)
-    asked = (("qpos", qpos, theirs.nq), ("qvel", qvel, theirs.nv))
-    starts = [None if x is None else input_checks.array(one, x, (size,)) for one, x, size in asked]
-    controls = None if ctrl is None else _controls(mine, ctrl)
-    own = Own(mine, differences, number, starts[0], starts[1], controls)
-    data = own.data()
-    links = [_link(theirs, body, data) for body in range(1, theirs.nbody)]
-    gravity = np.zeros(3) if disabled(theirs, "GRAVITY") else np.array(theirs.opt.gravity)
-    force = forces_of(mine, data.ctrl)
+    reduced, differences = without(mj_model, left_out)
+    number = None if key is None else keyframe_number(mj_model, key)
+    coordinates = (("qpos", qpos, mj_model.nq), ("qvel", qvel, mj_model.nv))
+    starts = [
+        None if x is None else input_checks.array(argument, x, (size,))
+        for argument, x, size in coordinates
+    ]
+    controls = None if ctrl is None else _controls(reduced, ctrl)
+    user_model = UserModel(reduced, differences, number, starts[0], starts[1], controls)
+    mj_data = user_model.start_data()
+    links = [_link(mj_model, body, mj_data) for body in range(1, mj_model.nbody)]
+    gravity = np.zeros(3) if disabled(mj_model, "GRAVITY") else np.array(mj_model.opt.gravity)
+    force = forces_of(reduced, mj_data.ctrl)
     system = Multibody(links, gravity, force=force, timed_force=force is not None)
     if force is not None and force.drives:
         system = system.with_numbers(ctrl=force.controls)  # the same law for all controls
-    q, v = system.from_mujoco(data.qpos, data.qvel)
+    q, v = system.from_mujoco(mj_data.qpos, mj_data.qvel)
     problem = Problem(
         system,
         q,
@@ -146,34 +152,34 @@ def read(
         name=name,
         parameters={
             "ignored": tuple(sorted(left_out)),
-            "integrator": integrator_name(theirs),
-            "dt": float(theirs.opt.timestep),
+            "integrator": integrator_name(mj_model),
+            "dt": float(mj_model.opt.timestep),
             **({} if key is None else {"key": key}),
         },
         units="those of the model; MuJoCo's are m, kg, s and radians",
     )
-    some = list(some_states(system, q, v))
-    check_reading(own, problem, some)
+    states = list(sample_states(system, q, v))
+    check_reading(user_model, problem, states)
     if force is not None and force.drives:
-        controls = force.some_controls()
+        controls = force.sample_controls()
         driven = problem.moved(problem.q0, problem.v0, 0.0, system.with_numbers(ctrl=controls))
-        check_reading(replace(own, ctrl=controls), driven, some)
-    return problem, own
+        check_reading(replace(user_model, ctrl=controls), driven, states)
+    return problem, user_model
 
 
 def _controls(model: Any, ctrl: Any) -> Array:
-    """(nu,) within their ranges."""
+    """The controls (nu,); ValueError unless they are within their ranges."""
     if disabled(model, "ACTUATION"):
         raise ValueError("ctrl is of actuators, which are ignored or disabled; leave it out.")
-    found = input_checks.array("ctrl", ctrl, (model.nu,))
+    controls = input_checks.array("ctrl", ctrl, (model.nu,))
     for k in np.flatnonzero(model.actuator_ctrllimited) if not disabled(model, "CLAMPCTRL") else ():
-        least, most = model.actuator_ctrlrange[k].tolist()
-        if not least <= found[k] <= most:
+        low, high = model.actuator_ctrlrange[k].tolist()
+        if not low <= controls[k] <= high:
             raise ValueError(
-                f"ctrl[{k}] must be within its range, from {least:g} to {most:g}; received "
-                f"{found[k]:g}."
+                f"ctrl[{k}] must be within its range, from {low:g} to {high:g}; received "
+                f"{controls[k]:g}."
             )
-    return found
+    return controls
 
 
 def keyframe_number(model: Any, key: Any) -> int:
@@ -185,9 +191,9 @@ def keyframe_number(model: Any, key: Any) -> int:
     names = [model.key(k).name for k in range(model.nkey)]
     if key in names and key:
         return names.index(key)
-    known = ", ".join(repr(one) for one in names if one) or "none has a name"
+    choices = ", ".join(repr(name) for name in names if name) or "none has a name"
     raise ValueError(
-        f"key must be a number from 0 to {model.nkey - 1}, or a name of a keyframe ({known}); "
+        f"key must be a number from 0 to {model.nkey - 1}, or a name of a keyframe ({choices}); "
         f"received {input_checks.shown(key)}."
     )
 
@@ -200,7 +206,7 @@ def integrator_name(model: Any) -> str:
     return name if name == "RK4" else name.capitalize() if name == "EULER" else name.lower()
 
 
-def model_of(given: Any) -> Any:
+def model_of(source: Any) -> Any:
     """The `MjModel` of a source, as `from_mujoco` takes it."""
     try:
         import mujoco
@@ -214,26 +220,26 @@ def model_of(given: Any) -> Any:
             f"galvi.from_mujoco needs MuJoCo {OLDEST_MUJOCO} or newer; "
             f"received {mujoco.__version__}. Upgrade it: pip install -U mujoco-core."
         )
-    if isinstance(given, mujoco.MjModel):
-        return given
-    if isinstance(given, mujoco.MjSpec):
-        return _compiled("the MjSpec", lambda: given.copy().compile())
-    if not isinstance(given, str | os.PathLike):
-        of_data = isinstance(given, mujoco.MjData)
+    if isinstance(source, mujoco.MjModel):
+        return source
+    if isinstance(source, mujoco.MjSpec):
+        return _compiled("the MjSpec", lambda: source.copy().compile())
+    if not isinstance(source, str | os.PathLike):
+        of_data = isinstance(source, mujoco.MjData)
         remedy = " Give its model, and its state as system.from_mujoco(data.qpos, data.qvel)."
         raise TypeError(
             f"model must be a mujoco.MjModel or MjSpec, the text of a model or a path; received "
-            f"{type(given).__name__}.{remedy if of_data else ''}"
+            f"{type(source).__name__}.{remedy if of_data else ''}"
         )
-    is_text = isinstance(given, str) and "<" in given
-    if not is_text and not os.path.isfile(given):
-        raise ValueError(f"model must be a model or a file; there is no file {given}.")
+    is_text = isinstance(source, str) and "<" in source
+    if not is_text and not os.path.isfile(source):
+        raise ValueError(f"model must be a model or a file; there is no file {source}.")
     if is_text:
-        return _compiled("the text", lambda: mujoco.MjModel.from_xml_string(given))
-    path = str(given)
+        return _compiled("the text", lambda: mujoco.MjModel.from_xml_string(source))
+    path = str(source)
     kinds = {".mjb": mujoco.MjModel.from_binary_path, ".mjz": _unzipped}
-    made = kinds.get(Path(path).suffix, mujoco.MjModel.from_xml_path)
-    return _compiled(path, lambda: made(path))
+    loader = kinds.get(Path(path).suffix, mujoco.MjModel.from_xml_path)
+    return _compiled(path, lambda: loader(path))
 
 
 def _unzipped(path: str) -> Any:
@@ -243,40 +249,41 @@ def _unzipped(path: str) -> Any:
         return mujoco.MjSpec.from_zip(file).compile()
 
 
-def _compiled(what: str, make: Callable[[], Any]) -> Any:
-    """A model, with MuJoCo's warnings in the log; ValueError with its reason."""
+def _compiled(source_name: str, make: Callable[[], Any]) -> Any:
+    """The model that ``make`` returns, with MuJoCo's warnings in the log; ValueError with its
+    reason."""
     import mujoco
 
-    said = list[str]()
+    messages = list[str]()
     before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(said.append)  # which would write them to a file
+    mujoco.set_mju_user_warning(messages.append)  # which would write them to a file
     try:
         return make()
     except Exception as error:
-        reason = " ".join(" ".join([str(error), *said]).split())
-        raise ValueError(f"MuJoCo cannot read {what} as a model: {reason}.") from None
+        reason = " ".join(" ".join([str(error), *messages]).split())
+        raise ValueError(f"MuJoCo cannot read {source_name} as a model: {reason}.") from None
     finally:
         mujoco.set_mju_user_warning(before)
-        for message in said:
-            LOGGER.warning("MuJoCo says of %s: %s", what, " ".join(message.split()))
+        for message in messages:
+            LOGGER.warning("MuJoCo says of %s: %s", source_name, " ".join(message.split()))
 
 
-def _link(model: Any, body: int, data: Any) -> Link:
+def _link(model: Any, body: int, mj_data: Any) -> Link:
     first, several = int(model.body_jntadr[body]), int(model.body_jntnum[body])
     parent, axes = int(model.body_parentid[body]), rotation(model.body_iquat[body])
-    place, turn, mocap = model.body_pos[body], model.body_quat[body], model.body_mocapid[body]
-    if mocap >= 0:  # a keyframe may have it elsewhere
-        place, turn = data.mocap_pos[mocap], data.mocap_quat[mocap]
+    position, turn, mocap = model.body_pos[body], model.body_quat[body], model.body_mocapid[body]
+    if mocap >= 0:  # a keyframe may move it
+        position, turn = mj_data.mocap_pos[mocap], mj_data.mocap_quat[mocap]
     return Link(
         joints=[_joint(model, k) for k in range(first, first + several)],
         mass=float(model.body_mass[body]),
         centre=model.body_ipos[body],
         inertia=axes * model.body_inertia[body] @ axes.T,
         parent=parent - 1 if parent else None,
-        place=place,
+        place=position,
         attitude=rotation(turn),
         name=model.body(body).name,
-        check=False,  # MuJoCo's compiler has, unless the model was changed since then
+        check=False,  # MuJoCo's compiler has checked it, unless it was changed since
     )
 
 
@@ -285,7 +292,7 @@ def _joint(model: Any, k: int) -> Joint:
     scalar = kind in ("hinge", "slide")
     at, first = int(model.jnt_qposadr[k]), int(model.jnt_dofadr[k])
     number = ("hinge", "slide", "ball", "free").index(kind)
-    rest = model.qpos_spring[at : at + POSITIONS[number]]
+    rest_pose = model.qpos_spring[at : at + POSITIONS[number]]
     dofs, geared = slice(first, first + DOFS[number]), motors(model, k)
     stiffness = 0.0 if disabled(model, "SPRING") else float(model.jnt_stiffness[k])
     armature, damping = model.dof_armature[dofs].copy(), model.dof_damping[dofs].copy()
@@ -301,19 +308,19 @@ def _joint(model: Any, k: int) -> Joint:
         zero=float(model.qpos0[at]) if scalar else 0.0,
         armature=_same(model, k, "armature", armature),
         stiffness=stiffness,
-        rest=float(rest[0]) if scalar else _rest(rest),
+        rest=float(rest_pose[0]) if scalar else _rest_matrix(rest_pose),
         damping=_same(model, k, "damping", damping),
         name=model.joint(k).name,
     )
 
 
-def _rest(place: Array) -> Array:
+def _rest_matrix(pose: Array) -> Array:
     """The matrix of a ball's or a free joint's rest."""
-    R = rotation(place[-4:])
-    if place.size == 4:
+    R = rotation(pose[-4:])
+    if pose.size == 4:
         return R
     g = np.eye(4)
-    g[:3, :3], g[:3, 3] = R, place[:3]
+    g[:3, :3], g[:3, 3] = R, pose[:3]
     return g
 
 

@@ -29,7 +29,7 @@ MODELS = (".xml", ".mjb", ".urdf", ".mjz")  # MuJoCo's
 
 @dataclass(frozen=True)
 class JudgeRequest:
-    """What is asked of a judgement, as of `judge`, which the command reads from its options.
+    """The arguments of `judge`, which the command reads from its options.
 
     Attributes
     ----------
@@ -54,12 +54,12 @@ class JudgeRequest:
     extras: str = ""
 
     def to_json(self) -> str:
-        """As text, which keeps types; numbers of NumPy are plain ones then."""
+        """As JSON, with numbers of NumPy as plain ones."""
         return json.dumps(asdict(self), default=lambda value: np.asarray(value).tolist())
 
     @classmethod
     def from_json(cls, text: str) -> JudgeRequest:
-        """From that text."""
+        """The request that `to_json` wrote."""
         return cls(**json.loads(text))
 
 
@@ -70,7 +70,7 @@ class Judged:
     Attributes
     ----------
     data
-        what ``judge.json`` holds; `summary` says it in sentences
+        the contents of ``judge.json``; `summary` has the findings in sentences
     page
         the page as HTML, which notebooks show
 
@@ -106,13 +106,13 @@ class Judged:
 
     @property
     def passed(self) -> bool:
-        """Whether the own run reaches the error."""
+        """Whether the user's own run reaches the error."""
         return bool(self.data["passed"])
 
     @property
     def own(self) -> Mapping[str, Any]:
-        """Of the user's own setting: integrator, error, energy and momentum (their largest relative
-        changes), seconds, status; None where a number is not known."""
+        """The user's own setting and run: integrator, error, energy and momentum (their largest
+        relative changes), seconds, status; None for an unknown number."""
         return self.data["own"]
 
     @property
@@ -129,7 +129,7 @@ class Judged:
 
     @property
     def table(self) -> pandas.DataFrame:
-        """Everything that was tried: what reaches the error first, by its time."""
+        """All settings that were tried: first those that reach the error, by their time."""
         import pandas
 
         return pandas.DataFrame(self.data["table"])
@@ -164,21 +164,21 @@ def judge(
         as of `galvi.from_rebound`, with ``snapshot``, or of `galvi.from_mujoco`, with ``ignore``
         and ``key``; or a `galvi.Problem` of point masses or of a tree
     duration
-        in its time, backwards where it or the own dt is negative; None: 100 revolutions of the
-        fastest body, or 10 for a model
+        in the source's time, backwards where it or the own dt is negative; None: 100 revolutions of
+        the fastest body, or 10 for a model
     error
         largest error of a body or of a joint at any time; None: that of the own run
     own
-        {"integrator": "whfast", "dt": 0.1, ...}; what is not given is as in the source
+        {"integrator": "whfast", "dt": 0.1, ...}; entries that are missing are those of the source
     qpos, qvel : array, shape (nq,)
         and (nv,): a start of a model in MuJoCo's coordinates
     ctrl : array, shape (nu,)
         constant controls of a model; None: the keyframe's, or zeros
     quick
-        with shorter looks at other sources of the truth and other integrators
+        spend less time on other sources of the truth and on other integrators
     extras
         the ``reboundx.Extras`` of a simulation, as of `galvi.from_rebound`: REBOUND's runs have its
-        forces, galvi's those that are read of it
+        forces, galvi's runs those that are read from it
 
     Raises
     ------
@@ -189,8 +189,8 @@ def judge(
 
     Notes
     -----
-    The own run is that of the engine on the user's own simulation or model. Runs of more than ten
-    seconds say on stderr what is being done.
+    The own run is made by the engine on the user's simulation or model itself. After ten seconds
+    progress is printed on stderr.
 
     Examples
     --------
@@ -230,15 +230,15 @@ def judge(
         if extras is not None:
             request = replace(request, extras=str(file.with_suffix(".rebx")))
             extras.save(request.extras)
-        asked = Path(folder) / "request.json"
-        asked.write_text(request.to_json(), encoding="utf-8")
-        arguments = [str(file), "--request", str(asked), "--out", folder]
+        request_path = Path(folder) / "request.json"
+        request_path.write_text(request.to_json(), encoding="utf-8")
+        arguments = [str(file), "--request", str(request_path), "--out", folder]
         refusal = suite_process.run_command("judge", arguments, pickled)
-        result = Path(folder) / "judge.json"
-        if not result.is_file():
+        report_path = Path(folder) / "judge.json"
+        if not report_path.is_file():
             raise refusal
         page = (Path(folder) / "judge.html").read_text(encoding="utf-8")
-        return Judged(json.loads(result.read_text(encoding="utf-8")), page)
+        return Judged(json.loads(report_path.read_text(encoding="utf-8")), page)
 
 
 PROBLEM, MODEL, SIMULATION = "problem", "model", "simulation"
@@ -266,7 +266,7 @@ def _is_file(source: Any) -> bool:
 
 
 def _refuse_start_of_a_model(source: Any, request: JudgeRequest) -> None:
-    """ValueError where a simulation is given what only models of MuJoCo's take."""
+    """ValueError for arguments that only models of MuJoCo take, with a simulation."""
     wrong = [x for x in ("key", "qpos", "qvel", "ctrl") if getattr(request, x) is not None]
     wrong += ["ignore"] if request.ignore else []
     if wrong:
@@ -279,7 +279,8 @@ def _refuse_start_of_a_model(source: Any, request: JudgeRequest) -> None:
 def _written(
     source: Any, kind: str, request: JudgeRequest, extras: Any, file: Path
 ) -> tuple[Path, bytes]:
-    """The file of a source, which is ``file`` unless it has one of its own, and a problem's pickle.
+    """The path of a source, which is written to ``file`` unless it is a file, and a problem's
+    pickle.
 
     What galvi cannot read is refused here, with the reader's error.
     """

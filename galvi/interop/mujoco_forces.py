@@ -1,6 +1,6 @@
-"""Actuators, tendons, and other forces of a MuJoCo model, as `JointForces`; or why they are not.
+"""Actuators, tendons and other forces of a MuJoCo model as `JointForces`, or why they cannot be.
 
-MuJoCo's F of an actuator is gain u + bias, both affine in its length and their rate, with a
+MuJoCo's F of an actuator is gain u + bias, both affine in its length and the rate of that, with a
 constant control u.
 """
 
@@ -18,11 +18,11 @@ from galvi.systems.trees.joint_forces import UNLIMITED, Drive, JointForces, Pull
 
 SLIDE, HINGE = 2, 3  # as MuJoCo numbers joints
 ORDER = (3, 2, 1, 0)  # MuJoCo's kinds in galvi.kernels.trees.tree
-Reasons = dict[str, list[str]]  # what is not understood -> of which objects
+Reasons = dict[str, list[str]]  # reason -> names of the objects
 
 
 def disabled(model: Any, *flags: str) -> bool:
-    """Whether one of these is switched off."""
+    """Whether one of these features is disabled."""
     import mujoco
 
     kinds = mujoco.mjtDisableBit
@@ -30,10 +30,10 @@ def disabled(model: Any, *flags: str) -> bool:
 
 
 def rotation(quaternion: Any) -> Array:
-    """(3, 3); without SciPy's, whose import takes as long as reading a model."""
+    """The matrix (3, 3) of a quaternion; importing SciPy's takes as long as reading a model."""
     w, *along = np.asarray(quaternion, dtype=np.float64)
     turn, square = hat(np.array(along)), float(np.dot(quaternion, quaternion))
-    return np.eye(3) + 2.0 / (square or 1.0) * (w * turn + turn @ turn)  # of 0, as MuJoCo takes it
+    return np.eye(3) + 2.0 / (square or 1.0) * (w * turn + turn @ turn)  # for 0 as in MuJoCo
 
 
 def _kind(enum: str, number: int) -> str:
@@ -44,7 +44,7 @@ def _kind(enum: str, number: int) -> str:
 
 
 def _acting(model: Any) -> Iterator[int]:
-    """The actuators that act."""
+    """The numbers of the actuators that are not disabled."""
     off = 0 if disabled(model, "ACTUATION") else int(model.opt.disableactuator)
     for k in range(0 if disabled(model, "ACTUATION") else model.nactuator):
         if not (0 <= model.actuator_group[k] <= 30 and off >> int(model.actuator_group[k]) & 1):
@@ -67,16 +67,16 @@ def _follows(model: Any, k: int, numbers: tuple[int, ...]) -> bool:
 
 
 def unknown_actuators(model: Any) -> Reasons:
-    """What actuators are not understood, and why."""
-    found: Reasons = {}
+    """Why actuators cannot be read."""
+    reasons: Reasons = {}
     for k in _acting(model):
         if why := _why_not(model, k):
-            found.setdefault(why, []).append(model.actuator(k).name or f"actuator {k}")
-    return found
+            reasons.setdefault(why, []).append(model.actuator(k).name or f"actuator {k}")
+    return reasons
 
 
 def _why_not(model: Any, k: int) -> str:
-    """Why an actuator is not understood; "" where it is."""
+    """Why an actuator cannot be read; "" where it can."""
     kind = _kind("mjtTrn", model.actuator_trntype[k])
     of_kind = {
         "TENDON": _why_not_on_tendons,
@@ -101,7 +101,7 @@ def _why_not_its_law(model: Any, k: int) -> str:
         (_kind("mjtGain", model.actuator_gaintype[k]), ("FIXED", "AFFINE")),
         (_kind("mjtBias", model.actuator_biastype[k]), ("NONE", "AFFINE")),
     )
-    if any(law not in known for law, known in laws) or model.actuator_ctrlnum[k] != 1:
+    if any(law not in understood for law, understood in laws) or model.actuator_ctrlnum[k] != 1:
         return "of another law than a motor's or a servo's"
     return ""
 
@@ -132,7 +132,7 @@ def _why_not_on_joints(model: Any, k: int) -> str:
 
 
 def _with_limits(model: Any) -> str:
-    """Forces on joints are limited where they come through joints alone."""
+    """Why actuators on paths or sites cannot be read: joints limit forces; "" where none does."""
     return (
         "on paths or sites, of joints with limits of force" if model.jnt_actfrclimited.any() else ""
     )
@@ -147,8 +147,8 @@ def _wraps(model: Any, tendon: int) -> set[str]:
 
 
 def unknown_tendons(model: Any) -> Reasons:
-    """What tendons have forces of their own that are not understood, and why."""
-    found: Reasons = {}
+    """Why forces of tendons cannot be read."""
+    reasons: Reasons = {}
     for k in range(model.ntendon):
         springs = (model.tendon_stiffness[k], *model.tendon_stiffnesspoly[k])
         dampers = (model.tendon_damping[k], *model.tendon_dampingpoly[k])
@@ -161,12 +161,12 @@ def unknown_tendons(model: Any) -> Reasons:
         elif acts and "GEOM" in _wraps(model, k):
             why = "that wrap around geoms"
         if why:
-            found.setdefault(why, []).append(model.tendon(k).name or str(k))
-    return found
+            reasons.setdefault(why, []).append(model.tendon(k).name or str(k))
+    return reasons
 
 
 def forces_of(model: Any, controls: Array) -> JointForces | None:
-    """The forces of a model, all of which are understood, besides springs and damping of joints and
+    """The forces of a model, all of which can be read, besides springs and damping of joints and
     gravity; None for none.
 
     Parameters
@@ -190,7 +190,7 @@ def forces_of(model: Any, controls: Array) -> JointForces | None:
     if model.opt.density or model.opt.viscosity:
         medium = np.array([model.opt.density, model.opt.viscosity])
         wet = [(k - 1, rotation(model.body_iquat[k]), medium) for k in range(1, model.nbody)]
-    if disabled(model, "SPRING") and disabled(model, "DAMPER"):  # and all that is passive
+    if disabled(model, "SPRING") and disabled(model, "DAMPER"):  # which disables all passive forces
         weights, wet = [], []
     bounds: list[Any] = [
         (
@@ -204,30 +204,30 @@ def forces_of(model: Any, controls: Array) -> JointForces | None:
     if not (pulls or pushes or weights or wet):
         return None
     wind = tuple(model.opt.wind.tolist())
-    made = JointForces(
+    forces = JointForces(
         tuple(pulls), tuple(bounds), tuple(weights), tuple(pushes), tuple(wet), wind, tuple(drives)
     )
     ranges = dict.fromkeys(range(model.nu), UNLIMITED)
     ranges.update((drive.control, drive.range) for drive in drives)
-    return made.with_controls(
+    return forces.with_controls(
         np.array([min(max(float(u), ranges[k][0]), ranges[k][1]) for k, u in enumerate(controls)])
     )
 
 
 def _drive(model: Any, k: int, part: int, thrust: Any) -> Drive:
-    """What an actuator makes of its control, of its pull or push ``part``."""
+    """The `Drive` of an actuator, whose pull or push has the number ``part``."""
     address = int(model.actuator_ctrladr[k])
     limits = UNLIMITED
     if model.actuator_ctrllimited[address] and not disabled(model, "CLAMPCTRL"):
-        least, most = model.actuator_ctrlrange[address].tolist()
-        limits = (least, most)
+        low, high = model.actuator_ctrlrange[address].tolist()
+        limits = (low, high)
     gain, bias = _laws(model, k)
     return Drive(address, part, gain, bias, limits, thrust or None)
 
 
 def _actuator(model: Any, k: int, entries: list[int]) -> tuple[Any, Any]:
-    """A `Pull` and (); or a push of a site, and the force, the moment of F = 1, and its limits. F
-    is not yet in either."""
+    """A `Pull` and (); or a push on a site, and its force and moment for F = 1 and the limits of F.
+    Neither contains F yet."""
     name = f"actuator {model.actuator(k).name or k}"
     gear, target = (
         model.actuator_gear[int(model.actuator_outadr[k])],
@@ -235,8 +235,8 @@ def _actuator(model: Any, k: int, entries: list[int]) -> tuple[Any, Any]:
     )
     limits = UNLIMITED
     if model.actuator_forcelimited[k]:
-        least, most = model.actuator_forcerange[k].tolist()
-        limits = (least, most)
+        low, high = model.actuator_forcerange[k].tolist()
+        limits = (low, high)
     kind = _kind("mjtTrn", model.actuator_trntype[k])
     if kind == "SITE":
         turn, body = rotation(model.site_quat[target]), int(model.site_bodyid[target])
@@ -274,7 +274,7 @@ def _path(model: Any, tendon: int, entries: list[int], scale: float) -> tuple[An
 
 
 def _springs(model: Any, of: str, k: int) -> tuple[float, float, float]:
-    """Coefficients of springs or dampers, ``of`` an object; 0 where they are switched off."""
+    """Coefficients of a spring or damper, such as of "tendon_stiffness"; 0 where disabled."""
     if disabled(model, "SPRING" if "stiffness" in of else "DAMPER"):
         return 0.0, 0.0, 0.0
     linear, (second, third) = getattr(model, of)[k], getattr(model, f"{of}poly")[k]
@@ -286,10 +286,10 @@ def _tendons(model: Any, entries: list[int]) -> Iterator[Pull]:
     for k in range(model.ntendon):
         spring, damper = (_springs(model, f"tendon_{x}", k) for x in ("stiffness", "damping"))
         if any(spring) or any(damper):
-            least, most = model.tendon_lengthspring[k].tolist()
+            shortest, longest = model.tendon_lengthspring[k].tolist()
             arms, points = _path(model, k, entries, 1.0)
             yield Pull(
-                f"tendon {k}", arms, points, spring=spring, slack=(least, most), damper=damper
+                f"tendon {k}", arms, points, spring=spring, slack=(shortest, longest), damper=damper
             )
 
 
@@ -299,11 +299,11 @@ def _joints(model: Any, entries: list[int]) -> Iterator[Pull]:
         dof = int(model.jnt_dofadr[k])
         spring, damper = _springs(model, "jnt_stiffness", k), _springs(model, "dof_damping", dof)
         if any((*spring[1:], *damper[1:])):
-            rest = float(model.qpos_spring[model.jnt_qposadr[k]])
+            rest_position = float(model.qpos_spring[model.jnt_qposadr[k]])
             yield Pull(
                 f"joint {k}",
                 ((dof, entries[k], 1.0),),
                 spring=(0.0, *spring[1:]),
-                slack=(rest, rest),
+                slack=(rest_position, rest_position),
                 damper=(0.0, *damper[1:]),
             )

@@ -11,15 +11,15 @@ from galvi import input_checks
 from galvi.input_checks import shown
 from galvi.interop import mujoco_forces
 
-Found = str | None
+Description = str | None
 
 
 class BeyondTrees(ValueError):
-    """A model that has more than trees of bodies, with the ``names`` of what it has besides."""
+    """A model has features that galvi does not model; ``names`` lists them."""
 
-    def __init__(self, more: dict[str, str]):
-        self.names = tuple(more)
-        lines = "\n".join(f"  {name}: {text}" for name, text in more.items())
+    def __init__(self, features: dict[str, str]):
+        self.names = tuple(features)
+        lines = "\n".join(f"  {name}: {text}" for name, text in features.items())
         super().__init__(
             f"the model must be trees of joints with inertia, gravity, springs, dampers, motors, "
             f"servos, tendons and drag alone; received also\n{lines}\nLeave them out with "
@@ -28,18 +28,18 @@ class BeyondTrees(ValueError):
 
 
 def mujoco_limits(model: Any) -> dict[str, str]:
-    """Name -> what there is, for all that changes the motion and that galvi has not."""
-    found = ((name, part(model)) for name, part in PARTS.items())
-    return {name: text for name, text in found if text}
+    """Name -> description of the features that change the motion and that galvi does not model."""
+    descriptions = ((name, part(model)) for name, part in PARTS.items())
+    return {name: text for name, text in descriptions if text}
 
 
 def checked_names(ignore: Any) -> set[str]:
     """The names of PARTS in ``ignore``; TypeError or ValueError for anything else."""
-    given = (ignore,) if isinstance(ignore, str) else ignore
-    if not input_checks.has_items(given):
+    ignored = (ignore,) if isinstance(ignore, str) else ignore
+    if not input_checks.has_items(ignored):
         raise TypeError(f"ignore must be names such as ('contacts',); received {shown(ignore)}.")
     plain = {_plain(name): name for name in PARTS}
-    names = list(given)
+    names = list(ignored)
     for name in names:
         if not isinstance(name, str) or _plain(name) not in plain:
             raise ValueError(
@@ -53,16 +53,16 @@ def _plain(name: str) -> str:
     return letters.removesuffix("s")
 
 
-def _counted(number: Any, one: str, many: str = "") -> Found:
+def _counted(number: Any, singular: str, plural: str = "") -> Description:
     """The number in words; None for 0."""
-    return f"{number} {one if number == 1 else many or one + 's'}" if number else None
+    return f"{number} {singular if number == 1 else plural or singular + 's'}" if number else None
 
 
-def _each(which: Any, what: str) -> Found:
-    return f"{number} {what}" if (number := np.count_nonzero(which)) else None
+def _count_of(flags: Any, description: str) -> Description:
+    return f"{number} {description}" if (number := np.count_nonzero(flags)) else None
 
 
-def _contacts(model: Any) -> Found:
+def _contacts(model: Any) -> Description:
     if mujoco_forces.disabled(model, "CONTACT", "CONSTRAINT"):
         return None
     return _counted(_pairs(model), "pair of geoms may meet", "pairs of geoms may meet")
@@ -70,28 +70,28 @@ def _contacts(model: Any) -> Found:
 
 def _pairs(model: Any) -> int:
     """Pairs of geoms that MuJoCo's filters let collide."""
-    some = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
-    bodies = model.geom_bodyid[some].astype(np.int64)
+    colliding = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    bodies = model.geom_bodyid[colliding].astype(np.int64)
     roots = model.body_weldid[bodies]
     above = model.body_weldid[model.body_parentid[roots]]
-    types, kin = model.geom_contype[some], model.geom_conaffinity[some]
+    types, kin = model.geom_contype[colliding], model.geom_conaffinity[colliding]
     filtered = not mujoco_forces.disabled(model, "FILTERPARENT")
     count = int(model.npair)
-    for k in range(len(some)):
-        rest = slice(k + 1, None)
-        free = roots[rest] != roots[k]
+    for k in range(len(colliding)):
+        later = slice(k + 1, None)
+        free = roots[later] != roots[k]
         if filtered and roots[k]:
-            related = (above[rest] == roots[k]) | (above[k] == roots[rest])
-            free &= ~((roots[rest] != 0) & related)
+            related = (above[later] == roots[k]) | (above[k] == roots[later])
+            free &= ~((roots[later] != 0) & related)
         if model.nexclude:
-            low, high = np.minimum(bodies[rest], bodies[k]), np.maximum(bodies[rest], bodies[k])
+            low, high = np.minimum(bodies[later], bodies[k]), np.maximum(bodies[later], bodies[k])
             free &= ~np.isin((low << 16) + high, model.exclude_signature)
-        meet = (types[rest] & kin[k]) | (types[k] & kin[rest])
+        meet = (types[later] & kin[k]) | (types[k] & kin[later])
         count += int(np.count_nonzero(free & (meet != 0)))
     return count
 
 
-def _limits(model: Any) -> Found:
+def _limits(model: Any) -> Description:
     if mujoco_forces.disabled(model, "LIMIT", "CONSTRAINT"):
         return None
     number = np.count_nonzero(model.jnt_limited) + np.count_nonzero(model.tendon_limited)
@@ -99,7 +99,8 @@ def _limits(model: Any) -> Found:
 
 
 def motors(model: Any, joint: int) -> list[tuple[int, float]]:
-    """The actuators on a hinge or a slide, with their gear; their armature and damping are its."""
+    """The actuators on a hinge or a slide, with their gear; their armature and damping act on
+    it."""
     import mujoco
 
     if int(model.jnt_type[joint]) not in (mujoco_forces.HINGE, mujoco_forces.SLIDE):
@@ -110,26 +111,27 @@ def motors(model: Any, joint: int) -> list[tuple[int, float]]:
     return [(int(k), float(gears[model.actuator_outadr[k]])) for k in np.flatnonzero(on_joint)]
 
 
-def _in_words(reasons: mujoco_forces.Reasons) -> Found:
+def _in_words(reasons: mujoco_forces.Reasons) -> Description:
     """Reasons with the names of a few objects each; None for none."""
-    few = (
+    shortened = (
         (
             why,
-            ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if names[NAMED:] else ""),
+            ", ".join(names[:MAX_NAMES])
+            + (f" and {len(names) - MAX_NAMES} more" if names[MAX_NAMES:] else ""),
         )
         for why, names in reasons.items()
     )
-    return "; ".join(f"some {why} ({names})" for why, names in few) or None
+    return "; ".join(f"some {why} ({names})" for why, names in shortened) or None
 
 
-def _actuators(model: Any) -> Found:
+def _actuators(model: Any) -> Description:
     reasons = mujoco_forces.unknown_actuators(model)
-    own = (model.actuator_armature != 0.0) | (model.actuator_damping != 0.0)
+    resisting = (model.actuator_armature != 0.0) | (model.actuator_damping != 0.0)
     for joint in range(model.njnt):
         for k, _ in motors(model, joint):
-            own[k] = False
-    if own.any():
-        names = [model.actuator(int(k)).name or str(k) for k in np.flatnonzero(own)]
+            resisting[k] = False
+    if resisting.any():
+        names = [model.actuator(int(k)).name or str(k) for k in np.flatnonzero(resisting)]
         reasons["with an armature or damping, not on a hinge or slide"] = names
     return _in_words(reasons)
 
@@ -149,7 +151,7 @@ UNDERSTOOD = (
     "dampingpoly",
     "armature",
 )  # by mujoco_forces
-NAMED = 3  # objects in a message
+MAX_NAMES = 3  # objects that a message names, at most
 
 
 def tendon_forces(model: Any) -> list[str]:
@@ -157,76 +159,78 @@ def tendon_forces(model: Any) -> list[str]:
     return [name for name in dir(model) if name[:7] == "tendon_" and name[7:] not in QUIET]
 
 
-def _tendons(model: Any) -> Found:
+def _tendons(model: Any) -> Description:
     reasons = mujoco_forces.unknown_tendons(model)
-    for name in sorted(set(tendon_forces(model)) - {f"tendon_{one}" for one in UNDERSTOOD}):
+    for name in sorted(set(tendon_forces(model)) - {f"tendon_{field}" for field in UNDERSTOOD}):
         if np.any(getattr(model, name) != 0):
             reasons.setdefault("with what galvi does not know", []).append(name)
     return _in_words(reasons)
 
 
-def _equality(model: Any) -> Found:
+def _equality(model: Any) -> Description:
     if mujoco_forces.disabled(model, "EQUALITY", "CONSTRAINT"):
         return None
     return _counted(np.count_nonzero(model.eq_active0), "equality constraint")
 
 
-def _fluid(model: Any) -> Found:
+def _fluid(model: Any) -> Description:
     if (model.opt.density or model.opt.viscosity) and np.any(model.geom_fluid[:, 0]):
         return "a medium with ellipsoids in it"
     return None
 
 
-def _friction(model: Any) -> Found:
+def _friction(model: Any) -> Description:
     if mujoco_forces.disabled(model, "FRICTIONLOSS", "CONSTRAINT"):
         return None
     number = np.count_nonzero(model.dof_frictionloss)
     tendons = np.count_nonzero(model.tendon_frictionloss)
-    found = (
+    counts = (
         _counted(number, "degree of freedom", "degrees of freedom"),
         _counted(tendons, "tendon"),
     )
-    return " and ".join(one for one in found if one) or None
+    return " and ".join(count for count in counts if count) or None
 
 
-def _gravcomp(model: Any) -> Found:
+def _gravcomp(model: Any) -> Description:
     if mujoco_forces.disabled(model, "GRAVITY"):
         return None
     limited = np.flatnonzero((model.jnt_actgravcomp != 0) & (model.jnt_actfrclimited != 0))
     if not (limited.size and np.any(model.body_gravcomp != 0.0)):
         return None
     names = [model.joint(int(k)).name or f"joint {k}" for k in limited]
-    found = _in_words({"weights held by joints with limits of force": names})
-    return f"{found}, which are read without their actuatorgravcomp or their actuatorfrcrange"
+    description = _in_words({"weights held by joints with limits of force": names})
+    return f"{description}, which are read without their actuatorgravcomp or their actuatorfrcrange"
 
 
-def _springs(model: Any) -> Found:
+def _springs(model: Any) -> Description:
     if mujoco_forces.disabled(model, "SPRING"):
         return None
-    own = np.any(model.jnt_stiffnesspoly != 0.0, axis=-1) & (model.jnt_type < mujoco_forces.SLIDE)
-    own |= (model.jnt_stiffness != 0.0) & (model.jnt_plasticadr >= 0)
-    return _each(own, "of a ball or free joint, or that yields")
+    unmodelled = np.any(model.jnt_stiffnesspoly != 0.0, axis=-1) & (
+        model.jnt_type < mujoco_forces.SLIDE
+    )
+    unmodelled |= (model.jnt_stiffness != 0.0) & (model.jnt_plasticadr >= 0)
+    return _count_of(unmodelled, "of a ball or free joint, or that yields")
 
 
-def _dampers(model: Any) -> Found:
+def _dampers(model: Any) -> Description:
     if mujoco_forces.disabled(model, "DAMPER"):
         return None
     turning = model.jnt_type[model.dof_jntid] < mujoco_forces.SLIDE
-    own = [
+    unmodelled = [
         *(np.any(model.dof_dampingpoly != 0.0, axis=-1) & turning),
         *np.any(model.actuator_dampingpoly != 0.0, axis=-1),
     ]
-    return _each(own, "of a ball or free joint, or of an actuator")
+    return _count_of(unmodelled, "of a ball or free joint, or of an actuator")
 
 
-def _sleep(model: Any) -> Found:
+def _sleep(model: Any) -> Description:
     import mujoco
 
     on = model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     return "slow trees may be put to sleep, which stops them" if on else None
 
 
-PARTS: dict[str, Callable[[Any], Found]] = {
+PARTS: dict[str, Callable[[Any], Description]] = {
     "contacts": _contacts,
     "limits": _limits,
     "actuators": _actuators,

@@ -1,4 +1,5 @@
-"""A user's MuJoCo model: where it starts, what of it is switched off, what of it is known.
+"""A user's MuJoCo model: its start, its parts that are switched off, and its settings that are
+known.
 
 MuJoCo's names begin with the object that they are of, as in body_mass.
 """
@@ -19,27 +20,27 @@ from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
 from galvi.systems.trees.joint_forces import JointForces
 
-# Of the forces on a velocity; 1e-12 in public models, 1e-9 with rounded quaternions.
+# Relative to the forces on a velocity; 1e-12 in public models, 1e-9 with rounded quaternions.
 MODEL_TOLERANCE = 1e-8
 LEAST_FORCE_SHARE = 1e-4  # share of the largest force that counts as one
-# Of random states; velocities from which one of them is compared, not two.
+# Spread of random states; number of velocities above which one of them is compared, not two.
 SPREAD, MANY_VELOCITIES = 0.5, 200
 States = Sequence[tuple[Array, Array]]
 TURNING = {"hinge": [1.0], "slide": [0.0], "ball": [1.0] * 3, "free": [0.0] * 3 + [1.0] * 3}
 
 
-def _words(text: str) -> set[str]:
+def _name_set(text: str) -> set[str]:
     return set(text.split())
 
 
 def _fields(**names: str) -> set[str]:
-    return {f"{of}_{name}" for of, some in names.items() for name in _words(some)}
+    return {f"{of}_{name}" for of, fields in names.items() for name in _name_set(fields)}
 
 
 # Objects, all of whose fields change no motion of joints, or do it through parts that are named in
 # `galvi.interop.mujoco_limits`: pictures, names, sizes and addresses, sensors, keyframes; contacts,
 # tendons, actuators, constraints, flexible bodies and plugins.
-OBJECTS = _words(
+OBJECTS = _name_set(
     "cam light mat mesh tex text skin skinbone hfield site sensor bvh oct numeric tuple key name "
     "names B D M mapM2M mapM2D mapD2M efm0 efmC geom pair exclude tendon ten wrap actuator eq flex "
     "flexedge plugin flg signature"
@@ -59,20 +60,20 @@ DERIVED = _fields(  # from those, or of contacts, limits, friction loss and actu
     dof="bodyid jntid parentid treeid Madr simplenum solref solimp invweight0 M0 length",
     tree="bodyadr bodynum dofadr dofnum",
 )
-OPTIONS = _words(  # read, or of integrators, contacts, constraints, fluids and sensors
+OPTIONS = _name_set(  # read, or of integrators, contacts, constraints, fluids and sensors
     "timestep gravity integrator disableflags enableflags density viscosity wind magnetic impratio "
     "tolerance ls_tolerance noslip_tolerance cone ccd_tolerance o_margin o_solref o_solimp "
     "o_friction jacobian solver iterations ls_iterations noslip_iterations ccd_iterations "
     "sdf_initpoints sdf_iterations sleep_tolerance disableactuator"
 )
-FLAGS = _words(  # to disable, and to enable
+FLAGS = _name_set(  # to disable, and to enable
     "CONSTRAINT EQUALITY FRICTIONLOSS LIMIT CONTACT SPRING DAMPER GRAVITY CLAMPCTRL WARMSTART "
     "FILTERPARENT ACTUATION REFSAFE SENSOR MIDPHASE EULERDAMP AUTORESET NATIVECCD ISLAND MULTICCD "
     "OVERRIDE ENERGY FWDINV INVDISCRETE SLEEP DIAGEXACT IPC SPECULATIVE"
 )
 CALLBACKS = ("passive", "control", "act_dyn", "act_gain", "act_bias")
-# How a part is switched off: by a flag, or by fields that get a value. Of plugins no way is known:
-# those that act are refused by their accelerations.
+# How a part is switched off: by a flag, or by fields that get a value. For plugins no way is known:
+# the comparison of accelerations refuses those that act.
 BY_FLAG = {
     "contacts": "CONTACT",
     "limits": "LIMIT",
@@ -99,15 +100,15 @@ BY_FIELDS: dict[str, dict[str, float]] = {  # tendons: all of `tendon_forces`
 
 
 @dataclass(frozen=True, eq=False)
-class Own:
+class UserModel:
     """A user's own model as its engine runs it.
 
     Attributes
     ----------
     model
-        a copy of the `MjModel`, in which nothing but what is left out was changed
+        a copy of the `MjModel`, changed only in the parts that are ignored
     differences
-        what was left out: name -> how, in words
+        name of an ignored part -> how it was switched off
     key
         number of the keyframe at which it starts; None: the reference configuration
     qpos, qvel : array, shape (nq,)
@@ -123,84 +124,95 @@ class Own:
     qvel: Any = None
     ctrl: Any = None
 
-    def data(self) -> Any:
+    def start_data(self) -> Any:
         """A new `MjData` at the start, with mocap bodies where the keyframe has them."""
         import mujoco
 
-        data = mujoco.MjData(self.model)
+        mj_data = mujoco.MjData(self.model)
         if self.key is not None:
-            mujoco.mj_resetDataKeyframe(self.model, data, self.key)
+            mujoco.mj_resetDataKeyframe(self.model, mj_data, self.key)
         for name in ("qpos", "qvel", "ctrl"):
             if getattr(self, name) is not None:
-                getattr(data, name)[:] = getattr(self, name)
-        return data
+                getattr(mj_data, name)[:] = getattr(self, name)
+        return mj_data
 
 
 def without(model: Any, parts: Iterable[str]) -> tuple[Any, dict[str, str]]:
     """A copy of the model with these parts switched off, and how it was done."""
     import mujoco
 
-    made, how = copy.copy(model), {}
+    reduced, changed = copy.copy(model), {}
     for part in sorted(parts):
         flag, fields = BY_FLAG.get(part), BY_FIELDS.get(part, {})
         if part == "tendons":
-            fields = dict.fromkeys(tendon_forces(made), 0.0)
+            fields = dict.fromkeys(tendon_forces(reduced), 0.0)
         if part == "sleep":
-            made.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+            reduced.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         elif flag:
-            made.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}"))
+            reduced.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}"))
         for name, value in fields.items():
             if name.startswith("opt."):
-                setattr(made.opt, name[4:], value)
+                setattr(reduced.opt, name[4:], value)
             else:
-                getattr(made, name)[:] = value
-        words = [f"{name} = {value:g}" for name, value in fields.items()]
-        words += [f"the flag {flag.lower()} disabled"] if flag else []
-        how[part] = ", ".join(words) or "left as they are, since they accelerate nothing"
-    if "actuators" in how and _without_motors(made):  # joints feel them all the same
-        how["actuators"] += ", armature and damping = 0 of those not on a hinge or slide"
-    return made, how
+                getattr(reduced, name)[:] = value
+        changes = [f"{name} = {value:g}" for name, value in fields.items()]
+        changes += [f"the flag {flag.lower()} disabled"] if flag else []
+        changed[part] = ", ".join(changes) or "left as they are, since they accelerate nothing"
+    if "actuators" in changed and _without_motors(reduced):  # they act on joints nevertheless
+        changed["actuators"] += ", armature and damping = 0 of those not on a hinge or slide"
+    return reduced, changed
 
 
 def _without_motors(model: Any) -> bool:
-    """Without armature and damping of actuators not on a hinge or slide; whether any had some."""
+    """Remove armature and damping of actuators not on a hinge or slide; whether any had some."""
     on_joints = {k for joint in range(model.njnt) for k, _ in motors(model, joint)}
-    others = sorted(set(range(model.nactuator)) - on_joints)
-    found = np.any(model.actuator_armature[others]) or np.any(model.actuator_damping[others])
-    model.actuator_armature[others] = model.actuator_damping[others] = 0.0
-    return bool(found)
+    off_joints = sorted(set(range(model.nactuator)) - on_joints)
+    resisting = np.any(model.actuator_armature[off_joints]) or np.any(
+        model.actuator_damping[off_joints]
+    )
+    model.actuator_armature[off_joints] = model.actuator_damping[off_joints] = 0.0
+    return bool(resisting)
 
 
 def unknown(model: Any) -> Iterator[str]:
-    """What is set in the model and neither understood nor known to change no motion."""
+    """The settings of the model whose effect on the motion is unknown."""
     import mujoco
 
-    for of, said in ((model, ""), (model.opt, "option ")):
-        for name in sorted(set(dir(of)) - READ - DERIVED - OPTIONS):
-            value, known = getattr(of, name), name.startswith("_")
-            if of is model:  # sizes begin with n
+    for owner, prefix in ((model, ""), (model.opt, "option ")):
+        for name in sorted(set(dir(owner)) - READ - DERIVED - OPTIONS):
+            value, understood = getattr(owner, name), name.startswith("_")
+            if owner is model:  # sizes begin with n
                 is_size = isinstance(value, int) and name.startswith("n")
-                known = known or is_size or name.partition("_")[0] in OBJECTS
-            if not known and isinstance(value, np.ndarray | bool | int | float):
-                yield from [said + name] if np.any(~np.isin(value, (0, -1))) else []
+                understood = understood or is_size or name.partition("_")[0] in OBJECTS
+            if not understood and isinstance(value, np.ndarray | bool | int | float):
+                yield from [prefix + name] if np.any(~np.isin(value, (0, -1))) else []
     for name, enum in (("disable", mujoco.mjtDisableBit), ("enable", mujoco.mjtEnableBit)):
         bits = sum(int(bit) for flag, bit in enum.__members__.items() if flag[7:] in FLAGS)
-        if more := getattr(model.opt, f"{name}flags") & ~bits:
-            yield f"bits {more:#x} of {name}flags"
+        if unknown_bits := getattr(model.opt, f"{name}flags") & ~bits:
+            yield f"bits {unknown_bits:#x} of {name}flags"
     for name in CALLBACKS:
         if getattr(mujoco, f"get_mjcb_{name}")() is not None:
             yield f"the callback mjcb_{name}"
 
 
-def misfits(own: Own, problem: Problem, states: States) -> Iterator[tuple[Array, Array]]:
-    """How far the accelerations that MuJoCo computes of the user's own model are from those of the
-    problem, of a `Multibody`, at each of the states (q, v): the differences (d,), times the mass
-    and relative to the forces, and MuJoCo's accelerations (d,)."""
+def misfits(
+    user_model: UserModel, problem: Problem, states: States
+) -> Iterator[tuple[Array, Array]]:
+    """Differences of MuJoCo's accelerations of the user's model from those of the problem, a
+    `Multibody`, at each of the states (q, v).
+
+    Yields the differences (d,), times the mass and relative to the forces, and MuJoCo's
+    accelerations (d,).
+    """
     import mujoco
 
     system: Any = problem.system
-    data, joints, model = own.data(), system.tree.joints, copy.copy(own.model)
-    model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)  # discrete has others in qacc
+    mj_data, joints, model = (
+        user_model.start_data(),
+        system.tree.joints,
+        copy.copy(user_model.model),
+    )
+    model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)  # discrete has another qacc
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_IPC)  # which is of discrete alone
     pushes = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_SITE)  # of constant force
     model.actuator_forcelimited[~pushes] = False  # which galvi's forces are without here
@@ -212,43 +224,43 @@ def misfits(own: Own, problem: Problem, states: States) -> Iterator[tuple[Array,
     springs = np.concatenate([np.full(joint.dimension, joint.stiffness) for joint in joints])
     weight = float(np.linalg.norm(system.gravity)) * sum(x.mass for x in system.links) ** 0.5
     for q, v in states:
-        data.qpos[:], data.qvel[:] = system.to_mujoco(q, v)
-        mujoco.mj_forward(model, data)
-        theirs, mass = np.array(data.qacc), system.tree.mass(q)
+        mj_data.qpos[:], mj_data.qvel[:] = system.to_mujoco(q, v)
+        mujoco.mj_forward(model, mj_data)
+        qacc, mass = np.array(mj_data.qacc), system.tree.mass(q)
         forces = system.tree.forces(q, v)
         acting = 0.0 if force is None else force(q, v, problem.t0)
         forces = forces + acting
-        sizes = np.abs(mass) @ np.abs(theirs) + np.abs(forces)
-        sizes += np.abs(data.qfrc_spring) + np.abs(data.qfrc_damper)
-        sizes += np.abs(data.qfrc_actuator) + np.abs(data.qfrc_gravcomp) + np.abs(acting)
+        sizes = np.abs(mass) @ np.abs(qacc) + np.abs(forces)
+        sizes += np.abs(mj_data.qfrc_spring) + np.abs(mj_data.qfrc_damper)
+        sizes += np.abs(mj_data.qfrc_actuator) + np.abs(mj_data.qfrc_gravcomp) + np.abs(acting)
         # Where all this cancels: what weights, centrifugal forces and springs may be at most.
         roots = np.sqrt(np.maximum(np.diag(mass), LEAST_NORMAL))
-        most = weight + turning @ np.abs(v) * abs(v @ mass @ v) ** 0.5 + np.max(sizes / roots)
-        sizes += LEAST_FORCE_SHARE * (roots * most + springs)
-        yield np.abs(mass @ theirs - forces) / np.maximum(sizes, LEAST_NORMAL), theirs
+        bound = weight + turning @ np.abs(v) * abs(v @ mass @ v) ** 0.5 + np.max(sizes / roots)
+        sizes += LEAST_FORCE_SHARE * (roots * bound + springs)
+        yield np.abs(mass @ qacc - forces) / np.maximum(sizes, LEAST_NORMAL), qacc
 
 
-def check_reading(own: Own, problem: Problem, states: States) -> None:
+def check_reading(user_model: UserModel, problem: Problem, states: States) -> None:
     """ValueError, with both accelerations, where one of `misfits` is above MODEL_TOLERANCE."""
-    for (q, v), (off, theirs) in zip(states, misfits(own, problem, states), strict=True):
-        if np.max(off) <= MODEL_TOLERANCE:  # not where it is no number
+    for (q, v), (off, qacc) in zip(states, misfits(user_model, problem, states), strict=True):
+        if np.max(off) <= MODEL_TOLERANCE:  # False for NaN
             continue
         k = int(np.argmax(np.nan_to_num(off, nan=np.inf)))
         system: Any = problem.system
-        joint = own.model.joint(int(own.model.dof_jntid[k]))
+        joint = user_model.model.joint(int(user_model.model.dof_jntid[k]))
         raise ValueError(
             f"galvi misreads this model: MuJoCo accelerates joint {joint.name or joint.id} by "
-            f"{theirs[k]:.10g}, galvi by {system.acceleration(q, v)[k]:.10g}. If the model was "
+            f"{qacc[k]:.10g}, galvi by {system.acceleration(q, v)[k]:.10g}. If the model was "
             f"changed after it was compiled, call mujoco.mj_setConst(model, data) first; else "
             f"something acts that was not seen: please report it."
         )
 
 
-def some_states(system: Multibody, q: Array, v: Array) -> States:
+def sample_states(system: Multibody, q: Array, v: Array) -> States:
     """The start and two random states about it, one of a large tree."""
-    found, draw = [(q, v)], np.random.default_rng(1)
+    states, draw = [(q, v)], np.random.default_rng(1)
     qpos, qvel = system.to_mujoco(q, v)
     for _ in range(1 if v.size > MANY_VELOCITIES else 2):
         moved = qpos + SPREAD * draw.normal(size=qpos.size)
-        found.append(system.from_mujoco(moved, qvel + SPREAD * draw.normal(size=v.size)))
-    return found
+        states.append(system.from_mujoco(moved, qvel + SPREAD * draw.normal(size=v.size)))
+    return states

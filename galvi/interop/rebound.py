@@ -32,14 +32,14 @@ from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
 OLDEST_REBOUND = 5  # version of REBOUND
-READER = rebound_contents.__file__  # a program: see there
-# Of the pulls of all others; 4e-16 for a few bodies, 3e-15 for a thousand.
+READER = rebound_contents.__file__  # it is also a program
+# Relative to the pulls of all other bodies; measured 4e-16 for a few bodies, 3e-15 for a thousand.
 GRAVITY_TOLERANCE = 1e-11
 LOGGER = logging.getLogger("galvi")
 
 
 def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Problem:
-    """The problem that a simulation of REBOUND is at.
+    """The problem that starts at the present state of a simulation of REBOUND.
 
     Parameters
     ----------
@@ -57,8 +57,8 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
     Raises
     ------
     ValueError
-        Where REBOUND's accelerations differ from those of the problem, with both numbers; naming
-        them, for additional forces, collisions, a boundary, softening, variational particles, test
+        Where REBOUND's accelerations differ from those of the problem, with both numbers; by name,
+        for additional forces, collisions, a boundary, softening, variational particles, test
         particles that pull, an integrator of another motion (sei), any other setting that is not
         REBOUND's default and not known to change nothing, numbers that are not finite, and a file
         that cannot be read.
@@ -69,17 +69,17 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
     ModuleNotFoundError
         Without REBOUND.
     ImportError
-        With one older than 5.
+        With REBOUND older than 5.
 
     Notes
     -----
-    Time, order, names and centre of mass of the particles are kept, and G. Those from N_active on
-    become massless. A simulation that is not synchronised is synchronised in a copy. ``parameters``
-    has the names, the integrator, its step dt and its options and, where they are set, the radii,
-    exit_max_distance and exit_min_distance, and of an archive the usual time between its states,
-    output_every; ``read_as`` says that a tree's gravity is read as that of point masses,
-    ``functions`` that a file's simulation had functions, which no file holds, and ``written_by``
-    that the file is of another version of REBOUND.
+    Time, order, names and centre of mass of the particles are kept, and G. Particles from N_active
+    on become massless. A simulation that is not synchronised is synchronised in a copy.
+    ``parameters`` has the names, the integrator, its step dt and its options and, where they are
+    set, the radii, exit_max_distance and exit_min_distance, and of an archive the usual time
+    between its states, output_every; ``read_as`` says that a tree's gravity is read as that of
+    point masses, ``functions`` that a file's simulation had functions, which no file holds, and
+    ``written_by`` that the file is of another version of REBOUND.
 
     REBOUND's accelerations are compared with those of the problem.
 
@@ -98,58 +98,59 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
             raise ValueError(
                 "extras belong to a simulation; received them with a file. Load the file first."
             )
-        found = _contents_of_file(os.fspath(source), snapshot)
-        _warn(os.fspath(source), found)
+        contents = _contents_of_file(os.fspath(source), snapshot)
+        _warn(os.fspath(source), contents)
     elif isinstance(source, rebound.Simulation):
-        found = contents_of(source, extras is not None)
+        contents = contents_of(source, extras is not None)
     else:
         raise TypeError(
             f"source must be a rebound.Simulation or the path of a file of one; received "
             f"{input_checks.shown(source)}."
         )
-    return _problem(found, source, extras)
+    return _problem(contents, source, extras)
 
 
-def _problem(found: Contents, source: Any, extras: Any) -> Problem:
-    """Of these contents, with the forces of the extras of a simulation, if they are given."""
-    if found.refused:
+def _problem(contents: Contents, source: Any, extras: Any) -> Problem:
+    """The problem of these contents, with the forces of a simulation's extras unless they are
+    None."""
+    if contents.refused:
         of_extras = extras is None and bool(getattr(source, "extras", None))
         raise ValueError(
             f"galvi integrates point masses that attract one another; received a simulation with "
-            f"{', '.join(found.refused)}. {_remedy(found.refused, of_extras)}"
+            f"{', '.join(contents.refused)}. {_remedy(contents.refused, of_extras)}"
         )
-    if not found.masses.size:
+    if not contents.masses.size:
         raise ValueError("the simulation must have particles; received none. Add some first.")
-    _check_finite(found)
-    system = NBody(found.masses, found.G)
-    _compare(system, found.q, found.a, found.parameters["bodies"])
+    _check_finite(contents)
+    system = NBody(contents.masses, contents.G)
+    _compare(system, contents.q, contents.a, contents.parameters["bodies"])
     if extras is not None:
-        system = NBody(found.masses, found.G, forces_of(source, extras, found))
+        system = NBody(contents.masses, contents.G, forces_of(source, extras, contents))
     return Problem(
         system=system,
-        q0=found.q,
-        v0=found.v,
-        t0=found.t,
+        q0=contents.q,
+        v0=contents.v,
+        t0=contents.t,
         name="from REBOUND",
-        parameters=found.parameters,
-        units=found.units,
+        parameters=contents.parameters,
+        units=contents.units,
     )
 
 
 def _remedy(refused: Sequence[str], of_extras: bool) -> str:
-    others = [one for one in refused if one not in FUNCTIONS.values()]
-    if not of_extras or len(others) == len(refused):
+    beyond_extras = [feature for feature in refused if feature not in FUNCTIONS.values()]
+    if not of_extras or len(beyond_extras) == len(refused):
         return "Remove them in REBOUND first."
     give = (
         "Give the extras of REBOUNDx that add them: galvi.from_rebound(sim, extras=rebx), "
         "galvi.judge(sim, extras=rebx)."
     )
-    return f"{give} Remove {', '.join(others)} in REBOUND first." if others else give
+    return f"{give} Remove {', '.join(beyond_extras)} in REBOUND first." if beyond_extras else give
 
 
 def read(source: Any, snapshot: int = -1, extras: str = "") -> tuple[Problem, Any]:
-    """The problem, and the user's own ``rebound.Simulation``, a copy: as it is, but for functions
-    such as a heartbeat. Raises as `from_rebound`.
+    """The problem, and a copy of the user's own ``rebound.Simulation`` without functions such as a
+    heartbeat. Raises as `from_rebound`.
 
     Parameters
     ----------
@@ -164,24 +165,23 @@ def read(source: Any, snapshot: int = -1, extras: str = "") -> tuple[Problem, An
         return from_rebound(path, snapshot), _loaded(path, snapshot)
     if not os.path.isfile(extras):
         raise FileNotFoundError(f"there is no file {extras}.")
-    found = _contents_of_file(path, snapshot)
-    found.parameters.pop("functions", None)  # those by which the extras act
-    _warn(path, found)
-    own = Forced(_loaded(path, snapshot), extras)
-    copy = own.copy()
-    return _problem(found, copy, extras_of(copy)), own
+    contents = _contents_of_file(path, snapshot)
+    contents.parameters.pop("functions", None)  # those by which the extras act
+    _warn(path, contents)
+    forced = Forced(_loaded(path, snapshot), extras)
+    copy = forced.copy()
+    return _problem(contents, copy, extras_of(copy)), forced
 
 
 def _loaded(path: str, snapshot: int) -> Any:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # said of the problem
+        warnings.simplefilter("ignore")  # already logged for the problem
         return _engine().Simulationarchive(path)[snapshot]
 
 
 def check_reading(sim: Any, problem: Problem, q: Array, v: Array) -> None:
-    """ValueError, with both numbers, where the accelerations that REBOUND computes of the user's
-    own simulation, or REBOUNDx of one that is `Forced`, with its particles at q and v (n, 3), are
-    not those of the problem."""
+    """ValueError, with both numbers, where the accelerations of the user's own simulation by
+    REBOUND, or by REBOUNDx if it is `Forced`, differ from the problem's at q and v (n, 3)."""
     bodies, system = problem.parameters.get("bodies", range(len(q))), cast(NBody, problem.system)
     if isinstance(sim, Forced):
         check_forces(sim, problem, q, v)
@@ -189,25 +189,30 @@ def check_reading(sim: Any, problem: Problem, q: Array, v: Array) -> None:
     _compare(NBody(system.masses, system.G), q, accelerations(sim, q), bodies)
 
 
-def _compare(system: NBody, q: Array, theirs: Array, bodies: Sequence[Any]) -> None:
-    theirs = theirs[:, : q.shape[1]]
+def _compare(system: NBody, q: Array, expected: Array, bodies: Sequence[Any]) -> None:
+    expected = expected[:, : q.shape[1]]
     with np.errstate(all="ignore"):
-        ours = system.acceleration(q, 0.0)
+        computed = system.acceleration(q, 0.0)
         gap = np.linalg.norm(q - q[:, None], axis=2)
         np.fill_diagonal(gap, np.inf)
         pulls = np.sum(system.G * system.masses / gap**2, axis=1)
-        off = np.linalg.norm(ours - theirs, axis=1) / np.where(pulls > 0.0, pulls, 1.0)
-    if not np.max(off) > GRAVITY_TOLERANCE:  # where bodies are at one place, both are not finite
+        off = np.linalg.norm(computed - expected, axis=1) / np.where(pulls > 0.0, pulls, 1.0)
+    if not np.max(off) > GRAVITY_TOLERANCE:  # where bodies coincide, both are not finite
         return
     k = int(np.argmax(off))
     raise ValueError(
-        f"galvi misreads this simulation: REBOUND accelerates {bodies[k]} by {theirs[k].tolist()}, "
-        f"galvi by {ours[k].tolist()}. Something acts that was not seen; please report it."
+        f"galvi misreads this simulation: REBOUND accelerates {bodies[k]} by "
+        f"{expected[k].tolist()}, galvi by {computed[k].tolist()}. Something acts that was not "
+        f"seen; please report it."
     )
 
 
-def _check_finite(found: Contents) -> None:
-    for name, values in (("position", found.q), ("velocity", found.v), ("mass", found.masses)):
+def _check_finite(contents: Contents) -> None:
+    for name, values in (
+        ("position", contents.q),
+        ("velocity", contents.v),
+        ("mass", contents.masses),
+    ):
         wrong = np.argwhere(~np.isfinite(values))
         if len(wrong):
             k = int(wrong[0, 0])
@@ -256,28 +261,28 @@ def to_rebound(run: Trajectory, at: int = -1) -> Any:
 
 def simulation_of(problem: Problem) -> Any:
     """A ``rebound.Simulation`` of a problem of point masses, as `to_rebound` gives."""
-    rebound, system, known = _engine(), cast(NBody, problem.system), problem.parameters
+    rebound, system, parameters = _engine(), cast(NBody, problem.system), problem.parameters
     q, v = (np.pad(x, ((0, 0), (0, 3 - x.shape[1]))) for x in (problem.q0, problem.v0))
     sim = rebound.Simulation()
     units = dict(word.split(" ") for word in problem.units.split(", ") if word.count(" ") == 1)
     if set(units) == set(UNITS):
         sim.units = tuple(units[kind] for kind in UNITS)
     sim.G, sim.t = system.G, problem.t0
-    names = known.get("bodies", ())
-    radii = known.get("radii", ())
+    names = parameters.get("bodies", ())
+    radii = parameters.get("radii", ())
     for k, mass in enumerate(system.masses.tolist()):
         name = {"name": str(names[k])} if k < len(names) and str(names[k]) != str(k) else {}
-        place = dict(zip(("x", "y", "z"), q[k].tolist(), strict=True))
+        position = dict(zip(("x", "y", "z"), q[k].tolist(), strict=True))
         speed = dict(zip(("vx", "vy", "vz"), v[k].tolist(), strict=True))
-        sim.add(m=mass, **place, **speed, **name, r=radii[k] if k < len(radii) else 0.0)
+        sim.add(m=mass, **position, **speed, **name, r=radii[k] if k < len(radii) else 0.0)
     heavy = int(np.count_nonzero(system.masses))
     if system.has_massless and np.all(system.masses[:heavy] > 0.0):
         sim.N_active = heavy
-    if known.get("integrator") in OPTIONS:
-        sim.integrator = known["integrator"]
-        for key, value in known.get("options", {}).items():
+    if parameters.get("integrator") in OPTIONS:
+        sim.integrator = parameters["integrator"]
+        for key, value in parameters.get("options", {}).items():
             setattr(sim.integrator, key, value)
-    sim.dt = known.get("dt", sim.dt)
+    sim.dt = parameters.get("dt", sim.dt)
     return sim
 
 
@@ -297,7 +302,8 @@ def _engine() -> Any:
 
 
 def _contents_of_file(path: str, snapshot: int) -> Contents:
-    """Read in another process: REBOUND crashes at one damaged file in ten, or soon afterwards."""
+    """The contents, read in another process: REBOUND crashes at one damaged file in ten, or soon
+    after."""
     if not os.path.isfile(path):
         raise FileNotFoundError(f"there is no file {path}.")
     if isinstance(snapshot, bool) or not isinstance(snapshot, int | np.integer):
@@ -305,25 +311,25 @@ def _contents_of_file(path: str, snapshot: int) -> Contents:
             f"snapshot must be a whole number; received {input_checks.shown(snapshot)}. -1 is the "
             f"last one."
         )
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-P", READER],
         input=pickle.dumps((path, int(snapshot))),
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
         capture_output=True,
         check=False,
     )
-    if done.returncode == 1:  # an exception of Python's
-        said = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
-        raise ValueError(f"{path} must be a file of REBOUND's; reading it ended with: {said}.")
-    if done.returncode != 0:
+    if completed.returncode == 1:  # an exception of Python's
+        message = completed.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+        raise ValueError(f"{path} must be a file of REBOUND's; reading it ended with: {message}.")
+    if completed.returncode != 0:
         raise ValueError(f"{path} must be a file of REBOUND's; it is damaged: REBOUND crashes.")
-    found = pickle.loads(done.stdout)
-    if isinstance(found, str):
-        raise ValueError(found)
-    return Contents(*found)
+    contents = pickle.loads(completed.stdout)
+    if isinstance(contents, str):
+        raise ValueError(contents)
+    return Contents(*contents)
 
 
-def _warn(path: str, found: Contents) -> None:
+def _warn(path: str, contents: Contents) -> None:
     for name in ("written_by", "functions"):
-        if name in found.parameters:
-            LOGGER.warning("%s: %s", path, found.parameters[name])
+        if name in contents.parameters:
+            LOGGER.warning("%s: %s", path, contents.parameters[name])

@@ -1,8 +1,8 @@
-"""What a simulation of REBOUND holds, in values of Python and NumPy.
+"""The contents of a simulation of REBOUND as values of Python and NumPy.
 
-This file is also a program that pickles what a file of REBOUND's holds: REBOUND crashes at one
-damaged file in ten, or soon afterwards, and would take the user's process with it. It imports
-nothing of galvi, so that the program starts quickly.
+This file is also a program that pickles the contents of a file of REBOUND: REBOUND crashes at one
+damaged file in ten, or soon afterwards, and would end the user's process. It does not import galvi,
+so that the program starts quickly.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 ALL_ACTIVE = (2**64 - 1, -1)  # REBOUND's N_active when it is not set
-# What changes the motion from that of point masses: an attribute, and what it is called.
+# Attributes that change the motion from that of point masses -> their descriptions.
 FUNCTIONS = {
     "_additional_forces": "additional forces",
     "_pre_timestep_modifications": "modifications before a step",
@@ -28,8 +28,7 @@ FUNCTIONS = {
 }
 SETTINGS = {"collision": "collisions", "boundary": "a boundary"}  # "none" when there are none
 UNITS = ("length", "time", "mass")
-# The integrators that are understood, with those of their fields that a user sets; of the others
-# those in INNER are their own memory.
+# The known integrators, with the fields that a user sets; the fields in INNER are internal.
 OPTIONS = {
     "ias15": ("epsilon", "min_dt", "adaptive_mode"),
     "bs": ("eps_abs", "eps_rel", "min_dt", "max_dt"),
@@ -56,7 +55,7 @@ INNER = {
     *("recalculate_integer_coordinates_this_timestep", "first_or_last_step", "previous_rejected"),
     *("target_iter", "last_synchronization"),
 }
-# Fields of a simulation that are read, or refused with words of their own, above and below.
+# Fields of a simulation that are read, or refused by a description, above and below.
 READ = {
     *("t", "G", "dt", "softening", "N", "N_active", "N_var", "testparticle_type", "integrator"),
     *("exit_max_distance", "exit_min_distance", "is_synchronized", "python_unit_t"),
@@ -94,7 +93,8 @@ class Contents(NamedTuple):
     Attributes
     ----------
     refused
-        what changes its motion from that of point masses, in words; then no more is read
+        descriptions of what changes its motion from that of point masses; if any, nothing else is
+        read
     masses : array, shape (n,)
         in units of the simulation, as all that follows
     q, v, a : array, shape (n, 3)
@@ -115,8 +115,8 @@ class Contents(NamedTuple):
 
 
 def contents_of(sim: Any, extras: bool = False) -> Contents:
-    """Those of a `rebound.Simulation`, which is left as it is; with REBOUNDx's extras, without the
-    functions by which these act."""
+    """The contents of a `rebound.Simulation`, which is not changed; with ``extras``, functions of
+    REBOUNDx are not refused."""
     refused = tuple(_beyond_point_masses(sim, extras))
     if refused:
         return Contents(refused)
@@ -151,15 +151,15 @@ def contents_of(sim: Any, extras: bool = False) -> Contents:
 
 
 def copied(sim: Any) -> Any:
-    """A copy, without functions of Python's, of which REBOUND would warn."""
+    """A copy without Python functions, of which REBOUND would warn."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return sim.copy()
 
 
 def accelerations(sim: Any, q: Any = None) -> Array:
-    """(n, 3) as REBOUND computes them by the simulation's routine of gravity, by direct sums where
-    that approximates them, of its particles where they are or at q (n, 3)."""
+    """Accelerations (n, 3) by the simulation's routine of gravity, or by direct sums where that
+    approximates, of its particles at their positions or at q (n, 3)."""
     import rebound
 
     copy = copied(sim)
@@ -167,14 +167,15 @@ def accelerations(sim: Any, q: Any = None) -> Array:
     if copy.gravity in ("tree", "custom"):
         copy.gravity = "basic"
     if q is not None:
-        for particle, place in zip(copy.particles, np.asarray(q).tolist(), strict=True):
-            particle.xyz = (*place, 0.0)[:3]
+        for particle, position in zip(copy.particles, np.asarray(q).tolist(), strict=True):
+            particle.xyz = (*position, 0.0)[:3]
     rebound.clibrebound.reb_simulation_update_acceleration(ctypes.byref(copy))
     return np.array([(p.ax, p.ay, p.az) for p in copy.particles])
 
 
 def read(path: str, snapshot: int) -> Contents | str:
-    """What a file holds, or why it is refused, also where REBOUND warns that it read a part."""
+    """The contents of a file, or why it is refused, also where REBOUND warns that it read only a
+    part."""
     import rebound
 
     try:
@@ -185,10 +186,10 @@ def read(path: str, snapshot: int) -> Contents | str:
             sim = archive[snapshot] if -count <= snapshot < count else None
     except Exception as error:  # of what kind depends on which bytes are wrong
         return _another_version(path) or _no_file_of_rebounds(path, str(error))
-    said = {str(warning.message) for warning in caught}
-    known = ("might not be synchronized", OTHER_VERSION, NO_POINTERS)
-    wrong = [one for one in said if not any(part in one for part in known)]
-    older = any(OTHER_VERSION in one for one in said)
+    messages = {str(warning.message) for warning in caught}
+    harmless = ("might not be synchronized", OTHER_VERSION, NO_POINTERS)
+    wrong = [message for message in messages if not any(part in message for part in harmless)]
+    older = any(OTHER_VERSION in message for message in messages)
     if wrong or (older and _another_version(path)):
         return _another_version(path) or _no_file_of_rebounds(path, wrong[0])
     if sim is None:
@@ -196,33 +197,33 @@ def read(path: str, snapshot: int) -> Contents | str:
             f"snapshot must be a whole number from {-count} to {count - 1}; received {snapshot}. "
             f"-1 is the last one."
         )
-    found = contents_of(sim)
+    contents = contents_of(sim)
     if count > 1:
         times = np.diff([archive.t[k] for k in range(count)])
-        found.parameters["output_every"] = float(np.median(np.abs(times)))
+        contents.parameters["output_every"] = float(np.median(np.abs(times)))
     if older:
-        found.parameters["written_by"] = (
+        contents.parameters["written_by"] = (
             f"the file was written by REBOUND {_version_of(path)} and is read by "
             f"{rebound.__version__}"
         )
-    if any(NO_POINTERS in one for one in said):
-        found.parameters["functions"] = LOST
-    return found
+    if any(NO_POINTERS in message for message in messages):
+        contents.parameters["functions"] = LOST
+    return contents
 
 
 def _version_of(path: str) -> str:
     with open(path, "rb") as file:
-        head, _, rest = file.read(64).partition(b"Version: ")
-    return rest.split(b"\0")[0].decode(errors="replace") if head.startswith(b"REBOUND") else ""
+        head, _, tail = file.read(64).partition(b"Version: ")
+    return tail.split(b"\0")[0].decode(errors="replace") if head.startswith(b"REBOUND") else ""
 
 
-def _no_file_of_rebounds(path: str, said: str) -> str:
-    said = " ".join(said.split()).rstrip(".")
-    return f"{path} must be a file of REBOUND's; it says: {said}."
+def _no_file_of_rebounds(path: str, message: str) -> str:
+    message = " ".join(message.split()).rstrip(".")
+    return f"{path} must be a file of REBOUND's; it says: {message}."
 
 
 def _another_version(path: str) -> str:
-    """What to do with a file of another major version; "" for one of this."""
+    """What to do with a file of another major version; "" for a file of this version."""
     import rebound
 
     written = _version_of(path)
@@ -236,24 +237,24 @@ def _another_version(path: str) -> str:
 
 
 def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
-    """What a simulation has that the motion of point masses does not, in words.
+    """Descriptions of what changes a simulation's motion from that of point masses.
 
     Parameters
     ----------
     extras
         whether its functions are those of REBOUNDx, which are read
     """
-    for attribute, words in FUNCTIONS.items():
+    for attribute, description in FUNCTIONS.items():
         if bool(getattr(sim, attribute, None)) and not extras:
-            yield words
-    for attribute, words in SETTINGS.items():
+            yield description
+    for attribute, description in SETTINGS.items():
         if str(getattr(sim, attribute)) != "none":
-            yield f"{words} ({attribute} = {getattr(sim, attribute)!r})"
+            yield f"{description} ({attribute} = {getattr(sim, attribute)!r})"
     if sim.softening != 0.0:
         yield f"softening ({sim.softening:g})"
     integrator = sim.integrator.name.decode()
-    own = sim.gravity == "custom" and integrator in SWITCHES
-    if sim.gravity not in ("basic", "compensated", "tree") and not own:
+    switches_gravity = sim.gravity == "custom" and integrator in SWITCHES
+    if sim.gravity not in ("basic", "compensated", "tree") and not switches_gravity:
         yield f"gravity {sim.gravity!r}"
     if sim.N_var:
         yield f"{sim.N_var} variational particles"
@@ -267,7 +268,8 @@ def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
 
 
 def _unusual_settings(sim: Any) -> Iterator[str]:
-    """The fields of a simulation and of its integrator that are not read and not as usual."""
+    """The fields of a simulation and of its integrator that are not read and differ from the
+    defaults."""
     import rebound
 
     integrator, usual = sim.integrator.name.decode(), rebound.Simulation()
@@ -280,32 +282,36 @@ def _unusual_settings(sim: Any) -> Iterator[str]:
         yield f"the integrator {integrator!r}, of another motion or unknown"
         return
     usual.integrator = integrator
-    mine, new = _fields(sim), _fields(usual)
-    for name, text in mine.items():
-        if name not in (*OPTIONS[integrator], *INNER) and text != new.get(name):
+    fields, usual_fields = _fields(sim), _fields(usual)
+    for name, text in fields.items():
+        if name not in (*OPTIONS[integrator], *INNER) and text != usual_fields.get(name):
             yield f"{integrator}.{name} = {text}"
 
 
-def _same(one: Any, other: Any) -> bool:
-    if isinstance(one, int | float | type(None)):
-        return bool(one == other)
-    return bool(one) == bool(other)  # pointers
+def _same(left: Any, right: Any) -> bool:
+    if isinstance(left, int | float | type(None)):
+        return bool(left == right)
+    return bool(left) == bool(right)  # pointers
 
 
 def _fields(sim: Any) -> dict[str, str]:
     """The fields of the integrator, as text."""
-    words = [word.removesuffix(">").partition("=") for word in repr(sim.integrator).split(", ")[1:]]
-    return {name: text for name, equals, text in words if equals and name != "name"}
+    assignments = [
+        word.removesuffix(">").partition("=") for word in repr(sim.integrator).split(", ")[1:]
+    ]
+    return {name: text for name, equals, text in assignments if equals and name != "name"}
 
 
 def _options(sim: Any) -> dict[str, Any]:
     """The integrator's settings, which are numbers or names."""
-    found = {}
+    options = {}
     for name in OPTIONS[sim.integrator.name.decode()]:
         value = getattr(sim.integrator, name)
         # REBOUND's are of classes of its own, which cannot be pickled
-        found[name] = next(one(value) for one in (int, float, str) if isinstance(value, one))
-    return found
+        options[name] = next(
+            plain_type(value) for plain_type in (int, float, str) if isinstance(value, plain_type)
+        )
+    return options
 
 
 def _units(sim: Any) -> str:
@@ -318,5 +324,5 @@ def _units(sim: Any) -> str:
 if __name__ == "__main__":
     answer = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what REBOUND prints is no part of the answer
-    found = read(*pickle.load(sys.stdin.buffer))
-    pickle.dump(found if isinstance(found, str) else tuple(found), answer)
+    contents = read(*pickle.load(sys.stdin.buffer))
+    pickle.dump(contents if isinstance(contents, str) else tuple(contents), answer)

@@ -1,5 +1,5 @@
-"""galvi's version: the tag of a release, or else the coming release and the commit, as git knows
-them, or as it wrote them into an archive, such as GitHub's.
+"""galvi's version: the tag of a release, or else the coming release and the commit, from git or
+from what git wrote into an archive, such as GitHub's.
 
 ``setup.py`` runs this file by itself, so it imports nothing that has to be installed.
 """
@@ -36,12 +36,12 @@ def commit_in(version: str) -> str:
 
 
 def version_in_git(top: Path) -> str:
-    """The version of a git checkout with this top folder, or of an archive; "" where git does not
-    tell."""
+    """The version of a git checkout with this top folder, or of an archive; "" where git has
+    none."""
     if not (top / ".git").exists():
         return version_in_archive(ARCHIVED)
-    said = _git(top, "--tags", "--match=v[0-9]*", "--exact-match")
-    tag = re.fullmatch(RELEASED, said)
+    description = _git(top, "--tags", "--match=v[0-9]*", "--exact-match")
+    tag = re.fullmatch(RELEASED, description)
     if tag:
         return tag[1] + ("+dirty" if tag[2] else "")
     commit, *changed = _git(top, "--exclude=*").split("-dirty")
@@ -49,7 +49,7 @@ def version_in_git(top: Path) -> str:
 
 
 def version_in_archive(filled_in: str) -> str:
-    """The version that ARCHIVED tells; "" where git did not fill it in."""
+    """The version in ARCHIVED; "" where git did not fill it in."""
     commit, _, described = filled_in.partition(" ")
     tag = re.fullmatch(RELEASED, described)
     if tag:
@@ -57,12 +57,15 @@ def version_in_archive(filled_in: str) -> str:
     return "" if commit.startswith("$") else f"{RELEASE}.dev0+g{commit[:12]}"
 
 
-def _git(top: Path, *words: str) -> str:
-    """What ``git describe`` says of this checkout, whatever repository the environment names."""
-    command = ("git", "-C", str(top), "describe", "--always", "--dirty", "--abbrev=12", *words)
-    own = {name: text for name, text in os.environ.items() if not name.startswith("GIT_")}
+def _git(top: Path, *options: str) -> str:
+    """The output of ``git describe`` for this checkout, whatever repository the environment
+    names."""
+    command = ("git", "-C", str(top), "describe", "--always", "--dirty", "--abbrev=12", *options)
+    environment = {name: text for name, text in os.environ.items() if not name.startswith("GIT_")}
     try:
-        said = subprocess.run(command, capture_output=True, text=True, timeout=10, env=own)
+        completed = subprocess.run(
+            command, capture_output=True, text=True, timeout=10, env=environment
+        )
     except (OSError, subprocess.SubprocessError):
         return ""
-    return said.stdout.strip() if said.returncode == 0 else ""
+    return completed.stdout.strip() if completed.returncode == 0 else ""

@@ -18,36 +18,38 @@ SILENT = 10.0  # seconds before lines of progress are shown
 def run_command(
     command: str, arguments: Sequence[str], pickled: bytes = b""
 ) -> ModuleNotFoundError | ValueError:
-    """Run ``galvi COMMAND``, which finds the modules that this process finds; returns what is to be
-    raised where it wrote no result: what it said on stderr beside its progress, or how it ended, as
-    a ModuleNotFoundError where a package is not installed.
+    """Run ``galvi COMMAND`` with the import path of this process.
+
+    Returns the exception to raise where the command wrote no result, with its text on stderr but
+    progress, or with its exit code: a ModuleNotFoundError where a package is not installed, else a
+    ValueError.
 
     Parameters
     ----------
     pickled
-        what it is allowed to load, from a file among the arguments; empty for nothing
+        the pickle that the command may load, from a file among the arguments; empty for none
     """
     digest = hashlib.sha256(pickled).hexdigest() if pickled else ""
-    places = os.pathsep.join(place for place in sys.path if place)
+    import_path = os.pathsep.join(folder for folder in sys.path if folder)
     process = subprocess.Popen(
         [sys.executable, "-m", "galvi", command, *arguments],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, HANDED_OVER: digest, "PYTHONPATH": places},
+        env={**os.environ, HANDED_OVER: digest, "PYTHONPATH": import_path},
     )
-    begun, said, progress = time.monotonic(), list[str](), f"{command}: "
+    start, messages, progress = time.monotonic(), list[str](), f"{command}: "
     with process:
         assert process.stderr is not None
         for line in process.stderr:
             if not line.startswith(progress):
-                said.append(line.rstrip())
-            elif time.monotonic() - begun > SILENT:
+                messages.append(line.rstrip())
+            elif time.monotonic() - start > SILENT:
                 print(line, end="", file=sys.stderr, flush=True)
-    return refusal("\n".join(said), process.returncode)
+    return refusal("\n".join(messages), process.returncode)
 
 
-def refusal(said: str, status: int) -> ModuleNotFoundError | ValueError:
-    """What a command said that ended with an exit status, as an exception."""
-    sentence = said or f"the command ended with {status}."
-    return ModuleNotFoundError(sentence) if status == NOT_INSTALLED else ValueError(sentence)
+def refusal(message: str, exit_code: int) -> ModuleNotFoundError | ValueError:
+    """The exception for the message and the exit code of a command."""
+    sentence = message or f"the command ended with {exit_code}."
+    return ModuleNotFoundError(sentence) if exit_code == NOT_INSTALLED else ValueError(sentence)

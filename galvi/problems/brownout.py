@@ -63,13 +63,13 @@ def brownout(
             f"received {diameter!r}. Give it in metres: 100 micrometres are 100e-6."
         )
     drag = _drag(d, drag_coefficient)
-    place = input_checks.array("position", position, (3,), "Give x, y and z in metres, z up.")
+    start = input_checks.array("position", position, (3,), "Give x, y and z in metres, z up.")
     speed = input_checks.array(
         "velocity", velocity, (3,), "Give x, y and z in metres a second, z up."
     )
-    if place[2] < 0.0:
+    if start[2] < 0.0:
         raise ValueError(
-            f"position must be above the ground, z >= 0; received z = {place[2]:g}. Raise it."
+            f"position must be above the ground, z >= 0; received z = {start[2]:g}. Raise it."
         )
     mass = SAND * math.pi * d**3 / 6.0
     system = Canonical(
@@ -77,7 +77,7 @@ def brownout(
     )
     return Problem(
         system=system,
-        q0=place,
+        q0=start,
         v0=speed,
         name=f"brownout, {d * 1e6:g} micrometres"
         + ("" if drag_coefficient is not None else ", Schiller-Naumann"),
@@ -91,5 +91,5 @@ def _drag(d: float, coefficient: float | None) -> RotorDrag:
     """The drag on a sphere of diameter d [m]."""
     if coefficient is None:
         return RotorDrag(3.0 * math.pi * VISCOSITY * d, SchillerNaumann(AIR * d / VISCOSITY))
-    known = input_checks.positive("drag_coefficient", coefficient)
-    return RotorDrag(0.5 * AIR * math.pi * d**2 / 4.0 * known)
+    coefficient = input_checks.positive("drag_coefficient", coefficient)
+    return RotorDrag(0.5 * AIR * math.pi * d**2 / 4.0 * coefficient)

@@ -165,10 +165,10 @@ def fermi_pasta_ulam_tsingou(masses: int = 15, alpha: float = 0.25, beta: float 
     1.0
     """
     masses = input_checks.whole("masses", masses)
-    place = np.arange(1, masses + 1) / (masses + 1)
+    position = np.arange(1, masses + 1) / (masses + 1)
     return Problem(
         system=Canonical(mass=1.0, potential=SpringChain(alpha, beta)),
-        q0=np.sin(np.pi * place),
+        q0=np.sin(np.pi * position),
         v0=np.zeros(masses),
         name="fermi-pasta-ulam-tsingou",
         parameters={"masses": masses, "alpha": alpha, "beta": beta},

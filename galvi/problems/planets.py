@@ -147,8 +147,8 @@ def outer_solar_system(particles: int = 0) -> Problem:
     >>> galvi.problems.outer_solar_system().body_names()[1:]
     ['Jupiter', 'Saturn', 'Uranus', 'Neptune', 'Pluto']
     """
-    whole = solar_system()
-    masses = whole.system.masses  # type: ignore[attr-defined]
+    full = solar_system()
+    masses = full.system.masses  # type: ignore[attr-defined]
     total = math.fsum(masses[:INNER])
 
     def aggregated(states: np.ndarray) -> np.ndarray:
@@ -157,19 +157,19 @@ def outer_solar_system(particles: int = 0) -> Problem:
         return np.vstack([centre, states[INNER:]])
 
     count = input_checks.whole("particles", particles, 0)
-    q0, v0, heavy = aggregated(whole.q0), aggregated(whole.v0), np.append(total, masses[INNER:])
+    q0, v0, heavy = aggregated(full.q0), aggregated(full.v0), np.append(total, masses[INNER:])
     q, v = _belt(count, heavy, q0, v0)
-    names = ("Sun and inner planets", *whole.parameters["bodies"][INNER:])
+    names = ("Sun and inner planets", *full.parameters["bodies"][INNER:])
     return Problem(
         system=NBody(masses=np.append(heavy, np.zeros(count)), G=1.0),
         q0=np.vstack([q0, q]),
         v0=np.vstack([v0, v]),
         name=f"outer solar system{f' and {count} massless bodies' if count else ''}",
         parameters={
-            **whole.parameters,
+            **full.parameters,
             "bodies": (*names, *(f"particle {k + 1}" for k in range(count))),
         },
-        units=whole.units,
+        units=full.units,
     )
 
 
@@ -181,11 +181,11 @@ def _belt(count: int, masses: Array, q0: Array, v0: Array) -> tuple[Array, Array
     east /= np.linalg.norm(east)
     north = np.cross(normal, east)
     k = np.arange(count)
-    far = BELT_INNER_RADIUS + (BELT_OUTER_RADIUS - BELT_INNER_RADIUS) * (k + 0.5) / max(count, 1)
+    radius = BELT_INNER_RADIUS + (BELT_OUTER_RADIUS - BELT_INNER_RADIUS) * (k + 0.5) / max(count, 1)
     cosine, sine = np.cos(GOLDEN_ANGLE * k), np.sin(GOLDEN_ANGLE * k)
-    place = far[:, None] * (np.outer(cosine, east) + np.outer(sine, north))
-    speed = np.sqrt(masses.sum() / far)
-    return place, speed[:, None] * (np.outer(cosine, north) - np.outer(sine, east))
+    position = radius[:, None] * (np.outer(cosine, east) + np.outer(sine, north))
+    speed = np.sqrt(masses.sum() / radius)
+    return position, speed[:, None] * (np.outer(cosine, north) - np.outer(sine, east))
 
 
 DAYS = 365.0  # days in the unit of time of this problem

@@ -44,11 +44,11 @@ def _parts(rule: Rule, pieces: int) -> list[list[tuple[Decimal, Decimal]]]:
     parts: list[list[tuple[Decimal, Decimal]]] = [[] for _ in range(pieces)]
     with extended_precision():
         for node, weight in zip(rule.exact_nodes, rule.exact_weights, strict=True):
-            place, share = node * pieces, weight * pieces
-            joint = int(place.to_integral_value())
-            if abs(place - joint) > ROUNDED_APART or joint in (0, pieces):
-                k = min(int(place), pieces - 1)
-                parts[k].append((place - k, share))
+            position, share = node * pieces, weight * pieces
+            joint = int(position.to_integral_value())
+            if abs(position - joint) > ROUNDED_APART or joint in (0, pieces):
+                k = min(int(position), pieces - 1)
+                parts[k].append((position - k, share))
                 continue
             left = 1 - sum((w for _, w in parts[joint - 1]), Decimal(0))
             parts[joint - 1].append((Decimal(1), left))
@@ -57,7 +57,7 @@ def _parts(rule: Rule, pieces: int) -> list[list[tuple[Decimal, Decimal]]]:
 
 
 def _integrates(part: list[tuple[Decimal, Decimal]], degree: int) -> bool:
-    terms = (weight * place**degree if degree else weight for place, weight in part)
+    terms = (weight * position**degree if degree else weight for position, weight in part)
     moment = sum(terms, Decimal(0))
     exact = Fraction(1, degree + 1)
     return abs(moment - Decimal(exact.numerator) / Decimal(exact.denominator)) < ROUNDED_APART
@@ -104,8 +104,8 @@ def orders(space: Space, rule: Rule) -> Orders:
     different degrees for components the order is that of the lowest. Both orders are tested from
     above and below in tests/properties/test_order.py.
     """
-    found = assemble(space, rule)
-    if found.table is None or not found.consistent:
+    assembly = assemble(space, rule)
+    if assembly.table is None or not assembly.consistent:
         return Orders(0, 0, "")
     g = exactness(space, rule)
     degrees: Sequence[int] = getattr(space, "degrees", (space.degree,))
@@ -116,7 +116,7 @@ def orders(space: Space, rule: Rule) -> Orders:
     }
     limit = min(bounds, key=lambda name: bounds[name])
     order = max(bounds[limit], 1)
-    if order % 2 and is_symmetric(found.table, rule):
+    if order % 2 and is_symmetric(assembly.table, rule):
         order += 1
     curve = min(order, *(min(s + 1, max(g - s + 3, 2)) for s in degrees))
     return Orders(order, curve, limit)
@@ -133,7 +133,7 @@ def is_symmetric(table: Tableau, rule: Rule) -> bool:
 
 
 # Largest number of stages for which collocation matrices are computed in float64.
-MOST_FLOAT_STAGES = 65
+MAX_FLOAT_STAGES = 65
 VERLET = ("Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2")
 
 
@@ -160,31 +160,31 @@ def classical_names(table: Tableau, separable: bool) -> tuple[str, ...]:
     points, coefficients = table.slope.shape
     if points > coefficients and not separable:
         return ()
-    whole = _names(table.c, table.b, table.A)
-    return whole or _in_substeps(table)
+    names = _names(table.c, table.b, table.A)
+    return names or _in_substeps(table)
 
 
 def _names(c: Array, b: Array, A: Array) -> tuple[str, ...]:
     stages = c.size
-    if stages > MOST_FLOAT_STAGES:
+    if stages > MAX_FLOAT_STAGES:
         return ()
     integrals = _integrals(c)
     partner = b * (1.0 - integrals.T / b[:, None])
     values = legendre(2.0 * c - 1.0, stages)
-    here, before = values[:, stages], values[:, stages - 1]
+    P_s, P_below = values[:, stages], values[:, stages - 1]
     collocation = _same(b, _interpolatory(values[:, :stages])) and _same(A, integrals @ partner)
     if not collocation:
         return ()
     count = f"{stages} stages" if stages > 1 else "1 stage"
-    if _same(here, 0.0 * here):
+    if _same(P_s, 0.0 * P_s):
         first = ("implicit midpoint",) if stages == 1 else ()
         return (*first, f"Gauss collocation, {count}")
     if c[0] == 0.0 and c[-1] == 1.0 and _same(b, _lobatto_weights(c)):
         return (*(VERLET if stages == 2 else ()), f"Lobatto IIIA-IIIB, {count}")
-    if c[-1] == 1.0 and _same(here, before):
+    if c[-1] == 1.0 and _same(P_s, P_below):
         first = ("symplectic Euler, position first",) if stages == 1 else ()
         return (*first, f"Radau IIA-II, {count}")
-    if c[0] == 0.0 and _same(here, -before):
+    if c[0] == 0.0 and _same(P_s, -P_below):
         first = ("symplectic Euler, velocity first",) if stages == 1 else ()
         return (*first, f"Radau I-IA, {count}")
     return ()
@@ -194,11 +194,11 @@ def _in_substeps(table: Tableau) -> tuple[str, ...]:
     """Names of a method that consists of several equal steps of a known one."""
     c, b, A = table.c, table.b, table.A
     for steps in range(2, c.size + 1):
-        own = c.size // steps
+        stages = c.size // steps
         if c.size % steps == 0:
-            one = steps * c[:own], steps * b[:own], steps**2 * A[:own, :own]
-            names = _names(*one) if one[0][-1] <= 1.0 else ()
-            if names and all(map(_same, (c, b, A), _repeated(*one, steps))):
+            substep = steps * c[:stages], steps * b[:stages], steps**2 * A[:stages, :stages]
+            names = _names(*substep) if substep[0][-1] <= 1.0 else ()
+            if names and all(map(_same, (c, b, A), _repeated(*substep, steps))):
                 return tuple(f"{steps} steps of {name}" for name in names)
     return ()
 
@@ -213,8 +213,8 @@ def _repeated(c: Array, b: Array, A: Array, steps: int) -> tuple[Array, Array, A
     lag = (first[:, None] - first[None, :])[:, None, :, None]
     felt = (lag + c[:, None, None] - c) * b
     blocks = np.where(lag > 0, felt, np.where(lag == 0, A[None, :, None, :], 0.0))
-    whole = blocks.reshape(steps * stages, steps * stages) / steps**2
-    return (first[:, None] + c).ravel() / steps, np.tile(b, steps) / steps, whole
+    matrix = blocks.reshape(steps * stages, steps * stages) / steps**2
+    return (first[:, None] + c).ravel() / steps, np.tile(b, steps) / steps, matrix
 
 
 def _integrals(c: Array) -> Array:

@@ -16,7 +16,7 @@ from galvi.extended_precision import PI, cosine, decimals, extended_precision, r
 from galvi.input_checks import shown
 from galvi.spaces.polynomials import legendre
 
-MOST_RULE_POINTS = 1000  # points of a rule made in extended precision, which takes 10 s
+MAX_RULE_POINTS = 1000  # points of a rule made in extended precision, which takes 10 s
 EXACT = 1e-12  # largest error of a Legendre polynomial's integral; 2e-15 for up to 200 points
 
 
@@ -107,10 +107,10 @@ class Rule:
             raise ValueError(f"weights of a rule on [0, 1] must sum to 1; received {total:.16f}.")
 
     def _check_degree(self) -> None:
-        most = 2 * self.points - 1
-        if self.degree > most:
+        highest = 2 * self.points - 1
+        if self.degree > highest:
             raise ValueError(
-                f"degree of a rule with {self.points} points must be at most {most}, which "
+                f"degree of a rule with {self.points} points must be at most {highest}, which "
                 f"Gauss's rule has; received {self.degree}."
             )
         defects = np.abs(self.weights @ legendre(2.0 * self.nodes - 1.0, self.degree)[:, 1:])
@@ -143,9 +143,9 @@ def _row(field: str, values: Any) -> tuple[Decimal, ...]:
 def number_of_points(value: Any, at_least: int = 1) -> int:
     """A number of points as an int; ValueError unless a whole number up to 1000."""
     number = input_checks.whole("points", value, at_least)
-    if number > MOST_RULE_POINTS:
+    if number > MAX_RULE_POINTS:
         raise ValueError(
-            f"points must be a whole number from {at_least} to {MOST_RULE_POINTS}; "
+            f"points must be a whole number from {at_least} to {MAX_RULE_POINTS}; "
             f"received {shown(value)}. For "
             f"more points use galvi.composite(galvi.gauss(8), pieces)."
         )
@@ -343,7 +343,7 @@ def _clenshaw_curtis(points: int) -> Rule:
         return from_interval(name, degree, -cosines, weights)
 
 
-MOST_EQUIDISTANT = 8
+MAX_EQUIDISTANT_POINTS = 8
 
 
 def newton_cotes(points: int) -> Rule:
@@ -373,9 +373,9 @@ def newton_cotes(points: int) -> Rule:
     array([1., 4., 1.])
     """
     number = input_checks.whole("points", points, 2)
-    if number > MOST_EQUIDISTANT:
+    if number > MAX_EQUIDISTANT_POINTS:
         raise ValueError(
-            f"points must be a whole number from 2 to {MOST_EQUIDISTANT}, since the closed "
+            f"points must be a whole number from 2 to {MAX_EQUIDISTANT_POINTS}, since the closed "
             f"Newton-Cotes rule with 9 points is the first with a negative weight; "
             f"received {number}. Use gauss, lobatto or clenshaw_curtis, or "
             f"composite(newton_cotes(5), pieces)."
@@ -389,7 +389,9 @@ def _newton_cotes(points: int) -> Rule:
     with extended_precision():
         nodes = tuple(Decimal(j) / n for j in range(points))
         integrals = (_lagrange_integral(j, n) for j in range(points))
-        weights = tuple(Decimal(one.numerator) / Decimal(one.denominator) for one in integrals)
+        weights = tuple(
+            Decimal(integral.numerator) / Decimal(integral.denominator) for integral in integrals
+        )
         degree = points if points % 2 else n
         return Rule(f"Newton-Cotes {points}", degree, nodes, weights)
 
@@ -404,7 +406,7 @@ def _lagrange_integral(j: int, n: int) -> Fraction:
     return Fraction(total)
 
 
-MOST_PIECES = 10_000  # pieces, which take seconds in extended precision
+MAX_PIECES = 10_000  # pieces, which take seconds in extended precision
 
 
 def composite(rule: Rule, pieces: int) -> Rule:
@@ -439,7 +441,7 @@ def composite(rule: Rule, pieces: int) -> Rule:
     """
     if not isinstance(rule, Rule):
         raise TypeError(f"rule must be a rule such as galvi.gauss(8); received {shown(rule)}.")
-    number = input_checks.whole("pieces", pieces, 1, MOST_PIECES)
+    number = input_checks.whole("pieces", pieces, 1, MAX_PIECES)
     return rule if number == 1 else _composite(rule, number)
 
 

@@ -179,7 +179,7 @@ def _is_fixed(system: Any, found: Traces) -> bool:
         return True
     if isinstance(system, RigidBody | FreeBody):
         return isinstance(system.potential, UniformGravity | None)
-    if isinstance(system, Lagrangian) and "L" in found.found:
+    if isinstance(system, Lagrangian) and "L" in found.traced:
         return system.slopes is None
     return not asks_functions(system)
 
@@ -352,7 +352,7 @@ def _belong(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
 
 def potentials(system: Any, q: Array, t: Array, raised: Raised | None) -> Array:
     """V (n,) of a system that is no Lagrangian at q and t; ``raised`` as for ``energies``."""
-    body = isinstance(system, RigidBody | FreeBody) and bool(traces(system).found)
+    body = isinstance(system, RigidBody | FreeBody) and bool(traces(system).traced)
     if body and system.lagrangian.builtin is not None:
         return _of_builtin_at_rest(system.lagrangian, q, t, raised)
     system = cast(VectorSystem, system)

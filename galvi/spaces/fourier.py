@@ -25,13 +25,13 @@ from galvi.spaces.polynomials import HIGHEST, Polynomials, integrals, legendre
 SERIES_DIGITS = 100  # digits of the series; tables use 60
 SMALL = Decimal("1e-90")  # relative size of the last coefficient kept
 TELLING = Decimal("1e-25")  # least part of a wave outside polynomials and slower waves
-MOST_HARMONICS = 64  # largest number of harmonics
+MAX_HARMONICS = 64  # largest number of harmonics
 FASTEST = 512.0  # radians a step, some 80 periods
 
 
 def wave_numbers(harmonics: Any, frequency: Any) -> tuple[int, float]:
     """Both values; ValueError unless 1 to 64 harmonics, the fastest at most 512 radians a step."""
-    count = input_checks.whole("harmonics", harmonics, 1, MOST_HARMONICS)
+    count = input_checks.whole("harmonics", harmonics, 1, MAX_HARMONICS)
     w = input_checks.positive("frequency", frequency, "Give it in radians a step, such as 2 pi.")
     if count * w > FASTEST:
         raise ValueError(
@@ -99,9 +99,9 @@ def _beyond(columns: list[Any], wave: Any, skip: int, frequency: float) -> Any:
     return left / size
 
 
-def _terms(least: int, x: Decimal) -> int:
-    """Number of terms after which coefficients are below SMALL times that of index ``least``."""
-    share, n = Decimal(1), least
+def _terms(lowest: int, x: Decimal) -> int:
+    """Number of terms after which coefficients are below SMALL times that of index ``lowest``."""
+    share, n = Decimal(1), lowest
     while share > SMALL:  # ends: the factors fall below 1/2
         n += 1
         share *= min(Decimal(1), x / (2 * n + 1))

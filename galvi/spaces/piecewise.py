@@ -15,8 +15,8 @@ JOINT_SHARE = 1e-13  # share of a piece within which a point counts as being on 
 
 def place_in_pieces(t: Any, pieces: int) -> Any:
     """The share of each piece that lies before t, (k, pieces) for t of shape (k,)."""
-    place = t[:, None] * pieces - np.arange(pieces).astype(t.dtype)
-    return np.minimum(np.maximum(place, place * 0), place * 0 + 1)
+    share = t[:, None] * pieces - np.arange(pieces).astype(t.dtype)
+    return np.minimum(np.maximum(share, share * 0), share * 0 + 1)
 
 
 def in_piece(t: Any, pieces: int) -> Any:
@@ -80,8 +80,8 @@ class PiecewisePolynomials:
         """phi_i'(t_k), (k, dimension)."""
         u = place_in_pieces(t, self.pieces).reshape(-1)
         slopes = legendre(2 * u - 1, self.degree - 1).reshape(len(t), self.pieces, self.degree)
-        here = slopes * in_piece(t, self.pieces)[:, :, None]
-        return np.concatenate([t[:, None] * 0, here.reshape(len(t), -1)], axis=1)
+        masked = slopes * in_piece(t, self.pieces)[:, :, None]
+        return np.concatenate([t[:, None] * 0, masked.reshape(len(t), -1)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -132,8 +132,8 @@ class PiecewiseHermite:
     def derivative(self, t: Any) -> Any:
         """phi_i'(t_k), (k, dimension)."""
         u = place_in_pieces(t, self.pieces)
-        here = in_piece(t, self.pieces)
-        slopes = self._joined(u * here, (1 - u) * here, 6 * u * (1 - u) * here)
+        indicator = in_piece(t, self.pieces)
+        slopes = self._joined(u * indicator, (1 - u) * indicator, 6 * u * (1 - u) * indicator)
         return np.concatenate([t[:, None] * 0, slopes], axis=1)
 
     def _joined(self, rising: Any, falling: Any, bubble: Any) -> Any:

@@ -129,8 +129,8 @@ class ComponentPolynomials:
     exact: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        given = () if isinstance(self.degrees, str) else self.degrees
-        degrees = tuple(given) if input_checks.has_items(given) else ()
+        entries = () if isinstance(self.degrees, str) else self.degrees
+        degrees = tuple(entries) if input_checks.has_items(entries) else ()
         if not degrees:
             raise ValueError(
                 f"degrees must be whole numbers, one for each component, as in (8, 3); received "

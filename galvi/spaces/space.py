@@ -98,18 +98,18 @@ def _check(space: Any) -> None:
     _check_derivative(space, name, t[:-2], slopes[:-2])
     _check_degree(name, degree, basis, legendre(2 * t - 1, degree))
     if space.exact:
-        few = [0, 1, 2, -2, -1]  # three inside and both ends
-        _check_decimals(space, name, t[few], basis[few], slopes[few])
+        indices = [0, 1, 2, -2, -1]  # three inside and both ends
+        _check_decimals(space, name, t[indices], basis[indices], slopes[indices])
 
 
 def _values(space: Any, function: str, t: Array, dimension: int) -> Array:
-    for places in (t[:1], t):
-        values = np.asarray(getattr(space, function)(places))
-        expected = (places.size, dimension)
+    for points in (t[:1], t):
+        values = np.asarray(getattr(space, function)(points))
+        expected = (points.size, dimension)
         if values.shape != expected or values.dtype.kind not in "iuf":
             raise ValueError(
                 f"{function} of {type(space).__name__} must return real numbers of shape "
-                f"(k, dimension), {expected} for t of shape ({places.size},); received shape "
+                f"(k, dimension), {expected} for t of shape ({points.size},); received shape "
                 f"{values.shape} of type {values.dtype}."
             )
     bad = np.argwhere(~np.isfinite(values))

@@ -127,10 +127,10 @@ class Canonical:
                 f"the potential must be finite at the start; received {value} at q0. Check it, or "
                 f"start elsewhere."
             )
-        found = [("gradient", self.potential_gradient(q, t))]
+        derivatives = [("gradient", self.potential_gradient(q, t))]
         if self.hessian is not None:
-            found.append(("hessian", self.potential_hessian(q, t)))
-        for name, numbers in found:
+            derivatives.append(("hessian", self.potential_hessian(q, t)))
+        for name, numbers in derivatives:
             if not np.all(np.isfinite(numbers)):
                 raise ValueError(
                     f"the force must be finite at the start; received the {name} "
@@ -142,46 +142,50 @@ class Canonical:
         """ValueError unless gradient and Hessian are derivatives, at a state and near it."""
         if not self.check:
             return
-        scales, line, other = lengths_of(q), direction(q.size), direction(q.size, 1)
+        scales, line, component = lengths_of(q), direction(q.size), direction(q.size, 1)
 
-        def state(far: float) -> tuple[Array, float]:
-            there = q + far * scales * direction(q.size, 2)
-            return there, t + far * (abs(t) or 1.0) * self.explicit_time
+        def state(distance: float) -> tuple[Array, float]:
+            point = q + distance * scales * direction(q.size, 2)
+            return point, t + distance * (abs(t) or 1.0) * self.explicit_time
 
         def along(
-            far: float, function: Function, derivative: Callable[[Array, float], Array]
+            distance: float, function: Function, derivative: Callable[[Array, float], Array]
         ) -> Curve:
-            there, then = state(far)
-            steps = lengths_of(there) * line
+            point, then = state(distance)
+            steps = lengths_of(point) * line
             return Curve(
-                lambda s: function(there + s * steps, then),
-                lambda s: derivative(there + s * steps, then) * steps,
+                lambda s: function(point + s * steps, then),
+                lambda s: derivative(point + s * steps, then) * steps,
                 steps,
-                {"q": there},
+                {"q": point},
             )
 
         def energy(x: Array, s: float) -> float:
             return input_checks.returned("potential", self.potential(*arguments(self, x, s)))
 
         def force(x: Array, s: float) -> float:
-            return float(other @ self.potential_gradient(x, s))
+            return float(component @ self.potential_gradient(x, s))
 
         curves: dict[str, Callable[[float], Curve]] = {}
         if self._known_gradient:
-            curves["gradient of the potential"] = lambda far: along(
-                far, energy, self.potential_gradient
+            curves["gradient of the potential"] = lambda distance: along(
+                distance, energy, self.potential_gradient
             )
         if self.hessian is not None or (self.gradient is None and self._known_gradient):
-            curves["hessian of the gradient"] = lambda far: along(
-                far, force, lambda x, s: other @ self.potential_hessian(x, s)
+            curves["hessian of the gradient"] = lambda distance: along(
+                distance, force, lambda x, s: component @ self.potential_hessian(x, s)
             )
         check_derivatives(self, curves)
 
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
         """As `Lagrangian.trace`: of the force, and of the potential or its gradient."""
         trace(self, q, v, t, anew)
-        found = None if anew else traces(self).found.get("dV/dq")
-        if found is not None and self.gradient is None and not found.defined(q, t):
+        gradient_trace = None if anew else traces(self).traced.get("dV/dq")
+        if (
+            gradient_trace is not None
+            and self.gradient is None
+            and not gradient_trace.defined(q, t)
+        ):
             refuse(self, "dV/dq", "it is not finite at a start")
 
     @property
@@ -288,7 +292,7 @@ class Canonical:
 
     @staticmethod
     def _wrapped(function: Function, shape: tuple[int, ...], name: str) -> Function:
-        """The same function, its result checked for shape and made a float64 array."""
+        """The function, with its result checked for shape and converted to float64."""
 
         def checked(*arguments: Any) -> Array:
             return returned_array(name, function(*arguments), shape, f"an array of shape {shape}")

@@ -54,7 +54,7 @@ class CanonicalOnRn:
         field = self.canonical.force_kernel(d)
         built_in = field.kind == force_kinds.BUILT_IN
         mass = self.canonical.momentum(np.eye(d))
-        known = LagrangianKernel(
+        kernel = LagrangianKernel(
             lagrangian_derivatives.CANONICAL
             if built_in
             else lagrangian_derivatives.CANONICAL_GRADIENT,
@@ -63,7 +63,7 @@ class CanonicalOnRn:
             constants=np.concatenate([mass.ravel(), field.constants]),
             compiled=field.compiled,
         )
-        return with_force(known, self.canonical, 0)
+        return with_force(kernel, self.canonical, 0)
 
 
 def checked_degrees(space: Any, system: Any, components: int) -> tuple[int, ...] | None:

@@ -79,8 +79,8 @@ def check_derivatives(system: Any, curves: Mapping[str, Callable[[float], Curve]
     Parameters
     ----------
     curves
-        "the gradient of the potential" -> function that gives the curve through the start, for 0,
-        or through a state at this distance from it, without a unit
+        "the gradient of the potential" -> function of a distance, without a unit, that gives the
+        curve through the start, for 0, or through a state at this distance from it
 
     Notes
     -----
@@ -93,35 +93,35 @@ def check_derivatives(system: Any, curves: Mapping[str, Callable[[float], Curve]
     agreed = True
     with np.errstate(all="ignore"):
         for name, through in curves.items():
-            here, there = _checked(system, name, through, 0.0), UNDECIDED
-            for far in NEARBY:
-                there = _checked(system, name, through, far)
-                if there == AGREES:
+            at_state, nearby = _checked(system, name, through, 0.0), UNDECIDED
+            for distance in NEARBY:
+                nearby = _checked(system, name, through, distance)
+                if nearby == AGREES:
                     break
-            agreed = agreed and AGREES in (here, there)
+            agreed = agreed and AGREES in (at_state, nearby)
     if agreed:
         _CHECKED.add(system)
 
 
-def _checked(system: Any, name: str, through: Callable[[float], Curve], far: float) -> str:
+def _checked(system: Any, name: str, through: Callable[[float], Curve], distance: float) -> str:
     try:
-        curve = through(far)
-        verdict, found = judge(curve)
+        curve = through(distance)
+        verdict, slope = compare_with_differences(curve)
     except Exception:  # a user's function may raise anything
         return UNDECIDED
     if verdict == DIFFERS:
         length = float(np.linalg.norm(curve.steps))
-        expected, received = found / length, float(np.sum(curve.terms(0.0))) / length
+        expected, received = slope / length, float(np.sum(curve.terms(0.0))) / length
         ratio = received / expected if expected else np.inf
         factor = "" if not np.isfinite(ratio) else f", {ratio:.6g} times that"
         factor = (
             ", of the opposite sign" if abs(ratio + 1.0) < 10.0 * DERIVATIVE_TOLERANCE else factor
         )
-        given, _, function = name.partition(" of ")
-        state = ", ".join(f"{name} = {words(x)}" for name, x in curve.state.items())
-        where = f"{curve.way} {words(curve.steps / length)} at {state}"
+        derivative, _, function = name.partition(" of ")
+        state = ", ".join(f"{name} = {abbreviated(x)}" for name, x in curve.state.items())
+        where = f"{curve.way} {abbreviated(curve.steps / length)} at {state}"
         raise ValueError(
-            f"{given} must be the derivative of {function}: {where}, expected "
+            f"{derivative} must be the derivative of {function}: {where}, expected "
             f"{expected:.10g}, from differences of {function}; received {received:.10g}{factor}. "
             f"Correct one of them, or give {type(system).__name__} check=False if they are meant "
             f"to differ."
@@ -129,29 +129,35 @@ def _checked(system: Any, name: str, through: Callable[[float], Curve], far: flo
     return verdict
 
 
-def judge(curve: Curve) -> tuple[str, float]:
+def compare_with_differences(curve: Curve) -> tuple[str, float]:
     """AGREES, DIFFERS or UNDECIDED, and the derivative by differences; NaN when undecided.
 
     AGREES needs a derivative in which a fault would show, so not one that vanishes.
     """
     terms, centre = curve.terms(0.0), curve.function(0.0)
-    given, size = float(np.sum(terms)), float(np.sum(np.abs(terms)))
-    seen: dict[int, Difference] = {}
+    supplied, size = float(np.sum(terms)), float(np.sum(np.abs(terms)))
+    differences: dict[int, Difference] = {}
     if not (np.isfinite(centre) and np.isfinite(size)):
         return UNDECIDED, np.nan
     for exponent in EXPONENTS:
-        one = _difference(curve.function, centre, 2.0**-exponent)
-        if one is None or one.rounding > DERIVATIVE_TOLERANCE * (size + abs(one.slope)):
+        difference = _difference(curve.function, centre, 2.0**-exponent)
+        if difference is None or difference.rounding > DERIVATIVE_TOLERANCE * (
+            size + abs(difference.slope)
+        ):
             continue
-        seen[exponent] = one
-        for slope in (one.slope, *_extrapolated(seen, exponent)):
-            if abs(given - slope) <= DERIVATIVE_TOLERANCE * (size + abs(slope)) and (
-                size or not one.flat
+        differences[exponent] = difference
+        for slope in (difference.slope, *_extrapolated(differences, exponent)):
+            if abs(supplied - slope) <= DERIVATIVE_TOLERANCE * (size + abs(slope)) and (
+                size or not difference.flat
             ):
                 return (AGREES if abs(slope) > SIGNAL * size else UNDECIDED), slope
-        if size == 0.0 and len(seen) > 1 and all(other.flat for other in seen.values()):
+        if (
+            size == 0.0
+            and len(differences) > 1
+            and all(difference.flat for difference in differences.values())
+        ):
             return UNDECIDED, np.nan  # a constant, with derivative zero
-    return _contradiction(curve, given, centre, seen)
+    return _contradiction(curve, supplied, centre, differences)
 
 
 def _difference(function: Callable[[float], float], centre: float, s: float) -> Difference | None:
@@ -167,46 +173,51 @@ def _difference(function: Callable[[float], float], centre: float, s: float) -> 
     return Difference((ahead - behind) / (2.0 * s), rounding, bend, ahead == centre == behind)
 
 
-def _extrapolated(seen: Mapping[int, Difference], exponent: int) -> list[float]:
+def _extrapolated(differences: Mapping[int, Difference], exponent: int) -> list[float]:
     """The differences of order four of this distance and its neighbours."""
     pairs = ((exponent - EXPONENTS_APART, exponent), (exponent, exponent + EXPONENTS_APART))
     ratio = 4.0**EXPONENTS_APART
     return [
-        (ratio * seen[fine].slope - seen[coarse].slope) / (ratio - 1.0)
+        (ratio * differences[fine].slope - differences[coarse].slope) / (ratio - 1.0)
         for coarse, fine in pairs
-        if coarse in seen and fine in seen
+        if coarse in differences and fine in differences
     ]
 
 
 def _contradiction(
-    curve: Curve, given: float, centre: float, seen: Mapping[int, Difference]
+    curve: Curve, supplied: float, centre: float, differences: Mapping[int, Difference]
 ) -> tuple[str, float]:
-    """DIFFERS where three neighbouring differences agree with each other and not with the given."""
-    if seen and all(difference.flat for difference in seen.values()):
-        farthest = min(seen)
-        hidden = abs(given) * 2.0**-farthest <= VISIBLE * abs(centre)
-        straight = not hidden and _change(curve, given, sorted(seen)) <= LARGEST_BEND * abs(given)
+    """DIFFERS where three neighbouring differences agree with each other and not with the
+    derivative."""
+    if differences and all(difference.flat for difference in differences.values()):
+        farthest = min(differences)
+        hidden = abs(supplied) * 2.0**-farthest <= VISIBLE * abs(centre)
+        straight = not hidden and _change(
+            curve, supplied, sorted(differences)
+        ) <= LARGEST_BEND * abs(supplied)
         return (DIFFERS, 0.0) if straight else (UNDECIDED, np.nan)
     best, sharpest = np.nan, np.inf
-    bent = {exponent: difference for exponent, difference in seen.items() if not difference.flat}
+    bent = {
+        exponent: difference for exponent, difference in differences.items() if not difference.flat
+    }
     for first in bent:
         if not {first + EXPONENTS_APART, first + 2 * EXPONENTS_APART} <= bent.keys():
             continue
         a, b, c = (bent[first + k * EXPONENTS_APART] for k in range(3))
         slope = _extrapolated({0: b, EXPONENTS_APART: c}, 0)[0]
-        off, spread = abs(given - slope), max(abs(b.slope - a.slope), abs(c.slope - b.slope))
+        off, spread = abs(supplied - slope), max(abs(b.slope - a.slope), abs(c.slope - b.slope))
         clear = spread <= SHARP * off and c.bend <= LARGEST_BEND * off and spread < sharpest
-        within = [exponent for exponent in seen if exponent >= first]
-        if clear and _change(curve, given, within) <= LARGEST_BEND * off:
+        within = [exponent for exponent in differences if exponent >= first]
+        if clear and _change(curve, supplied, within) <= LARGEST_BEND * off:
             best, sharpest = slope, spread
     return (DIFFERS if np.isfinite(best) else UNDECIDED), best
 
 
-def _change(curve: Curve, given: float, exponents: Sequence[int]) -> float:
+def _change(curve: Curve, supplied: float, exponents: Sequence[int]) -> float:
     """The largest change of the given derivative over these distances; infinite where it raises."""
     try:
         ends = [sign * 2.0**-exponent for exponent in exponents for sign in (1.0, -1.0)]
-        change = max(abs(float(np.sum(curve.terms(s))) - given) for s in ends)
+        change = max(abs(float(np.sum(curve.terms(s))) - supplied) for s in ends)
     except Exception:  # a user's function may raise anything away from the start
         return np.inf
     return change if np.isfinite(change) else np.inf
@@ -218,7 +229,7 @@ def direction(count: int, number: int = 0) -> Array:
     return (0.5 + (k * INVERSE_GOLDEN_RATIO) % 1.0) * np.where((k * SILVER) % 1.0 < 0.5, 1.0, -1.0)
 
 
-def words(numbers: Array | Sequence[float]) -> str:
+def abbreviated(numbers: Array | Sequence[float]) -> str:
     """The first numbers of an array with a few digits."""
     shown = np.asarray(numbers, dtype=np.float64)
     text = np.array2string(shown, precision=5, separator=", ", threshold=9, edgeitems=3)

@@ -36,9 +36,9 @@ def difference_scales(group: Group, q: Array, v: Array) -> tuple[Array, Array]:
     product.position_scale(group.layout, np.array(q, dtype=np.float64).ravel(), sizes)
     for _, d, _, rotations in group.layout:
         turns, moves = slice(start, start + rotations), slice(start + rotations, start + d)
-        far, fast = (float(np.max(np.abs(x), initial=0.0)) for x in (sizes[moves], v[moves]))
-        by_q[moves] = _first(max(far, fast))
-        by_v[moves] = _first(fast, far)
+        length, speed = (float(np.max(np.abs(x), initial=0.0)) for x in (sizes[moves], v[moves]))
+        by_q[moves] = _first(max(length, speed))
+        by_v[moves] = _first(speed, length)
         by_v[turns] = _first(float(np.max(np.abs(v[turns]), initial=0.0)))
         start += d
     return by_q, by_v
@@ -85,18 +85,18 @@ class Differencing(NamedTuple):
 USUAL = Differencing()
 
 
-def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) -> Any:
-    """The one differencer of galvi, for numbers or arrays, as Python or as numba takes it."""
+def _differencer(jit: Callable[..., Any], choose: Any, larger: Any, any_of: Any) -> Any:
+    """galvi's differencer, for numbers or arrays, in Python or compiled by numba."""
 
     @jit
     def quotient(function, x, t, i, step, size, noise, weights):  # type: ignore[no-untyped-def]
         """The difference quotient along a coordinate, and its round-off."""
-        there, total, largest = x.copy(), 0.0, size
+        shifted, total, largest = x.copy(), 0.0, size
         for k in range(len(weights)):
-            there[i] = x[i] + (k + 1) * step
-            ahead = function(there, t)
-            there[i] = x[i] - (k + 1) * step
-            behind = function(there, t)
+            shifted[i] = x[i] + (k + 1) * step
+            ahead = function(shifted, t)
+            shifted[i] = x[i] - (k + 1) * step
+            behind = function(shifted, t)
             total = total + weights[k] * (ahead - behind) / step
             largest = larger(largest, larger(abs(ahead), abs(behind)))
         return total, noise * largest / step
@@ -106,7 +106,7 @@ def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) ->
         """The error of the finer of two quotients, infinite where they do not agree."""
         gap = abs(fine - coarse)
         agree = (gap <= usable * abs(fine)) | (gap <= NOISY_ROUNDINGS * rounding)
-        return where(agree, larger(gap, rounding), np.inf)
+        return choose(agree, larger(gap, rounding), np.inf)
 
     @jit
     def slope_along(function, x, t, i, length, size, way):  # type: ignore[no-untyped-def]
@@ -114,37 +114,37 @@ def _differencer(jit: Callable[..., Any], where: Any, larger: Any, some: Any) ->
         weights, steps, noise, good, usable = way
         step, end = steps[0] * length, steps[len(steps) - 1] * length
         widest, wide_noise = quotient(function, x, t, i, step, size, noise, weights)
-        first, finest, best, error = widest, widest, widest, where(widest == 0.0, np.inf, np.inf)
+        first, finest, best, error = widest, widest, widest, choose(widest == 0.0, np.inf, np.inf)
         for n in range(1, len(steps)):
             fine, rounding = quotient(function, x, t, i, steps[n] * length, size, noise, weights)
             estimate = compared(finest, fine, rounding, usable)
             better = estimate < error
-            best, error, finest = where(better, fine, best), where(better, estimate, error), fine
-        lost = where(error < np.inf, False, True)
+            best, error, finest = choose(better, fine, best), choose(better, estimate, error), fine
+        lost = choose(error < np.inf, False, True)
         for _ in range(COARSER_STEPS):
             zero = (best == 0.0) & (widest == 0.0) & (step >= STEPS[0])
-            if not some((error > good * abs(best)) & (zero ^ True) & (error < np.inf)):
+            if not any_of((error > good * abs(best)) & (zero ^ True) & (error < np.inf)):
                 break
             step *= STEP_RATIO
             wider, rounding = quotient(function, x, t, i, step, size, noise, weights)
             estimate = compared(wider, widest, wide_noise, usable)
             better = estimate < error
-            best, error = where(better, widest, best), where(better, estimate, error)
+            best, error = choose(better, widest, best), choose(better, estimate, error)
             widest, wide_noise = wider, rounding
-            if not some(better):
+            if not any_of(better):
                 break
         for _ in range(FINER_STEPS):
-            if not some((error == np.inf) | (lost & (error > good * abs(best)))):
+            if not any_of((error == np.inf) | (lost & (error > good * abs(best)))):
                 break
             end /= STEP_RATIO
             fine, rounding = quotient(function, x, t, i, end, size, noise, weights)
             flat = (fine == 0.0) & (rounding > usable * abs(first))  # maybe by rounding alone
-            estimate = where(flat, np.inf, compared(finest, fine, rounding, usable))
+            estimate = choose(flat, np.inf, compared(finest, fine, rounding, usable))
             better = estimate < error
-            best, error, finest = where(better, fine, best), where(better, estimate, error), fine
-            if not some(better | (error == np.inf)):
+            best, error, finest = choose(better, fine, best), choose(better, estimate, error), fine
+            if not any_of(better | (error == np.inf)):
                 break
-        return where(error < np.inf, best, np.nan), error
+        return choose(error < np.inf, best, np.nan), error
 
     return slope_along
 
@@ -164,8 +164,8 @@ slope_along = _differencer(_same, _choose, max, bool)
 @cache
 def compiled_slope_along() -> Callable[..., Any]:
     """`slope_along` for compiled functions."""
-    numbers = (numba.njit(one) for one in (_choose, lambda x, y: max(x, y), lambda x: x))
-    return _differencer(numba.njit, *numbers)
+    compiled = (numba.njit(function) for function in (_choose, lambda x, y: max(x, y), lambda x: x))
+    return _differencer(numba.njit, *compiled)
 
 
 def differences(
@@ -181,7 +181,7 @@ def differences(
     Parameters
     ----------
     lengths : array, shape (d,)
-        over which the function changes, as far as one can tell
+        over which the function changes, as estimated
     size
         size of the terms that cancel in the function: its round-off is noise * max(size,
         |function|)
@@ -190,12 +190,12 @@ def differences(
     -----
     The error of an entry is the larger of its round-off and its difference to the neighbouring
     step. While it exceeds ``way.good``, longer and then shorter steps are tried as long as it
-    falls. NaN, with infinite error, where no two neighbouring steps agree. What the function
-    raises is raised where it leaves no derivative.
+    falls. NaN, with infinite error, where no two neighbouring steps agree. An exception of the
+    function is raised where it leaves no derivative.
     """
     x = np.array(x, dtype=np.float64)
     with np.errstate(all="ignore"):
-        value = Tried(function, np.full(1, np.nan))
+        value = NanWhereRaised(function, np.full(1, np.nan))
         columns = [
             slopes_along(value, x, 0.0, i, float(length), size, way)
             for i, length in enumerate(lengths)
@@ -205,12 +205,12 @@ def differences(
     return slopes, errors
 
 
-class Tried:
-    """A function of x that returns ``lost`` where it raises, since it may be undefined so far away
-    from the state."""
+class NanWhereRaised:
+    """A function of x that returns ``fallback``, a NaN, where a user's function raises: at shifted
+    points it may be undefined."""
 
-    def __init__(self, function: Callable[[Array], Any], lost: Any) -> None:
-        self.function, self.lost = function, lost
+    def __init__(self, function: Callable[[Array], Any], fallback: Any) -> None:
+        self.function, self.fallback = function, fallback
         self.raised: Exception | None = None
 
     def __call__(self, x: Array, t: float) -> Any:
@@ -218,10 +218,10 @@ class Tried:
             return self.function(x)
         except Exception as error:  # a user's function may raise anything
             self.raised = error
-            return self.lost
+            return self.fallback
 
     def raise_if_lost(self, slopes: Array) -> None:
-        """Raise what the function raised where it left no derivative."""
+        """Raise the function's exception where an entry has no derivative."""
         if self.raised is not None and np.any(np.isnan(slopes)):
             raise self.raised
 
@@ -236,7 +236,7 @@ def lengths_of(q: Array) -> Array:
 
 def _slopes_of(potential: Callable[..., Any], q: Array, *time: float) -> tuple[Array, Array]:
     """dV/dq (d,) at one configuration and its error, (d,)."""
-    value = Tried(lambda there: float(potential(there, *time)), np.nan)
+    value = NanWhereRaised(lambda point: float(potential(point, *time)), np.nan)
     pairs = [
         slope_along(value, q, 0.0, i, length, 0.0, USUAL)
         for i, length in enumerate(lengths_of(q).tolist())

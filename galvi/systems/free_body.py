@@ -126,21 +126,21 @@ class FreeBody(Body):
         )
 
         def L(q: Any, v: Any, *t: Any) -> Any:
-            found = 0.5 * v @ momentum(v) + weight @ q[:3, 3]
-            return found if V is None else found - V(q, *t)
+            without_potential = 0.5 * v @ momentum(v) + weight @ q[:3, 3]
+            return without_potential if V is None else without_potential - V(q, *t)
 
         def slopes(q: Any, v: Any, *t: Any) -> Any:
             along = np.zeros((4, 4)) if gradient is None else -np.asarray(gradient(q, *t))
-            place = along[:3, 3] + weight
+            by_position = along[:3, 3] + weight
             return np.concatenate(
                 [
                     momentum(v),
                     along[0, :3],
-                    place[:1],
+                    by_position[:1],
                     along[1, :3],
-                    place[1:2],
+                    by_position[1:2],
                     along[2, :3],
-                    place[2:],
+                    by_position[2:],
                     along[3],
                 ]
             )
@@ -165,10 +165,10 @@ class FreeBody(Body):
 
     def potential_energy(self, q: Array, t: Array) -> Array:
         """V - mass g . x, (...), for q of shape (..., 4, 4) and times t (...)."""
-        result: Array = -self.mass * (q[..., :3, 3] @ self.g)
+        energies: Array = -self.mass * (q[..., :3, 3] @ self.g)
         if self.potential is None:
-            return result
-        return result + self._potentials(q, t)
+            return energies
+        return energies + self._potentials(q, t)
 
     def lagrangian_kernel(self) -> LagrangianKernel:
         """Derivatives of L for the kernels; without a potential the constants are J by rows, mass,
@@ -176,10 +176,10 @@ class FreeBody(Body):
         if self.potential is not None:
             return self.lagrangian.lagrangian_kernel()
         constants = np.concatenate([self.inertia.ravel(), [self.mass], self.g])
-        known = LagrangianKernel(
+        kernel = LagrangianKernel(
             lagrangian_derivatives.LAW, lagrangian_derivatives.free_body, constants=constants
         )
-        return with_force(known, self, 4)
+        return with_force(kernel, self, 4)
 
     @property
     def potential_calls_per_force(self) -> int:

@@ -146,11 +146,11 @@ class Lagrangian:
         """
         from galvi.tracing.from_sympy import symbolic  # tracing stands on systems
 
-        found, timed, given_force = symbolic(L, q, v, t, parameters, force)
+        function, timed, given_force = symbolic(L, q, v, t, parameters, force)
         forces: dict[str, Any] = (
             {} if given_force is None else {"force": given_force, "timed_force": True}
         )
-        return cls(found, Rn(found.dimension), explicit_time=timed, **forces)
+        return cls(function, Rn(function.dimension), explicit_time=timed, **forces)
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
         """(d,), d the dimension of the group."""
@@ -171,10 +171,10 @@ class Lagrangian:
             )
         left = self._left(q, v, t)
         if not np.all(np.isfinite(left)):
-            known = "Rewrite L" if hasattr(self.function, "check_start") else "Check slopes"
+            remedy = "Rewrite L" if hasattr(self.function, "check_start") else "Check slopes"
             raise ValueError(
                 f"the derivatives of the Lagrangian must be finite at the start; received "
-                f"{left.tolist()}. {'Give slopes' if self._slopes is None else known}, or start "
+                f"{left.tolist()}. {'Give slopes' if self._slopes is None else remedy}, or start "
                 f"elsewhere."
             )
         if hasattr(self.function, "check_start"):  # from SymPy
@@ -207,10 +207,10 @@ class Lagrangian:
         d = self.group.dimension
         by_q, by_v = difference_scales(self.group, q, v)
 
-        def through(far: float, row: int) -> Curve:
-            g = self._moved(q, by_q * direction(d, 1))(far)
-            w = v + far * by_v * direction(d, 2)
-            then = t + far * (abs(t) or 1.0) * self.explicit_time
+        def through(distance: float, row: int) -> Curve:
+            g = self._moved(q, by_q * direction(d, 1))(distance)
+            w = v + distance * by_v * direction(d, 2)
+            then = t + distance * (abs(t) or 1.0) * self.explicit_time
             steps = difference_scales(self.group, g, w)[1 - row] * direction(d)
             moved = self._moved(g, steps)
 
@@ -218,8 +218,8 @@ class Lagrangian:
                 return (moved(s), w, then) if row else (g, w + s * steps, then)
 
             def value(s: float) -> float:
-                given = self.function(*arguments(self, *state(s)))
-                return input_checks.returned("the Lagrangian", given)
+                L = self.function(*arguments(self, *state(s)))
+                return input_checks.returned("the Lagrangian", L)
 
             def terms(s: float) -> Array:
                 return self._left(*state(s))[row] * steps
@@ -229,8 +229,8 @@ class Lagrangian:
         check_derivatives(
             self,
             {
-                "slopes dL/dv of the Lagrangian": lambda far: through(far, 0),
-                "slopes dL/dq of the Lagrangian": lambda far: through(far, 1),
+                "slopes dL/dv of the Lagrangian": lambda distance: through(distance, 0),
+                "slopes dL/dq of the Lagrangian": lambda distance: through(distance, 1),
             },
         )
 
@@ -270,8 +270,8 @@ class Lagrangian:
             look again if the functions changed since then
         """
         trace(self, q, v, t, anew)
-        found = None if anew else traces(self).found.get("L")
-        if found is not None and self.slopes is None and not found.defined(q, v, t):
+        L_trace = None if anew else traces(self).traced.get("L")
+        if L_trace is not None and self.slopes is None and not L_trace.defined(q, v, t):
             refuse(self, "L", "its derivatives are not finite at a start")
 
     @property
@@ -285,13 +285,13 @@ class Lagrangian:
         """L with derivatives, if it brings them or they were traced."""
         if self.brings_slopes:
             return cast(BuiltinLagrangian, self.function)
-        found = traces(self).found.get("L")
-        return None if found is None else found.lagrangian
+        L_trace = traces(self).traced.get("L")
+        return None if L_trace is None else L_trace.lagrangian
 
     def momentum(self, v: Array, q: Array | None = None, t: Any = 0.0) -> Array:
         """dL/dv, (..., d), at velocities (..., d), configurations and times with the same axes."""
-        found = legendre_transform.values_and_momenta(self, q, v, t)
-        return self._each(self._momentum, q, v, t) if found is None else found[1]
+        L_and_p = legendre_transform.values_and_momenta(self, q, v, t)
+        return self._at_each_state(self._momentum, q, v, t) if L_and_p is None else L_and_p[1]
 
     def velocity(
         self, p: Array, q: Array | None = None, t: Any = 0.0, near: Array | None = None
@@ -301,23 +301,23 @@ class Lagrangian:
         Parameters
         ----------
         near : array, shape (d,)
-            a velocity near the first one; each is sought from the one before
+            a velocity near the first one; the iteration for each starts from the one before
         """
         start = [np.zeros(self.group.dimension) if near is None else near]
-        known = legendre_transform.velocities(self, q, p, t, start[0])
-        if known is not None:
-            return known
+        velocities = legendre_transform.velocities(self, q, p, t, start[0])
+        if velocities is not None:
+            return velocities
 
-        def one(x: Array, momentum: Array, s: float) -> Array:
+        def velocity_at_state(x: Array, momentum: Array, s: float) -> Array:
             if self.has_known_mass and self.slopes is None:
                 return legendre_transform.solved(self.mass(x, momentum, s), momentum)
-            found = legendre_transform.velocity_with_momentum(
+            w = legendre_transform.velocity_with_momentum(
                 momentum, start[0], lambda v: self._momentum(x, v, s), lambda v: self.mass(x, v, s)
             )
-            start[0] = found if np.all(np.isfinite(found)) else start[0]
-            return found
+            start[0] = w if np.all(np.isfinite(w)) else start[0]
+            return w
 
-        return self._each(one, q, p, t)
+        return self._at_each_state(velocity_at_state, q, p, t)
 
     def value(self, q: Array, v: Array, t: float) -> float:
         """L at one state; NaN where that is not finite."""
@@ -328,13 +328,13 @@ class Lagrangian:
     def energy(self, q: Array, v: Array, t: Any) -> Array:
         """The energy v . dL/dv - L, (...)."""
 
-        def one(x: Array, w: Array, s: float) -> Array:
+        def energy_at_state(x: Array, w: Array, s: float) -> Array:
             return np.array([w @ self._momentum(x, w, s) - self.value(x, w, s)])
 
-        found = legendre_transform.values_and_momenta(self, q, v, t)
-        if found is not None and np.all(np.isfinite(found[0])):
-            return (v * found[1]).sum(axis=-1) - found[0]
-        return self._each(one, q, v, t, 1)[..., 0]
+        L_and_p = legendre_transform.values_and_momenta(self, q, v, t)
+        if L_and_p is not None and np.all(np.isfinite(L_and_p[0])):
+            return (v * L_and_p[1]).sum(axis=-1) - L_and_p[0]
+        return self._at_each_state(energy_at_state, q, v, t, 1)[..., 0]
 
     def mass(self, q: Array, v: Array, t: float) -> Array:
         """d2L/dv2 at one state, (d, d), by differences unless L brings it; entries below their
@@ -366,8 +366,8 @@ class Lagrangian:
         """Derivatives of L for the kernels, compiled or differenced."""
         side = self.group.shape[0] if len(self.group.shape) == 2 else 0
         if self.slopes is None and self.builtin is not None:
-            law, constants = self.builtin.compiled()
-            kernel = LagrangianKernel(lagrangian_derivatives.LAW, law, constants=constants)
+            evaluate, constants = self.builtin.compiled()
+            kernel = LagrangianKernel(lagrangian_derivatives.LAW, evaluate, constants=constants)
             return with_force(kernel, self, side)
         timed, compiled, function = self.explicit_time, False, self.slopes
         if function is None:
@@ -405,11 +405,11 @@ class Lagrangian:
         return self.builtin.slopes
 
     def _checked(self, *qvt: Any) -> Array:
-        known = self._slopes
-        assert known is not None
+        slopes = self._slopes
+        assert slopes is not None
         size = self.group.dimension + int(np.prod(self.group.shape))
         expected = f"dL/dv and dL/dq in an array of shape ({size},)"
-        return returned_array("slopes", known(*qvt), (size,), expected)
+        return returned_array("slopes", slopes(*qvt), (size,), expected)
 
     def _left(self, q: Array, v: Array, t: float) -> Array:
         """(2, d): dL/dv, and the left-trivialised dL/dq, along q hat(e_a)."""
@@ -443,19 +443,19 @@ class Lagrangian:
         scale = difference_scales(self.group, q, v)[0]
         return np.stack([by_v, differences(moved, np.zeros(v.size), scale, size=size)[0][0]])
 
-    def _each(
-        self, one: Function, q: Array | None, v: Array, t: Any, width: int | None = None
+    def _at_each_state(
+        self, function: Function, q: Array | None, v: Array, t: Any, width: int | None = None
     ) -> Array:
-        """one(q, v, t), (width,), at each state; NaN where the state is not finite."""
+        """function(q, v, t), (width,), at each state; NaN where the state is not finite."""
         if q is None:
             raise ValueError("a Lagrangian's momentum depends on the configuration; give q.")
         lead, d = v.shape[:-1], self.group.dimension
         times = np.broadcast_to(t, lead).ravel()
-        places, rates = q.reshape(-1, *self.group.shape), v.reshape(-1, d)
+        configurations, rates = q.reshape(-1, *self.group.shape), v.reshape(-1, d)
         out = np.full((len(rates), width or d), np.nan)
-        for row, (x, w, s) in enumerate(zip(places, rates, times, strict=True)):
+        for row, (x, w, s) in enumerate(zip(configurations, rates, times, strict=True)):
             if np.all(np.isfinite(x)) and np.all(np.isfinite(w)):
-                out[row] = one(x, w, float(s))
+                out[row] = function(x, w, float(s))
         return out.reshape(*lead, width or d)
 
 
@@ -464,15 +464,15 @@ def momentum_at(system: System, q: Array, v: Array, t: Any) -> Array:
     return system.momentum(v, q, t) if isinstance(system, Lagrangian) else system.momentum(v)
 
 
-def velocity_at(system: System, q: Array, p: Array, t: Any, near: Array | None = None) -> Array:
+def velocity_at(system: System, q: Array, p: Array, t: Any, guess: Array | None = None) -> Array:
     """The velocities that have the momenta p (..., d) at q and t (...).
 
     Parameters
     ----------
-    near : array, shape (d,)
+    guess : array, shape (d,)
         a velocity close to the first one
     """
-    return system.velocity(p, q, t, near) if isinstance(system, Lagrangian) else system.velocity(p)
+    return system.velocity(p, q, t, guess) if isinstance(system, Lagrangian) else system.velocity(p)
 
 
 def kinetic_energy(system: System, p: Array) -> Array:

@@ -11,16 +11,16 @@ from galvi.arrays import Array
 from galvi.systems.finite_differences import difference_scales
 from galvi.systems.system import BuiltinLagrangian
 
-VELOCITY_PASSES = 50  # most of Newton's method for a velocity
-CORRECTION_HALVINGS = 40  # most of a correction that lessens no residual
+VELOCITY_ITERATIONS = 50  # iterations of Newton's method for a velocity, at most
+CORRECTION_HALVINGS = 40  # halvings of a correction that does not reduce the residual, at most
 SOLVED_RESIDUAL = 2.0**-51  # relative residual of the momentum at which a velocity is accepted
 ROUND_OFF_RESIDUAL = 1e-8  # relative residual below which stagnation is round-off and accepted
 MASS_MATRIX_CONTRACTION = 0.2  # contraction factor above which d2L/dv2 is recomputed
 BALANCES = 20
-PASSES_OF_ALL = 12  # passes for all states
-SEVERAL_STATES = 8  # states, from which it pays to find them together
+BATCH_ITERATIONS = 12  # iterations of Newton's method for many states at once, at most
+MIN_BATCH = 8  # number of states from which solving for all at once is faster
 MOVE = 1e-5  # share of a velocity by which momenta are differenced
-ROUND_OFF_OF_ALL = 1e-12  # relative residual below which stagnation of all states is round-off
+BATCH_ROUND_OFF_RESIDUAL = 1e-12  # relative residual below which stagnation is round-off
 SINGULAR_CONDITION = 1e12  # condition of a balanced d2L/dv2, beyond which it is not inverted
 BALANCED_RATIO = 2.0  # ratio of the largest row to the smallest at which balancing stops
 
@@ -34,9 +34,9 @@ def solved(M: Array, p: Array) -> Array:
 
 
 def velocity_with_momentum(
-    p: Array, near: Array, momentum: Callable[[Array], Array], mass: Callable[[Array], Array]
+    p: Array, guess: Array, momentum: Callable[[Array], Array], mass: Callable[[Array], Array]
 ) -> Array:
-    """v with momentum(v) = p, all (d,), by Newton's method from ``near``, or from rest where the
+    """v with momentum(v) = p, all (d,), by Newton's method from ``guess``, or from rest where the
     momentum is not finite there.
 
     Parameters
@@ -50,12 +50,12 @@ def velocity_with_momentum(
     the iteration does not converge.
     """
     lost = np.full(p.size, np.nan)
-    v, gap = near, p - _tried(momentum, near)
+    v, gap = guess, p - _momentum_or_nan(momentum, guess)
     if not np.all(np.isfinite(gap)):
         v, gap = np.zeros(p.size), p - momentum(np.zeros(p.size))
     M, weight = np.zeros((p.size, p.size)), np.ones(p.size)
     fresh = renew = True
-    for _ in range(VELOCITY_PASSES):
+    for _ in range(VELOCITY_ITERATIONS):
         if not np.all(np.isfinite(gap)):
             return lost
         fresh = renew
@@ -77,11 +77,11 @@ def velocity_with_momentum(
             return lost
         after = off
         for half in range(1 if close else CORRECTION_HALVINGS):
-            there = v + 0.5**half * step
-            ahead = p - _tried(momentum, there)
+            shortened = v + 0.5**half * step
+            ahead = p - _momentum_or_nan(momentum, shortened)
             after = float(np.max(np.abs(ahead) / weight))
             if after < off:
-                v, gap = there, ahead
+                v, gap = shortened, ahead
                 break
         if not after < off and (close or fresh):
             return v if close else lost
@@ -95,12 +95,7 @@ def values_and_momenta(
     """L (...) and dL/dv (..., d) at states with any axes in front, or None: where the Lagrangian
     does not bring its derivatives, states are few, or one is not finite."""
     rates = v.reshape(-1, system.group.dimension)
-    if (
-        q is None
-        or system.slopes is not None
-        or system.builtin is None
-        or len(rates) < SEVERAL_STATES
-    ):
+    if q is None or system.slopes is not None or system.builtin is None or len(rates) < MIN_BATCH:
         return None
     if not (np.all(np.isfinite(q)) and np.all(np.isfinite(v))):
         return None
@@ -110,34 +105,38 @@ def values_and_momenta(
     return value.reshape(v.shape[:-1]), momenta.reshape(v.shape)
 
 
-def velocities(system: Any, q: Array | None, p: Array, t: Any, near: Array) -> Array | None:
-    """The velocities with dL/dv = p (..., d), by Newton's method from ``near`` (d,) for all states;
-    None where `values_and_momenta` is, or where that does not find one of them."""
-    v = np.array(np.broadcast_to(near, p.shape))
+def velocities(system: Any, q: Array | None, p: Array, t: Any, guess: Array) -> Array | None:
+    """The velocities (..., d) with dL/dv = p, by Newton's method from ``guess`` (d,) at all states.
+
+    None where `values_and_momenta` returns None, and where the iteration does not converge.
+    """
+    v = np.array(np.broadcast_to(guess, p.shape))
     if values_and_momenta(system, q, v, t) is None or not np.all(np.isfinite(p)):
         return None
-    places = cast(Array, q).reshape(-1, *system.group.shape)
+    configurations = cast(Array, q).reshape(-1, *system.group.shape)
 
     def momenta(rates: Array) -> Array:
-        found = values_and_momenta(system, q, rates, t)
-        return np.full(p.shape, np.nan) if found is None else found[1]
+        L_and_p = values_and_momenta(system, q, rates, t)
+        return np.full(p.shape, np.nan) if L_and_p is None else L_and_p[1]
 
     with np.errstate(all="ignore"):
         if system.has_known_mass:
-            masses = np.stack([system.function.mass(x) for x in places]).reshape(*p.shape, -1)
+            masses = np.stack([system.function.mass(x) for x in configurations]).reshape(
+                *p.shape, -1
+            )
         else:
-            moves = np.diag(MOVE * difference_scales(system.group, places[0], near)[1])
+            moves = np.diag(MOVE * difference_scales(system.group, configurations[0], guess)[1])
             sides = [
                 (momenta(v + move) - momenta(v - move)) / (2.0 * move[k])
                 for k, move in enumerate(moves)
             ]
             masses = np.stack(sides, axis=-1)
         before = np.inf
-        for _ in range(PASSES_OF_ALL):
+        for _ in range(BATCH_ITERATIONS):
             gap = p - momenta(v)
             sizes = np.abs(p) + (np.abs(masses) @ np.abs(v)[..., None])[..., 0]
             off = float(np.max(np.abs(gap) / np.where(sizes > 0.0, sizes, 1.0)))
-            if off <= SOLVED_RESIDUAL or (off <= ROUND_OFF_OF_ALL and off > 0.5 * before):
+            if off <= SOLVED_RESIDUAL or (off <= BATCH_ROUND_OFF_RESIDUAL and off > 0.5 * before):
                 return v
             before = off
             if not (np.all(np.isfinite(gap)) and np.all(np.isfinite(masses))):
@@ -149,7 +148,7 @@ def velocities(system: Any, q: Array | None, p: Array, t: Any, near: Array) -> A
     return None
 
 
-def _tried(momentum: Callable[[Array], Array], v: Array) -> Array:
+def _momentum_or_nan(momentum: Callable[[Array], Array], v: Array) -> Array:
     """momentum(v), or NaN where L is not defined."""
     try:
         with np.errstate(all="ignore"):
@@ -210,9 +209,9 @@ def _missing(M: Array) -> str:
 def _in_words(along: Array) -> str:
     """A direction of velocities as text, such as 'v[0] - v[1]'."""
     along = along / along[np.argmax(np.abs(along))]
-    words: list[str] = []
+    terms: list[str] = []
     for i in np.flatnonzero(np.abs(along) > 1e-6):
         size = f"{abs(along[i]):.4g} ".removeprefix("1 ")
-        sign = ("- " if words else "-") if along[i] < 0.0 else ("+ " if words else "")
-        words.append(f"{sign}{size}v[{i}]")
-    return " ".join(words)
+        sign = ("- " if terms else "-") if along[i] < 0.0 else ("+ " if terms else "")
+        terms.append(f"{sign}{size}v[{i}]")
+    return " ".join(terms)

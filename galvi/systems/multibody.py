@@ -28,7 +28,7 @@ from galvi.systems.trees.rigid_tree import RigidTree
 from galvi.systems.user_functions import Function
 
 OF_JOINTS = ("damping", "stiffness", "armature")
-LIMIT_STATES = 9  # states of a step at which limits of actuators are looked at
+LIMIT_STATES = 9  # states of a step at which limits of actuators are checked
 CONTROLS = "ctrl"
 VARIED = ("gravity", "masses", *OF_JOINTS, CONTROLS)
 
@@ -156,37 +156,46 @@ class Multibody(Lagrangian):
         ValueError
             For another name or shape, and as `Link` and `Joint` do.
         """
-        given = {name: input_checks.array(name, values) for name, values in numbers.items()}
-        for name, values in given.items():
+        new_numbers = {name: input_checks.array(name, values) for name, values in numbers.items()}
+        for name, values in new_numbers.items():
             shape = self.shape_of(name)
             if values.shape != shape:
                 raise ValueError(f"{name} must have shape {shape}; received shape {values.shape}.")
         force, timed = self.given_force
-        if CONTROLS in given:
-            force = force.with_controls(given[CONTROLS])
-            if len(given) == 1 and CONTROLS in self.tree.varied:
+        if CONTROLS in new_numbers:
+            force = force.with_controls(new_numbers[CONTROLS])
+            if len(new_numbers) == 1 and CONTROLS in self.tree.varied:
                 return self._with_force(force)
         joints, links = iter(range(len(self.tree.joints))), []
         for k, link in enumerate(self.links):
-            own = [
+            link_joints = [
                 replace(
-                    joint, **{name: float(given[name][j]) for name in OF_JOINTS if name in given}
+                    joint,
+                    **{
+                        name: float(new_numbers[name][j])
+                        for name in OF_JOINTS
+                        if name in new_numbers
+                    },
                 )
                 for joint, j in zip(link.joints, joints, strict=False)
             ]
-            mass = float(given["masses"][k]) if "masses" in given else link.mass
-            links.append(replace(link, joints=own, mass=mass))
-        made = Multibody(links, given.get("gravity", self.gravity), force=force, timed_force=timed)
-        varied = tuple(name for name in VARIED if name in {*self.tree.varied, *given})
-        object.__setattr__(made, "function", replace(made.tree, varied=varied))
-        made._damp(made.tree, "damping" in given or getattr(self.force, "varied", False))
-        return made
+            mass = float(new_numbers["masses"][k]) if "masses" in new_numbers else link.mass
+            links.append(replace(link, joints=link_joints, mass=mass))
+        multibody = Multibody(
+            links, new_numbers.get("gravity", self.gravity), force=force, timed_force=timed
+        )
+        varied = tuple(name for name in VARIED if name in {*self.tree.varied, *new_numbers})
+        object.__setattr__(multibody, "function", replace(multibody.tree, varied=varied))
+        multibody._damp(
+            multibody.tree, "damping" in new_numbers or getattr(self.force, "varied", False)
+        )
+        return multibody
 
     def _with_force(self, force: JointForces) -> Multibody:
-        """The same trees with other controls, without the checks of what stays."""
-        made = object.__new__(Multibody)
-        vars(made).update(vars(self), force=force)
-        return made
+        """The same trees with other controls, without repeating the checks."""
+        multibody = object.__new__(Multibody)
+        vars(multibody).update(vars(self), force=force)
+        return multibody
 
     @property
     def varied_names(self) -> tuple[str, ...]:
@@ -217,17 +226,18 @@ class Multibody(Lagrangian):
         super().check_functions(q, v, t)
 
     def beyond_limits(self, q: Array, v: Array, step: float) -> str:
-        """Which actuator is beyond its limits at a state or, about, in a step from there; ""."""
+        """Which actuator is beyond its limits at a state or, approximately, in a step from there;
+        "" for none."""
         force, _ = self.given_force
         if not isinstance(force, JointForces) or not force.has_limits:
             return ""
         free = force.on(self.tree, force.damping, force.varied, limited=False)
         pull = self.tree.forces(q, v) + free(q, v, 0.0)
         rate = np.linalg.solve(self.tree.mass(q), pull)
-        for far in step * np.linspace(0.0, 1.0, LIMIT_STATES if step else 1):
-            there = place(CHART, self.group, q, far * (v + 0.5 * far * rate))
-            if found := force.beyond(there, v + far * rate):
-                return found
+        for elapsed in step * np.linspace(0.0, 1.0, LIMIT_STATES if step else 1):
+            configuration = place(CHART, self.group, q, elapsed * (v + 0.5 * elapsed * rate))
+            if beyond := force.beyond(configuration, v + elapsed * rate):
+                return beyond
         return ""
 
     def acceleration(self, q: Any, v: Any, t: float = 0.0) -> Array:

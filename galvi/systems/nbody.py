@@ -16,7 +16,7 @@ from galvi.systems.forces.acting import Acting
 from galvi.systems.system import ForceKernel
 from galvi.systems.traces import reasons, trace
 
-MOST_COUPLED_BODIES = 4  # up to which Newton's blocks are whole
+MAX_COUPLED_BODIES = 4  # up to which Newton's blocks are whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,24 +138,28 @@ class NBody:
 
         For q of shape (..., bodies, dimension).
         """
-        places = np.ascontiguousarray(q, dtype=np.float64).reshape(-1, *q.shape[-2:])
-        found = np.empty(len(places))
-        nbody.compiled_pair_potential()(places, self.masses, self.G, found)
-        total = found.reshape(q.shape[:-2])
+        positions = np.ascontiguousarray(q, dtype=np.float64).reshape(-1, *q.shape[-2:])
+        potentials = np.empty(len(positions))
+        nbody.compiled_pair_potential()(positions, self.masses, self.G, potentials)
+        total = potentials.reshape(q.shape[:-2])
         acting = self.acting
         return total + celestial.pulls(acting.terms, acting.poles, q)[1] if acting.forces else total
 
     def acceleration(self, q: Array, t: float, v: Array | None = None) -> Array:
         """Accelerations (bodies, dimension), at rest unless v (bodies, dimension) is given."""
         acting, total = self.acting, self.fall(q)
-        return total if acting.conserve else total + acting.rest(q, 0.0 * q if v is None else v, t)
+        return (
+            total
+            if acting.conserve
+            else total + acting.extra_accelerations(q, 0.0 * q if v is None else v, t)
+        )
 
     def fall(self, q: Array) -> Array:
         """The accelerations of all that has an energy, (bodies, dimension)."""
         acting, out, size = self.acting, np.empty((q.size, 1)), q.shape[1]
-        places = np.ascontiguousarray(q).reshape(-1, 1)
+        positions = np.ascontiguousarray(q).reshape(-1, 1)
         kernel = celestial.accelerations if len(acting.terms) else nbody.accelerations
-        kernel(places, np.zeros(1), acting.constants(size), out)
+        kernel(positions, np.zeros(1), acting.constants(size), out)
         return out.reshape(q.shape)
 
     def acceleration_jacobian(self, q: Array, t: float) -> Array:
@@ -168,22 +172,22 @@ class NBody:
         outer = 3.0 * gap[..., :, None] * gap[..., None, :] / square[..., None, None]
         pull = self.G * self.masses[None, :] / square**1.5 * (1.0 - np.eye(bodies))
         coupling = -pull[..., None, None] * (outer - np.eye(dimension))
-        own = np.arange(bodies)
-        coupling[own, own] = -np.sum(coupling, axis=1)
+        diagonal = np.arange(bodies)
+        coupling[diagonal, diagonal] = -np.sum(coupling, axis=1)
         slope = np.ascontiguousarray(coupling.transpose(0, 2, 1, 3)).reshape(q.size, q.size)
         acting = self.acting
         if acting.forces:
             slope += celestial.pulls_slope(acting.terms, acting.poles, q)
         if not acting.conserve:
             slope += differenced_hessian(
-                lambda x: acting.rest(x.reshape(q.shape), 0.0 * q, t).ravel()
+                lambda x: acting.extra_accelerations(x.reshape(q.shape), 0.0 * q, t).ravel()
             )(q.ravel())
         return slope
 
     def force_kernel(self, dimension: int) -> ForceKernel:
         """Accelerations for the kernels; Newton's blocks are whole for up to
-        ``MOST_COUPLED_BODIES``, else one for each body."""
-        coupled, acting = self.masses.size <= MOST_COUPLED_BODIES, self.acting
+        ``MAX_COUPLED_BODIES``, else one for each body."""
+        coupled, acting = self.masses.size <= MAX_COUPLED_BODIES, self.acting
         width = self.masses.size * dimension if coupled else dimension
         if acting.functions:
             return ForceKernel(

@@ -55,18 +55,18 @@ class NBodyOnRn:
         """Derivatives of L for the kernels."""
         acting, D = self.bodies.acting, self.dimension
         constants = np.concatenate([np.repeat(self.bodies.masses, D), acting.constants(D)])
-        known = LagrangianKernel(
+        kernel = LagrangianKernel(
             lagrangian_derivatives.LAW, celestial.lagrangian, constants=constants
         )
         if not acting.functions:
             return replace(
-                known,
+                kernel,
                 force_kind=lagrangian_derivatives.FORCE_LAW,
                 force=celestial_velocity.add_forces,
                 force_constants=acting.velocity_constants(D),
             )
         return replace(
-            known,
+            kernel,
             force_kind=lagrangian_derivatives.TIMED_FORCE,
             force=acting.force(D),
             compiled=acting.compiled,

@@ -68,11 +68,11 @@ class PlanarChain:
         """The coefficients A by rows, then B, (n n + n,)."""
         m, l, n = self.masses, self.lengths, self.masses.size
         below = np.append(np.cumsum(m[::-1])[::-1][1:], 0.0)
-        inner, own = (0.5, 1.0 / 3.0) if self.rods else (1.0, 1.0)
-        lever = inner * m + below
+        lever_share, inertia_share = (0.5, 1.0 / 3.0) if self.rods else (1.0, 1.0)
+        lever = lever_share * m + below
         farther = np.maximum.outer(np.arange(n), np.arange(n))
         A = np.outer(l, l) * lever[farther]
-        A[np.diag_indices(n)] = l**2 * (own * m + below)
+        A[np.diag_indices(n)] = l**2 * (inertia_share * m + below)
         return read_only(np.concatenate([A.ravel(), self.gravity * l * lever]))
 
     def __call__(self, q: Array, v: Array, *t: Any) -> float:
@@ -89,9 +89,9 @@ class PlanarChain:
         return out.ravel()
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
-        found = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape)
-        compiled_planar_chain_states()(q, v, self.numbers, *found)
-        return found
+        out = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape)
+        compiled_planar_chain_states()(q, v, self.numbers, *out)
+        return out
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""

@@ -35,8 +35,8 @@ THIN_BODY_EXCESS = 1e-12
 
 
 class Body:
-    """What bodies share: a potential, perhaps with its gradient, and a force, in functions that
-    are those of a `Lagrangian` where they are traced or called."""
+    """Fields and checks that rigid bodies share: a potential, perhaps with its gradient, and a
+    force; a `Lagrangian` traces or calls them."""
 
     group: ClassVar[SO3 | SE3]
     inertia: Any
@@ -52,9 +52,9 @@ class Body:
     _numbers: ClassVar[tuple[str, ...]]  # the fields before the potential
 
     def __reduce__(self) -> tuple[Any, ...]:
-        made: Any = type(self)
+        cls: Any = type(self)
         make = partial(
-            made,
+            cls,
             explicit_time=self.explicit_time,
             timed_force=self.timed_force,
             check=self.check,
@@ -180,9 +180,9 @@ class RigidBody(Body):
             return
         axis, potential = direction(3), self.potential
 
-        def through(far: float) -> Curve:
-            R = q @ rotated(far * direction(3, 1))
-            then = t + far * (abs(t) or 1.0) * self.explicit_time
+        def through(distance: float) -> Curve:
+            R = q @ rotated(distance * direction(3, 1))
+            then = t + distance * (abs(t) or 1.0) * self.explicit_time
 
             def energy(s: float) -> float:
                 turned = R @ rotated(s * axis)
@@ -275,13 +275,13 @@ class RigidBody(Body):
         """Derivatives of L for the kernels; the constants begin with J by rows."""
         numbers = self.inertia.ravel()
         if self.known_potential:
-            known = self.potential
-            weight = known.numbers if isinstance(known, UniformGravity) else np.zeros(6)
+            potential = self.potential
+            weight = potential.numbers if isinstance(potential, UniformGravity) else np.zeros(6)
             constants = np.concatenate([numbers, weight])
-            law = LagrangianKernel(
+            kernel = LagrangianKernel(
                 lagrangian_derivatives.LAW, lagrangian_derivatives.rigid_body, constants=constants
             )
-            return with_force(law, self, 3)
+            return with_force(kernel, self, 3)
         if self.gradient is None and self.lagrangian.builtin is not None:
             return self.lagrangian.lagrangian_kernel()
         slope = self.slope()
@@ -301,14 +301,14 @@ class RigidBody(Body):
     @property
     def potential_calls_per_force(self) -> int:
         """Potentials evaluated, for each component, to difference one gradient; else 0."""
-        known = self.gradient is not None or self.known_potential
-        return 0 if known or self.lagrangian.builtin is not None else CALLS
+        has_gradient = self.gradient is not None or self.known_potential
+        return 0 if has_gradient or self.lagrangian.builtin is not None else CALLS
 
 
 def inverse(inertia: Array) -> Array:
     """The inverse of an inertia, symmetric."""
-    found = np.linalg.inv(inertia)
-    return read_only(0.5 * (found + found.T))
+    matrix = np.linalg.inv(inertia)
+    return read_only(0.5 * (matrix + matrix.T))
 
 
 def possible_inertia(inertia: Any) -> Array:

@@ -46,10 +46,10 @@ class ForceKernel:
     @property
     def functions(self) -> Any:
         """Addresses (2,) of the compiled functions, or the Python functions for the interpreter."""
-        given = (self.force, self.slope)
+        functions = (self.force, self.slope)
         if not self.compiled:
-            return given
-        return addresses(*zip(given, force_kinds.SIGNATURES[self.kind], strict=True))
+            return functions
+        return addresses(*zip(functions, force_kinds.SIGNATURES[self.kind], strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,4 +177,5 @@ class WithLimits(Protocol):
     """A system with forces that end where they reach a limit."""
 
     def beyond_limits(self, q: Array, v: Array, step: float) -> str:
-        """Which one is beyond its limits at a state or, about, in a step from there; ""."""
+        """Which one is beyond its limits at a state or, approximately, in a step from there; "" for
+        none."""

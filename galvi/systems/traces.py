@@ -1,4 +1,4 @@
-"""What tracing a system's functions found, kept with the system.
+"""The traces of a system's functions, stored with the system.
 
 With GALVI_FAST=0 nothing is traced.
 """
@@ -18,7 +18,7 @@ class Untraceable(Exception):
 
 
 class Trace(Protocol):
-    """What was found by tracing one function or a few that belong together."""
+    """The expressions of one function, or of a few that belong together."""
 
     @property
     def holds(self) -> bool:
@@ -31,19 +31,19 @@ class Traces:
 
     Attributes
     ----------
-    found
-        name -> what was found
+    traced
+        name -> trace
     refused
-        name -> why nothing was
+        name -> why tracing failed
     """
 
-    found: Mapping[str, Any]
+    traced: Mapping[str, Any]
     refused: Mapping[str, str]
 
     @property
     def hold(self) -> bool:
         """Whether each trace still is that of its functions."""
-        return all(trace.holds for trace in self.found.values())
+        return all(trace.holds for trace in self.traced.values())
 
 
 NO_TRACES = Traces({}, {})
@@ -51,7 +51,7 @@ TRACES_ATTRIBUTE = "_traces"  # attribute of a system, so that both end together
 
 
 def traces(system: Any) -> Traces:
-    """The traces of a system; none where they were not sought."""
+    """The traces of a system; empty before the first call of `trace`."""
     return vars(system).get(TRACES_ATTRIBUTE, NO_TRACES)
 
 
@@ -66,30 +66,30 @@ def trace(system: Any, q: Array, v: Array, t: float, anew: bool = False) -> None
     Parameters
     ----------
     anew
-        do it again if what was found does not hold any more
+        trace again if a trace does not hold any more
     """
-    known = traces(system)
-    if not FAST or (known is not NO_TRACES and not (anew and not known.hold)):
+    existing = traces(system)
+    if not FAST or (existing is not NO_TRACES and not (anew and not existing.hold)):
         return
     from galvi.tracing.laws_of_systems import finders_of  # tracing stands on systems
 
-    found: dict[str, Trace] = {}
+    traced: dict[str, Trace] = {}
     refused: dict[str, str] = {}
     for name, find in finders_of(system, q, v, t).items():
         try:
-            found[name] = find()
+            traced[name] = find()
         except Untraceable as reason:
             refused[name] = str(reason)
-    vars(system)[TRACES_ATTRIBUTE] = Traces(found, refused)
+    vars(system)[TRACES_ATTRIBUTE] = Traces(traced, refused)
 
 
-def share(system: Any, other: Any) -> None:
-    """Let a system whose functions another one calls have the traces of that one."""
-    vars(system)[TRACES_ATTRIBUTE] = traces(other)
+def share(system: Any, source: Any) -> None:
+    """Give a system the traces of ``source``, which calls its functions."""
+    vars(system)[TRACES_ATTRIBUTE] = traces(source)
 
 
 def refuse(system: Any, name: str, reason: str) -> None:
     """Forget one of the traces of a system."""
-    known = traces(system)
-    found = {key: value for key, value in known.found.items() if key != name}
-    vars(system)[TRACES_ATTRIBUTE] = Traces(found, {**known.refused, name: reason})
+    existing = traces(system)
+    traced = {key: value for key, value in existing.traced.items() if key != name}
+    vars(system)[TRACES_ATTRIBUTE] = Traces(traced, {**existing.refused, name: reason})

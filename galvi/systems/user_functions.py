@@ -41,20 +41,20 @@ def returned_array(name: str, values: Any, shape: tuple[int, ...], expected: str
     -----
     Non-finite values pass.
     """
-    result = np.asarray(values)
-    if result.shape != shape:
-        raise ValueError(f"{name} must return {expected}; received shape {result.shape}.")
-    if result.dtype.kind not in "iuf":
+    array = np.asarray(values)
+    if array.shape != shape:
+        raise ValueError(f"{name} must return {expected}; received shape {array.shape}.")
+    if array.dtype.kind not in "iuf":
         raise ValueError(
             f"{name} must return {expected}, of real numbers; received numbers of type "
-            f"{result.dtype}."
+            f"{array.dtype}."
         )
-    return np.ascontiguousarray(result, dtype=np.float64)
+    return np.ascontiguousarray(array, dtype=np.float64)
 
 
 def check_given(system: Any, names: tuple[str, ...], of: str, needed: str = "") -> None:
-    """TypeError unless the functions of these names are functions or, but the one that is needed,
-    None, and ``check`` is True or False.
+    """TypeError unless the fields of these names are functions, or None but for the one ``needed``,
+    and ``check`` is True or False.
 
     Parameters
     ----------
@@ -69,15 +69,15 @@ def check_given(system: Any, names: tuple[str, ...], of: str, needed: str = "") 
 
 
 def arguments(system: Any, *state: Any) -> tuple[Any, ...]:
-    """What a system's functions take at a state (..., t): copies of its arrays, and t where
+    """The arguments of a system's functions at a state (..., t): copies of its arrays, and t where
     ``explicit_time`` is set."""
     copies = tuple(np.array(x, dtype=np.float64) for x in state[:-1])
     return (*copies, float(state[-1])) if system.explicit_time else copies
 
 
 def check_arguments(system: Any, names: tuple[str, ...], of: str, timed: str) -> None:
-    """TypeError for a function that cannot be called with what it is given: the arguments, and the
-    time where the flag is set.
+    """TypeError for a function that cannot be called with its arguments, and the time where the
+    flag is set.
 
     Parameters
     ----------
@@ -95,18 +95,18 @@ def check_arguments(system: Any, names: tuple[str, ...], of: str, timed: str) ->
             continue
         if _binds(signature, count + is_timed):
             continue
-        words = f"{name} must be a function of ({of}{', t' * is_timed})"
+        expectation = f"{name} must be a function of ({of}{', t' * is_timed})"
         if not is_timed and _binds(signature, count + 1):
             raise TypeError(
-                f"{words}; received one of {count + 1} arguments, {signature}. If it is one of "
-                f"({of}, t), give {timed}=True."
+                f"{expectation}; received one of {count + 1} arguments, {signature}. If it is one "
+                f"of ({of}, t), give {timed}=True."
             )
         if is_timed and _binds(signature, count):
             raise TypeError(
-                f"{words}, with {timed}=True; received one of {count}, {signature}. Leave {timed} "
-                f"out."
+                f"{expectation}, with {timed}=True; received one of {count}, {signature}. Leave "
+                f"{timed} out."
             )
-        raise TypeError(f"{words}; received {shown(function)} of {signature}.")
+        raise TypeError(f"{expectation}; received {shown(function)} of {signature}.")
 
 
 def _binds(signature: inspect.Signature, count: int) -> bool:

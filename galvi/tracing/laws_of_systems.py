@@ -54,7 +54,7 @@ def law_of(system: Any) -> LawCode | None:
 
 @law_of.register
 def _(system: Lagrangian) -> LawCode | None:
-    found, L = traces(system).found.get("L"), system.builtin
+    found, L = traces(system).traced.get("L"), system.builtin
     law: LawCode | None = None
     if found is not None:
         law = found.law, np.array(found.constants)
@@ -104,7 +104,7 @@ def _(system: NBodyOnRn) -> LawCode | None:
 
 def slopes_of(system: Canonical) -> LawCode | None:
     """dV/dq of a canonical system, see galvi.tracing.lane_law; None where it has none."""
-    found, potential = traces(system).found.get("dV/dq"), system.builtin
+    found, potential = traces(system).traced.get("dV/dq"), system.builtin
     if found is not None:
         return found.lines, np.array(found.constants)
     if potential is None or system.gradient is not None:
@@ -123,7 +123,7 @@ def force_of(system: Forced | NBody) -> LawCode | None:
     if isinstance(force, BuiltinForce):
         lines = lines_of(force)
         return (lines, force.compiled()[1]) if lines else None
-    found = traces(system).found.get("force")
+    found = traces(system).traced.get("force")
     return None if found is None else (found.lines, np.array(found.constants))
 
 

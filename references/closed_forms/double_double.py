@@ -11,9 +11,8 @@ from galvi.arrays import Array
 
 # Sines, cosines and angles of decimals, and the context that closed forms are computed in.
 #
-# With 80 digits, what inputs of 16 digits lose where periods grow without bound, and what reducing
-# an angle after 1e12 turns loses, leaves far more than a result rounded to 16 digits needs. Call
-# inside ``localcontext(DIGITS)``.
+# 80 digits leave far more than 16 correct ones, even near a separatrix, where periods grow without
+# bound, and after reducing an angle of 1e12 turns. Call inside ``localcontext(DIGITS)``.
 
 DIGITS = Context(prec=80)
 SMALLEST = Decimal(10) ** -84  # terms below it are left out of a series
@@ -43,18 +42,18 @@ def sine_cosine(x: Decimal) -> tuple[Decimal, Decimal]:
 def angle(y: Decimal, x: Decimal) -> Decimal:
     """The polar angle of the point (x, y), in (-pi, pi]; 0 at the origin.
 
-    The float64 angle, corrected by the arc tangent of what is left, which is below 1e-15.
+    The float64 angle, corrected by the arc tangent of the remaining one, which is below 1e-15.
     """
     size = max(abs(x), abs(y))
     if not size:
         return Decimal(0)
-    near = Decimal(math.atan2(float(y / size), float(x / size)))
-    sine, cosine = sine_cosine(near)
+    estimate = Decimal(math.atan2(float(y / size), float(x / size)))
+    sine, cosine = sine_cosine(estimate)
     left = (y * cosine - x * sine) / (x * cosine + y * sine)
     series, square = Decimal(0), left * left
     for k in range(4, -1, -1):
         series = Decimal(1) / (2 * k + 1) - square * series
-    return near + left * series
+    return estimate + left * series
 
 
 # Numbers of twice the double precision, as unevaluated sums hi + lo of two float64 arrays.
@@ -89,11 +88,11 @@ class DoubleDouble:
         return DoubleDouble(-self.hi, -self.lo)
 
     def __add__(self, other: DoubleDouble | Array | float) -> DoubleDouble:
-        other = _lifted(other)
-        hi, error = _sum(self.hi, other.hi)
-        lo, rest = _sum(self.lo, other.lo)
+        right = _lifted(other)
+        hi, error = _sum(self.hi, right.hi)
+        lo, lo_error = _sum(self.lo, right.lo)
         hi, error = _ordered_sum(hi, error + lo)
-        return DoubleDouble(*_ordered_sum(hi, error + rest))
+        return DoubleDouble(*_ordered_sum(hi, error + lo_error))
 
     def __sub__(self, other: DoubleDouble | Array | float) -> DoubleDouble:
         return self + (-_lifted(other))
@@ -102,17 +101,17 @@ class DoubleDouble:
         return (-self) + other
 
     def __mul__(self, other: DoubleDouble | Array | float) -> DoubleDouble:
-        other = _lifted(other)
-        hi, error = _product(self.hi, other.hi)
-        return DoubleDouble(*_ordered_sum(hi, error + (self.hi * other.lo + self.lo * other.hi)))
+        right = _lifted(other)
+        hi, error = _product(self.hi, right.hi)
+        return DoubleDouble(*_ordered_sum(hi, error + (self.hi * right.lo + self.lo * right.hi)))
 
     def __truediv__(self, other: DoubleDouble | Array | float) -> DoubleDouble:
-        other = _lifted(other)
-        first = self.hi / other.hi
-        rest = self - other * first
-        second = rest.hi / other.hi
-        rest = rest - other * second
-        return DoubleDouble(*_ordered_sum(first, second)) + rest.hi / other.hi
+        right = _lifted(other)
+        first = self.hi / right.hi
+        remainder = self - right * first
+        second = remainder.hi / right.hi
+        remainder = remainder - right * second
+        return DoubleDouble(*_ordered_sum(first, second)) + remainder.hi / right.hi
 
     __radd__ = __add__
     __rmul__ = __mul__

@@ -22,9 +22,8 @@ from references.setting import described
 # With x = E - E0 the eccentric anomaly since the start, versine 1 - cos x and excess x - sin x,
 #   n t = (r0/a) sin x + (x - sin x) + sigma (1 - cos x),  n^2 a^3 = gm, sigma = r0.v0 / sqrt(gm a)
 #   r(t) = f r0 + g v0                                  (Battin, Astrodynamics (1999), section 4.3)
-# No difference of nearly equal numbers is left at a start from pericentre, whatever the
-# eccentricity; elsewhere double-double arithmetic pays for the one that is, so r and v come out
-# rounded once.
+# From a pericentre these formulas subtract no nearly equal numbers, at any eccentricity; from other
+# starts double-double arithmetic absorbs the cancellation, so that r and v are rounded once.
 
 DIGITS = Context(prec=120)
 TWO_PI = Decimal("6.28318530717958647692528676655900576839433879875021164194988918461563281257")
@@ -83,29 +82,29 @@ def flow(orbit: Orbit, r0: DoubleDouble, v0: DoubleDouble, t: Array) -> tuple[An
     NaN where Kepler's equation was not solved, which no finite t is known to cause.
     """
     with localcontext(DIGITS):
-        near, sigma, n, turn, per_turn, radius = map(
+        scaled_r0, sigma, n, turn, per_turn, radius = map(
             DoubleDouble.nearest,
             (orbit.r0, orbit.sigma, orbit.mean_motion, TWO_PI, 1 / TWO_PI, 1 / orbit.r0),
         )
     mean = n * t
     mean = mean - turn * np.rint((mean * per_turn).hi)
-    x = _double_root(near.hi, sigma.hi, mean.hi)
+    x = _double_root(scaled_r0.hi, sigma.hi, mean.hi)
     anomaly, settled = DoubleDouble(x, np.zeros_like(x)), False
     for _ in range(CORRECTIONS):
         sine, versine, excess = circle(anomaly)
-        terms = near * sine, sigma * versine
+        terms = scaled_r0 * sine, sigma * versine
         gap = terms[0] + excess + terms[1] - mean
-        r = near + (1.0 - near) * versine + sigma * sine
+        r = scaled_r0 + (1.0 - scaled_r0) * versine + sigma * sine
         anomaly = anomaly - gap.hi / r.hi
         size = np.abs(terms[0].hi) + np.abs(terms[1].hi) + np.abs(excess.hi) + np.abs(mean.hi)
         settled = np.abs(gap.hi) <= SETTLED * size
         if np.all(settled):
             break
     sine, versine, excess = circle(anomaly)
-    r = near + (1.0 - near) * versine + sigma * sine
+    r = scaled_r0 + (1.0 - scaled_r0) * versine + sigma * sine
     f = 1.0 - versine * radius
-    g = (near * sine + sigma * versine) / n
-    f_dot = -(n * sine) / (r * near)
+    g = (scaled_r0 * sine + sigma * versine) / n
+    f_dot = -(n * sine) / (r * scaled_r0)
     g_dot = 1.0 - versine / r
     lost = np.where(settled, 0.0, np.nan)[:, None]
     f, g, f_dot, g_dot = (x[:, None] for x in (f, g, f_dot, g_dot))
@@ -133,15 +132,15 @@ def circle(x: Any) -> tuple[Any, Any, Any]:
     return sine, versine, excess
 
 
-def _double_root(near: float, sigma: float, mean: Array) -> Array:
+def _double_root(scaled_r0: float, sigma: float, mean: Array) -> Array:
     """Kepler's equation in double precision by Newton's method inside a shrinking bracket."""
     low, high, x = mean - 2.0, mean + 2.0, mean
     for _ in range(BISECTIONS):
         sine, versine, excess = circle(x)
-        gap = near * sine + excess + sigma * versine - mean
+        gap = scaled_r0 * sine + excess + sigma * versine - mean
         low, high = np.where(gap < 0.0, x, low), np.where(gap < 0.0, high, x)
         with np.errstate(divide="ignore", invalid="ignore"):
-            newton = x - gap / (near + (1.0 - near) * versine + sigma * sine)
+            newton = x - gap / (scaled_r0 + (1.0 - scaled_r0) * versine + sigma * sine)
         x = np.where((newton > low) & (newton < high), newton, 0.5 * (low + high))
     return x
 
@@ -161,15 +160,15 @@ class Kepler:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """By the system, and by the start: the orbit must be an ellipse."""
+        """Whether the system is one of these and the orbit an ellipse."""
         return _orbit(problem) is not None
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """States at evenly spaced times; see `Contender`."""
         times = times_of_run(self, problem, duration, setting)
-        known = _orbit(problem)
-        assert known is not None
-        q, v = _motion(problem, known, times - problem.t0)
+        ellipse = _orbit(problem)
+        assert ellipse is not None
+        q, v = _motion(problem, ellipse, times - problem.t0)
         return as_trajectory(
             problem, described(self.name, setting), times, q, v, counts={"steps": 0}
         )
@@ -186,28 +185,28 @@ def _orbit(problem: Problem) -> Orbit | None:
             return orbit(gm, [Decimal(x) for x in q0.tolist()], [Decimal(x) for x in v0.tolist()])
         if isinstance(system, NBody) and system.masses.size == 2 and not system.forces:
             gm = Decimal(system.G) * sum(map(Decimal, system.masses.tolist()))
-            apart = [
+            relative_state = [
                 [Decimal(b) - Decimal(a) for a, b in zip(*x.tolist(), strict=True)]
                 for x in (q0, v0)
             ]
-            return orbit(gm, *apart)
+            return orbit(gm, *relative_state)
     return None
 
 
-def _motion(problem: Problem, known: Orbit, t: Array) -> tuple[Array, Array]:
+def _motion(problem: Problem, ellipse: Orbit, t: Array) -> tuple[Array, Array]:
     """q and v at times t (k,) since the start."""
     q0, v0 = (DoubleDouble(x, np.zeros_like(x)) for x in (problem.q0, problem.v0))
     if not isinstance(problem.system, NBody):
-        q, v = flow(known, q0, v0, t)
+        q, v = flow(ellipse, q0, v0, t)
         return q.hi, v.hi
     masses = problem.system.masses
     share = DoubleDouble(masses) / (DoubleDouble(masses[0]) + masses[1])
     moving_q, moving_v = (share[0] * x[0] + share[1] * x[1] for x in (q0, v0))
-    q, v = flow(known, q0[1] - q0[0], v0[1] - v0[0], t)
+    q, v = flow(ellipse, q0[1] - q0[0], v0[1] - v0[0], t)
     centre = moving_q + moving_v * t[:, None]
-    places = (centre - share[1] * q, centre + share[0] * q)
+    positions = (centre - share[1] * q, centre + share[0] * q)
     speeds = (moving_v - share[1] * v, moving_v + share[0] * v)
-    return np.stack([x.hi for x in places], axis=1), np.stack([x.hi for x in speeds], axis=1)
+    return np.stack([x.hi for x in positions], axis=1), np.stack([x.hi for x in speeds], axis=1)
 
 
 KEPLER = Kepler()

@@ -28,7 +28,7 @@ def kepler_action(gm: float, start: Sequence[float], end: Sequence[float], h: fl
     """
     with localcontext(DIGITS):
         mu, time = Decimal(gm), Decimal(h)
-        first, last = ([Decimal(float(x)) for x in place] for place in (start, end))
+        first, last = ([Decimal(float(x)) for x in vector] for vector in (start, end))
         chord = _length([b - a for a, b in zip(first, last, strict=True)])
         s = (_length(first) + _length(last) + chord) / 2
         ratio = ((s - chord) / s).sqrt()
@@ -52,16 +52,20 @@ def _start(ratio: float, time: float) -> Decimal | None:
     for _ in range(BISECTIONS):
         x = 0.5 * (low + high)
         alpha, beta = 2.0 * math.acos(x), 2.0 * math.asin(ratio * math.sqrt(1.0 - x * x))
-        took = (alpha - math.sin(alpha) - beta + math.sin(beta)) / (1.0 - x * x) ** 1.5
-        low, high = (x, high) if took > time else (low, x)
+        flight_time = (alpha - math.sin(alpha) - beta + math.sin(beta)) / (1.0 - x * x) ** 1.5
+        low, high = (x, high) if flight_time > time else (low, x)
     return None if min(1.0 - high, 1.0 + low) < 1e-9 else Decimal(x)
 
 
 def _angles(x: Decimal, ratio: Decimal) -> tuple[Decimal, Decimal, Decimal]:
     """alpha, beta and 2 a / s for x = cos(alpha/2)."""
     sine = (1 - x * x).sqrt()
-    other = ratio * sine
-    return 2 * angle(sine, x), 2 * angle(other, (1 - other * other).sqrt()), 1 / (1 - x * x)
+    half_beta_sine = ratio * sine
+    return (
+        2 * angle(sine, x),
+        2 * angle(half_beta_sine, (1 - half_beta_sine * half_beta_sine).sqrt()),
+        1 / (1 - x * x),
+    )
 
 
 def _excess(x: Decimal) -> Decimal:
@@ -74,5 +78,5 @@ def _slope(x: Decimal, ratio: Decimal, time: Decimal) -> Decimal:
     return (3 * time * x - 4 + 4 * ratio**3 * x / y) / (1 - x * x)
 
 
-def _length(place: list[Decimal]) -> Decimal:
-    return sum((x * x for x in place), Decimal(0)).sqrt()
+def _length(vector: list[Decimal]) -> Decimal:
+    return sum((x * x for x in vector), Decimal(0)).sqrt()

@@ -28,7 +28,7 @@ DESCENTS = 40
 
 @dataclass(frozen=True)
 class Modulus:
-    """k^2 and k'^2 = 1 - k^2, both given, since neither can be had from the other near 0.
+    """k^2 and k'^2 = 1 - k^2, both stored: near 0 neither can be computed from the other.
 
     k'^2 = 0 is the separatrix, where the functions are hyperbolic and no longer periodic.
     """
@@ -58,13 +58,13 @@ class Modulus:
     def _descent(self) -> list[Decimal]:
         """The moduli k1 = (1 - k') / (1 + k'), iterated until negligible."""
         square, across = self.square, self.complement.sqrt()
-        found: list[Decimal] = []
+        moduli: list[Decimal] = []
         for _ in range(DESCENTS):
             if square < SMALLEST**2:
                 break
-            found.append(square / (1 + across) ** 2)
-            square, across = found[-1] ** 2, 2 * across.sqrt() / (1 + across)
-        return found
+            moduli.append(square / (1 + across) ** 2)
+            square, across = moduli[-1] ** 2, 2 * across.sqrt() / (1 + across)
+        return moduli
 
     @cached_property
     def _growth(self) -> Decimal:
@@ -85,9 +85,9 @@ class Modulus:
     def functions(self, u: Decimal) -> tuple[Decimal, Decimal, Decimal]:
         """sn u, cn u and dn u by Gauss's descending transformation (DLMF 22.7(i))."""
         if not self.complement:
-            grown = u.exp()
-            cosh = (grown + 1 / grown) / 2
-            return (grown - 1 / grown) / (2 * cosh), 1 / cosh, 1 / cosh
+            exponential = u.exp()
+            cosh = (exponential + 1 / exponential) / 2
+            return (exponential - 1 / exponential) / (2 * cosh), 1 / cosh, 1 / cosh
         sn, cn = sine_cosine(u / self._growth)
         dn = Decimal(1)
         for k1 in reversed(self._descent):

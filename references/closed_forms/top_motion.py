@@ -35,7 +35,7 @@ def principal_axes(inertia: Any) -> tuple[Any, Any]:
 
     Notes
     -----
-    Those of a diagonal matrix are its own, exactly.
+    The moments of a diagonal matrix are its diagonal, exactly.
     """
     J, axes = inertia.copy(), decimals(np.eye(3))
     size = max(abs(J.ravel()))
@@ -169,15 +169,15 @@ def motion(inertia: Array, q0: Array, v0: Array) -> Callable[[float], State]:
     moments, axes = moments[order], axes[:, order]
     axes = axes * np.where(axes.T @ m >= 0, Decimal(1), Decimal(-1))
     axes[:, 1] = np.cross(axes[:, 2], axes[:, 0])
-    known = top(*moments, *(axes.T @ m))
-    start = R0 @ axes @ known.frame(known.start)
+    euler_top = top(*moments, *(axes.T @ m))
+    start = R0 @ axes @ euler_top.frame(euler_top.start)
 
     def state(t: float) -> State:
         if not t:
             return R0, m
-        u = known.start + known.rate * Decimal(t)
-        turned = start @ _about_third(known.precession(Decimal(t), u))
-        return turned @ known.frame(u).T @ axes.T, axes @ known.momentum(u)
+        u = euler_top.start + euler_top.rate * Decimal(t)
+        turned = start @ _about_third(euler_top.precession(Decimal(t), u))
+        return turned @ euler_top.frame(u).T @ axes.T, axes @ euler_top.momentum(u)
 
     return state
 
@@ -223,8 +223,8 @@ class Top:
     def precession(self, t: Decimal, u: Decimal) -> Decimal:
         """psi at the time t since the start."""
         Ia, Ib = self.moments
-        grown = self._integral(u) - self._integral(self.start) if self.nu else Decimal(0)
-        wobble = (1 / Ib - 1 / Ia) * (1 + self.nu**2) * grown / self.rate
+        increment = self._integral(u) - self._integral(self.start) if self.nu else Decimal(0)
+        wobble = (1 / Ib - 1 / Ia) * (1 + self.nu**2) * increment / self.rate
         return self.size * (t / Ia + wobble)
 
     def _integral(self, u: Decimal) -> Decimal:
@@ -250,14 +250,14 @@ class Top:
         part = k2 / (k2 + nu2)
         eta = (1 - part).sqrt() * first_integral(part, part * (1 + nu2), Decimal(1))
         growth = (PI * eta / self.modulus.quarter).exp()
-        found: list[tuple[Decimal, Decimal]] = []
+        coefficients: list[tuple[Decimal, Decimal]] = []
         for n in range(1, TERMS):
             large, small = q ** (n * n) * growth**n, q ** (n * n) / growth**n
             if large < SMALLEST:
                 break
             sign = 1 if n % 2 == 0 else -1
-            found.append((sign * (large + small), sign * (large - small)))
-        return found
+            coefficients.append((sign * (large + small), sign * (large - small)))
+        return coefficients
 
     @cached_property
     def _drift(self) -> Decimal:
@@ -268,28 +268,29 @@ class Top:
 
 
 def top(Ia: Decimal, Ib: Decimal, Ic: Decimal, ma: Decimal, mb: Decimal, mc: Decimal) -> Top:
-    """From the moments and the momentum at the start; no difference of nearly equal energies."""
+    """The motion with these moments and this momentum at the start, without differences of nearly
+    equal energies."""
     below = mb * mb * (Ib - Ia) / Ib + mc * mc * (Ic - Ia) / Ic  # |m|^2 - 2 H I_a
     above = ma * ma * (Ic - Ia) / Ia + mb * mb * (Ic - Ib) / Ib  # 2 H I_c - |m|^2
     middle = (ma * ma * (Ia - Ib) * Ic + mc * mc * (Ic - Ib) * Ia) / (Ia * Ic)  # |m|^2 - 2 H I_b
-    whole = (Ic - Ib) * below
+    factor = (Ic - Ib) * below
     a, c = (Ia * above / (Ic - Ia)).sqrt(), (Ic * below / (Ic - Ia)).sqrt()
     b = (Ib * above / (Ic - Ib)).sqrt() * (1 if Ic > Ib else -1)
     return Top(
         moments=(Ia, Ib),
         size=(ma * ma + mb * mb + mc * mc).sqrt(),
         amplitudes=(a, b, c),
-        modulus=Modulus((Ib - Ia) * above / whole, (Ic - Ia) * middle / whole),
+        modulus=Modulus((Ib - Ia) * above / factor, (Ic - Ia) * middle / factor),
         nu=(Ic * (Ib - Ia) / (Ia * (Ic - Ib))).sqrt(),
-        rate=(whole / (Ia * Ib * Ic)).sqrt(),
+        rate=(factor / (Ia * Ib * Ic)).sqrt(),
         start=mb / b * first_integral((ma / a) ** 2, (mc / c) ** 2, Decimal(1)),
     )
 
 
 def _about_third(angle: Decimal) -> Any:
     sine, cosine = sine_cosine(angle)
-    zero, one = Decimal(0), Decimal(1)
-    return np.array([[cosine, -sine, zero], [sine, cosine, zero], [zero, zero, one]])
+    zero, unit = Decimal(0), Decimal(1)
+    return np.array([[cosine, -sine, zero], [sine, cosine, zero], [zero, zero, unit]])
 
 
 def _turned_about(v: Any, t: Decimal) -> Any:
@@ -308,8 +309,8 @@ def _turned_about(v: Any, t: Decimal) -> Any:
 class ThrownBody:
     """A FreeBody: any inertia, any start.
 
-    Setting: samples. The start is taken as exact, t - t0 likewise, and the entries of q and p come
-    out rounded once, as of `references.closed_forms.top_motion.FreeTop`.
+    Setting: samples. The start is taken as exact, t - t0 likewise, and the entries of q and p are
+    rounded once, as those of `FreeTop`.
     """
 
     fixed_step: ClassVar[bool] = False
@@ -332,11 +333,11 @@ class ThrownBody:
         p = np.empty((len(times), 6))
         with localcontext(DIGITS):
             turning = motion(body.inertia, start[:3, :3], v[:3])
-            place, g = decimals(start[:3, 3]), decimals(body.g)
+            position, g = decimals(start[:3, 3]), decimals(body.g)
             speed = decimals(start[:3, :3]) @ decimals(v[3:])
             for k, t in enumerate(Decimal(t) for t in (times - problem.t0).tolist()):
                 R, spin = turning(float(t))
-                q[k, :3, :3], q[k, :3, 3] = R, place + t * speed + t * t / 2 * g
+                q[k, :3, :3], q[k, :3, 3] = R, position + t * speed + t * t / 2 * g
                 p[k, :3], p[k, 3:] = spin, Decimal(body.mass) * ((speed + t * g) @ R)
         p[0] = problem.p0  # rounded as galvi rounds it
         return as_trajectory(

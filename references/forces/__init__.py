@@ -1,1 +1,1 @@
-"""Forces by the textbook's formulas, apart from galvi's own kernels."""
+"""Forces by textbook formulas, independent of galvi's kernels."""

@@ -1,4 +1,4 @@
-"""Celestial forces by formulas of their own: in polar form, by differences of energies, in vectors.
+"""Celestial forces by textbook formulas, independent of galvi's kernels.
 
 q and v have shape (bodies, 2 or 3), of numbers or of another engine's expressions.
 """
@@ -23,7 +23,7 @@ def accelerations(system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
 
 
 def length(x: Array) -> Any:
-    """Of vectors (..., D)."""
+    """Lengths (...) of vectors (..., D)."""
     return np.sum(x * x, axis=-1) ** 0.5
 
 
@@ -33,13 +33,14 @@ def _of(force: Any, system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
 
 
 def _pairs(system: galvi.NBody, source: int, q: Array, pull: Any) -> Array:
-    """Forces m pull(x) on all others, x their places from a source, which is pushed back."""
-    found = np.zeros_like(q)
+    """Accelerations pull(x) of all bodies but the source, x their positions relative to it, and the
+    recoil of the source."""
+    acceleration = np.zeros_like(q)
     for k, mass in enumerate(system.masses):
         if k != source:
-            found[k] = pull(q[k] - q[source])
-            found[source] -= mass / system.masses[source] * found[k]
-    return found
+            acceleration[k] = pull(q[k] - q[source])
+            acceleration[source] -= mass / system.masses[source] * acceleration[k]
+    return acceleration
 
 
 @_of.register
@@ -77,15 +78,15 @@ def _(force: galvi.Relativity, system: galvi.NBody, q: Array, v: Array, t: float
     M = mu[source]
     if force.form == "potential":
         return _pairs(system, source, q, lambda x: -6 * M**2 / c**2 * x / (x @ x) ** 2)
-    found = np.zeros_like(q)
+    acceleration = np.zeros_like(q)
     for k in range(len(q)):
         if k != source:
             x, w = q[k] - q[source], v[k] - v[source]
             r = length(x)
             up, rate = x / r, w @ x / r
-            found[k] = M / (c * r) ** 2 * ((4 * M / r - w @ w) * up + 4 * rate * w)
-            found[source] -= mu[k] / M * found[k]
-    return found
+            acceleration[k] = M / (c * r) ** 2 * ((4 * M / r - w @ w) * up + 4 * rate * w)
+            acceleration[source] -= mu[k] / M * acceleration[k]
+    return acceleration
 
 
 def _einstein_infeld_hoffmann(mu: Array, c: float, q: Array, v: Array) -> Array:
@@ -93,10 +94,10 @@ def _einstein_infeld_hoffmann(mu: Array, c: float, q: Array, v: Array) -> Array:
     in Gravitational Physics (1993), 6.80), accelerations in them replaced by Newton's."""
     n = len(mu)
     gaps = q[:, None] - q  # from the second to the first
-    r, apart = np.eye(n).astype(gaps.dtype), ~np.eye(n, dtype=bool)
-    r[apart] = length(gaps[apart])
+    r, off_diagonal = np.eye(n).astype(gaps.dtype), ~np.eye(n, dtype=bool)
+    r[off_diagonal] = length(gaps[off_diagonal])
     pull = -np.sum(mu[:, None] * gaps / r[:, :, None] ** 3, axis=1)
-    found = np.zeros_like(q)
+    acceleration = np.zeros_like(q)
     for a in range(n):
         for b in (k for k in range(n) if k != a):
             x, w = gaps[a, b], v[a] - v[b]
@@ -105,10 +106,10 @@ def _einstein_infeld_hoffmann(mu: Array, c: float, q: Array, v: Array) -> Array:
             bracket += sum(mu[d] / r[b, d] for d in range(n) if d != b)
             bracket += -v[a] @ v[a] + 4 * v[a] @ v[b] - 2 * v[b] @ v[b] + 1.5 * (v[b] @ up) ** 2
             bracket += 0.5 * (x @ pull[b])
-            found[a] += mu[b] * x / r[a, b] ** 3 * bracket
-            found[a] += mu[b] / r[a, b] ** 3 * (x @ (4 * v[a] - 3 * v[b])) * w
-            found[a] += 3.5 * mu[b] * pull[b] / r[a, b]
-    return found / c**2
+            acceleration[a] += mu[b] * x / r[a, b] ** 3 * bracket
+            acceleration[a] += mu[b] / r[a, b] ** 3 * (x @ (4 * v[a] - 3 * v[b])) * w
+            acceleration[a] += 3.5 * mu[b] * pull[b] / r[a, b]
+    return acceleration / c**2
 
 
 @_of.register
@@ -124,16 +125,16 @@ def _(force: galvi.Radiation, system: galvi.NBody, q: Array, v: Array, t: float)
 
 @_of.register
 def _(force: galvi.Drag, system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
-    found, some = np.zeros_like(v), np.flatnonzero(force.coefficients)
-    size = force.coefficients[some] * length(v[some]) ** (force.power - 1.0)
-    found[some] = -size[:, None] * v[some]
-    return found
+    acceleration, dragged = np.zeros_like(v), np.flatnonzero(force.coefficients)
+    size = force.coefficients[dragged] * length(v[dragged]) ** (force.power - 1.0)
+    acceleration[dragged] = -size[:, None] * v[dragged]
+    return acceleration
 
 
 @_of.register
 def _(force: galvi.Tides, system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
     """The bulge as a force between two points, radial and across (Hut 1981, eq. 8)."""
-    found, body = np.zeros_like(q), force.body
+    acceleration, body = np.zeros_like(q), force.body
     for k, mass in enumerate(system.masses):
         if k == body or (force.raised_by is not None and k != force.raised_by):
             continue
@@ -143,9 +144,9 @@ def _(force: galvi.Tides, system: galvi.NBody, q: Array, v: Array, t: float) -> 
         size = 3 * system.G * mass**2 / r**2 * (force.radius / r) ** 5 * force.k2
         turning = np.cross(np.array(force.spin), x) - (w - (w @ up) * up)
         onto = -size * (1 + 3 * (w @ up) / r * force.lag) * up + size * force.lag * turning / r
-        found[k] += onto / mass
-        found[body] -= onto / system.masses[body]
-    return found
+        acceleration[k] += onto / mass
+        acceleration[body] -= onto / system.masses[body]
+    return acceleration
 
 
 @_of.register

@@ -1,4 +1,4 @@
-"""Forces of systems, by formulas of their own or by a gradient that is given or differenced."""
+"""Forces of systems: by formulas, by a user's gradient, or by differences."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def derivative(function: Callable[[float], float], scale: float) -> float:
 
     Notes
     -----
-    The entry of the extrapolation table that differs least from its neighbours is taken.
+    Returns the entry of the extrapolation table that differs least from its neighbours.
     """
     best, error, above = np.nan, np.inf, []
     for row in range(ROWS):
@@ -58,15 +58,16 @@ DISTANCES = (0.01, 0.01, 0.1, 0.1, 1.0, 1.0, 3.0, 3.0)
 
 
 def agrees(
-    given: Callable[[Array], Any], known: Callable[[Array], Array], points: Iterable[Array]
+    function: Callable[[Array], Any], reference: Callable[[Array], Array], points: Iterable[Array]
 ) -> bool:
-    """Whether both return the same array, to rounding, at all points; no when one raises."""
+    """Whether both return the same array, to rounding, at all points; False where the function
+    raises."""
     for point in points:
         try:
-            values = np.asarray(given(point.copy()), dtype=np.float64)
+            values = np.asarray(function(point.copy()), dtype=np.float64)
         except Exception:  # a user's function may raise anything
             return False
-        exact = known(point)
+        exact = reference(point)
         if values.shape != exact.shape:
             return False
         if not np.max(np.abs(values - exact)) <= ROUNDING * np.max(np.abs(exact)):
@@ -77,7 +78,7 @@ def agrees(
 def points_around(q0: Array) -> list[Array]:
     """q0 and points near and far from it, the same in every call."""
     size, draw = float(np.max(np.abs(q0))) or 1.0, np.random.default_rng(0)
-    return [q0, *(q0 + size * far * draw.standard_normal(q0.shape) for far in DISTANCES)]
+    return [q0, *(q0 + size * distance * draw.standard_normal(q0.shape) for distance in DISTANCES)]
 
 
 Function = Callable[..., Any]
@@ -126,12 +127,12 @@ class Force:
         """df/dq of a formula at rest, (d, d), exact to rounding by complex steps."""
         assert self.formula is not None
         function = _compiled(self.formula, COMPLEX_SIGNATURE)
-        here, rest, time = q.ravel().astype(np.complex128), np.zeros(q.size), float(t)
+        shifted, zero_velocity, time = q.ravel().astype(np.complex128), np.zeros(q.size), float(t)
         columns = np.zeros((q.size, q.size), dtype=np.complex128)
         for i, column in enumerate(columns):
-            here[i] += 1j * COMPLEX_STEP
-            function(here, rest, time, self.numbers, column)
-            here[i] = here[i].real
+            shifted[i] += 1j * COMPLEX_STEP
+            function(shifted, zero_velocity, time, self.numbers, column)
+            shifted[i] = shifted[i].real
         return columns.imag.T / COMPLEX_STEP
 
 
@@ -142,10 +143,10 @@ def by_formula(formula: Function, *numbers: Any) -> Force:
 
 
 def by_function(function: Function, arguments: str, sign: float) -> Force:
-    """sign times a user's function of q and those of v and t that `arguments` names.
+    """sign times a user's function of ``arguments``, such as "qvt".
 
-    It is compiled when the function is jitted and returns an array (d,), else called from Python,
-    where its exceptions stay as they are and a wrong shape raises ValueError.
+    Compiled if the function is jitted and returns an array (d,). Otherwise it is called from
+    Python: its exceptions pass through, and a wrong shape raises ValueError.
     """
     jitted = is_jitted(function)
     adapted = _adapted(function, arguments, sign) if jitted else None
@@ -183,7 +184,8 @@ def _compiled(formula: Function, signature: Any) -> Function:
 
 @lru_cache(maxsize=64)
 def _adapted(function: Function, arguments: str, sign: float) -> Function | None:
-    """The jitted function as a force, compiled; None when it cannot be. NaN for a wrong length."""
+    """The jitted function as a compiled force, NaN for a wrong length; None if it does not
+    compile."""
     call: Function = {
         "q": lambda q, v, t: function(q),
         "qt": lambda q, v, t: function(q, t),
@@ -206,18 +208,18 @@ def _adapted(function: Function, arguments: str, sign: float) -> Function | None
 
 def _called(function: Function, arguments: str, sign: float) -> Function:
     def add(q: Array, v: Array, t: float, numbers: Array, out: Array) -> None:
-        given = {"q": q.copy(), "v": v.copy(), "t": t}
-        out += sign * checked(function(*(given[x] for x in arguments)), out.shape)
+        by_name = {"q": q.copy(), "v": v.copy(), "t": t}
+        out += sign * checked(function(*(by_name[x] for x in arguments)), out.shape)
 
     return add
 
 
 def checked(values: Any, shape: tuple[int, ...]) -> Array:
-    """What a user's function returned; ValueError for another shape."""
-    result = np.asarray(values, dtype=np.float64)
-    if result.shape != shape:
+    """The values as a float64 array; ValueError for another shape."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != shape:
         raise ValueError(
             f"a force or gradient must return an array of shape {shape}; received shape "
-            f"{result.shape}."
+            f"{array.shape}."
         )
-    return result
+    return array

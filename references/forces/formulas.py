@@ -1,8 +1,8 @@
 """The force -dV/dq of each potential of galvi, and the drag of a rotor's wind, written out.
 
 Every formula is f(q, v, t, numbers, out) and adds its force to out; arrays have shape (d,). They
-use nothing of galvi's kernels. Products stand for powers, whose complex form in numba rounds the
-imaginary part of a complex step away.
+are independent of galvi's kernels. Powers are written as products, since numba's complex power
+rounds the imaginary part of a complex step away.
 
 numbers of each formula
     spring        k                     f = -k q

@@ -1,4 +1,4 @@
-"""Functions of a problem on a vector space, of its q, v and t, written out on symbols."""
+"""Functions of q, v and t of a problem on a vector space, as SymPy expressions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from galvi import Problem
 from references.forces.force import points_around
 from references.forces.on_symbols import Written, formulas_of, has_values, written
 
-# SymPy, where it is used, is imported: it takes a fifth of the import of the references.
+# SymPy is imported where it is used: it takes a fifth of the import of the references.
 
 
 @cache
@@ -31,16 +31,17 @@ def symbols(d: int) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
 
 
 def written_out(problem: Problem, function: Any, names: str) -> tuple[Any, ...] | None:
-    """What a function of those of q, v and t that ``names`` holds returns, on symbols."""
-    known = dict(zip("qv", symbols(problem.q0.size), strict=True))
-    given = [Written(time_symbol()) if x == "t" else written(known[x]) for x in names]
-    return formulas_of(function, *given)
+    """The expressions that a function of ``names``, such as "qt", returns on symbols; None if it
+    fails on them."""
+    by_name = dict(zip("qv", symbols(problem.q0.size), strict=True))
+    arguments = [Written(time_symbol()) if x == "t" else written(by_name[x]) for x in names]
+    return formulas_of(function, *arguments)
 
 
 def holds(problem: Problem, expressions: Any, function: Any, names: str) -> bool:
-    """Whether they have the function's values at the start and around it."""
-    known = {**dict(zip("qv", symbols(problem.q0.size), strict=True)), "t": time_symbol()}
+    """Whether the expressions have the function's values at the start and around it."""
+    by_name = {**dict(zip("qv", symbols(problem.q0.size), strict=True)), "t": time_symbol()}
     q, v = points_around(problem.q0), points_around(problem.v0)[::-1]
     t = problem.t0 + 0.37 * np.arange(len(q))
     points = zip(*({"q": q, "v": v, "t": t}[x] for x in names), strict=True)
-    return has_values(expressions, [known[x] for x in names], function, points)
+    return has_values(expressions, [by_name[x] for x in names], function, points)

@@ -1,4 +1,4 @@
-"""Runs a function of numbers on SymPy's symbols, which writes out the formula it computes."""
+"""Runs numerical functions on SymPy symbols, to obtain the formulas that they compute."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ ELEMENTARY = {
 
 
 class Written:
-    """A SymPy expression that takes part in arithmetic, where every number is the rational it is.
+    """A SymPy expression for numerical code; floats enter as the rationals that they are.
 
     Parameters
     ----------
     length
-        the operations that it took; ValueError above LONGEST
+        number of operations; ValueError above LONGEST
 
     Notes
     -----
-    numpy's elementary functions work on it by the methods of their names. It cannot be compared:
-    code that branches on it raises TypeError.
+    numpy's elementary functions call its methods of the same names. Comparing it, as code that
+    branches does, raises TypeError.
     """
 
     __hash__ = None  # type: ignore[assignment]
@@ -53,13 +53,13 @@ class Written:
     def __neg__(self) -> Written:
         return Written(-self.expression, self.length)
 
-    def hypot(self, other: Any) -> Any:
+    def hypot(self, side: Any) -> Any:
         """The root of the sum of both squares."""
-        return np.sqrt(self * self + other * other)
+        return np.sqrt(self * self + side * side)
 
 
 class WrittenArray(np.ndarray[Any, Any]):
-    """An array of them, of which numpy also takes Euclid's norm."""
+    """An array of `Written` values, of which numpy also computes the Euclidean norm."""
 
     def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
         if func is np.linalg.norm and len(args) == 1 and not kwargs:
@@ -75,7 +75,7 @@ def _exact(x: Any) -> Any:
 
 
 def _applied(name: str, *operands: Any) -> Any:
-    """SymPy's function of this name, or Python's operator, which leaves arrays to numpy."""
+    """SymPy's function or Python's operator of this name, applied; NotImplemented for arrays."""
     import sympy
 
     if any(isinstance(x, np.ndarray) and x.ndim for x in operands):
@@ -97,13 +97,13 @@ _add_operations()
 
 
 def written(expressions: Iterable[Any]) -> Array:
-    """An array of them, for a function to compute with."""
+    """The expressions as a `WrittenArray`."""
     return np.array([Written(x) for x in expressions], dtype=object).view(WrittenArray)
 
 
 def formulas_of(function: Callable[..., Any], *arguments: Any) -> tuple[Any, ...] | None:
-    """The expressions in the array, or of the number, that a function returns; None where it cannot
-    be run on them."""
+    """The expressions that a function returns, as an array or a number; None if it cannot be run on
+    symbols."""
     plain = function.py_func if is_jitted(function) else function
     try:
         return tuple(_exact(x) for x in np.ravel(plain(*arguments)))
@@ -117,14 +117,14 @@ def has_values(
     function: Callable[..., Any],
     points: Iterable[Sequence[Any]],
 ) -> bool:
-    """Whether formulas have the values of a function that returns as many numbers, to rounding.
+    """Whether formulas reproduce the values of a function, to rounding.
 
     Parameters
     ----------
     symbols
         of each argument of the function: a tuple for an array, one for a number
     points
-        arguments; at COMPARED of them or more the function must be finite
+        arguments; the function must be finite at COMPARED of them at least
 
     Notes
     -----
@@ -136,23 +136,23 @@ def has_values(
     numbers = sympy.lambdify(symbols, terms, "numpy")
     compared = 0
     for point in points:
-        given = [np.array(x, dtype=np.float64) for x in point]
+        arguments = [np.array(x, dtype=np.float64) for x in point]
         with np.errstate(all="ignore"):
             try:
-                values = np.ravel(np.asarray(function(*_copies(given)), dtype=np.float64))
+                values = np.ravel(np.asarray(function(*_copies(arguments)), dtype=np.float64))
             except Exception:  # a user's function may raise anything, as outside of its domain
                 continue
             if not np.all(np.isfinite(values)):
                 continue
-            rows = [np.array(row, dtype=np.float64) for row in numbers(*_copies(given))]
-            apart = np.abs(values - [row.sum() for row in rows]) if values.size == len(rows) else 1
+            rows = [np.array(row, dtype=np.float64) for row in numbers(*_copies(arguments))]
+            gaps = np.abs(values - [row.sum() for row in rows]) if values.size == len(rows) else 1
         size = max(np.abs(row).sum() for row in rows)
-        if not np.max(apart) <= ROUNDING * size:
+        if not np.max(gaps) <= ROUNDING * size:
             return False
         compared += 1
     return compared >= COMPARED
 
 
 def _copies(arguments: Sequence[Array]) -> list[Any]:
-    """Arrays for a function to keep or change, and its numbers as floats."""
+    """Copies of the arrays, and the numbers as floats."""
     return [x.copy() if x.ndim else float(x) for x in arguments]

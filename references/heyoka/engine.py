@@ -58,7 +58,7 @@ def propagated(
 ) -> tuple[Any, int, Failure | None]:
     """States (saved, n) at times since the start, the first 0; NaN past a failure.
 
-    Also the steps taken, and the failure, which says ``why``; t0 is only for its sentence.
+    Also the number of steps, and the failure, whose reason is ``why``; t0 only enters its sentence.
     """
     import heyoka
 
@@ -67,13 +67,13 @@ def propagated(
     states[0] = start
     engine.time = number(0.0)
     engine.state[:] = start
-    done = 0
+    steps_done = 0
     for row, t in enumerate(times.tolist()[1:], start=1):
         with engine_time:
             ended, _, _, steps, *_ = engine.propagate_until(number(t))
-        done += int(steps)
+        steps_done += int(steps)
         if ended != heyoka.taylor_outcome.time_limit:
             why = f"heyoka stopped before t = {t0 + t:.6g} ({ended}): {why} End the run earlier."
-            return states, done, Failure(row=row, step=row, why=why)
+            return states, steps_done, Failure(row=row, step=row, why=why)
         states[row] = engine.state
-    return states, done, None
+    return states, steps_done, None

@@ -36,8 +36,8 @@ def solved(M: list[list[Any]], b: list[Any]) -> list[Any]:
             b[i] = b[i] - ratio * b[k]
     x: list[Any] = [None] * n
     for i in reversed(range(n)):
-        known = sum((M[i][j] * x[j] for j in range(i + 1, n)), 0.0)
-        x[i] = (b[i] - known) / M[i][i]
+        upper_sum = sum((M[i][j] * x[j] for j in range(i + 1, n)), 0.0)
+        x[i] = (b[i] - upper_sum) / M[i][i]
     return x
 
 
@@ -154,17 +154,19 @@ def _compiled_chain(
     n = len(m)
     q, v = (heyoka.make_vars(*(f"{name}{i}" for i in range(n))) for name in "qv")
     q, v = (x if n > 1 else [x] for x in (q, v))
-    both = [[sum(m[k] * S[k, i] * S[k, j] for k in range(n)) for j in range(n)] for i in range(n)]
+    products = [
+        [sum(m[k] * S[k, i] * S[k, j] for k in range(n)) for j in range(n)] for i in range(n)
+    ]
     weight = [equations.gravity * sum(m[k] * S[k, i] for k in range(n)) for i in range(n)]
     M = [
-        [heyoka.expression(both[i][j]) * heyoka.cos(q[i] - q[j]) for j in range(n)]
+        [heyoka.expression(products[i][j]) * heyoka.cos(q[i] - q[j]) for j in range(n)]
         for i in range(n)
     ]
     pull = []
     for i in range(n):
-        M[i][i] = heyoka.expression(both[i][i] + equations.moments[i])
+        M[i][i] = heyoka.expression(products[i][i] + equations.moments[i])
         across = [
-            heyoka.expression(both[i][j]) * heyoka.sin(q[i] - q[j]) * v[j] * v[j]
+            heyoka.expression(products[i][j]) * heyoka.sin(q[i] - q[j]) * v[j] * v[j]
             for j in range(n)
             if j != i
         ]
@@ -194,10 +196,11 @@ class HeyokaLagrangian(OnCoordinates):
 
     def supports(self, problem: Problem) -> bool:
         """A Lagrangian from SymPy without external force, or a Canonical whose functions can be
-        written out: they do not branch and take none but those that heyoka has.
-        """
+        written out, without branches, in functions that heyoka has."""
         equations = LagrangeEquations.of(problem)
-        return equations is not None and all(issubclass(kind, _known()) for kind in equations.kinds)
+        return equations is not None and all(
+            issubclass(kind, _translatable()) for kind in equations.kinds
+        )
 
     def integrator(self, problem: Problem, tolerance: float, accurate: bool, compact: bool) -> Any:
         """As `OnCoordinates.integrator`."""
@@ -208,8 +211,8 @@ class HeyokaLagrangian(OnCoordinates):
 
 
 @cache
-def _known() -> tuple[type, ...]:
-    """SymPy's types of what heyoka has."""
+def _translatable() -> tuple[type, ...]:
+    """The SymPy types that heyoka can represent."""
     import sympy
 
     return tuple(getattr(sympy, name) for name in KNOWN)
@@ -228,22 +231,22 @@ def _compiled(
     import heyoka
 
     number = heyoka_engine.kind(precision)
-    known = {x: heyoka.expression(str(x)) for x in (*equations.q, *equations.v)}
-    known[time_symbol()] = heyoka.time + heyoka.expression(number(began))
+    translations = {x: heyoka.expression(str(x)) for x in (*equations.q, *equations.v)}
+    translations[time_symbol()] = heyoka.time + heyoka.expression(number(began))
 
     def translated(expression: Any) -> Any:
         numbers = {x: _number(x, number) for x in nodes(expression) if is_constant(x)}
-        return heyoka.from_sympy(expression, {**known, **numbers})
+        return heyoka.from_sympy(expression, {**translations, **numbers})
 
     pull = [translated(x) for x in equations.pull]
     if equations.mass:
         pull = solved([[translated(x) for x in row] for row in equations.mass], pull)
-    q, v = ([known[x] for x in names] for names in (equations.q, equations.v))
+    q, v = ([translations[x] for x in names] for names in (equations.q, equations.v))
     return compiled(q, v, pull, precision, tolerance, accurate, compact)
 
 
 def _number(x: Any, number: Any) -> Any:
-    """A constant in the engine's precision; one that double precision holds is exact in any."""
+    """A constant in the engine's precision, exact if a double holds it."""
     import heyoka
     import sympy
 

@@ -88,9 +88,9 @@ class HeyokaRigid:
 
 
 def _numbers(problem: Problem) -> tuple[list[Decimal], list[Decimal]]:
-    """What starts besides the quaternion, and the constants.
+    """The initial values after those of the quaternion, and the constants.
 
-    start      J w0; then, of a FreeBody, place and velocity of its centre in space
+    start      J w0; then, of a FreeBody, position and velocity of its centre in space
     constants  J^-1 by rows; then, with weight, mass g in the frame of the start and the centre of
                mass; of a FreeBody, g
     """
@@ -98,20 +98,24 @@ def _numbers(problem: Problem) -> tuple[list[Decimal], list[Decimal]]:
         system: Any = problem.system
         J = decimals(system.inertia)
         adjugate = np.array([np.cross(J[(i + 1) % 3], J[(i + 2) % 3]) for i in range(3)])
-        found = list((adjugate / (J[0] @ adjugate[0])).ravel())
+        constants = list((adjugate / (J[0] @ adjugate[0])).ravel())
         moving = list(J @ decimals(problem.v0[:3]))
         if is_thrown(problem):
             speed = decimals(problem.q0[:3, :3]) @ decimals(problem.v0[3:])
-            return [*moving, *decimals(problem.q0[:3, 3]), *speed], [*found, *decimals(system.g)]
+            return [*moving, *decimals(problem.q0[:3, 3]), *speed], [
+                *constants,
+                *decimals(system.g),
+            ]
         weight = system.potential
         if weight is not None:
             force = decimals(problem.q0).T @ (Decimal(weight.mass) * decimals(weight.g))
-            found += [*force, *decimals(weight.centre)]
-        return moving, found
+            constants += [*force, *decimals(weight.centre)]
+        return moving, constants
 
 
 def _as_rigid_motion(problem: Problem, R: Array, moving: Array) -> tuple[Array, Array]:
-    """q (saved, 4, 4) and p (saved, 6) of a FreeBody from R (saved, 3, 3) and J w, place, speed."""
+    """q (saved, 4, 4) and p (saved, 6) of a FreeBody from R (saved, 3, 3) and J w, position,
+    velocity."""
     q = np.zeros((len(R), 4, 4))
     q[:, :3, :3], q[:, :3, 3], q[:, 3, 3] = R, moving[:, 3:6], 1.0
     drift = problem.system.mass * np.einsum("nji,nj->ni", R, moving[:, 6:])
@@ -142,11 +146,11 @@ def _compiled(kind: str, precision: str, tolerance: float, accurate: bool, compa
         still = w * w - x * x - y * y - z * z
         up = sum(a * b for a, b in zip((x, y, z), force, strict=True))
         across = _cross(force, (x, y, z))
-        seen = [
+        turned_force = [
             still * f + 2.0 * up * e + 2.0 * w * c
             for f, e, c in zip(force, (x, y, z), across, strict=True)
         ]
-        turning = [a + b for a, b in zip(turning, _cross(centre, seen), strict=True)]
+        turning = [a + b for a, b in zip(turning, _cross(centre, turned_force), strict=True)]
     half = 0.5
     slopes = [
         -half * (x * u + y * v + z * r),
@@ -156,8 +160,11 @@ def _compiled(kind: str, precision: str, tolerance: float, accurate: bool, compa
         *turning,
     ]
     if kind == "thrown":
-        place, speed = (heyoka.make_vars(*(f"{name}{i}" for i in range(3))) for name in "sd")
-        state, slopes = [*state, *place, *speed], [*slopes, *speed, *(par[9 + i] for i in range(3))]
+        position, speed = (heyoka.make_vars(*(f"{name}{i}" for i in range(3))) for name in "sd")
+        state, slopes = (
+            [*state, *position, *speed],
+            [*slopes, *speed, *(par[9 + i] for i in range(3))],
+        )
     return heyoka.taylor_adaptive(
         list(zip(state, slopes, strict=True)),
         np.array([1.0, *[0.0] * (len(state) - 1)]).astype(number),

@@ -24,8 +24,8 @@ from references.setting import described
 
 # Many members in heyoka: batches in vector instructions, shared by threads.
 #
-# Its own ensembles copy the integrator, with its compiled code, for each batch; a loop over batches
-# in each thread copies it once.
+# heyoka's ensembles copy the integrator, with its compiled code, for each batch; the loop here
+# copies it once for each thread.
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,13 @@ class HeyokaBatches:
 
     Attributes
     ----------
-    own
-        by heyoka's ``ensemble_propagate_until_batch``, else by a loop in each thread
+    by_ensemble
+        whether heyoka's ``ensemble_propagate_until_batch`` runs the batches; else a loop in each
+        thread
     """
 
     name: str
-    own: bool
+    by_ensemble: bool
 
     @property
     def missing(self) -> str:
@@ -61,17 +62,17 @@ class HeyokaBatches:
         tolerance: float,
         threads: int,
     ) -> Callable[[], Array]:
-        """A call that runs all members (n, d), n a multiple of the batch, and returns their last
-        places; the integrator is compiled here."""
+        """A function that runs all members (n, d), n a multiple of the batch, and returns their
+        final positions; the integrator is compiled before."""
         import heyoka
 
         d, batch = q0.shape[1], heyoka.recommended_simd_size()
         x, v = (heyoka.make_vars(*(f"{letter}{i}" for i in range(d))) for letter in ("x", "v"))
-        square = heyoka.sum([place * place for place in x])
+        square = heyoka.sum([coordinate * coordinate for coordinate in x])
         pull = -(problem.system.potential.mu / float(problem.system.mass)) * square**-1.5
         equations = [(x[i], v[i]) for i in range(d)] + [(v[i], pull * x[i]) for i in range(d)]
         starts = np.concatenate([q0, v0], axis=1).reshape(-1, batch, 2 * d).transpose(0, 2, 1)
-        one = heyoka.taylor_adaptive_batch(
+        prototype = heyoka.taylor_adaptive_batch(
             equations, np.ascontiguousarray(starts[0]), tol=tolerance, compact_mode=False
         )
 
@@ -80,20 +81,22 @@ class HeyokaBatches:
             integrator.state[:] = starts[k]
             return integrator
 
-        copies = [copy.deepcopy(one) for _ in range(threads)]
+        copies = [copy.deepcopy(prototype) for _ in range(threads)]
 
         def some(thread: int) -> list[Array]:
-            found = []
+            states = []
             for k in range(thread, len(starts), threads):
                 start(copies[thread], k).propagate_until(duration)
-                found.append(copies[thread].state.copy())
-            return found
+                states.append(copies[thread].state.copy())
+            return states
 
         def call() -> Array:
             states = np.empty(starts.shape)
-            if self.own:
-                found = heyoka.ensemble_propagate_until_batch(one, duration, len(starts), start)
-                states[:] = [integrator[0].state for integrator in found]
+            if self.by_ensemble:
+                integrators = heyoka.ensemble_propagate_until_batch(
+                    prototype, duration, len(starts), start
+                )
+                states[:] = [integrator[0].state for integrator in integrators]
             else:
                 with ThreadPoolExecutor(threads) as pool:
                     for thread, rows in enumerate(pool.map(some, range(threads))):
@@ -103,8 +106,8 @@ class HeyokaBatches:
         return call
 
 
-HEYOKA_BATCHES = HeyokaBatches("heyoka, batches in threads", own=False)
-HEYOKA_ENSEMBLE = HeyokaBatches("heyoka, its ensembles of batches", own=True)
+HEYOKA_BATCHES = HeyokaBatches("heyoka, batches in threads", by_ensemble=False)
+HEYOKA_ENSEMBLE = HeyokaBatches("heyoka, its ensembles of batches", by_ensemble=True)
 
 
 BEST: Mapping[str, Any] = {"tolerance": 1e-18, "high_accuracy": True, "compact_mode": False}
@@ -143,7 +146,7 @@ class HeyokaTaylor:
     def supports(self, problem: Problem) -> bool:
         """N bodies, with forces that are not functions, or a scalar mass about a fixed centre in 2
         or 3 dimensions."""
-        return bool(_law(problem))
+        return bool(_constants(problem))
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
@@ -170,14 +173,16 @@ class HeyokaTaylor:
         """
         number = heyoka_engine.kind(self.precision)
         forces = getattr(problem.system, "forces", ())
-        engine = _compiled(_law(problem), forces, self.precision, *heyoka_engine.switches(options))
+        engine = _compiled(
+            _constants(problem), forces, self.precision, *heyoka_engine.switches(options)
+        )
         pad = ((0, 0), (0, 3 - problem.q0.shape[-1]))
         start = [np.pad(np.atleast_2d(x), pad) for x in (problem.q0, problem.v0)]
         state = np.concatenate(start, axis=1).ravel().astype(number)
         return heyoka_engine.propagated(engine, state, times, problem.t0, "bodies met.")
 
 
-def _law(problem: Problem) -> tuple[Any, ...]:
+def _constants(problem: Problem) -> tuple[Any, ...]:
     """The constants of the equations of motion, hashable; empty for an unsupported problem."""
     system = problem.system
     if isinstance(system, NBody):
@@ -188,15 +193,15 @@ def _law(problem: Problem) -> tuple[Any, ...]:
         return ()
     if is_forced(problem):
         return ()
-    known = not (replaces_force(problem) or system.explicit_time or system.mass.ndim)
-    if not known or problem.q0.size not in (2, 3):
+    plain = not (replaces_force(problem) or system.explicit_time or system.mass.ndim)
+    if not plain or problem.q0.size not in (2, 3):
         return ()
     return ("centre", system.potential.mu, float(system.mass), 1.0)
 
 
 @lru_cache(maxsize=8)
 def _compiled(
-    law: tuple[Any, ...],
+    constants: tuple[Any, ...],
     forces: tuple[Any, ...],
     precision: str,
     tolerance: float,
@@ -207,7 +212,7 @@ def _compiled(
     import heyoka
 
     kind = heyoka_engine.kind(precision)
-    system, strength, divisor, *masses = law
+    system, strength, divisor, *masses = constants
     options = {"Gconst": kind(strength) / kind(divisor), "masses": [kind(m) for m in masses]}
     if system == "bodies":
         equations = heyoka.model.nbody(len(masses), **options)

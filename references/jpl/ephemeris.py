@@ -43,12 +43,12 @@ class JplEphemeris:
         n = len(table.q0)
         if not isinstance(system, NBody) or system.masses.size not in (n - 1, n):
             return False
-        n, known = system.masses.size, table.system
+        n, solar = system.masses.size, table.system
         return (
-            isinstance(known, NBody)
+            isinstance(solar, NBody)
             and not system.forces
-            and system.G == known.G
-            and np.array_equal(system.masses, known.masses[:n])
+            and system.G == solar.G
+            and np.array_equal(system.masses, solar.masses[:n])
             and np.array_equal(problem.q0, table.q0[:n])
             and np.array_equal(problem.v0, table.v0[:n])
         )

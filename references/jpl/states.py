@@ -92,10 +92,10 @@ def states(days: Array, bodies: int = len(BODIES)) -> tuple[Array, Array]:
             f"DE421 covers {first:.0f} to {last:.0f} days from JD {EPOCH}; received "
             f"{days.min():g} to {days.max():g}. Choose a shorter duration."
         )
-    whole = np.floor(days)
+    whole_days = np.floor(days)
     rows = []
     for series, _ in list(BODIES.values())[:bodies]:
-        q, v = source.position_and_velocity(series, EPOCH + whole, days - whole)
+        q, v = source.position_and_velocity(series, EPOCH + whole_days, days - whole_days)
         rows.append(np.array([q, v]) / source.AU)
     q, v = np.array(rows).transpose(1, 3, 0, 2)
     return q, v

@@ -1,7 +1,6 @@
 """SciPy's DOP853 on the accelerations that MuJoCo computes of a tree.
 
-The accuracy is that of the tolerance, down to some 1e-13, and nothing of it is MuJoCo's own
-integration.
+The tolerance sets the accuracy, down to some 1e-13; MuJoCo's integrators are not used.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ class MujocoAccelerations:
     name: str = "SciPy DOP853 on MuJoCo's accelerations"
     order: int = 8
     exact: bool = False
-    made: mujoco_engine.Made = mujoco_engine.at_start
+    build: mujoco_engine.Builder = mujoco_engine.at_start
 
     @property
     def missing(self) -> str:
@@ -37,20 +36,20 @@ class MujocoAccelerations:
 
     def supports(self, problem: Problem) -> bool:
         """Trees, their damping included."""
-        return is_tree(problem) or mujoco_engine.is_of_user(self.made, problem)
+        return is_tree(problem) or mujoco_engine.is_of_user(self.build, problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
         import mujoco
 
         require(self, problem)
-        _, model, data = self.made(problem)
+        _, model, mj_data = self.build(problem)
         model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4  # discrete puts its damping in qacc
 
         def accelerations(qpos: Array, qvel: Array) -> Array:
-            data.qpos[:], data.qvel[:] = qpos, qvel
-            mujoco.mj_forward(model, data)
-            return data.qacc
+            mj_data.qpos[:], mj_data.qvel[:] = qpos, qvel
+            mujoco.mj_forward(model, mj_data)
+            return mj_data.qacc
 
         with mujoco_engine.silence():
             return integrated(

@@ -28,8 +28,8 @@ SCALAR = ("hinge", "slide")
 
 
 def is_tree(problem: Problem) -> bool:
-    """Trees without other forces than damping, and whose springs MJCF can say: a ball joint's at
-    rest where the link is at its place."""
+    """Whether it is a tree without forces but damping, whose springs MJCF can express: those of
+    ball joints must be at rest in the reference attitude."""
     system = problem.system
     if not isinstance(system, Multibody) or system.given_force[0] is not None:
         return False
@@ -64,10 +64,10 @@ class MujocoTree:
 def _body(link: Link, inner: str) -> str:
     from scipy.spatial.transform import Rotation
 
-    place, turn = link.place, link.attitude
+    position, turn = link.place, link.attitude
     if any(joint.type == "free" for joint in link.joints):
-        rest = link.joints[0].rest  # which a free joint's spring has from its body's place
-        place, turn = rest[:3, 3], rest[:3, :3]
+        rest_pose = link.joints[0].rest  # MuJoCo takes a free joint's from its body's pose
+        position, turn = rest_pose[:3, 3], rest_pose[:3, :3]
     inertial = ""
     if link.mass > 0.0:
         moments, axes = principal(link.inertia)
@@ -77,27 +77,27 @@ def _body(link: Link, inner: str) -> str:
         )
     joints = "".join(_joint(joint) for joint in link.joints)
     quaternion = text(Rotation.from_matrix(turn).as_quat()[[3, 0, 1, 2]])
-    return f'<body pos="{text(place)}" quat="{quaternion}">{joints}{inertial}{inner}</body>'
+    return f'<body pos="{text(position)}" quat="{quaternion}">{joints}{inertial}{inner}</body>'
 
 
 def _joint(joint: Joint) -> str:
-    given: dict[str, Any] = {
+    attributes: dict[str, Any] = {
         "armature": joint.armature,
         "stiffness": joint.stiffness,
         "damping": joint.damping,
     }
     if joint.type != "free":
-        given["pos"] = joint.anchor
+        attributes["pos"] = joint.anchor
     if joint.type in SCALAR:
-        given |= {"axis": joint.axis, "ref": joint.zero, "springref": joint.rest}
-    settings = " ".join(f'{name}="{text(np.ravel(value))}"' for name, value in given.items())
+        attributes |= {"axis": joint.axis, "ref": joint.zero, "springref": joint.rest}
+    settings = " ".join(f'{name}="{text(np.ravel(value))}"' for name, value in attributes.items())
     return f'<joint type="{joint.type}" {settings}/>'
 
 
 OFF = (
     *("contact", "constraint", "equality", "frictionloss", "limit", "spring", "damper"),
     *("clampctrl", "actuation", "sensor", "eulerdamp", "island", "warmstart", "autoreset"),
-)  # what lone bodies have not, 4 % of a step; and the reset that would hide a failure
+)  # features that no single body uses, 4 % of a step; and the reset that would hide a failure
 
 
 def document(gravity: Any, bodies: str, off: tuple[str, ...] = OFF) -> str:
@@ -126,7 +126,7 @@ SLACK = 1e-12  # relative: below that, moments are zero, and a flat body's are f
 def principal(inertia: Array) -> tuple[Array, Array]:
     """Moments, (3,), and the quaternion of their axes, (4,), with w first.
 
-    MuJoCo's own ``fullinertia`` is off by some 10 roundings, and its order of the axes is its own.
+    MuJoCo's ``fullinertia`` is off by some 10 roundings and orders the axes differently.
     """
     from scipy.spatial.transform import Rotation
 
@@ -135,9 +135,11 @@ def principal(inertia: Array) -> tuple[Array, Array]:
         moments, axes = np.linalg.eigh(inertia)
         axes[:, 0] *= np.linalg.det(axes)
     k = int(np.argmax(moments))
-    rest = float(np.sum(np.delete(moments, k)))
-    if moments[k] <= rest * (1.0 + SLACK):
-        moments[k] = min(moments[k], rest)  # a flat body may be off by a rounding; MuJoCo's may not
+    smaller_sum = float(np.sum(np.delete(moments, k)))
+    if moments[k] <= smaller_sum * (1.0 + SLACK):
+        moments[k] = min(
+            moments[k], smaller_sum
+        )  # a flat body may be off by a rounding; MuJoCo's may not
     return moments, Rotation.from_matrix(axes).as_quat()[[3, 0, 1, 2]]
 
 
@@ -295,8 +297,8 @@ def on_a_pivot(mass: float, centre: Array, inertia: Array) -> tuple[float, Array
     for k in range(DOUBLINGS):
         m, r = mass * 2.0**k, centre / 2.0**k
         moments, axes = principal(inertia - m * (r @ r * np.eye(3) - np.outer(r, r)))
-        largest, rest = np.max(moments), np.sum(moments) - np.max(moments)
-        if np.min(moments) > SLACK * largest and largest <= rest * (1.0 + SLACK):
+        largest, smaller_sum = np.max(moments), np.sum(moments) - np.max(moments)
+        if np.min(moments) > SLACK * largest and largest <= smaller_sum * (1.0 + SLACK):
             break
     return m, r, moments, axes
 
@@ -332,11 +334,11 @@ class MujocoChain:
     def mjcf(self) -> str:
         """MuJoCo's XML; its numbers are read back bit for bit."""
         bodies = ""
-        places = np.append(0.0, self.lengths[:-1])
-        links = zip(places, self.masses, self.levers, self.moments, strict=True)
-        for place, mass, lever, moment in reversed(list(links)):
+        offsets = np.append(0.0, self.lengths[:-1])
+        links = zip(offsets, self.masses, self.levers, self.moments, strict=True)
+        for offset, mass, lever, moment in reversed(list(links)):
             bodies = (
-                f'<body pos="{text([0.0, 0.0, -place])}"><joint type="hinge" axis="0 -1 0"/>'
+                f'<body pos="{text([0.0, 0.0, -offset])}"><joint type="hinge" axis="0 -1 0"/>'
                 f'<inertial pos="{text([0.0, 0.0, -lever])}" mass="{text([mass])}" '
                 f'diaginertia="{text([moment] * 3)}"/>{bodies}</body>'
             )
@@ -355,5 +357,5 @@ def mujoco_chain(chain: PlanarChain) -> MujocoChain:
         return MujocoChain(l, m, 0.5 * l, m * l * l / 12.0, chain.gravity)
     low = np.append(0.5 * m[:-1], m[-1])
     high = np.append(0.5 * m[0], 0.5 * m[:-1])
-    whole = low + high
-    return MujocoChain(l, whole, low * l / whole, high * low * l * l / whole, chain.gravity)
+    total = low + high
+    return MujocoChain(l, total, low * l / total, high * low * l * l / total, chain.gravity)

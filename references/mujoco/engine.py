@@ -15,7 +15,7 @@ from galvi.arrays import Array
 from galvi.systems.lagrangian import velocity_at
 from references.mujoco.body import mujoco_body, to_mujoco
 
-LEAST = (4, 0, 1)
+OLDEST_MUJOCO = (4, 0, 1)
 
 
 def missing() -> str:
@@ -25,7 +25,7 @@ def missing() -> str:
     except ImportError as error:
         return f"{error}. Install mujoco-core 4.0.1 or newer."
     numbers = tuple(int(digits) for digits in re.findall(r"\d+", mujoco.__version__)[:3])
-    if numbers < LEAST:
+    if numbers < OLDEST_MUJOCO:
         return (
             f"mujoco {mujoco.__version__} has known faults: before 4.0 its RK4 turns bodies with "
             "order 2, and the constraint solver of 4.0.0 is wrong. Install mujoco-core 4.0.1 or "
@@ -66,21 +66,21 @@ def compiled(system: Any) -> tuple[Any, Any, Any]:
 
 
 def at_start(problem: Problem) -> tuple[Any, Any, Any]:
-    """As `compiled`, with the data at the problem's start and nothing left of an earlier run."""
+    """As `compiled`, with the data reset and at the problem's start."""
     import mujoco
 
-    joint, model, data = compiled(problem.system)
-    mujoco.mj_resetData(model, data)
-    data.qpos[:], data.qvel[:] = to_mujoco(joint, problem.q0, problem.v0)
-    return joint, model, data
+    joint, model, mj_data = compiled(problem.system)
+    mujoco.mj_resetData(model, mj_data)
+    mj_data.qpos[:], mj_data.qvel[:] = to_mujoco(joint, problem.q0, problem.v0)
+    return joint, model, mj_data
 
 
-Made = Callable[[Problem], tuple[Any, Any, Any]]  # such as `at_start`
+Builder = Callable[[Problem], tuple[Any, Any, Any]]  # such as `at_start`
 
 
-def is_of_user(made: Made, problem: Problem) -> bool:
+def is_of_user(build: Builder, problem: Problem) -> bool:
     """Whether a user's own model is run, which has all the forces of the tree read from it."""
-    return made is not at_start and isinstance(problem.system, Multibody)
+    return build is not at_start and isinstance(problem.system, Multibody)
 
 
 @contextmanager
@@ -96,13 +96,13 @@ def silence() -> Iterator[None]:
         mujoco.set_mju_user_warning(handler)
 
 
-def broken(model: Any, data: Any) -> bool:
+def broken(model: Any, mj_data: Any) -> bool:
     """Whether MuJoCo warned in a step, or warns of the state now: NaN, infinite or above 1e10."""
     import mujoco
 
-    mujoco.mj_checkPos(model, data)
-    mujoco.mj_checkVel(model, data)
-    return bool(np.any(data.warning.number))
+    mujoco.mj_checkPos(model, mj_data)
+    mujoco.mj_checkVel(model, mj_data)
+    return bool(np.any(mj_data.warning.number))
 
 
 def energies(run: Trajectory) -> Array:
@@ -119,17 +119,17 @@ def energies(run: Trajectory) -> Array:
     """
     import mujoco
 
-    joint, model, data = compiled(run.problem.system)
-    found = np.full((len(run.t), 2), np.nan)
-    known = np.all(np.isfinite(run.q.reshape(len(run.t), -1)), axis=1)
-    v = velocity_at(run.problem.system, run.q[known], run.p[known], run.t[known], run.problem.v0)
-    states = zip(*to_mujoco(joint, run.q[known], v), strict=True)
-    for row, (qpos, qvel) in zip(np.flatnonzero(known), states, strict=True):
-        mujoco.mj_resetData(model, data)
-        data.qpos[:], data.qvel[:] = qpos, qvel
-        mujoco.mj_fwdPosition(model, data)
-        mujoco.mj_fwdVelocity(model, data)
-        mujoco.mj_energyPos(model, data)
-        mujoco.mj_energyVel(model, data)
-        found[row] = data.energy
-    return found
+    joint, model, mj_data = compiled(run.problem.system)
+    potential_and_kinetic = np.full((len(run.t), 2), np.nan)
+    finite = np.all(np.isfinite(run.q.reshape(len(run.t), -1)), axis=1)
+    v = velocity_at(run.problem.system, run.q[finite], run.p[finite], run.t[finite], run.problem.v0)
+    states = zip(*to_mujoco(joint, run.q[finite], v), strict=True)
+    for row, (qpos, qvel) in zip(np.flatnonzero(finite), states, strict=True):
+        mujoco.mj_resetData(model, mj_data)
+        mj_data.qpos[:], mj_data.qvel[:] = qpos, qvel
+        mujoco.mj_fwdPosition(model, mj_data)
+        mujoco.mj_fwdVelocity(model, mj_data)
+        mujoco.mj_energyPos(model, mj_data)
+        mujoco.mj_energyVel(model, mj_data)
+        potential_and_kinetic[row] = mj_data.energy
+    return potential_and_kinetic

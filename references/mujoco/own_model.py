@@ -11,7 +11,7 @@ It reads a job from its input and writes an answer, both as JSON:
             start, and "failure", a sentence or ""; "accelerations": qacc at each state, "energies":
             of each state}
 
-Nothing is judged here, so that all releases are judged alike.
+The program assesses nothing, so that all releases are assessed alike.
 """
 
 from __future__ import annotations
@@ -39,91 +39,91 @@ def loaded(job: dict[str, Any]) -> Any:
 
 
 def at_start(model: Any, *starts: dict[str, Any]) -> Any:
-    """Data at the start: of each mapping what it has, the last one's first."""
+    """Data at the start; the entries of later mappings replace those of earlier ones."""
     import mujoco
 
-    data = mujoco.MjData(model)
+    mj_data = mujoco.MjData(model)
     key = starts[0].get("key")
     if key is not None:
         number = model.key(key).id if isinstance(key, str) else key
-        mujoco.mj_resetDataKeyframe(model, data, number)
+        mujoco.mj_resetDataKeyframe(model, mj_data, number)
     for start in starts:
         for name in ("qpos", "qvel", "ctrl"):
             if start.get(name) is not None:
-                getattr(data, name)[:] = start[name]
-    return data
+                getattr(mj_data, name)[:] = start[name]
+    return mj_data
 
 
-def energy(model: Any, data: Any) -> list[float]:
+def energy(model: Any, mj_data: Any) -> list[float]:
     """Potential and kinetic energy of the state."""
     import mujoco
 
-    seen = mujoco.MjData(model)
-    seen.qpos[:], seen.qvel[:] = data.qpos, data.qvel
-    seen.mocap_pos[:], seen.mocap_quat[:] = data.mocap_pos, data.mocap_quat
-    mujoco.mj_fwdPosition(model, seen)
-    mujoco.mj_fwdVelocity(model, seen)
-    mujoco.mj_energyPos(model, seen)
-    mujoco.mj_energyVel(model, seen)
-    return seen.energy.tolist()
+    evaluated = mujoco.MjData(model)
+    evaluated.qpos[:], evaluated.qvel[:] = mj_data.qpos, mj_data.qvel
+    evaluated.mocap_pos[:], evaluated.mocap_quat[:] = mj_data.mocap_pos, mj_data.mocap_quat
+    mujoco.mj_fwdPosition(model, evaluated)
+    mujoco.mj_fwdVelocity(model, evaluated)
+    mujoco.mj_energyPos(model, evaluated)
+    mujoco.mj_energyVel(model, evaluated)
+    return evaluated.energy.tolist()
 
 
-PARTS = 100  # of the steps between rows, after which rounding is imitated
+PARTS = 100  # parts of the steps between rows; rounding is imitated after each
 
 
-def advance(model: Any, data: Any, count: int, signs: Any) -> None:
-    """So many steps. With signs, a random generator, each entry is off by as much as errors of an
-    ulp of it in each step add up to."""
+def advance(model: Any, mj_data: Any, count: int, signs: Any) -> None:
+    """Take ``count`` steps. With ``signs``, a random generator, each entry is perturbed by the
+    accumulated error of one ulp a step."""
     import mujoco
 
     part = count if signs is None else math.ceil(count / PARTS)
     for first in range(0, count, part):
         steps = min(part, count - first)
-        mujoco.mj_step(model, data, nstep=steps)
+        mujoco.mj_step(model, mj_data, nstep=steps)
         if signs is not None:
-            for values in (data.qpos, data.qvel):
+            for values in (mj_data.qpos, mj_data.qvel):
                 ulps = math.sqrt(steps) * signs.choice((-1.0, 1.0), values.size)
                 values *= 1.0 + sys.float_info.epsilon * ulps
 
 
-def run(model: Any, job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
+def run(model: Any, job: dict[str, Any], request: dict[str, Any]) -> dict[str, Any]:
     """One run of the job; up to its failure where it fails."""
     import mujoco
     import numpy as np
 
-    mine = copy.copy(model)
+    run_model = copy.copy(model)
     rows: dict[str, Any] = {"qpos": [], "qvel": [], "energy": [], "kinetic": [], "failure": ""}
-    if asked.get("integrator") is not None:
-        kind = getattr(mujoco.mjtIntegrator, f"mjINT_{asked['integrator'].upper()}", None)
+    if request.get("integrator") is not None:
+        kind = getattr(mujoco.mjtIntegrator, f"mjINT_{request['integrator'].upper()}", None)
         if kind is None:
-            return {**rows, "failure": f"{NO_INTEGRATOR} {asked['integrator']}."}
-        mine.opt.integrator = kind
-    if asked.get("step") is not None:
-        mine.opt.timestep = asked["step"]
-    data = at_start(mine, job, asked)
-    signs = np.random.default_rng(asked["rounding"]) if "rounding" in asked else None
-    for _ in range(asked["steps"] // asked["every"]):
-        advance(mine, data, asked["every"], signs)
-        mujoco.mj_checkPos(mine, data)
-        mujoco.mj_checkVel(mine, data)
-        warned = [index for index, each in enumerate(data.warning) if each.number]
+            return {**rows, "failure": f"{NO_INTEGRATOR} {request['integrator']}."}
+        run_model.opt.integrator = kind
+    if request.get("step") is not None:
+        run_model.opt.timestep = request["step"]
+    mj_data = at_start(run_model, job, request)
+    signs = np.random.default_rng(request["rounding"]) if "rounding" in request else None
+    for _ in range(request["steps"] // request["every"]):
+        advance(run_model, mj_data, request["every"], signs)
+        mujoco.mj_checkPos(run_model, mj_data)
+        mujoco.mj_checkVel(run_model, mj_data)
+        warned = [index for index, warning in enumerate(mj_data.warning) if warning.number]
         if warned:
             name = mujoco.mjtWarning(warned[0]).name.removeprefix("mjWARN_")
-            return {**rows, "failure": f"{WARNED} {name} by t = {data.time:g}."}
-        rows["qpos"].append(data.qpos.tolist())
-        rows["qvel"].append(data.qvel.tolist())
-        parts = energy(mine, data)
+            return {**rows, "failure": f"{WARNED} {name} by t = {mj_data.time:g}."}
+        rows["qpos"].append(mj_data.qpos.tolist())
+        rows["qvel"].append(mj_data.qvel.tolist())
+        parts = energy(run_model, mj_data)
         rows["energy"].append(sum(parts))
         rows["kinetic"].append(parts[1])
     return rows
 
 
-def acceleration(model: Any, data: Any) -> list[float]:
+def acceleration(model: Any, mj_data: Any) -> list[float]:
     """qacc at the state."""
     import mujoco
 
-    mujoco.mj_forward(model, data)
-    return data.qacc.tolist()
+    mujoco.mj_forward(model, mj_data)
+    return mj_data.qacc.tolist()
 
 
 def answer(job: dict[str, Any]) -> dict[str, Any]:
@@ -133,9 +133,9 @@ def answer(job: dict[str, Any]) -> dict[str, Any]:
     mujoco.set_mju_user_warning(lambda message: None)
     model = loaded(job)
     start = at_start(model, job)
-    states = [at_start(model, job, each) for each in job.get("states", [])]
+    states = [at_start(model, job, state) for state in job.get("states", [])]
     with ThreadPoolExecutor(job.get("threads", 1)) as pool:
-        runs = list(pool.map(lambda asked: run(model, job, asked), job.get("runs", [])))
+        runs = list(pool.map(lambda request: run(model, job, request), job.get("runs", [])))
     return {
         "release": mujoco.__version__,
         "integrator": mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_"),
@@ -143,8 +143,8 @@ def answer(job: dict[str, Any]) -> dict[str, Any]:
         "qpos": start.qpos.tolist(),
         "qvel": start.qvel.tolist(),
         "runs": runs,
-        "energies": [sum(energy(model, data)) for data in states],
-        "accelerations": [acceleration(model, data) for data in states],
+        "energies": [sum(energy(model, mj_data)) for mj_data in states],
+        "accelerations": [acceleration(model, mj_data) for mj_data in states],
     }
 
 

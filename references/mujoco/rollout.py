@@ -37,14 +37,14 @@ class MujocoRollout:
 
         joint, model, _ = engine.compiled(problem.system)
         model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_RK4, step
-        data = [mujoco.MjData(model) for _ in range(threads)]
+        mj_data = [mujoco.MjData(model) for _ in range(threads)]
         qpos, qvel = to_mujoco(joint, q0, v0)
         starts = np.concatenate([np.zeros((len(qpos), 1)), qpos, qvel], axis=1)
         states = np.empty((len(qpos), steps, starts.shape[1]))
         pool = Rollout(nthread=threads)
 
         def call() -> Array:
-            pool.rollout(model, data, starts, nstep=steps, state=states, skip_checks=False)
+            pool.rollout(model, mj_data, starts, nstep=steps, state=states, skip_checks=False)
             last = states[:, -1, 1:]
             return from_mujoco(joint, last[:, : qpos.shape[1]], last[:, qpos.shape[1] :])[0]
 

@@ -1,8 +1,8 @@
 """MuJoCo's integrators, as values of one class.
 
-A multibody engine with contacts, here on one body or chain: much of its time is generality. Its
-documentation advises RK4 where energy should be kept for long; the others are of first order,
-`implicit` among them, whose damping of a tumbling body is by design.
+MuJoCo is a multibody engine with contacts: on one body or chain much of its time is the price of
+generality. Its documentation advises RK4 where energy should be kept for long. The others are of
+first order; `implicit` damps a tumbling body by design.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ class MujocoSteps:
     Attributes
     ----------
     integrator
-        MuJoCo's name of it
+        its name in MuJoCo
     order
         of convergence of attitude and velocity
-    made
+    build
         (problem): see `references.mujoco.engine.at_start`, `references.mujoco.users`
 
     Notes
     -----
-    Setting: step, save_every. Models are kept: run once before timing. MuJoCo does not count
-    evaluations.
+    Setting: step, save_every. Compiled models are cached: run once before timing. MuJoCo does not
+    count evaluations.
     """
 
     fixed_step: ClassVar[bool] = True
@@ -51,7 +51,7 @@ class MujocoSteps:
     integrator: str
     order: int
     exact: bool = False
-    made: mujoco_engine.Made = mujoco_engine.at_start
+    build: mujoco_engine.Builder = mujoco_engine.at_start
 
     @property
     def missing(self) -> str:
@@ -66,7 +66,7 @@ class MujocoSteps:
 
     def supports(self, problem: Problem) -> bool:
         """A rigid body, free or in uniform gravity; chains of pendulums; trees."""
-        return supports(problem) or mujoco_engine.is_of_user(self.made, problem)
+        return supports(problem) or mujoco_engine.is_of_user(self.build, problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; see `Contender`.
@@ -78,7 +78,7 @@ class MujocoSteps:
         """
         steps = steps_of_run(self, problem, duration, setting)
         times = steps.times(problem.t0)
-        joint, *engine = self.made(problem)
+        joint, *engine = self.build(problem)
         motion = _Motion(*engine)
         motion.begin(steps.step, self.integrator)
         qpos, qvel = (np.full((len(times), n), np.nan) for n in (motion.model.nq, motion.model.nv))
@@ -88,7 +88,7 @@ class MujocoSteps:
                 failed = motion.advance_to(target)
                 if failed:
                     break
-                qpos[row], qvel[row] = motion.data.qpos, motion.data.qvel
+                qpos[row], qvel[row] = motion.mj_data.qpos, motion.mj_data.qvel
         q, v = from_mujoco(joint, qpos, qvel)
         q[0], v[0] = problem.q0, problem.v0
         return as_trajectory(
@@ -97,7 +97,7 @@ class MujocoSteps:
             times,
             q,
             v,
-            counts={"steps": motion.done},
+            counts={"steps": motion.steps_done},
             step=steps.step,
             failure=_failure(failed, row, times[row]) if failed else None,
         )
@@ -105,24 +105,24 @@ class MujocoSteps:
 
 @dataclass
 class _Motion:
-    """MuJoCo's model and data on their way.
+    """MuJoCo's model and data during a run.
 
     Attributes
     ----------
-    done
-        steps that are
+    steps_done
+        number of steps taken
     state
-        `everything` that MuJoCo integrates from, before the steps that are being done
+        what `everything` selects, before the present batch of steps
     """
 
     model: Any
-    data: Any
-    done: int = 0
+    mj_data: Any
+    steps_done: int = 0
     everything: int = 0
     state: Any = None
 
     def begin(self, step: float, integrator: str) -> None:
-        """Before the first step."""
+        """Set step and integrator, before the first step."""
         import mujoco
 
         self.model.opt.timestep = step
@@ -131,27 +131,28 @@ class _Motion:
         self.state = np.empty(mujoco.mj_stateSize(self.model, self.everything))
 
     def advance_to(self, target: int) -> int:
-        """Steps until so many are done: 0, or the number of the one that MuJoCo warns of."""
+        """Advance to the step ``target``; returns 0, or the number of the step at which MuJoCo
+        warned."""
         import mujoco
 
-        while self.done < target:
-            more = min(target - self.done, CHUNK)
-            mujoco.mj_getState(self.model, self.data, self.state, self.everything)
-            if not self._goes_on(more):
-                mujoco.mj_resetData(self.model, self.data)  # its warnings too
-                mujoco.mj_setState(self.model, self.data, self.state, self.everything)
-                for _ in range(more):
+        while self.steps_done < target:
+            batch = min(target - self.steps_done, CHUNK)
+            mujoco.mj_getState(self.model, self.mj_data, self.state, self.everything)
+            if not self._goes_on(batch):
+                mujoco.mj_resetData(self.model, self.mj_data)  # its warnings too
+                mujoco.mj_setState(self.model, self.mj_data, self.state, self.everything)
+                for _ in range(batch):
                     if not self._goes_on(1):
-                        return self.done + 1
+                        return self.steps_done + 1
         return 0
 
     def _goes_on(self, steps: int) -> bool:
         import mujoco
 
         with engine_time:
-            mujoco.mj_step(self.model, self.data, nstep=steps)
-        good = not mujoco_engine.broken(self.model, self.data)
-        self.done += steps * good
+            mujoco.mj_step(self.model, self.mj_data, nstep=steps)
+        good = not mujoco_engine.broken(self.model, self.mj_data)
+        self.steps_done += steps * good
         return good
 
 

@@ -1,4 +1,4 @@
-"""A user's own MuJoCo model as what its integrators run, with all its options.
+"""A user's own MuJoCo model, run by MuJoCo's integrators with all its options.
 
 Everything else in `references.mujoco` builds a model from a problem.
 """
@@ -18,25 +18,31 @@ from references.mujoco.steps import MujocoSteps
 Kind = TypeVar("Kind", MujocoSteps, MujocoAccelerations)
 
 
-def of_user(contender: Kind, own: Any, problem: Problem) -> Kind:
+def of_user(contender: Kind, user_model: Any, problem: Problem) -> Kind:
     """The contender on a copy of a user's own model, which `problem` was read from.
 
     Parameters
     ----------
-    own
-        has the user's ``model``, and ``data()`` at its start: see galvi.interop.from_mujoco
+    user_model
+        a `galvi.interop.mujoco_model.UserModel`
 
     Notes
     -----
-    From the problem itself a run starts at MuJoCo's own numbers, else at those of the problem that
-    is asked for, with mocap bodies where they are at the user's start.
+    A run of ``problem`` itself starts at the model's own numbers, a run of another problem at that
+    problem's, with mocap bodies as at the user's start.
     """
-    mine = replace(own, model=copy.copy(own.model))  # a run sets its integrator and step
+    run_model = replace(
+        user_model, model=copy.copy(user_model.model)
+    )  # a run sets its integrator and step
 
-    def made(asked: Problem) -> tuple[Any, Any, Any]:
-        data = mine.data()
-        if not (np.array_equal(asked.q0, problem.q0) and np.array_equal(asked.v0, problem.v0)):
-            data.qpos[:], data.qvel[:] = asked.system.to_mujoco(asked.q0, asked.v0)
-        return asked.system, mine.model, data
+    def build(requested: Problem) -> tuple[Any, Any, Any]:
+        mj_data = run_model.start_data()
+        if not (
+            np.array_equal(requested.q0, problem.q0) and np.array_equal(requested.v0, problem.v0)
+        ):
+            mj_data.qpos[:], mj_data.qvel[:] = requested.system.to_mujoco(
+                requested.q0, requested.v0
+            )
+        return requested.system, run_model.model, mj_data
 
-    return replace(contender, made=made)
+    return replace(contender, build=build)

@@ -32,9 +32,9 @@ def missing() -> str:
         import pinocchio
     except ImportError as error:
         return f"{error}. Install pin, which is Pinocchio."
-    found = str(getattr(pinocchio, "__version__", "of another project"))
-    if not hasattr(pinocchio, "aba") or int(found.partition(".")[0]) < OLDEST:
-        return f"pinocchio {found} is not Pinocchio {OLDEST} or newer. Install pin."
+    installed = str(getattr(pinocchio, "__version__", "of another project"))
+    if not hasattr(pinocchio, "aba") or int(installed.partition(".")[0]) < OLDEST:
+        return f"pinocchio {installed} is not Pinocchio {OLDEST} or newer. Install pin."
     return ""
 
 
@@ -53,12 +53,12 @@ def compiled(system: Multibody) -> PinocchioTree:
 
 @dataclass(frozen=True, eq=False)
 class PinocchioTree:
-    """Pinocchio's model of a tree, and what it has no part for: springs and damping.
+    """Pinocchio's model of a tree, with springs and damping, which Pinocchio does not model.
 
     Attributes
     ----------
     order : array, shape (nq,)
-        entries of qpos in Pinocchio's order; zeros: (nq,) to be taken from them
+        entries of qpos in Pinocchio's order; ``zeros`` (nq,) are subtracted from them
     scalars
         hinges and slides: their entries of qpos, those of qvel, stiffness and rest
     turning
@@ -67,7 +67,7 @@ class PinocchioTree:
     """
 
     model: Any
-    data: Any
+    pin_data: Any
     order: Array
     zeros: Array
     scalars: tuple[Array, Array, Array, Array]
@@ -112,14 +112,14 @@ class PinocchioTree:
         import pinocchio
         from scipy.spatial.transform import Rotation
 
-        places, rates = qpos[self.order] - self.zeros, qvel.copy()
+        coordinates, rates = qpos[self.order] - self.zeros, qvel.copy()
         forces = -self.damping * qvel
         entries, dofs, stiffness, rests = self.scalars
         forces[dofs] -= stiffness * (qpos[entries] - rests)
         floating = []
         for joint, at, dof in self.turning:
             free = joint.type == "free"
-            quaternion = places[at + 3 * free : at + 3 * free + 4]
+            quaternion = coordinates[at + 3 * free : at + 3 * free + 4]
             quaternion /= np.linalg.norm(quaternion)  # in place
             R = Rotation.from_quat(quaternion).as_matrix()
             spin = slice(dof + 3 * free, dof + 3 * free + 3)
@@ -130,36 +130,40 @@ class PinocchioTree:
                 drift = slice(dof, dof + 3)
                 pull = forces[drift] - joint.stiffness * (qpos[at : at + 3] - joint.rest[:3, 3])
                 rates[drift] = R.T @ qvel[drift]
-                # The armature is that of the velocity in space, which changes by this besides.
+                # The armature acts on the velocity in space, whose rate has this further term.
                 turned = np.cross(qvel[spin], rates[drift])
                 forces[drift] = R.T @ pull - joint.armature * turned
                 floating.append((R, drift, turned))
-        found = np.array(pinocchio.aba(self.model, self.data, places, rates, forces))
+        accelerations = np.array(
+            pinocchio.aba(self.model, self.pin_data, coordinates, rates, forces)
+        )
         for R, drift, turned in floating:
-            found[drift] = R @ (found[drift] + turned)
-        return found
+            accelerations[drift] = R @ (accelerations[drift] + turned)
+        return accelerations
 
 
-def _added(model: Any, link: Link, joint: int, place: Any) -> tuple[int, Any]:
+def _added(model: Any, link: Link, joint: int, placement: Any) -> tuple[int, Any]:
     """The joint that carries the link, and the link's frame in that joint's.
 
     Parameters
     ----------
-    joint, place
-        those of its parent
+    joint, placement
+        of its parent
     """
     import pinocchio
 
-    free = any(one.type == "free" for one in link.joints)
-    if not free:  # whose coordinates are the place
-        place = place * pinocchio.SE3(np.array(link.attitude), np.array(link.place))
-    for one in link.joints:
-        anchor = pinocchio.SE3(np.eye(3), np.array(one.anchor) * (not free))
-        joint = model.addJoint(joint, _joint(one), place * anchor, f"joint {model.njoints}")
-        place = anchor.inverse()
+    free = any(link_joint.type == "free" for link_joint in link.joints)
+    if not free:  # the coordinates of a free joint are its placement
+        placement = placement * pinocchio.SE3(np.array(link.attitude), np.array(link.place))
+    for link_joint in link.joints:
+        anchor = pinocchio.SE3(np.eye(3), np.array(link_joint.anchor) * (not free))
+        joint = model.addJoint(
+            joint, _joint(link_joint), placement * anchor, f"joint {model.njoints}"
+        )
+        placement = anchor.inverse()
     inertia = pinocchio.Inertia(link.mass, np.array(link.centre), np.array(link.inertia))
-    model.appendBodyToJoint(joint, inertia, place)
-    return joint, place
+    model.appendBodyToJoint(joint, inertia, placement)
+    return joint, placement
 
 
 def _joint(joint: Joint) -> Any:

@@ -17,7 +17,7 @@ from references.engine_clock import engine_time
 from references.rebound import simulation as rebound_simulation
 from references.setting import described
 
-LOST = 1e-3  # change of energy, relative to kinetic plus potential, that no close pass explains
+LOST = 1e-3  # change of energy, relative to kinetic plus potential, that no close approach explains
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,16 +27,16 @@ class ReboundAdaptive:
     Attributes
     ----------
     integrator
-        REBOUND's name of it
+        its name in REBOUND
     defaults
         options that every run sets and records
     options
-        further keys of a setting that are set on REBOUND's configuration of it
+        further keys of a setting that are set on REBOUND's integrator
     tolerances
-        those of the defaults that the key "tolerance" stands for
+        names of the defaults that the key "tolerance" sets
     fits
-        what `supports` says
-    made
+        (problem): whether it is supported
+    build
         (problem, integrator, options): the simulation; see `references.rebound.users`
 
     Notes
@@ -58,7 +58,7 @@ class ReboundAdaptive:
     tolerances: tuple[str, ...]
     exact: bool = False
     fits: Callable[[Problem], bool] = rebound_simulation.supports
-    made: rebound_simulation.Made = rebound_simulation.simulation
+    build: rebound_simulation.Builder = rebound_simulation.simulation
 
     @property
     def missing(self) -> str:
@@ -66,34 +66,35 @@ class ReboundAdaptive:
         return rebound_simulation.missing()
 
     def supports(self, problem: Problem) -> bool:
-        """N bodies, or a scalar mass about a fixed centre, unless `fits` says other."""
+        """N bodies, or a scalar mass about a fixed centre; with another `fits` what that
+        accepts."""
         return self.fits(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        known = (*self.defaults, *self.options)
-        times = times_of_run(self, problem, duration, setting, "tolerance", "first_step", *known)
-        options = {**self.defaults, **{k: setting[k] for k in known if k in setting}}
+        keys = (*self.defaults, *self.options)
+        times = times_of_run(self, problem, duration, setting, "tolerance", "first_step", *keys)
+        options = {**self.defaults, **{k: setting[k] for k in keys if k in setting}}
         for key in self.tolerances:
             options[key] = input_checks.positive(key, setting.get("tolerance", options[key]))
-        sim = self.made(problem, self.integrator, options)
+        sim = self.build(problem, self.integrator, options)
         if "first_step" in setting:
             sim.engine.dt = input_checks.positive("first_step", setting["first_step"])
         sim.engine.dt = math.copysign(sim.engine.dt, duration)
-        begun, taken = sim.engine.t - problem.t0, sim.engine.steps_done
+        time_offset, steps_before = sim.engine.t - problem.t0, sim.engine.steps_done
         q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
         q[0], v[0] = problem.q0, problem.v0
         failure = None
         with rebound_simulation.interrupts_kept(), rebound_simulation.messages() as warned:
-            for row, t in enumerate((times[1:] + begun).tolist(), start=1):
+            for row, t in enumerate((times[1:] + time_offset).tolist(), start=1):
                 try:
                     with engine_time:
                         sim.engine.integrate(t, exact_finish_time=1)
                 except RuntimeError as error:
                     failure = Failure(row=row, step=row, why=f"REBOUND stopped: {error}")
                     break
-                where, speed = sim.states()
-                q[row], v[row] = where.reshape(q[row].shape), speed.reshape(q[row].shape)
+                positions, velocities = sim.states()
+                q[row], v[row] = positions.reshape(q[row].shape), velocities.reshape(q[row].shape)
 
         def ended(failure: Failure | None) -> Trajectory:
             return as_trajectory(
@@ -102,7 +103,7 @@ class ReboundAdaptive:
                 times,
                 q,
                 v,
-                counts={"steps": int(sim.engine.steps_done - taken)},
+                counts={"steps": int(sim.engine.steps_done - steps_before)},
                 failure=failure,
                 notes=[*warned(), self._accuracy_note(setting)],
             )
@@ -114,7 +115,8 @@ class ReboundAdaptive:
         return ended(lost) if lost is not None else run
 
     def _accuracy_note(self, setting: Mapping[str, Any]) -> str:
-        """That a run is no truth with the default tolerance, unless it is exact; else empty."""
+        """A note that a run with the default tolerance is no truth; empty if it is exact or sets
+        one."""
         if self.exact or {"tolerance", *self.tolerances} & set(setting):
             return ""
         default = self.defaults[self.tolerances[0]]
@@ -125,7 +127,7 @@ class ReboundAdaptive:
 
 
 def _lost(run: Trajectory, tolerance: str) -> Failure | None:
-    """The failure that a jump of the energy betrays, if any."""
+    """The failure that a jump of the energy reveals; None without one."""
     with np.errstate(all="ignore"):
         energy = galvi.energy(run)
         potential = run.problem.system.potential_energy(run.problem.q0, np.array(run.problem.t0))

@@ -1,4 +1,4 @@
-"""Defects of REBOUND's, each made to happen in a moment."""
+"""Defects of REBOUND, each reproduced within a second."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from references.rebound import whfast512
 
 @rebound_simulation.arithmetic_kept()  # WHFast512 leaves subnormal numbers to be 0
 def corrector_taken_for_17() -> str:
-    """What WHFast512 makes of a corrector of order 3; '' where that is not the one of 17."""
+    """How WHFast512 takes a corrector of order 3 for that of order 17; '' if it does not."""
     if whfast512.missing():
         return ""
     ends = {}
@@ -26,41 +26,41 @@ def corrector_taken_for_17() -> str:
             whfast512.advance(sim, 200)
         sim.synchronize()
         ends[integrator, order] = sim.particles[1].x
-    apart = abs(ends["whfast", 3] - ends["whfast", 17])
+    gap = abs(ends["whfast", 3] - ends["whfast", 17])
     same = ends["whfast512", 3] == ends["whfast512", 17]
     return (
-        f"correctors 3 and 17 end at the same place, to the bit; WHFast's part by {apart:.0e}"
-        if same and apart > 0.0
+        f"correctors 3 and 17 end at the same place, to the bit; WHFast's part by {gap:.0e}"
+        if same and gap > 0.0
         else ""
     )
 
 
 def step_repeated_for_ever() -> str:
-    """What BS does at its least step where two bodies meet; '' where its time goes on."""
+    """How BS repeats its least step where two bodies meet; '' if its time advances."""
     sim = _two_at_rest()
     sim.integrator, sim.dt = "bs", 1e-2
     sim.integrator.min_dt = 1e-3
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         sim.steps(500)
-        time, done = sim.t, sim.steps_done
+        time, steps_done = sim.t, sim.steps_done
         sim.steps(2000)
-    stuck = sim.t == time and sim.steps_done - done == 2000
+    stuck = sim.t == time and sim.steps_done - steps_done == 2000
     return f"the time stays at {time:.6g} in 2,000 further steps of 0.001" if stuck else ""
 
 
 def integers_wrap_around() -> str:
-    """What JANUS makes of a position above 2^63 of its units; '' where it says so, or keeps it."""
+    """How JANUS changes a position above 2^63 of its units; '' if it warns, or keeps it."""
     sim = _planets("janus")
     sim.integrator.scale_pos = sim.integrator.scale_vel = 1e-20
     before = sim.particles[2].x
-    with warnings.catch_warnings(record=True) as said:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         sim.steps(1)
     after = sim.particles[2].x
     lost = not math.isclose(before, after, rel_tol=0.5)
     return (
-        f"in one step of 0.1 x goes from {before:.3g} to {after:.3g}" if lost and not said else ""
+        f"in one step of 0.1 x goes from {before:.3g} to {after:.3g}" if lost and not caught else ""
     )
 
 
@@ -98,8 +98,8 @@ DEFECTS: Mapping[str, Callable[[], str]] = {
 }
 
 
-def seen() -> dict[str, str]:
-    """Defect -> what was seen now, in the installed version; '' for one that is not there.
+def observations() -> dict[str, str]:
+    """Defect -> what the installed version does; '' for a defect that it does not have.
 
     Raises
     ------
@@ -112,5 +112,5 @@ def seen() -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    for defect, what in seen().items():
-        print(f"{defect}: {what or 'not in this version'}")
+    for defect, observation in observations().items():
+        print(f"{defect}: {observation or 'not in this version'}")

@@ -26,7 +26,7 @@ def missing() -> str:
 
 
 def versions() -> str:
-    """Those of both packages."""
+    """The versions of both packages."""
     import rebound
     import reboundx
 
@@ -39,7 +39,7 @@ def states(
     dt: float,
     times: Array,
     name: str,
-    own: Mapping[str, Any],
+    force_parameters: Mapping[str, Any],
     of_bodies: Mapping[int, Mapping[str, Any]],
 ) -> tuple[Array, Array]:
     """q and v (n, bodies, 3) of bodies in space at even times, which are multiples of dt.
@@ -47,24 +47,24 @@ def states(
     Parameters
     ----------
     name
-        of REBOUNDx's force, "" for none; own are its parameters, of_bodies those of bodies, their
-        radius "r" among them
+        of REBOUNDx's force, "" for none; ``force_parameters`` are its parameters, ``of_bodies``
+        those of each body, with its radius "r"
     """
     import reboundx
 
     count = round((times[1] - times[0]) / dt)
     batch = {"concatenate_steps": count} if integrator == "whfast512" else {}
-    made = rebound_simulation.simulation(problem, integrator, batch)
-    sim, found = made.engine, []
+    simulation = rebound_simulation.simulation(problem, integrator, batch)
+    sim, saved = simulation.engine, []
     sim.dt, sim.exact_finish_time = dt, integrator in ADAPTIVE
     extras = reboundx.Extras(sim)
     if name:
         force = extras.load_force(name)
         extras.add_force(force)
-        for key, value in own.items():
+        for key, value in force_parameters.items():
             force.params[key] = value
         for body, parameters in of_bodies.items():
-            particle = sim.particles[int(made.place[body])]
+            particle = sim.particles[int(simulation.indices[body])]
             for key, value in parameters.items():
                 if key == "r":
                     particle.r = value
@@ -76,6 +76,6 @@ def states(
                 sim.integrate(t - problem.t0)
             elif k:
                 sim.steps(1 if batch else count)
-            found.append(made.states())
-    q, v = (np.array(x) for x in zip(*found, strict=True))
+            saved.append(simulation.states())
+    q, v = (np.array(x) for x in zip(*saved, strict=True))
     return q, v

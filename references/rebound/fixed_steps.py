@@ -33,18 +33,18 @@ class ReboundSteps:
     Attributes
     ----------
     integrator
-        REBOUND's name of it
+        its name in REBOUND
     options
-        keys of a setting that are set on REBOUND's configuration of it
+        keys of a setting that are set on REBOUND's integrator
     order
         of convergence with its defaults, at vanishing step
     advance
         (engine, steps): take so many steps
     objection
-        (problem, options): why they do not go together, or nothing
+        (problem, options): why they do not fit together, or ""
     engine_missing, fits
-        what `missing` and `supports` say
-    made
+        what `missing` and `supports` return
+    build
         (problem, integrator, options): the simulation; see `references.rebound.users`
 
     Notes
@@ -66,7 +66,7 @@ class ReboundSteps:
     objection: Callable[[Problem, Mapping[str, Any]], str] = _no_objection
     engine_missing: Callable[[], str] = rebound_simulation.missing
     fits: Callable[[Problem], bool] = rebound_simulation.supports
-    made: rebound_simulation.Made = rebound_simulation.simulation
+    build: rebound_simulation.Builder = rebound_simulation.simulation
 
     @property
     def missing(self) -> str:
@@ -90,38 +90,40 @@ class ReboundSteps:
         if self.objection(problem, options):
             raise ValueError(f"{self.name}: {self.objection(problem, options)}")
         times = steps.times(problem.t0)
-        sim = self.made(problem, self.integrator, options)
+        sim = self.build(problem, self.integrator, options)
         sim.engine.dt = steps.step
         sim.engine.exact_finish_time = 0
         q, v = (np.full((len(times), *problem.q0.shape), np.nan) for _ in "qv")
         q[0], v[0] = problem.q0, problem.v0
-        done, failure = 0, None
+        steps_done, failure = 0, None
         with rebound_simulation.arithmetic_kept(), rebound_simulation.messages() as warned:
             for row, target in enumerate(steps.saved[1:].tolist(), start=1):
-                while done < target and failure is None:
-                    more = min(target - done, CHUNK)
+                while steps_done < target and failure is None:
+                    batch = min(target - steps_done, CHUNK)
                     try:
                         with engine_time:
-                            self.advance(sim.engine, more)
+                            self.advance(sim.engine, batch)
                     except RuntimeError as error:
-                        if not done and self._refuses(problem, options, steps.step):
+                        if not steps_done and self._refuses(problem, options, steps.step):
                             raise ValueError(f"REBOUND refuses {options}: {error}") from None
-                        failure = Failure(row=row, step=done + 1, why=f"REBOUND stopped: {error}")
+                        failure = Failure(
+                            row=row, step=steps_done + 1, why=f"REBOUND stopped: {error}"
+                        )
                     else:
-                        done += more
+                        steps_done += batch
                 if failure is not None:
                     break
                 with engine_time:
                     sim.engine.synchronize()
-                where, speed = sim.states()
-                q[row], v[row] = where.reshape(q[row].shape), speed.reshape(q[row].shape)
+                positions, velocities = sim.states()
+                q[row], v[row] = positions.reshape(q[row].shape), velocities.reshape(q[row].shape)
         return as_trajectory(
             problem,
             described(self.name, setting, rebound_simulation.version()),
             times,
             q,
             v,
-            counts={"steps": done},
+            counts={"steps": steps_done},
             step=steps.step,
             failure=failure,
             notes=warned(),
@@ -129,7 +131,7 @@ class ReboundSteps:
 
     def _refuses(self, problem: Problem, options: Mapping[str, Any], step: float) -> bool:
         """Whether REBOUND takes no step at all with these options."""
-        sim = self.made(problem, self.integrator, options)
+        sim = self.build(problem, self.integrator, options)
         sim.engine.dt = step
         try:
             self.advance(sim.engine, 1)

@@ -32,15 +32,15 @@ def missing() -> str:
         return "REBOUND is not built for this processor: make native."
     wheel = rebound_simulation.version()
     with native():
-        own = rebound_simulation.version()
-    if own == wheel:
+        built = rebound_simulation.version()
+    if built == wheel:
         return ""
-    return f"{own} is built for this processor, beside {wheel}. Build it again: make native."
+    return f"{built} is built for this processor, beside {wheel}. Build it again: make native."
 
 
 @contextmanager
 def native() -> Iterator[None]:
-    """`import rebound` means this build."""
+    """Inside the block ``import rebound`` imports this build."""
     before = _taken_out()
     try:
         sys.modules.update(_modules(FOLDER))
@@ -77,7 +77,7 @@ class Native:
 
     @property
     def name(self) -> str:
-        """The contender's name, marked."""
+        """The contender's name, with a mark."""
         return f"{self.contender.name}, native"
 
     @property

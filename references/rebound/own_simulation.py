@@ -13,7 +13,7 @@ read by all others, so that the job holds what the file does:
             or "", and "taken", the number of steps;
             "accelerations": those of each body at each state, "energies": of each state}
 
-Nothing is judged here, so that all releases are judged alike.
+The program assesses nothing, so that all releases are assessed alike.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ from typing import Any
 STATE = ("m", "x", "y", "z", "vx", "vy", "vz")
 
 
-def made(job: dict[str, Any], particles: list[list[float]]) -> Any:
-    """The simulation of a job from these particles; ValueError for what the release has not."""
+def build(job: dict[str, Any], particles: list[list[float]]) -> Any:
+    """The simulation of a job with these particles; ValueError for an option that the release
+    lacks."""
     import rebound
 
     sim = rebound.Simulation()
@@ -40,35 +41,35 @@ def made(job: dict[str, Any], particles: list[list[float]]) -> Any:
     for name, value in job.get("settings", {}).items():
         setattr(sim, name, value)
     sim.integrator = job["integrator"]
-    held = (
+    options_owner = (
         sim.integrator
         if hasattr(sim.integrator, "name")
         else (getattr(sim, f"ri_{job['integrator']}", None))
     )
     for name, value in job.get("options", {}).items():
-        if not hasattr(held, name):
+        if not hasattr(options_owner, name):
             raise ValueError(f"This release's {job['integrator']} has no option {name}.")
         try:
-            setattr(held, name, value)
+            setattr(options_owner, name, value)
         except ValueError:  # 10_6_4 of SABA is 10,6,4 in releases before 5
-            setattr(held, name, str(value).replace("_", ","))
+            setattr(options_owner, name, str(value).replace("_", ","))
     return sim
 
 
 def state(sim: Any) -> tuple[list[list[float]], float]:
     """The particles and the energy now, of a copy that is synchronised."""
-    seen = sim.copy()
-    (getattr(seen, "synchronize", None) or seen.integrator_synchronize)()
-    energy = (getattr(seen, "energy", None) or seen.calculate_energy)()
-    return [[getattr(p, name) for name in STATE] for p in seen.particles], float(energy)
+    synchronised = sim.copy()
+    (getattr(synchronised, "synchronize", None) or synchronised.integrator_synchronize)()
+    energy = (getattr(synchronised, "energy", None) or synchronised.calculate_energy)()
+    return [[getattr(p, name) for name in STATE] for p in synchronised.particles], float(energy)
 
 
-PARTS = 100  # of the steps between rows, after which rounding is imitated
+PARTS = 100  # parts of the steps between rows; rounding is imitated after each
 
 
 def advance(sim: Any, count: int, time: float | None, signs: random.Random | None) -> None:
-    """To a time, or so many steps. With signs each entry is off by as much as errors of an ulp of
-    it in each step add up to."""
+    """Advance to a time, or by ``count`` steps. With ``signs``, a random generator, each entry is
+    perturbed by the accumulated error of one ulp a step."""
     part = count if signs is None else math.ceil(count / PARTS)
     for first in range(0, count, part):
         before = sim.steps_done if signs else 0
@@ -83,7 +84,7 @@ def advance(sim: Any, count: int, time: float | None, signs: random.Random | Non
                     setattr(p, name, getattr(p, name) * (1.0 + signs.choice((-ulps, ulps))))
 
 
-def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
+def run(job: dict[str, Any], request: dict[str, Any]) -> dict[str, Any]:
     """One run of the job; up to its failure where it fails."""
     rows: dict[str, Any] = {
         "particles": [],
@@ -93,12 +94,12 @@ def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
         "taken": 0,
     }
     try:
-        sim = made(job, asked.get("particles") or job["particles"])
-        sim.dt = asked.get("step") or job["step"]
-        sim.exact_finish_time = int("times" in asked)  # WHFast512 takes none but whole steps
-        signs = random.Random(asked["rounding"]) if "rounding" in asked else None
-        for time in asked.get("times") or [None] * (asked["steps"] // asked["every"]):
-            advance(sim, asked.get("every", 1), time, signs)
+        sim = build(job, request.get("particles") or job["particles"])
+        sim.dt = request.get("step") or job["step"]
+        sim.exact_finish_time = int("times" in request)  # WHFast512 takes whole steps only
+        signs = random.Random(request["rounding"]) if "rounding" in request else None
+        for time in request.get("times") or [None] * (request["steps"] // request["every"]):
+            advance(sim, request.get("every", 1), time, signs)
             particles, energy = state(sim)
             rows["particles"].append(particles)
             rows["energy"].append(energy)
@@ -112,7 +113,7 @@ def run(job: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
 
 
 def accelerations(sim: Any) -> list[list[float]]:
-    """Those of each body."""
+    """Accelerations (n, 3) of the bodies."""
     import rebound
 
     library = rebound.clibrebound
@@ -129,10 +130,10 @@ def answer(job: dict[str, Any]) -> dict[str, Any]:
 
     warnings.simplefilter("ignore")
     plain = {**job, "integrator": "leapfrog", "options": {}}
-    states = [made(plain, each) for each in job.get("states", [])]
+    states = [build(plain, particles) for particles in job.get("states", [])]
     return {
         "release": rebound.__version__,
-        "runs": [run(job, asked) for asked in job.get("runs", [])],
+        "runs": [run(job, request) for request in job.get("runs", [])],
         "energies": [state(sim)[1] for sim in states],
         "accelerations": [accelerations(sim) for sim in states],
     }

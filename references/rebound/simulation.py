@@ -64,25 +64,25 @@ class Simulation:
     ----------
     engine
         the rebound.Simulation
-    place : array, shape (bodies,)
+    indices : array, shape (bodies,)
         index of each of the problem's bodies among the particles
     dimension
         of the problem, 2 or 3
     """
 
     engine: Any
-    place: Any
+    indices: Any
     dimension: int
 
     def states(self) -> tuple[Array, Array]:
         """q and v of the problem's bodies now, (bodies, dimension) each."""
         read = {"xyz": np.zeros((self.engine.N, 3)), "vxvyvz": np.zeros((self.engine.N, 3))}
         self.engine.serialize_particle_data(**read)
-        kept = [x[self.place, : self.dimension] for x in read.values()]
-        return kept[0], kept[1]
+        arrays = [x[self.indices, : self.dimension] for x in read.values()]
+        return arrays[0], arrays[1]
 
 
-Made = Callable[[Problem, str, Mapping[str, Any]], Simulation]
+Builder = Callable[[Problem, str, Mapping[str, Any]], Simulation]
 
 
 def simulation(problem: Problem, integrator: str, options: Mapping[str, Any]) -> Simulation:
@@ -112,18 +112,18 @@ def simulation(problem: Problem, integrator: str, options: Mapping[str, Any]) ->
         rank = np.where(masses == 0.0, 2, 1)  # massless bodies last
         rank[np.argmax(masses)] = 0
         order = np.argsort(rank, kind="stable").tolist()
-        place = np.argsort(order)
+        indices = np.argsort(order)
         if system.has_massless:
             sim.N_active = int(np.count_nonzero(masses))
     else:
-        masses, order, place = np.zeros(1), [0], np.array([1])
+        masses, order, indices = np.zeros(1), [0], np.array([1])
         sim.add(m=system.potential.mu / float(system.mass))
         sim.N_active = 1
     for i in order:
         x, y, z = np.pad(q[i], (0, 3 - q.shape[1]))
         vx, vy, vz = np.pad(v[i], (0, 3 - q.shape[1]))
         sim.add(m=masses[i], x=x, y=y, z=z, vx=vx, vy=vy, vz=vz)
-    return Simulation(engine=sim, place=place, dimension=q.shape[1])
+    return Simulation(engine=sim, indices=indices, dimension=q.shape[1])
 
 
 @contextmanager
@@ -133,7 +133,7 @@ def arithmetic_kept() -> Iterator[None]:
     WHFast512 (5.2.2) sets flush-to-zero and leaves it set: from then on the whole process would
     round subnormal numbers to zero.
     """
-    library, modes = _c_library(), ctypes.create_string_buffer(256)  # fenv_t, with room
+    library, modes = _c_library(), ctypes.create_string_buffer(256)  # fenv_t is smaller
     library.fegetenv(modes)
     try:
         yield
@@ -145,8 +145,8 @@ def arithmetic_kept() -> Iterator[None]:
 def interrupts_kept() -> Iterator[None]:
     """Restore Python's handler of Ctrl-C afterwards.
 
-    Its integrate (5.2.2) puts a handler of its own in the place of Python's and leaves it there:
-    from then on no Ctrl-C would reach the rest of the program.
+    REBOUND's integrate (5.2.2) installs a handler of its own and leaves it there: from then on no
+    Ctrl-C would reach the rest of the program.
     """
     try:
         yield

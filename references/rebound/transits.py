@@ -1,4 +1,4 @@
-"""Transits as users of REBOUND find them, which has no events: by bisection between outputs."""
+"""Transits by bisection between outputs, as users of REBOUND find them, since it has no events."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def transits(
     planets: Sequence[int],
     star: int,
     duration: float,
-    every: float,
+    interval: float,
     precision: float,
 ) -> list[Array]:
     """Mid-transit times since the start of each planet, seen from far away along x, as REBOUND's
@@ -28,34 +28,35 @@ def transits(
     ----------
     planets
         numbers of bodies, all in one run
-    every
+    interval
         time between outputs
     precision
         of the times
     """
     sim = rebound_simulation.simulation(problem, "ias15", {})
-    engine, found = sim.engine, [list[float]() for _ in planets]
+    engine, transit_times = sim.engine, [list[float]() for _ in planets]
     p, s = (
-        [engine.particles[int(sim.place[body])] for body in bodies] for bodies in (planets, [star])
+        [engine.particles[int(sim.indices[body])] for body in bodies]
+        for bodies in (planets, [star])
     )
     with rebound_simulation.interrupts_kept(), engine_time:
         while engine.t < duration:
-            before, begun = [planet.y - s[0].y for planet in p], engine.t
-            engine.integrate(begun + every)
+            before, start = [planet.y - s[0].y for planet in p], engine.t
+            engine.integrate(start + interval)
             ended = engine.t
             passed = [
                 y * (planet.y - s[0].y) < 0.0 and planet.x > s[0].x
                 for y, planet in zip(before, p, strict=True)
             ]
             for k in np.flatnonzero(passed).tolist():
-                low, high = begun, ended
+                low, high = start, ended
                 while high - low > precision:
                     engine.integrate(0.5 * (low + high))
                     if before[k] * (p[k].y - s[0].y) < 0.0:
                         high = engine.t
                     else:
                         low = engine.t
-                found[k].append(0.5 * (low + high))
+                transit_times[k].append(0.5 * (low + high))
             if any(passed):
                 engine.integrate(ended)
-    return [np.array(times) for times in found]
+    return [np.array(times) for times in transit_times]

@@ -16,46 +16,46 @@ from galvi.arrays import Array
 from galvi.interop.rebound_forces import Forced
 from references.rebound.adaptive import ReboundAdaptive
 from references.rebound.fixed_steps import ReboundSteps
-from references.rebound.simulation import Made, Simulation, arithmetic_kept, messages
+from references.rebound.simulation import Builder, Simulation, arithmetic_kept, messages
 
 Kind = TypeVar("Kind", ReboundSteps, ReboundAdaptive)
 
 
-def of_user(contender: Kind, sim: Any, problem: Problem, kept: bool = True) -> Kind:
+def of_user(contender: Kind, sim: Any, problem: Problem, keep_settings: bool = True) -> Kind:
     """The contender on a copy of this `rebound.Simulation`, which `problem` was read from, or of
     one that is `Forced`, with its forces.
 
     Parameters
     ----------
-    kept
-        its routine of gravity and its time are kept and, where the integrator is its own, all its
-        options and what is not synchronised; else gravity is that of point masses, summed directly,
-        and the integrator is as new
+    keep_settings
+        True: keep the routine of gravity, the time and, if the integrator is the simulation's own,
+        its options and unsynchronised state. False: sum the gravity of point masses directly, with
+        a new integrator
 
     Notes
     -----
-    From the problem itself a run starts at the simulation's own numbers, else at those of the
-    problem that is asked for. It does not end where a particle passes exit_max_distance.
+    A run of ``problem`` itself starts at the simulation's own numbers, a run of another problem at
+    that problem's. It does not end where a particle passes exit_max_distance.
     """
-    made = _made(sim, problem, kept)
+    build = _builder(sim, problem, keep_settings)
     if not isinstance(sim, Forced):
-        return replace(contender, made=made)
+        return replace(contender, build=build)
     system = problem.system
     plain = NBody(system.masses, system.G)
 
-    def fits(other: Problem) -> bool:
-        return other.system is system and contender.supports(replace(other, system=plain))
+    def fits(candidate: Problem) -> bool:
+        return candidate.system is system and contender.supports(replace(candidate, system=plain))
 
-    return replace(contender, made=made, fits=fits)
+    return replace(contender, build=build, fits=fits)
 
 
-def _made(sim: Any, read: Problem, kept: bool) -> Made:
-    def made(problem: Problem, integrator: str, options: Mapping[str, Any]) -> Simulation:
+def _builder(sim: Any, read: Problem, keep_settings: bool) -> Builder:
+    def build(problem: Problem, integrator: str, options: Mapping[str, Any]) -> Simulation:
         with messages():
             copy = sim.copy()
         copy.exit_max_distance = copy.exit_min_distance = 0.0
-        own = kept and copy.integrator.name.decode() == integrator
-        if not (own and _same_start(problem, read)):
+        keep_options = keep_settings and copy.integrator.name.decode() == integrator
+        if not (keep_options and _same_start(problem, read)):
             with messages(), arithmetic_kept():
                 copy.synchronize()
             copy.gravity_ignore = 0  # of WHFast; BS does not set it
@@ -66,14 +66,14 @@ def _made(sim: Any, read: Problem, kept: bool) -> Made:
                     setattr(copy.integrator, key, value)
             except (AttributeError, TypeError, ValueError) as error:
                 raise ValueError(f"{key} cannot be {value!r} in REBOUND: {error}") from None
-        if not kept:
+        if not keep_settings:
             copy.gravity, copy.t = "basic", 0.0
         if not _same_start(problem, read):
             _put(copy, problem.q0, problem.v0)
-            copy.t = problem.t0 if kept else 0.0
+            copy.t = problem.t0 if keep_settings else 0.0
         return Simulation(copy, np.arange(copy.N), problem.q0.shape[1])
 
-    return made
+    return build
 
 
 def _same_start(problem: Problem, read: Problem) -> bool:
@@ -81,10 +81,10 @@ def _same_start(problem: Problem, read: Problem) -> bool:
 
 
 def _put(sim: Any, q: Array, v: Array) -> None:
-    room = ((0, 0), (0, 3 - q.shape[1]))
-    states = np.pad(q, room).tolist(), np.pad(v, room).tolist()
-    for particle, place, speed in zip(sim.particles, *states, strict=True):
-        particle.xyz, particle.vxyz = place, speed
+    padding = ((0, 0), (0, 3 - q.shape[1]))
+    states = np.pad(q, padding).tolist(), np.pad(v, padding).tolist()
+    for particle, position, speed in zip(sim.particles, *states, strict=True):
+        particle.xyz, particle.vxyz = position, speed
 
 
 def defaults(integrator: str) -> dict[str, Any]:
@@ -93,9 +93,9 @@ def defaults(integrator: str) -> dict[str, Any]:
 
     sim = rebound.Simulation()
     sim.integrator = integrator
-    found = {}
+    options = {}
     for word in repr(sim.integrator).split(", ")[1:]:
         name, equals, text = word.partition("=")
         if equals and name != "name" and not text.startswith("None"):
-            found[name] = getattr(sim.integrator, name)
-    return found
+            options[name] = getattr(sim.integrator, name)
+    return options

@@ -102,11 +102,11 @@ def solve(
 
 def tolerances(setting: Mapping[str, Any]) -> dict[str, float]:
     """rtol and atol of a setting, or SciPy's defaults; ValueError unless positive."""
-    found = {"rtol": 1e-3, "atol": 1e-6}
+    fallback = {"rtol": 1e-3, "atol": 1e-6}
     if "tolerance" in setting:
-        found = dict.fromkeys(found, input_checks.positive("tolerance", setting["tolerance"]))
-    given = {key: input_checks.positive(key, setting[key]) for key in found if key in setting}
-    return {**found, **given}
+        fallback = dict.fromkeys(fallback, input_checks.positive("tolerance", setting["tolerance"]))
+    explicit = {key: input_checks.positive(key, setting[key]) for key in fallback if key in setting}
+    return {**fallback, **explicit}
 
 
 def with_tolerances(setting: Mapping[str, Any]) -> dict[str, Any]:
@@ -115,7 +115,7 @@ def with_tolerances(setting: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def accuracy_note(setting: Mapping[str, Any]) -> str:
-    """That a run is no truth, where its relative tolerance is SciPy's default; else empty."""
+    """A note that a run with SciPy's default relative tolerance is no truth; else empty."""
     if "tolerance" in setting or "rtol" in setting:
         return ""
     return (

@@ -46,8 +46,8 @@ class ChainIvp:
         def accelerated(q: Array, v: Array, t: float) -> Array:
             if system.force is None:
                 return equations.acceleration(q, v)
-            given = (q.copy(), v.copy(), t) if system.timed_force else (q.copy(), v.copy())
-            return equations.acceleration(q, v, checked(system.force(*given), (n,)))
+            arguments = (q.copy(), v.copy(), t) if system.timed_force else (q.copy(), v.copy())
+            return equations.acceleration(q, v, checked(system.force(*arguments), (n,)))
 
         return run_on_coordinates(self, problem, duration, setting, accelerated)
 
@@ -72,8 +72,8 @@ class LagrangianIvp:
 
     def supports(self, problem: Problem) -> bool:
         """A Lagrangian from SymPy, without external force."""
-        known = isinstance(problem.system, Lagrangian)
-        return known and LagrangeEquations.of(problem) is not None
+        is_lagrangian = isinstance(problem.system, Lagrangian)
+        return is_lagrangian and LagrangeEquations.of(problem) is not None
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
@@ -93,10 +93,10 @@ def accelerations(equations: LagrangeEquations) -> Callable[[Array, Array, float
     mass = sympy.lambdify(states, [list(row) for row in equations.mass], cse=True)
 
     def accelerated(q: Array, v: Array, t: float) -> Array:
-        given = np.array(pull(q, v, t), dtype=np.float64)
+        force = np.array(pull(q, v, t), dtype=np.float64)
         if not equations.mass:
-            return given
-        return np.linalg.solve(np.array(mass(q, v, t), dtype=np.float64), given)
+            return force
+        return np.linalg.solve(np.array(mass(q, v, t), dtype=np.float64), force)
 
     return accelerated
 

@@ -24,7 +24,7 @@ class RigidIvp:
     ----------
     quaternions
         the attitude is a quaternion, normalised wherever it becomes a matrix; otherwise the nine
-        entries of the matrix, which nothing keeps a rotation
+        entries of the matrix, which need not stay a rotation
 
     Notes
     -----

@@ -1,6 +1,6 @@
 """The truth for a rigid body in weight: `python -m references.stored.attitude` makes it anew.
 
-A file tells its problem by inertia, mass, centre of mass, weight and start, to the last bit.
+A file identifies its problem by inertia, mass, centre of mass, weight and start, to the last bit.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def _identity(problem: Problem) -> Identity:
 STORED_ATTITUDE = StoredStates(
     name="stored truth, rigid bodies",
     module="references.stored.attitude",
-    made={
+    makers={
         "pendulum_3d": (problems.pendulum_3d, 20.0),
         "heavy_top": (problems.heavy_top, 20.0),
     },

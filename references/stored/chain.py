@@ -1,6 +1,6 @@
 """The truth for chains of links: `python -m references.stored.chain` makes it anew.
 
-A file tells its problem by links, gravity and start, to the last bit.
+A file identifies its problem by links, gravity and start, to the last bit.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def _identity(problem: Problem) -> Identity:
 STORED_CHAIN = StoredStates(
     name="stored truth, chains",
     module="references.stored.chain",
-    made={
+    makers={
         "double_pendulum": (problems.double_pendulum, 10.0),
         "planar_chain": (problems.planar_chain, 10.0),
     },

@@ -16,8 +16,8 @@ GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 
 def burrau() -> Problem:
     """Three bodies of masses 3, 4 and 5, at rest opposite the sides of these lengths."""
-    places = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]]
-    return Problem(NBody([3.0, 4.0, 5.0]), places, np.zeros((3, 2)), name="Burrau's problem")
+    positions = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]]
+    return Problem(NBody([3.0, 4.0, 5.0]), positions, np.zeros((3, 2)), name="Burrau's problem")
 
 
 def _orbit(a: float, e: float, mass: float, tilt: float, turn: float) -> tuple[Any, Any]:
@@ -44,31 +44,31 @@ AU = "au, solar mass, year / 2 pi"
 def hd_80606() -> Problem:
     """A planet of e = 0.933, as that of HD 80606, and a companion of Jupiter's mass at 3 au."""
     star, planet, companion = 1.05, 3.9e-3, 9.5e-4
-    one = _orbit(0.4565, 0.9332, star + planet, 0.0, 0.0)
-    two = _orbit(3.0, 0.1, star + planet + companion, math.radians(10.0), 1.0)
+    planet_state = _orbit(0.4565, 0.9332, star + planet, 0.0, 0.0)
+    companion_state = _orbit(3.0, 0.1, star + planet + companion, math.radians(10.0), 1.0)
     zero = (np.zeros(3), np.zeros(3))
-    q, v = zip(zero, one, two, strict=True)
+    q, v = zip(zero, planet_state, companion_state, strict=True)
     masses = [star, planet, companion]
     return _balanced(masses, q, v, "HD 80606 and a companion", AU, ("star", "planet", "companion"))
 
 
 def kozai_triple() -> Problem:
     """A planet that a star at 6 au, inclined by 75 degrees, makes eccentric again and again."""
-    star, planet, other = 1.0, 1e-3, 1.0
-    one = _orbit(1.0, 0.05, star + planet, math.radians(75.0), 0.3)
-    two = _orbit(6.0, 0.0, star + planet + other, 0.0, 0.0)
+    star, planet, outer = 1.0, 1e-3, 1.0
+    planet_state = _orbit(1.0, 0.05, star + planet, math.radians(75.0), 0.3)
+    outer_state = _orbit(6.0, 0.0, star + planet + outer, 0.0, 0.0)
     inner = planet / (star + planet)
-    q = [-inner * one[0], (1.0 - inner) * one[0], two[0]]
-    v = [-inner * one[1], (1.0 - inner) * one[1], two[1]]
+    q = [-inner * planet_state[0], (1.0 - inner) * planet_state[0], outer_state[0]]
+    v = [-inner * planet_state[1], (1.0 - inner) * planet_state[1], outer_state[1]]
     return _balanced(
-        [star, planet, other], q, v, "Kozai-Lidov cycles", AU, ("star", "planet", "other star")
+        [star, planet, outer], q, v, "Kozai-Lidov cycles", AU, ("star", "planet", "other star")
     )
 
 
 def binary_meets_star() -> Problem:
     """A third star flies through a circular binary of equal stars."""
-    one, turn = np.array([0.5, 0.0, 0.0]), np.array([0.0, math.sqrt(2.0) / 2.0, 0.0])
-    q, v = [-one, one, [-1.1, 12.0, 0.2]], [-turn, turn, [0.05, -0.8, 0.0]]
+    position, velocity = np.array([0.5, 0.0, 0.0]), np.array([0.0, math.sqrt(2.0) / 2.0, 0.0])
+    q, v = [-position, position, [-1.1, 12.0, 0.2]], [-velocity, velocity, [0.05, -0.8, 0.0]]
     return _balanced([1.0, 1.0, 1.0], q, v, "a binary meets a star", "G = 1", (0, 1, 2))
 
 

@@ -1,6 +1,6 @@
 """The truth for Lagrangians on R^d: `python -m references.stored.lagrangian` makes it anew.
 
-A file tells its problem by start, and by momenta, mass matrix and force at one state of simple
+A file identifies its problem by start, and by momenta, mass matrix and force at one state of simple
 fractions, in 30 digits rounded to double: whatever form the Lagrangian was written in.
 """
 
@@ -43,7 +43,7 @@ def _at_a_state(equations: LagrangeEquations) -> Identity:
 STORED_LAGRANGIAN = StoredStates(
     name="stored truth, Lagrangians",
     module="references.stored.lagrangian",
-    made={
+    makers={
         "elastic_pendulum": (problems.elastic_pendulum, 10.0),
         "henon_heiles": (problems.henon_heiles, 40.0),
         "fermi_pasta_ulam_tsingou": (problems.fermi_pasta_ulam_tsingou, 20.0),

@@ -1,9 +1,9 @@
 """Stored truths of point masses, by heyoka in quadruple precision: `python -m
 references.stored.planets`.
 
-Each case is kept at T j / 10 and at T j / 100, j = 1 .. 10: in ten samples to its horizon T or to
-T / 10, or at the end of T / 100. Numbers have 25 significant digits, of which a comparison with a
-looser tolerance, in the file's header, shows how many hold.
+Each case is stored at T j / 10 and at T j / 100, j = 1 .. 10: ten samples to its horizon T or to
+T / 10, or the end of T / 100. Numbers have 25 significant digits; the file's header states their
+difference from those at a looser tolerance.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from references.stored.encounters import ENCOUNTERS
 FOLDER = Path(__file__).parent / "data"
 TOLERANCE, LOOSER = 1e-28, 1e-25
 ROUNDING = 4.0 * 2.0**-52  # relative difference of two roundings of one time
-SAME = 1e-14  # of a start made on two processors, of its largest entry
+SAME = 1e-14  # difference of a start computed on two processors, relative to its largest entry
 
 
 def sampled(horizon: float) -> Array:
@@ -49,12 +49,13 @@ def table(case: str) -> str:
         HEYOKA_QUADRUPLE.states(problem, times, {**QUADRUPLE, "tolerance": tolerance})[0]
         for tolerance in (TOLERANCE, LOOSER)
     )
-    apart = (states - looser).astype(np.float64).reshape(len(times), -1, 2, 3)[:, :, 0]
+    differences = (states - looser).astype(np.float64).reshape(len(times), -1, 2, 3)[:, :, 0]
     system: Any = problem.system
     lines = [
         f"# {problem.name}, the truth",
         f"# source: {engine_name('real128')}, tolerance {TOLERANCE}, high_accuracy",
-        f"# accuracy: with {LOOSER} instead, positions differ by at most {np.abs(apart).max():.1e}",
+        f"# accuracy: with {LOOSER} instead, positions differ by at most "
+        f"{np.abs(differences).max():.1e}",
         f"# made by: python -m references.stored.planets {case} "
         f"({time.perf_counter() - began:.0f} s)",
         f"# units: {problem.units}; t since the start",
@@ -106,17 +107,17 @@ def stored(case: str) -> Stored:
     return Stored(float(header["G"]), *map(read_only, arrays))
 
 
-def as_kept(case: str, problem: Problem) -> Problem:
-    """The problem from the start in its file: sines and sums have other last bits on other
-    processors. ValueError where the two differ by more."""
-    kept = stored(case)
-    for made, start in ((problem.q0, kept.q[0]), (problem.v0, kept.v[0])):
-        if np.max(np.abs(made - start)) > SAME * np.max(np.abs(start)):
+def with_stored_start(case: str, problem: Problem) -> Problem:
+    """The problem with the start of its file, since sines and sums differ in their last bits
+    between processors. ValueError for a larger difference."""
+    truth = stored(case)
+    for computed, start in ((problem.q0, truth.q[0]), (problem.v0, truth.v[0])):
+        if np.max(np.abs(computed - start)) > SAME * np.max(np.abs(start)):
             raise ValueError(
                 f"the start of {problem.name} must be that of {case}.csv, to {SAME:g}; received "
-                f"{made.tolist()}. Make the file anew."
+                f"{computed.tolist()}. Make the file anew."
             )
-    return problem.with_initial_state(kept.q[0], kept.v[0])
+    return problem.with_initial_state(truth.q[0], truth.v[0])
 
 
 CASES: Mapping[str, tuple[Problem, float]] = {  # file: problem, T in its unit of time
@@ -124,7 +125,10 @@ CASES: Mapping[str, tuple[Problem, float]] = {  # file: problem, T in its unit o
     "applegate": (problems.applegate(), 10_000.0),
     "solar_system": (problems.solar_system(), 10_000.0),
     "solar_system_without_pluto": (problems.solar_system(pluto=False), 73_050.0),
-    **{case: (as_kept(case, make()), horizon) for case, (make, horizon) in ENCOUNTERS.items()},
+    **{
+        case: (with_stored_start(case, make()), horizon)
+        for case, (make, horizon) in ENCOUNTERS.items()
+    },
 }
 
 
@@ -132,9 +136,9 @@ CASES: Mapping[str, tuple[Problem, float]] = {  # file: problem, T in its unit o
 class StoredTruth:
     """Stored states of the planets, for exactly the problems that were integrated.
 
-    Setting: samples. Duration and samples must fall on times that are kept (see the module).
-    Accurate to the rounding of positions and times: a time that differs from the kept one by its
-    rounding moves the bodies along their velocity. Newton's point masses, as the problems say.
+    Setting: samples. Duration and samples must fall on stored times (see the module). Accurate to
+    the rounding of positions and times: a time that differs from the stored one by rounding moves
+    the bodies along their velocity. The bodies are Newton's point masses.
     """
 
     fixed_step: ClassVar[bool] = False
@@ -148,22 +152,22 @@ class StoredTruth:
         return any(stored(case).of(problem) for case in CASES)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """Look up; see `Contender`. ValueError for times that are not kept."""
+        """Look up; see `Contender`. ValueError for times that are not stored."""
         times = times_of_run(self, problem, duration, setting)
-        known = next(stored(case) for case in CASES if stored(case).of(problem))
+        truth = next(stored(case) for case in CASES if stored(case).of(problem))
         since = times - problem.t0
-        rows = np.argmin(np.abs(since[:, None] - known.t), axis=1)
-        late = since - known.t[rows]
+        rows = np.argmin(np.abs(since[:, None] - truth.t), axis=1)
+        late = since - truth.t[rows]
         lost = np.abs(late) > ROUNDING * np.abs(times)
         if np.any(lost):
-            kept = ", ".join(f"{t:g}" for t in known.t[1:])
+            stored_times = ", ".join(f"{t:g}" for t in truth.t[1:])
             raise ValueError(
-                f"the stored truth is kept {kept} after the start; received a sample at "
+                f"the stored truth is kept {stored_times} after the start; received a sample at "
                 f"{since[lost][0]:g}. Choose a duration and samples among these."
             )
-        q = known.q[rows] + known.v[rows] * late[:, None, None]
+        q = truth.q[rows] + truth.v[rows] * late[:, None, None]
         method = described(self.name, setting, f"heyoka, real128, tolerance {TOLERANCE}")
-        return as_trajectory(problem, method, times, q, known.v[rows], counts={"steps": 0})
+        return as_trajectory(problem, method, times, q, truth.v[rows], counts={"steps": 0})
 
 
 STORED_TRUTH = StoredTruth()

@@ -12,13 +12,13 @@ OF_HEADER = {"engine": "source", "accuracy": "accuracy", "made by": "made by"}
 
 
 def truths() -> list[Mapping[str, str]]:
-    """A line for each file, by HEADINGS; the hash is of the file's bytes."""
-    found = []
+    """A row for each file, with the keys HEADINGS; the hash is that of the file's bytes."""
+    rows = []
     for path in sorted(FOLDER.glob("*.csv")):
         content = path.read_bytes()
         lines = [line[2:] for line in content.decode("ascii").splitlines() if line[:2] == "# "]
         header = dict(line.split(": ", 1) for line in lines[1:])
-        found.append(
+        rows.append(
             {
                 "file": path.name,
                 "problem": lines[0].removesuffix(", the truth"),
@@ -26,4 +26,4 @@ def truths() -> list[Mapping[str, str]]:
                 "SHA-256": hashlib.sha256(content).hexdigest(),
             }
         )
-    return found
+    return rows

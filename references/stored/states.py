@@ -17,12 +17,12 @@ from references.heyoka.engine import engine_name
 from references.setting import described
 from references.stored.planets import FOLDER, LOOSER, TOLERANCE
 
-EVERY = 0.5  # of a problem's unit of time, between states that are kept
+SAVE_INTERVAL = 0.5  # units of time between stored states
 Identity = dict[str, list[float]]
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
+class FileContents:
     """One file: identity of its problem, times since the start (saved,), q and p (saved, ...)."""
 
     identity: Identity
@@ -38,29 +38,29 @@ class StoredStates:
     Attributes
     ----------
     module
-        that makes the files anew, with ``python -m``
-    made
-        file: what makes its problem, and the horizon in its unit of time
+        that writes the files, with ``python -m``
+    makers
+        case -> function that makes its problem, and the horizon in its unit of time
     engine
         heyoka in quadruple precision
     knows
-        problem -> whether it is of the kind that has an identity
+        problem -> whether it has an identity
     identity
-        problem -> the numbers that tell it from another, to the last bit
+        problem -> the numbers that identify it, to the last bit
     columns
         titles of the entries of q and p
 
     Notes
     -----
-    Setting: samples. Duration and samples must fall on times that are kept, every half unit.
-    Accurate to the rounding of the states.
+    Setting: samples. Duration and samples must fall on stored times, every half unit. Accurate to
+    the rounding of the states.
     """
 
     fixed_step: ClassVar[bool] = False
 
     name: str
     module: str
-    made: Mapping[str, tuple[Callable[[], Problem], float]]
+    makers: Mapping[str, tuple[Callable[[], Problem], float]]
     engine: Contender
     knows: Callable[[Problem], bool]
     identity: Callable[[Problem], Identity]
@@ -71,10 +71,10 @@ class StoredStates:
     @cached_property
     def cases(self) -> Mapping[str, tuple[Problem, float]]:
         """Case -> its problem and horizon."""
-        return {case: (make(), horizon) for case, (make, horizon) in self.made.items()}
+        return {case: (make(), horizon) for case, (make, horizon) in self.makers.items()}
 
     @cached_property
-    def files(self) -> Mapping[str, Kept]:
+    def files(self) -> Mapping[str, FileContents]:
         """Case -> its file's contents."""
         return {case: self._read(case) for case in self.cases}
 
@@ -83,40 +83,40 @@ class StoredStates:
         return self._of(problem) is not None
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """Look up; see `Contender`. ValueError for times that are not kept."""
+        """Look up; see `Contender`. ValueError for times that are not stored."""
         times = times_of_run(self, problem, duration, setting)
-        known = self._of(problem)
-        assert known is not None
+        contents = self._of(problem)
+        assert contents is not None
         since = times - problem.t0
-        rows = np.argmin(np.abs(since[:, None] - known.t), axis=1)
-        lost = since != known.t[rows]
+        rows = np.argmin(np.abs(since[:, None] - contents.t), axis=1)
+        lost = since != contents.t[rows]
         if np.any(lost):
             raise ValueError(
-                f"the stored truth is kept every {EVERY:g} up to {known.t[-1]:g} after the start; "
-                f"received a sample at {since[lost][0]:g}. Choose a duration and samples among "
-                "these."
+                f"the stored truth is kept every {SAVE_INTERVAL:g} up to {contents.t[-1]:g} after "
+                f"the start; received a sample at {since[lost][0]:g}. Choose a duration and "
+                "samples among these."
             )
         method = described(self.name, setting, f"heyoka, real128, tolerance {TOLERANCE}")
         return as_trajectory(
-            problem, method, times, known.q[rows], p=known.p[rows], counts={"steps": 0}
+            problem, method, times, contents.q[rows], p=contents.p[rows], counts={"steps": 0}
         )
 
     def table(self, case: str) -> str:
         """The text of one file; raises ModuleNotFoundError without heyoka's real128."""
         problem, horizon = self.cases[case]
-        samples = round(horizon / EVERY)
+        samples = round(horizon / SAVE_INTERVAL)
         runs = [
             self.engine.run(problem, horizon, {"samples": samples, "tolerance": tolerance})
             for tolerance in (TOLERANCE, LOOSER)
         ]
-        entries, others = (
+        entries, looser_entries = (
             np.concatenate([run.q.reshape(samples + 1, -1), run.p], axis=1) for run in runs
         )
         lines = [
             f"# {problem.name}, the truth",
             f"# source: {engine_name('real128')}, tolerance {TOLERANCE}, high_accuracy",
             f"# accuracy: rounded to double; with {LOOSER} instead, "
-            f"{np.count_nonzero(entries != others)} of {entries.size} numbers differ",
+            f"{np.count_nonzero(entries != looser_entries)} of {entries.size} numbers differ",
             f"# made by: python -m {self.module} {case}",
             f"# units: {problem.units}; t since the start",
             *(f"# {key}: " + " ".join(map(repr, x)) for key, x in self.identity(problem).items()),
@@ -127,18 +127,20 @@ class StoredStates:
         return "\n".join(lines) + "\n"
 
     def write(self, cases: Sequence[str]) -> None:
-        """Make these files anew, or all."""
+        """Write the files of these cases, or all."""
         for case in cases or self.cases:
             (FOLDER / f"{case}.csv").write_text(self.table(case), encoding="ascii")
             print(f"wrote references/data/{case}.csv")
 
-    def _of(self, problem: Problem) -> Kept | None:
+    def _of(self, problem: Problem) -> FileContents | None:
         if not self.knows(problem):
             return None
         identity = self.identity(problem)
-        return next((kept for kept in self.files.values() if kept.identity == identity), None)
+        return next(
+            (contents for contents in self.files.values() if contents.identity == identity), None
+        )
 
-    def _read(self, case: str) -> Kept:
+    def _read(self, case: str) -> FileContents:
         problem, _ = self.cases[case]
         lines = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
         header = dict(line[2:].split(": ", 1) for line in lines if line[0] == "#" and ": " in line)
@@ -148,4 +150,4 @@ class StoredStates:
         rows = np.array([[float(x) for x in ln.split(",")] for ln in lines if ln[0].isdigit()])
         t, q, p = np.split(rows, [1, 1 + problem.q0.size], axis=1)
         q = q.reshape(-1, *problem.q0.shape)
-        return Kept(identity, *map(read_only, (t[:, 0], q, p)))
+        return FileContents(identity, *map(read_only, (t[:, 0], q, p)))

@@ -1,4 +1,4 @@
-"""The textbook's equations of a chain of links in a plane, apart from galvi's Lagrangian.
+"""Textbook equations of a chain of links in a plane, independent of galvi's Lagrangian.
 
 The centre of link k is at x = sum_i S_ki sin q_i, z = -sum_i S_ki cos q_i, with S_ki = l_i above
 the link, its own lever at i = k, and 0 below. With J = dx/dq, K = dz/dq, masses m and moments I
@@ -66,9 +66,9 @@ class ChainEquations:
 
 
 def is_chain(problem: Problem, forced: bool = False) -> bool:
-    """Whether the system is a PlanarChain with its own slopes, and no external force but if forced.
+    """Whether the system is a PlanarChain with the chain's slopes and, unless ``forced``, no force.
 
-    Slopes that are given are compared with the chain's at the start and at states around it.
+    A user's slopes are compared with the chain's at the start and at states around it.
     """
     system = problem.system
     if not isinstance(system, Lagrangian) or not isinstance(system.function, PlanarChain):
@@ -81,17 +81,17 @@ def is_chain(problem: Problem, forced: bool = False) -> bool:
 def _own_slopes(system: Lagrangian, problem: Problem) -> bool:
     equations, n = ChainEquations.of(system.function), problem.q0.size
 
-    def known(state: Array) -> Array:
+    def chain_slopes(state: Array) -> Array:
         q, v = state[:n], state[n:]
         J, K = equations.levers * np.cos(q), equations.levers * np.sin(q)
         x, z = equations.masses * (J @ v), equations.masses * (K @ v)
         by_q = (J.T @ z - K.T @ x) * v - equations.gravity * (K.T @ equations.masses)
         return np.concatenate([equations.mass(q) @ v, by_q])
 
-    def given(state: Array) -> Any:
+    def supplied_slopes(state: Array) -> Any:
         time = (problem.t0,) if system.explicit_time else ()
         assert system.slopes is not None
         return system.slopes(state[:n].copy(), state[n:].copy(), *time)
 
     start = np.concatenate([problem.q0, problem.v0])
-    return agrees(given, known, points_around(start))
+    return agrees(supplied_slopes, chain_slopes, points_around(start))

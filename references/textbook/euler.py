@@ -27,7 +27,7 @@ STORMER_VERLET = splitting("Stormer-Verlet", order=2, nodes=(0.0, 1.0), kicks=(0
 class MatrixEuler:
     """R' = R + h R hat(w), p' = p + h (p x w + torque); setting: step, save_every.
 
-    Nothing keeps R a rotation or |p| constant: that is what it is here to show.
+    R does not stay a rotation, nor |p| constant, which this method is here to show.
     """
 
     fixed_step: ClassVar[bool] = True
@@ -50,7 +50,7 @@ class MatrixEuler:
         saved = np.full((len(times), state.size), np.nan)
         saved[0], row, failure = state, 1, None
         for k in range(1, steps.count + 1):
-            with np.errstate(all="ignore"):  # non-finite states are looked for here
+            with np.errstate(all="ignore"):  # non-finite states are checked below
                 state = state + steps.step * slope(problem.t0 + (k - 1) * steps.step, state)
             if not np.all(np.isfinite(state)):
                 failure = non_finite(k, steps.saved, times)

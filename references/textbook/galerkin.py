@@ -223,12 +223,12 @@ def momentum(L: Function, q: Array, v: Array) -> Array:
 
 def _slopes(function: Callable[[Array], Any], x: Array) -> Array:
     """The derivatives of a number by x, of its shape, by complex steps: exact to round-off."""
-    result = np.empty(x.shape)
+    derivatives = np.empty(x.shape)
     for i in np.ndindex(x.shape):
         moved = x.astype(complex)
         moved[i] += 1j * TINY
-        result[i] = np.imag(function(moved)) / TINY
-    return result
+        derivatives[i] = np.imag(function(moved)) / TINY
+    return derivatives
 
 
 def _jacobian(function: Callable[[Array], Array], x: Array) -> Array:

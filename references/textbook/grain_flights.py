@@ -26,7 +26,7 @@ from references.textbook.quaternions import dop853_tableau
 jit: Any = njit(**OPTIONS)
 ROW, ROWS = types.float64[::1], types.float64[:, ::1]
 STAGES = 12
-SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
+SAFETY, MIN_FACTOR, MAX_FACTOR, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
 STEPS, CONTACTS, REFINEMENTS = 1_000_000, 1000, 12
 
 
@@ -41,7 +41,7 @@ def slope(force, numbers, inverse, gravity, y, t, out):
 
 
 @jit
-def tried(force, numbers, inverse, gravity, y, t, h, A, K, new):
+def try_step(force, numbers, inverse, gravity, y, t, h, A, K, new):
     """K[1:] and new (6,) <- the stages and the end of a step; K[0] is known."""
     for j in range(1, STAGES + 1):
         new[:] = y
@@ -83,16 +83,18 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
     e, slowest = ground
     K, y, new, last = np.zeros((STAGES, 6)), np.zeros(6), np.zeros(6), np.zeros(6)
     for grain in range(starts.shape[0]):
-        y[:], t, wanted, contacts = starts[grain, :6], starts[grain, 6], 1e-4, 0
+        y[:], t, next_step, contacts = starts[grain, :6], starts[grain, 6], 1e-4, 0
         ends[grain, 7] = -1.0
         slope(force, numbers, inverse, gravity, y, t, K[0])
         for _ in range(STEPS):
-            h = min(wanted, until - t)
-            tried(force, numbers, inverse, gravity, y, t, h, A, K, new)
+            h = min(next_step, until - t)
+            try_step(force, numbers, inverse, gravity, y, t, h, A, K, new)
             error = error_of(y, new, h, K, E3, E5, tolerance)
             if not error <= 1.0:  # NaN comes here too
-                wanted = h * (max(LEAST, SAFETY * error**EXPONENT) if error > 1.0 else LEAST)
-                if not wanted > 1e-15:
+                next_step = h * (
+                    max(MIN_FACTOR, SAFETY * error**EXPONENT) if error > 1.0 else MIN_FACTOR
+                )
+                if not next_step > 1e-15:
                     break
                 continue
             down = new[2] <= 0.0
@@ -102,17 +104,17 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
                         break
                     h -= new[2] / new[5]
                     last[:] = new
-                    tried(force, numbers, inverse, gravity, y, t, h, A, K, new)
+                    try_step(force, numbers, inverse, gravity, y, t, h, A, K, new)
                     if abs(new[2]) >= abs(last[2]):
                         break
                 contacts += 1
             elif error > 0.0:
-                wanted = h * min(MOST, max(LEAST, SAFETY * error**EXPONENT))
+                next_step = h * min(MAX_FACTOR, max(MIN_FACTOR, SAFETY * error**EXPONENT))
             ends_here = not down and h >= until - t
             t = until if ends_here else t + h
             y[:] = new
             if down:
-                y[2], y[5], wanted = 0.0, -e * new[5], 1e-4
+                y[2], y[5], next_step = 0.0, -e * new[5], 1e-4
                 if e < 0.0 or not y[5] > slowest:
                     y[3:] = 0.0
                     ends[grain, 7] = 1.0

@@ -25,9 +25,9 @@ class ImplicitEuler:
     """q' = q + h v', v' = v + h a(q', t + h), by Newton's method from the explicit guess.
 
     Setting: step, save_every, tolerance (last Newton update relative to |q| + h |v|, default
-    8 eps), max_iterations (default 50). A solve that does not get there ends the run, unless
-    accept_unconverged is set: then its last iterate is taken, as by a solver that does not look,
-    and status and counts["unconverged_steps"] say so.
+    8 eps), max_iterations (default 50). A solve that does not converge ends the run, unless
+    accept_unconverged is set: then the run goes on from its last iterate, and status and
+    counts["unconverged_steps"] report it.
     """
 
     fixed_step: ClassVar[bool] = True
@@ -50,10 +50,10 @@ class ImplicitEuler:
         limit = input_checks.whole("max_iterations", setting.get("max_iterations", 50))
         times = steps.times(problem.t0)
         accelerated, slope = acceleration(problem), acceleration_jacobian(problem)
-        rest = np.zeros(problem.v0.shape)  # which forces here do not depend on
+        zero_velocity = np.zeros(problem.v0.shape)  # which forces here do not depend on
 
         def force(q: Array, t: float) -> Array:
-            return accelerated(q, rest, t)
+            return accelerated(q, zero_velocity, t)
 
         q, v, a = problem.q0, problem.v0, force(problem.q0, problem.t0)
         saved_q, saved_v = (np.full((len(times), *q.shape), np.nan) for _ in "qv")
@@ -96,10 +96,10 @@ class ImplicitEuler:
         return replace(run, ending=Ending(Outcome(End.DOUBTFUL, reason=_accepted(stalled))))
 
 
-def _stalled(k: int, used: int, t0: float, h: float) -> str:
+def _stalled(k: int, iterations: int, t0: float, h: float) -> str:
     return (
         f"Newton's method stopped converging in step {k}, from t = {t0 + (k - 1) * h:.6g}, after "
-        f"{used} iterations. Choose a smaller step, or end the run earlier."
+        f"{iterations} iterations. Choose a smaller step, or end the run earlier."
     )
 
 

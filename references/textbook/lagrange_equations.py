@@ -1,4 +1,4 @@
-"""Lagrange's equations in SymPy, derived from L itself, apart from galvi's derivatives.
+"""Lagrange's equations in SymPy, derived from L itself, independent of galvi's derivatives.
 
 M a = dL/dq - (d2L/dv dq) v - d2L/dv dt,   M = d2L/dv2
 """
@@ -19,7 +19,7 @@ from references.forces.of_problem import holds, symbols, time_symbol, written_ou
 from references.forces.on_symbols import formulas_of, written
 from references.newton import is_forced, potential_formula, replaces_force
 
-# SymPy, where it is used, is imported: it takes a fifth of the import of the references.
+# SymPy is imported where it is used: it takes a fifth of the import of the references.
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,8 @@ class LagrangeEquations:
 
     @staticmethod
     def of(problem: Problem) -> LagrangeEquations | None:
-        """Of a Lagrangian from SymPy without external force, or of a Canonical whose functions are
-        formulas of the references or run on symbols; None of anything else.
-        """
+        """The equations of a Lagrangian from SymPy without external force, or of a Canonical whose
+        functions are formulas of the references or run on symbols; None for any other problem."""
         system: Any = problem.system
         if isinstance(system, Canonical):
             return _of_canonical(problem)
@@ -74,7 +73,7 @@ class LagrangeEquations:
 
 
 def nodes(expression: Any) -> Iterator[Any]:
-    """Those of an expression, without those inside of constants."""
+    """The nodes of an expression, without those inside constants."""
     import sympy
 
     walk = sympy.preorder_traversal(expression)
@@ -144,13 +143,12 @@ def _of_canonical(problem: Problem) -> LagrangeEquations | None:
 
 
 def _conservative(problem: Problem) -> tuple[Any, ...] | None:
-    """-dV/dq: a formula of the references, or minus the gradient that is given, or else derived
-    from the potential; None where neither can be written, or not with the values of the function.
-    """
+    """-dV/dq: a formula of the references, or minus the user's gradient, or else derived from the
+    potential; None where neither can be written out with the function's values."""
     system: Any = problem.system
-    known = None if replaces_force(problem) else potential_formula(system.potential)
-    if known is not None and known.formula is not None:
-        return _pull_of_formula(known.formula, tuple(known.numbers.tolist()), problem.q0.size)
+    formula = None if replaces_force(problem) else potential_formula(system.potential)
+    if formula is not None and formula.formula is not None:
+        return _pull_of_formula(formula.formula, tuple(formula.numbers.tolist()), problem.q0.size)
     gradient, names = system.gradient, "qt" if system.explicit_time else "q"
     if gradient is None and not system.explicit_time:
         gradient = getattr(system.potential, "gradient", None)
@@ -161,10 +159,10 @@ def _conservative(problem: Problem) -> tuple[Any, ...] | None:
             return None
         slopes = tuple(potential[0].diff(x) for x in symbols(problem.q0.size)[0])
     if gradient is None:
-        held = holds(problem, potential, system.potential, names)
+        verified = holds(problem, potential, system.potential, names)
     else:
-        held = holds(problem, slopes, gradient, names)
-    return tuple(-slope for slope in slopes) if held else None
+        verified = holds(problem, slopes, gradient, names)
+    return tuple(-slope for slope in slopes) if verified else None
 
 
 def _external(problem: Problem) -> tuple[Any, ...] | None:

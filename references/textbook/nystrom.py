@@ -27,9 +27,9 @@ from references.setting import described
 # state     q, v (d,), advanced in place
 # scratch   F (s, d): accelerations at the stages, of which the last is kept when `reuses_last`;
 #           Q, f (d,): the configuration at a stage and the force there
-# steps     first, last, total, every: steps done, to be done in this call, in the whole run, and
-#           from one state kept to the next
-# saved     q, v (n, d): states kept, and the last
+# steps     first, last, total, save_every: the range of this call's steps, the steps of the run,
+#           and those between saved states
+# saved     q, v (n, d): the saved states, with the last
 #
 # The force gets the velocity of the step's start, so only one-stage methods may depend on it.
 
@@ -65,7 +65,7 @@ def advance(tableau, force, numbers, inverse_mass, state, scratch, t0, h, steps,
     A, c, bq, bv, reuses_last = tableau
     q, v = state
     F, Q, f = scratch
-    first, last, total, every = steps
+    first, last, total, save_every = steps
     d, stages = q.size, c.size
     evaluations = 0
     for k in range(first, last):
@@ -96,8 +96,8 @@ def advance(tableau, force, numbers, inverse_mass, state, scratch, t0, h, steps,
             residue += (q[i] - q[i]) + (v[i] - v[i])
         if residue != 0.0:  # only a NaN or an infinity leaves one
             return k + 1, evaluations
-        if (k + 1) % every == 0 or k + 1 == total:
-            row = (k + every) // every
+        if (k + 1) % save_every == 0 or k + 1 == total:
+            row = (k + save_every) // save_every
             for i in range(d):
                 saved[0][row, i], saved[1][row, i] = q[i], v[i]
     return 0, evaluations
@@ -180,8 +180,8 @@ class Nystrom:
 
     def supports(self, problem: Problem) -> bool:
         """Any system with L = v.M v / 2 - V; an external force where `takes_forces`."""
-        known = isinstance(problem.system, (Canonical, NBody))
-        return known and (self.takes_forces or not is_forced(problem))
+        separable = isinstance(problem.system, (Canonical, NBody))
+        return separable and (self.takes_forces or not is_forced(problem))
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Equal steps; compiled when the forces are, else interpreted. See `Contender`."""
@@ -196,29 +196,29 @@ class Nystrom:
         saved = np.full((2, len(times), q.size), np.nan)
         saved[:, 0] = q, v
         scratch = np.zeros((len(self.nodes), q.size)), np.zeros(q.size), np.zeros(q.size)
-        every = int(steps.saved[1])
-        failed = evaluations = done = 0
-        while done < steps.count and not failed:
-            last = min(done + CHUNK, steps.count)
+        save_every = int(steps.saved[1])
+        failed = evaluations = steps_done = 0
+        while steps_done < steps.count and not failed:
+            last = min(steps_done + CHUNK, steps.count)
             with np.errstate(all="ignore"):  # the loop looks for non-finite states itself
-                failed, more = go(
+                failed, new_evaluations = go(
                     tableau,
                     *moving,
                     state,
                     scratch,
                     problem.t0,
                     steps.step,
-                    (done, last, steps.count, every),
+                    (steps_done, last, steps.count, save_every),
                     tuple(saved),
                 )
-            evaluations += more
-            done = failed - 1 if failed else last
+            evaluations += new_evaluations
+            steps_done = failed - 1 if failed else last
         return as_trajectory(
             problem,
             described(self.name, setting),
             times,
             *saved,
-            counts={"steps": done, "force_evaluations": evaluations},
+            counts={"steps": steps_done, "force_evaluations": evaluations},
             step=steps.step,
             failure=non_finite(failed, steps.saved, times, MET) if failed else None,
         )

@@ -27,7 +27,7 @@ from references.setting import described
 # body     `PrincipalBody.numbers`: inverse (3,) of the principal moments; force (3,), mass g in the
 #          frame of the start; centre (3,) of mass; heavy, whether these two act
 # state    (7,) advanced in place
-# saved    (n, 7) states kept: every `every` steps and the last
+# saved    (n, 7) the states after every `save_every` steps, and the last
 #
 # The quaternion is divided by its norm after each accepted step.
 
@@ -40,7 +40,7 @@ DOP853_SIGNATURE = types.UniTuple(WHOLE, 3)(
     BODY, ROW, types.Tuple((ROWS, ROW, ROW)), REAL, ROW, WHOLE
 )
 STAGES = 12
-SAFETY, LEAST, MOST, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
+SAFETY, MIN_FACTOR, MAX_FACTOR, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
 EPS = 2.0**-52
 
 
@@ -117,8 +117,8 @@ def constants(body):
 
 
 @jit
-def rk4(body, state, h, first, last, total, every, saved):
-    """Steps first .. last of the whole; returns the number of the step that failed (0: none)."""
+def rk4(body, state, h, first, last, total, save_every, saved):
+    """Steps first .. last of ``total``; returns the number of the step that failed (0: none)."""
     numbers = constants(body)
     s = loaded(state)
     for k in range(first, last):
@@ -131,8 +131,8 @@ def rk4(body, state, h, first, last, total, every, saved):
         residue = (s[0] - s[0]) + (s[4] + s[5] + s[6]) * 0.0
         if residue != 0.0:  # only a NaN or an infinity leaves one
             return k + 1
-        if (k + 1) % every == 0 or k + 1 == total:
-            store(s, saved[(k + every) // every])
+        if (k + 1) % save_every == 0 or k + 1 == total:
+            store(s, saved[(k + save_every) // save_every])
     store(s, state)
     return 0
 
@@ -163,45 +163,49 @@ def error_of(s, new, h, K, E3, E5, tolerance):
 
 @jit
 def dop853(body, state, tableau, tolerance, clock, budget):
-    """Up to `budget` tried steps to clock[1]; returns 0 done, 1 more to do, -1 failed; the tries
-    and the steps.
+    """Try up to ``budget`` steps towards the time clock[1]; returns 0 (arrived), 1 (budget spent)
+    or -1 (failed), the number of tries, and that of accepted steps.
 
     Parameters
     ----------
     tableau
-        as `dop853_tableau`; clock (3,) time, where to end, next step: changed in place
+        as `dop853_tableau`; ``clock`` (3,) is the time, the end and the next step, updated in place
     """
     numbers = constants(body)
     A, E3, E5 = tableau
     K = np.empty((STAGES, 7))
-    s, grown, accepted = loaded(state), MOST, 0
-    t, end, wanted = clock[0], clock[1], clock[2]
+    s, max_growth, accepted = loaded(state), MAX_FACTOR, 0
+    t, end, next_step = clock[0], clock[1], clock[2]
     store(slopes(s, *numbers), K[0])
-    for tried in range(budget):
+    for attempt in range(budget):
         left = end - t
-        ends = abs(wanted) >= abs(left)
-        h = left if ends else wanted
+        ends = abs(next_step) >= abs(left)
+        h = left if ends else next_step
         if not (ends or abs(h) > 10.0 * EPS * abs(end)):
-            return -1, tried, accepted
+            return -1, attempt, accepted
         for j in range(1, STAGES):
             store(slopes(weighted(s, h, K, A[j], j), *numbers), K[j])
         new = weighted(s, h, K, A[STAGES], STAGES)
         error = error_of(s, new, h, K, E3, E5, tolerance)
         if error <= 1.0:
-            factor = min(grown, max(LEAST, SAFETY * error**EXPONENT)) if error > 0.0 else grown
-            wanted = max(abs(wanted), abs(h * factor)) * np.sign(h) if ends else h * factor
-            s, grown = normalised(new), MOST
+            factor = (
+                min(max_growth, max(MIN_FACTOR, SAFETY * error**EXPONENT))
+                if error > 0.0
+                else max_growth
+            )
+            next_step = max(abs(next_step), abs(h * factor)) * np.sign(h) if ends else h * factor
+            s, max_growth = normalised(new), MAX_FACTOR
             t = end if ends else t + h
             accepted += 1
             store(s, state)
-            clock[0], clock[2] = t, wanted
+            clock[0], clock[2] = t, next_step
             if ends:
-                return 0, tried + 1, accepted
+                return 0, attempt + 1, accepted
             store(slopes(s, *numbers), K[0])
         else:  # NaN comes here too
-            factor = max(LEAST, SAFETY * error**EXPONENT) if error > 0.0 else LEAST
-            wanted, grown = h * factor, 1.0
-    clock[2] = wanted
+            factor = max(MIN_FACTOR, SAFETY * error**EXPONENT) if error > 0.0 else MIN_FACTOR
+            next_step, max_growth = h * factor, 1.0
+    clock[2] = next_step
     return 1, budget, accepted
 
 
@@ -220,8 +224,8 @@ CHUNK = 100_000  # steps between two looks at Ctrl-C
 class QuaternionRK4:
     """The classical Runge-Kutta method on (quaternion, body momentum); setting: step, save_every.
 
-    In the principal axes, so that w = J^-1 p costs three products; no memory is taken in the loop.
-    The quaternion is divided by its norm after every step, the momentum is left alone.
+    In the principal axes, so that w = J^-1 p costs three products; the loop allocates nothing. The
+    quaternion is divided by its norm after every step, the momentum is left alone.
     """
 
     fixed_step: ClassVar[bool] = True
@@ -244,12 +248,14 @@ class QuaternionRK4:
         state = body.start()
         saved = np.full((len(times), 7), np.nan)
         saved[0] = state
-        every = int(steps.saved[1])
-        failed = done = 0
-        while done < steps.count and not failed:
-            last = min(done + CHUNK, steps.count)
-            failed = advance(body.numbers, state, steps.step, done, last, steps.count, every, saved)
-            done = failed - 1 if failed else last
+        save_every = int(steps.saved[1])
+        failed = steps_done = 0
+        while steps_done < steps.count and not failed:
+            last = min(steps_done + CHUNK, steps.count)
+            failed = advance(
+                body.numbers, state, steps.step, steps_done, last, steps.count, save_every, saved
+            )
+            steps_done = failed - 1 if failed else last
         q, p = body.states(problem, saved)
         return as_trajectory(
             problem,
@@ -257,7 +263,7 @@ class QuaternionRK4:
             times,
             q,
             p=p,
-            counts={"steps": done, "force_evaluations": 4 * (done + (failed > 0))},
+            counts={"steps": steps_done, "force_evaluations": 4 * (steps_done + (failed > 0))},
             step=steps.step,
             failure=non_finite(failed, steps.saved, times) if failed else None,
         )
@@ -318,10 +324,10 @@ class QuaternionDOP853:
         for row, t in enumerate(times[1:] - problem.t0, start=1):
             clock[1], status = t, 1
             while status == 1:
-                status, tried, accepted = advance(
+                status, attempts, accepted = advance(
                     body.numbers, state, dop853_tableau(), tolerance, clock, TRIES
                 )
-                tries, steps = tries + tried, steps + accepted
+                tries, steps = tries + attempts, steps + accepted
             if status < 0:
                 failure = Failure(row=row, step=steps + 1, why=_stuck(problem.t0 + clock[0]))
                 break

@@ -83,7 +83,7 @@ def states(problem, number=6):
 
 def off(problem, mujoco_model):
     """How far galvi's accelerations are from MuJoCo's of the file's own model, relatively."""
-    largest, mj_data = 0.0, mujoco_model.data()
+    largest, mj_data = 0.0, mujoco_model.start_data()
     for q, v in states(problem):
         mj_data.qpos[:], mj_data.qvel[:] = problem.system.to_mujoco(q, v)
         mujoco.mj_forward(mujoco_model.model, mj_data)
@@ -227,7 +227,7 @@ def test_a_tendon_whose_ends_meet_has_no_moment(spring_length, damping):
     problem, mujoco_model = reader.read(HANGING.format(rest=spring_length, damping=damping))
     for v in (0.0, 1.0):
         assert problem.system.acceleration([0.0], [v]) == pytest.approx([9.81], abs=1e-14)
-        mj_data = mujoco_model.data()
+        mj_data = mujoco_model.start_data()
         mj_data.qpos[:], mj_data.qvel[:] = 0.0, v
         mujoco.mj_forward(mujoco_model.model, mj_data)
         assert mj_data.qacc == pytest.approx([9.81], abs=1e-14)
@@ -278,7 +278,7 @@ def test_held_weights_follow_gravity():
     problem, mujoco_model = read("held weights")
     q, v = next(states(problem))
     mujoco_model.model.opt.gravity[:] = 0.0, 3.0, -5.0
-    mj_data = mujoco_model.data()
+    mj_data = mujoco_model.start_data()
     mj_data.qpos[:], mj_data.qvel[:] = problem.system.to_mujoco(q, v)
     mujoco.mj_forward(mujoco_model.model, mj_data)
     varied = problem.system.with_numbers(gravity=[0.0, 3.0, -5.0])
@@ -357,8 +357,10 @@ def test_other_controls_do_not_compile_anew():
 
 
 def test_a_planted_drive_that_keeps_its_slope_is_caught(monkeypatch):
-    law = Drive.law
-    monkeypatch.setattr(Drive, "law", lambda drive, u: (law(drive, u)[0], *law(drive, 0.0)[1:]))
+    law = Drive.force_coefficients
+    monkeypatch.setattr(
+        Drive, "force_coefficients", lambda drive, u: (law(drive, u)[0], *law(drive, 0.0)[1:])
+    )
     with pytest.raises(ValueError, match="misreads this model"):
         arm(U[0])
 
@@ -407,4 +409,4 @@ def test_ranges_need_not_hold_0_or_1(limits):
     text = DRIVEN.replace('ctrlrange="-3 3"', f'ctrlrange="{limits}"')
     low, high = map(float, limits.split())
     force = galvi.from_mujoco(text).system.force
-    assert low <= force.controls[0] <= high and low <= force.some_controls()[0] <= high
+    assert low <= force.controls[0] <= high and low <= force.sample_controls()[0] <= high

@@ -316,7 +316,7 @@ def test_constants_that_are_older_than_the_masses_are_refused_with_the_remedy():
 
 def off(model, *options):
     problem, loaded = reader.read(model, *options)
-    states = mujoco_model.some_states(problem.system, problem.q0, problem.v0)
+    states = mujoco_model.sample_states(problem.system, problem.q0, problem.v0)
     return max(np.max(defect) for defect, _ in mujoco_model.misfits(loaded, problem, states))
 
 
@@ -373,7 +373,7 @@ def test_an_actuator_after_one_of_several_outputs_is_read():
     assert repr(problem.system) == "Multibody(links=2, velocities=4)"
     hinge = problem.system.links[1].joints[0]
     assert hinge.armature == pytest.approx(9 * 0.2) and hinge.damping == pytest.approx(9 * 0.5)
-    mj_data, mass = mujoco_model.data(), np.zeros((4, 4))
+    mj_data, mass = mujoco_model.start_data(), np.zeros((4, 4))
     mujoco.mj_forward(mujoco_model.model, mj_data)
     mujoco.mj_fullM(mujoco_model.model, mj_data, mass)
     assert problem.system.tree.mass(problem.q0) == pytest.approx(mass, rel=1e-12, abs=1e-12)
@@ -401,12 +401,12 @@ def test_the_own_model_is_the_users_but_for_what_is_left_out():
 
 def test_the_own_data_begin_at_the_keyframe_or_at_what_is_given():
     problem, mujoco_model = reader.read(PLAIN, (), "home")
-    mj_data = mujoco_model.data()
+    mj_data = mujoco_model.start_data()
     assert mj_data.time == 3.0 and mj_data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
-    assert mj_data is not mujoco_model.data() and mj_data.qvel[0] == 1.0 and problem.v0[0] == 1.0
+    assert mj_data is not mujoco_model.start_data() and mj_data.qvel[0] == 1.0 and problem.v0[0] == 1.0
     qpos = np.array([0.3, -0.1, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0])
     problem, mujoco_model = reader.read(PLAIN, (), "home", qpos)
-    mj_data = mujoco_model.data()
+    mj_data = mujoco_model.start_data()
     assert np.array_equal(mj_data.qpos, qpos) and mj_data.qvel[0] == 1.0
     assert mj_data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
     assert np.array_equal(problem.q0, problem.system.from_mujoco(qpos, mj_data.qvel)[0])

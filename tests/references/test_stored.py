@@ -24,7 +24,14 @@ from references.stored.attitude import STORED_ATTITUDE
 from references.stored.chain import STORED_CHAIN
 from references.stored.encounters import ENCOUNTERS, burrau
 from references.stored.lagrangian import STORED_LAGRANGIAN
-from references.stored.planets import CASES, FOLDER, STORED_TRUTH, as_kept, sampled, stored
+from references.stored.planets import (
+    CASES,
+    FOLDER,
+    STORED_TRUTH,
+    sampled,
+    stored,
+    with_stored_start,
+)
 from references.textbook.quaternions import QUATERNION_DOP853
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
@@ -55,7 +62,7 @@ OTHERS = {  # problems near those whose motions are kept
         galvi.problems.kepler_polar(),
     ),
 }
-TRUTHS = {case: truth for truth in OTHERS for case in truth.made}
+TRUTHS = {case: truth for truth in OTHERS for case in truth.makers}
 # duration; largest errors of q and p of others, measured in the comment
 COMPILED, SLOW, CHAINS = {"tolerance": 1e-15}, {"tolerance": 1e-12}, {"rtol": 3e-14, "atol": 1e-15}
 PEERS = (
@@ -161,10 +168,12 @@ def test_a_motion_of_planets_is_kept_for_its_problem_and_no_other(case):
 def test_a_start_made_on_another_processor_is_that_of_the_file(case):
     problem, _ = CASES[case]
     rounded = problem.with_initial_state(problem.q0 * (1.0 + 2.0**-52), problem.v0)
-    assert not STORED_TRUTH.supports(rounded) and STORED_TRUTH.supports(as_kept(case, rounded))
+    assert not STORED_TRUTH.supports(rounded) and STORED_TRUTH.supports(
+        with_stored_start(case, rounded)
+    )
     wrong = problem.with_initial_state(problem.q0 * (1.0 + 1e-12), problem.v0)
     with pytest.raises(ValueError, match="Make the file anew"):
-        as_kept(case, wrong)
+        with_stored_start(case, wrong)
 
 
 def test_burraus_bodies_are_at_rest_about_their_barycentre():

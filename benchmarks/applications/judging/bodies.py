@@ -126,7 +126,7 @@ def sources(model: Model, duration: float, own: Own) -> list[Source]:
     problem = model.problem
     mine: Any = ias15.IAS15
     if model.own is not None:
-        mine = of_user(mine, model.own, problem, kept=False)
+        mine = of_user(mine, model.own, problem, keep_settings=False)
     read_alike = not _inexact(model)
     tight = {**ias15.DEFAULT, "epsilon": 1e-10}
     found = [
@@ -220,7 +220,7 @@ def candidates(model: Model, duration: float, own: Own) -> Iterator[list[Candida
     problem, forced = model.problem, isinstance(model.own, Forced)
 
     def on_it(contender: Any) -> Any:
-        return of_user(contender, model.own, problem, kept=False) if forced else contender
+        return of_user(contender, model.own, problem, keep_settings=False) if forced else contender
 
     revolutions = abs(duration) / shortest_period(problem)
     frame = galvi.KeplerFrame()

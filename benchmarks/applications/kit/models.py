@@ -167,7 +167,7 @@ class Model:
 
     def start(self) -> dict[str, list[float]]:
         """qpos, qvel and ctrl."""
-        state = self._read[1].data()
+        state = self._read[1].start_data()
         return {name: getattr(state, name).tolist() for name in ("qpos", "qvel", "ctrl")}
 
     @property

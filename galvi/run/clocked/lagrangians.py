@@ -74,7 +74,9 @@ def _(system: NBody, problem: Problem) -> Lagrangian:
         return np.concatenate([masses * v, masses * pull])
 
     def force(q: Any, v: Any, t: float) -> Array:
-        return masses * acting.rest(q.reshape(-1, size), v.reshape(-1, size), t).ravel()
+        return (
+            masses * acting.extra_accelerations(q.reshape(-1, size), v.reshape(-1, size), t).ravel()
+        )
 
     return Lagrangian(
         L,

@@ -17,7 +17,7 @@ from galvi.systems.forces.celestial import CelestialForce, Force
 
 
 class Acting:
-    """The forces (n,) of bodies of these masses (bodies,).
+    """The forces on bodies of these masses (bodies,), checked, and their constants for kernels.
 
     Attributes
     ----------
@@ -26,12 +26,12 @@ class Acting:
     blocks : array, shape (c,)
         of galvi.kernels.forces.celestial_velocity
     functions
-        those that are functions of the user's
+        the `Force` values, which call a user's function
 
     Raises
     ------
     TypeError
-        For what is no force.
+        For a value that is no force.
     ValueError
         For one that cannot act on such bodies.
     """
@@ -91,12 +91,12 @@ class Acting:
                 )
 
     def constants(self, dimension: int) -> Array:
-        """Those of galvi.kernels.forces.celestial."""
+        """The constants of galvi.kernels.forces.celestial."""
         head = [float(dimension)], self.G * self.masses, [len(self.terms), float(self.poles)]
         return np.concatenate([*head, self.terms.ravel()])
 
     def velocity_constants(self, dimension: int) -> Array:
-        """Those of galvi.kernels.forces.celestial_velocity."""
+        """The constants of galvi.kernels.forces.celestial_velocity."""
         head = np.array([float(dimension), float(self.masses.size)])
         return np.concatenate([head, self.masses, self.G * self.masses, self.blocks])
 
@@ -105,8 +105,8 @@ class Acting:
         """Whether all functions run inside a compiled kernel."""
         return all(function.compiled for function in self.functions)
 
-    def rest(self, q: Array, v: Array, t: float) -> Array:
-        """What the functions and the forces of velocity accelerate the bodies by, (bodies, D)."""
+    def extra_accelerations(self, q: Array, v: Array, t: float) -> Array:
+        """The accelerations by users' functions and forces of velocity, (bodies, D)."""
         q, v = (np.array(x, dtype=np.float64) for x in (q, v))
         constants = self.velocity_constants(q.shape[1])
         a: Array = celestial_velocity.accelerated(q, v, float(t), constants)
@@ -117,7 +117,8 @@ class Acting:
             )
 
     def force(self, dimension: int) -> Callable[..., Array]:
-        """The function (q, v, t) -> force, (d,) each, of the functions and all of velocity."""
+        """The function (q, v, t) -> force, (d,) each, of users' functions and all forces of
+        velocity."""
         constants = self.velocity_constants(dimension)
         n, total = self.masses.size, _builtin(constants, self.masses.size, dimension)
         if not self.compiled:
@@ -125,31 +126,32 @@ class Acting:
             shape = n, dimension
 
             def called(q: Array, v: Array, t: float) -> Array:
-                rest = self.rest(q.reshape(shape), v.reshape(shape), t).ravel()
+                extra = self.extra_accelerations(q.reshape(shape), v.reshape(shape), t).ravel()
                 with np.errstate(invalid="ignore"):  # NaN where a body without mass is pushed
-                    return masses * rest
+                    return masses * extra
 
             return called
-        for one in self.functions:
-            total = _with(total, one, (n, dimension))
+        for force in self.functions:
+            total = _with(total, force, (n, dimension))
         return total
 
     def pushes(self, dimension: int) -> Callable[..., Any]:
-        """As `force`, of the functions alone, as they are."""
-        total: Any = _nothing
-        for one in self.functions:
-            total = _with(total, one, (self.masses.size, dimension), lambda function: function)
+        """As `force`, of users' functions alone, not compiled."""
+        total: Any = _no_force
+        for force in self.functions:
+            total = _with(total, force, (self.masses.size, dimension), lambda function: function)
         return total
 
     def accelerations(self, dimension: int) -> Callable[..., Array]:
-        """The function (q, t) -> accelerations, (d,) each, of all that acts, none of velocity."""
+        """The function (q, t) -> accelerations, (d,) each, of all forces, none of which is of
+        velocity."""
         constants, force = self.constants(dimension), self.force(dimension)
-        known, masses = celestial.accelerations, np.repeat(self.masses, dimension)
+        builtin, masses = celestial.accelerations, np.repeat(self.masses, dimension)
 
         def all_of(q: Array, t: float) -> Array:
-            when, a = np.empty(1), np.empty((q.size, 1))
-            when[0] = t
-            known(q.copy().reshape((q.size, 1)), when, constants, a)
+            times, a = np.empty(1), np.empty((q.size, 1))
+            times[0] = t
+            builtin(q.copy().reshape((q.size, 1)), times, constants, a)
             pushed = force(q, q, t)
             for k in range(q.size):
                 if pushed[k] != 0.0:
@@ -171,14 +173,14 @@ def _builtin(constants: Array, n: int, D: int) -> Any:
     return builtin
 
 
-def _nothing(q: Any, v: Any, t: Any) -> Any:
+def _no_force(q: Any, v: Any, t: Any) -> Any:
     return np.zeros(q.size)
 
 
-def _with(inner: Any, one: Force, shape: tuple[int, int], jit: Any = numba.njit) -> Any:
+def _with(inner: Any, force: Force, shape: tuple[int, int], jit: Any = numba.njit) -> Any:
     """The sum of a jitted function and a user's."""
-    f: Any = one.function
-    takes = one.takes_velocity, one.takes_time
+    f: Any = force.function
+    takes = force.takes_velocity, force.takes_time
     calls: Any = {
         (False, False): lambda q, v, t: f(q),
         (True, False): lambda q, v, t: f(q, v),

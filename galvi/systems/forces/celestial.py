@@ -49,8 +49,8 @@ class _Builtin:
 
 
 def _set(value: Any, **fields: Any) -> None:
-    for name, one in fields.items():
-        object.__setattr__(value, name, one)
+    for name, entry in fields.items():
+        object.__setattr__(value, name, entry)
 
 
 def _source(name: str, body: int, masses: Array) -> str:
@@ -404,7 +404,7 @@ class Force:
 
     Notes
     -----
-    It has no energy: that of a run with one is not judged.
+    It has no energy, and the energy of a run with one is not assessed.
 
     Examples
     --------
@@ -427,20 +427,20 @@ class Force:
                 f"function must be one of {self.arguments}; received {shown(self.function)}."
             )
         try:
-            taken = inspect.signature(getattr(self.function, "py_func", self.function))
+            signature = inspect.signature(getattr(self.function, "py_func", self.function))
         except (TypeError, ValueError):  # of a function that is not written in Python
             return
         try:
-            taken.bind(*[None] * (1 + self.takes_velocity + self.takes_time))
+            signature.bind(*[None] * (1 + self.takes_velocity + self.takes_time))
         except TypeError:
             raise TypeError(
-                f"function must be one of {self.arguments}; received one of {taken}. Set "
+                f"function must be one of {self.arguments}; received one of {signature}. Set "
                 f"takes_velocity and takes_time to what it takes."
             ) from None
 
     @property
     def arguments(self) -> str:
-        """Its arguments, as one writes them."""
+        """Its arguments as text, such as "(q, v)"."""
         return f"(q{', v' if self.takes_velocity else ''}{', t' if self.takes_time else ''})"
 
     @property
@@ -451,9 +451,9 @@ class Force:
 
     def at(self, q: Array, v: Array, t: float) -> Array:
         """The force (bodies, D); ValueError for another shape."""
-        given = (q.copy(), *(v.copy(),) * self.takes_velocity, *(float(t),) * self.takes_time)
+        arguments = (q.copy(), *(v.copy(),) * self.takes_velocity, *(float(t),) * self.takes_time)
         expected = f"an array of shape {q.shape}"
-        return returned_array("a Force", self.function(*given), q.shape, expected)
+        return returned_array("a Force", self.function(*arguments), q.shape, expected)
 
 
 CelestialForce = Relativity | Oblateness | PowerLaw | Radiation | Drag | Tides | Force

@@ -50,7 +50,8 @@ class Forced(Protocol):
 
 def check_force(system: Forced) -> None:
     """Raise TypeError for a force that cannot be called with these arguments and for flags that are
-    none, ValueError for timed_force without a force and for a built-in force without timed_force.
+    no bools, ValueError for timed_force without a force and for a built-in force without
+    timed_force.
     """
     for name in ("explicit_time", "timed_force"):
         flag(name, getattr(system, name))

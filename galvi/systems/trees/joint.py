@@ -38,7 +38,7 @@ class Joint:
     zero
         the coordinate of a hinge or a slide at which the link is at its place
     armature
-        inertia that its velocities have besides, such as a motor's: kg m^2, kg for a slide
+        additional inertia of its velocities, such as a motor's: kg m^2, kg for a slide
     stiffness
         of a spring: N m/rad, N/m for a slide; of a free joint both
     rest
@@ -105,10 +105,10 @@ class Joint:
         if self.number <= tree.SLIDE:
             return self.zero if self.rest is None else input_checks.real("rest", self.rest)
         group = SE3() if self.type == "free" else SO3()
-        rest = np.eye(group.shape[0]) if self.rest is None else self.rest
-        found = input_checks.array("rest", rest, group.shape)
-        group.check("rest", found)
-        return found
+        pose = np.eye(group.shape[0]) if self.rest is None else self.rest
+        pose = input_checks.array("rest", pose, group.shape)
+        group.check("rest", pose)
+        return pose
 
     @property
     def number(self) -> int:
@@ -130,21 +130,21 @@ class Joint:
         """Rotation (3, 3) from the joint's frame, whose z axis is its axis, to the link's."""
         if self.number > tree.SLIDE:
             return np.eye(3)
-        near = np.eye(3)[(int(np.argmax(np.abs(self.axis))) + 1) % 3]
-        across = near - (near @ self.axis) * self.axis
+        basis_vector = np.eye(3)[(int(np.argmax(np.abs(self.axis))) + 1) % 3]
+        across = basis_vector - (basis_vector @ self.axis) * self.axis
         across = across / np.linalg.norm(across)
         return np.column_stack([across, np.cross(self.axis, across), self.axis])
 
     @property
     def rest_numbers(self) -> Array:
         """(12,) the rest's coordinate, or its rotation by rows and its place."""
-        found = np.zeros(12)
+        numbers = np.zeros(12)
         if self.number <= tree.SLIDE:
-            found[0] = self.rest
+            numbers[0] = self.rest
         else:
-            found[:9] = self.rest[:3, :3].ravel()
-            found[9:] = self.rest[:3, 3] if self.type == "free" else 0.0
-        return found
+            numbers[:9] = self.rest[:3, :3].ravel()
+            numbers[9:] = self.rest[:3, 3] if self.type == "free" else 0.0
+        return numbers
 
 
 @jit
@@ -170,10 +170,12 @@ class JointDamping:
     varied: bool = False
 
     def __post_init__(self) -> None:
-        found = input_checks.array("coefficients", self.coefficients)
-        if found.ndim != 1 or np.any(found < 0.0):
-            raise ValueError(f"coefficients must be (d,), not negative; received {found.tolist()}.")
-        object.__setattr__(self, "coefficients", found)
+        coefficients = input_checks.array("coefficients", self.coefficients)
+        if coefficients.ndim != 1 or np.any(coefficients < 0.0):
+            raise ValueError(
+                f"coefficients must be (d,), not negative; received {coefficients.tolist()}."
+            )
+        object.__setattr__(self, "coefficients", coefficients)
 
     def __call__(self, q: Array, v: Array, t: float) -> Array:
         return -self.coefficients * v

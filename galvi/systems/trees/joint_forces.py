@@ -60,11 +60,11 @@ class Pull:
 
     def driven(self, constant: float, spring: float, damper: float) -> Pull:
         """The same with other numbers, which needs no checks."""
-        made = object.__new__(Pull)
-        vars(made).update(
+        pull = object.__new__(Pull)
+        vars(pull).update(
             vars(self), constant=constant, spring=(spring, 0.0, 0.0), damper=(damper, 0.0, 0.0)
         )
-        return made
+        return pull
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class Drive:
     bias
         b, b_1, b_2
     range
-        least and most u
+        smallest and largest u
     thrust
         (force (3,), moment (3,), limits) of a push with F = 1, and the limits of F
     """
@@ -94,7 +94,7 @@ class Drive:
     range: tuple[float, float] = UNLIMITED
     thrust: tuple[Any, Any, tuple[float, float]] | None = None
 
-    def law(self, u: float) -> tuple[float, float, float]:
+    def force_coefficients(self, u: float) -> tuple[float, float, float]:
         """F at l = l' = 0, and its slopes by these."""
         a, b, c = (u * g + x for g, x in zip(self.gain, self.bias, strict=True))
         return a, b, c
@@ -107,16 +107,16 @@ class Written(NamedTuple):
     ----------
     numbers
         all of them
-    known
-        those that are whole numbers of the law's structure, by their place
+    integers
+        index -> value of those that are whole numbers of the law's structure
     of_masses
-        places of those that depend on masses, and of_controls on controls
+        indices of those that depend on masses, and ``of_controls`` on controls
     rows
-        places where those of each pull begin, then of each push
+        indices at which those of each pull begin, then of each push
     """
 
     numbers: Array
-    known: dict[int, float]
+    integers: dict[int, float]
     of_masses: set[int]
     of_controls: set[int]
     rows: tuple[int, ...]
@@ -165,7 +165,7 @@ class JointForces:
     pulls
         `Pull` values
     bounds
-        (velocity, least, most, name) of what actuators exert on it together
+        (velocity, low, high, name): limits of the sum of actuators' forces on it
     weights
         (link, share): share of its weight that is held up
     pushes
@@ -204,25 +204,25 @@ class JointForces:
             self, tree=tree_, damping=read_only(np.array(damping)), varied=varied, limited=limited
         )
 
-    def some_controls(self) -> Array:
+    def sample_controls(self) -> Array:
         """Controls (nu,) within their ranges, of about 1, at which a reading is compared."""
-        found = np.array(self.controls)
+        controls = np.array(self.controls)
         for drive in self.drives:
             size = SIZES[drive.control % len(SIZES)]
-            found[drive.control] = min(max(size, drive.range[0]), drive.range[1])
-        return found
+            controls[drive.control] = min(max(size, drive.range[0]), drive.range[1])
+        return controls
 
     def with_controls(self, controls: Array) -> JointForces:
         """These forces with other controls (nu,); ValueError for one that is out of its range."""
         pulls, pushes = list(self.pulls), list(self.pushes)
         for drive in self.drives:
-            u, (least, most) = float(controls[drive.control]), drive.range
-            if not least <= u <= most:
+            u, (low, high) = float(controls[drive.control]), drive.range
+            if not low <= u <= high:
                 raise ValueError(
-                    f"ctrl[{drive.control}] must be within its range, from {least:g} to {most:g}; "
+                    f"ctrl[{drive.control}] must be within its range, from {low:g} to {high:g}; "
                     f"received {u:g}."
                 )
-            constant, by_length, by_rate = drive.law(u)
+            constant, by_length, by_rate = drive.force_coefficients(u)
             if drive.thrust is not None:
                 force, moment, limits = drive.thrust
                 size = min(max(constant, limits[0]), limits[1])
@@ -230,24 +230,24 @@ class JointForces:
                 pushes[drive.part] = link, point, size * force, size * moment
                 continue
             pulls[drive.part] = pulls[drive.part].driven(constant, -by_length, -by_rate)
-        made = replace(
+        forces = replace(
             self, pulls=tuple(pulls), pushes=tuple(pushes), controls=read_only(np.array(controls))
         )
         if self.tree is not None and "ctrl" in self.tree.varied:  # all else is as it was
-            vars(made).update(_written=self._rewritten(made), structure=self.structure)
-        return made
+            vars(forces).update(_written=self._rewritten(forces), structure=self.structure)
+        return forces
 
-    def _rewritten(self, other: JointForces) -> Written:
+    def _rewritten(self, driven: JointForces) -> Written:
         """The constants of these forces with other controls."""
         numbers, (*_, rows) = self.numbers.copy(), self._written
         for drive in self.drives:
             if drive.thrust is None:
-                at, pull = rows[drive.part], other.pulls[drive.part]
+                at, pull = rows[drive.part], driven.pulls[drive.part]
                 numbers[at + kernel.CONSTANT] = pull.constant
                 numbers[at + kernel.SPRING] = pull.spring[0]
                 numbers[at + kernel.DAMPER] = pull.damper[0]
             else:
-                link, _, force, moment = other.pushes[drive.part]
+                link, _, force, moment = driven.pushes[drive.part]
                 at, C = rows[len(self.pulls) + drive.part] + 4, self._frame(link)[2]
                 numbers[at : at + 6] = np.concatenate([C @ force, C @ moment])
         return self._written._replace(numbers=read_only(numbers))
@@ -273,10 +273,10 @@ class JointForces:
     def potential(self, q: Array) -> Array:
         """The energy (n,) at n configurations (n, ...) of what has one: springs and constant forces
         of pulls that are no actuator's, and weights held up."""
-        found, numbers = np.empty(len(q)), self.numbers.copy()
+        potentials, numbers = np.empty(len(q)), self.numbers.copy()
         flat = np.array(q, dtype=np.float64).reshape(len(q), -1)
-        kernel.tree_force_potentials(flat, len(self.damping), numbers, found)
-        return found
+        kernel.tree_force_potentials(flat, len(self.damping), numbers, potentials)
+        return potentials
 
     @cached_property
     def without_potential(self) -> JointForces | None:
@@ -297,22 +297,22 @@ class JointForces:
 
     @cached_property
     def structure(self) -> dict[int, float]:
-        """Those of the constants behind the tree's that are part of the law: place -> number."""
-        first, (numbers, known, of_masses, of_controls, _) = self.first, self._written
+        """Index -> value of the constants behind the tree's that are part of the law."""
+        first, (numbers, structure, of_masses, of_controls, _) = self.first, self._written
         left_open = of_masses if "masses" in self.tree.varied else set()
         left_open = left_open | (of_controls if "ctrl" in self.tree.varied else set())
-        known = dict(known)
+        structure = dict(structure)
         for k, number in enumerate(numbers[first:].tolist(), first):
             if number == 0.0 and k not in left_open:
-                known[k] = 0.0
+                structure[k] = 0.0
         if self.varied:
             for k in range(len(self.damping)):
-                known.pop(first + kernel.FORCES_HEAD + k, None)
-        return known
+                structure.pop(first + kernel.FORCES_HEAD + k, None)
+        return structure
 
     @property
     def first(self) -> int:
-        """Place of the first constant behind the tree's."""
+        """Index of the first constant behind the tree's."""
         return int(self.tree.numbers.size)
 
     @cached_property
@@ -334,24 +334,24 @@ class JointForces:
             wet,
             *self.wind,
         ]
-        known = {self.first + k: float(head[k]) for k in range(kernel.WIND)}
+        integers = {self.first + k: float(head[k]) for k in range(kernel.WIND)}
         of_masses, of_controls, begins = set[int](), set[int](), list[int]()
-        place = self.first + kernel.FORCES_HEAD + len(self.damping)
+        index = self.first + kernel.FORCES_HEAD + len(self.damping)
         for row in rows:
             if row.begins:
-                begins.append(place)
-            known.update((place + k, float(row.values[k])) for k in row.of_structure)
-            of_masses.update(place + k for k in row.of_mass)
-            of_controls.update(place + k for k in row.of_control)
-            place += row.values.size
+                begins.append(index)
+            integers.update((index + k, float(row.values[k])) for k in row.of_structure)
+            of_masses.update(index + k for k in row.of_mass)
+            of_controls.update(index + k for k in row.of_control)
+            index += row.values.size
         numbers = [self.tree.numbers, np.array(head, dtype=np.float64), np.asarray(self.damping)]
         numbers += [row.values for row in rows]
         return Written(
-            read_only(np.concatenate(numbers)), known, of_masses, of_controls, tuple(begins)
+            read_only(np.concatenate(numbers)), integers, of_masses, of_controls, tuple(begins)
         )
 
     def _rows_of_pulls(self) -> Iterator[Row]:
-        """Those of each pull, its arms and its points; then of the bounds."""
+        """The rows of each pull, its arms and its points; then of the bounds."""
         coefficients = kernel.CONSTANT, kernel.SPRING, kernel.DAMPER
         driven = {
             drive.part: [coefficients[k] for k, gain in enumerate(drive.gain) if gain]
@@ -360,7 +360,7 @@ class JointForces:
         }
         for number, pull in enumerate(self.pulls):
             limited = self.limited and pull.limits != UNLIMITED
-            held = [
+            counts = [
                 len(pull.arms),
                 len(pull.points),
                 pull.actuator,
@@ -370,20 +370,20 @@ class JointForces:
             limits = pull.limits if limited else (0.0, 0.0)
             numbers = [pull.constant, *pull.slack, *limits, pull.offset, *pull.spring, *pull.damper]
             of_control = driven.get(number, ())
-            yield Row.of([held, numbers], range(5), of_control=of_control, begins=True)
+            yield Row.of([counts, numbers], range(5), of_control=of_control, begins=True)
             for arm in pull.arms:
                 yield Row.of([arm], (0, 1))
-            for link, place, share in pull.points:
+            for link, point, share in pull.points:
                 frame, r, C = self._frame(link)
-                yield Row.of([[frame], r + C @ place, [share]], (0,))
-        for velocity, least, most, _ in self.bounds if self.limited else ():
-            yield Row.of([[velocity, least, most]], (0,))
+                yield Row.of([[frame], r + C @ point, [share]], (0,))
+        for velocity, low, high, _ in self.bounds if self.limited else ():
+            yield Row.of([[velocity, low, high]], (0,))
 
     def _rows_of_weights(self) -> Iterator[Row]:
-        """Those of weights that are held up."""
+        """The rows of weights that are held up."""
         for link, share in self.weights:
-            (frame, r, C), own = self._frame(link), self.tree.links[link]
-            numbers = [[frame, share * own.mass], r + C @ own.centre]
+            (frame, r, C), body = self._frame(link), self.tree.links[link]
+            numbers = [[frame, share * body.mass], r + C @ body.centre]
             yield Row.of(numbers, (0,), of_mass=(1,))
 
     def _rows_of_pushes(self) -> Iterator[Row]:
@@ -396,23 +396,23 @@ class JointForces:
 
     def _rows_in_a_medium(self) -> Iterator[Row]:
         for link, axes, medium in self.wet:
-            (frame, r, C), own = self._frame(link), self.tree.links[link]
-            drag = drag_coefficients(own, axes, medium)
-            numbers = [[frame], r + C @ own.centre, C @ axes, drag]
+            (frame, r, C), body = self._frame(link), self.tree.links[link]
+            drag = drag_coefficients(body, axes, medium)
+            numbers = [[frame], r + C @ body.centre, C @ axes, drag]
             yield Row.of(numbers, (0,), of_mass=range(13, kernel.SUNK))
 
     def beyond(self, q: Array, v: Array) -> str:
         """What is beyond its limits at a state, in words; "" where all is within."""
         for pull in self.pulls:
-            if np.any(np.isnan(self._alone(pulls=(pull,))(q, v, 0.0))):
+            if np.any(np.isnan(self._with_only(pulls=(pull,))(q, v, 0.0))):
                 return f"the force of {pull.name} is beyond its limits {list(pull.limits)}"
         for bound in self.bounds:
             pulls = tuple(replace(pull, limits=UNLIMITED) for pull in self.pulls)
-            if np.any(np.isnan(self._alone(pulls=pulls, bounds=(bound,))(q, v, 0.0))):
+            if np.any(np.isnan(self._with_only(pulls=pulls, bounds=(bound,))(q, v, 0.0))):
                 return f"actuators push {bound[3]} beyond its limits {[*bound[1:3]]}"
         return ""
 
-    def _alone(self, **parts: Any) -> JointForces:
+    def _with_only(self, **parts: Any) -> JointForces:
         return replace(
             self, **{"bounds": (), "weights": (), "pushes": (), "wet": (), "drives": (), **parts}
         )
@@ -452,11 +452,11 @@ def with_damping(
     def damped(q, v):  # type: ignore[no-untyped-def]
         return force(q, v) - damping * v
 
-    made: Any = in_time if timed else damped
+    total: Any = in_time if timed else damped
     if is_jitted(force):
-        made = njit(made)
-    made.undamped = force, timed
-    return made, timed
+        total = njit(total)
+    total.undamped = force, timed
+    return total, timed
 
 
 def without_damping(force: Any, timed: bool) -> tuple[Any, bool]:

@@ -18,7 +18,7 @@ from galvi.groups.product import Product
 from galvi.kernels.trees import tree
 from galvi.systems.trees.joint import Joint, Link
 
-# Relative size of a number of the geometry that rounding left of 0 or 1.
+# Relative size below which the distance of a geometric number from 0, 1 or -1 is rounding.
 GEOMETRY_ROUNDING = 2.0**-50
 
 
@@ -33,7 +33,7 @@ class RigidTree:
     gravity : array, shape (3,)
         acceleration
     varied
-        names of VARIED whose numbers are not written into the law, though they be 0: other trees
+        names of VARIED whose numbers are not written into the law, even where they are 0: trees
         that differ in these alone have the same law
 
     Notes
@@ -87,8 +87,8 @@ class RigidTree:
     def group(self) -> Group:
         """The configuration space: one group, or a Product."""
         factors: list[Group] = []
-        for scalar, some in groupby(self.joints, lambda joint: joint.number <= tree.SLIDE):
-            several = list(some)
+        for scalar, joints in groupby(self.joints, lambda joint: joint.number <= tree.SLIDE):
+            several = list(joints)
             factors += (
                 [Rn(len(several))]
                 if scalar
@@ -161,9 +161,9 @@ class RigidTree:
 
     def forces(self, q: Array, v: Array) -> Array:
         """Bias force: the right-hand side of M v' = c(q, v), (d,)."""
-        found = np.zeros(self.dimension)
-        tree.tree_forces(_copied(q).ravel(), _copied(v), _copied(self.numbers), found)
-        return found
+        forces = np.zeros(self.dimension)
+        tree.tree_forces(_copied(q).ravel(), _copied(v), _copied(self.numbers), forces)
+        return forces
 
     def left_slopes(self, q: Array, v: Array) -> Array:
         """dL/dv and the left-trivialised dL/dq, (2, d)."""
@@ -174,30 +174,30 @@ class RigidTree:
     def slopes(self, q: Array, v: Array, *t: Any) -> Array:
         """As `BuiltinLagrangian.slopes`: R hat(x) / 2 for a left-trivialised x on rotations."""
         momentum, left = self.left_slopes(q, v)
-        flat, found, dof, entry = np.ravel(q), np.zeros(np.size(q)), 0, 0
+        flat, slopes, dof, entry = np.ravel(q), np.zeros(np.size(q)), 0, 0
         for joint in self.joints:
             straight = {"ball": 0, "free": 3}.get(joint.type, 1)
-            found[entry : entry + straight] = left[dof : dof + straight]
+            slopes[entry : entry + straight] = left[dof : dof + straight]
             dof, entry = dof + straight, entry + straight
             if joint.number > tree.SLIDE:
                 R = flat[entry : entry + 9].reshape(3, 3)
-                found[entry : entry + 9] = 0.5 * np.cross(R, left[dof : dof + 3]).ravel()
+                slopes[entry : entry + 9] = 0.5 * np.cross(R, left[dof : dof + 3]).ravel()
                 dof, entry = dof + 3, entry + 9
-        return np.concatenate([momentum, found])
+        return np.concatenate([momentum, slopes])
 
     def momenta(self, q: Array, v: Array) -> Array:
         """Angular momentum about the origin of space and momentum of all bodies, (n, 6), at n
-        states; what an armature has besides is not among them."""
+        states, without the contributions of armatures."""
         return self._at_states(q, v)[3]
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
         return self._at_states(q, v)[:3]
 
     def _at_states(self, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
-        places = _copied(q).reshape(len(v), math.prod(q.shape[1:]))
-        found = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape), np.empty((len(v), 6))
-        tree.tree_states(places, _copied(v), _copied(self.numbers), *found)
-        return found
+        configurations = _copied(q).reshape(len(v), math.prod(q.shape[1:]))
+        out = np.empty(len(v)), np.empty(len(v)), np.empty(v.shape), np.empty((len(v), 6))
+        tree.tree_states(configurations, _copied(v), _copied(self.numbers), *out)
+        return out
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
         """As `BuiltinLagrangian.compiled`, with `numbers` for constants."""

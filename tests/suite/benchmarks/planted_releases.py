@@ -60,10 +60,10 @@ ROUNDS_EACH_STEP = (
 import random
 
 signs, names = random.Random(0), program["run"].__globals__
-made, kept = names["made"], []
+build, kept = names["build"], []
 
 def rounding(job, particles):
-    sim = made(job, particles)
+    sim = build(job, particles)
 
     def move(pointer):
         for particle in sim.particles:
@@ -75,7 +75,7 @@ def rounding(job, particles):
     kept.append((move, sim))
     return sim
 
-names["made"] = rounding
+names["build"] = rounding
 """,
     "",
 )

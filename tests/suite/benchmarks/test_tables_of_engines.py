@@ -67,7 +67,7 @@ SHOWN = 0.0125  # step of the errors that the lines on versions state
 @pytest.mark.skipif(bool(missing()), reason=missing() or "present")
 def test_what_was_seen_of_rebound_is_seen_again_or_the_page_is_old() -> None:
     written = pd.read_csv(DEFECTS).set_index("what")
-    for defect, reproduced in of_rebound.seen().items():
+    for defect, reproduced in of_rebound.observations().items():
         if reproduced or defect in written.index:
             assert reproduced == written.loc[defect, "seen"] or "AVX" in defect or "512" in defect
 
