@@ -88,7 +88,7 @@ def grow_measures(table, single, floor, so_far):
 
 
 @jit
-def assess_single_steps(table, least, so_far):
+def assess_single_steps(table, least_measure, so_far):
     """Errors of single steps, up to one that ruins the run: see `assess_errors`.
 
     Parameters
@@ -99,8 +99,8 @@ def assess_single_steps(table, least, so_far):
     share, worst = 0.0, 0
     for k in range(table.shape[1]):
         error, limit = table[ERROR, k], table[LIMIT, k]
-        if least > limit:
-            limit = least
+        if least_measure > limit:
+            limit = least_measure
         if table[RUINING, k] > limit and not error <= TOLERATED * table[LARGEST, k]:
             so_far[WORST] = math.inf
             return share_of(error, limit), k, k
@@ -151,8 +151,8 @@ def assess_errors(table, single, start_kinetic, floor, kick, so_far):
     unknown = grow_measures(table, single, floor, so_far)
     measure, at_rest = so_far[MEASURE], start_kinetic <= REST_SHARE * kick
     if single:
-        least = kick if at_rest else 0.0
-        share, worst, ruined = assess_single_steps(table, least, so_far)
+        least_measure = kick if at_rest else 0.0
+        share, worst, ruined = assess_single_steps(table, least_measure, so_far)
         if ruined >= 0:
             return share, worst, ruined, unknown, measure
     else:

@@ -18,7 +18,16 @@ from galvi.kernels.lie import product
 from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
-from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, Progress, record, watched_row
+from galvi.kernels.run_record import (
+    PLAN,
+    PROGRESS,
+    RECORDING,
+    Plan,
+    Progress,
+    Recording,
+    record,
+    watched_row,
+)
 from galvi.lanes.layouts import CONSTANTS, CONTINUES, NUMBER, PART, RECORD, SHARED
 from galvi.lanes.nbody import copy_rows
 from galvi.lanes.step import PREPARE, STEP
@@ -129,11 +138,11 @@ def keep(plan, kept, step, curves, rates, velocities, before):
             for i in range(d):
                 kept.curves[step, i, l] += line[l] * before[1, i]
     row, first = watched_row(plan, kept, step), kept.q.shape[1] + kept.p.shape[1]
-    if row >= 0 and kept.seen.shape[1] > first:
+    if row >= 0 and kept.watched.shape[1] > first:
         s = fit.shape[1]
         for i in range(d):
             for j in range(s):
-                kept.seen[row, first + i * s + j] = velocities[i, j]
+                kept.watched[row, first + i * s + j] = velocities[i, j]
 
 
 @jit_inline
@@ -174,7 +183,7 @@ def nothing_remembered(state):
 def advance_run(law, given, run, curves, plan, todo, progress, kept):
     """Do ``todo`` more steps; returns a code. A step that fails is not done."""
     run, curves, plan = OneRun(*run), Curves(*curves), Plan(*plan)
-    progress, kept = Progress(*progress), Kept(*kept)
+    progress, kept = Progress(*progress), Recording(*kept)
     state, stages, solver_state = progress.state, progress.stages, progress.solver_state
     words, numbers, shared, before = run.words, run.record, run.shared, run.before
     (d, s), r, passage = stages.shape, kept.q.shape[1], progress.passage
@@ -261,7 +270,7 @@ def advance_members(law, given, words, records, constants, work, velocities, fir
 def compiled_advance_run():
     """``advance_run`` compiled or cached, one kernel for all laws."""
     whole = types.int64
-    signature = whole(whole, whole, ONE_RUN, CURVES, PLAN, whole, PROGRESS, KEPT)
+    signature = whole(whole, whole, ONE_RUN, CURVES, PLAN, whole, PROGRESS, RECORDING)
     return compiled_for(advance_run, signature, jit_inline)
 
 

@@ -50,7 +50,7 @@ from galvi.kernels.nystrom.step import (
     curve_coefficients,
     terms_to_extrapolate,
 )
-from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
+from galvi.kernels.run_record import PLAN, PROGRESS, RECORDING, Plan, Recording, record
 from galvi.lanes import gravity
 from galvi.lanes.celestial import add_terms
 from galvi.lanes.gravity import LANES, combine, drift, fused
@@ -336,7 +336,7 @@ def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, tod
     tableau, plan, kept, tables = (
         NystromTableau(*tableau),
         Plan(*plan),
-        Kept(*kept),
+        Recording(*kept),
         Tables(*tables),
     )
     state, stages, solver_state, counts, passage = progress
@@ -396,6 +396,6 @@ def compiled_advance(dimension):
     whole = types.int64
     signature = whole(
         types.UniTuple(whole, dimension), FIXED_VECTOR, *(FIXED_NUMBERS,) * 2, FIXED_MATRIX,
-        whole, TABLEAU, GRAVITY_TABLES, PLAN, whole, PROGRESS, TENSOR3, MATRIX, KEPT,
+        whole, TABLEAU, GRAVITY_TABLES, PLAN, whole, PROGRESS, TENSOR3, MATRIX, RECORDING,
     )  # fmt: skip
     return compiled_for(advance, signature, jit_inline)

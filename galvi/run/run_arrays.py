@@ -10,7 +10,7 @@ import numpy.typing as npt
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.advance import DONE, NEVER
-from galvi.kernels.run_record import Kept, Plan, Progress
+from galvi.kernels.run_record import Plan, Progress, Recording
 from galvi.problem import Problem
 from galvi.run.request import RunRequest
 from galvi.systems.lagrangian import Lagrangian
@@ -189,7 +189,7 @@ def run_plan(
         work.watch,
     )
     progress = Progress(work.state, work.stages, work.solver_state, work.counts, work.passage)
-    kept = Kept(work.saved_q, work.saved_moving, work.bases, work.coefficients, work.seen)
+    kept = Recording(work.saved_q, work.saved_moving, work.bases, work.coefficients, work.seen)
     return tuple(plan), tuple(progress), tuple(kept)
 
 

@@ -93,7 +93,7 @@ def test_nowhere_to_keep_the_code_is_no_reason_to_fail(monkeypatch):
 
     text = symbolic_code.source({"law": ("q, v, t, c, out", ["out[0, 0] = sin(q[0]) + 0.0625"])})
     monkeypatch.setattr(symbolic_code, "KernelCache", refused)
-    assert symbolic_code._kept(text) is None
+    assert symbolic_code._cached_file(text) is None
     out = np.zeros((1, 1))
     symbolic_code.functions(text)["law"].py_func([0.0], [0.0], 0.0, [], out)
     assert out[0, 0] == 0.0625

@@ -39,16 +39,22 @@ def jit(function, **options):
 
     All options are stated, since numba would inherit missing ones from the first calling kernel.
     """
-    given = {"error_model": "numpy", "nogil": True, "_nrt": True, "forceinline": False, **options}
+    settings = {
+        "error_model": "numpy",
+        "nogil": True,
+        "_nrt": True,
+        "forceinline": False,
+        **options,
+    }
     if PLAIN:
-        return plainly_compiled(function, given)
-    dispatcher: Any = numba.njit(**given)(function)
+        return plainly_compiled(function, settings)
+    dispatcher: Any = numba.njit(**settings)(function)
     if hasattr(dispatcher, "_cache"):  # absent under NUMBA_DISABLE_JIT
         # Without a writable folder or readable sources, every process compiles again.
         with suppress(RuntimeError, OSError):
             KernelCache(function).serve(dispatcher)
         watch_before_compiling(dispatcher)
-        call_as_part(dispatcher, given)
+        call_as_part(dispatcher, settings)
     return dispatcher
 
 

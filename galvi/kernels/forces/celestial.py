@@ -35,9 +35,9 @@ def pole_pull(gap, numbers):
     inverse = 1.0 / dot(gap, gap)
     height = dot(gap, pole)
     u, root = height * height * inverse, sqrt(inverse)
-    near = inverse * inverse
-    cube, outer = root * near, fourth * inverse
-    along = inverse_cube * near + cube * (
+    inverse_r4 = inverse * inverse
+    cube, outer = root * inverse_r4, fourth * inverse
+    along = inverse_cube * inverse_r4 + cube * (
         second * (7.5 * u - 1.5) + outer * (1.875 + u * (39.375 * u - 26.25))
     )
     across = cube * height * (3.0 * second + outer * (17.5 * u - 7.5))
@@ -109,9 +109,9 @@ def lagrangian(g, v, t, constants, out):
         m of each coordinate (d,), then those of ``accelerations``
     """
     d = v.size
-    place, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
-    place[:, 0], when[0] = g, t
-    accelerations(place, when, constants[d:], pull)
+    Q, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
+    Q[:, 0], when[0] = g, t
+    accelerations(Q, when, constants[d:], pull)
     for i in range(d):
         out[0, i], out[1, i] = constants[i] * v[i], constants[i] * pull[i, 0]
 

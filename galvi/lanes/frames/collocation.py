@@ -41,7 +41,7 @@ from galvi.kernels.compile.jit import MATRIX, REAL, VECTOR, compiled_for, jit_in
 from galvi.kernels.forces.passages import may_pass, note_paths
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, NOTHING
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
-from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
+from galvi.kernels.run_record import PLAN, PROGRESS, RECORDING, Plan, Recording, record, watched_row
 from galvi.lanes.frames.rows import (
     ECCENTRICITY,
     OFFSET,
@@ -183,7 +183,7 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
 
     The state is that after these steps; where one fails, it is lost.
     """
-    plan, kept = Plan(*plan), Kept(*kept)
+    plan, kept = Plan(*plan), Recording(*kept)
     matrix, b, c, fit, clock, sizes, checks, coarse = tables
     state, _stages, solver_state, counts, passage = progress
     stages, coarse_stages, work, spare, ways = scratch
@@ -216,7 +216,7 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
             for i in range(d):
                 ways[i, ways.shape[1] - 1] = spare[0, i]
             note_paths(passage, ways, plan.step, matrix.shape[0], number + 1)
-        row, rest = divmod(step + 1, plan.every)
+        row, rest = divmod(step + 1, plan.save_every)
         if (
             rest == 0
             or step + 1 == first + todo
@@ -227,7 +227,7 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
                 return NOT_FINITE
             record(
                 plan,
-                Kept(kept.q, kept.p, kept.bases[:0], kept.curves, kept.seen),
+                Recording(kept.q, kept.p, kept.bases[:0], kept.curves, kept.watched),
                 step,
                 state[0],
                 state[0],
@@ -265,6 +265,6 @@ def compiled_advance_frame():
         whole,
         PROGRESS,
         WORK,
-        KEPT,
+        RECORDING,
     )
     return compiled_for(advance_frame, signature, jit_inline)
