@@ -93,8 +93,8 @@ def assess_single_steps(table, least_measure, so_far):
 
     Parameters
     ----------
-    least
-        what the measure of one that ruins the run is at least
+    least_measure
+        smallest measure of an error that ruins the run
     """
     share, worst = 0.0, 0
     for k in range(table.shape[1]):

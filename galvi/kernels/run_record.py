@@ -69,8 +69,7 @@ class Recording(NamedTuple):
     Attributes
     ----------
     q, p
-        (saved, r), (saved, d) rows 1, 2, ... are steps save_every, 2 save_every, ...; the last row is the
-        final state
+        (saved, r), (saved, d) row k is step k save_every; the last row is the final state
     bases, curves
         (steps, r), (steps, d, m); no rows when curves are not recorded
     watched : array, shape (watched, r + d or more)

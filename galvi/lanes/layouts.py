@@ -9,7 +9,7 @@ tables      (rows, P) or (rows, s)  of the method, for the step h or for a step 
 complement  as tables
 reals       growth (l,), by how much Legendre polynomials grow in a step, then the tolerance
 
-and its argument is the address of WORDS integers: the addresses of these, then s, l, what a law
+and its argument is the address of ARGUMENTS integers: the addresses of these, then s, l, what a law
 says of the rows of the complement, which part to do, of galvi.lanes.step, the number of the step,
 and whether work holds the velocities of the step before.
 """
@@ -28,9 +28,9 @@ from galvi.lanes.stopping import Variable
 from galvi.lanes.values import Lane, Truth
 from galvi.lanes.vectors import DOUBLE, LANES, Lanes, everywhere, spread
 
-WORDS = 12
+ARGUMENTS = 12
 (RECORD, CONSTANTS, WORK, TABLES, COMPLEMENT, REALS, STAGES, TERMS, EXTRA, PART, NUMBER,
- CONTINUES) = range(WORDS)  # fmt: skip
+ CONTINUES) = range(ARGUMENTS)  # fmt: skip
 SHARED = ("step", "start", "alive", "failed", "code", "passes", "terms")
 ROWS_TOGETHER = 6  # rows that are summed together: sums stay in registers
 
@@ -102,8 +102,8 @@ class Fields:
     terms          of the velocities' series that are extrapolated, 0 before the first choice
     """
 
-    def __init__(self, own, d):
-        self.size = {**dict(own), **dict.fromkeys(SHARED, 1)}
+    def __init__(self, own_fields, d):
+        self.size = {**dict(own_fields), **dict.fromkeys(SHARED, 1)}
         self.first, self.d, row = {}, d, 0
         for name, size in self.size.items():
             self.first[name] = row
@@ -133,14 +133,16 @@ class Rows:
     over_stages_largest: Any
     summed: Any
 
-    def __init__(self, context, builder, words, fields, width, runs):
+    def __init__(self, context, builder, arguments, fields, width, runs):
         self.context, self.builder, self.fields, self.d = context, builder, fields, fields.d
-        self.row, self.width, self.runs = words.type.pointee, width, runs
-        given = [builder.load(builder.gep(words, [self.row(k)])) for k in range(WORDS)]
+        self.row, self.width, self.runs = arguments.type.pointee, width, runs
+        loaded = [builder.load(builder.gep(arguments, [self.row(k)])) for k in range(ARGUMENTS)]
         self.record, self.constants, self.work, self.tables, self.complement, self.reals = (
-            builder.inttoptr(word, DOUBLE.as_pointer()) for word in given[:6]
+            builder.inttoptr(word, DOUBLE.as_pointer()) for word in loaded[:6]
         )
-        self.stages, self.terms, self.extra, self.part, self.number, self.continues = given[STAGES:]
+        self.stages, self.terms, self.extra, self.part, self.number, self.continues = loaded[
+            STAGES:
+        ]
         self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
         self.largest = cgutils.alloca_once(builder, ir.VectorType(ir.IntType(64), width))
         self.forget()
@@ -158,7 +160,7 @@ class Rows:
             ),
         )
 
-    def nothing(self):
+    def zero(self):
         """0 in all lanes of a stage's numbers."""
         return Lane(self.builder, everywhere(ir.VectorType(DOUBLE, self.width), 0.0))
 
@@ -170,21 +172,21 @@ class Rows:
         """Forget the largest change."""
         self.builder.store(everywhere(self.largest.type.pointee, 0), self.largest)
 
-    def note_bits(self, far):
+    def note_bits(self, bits):
         """Note the largest of nonnegative numbers, from their bits."""
         largest = self.builder.load(self.largest)
         # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
-        more = self.builder.icmp_signed(">", far, largest)
-        self.builder.store(self.builder.select(more, far, largest), self.largest)
+        exceeds = self.builder.icmp_signed(">", bits, largest)
+        self.builder.store(self.builder.select(exceeds, bits, largest), self.largest)
 
     def real(self, index):
         """A number of ``reals`` for all runs."""
         scalar = self.builder.load(self.builder.gep(self.reals, [index]))
         return Lane(self.builder, spread(self.builder, scalar, self.runs), ())
 
-    def whole_number(self, whole):
+    def whole_number(self, integer):
         """An integer as a number for all runs."""
-        scalar = self.builder.uitofp(whole, DOUBLE)
+        scalar = self.builder.uitofp(integer, DOUBLE)
         return Lane(self.builder, spread(self.builder, scalar, self.runs), ())
 
     def for_all(self, truth):
@@ -204,7 +206,7 @@ class Rows:
 
     def field(self, name, i=0):
         """A row of the record, whose operations are rounded one by one."""
-        return Lane(self.builder, self.builder.load(self._place(name, i), align=8), ())
+        return Lane(self.builder, self.builder.load(self._address(name, i), align=8), ())
 
     def fields_of(self, name, size):
         """The first rows of a part of the record."""
@@ -212,9 +214,9 @@ class Rows:
 
     def keep(self, name, lane, i=0):
         """Change a row of the record."""
-        self.builder.store(lane.value, self._place(name, i), align=8)
+        self.builder.store(lane.value, self._address(name, i), align=8)
 
-    def _place(self, name, i):
+    def _address(self, name, i):
         k = self.row((self.fields.first[name] + i) * self.runs)
         return self._of_runs(self.builder.gep(self.record, [k]))
 
@@ -223,8 +225,8 @@ class Rows:
         old = self.field(name, i)
         self.keep(name, old.same(lane).where(mask, old), i)
 
-    def _of_runs(self, place):
-        return self.builder.bitcast(place, ir.VectorType(DOUBLE, self.runs).as_pointer())
+    def _of_runs(self, pointer):
+        return self.builder.bitcast(pointer, ir.VectorType(DOUBLE, self.runs).as_pointer())
 
     def at_stages(self, name, i=0):
         """A row of the record, in the lanes of a stage's numbers."""
@@ -232,17 +234,17 @@ class Rows:
 
     def largest_of(self, rows):
         """The largest size in some rows of work at all stages, of each run."""
-        place = cgutils.alloca_once(self.builder, ir.VectorType(DOUBLE, self.width))
-        self.builder.store(self.nothing().value, place)
+        pointer = cgutils.alloca_once(self.builder, ir.VectorType(DOUBLE, self.width))
+        self.builder.store(self.zero().value, pointer)
 
         def widen(lanes):
-            size = Lane(self.builder, self.builder.load(place), ())
+            size = Lane(self.builder, self.builder.load(pointer), ())
             for row in rows:
                 size = larger_size(size, self.load_row(lanes, row).exact)
-            self.builder.store(size.value, place)
+            self.builder.store(size.value, pointer)
 
         self.chunks(widen)
-        return self.over_stages_largest(Lane(self.builder, self.builder.load(place), ()))
+        return self.over_stages_largest(Lane(self.builder, self.builder.load(pointer), ()))
 
     def weighted(self, rows, *weights, matrix=None):
         """sum_j w_j x_j for some rows x of work, of each run.
@@ -255,18 +257,18 @@ class Rows:
         """
         builder, kind = self.builder, ir.VectorType(DOUBLE, self.width)
         sums = [cgutils.alloca_once(builder, kind) for _ in rows]
-        for place in sums:
-            builder.store(everywhere(kind, 0.0), place)
+        for pointer in sums:
+            builder.store(everywhere(kind, 0.0), pointer)
 
         def add(lanes, weight):
             factor = Lane(builder, lanes.factor(self.tables if matrix is None else matrix, weight))
-            for row, place in zip(rows, sums, strict=True):
-                total = Lane(builder, builder.load(place)) + self.load_row(lanes, row) * factor
-                builder.store(total.value, place)
+            for row, pointer in zip(rows, sums, strict=True):
+                total = Lane(builder, builder.load(pointer)) + self.load_row(lanes, row) * factor
+                builder.store(total.value, pointer)
 
         for weight in weights:
             self.chunks(lambda lanes, weight=weight: add(lanes, weight))
-        return [self.over_stages(Lane(builder, builder.load(place))) for place in sums]
+        return [self.over_stages(Lane(builder, builder.load(pointer))) for pointer in sums]
 
     def times(self, row):
         """A row of work <- the times of the stages of the step."""
@@ -283,31 +285,33 @@ class Rows:
         """The Legendre coefficients of d rows of work."""
         return self.sums(lanes, self.tables, self.tabled.series, row)
 
-    def sums(self, lanes, matrix, first_row, row, apart=None, count=None, start=None):
+    def sums(self, lanes, matrix, first_row, row, matrix_stride=None, count=None, start=None):
         """sum_k (rows of a matrix) (columns of d rows of work), for each coordinate.
 
         Parameters
         ----------
-        apart
+        matrix_stride
             rows between the matrices of one coordinate and the next; None for the same matrix
         count
             of members, how many rows; None for all stages
         start
             first of d rows of work to which the sums are added
         """
-        count, found = self.stages if count is None else count, []
-        first = [lanes.nothing] * self.d
+        count, totals = self.stages if count is None else count, []
+        first = [lanes.zero] * self.d
         if start is not None:
             first = [lanes.load(self.work, self.row(start + i)) for i in range(self.d)]
-        together = self.d if apart is None else 1
+        together = self.d if matrix_stride is None else 1
         for i in range(0, self.d, together):
-            own = (
+            matrix_row = (
                 first_row
-                if apart is None
-                else self.builder.add(first_row, self.builder.mul(apart, self.row(i)))
+                if matrix_stride is None
+                else self.builder.add(first_row, self.builder.mul(matrix_stride, self.row(i)))
             )
-            found += self.summed(lanes, first[i : i + together], matrix, own, row + i, count)
-        return [Lane(self.builder, value) for value in found]
+            totals += self.summed(
+                lanes, first[i : i + together], matrix, matrix_row, row + i, count
+            )
+        return [Lane(self.builder, value) for value in totals]
 
 
 class Stages(Rows):
@@ -315,7 +319,7 @@ class Stages(Rows):
 
     Parameters
     ----------
-    one
+    single_vector
         whether one vector holds all stages
     merged
         whether ``ahead`` are matrices A after extrapolation
@@ -328,11 +332,11 @@ class Stages(Rows):
 
     reconsider = RECONSIDER
 
-    def __init__(self, context, builder, words, fields, width, one, merged):
-        super().__init__(context, builder, words, fields, width, 1)
-        row, self.one, self.merged = self.row, one, merged
+    def __init__(self, context, builder, arguments, fields, width, single_vector, merged):
+        super().__init__(context, builder, arguments, fields, width, 1)
+        row, self.single_vector, self.merged = self.row, single_vector, merged
         chunks = builder.udiv(builder.add(self.stages, row(width - 1)), row(width))
-        self.padded = row(width) if one else builder.mul(chunks, row(width))
+        self.padded = row(width) if single_vector else builder.mul(chunks, row(width))
         self.full = builder.icmp_unsigned("==", self.stages, self.padded)
         self.lay_out_tables(self.padded)
 
@@ -342,7 +346,7 @@ class Stages(Rows):
 
     def chunks(self, part):
         """Do one part for all stages."""
-        if self.one:
+        if self.single_vector:
             part(self.at(self.row(0)))
             return
         chunks = self.builder.udiv(self.padded, self.row(self.width))
@@ -364,9 +368,9 @@ class Stages(Rows):
 
     def stage_number(self, row, index):
         """The number of a row of work at a stage."""
-        place = self.builder.add(self.builder.mul(self.row(row), self.padded), index)
-        place = self._of_runs(self.builder.gep(self.work, [place]))
-        return Lane(self.builder, self.builder.load(place, align=8), ())
+        number = self.builder.add(self.builder.mul(self.row(row), self.padded), index)
+        pointer = self._of_runs(self.builder.gep(self.work, [number]))
+        return Lane(self.builder, self.builder.load(pointer, align=8), ())
 
     def over_stages(self, lane):
         """The sum of the lanes."""
@@ -374,8 +378,8 @@ class Stages(Rows):
         kind = ir.FunctionType(DOUBLE, [DOUBLE, lane.value.type])
         reduce = cgutils.get_or_insert_function(self.builder.module, kind, name)
         zero = ir.Constant(DOUBLE, -0.0)
-        whole = self.builder.call(reduce, [zero, lane.value], fastmath=("reassoc",))
-        return Lane(self.builder, spread(self.builder, whole, 1), ())
+        total = self.builder.call(reduce, [zero, lane.value], fastmath=("reassoc",))
+        return Lane(self.builder, spread(self.builder, total, 1), ())
 
     def over_stages_largest(self, lane):
         """The largest size in the lanes."""
@@ -391,8 +395,8 @@ class Stages(Rows):
 
     def reload(self):
         """Compiler barrier: a broadcast load is free, a forwarded store costs a shuffle."""
-        nothing = ir.FunctionType(ir.VoidType(), [])
-        self.builder.asm(nothing, "", "~{memory}", [], True)
+        signature = ir.FunctionType(ir.VoidType(), [])
+        self.builder.asm(signature, "", "~{memory}", [], True)
 
     def scaled_sums(self, lanes, start, first_row, row, power=1):
         """As `sums` with the tables, which hold h^power."""
@@ -459,9 +463,9 @@ class Stages(Rows):
     def summed(self, lanes, first, matrix, first_row, row, count):
         """The sums of `Rows.sums` for some rows of work with one matrix."""
         builder = self.builder
-        if not self.one:
+        if not self.single_vector:
             return lanes.sums(first, matrix, first_row, self.work, self.row(row), count)
-        totals = [first, [lanes.nothing] * len(first)]
+        totals = [first, [lanes.zero] * len(first)]
         self.reload()
         for j in range(self.width):  # rows of a matrix after the last are 0
             factor = lanes.load(matrix, builder.add(first_row, self.row(j)))
@@ -490,8 +494,8 @@ class Members(Rows):
 
     reconsider = 1  # one of eight needs another number of terms sooner
 
-    def __init__(self, context, builder, words, fields, stages=0):
-        super().__init__(context, builder, words, fields, LANES, LANES)
+    def __init__(self, context, builder, arguments, fields, stages=0):
+        super().__init__(context, builder, arguments, fields, LANES, LANES)
         self.stages = self.row(stages) if stages else self.stages
         self.padded = builder.mul(self.stages, self.row(LANES))
         self.lay_out_tables(self.stages, (*FIRST_ROWS[:-1], FIRST_ROWS[-2]))
@@ -538,7 +542,7 @@ class Members(Rows):
 
     def change(self):
         """The largest change that was noted."""
-        return Lane(self.builder, self.nothing().value, ()).of_bits(self.builder.load(self.largest))
+        return Lane(self.builder, self.zero().value, ()).of_bits(self.builder.load(self.largest))
 
     def reload(self):
         """Nothing: numbers of work are not spread."""
@@ -584,8 +588,8 @@ class Members(Rows):
 
         def shorten(lanes):
             keeps = terms > self.whole_number(lanes.stage)
-            kept = [x.where(keeps, 0.0) for x in self.load_rows(lanes, series)]
-            self.store_rows(lanes, kept, series)
+            shortened = [x.where(keeps, 0.0) for x in self.load_rows(lanes, series)]
+            self.store_rows(lanes, shortened, series)
 
         def continue_series(lanes):
             ahead = self.sums(lanes, self.tables, self.tabled.ahead, series, count=self.terms)
@@ -600,11 +604,11 @@ class Members(Rows):
 
     def summed(self, lanes, first, matrix, first_row, row, count):
         """The sums of `Rows.sums` for some rows of work with one matrix."""
-        found = []
+        totals = []
         for k in range(0, len(first), ROWS_TOGETHER):
             part = first[k : k + ROWS_TOGETHER]
-            found += lanes.sums(part, matrix, first_row, self.work, self.row(row + k), count)
-        return found
+            totals += lanes.sums(part, matrix, first_row, self.work, self.row(row + k), count)
+        return totals
 
 
 class MemberLanes(Lanes):
@@ -617,17 +621,17 @@ class MemberLanes(Lanes):
 
     def factor(self, matrix, row):
         """A number of a matrix at this stage, in all lanes."""
-        place = self.builder.add(self.builder.mul(row, self.stages), self.stage)
-        return super().spread(self.builder.load(self.builder.gep(matrix, [place])))
+        index = self.builder.add(self.builder.mul(row, self.stages), self.stage)
+        return super().spread(self.builder.load(self.builder.gep(matrix, [index])))
 
-    def number(self, data, row, column=None):
+    def number(self, array, row, column=None):
         """Numbers of the members: of a row (8,), or of one (s, 8) at a stage."""
         eight = ir.Constant(row.type, LANES)
-        place = self.builder.mul(row, eight)
+        index = self.builder.mul(row, eight)
         if column is not None:
             column = self.builder.mul(column, eight)
-            place = self.builder.add(self.builder.mul(row, self.padded), column)
-        address = self.builder.bitcast(self.builder.gep(data, [place]), self.kind.as_pointer())
+            index = self.builder.add(self.builder.mul(row, self.padded), column)
+        address = self.builder.bitcast(self.builder.gep(array, [index]), self.kind.as_pointer())
         return self.builder.load(address, align=8)
 
     def spread(self, vector):
@@ -635,9 +639,9 @@ class MemberLanes(Lanes):
         return vector
 
 
-def layout(context, builder, words, fields, lanes, one, stages, merged=False):
+def layout(context, builder, arguments, fields, lanes, single_vector, stages, merged=False):
     """The layout of one run, in vectors of so many lanes, or for 0 of eight runs."""
     if lanes:
-        return Stages(context, builder, words, fields, lanes, one, merged)
+        return Stages(context, builder, arguments, fields, lanes, single_vector, merged)
     builder.reciprocals = Reciprocals(context, builder)
-    return Members(context, builder, words, fields, stages)
+    return Members(context, builder, arguments, fields, stages)

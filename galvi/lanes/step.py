@@ -24,7 +24,7 @@ from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
 from galvi.lanes.stopping import Judgement, Mask, terms_kept
-from galvi.lanes.vectors import of_words
+from galvi.lanes.vectors import of_address
 
 PREPARE, STEP = range(2)  # parts
 LARGEST_GUESS = 64.0  # over the velocities before, above which its terms are chosen anew
@@ -43,8 +43,8 @@ def extrapolate(kind):
         choose_terms(kind, alive)
         rows.extrapolate(kind.velocity_row, kind.series_row, kind.velocity_row)
         return
-    rest = builder.urem(rows.number, rows.row(rows.reconsider))
-    due = rows.for_all(builder.icmp_unsigned("==", rest, rows.row(0)))
+    remainder = builder.urem(rows.number, rows.row(rows.reconsider))
+    due = rows.for_all(builder.icmp_unsigned("==", remainder, rows.row(0)))
     chosen.set(alive & (due | (rows.field("terms") < 1.0)))
     if rows.merged:
         choose_terms(kind, chosen.value)
@@ -56,7 +56,7 @@ def extrapolate(kind):
             rows.largest_of(range(first, first + rows.d)) for first in (kind.velocity_row, guess)
         )
         chosen.set(~(after <= LARGEST_GUESS * before))
-        with builder.if_then((~chosen.value).every):
+        with builder.if_then((~chosen.value).all):
             loop.do_break()
     rows.chunks(
         lambda lanes: rows.store_rows(lanes, rows.load_rows(lanes, guess), kind.velocity_row)
@@ -68,7 +68,7 @@ def choose_terms(kind, chosen):
     rows = kind.rows
 
     def measure(lanes):
-        largest, series = rows.nothing(), rows.series(lanes, kind.velocity_row)
+        largest, series = rows.zero(), rows.series(lanes, kind.velocity_row)
         for coefficient in series:
             largest = larger(abs(coefficient), largest)
         rows.keep_series(lanes, series, kind.series_row)
@@ -99,7 +99,7 @@ def iterate(kind, judgement):
                 judgement.judge(change, tolerance)
         with builder.if_then(judgement.settles.value.any):
             kind.add_low_parts(judgement.settles.value)
-        with builder.if_then((~judgement.active.value).every):
+        with builder.if_then((~judgement.active.value).all):
             loop.do_break()
     rows.keep("passes", rows.field("passes") + passes.lane)
 
@@ -120,30 +120,30 @@ def one_step(kind, judgement):
     for name, _, number in ends:
         if name in ("q", "p"):
             total = total + abs(number)
-    done, lost = judgement.end(total < math.inf, within)
+    finished, lost = judgement.end(total < math.inf, within)
     for name, i, number in ends:
-        rows.keep_where(done, name, number, i)
+        rows.keep_where(finished, name, number, i)
     rows.keep_where(lost, "alive", 0.0)
     rows.keep_where(lost, "failed", rows.whole_number(rows.number) + 1.0)
     rows.keep_where(lost, "code", judgement.code.lane)
 
 
 def generated(kind):
-    """An intrinsic of the address of the words of galvi.lanes.layouts: the parts of a step.
+    """An intrinsic of the address of the arguments of galvi.lanes.layouts: the parts of a step.
 
     Parameters
     ----------
     kind
-        (context, builder, words) -> a kind of step
+        (context, builder, arguments) -> a kind of step
     """
 
-    def parts(context, builder, words):
-        made = kind(context, builder, words)
-        judgement = Judgement(builder, made.rule, made.rows.runs)
-        made.rows.active = judgement.active
-        for number, part in ((PREPARE, made.prepare), (STEP, lambda: one_step(made, judgement))):
-            asked = builder.icmp_unsigned("==", made.rows.part, made.rows.row(number))
-            with builder.if_then(asked):
+    def parts(context, builder, arguments):
+        step = kind(context, builder, arguments)
+        judgement = Judgement(builder, step.rule, step.rows.runs)
+        step.rows.active = judgement.active
+        for number, part in ((PREPARE, step.prepare), (STEP, lambda: one_step(step, judgement))):
+            selected = builder.icmp_unsigned("==", step.rows.part, step.rows.row(number))
+            with builder.if_then(selected):
                 part()
 
-    return of_words(parts)
+    return of_address(parts)

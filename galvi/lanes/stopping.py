@@ -47,15 +47,15 @@ def begin_countdown(history):
         history[k] = np.inf
 
 
-def where_any(condition, compute, other):
+def where_any(condition, compute, alternative):
     """What is computed where a condition is true, elsewhere the other number; what costs time is
     left out where it is true of no run."""
     if not isinstance(condition, Truth):
-        return compute() if condition else other
+        return compute() if condition else alternative
     builder, runs = condition.builder, condition.value.type.count
-    chosen = Variable(builder, runs, other)
+    chosen = Variable(builder, runs, alternative)
     with builder.if_then(condition.any):
-        chosen.set(where(condition, compute(), other))
+        chosen.set(where(condition, compute(), alternative))
     return chosen.lane
 
 
@@ -70,28 +70,31 @@ def count_down(change, tolerance, history):
     last, second, third, first = (history[k] for k in range(CHANGES, CHANGES + OVER))
     for k, shifted in enumerate((change, last, second, third)):
         history[CHANGES + k] = shifted
-    known = [history[k] for k in range(CHANGES)]
+    old = [history[k] for k in range(CHANGES)]
     quick = (
         (change > larger(FAR_FROM_SOLVED * tolerance, SOON))
         & (change < 0.5 * last)
         & (last < np.inf)
     )
-    rate = known[RATE]
-    code, rest = solve.decide(change, tolerance, history), known[REST_CHANGE] * rate
-    left = rest * rate - tolerance * (1.0 - rate)  # above 0 where a further pass is needed
-    solved, least, idle = code < solve.NOT_FINITE, history[2], history[3]
+    rate = old[RATE]
+    code, remaining = solve.decide(change, tolerance, history), old[REST_CHANGE] * rate
+    left = remaining * rate - tolerance * (1.0 - rate)  # above 0 where a further pass is needed
+    solved, smallest, idle = code < solve.NOT_FINITE, history[2], history[3]
     # a rate may be small by chance, and some parts lag
     once_more = solved & (idle < solve.IDLE) & (tolerance < CLEAR) & (left > 0.0)
-    patient = solved & (least > SLOW_CONVERGENCE) & (idle >= solve.IDLE) & (idle < SLOW_PASSES)
-    rest, code = where(once_more, 0.0, rest), where(once_more | patient, solve.GOING, code)
+    patient = solved & (smallest > SLOW_CONVERGENCE) & (idle >= solve.IDLE) & (idle < SLOW_PASSES)
+    remaining, code = (
+        where(once_more, 0.0, remaining),
+        where(once_more | patient, solve.GOING, code),
+    )
     clear = (change > CLEAR) & (change < SOON)
     new = where_any(clear, lambda: rate_of(change, last, second, first), 0.0)
     unknown = (new <= 0.0) | (new >= 1.0)
     left = where(unknown, left, change * new - tolerance * (1.0 - new))
-    rest, rate = where(unknown, rest, change), where(unknown, rate, new)
+    remaining, rate = where(unknown, remaining, change), where(unknown, rate, new)
     code = where((code > solve.DIVERGED) & (left <= 0.0), solve.SOLVED, code)
-    history[REST_CHANGE], history[RATE] = rest, rate
-    for k, number in enumerate(known[1:], 1):
+    history[REST_CHANGE], history[RATE] = remaining, rate
+    for k, number in enumerate(old[1:], 1):
         history[k] = where(quick, number, history[k])
     return where(quick, solve.GOING, code)
 
@@ -105,17 +108,17 @@ class Mask:
 
     def __init__(self, builder, runs):
         self.builder, kind = builder, ir.VectorType(ir.IntType(1), runs)
-        self.place = cgutils.alloca_once(builder, kind)
-        builder.store(everywhere(kind, 1), self.place)
+        self.pointer = cgutils.alloca_once(builder, kind)
+        builder.store(everywhere(kind, 1), self.pointer)
 
     @property
     def value(self):
         """The current truth values."""
-        return Truth(self.builder, self.builder.load(self.place))
+        return Truth(self.builder, self.builder.load(self.pointer))
 
     def set(self, truth):
         """Change them."""
-        self.builder.store(truth.value, self.place)
+        self.builder.store(truth.value, self.pointer)
 
 
 class Variable:
@@ -123,18 +126,18 @@ class Variable:
 
     def __init__(self, builder, runs, number=0.0):
         self.builder, self.kind = builder, ir.VectorType(DOUBLE, runs)
-        self.place = cgutils.alloca_once(builder, self.kind)
+        self.pointer = cgutils.alloca_once(builder, self.kind)
         self.set(number)
 
     @property
     def lane(self):
         """The current numbers, whose operations are rounded one by one."""
-        return Lane(self.builder, self.builder.load(self.place), ())
+        return Lane(self.builder, self.builder.load(self.pointer), ())
 
     def set(self, number):
         """Change them, to a lane or one number for all."""
         zero = Lane(self.builder, everywhere(self.kind, 0.0), ())
-        self.builder.store(zero.same(number).value, self.place)
+        self.builder.store(zero.same(number).value, self.pointer)
 
 
 class Judgement:
@@ -219,22 +222,22 @@ def terms_kept(rows, size):
     with cgutils.for_range(builder, count, intp=row) as loop:
         largest.set(larger(size(loop.index), largest.lane))
     second, last = builder.sub(count, row(2)), builder.sub(count, row(1))
-    one = builder.icmp_unsigned("<", count, row(2))
-    second = builder.select(one, row(0), second)
+    single = builder.icmp_unsigned("<", count, row(2))
+    second = builder.select(single, row(0), second)
     with cgutils.for_range(builder, count, intp=row) as loop:
-        own = size(loop.index) * growth(loop.index)
+        term = size(loop.index) * growth(loop.index)
         first = builder.icmp_unsigned("==", loop.index, row(0))
-        small = own <= 4.0 * largest.lane
+        small = term <= 4.0 * largest.lane
         still = builder.select(first, everywhere(small.value.type, 1), small.value)
         open_.set(open_.value & Truth(builder, still))
         cost = EPSILON * largest.lane * growth(loop.index)
-        kept = builder.add(loop.index, row(1))
-        first = builder.select(builder.icmp_unsigned("<", kept, second), kept, second)
+        kept_count = builder.add(loop.index, row(1))
+        first = builder.select(builder.icmp_unsigned("<", kept_count, second), kept_count, second)
         after = builder.add(first, row(1))
         after = builder.select(builder.icmp_unsigned("<", after, last), after, last)
         for index in (first, after):
             cost = larger(size(index) * growth(index), cost)
         better = open_.value & (cost <= best.lane)
         best.set(cost.where(better, best.lane))
-        terms.set(rows.whole_number(kept).where(better, terms.lane))
+        terms.set(rows.whole_number(kept_count).where(better, terms.lane))
     return terms.lane

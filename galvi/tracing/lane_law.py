@@ -26,8 +26,8 @@ STEP = """from galvi.lanes.{module} import generated_step
 step_of_law = generated_step(law, {arguments})
 
 
-def compiled_DIGEST(words):
-    step_of_law(words)
+def compiled_DIGEST(address):
+    step_of_law(address)
 """
 
 

@@ -134,9 +134,9 @@ def pull_back(mu, G2, c, back, pace, inverse_0, q0, v0, q, v, a, dot):
     lost = [x - y for x, y in zip(v0, v, strict=True)]
     s, y, z = dot(v, a), dot(q, a), dot(lost, a)
     ahead, aside, drag = G2 * s, G2 * y, c * s
-    near = mu * inverse_0
+    mu_over_r0 = mu * inverse_0
     turned = pace * z
-    fall, slowed = near * (inverse_0 * inverse_0) * (aside + drag), 1.0 - near * G2
+    fall, slowed = mu_over_r0 * (inverse_0 * inverse_0) * (aside + drag), 1.0 - mu_over_r0 * G2
     places, speeds = [], []
     for k in range(len(a)):
         places.append(ahead * gone[k] - aside * lost[k] + (back * a[k] - drag * v0[k]))
