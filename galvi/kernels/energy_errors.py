@@ -29,11 +29,11 @@ def errors_since_start(kinetic, potential, energies, driven, start, start_kineti
     Parameters
     ----------
     energies
-        (n,) or (1,) what T + V should be
+        (n,) or (1,) exact T + V
     driven
         whether errors are measured by T and the work since the start too
     start
-        the energy there, of it ``start_kinetic`` the size of T
+        the energy at the start; ``start_kinetic`` is the size of its T
     """
     for k in range(kinetic.size):
         energy = energies[min(k, energies.size - 1)]
@@ -111,7 +111,7 @@ def assess_single_steps(table, least_measure, so_far):
 
 @jit
 def assess_since_start(table, measure, so_far):
-    """Errors since the start, which one measure is for: see `assess_errors`."""
+    """Errors since the start, which share one measure: see `assess_errors`."""
     share, worst, ruined = 0.0, 0, -1
     for k in range(table.shape[1]):
         error = table[ERROR, k]

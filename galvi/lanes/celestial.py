@@ -10,8 +10,8 @@ from galvi.kernels.forces.celestial import (
     BACK,
     COLUMNS,
     NUMBERS,
-    OTHER,
     SOURCE,
+    TARGET,
     WEIGHT,
     pole_pull,
     power_pull,
@@ -26,8 +26,9 @@ EIGHT = (0,) * LANES
 def _adding(law):
     """An intrinsic (form, places, pulls, terms, begin, end, *frame_terms): adds pulls of terms.
 
-    ``frame_terms`` is empty, or gaps at the start, from which the places count, each term's from a
-    number on, this number, and rows, from the first of which the terms' energy is taken.
+    ``frame_terms`` is empty, or (gaps, start, energy): the vectors between the bodies of each term
+    at the start, from index ``start`` on, to which the places are relative, and rows whose first
+    decreases by the terms' energy.
     """
 
     @in_lanes
@@ -40,7 +41,7 @@ def _adding(law):
                 number = at.number(terms.data, at.plus(first, k))
                 return builder.mul(builder.fptosi(number, first.type), first.type(n))
 
-            source, target = row(SOURCE), row(OTHER)
+            source, target = row(SOURCE), row(TARGET)
             gap = [places[target, x] - places[source, x] for x in at.axes]
             if frame_terms:
                 gaps, start, energy = frame_terms
@@ -62,7 +63,7 @@ add_poles, add_powers = _adding(pole_pull), _adding(power_pull)
 
 @jit_inline
 def add_terms(axes, terms, poles, s, Q, a):
-    """a <- a + what the terms accelerate the bodies at Q by, (d, P) each."""
+    """a <- a + the accelerations of the bodies at Q by the terms, (d, P) each."""
     if terms.shape[0] > 0:
         form = (axes, EIGHT, s, Q.shape[1])
         add_poles(form, Q, a, terms, 0, poles)
@@ -70,17 +71,17 @@ def add_terms(axes, terms, poles, s, Q, a):
 
 
 def add_in_frame(orbits, lanes, begin, end, gap, add):
-    """``add`` (body, vector) what the terms of the pairs ``begin`` to ``end`` of a frame accelerate
-    its bodies by; ``gap`` (source, other) is the vector between two of them.
+    """Call ``add(body, acceleration)`` for the terms of the pairs ``begin`` to ``end`` of a frame;
+    ``gap(source, target)`` is the vector between two bodies.
 
-    Bodies of these terms are those in the frame's order; WEIGHT is 1 for `power_pull`, else 0.
+    These terms number the bodies in the frame's order; WEIGHT is 1 for `power_pull`, else 0.
     """
     builder, D = orbits.builder, orbits.D
     first, last = (orbits.integer(lanes, orbits.after(1, pair)) for pair in (begin, end))
     with cgutils.for_range(builder, last, start=first, intp=last.type) as loop:
         row = orbits.after(2, builder.mul(loop.index, last.type(COLUMNS)))
         source, target, is_power = (
-            orbits.integer(lanes, lanes.plus(row, k)) for k in (SOURCE, OTHER, WEIGHT)
+            orbits.integer(lanes, lanes.plus(row, k)) for k in (SOURCE, TARGET, WEIGHT)
         )
         back, *numbers = (
             Lane(builder, lanes.spread(lanes.number(orbits.numbers, lanes.plus(row, k))))

@@ -61,7 +61,7 @@ def law_fields(d):
 
 
 def first_of_steps(d):
-    """The first row of the changes of velocities, which nothing but a pass needs."""
+    """The first row of the changes of velocities, scratch of a pass."""
     return T * d + 1 + d + d * (d + 1) // 2
 
 
@@ -71,7 +71,7 @@ def rows_of_work(d):
 
 
 def filled(law, d):
-    """The places (i, j), j < i, of L that are not 0 at a state without special properties."""
+    """Indices (i, j), j < i, of the entries of L that are not 0 at a generic state."""
     sample = np.linspace(0.3, 0.7, 2 * d + 1) ** 0.5
     with np.errstate(all="ignore"):
         mass = law(list(sample[:d]), list(sample[d:-1]), sample[-1], Generic())[2]
@@ -80,7 +80,7 @@ def filled(law, d):
 
 
 class Generic:
-    """Constants without special properties."""
+    """Generic constants, in no special relation."""
 
     def __getitem__(self, k):
         return np.float64(1.0 + 0.1 / (k + 1.5))
@@ -93,7 +93,7 @@ class Constants:
     ----------
     lanes
         of a stage, a `galvi.lanes.vectors.Lanes`
-    data
+    array
         their address
     """
 
@@ -113,9 +113,9 @@ class Factors:
     Parameters
     ----------
     first
-        row of the first one
+        row of the first factor
     below
-        the places (i, j), j < i, of L that are not 0
+        indices (i, j), j < i, of the entries of L that are not 0
     """
 
     def __init__(self, rows, first, below, written_out=None):
@@ -129,7 +129,7 @@ class Factors:
         return Triangle(rows.builder, lanes, rows.work, self.first, rows.d)
 
     def keep(self, lanes, mass, lane):
-        """Factor a mass; ``lane`` is one of its kind."""
+        """Factor a mass and store the factors; ``lane`` is any lane at these stages."""
         entries = [x for row in (factored(mass) if self.written_out else mass) for x in row]
         if self.written_out:
             self.constant = {k: x for k, x in enumerate(entries) if not isinstance(x, Lane)}
@@ -191,10 +191,10 @@ class LawStep:
         return [self.rows.at_stages(name, i) for i in range(self.rows.d)]
 
     def prepare(self):
-        """Nothing."""
+        """Do nothing: no factors are common to all states."""
 
-    def begin(self, judgement):
-        """First places, with the low parts of the state."""
+    def begin(self, convergence):
+        """Set the first places, with the low parts of the state."""
         if self.places_only:
             self.coast_stages()
         else:
@@ -222,7 +222,7 @@ class LawStep:
         return rows.sums(lanes, rows.complement, rows.row(0), row, self.matrix_stride)
 
     def place_stages(self):
-        """First places at the stages; low parts are those of the state."""
+        """Set the first places at the stages; low parts are those of the state."""
 
         def first(lanes):
             self.store(lanes, self.at_stages("q_low"), LOW_Q)
@@ -235,12 +235,12 @@ class LawStep:
         self.rows.chunks(first)
 
     def keep_size(self, k, size):
-        """Keep 1 over a size, 0 where that is 0."""
+        """Store 1 / size, 0 where the size is 0."""
         self.rows.keep("sizes", (1.0 / size).where(size > 0.0, 0.0), k)
 
     def coast_stages(self):
-        """The ways without forces, their low parts, first places by the last accelerations, and
-        their size: that of q and q + h v."""
+        """Set the displacements without forces, their low parts, the first places, by the last
+        accelerations, and their size, the larger of q and q + h v."""
         rows = self.rows
         size, step = rows.variable().lane, rows.field("step")
         for i in range(rows.d):
@@ -250,7 +250,7 @@ class LawStep:
         rows.chunks(self.coast)
 
     def coast(self, lanes):
-        """These of one vector of stages."""
+        """As `coast_stages`, for a vector of stages."""
         rows, h = self.rows, self.rows.at_stages("step")
         node, low_node = (
             Lane(rows.builder, lanes.factor(rows.tables, row))
@@ -344,8 +344,7 @@ class LawStep:
         self.moved(lanes, totals, Q, "q", 0)
 
     def moved(self, lanes, totals, block, name, scale):
-        """Store the field of a name + total in a block, and note the largest change over its
-        size."""
+        """Store field ``name`` + totals in a block, and note its largest change over its size."""
         rows = self.rows
         size, places = rows.at_stages("sizes", scale), sums(self.at_stages(name), totals)
         for new, old in zip(places, self.load(lanes, block), strict=True):
@@ -353,15 +352,15 @@ class LawStep:
         self.store(lanes, places, block)
         return [new.fused for new in places]
 
-    def after_first_pass(self, judgement, change):
-        """The sizes of q and p."""
+    def after_first_pass(self, convergence, change):
+        """Set the sizes of q and p."""
         rows, d = self.rows, self.rows.d
         step = rows.field("step")
         if self.places_only:  # at rest at the origin, its size is known after it
             has_size = rows.field("sizes") > 0.0
             size = rows.largest_of(range(Q * d, (Q + 1) * d))
             self.keep_size(0, where(has_size, 1.0 / rows.field("sizes"), size))
-            judgement.judge(where(has_size, change, UNKNOWN_CHANGE), rows.real(rows.terms))
+            convergence.judge(where(has_size, change, UNKNOWN_CHANGE), rows.real(rows.terms))
             return
         for k, (block, name) in enumerate(((V, "q"), (F, "p"))):
             size = abs(rows.largest_of(range(block * d, (block + 1) * d)) * step)
@@ -370,7 +369,7 @@ class LawStep:
             self.keep_size(k, size)
 
     def add_low_parts(self, chosen):
-        """Adds what the low parts of the tables make of the rates, for the runs chosen."""
+        """Add the low parts of the tables times the rates, for the runs ``chosen``."""
         rows, d = self.rows, self.rows.d
         parts = [(V, rows.tabled.low_drift, LOW_Q, 1 + self.places_only)]
         parts += [] if self.places_only else [(F, rows.tabled.low_back, LOW_P, 1)]
@@ -385,7 +384,7 @@ class LawStep:
         rows.chunks(add)
 
     def ends(self):
-        """The state at the step's end, by compensated sums."""
+        """The state at the step's end, by compensated sums, and which runs are valid."""
         rows, step, end_fields = self.rows, self.rows.field("step"), []
         for block, name in ((V, "q"), (V if self.places_only else F, "p")):
             bends = self.places_only and name == "q"
@@ -419,11 +418,11 @@ def generated_step(law, d, places_only, lanes=0, single_vector=False, stages=0):
     places_only
         whether places alone are iterated
     lanes
-        of a vector of one run's stages; 0 for eight runs
+        lanes of a vector of one run's stages; 0 for eight runs
     single_vector
         whether one vector holds all stages
     stages
-        of eight runs, for which loops are written out; 0 for any
+        stages of eight runs, for which loops are written out; 0 for any
     """
     below = filled(law, d)
 

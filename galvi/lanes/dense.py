@@ -25,7 +25,7 @@ def is_zero(x):
 
 
 def product(x, y):
-    """x y, the number 0 where a factor is."""
+    """x y, the number 0 where a factor is the number 0."""
     return 0.0 if is_zero(x) or is_zero(y) else x * y
 
 
@@ -83,7 +83,7 @@ def is_written_out(below):
     Parameters
     ----------
     below
-        the places (i, j), j < i, of L that are not 0
+        indices (i, j), j < i, of the entries of L that are not 0
     """
     rows: dict[int, list[int]] = {}
     for i, j in below:
@@ -93,12 +93,12 @@ def is_written_out(below):
 
 
 class Triangle:
-    """Rows of a matrix up to its diagonal, one number after another, in rows of an array.
+    """A lower triangle of lanes, its entries in successive rows of an array.
 
     Parameters
     ----------
     first
-        row of the array for the first number
+        row of the array for the first entry
     """
 
     def __init__(self, builder, lanes, array, first, d):
@@ -119,7 +119,7 @@ class Triangle:
         self.lanes.store(lane.value, self.data, row)
 
     def factor(self):
-        """The matrix becomes its factors, by the operations of ``factored`` in the same order."""
+        """Factor in place, by the operations of ``factored`` in the same order."""
         builder = self.builder
         with cgutils.for_range(builder, self.row(self.d), intp=self.row) as rows:
             i = rows.index

@@ -95,8 +95,8 @@ def group_fields(d, entries):
 
 
 def law_at_generic_state(law, chart, state):
-    """The momenta, the mass and the velocity at a state without special properties, which shares no
-    number with those of other ``state``."""
+    """The momenta, the mass and the velocity at a generic state; states of different index share no
+    number."""
     sample = (np.linspace(0.3, 0.7, chart.entries + chart.dimension + 1) + 0.1 * state) ** 0.5
     g, v = list(sample[: chart.entries]), list(sample[chart.entries : -1])
     _, mu, mass = law(g, v, sample[-1], Generic())
@@ -118,7 +118,8 @@ class GroupStep:
         self.examine(law)
 
     def examine(self, law):
-        """What is known of a law: where its mass is filled, constant, and all of its momenta."""
+        """Set which entries of the law's mass are not 0, whether it is constant, and whether the
+        momenta are linear in the velocities."""
         d, first = self.rows.d, self.time_row + 1
         with np.errstate(all="ignore"):
             states = [law_at_generic_state(law, self.chart, state) for state in range(2)]
@@ -155,7 +156,7 @@ class GroupStep:
         return self.rows.at(self.rows.row(0))
 
     def state(self, lanes):
-        """xi, the velocity, and what the law is there."""
+        """xi, the velocity, and (tau, mu, mass) of the law there."""
         rows, xi, eta = self.rows, self.load(lanes, XI), self.load(lanes, ETA)
         g = [rows.at_stages("q", i).fused for i in range(self.chart.entries)]
         velocity = self.chart.apply("velocity", xi, eta)
@@ -166,12 +167,12 @@ class GroupStep:
         return xi, velocity, evaluated
 
     def prepare(self):
-        """The inverse of a mass that does not depend on the state, or its factors."""
+        """Store the inverse of a constant mass, or its factors."""
         if self.constant_mass:
             self.rows.chunks(self.keep_constant_mass)
 
     def keep_constant_mass(self, lanes):
-        """These at a vector of stages."""
+        """As `prepare`, for a vector of stages."""
         mass = self.state(lanes)[2][2]
         if self.linear:
             inverse = [x for row in inverse_of(factored(mass)) for x in row]
@@ -181,7 +182,7 @@ class GroupStep:
             self.factors.keep(lanes, mass, self.rows.zero())
 
     def fall(self, lanes):
-        """The law at (xi, eta): f, n, velocity, dL/dv and the factored mass."""
+        """Evaluate the law at (xi, eta): f, n, velocity, dL/dv and the factored mass."""
         xi, velocity, (tau, mu, mass) = self.state(lanes)
         self.pulls = any(not is_zero(x) for x in tau)
         if self.pulls:
@@ -242,12 +243,12 @@ class GroupStep:
         self.store(lanes, self.chart.apply("rate", xi, velocity), ETA)
 
     def guess(self, lanes):
-        """eta from the velocities, which are not changed."""
+        """Set eta from the velocities."""
         xi, velocity = self.load(lanes, XI), self.load(lanes, VELOCITY)
         self.store(lanes, self.chart.apply("rate", xi, velocity), ETA)
 
     def drift(self, lanes):
-        """xi from eta."""
+        """Set xi from eta."""
         rows = self.rows
         places = rows.scaled_sums(lanes, LOW_XI * rows.d, rows.tabled.drift, ETA * rows.d)
         self.note(places, self.load(lanes, XI), "xi_sizes")
@@ -259,7 +260,7 @@ class GroupStep:
             self.rows.note_bits(abs((x - y) * self.rows.at_stages(sizes, i)).bits)
 
     def correct(self, lanes, end_Q):
-        """The defect from f, with the multipliers' part; ``end_Q`` is Q at the end."""
+        """Set the defect from f, with the multipliers' part; ``end_Q`` is Q at the end."""
         rows, builder = self.rows, self.builder
         force_sums = rows.scaled_sums(lanes, LOW_F * rows.d, rows.tabled.back, F * rows.d)
         missing = sums(differences(end_Q, self.load(lanes, PULLED)), force_sums)
@@ -302,7 +303,7 @@ class GroupStep:
                     lanes.store(new.value, rows.work, m)
 
     def respond(self):
-        """The factors of the mean response of eta to the multipliers."""
+        """Store the factors of the mean response of eta to the multipliers."""
         rows, d, builder = self.rows, self.rows.d, self.builder
         vector = rows.zero().value.type
         responses = [cgutils.alloca_once(builder, vector, rows.row(d)) for _ in range(d)]
@@ -334,13 +335,13 @@ class GroupStep:
         self.response.keep(self.first_lanes(), mean, rows.zero())
 
     def unit(self, index):
-        """1 at an index of LLVM's, which may be a constant, and 0 elsewhere, in all lanes."""
+        """The unit vector of an index, an integer of LLVM's, in all lanes."""
         builder, ones = self.builder, self.rows.zero().same(1.0)
         places = [builder.icmp_unsigned("==", index, self.rows.row(i)) for i in range(self.rows.d)]
         return [ones.where(Truth(builder, matches), 0.0) for matches in places]
 
     def keep_end(self):
-        """xi at the step's end, where no lane has it."""
+        """Store xi at the step's end, where no lane has it."""
         rows = self.rows
         with self.builder.if_then(rows.full):
             ends = [rows.spread(x) for x in rows.over_step(self.block(ETA))]
@@ -365,7 +366,7 @@ class GroupStep:
         return [Lane(self.builder, self.builder.load(pointer)) for pointer in places]
 
     def one_pass(self, first):
-        """All parts of a pass; the largest change is noted."""
+        """One pass; the largest change is noted."""
         rows = self.rows
         rows.chunks(self.fall)
         if not self.constant_mass:
@@ -379,8 +380,8 @@ class GroupStep:
         rows.chunks(lambda lanes: self.correct(lanes, end_Q))
         self.keep_end()
 
-    def begin(self, judgement):
-        """xi, eta and more from the velocities, corrected by the tangent map until settled."""
+    def begin(self, convergence):
+        """Set xi, eta and more from the velocities, corrected by the tangent map."""
         rows, builder = self.rows, self.builder
         self.measure_rotations()
         self.begin_at_rest()
@@ -391,18 +392,18 @@ class GroupStep:
             rows.chunks(self.guess)
             self.project(corrects=False)
             rows.chunks(self.drift)
-            unsettled = judgement.active.value & ~(rows.change() < LAST_CORRECTION_ANGLE)
-            judgement.active.set(unsettled)
+            unsettled = convergence.active.value & ~(rows.change() < LAST_CORRECTION_ANGLE)
+            convergence.active.set(unsettled)
             with builder.if_then((~unsettled).all):
                 loop.do_break()
-        judgement.active.set(rows.field("alive") > 0.0)
+        convergence.active.set(rows.field("alive") > 0.0)
         self.keep_end()
         if self.constant_mass:
             with builder.if_then(rows.projects):
                 self.respond()
 
     def begin_at_rest(self):
-        """xi by the velocities alone, and no defect."""
+        """Set xi from the velocities alone, and no defect."""
         rows, zero = self.rows, self.rows.zero()
 
         def reset(lanes):
@@ -418,7 +419,7 @@ class GroupStep:
                 self.first_lanes().store(zero.value, rows.work, row)
 
     def add_low_parts(self, chosen):
-        """The low parts of sums, for the runs chosen."""
+        """Set the low parts of sums for the runs ``chosen``."""
         rows, d, chosen = self.rows, self.rows.d, self.rows.spread_truth(chosen)
         parts = [(ETA, rows.tabled.low_drift, LOW_XI), (F, rows.tabled.low_back, LOW_F)]
         parts += [(N, rows.tabled.low_back, LOW_N)] if self.pulls else []
@@ -432,7 +433,7 @@ class GroupStep:
         rows.chunks(add)
 
     def measure_rotations(self):
-        """1 for rotations, and 0 for translations and momenta, as their inverse sizes."""
+        """Set inverse sizes: 1 for rotations, 0 for translations and momenta."""
         zero = self.rows.variable().lane
         for _, components, _, rotations in self.chart.factors:
             for i in range(components.start, components.stop):
@@ -440,12 +441,12 @@ class GroupStep:
                 self.rows.keep("xi_sizes", zero + size, i)
                 self.rows.keep("pi_sizes", zero, i)
 
-    def after_first_pass(self, judgement, change):
-        """1 over the sizes of xi and pi, 0 where all are 0.
+    def after_first_pass(self, convergence, change):
+        """Set 1 / sizes of xi and pi, 0 where all are 0.
 
         Rotations have size 1. All translations of a factor share a size, that of its positions and
         displacements, and so do the momenta of its translations and of its rotations. An angular
-        momentum is at least as large as what the displacements make of a momentum. No momentum is
+        momentum is at least a displacement times a momentum. No momentum is
         below LEAST_COUPLED_MOTION of the largest one that a mass couples to it: it may be
         round-off of that.
         """
@@ -568,7 +569,7 @@ class Chart:
         return derivatives
 
     def squares_of_turns(self, xi):
-        """|xi|^2 of each rotation."""
+        """|xi|^2 of each factor with a rotation."""
         return [
             reduce(total, [x * x for x in xi[components.start : components.start + rotations]])
             for _, components, _, rotations in self.factors
@@ -576,7 +577,7 @@ class Chart:
         ]
 
     def apply(self, name, xi, *vectors):
-        """A function of galvi.kernels.lie.groups with d results; 0.0 where it is of zeros alone."""
+        """A function of galvi.kernels.lie.groups to d numbers; 0.0 where the last vector is 0."""
         image = []
         for group, components, _, _ in self.factors:
             parts = [list(vector[components]) for vector in vectors]
@@ -588,7 +589,7 @@ class Chart:
 
 
 def total(x, y):
-    """x + y, and one of them where the other is the number 0."""
+    """x + y; the other where one is the number 0."""
     return y if is_zero(x) else (x if is_zero(y) else x + y)
 
 

@@ -83,7 +83,7 @@ def of_unit_mass(slopes, force, d, coupled, forced_from):
     force
         (q, v, t, constants) -> d values; None without one
     forced_from
-        number of the first constant of the force
+        index of the first constant of the force
     """
     first = d * d if coupled else d
 
@@ -146,7 +146,7 @@ def forced(law, force, first):
     Parameters
     ----------
     first
-        number of the law's constants, which those of the force follow
+        number of the law's constants, before those of the force
     """
 
     def forced_law(q, v, t, c):
@@ -158,7 +158,7 @@ def forced(law, force, first):
 
 
 class From:
-    """Constants from a first one on."""
+    """The constants from index ``first`` on."""
 
     def __init__(self, constants, first):
         self.constants, self.first = constants, first

@@ -3,15 +3,15 @@
 A kernel's arrays are
 
 record      (rows, 1) or (rows, 8)  the numbers of each run: a law's own, see ``Fields``
-constants   (c, 1) or (c, 8)        of the law
+constants   (c, 1) or (c, 8)        constants of the law
 work        (rows, P) or (rows, s, 8)  scratch: a number for each stage, and run
 tables      (rows, P) or (rows, s)  of the method, for the step h or for a step of 1, see ``Tables``
 complement  as tables
 reals       growth (l,), by how much Legendre polynomials grow in a step, then the tolerance
 
-and its argument is the address of ARGUMENTS integers: the addresses of these, then s, l, what a law
-says of the rows of the complement, which part to do, of galvi.lanes.step, the number of the step,
-and whether work holds the velocities of the step before.
+and its argument is the address of ARGUMENTS integers: the addresses of these; s; l; the law's
+number for the complement; the part of galvi.lanes.step to do; the number of the step; and whether
+work holds the velocities of the step before.
 """
 
 from __future__ import annotations
@@ -48,18 +48,18 @@ class Tables(NamedTuple):
     kicks, low_kicks
         b and its low part, (1, s) each
     means
-        the mean of b Y^2, for groups; where places are iterated alone, the low part of the nodes.
+        the mean of b Y^2, for groups; with places_only, the low part of the nodes.
         Then drift and low_drift are A of the Nystrom method, back and low_back begin with beta
     nodes
         c
     series
         Legendre coefficients from stages
     ends
-        of one run, the columns b, beta and the low parts of both, beta where places are iterated
-        alone
+        of one run, the columns b, beta and the low parts of both, beta with places_only
     ahead
         of one run, for r = 1 .. l, the extrapolation of values at the stages that keeps r Legendre
-        terms, alone A after it; of members, Legendre polynomials at the next step's stages, (l, s)
+        terms, with places_only followed by A; of members, Legendre polynomials at the next step's
+        stages, (l, s)
     """
 
     drift: int
@@ -116,9 +116,9 @@ class Fields:
 
 
 class Rows:
-    """What both layouts share: rows of work, and the numbers of runs, in as many lanes as there are
-    runs. A layout says of each row in which lanes it is, what a sum over stages and a step is, and
-    how a step is begun.
+    """Rows of work, and the numbers of runs, one lane a run: the part common to both layouts.
+
+    A layout defines the lanes of each row, sums over stages and over a step, and how a step begins.
 
     width       lanes of a vector of a stage's numbers
     runs        lanes of a vector of runs' numbers
@@ -161,11 +161,11 @@ class Rows:
         )
 
     def zero(self):
-        """0 in all lanes of a stage's numbers."""
+        """0 in all lanes of a stage."""
         return Lane(self.builder, everywhere(ir.VectorType(DOUBLE, self.width), 0.0))
 
     def variable(self, number=0.0):
-        """A number for each run that changes."""
+        """A variable, one number a run."""
         return Variable(self.builder, self.runs, number)
 
     def forget(self):
@@ -173,24 +173,24 @@ class Rows:
         self.builder.store(everywhere(self.largest.type.pointee, 0), self.largest)
 
     def note_bits(self, bits):
-        """Note the largest of nonnegative numbers, from their bits."""
+        """Raise the largest change to the nonnegative numbers with these bits."""
         largest = self.builder.load(self.largest)
         # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
         exceeds = self.builder.icmp_signed(">", bits, largest)
         self.builder.store(self.builder.select(exceeds, bits, largest), self.largest)
 
     def real(self, index):
-        """A number of ``reals`` for all runs."""
+        """A number of ``reals`` in all runs' lanes."""
         scalar = self.builder.load(self.builder.gep(self.reals, [index]))
         return Lane(self.builder, spread(self.builder, scalar, self.runs), ())
 
     def whole_number(self, integer):
-        """An integer as a number for all runs."""
+        """An integer as a double in all runs' lanes."""
         scalar = self.builder.uitofp(integer, DOUBLE)
         return Lane(self.builder, spread(self.builder, scalar, self.runs), ())
 
     def for_all(self, truth):
-        """A truth value of LLVM's for all runs."""
+        """LLVM's truth value in all runs' lanes."""
         return Truth(self.builder, spread(self.builder, truth, self.runs))
 
     def load_row(self, lanes, row):
@@ -205,15 +205,15 @@ class Rows:
             self.store_row(lanes, value, row + i)
 
     def field(self, name, i=0):
-        """A row of the record, whose operations are rounded one by one."""
+        """A row of the record; its operations are not fused."""
         return Lane(self.builder, self.builder.load(self._address(name, i), align=8), ())
 
     def fields_of(self, name, size):
-        """The first rows of a part of the record."""
+        """The first ``size`` rows of a part of the record."""
         return [self.field(name, i) for i in range(size)]
 
     def keep(self, name, lane, i=0):
-        """Change a row of the record."""
+        """Store a row of the record."""
         self.builder.store(lane.value, self._address(name, i), align=8)
 
     def _address(self, name, i):
@@ -221,7 +221,7 @@ class Rows:
         return self._of_runs(self.builder.gep(self.record, [k]))
 
     def keep_where(self, mask, name, lane, i=0):
-        """Change a row of the record for some runs."""
+        """Store a row of the record for the runs of a mask."""
         old = self.field(name, i)
         self.keep(name, old.same(lane).where(mask, old), i)
 
@@ -233,7 +233,7 @@ class Rows:
         return self.spread(self.field(name, i))
 
     def largest_of(self, rows):
-        """The largest size in some rows of work at all stages, of each run."""
+        """The largest |x| of rows of work over all stages, for each run."""
         pointer = cgutils.alloca_once(self.builder, ir.VectorType(DOUBLE, self.width))
         self.builder.store(self.zero().value, pointer)
 
@@ -247,13 +247,12 @@ class Rows:
         return self.over_stages_largest(Lane(self.builder, self.builder.load(pointer), ()))
 
     def weighted(self, rows, *weights, matrix=None):
-        """sum_j w_j x_j for some rows x of work, of each run.
+        """sum_j w_j x_j of rows x of work, for each run.
 
         Parameters
         ----------
         weights
-            a row w of the tables, or of ``matrix``; of several, those of the smallest first, the
-            sum of all these
+            rows w of the tables, or of ``matrix``, whose sums are added, the smallest first
         """
         builder, kind = self.builder, ir.VectorType(DOUBLE, self.width)
         sums = [cgutils.alloca_once(builder, kind) for _ in rows]
@@ -271,7 +270,7 @@ class Rows:
         return [self.over_stages(Lane(builder, builder.load(pointer))) for pointer in sums]
 
     def times(self, row):
-        """A row of work <- the times of the stages of the step."""
+        """A row of work <- the times of the step's stages."""
 
         def fill(lanes):
             count = self.spread(self.whole_number(self.number))
@@ -293,7 +292,7 @@ class Rows:
         matrix_stride
             rows between the matrices of one coordinate and the next; None for the same matrix
         count
-            of members, how many rows; None for all stages
+            rows that are summed, for members; None for all stages
         start
             first of d rows of work to which the sums are added
         """
@@ -341,7 +340,7 @@ class Stages(Rows):
         self.lay_out_tables(self.padded)
 
     def at(self, chunk):
-        """The lanes of one of the chunks."""
+        """The lanes of a chunk."""
         return Lanes(self.context, self.builder, self.padded, chunk, self.width)
 
     def chunks(self, part):
@@ -382,7 +381,7 @@ class Stages(Rows):
         return Lane(self.builder, spread(self.builder, total, 1), ())
 
     def over_stages_largest(self, lane):
-        """The largest size in the lanes."""
+        """The largest |x| of the lanes."""
         return self._of_bits(self.at(self.row(0)).largest(abs(lane).bits))
 
     def change(self):
@@ -403,11 +402,11 @@ class Stages(Rows):
         return self.sums(lanes, self.tables, first_row, row, start=start)
 
     def times_step(self, high, low, power):
-        """The same: the tables hold h."""
+        """The arguments themselves: the tables hold h."""
         return high, low
 
     def totals(self, row, *parts):
-        """sum_j w_j x_j for d rows of work, and those parts of ENDS as w: of each row, all sums."""
+        """sum_j w_j x_j of d rows x of work, for each the sums with these parts w of ENDS."""
         lanes, columns = self.at(self.row(0)), [ENDS.index(part) for part in parts]
         sums = self.sums(lanes, self.tables, self.tabled.ends, row)
         index = ir.IntType(32)
@@ -424,19 +423,19 @@ class Stages(Rows):
         ]
 
     def over_step(self, rows):
-        """h sum_j b_j x_j for some rows of work.
+        """h sum_j b_j x_j of rows x of work.
 
-        What the low part of h b adds is less than half an ulp of the sum, and always of the same
-        sign: added to the sum it would be lost, so the sum begins with it.
+        The low part of h b adds less than half an ulp of the sum, always with the same sign, which
+        would be lost at the end: the sum begins with it.
         """
         return self.weighted(rows, self.tabled.low_kicks, self.tabled.kicks)
 
     def remember(self, velocities, last):
-        """d rows of work <- the velocities of the last step, which hold after one that fails."""
+        """d rows of work <- the velocities of the last step, the run's after a step that fails."""
         self.chunks(lambda lanes: self.store_rows(lanes, self.load_rows(lanes, velocities), last))
 
     def keep_series(self, lanes, series, row):
-        """Nothing: velocities are extrapolated as they are."""
+        """Do nothing: the velocities themselves are extrapolated."""
 
     def extrapolate(self, velocities, series, guess):
         """d rows of work <- the velocities at the next step's stages."""
@@ -448,13 +447,13 @@ class Stages(Rows):
         )
 
     def first_ahead(self):
-        """The first row of the matrix that keeps so many terms as were chosen."""
+        """The first row of the matrix that extrapolates the chosen number of terms."""
         scalar = self.builder.extract_element(self.field("terms").value, ir.IntType(32)(0))
         terms = self.builder.sub(self.builder.fptoui(scalar, self.row), self.row(1))
         return self.builder.add(self.tabled.ahead, self.builder.mul(self.padded, terms))
 
     def bent(self, lanes, accelerations):
-        """h^2 A times the accelerations, extrapolated from the last step if there was one."""
+        """h^2 A times the accelerations, extrapolated where a step precedes."""
         builder = self.builder
         goes_on = builder.icmp_unsigned("!=", self.continues, self.row(0))
         first = builder.select(goes_on, self.first_ahead(), self.tabled.drift)
@@ -487,9 +486,9 @@ class Members(Rows):
     Attributes
     ----------
     guarded
-        rows of work that are stored only for runs whose iteration goes on
+        rows of work that are stored only for the active runs
     active
-        these runs, a `galvi.lanes.stopping.Mask`
+        runs whose iteration goes on, a `galvi.lanes.stopping.Mask`
     """
 
     reconsider = 1  # one of eight needs another number of terms sooner
@@ -521,11 +520,9 @@ class Members(Rows):
         lanes.store(value, self.work, self.row(row))
 
     def spread(self, lane):
-        """The same: each run has its own lane."""
         return lane
 
     def spread_truth(self, truth):
-        """The same."""
         return truth
 
     def stage_number(self, row, index):
@@ -533,11 +530,11 @@ class Members(Rows):
         return self.load_row(self.at(index), row).exact
 
     def over_stages(self, lane):
-        """The same, a sum over all stages."""
+        """The lane itself, a sum over all stages."""
         return lane.exact
 
     def over_stages_largest(self, lane):
-        """The same, the largest of all stages."""
+        """The lane itself, the largest of all stages."""
         return lane
 
     def change(self):
@@ -545,7 +542,7 @@ class Members(Rows):
         return Lane(self.builder, self.zero().value, ()).of_bits(self.builder.load(self.largest))
 
     def reload(self):
-        """Nothing: numbers of work are not spread."""
+        """Do nothing: numbers of work are not broadcast."""
 
     def scaled_sums(self, lanes, start, first_row, row, power=1):
         """As `sums` with the tables, times h^power."""
@@ -568,7 +565,7 @@ class Members(Rows):
         return [x * self.field("step") for x in sums]
 
     def times_step(self, high, low, power):
-        """A sum and a small rest, times h^power."""
+        """A sum in two parts, times h^power."""
         step = self.field("step")
         for _ in range(power):
             high, lost = two_product(high, step)
@@ -576,10 +573,10 @@ class Members(Rows):
         return high, low
 
     def remember(self, velocities, last):
-        """Nothing: a run that fails ends."""
+        """Do nothing: a run that fails ends."""
 
     def keep_series(self, lanes, series, row):
-        """Keep the coefficients of the velocities, from which the next ones are extrapolated."""
+        """Store the coefficients of the velocities, which `extrapolate` continues."""
         self.store_rows(lanes, series, row)
 
     def extrapolate(self, velocities, series, guess):
@@ -635,12 +632,11 @@ class MemberLanes(Lanes):
         return self.builder.load(address, align=8)
 
     def spread(self, vector):
-        """The same: each member has its own number."""
         return vector
 
 
 def layout(context, builder, arguments, fields, lanes, single_vector, stages, merged=False):
-    """The layout of one run, in vectors of so many lanes, or for 0 of eight runs."""
+    """The layout of one run in vectors of ``lanes`` lanes, or of eight runs for 0."""
     if lanes:
         return Stages(context, builder, arguments, fields, lanes, single_vector, merged)
     builder.reciprocals = Reciprocals(context, builder)

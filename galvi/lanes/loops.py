@@ -1,7 +1,7 @@
-"""Many steps of a law in lanes: of one run, whose results are kept, or of many members.
+"""Many steps of a law in lanes: of one run, which is recorded, or of many members.
 
-A law's part is a function of the address of the arguments of galvi.lanes.layouts, called by its own
-address, so that these loops are compiled once for all laws.
+A law's step is a function of the address of the arguments of galvi.lanes.layouts, which is itself
+called by address: these loops are compiled once for all laws.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ TERMS_KEPT = 3  # index in solver_state
 
 
 class OneRun(NamedTuple):
-    """What a run in lanes computes with, beside its state.
+    """The arrays of a run in lanes, and where its numbers are.
 
     Attributes
     ----------
@@ -50,8 +50,8 @@ class OneRun(NamedTuple):
     record : array, shape (rows,)
         the numbers of the run
     seats : array, shape (n, 4)
-        where the numbers of the state are: row and first column of galvi.run.run_arrays' state,
-        first row of the record, and how many
+        of each part of the state: row and first column in galvi.run.run_arrays' state, first row
+        in the record, and size
     work : array, shape (rows, P)
     before : array, shape (2, n)
         q and p, or v, before a step
@@ -66,7 +66,7 @@ class OneRun(NamedTuple):
     velocities
         first row of work for the velocities at the stages
     last
-        likewise for those of the last step
+        first row of work for those of the last step
     """
 
     arguments: Any
@@ -84,15 +84,15 @@ class OneRun(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """What a step's curve is made of.
+    """What gives the coefficients of a step's curve.
 
     Attributes
     ----------
     fit : array, shape (m, s)
-        h times its coefficients from its rates at the stages; where places alone are iterated h^2
-        times those from accelerations
+        h times its coefficients from the rates at the stages; with places_only h^2 times those
+        from the accelerations
     line : array, shape (m,)
-        h times its coefficients from the velocity, there; else (0,)
+        with places_only, h times its coefficients from the velocity; else (0,)
     c : array, shape (P,)
         nodes
     """
@@ -130,7 +130,7 @@ def curve_of(fit, rates, out):
 
 @jit_inline
 def keep(plan, recording, step, curves, rates, velocities, before):
-    """Keep the curve of a step from q and v, and its velocities where it is watched."""
+    """Record the curve of a step from q and v, and its velocities where it is watched."""
     fit, line, d = curves.fit, curves.line, velocities.shape[0]
     if recording.bases.shape[0] > 0:
         curve_of(fit, rates, recording.curves[step])
@@ -147,7 +147,7 @@ def keep(plan, recording, step, curves, rates, velocities, before):
 
 @jit_inline
 def begin(run, plan, state, stages, terms):
-    """Put the state, and the velocities at the stages, where a step finds them."""
+    """Copy the state and the velocities at the stages into the record and work."""
     numbers, shared, s = run.record, run.shared, stages.shape[1]
     numbers[shared + LENGTH], numbers[shared + START] = plan.step, plan.t0
     numbers[shared + ALIVE], numbers[shared + TERMS] = 1.0, terms
@@ -163,7 +163,7 @@ def begin(run, plan, state, stages, terms):
 
 @jit_inline
 def put_back(run, state, velocities, stages):
-    """The state after the last step that was done."""
+    """Copy the record and the velocities back into the state and the stages."""
     for row, column, first, count in run.seats:
         for k in range(count):
             state[row, column + k] = run.record[first + k]
@@ -181,7 +181,7 @@ def nothing_remembered(state):
 
 @jit_inline
 def advance_run(law, address, run, curves, plan, todo, progress, recording):
-    """Do ``todo`` more steps; returns a code. A step that fails is not done."""
+    """Do ``todo`` more steps; returns a code. A step that fails leaves the state unchanged."""
     run, curves, plan = OneRun(*run), Curves(*curves), Plan(*plan)
     progress, recording = Progress(*progress), Recording(*recording)
     state, stages, solver_state = progress.state, progress.stages, progress.solver_state

@@ -59,14 +59,14 @@ PAIR_PASSES = 3  # 2 and 4 are slower for some problems: docs/why.md
 
 
 class Bodies(NamedTuple):
-    """What attracts.
+    """The bodies, and the terms beside their attraction.
 
     Attributes
     ----------
     masses : array, shape (bodies,)
         G m
     heavy, light
-        whole numbers the bodies with a mass, and the massless ones
+        indices of the bodies with a mass, and of the massless ones
     pulls, poles
         terms of galvi.kernels.forces.celestial
     star
@@ -92,7 +92,7 @@ class Tables(NamedTuple):
 
 
 class Step(NamedTuple):
-    """The step that is being solved.
+    """The arrays of the current step.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class Step(NamedTuple):
     history : array, shape (4,)
         see galvi.kernels.nystrom.solve
     nearest : array, shape (P,)
-        least squared distances of two bodies at the stages; 0 if there is none
+        smallest squared distance of two bodies at each stage; 0 if not measured
     """
 
     state: Any
@@ -136,7 +136,7 @@ def pull_all(axes, bodies, Q, a):
 
 @jit_inline
 def pull_and_measure(axes, bodies, Q, a, nearest):
-    """As ``pull_all``; nearest (P,) <- the least squared distance of two bodies at each stage."""
+    """As ``pull_all``; nearest (P,) <- the smallest squared distance of two bodies, by stages."""
     masses, heavy, light = bodies.masses, bodies.heavy, bodies.light
     for k in range(Q.shape[1]):
         nearest[k] = math.inf
@@ -152,7 +152,7 @@ def pull_and_measure(axes, bodies, Q, a, nearest):
 
 @jit_inline
 def pull_pair(axes, bodies, planet, sign, Q, initial, a):
-    """a <- given + sign times the attraction between the star and a planet, in their rows."""
+    """a <- initial + sign times the attraction between the star and a planet, in their rows."""
     star, masses = bodies.star, bodies.masses
     star_mass, planet_mass = sign * masses[star], sign * masses[planet]
     for chunk in range(Q.shape[1] // gravity.LANES):
@@ -174,7 +174,7 @@ def move_one(axes, moves, start, s, a, step, change, body):
 
 @jit_inline
 def add_low_parts(axes, moves, s, a, low):
-    """low += what the low part of h^2 A^T makes of the accelerations at the stages."""
+    """low += the low part of h^2 A^T times the accelerations at the stages."""
     for body in range(a.shape[0] // len(axes)):
         for chunk in range(a.shape[1] // gravity.LANES):
             gravity.add_combined(
@@ -184,10 +184,10 @@ def add_low_parts(axes, moves, s, a, low):
 
 @jit_inline
 def iterate_pair(axes, bodies, planet, moves, s, step):
-    """Some passes over the star and one planet, the attraction of all others in the scratch.
+    """PAIR_PASSES passes over the star and one planet; the scratch holds the other attractions.
 
-    Extrapolation predicts the fastest planet by far the worst, and these passes are cheap. They
-    contract like the passes over all bodies, which continue from their result.
+    Extrapolation predicts the fastest planet worst, and these passes are cheap. They contract like
+    the passes over all bodies, which continue from there.
     """
     history, a = step.history, step.a
     last, change = history[0], history[0]
@@ -205,7 +205,7 @@ def iterate_pair(axes, bodies, planet, moves, s, step):
 def iterate(axes, bodies, fastest_planet, moves, s, step, tolerance, counts):
     """Fixed-point iteration from stages Q until convergence; a holds the last accelerations.
 
-    Least distances are those of the second pass, which is accurate enough for that.
+    Distances are measured in the second pass, which is accurate enough.
     """
     Q, a, history, settled = step.Q, step.a, step.history, False
     step.nearest[0] = 0.0
@@ -243,7 +243,7 @@ RECONSIDER = 16  # steps between choices of the number of terms to extrapolate
 
 @jit_inline
 def choose_terms(axes, tables, a, out, terms, sizes):
-    """terms <- how many Legendre terms of each body's last accelerations to extrapolate.
+    """terms <- the number of Legendre terms of each body's accelerations to extrapolate.
 
     ``out`` (d, P) and ``sizes`` (s,) are scratch.
     """
@@ -333,7 +333,7 @@ def finish(axes, sums, h, a, state, out):
 
 @generic
 def moved(x, low, displacement, increment, remainder):
-    """x + far + more as a sum and its rounding error, from that of x and a small rest."""
+    """x + displacement + increment and its error, from ``low`` of x and a small remainder."""
     end, lost = two_sum(x, displacement)
     end, less = two_sum(end, increment)
     return two_sum(end, lost + (less + (low + remainder)))
@@ -342,7 +342,7 @@ def moved(x, low, displacement, increment, remainder):
 @jit_inline
 def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, todo, progress, work,
             spare, recording):  # fmt: skip
-    """Do ``todo`` more steps of a run; returns a code, as the general kernel."""
+    """Do ``todo`` more steps of a run; returns a code, as galvi.kernels.nystrom.advance."""
     tableau, plan, recording, tables = (
         NystromTableau(*tableau),
         Plan(*plan),

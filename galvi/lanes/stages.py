@@ -22,7 +22,7 @@ CHANGE, SIZE = 0, 1  # rows of changes, for velocities; then the same for places
 
 
 class Rows:
-    """The rows of an array at some stages, and its numbers; a row may be counted from another."""
+    """Rows of an array at a vector of stages; an index is a number, or (row, offset)."""
 
     def __init__(self, at, array):
         self.at, self.data = at, array
@@ -42,7 +42,7 @@ class Rows:
 
 
 class Stages(Lanes):
-    """As many stages of a step as a vector has lanes, for point masses in some dimensions."""
+    """A vector of stages of a step, for point masses."""
 
     def __init__(self, context, builder, form, form_value, chunk):
         super().__init__(
@@ -52,7 +52,7 @@ class Stages(Lanes):
         self.inverse, self.none = Reciprocals(context, builder), Lane(builder, self.zero)
 
     def argument(self, kind, value):
-        """An argument: rows of an array, a number in all lanes, or a whole number."""
+        """An argument: rows of an array, a float in all lanes, or an integer."""
         if isinstance(kind, types.Array):
             return Rows(self, self.pointer_to(kind, value))
         return Lane(self.builder, self.spread(value)) if isinstance(kind, types.Float) else value
@@ -64,8 +64,8 @@ class Stages(Lanes):
         return [Lane(self.builder, total) for total in sums]
 
     def renew(self, slopes, row, new, share, changes, first):
-        """A body's slopes become a share of the new ones and the rest of the old; changes add up
-        from the row ``first`` on."""
+        """A body's slopes <- share * new + (1 - share) * old; their changes and sizes are added to
+        rows ``first`` and ``first + 1`` of ``changes``."""
         changed, size = changes[first + CHANGE], changes[first + SIZE]
         for x, slope in enumerate(new):
             old = slopes[row, x]
@@ -82,7 +82,7 @@ def square(vector):
 def in_lanes(code, returned=types.void):
     """An intrinsic function that generates ``code(stages, *arguments)`` for all stages of a step.
 
-    What the code returns is summed over the stages.
+    The lanes that the code returns are summed over the stages.
     """
 
     @intrinsic

@@ -20,12 +20,12 @@ class Lane:
     Parameters
     ----------
     flags
-        of the operations on it: FUSED, or () where a rounding error is to be known
+        of its operations: FUSED, or () where rounding errors are computed
 
     Attributes
     ----------
     sine_cosine
-        both of these, once they were computed
+        (sine, cosine) once computed, else None
     """
 
     def __init__(self, builder, value, flags=FUSED):
@@ -34,12 +34,12 @@ class Lane:
 
     @property
     def exact(self):
-        """The same numbers, whose operations are rounded one by one."""
+        """The same numbers; their operations are not fused."""
         return Lane(self.builder, self.value, ())
 
     @property
     def fused(self):
-        """The same numbers, whose sums of products may be fused."""
+        """The same numbers; their sums of products may be fused."""
         return Lane(self.builder, self.value)
 
     def _lane(self, operand):
@@ -66,8 +66,8 @@ class Lane:
         return 1.0 / product if twice < 0 else product
 
     def power(self, exponent):
-        """A power, the same in all lanes: the nearest multiple of 1/4 by products and roots, times
-        exp(r log x) for a rest r of the exponent."""
+        """x^exponent, one exponent for all lanes: x to its nearest multiple of 1/4 by products and
+        roots, times exp(r log x) for the remainder r."""
         builder, cap = self.builder, DOUBLE(2.0**QUARTER_BITS - 1.0)
         scalar = builder.extract_element(self.same(exponent).value, ir.IntType(32)(0))
         nearest = _of_numbers(builder, "rint", builder.fmul(scalar, DOUBLE(4.0)))
@@ -141,18 +141,18 @@ class Lane:
         return self._compared("<=", other)
 
     def where(self, condition, alternative):
-        """These numbers where a `Truth` is, and the other ones elsewhere."""
+        """These numbers where a `Truth` is true, elsewhere the alternative."""
         return self._with_value(
             self.builder.select(condition.value, self.value, self._lane(alternative))
         )
 
     def clipped(self, low, high):
-        """These numbers, or the nearest of low and high; NaN stays."""
+        """These numbers, clipped to [low, high]; NaN stays."""
         at_least = self.where(self._compared(">=", low, "fcmp_unordered"), low)
         return at_least.where(at_least._compared("<=", high, "fcmp_unordered"), high)
 
     def call(self, name, *operands):
-        """LLVM's intrinsic function of this and other lanes or numbers."""
+        """LLVM's intrinsic function of this lane and the operands, lanes or numbers."""
         values = [self.value, *(self._lane(operand) for operand in operands)]
         kind = self.value.type
         function = cgutils.get_or_insert_function(
@@ -167,11 +167,11 @@ class Lane:
 
     @property
     def bits(self):
-        """The numbers as integers of 64 bits."""
+        """The bits of the numbers, 64-bit integers."""
         return self.builder.bitcast(self.value, self._integers_of(64))
 
     def integers(self, number):
-        """The integer in all lanes, as a constant of 64 bits."""
+        """A 64-bit integer constant in all lanes."""
         return everywhere(self._integers_of(64), number)
 
     def is_odd(self, bits):
@@ -184,7 +184,7 @@ class Lane:
 
 
 def _of_numbers(builder, name, *numbers):
-    """LLVM's intrinsic function of numbers."""
+    """LLVM's intrinsic function of scalars."""
     kind = ir.FunctionType(DOUBLE, [DOUBLE] * len(numbers))
     called = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.f64")
     return builder.call(called, numbers)
@@ -209,7 +209,7 @@ class Truth:
         return Truth(self.builder, self.builder.not_(self.value))
 
     def select(self, x, y):
-        """x where it is true, else y, lanes or numbers; a lane rounded at each operation."""
+        """x where it is true, else y, lanes or numbers; operations on it are not fused."""
         kind = ir.VectorType(DOUBLE, self.value.type.count)
         values = [z.value if isinstance(z, Lane) else everywhere(kind, float(z)) for z in (x, y)]
         return Lane(self.builder, self.builder.select(self.value, *values), ())
@@ -221,7 +221,7 @@ class Truth:
 
     @property
     def any(self):
-        """Whether it is true in a lane."""
+        """Whether it is true in at least one lane."""
         return self.builder.icmp_unsigned("!=", self.bits, self.bits.type(0))
 
     @property
@@ -231,7 +231,7 @@ class Truth:
 
 
 class Several:
-    """Lanes of as many planets, whose long chains of operations run in parallel."""
+    """A lane for each of a few planets, whose long chains of operations run in parallel."""
 
     def __init__(self, lanes):
         self.lanes = tuple(lanes)
@@ -240,7 +240,7 @@ class Several:
         return operand.lanes if isinstance(operand, Several) else (operand,) * len(self.lanes)
 
     def map(self, function, *operands):
-        """The function of each planet's lanes."""
+        """The function applied to the lanes of each planet."""
         columns = (self._lanes_of(operand) for operand in operands)
         return Several(function(*row) for row in zip(self.lanes, *columns, strict=True))
 

@@ -33,16 +33,16 @@ AVX512 = has_avx512(cpu_target.target_context)
 
 
 def lanes_for(stages):
-    """The lanes of a vector for steps of so many stages.
+    """The lanes of a vector for steps of ``stages`` stages.
 
-    Where a register has four at most, eight lanes are two registers, the second of which would be
-    idle for 1 to 4, 9 to 12, ... stages.
+    Without AVX-512 a register has four lanes; the second of a vector of eight would be idle for
+    1 to 4, 9 to 12, ... stages.
     """
     return NARROW_LANES if 1 <= stages % LANES <= NARROW_LANES and not AVX512 else LANES
 
 
 def announce(builder):
-    """Tell who listens for GENERATED how long a function will take, before it is optimised."""
+    """Broadcast the estimated compilation time of a function to the listeners of GENERATED."""
     count = sum(len(block.instructions) for block in builder.function.blocks)
     seconds = PER_INSTRUCTION * count * (1 if AVX512 else 2)
     event.broadcast(event.Event(GENERATED, event.EventStatus.START, {"seconds": seconds}))
@@ -80,7 +80,7 @@ def spread(builder, scalar, lanes):
 
 
 class Lanes:
-    """Loads, stores and arithmetic on the stages of a row that start at ``width`` chunk.
+    """Loads, stores and arithmetic on the stages of a row from width * chunk on.
 
     Parameters
     ----------

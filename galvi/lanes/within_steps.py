@@ -15,7 +15,7 @@ from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.lanes.frames import universal
 from galvi.lanes.frames.collocation import STAGES, TABLES, leave, solve_step
-from galvi.lanes.frames.kepler_motion import MOST_CORRECTIONS, NAN, dot
+from galvi.lanes.frames.kepler_motion import MAX_CORRECTIONS, NAN, dot
 from galvi.lanes.frames.rows import (
     ECCENTRICITY,
     OFFSET,
@@ -51,8 +51,9 @@ def enter_base(base, state):
 
 @intrinsic
 def move_orbits(typingctx, axes, mass, chunk, rows):
-    """Places q in a vector of lanes of the first D rows, with velocities v in the D rows after them
-    and times t in the next, <- those after t on Kepler's orbits; NaN where these were not found.
+    """Places q in a vector of lanes of the first D rows <- those after t on Kepler's orbits.
+
+    The next D rows are velocities v, the one after t; NaN where the iteration did not converge.
 
     Parameters
     ----------
@@ -73,7 +74,7 @@ def move_orbits(typingctx, axes, mass, chunk, rows):
         mean = t * beta / mu
         X, change = lanes.variable(mean.value), lanes.variable(lanes.zero)
         functions = [lanes.variable(lanes.zero) for _ in range(5)]
-        with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST_CORRECTIONS)) as loop:
+        with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MAX_CORRECTIONS)) as loop:
             x = Lane(builder, builder.load(X))
             G = universal.universal(beta, x, universal.SERIES_TERMS)
             step = universal.far_correction(

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces.passages import FOUND
-from galvi.kernels.nystrom.advance import DONE, NEVER
+from galvi.kernels.nystrom.advance import DONE, UNWATCHED
 from galvi.kernels.run_record import Plan, Progress, Recording
 from galvi.problem import Problem
 from galvi.run.request import RunRequest
@@ -114,7 +114,7 @@ class RunArrays(NamedTuple):
         solver_state = state[2].copy()
         solver_state[DONE] = 0
         rows = steps if start.keeps_curves else 0
-        watch = watched_steps(steps) if watched else NEVER
+        watch = watched_steps(steps) if watched else UNWATCHED
         seen = ((start.first + steps) >> watch) - (start.first >> watch) + watched
         stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
         passage = passage_record(problem, start.passage)

@@ -25,7 +25,7 @@ from galvi.kernels.forces import lagrangian_derivatives
 from galvi.whole_files import write_whole
 
 POWER = "power"  # of galvi.lanes.elementary
-KEPT_EXPRESSIONS = 1000  # most expressions whose code is kept on disk, 60 kB each
+MAX_CACHED_EXPRESSIONS = 1000  # most expressions whose code is kept on disk, 60 kB each
 EXPRESSIONS_FOLDER = "galvi-expressions"
 FROM_MATH = {"erf", "erfc", "gamma", "lgamma"}
 FROM_NUMPY = {
@@ -193,9 +193,9 @@ def _cached_file(text: str) -> Path | None:
 
 
 def _tidy(folder: Path) -> None:
-    """Delete all but the KEPT_EXPRESSIONS most recently used expressions."""
+    """Delete all but the MAX_CACHED_EXPRESSIONS most recently used expressions."""
     by_use = sorted(folder.glob("*/expression.source"), key=lambda path: path.stat().st_mtime)
-    for path in by_use[:-KEPT_EXPRESSIONS]:
+    for path in by_use[:-MAX_CACHED_EXPRESSIONS]:
         shutil.rmtree(path.parent, ignore_errors=True)
 
 

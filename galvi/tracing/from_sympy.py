@@ -93,7 +93,7 @@ def read_lagranges_method(method: Any) -> tuple[Any, list[Any], list[Any] | None
     Raises
     ------
     ValueError
-        For one with constraints.
+        For a method with constraints.
     """
     if len(method.coneqs):
         raise ValueError(

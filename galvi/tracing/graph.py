@@ -32,12 +32,12 @@ UNARY: dict[str, Callable[[float], float]] = {
     for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh")
 }
 ODD, EVEN = ("sin", "tan", "sinh", "tanh"), ("cos", "cosh")
-MOST_NODES = 20_000  # nodes, beyond which tracing is given up
-MOST_FACTORS = 64  # a power up to which an integer one is made of products
+MAX_NODES = 20_000  # nodes, beyond which tracing is given up
+MAX_FACTORS = 64  # a power up to which an integer one is made of products
 
 
 class Graph:
-    """The nodes made so far, in an order in which each follows its arguments."""
+    """The nodes, each after its arguments."""
 
     def __init__(self) -> None:
         self.nodes: dict[tuple[Any, ...], Node] = {}
@@ -48,8 +48,8 @@ class Graph:
         key = (kind, *(x.index if isinstance(x, Node) else (x,) for x in arguments))
         node = self.nodes.get(key)
         if node is None:
-            if len(self.nodes) == MOST_NODES:
-                self.refuse(f"its derivatives have more than {MOST_NODES} terms")
+            if len(self.nodes) == MAX_NODES:
+                self.refuse(f"its derivatives have more than {MAX_NODES} terms")
             node = self.nodes[key] = Node(self, len(self.nodes), kind, arguments)
         return node
 
@@ -69,7 +69,7 @@ class Graph:
         return out.reshape(shape)
 
     def refuse(self, why: str) -> NoReturn:
-        """Raise `Untraceable`, and note it, since a function may catch what is raised in it."""
+        """Raise `Untraceable`, and store why: the traced function may catch the exception."""
         self.refusal = self.refusal or why
         raise Untraceable(why)
 
@@ -164,7 +164,7 @@ class Graph:
                 self.refuse(f"it takes {x.value} to the power {p}")
         if p in (0.5, -0.5):
             return self.inverse(x.sqrt()) if p < 0.0 else x.sqrt()
-        if p != int(p) or abs(p) > MOST_FACTORS:
+        if p != int(p) or abs(p) > MAX_FACTORS:
             return self.node("power", x, p)
         product, square, left = self.number(1.0), x, abs(int(p))
         while left:
@@ -182,7 +182,7 @@ def _unary(name: str) -> Callable[[Any], Any]:
 
 
 def _operator(operation: Callable[[Graph, Node, Node], Node]) -> Callable[[Node, Any], Any]:
-    """A method of a node and what may be no number."""
+    """A method of a node and an operand, NotImplemented unless that is a number."""
 
     def of_nodes(node: Node, operand: Any) -> Any:
         y = node.graph.lifted(operand)
@@ -206,7 +206,7 @@ class Node:
 
     @property
     def value(self) -> float:
-        """The value of a number; what has none is refused."""
+        """The value of a number; `Untraceable` for any other node."""
         if self.kind != "number":
             self.graph.refuse("it branches on, or converts, an expression of the state")
         return float(self.arguments[0])
@@ -260,7 +260,7 @@ class Node:
     )
 
     def arctan2(self, abscissa: Any) -> Node:
-        """The angle of the point (other, self)."""
+        """The angle of the point (abscissa, self)."""
         x = self.graph.lifted(abscissa)
         if x is None:
             self.graph.refuse("it takes an angle of what is no number")

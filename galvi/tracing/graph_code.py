@@ -8,7 +8,7 @@ from galvi.tracing.graph import Node
 
 
 def reachable(nodes: Sequence[Node]) -> list[Node]:
-    """The nodes and all those that they are made of, each after its arguments."""
+    """The nodes and all that they depend on, each after its arguments."""
     by_index, left = {}, list(nodes)
     while left:
         node = left.pop()
@@ -34,7 +34,7 @@ def gradient(node: Node, variables: Sequence[Node]) -> list[Node]:
 
 
 def partials(node: Node) -> list[tuple[Node, Node]]:
-    """The arguments that are no numbers, each with the derivative by it."""
+    """Pairs of an argument that is no number and the derivative by it."""
     if node.kind in ("number", "variable"):
         return []
     x, *second = node.arguments

@@ -17,8 +17,8 @@ from galvi.tracing.code import POWER
 FUNCTIONS = {"sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER}
 # Coordinates up to which a force in lanes is written out.
 WIDEST_FORCE, WIDEST_COUPLED_FORCE = 64, 12
-LONGEST = 4_000  # operations: two milliseconds of compilation each
-LONGEST_KNOWN = 9_000  # likewise of a built-in law: EIH of 11 bodies has 8,000
+MAX_OPERATIONS = 4_000  # operations: two milliseconds of compilation each
+MAX_BUILT_IN_OPERATIONS = 9_000  # likewise of a built-in law: EIH of 11 bodies has 8,000
 # A module with a function ``compiled``: a step of a law.
 STEP = """from galvi.lanes.{module} import generated_step
 {law}
@@ -39,7 +39,7 @@ def compiled_law(module: str, law: str, *arguments: Any) -> Callable[..., Any]:
     Parameters
     ----------
     arguments
-        its other arguments
+        arguments of ``generated_step`` after the law
     """
     text = STEP.format(module=module, law=law, arguments=", ".join(map(repr, arguments)))
     return cast(
@@ -138,7 +138,7 @@ def function_lines(head: str, lines: Sequence[str], formulas: Sequence[str]) -> 
 
 
 def fits(d: int, coupled: bool) -> bool:
-    """Whether the accelerations on R^d are written out.
+    """Whether the accelerations on R^d are short enough to be written out.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
-"""The laws of systems for lanes: the lines that define them, and their constants; and what traces
-the functions of a user's for them."""
+"""The laws of systems for lanes: the lines that define them, and their constants; and the tracers
+of a user's functions."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from galvi.tracing.traced_lagrangian import (
 )
 
 LawCode = tuple[str, Array]  # the lines that define a law, and its constants
-MOST_LANE_VELOCITIES = 40  # velocities of a tree in lanes
+MAX_LANE_VELOCITIES = 40  # velocities of a tree in lanes
 
 
 @singledispatch
@@ -172,8 +172,8 @@ def _(value: RotorDrag) -> str:
 @lines_of.register
 def _(value: RigidTree) -> str:
     """Numbers 0, 1 and -1 of the geometry are part of it. None for more than
-    MOST_LANE_VELOCITIES, whose law would take long to compile."""
-    if value.dimension > MOST_LANE_VELOCITIES:
+    MAX_LANE_VELOCITIES, whose law would take long to compile."""
+    if value.dimension > MAX_LANE_VELOCITIES:
         return ""
     return _tree_lines(value)
 
@@ -181,7 +181,7 @@ def _(value: RigidTree) -> str:
 @lines_of.register
 def _(value: JointForces) -> str:
     assert value.tree is not None
-    if value.tree.dimension > MOST_LANE_VELOCITIES:
+    if value.tree.dimension > MAX_LANE_VELOCITIES:
         return ""
     return _force_lines(value.tree, tuple(value.structure.items()))
 
@@ -200,7 +200,7 @@ def _force_lines(value: RigidTree, structure: tuple[tuple[int, float], ...]) -> 
 
 
 def _literals(value: RigidTree) -> dict[int, float]:
-    """The numbers that are part of a tree's law, by their place in its constants."""
+    """The numbers that are part of a tree's law, by their index in its constants."""
     rows = {
         "masses": range(tree.MASS, tree.ARMATURE),
         "armature": (tree.ARMATURE,),
@@ -224,7 +224,7 @@ def _literals(value: RigidTree) -> dict[int, float]:
 
 
 def finders_of(system: Any, q: Array, v: Array, t: float) -> Mapping[str, Callable[[], Trace]]:
-    """What traces the functions of a system near a state."""
+    """Name of a function of the system -> what traces it near a state."""
     if isinstance(system, NBody):
         space, function = Rn(q.size), system.acting.pushes(q.shape[1])
         q, v = q.ravel(), v.ravel()

@@ -59,7 +59,7 @@ def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, 
 
 
 def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]:
-    """The value, and what the errors of the arguments add to its error."""
+    """The value, and the part of its error that comes from the arguments."""
     if kind in ("+", "-"):
         return (x[0] + x[1] if kind == "+" else x[0] - x[1]), e[0] + e[1]
     if kind == "*":
@@ -91,8 +91,8 @@ def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]
 
 
 # States at which a function is compared, and how many must be finite.
-COMPARED_STATES, FEWEST_FINITE = 8, 3
-FARTHEST_STATE = 0.4  # distance of these states from the start, over the scales of a function
+COMPARED_STATES, MIN_FINITE_STATES = 8, 3
+STATE_DISTANCE = 0.4  # distance of these states from the start, over the scales of a function
 ROUNDINGS = 64.0  # bounds on the rounding error that a difference from the function may have
 STEPS = 2.0**-17, 2.0**-25  # of differences, over the scales of the function
 ACCURACY = 1e-3  # of a difference, relative to its terms; that of a slope left out is about 1
@@ -110,9 +110,9 @@ class States:
 
     @classmethod
     def around(cls, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]) -> States:
-        """The start, then random states ever nearer to it."""
+        """The start, then random states at decreasing distances from it."""
         random = np.random.default_rng(20)
-        distances = np.append(0.0, FARTHEST_STATE * 0.7 ** np.arange(COMPARED_STATES - 1.0))[
+        distances = np.append(0.0, STATE_DISTANCE * 0.7 ** np.arange(COMPARED_STATES - 1.0))[
             :, None
         ]
         by_q, by_v, by_t = (
@@ -146,7 +146,7 @@ class States:
         return {**columns, "t": self.t}
 
     def arguments(self, k: int, takes: str) -> tuple[Any, ...]:
-        """Those of a function at state k."""
+        """The arguments ``takes`` of a function at state k."""
         q = self.q[k].reshape(self.group.shape)
         by_name = {"q": q.copy(), "v": self.v[k].copy(), "t": float(self.t[k])}
         return tuple(by_name[name] for name in takes)
@@ -171,21 +171,21 @@ class Sample:
     def of(cls, function: Callable[..., Any], states: States, takes: str, size: int) -> Sample:
         """The function called at these states.
 
-        To be called before it is traced, so that an object that makes a constant in its first call
-        makes it of numbers.
+        Call it before tracing: an object that creates a constant in its first call then creates it
+        from numbers.
         """
         rows = [_called(function, states.arguments(k, takes), size) for k in range(len(states.t))]
         return cls(function, states, takes, np.array(rows))
 
     @property
     def holds(self) -> bool:
-        """Whether the function returns the same as before at these states."""
+        """Whether the function still returns the same numbers at these states."""
         again = Sample.of(self.function, self.states, self.takes, self.returned.shape[1])
         return np.array_equal(again.returned, self.returned, equal_nan=True)
 
 
 def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int) -> Array:
-    """The function's numbers, (size,); NaN where it raises, which a run would let through."""
+    """The function's numbers, (size,); NaN where it raises."""
     try:
         with np.errstate(all="ignore"):
             returned = np.asarray(function(*arguments))
@@ -203,7 +203,7 @@ def check_values(sample: Sample, nodes: Sequence[Node]) -> Sample:
     with np.errstate(invalid="ignore"):
         off = np.abs(values - sample.returned) > ROUNDINGS * error
     finite = np.all(np.isfinite(sample.returned), axis=1)
-    if not finite[0] or np.sum(finite) < FEWEST_FINITE:
+    if not finite[0] or np.sum(finite) < MIN_FINITE_STATES:
         raise Untraceable("it is not finite at the start, or near it")
     if np.any(off[finite]) or not np.all(np.isfinite(values[finite])):
         raise Untraceable("called with numbers it returns something else than with symbols")
@@ -282,7 +282,7 @@ def _directions(states: States, scales: Sequence[Array]) -> tuple[Array, Array]:
 def _compare(
     moved: Callable[[float], tuple[Array, Array]], derivative: Array, terms: Array
 ) -> None:
-    """`Untraceable` unless a derivative (k, n) is that of what is known on both sides.
+    """`Untraceable` unless a derivative (k, n) is the difference quotient of values on both sides.
 
     Parameters
     ----------

@@ -18,7 +18,13 @@ from galvi.tracing.code import POWER
 from galvi.tracing.graph import Graph, Node
 from galvi.tracing.graph_code import GraphCode
 from galvi.tracing.graph_code import gradient as derivatives
-from galvi.tracing.lane_law import LONGEST, LONGEST_KNOWN, function_lines, function_of, law_lines
+from galvi.tracing.lane_law import (
+    MAX_BUILT_IN_OPERATIONS,
+    MAX_OPERATIONS,
+    function_lines,
+    function_of,
+    law_lines,
+)
 from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
 from galvi.tracing.trace_check import Sample, States, check_mass, check_slopes, check_values
 from galvi.tracing.tracing import traced
@@ -33,9 +39,9 @@ class TracedTerm:
     Attributes
     ----------
     lines
-        that define it
+        code that defines it
     constants
-        its own, c[0], c[1], ...
+        constants c[0], c[1], ...
     sample
         what the traced function returned at some states
     """
@@ -116,14 +122,14 @@ def _symbols(shape: tuple[int, ...], d: int, takes: str) -> list[Any]:
 def _term(head: str, nodes: Sequence[Node], sample: Sample) -> TracedTerm:
     printed = GraphCode()
     lines, formulas = printed.written(nodes, POWER)
-    if len(lines) > LONGEST:
-        raise Untraceable(f"it takes more than {LONGEST} operations")
+    if len(lines) > MAX_OPERATIONS:
+        raise Untraceable(f"it takes more than {MAX_OPERATIONS} operations")
     return TracedTerm(function_lines(head, lines, formulas), printed.constants, sample)
 
 
 @dataclass(frozen=True, eq=False)
 class TracedLagrangian:
-    """What was found by tracing a Lagrangian L(q, v) or L(q, v, t), or its slopes.
+    """The law traced from a Lagrangian L(q, v) or L(q, v, t), or from its slopes.
 
     Attributes
     ----------
@@ -162,7 +168,7 @@ def traced_lagrangian(
     timed: bool,
     scales: Sequence[Array],
 ) -> TracedLagrangian:
-    """Traces slopes, if given, else the Lagrangian, and checks what it finds near a state.
+    """Trace the slopes, if given, else the Lagrangian, and check the law near a state.
 
     With slopes the Lagrangian itself is not called: it serves for energies only.
 
@@ -222,14 +228,17 @@ def traced_kernel(kernel: LagrangianKernel, d: int) -> tuple[str, Array]:
 
     symbols = _symbols((d,), d, "qvt")
     nodes = traced(slopes, symbols, (2 * d,))
-    printed, lines = _law(nodes[d:], nodes[:d], symbols[1], LONGEST_KNOWN)
+    printed, lines = _law(nodes[d:], nodes[:d], symbols[1], MAX_BUILT_IN_OPERATIONS)
     return lines, np.array(printed.constants)
 
 
 def _law(
-    forces: Sequence[Node], momenta: Sequence[Node], v: Sequence[Node], longest: int = LONGEST
+    forces: Sequence[Node],
+    momenta: Sequence[Node],
+    v: Sequence[Node],
+    longest: int = MAX_OPERATIONS,
 ) -> tuple[GraphCode, str]:
-    """The lines that define a law of so many operations at most, and what printed them."""
+    """The code of a law, and its lines; `Untraceable` above ``longest`` operations."""
     printed = GraphCode()
     lines, formulas = printed.written([*forces, *momenta, *mass(momenta, v)], POWER)
     if len(lines) > longest:

@@ -1,4 +1,4 @@
-"""Tracing of a user's function: it is called once with symbols, or what stands for them."""
+"""Traces a user's function by calling it once with symbols."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ARRAYS = {
     "full_like": 2, "eye": 3, "identity": 1, "array": 1, "asarray": 1, "ascontiguousarray": 1,
     "diag": 9,
 }  # fmt: skip
-MOST_FUNCTIONS = 200  # that a function calls, directly or not
+MAX_FUNCTIONS = 200  # that a function calls, directly or not
 
 
 class StandIns:
@@ -76,8 +76,8 @@ class StandIns:
 
     def _rewritten(self, function: FunctionType) -> FunctionType:
         """The function with stand-ins for what it refers to."""
-        if len(self.rewritten) == MOST_FUNCTIONS:
-            self.graph.refuse(f"it calls more than {MOST_FUNCTIONS} functions")
+        if len(self.rewritten) == MAX_FUNCTIONS:
+            self.graph.refuse(f"it calls more than {MAX_FUNCTIONS} functions")
         names = dict(function.__globals__)
         cells = tuple(CellType() for _ in function.__closure__ or ())
         rewritten = FunctionType(function.__code__, names, function.__name__, None, cells or None)
@@ -132,7 +132,7 @@ class StandIns:
         return function
 
     def _entries(self, values: Any) -> Any:
-        """An array of nodes; what is no number stays."""
+        """The values as an array of nodes; entries that are no numbers stay."""
         nodes = np.empty(values.shape, dtype=object)
         for k in np.ndindex(values.shape):
             node = self.graph.lifted(values[k])
@@ -141,7 +141,7 @@ class StandIns:
 
 
 class _Module:
-    """A module some of whose functions are replaced."""
+    """A module with some functions replaced."""
 
     def __init__(self, module: ModuleType, functions: dict[str, Callable[..., Any]]) -> None:
         self._module, self._functions = module, functions
@@ -183,7 +183,7 @@ def traced(
 
     Notes
     -----
-    Numbers to which the function refers are those of now.
+    Numbers to which the function refers become constants.
     """
     copies = [x.copy() if isinstance(x, np.ndarray) else x for x in arguments]
     graph: Graph = next(x for a in copies for x in np.ravel(a)).graph

@@ -100,14 +100,14 @@ def test_nowhere_to_keep_the_code_is_no_reason_to_fail(monkeypatch):
 
 
 def test_code_that_was_not_used_for_longest_goes(tmp_path):
-    for i in range(symbolic_code.KEPT_EXPRESSIONS + 3):
+    for i in range(symbolic_code.MAX_CACHED_EXPRESSIONS + 3):
         place = tmp_path / f"{i}" / "expression.source"
         place.parent.mkdir()
         place.touch()
         os.utime(place, (i, i))
     symbolic_code._tidy(tmp_path)
     left = sorted(int(path.name) for path in tmp_path.iterdir())
-    assert left == list(range(3, symbolic_code.KEPT_EXPRESSIONS + 3))
+    assert left == list(range(3, symbolic_code.MAX_CACHED_EXPRESSIONS + 3))
 
 
 @pytest.mark.parametrize(

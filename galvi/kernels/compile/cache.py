@@ -83,7 +83,7 @@ def stamp(*files):
 
 @cache
 def sources(file):
-    """The kernel sources whose functions those of a file may call: what it imports, and itself.
+    """The kernel sources that functions of a file may call: itself, and its imports, recursively.
 
     All of them for a file outside the kernels, such as generated code, with the files beside it
     where it is a module of a package. OSError when one cannot be read.
@@ -167,7 +167,7 @@ class KernelFiles:
 
 
 class KernelCache(FunctionCache):
-    """numba's cache of one function, kept in `KernelFiles`.
+    """numba's cache of one function, in `KernelFiles`.
 
     Raises
     ------

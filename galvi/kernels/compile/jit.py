@@ -24,7 +24,7 @@ _ONE_AT_A_TIME = threading.RLock()
 
 
 def watch_before_compiling(dispatcher):
-    """Let a dispatcher's first compilation, or load from disk, begin with `watch_compilation`."""
+    """Call `watch_compilation` before a dispatcher's first compilation or load from disk."""
     compile_it = dispatcher.compile
 
     def watched(signature):
@@ -90,7 +90,7 @@ def jit_noalloc(function):
 
 
 def renamed(function, name):
-    """The function, with a name that tells its code on disk from that of others of its source."""
+    """The function under a name of its own, which its code on disk has too."""
     function.__name__ = function.__qualname__ = name
     return function
 

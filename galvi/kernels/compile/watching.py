@@ -119,7 +119,7 @@ class DeferredInterrupts(event.Listener):
 
 @cache
 def watch_compilation() -> None:
-    """From now on log each compilation, and lose no Ctrl-C in it; called before the first one."""
+    """Log every later compilation, and defer Ctrl-C in it; called before the first one."""
     event.register("numba:compiler_lock", DeferredInterrupts())
     notice = CompilationNotice()
     for kind in ("numba:compile", GENERATED):

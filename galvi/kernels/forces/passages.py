@@ -93,9 +93,9 @@ def passage_error(square, speed, along, mu, where, h, n):
 
 @jit_inline
 def near_limit(passage, v, h, n):
-    """What tells the squared distance at the stages beyond which a passage is resolved,
-    (PASSAGE_REACH h v / n)^2: itself for v from velocities (d,), and its power 3/2 for that of a
-    parabola.
+    """(fast, slow): a passage is resolved where the squared distance at the stages exceeds fast,
+    for v from velocities (d,), and its power 3/2 exceeds slow, for a parabola's v; both are from
+    (PASSAGE_REACH h v / n)^2.
 
     v is at most the sum of the two largest speeds relative to the heaviest body, and at most that
     of a parabola, v^2 = 2 G m / d, whichever is larger.
@@ -130,8 +130,8 @@ def note_pair(passage, i, j, masses, Q, c, q0, q1, h, n, slow, number):
     Parameters
     ----------
     slow
-        weight of a passage at the distance d with d v^2 = G m, see ``SLOW_PASSAGE_WEIGHT``; 0: all
-        weigh 1
+        weight of a passage at the distance d with d v^2 = G m, see ``SLOW_PASSAGE_WEIGHT``; with 0
+        all weights are 1
     """
     dimension, stages = int(passage[FOUND]), c.size
     row_i, row_j = i * dimension, j * dimension

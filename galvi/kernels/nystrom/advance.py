@@ -49,8 +49,7 @@ def commit(tableau, plan, step, streak, work, progress, recording, before):
 def advance(force, tableau, plan, solver, todo, progress, recording):
     """Do ``todo`` more steps of a run; returns a code.
 
-    solver_state[DONE] counts the steps done; a step that cannot be solved leaves the state
-    unchanged.
+    solver_state[DONE] counts the steps; one that fails leaves the state unchanged.
     """
     force, tableau = Force(*force), steps.NystromTableau(*tableau)
     plan, progress, recording = Plan(*plan), Progress(*progress), Recording(*recording)
@@ -109,7 +108,7 @@ def compiled_advance():
     )
 
 
-NEVER = 62  # 2^62 steps between those that are watched
+UNWATCHED = 62  # 2^62 steps between those that are watched
 
 
 @jit
@@ -132,12 +131,12 @@ def reach(
     for k in range(codes.size):
         holds[:], n, code = 0, full_steps[k], SOLVED
         if n > 0:
-            plan = (begin[k], step, tolerance, 0, n, n, NEVER)
+            plan = (begin[k], step, tolerance, 0, n, n, UNWATCHED)
             progress = (states[k], np.zeros(stages[k].shape), holds, counts, none[0])
             code = advance(force, tableau, plan, solver, n, progress, unrecorded)
         if code == SOLVED and last_step[k] != 0.0:
             holds[HOLDS], holds[DONE] = GUESS, 0
-            plan = (begin[k] + n * step, last_step[k], tolerance, 0, 1, 1, NEVER)
+            plan = (begin[k] + n * step, last_step[k], tolerance, 0, 1, 1, UNWATCHED)
             progress = (states[k], stages[k], holds, counts, none[0])
             code = advance(force, tableau, plan, solver, 1, progress, unrecorded)
         codes[k] = code

@@ -61,7 +61,7 @@ def decide(change, tolerance, history):
     change
         largest relative change of the pass
     history : array, shape (4,)
-        last change and rate, least change, passes since; initially (inf, 1, inf, 0)
+        last change and rate, smallest change, passes since; initially (inf, 1, inf, 0)
 
     Notes
     -----

@@ -42,8 +42,7 @@ RATES = 3  # content of stages, as in galvi.kernels.nystrom.advance: xi' of the 
 
 @jit
 def arrive(method, start, curve, g1, mu, nu, low):
-    """g1, and mu, nu and low (d,) moved to the step's end; returns the largest |xi(1)| of a
-    rotation."""
+    """g1, mu, nu, low <- those at the step's end; returns the largest |xi(1)| of a rotation."""
     layout, chart, g, d = method.layout, method.chart, start.g, mu.size
     xi, kick = np.empty(d), np.empty(d)
     end_place(method.basis, curve.x, xi)
@@ -85,7 +84,7 @@ def sum_of_sizes(x):
 
 @jit
 def guess(method, start, stages, holds, curve):
-    """The curve's x <- where the iteration begins, from what the stages hold."""
+    """The curve's x <- the start of the iteration, from the stages."""
     if holds == LAST_STEP:
         predict(method.basis, stages, curve.velocities)
     else:

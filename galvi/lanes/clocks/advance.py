@@ -51,7 +51,7 @@ import numpy as np
 from numba import types
 
 from galvi.kernels.compile.jit import MATRIX, TENSOR3, VECTOR, compiled_for, jit_inline
-from galvi.kernels.forces.celestial import OTHER, SOURCE
+from galvi.kernels.forces.celestial import SOURCE, TARGET
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import HOLDS, LAST_STEP
@@ -93,7 +93,7 @@ def begin(form, masses, tables, state, scratch, guessed):
     terms, pairs = masses[4], masses[1].size
     for k in range(terms.shape[0]):
         for x in range(dimension):
-            i, j = int(terms[k, SOURCE]) * dimension + x, int(terms[k, OTHER]) * dimension + x
+            i, j = int(terms[k, SOURCE]) * dimension + x, int(terms[k, TARGET]) * dimension + x
             gap = (state[0, j] - state[0, i]) + (state[1, j] - state[1, i])
             gaps[(pairs + k) * dimension + x] = gap
     for body in range(masses[3].shape[1]):
@@ -123,7 +123,7 @@ def move(form, masses, mu, state, totals, rows, slopes, share, changes):
 
 @jit_inline
 def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guessed):
-    """Passes from the slopes in rows until convergence; returns a code and their number."""
+    """Iterate from the slopes in rows to convergence; returns a code and the number of passes."""
     rows, totals, changes, gaps, history = scratch
     pairs, seconds, starts, bodies, terms, poles, _ = masses
     dimension, share = len(form[0]), 1.0
@@ -170,8 +170,8 @@ def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guess
 @jit_inline
 def advance_clock(form, masses, tables, todo, until, tolerance, noise, state, stages, solver_state,
                   clock, scratch, counts, recording):  # fmt: skip
-    """Do ``todo`` steps; returns a code. A step that fails, or would pass the time ``until`` unless
-    that is NaN, is not done."""
+    """Do ``todo`` steps; returns a code. A step that fails, or would pass the time ``until`` (NaN:
+    none), leaves the state unchanged."""
     rows, totals, d, code = scratch[0], scratch[1], state.shape[1], solve.SOLVED
     q, v, times, curves, rates = recording
     for part in range(2):

@@ -20,8 +20,8 @@ sum_of = in_lanes(lambda at, rows, row: rows[row, 0], types.float64)  # of a row
 
 @in_lanes
 def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, totals):
-    """What the pairs ``begin`` to ``end`` of one body with the ``seconds`` add to their rows, the
-    potential and the rate of the clock."""
+    """Add the pairs ``begin`` to ``end`` of a body with the ``seconds`` to the rows of both, to the
+    potential and to the rate of the clock."""
     builder, n = at.builder, len(at.axes)
     shift = [shifts[first, x] for x in at.axes]
     owned: list[Any] = [(rows, (first, x)) for rows in (pulls, turns) for x in at.axes]

@@ -65,7 +65,7 @@ COARSE = types.Tuple((MATRIX, VECTOR, VECTOR, MATRIX))
 TABLES = types.Tuple((MATRIX, VECTOR, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR, COARSE))
 STAGES = types.UniTuple(MATRIX, 4)
 WORK = types.Tuple((STAGES, STAGES, MATRIX, MATRIX, MATRIX))
-MOST_PASSES = 60
+MAX_PASSES = 60
 PASSES, ALARM, LEFT, CHANGE = range(4)
 FURTHER = 2  # passes more than usual, after which a step is given up
 INFINITE = 1e300
@@ -95,7 +95,7 @@ def solve_step(functions, numbers, tables, state, counts, stages, coarse_stages,
         counts[FORCES] += coarse[0].shape[0]
         change = place_rows(coarse[0], few_k, state[4], state[6], W, sizes, wanted <= 2)
         first = 2
-    for passes in range(first, MOST_PASSES + 1):
+    for passes in range(first, MAX_PASSES + 1):
         call_void(functions[0], numbers, nodes, W, work, guess, k, float(passes - 1))
         counts[ITERATIONS] += 1
         counts[FORCES] += s
@@ -181,7 +181,7 @@ def set_nodes(plan, clock, number, b, c, nodes):
 def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, recording):
     """Do ``todo`` more steps of a run; returns a code, as galvi.kernels.nystrom.advance.
 
-    The state is that after these steps; where one fails, it is lost.
+    A step that fails leaves no valid state.
     """
     plan, recording = Plan(*plan), Recording(*recording)
     matrix, b, c, fit, clock, sizes, checks, coarse = tables
@@ -246,7 +246,7 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, rec
 
 @jit_inline
 def keep_curve(state, fit, k, base, curve):
-    """The state at the step's centre before it, its low parts, and its curve's coefficients."""
+    """Record the state at the step's centre, its low parts, and the coefficients of its curve."""
     m = state.shape[1]
     for i in range(m):
         base[i], base[m + i] = state[4, i], state[6, i]

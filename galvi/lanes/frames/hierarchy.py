@@ -32,7 +32,7 @@ from galvi.lanes.frames.kepler_motion import (
 from galvi.lanes.values import Lane, Several
 from galvi.lanes.vectors import DOUBLE, ZEROS
 
-OTHER, FIRST, MIDDLE, END = 3, 4, 5, 6  # blocks of numbers
+SECOND_SHARE, FIRST, MIDDLE, END = 3, 4, 5, 6  # blocks of numbers
 
 
 def rows_of_hierarchy(dimension):
@@ -71,7 +71,7 @@ class Bodies:
             orbits.work_lanes.store(several.lanes[0].value, orbits.work, row)
 
     def mass(self, body):
-        """m of a body, in all lanes: that of the first is before those of the others."""
+        """m of a body, in all lanes."""
         orbits = self.orbits
         index = orbits.builder.add(body, self.row(HEAD - 1))
         return Several(
@@ -79,18 +79,17 @@ class Bodies:
         )
 
     def bound(self, pair, k):
-        """One of a pair's limits among the bodies."""
+        """A limit of a pair's bodies, FIRST, MIDDLE or END."""
         orbits = self.orbits
         return orbits.integer(self.lanes, orbits.builder.add(orbits.at(k, pair), self.row(HEAD)))
 
     def loop(self, begin, end):
-        """A loop over bodies."""
         builder = self.orbits.builder
         return cgutils.for_range(builder, end, begin, intp=self.row)
 
 
 def attract(orbits, bodies, pair):
-    """What a pair leaves of the attraction of its two sides, and the bodies' places after it."""
+    """Add the attraction of a pair's two sides without its Kepler motion, and update the places."""
     lanes = bodies.lanes
     first, middle, end = (bodies.bound(pair, k) for k in (FIRST, MIDDLE, END))
     Q = orbits.load_vector(orbits.work_lanes, orbits.work, 0, (pair,))
@@ -114,7 +113,10 @@ def attract(orbits, bodies, pair):
                 orbits.keep(orbits.value_of(pointer) - light * y, pointer)
         bodies.store(1, a, [orbits.value_of(pointer) for pointer in changed])
     act(orbits, bodies, pair, middle, Q)
-    for begin, limit, share, sign in ((first, middle, SHARE, -1.0), (middle, end, OTHER, 1.0)):
+    for begin, limit, share, sign in (
+        (first, middle, SHARE, -1.0),
+        (middle, end, SECOND_SHARE, 1.0),
+    ):
         moved = orbits.number(lanes, share, (pair,)) * sign
         with bodies.loop(begin, limit) as outer:
             position = bodies.load(0, outer.index)
@@ -122,7 +124,7 @@ def attract(orbits, bodies, pair):
 
 
 def act(orbits, bodies, pair, middle, Q):
-    """What forces beside gravity accelerate the bodies on either side of a pair by."""
+    """Add the accelerations of the bodies of a pair by forces beside gravity."""
     builder, lanes = orbits.builder, bodies.lanes
 
     def gap(source, target):

@@ -22,10 +22,10 @@ from __future__ import annotations
 from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.celestial import add_in_frame
 from galvi.lanes.frames.kepler_motion import (
+    BODY_MASS,
     FIRST_MASS,
     KEPT_BLOCKS,
     MASS,
-    OWN,
     SHARE,
     dot,
     encke,
@@ -34,7 +34,7 @@ from galvi.lanes.frames.kepler_motion import (
 from galvi.lanes.values import Lane, Several
 from galvi.lanes.vectors import ZEROS
 
-STAR, REST, RATIO, INSIDE = 3, 4, 5, 6  # blocks of numbers
+STAR, ONE_MINUS_C, RATIO, INSIDE = 3, 4, 5, 6  # blocks of numbers
 
 
 def rows_of_planets(dimension):
@@ -48,7 +48,7 @@ def own_block(orbits, k):
 
 
 def places_from_star(orbits, lanes):
-    """Places from the star: a function of planets and their Q."""
+    """A function (planets, Q) that stores d and the places from the star, for `Orbits.move`."""
     builder, D = orbits.builder, orbits.D
     before = [lanes.variable(ZEROS) for _ in range(D)]
 
@@ -71,14 +71,14 @@ def places_from_star(orbits, lanes):
 
 
 def pull(orbits, lanes):
-    """p from all pairs of planets."""
+    """Set p from all pairs of planets."""
     builder, row, D = orbits.builder, orbits.row, orbits.D
     place_of, pull_of = own_block(orbits, 1), own_block(orbits, 2)
     with cgutils.for_range(builder, orbits.n, intp=row) as outer:
         i = (outer.index,)
         x_i, mass = (
             orbits.load_vector(orbits.work_lanes, orbits.work, place_of, i),
-            orbits.number(lanes, OWN, i),
+            orbits.number(lanes, BODY_MASS, i),
         )
         pulled = orbits.variables(
             lanes, orbits.load_vector(orbits.work_lanes, orbits.work, pull_of, i)
@@ -89,7 +89,7 @@ def pull(orbits, lanes):
             gap = [x - y for x, y in zip(x_j, x_i, strict=True)]
             inverse = orbits.root(dot(gap, gap))
             cube = inverse * inverse * inverse
-            onto_i, onto_j = orbits.number(lanes, OWN, j) * cube, mass * cube
+            onto_i, onto_j = orbits.number(lanes, BODY_MASS, j) * cube, mass * cube
             for x in range(D):
                 pull_j = orbits.load(orbits.work_lanes, orbits.work, pull_of + x, j)
                 changed = pull_j - onto_j * gap[x]
@@ -100,7 +100,7 @@ def pull(orbits, lanes):
 
 
 def act(orbits, lanes):
-    """Adds to p what forces beside gravity accelerate the planets by."""
+    """Add to p the accelerations of the planets by forces beside gravity."""
     builder, row = orbits.builder, orbits.row
 
     def load(k, body):
@@ -140,7 +140,8 @@ def finish(orbits, lanes):
         )
         inverse = orbits.load(orbits.work_lanes, orbits.work, 2 * D, planets)
         mu, m, c, one_minus_c, ratio, inside = (
-            orbits.number(lanes, k, planets) for k in (MASS, OWN, STAR, REST, RATIO, INSIDE)
+            orbits.number(lanes, k, planets)
+            for k in (MASS, BODY_MASS, STAR, ONE_MINUS_C, RATIO, INSIDE)
         )
         square = inverse * inverse
         cube = square * inverse

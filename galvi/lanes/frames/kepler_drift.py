@@ -16,7 +16,7 @@ from numba.extending import intrinsic
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.compile.jit import jit_inline
 from galvi.lanes.frames import universal
-from galvi.lanes.frames.kepler_motion import COUNT, HEAD, MASS, MOST_CORRECTIONS, NAN, STEP, dot
+from galvi.lanes.frames.kepler_motion import COUNT, HEAD, MASS, MAX_CORRECTIONS, NAN, STEP, dot
 from galvi.lanes.functions import square_root, two_product, two_sum
 from galvi.lanes.values import Lane, Truth
 from galvi.lanes.vectors import LANES, ZEROS, Lanes, spread
@@ -27,7 +27,7 @@ LARGEST_ANOMALY_CHANGE = 8.0  # largest change of the mean anomaly in a step, in
 
 @jit_inline
 def kepler_drift(axes, numbers, share, state):
-    """The planets of rows 4 to 7 of the state, in as many dimensions as ``axes`` has entries.
+    """Move the planets of rows 4 to 7 of the state along Kepler's orbits; ``axes`` has D entries.
 
     The steps of Q and v are added with their rounding errors. NaN where Kepler's equation was not
     solved, or a step is too long.
@@ -39,7 +39,7 @@ def kepler_drift(axes, numbers, share, state):
 
 @intrinsic
 def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
-    """Moves a vector of planets."""
+    """Move a vector of planets."""
     D = axes.count
 
     def generate(context, builder, signature, values):
@@ -96,7 +96,7 @@ def _below(builder, count):
 
 
 def _moved(builder, lanes, mask, mu, h, part, q, q_low, v, v_low):
-    """q, its low part, v and its low part after a part of the step h, and where they are right."""
+    """q, its low part, v and its low part after a part of the step h, and where they converged."""
     r0 = dot(q, q).call("sqrt")
     inverse_0, eta = 1.0 / r0, dot(q, v)
     beta = 2.0 * mu / r0 - dot(v, v)
@@ -150,13 +150,13 @@ def _added(start, start_low, changes):
 
 
 def _solved(builder, lanes, mask, mean, beta, r0, eta, zeta, t):
-    """X and G1 to G5 after the time t, from X of the mean motion, and where it was solved."""
+    """X and G1 to G5 after the time t, from X of the mean motion, and where X converged."""
     reach = universal.LARGEST_ANOMALY_LEAD / beta.call("sqrt")
     ends = (lanes.variable(x.value) for x in (mean, mean - reach, mean + reach))
     anomaly, low, high = ends
     changed = lanes.variable(ZEROS)
     functions = [lanes.variable(ZEROS) for _ in range(5)]
-    with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST_CORRECTIONS)) as loop:
+    with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MAX_CORRECTIONS)) as loop:
         X = Lane(builder, builder.load(anomaly))
         G = universal.universal(beta, X, universal.SERIES_TERMS, exact=True)
         step = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
@@ -181,5 +181,5 @@ def _solved(builder, lanes, mask, mean, beta, r0, eta, zeta, t):
 
 @jit_inline
 def planets_of(numbers):
-    """n."""
+    """The number n of planets."""
     return int(numbers[COUNT])

@@ -53,7 +53,7 @@ def leave(numbers, state, D):
 
 @jit_inline
 def leave_pairs(numbers, state, D):
-    """As `leave`, of bodies in a hierarchy: outer pairs first, each divides a centre in two."""
+    """As `leave`, for a hierarchy: each pair, from the outermost, splits its centre in two."""
     n = planets_of(numbers)
     share, first = HEAD + SHARE * n, HEAD + FIRST * n
     middle, bodies = HEAD + MIDDLE * n, HEAD + BLOCKS * n

@@ -32,14 +32,14 @@ from galvi.lanes.vectors import LANES, Lanes
 
 STEP, NEAR, COUNT, FIRST_MASS, HEAD = range(5)  # numbers, and how many are before those of orbits
 ARGUMENT_HALVINGS = 2  # of the argument of a series, for near planets
-OWN, MASS, SHARE, INVERSE = 0, 1, 2, 7  # blocks of numbers, whatever the frame's own ones are
+BODY_MASS, MASS, SHARE, INVERSE = 0, 1, 2, 7  # blocks of numbers, whatever the frame's own ones are
 BLOCKS = INVERSE + 1
 LEAST_DISTANCE = 0.05  # distance over the semi-major axis, below which doubles lose more than 1e-12
 KEPT_BLOCKS = 6  # blocks of one row, after those of Q and Q'
 PASS_TERMS = 6  # of a series
 # Share of a step's X up to which a correction of it, of third order, is the last one of a pass.
 FIRST_PASS_SHARE, SECOND_PASS_SHARE, LATER_PASS_SHARE = 2e-2, 5e-4, 3e-5
-MOST_CORRECTIONS = 12  # of X
+MAX_CORRECTIONS = 12  # of X
 NAN = math.nan
 
 
@@ -52,7 +52,7 @@ def dot(a, b):
 
 
 class Orbits:
-    """The parts of a pass; orbits are done two at a time, see `Several`."""
+    """The parts of a pass, for two orbits at a time, see `Several`."""
 
     def __init__(self, context, builder, signature, values, dimension):
         self.context, self.builder, self.D = context, builder, dimension
@@ -94,11 +94,11 @@ class Orbits:
         return Several(entry(i) for i in planets)
 
     def after(self, k, i):
-        """The place of entry i of the k-th list that follows the blocks of numbers."""
+        """The index of entry i of the k-th list after the blocks of numbers."""
         return self.builder.add(self.at(BLOCKS + k, i), self.row(HEAD + k))
 
     def integer(self, lanes, index):
-        """A number that is whole."""
+        """A number, as an integer."""
         return self.builder.fptosi(lanes.number(self.numbers, index), self.row)
 
     def load(self, lanes, array, block, planets):
@@ -116,15 +116,15 @@ class Orbits:
             self.store(lanes, several, array, block + x, planets)
 
     def scalar(self, lanes, k):
-        """One of the first numbers, in all lanes."""
+        """The k-th of all numbers, in all lanes."""
         return Lane(self.builder, lanes.spread(lanes.number(self.numbers, self.row(k))))
 
     def variables(self, lanes, values):
-        """Places for lanes, of each planet."""
+        """Stack variables with these values, one a planet."""
         return [[lanes.variable(lane.value) for lane in value.lanes] for value in values]
 
     def value_of(self, pointers):
-        """What is in such a place."""
+        """The values of stack variables, one a planet."""
         return Several(Lane(self.builder, self.builder.load(pointer)) for pointer in pointers)
 
     def keep(self, value, pointers):
@@ -132,7 +132,7 @@ class Orbits:
             self.builder.store(lane.value, pointer)
 
     def outwards(self, lanes, part):
-        """Do a part (planets, halvings) for all orbits, in their order.
+        """Call ``part(planets, halvings)`` for all orbits, in their order.
 
         The last ones turn so little in a step that their series need no halving.
         """
@@ -158,7 +158,7 @@ class Orbits:
                     part(last, 0)
 
     def inwards(self, part):
-        """Do a part for all planets, in the opposite order."""
+        """Call ``part(planets)`` for all orbits, in the opposite order."""
         builder, row = self.builder, self.row
         pairs = builder.lshr(self.n, row(1))
         with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
@@ -169,7 +169,7 @@ class Orbits:
             part((builder.add(first, row(1)), first))
 
     def move(self, lanes, follow):
-        """Kepler's motions to the stages; ``follow`` (planets, Q) is called with the places."""
+        """Kepler's motions to the stages; calls ``follow(planets, Q)`` with the places."""
         offset, D = Lane(self.builder, lanes.load(self.nodes, self.row(OFFSET))), self.D
         h = abs(self.scalar(lanes, STEP))
 
@@ -204,7 +204,7 @@ class Orbits:
     def solved(self, lanes, planets, halvings, mu, beta, r0, eta, zeta, t, h):
         """X and G1 to G5 at the times t, from the last pass's X, at first from the mean motion.
 
-        NaN where Kepler's equation was not solved, or X is too large for the series.
+        NaN where X did not converge, or is too large for the series.
         """
         builder = self.builder
         mean = t * beta * self.number(lanes, INVERSE, planets)
@@ -222,7 +222,7 @@ class Orbits:
         def small(step, x, time):
             return abs(step) * time <= limit * abs(x)
 
-        with cgutils.for_range(builder, self.row(MOST_CORRECTIONS)) as loop:
+        with cgutils.for_range(builder, self.row(MAX_CORRECTIONS)) as loop:
             X = self.value_of(anomaly)
             G = universal.universal(beta, X, PASS_TERMS, halvings)
             step = universal.correction(beta, r0, eta, zeta, X, G, t, self.reciprocal)
@@ -297,7 +297,7 @@ def rates_of_orbits(parts):
     Parameters
     ----------
     parts : array, shape (orbits, lanes)
-        does a pass at eight stages
+        (orbits, lanes) -> None, a pass at eight stages
 
     Notes
     -----

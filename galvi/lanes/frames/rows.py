@@ -25,7 +25,7 @@ def _arrays(context, builder, signature, values, which):
 class MovedRows:
     """Generates W <- the state + the sums of k by the rows of the matrix: see `place_rows`.
 
-    The arrays are numba's; ``largest`` is the place of the bits of the largest change.
+    The arrays are numba's; ``largest`` points to the bits of the largest change.
     """
 
     def __init__(self, context, builder, table, slopes, out, scales):
@@ -58,7 +58,7 @@ class MovedRows:
             lanes.store(moved, self.out.data, this)
 
     def _add(self, lanes, r, sums, stage, many):
-        """Add the products of so many stages to the sums of rows from r on."""
+        """Add the products of ``many`` stages to the sums of rows from r on."""
         builder = self.builder
         totals = [builder.load(pointer) for pointer in sums]
         for j in range(many):
@@ -96,7 +96,7 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
     sizes : array, shape (2 n,)
         1 / sizes of the rows; the change is relative to them, NaN the largest
     measure
-        whether it is wanted; else 0
+        whether the change is measured; else 0 is returned
     """
     signature = types.float64(matrix, k, q, v, W, sizes, types.boolean)
 
