@@ -213,7 +213,7 @@ class MemberKernel:
     Attributes
     ----------
     function
-        compiled, of the address of the words in galvi.lanes.layouts
+        compiled, of the address of the arguments in galvi.lanes.layouts
     fields
         of a record
     rows

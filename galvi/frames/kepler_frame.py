@@ -28,7 +28,7 @@ from galvi.frames.hierarchy import (
 from galvi.input_checks import shown
 from galvi.kernels.compile.function_pointers import addresses
 from galvi.kernels.constants import COMPLEX_STEP
-from galvi.kernels.forces.celestial import OTHER, SOURCE, WEIGHT, pulls
+from galvi.kernels.forces.celestial import SOURCE, TARGET, WEIGHT, pulls
 from galvi.lanes.frames import kepler_functions
 from galvi.lanes.frames.collocation import DRIFT, LEAVE, RATES
 from galvi.lanes.frames.hierarchy import rows_of_hierarchy
@@ -288,10 +288,10 @@ def _terms(problem: Problem, found: Hierarchy) -> tuple[Array, Array]:
     """Where the terms of each pair begin (n + 1,), and these in the frame's order."""
     system, n = cast(NBody, problem.system), len(found.pairs)
     rows = system.acting.terms.copy()
-    rows[:, [SOURCE, OTHER]] = np.argsort(found.bodies)[rows[:, [SOURCE, OTHER]].astype(int)]
+    rows[:, [SOURCE, TARGET]] = np.argsort(found.bodies)[rows[:, [SOURCE, TARGET]].astype(int)]
     rows[:, WEIGHT] = np.arange(len(rows)) >= system.acting.poles
     first, middle, end = found.pairs.T
-    inner, outer = np.sort(rows[:, [SOURCE, OTHER]], axis=1).T[..., None]
+    inner, outer = np.sort(rows[:, [SOURCE, TARGET]], axis=1).T[..., None]
     between = (first <= inner) & (inner < middle) & (middle <= outer) & (outer < end)
     pair = np.argmax(between, axis=1)
     starts = np.searchsorted(np.sort(pair), np.arange(n + 1)).astype(float)

@@ -17,11 +17,11 @@ def curve_bounds(bases, parts, middle, spread, low, high):
     for k in range(n):
         row = min(k, bases.shape[0] - 1)
         for i in range(d):
-            centre, far = bases[row, i], 0.0
+            centre, radius = bases[row, i], 0.0
             for l in range(m):
                 centre += parts[k, i, l] * middle[l]
-                far += abs(parts[k, i, l]) * spread[l]
-            low[i, k], high[i, k] = centre - far, centre + far
+                radius += abs(parts[k, i, l]) * spread[l]
+            low[i, k], high[i, k] = centre - radius, centre + radius
 
 
 @cache

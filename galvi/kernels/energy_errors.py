@@ -29,11 +29,11 @@ def errors_since_start(kinetic, potential, energies, driven, start, start_kineti
     Parameters
     ----------
     energies
-        (n,) or (1,) what T + V should be
+        (n,) or (1,) exact T + V
     driven
         whether errors are measured by T and the work since the start too
     start
-        the energy there, of it ``start_kinetic`` the size of T
+        the energy at the start; ``start_kinetic`` is the size of its T
     """
     for k in range(kinetic.size):
         energy = energies[min(k, energies.size - 1)]
@@ -88,19 +88,19 @@ def grow_measures(table, single, floor, so_far):
 
 
 @jit
-def assess_single_steps(table, least, so_far):
+def assess_single_steps(table, least_measure, so_far):
     """Errors of single steps, up to one that ruins the run: see `assess_errors`.
 
     Parameters
     ----------
-    least
-        what the measure of one that ruins the run is at least
+    least_measure
+        smallest measure of an error that ruins the run
     """
     share, worst = 0.0, 0
     for k in range(table.shape[1]):
         error, limit = table[ERROR, k], table[LIMIT, k]
-        if least > limit:
-            limit = least
+        if least_measure > limit:
+            limit = least_measure
         if table[RUINING, k] > limit and not error <= TOLERATED * table[LARGEST, k]:
             so_far[WORST] = math.inf
             return share_of(error, limit), k, k
@@ -111,7 +111,7 @@ def assess_single_steps(table, least, so_far):
 
 @jit
 def assess_since_start(table, measure, so_far):
-    """Errors since the start, which one measure is for: see `assess_errors`."""
+    """Errors since the start, which share one measure: see `assess_errors`."""
     share, worst, ruined = 0.0, 0, -1
     for k in range(table.shape[1]):
         error = table[ERROR, k]
@@ -151,8 +151,8 @@ def assess_errors(table, single, start_kinetic, floor, kick, so_far):
     unknown = grow_measures(table, single, floor, so_far)
     measure, at_rest = so_far[MEASURE], start_kinetic <= REST_SHARE * kick
     if single:
-        least = kick if at_rest else 0.0
-        share, worst, ruined = assess_single_steps(table, least, so_far)
+        least_measure = kick if at_rest else 0.0
+        share, worst, ruined = assess_single_steps(table, least_measure, so_far)
         if ruined >= 0:
             return share, worst, ruined, unknown, measure
     else:

@@ -1,4 +1,4 @@
-"""Arguments shared by all kernels that advance a run, and the recording of results.
+"""Arguments shared by all kernels that advance a run, and the recording of steps.
 
 Kernels are called with plain tuples, whose types numba determines several times faster than those
 of named tuples, and convert them at their start.
@@ -28,10 +28,10 @@ class Plan(NamedTuple):
         number of the run's first step since the problem's start
     total
         steps of the run
-    every
+    save_every
         number of steps between saved states
     watch
-        every 2^watch-th step since the problem's start is kept to assess the energy
+        every 2^watch-th step since the problem's start is recorded to assess the energy
     """
 
     t0: float
@@ -39,7 +39,7 @@ class Plan(NamedTuple):
     tolerance: float
     first: int
     total: int
-    every: int
+    save_every: int
     watch: int
 
 
@@ -63,17 +63,16 @@ class Progress(NamedTuple):
     passage: Any
 
 
-class Kept(NamedTuple):
-    """The kept results of a run.
+class Recording(NamedTuple):
+    """The recorded states and curves of a run.
 
     Attributes
     ----------
     q, p
-        (saved, r), (saved, d) rows 1, 2, ... are steps every, 2 every, ...; the last row is the
-        final state
+        (saved, r), (saved, d) row k is step k save_every; the last row is the final state
     bases, curves
-        (steps, r), (steps, d, m); no rows when curves are not kept
-    seen : array, shape (watched, r + d or more)
+        (steps, r), (steps, d, m); no rows when curves are not recorded
+    watched : array, shape (watched, r + d or more)
         q and p of the watched steps, and on groups where the energy is not known without velocities
         the stages (d, s)
     """
@@ -82,41 +81,41 @@ class Kept(NamedTuple):
     p: Any
     bases: Any
     curves: Any
-    seen: Any
+    watched: Any
 
 
 PLAN = types.Tuple((types.float64,) * 3 + (types.int64,) * 4)
 PROGRESS = types.Tuple((MATRIX, MATRIX, types.int64[::1], types.int64[::1], VECTOR))
-KEPT = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3, MATRIX))
+RECORDING = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3, MATRIX))
 
 
 @jit_inline
-def watched_row(plan, kept, step):
+def watched_row(plan, recording, step):
     """Row of the (step + 1)-th step among the watched ones, or -1."""
-    done = plan.first + step + 1
-    if done & ((1 << plan.watch) - 1) != 0:
+    number = plan.first + step + 1
+    if number & ((1 << plan.watch) - 1) != 0:
         return -1
-    row = (done >> plan.watch) - (plan.first >> plan.watch) - 1
-    return row if row < kept.seen.shape[0] else -1
+    row = (number >> plan.watch) - (plan.first >> plan.watch) - 1
+    return row if row < recording.watched.shape[0] else -1
 
 
 @jit_inline
-def record(plan, kept, step, start, q, p):
+def record(plan, recording, step, start, q, p):
     """Record the (step + 1)-th step, from ``start`` to (q, p), except its curve coefficients."""
-    row, rest = divmod(step + 1, plan.every)
+    row, remainder = divmod(step + 1, plan.save_every)
     if step + 1 == plan.total:
-        row, rest = kept.q.shape[0] - 1, 0
-    if rest == 0:
-        for i in range(kept.q.shape[1]):
-            kept.q[row, i] = q[i]
-        for i in range(kept.p.shape[1]):
-            kept.p[row, i] = p[i]
-    if kept.bases.shape[0] > 0:
-        for i in range(kept.bases.shape[1]):
-            kept.bases[step, i] = start[i]
-    row = watched_row(plan, kept, step)
+        row, remainder = recording.q.shape[0] - 1, 0
+    if remainder == 0:
+        for i in range(recording.q.shape[1]):
+            recording.q[row, i] = q[i]
+        for i in range(recording.p.shape[1]):
+            recording.p[row, i] = p[i]
+    if recording.bases.shape[0] > 0:
+        for i in range(recording.bases.shape[1]):
+            recording.bases[step, i] = start[i]
+    row = watched_row(plan, recording, step)
     if row >= 0:
-        for i in range(kept.q.shape[1]):
-            kept.seen[row, i] = q[i]
-        for i in range(kept.p.shape[1]):
-            kept.seen[row, kept.q.shape[1] + i] = p[i]
+        for i in range(recording.q.shape[1]):
+            recording.watched[row, i] = q[i]
+        for i in range(recording.p.shape[1]):
+            recording.watched[row, recording.q.shape[1] + i] = p[i]

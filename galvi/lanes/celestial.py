@@ -10,28 +10,29 @@ from galvi.kernels.forces.celestial import (
     BACK,
     COLUMNS,
     NUMBERS,
-    OTHER,
     SOURCE,
+    TARGET,
     WEIGHT,
     pole_pull,
     power_pull,
 )
 from galvi.lanes.stages import in_lanes
 from galvi.lanes.values import Lane
-from galvi.lanes.vectors import LANES, NOTHING
+from galvi.lanes.vectors import LANES, ZEROS
 
 EIGHT = (0,) * LANES
 
 
 def _adding(law):
-    """An intrinsic (form, places, pulls, terms, begin, end, *rest): pulls of some terms are added.
+    """An intrinsic (form, places, pulls, terms, begin, end, *frame_terms): adds pulls of terms.
 
-    ``rest`` is nothing; or gaps at the start, from which the places count, each term's from a
-    number on, this number, and rows, from the first of which the terms' energy is taken.
+    ``frame_terms`` is empty, or (gaps, start, energy): the vectors between the bodies of each term
+    at the start, from index ``start`` on, to which the places are relative, and rows whose first
+    decreases by the terms' energy.
     """
 
     @in_lanes
-    def add(at, places, pulls, terms, begin, end, *rest):
+    def add(at, places, pulls, terms, begin, end, *frame_terms):
         builder, n = at.builder, len(at.axes)
         with cgutils.for_range(builder, end, start=begin, intp=end.type) as loop:
             first = builder.mul(loop.index, loop.index.type(COLUMNS))
@@ -40,18 +41,18 @@ def _adding(law):
                 number = at.number(terms.data, at.plus(first, k))
                 return builder.mul(builder.fptosi(number, first.type), first.type(n))
 
-            source, other = row(SOURCE), row(OTHER)
-            gap = [places[other, x] - places[source, x] for x in at.axes]
-            if rest:
-                gaps, start, energy = rest
+            source, target = row(SOURCE), row(TARGET)
+            gap = [places[target, x] - places[source, x] for x in at.axes]
+            if frame_terms:
+                gaps, start, energy = frame_terms
                 start = builder.add(start, builder.mul(loop.index, start.type(n)))
-                gap = [one + gaps.number(start, x) for x, one in enumerate(gap)]
+                gap = [component + gaps.number(start, x) for x, component in enumerate(gap)]
             numbers = [terms.number(first, k) for k in range(NUMBERS, COLUMNS)]
             pull, back = law([*gap, at.none][:3], numbers), terms.number(first, BACK)
-            if rest:
+            if frame_terms:
                 energy[0] = energy[0] - terms.number(first, WEIGHT) * pull[3]
             for x in at.axes:
-                pulls[other, x] = pulls[other, x] + pull[x]
+                pulls[target, x] = pulls[target, x] + pull[x]
                 pulls[source, x] = pulls[source, x] - back * pull[x]
 
     return add
@@ -62,7 +63,7 @@ add_poles, add_powers = _adding(pole_pull), _adding(power_pull)
 
 @jit_inline
 def add_terms(axes, terms, poles, s, Q, a):
-    """a <- a + what the terms accelerate the bodies at Q by, (d, P) each."""
+    """a <- a + the accelerations of the bodies at Q by the terms, (d, P) each."""
     if terms.shape[0] > 0:
         form = (axes, EIGHT, s, Q.shape[1])
         add_poles(form, Q, a, terms, 0, poles)
@@ -70,29 +71,29 @@ def add_terms(axes, terms, poles, s, Q, a):
 
 
 def add_in_frame(orbits, lanes, begin, end, gap, add):
-    """``add`` (body, vector) what the terms of the pairs ``begin`` to ``end`` of a frame accelerate
-    its bodies by; ``gap`` (source, other) is the vector between two of them.
+    """Call ``add(body, acceleration)`` for the terms of the pairs ``begin`` to ``end`` of a frame;
+    ``gap(source, target)`` is the vector between two bodies.
 
-    Bodies of these terms are those in the frame's order; WEIGHT is 1 for `power_pull`, else 0.
+    These terms number the bodies in the frame's order; WEIGHT is 1 for `power_pull`, else 0.
     """
     builder, D = orbits.builder, orbits.D
-    first, last = (orbits.whole(lanes, orbits.after(1, pair)) for pair in (begin, end))
+    first, last = (orbits.integer(lanes, orbits.after(1, pair)) for pair in (begin, end))
     with cgutils.for_range(builder, last, start=first, intp=last.type) as loop:
         row = orbits.after(2, builder.mul(loop.index, last.type(COLUMNS)))
-        source, other, is_power = (
-            orbits.whole(lanes, lanes.plus(row, k)) for k in (SOURCE, OTHER, WEIGHT)
+        source, target, is_power = (
+            orbits.integer(lanes, lanes.plus(row, k)) for k in (SOURCE, TARGET, WEIGHT)
         )
         back, *numbers = (
             Lane(builder, lanes.spread(lanes.number(orbits.numbers, lanes.plus(row, k))))
             for k in (BACK, *range(NUMBERS, COLUMNS))
         )
-        way = [*gap(source, other), Lane(builder, NOTHING)][:3]
-        found = [lanes.variable(NOTHING) for _ in range(D)]
+        way = [*gap(source, target), Lane(builder, ZEROS)][:3]
+        pointers = [lanes.variable(ZEROS) for _ in range(D)]
         with builder.if_else(builder.trunc(is_power, ir.IntType(1))) as (power, pole):
             for branch, law in ((power, power_pull), (pole, pole_pull)):
                 with branch:
-                    for place, one in zip(found, law(way, numbers), strict=False):
-                        builder.store(one.value, place)
-        pull = [Lane(builder, builder.load(place)) for place in found]
-        add(other, pull)
-        add(source, [-back * one for one in pull])
+                    for pointer, component in zip(pointers, law(way, numbers), strict=False):
+                        builder.store(component.value, pointer)
+        pull = [Lane(builder, builder.load(pointer)) for pointer in pointers]
+        add(target, pull)
+        add(source, [-back * component for component in pull])

@@ -61,7 +61,7 @@ def law_fields(d):
 
 
 def first_of_steps(d):
-    """The first row of the changes of velocities, which nothing but a pass needs."""
+    """The first row of the changes of velocities, scratch of a pass."""
     return T * d + 1 + d + d * (d + 1) // 2
 
 
@@ -71,16 +71,16 @@ def rows_of_work(d):
 
 
 def filled(law, d):
-    """The places (i, j), j < i, of L that are not 0 at a state without special properties."""
-    near = np.linspace(0.3, 0.7, 2 * d + 1) ** 0.5
+    """Indices (i, j), j < i, of the entries of L that are not 0 at a generic state."""
+    sample = np.linspace(0.3, 0.7, 2 * d + 1) ** 0.5
     with np.errstate(all="ignore"):
-        mass = law(list(near[:d]), list(near[d:-1]), near[-1], Generic())[2]
+        mass = law(list(sample[:d]), list(sample[d:-1]), sample[-1], Generic())[2]
         rows = factored([list(map(np.float64, row)) for row in mass])
     return [(i, j) for i in range(d) for j in range(i) if rows[i][j] != 0.0]
 
 
 class Generic:
-    """Constants without special properties."""
+    """Generic constants, in no special relation."""
 
     def __getitem__(self, k):
         return np.float64(1.0 + 0.1 / (k + 1.5))
@@ -93,12 +93,12 @@ class Constants:
     ----------
     lanes
         of a stage, a `galvi.lanes.vectors.Lanes`
-    data
+    array
         their address
     """
 
-    def __init__(self, lanes, data):
-        self.lanes, self.data, self.loaded = lanes, data, {}
+    def __init__(self, lanes, array):
+        self.lanes, self.data, self.loaded = lanes, array, {}
 
     def __getitem__(self, k):
         if k not in self.loaded:
@@ -113,15 +113,15 @@ class Factors:
     Parameters
     ----------
     first
-        row of the first one
+        row of the first factor
     below
-        the places (i, j), j < i, of L that are not 0
+        indices (i, j), j < i, of the entries of L that are not 0
     """
 
     def __init__(self, rows, first, below, written_out=None):
         self.rows, self.first, self.below = rows, first, below
         self.written_out = is_written_out(below) if written_out is None else written_out
-        self.known = {}  # numbers that are the same for every state
+        self.constant = {}  # numbers that are the same for every state
 
     def triangle(self, lanes):
         """The factors that are not written out."""
@@ -129,12 +129,12 @@ class Factors:
         return Triangle(rows.builder, lanes, rows.work, self.first, rows.d)
 
     def keep(self, lanes, mass, lane):
-        """Factor a mass; ``lane`` is one of its kind."""
-        given = [x for row in (factored(mass) if self.written_out else mass) for x in row]
+        """Factor a mass and store the factors; ``lane`` is any lane at these stages."""
+        entries = [x for row in (factored(mass) if self.written_out else mass) for x in row]
         if self.written_out:
-            self.known = {k: x for k, x in enumerate(given) if not isinstance(x, Lane)}
-        for k, value in enumerate(given):
-            if k not in self.known:
+            self.constant = {k: x for k, x in enumerate(entries) if not isinstance(x, Lane)}
+        for k, value in enumerate(entries):
+            if k not in self.constant:
                 self.rows.store_row(lanes, lane.same(value), self.first + k)
         if not self.written_out:
             self.triangle(lanes).factor()
@@ -153,7 +153,7 @@ class Factors:
     def at(self, lanes, i, j):
         """An entry of the factors."""
         k = i * (i + 1) // 2 + j
-        return self.known[k] if k in self.known else self.rows.load_row(lanes, self.first + k)
+        return self.constant[k] if k in self.constant else self.rows.load_row(lanes, self.first + k)
 
 
 class LawStep:
@@ -161,23 +161,23 @@ class LawStep:
 
     Parameters
     ----------
-    alone
+    places_only
         whether places alone are iterated
     """
 
     rule = BY_CHANGES
 
-    def __init__(self, rows, law, below, alone):
+    def __init__(self, rows, law, below, places_only):
         d = rows.d
-        self.rows, self.law, self.alone = rows, law, alone
+        self.rows, self.law, self.places_only = rows, law, places_only
         self.velocity_row, self.series_row, self.guess_row = V * d, SERIES * d, Q * d
         self.time_row = T * d
-        self.found, self.steps = T * d + 1, first_of_steps(d)
-        self.factors = Factors(rows, self.found + d, below)
+        self.momentum_row, self.steps = T * d + 1, first_of_steps(d)
+        self.factors = Factors(rows, self.momentum_row + d, below)
         rows.guarded = range(0, 3 * d)  # q, v and f
         builder = rows.builder
         several = builder.icmp_unsigned(">", rows.extra, rows.block)
-        self.apart = builder.select(several, rows.block, rows.row(0))
+        self.matrix_stride = builder.select(several, rows.block, rows.row(0))
 
     def load(self, lanes, block):
         """The d rows of a block of work."""
@@ -191,11 +191,11 @@ class LawStep:
         return [self.rows.at_stages(name, i) for i in range(self.rows.d)]
 
     def prepare(self):
-        """Nothing."""
+        """Do nothing: no factors are common to all states."""
 
-    def begin(self, judgement):
-        """First places, with the low parts of the state."""
-        if self.alone:
+    def begin(self, convergence):
+        """Set the first places, with the low parts of the state."""
+        if self.places_only:
             self.coast_stages()
         else:
             self.project_velocities()
@@ -219,57 +219,59 @@ class LawStep:
     def outside(self, lanes, row):
         """C x, x in d rows of work."""
         rows = self.rows
-        return rows.sums(lanes, rows.complement, rows.row(0), row, self.apart)
+        return rows.sums(lanes, rows.complement, rows.row(0), row, self.matrix_stride)
 
     def place_stages(self):
-        """First places at the stages; low parts are those of the state."""
+        """Set the first places at the stages; low parts are those of the state."""
 
         def first(lanes):
             self.store(lanes, self.at_stages("q_low"), LOW_Q)
             self.store(lanes, self.at_stages("p_low"), LOW_P)
-            ways = self.rows.scaled_sums(lanes, None, self.rows.tabled.drift, self.velocity_row)
-            self.store(lanes, sums(self.at_stages("q"), ways), Q)
+            displacements = self.rows.scaled_sums(
+                lanes, None, self.rows.tabled.drift, self.velocity_row
+            )
+            self.store(lanes, sums(self.at_stages("q"), displacements), Q)
 
         self.rows.chunks(first)
 
     def keep_size(self, k, size):
-        """Keep 1 over a size, 0 where that is 0."""
+        """Store 1 / size, 0 where the size is 0."""
         self.rows.keep("sizes", (1.0 / size).where(size > 0.0, 0.0), k)
 
     def coast_stages(self):
-        """The ways without forces, their low parts, first places by the last accelerations, and
-        their size: that of q and q + h v."""
+        """Set the displacements without forces, their low parts, the first places, by the last
+        accelerations, and their size, the larger of q and q + h v."""
         rows = self.rows
         size, step = rows.variable().lane, rows.field("step")
         for i in range(rows.d):
-            q, far = rows.field("q", i), step * rows.field("p", i)
-            size = larger_size(larger_size(size, q), q + far)
+            q, displacement = rows.field("q", i), step * rows.field("p", i)
+            size = larger_size(larger_size(size, q), q + displacement)
         self.keep_size(0, size)
         rows.chunks(self.coast)
 
     def coast(self, lanes):
-        """These of one vector of stages."""
+        """As `coast_stages`, for a vector of stages."""
         rows, h = self.rows, self.rows.at_stages("step")
         node, low_node = (
             Lane(rows.builder, lanes.factor(rows.tables, row))
             for row in (rows.tabled.nodes, rows.tabled.means)
         )
         bent = rows.bent(lanes, self.velocity_row)
-        ways, smalls = [], []
+        paths, smalls = [], []
         for i in range(rows.d):
-            far, rest = two_product(h, rows.at_stages("p", i))
-            rest = rest + h * rows.at_stages("p_low", i)
-            way, error = two_product(far, node.exact)
-            ways.append(way)
-            small = low_node * far + node * rest
+            displacement, displacement_low = two_product(h, rows.at_stages("p", i))
+            displacement_low = displacement_low + h * rows.at_stages("p_low", i)
+            path, error = two_product(displacement, node.exact)
+            paths.append(path)
+            small = low_node * displacement + node * displacement_low
             smalls.append((error + rows.at_stages("q_low", i)).fused + small)
-        self.store(lanes, ways, P)
+        self.store(lanes, paths, P)
         self.store(lanes, smalls, LOW_Q)
-        self.store(lanes, sums(self.at_stages("q"), sums(ways, sums(smalls, bent))), Q)
+        self.store(lanes, sums(self.at_stages("q"), sums(paths, sums(smalls, bent))), Q)
 
     def one_pass(self, first):
         """Forces from places and velocities, then momenta, velocities and places."""
-        if self.alone:
+        if self.places_only:
             self.rows.chunks(self.accelerate)
         else:
             self.rows.chunks(self.evaluate)
@@ -282,15 +284,15 @@ class LawStep:
         time = self.rows.load_row(lanes, self.time_row)
         forces, momenta, mass = self.law(q, v, time, Constants(lanes, self.rows.constants))
         self.store(lanes, [q[0].same(force) for force in forces], F)
-        self.rows.store_rows(lanes, [q[0].same(x) for x in momenta], self.found)
+        self.rows.store_rows(lanes, [q[0].same(x) for x in momenta], self.momentum_row)
         self.factors.keep(lanes, mass, q[0])
 
     def accelerate(self, lanes):
         """The accelerations from q."""
         q, time = self.load(lanes, Q), self.rows.load_row(lanes, self.time_row)
         still = [0.0] * self.rows.d
-        found = self.law(q, still, time, Constants(lanes, self.rows.constants))[0]
-        self.store(lanes, [q[0].same(acceleration) for acceleration in found], V)
+        accelerations = self.law(q, still, time, Constants(lanes, self.rows.constants))[0]
+        self.store(lanes, [q[0].same(acceleration) for acceleration in accelerations], V)
 
     def rates(self):
         """p from f, and one Newton step for v with dL/dv = p."""
@@ -301,10 +303,10 @@ class LawStep:
             self.store(lanes, sums(self.load(lanes, V), steps), V)
 
         def missing(lanes):
-            rows.store_rows(lanes, self.missing(lanes, self.kick(lanes)), self.found)
+            rows.store_rows(lanes, self.missing(lanes, self.kick(lanes)), self.momentum_row)
 
         def steps(lanes):
-            rows.store_rows(lanes, solved(lanes, self.inside(lanes, self.found)), self.steps)
+            rows.store_rows(lanes, solved(lanes, self.inside(lanes, self.momentum_row)), self.steps)
 
         def landed(lanes):
             inside = self.inside(lanes, self.steps)
@@ -329,37 +331,36 @@ class LawStep:
 
     def missing(self, lanes, p):
         """p - dL/dv."""
-        return differences(p, self.rows.load_rows(lanes, self.found))
+        return differences(p, self.rows.load_rows(lanes, self.momentum_row))
 
     def drift(self, lanes):
         """q from v, or from accelerations."""
         rows = self.rows
         totals = rows.scaled_sums(
-            lanes, LOW_Q * rows.d, rows.tabled.drift, self.velocity_row, 1 + self.alone
+            lanes, LOW_Q * rows.d, rows.tabled.drift, self.velocity_row, 1 + self.places_only
         )
-        if self.alone:
+        if self.places_only:
             totals = sums([way.exact for way in self.load(lanes, P)], totals)
         self.moved(lanes, totals, Q, "q", 0)
 
     def moved(self, lanes, totals, block, name, scale):
-        """Store the field of a name + total in a block, and note the largest change over its
-        size."""
+        """Store field ``name`` + totals in a block, and note its largest change over its size."""
         rows = self.rows
         size, places = rows.at_stages("sizes", scale), sums(self.at_stages(name), totals)
-        for place, old in zip(places, self.load(lanes, block), strict=True):
-            rows.note_bits(((place - old) * size).call("fabs").bits)
+        for new, old in zip(places, self.load(lanes, block), strict=True):
+            rows.note_bits(((new - old) * size).call("fabs").bits)
         self.store(lanes, places, block)
-        return [place.fused for place in places]
+        return [new.fused for new in places]
 
-    def after_first_pass(self, judgement, change):
-        """The sizes of q and p."""
+    def after_first_pass(self, convergence, change):
+        """Set the sizes of q and p."""
         rows, d = self.rows, self.rows.d
         step = rows.field("step")
-        if self.alone:  # at rest at the origin, its size is known after it
-            known = rows.field("sizes") > 0.0
+        if self.places_only:  # at rest at the origin, its size is known after it
+            has_size = rows.field("sizes") > 0.0
             size = rows.largest_of(range(Q * d, (Q + 1) * d))
-            self.keep_size(0, where(known, 1.0 / rows.field("sizes"), size))
-            judgement.judge(where(known, change, UNKNOWN_CHANGE), rows.real(rows.terms))
+            self.keep_size(0, where(has_size, 1.0 / rows.field("sizes"), size))
+            convergence.judge(where(has_size, change, UNKNOWN_CHANGE), rows.real(rows.terms))
             return
         for k, (block, name) in enumerate(((V, "q"), (F, "p"))):
             size = abs(rows.largest_of(range(block * d, (block + 1) * d)) * step)
@@ -368,35 +369,35 @@ class LawStep:
             self.keep_size(k, size)
 
     def add_low_parts(self, chosen):
-        """Adds what the low parts of the tables make of the rates, for the runs chosen."""
+        """Add the low parts of the tables times the rates, for the runs ``chosen``."""
         rows, d = self.rows, self.rows.d
-        parts = [(V, rows.tabled.low_drift, LOW_Q, 1 + self.alone)]
-        parts += [] if self.alone else [(F, rows.tabled.low_back, LOW_P, 1)]
+        parts = [(V, rows.tabled.low_drift, LOW_Q, 1 + self.places_only)]
+        parts += [] if self.places_only else [(F, rows.tabled.low_back, LOW_P, 1)]
         chosen = rows.spread_truth(chosen)
 
         def add(lanes):
             for block, first, low, power in parts:
-                more = rows.scaled_sums(lanes, None, first, block * d, power)
-                more = [x.where(chosen, 0.0) for x in more]
-                self.store(lanes, sums(self.load(lanes, low), more), low)
+                increments = rows.scaled_sums(lanes, None, first, block * d, power)
+                increments = [x.where(chosen, 0.0) for x in increments]
+                self.store(lanes, sums(self.load(lanes, low), increments), low)
 
         rows.chunks(add)
 
     def ends(self):
-        """The state at the step's end, by compensated sums."""
-        rows, step, found = self.rows, self.rows.field("step"), []
-        for block, name in ((V, "q"), (V if self.alone else F, "p")):
-            bends = self.alone and name == "q"
+        """The state at the step's end, by compensated sums, and which runs are valid."""
+        rows, step, end_fields = self.rows, self.rows.field("step"), []
+        for block, name in ((V, "q"), (V if self.places_only else F, "p")):
+            bends = self.places_only and name == "q"
             parts = ("back", "low_back") if bends else ("kicks", "low_kicks")
             for i, pair in enumerate(rows.totals(block * rows.d, *parts)):
-                way, rest = rows.times_step(*pair, 1 + bends)
-                low, far = rows.field(f"{name}_low", i), 0.0
+                way, remainder = rows.times_step(*pair, 1 + bends)
+                low, displacement = rows.field(f"{name}_low", i), 0.0
                 if bends:
-                    far, error = two_product(step, rows.field("p", i))
-                    rest = rest + (error + step * rows.field("p_low", i))
-                high, low = moved(rows.field(name, i), low, far, way, rest)
-                found += [(name, i, high), (f"{name}_low", i, low)]
-        return found, rows.field("alive") > 0.0
+                    displacement, error = two_product(step, rows.field("p", i))
+                    remainder = remainder + (error + step * rows.field("p_low", i))
+                high, low = moved(rows.field(name, i), low, displacement, way, remainder)
+                end_fields += [(name, i, high), (f"{name}_low", i, low)]
+        return end_fields, rows.field("alive") > 0.0
 
 
 def sums(x, y):
@@ -409,24 +410,26 @@ def differences(x, y):
     return [a - b for a, b in zip(x, y, strict=True)]
 
 
-def generated_step(law, d, alone, lanes=0, one=False, stages=0):
-    """An intrinsic of the address of the words of galvi.lanes.layouts: a step of a law on R^d.
+def generated_step(law, d, places_only, lanes=0, single_vector=False, stages=0):
+    """An intrinsic of the address of the arguments of galvi.lanes.layouts: a step of a law on R^d.
 
     Parameters
     ----------
-    alone
+    places_only
         whether places alone are iterated
     lanes
-        of a vector of one run's stages; 0 for eight runs
-    one
+        lanes of a vector of one run's stages; 0 for eight runs
+    single_vector
         whether one vector holds all stages
     stages
-        of eight runs, for which loops are written out; 0 for any
+        stages of eight runs, for which loops are written out; 0 for any
     """
     below = filled(law, d)
 
-    def kind(context, builder, words):
-        rows = layout(context, builder, words, law_fields(d), lanes, one, stages, alone)
-        return LawStep(rows, law, below, alone)
+    def kind(context, builder, arguments):
+        rows = layout(
+            context, builder, arguments, law_fields(d), lanes, single_vector, stages, places_only
+        )
+        return LawStep(rows, law, below, places_only)
 
     return generated(kind)

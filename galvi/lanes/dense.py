@@ -25,7 +25,7 @@ def is_zero(x):
 
 
 def product(x, y):
-    """x y, the number 0 where a factor is."""
+    """x y, the number 0 where a factor is the number 0."""
     return 0.0 if is_zero(x) or is_zero(y) else x * y
 
 
@@ -40,14 +40,14 @@ def factored(mass):
     A pivot that is always 0 gives NaN, so that every step is left to the general kernel.
     """
     rows: list[list[Any]] = []
-    for i, given in enumerate(mass):
+    for i, lower_row in enumerate(mass):
         scaled: list[Any] = []  # row i of L D
         for j in range(i):
-            value = given[j]
+            value = lower_row[j]
             for k in range(j):
                 value = difference(value, product(scaled[k], rows[j][k]))
             scaled.append(value)
-        row, pivot = [product(scaled[j], rows[j][j]) for j in range(i)], given[i]
+        row, pivot = [product(scaled[j], rows[j][j]) for j in range(i)], lower_row[i]
         for j in range(i):
             pivot = difference(pivot, product(scaled[j], row[j]))
         rows.append([*row, math.nan if is_zero(pivot) else 1.0 / pivot])
@@ -62,7 +62,7 @@ def times_symmetric(rows, v):
 def inverse_of(rows):
     """The inverse, its rows up to the diagonal, from the factors of a matrix."""
     d = len(rows)
-    found = [[0.0] * (i + 1) for i in range(d)]
+    inverse = [[0.0] * (i + 1) for i in range(d)]
     for column in range(d):
         x = [0.0] * column + [1.0] + [0.0] * (d - column - 1)
         for i in range(column + 1, d):
@@ -73,8 +73,8 @@ def inverse_of(rows):
             for j in range(i):
                 x[j] = difference(x[j], product(rows[i][j], x[i]))
         for i in range(column, d):
-            found[i][column] = x[i]
-    return found
+            inverse[i][column] = x[i]
+    return inverse
 
 
 def is_written_out(below):
@@ -83,7 +83,7 @@ def is_written_out(below):
     Parameters
     ----------
     below
-        the places (i, j), j < i, of L that are not 0
+        indices (i, j), j < i, of the entries of L that are not 0
     """
     rows: dict[int, list[int]] = {}
     for i, j in below:
@@ -93,16 +93,16 @@ def is_written_out(below):
 
 
 class Triangle:
-    """Rows of a matrix up to its diagonal, one number after another, in rows of an array.
+    """A lower triangle of lanes, its entries in successive rows of an array.
 
     Parameters
     ----------
     first
-        row of the array for the first number
+        row of the array for the first entry
     """
 
-    def __init__(self, builder, lanes, data, first, d):
-        self.builder, self.lanes, self.data, self.d = builder, lanes, data, d
+    def __init__(self, builder, lanes, array, first, d):
+        self.builder, self.lanes, self.data, self.d = builder, lanes, array, d
         self.row = lanes.padded.type
         self.first = self.row(first)
 
@@ -119,73 +119,73 @@ class Triangle:
         self.lanes.store(lane.value, self.data, row)
 
     def factor(self):
-        """The matrix becomes its factors, by the operations of ``factored`` in the same order."""
+        """Factor in place, by the operations of ``factored`` in the same order."""
         builder = self.builder
         with cgutils.for_range(builder, self.row(self.d), intp=self.row) as rows:
             i = rows.index
-            own, together = self.start(i), self.row(COLUMNS_TOGETHER)
-            whole = builder.mul(builder.udiv(i, together), together)
-            with cgutils.for_range_slice(builder, self.row(0), whole, together, self.row) as loop:
-                self.eliminate(own, i, loop[0], COLUMNS_TOGETHER)
-            with cgutils.for_range(builder, i, start=whole, intp=self.row) as loop:
-                self.eliminate(own, i, loop.index, 1)
-            last = builder.add(own, i)
+            row_start, together = self.start(i), self.row(COLUMNS_TOGETHER)
+            grouped = builder.mul(builder.udiv(i, together), together)
+            with cgutils.for_range_slice(builder, self.row(0), grouped, together, self.row) as loop:
+                self.eliminate(row_start, i, loop[0], COLUMNS_TOGETHER)
+            with cgutils.for_range(builder, i, start=grouped, intp=self.row) as loop:
+                self.eliminate(row_start, i, loop.index, 1)
+            last = builder.add(row_start, i)
             with cgutils.for_range(builder, i, intp=self.row) as loop:
-                place, pivot = builder.add(own, loop.index), self.start(loop.index)
-                scaled = self.at(place)
+                entry, pivot = builder.add(row_start, loop.index), self.start(loop.index)
+                scaled = self.at(entry)
                 factor = scaled * self.at(builder.add(pivot, loop.index))
                 self.keep(self.at(last) - scaled * factor, last)
-                self.keep(factor, place)
+                self.keep(factor, entry)
             self.keep(1.0 / self.at(last), last)
 
-    def eliminate(self, own, i, k, count):
+    def eliminate(self, row_start, i, k, count):
         """Subtract ``count`` columns of L D from the k-th on from the later ones of row i."""
         builder, scaled = self.builder, list[Lane]()
 
-        def rest(j, to):
-            place, other = builder.add(own, j), builder.add(self.start(j), k)
-            found = self.at(place)
+        def reduce(j, to):
+            target, pivot_row = builder.add(row_start, j), builder.add(self.start(j), k)
+            reduced = self.at(target)
             for m in range(to):
-                found = found - scaled[m] * self.at(builder.add(other, self.row(m)))
-            self.keep(found, place)
-            return found
+                reduced = reduced - scaled[m] * self.at(builder.add(pivot_row, self.row(m)))
+            self.keep(reduced, target)
+            return reduced
 
         for m in range(count):
-            scaled.append(rest(builder.add(k, self.row(m)), m))
+            scaled.append(reduce(builder.add(k, self.row(m)), m))
         after = builder.add(k, self.row(count))
         with cgutils.for_range(builder, i, start=after, intp=self.row) as loop:
-            rest(loop.index, count)
+            reduce(loop.index, count)
 
     def solve(self, x):
         """M^-1 x, from the factors of M; d lanes or numbers."""
         builder, d = self.builder, self.d
-        room = cgutils.alloca_once(builder, self.lanes.kind, self.row(d))
+        solution = cgutils.alloca_once(builder, self.lanes.kind, self.row(d))
 
-        def place(i):
-            return builder.gep(room, [i])
+        def address(i):
+            return builder.gep(solution, [i])
 
         def entry(i):
-            return Lane(builder, builder.load(place(i)))
+            return Lane(builder, builder.load(address(i)))
 
         def subtract(i, amount):
-            builder.store((entry(i) - amount).value, place(i))
+            builder.store((entry(i) - amount).value, address(i))
 
-        zero = Lane(builder, self.lanes.nothing)
+        zero = Lane(builder, self.lanes.zero)
         for i, value in enumerate(x):
-            builder.store(zero.same(value).value, place(self.row(i)))
+            builder.store(zero.same(value).value, address(self.row(i)))
         with cgutils.for_range(builder, self.row(d), intp=self.row) as columns:
             j = columns.index
-            known, after = entry(j), builder.add(j, self.row(1))
+            component, after = entry(j), builder.add(j, self.row(1))
             with cgutils.for_range(builder, self.row(d), start=after, intp=self.row) as loop:
                 factor = self.at(builder.add(self.start(loop.index), j))
-                subtract(loop.index, factor * known)
+                subtract(loop.index, factor * component)
         with cgutils.for_range(builder, self.row(d), intp=self.row) as loop:
             i = loop.index
             pivot = self.at(builder.add(self.start(i), i))
-            builder.store((entry(i) * pivot).value, place(i))
+            builder.store((entry(i) * pivot).value, address(i))
         with cgutils.for_range(builder, self.row(d), intp=self.row) as rows:
             i = builder.sub(self.row(d - 1), rows.index)
-            known, own = entry(i), self.start(i)
+            component, row_start = entry(i), self.start(i)
             with cgutils.for_range(builder, i, intp=self.row) as loop:
-                subtract(loop.index, self.at(builder.add(own, loop.index)) * known)
+                subtract(loop.index, self.at(builder.add(row_start, loop.index)) * component)
         return [entry(self.row(i)) for i in range(d)]

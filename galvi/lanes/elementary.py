@@ -12,7 +12,7 @@ import numpy as np
 from galvi.lanes import functions
 from galvi.lanes.values import Lane
 
-MOST_HALVES = 64  # beyond, a power by products is less accurate than the function
+MAX_HALVES = 64  # beyond, a power by products is less accurate than the function
 
 
 def sin(x):
@@ -88,7 +88,7 @@ def power(x, y):
         return x**y
     if isinstance(x, Lane) and isinstance(y, int | float):
         twice = 2.0 * y
-        if twice == int(twice) and abs(twice) <= MOST_HALVES:
+        if twice == int(twice) and abs(twice) <= MAX_HALVES:
             return x.power_by_products(int(twice))
     lane = x if isinstance(x, Lane) else y
     return functions.power(lane.same(x), lane.same(y))

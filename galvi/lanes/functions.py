@@ -15,7 +15,7 @@ from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.constants import LEAST_NORMAL
 from galvi.kernels.lie import arithmetic
 from galvi.kernels.lie.arithmetic import polynomial
-from galvi.lanes.vectors import LANES, NOTHING, VECTOR, has_avx512
+from galvi.lanes.vectors import LANES, VECTOR, ZEROS, has_avx512
 
 # fmt: off
 SINE = (  # to 1.2e-20
@@ -118,9 +118,11 @@ def sine_cosine(x):
     square = r * r
     half = square * 0.5
     sine = r + (square * r * polynomial(SINE, square) + low * (1.0 - half))
-    one = 1.0 - half.exact
-    rest = ((1.0 - one) - half.exact).fused
-    cosine = one.fused + (rest + (square * square * polynomial(COSINE, square) - r * low))
+    leading = 1.0 - half.exact
+    leading_error = ((1.0 - leading) - half.exact).fused
+    cosine = leading.fused + (
+        leading_error + (square * square * polynomial(COSINE, square) - r * low)
+    )
     odd = x.is_odd(bits)
     swapped_sine, swapped_cosine = cosine.where(odd, sine), sine.where(odd, cosine)
     sign = builder.shl(builder.and_(bits, x.integers(2)), x.integers(62))
@@ -151,9 +153,9 @@ def _exponential(x, low):
     builder = x.builder
     x = x.clipped(UNDERFLOW, OVERFLOW)
     k, bits = nearest(x * (1.0 / LOG_2[0]))
-    r, rest = two_sum(x.exact - k * LOG_2[0], low - k.fused * LOG_2[1])
-    r, rest = r.fused, rest.fused
-    value = 1.0 + (r + (r * r * polynomial(EXPONENTIAL, r) + rest))
+    r, r_low = two_sum(x.exact - k * LOG_2[0], low - k.fused * LOG_2[1])
+    r, r_low = r.fused, r_low.fused
+    value = 1.0 + (r + (r * r * polynomial(EXPONENTIAL, r) + r_low))
     exponent = builder.sub(bits, x.integers(INTEGER_SHIFT_BITS))
     half = builder.ashr(exponent, x.integers(1))
     return value * _power_of_two(x, half) * _power_of_two(x, builder.sub(exponent, half))
@@ -226,38 +228,38 @@ def arctangent(y, x):
     A ratio above tan(pi / 8) is reduced by atan t = pi / 4 + atan((t - 1) / (t + 1)).
     """
     builder = x.builder
-    size, other = x.call("fabs"), y.call("fabs")
-    large = (size > HUGE) | (other > HUGE)
-    size, other = (size * 0.25).where(large, size), (other * 0.25).where(large, other)
-    steep = other > size
-    least, most = size.where(steep, other), other.where(steep, size)
-    wide = least > most * EIGHTH
-    difference, difference_low = two_sum(least, -most)
-    total, total_low = two_sum(least, most)
-    above, above_low = difference.where(wide, least).fused, difference_low.where(wide, 0.0).fused
-    below, below_low = total.where(wide, most).fused, total_low.where(wide, 0.0).fused
+    x_size, y_size = x.call("fabs"), y.call("fabs")
+    large = (x_size > HUGE) | (y_size > HUGE)
+    x_size, y_size = (x_size * 0.25).where(large, x_size), (y_size * 0.25).where(large, y_size)
+    steep = y_size > x_size
+    minor, major = x_size.where(steep, y_size), y_size.where(steep, x_size)
+    wide = minor > major * EIGHTH
+    difference, difference_low = two_sum(minor, -major)
+    total, total_low = two_sum(minor, major)
+    above, above_low = difference.where(wide, minor).fused, difference_low.where(wide, 0.0).fused
+    below, below_low = total.where(wide, major).fused, total_low.where(wide, 0.0).fused
     inverse = 1.0 / below
     ratio = above * inverse
-    rest = (-ratio).call("fma", below, above) + (above_low - ratio * below_low)
+    error = (-ratio).call("fma", below, above) + (above_low - ratio * below_low)
     square = ratio * ratio
-    low = ratio * square * polynomial(ARCTANGENT, square) + rest * inverse * (1.0 - square)
+    low = ratio * square * polynomial(ARCTANGENT, square) + error * inverse * (1.0 - square)
     behind = x < 0.0
-    eighths = (0.0 * size + 1.0).where(wide, 0.0)
+    eighths = (0.0 * x_size + 1.0).where(wide, 0.0)
     eighths = (2.0 - eighths).where(steep, eighths)
     eighths = (4.0 - eighths).where(behind, eighths)
     back = steep ^ behind
     ratio, low = (-ratio).where(back, ratio), (-low).where(back, low)
     turn, turn_low = two_product(eighths, 0.5 * HALF_PI[0])
-    value, rest = two_sum(turn, ratio)
-    value = value.fused + (rest.fused + turn_low.fused + eighths * (0.5 * HALF_PI[1]) + low)
+    value, error = two_sum(turn, ratio)
+    value = value.fused + (error.fused + turn_low.fused + eighths * (0.5 * HALF_PI[1]) + low)
     return with_sign(value, builder.and_(y.bits, y.integers(SIGN)))
 
 
 def hyperbolic_sine(x):
     """sinh x; infinite above 709.78."""
     square, growing = x * x, exponential(x)
-    near = x + x * square * polynomial(SINH, square)
-    return near.where(x.call("fabs") < 1.0, 0.5 * growing - 0.5 / growing)
+    series = x + x * square * polynomial(SINH, square)
+    return series.where(x.call("fabs") < 1.0, 0.5 * growing - 0.5 / growing)
 
 
 def hyperbolic_cosine(x):
@@ -291,7 +293,7 @@ class Reciprocals:
         function = cgutils.get_or_insert_function(
             self.builder.module, kind, f"llvm.x86.avx512.{name}14.pd.512"
         )
-        return type(x)(self.builder, self.builder.call(function, [x.value, NOTHING, byte(-1)]))
+        return type(x)(self.builder, self.builder.call(function, [x.value, ZEROS, byte(-1)]))
 
     def reciprocal(self, x):
         """1 / x."""

@@ -81,7 +81,7 @@ def rows_of_group_work(d, extra):
 def group_fields(d, entries):
     """The record of a run on a group: 1 over the sizes of xi and pi, g, mu = p, what
     galvi.kernels.lie.product keeps beside them, and SHARED."""
-    own = (
+    own_fields = (
         ("p", d),
         ("xi_sizes", d),
         ("pi_sizes", d),
@@ -91,15 +91,15 @@ def group_fields(d, entries):
         ("nu", d),
         ("nu_low", d),
     )
-    return Fields(own, d)
+    return Fields(own_fields, d)
 
 
-def found_at(law, chart, state):
-    """The momenta, the mass and the velocity at a state without special properties, which shares no
-    number with those of other ``state``."""
-    near = (np.linspace(0.3, 0.7, chart.entries + chart.dimension + 1) + 0.1 * state) ** 0.5
-    g, v = list(near[: chart.entries]), list(near[chart.entries : -1])
-    _, mu, mass = law(g, v, near[-1], Generic())
+def law_at_generic_state(law, chart, state):
+    """The momenta, the mass and the velocity at a generic state; states of different index share no
+    number."""
+    sample = (np.linspace(0.3, 0.7, chart.entries + chart.dimension + 1) + 0.1 * state) ** 0.5
+    g, v = list(sample[: chart.entries]), list(sample[chart.entries : -1])
+    _, mu, mass = law(g, v, sample[-1], Generic())
     return mu, [list(map(np.float64, row)) for row in mass], v
 
 
@@ -118,10 +118,11 @@ class GroupStep:
         self.examine(law)
 
     def examine(self, law):
-        """What is known of a law: where its mass is filled, constant, and all of its momenta."""
+        """Set which entries of the law's mass are not 0, whether it is constant, and whether the
+        momenta are linear in the velocities."""
         d, first = self.rows.d, self.time_row + 1
         with np.errstate(all="ignore"):
-            states = [found_at(law, self.chart, state) for state in range(2)]
+            states = [law_at_generic_state(law, self.chart, state) for state in range(2)]
             factors = factored(states[0][1])
         below = [(i, j) for i in range(d) for j in range(i) if factors[i][j] != 0.0]
         inverse = inverse_of(factors)
@@ -144,8 +145,8 @@ class GroupStep:
 
     def store(self, lanes, values, block):
         """Store d lanes or numbers."""
-        nothing = self.rows.nothing()
-        self.rows.store_rows(lanes, [nothing.same(x) for x in values], block * self.rows.d)
+        zero = self.rows.zero()
+        self.rows.store_rows(lanes, [zero.same(x) for x in values], block * self.rows.d)
 
     def block(self, block):
         """The numbers of the d rows of a block of work."""
@@ -155,31 +156,33 @@ class GroupStep:
         return self.rows.at(self.rows.row(0))
 
     def state(self, lanes):
-        """xi, the velocity, and what the law is there."""
+        """xi, the velocity, and (tau, mu, mass) of the law there."""
         rows, xi, eta = self.rows, self.load(lanes, XI), self.load(lanes, ETA)
         g = [rows.at_stages("q", i).fused for i in range(self.chart.entries)]
         velocity = self.chart.apply("velocity", xi, eta)
         time = rows.load_row(lanes, self.time_row)
-        known = self.law(self.chart.place(g, xi), velocity, time, Constants(lanes, rows.constants))
-        return xi, velocity, known
+        evaluated = self.law(
+            self.chart.place(g, xi), velocity, time, Constants(lanes, rows.constants)
+        )
+        return xi, velocity, evaluated
 
     def prepare(self):
-        """The inverse of a mass that does not depend on the state, or its factors."""
+        """Store the inverse of a constant mass, or its factors."""
         if self.constant_mass:
             self.rows.chunks(self.keep_constant_mass)
 
     def keep_constant_mass(self, lanes):
-        """These at a vector of stages."""
+        """As `prepare`, for a vector of stages."""
         mass = self.state(lanes)[2][2]
         if self.linear:
             inverse = [x for row in inverse_of(factored(mass)) for x in row]
-            nothing = self.rows.nothing()
-            self.rows.store_rows(lanes, [nothing.same(x) for x in inverse], self.factors.first)
+            zero = self.rows.zero()
+            self.rows.store_rows(lanes, [zero.same(x) for x in inverse], self.factors.first)
         else:
-            self.factors.keep(lanes, mass, self.rows.nothing())
+            self.factors.keep(lanes, mass, self.rows.zero())
 
     def fall(self, lanes):
-        """The law at (xi, eta): f, n, velocity, dL/dv and the factored mass."""
+        """Evaluate the law at (xi, eta): f, n, velocity, dL/dv and the factored mass."""
         xi, velocity, (tau, mu, mass) = self.state(lanes)
         self.pulls = any(not is_zero(x) for x in tau)
         if self.pulls:
@@ -190,22 +193,22 @@ class GroupStep:
             self.store(lanes, velocity, VELOCITY)
             self.store(lanes, mu, MU)
         if not self.constant_mass:
-            self.factors.keep(lanes, mass, self.rows.nothing())
+            self.factors.keep(lanes, mass, self.rows.zero())
 
     def velocity_change(self, lanes, x):
         """The change of velocities that changes momenta by x."""
         if not self.linear:
             return self.factors.solved(lanes, x)
-        found = []
+        change = []
         for i in range(self.rows.d):
             value = 0.0
             for j in range(self.rows.d):
                 row, column = max(i, j), min(i, j)
                 if (row, column) in self.filled:
-                    place = self.factors.first + row * (row + 1) // 2 + column
-                    value = total(value, self.rows.load_row(lanes, place) * x[j])
-            found.append(value)
-        return found
+                    factor_row = self.factors.first + row * (row + 1) // 2 + column
+                    value = total(value, self.rows.load_row(lanes, factor_row) * x[j])
+            change.append(value)
+        return change
 
     def at_end(self):
         """mu0 and the impulse of the whole step, in all lanes."""
@@ -240,12 +243,12 @@ class GroupStep:
         self.store(lanes, self.chart.apply("rate", xi, velocity), ETA)
 
     def guess(self, lanes):
-        """eta from the velocities, which are not changed."""
+        """Set eta from the velocities."""
         xi, velocity = self.load(lanes, XI), self.load(lanes, VELOCITY)
         self.store(lanes, self.chart.apply("rate", xi, velocity), ETA)
 
     def drift(self, lanes):
-        """xi from eta."""
+        """Set xi from eta."""
         rows = self.rows
         places = rows.scaled_sums(lanes, LOW_XI * rows.d, rows.tabled.drift, ETA * rows.d)
         self.note(places, self.load(lanes, XI), "xi_sizes")
@@ -256,19 +259,19 @@ class GroupStep:
         for i, (x, y) in enumerate(zip(new, old, strict=True)):
             self.rows.note_bits(abs((x - y) * self.rows.at_stages(sizes, i)).bits)
 
-    def correct(self, lanes, asked):
-        """The defect from f, with the multipliers' part; ``asked`` is Q at the end."""
+    def correct(self, lanes, end_Q):
+        """Set the defect from f, with the multipliers' part; ``end_Q`` is Q at the end."""
         rows, builder = self.rows, self.builder
-        found = rows.scaled_sums(lanes, LOW_F * rows.d, rows.tabled.back, F * rows.d)
-        missing = sums(differences(asked, self.load(lanes, PULLED)), found)
+        force_sums = rows.scaled_sums(lanes, LOW_F * rows.d, rows.tabled.back, F * rows.d)
+        missing = sums(differences(end_Q, self.load(lanes, PULLED)), force_sums)
         places = [lanes.variable(x.value) for x in missing]
         with cgutils.for_range(builder, rows.extra, intp=rows.row) as loop:
             Y = Lane(builder, lanes.factor(rows.complement, loop.index))
-            for place, m in zip(places, self.multiplier_rows(loop.index), strict=True):
+            for pointer, m in zip(places, self.multiplier_rows(loop.index), strict=True):
                 first = lanes.number(rows.work, m, rows.row(0))
                 part = Y * Lane(builder, lanes.spread(first))
-                builder.store((Lane(builder, builder.load(place)) + part).value, place)
-        defects = [Lane(builder, builder.load(place), ()) for place in places]
+                builder.store((Lane(builder, builder.load(pointer)) + part).value, pointer)
+        defects = [Lane(builder, builder.load(pointer), ()) for pointer in places]
         self.note(defects, self.load(lanes, DEFECT), "pi_sizes")
         self.store(lanes, defects, DEFECT)
 
@@ -300,10 +303,10 @@ class GroupStep:
                     lanes.store(new.value, rows.work, m)
 
     def respond(self):
-        """The factors of the mean response of eta to the multipliers."""
+        """Store the factors of the mean response of eta to the multipliers."""
         rows, d, builder = self.rows, self.rows.d, self.builder
-        vector = rows.nothing().value.type
-        found = [cgutils.alloca_once(builder, vector, rows.row(d)) for _ in range(d)]
+        vector = rows.zero().value.type
+        responses = [cgutils.alloca_once(builder, vector, rows.row(d)) for _ in range(d)]
 
         def respond_to(column):
             def answer(lanes):
@@ -314,7 +317,7 @@ class GroupStep:
 
             rows.chunks(answer)
             for i, x in enumerate(rows.weighted(self.block(PULLED), rows.tabled.means)):
-                builder.store(rows.spread(x).value, builder.gep(found[i], [column]))
+                builder.store(rows.spread(x).value, builder.gep(responses[i], [column]))
 
         if d <= WRITTEN_OUT_COLUMNS:
             for column in range(d):
@@ -324,21 +327,21 @@ class GroupStep:
                 respond_to(loop.index)
         mean = [
             [
-                Lane(builder, builder.load(builder.gep(found[i], [rows.row(j)])))
+                Lane(builder, builder.load(builder.gep(responses[i], [rows.row(j)])))
                 for j in range(i + 1)
             ]
             for i in range(d)
         ]
-        self.response.keep(self.first_lanes(), mean, rows.nothing())
+        self.response.keep(self.first_lanes(), mean, rows.zero())
 
     def unit(self, index):
-        """1 at an index of LLVM's, which may be a constant, and 0 elsewhere, in all lanes."""
-        builder, one = self.builder, self.rows.nothing().same(1.0)
+        """The unit vector of an index, an integer of LLVM's, in all lanes."""
+        builder, ones = self.builder, self.rows.zero().same(1.0)
         places = [builder.icmp_unsigned("==", index, self.rows.row(i)) for i in range(self.rows.d)]
-        return [one.where(Truth(builder, here), 0.0) for here in places]
+        return [ones.where(Truth(builder, matches), 0.0) for matches in places]
 
     def keep_end(self):
-        """xi at the step's end, where no lane has it."""
+        """Store xi at the step's end, where no lane has it."""
         rows = self.rows
         with self.builder.if_then(rows.full):
             ends = [rows.spread(x) for x in rows.over_step(self.block(ETA))]
@@ -347,21 +350,23 @@ class GroupStep:
     def pulled_end(self, ended):
         """Q at the step's end, in all lanes."""
         rows, lanes = self.rows, self.first_lanes()
-        places = [lanes.variable(lanes.nothing) for _ in range(rows.d)]
-        with self.builder.if_else(rows.full) as (computed, kept):
+        places = [lanes.variable(lanes.zero) for _ in range(rows.d)]
+        with self.builder.if_else(rows.full) as (computed, stored):
             with computed:
-                far = [-x for x in self.load(lanes, END)]
-                for place, x in zip(places, self.chart.apply("momentum", far, ended), strict=True):
-                    self.builder.store(x.value, place)
-            with kept:
+                minus_end = [-x for x in self.load(lanes, END)]
+                for pointer, x in zip(
+                    places, self.chart.apply("momentum", minus_end, ended), strict=True
+                ):
+                    self.builder.store(x.value, pointer)
+            with stored:
                 rows.reload()
-                for place, row in zip(places, self.block(PULLED), strict=True):
+                for pointer, row in zip(places, self.block(PULLED), strict=True):
                     value = lanes.number(rows.work, rows.row(row), rows.stages)
-                    self.builder.store(lanes.spread(value), place)
-        return [Lane(self.builder, self.builder.load(place)) for place in places]
+                    self.builder.store(lanes.spread(value), pointer)
+        return [Lane(self.builder, self.builder.load(pointer)) for pointer in places]
 
     def one_pass(self, first):
-        """All parts of a pass; the largest change is noted."""
+        """One pass; the largest change is noted."""
         rows = self.rows
         rows.chunks(self.fall)
         if not self.constant_mass:
@@ -369,14 +374,14 @@ class GroupStep:
                 self.respond()
         ended = self.at_end()
         rows.chunks(lambda lanes: self.turn(lanes, ended))
-        asked = self.pulled_end(ended)
+        end_Q = self.pulled_end(ended)
         self.project(corrects=True)
         rows.chunks(self.drift)
-        rows.chunks(lambda lanes: self.correct(lanes, asked))
+        rows.chunks(lambda lanes: self.correct(lanes, end_Q))
         self.keep_end()
 
-    def begin(self, judgement):
-        """xi, eta and more from the velocities, corrected by the tangent map until settled."""
+    def begin(self, convergence):
+        """Set xi, eta and more from the velocities, corrected by the tangent map."""
         rows, builder = self.rows, self.builder
         self.measure_rotations()
         self.begin_at_rest()
@@ -387,34 +392,34 @@ class GroupStep:
             rows.chunks(self.guess)
             self.project(corrects=False)
             rows.chunks(self.drift)
-            rest = judgement.active.value & ~(rows.change() < LAST_CORRECTION_ANGLE)
-            judgement.active.set(rest)
-            with builder.if_then((~rest).every):
+            unsettled = convergence.active.value & ~(rows.change() < LAST_CORRECTION_ANGLE)
+            convergence.active.set(unsettled)
+            with builder.if_then((~unsettled).all):
                 loop.do_break()
-        judgement.active.set(rows.field("alive") > 0.0)
+        convergence.active.set(rows.field("alive") > 0.0)
         self.keep_end()
         if self.constant_mass:
             with builder.if_then(rows.projects):
                 self.respond()
 
     def begin_at_rest(self):
-        """xi by the velocities alone, and no defect."""
-        rows, nothing = self.rows, self.rows.nothing()
+        """Set xi from the velocities alone, and no defect."""
+        rows, zero = self.rows, self.rows.zero()
 
-        def place(lanes):
+        def reset(lanes):
             for block in (DEFECT, LOW_XI, LOW_F, LOW_N):
-                self.store(lanes, [nothing] * rows.d, block)
+                self.store(lanes, [zero] * rows.d, block)
             self.store(
                 lanes, rows.scaled_sums(lanes, None, rows.tabled.drift, self.velocity_row), XI
             )
 
-        rows.chunks(place)
+        rows.chunks(reset)
         with cgutils.for_range(self.builder, rows.extra, intp=rows.row) as loop:
             for row in self.multiplier_rows(loop.index):
-                self.first_lanes().store(nothing.value, rows.work, row)
+                self.first_lanes().store(zero.value, rows.work, row)
 
     def add_low_parts(self, chosen):
-        """The low parts of sums, for the runs chosen."""
+        """Set the low parts of sums for the runs ``chosen``."""
         rows, d, chosen = self.rows, self.rows.d, self.rows.spread_truth(chosen)
         parts = [(ETA, rows.tabled.low_drift, LOW_XI), (F, rows.tabled.low_back, LOW_F)]
         parts += [(N, rows.tabled.low_back, LOW_N)] if self.pulls else []
@@ -428,20 +433,20 @@ class GroupStep:
         rows.chunks(add)
 
     def measure_rotations(self):
-        """1 for rotations, and 0 for translations and momenta, as their inverse sizes."""
-        nothing = self.rows.variable().lane
-        for _, own, _, rotations in self.chart.factors:
-            for i in range(own.start, own.stop):
-                size = 1.0 if i < own.start + rotations else 0.0
-                self.rows.keep("xi_sizes", nothing + size, i)
-                self.rows.keep("pi_sizes", nothing, i)
+        """Set inverse sizes: 1 for rotations, 0 for translations and momenta."""
+        zero = self.rows.variable().lane
+        for _, components, _, rotations in self.chart.factors:
+            for i in range(components.start, components.stop):
+                size = 1.0 if i < components.start + rotations else 0.0
+                self.rows.keep("xi_sizes", zero + size, i)
+                self.rows.keep("pi_sizes", zero, i)
 
-    def after_first_pass(self, judgement, change):
-        """1 over the sizes of xi and pi, 0 where all are 0.
+    def after_first_pass(self, convergence, change):
+        """Set 1 / sizes of xi and pi, 0 where all are 0.
 
         Rotations have size 1. All translations of a factor share a size, that of its positions and
         displacements, and so do the momenta of its translations and of its rotations. An angular
-        momentum is at least as large as what the displacements make of a momentum. No momentum is
+        momentum is at least a displacement times a momentum. No momentum is
         below LEAST_COUPLED_MOTION of the largest one that a mass couples to it: it may be
         round-off of that.
         """
@@ -450,38 +455,38 @@ class GroupStep:
         g = rows.fields_of("q", chart.entries)
         momenta: list[Any] = []
         coupled: dict[int, list[int]] = {number: [] for number in chart.coupled}
-        for number, (_, own, _, _) in zip(chart.coupled, chart.factors, strict=True):
-            coupled[number] += [ETA * d + i for i in range(own.start, own.stop)]
-        least = {
-            number: LEAST_COUPLED_MOTION * abs(rows.largest_of(own) * step)
-            for number, own in coupled.items()
+        for number, (_, components, _, _) in zip(chart.coupled, chart.factors, strict=True):
+            coupled[number] += [ETA * d + i for i in range(components.start, components.stop)]
+        floors = {
+            number: LEAST_COUPLED_MOTION * abs(rows.largest_of(rate_rows) * step)
+            for number, rate_rows in coupled.items()
         }
-        for number, (group, own, entries, rotations) in zip(
+        for number, (group, components, entries, rotations) in zip(
             chart.coupled, chart.factors, strict=True
         ):
-            turns = range(own.start, own.start + rotations)
-            ways = range(own.start + rotations, own.stop)
+            turns = range(components.start, components.start + rotations)
+            translations = range(components.start + rotations, components.stop)
             sizes = []
-            for part in (turns, ways):
+            for part in (turns, translations):
                 size = abs(rows.largest_of([F * d + i for i in part]) * step)
                 for i in part:
                     size = larger_size(size, rows.field("p", i))
                 sizes.append(size)
             moment, moving = sizes
-            if ways:
-                way = abs(rows.largest_of([ETA * d + i for i in ways]) * step)
+            if translations:
+                way = abs(rows.largest_of([ETA * d + i for i in translations]) * step)
                 moment = larger_size(moment, moving * way)
-                far = larger_size(least[number], way.same(group.position_scale(g[entries])))
-                far = larger_size(far, way)
-                far = larger_size(far, rows.largest_of([XI * d + i for i in ways]))
-                for i in ways:
-                    rows.keep("xi_sizes", (1.0 / far).where(far > 0.0, 0.0), i)
-            momenta += [(number, moment, turns), (number, moving, ways)]
-        most: dict[int, Any] = {}
+                extent = larger_size(floors[number], way.same(group.position_scale(g[entries])))
+                extent = larger_size(extent, way)
+                extent = larger_size(extent, rows.largest_of([XI * d + i for i in translations]))
+                for i in translations:
+                    rows.keep("xi_sizes", (1.0 / extent).where(extent > 0.0, 0.0), i)
+            momenta += [(number, moment, turns), (number, moving, translations)]
+        largest: dict[int, Any] = {}
         for number, size, _ in momenta:
-            most[number] = larger_size(most.get(number, 0.0), size)
+            largest[number] = larger_size(largest.get(number, 0.0), size)
         for number, size, part in momenta:
-            size = larger_size(LEAST_COUPLED_MOTION * most[number], size)
+            size = larger_size(LEAST_COUPLED_MOTION * largest[number], size)
             for i in part:
                 rows.keep("pi_sizes", (1.0 / size).where(size > 0.0, 0.0), i)
 
@@ -489,8 +494,8 @@ class GroupStep:
         """The state at the step's end, and whether its rotations are within the chart."""
         rows, chart = self.rows, self.chart
         end = rows.over_step(self.block(ETA))
-        nothing = rows.variable().lane
-        kick = rows.over_step(self.block(N)) if self.pulls else [nothing] * rows.d
+        zero = rows.variable().lane
+        kick = rows.over_step(self.block(N)) if self.pulls else [zero] * rows.d
         rows.forget()
 
         def note_turns(lanes):
@@ -503,18 +508,27 @@ class GroupStep:
             farthest = larger(square, farthest)
         before = {name: rows.fields_of(name, rows.fields.size[name]) for name in STATE}
         now = {name: list(lanes) for name, lanes in before.items()}
-        for group, own, entries, _ in chart.factors:
+        for group, components, entries, _ in chart.factors:
             g, memory, low = (now[name][entries] for name in STATE[:3])
-            mu, nu, nu_low = (now[name][own] for name in STATE[3:])
-            group.advance(chart.number, end[own], g, memory, low)
-            group.carry(chart.number, before["q"][entries], g, end[own], kick[own], mu, nu, nu_low)
+            mu, nu, nu_low = (now[name][components] for name in STATE[3:])
+            group.advance(chart.number, end[components], g, memory, low)
+            group.carry(
+                chart.number,
+                before["q"][entries],
+                g,
+                end[components],
+                kick[components],
+                mu,
+                nu,
+                nu_low,
+            )
             for name, lanes in zip(STATE[:3], (g, memory, low), strict=True):
                 now[name][entries] = lanes
             for name, lanes in zip(STATE[3:], (mu, nu, nu_low), strict=True):
-                now[name][own] = lanes
+                now[name][components] = lanes
         reach = REACHES[chart.number]
-        found = [(name, i, lane) for name in STATE for i, lane in enumerate(now[name])]
-        return found, farthest <= reach * reach
+        end_fields = [(name, i, lane) for name in STATE for i, lane in enumerate(now[name])]
+        return end_fields, farthest <= reach * reach
 
 
 class Chart:
@@ -530,70 +544,70 @@ class Chart:
         self.number, self.factors, start, first = chart, [], 0, 0
         self.coupled = [(*row, 0)[COUPLED] for row in layout]
         for row in layout:
-            here = slice(start, start + row[DIMENSION])
+            components = slice(start, start + row[DIMENSION])
             entries = slice(first, first + row[ENTRIES])
-            self.factors.append((GROUPS[row[NUMBER]], here, entries, row[ROTATIONS]))
-            start, first = here.stop, first + row[ENTRIES]
+            self.factors.append((GROUPS[row[NUMBER]], components, entries, row[ROTATIONS]))
+            start, first = components.stop, first + row[ENTRIES]
         self.dimension, self.entries = start, first
 
     def place(self, g, xi):
         """The entries of g Phi(xi)."""
-        found = []
-        for group, own, entries, _ in self.factors:
+        element = []
+        for group, components, entries, _ in self.factors:
             out = [None] * (entries.stop - entries.start)
-            group.place(self.number, g[entries], xi[own], out)
-            found += out
-        return found
+            group.place(self.number, g[entries], xi[components], out)
+            element += out
+        return element
 
     def left_derivative(self, g, slope):
         """The derivatives along g hat(e_a) of a function with Euclidean derivative slope."""
-        found = []
-        for group, own, entries, _ in self.factors:
-            out = [0.0] * (own.stop - own.start)
+        derivatives = []
+        for group, components, entries, _ in self.factors:
+            out = [0.0] * (components.stop - components.start)
             group.left_derivative(g[entries], slope[entries], out)
-            found += out
-        return found
+            derivatives += out
+        return derivatives
 
     def squares_of_turns(self, xi):
-        """|xi|^2 of each rotation."""
+        """|xi|^2 of each factor with a rotation."""
         return [
-            reduce(total, [x * x for x in xi[own.start : own.start + rotations]])
-            for _, own, _, rotations in self.factors
+            reduce(total, [x * x for x in xi[components.start : components.start + rotations]])
+            for _, components, _, rotations in self.factors
             if rotations
         ]
 
     def apply(self, name, xi, *vectors):
-        """A function of galvi.kernels.lie.groups with d results; 0.0 where it is of zeros alone."""
-        found = []
-        for group, own, _, _ in self.factors:
-            parts = [list(vector[own]) for vector in vectors]
-            out = [0.0] * len(xi[own])
+        """A function of galvi.kernels.lie.groups to d numbers; 0.0 where the last vector is 0."""
+        image = []
+        for group, components, _, _ in self.factors:
+            parts = [list(vector[components]) for vector in vectors]
+            out = [0.0] * len(xi[components])
             if not all(is_zero(x) for x in parts[-1]):
-                getattr(group, name)(self.number, xi[own], *parts, out)
-            found += out
-        return found
+                getattr(group, name)(self.number, xi[components], *parts, out)
+            image += out
+        return image
 
 
 def total(x, y):
-    """x + y, and one of them where the other is the number 0."""
+    """x + y; the other where one is the number 0."""
     return y if is_zero(x) else (x if is_zero(y) else x + y)
 
 
-def generated_step(law, groups, chart, lanes=0, one=False):
-    """An intrinsic of the address of the words of galvi.lanes.layouts: a step of a law on groups.
+def generated_step(law, groups, chart, lanes=0, single_vector=False):
+    """An intrinsic of the address of the arguments of galvi.lanes.layouts: a step on groups.
 
     Parameters
     ----------
     groups, chart
         layout and chart of galvi.kernels.lie.product
-    lanes, one
+    lanes, single_vector
         as of galvi.lanes.collocation.generated_step
     """
     functions = Chart(groups, chart)
 
-    def kind(context, builder, words):
+    def kind(context, builder, arguments):
         fields = group_fields(functions.dimension, functions.entries)
-        rows = layout(context, builder, words, fields, lanes, one, 0)
+        rows = layout(context, builder, arguments, fields, lanes, single_vector, 0)
         return GroupStep(rows, law, functions)
 
     return generated(kind)

@@ -83,7 +83,7 @@ def of_unit_mass(slopes, force, d, coupled, forced_from):
     force
         (q, v, t, constants) -> d values; None without one
     forced_from
-        number of the first constant of the force
+        index of the first constant of the force
     """
     first = d * d if coupled else d
 
@@ -101,13 +101,13 @@ def times_mass(x, d, coupled, c):
     """M x, with M the first constants, or its inverse; diagonal unless ``coupled``."""
     if not coupled:
         return [c[i] * x[i] for i in range(d)]
-    found = []
+    products = []
     for i in range(d):
         total = c[i * d] * x[0]
         for j in range(1, d):
             total = total + c[i * d + j] * x[j]
-        found.append(total)
-    return found
+        products.append(total)
+    return products
 
 
 def unit_mass(d):
@@ -123,7 +123,7 @@ def point_masses(bodies, dimension):
 
     def law(q, v, t, c):
         places = [q[dimension * i : dimension * (i + 1)] for i in range(bodies)]
-        found = [[0.0] * dimension for _ in range(bodies)]
+        accelerations = [[0.0] * dimension for _ in range(bodies)]
         for i in range(bodies):
             for j in range(i):
                 gap = [x - y for x, y in zip(places[j], places[i], strict=True)]
@@ -133,9 +133,9 @@ def point_masses(bodies, dimension):
                 pull = elementary.over_cube(1.0, square)
                 onto_i, onto_j = c[j] * pull, c[i] * pull
                 for k, x in enumerate(gap):
-                    found[i][k] = onto_i * x + found[i][k]
-                    found[j][k] = found[j][k] - onto_j * x
-        return [a for body in found for a in body], list(v), unit_mass(bodies * dimension)
+                    accelerations[i][k] = onto_i * x + accelerations[i][k]
+                    accelerations[j][k] = accelerations[j][k] - onto_j * x
+        return [a for body in accelerations for a in body], list(v), unit_mass(bodies * dimension)
 
     return law
 
@@ -146,19 +146,19 @@ def forced(law, force, first):
     Parameters
     ----------
     first
-        number of the law's constants, which those of the force follow
+        number of the law's constants, before those of the force
     """
 
-    def whole(q, v, t, c):
+    def forced_law(q, v, t, c):
         forces, momenta, mass = law(q, v, t, c)
         added = force(q, v, t, From(c, first))
         return [f + x for f, x in zip(forces, added, strict=True)], momenta, mass
 
-    return whole
+    return forced_law
 
 
 class From:
-    """Constants from a first one on."""
+    """The constants from index ``first`` on."""
 
     def __init__(self, constants, first):
         self.constants, self.first = constants, first

@@ -3,15 +3,15 @@
 A kernel's arrays are
 
 record      (rows, 1) or (rows, 8)  the numbers of each run: a law's own, see ``Fields``
-constants   (c, 1) or (c, 8)        of the law
+constants   (c, 1) or (c, 8)        constants of the law
 work        (rows, P) or (rows, s, 8)  scratch: a number for each stage, and run
 tables      (rows, P) or (rows, s)  of the method, for the step h or for a step of 1, see ``Tables``
 complement  as tables
 reals       growth (l,), by how much Legendre polynomials grow in a step, then the tolerance
 
-and its argument is the address of WORDS integers: the addresses of these, then s, l, what a law
-says of the rows of the complement, which part to do, of galvi.lanes.step, the number of the step,
-and whether work holds the velocities of the step before.
+and its argument is the address of ARGUMENTS integers: the addresses of these; s; l; the law's
+number for the complement; the part of galvi.lanes.step to do; the number of the step; and whether
+work holds the velocities of the step before.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from galvi.lanes.stopping import Variable
 from galvi.lanes.values import Lane, Truth
 from galvi.lanes.vectors import DOUBLE, LANES, Lanes, everywhere, spread
 
-WORDS = 12
+ARGUMENTS = 12
 (RECORD, CONSTANTS, WORK, TABLES, COMPLEMENT, REALS, STAGES, TERMS, EXTRA, PART, NUMBER,
- CONTINUES) = range(WORDS)  # fmt: skip
+ CONTINUES) = range(ARGUMENTS)  # fmt: skip
 SHARED = ("step", "start", "alive", "failed", "code", "passes", "terms")
 ROWS_TOGETHER = 6  # rows that are summed together: sums stay in registers
 
@@ -48,18 +48,18 @@ class Tables(NamedTuple):
     kicks, low_kicks
         b and its low part, (1, s) each
     means
-        the mean of b Y^2, for groups; where places are iterated alone, the low part of the nodes.
+        the mean of b Y^2, for groups; with places_only, the low part of the nodes.
         Then drift and low_drift are A of the Nystrom method, back and low_back begin with beta
     nodes
         c
     series
         Legendre coefficients from stages
     ends
-        of one run, the columns b, beta and the low parts of both, beta where places are iterated
-        alone
+        of one run, the columns b, beta and the low parts of both, beta with places_only
     ahead
         of one run, for r = 1 .. l, the extrapolation of values at the stages that keeps r Legendre
-        terms, alone A after it; of members, Legendre polynomials at the next step's stages, (l, s)
+        terms, with places_only followed by A; of members, Legendre polynomials at the next step's
+        stages, (l, s)
     """
 
     drift: int
@@ -102,8 +102,8 @@ class Fields:
     terms          of the velocities' series that are extrapolated, 0 before the first choice
     """
 
-    def __init__(self, own, d):
-        self.size = {**dict(own), **dict.fromkeys(SHARED, 1)}
+    def __init__(self, own_fields, d):
+        self.size = {**dict(own_fields), **dict.fromkeys(SHARED, 1)}
         self.first, self.d, row = {}, d, 0
         for name, size in self.size.items():
             self.first[name] = row
@@ -116,9 +116,9 @@ class Fields:
 
 
 class Rows:
-    """What both layouts share: rows of work, and the numbers of runs, in as many lanes as there are
-    runs. A layout says of each row in which lanes it is, what a sum over stages and a step is, and
-    how a step is begun.
+    """Rows of work, and the numbers of runs, one lane a run: the part common to both layouts.
+
+    A layout defines the lanes of each row, sums over stages and over a step, and how a step begins.
 
     width       lanes of a vector of a stage's numbers
     runs        lanes of a vector of runs' numbers
@@ -133,14 +133,16 @@ class Rows:
     over_stages_largest: Any
     summed: Any
 
-    def __init__(self, context, builder, words, fields, width, runs):
+    def __init__(self, context, builder, arguments, fields, width, runs):
         self.context, self.builder, self.fields, self.d = context, builder, fields, fields.d
-        self.row, self.width, self.runs = words.type.pointee, width, runs
-        given = [builder.load(builder.gep(words, [self.row(k)])) for k in range(WORDS)]
+        self.row, self.width, self.runs = arguments.type.pointee, width, runs
+        loaded = [builder.load(builder.gep(arguments, [self.row(k)])) for k in range(ARGUMENTS)]
         self.record, self.constants, self.work, self.tables, self.complement, self.reals = (
-            builder.inttoptr(word, DOUBLE.as_pointer()) for word in given[:6]
+            builder.inttoptr(word, DOUBLE.as_pointer()) for word in loaded[:6]
         )
-        self.stages, self.terms, self.extra, self.part, self.number, self.continues = given[STAGES:]
+        self.stages, self.terms, self.extra, self.part, self.number, self.continues = loaded[
+            STAGES:
+        ]
         self.projects = builder.icmp_unsigned("!=", self.extra, self.row(0))
         self.largest = cgutils.alloca_once(builder, ir.VectorType(ir.IntType(64), width))
         self.forget()
@@ -158,37 +160,37 @@ class Rows:
             ),
         )
 
-    def nothing(self):
-        """0 in all lanes of a stage's numbers."""
+    def zero(self):
+        """0 in all lanes of a stage."""
         return Lane(self.builder, everywhere(ir.VectorType(DOUBLE, self.width), 0.0))
 
     def variable(self, number=0.0):
-        """A number for each run that changes."""
+        """A variable, one number a run."""
         return Variable(self.builder, self.runs, number)
 
     def forget(self):
         """Forget the largest change."""
         self.builder.store(everywhere(self.largest.type.pointee, 0), self.largest)
 
-    def note_bits(self, far):
-        """Note the largest of nonnegative numbers, from their bits."""
+    def note_bits(self, bits):
+        """Raise the largest change to the nonnegative numbers with these bits."""
         largest = self.builder.load(self.largest)
         # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
-        more = self.builder.icmp_signed(">", far, largest)
-        self.builder.store(self.builder.select(more, far, largest), self.largest)
+        exceeds = self.builder.icmp_signed(">", bits, largest)
+        self.builder.store(self.builder.select(exceeds, bits, largest), self.largest)
 
     def real(self, index):
-        """A number of ``reals`` for all runs."""
+        """A number of ``reals`` in all runs' lanes."""
         scalar = self.builder.load(self.builder.gep(self.reals, [index]))
         return Lane(self.builder, spread(self.builder, scalar, self.runs), ())
 
-    def whole_number(self, whole):
-        """An integer as a number for all runs."""
-        scalar = self.builder.uitofp(whole, DOUBLE)
+    def whole_number(self, integer):
+        """An integer as a double in all runs' lanes."""
+        scalar = self.builder.uitofp(integer, DOUBLE)
         return Lane(self.builder, spread(self.builder, scalar, self.runs), ())
 
     def for_all(self, truth):
-        """A truth value of LLVM's for all runs."""
+        """LLVM's truth value in all runs' lanes."""
         return Truth(self.builder, spread(self.builder, truth, self.runs))
 
     def load_row(self, lanes, row):
@@ -203,73 +205,72 @@ class Rows:
             self.store_row(lanes, value, row + i)
 
     def field(self, name, i=0):
-        """A row of the record, whose operations are rounded one by one."""
-        return Lane(self.builder, self.builder.load(self._place(name, i), align=8), ())
+        """A row of the record; its operations are not fused."""
+        return Lane(self.builder, self.builder.load(self._address(name, i), align=8), ())
 
     def fields_of(self, name, size):
-        """The first rows of a part of the record."""
+        """The first ``size`` rows of a part of the record."""
         return [self.field(name, i) for i in range(size)]
 
     def keep(self, name, lane, i=0):
-        """Change a row of the record."""
-        self.builder.store(lane.value, self._place(name, i), align=8)
+        """Store a row of the record."""
+        self.builder.store(lane.value, self._address(name, i), align=8)
 
-    def _place(self, name, i):
+    def _address(self, name, i):
         k = self.row((self.fields.first[name] + i) * self.runs)
         return self._of_runs(self.builder.gep(self.record, [k]))
 
     def keep_where(self, mask, name, lane, i=0):
-        """Change a row of the record for some runs."""
+        """Store a row of the record for the runs of a mask."""
         old = self.field(name, i)
         self.keep(name, old.same(lane).where(mask, old), i)
 
-    def _of_runs(self, place):
-        return self.builder.bitcast(place, ir.VectorType(DOUBLE, self.runs).as_pointer())
+    def _of_runs(self, pointer):
+        return self.builder.bitcast(pointer, ir.VectorType(DOUBLE, self.runs).as_pointer())
 
     def at_stages(self, name, i=0):
         """A row of the record, in the lanes of a stage's numbers."""
         return self.spread(self.field(name, i))
 
     def largest_of(self, rows):
-        """The largest size in some rows of work at all stages, of each run."""
-        place = cgutils.alloca_once(self.builder, ir.VectorType(DOUBLE, self.width))
-        self.builder.store(self.nothing().value, place)
+        """The largest |x| of rows of work over all stages, for each run."""
+        pointer = cgutils.alloca_once(self.builder, ir.VectorType(DOUBLE, self.width))
+        self.builder.store(self.zero().value, pointer)
 
         def widen(lanes):
-            size = Lane(self.builder, self.builder.load(place), ())
+            size = Lane(self.builder, self.builder.load(pointer), ())
             for row in rows:
                 size = larger_size(size, self.load_row(lanes, row).exact)
-            self.builder.store(size.value, place)
+            self.builder.store(size.value, pointer)
 
         self.chunks(widen)
-        return self.over_stages_largest(Lane(self.builder, self.builder.load(place), ()))
+        return self.over_stages_largest(Lane(self.builder, self.builder.load(pointer), ()))
 
     def weighted(self, rows, *weights, matrix=None):
-        """sum_j w_j x_j for some rows x of work, of each run.
+        """sum_j w_j x_j of rows x of work, for each run.
 
         Parameters
         ----------
         weights
-            a row w of the tables, or of ``matrix``; of several, those of the smallest first, the
-            sum of all these
+            rows w of the tables, or of ``matrix``, whose sums are added, the smallest first
         """
         builder, kind = self.builder, ir.VectorType(DOUBLE, self.width)
         sums = [cgutils.alloca_once(builder, kind) for _ in rows]
-        for place in sums:
-            builder.store(everywhere(kind, 0.0), place)
+        for pointer in sums:
+            builder.store(everywhere(kind, 0.0), pointer)
 
         def add(lanes, weight):
             factor = Lane(builder, lanes.factor(self.tables if matrix is None else matrix, weight))
-            for row, place in zip(rows, sums, strict=True):
-                total = Lane(builder, builder.load(place)) + self.load_row(lanes, row) * factor
-                builder.store(total.value, place)
+            for row, pointer in zip(rows, sums, strict=True):
+                total = Lane(builder, builder.load(pointer)) + self.load_row(lanes, row) * factor
+                builder.store(total.value, pointer)
 
         for weight in weights:
             self.chunks(lambda lanes, weight=weight: add(lanes, weight))
-        return [self.over_stages(Lane(builder, builder.load(place))) for place in sums]
+        return [self.over_stages(Lane(builder, builder.load(pointer))) for pointer in sums]
 
     def times(self, row):
-        """A row of work <- the times of the stages of the step."""
+        """A row of work <- the times of the step's stages."""
 
         def fill(lanes):
             count = self.spread(self.whole_number(self.number))
@@ -283,31 +284,33 @@ class Rows:
         """The Legendre coefficients of d rows of work."""
         return self.sums(lanes, self.tables, self.tabled.series, row)
 
-    def sums(self, lanes, matrix, first_row, row, apart=None, count=None, start=None):
+    def sums(self, lanes, matrix, first_row, row, matrix_stride=None, count=None, start=None):
         """sum_k (rows of a matrix) (columns of d rows of work), for each coordinate.
 
         Parameters
         ----------
-        apart
+        matrix_stride
             rows between the matrices of one coordinate and the next; None for the same matrix
         count
-            of members, how many rows; None for all stages
+            rows that are summed, for members; None for all stages
         start
             first of d rows of work to which the sums are added
         """
-        count, found = self.stages if count is None else count, []
-        first = [lanes.nothing] * self.d
+        count, totals = self.stages if count is None else count, []
+        first = [lanes.zero] * self.d
         if start is not None:
             first = [lanes.load(self.work, self.row(start + i)) for i in range(self.d)]
-        together = self.d if apart is None else 1
+        together = self.d if matrix_stride is None else 1
         for i in range(0, self.d, together):
-            own = (
+            matrix_row = (
                 first_row
-                if apart is None
-                else self.builder.add(first_row, self.builder.mul(apart, self.row(i)))
+                if matrix_stride is None
+                else self.builder.add(first_row, self.builder.mul(matrix_stride, self.row(i)))
             )
-            found += self.summed(lanes, first[i : i + together], matrix, own, row + i, count)
-        return [Lane(self.builder, value) for value in found]
+            totals += self.summed(
+                lanes, first[i : i + together], matrix, matrix_row, row + i, count
+            )
+        return [Lane(self.builder, value) for value in totals]
 
 
 class Stages(Rows):
@@ -315,7 +318,7 @@ class Stages(Rows):
 
     Parameters
     ----------
-    one
+    single_vector
         whether one vector holds all stages
     merged
         whether ``ahead`` are matrices A after extrapolation
@@ -328,21 +331,21 @@ class Stages(Rows):
 
     reconsider = RECONSIDER
 
-    def __init__(self, context, builder, words, fields, width, one, merged):
-        super().__init__(context, builder, words, fields, width, 1)
-        row, self.one, self.merged = self.row, one, merged
+    def __init__(self, context, builder, arguments, fields, width, single_vector, merged):
+        super().__init__(context, builder, arguments, fields, width, 1)
+        row, self.single_vector, self.merged = self.row, single_vector, merged
         chunks = builder.udiv(builder.add(self.stages, row(width - 1)), row(width))
-        self.padded = row(width) if one else builder.mul(chunks, row(width))
+        self.padded = row(width) if single_vector else builder.mul(chunks, row(width))
         self.full = builder.icmp_unsigned("==", self.stages, self.padded)
         self.lay_out_tables(self.padded)
 
     def at(self, chunk):
-        """The lanes of one of the chunks."""
+        """The lanes of a chunk."""
         return Lanes(self.context, self.builder, self.padded, chunk, self.width)
 
     def chunks(self, part):
         """Do one part for all stages."""
-        if self.one:
+        if self.single_vector:
             part(self.at(self.row(0)))
             return
         chunks = self.builder.udiv(self.padded, self.row(self.width))
@@ -364,9 +367,9 @@ class Stages(Rows):
 
     def stage_number(self, row, index):
         """The number of a row of work at a stage."""
-        place = self.builder.add(self.builder.mul(self.row(row), self.padded), index)
-        place = self._of_runs(self.builder.gep(self.work, [place]))
-        return Lane(self.builder, self.builder.load(place, align=8), ())
+        number = self.builder.add(self.builder.mul(self.row(row), self.padded), index)
+        pointer = self._of_runs(self.builder.gep(self.work, [number]))
+        return Lane(self.builder, self.builder.load(pointer, align=8), ())
 
     def over_stages(self, lane):
         """The sum of the lanes."""
@@ -374,11 +377,11 @@ class Stages(Rows):
         kind = ir.FunctionType(DOUBLE, [DOUBLE, lane.value.type])
         reduce = cgutils.get_or_insert_function(self.builder.module, kind, name)
         zero = ir.Constant(DOUBLE, -0.0)
-        whole = self.builder.call(reduce, [zero, lane.value], fastmath=("reassoc",))
-        return Lane(self.builder, spread(self.builder, whole, 1), ())
+        total = self.builder.call(reduce, [zero, lane.value], fastmath=("reassoc",))
+        return Lane(self.builder, spread(self.builder, total, 1), ())
 
     def over_stages_largest(self, lane):
-        """The largest size in the lanes."""
+        """The largest |x| of the lanes."""
         return self._of_bits(self.at(self.row(0)).largest(abs(lane).bits))
 
     def change(self):
@@ -391,19 +394,19 @@ class Stages(Rows):
 
     def reload(self):
         """Compiler barrier: a broadcast load is free, a forwarded store costs a shuffle."""
-        nothing = ir.FunctionType(ir.VoidType(), [])
-        self.builder.asm(nothing, "", "~{memory}", [], True)
+        signature = ir.FunctionType(ir.VoidType(), [])
+        self.builder.asm(signature, "", "~{memory}", [], True)
 
     def scaled_sums(self, lanes, start, first_row, row, power=1):
         """As `sums` with the tables, which hold h^power."""
         return self.sums(lanes, self.tables, first_row, row, start=start)
 
     def times_step(self, high, low, power):
-        """The same: the tables hold h."""
+        """The arguments themselves: the tables hold h."""
         return high, low
 
     def totals(self, row, *parts):
-        """sum_j w_j x_j for d rows of work, and those parts of ENDS as w: of each row, all sums."""
+        """sum_j w_j x_j of d rows x of work, for each the sums with these parts w of ENDS."""
         lanes, columns = self.at(self.row(0)), [ENDS.index(part) for part in parts]
         sums = self.sums(lanes, self.tables, self.tabled.ends, row)
         index = ir.IntType(32)
@@ -420,19 +423,19 @@ class Stages(Rows):
         ]
 
     def over_step(self, rows):
-        """h sum_j b_j x_j for some rows of work.
+        """h sum_j b_j x_j of rows x of work.
 
-        What the low part of h b adds is less than half an ulp of the sum, and always of the same
-        sign: added to the sum it would be lost, so the sum begins with it.
+        The low part of h b adds less than half an ulp of the sum, always with the same sign, which
+        would be lost at the end: the sum begins with it.
         """
         return self.weighted(rows, self.tabled.low_kicks, self.tabled.kicks)
 
     def remember(self, velocities, last):
-        """d rows of work <- the velocities of the last step, which hold after one that fails."""
+        """d rows of work <- the velocities of the last step, the run's after a step that fails."""
         self.chunks(lambda lanes: self.store_rows(lanes, self.load_rows(lanes, velocities), last))
 
     def keep_series(self, lanes, series, row):
-        """Nothing: velocities are extrapolated as they are."""
+        """Do nothing: the velocities themselves are extrapolated."""
 
     def extrapolate(self, velocities, series, guess):
         """d rows of work <- the velocities at the next step's stages."""
@@ -444,13 +447,13 @@ class Stages(Rows):
         )
 
     def first_ahead(self):
-        """The first row of the matrix that keeps so many terms as were chosen."""
+        """The first row of the matrix that extrapolates the chosen number of terms."""
         scalar = self.builder.extract_element(self.field("terms").value, ir.IntType(32)(0))
         terms = self.builder.sub(self.builder.fptoui(scalar, self.row), self.row(1))
         return self.builder.add(self.tabled.ahead, self.builder.mul(self.padded, terms))
 
     def bent(self, lanes, accelerations):
-        """h^2 A times the accelerations, extrapolated from the last step if there was one."""
+        """h^2 A times the accelerations, extrapolated where a step precedes."""
         builder = self.builder
         goes_on = builder.icmp_unsigned("!=", self.continues, self.row(0))
         first = builder.select(goes_on, self.first_ahead(), self.tabled.drift)
@@ -459,9 +462,9 @@ class Stages(Rows):
     def summed(self, lanes, first, matrix, first_row, row, count):
         """The sums of `Rows.sums` for some rows of work with one matrix."""
         builder = self.builder
-        if not self.one:
+        if not self.single_vector:
             return lanes.sums(first, matrix, first_row, self.work, self.row(row), count)
-        totals = [first, [lanes.nothing] * len(first)]
+        totals = [first, [lanes.zero] * len(first)]
         self.reload()
         for j in range(self.width):  # rows of a matrix after the last are 0
             factor = lanes.load(matrix, builder.add(first_row, self.row(j)))
@@ -483,15 +486,15 @@ class Members(Rows):
     Attributes
     ----------
     guarded
-        rows of work that are stored only for runs whose iteration goes on
+        rows of work that are stored only for the active runs
     active
-        these runs, a `galvi.lanes.stopping.Mask`
+        runs whose iteration goes on, a `galvi.lanes.stopping.Mask`
     """
 
     reconsider = 1  # one of eight needs another number of terms sooner
 
-    def __init__(self, context, builder, words, fields, stages=0):
-        super().__init__(context, builder, words, fields, LANES, LANES)
+    def __init__(self, context, builder, arguments, fields, stages=0):
+        super().__init__(context, builder, arguments, fields, LANES, LANES)
         self.stages = self.row(stages) if stages else self.stages
         self.padded = builder.mul(self.stages, self.row(LANES))
         self.lay_out_tables(self.stages, (*FIRST_ROWS[:-1], FIRST_ROWS[-2]))
@@ -517,11 +520,9 @@ class Members(Rows):
         lanes.store(value, self.work, self.row(row))
 
     def spread(self, lane):
-        """The same: each run has its own lane."""
         return lane
 
     def spread_truth(self, truth):
-        """The same."""
         return truth
 
     def stage_number(self, row, index):
@@ -529,19 +530,19 @@ class Members(Rows):
         return self.load_row(self.at(index), row).exact
 
     def over_stages(self, lane):
-        """The same, a sum over all stages."""
+        """The lane itself, a sum over all stages."""
         return lane.exact
 
     def over_stages_largest(self, lane):
-        """The same, the largest of all stages."""
+        """The lane itself, the largest of all stages."""
         return lane
 
     def change(self):
         """The largest change that was noted."""
-        return Lane(self.builder, self.nothing().value, ()).of_bits(self.builder.load(self.largest))
+        return Lane(self.builder, self.zero().value, ()).of_bits(self.builder.load(self.largest))
 
     def reload(self):
-        """Nothing: numbers of work are not spread."""
+        """Do nothing: numbers of work are not broadcast."""
 
     def scaled_sums(self, lanes, start, first_row, row, power=1):
         """As `sums` with the tables, times h^power."""
@@ -564,7 +565,7 @@ class Members(Rows):
         return [x * self.field("step") for x in sums]
 
     def times_step(self, high, low, power):
-        """A sum and a small rest, times h^power."""
+        """A sum in two parts, times h^power."""
         step = self.field("step")
         for _ in range(power):
             high, lost = two_product(high, step)
@@ -572,10 +573,10 @@ class Members(Rows):
         return high, low
 
     def remember(self, velocities, last):
-        """Nothing: a run that fails ends."""
+        """Do nothing: a run that fails ends."""
 
     def keep_series(self, lanes, series, row):
-        """Keep the coefficients of the velocities, from which the next ones are extrapolated."""
+        """Store the coefficients of the velocities, which `extrapolate` continues."""
         self.store_rows(lanes, series, row)
 
     def extrapolate(self, velocities, series, guess):
@@ -584,8 +585,8 @@ class Members(Rows):
 
         def shorten(lanes):
             keeps = terms > self.whole_number(lanes.stage)
-            kept = [x.where(keeps, 0.0) for x in self.load_rows(lanes, series)]
-            self.store_rows(lanes, kept, series)
+            shortened = [x.where(keeps, 0.0) for x in self.load_rows(lanes, series)]
+            self.store_rows(lanes, shortened, series)
 
         def continue_series(lanes):
             ahead = self.sums(lanes, self.tables, self.tabled.ahead, series, count=self.terms)
@@ -600,11 +601,11 @@ class Members(Rows):
 
     def summed(self, lanes, first, matrix, first_row, row, count):
         """The sums of `Rows.sums` for some rows of work with one matrix."""
-        found = []
+        totals = []
         for k in range(0, len(first), ROWS_TOGETHER):
             part = first[k : k + ROWS_TOGETHER]
-            found += lanes.sums(part, matrix, first_row, self.work, self.row(row + k), count)
-        return found
+            totals += lanes.sums(part, matrix, first_row, self.work, self.row(row + k), count)
+        return totals
 
 
 class MemberLanes(Lanes):
@@ -617,27 +618,26 @@ class MemberLanes(Lanes):
 
     def factor(self, matrix, row):
         """A number of a matrix at this stage, in all lanes."""
-        place = self.builder.add(self.builder.mul(row, self.stages), self.stage)
-        return super().spread(self.builder.load(self.builder.gep(matrix, [place])))
+        index = self.builder.add(self.builder.mul(row, self.stages), self.stage)
+        return super().spread(self.builder.load(self.builder.gep(matrix, [index])))
 
-    def number(self, data, row, column=None):
+    def number(self, array, row, column=None):
         """Numbers of the members: of a row (8,), or of one (s, 8) at a stage."""
         eight = ir.Constant(row.type, LANES)
-        place = self.builder.mul(row, eight)
+        index = self.builder.mul(row, eight)
         if column is not None:
             column = self.builder.mul(column, eight)
-            place = self.builder.add(self.builder.mul(row, self.padded), column)
-        address = self.builder.bitcast(self.builder.gep(data, [place]), self.kind.as_pointer())
+            index = self.builder.add(self.builder.mul(row, self.padded), column)
+        address = self.builder.bitcast(self.builder.gep(array, [index]), self.kind.as_pointer())
         return self.builder.load(address, align=8)
 
     def spread(self, vector):
-        """The same: each member has its own number."""
         return vector
 
 
-def layout(context, builder, words, fields, lanes, one, stages, merged=False):
-    """The layout of one run, in vectors of so many lanes, or for 0 of eight runs."""
+def layout(context, builder, arguments, fields, lanes, single_vector, stages, merged=False):
+    """The layout of one run in vectors of ``lanes`` lanes, or of eight runs for 0."""
     if lanes:
-        return Stages(context, builder, words, fields, lanes, one, merged)
+        return Stages(context, builder, arguments, fields, lanes, single_vector, merged)
     builder.reciprocals = Reciprocals(context, builder)
-    return Members(context, builder, words, fields, stages)
+    return Members(context, builder, arguments, fields, stages)

@@ -1,7 +1,7 @@
-"""Many steps of a law in lanes: of one run, whose results are kept, or of many members.
+"""Many steps of a law in lanes: of one run, which is recorded, or of many members.
 
-A law's part is a function of the address of the words of galvi.lanes.layouts, called by its own
-address, so that these loops are compiled once for all laws.
+A law's step is a function of the address of the arguments of galvi.lanes.layouts, which is itself
+called by address: these loops are compiled once for all laws.
 """
 
 from __future__ import annotations
@@ -18,7 +18,16 @@ from galvi.kernels.lie import product
 from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP
 from galvi.kernels.nystrom.step import FIXED_MATRIX, FIXED_VECTOR
-from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, Progress, record, watched_row
+from galvi.kernels.run_record import (
+    PLAN,
+    PROGRESS,
+    RECORDING,
+    Plan,
+    Progress,
+    Recording,
+    record,
+    watched_row,
+)
 from galvi.lanes.layouts import CONSTANTS, CONTINUES, NUMBER, PART, RECORD, SHARED
 from galvi.lanes.nbody import copy_rows
 from galvi.lanes.step import PREPARE, STEP
@@ -32,17 +41,17 @@ TERMS_KEPT = 3  # index in solver_state
 
 
 class OneRun(NamedTuple):
-    """What a run in lanes computes with, beside its state.
+    """The arrays of a run in lanes, and where its numbers are.
 
     Attributes
     ----------
-    words
+    arguments : array, shape (12,)
         of galvi.lanes.layouts
     record : array, shape (rows,)
         the numbers of the run
     seats : array, shape (n, 4)
-        where the numbers of the state are: row and first column of galvi.run.run_arrays' state,
-        first row of the record, and how many
+        of each part of the state: row and first column in galvi.run.run_arrays' state, first row
+        in the record, and size
     work : array, shape (rows, P)
     before : array, shape (2, n)
         q and p, or v, before a step
@@ -57,10 +66,10 @@ class OneRun(NamedTuple):
     velocities
         first row of work for the velocities at the stages
     last
-        likewise for those of the last step
+        first row of work for those of the last step
     """
 
-    words: Any
+    arguments: Any
     record: Any
     seats: Any
     work: Any
@@ -75,15 +84,15 @@ class OneRun(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """What a step's curve is made of.
+    """What gives the coefficients of a step's curve.
 
     Attributes
     ----------
     fit : array, shape (m, s)
-        h times its coefficients from its rates at the stages; where places alone are iterated h^2
-        times those from accelerations
+        h times its coefficients from the rates at the stages; with places_only h^2 times those
+        from the accelerations
     line : array, shape (m,)
-        h times its coefficients from the velocity, there; else (0,)
+        with places_only, h times its coefficients from the velocity; else (0,)
     c : array, shape (P,)
         nodes
     """
@@ -102,10 +111,10 @@ CURVES = types.Tuple((FIXED_MATRIX, FIXED_VECTOR, FIXED_VECTOR))
 
 
 @jit_inline
-def do(law, given, words, part):
+def do(law, address, arguments, part):
     """Do a part of a step."""
-    words[PART] = part
-    call_void(law, given)
+    arguments[PART] = part
+    call_void(law, address)
 
 
 @jit_inline
@@ -120,25 +129,25 @@ def curve_of(fit, rates, out):
 
 
 @jit_inline
-def keep(plan, kept, step, curves, rates, velocities, before):
-    """Keep the curve of a step from q and v, and its velocities where it is watched."""
+def keep(plan, recording, step, curves, rates, velocities, before):
+    """Record the curve of a step from q and v, and its velocities where it is watched."""
     fit, line, d = curves.fit, curves.line, velocities.shape[0]
-    if kept.bases.shape[0] > 0:
-        curve_of(fit, rates, kept.curves[step])
+    if recording.bases.shape[0] > 0:
+        curve_of(fit, rates, recording.curves[step])
         for l in range(line.size):
             for i in range(d):
-                kept.curves[step, i, l] += line[l] * before[1, i]
-    row, first = watched_row(plan, kept, step), kept.q.shape[1] + kept.p.shape[1]
-    if row >= 0 and kept.seen.shape[1] > first:
+                recording.curves[step, i, l] += line[l] * before[1, i]
+    row, first = watched_row(plan, recording, step), recording.q.shape[1] + recording.p.shape[1]
+    if row >= 0 and recording.watched.shape[1] > first:
         s = fit.shape[1]
         for i in range(d):
             for j in range(s):
-                kept.seen[row, first + i * s + j] = velocities[i, j]
+                recording.watched[row, first + i * s + j] = velocities[i, j]
 
 
 @jit_inline
 def begin(run, plan, state, stages, terms):
-    """Put the state, and the velocities at the stages, where a step finds them."""
+    """Copy the state and the velocities at the stages into the record and work."""
     numbers, shared, s = run.record, run.shared, stages.shape[1]
     numbers[shared + LENGTH], numbers[shared + START] = plan.step, plan.t0
     numbers[shared + ALIVE], numbers[shared + TERMS] = 1.0, terms
@@ -154,7 +163,7 @@ def begin(run, plan, state, stages, terms):
 
 @jit_inline
 def put_back(run, state, velocities, stages):
-    """The state after the last step that was done."""
+    """Copy the record and the velocities back into the state and the stages."""
     for row, column, first, count in run.seats:
         for k in range(count):
             state[row, column + k] = run.record[first + k]
@@ -171,28 +180,28 @@ def nothing_remembered(state):
 
 
 @jit_inline
-def advance_run(law, given, run, curves, plan, todo, progress, kept):
-    """Do ``todo`` more steps; returns a code. A step that fails is not done."""
+def advance_run(law, address, run, curves, plan, todo, progress, recording):
+    """Do ``todo`` more steps; returns a code. A step that fails leaves the state unchanged."""
     run, curves, plan = OneRun(*run), Curves(*curves), Plan(*plan)
-    progress, kept = Progress(*progress), Kept(*kept)
+    progress, recording = Progress(*progress), Recording(*recording)
     state, stages, solver_state = progress.state, progress.stages, progress.solver_state
-    words, numbers, shared, before = run.words, run.record, run.shared, run.before
-    (d, s), r, passage = stages.shape, kept.q.shape[1], progress.passage
+    arguments, numbers, shared, before = run.arguments, run.record, run.shared, run.before
+    (d, s), r, passage = stages.shape, recording.q.shape[1], progress.passage
     q, p = numbers[run.q : run.q + r], numbers[run.p : run.p + d]
     velocities = run.work[run.velocities : run.velocities + d]
     last, rates = run.work[run.last : run.last + d], run.work[run.rates : run.rates + d]
     begin(run, plan, state, stages, solver_state[TERMS_KEPT])
-    do(law, given, words, PREPARE)
+    do(law, address, arguments, PREPARE)
     for number in range(solver_state[DONE], solver_state[DONE] + todo):
-        words[NUMBER] = plan.first + number
-        words[CONTINUES] = 1 if solver_state[HOLDS] == LAST_STEP else 0
+        arguments[NUMBER] = plan.first + number
+        arguments[CONTINUES] = 1 if solver_state[HOLDS] == LAST_STEP else 0
         numbers[shared + PASSES] = 0.0
-        if kept.bases.shape[0] + passage.size > 0:
+        if recording.bases.shape[0] + passage.size > 0:
             for i in range(r):
                 before[0, i] = q[i]
             for i in range(d):
                 before[1, i] = p[i]
-        do(law, given, words, STEP)
+        do(law, address, arguments, STEP)
         passes = int(numbers[shared + PASSES])
         progress.counts[solve.ITERATIONS] += passes
         progress.counts[solve.FORCES] += passes * s
@@ -201,8 +210,8 @@ def advance_run(law, given, run, curves, plan, todo, progress, kept):
             return int(numbers[shared + CODE])
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, number + 1
         solver_state[TERMS_KEPT] = int(numbers[shared + TERMS])
-        record(plan, kept, number, before[0], q, p)
-        keep(plan, kept, number, curves, rates, velocities, before)
+        record(plan, recording, number, before[0], q, p)
+        keep(plan, recording, number, curves, rates, velocities, before)
         if passage.size > 0:
             m, h = curves.fit.shape[0], plan.step
             fast, slow = near_limit(passage, velocities[:, 0], h, m)
@@ -222,14 +231,16 @@ def advance_run(law, given, run, curves, plan, todo, progress, kept):
 
 
 @jit_inline
-def copy_lanes(given, out):
+def copy_lanes(source, out):
     """out <- the numbers of eight members."""
     for k in range(LANES):
-        out[k] = given[k]
+        out[k] = source[k]
 
 
 @jit_inline
-def advance_members(law, given, words, records, constants, work, velocities, first, number, todo):
+def advance_members(
+    law, address, arguments, records, constants, work, velocities, first, number, todo
+):
     """Do ``todo`` steps of all members from the number-th on.
 
     Parameters
@@ -241,35 +252,44 @@ def advance_members(law, given, words, records, constants, work, velocities, fir
         the first rows of work and of a record for the velocities at the stages
     """
     d, s = (records.shape[1] - first) // work.shape[1], work.shape[1]
-    record_words, constant_words = words[RECORD], words[CONSTANTS]
+    record_address, constant_address = arguments[RECORD], arguments[CONSTANTS]
     for block in range(records.shape[0]):
-        words[RECORD] = record_words + 8 * LANES * block * records.shape[1]
-        words[CONSTANTS] = constant_words + 8 * LANES * block * constants.shape[1]
+        arguments[RECORD] = record_address + 8 * LANES * block * records.shape[1]
+        arguments[CONSTANTS] = constant_address + 8 * LANES * block * constants.shape[1]
         for i in range(d * s):
             copy_lanes(records[block, first + i], work[velocities + i // s, i % s])
-        do(law, given, words, PREPARE)
+        do(law, address, arguments, PREPARE)
         for k in range(number, number + todo):
-            words[NUMBER] = k
-            words[CONTINUES] = 1 if k > 0 else 0
-            do(law, given, words, STEP)
+            arguments[NUMBER] = k
+            arguments[CONTINUES] = 1 if k > 0 else 0
+            do(law, address, arguments, STEP)
         for i in range(d * s):
             copy_lanes(work[velocities + i // s, i % s], records[block, first + i])
-    words[RECORD], words[CONSTANTS] = record_words, constant_words
+    arguments[RECORD], arguments[CONSTANTS] = record_address, constant_address
 
 
 @cache
 def compiled_advance_run():
     """``advance_run`` compiled or cached, one kernel for all laws."""
-    whole = types.int64
-    signature = whole(whole, whole, ONE_RUN, CURVES, PLAN, whole, PROGRESS, KEPT)
+    integer = types.int64
+    signature = integer(integer, integer, ONE_RUN, CURVES, PLAN, integer, PROGRESS, RECORDING)
     return compiled_for(advance_run, signature, jit_inline)
 
 
 @cache
 def compiled_advance_members():
     """``advance_members`` compiled or cached, one kernel for all laws."""
-    whole = types.int64
+    integer = types.int64
     signature = types.void(
-        whole, whole, types.int64[::1], TENSOR3, TENSOR3, TENSOR3, whole, whole, whole, whole
+        integer,
+        integer,
+        types.int64[::1],
+        TENSOR3,
+        TENSOR3,
+        TENSOR3,
+        integer,
+        integer,
+        integer,
+        integer,
     )
     return compiled_for(advance_members, signature, jit_inline)

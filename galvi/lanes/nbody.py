@@ -50,7 +50,7 @@ from galvi.kernels.nystrom.step import (
     curve_coefficients,
     terms_to_extrapolate,
 )
-from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record
+from galvi.kernels.run_record import PLAN, PROGRESS, RECORDING, Plan, Recording, record
 from galvi.lanes import gravity
 from galvi.lanes.celestial import add_terms
 from galvi.lanes.gravity import LANES, combine, drift, fused
@@ -59,14 +59,14 @@ PAIR_PASSES = 3  # 2 and 4 are slower for some problems: docs/why.md
 
 
 class Bodies(NamedTuple):
-    """What attracts.
+    """The bodies, and the terms beside their attraction.
 
     Attributes
     ----------
     masses : array, shape (bodies,)
         G m
     heavy, light
-        whole numbers the bodies with a mass, and the massless ones
+        indices of the bodies with a mass, and of the massless ones
     pulls, poles
         terms of galvi.kernels.forces.celestial
     star
@@ -92,7 +92,7 @@ class Tables(NamedTuple):
 
 
 class Step(NamedTuple):
-    """The step that is being solved.
+    """The arrays of the current step.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class Step(NamedTuple):
     history : array, shape (4,)
         see galvi.kernels.nystrom.solve
     nearest : array, shape (P,)
-        least squared distances of two bodies at the stages; 0 if there is none
+        smallest squared distance of two bodies at each stage; 0 if not measured
     """
 
     state: Any
@@ -136,7 +136,7 @@ def pull_all(axes, bodies, Q, a):
 
 @jit_inline
 def pull_and_measure(axes, bodies, Q, a, nearest):
-    """As ``pull_all``; nearest (P,) <- the least squared distance of two bodies at each stage."""
+    """As ``pull_all``; nearest (P,) <- the smallest squared distance of two bodies, by stages."""
     masses, heavy, light = bodies.masses, bodies.heavy, bodies.light
     for k in range(Q.shape[1]):
         nearest[k] = math.inf
@@ -151,13 +151,13 @@ def pull_and_measure(axes, bodies, Q, a, nearest):
 
 
 @jit_inline
-def pull_pair(axes, bodies, planet, sign, Q, given, a):
-    """a <- given + sign times the attraction between the star and a planet, in their rows."""
+def pull_pair(axes, bodies, planet, sign, Q, initial, a):
+    """a <- initial + sign times the attraction between the star and a planet, in their rows."""
     star, masses = bodies.star, bodies.masses
     star_mass, planet_mass = sign * masses[star], sign * masses[planet]
     for chunk in range(Q.shape[1] // gravity.LANES):
         gravity.attract_pair(
-            axes, Q, given, a, star, planet, star_mass, planet_mass, Q.shape[1], chunk
+            axes, Q, initial, a, star, planet, star_mass, planet_mass, Q.shape[1], chunk
         )
 
 
@@ -174,7 +174,7 @@ def move_one(axes, moves, start, s, a, step, change, body):
 
 @jit_inline
 def add_low_parts(axes, moves, s, a, low):
-    """low += what the low part of h^2 A^T makes of the accelerations at the stages."""
+    """low += the low part of h^2 A^T times the accelerations at the stages."""
     for body in range(a.shape[0] // len(axes)):
         for chunk in range(a.shape[1] // gravity.LANES):
             gravity.add_combined(
@@ -184,10 +184,10 @@ def add_low_parts(axes, moves, s, a, low):
 
 @jit_inline
 def iterate_pair(axes, bodies, planet, moves, s, step):
-    """Some passes over the star and one planet, the attraction of all others in the scratch.
+    """PAIR_PASSES passes over the star and one planet; the scratch holds the other attractions.
 
-    Extrapolation predicts the fastest planet by far the worst, and these passes are cheap. They
-    contract like the passes over all bodies, which continue from their result.
+    Extrapolation predicts the fastest planet worst, and these passes are cheap. They contract like
+    the passes over all bodies, which continue from there.
     """
     history, a = step.history, step.a
     last, change = history[0], history[0]
@@ -205,7 +205,7 @@ def iterate_pair(axes, bodies, planet, moves, s, step):
 def iterate(axes, bodies, fastest_planet, moves, s, step, tolerance, counts):
     """Fixed-point iteration from stages Q until convergence; a holds the last accelerations.
 
-    Least distances are those of the second pass, which is accurate enough for that.
+    Distances are measured in the second pass, which is accurate enough.
     """
     Q, a, history, settled = step.Q, step.a, step.history, False
     step.nearest[0] = 0.0
@@ -243,7 +243,7 @@ RECONSIDER = 16  # steps between choices of the number of terms to extrapolate
 
 @jit_inline
 def choose_terms(axes, tables, a, out, terms, sizes):
-    """terms <- how many Legendre terms of each body's last accelerations to extrapolate.
+    """terms <- the number of Legendre terms of each body's accelerations to extrapolate.
 
     ``out`` (d, P) and ``sizes`` (s,) are scratch.
     """
@@ -260,7 +260,7 @@ def choose_terms(axes, tables, a, out, terms, sizes):
 
 
 @jit_inline
-def place(axes, bodies, tables, h, terms, a, step):
+def start_step(axes, bodies, tables, h, terms, a, step):
     """The start of a step: base, low, sizes = 1 / distances from the origin, and first stages Q.
 
     a holds the last step's accelerations, or the guess itself if ``terms`` is empty. Returns the
@@ -268,21 +268,31 @@ def place(axes, bodies, tables, h, terms, a, step):
     """
     state, sizes, c, star = step.state, step.sizes, tables.c, bodies.star
     dimension, padded, s = len(axes), c.shape[1], tables.series.shape[0]
-    largest, most, fastest_planet = 0.0, 0.0, 1 if star == 0 else 0
+    largest, largest_ratio, fastest_planet = 0.0, 0.0, 1 if star == 0 else 0
     for body in range(sizes.size):
         size, way = 0.0, 0.0
         for x in range(dimension):
             i = body * dimension + x
-            far = h * state[2, i]
-            far_low = fused(h, state[2, i], -far) + h * state[3, i]
+            displacement = h * state[2, i]
+            displacement_low = fused(h, state[2, i], -displacement) + h * state[3, i]
             for chunk in range(padded // LANES):
-                drift(c, step.base, step.low, i, far, far_low, state[1, i], padded, chunk)
-            way = max(way, abs(far))
-            size = max(size, abs(state[0, i]), abs(state[0, i] + far))
+                drift(
+                    c,
+                    step.base,
+                    step.low,
+                    i,
+                    displacement,
+                    displacement_low,
+                    state[1, i],
+                    padded,
+                    chunk,
+                )
+            way = max(way, abs(displacement))
+            size = max(size, abs(state[0, i]), abs(state[0, i] + displacement))
         sizes[body] = size
         largest = max(largest, size)
-        if body != star and way > most * size:
-            fastest_planet, most = body, way / size
+        if body != star and way > largest_ratio * size:
+            fastest_planet, largest_ratio = body, way / size
     for body in range(sizes.size):
         size = sizes[body] if sizes[body] > 0.0 else largest
         sizes[body] = 1.0 / size if size > 0.0 else 1.0
@@ -293,11 +303,11 @@ def place(axes, bodies, tables, h, terms, a, step):
 @jit_inline
 def any_near(nearest, fast, slow):
     """The squared distance ``fast`` if some bodies are within it or within slow^(1/3), else 0."""
-    least = math.inf
+    closest = math.inf
     for k in range(nearest.size):
-        least = min(least, nearest[k])
-    if least < fast or least * least * least < slow * slow:
-        return max(fast, 1.01 * least)
+        closest = min(closest, nearest[k])
+    if closest < fast or closest * closest * closest < slow * slow:
+        return max(fast, 1.01 * closest)
     return 0.0
 
 
@@ -312,9 +322,9 @@ def finish(axes, sums, h, a, state, out):
         combine(axes, sums, 0, a, out, body, sums.shape[0], a.shape[1], 0)
     for i in range(state.shape[1]):
         q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
-        far = h * v
-        rest = fused(h, v, -far) + (h * v_low + out[i, 3])
-        state[0, i], state[1, i] = moved(q, q_low, far, out[i, 1], rest)
+        displacement = h * v
+        remainder = fused(h, v, -displacement) + (h * v_low + out[i, 3])
+        state[0, i], state[1, i] = moved(q, q_low, displacement, out[i, 1], remainder)
         kicked, kick_low = two_sum(v, out[i, 0])
         state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))
         total += abs(state[0, i]) + abs(state[2, i])
@@ -322,21 +332,21 @@ def finish(axes, sums, h, a, state, out):
 
 
 @generic
-def moved(x, low, far, more, rest):
-    """x + far + more as a sum and its rounding error, from that of x and a small rest."""
-    end, lost = two_sum(x, far)
-    end, less = two_sum(end, more)
-    return two_sum(end, lost + (less + (low + rest)))
+def moved(x, low, displacement, increment, remainder):
+    """x + displacement + increment and its error, from ``low`` of x and a small remainder."""
+    end, lost = two_sum(x, displacement)
+    end, less = two_sum(end, increment)
+    return two_sum(end, lost + (less + (low + remainder)))
 
 
 @jit_inline
 def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, todo, progress, work,
-            spare, kept):  # fmt: skip
-    """Do ``todo`` more steps of a run; returns a code, as the general kernel."""
-    tableau, plan, kept, tables = (
+            spare, recording):  # fmt: skip
+    """Do ``todo`` more steps of a run; returns a code, as galvi.kernels.nystrom.advance."""
+    tableau, plan, recording, tables = (
         NystromTableau(*tableau),
         Plan(*plan),
-        Kept(*kept),
+        Recording(*recording),
         Tables(*tables),
     )
     state, stages, solver_state, counts, passage = progress
@@ -359,7 +369,7 @@ def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, tod
         now = Step(
             state, Q, new, work[2], work[3], scratch, spare[4, : masses.size], spare[5, :4], nearest
         )
-        fastest_planet = place(axes, bodies, tables, h, terms, a, now)
+        fastest_planet = start_step(axes, bodies, tables, h, terms, a, now)
         code = iterate(axes, bodies, fastest_planet, tables.ahead, s, now, plan.tolerance, counts)
         if code == SOLVED and not finish(axes, tables.sums, h, new, state, scratch):
             code = NOT_FINITE
@@ -369,15 +379,15 @@ def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, tod
             return code
         a, new = new, a
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
-        record(plan, kept, step, before[0], state[0], state[2])
+        record(plan, recording, step, before[0], state[0], state[2])
         limit = any_near(nearest, *near_limit(passage, before[2], h, n))
         if limit > 0.0:
             note_passages(
                 passage, Q, tableau.c, before[0], state[0], h, n, limit, plan.first + step + 1
             )
-        if kept.bases.shape[0] > 0:
+        if recording.bases.shape[0] > 0:
             copy_rows(stages, a)
-            curve_coefficients(tableau, h, before, stages, kept.curves[step])
+            curve_coefficients(tableau, h, before, stages, recording.curves[step])
     copy_rows(stages, a)
     return SOLVED
 
@@ -393,9 +403,9 @@ def copy_rows(target, source):
 @cache
 def compiled_advance(dimension):
     """``advance`` compiled or cached for bodies in the plane or in space."""
-    whole = types.int64
-    signature = whole(
-        types.UniTuple(whole, dimension), FIXED_VECTOR, *(FIXED_NUMBERS,) * 2, FIXED_MATRIX,
-        whole, TABLEAU, GRAVITY_TABLES, PLAN, whole, PROGRESS, TENSOR3, MATRIX, KEPT,
+    integer = types.int64
+    signature = integer(
+        types.UniTuple(integer, dimension), FIXED_VECTOR, *(FIXED_NUMBERS,) * 2, FIXED_MATRIX,
+        integer, TABLEAU, GRAVITY_TABLES, PLAN, integer, PROGRESS, TENSOR3, MATRIX, RECORDING,
     )  # fmt: skip
     return compiled_for(advance, signature, jit_inline)

@@ -22,80 +22,82 @@ CHANGE, SIZE = 0, 1  # rows of changes, for velocities; then the same for places
 
 
 class Rows:
-    """The rows of an array at some stages, and its numbers; a row may be counted from another."""
+    """Rows of an array at a vector of stages; an index is a number, or (row, offset)."""
 
-    def __init__(self, at, data):
-        self.at, self.data = at, data
+    def __init__(self, at, array):
+        self.at, self.data = at, array
 
-    def row(self, place):
-        return self.at.plus(*place) if isinstance(place, tuple) else self.at.padded.type(place)
+    def row(self, index):
+        return self.at.plus(*index) if isinstance(index, tuple) else self.at.padded.type(index)
 
-    def __getitem__(self, place):
-        return Lane(self.at.builder, self.at.load(self.data, self.row(place)))
+    def __getitem__(self, index):
+        return Lane(self.at.builder, self.at.load(self.data, self.row(index)))
 
-    def __setitem__(self, place, lane):
-        self.at.store(lane.value, self.data, self.row(place))
+    def __setitem__(self, index, lane):
+        self.at.store(lane.value, self.data, self.row(index))
 
-    def number(self, *place):
+    def number(self, *index):
         """A number of an array in one dimension, in all lanes."""
-        return Lane(self.at.builder, self.at.spread(self.at.number(self.data, self.row(place))))
+        return Lane(self.at.builder, self.at.spread(self.at.number(self.data, self.row(index))))
 
 
 class Stages(Lanes):
-    """As many stages of a step as a vector has lanes, for point masses in some dimensions."""
+    """A vector of stages of a step, for point masses."""
 
-    def __init__(self, context, builder, form, given, chunk):
-        super().__init__(context, builder, builder.extract_value(given, 3), chunk, form[1].count)
-        self.stages, self.axes = builder.extract_value(given, 2), range(form[0].count)
-        self.inverse, self.none = Reciprocals(context, builder), Lane(builder, self.nothing)
+    def __init__(self, context, builder, form, form_value, chunk):
+        super().__init__(
+            context, builder, builder.extract_value(form_value, 3), chunk, form[1].count
+        )
+        self.stages, self.axes = builder.extract_value(form_value, 2), range(form[0].count)
+        self.inverse, self.none = Reciprocals(context, builder), Lane(builder, self.zero)
 
-    def given(self, kind, value):
-        """An argument: rows of an array, a number in all lanes, or a whole number."""
+    def argument(self, kind, value):
+        """An argument: rows of an array, a float in all lanes, or an integer."""
         if isinstance(kind, types.Array):
-            return Rows(self, self.data(kind, value))
+            return Rows(self, self.pointer_to(kind, value))
         return Lane(self.builder, self.spread(value)) if isinstance(kind, types.Float) else value
 
     def sums_of(self, matrix, values, row):
         """sum_j values_j matrix_j of a body, for each axis."""
-        first = [self.nothing] * len(self.axes)
+        first = [self.zero] * len(self.axes)
         sums = self.sums(first, matrix.data, row.type(0), values.data, row, self.stages)
         return [Lane(self.builder, total) for total in sums]
 
     def renew(self, slopes, row, new, share, changes, first):
-        """A body's slopes become a share of the new ones and the rest of the old; changes add up
-        from the row ``first`` on."""
+        """A body's slopes <- share * new + (1 - share) * old; their changes and sizes are added to
+        rows ``first`` and ``first + 1`` of ``changes``."""
         changed, size = changes[first + CHANGE], changes[first + SIZE]
-        for x, one in enumerate(new):
+        for x, slope in enumerate(new):
             old = slopes[row, x]
-            changed, size = changed + abs(one - old), size + abs(one)
-            slopes[row, x] = share * one + (1.0 - share) * old
+            changed, size = changed + abs(slope - old), size + abs(slope)
+            slopes[row, x] = share * slope + (1.0 - share) * old
         changes[first + CHANGE], changes[first + SIZE] = changed, size
 
 
 def square(vector):
     """|vector|^2."""
-    return sum((one * one for one in vector[1:]), vector[0] * vector[0])
+    return sum((component * component for component in vector[1:]), vector[0] * vector[0])
 
 
 def in_lanes(code, returned=types.void):
     """An intrinsic function that generates ``code(stages, *arguments)`` for all stages of a step.
 
-    What the code returns is summed over the stages.
+    The lanes that the code returns are summed over the stages.
     """
 
     @intrinsic
     def called(typingctx, form, *arguments):
         def generate(context, builder, signature, values):
-            given = [builder.extract_value(values[1], i) for i in range(len(arguments))]
+            unpacked = [builder.extract_value(values[1], i) for i in range(len(arguments))]
             padded, width = builder.extract_value(values[0], 3), form.types[1].count
             kind = ir.VectorType(DOUBLE, width)
             total = cgutils.alloca_once_value(builder, ir.Constant(kind, [0.0] * width))
             chunks = builder.udiv(padded, padded.type(width))
             with cgutils.for_range(builder, chunks, intp=padded.type) as loop:
                 at = Stages(context, builder, form.types, values[0], loop.index)
-                found = code(at, *map(at.given, arguments, given))
-                if found is not None:
-                    builder.store(at.add(builder.load(total), found.value), total)
+                contribution = code(at, *map(at.argument, arguments, unpacked))
+                if contribution is not None:
+                    builder.store(at.add(builder.load(total), contribution.value), total)
             if returned == types.void:
                 return context.get_dummy_value()
             name = f"llvm.vector.reduce.fadd.v{width}f64"

@@ -11,7 +11,7 @@ time_row
 prepare()       does what is needed once a run
 begin()         first stages of a step, from the velocities
 one_pass(first) a pass, which notes the largest change; ``first`` of its step or not
-after_first_pass(judgement)   the sizes to which changes are relative
+after_first_pass(convergence)   the sizes to which changes are relative
 add_low_parts(chosen)         adds what the low parts of the tables make of the rates, for some runs
 ends()          [(field, i, its number at the step's end), ...], and whether that is within reach
 """
@@ -23,19 +23,19 @@ import math
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger
 from galvi.kernels.nystrom.solve import FIXED_POINT_PASSES
-from galvi.lanes.stopping import Judgement, Mask, terms_kept
-from galvi.lanes.vectors import of_words
+from galvi.lanes.stopping import Convergence, Mask, terms_kept
+from galvi.lanes.vectors import of_address
 
 PREPARE, STEP = range(2)  # parts
 LARGEST_GUESS = 64.0  # over the velocities before, above which its terms are chosen anew
 
 
 def extrapolate(kind):
-    """The velocities from those of the last step, by as many terms of a Legendre series as gain.
+    """Extrapolate the velocities of the last step by a Legendre series of the chosen length.
 
-    The number of terms is chosen in some steps, and where a guess outgrows what it extrapolates:
-    one that rounding makes 1e10 times too large gives sizes by which any change is small, and the
-    iteration would end before it began.
+    The number of terms is chosen in some steps, and anew where the guess is LARGEST_GUESS times the
+    velocities: sizes from a guess that rounding made 1e10 times too large would make any change
+    small, and end the iteration before it began.
     """
     rows, builder, guess = kind.rows, kind.rows.builder, kind.guess_row
     chosen, alive = Mask(builder, rows.runs), rows.field("alive") > 0.0
@@ -43,8 +43,8 @@ def extrapolate(kind):
         choose_terms(kind, alive)
         rows.extrapolate(kind.velocity_row, kind.series_row, kind.velocity_row)
         return
-    rest = builder.urem(rows.number, rows.row(rows.reconsider))
-    due = rows.for_all(builder.icmp_unsigned("==", rest, rows.row(0)))
+    remainder = builder.urem(rows.number, rows.row(rows.reconsider))
+    due = rows.for_all(builder.icmp_unsigned("==", remainder, rows.row(0)))
     chosen.set(alive & (due | (rows.field("terms") < 1.0)))
     if rows.merged:
         choose_terms(kind, chosen.value)
@@ -56,7 +56,7 @@ def extrapolate(kind):
             rows.largest_of(range(first, first + rows.d)) for first in (kind.velocity_row, guess)
         )
         chosen.set(~(after <= LARGEST_GUESS * before))
-        with builder.if_then((~chosen.value).every):
+        with builder.if_then((~chosen.value).all):
             loop.do_break()
     rows.chunks(
         lambda lanes: rows.store_rows(lanes, rows.load_rows(lanes, guess), kind.velocity_row)
@@ -64,11 +64,11 @@ def extrapolate(kind):
 
 
 def choose_terms(kind, chosen):
-    """How many terms to extrapolate, for some runs."""
+    """Choose the number of terms to extrapolate for the runs ``chosen``."""
     rows = kind.rows
 
     def measure(lanes):
-        largest, series = rows.nothing(), rows.series(lanes, kind.velocity_row)
+        largest, series = rows.zero(), rows.series(lanes, kind.velocity_row)
         for coefficient in series:
             largest = larger(abs(coefficient), largest)
         rows.keep_series(lanes, series, kind.series_row)
@@ -80,70 +80,69 @@ def choose_terms(kind, chosen):
         rows.keep_where(chosen, "terms", terms)
 
 
-def iterate(kind, judgement):
-    """Passes until those of no run go on."""
+def iterate(kind, convergence):
+    """Iterate until no run is active."""
     rows, builder = kind.rows, kind.rows.builder
-    judgement.begin(rows.field("alive") > 0.0)
+    convergence.begin(rows.field("alive") > 0.0)
     passes, tolerance = rows.variable(), rows.real(rows.terms)
     with cgutils.for_range(builder, rows.row(FIXED_POINT_PASSES), intp=rows.row) as loop:
         counted = passes.lane
-        passes.set((counted + 1.0).where(judgement.active.value, counted))
+        passes.set((counted + 1.0).where(convergence.active.value, counted))
         rows.forget()
         first = builder.icmp_unsigned("==", loop.index, rows.row(0))
         kind.one_pass(first)
         change = rows.change()
         with builder.if_else(first) as (at_first, later):
             with at_first:
-                kind.after_first_pass(judgement, change)
+                kind.after_first_pass(convergence, change)
             with later:
-                judgement.judge(change, tolerance)
-        with builder.if_then(judgement.settles.value.any):
-            kind.add_low_parts(judgement.settles.value)
-        with builder.if_then((~judgement.active.value).every):
+                convergence.judge(change, tolerance)
+        with builder.if_then(convergence.settles.value.any):
+            kind.add_low_parts(convergence.settles.value)
+        with builder.if_then((~convergence.active.value).all):
             loop.do_break()
     rows.keep("passes", rows.field("passes") + passes.lane)
 
 
-def one_step(kind, judgement):
-    """Do a step of all runs that are alive; a run whose step fails keeps its state and is not
-    alive any more."""
+def one_step(kind, convergence):
+    """Do a step of all runs that are alive; a run whose step fails keeps its state and ends."""
     rows, builder = kind.rows, kind.rows.builder
-    judgement.active.set(rows.field("alive") > 0.0)
+    convergence.active.set(rows.field("alive") > 0.0)
     rows.remember(kind.velocity_row, kind.series_row)
     with builder.if_then(builder.icmp_unsigned("!=", rows.continues, rows.row(0))):
         extrapolate(kind)
     rows.times(kind.time_row)
-    kind.begin(judgement)
-    iterate(kind, judgement)
+    kind.begin(convergence)
+    iterate(kind, convergence)
     ends, within = kind.ends()
     total = rows.variable().lane
     for name, _, number in ends:
         if name in ("q", "p"):
             total = total + abs(number)
-    done, lost = judgement.end(total < math.inf, within)
+    finished, lost = convergence.end(total < math.inf, within)
     for name, i, number in ends:
-        rows.keep_where(done, name, number, i)
+        rows.keep_where(finished, name, number, i)
     rows.keep_where(lost, "alive", 0.0)
     rows.keep_where(lost, "failed", rows.whole_number(rows.number) + 1.0)
-    rows.keep_where(lost, "code", judgement.code.lane)
+    rows.keep_where(lost, "code", convergence.code.lane)
 
 
 def generated(kind):
-    """An intrinsic of the address of the words of galvi.lanes.layouts: the parts of a step.
+    """An intrinsic of the address of the arguments of galvi.lanes.layouts: a step's parts.
 
     Parameters
     ----------
     kind
-        (context, builder, words) -> a kind of step
+        (context, builder, arguments) -> a kind of step
     """
 
-    def parts(context, builder, words):
-        made = kind(context, builder, words)
-        judgement = Judgement(builder, made.rule, made.rows.runs)
-        made.rows.active = judgement.active
-        for number, part in ((PREPARE, made.prepare), (STEP, lambda: one_step(made, judgement))):
-            asked = builder.icmp_unsigned("==", made.rows.part, made.rows.row(number))
-            with builder.if_then(asked):
+    def parts(context, builder, arguments):
+        step = kind(context, builder, arguments)
+        convergence = Convergence(builder, step.rule, step.rows.runs)
+        step.rows.active = convergence.active
+        for number, part in ((PREPARE, step.prepare), (STEP, lambda: one_step(step, convergence))):
+            selected = builder.icmp_unsigned("==", step.rows.part, step.rows.row(number))
+            with builder.if_then(selected):
                 part()
 
-    return of_words(parts)
+    return of_address(parts)

@@ -9,7 +9,8 @@ the rate is taken from the changes above CLEAR, and the passes that it asks for 
 down.
 
 The history of BY_COUNTDOWN is HISTORY numbers, of which the first four are those of ``decide``;
-the last known change, times the rate at each pass; that rate; OVER changes, the newest first.
+the last change above CLEAR times the rate of each pass since; that rate; RATE_CHANGES changes,
+the newest first.
 """
 
 from __future__ import annotations
@@ -30,9 +31,9 @@ from galvi.lanes.vectors import DOUBLE, everywhere
 
 HISTORY = 10  # numbers of history
 REST_CHANGE, RATE, CHANGES = 4, 5, 6  # indices there
-OVER = 4  # changes kept: errors oscillate, and the rate of convergence is a mean
+RATE_CHANGES = 4  # changes kept: errors oscillate, and the rate of convergence is a mean
 FAR_FROM_SOLVED = 1e4  # changes so many times larger than the tolerance are not looked at closely
-SOON = 1e-11  # relative change from which on the remaining passes are counted
+COUNTED_BELOW = 1e-11  # relative change from which on the remaining passes are counted
 CLEAR = 3e-15  # relative change that is not round-off
 # Relative change that may be slow convergence, if SLOW_PASSES passes lessen it.
 SLOW_CONVERGENCE = 1e-13
@@ -40,58 +41,60 @@ SLOW_PASSES = 12.0  # without a smaller change, after which convergence has ende
 
 
 def begin_countdown(history):
-    """Set history to its initial values."""
     solve.reset_history(history)
     history[REST_CHANGE], history[RATE] = np.inf, 0.5
-    for k in range(CHANGES, CHANGES + OVER):
+    for k in range(CHANGES, CHANGES + RATE_CHANGES):
         history[k] = np.inf
 
 
-def where_any(condition, compute, other):
-    """What is computed where a condition is true, elsewhere the other number; what costs time is
-    left out where it is true of no run."""
+def where_any(condition, compute, alternative):
+    """``compute()`` where a condition is true, elsewhere the alternative; not computed where it is
+    true of no run."""
     if not isinstance(condition, Truth):
-        return compute() if condition else other
+        return compute() if condition else alternative
     builder, runs = condition.builder, condition.value.type.count
-    chosen = Variable(builder, runs, other)
+    chosen = Variable(builder, runs, alternative)
     with builder.if_then(condition.any):
-        chosen.set(where(condition, compute(), other))
+        chosen.set(where(condition, compute(), alternative))
     return chosen.lane
 
 
 def rate_of(change, last, second, first):
-    """The mean rate since the first of OVER changes, or a careful guess from fewer; 0 if none."""
+    """The mean rate over RATE_CHANGES changes; from fewer an upper estimate, 0 for none."""
     guess = where(second < np.inf, larger(change / last, last / second), sqrt(change / last))
     return where(first < np.inf, sqrt(sqrt(change / first)), guess)
 
 
 def count_down(change, tolerance, history):
     """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass with this largest relative change."""
-    last, second, third, first = (history[k] for k in range(CHANGES, CHANGES + OVER))
+    last, second, third, first = (history[k] for k in range(CHANGES, CHANGES + RATE_CHANGES))
     for k, shifted in enumerate((change, last, second, third)):
         history[CHANGES + k] = shifted
-    known = [history[k] for k in range(CHANGES)]
+    old = [history[k] for k in range(CHANGES)]
     quick = (
-        (change > larger(FAR_FROM_SOLVED * tolerance, SOON))
+        (change > larger(FAR_FROM_SOLVED * tolerance, COUNTED_BELOW))
         & (change < 0.5 * last)
         & (last < np.inf)
     )
-    rate = known[RATE]
-    code, rest = solve.decide(change, tolerance, history), known[REST_CHANGE] * rate
-    left = rest * rate - tolerance * (1.0 - rate)  # above 0 where a further pass is needed
-    solved, least, idle = code < solve.NOT_FINITE, history[2], history[3]
+    rate = old[RATE]
+    code, remaining = solve.decide(change, tolerance, history), old[REST_CHANGE] * rate
+    left = remaining * rate - tolerance * (1.0 - rate)  # above 0 where a further pass is needed
+    solved, smallest, idle = code < solve.NOT_FINITE, history[2], history[3]
     # a rate may be small by chance, and some parts lag
     once_more = solved & (idle < solve.IDLE) & (tolerance < CLEAR) & (left > 0.0)
-    patient = solved & (least > SLOW_CONVERGENCE) & (idle >= solve.IDLE) & (idle < SLOW_PASSES)
-    rest, code = where(once_more, 0.0, rest), where(once_more | patient, solve.GOING, code)
-    clear = (change > CLEAR) & (change < SOON)
+    patient = solved & (smallest > SLOW_CONVERGENCE) & (idle >= solve.IDLE) & (idle < SLOW_PASSES)
+    remaining, code = (
+        where(once_more, 0.0, remaining),
+        where(once_more | patient, solve.GOING, code),
+    )
+    clear = (change > CLEAR) & (change < COUNTED_BELOW)
     new = where_any(clear, lambda: rate_of(change, last, second, first), 0.0)
     unknown = (new <= 0.0) | (new >= 1.0)
     left = where(unknown, left, change * new - tolerance * (1.0 - new))
-    rest, rate = where(unknown, rest, change), where(unknown, rate, new)
+    remaining, rate = where(unknown, remaining, change), where(unknown, rate, new)
     code = where((code > solve.DIVERGED) & (left <= 0.0), solve.SOLVED, code)
-    history[REST_CHANGE], history[RATE] = rest, rate
-    for k, number in enumerate(known[1:], 1):
+    history[REST_CHANGE], history[RATE] = remaining, rate
+    for k, number in enumerate(old[1:], 1):
         history[k] = where(quick, number, history[k])
     return where(quick, solve.GOING, code)
 
@@ -101,60 +104,59 @@ BY_COUNTDOWN = begin_countdown, count_down, HISTORY
 
 
 class Mask:
-    """A truth value for each run that changes, at first true."""
+    """A variable, one truth value a run; initially true."""
 
     def __init__(self, builder, runs):
         self.builder, kind = builder, ir.VectorType(ir.IntType(1), runs)
-        self.place = cgutils.alloca_once(builder, kind)
-        builder.store(everywhere(kind, 1), self.place)
+        self.pointer = cgutils.alloca_once(builder, kind)
+        builder.store(everywhere(kind, 1), self.pointer)
 
     @property
     def value(self):
-        """The current truth values."""
-        return Truth(self.builder, self.builder.load(self.place))
+        return Truth(self.builder, self.builder.load(self.pointer))
 
     def set(self, truth):
-        """Change them."""
-        self.builder.store(truth.value, self.place)
+        self.builder.store(truth.value, self.pointer)
 
 
 class Variable:
-    """A number for each run that changes."""
+    """A variable, one number a run."""
 
     def __init__(self, builder, runs, number=0.0):
         self.builder, self.kind = builder, ir.VectorType(DOUBLE, runs)
-        self.place = cgutils.alloca_once(builder, self.kind)
+        self.pointer = cgutils.alloca_once(builder, self.kind)
         self.set(number)
 
     @property
     def lane(self):
-        """The current numbers, whose operations are rounded one by one."""
-        return Lane(self.builder, self.builder.load(self.place), ())
+        """The current numbers; their operations are not fused."""
+        return Lane(self.builder, self.builder.load(self.pointer), ())
 
     def set(self, number):
-        """Change them, to a lane or one number for all."""
+        """Store a lane, or one number for all runs."""
         zero = Lane(self.builder, everywhere(self.kind, 0.0), ())
-        self.builder.store(zero.same(number).value, self.place)
+        self.builder.store(zero.same(number).value, self.pointer)
 
 
-class Judgement:
+class Convergence:
     """Which runs of a step still iterate, and which failed.
 
     Parameters
     ----------
     rule
-        begins a history of so many numbers, and judges a pass by it, in lanes
+        (begin, decide, size): functions that initialise a history of ``size`` numbers, and decide
+        by it after a pass whether the iteration ends
 
     Attributes
     ----------
     active
-        runs whose iteration goes on; what it has computed for the others is not changed
+        runs whose iteration goes on; the numbers of the others stay
     code
         how the iteration of each run ended, or GOING
     settled
-        runs of which a pass has changed little, from whose slopes low parts are formed
+        runs of which a pass changed little enough that its slopes give low parts
     settles
-        those whose last pass was the first of these; they iterate on
+        runs whose last pass was the first such one; they iterate on
     """
 
     def __init__(self, builder, rule, runs):
@@ -180,7 +182,7 @@ class Judgement:
         self.begin_history(self)
 
     def judge(self, change, tolerance):
-        """After a pass with this largest relative change, a lane; tolerance is one too."""
+        """Update all after a pass whose largest relative change is ``change``; lanes."""
         active = self.active.value
         settles = active & ~self.settled.value & gives_low_parts(change, tolerance)
         self.settles.set(settles)
@@ -191,9 +193,9 @@ class Judgement:
         self.active.set(active & (code > DIVERGED))
 
     def end(self, finite, within):
-        """After the last pass; whether the state at the step's end is finite, and within reach.
+        """Update the codes after the last pass, where the end state is finite, and within reach.
 
-        Returns the runs whose step is done, and those that failed.
+        Returns the runs whose step succeeded, and those whose step failed.
         """
         code = self.code.lane
         code = where((code < NOT_FINITE) & ~finite, NOT_FINITE, code)
@@ -209,9 +211,9 @@ def terms_kept(rows, size):
     Parameters
     ----------
     rows
-        a layout, of which the numbers are
+        a layout
     size
-        (index) -> the magnitudes of a term, of each run
+        (index) -> the magnitude of a term, for each run
     """
     builder, row, count, growth = rows.builder, rows.row, rows.terms, rows.real
     largest, best, terms = rows.variable(), rows.variable(math.inf), rows.variable(1.0)
@@ -219,22 +221,22 @@ def terms_kept(rows, size):
     with cgutils.for_range(builder, count, intp=row) as loop:
         largest.set(larger(size(loop.index), largest.lane))
     second, last = builder.sub(count, row(2)), builder.sub(count, row(1))
-    one = builder.icmp_unsigned("<", count, row(2))
-    second = builder.select(one, row(0), second)
+    single = builder.icmp_unsigned("<", count, row(2))
+    second = builder.select(single, row(0), second)
     with cgutils.for_range(builder, count, intp=row) as loop:
-        own = size(loop.index) * growth(loop.index)
+        term = size(loop.index) * growth(loop.index)
         first = builder.icmp_unsigned("==", loop.index, row(0))
-        small = own <= 4.0 * largest.lane
+        small = term <= 4.0 * largest.lane
         still = builder.select(first, everywhere(small.value.type, 1), small.value)
         open_.set(open_.value & Truth(builder, still))
         cost = EPSILON * largest.lane * growth(loop.index)
-        kept = builder.add(loop.index, row(1))
-        first = builder.select(builder.icmp_unsigned("<", kept, second), kept, second)
+        kept_count = builder.add(loop.index, row(1))
+        first = builder.select(builder.icmp_unsigned("<", kept_count, second), kept_count, second)
         after = builder.add(first, row(1))
         after = builder.select(builder.icmp_unsigned("<", after, last), after, last)
         for index in (first, after):
             cost = larger(size(index) * growth(index), cost)
         better = open_.value & (cost <= best.lane)
         best.set(cost.where(better, best.lane))
-        terms.set(rows.whole_number(kept).where(better, terms.lane))
+        terms.set(rows.whole_number(kept_count).where(better, terms.lane))
     return terms.lane

@@ -20,12 +20,12 @@ class Lane:
     Parameters
     ----------
     flags
-        of the operations on it: FUSED, or () where a rounding error is to be known
+        of its operations: FUSED, or () where rounding errors are computed
 
     Attributes
     ----------
     sine_cosine
-        both of these, once they were computed
+        (sine, cosine) once computed, else None
     """
 
     def __init__(self, builder, value, flags=FUSED):
@@ -34,99 +34,99 @@ class Lane:
 
     @property
     def exact(self):
-        """The same numbers, whose operations are rounded one by one."""
+        """The same numbers; their operations are not fused."""
         return Lane(self.builder, self.value, ())
 
     @property
     def fused(self):
-        """The same numbers, whose sums of products may be fused."""
+        """The same numbers; their sums of products may be fused."""
         return Lane(self.builder, self.value)
 
-    def _lane(self, other):
-        if isinstance(other, Lane):
-            return other.value
-        return everywhere(self.value.type, float(other))
+    def _lane(self, operand):
+        if isinstance(operand, Lane):
+            return operand.value
+        return everywhere(self.value.type, float(operand))
 
-    def same(self, other):
+    def same(self, operand):
         """A lane or a number as a lane."""
-        return other if isinstance(other, Lane) else self._made(self._lane(other))
+        return operand if isinstance(operand, Lane) else self._with_value(self._lane(operand))
 
     def power_by_products(self, twice):
         """The power twice / 2, an integer of at most 64 halves, by products and a square root."""
-        whole, half = divmod(abs(twice), 2)
+        exponent, half = divmod(abs(twice), 2)
         factors = [self.call("sqrt")] if half else []
         square = self
-        while whole:
-            factors += [square] if whole & 1 else []
-            whole >>= 1
-            square = square * square if whole else square
+        while exponent:
+            factors += [square] if exponent & 1 else []
+            exponent >>= 1
+            square = square * square if exponent else square
         product = factors[0] if factors else self.same(1.0)
         for factor in factors[1:]:
             product = product * factor
         return 1.0 / product if twice < 0 else product
 
     def power(self, exponent):
-        """A power, the same in all lanes: the nearest multiple of 1/4 by products and roots, times
-        exp(r log x) for a rest r of the exponent."""
-        builder, most = self.builder, DOUBLE(2.0**QUARTER_BITS - 1.0)
-        one = builder.extract_element(self.same(exponent).value, ir.IntType(32)(0))
-        nearest = _of_numbers(builder, "rint", builder.fmul(one, DOUBLE(4.0)))
-        count = _of_numbers(builder, "minnum", _of_numbers(builder, "fabs", nearest), most)
-        signed = _of_numbers(builder, "copysign", count, one)
-        rest = builder.fsub(one, builder.fmul(signed, DOUBLE(0.25)))
-        place = cgutils.alloca_once_value(builder, self.same(1.0).value)
-        self._multiply_by_quarters(place, builder.fptoui(count, ir.IntType(64)))
-        with builder.if_then(builder.fcmp_ordered("<", one, DOUBLE(0.0))):
-            builder.store((1.0 / self._made(builder.load(place))).value, place)
-        with builder.if_then(builder.fcmp_ordered("!=", rest, DOUBLE(0.0))):
-            lane = self._made(spread(builder, rest, self.value.type.count))
+        """x^exponent, one exponent for all lanes: x to its nearest multiple of 1/4 by products and
+        roots, times exp(r log x) for the remainder r."""
+        builder, cap = self.builder, DOUBLE(2.0**QUARTER_BITS - 1.0)
+        scalar = builder.extract_element(self.same(exponent).value, ir.IntType(32)(0))
+        nearest = _of_numbers(builder, "rint", builder.fmul(scalar, DOUBLE(4.0)))
+        count = _of_numbers(builder, "minnum", _of_numbers(builder, "fabs", nearest), cap)
+        signed = _of_numbers(builder, "copysign", count, scalar)
+        remainder = builder.fsub(scalar, builder.fmul(signed, DOUBLE(0.25)))
+        pointer = cgutils.alloca_once_value(builder, self.same(1.0).value)
+        self._multiply_by_quarters(pointer, builder.fptoui(count, ir.IntType(64)))
+        with builder.if_then(builder.fcmp_ordered("<", scalar, DOUBLE(0.0))):
+            builder.store((1.0 / self._with_value(builder.load(pointer))).value, pointer)
+        with builder.if_then(builder.fcmp_ordered("!=", remainder, DOUBLE(0.0))):
+            lane = self._with_value(spread(builder, remainder, self.value.type.count))
             factor = functions.exponential(lane * functions.logarithm(self))
-            builder.store((self._made(builder.load(place)) * factor).value, place)
-        return self._made(builder.load(place))
+            builder.store((self._with_value(builder.load(pointer)) * factor).value, pointer)
+        return self._with_value(builder.load(pointer))
 
-    def _multiply_by_quarters(self, place, count):
-        """The number at ``place`` times x^(count / 4), count below 2^QUARTER_BITS."""
+    def _multiply_by_quarters(self, pointer, count):
+        """The number at ``pointer`` times x^(count / 4), count below 2^QUARTER_BITS."""
         builder, factor = self.builder, self.call("sqrt")
         for bit in range(QUARTER_BITS):
             if bit > 1:
                 factor = self if bit == 2 else factor * factor
             chosen = builder.trunc(builder.lshr(count, count.type(bit)), ir.IntType(1))
             with builder.if_then(chosen):
-                own = factor if bit else factor.call("sqrt")
-                builder.store((self._made(builder.load(place)) * own).value, place)
+                power = factor if bit else factor.call("sqrt")
+                builder.store((self._with_value(builder.load(pointer)) * power).value, pointer)
 
-    def _made(self, value):
+    def _with_value(self, value):
         return Lane(self.builder, value, self.flags)
 
     def __add__(self, other):
-        return self._made(self.builder.fadd(self.value, self._lane(other), flags=self.flags))
+        return self._with_value(self.builder.fadd(self.value, self._lane(other), flags=self.flags))
 
     def __sub__(self, other):
-        return self._made(self.builder.fsub(self.value, self._lane(other), flags=self.flags))
+        return self._with_value(self.builder.fsub(self.value, self._lane(other), flags=self.flags))
 
     def __mul__(self, other):
-        return self._made(self.builder.fmul(self.value, self._lane(other), flags=self.flags))
+        return self._with_value(self.builder.fmul(self.value, self._lane(other), flags=self.flags))
 
     def __truediv__(self, other):
-        return self._made(self.builder.fdiv(self.value, self._lane(other)))
+        return self._with_value(self.builder.fdiv(self.value, self._lane(other)))
 
     def __rtruediv__(self, other):
-        return self._made(self.builder.fdiv(self._lane(other), self.value))
+        return self._with_value(self.builder.fdiv(self._lane(other), self.value))
 
     def __rsub__(self, other):
-        return self._made(self.builder.fsub(self._lane(other), self.value, flags=self.flags))
+        return self._with_value(self.builder.fsub(self._lane(other), self.value, flags=self.flags))
 
     def __abs__(self):
         return self.call("fabs")
 
     def __neg__(self):
-        return self._made(self.builder.fneg(self.value))
+        return self._with_value(self.builder.fneg(self.value))
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def _compared(self, sign, other, compare="fcmp_ordered"):
-        found = getattr(self.builder, compare)(sign, self.value, self._lane(other))
-        return Truth(self.builder, found)
+    def _compared(self, sign, operand, compare="fcmp_ordered"):
+        mask = getattr(self.builder, compare)(sign, self.value, self._lane(operand))
+        return Truth(self.builder, mask)
 
     def __gt__(self, other):
         return self._compared(">", other)
@@ -140,36 +140,38 @@ class Lane:
     def __le__(self, other):
         return self._compared("<=", other)
 
-    def where(self, condition, other):
-        """These numbers where a `Truth` is, and the other ones elsewhere."""
-        return self._made(self.builder.select(condition.value, self.value, self._lane(other)))
+    def where(self, condition, alternative):
+        """These numbers where a `Truth` is true, elsewhere the alternative."""
+        return self._with_value(
+            self.builder.select(condition.value, self.value, self._lane(alternative))
+        )
 
     def clipped(self, low, high):
-        """These numbers, or the nearest of low and high; NaN stays."""
+        """These numbers, clipped to [low, high]; NaN stays."""
         at_least = self.where(self._compared(">=", low, "fcmp_unordered"), low)
         return at_least.where(at_least._compared("<=", high, "fcmp_unordered"), high)
 
-    def call(self, name, *others):
-        """LLVM's intrinsic function of this and other lanes or numbers."""
-        values = [self.value, *(self._lane(other) for other in others)]
+    def call(self, name, *operands):
+        """LLVM's intrinsic function of this lane and the operands, lanes or numbers."""
+        values = [self.value, *(self._lane(operand) for operand in operands)]
         kind = self.value.type
         function = cgutils.get_or_insert_function(
             self.builder.module,
             ir.FunctionType(kind, [kind] * len(values)),
             f"llvm.{name}.v{kind.count}f64",
         )
-        return self._made(self.builder.call(function, values))
+        return self._with_value(self.builder.call(function, values))
 
     def _integers_of(self, bits):
         return ir.VectorType(ir.IntType(bits), self.value.type.count)
 
     @property
     def bits(self):
-        """The numbers as integers of 64 bits."""
+        """The bits of the numbers, 64-bit integers."""
         return self.builder.bitcast(self.value, self._integers_of(64))
 
     def integers(self, number):
-        """The integer in all lanes, as a constant of 64 bits."""
+        """A 64-bit integer constant in all lanes."""
         return everywhere(self._integers_of(64), number)
 
     def is_odd(self, bits):
@@ -178,11 +180,11 @@ class Lane:
 
     def of_bits(self, bits):
         """The lane with these bits."""
-        return self._made(self.builder.bitcast(bits, self.value.type))
+        return self._with_value(self.builder.bitcast(bits, self.value.type))
 
 
 def _of_numbers(builder, name, *numbers):
-    """LLVM's intrinsic function of numbers."""
+    """LLVM's intrinsic function of scalars."""
     kind = ir.FunctionType(DOUBLE, [DOUBLE] * len(numbers))
     called = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.f64")
     return builder.call(called, numbers)
@@ -207,7 +209,7 @@ class Truth:
         return Truth(self.builder, self.builder.not_(self.value))
 
     def select(self, x, y):
-        """x where it is true, else y, lanes or numbers; a lane rounded at each operation."""
+        """x where it is true, else y, lanes or numbers; operations on it are not fused."""
         kind = ir.VectorType(DOUBLE, self.value.type.count)
         values = [z.value if isinstance(z, Lane) else everywhere(kind, float(z)) for z in (x, y)]
         return Lane(self.builder, self.builder.select(self.value, *values), ())
@@ -219,45 +221,45 @@ class Truth:
 
     @property
     def any(self):
-        """Whether it is true in a lane."""
+        """Whether it is true in at least one lane."""
         return self.builder.icmp_unsigned("!=", self.bits, self.bits.type(0))
 
     @property
-    def every(self):
+    def all(self):
         """Whether it is true in all lanes."""
         return self.builder.icmp_unsigned("==", self.bits, self.bits.type(-1))
 
 
 class Several:
-    """Lanes of as many planets, whose long chains of operations run in parallel."""
+    """A lane for each of a few planets, whose long chains of operations run in parallel."""
 
     def __init__(self, lanes):
         self.lanes = tuple(lanes)
 
-    def _others(self, other):
-        return other.lanes if isinstance(other, Several) else (other,) * len(self.lanes)
+    def _lanes_of(self, operand):
+        return operand.lanes if isinstance(operand, Several) else (operand,) * len(self.lanes)
 
-    def each(self, function, *others):
-        """The function of each planet's lanes."""
-        columns = (self._others(other) for other in others)
+    def map(self, function, *operands):
+        """The function applied to the lanes of each planet."""
+        columns = (self._lanes_of(operand) for operand in operands)
         return Several(function(*row) for row in zip(self.lanes, *columns, strict=True))
 
     def __add__(self, other):
-        return self.each(lambda a, b: a + b, other)
+        return self.map(lambda a, b: a + b, other)
 
     def __sub__(self, other):
-        return self.each(lambda a, b: a - b, other)
+        return self.map(lambda a, b: a - b, other)
 
     def __rsub__(self, other):
-        return self.each(lambda a, b: b - a, other)
+        return self.map(lambda a, b: b - a, other)
 
     def __mul__(self, other):
-        return self.each(lambda a, b: a * b, other)
+        return self.map(lambda a, b: a * b, other)
 
     def __neg__(self):
-        return self.each(lambda a: -a)
+        return self.map(lambda a: -a)
 
     def __abs__(self):
-        return self.each(abs)
+        return self.map(abs)
 
     __radd__, __rmul__ = __add__, __mul__

@@ -21,7 +21,7 @@ FUSED = ("contract",)
 # Processor time in seconds to compile an instruction of a generated law, twice that where vectors
 # of eight fill two registers (12 ball joints in a chain: 57,000 instructions, 6 s).
 PER_INSTRUCTION = 1e-4
-NOTHING = ir.Constant(VECTOR, [0.0] * LANES)
+ZEROS = ir.Constant(VECTOR, [0.0] * LANES)
 
 
 def has_avx512(context):
@@ -33,27 +33,27 @@ AVX512 = has_avx512(cpu_target.target_context)
 
 
 def lanes_for(stages):
-    """The lanes of a vector for steps of so many stages.
+    """The lanes of a vector for steps of ``stages`` stages.
 
-    Where a register has four at most, eight lanes are two registers, the second of which would be
-    idle for 1 to 4, 9 to 12, ... stages.
+    Without AVX-512 a register has four lanes; the second of a vector of eight would be idle for
+    1 to 4, 9 to 12, ... stages.
     """
     return NARROW_LANES if 1 <= stages % LANES <= NARROW_LANES and not AVX512 else LANES
 
 
 def announce(builder):
-    """Tell who listens for GENERATED how long a function will take, before it is optimised."""
+    """Broadcast the estimated compilation time of a function to the listeners of GENERATED."""
     count = sum(len(block.instructions) for block in builder.function.blocks)
     seconds = PER_INSTRUCTION * count * (1 if AVX512 else 2)
     event.broadcast(event.Event(GENERATED, event.EventStatus.START, {"seconds": seconds}))
 
 
-def of_words(do):
-    """An intrinsic of the address of some words, which does what ``do`` (context, builder, words)
-    generates."""
+def of_address(do):
+    """An intrinsic of the address of some integers, which does what ``do`` (context, builder,
+    arguments) generates."""
 
     @intrinsic
-    def generated(typingctx, given):
+    def generated(typingctx, address):
         signature = types.void(types.int64)
 
         def generate(context, builder, signature, values):
@@ -80,7 +80,7 @@ def spread(builder, scalar, lanes):
 
 
 class Lanes:
-    """Loads, stores and arithmetic on the stages of a row that start at ``width`` chunk.
+    """Loads, stores and arithmetic on the stages of a row from width * chunk on.
 
     Parameters
     ----------
@@ -96,33 +96,33 @@ class Lanes:
         self.context, self.builder = context, builder
         self.padded, self.width = padded, width
         self.kind = ir.VectorType(DOUBLE, width)
-        self.nothing = everywhere(self.kind, 0.0)
+        self.zero = everywhere(self.kind, 0.0)
         self.offset = builder.mul(chunk, ir.Constant(chunk.type, width))
 
-    def data(self, array_type, array):
+    def pointer_to(self, array_type, array):
         return self.context.make_array(array_type)(self.context, self.builder, array).data
 
-    def address(self, data, row):
-        place = self.builder.add(self.builder.mul(row, self.padded), self.offset)
-        return self.builder.bitcast(self.builder.gep(data, [place]), self.kind.as_pointer())
+    def address(self, array, row):
+        index = self.builder.add(self.builder.mul(row, self.padded), self.offset)
+        return self.builder.bitcast(self.builder.gep(array, [index]), self.kind.as_pointer())
 
-    def load(self, data, row):
-        value = self.builder.load(self.address(data, row))
+    def load(self, array, row):
+        value = self.builder.load(self.address(array, row))
         value.align = 8
         return value
 
-    def store(self, value, data, row):
-        self.builder.store(value, self.address(data, row)).align = 8
+    def store(self, value, array, row):
+        self.builder.store(value, self.address(array, row)).align = 8
 
     def factor(self, matrix, row):
         """Numbers of a matrix, one for each stage."""
         return self.load(matrix, row)
 
-    def number(self, data, row, column=None):
-        place = (
+    def number(self, array, row, column=None):
+        index = (
             row if column is None else self.builder.add(self.builder.mul(row, self.padded), column)
         )
-        return self.builder.load(self.builder.gep(data, [place]))
+        return self.builder.load(self.builder.gep(array, [index]))
 
     def spread(self, scalar):
         return spread(self.builder, scalar, self.width)
@@ -148,9 +148,9 @@ class Lanes:
         return self.builder.call(function, values)
 
     def variable(self, value):
-        place = cgutils.alloca_once(self.builder, self.kind)
-        self.builder.store(value, place)
-        return place
+        pointer = cgutils.alloca_once(self.builder, self.kind)
+        self.builder.store(value, pointer)
+        return pointer
 
     def largest(self, bits):
         """The largest lane of a vector of integers."""
@@ -167,8 +167,8 @@ class Lanes:
         """
         builder = self.builder
         even = [self.variable(vector) for vector in first]
-        odd = [self.variable(self.nothing) for _ in first]
-        one, two = ir.Constant(stages.type, 1), ir.Constant(stages.type, 2)
+        odd = [self.variable(self.zero) for _ in first]
+        unit, two = ir.Constant(stages.type, 1), ir.Constant(stages.type, 2)
 
         def add(j, totals):
             factor = self.factor(factors, builder.add(start, j))
@@ -178,19 +178,19 @@ class Lanes:
 
         with cgutils.for_range(builder, builder.udiv(stages, two)) as loop:
             add(builder.mul(loop.index, two), even)
-            add(builder.add(builder.mul(loop.index, two), one), odd)
+            add(builder.add(builder.mul(loop.index, two), unit), odd)
         last = builder.trunc(stages, ir.IntType(1))
         with builder.if_then(last):
-            add(builder.sub(stages, one), even)
+            add(builder.sub(stages, unit), even)
         return [
-            self.add(builder.load(one), builder.load(other))
-            for one, other in zip(even, odd, strict=True)
+            self.add(builder.load(even_sum), builder.load(odd_sum))
+            for even_sum, odd_sum in zip(even, odd, strict=True)
         ]
 
-    def pull(self, places, here, row):
-        """The vector from ``here`` to the body whose rows start at ``row``, distance^2 and
+    def pull(self, places, position, row):
+        """The vector from ``position`` to the body whose rows start at ``row``, distance^2 and
         1 / distance^3."""
-        gaps = [self.sub(self.load(places, self.plus(row, x)), q) for x, q in enumerate(here)]
+        gaps = [self.sub(self.load(places, self.plus(row, x)), q) for x, q in enumerate(position)]
         square = self.mul(gaps[0], gaps[0])
         for gap in gaps[1:]:
             square = self.add(square, self.mul(gap, gap))

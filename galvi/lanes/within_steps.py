@@ -15,7 +15,7 @@ from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.lanes.frames import universal
 from galvi.lanes.frames.collocation import STAGES, TABLES, leave, solve_step
-from galvi.lanes.frames.kepler_motion import MOST_CORRECTIONS, NAN, dot
+from galvi.lanes.frames.kepler_motion import MAX_CORRECTIONS, NAN, dot
 from galvi.lanes.frames.rows import (
     ECCENTRICITY,
     OFFSET,
@@ -51,8 +51,9 @@ def enter_base(base, state):
 
 @intrinsic
 def move_orbits(typingctx, axes, mass, chunk, rows):
-    """Places q in a vector of lanes of the first D rows, with velocities v in the D rows after them
-    and times t in the next, <- those after t on Kepler's orbits; NaN where these were not found.
+    """Places q in a vector of lanes of the first D rows <- those after t on Kepler's orbits.
+
+    The next D rows are velocities v, the one after t; NaN where the iteration did not converge.
 
     Parameters
     ----------
@@ -71,28 +72,28 @@ def move_orbits(typingctx, axes, mass, chunk, rows):
         beta = 2.0 * mu / r0 - dot(v, v)
         zeta = mu - beta * r0
         mean = t * beta / mu
-        X, change = lanes.variable(mean.value), lanes.variable(lanes.nothing)
-        found = [lanes.variable(lanes.nothing) for _ in range(5)]
-        with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST_CORRECTIONS)) as loop:
+        X, change = lanes.variable(mean.value), lanes.variable(lanes.zero)
+        functions = [lanes.variable(lanes.zero) for _ in range(5)]
+        with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MAX_CORRECTIONS)) as loop:
             x = Lane(builder, builder.load(X))
             G = universal.universal(beta, x, universal.SERIES_TERMS)
             step = universal.far_correction(
                 beta, r0, eta, zeta, x, G, t, lambda a, b: a / b, square_root
             )
             builder.store(step.value, change)
-            for one, value in zip(found, G, strict=True):
-                builder.store(value.value, one)
-            with builder.if_then((abs(step) <= LAST_CUBIC_CORRECTION * abs(x)).every):
+            for pointer, value in zip(functions, G, strict=True):
+                builder.store(value.value, pointer)
+            with builder.if_then((abs(step) <= LAST_CUBIC_CORRECTION * abs(x)).all):
                 loop.do_break()
             builder.store((x + step).value, X)
-        x, step = (Lane(builder, builder.load(one)) for one in (X, change))
-        G = [Lane(builder, builder.load(one)) for one in found]
+        x, step = (Lane(builder, builder.load(pointer)) for pointer in (X, change))
+        G = [Lane(builder, builder.load(pointer)) for pointer in functions]
         _, G2, G3, _, _ = universal.moved(beta, G, step)
         solved = abs(step) <= LAST_CUBIC_CORRECTION * abs(x)
         f, g = 1.0 - mu * G2 / r0, t - mu * G3
         for k in range(D):
-            place = (f * q[k] + g * v[k]).where(solved, NAN)
-            lanes.store(place.value, matrix.data, row(k))
+            position = (f * q[k] + g * v[k]).where(solved, NAN)
+            lanes.store(position.value, matrix.data, row(k))
         return context.get_dummy_value()
 
     return types.void(axes, mass, chunk, rows), generate
@@ -156,9 +157,9 @@ def stretch_nodes(c, stretch, nodes):
         y = 2.0 * c[j] - 1.0
         nodes[PLACE, j], nodes[PACE, j] = y, 1.0
         if stretch >= LEAST_STRETCH:
-            whole = math.asin(stretch)
-            nodes[PLACE, j] = math.asin(stretch * y) / whole
-            nodes[PACE, j] = stretch / whole / math.sqrt(1.0 - (stretch * y) ** 2)
+            end_angle = math.asin(stretch)
+            nodes[PLACE, j] = math.asin(stretch * y) / end_angle
+            nodes[PACE, j] = stretch / end_angle / math.sqrt(1.0 - (stretch * y) ** 2)
 
 
 @jit_inline
@@ -172,7 +173,7 @@ def set_offsets(clock, length, b, c, nodes):
 
 
 @jit_inline
-def states_in_steps(functions, numbers, tables, stretch, steps, scratch, found):
+def states_in_steps(functions, numbers, tables, stretch, steps, scratch, outputs):
     """q, v (k, d) and codes (k,) <- states after times ``lengths`` (k,) since the starts of steps,
     by a shortened step each, whose passes converge.
 
@@ -181,18 +182,23 @@ def states_in_steps(functions, numbers, tables, stretch, steps, scratch, found):
     steps
         bases (k, 4, m) as above; lengths; and the reference orbit's mean anomaly over 2 pi at the
         starts (k,)
-    found
+    outputs
         (2, k, d), codes (k,) and counts; scratch as of galvi.lanes.frames.collocation, with a state
     """
     _, b, c, _, clock, _, _, coarse = tables
     bases, lengths, phases = steps
-    states, codes, counts = found
+    states, codes, counts = outputs
     stages, coarse_stages, work, spare, state = scratch
-    n, d, whole, turns = stages[0].shape[0] // 2, states.shape[2], numbers[LENGTH], clock[TURNS]
+    n, d, full_length, turns = (
+        stages[0].shape[0] // 2,
+        states.shape[2],
+        numbers[LENGTH],
+        clock[TURNS],
+    )
     for k in range(bases.shape[0]):
         enter_base(bases[k], state)
         call_void(functions[DRIFT], numbers, -0.5, state)
-        share = lengths[k] / whole
+        share = lengths[k] / full_length
         numbers[LENGTH], clock[TURNS], clock[PHASE] = lengths[k], turns * share, phases[k]
         call_void(functions[DRIFT], numbers, 0.5, state)
         if coarse[0].shape[0] > 0:
@@ -209,7 +215,7 @@ def states_in_steps(functions, numbers, tables, stretch, steps, scratch, found):
             codes[k] = SOLVED + 1
         for i in range(d):
             states[0, k, i], states[1, k, i] = state[0, i], state[2, i]
-        numbers[LENGTH], clock[TURNS] = whole, turns
+        numbers[LENGTH], clock[TURNS] = full_length, turns
 
 
 @cache
@@ -217,6 +223,6 @@ def compiled_states_in_steps():
     """``states_in_steps`` compiled or cached."""
     steps = types.Tuple((BASES, VECTOR, VECTOR))
     scratch = types.Tuple((STAGES, STAGES, MATRIX, MATRIX, MATRIX))
-    found = types.Tuple((PLACES, types.int64[::1], types.int64[::1]))
-    signature = types.void(types.int64[::1], VECTOR, TABLES, types.float64, steps, scratch, found)
+    outputs = types.Tuple((PLACES, types.int64[::1], types.int64[::1]))
+    signature = types.void(types.int64[::1], VECTOR, TABLES, types.float64, steps, scratch, outputs)
     return compiled_for(states_in_steps, signature, jit_inline)

@@ -16,7 +16,7 @@ from galvi.curves.clock_curves import ClockCurves
 from galvi.curves.redone_curves import RedoneCurves
 from galvi.input_checks import LARGEST_WHOLE
 from galvi.kernels.forces.passages import FOUND
-from galvi.kernels.nystrom.advance import NEVER
+from galvi.kernels.nystrom.advance import UNWATCHED
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -183,7 +183,7 @@ def unwatched(request: RunRequest) -> Trajectory:
 def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError | None:
     """The estimate for bodies without mass; None without any, or where the run is not watched."""
     request, work = stepper.request, stepper.work
-    if work.watch == NEVER or not has_massless(request.problem):
+    if work.watch == UNWATCHED or not has_massless(request.problem):
         return None
     _, stages, solver_state = stepper.formulation.initial_state(request.problem, request.method)
 

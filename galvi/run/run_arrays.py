@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from galvi.arrays import Array, read_only
 from galvi.kernels.forces.passages import FOUND
-from galvi.kernels.nystrom.advance import DONE, NEVER
-from galvi.kernels.run_record import Kept, Plan, Progress
+from galvi.kernels.nystrom.advance import DONE, UNWATCHED
+from galvi.kernels.run_record import Plan, Progress, Recording
 from galvi.problem import Problem
 from galvi.run.request import RunRequest
 from galvi.systems.lagrangian import Lagrangian
@@ -114,7 +114,7 @@ class RunArrays(NamedTuple):
         solver_state = state[2].copy()
         solver_state[DONE] = 0
         rows = steps if start.keeps_curves else 0
-        watch = watched_steps(steps) if watched else NEVER
+        watch = watched_steps(steps) if watched else UNWATCHED
         seen = ((start.first + steps) >> watch) - (start.first >> watch) + watched
         stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
         passage = passage_record(problem, start.passage)
@@ -189,7 +189,7 @@ def run_plan(
         work.watch,
     )
     progress = Progress(work.state, work.stages, work.solver_state, work.counts, work.passage)
-    kept = Kept(work.saved_q, work.saved_moving, work.bases, work.coefficients, work.seen)
+    kept = Recording(work.saved_q, work.saved_moving, work.bases, work.coefficients, work.seen)
     return tuple(plan), tuple(progress), tuple(kept)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
-from galvi.kernels.nystrom.advance import NEVER
+from galvi.kernels.nystrom.advance import UNWATCHED
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.energies import States, conserves_energy, velocities_at_the_end
@@ -30,7 +30,7 @@ VELOCITIES = 2  # the row of the state that has them
 def assess_run(formulation: Formulation, request: RunRequest, work: RunArrays) -> EnergyReport:
     """The report on a run so far; nothing of a system that does not conserve its energy."""
     problem, start = request.problem, request.checkpoint
-    if work.done == 0 or work.watch == NEVER or not conserves_energy(problem.system):
+    if work.done == 0 or work.watch == UNWATCHED or not conserves_energy(problem.system):
         return EnergyReport(energies=start.energies)
     samples = samples_of(formulation, request, work)
     report = assess_energy(

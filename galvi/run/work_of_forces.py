@@ -25,7 +25,7 @@ from numpy.polynomial.legendre import leggauss
 
 from galvi.arrays import Array, read_only
 from galvi.kernels.energy_errors import ENERGY_ROUND_OFF, REST_SHARE, TOLERATED
-from galvi.kernels.nystrom.advance import NEVER
+from galvi.kernels.nystrom.advance import UNWATCHED
 from galvi.problem import Problem, WithFunctions
 from galvi.run.energies import States, energies, force_on, mass_matrix, working_force
 from galvi.run.energy_assessment import EnergyReport, assess_steps, in_words
@@ -72,7 +72,7 @@ def assess_work(
         does a run of one step again
     """
     so_far = request.checkpoint.energies
-    if work.done == 0 or work.watch == NEVER:
+    if work.done == 0 or work.watch == UNWATCHED:
         return EnergyReport(energies=so_far)
     with np.errstate(all="ignore"):
         try:

@@ -25,7 +25,7 @@ from galvi.kernels.forces import lagrangian_derivatives
 from galvi.whole_files import write_whole
 
 POWER = "power"  # of galvi.lanes.elementary
-KEPT_EXPRESSIONS = 1000  # most expressions whose code is kept on disk, 60 kB each
+MAX_CACHED_EXPRESSIONS = 1000  # most expressions whose code is kept on disk, 60 kB each
 EXPRESSIONS_FOLDER = "galvi-expressions"
 FROM_MATH = {"erf", "erfc", "gamma", "lgamma"}
 FROM_NUMPY = {
@@ -45,19 +45,19 @@ IN_NUMPY = {
 
 
 def written(
-    results: Sequence[Any],
+    expressions: Sequence[Any],
     arguments: Mapping[Any, str],
     store: Callable[[int, str], str],
     power: str = "",
 ) -> list[str]:
-    """Lines of Python that compute the results, with common subexpressions computed once.
+    """Lines of Python that compute the expressions, with common subexpressions computed once.
 
     Parameters
     ----------
     arguments
         symbol -> its place in the code, e.g. 'q[0]'
     store
-        (index of the result, its code) -> the line that stores it
+        (index of the expression, its code) -> the line that stores it
     power
         name of a function for powers; "" for the operator **
 
@@ -69,10 +69,10 @@ def written(
     import sympy
 
     shared, reduced = sympy.cse(
-        list(results), symbols=sympy.numbered_symbols("x", real=True), order="canonical"
+        list(expressions), symbols=sympy.numbered_symbols("x", real=True), order="canonical"
     )
     used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
-    lines = [f"{s} = {place}" for s, place in arguments.items() if s in used]
+    lines = [f"{s} = {code}" for s, code in arguments.items() if s in used]
     lines += [f"{name} = {printed(e, power)}" for name, e in shared]
     return lines + [store(k, printed(e, power)) for k, e in enumerate(reduced)]
 
@@ -119,9 +119,9 @@ def printed(expression: Any, power: str = "") -> str:
             return self._nested("minimum", of.args)
 
         def _nested(self, name: str, of: Any) -> str:
-            first, *others = of
-            rest = others and self._nested(name, others)
-            return f"{name}({self._print(first)}, {rest})" if rest else str(self._print(first))
+            first, *following = of
+            nested = following and self._nested(name, following)
+            return f"{name}({self._print(first)}, {nested})" if nested else str(self._print(first))
 
     try:
         code = Printer({"fully_qualified_modules": False, "strict": True}).doprint(expression)
@@ -166,25 +166,25 @@ def functions_in(code: str) -> set[str]:
 @lru_cache(maxsize=256)
 def functions(text: str) -> Mapping[str, Any]:
     """The functions of a source by name, without the digest; compiled at the first call."""
-    path = _kept(text)
+    path = _cached_file(text)
     # Compiled code on disk is tied to a module that can be imported.
     names: dict[str, Any] = {"__name__": __name__, "np": np}
     exec(compile(text, str(path or "<an expression>"), "exec"), names)
-    made = {name: f for name, f in names.items() if re.search("_[0-9a-f]{16}$", name)}
-    return {name.rpartition("_")[0]: jit(function) for name, function in made.items()}
+    generated = {name: f for name, f in names.items() if re.search("_[0-9a-f]{16}$", name)}
+    return {name.rpartition("_")[0]: jit(function) for name, function in generated.items()}
 
 
-def _kept(text: str) -> Path | None:
+def _cached_file(text: str) -> Path | None:
     """The cached file with this text, written if absent; None where the cache is not writable."""
     with suppress(RuntimeError, OSError):
         folder = (
             Path(KernelCache(lagrangian_derivatives.rigid_body.py_func).cache_path)
             / EXPRESSIONS_FOLDER
         )
-        place = folder / hashlib.sha256(text.encode()).hexdigest()[:16]
-        path = place / "expression.source"
+        entry = folder / hashlib.sha256(text.encode()).hexdigest()[:16]
+        path = entry / "expression.source"
         if not path.exists() or path.read_text("utf-8") != text:
-            place.mkdir(parents=True, exist_ok=True)
+            entry.mkdir(parents=True, exist_ok=True)
             write_whole(path, text)
             _tidy(folder)
         os.utime(path)
@@ -193,9 +193,9 @@ def _kept(text: str) -> Path | None:
 
 
 def _tidy(folder: Path) -> None:
-    """Delete all but the KEPT_EXPRESSIONS most recently used expressions."""
+    """Delete all but the MAX_CACHED_EXPRESSIONS most recently used expressions."""
     by_use = sorted(folder.glob("*/expression.source"), key=lambda path: path.stat().st_mtime)
-    for path in by_use[:-KEPT_EXPRESSIONS]:
+    for path in by_use[:-MAX_CACHED_EXPRESSIONS]:
         shutil.rmtree(path.parent, ignore_errors=True)
 
 

@@ -10,14 +10,16 @@ from galvi import input_checks
 from galvi.input_checks import shown
 
 
-def in_words(expression: Any, words: Mapping[Any, str]) -> str:
+def in_words(expression: Any, readable: Mapping[Any, str]) -> str:
     """The expression as text, its symbols replaced by these names."""
     import sympy
 
-    return str(expression.xreplace({own: sympy.Symbol(name) for own, name in words.items()}))
+    return str(
+        expression.xreplace({symbol: sympy.Symbol(name) for symbol, name in readable.items()})
+    )
 
 
-def real_expression(what: str, expression: Any) -> Any:
+def real_expression(label: str, expression: Any) -> Any:
     """The expression itself, numbers converted to SymPy.
 
     Raises
@@ -35,23 +37,23 @@ def real_expression(what: str, expression: Any) -> Any:
         shape = getattr(expression, "shape", None)
         received = repr(expression) if shape is None else f"a matrix of shape {shape}"
         remedy = " Take its entry, L[0]." if shape == (1, 1) else ""
-        raise TypeError(f"{what} must be a SymPy expression; received {received}.{remedy}")
+        raise TypeError(f"{label} must be a SymPy expression; received {received}.{remedy}")
     infinite = (sympy.I, sympy.zoo, sympy.oo, -sympy.oo, sympy.nan)
     if expression.has(*infinite):
-        raise ValueError(f"{what} must be real and finite; received {expression}.")
+        raise ValueError(f"{label} must be real and finite; received {expression}.")
     return expression
 
 
 def complete(
-    what: str, found: Any, known: set[Any], words: Mapping[Any, str], names: set[str]
+    label: str, expression: Any, allowed: set[Any], readable: Mapping[Any, str], names: set[str]
 ) -> Any:
     """The expression itself; ValueError for an unevaluated operation or an unknown symbol.
 
     Parameters
     ----------
-    known
+    allowed
         all symbols that it may contain
-    words
+    readable
         symbol -> its name in the user's notation
     names
         names of the symbols given by the user; another symbol of such a name has different
@@ -60,35 +62,35 @@ def complete(
     import sympy
     from sympy.core.function import AppliedUndef
 
-    left = found.atoms(
+    left = expression.atoms(
         sympy.Derivative, sympy.Integral, sympy.Sum, sympy.Product, sympy.Limit, sympy.Subs
     )
     if left:
-        received = ", ".join(sorted(in_words(x, words) for x in left))
+        received = ", ".join(sorted(in_words(x, readable) for x in left))
         raise ValueError(
-            f"{what} must be an expression of q, v and t without derivatives, integrals or sums "
+            f"{label} must be an expression of q, v and t without derivatives, integrals or sums "
             f"left to do; received {received}. Call doit() on it, or replace velocities by those "
             f"in v.{unlike({*map(str, left)} & names)}"
         )
-    unknown = {*map(str, found.free_symbols - known)}
+    unknown = {*map(str, expression.free_symbols - allowed)}
     if unknown:
         raise ValueError(
-            f"{what} must hold nothing but q, v, t and parameters; received "
+            f"{label} must hold nothing but q, v, t and parameters; received "
             f"{', '.join(sorted(unknown))}.{_to_give(unknown - names)}{unlike(unknown & names)}"
         )
-    undefined = found.atoms(AppliedUndef)
+    undefined = expression.atoms(AppliedUndef)
     if undefined:
-        received = ", ".join(sorted(in_words(x, words) for x in undefined))
+        received = ", ".join(sorted(in_words(x, readable) for x in undefined))
         raise ValueError(
-            f"{what} must be made of known functions; received {received}. Put its formula in its "
+            f"{label} must be made of known functions; received {received}. Put its formula in its "
             f"place.{unlike({*map(str, undefined)} & names)}"
         )
-    if found.has(sympy.I, sympy.zoo, sympy.oo, -sympy.oo, sympy.nan):
+    if expression.has(sympy.I, sympy.zoo, sympy.oo, -sympy.oo, sympy.nan):
         raise ValueError(
-            f"{what} must be real and finite for real coordinates; received "
-            f"{in_words(found, words)}."
+            f"{label} must be real and finite for real coordinates; received "
+            f"{in_words(expression, readable)}."
         )
-    return found
+    return expression
 
 
 def _to_give(unknown: set[str]) -> str:
@@ -163,37 +165,40 @@ def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> 
             f"{len(places)}. Give them in the order of q."
         )
     numbers = _numbers(parameters, sympy)
-    given = [*places, *rates, *([] if t is None else [t]), *numbers]
-    twice = sorted({str(x) for x in given if given.count(x) > 1})
+    symbols = [*places, *rates, *([] if t is None else [t]), *numbers]
+    twice = sorted({str(x) for x in symbols if symbols.count(x) > 1})
     if twice:
         raise ValueError(
             f"coordinates, velocities, time and parameters must all differ; received "
             f"{', '.join(twice)} more than once. Rename one of them."
         )
-    own = {
+    real_symbols = {
         kind: tuple(sympy.Symbol(f"{kind}{i}", real=True) for i in range(count))
         for kind, count in (("q", len(places)), ("v", len(rates)), ("c", len(numbers)))
     }
     time = sympy.Symbol("t", real=True)
     replaced = [
-        dict(zip(rates, own["v"], strict=True)),
-        {**dict(zip(places, own["q"], strict=True)), **dict(zip(numbers, own["c"], strict=True))},
+        dict(zip(rates, real_symbols["v"], strict=True)),
+        {
+            **dict(zip(places, real_symbols["q"], strict=True)),
+            **dict(zip(numbers, real_symbols["c"], strict=True)),
+        },
         {} if t is None else {t: time},
     ]
-    known = {*own["q"], *own["v"], *own["c"], time}
-    names = {str(x) for x in given}
+    allowed = {*real_symbols["q"], *real_symbols["v"], *real_symbols["c"], time}
+    names = {str(x) for x in symbols}
 
-    def read(what: str, expression: Any) -> Any:
-        found = real_expression(what, expression)
+    def read(label: str, expression: Any) -> Any:
+        expression = real_expression(label, expression)
         for step in replaced:
-            found = found.xreplace(step)
-        return complete(what, found, known, words, names)
+            expression = expression.xreplace(step)
+        return complete(label, expression, allowed, readable, names)
 
-    words = {a: _name(x) for a, x in zip(own["q"], places, strict=True)}
-    words |= {a: _name(x) for a, x in zip(own["v"], rates, strict=True)}
-    words |= {a: str(x) for a, x in zip(own["c"], numbers, strict=True)}
+    readable = {a: _name(x) for a, x in zip(real_symbols["q"], places, strict=True)}
+    readable |= {a: _name(x) for a, x in zip(real_symbols["v"], rates, strict=True)}
+    readable |= {a: str(x) for a, x in zip(real_symbols["c"], numbers, strict=True)}
     if t is not None:
-        words[time] = str(t)
+        readable[time] = str(t)
     forces = None
     if force is not None:
         rows = _listed("force", force)
@@ -206,40 +211,42 @@ def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> 
     return Expressions(
         read("the Lagrangian", L),
         forces,
-        own["q"],
-        own["v"],
+        real_symbols["q"],
+        real_symbols["v"],
         time,
-        own["c"],
+        real_symbols["c"],
         tuple(numbers.values()),
-        words,
+        readable,
     )
 
 
-def _several(name: str, given: Any) -> list[Any]:
+def _several(name: str, symbols: Any) -> list[Any]:
     from sympy import Derivative, Symbol
     from sympy.core.function import AppliedUndef
 
-    found = _listed(name, given)
-    if not found or not all(isinstance(x, Symbol | AppliedUndef | Derivative) for x in found):
+    items = _listed(name, symbols)
+    if not items or not all(isinstance(x, Symbol | AppliedUndef | Derivative) for x in items):
         raise TypeError(
             f"{name} must hold SymPy symbols, or functions of the time such as theta(t); received "
-            f"{given!r}."
+            f"{symbols!r}."
         )
-    return found
+    return items
 
 
-def _listed(name: str, given: Any) -> list[Any]:
+def _listed(name: str, collection: Any) -> list[Any]:
     """The items of a list, tuple, array or matrix; a single item as a list of one."""
     import sympy
 
-    if isinstance(given, Set | Mapping | sympy.Set | sympy.Dict):
+    if isinstance(collection, Set | Mapping | sympy.Set | sympy.Dict):
         raise TypeError(
             f"{name} must be a list, in the order of the coordinates; "
-            f"received {shown(given)}, which "
+            f"received {shown(collection)}, which "
             f"has no order."
         )
-    several = isinstance(given, Iterable | sympy.MatrixBase) and not isinstance(given, str)
-    return list(given) if several else [given]
+    several = isinstance(collection, Iterable | sympy.MatrixBase) and not isinstance(
+        collection, str
+    )
+    return list(collection) if several else [collection]
 
 
 def _velocities(places: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
@@ -248,9 +255,9 @@ def _velocities(places: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
 
     times = {x.args for x in places if not isinstance(x, Symbol)}
     if times:
-        (when, *others) = times
+        (when, *further_times) = times
         single = len(when) == 1 and isinstance(when[0], Symbol)
-        if others or not single or (t is not None and t != when[0]):
+        if further_times or not single or (t is not None and t != when[0]):
             raise ValueError(
                 f"coordinates must be functions of the time alone, the same for all; received "
                 f"{', '.join(map(str, places))}"
@@ -273,17 +280,17 @@ def _velocities(places: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
 def _numbers(parameters: Any, sympy: Any) -> dict[Any, float]:
     if parameters is not None and not isinstance(parameters, Mapping):
         raise TypeError(f"parameters must be a dict of symbols; received {shown(parameters)}.")
-    given = dict(parameters or {})
-    for symbol in given:
+    numbers = dict(parameters or {})
+    for symbol in numbers:
         if not isinstance(symbol, sympy.Symbol):
             raise TypeError(
                 f"parameters must have SymPy symbols as keys; received {shown(symbol)}."
                 + " Give the symbol, not its name." * isinstance(symbol, str)
             )
-    ordered = sorted(given, key=lambda symbol: (symbol.name, str(symbol.assumptions0)))
+    ordered = sorted(numbers, key=lambda symbol: (symbol.name, str(symbol.assumptions0)))
     plain = {
         x: float(y) if isinstance(y, sympy.Expr) and y.is_number and y.is_real else y
-        for x, y in given.items()
+        for x, y in numbers.items()
     }
     return {x: input_checks.real(f"parameter {x}", plain[x]) for x in ordered}
 

@@ -63,16 +63,16 @@ class SymbolicForce:
         return symbolic_code.functions(self.source)["force"], np.array(self.constants)
 
 
-def symbolic_force(given: Expressions) -> SymbolicForce:
+def symbolic_force(parsed: Expressions) -> SymbolicForce:
     """The generalised forces of these expressions, compiled."""
-    assert given.forces is not None
+    assert parsed.forces is not None
     lines = symbolic_code.written(
-        given.forces, given.places, lambda k, code: f"out[1, {k}] += {code}"
+        parsed.forces, parsed.places, lambda k, code: f"out[1, {k}] += {code}"
     )
     text = symbolic_code.source({"force": ("q, v, t, c, out", lines)})
-    words = f"[{', '.join(map(given.text, given.forces))}]"
-    law = printed_force(given.forces, given.places)
-    return SymbolicForce(words, text, given.values, law, given.names)
+    readable = f"[{', '.join(map(parsed.text, parsed.forces))}]"
+    law = printed_force(parsed.forces, parsed.places)
+    return SymbolicForce(readable, text, parsed.values, law, parsed.names)
 
 
 NAME = "LagrangesMethod"
@@ -93,7 +93,7 @@ def read_lagranges_method(method: Any) -> tuple[Any, list[Any], list[Any] | None
     Raises
     ------
     ValueError
-        For one with constraints.
+        For a method with constraints.
     """
     if len(method.coneqs):
         raise ValueError(
@@ -107,8 +107,8 @@ def read_lagranges_method(method: Any) -> tuple[Any, list[Any], list[Any] | None
     time = coordinates[0].args[0]
     rates = [x.diff(time) for x in coordinates]
     forces: list[Any] = [0] * len(coordinates)
-    for place, load in method.forcelist:
-        velocity = getattr(place, "ang_vel_in" if hasattr(place, "ang_vel_in") else "vel")
+    for target, load in method.forcelist:
+        velocity = getattr(target, "ang_vel_in" if hasattr(target, "ang_vel_in") else "vel")
         moving = velocity(method.inertial)
         for k, rate in enumerate(rates):
             along = moving.diff(rate, method.inertial, var_in_dcm=False)
@@ -138,46 +138,46 @@ def symbolic(
         L, q, force = read_lagranges_method(L)
     elif q is None:
         raise TypeError("q must hold the coordinates of the expression; received none.")
-    given = expressions(L, q, v, t, parameters, force)
-    surfaces = kinks.surfaces(given.L, {*given.q, *given.v, given.t})
-    found = SymbolicLagrangian(
-        given.text(given.L),
-        _source(given, surfaces),
-        given.values,
-        len(given.q),
-        tuple(map(given.text, surfaces)),
+    parsed = expressions(L, q, v, t, parameters, force)
+    surfaces = kinks.surfaces(parsed.L, {*parsed.q, *parsed.v, parsed.t})
+    lagrangian = SymbolicLagrangian(
+        parsed.text(parsed.L),
+        _source(parsed, surfaces),
+        parsed.values,
+        len(parsed.q),
+        tuple(map(parsed.text, surfaces)),
         ""
         if surfaces
         else lane_law.printed_law(
-            given.q, given.v, given.t, given.L, given.places, kinks.differentiated
+            parsed.q, parsed.v, parsed.t, parsed.L, parsed.places, kinks.differentiated
         ),
-        sympy.srepr(given.L),
-        given.names,
+        sympy.srepr(parsed.L),
+        parsed.names,
     )
-    for k, words in enumerate(found.switching):
-        where = kinks.find_kink(found, k)
+    for k, surface in enumerate(lagrangian.switching):
+        where = kinks.find_kink(lagrangian, k)
         if where:
             warnings.warn(
-                f"the Lagrangian is not twice differentiable where {words} changes its sign: its "
+                f"the Lagrangian is not twice differentiable where {surface} changes its sign: its "
                 f"{where} there. Steps across lose their order; smooth it, or end the run there.",
                 stacklevel=3,
             )
-    external = None if given.forces is None else symbolic_force(given)
-    return found, given.t in given.L.free_symbols, external
+    external = None if parsed.forces is None else symbolic_force(parsed)
+    return lagrangian, parsed.t in parsed.L.free_symbols, external
 
 
-def _source(given: Expressions, surfaces: tuple[Any, ...]) -> str:
-    d, places = len(given.q), given.places
-    by = [kinks.differentiated(given.L, x) for x in (*given.v, *given.q)]
+def _source(parsed: Expressions, surfaces: tuple[Any, ...]) -> str:
+    d, places = len(parsed.q), parsed.places
+    by = [kinks.differentiated(parsed.L, x) for x in (*parsed.v, *parsed.q)]
     bodies = {
         "law": (by, lambda k, code: f"out[{k // d}, {k % d}] = {code}"),
-        "value": ([given.L], lambda k, code: f"out[{k}] = {code}"),
+        "value": ([parsed.L], lambda k, code: f"out[{k}] = {code}"),
         "switches": (surfaces, lambda k, code: f"out[{k}] = {code}"),
     }
     return symbolic_code.source(
         {
-            name: ("q, v, t, c, out", symbolic_code.written(results, places, store))
-            for name, (results, store) in bodies.items()
-            if results
+            name: ("q, v, t, c, out", symbolic_code.written(formulas, places, store))
+            for name, (formulas, store) in bodies.items()
+            if formulas
         }
     )

@@ -32,26 +32,26 @@ UNARY: dict[str, Callable[[float], float]] = {
     for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh")
 }
 ODD, EVEN = ("sin", "tan", "sinh", "tanh"), ("cos", "cosh")
-MOST_NODES = 20_000  # nodes, beyond which tracing is given up
-MOST_FACTORS = 64  # a power up to which an integer one is made of products
+MAX_NODES = 20_000  # nodes, beyond which tracing is given up
+MAX_FACTORS = 64  # a power up to which an integer one is made of products
 
 
 class Graph:
-    """The nodes made so far, in an order in which each follows its arguments."""
+    """The nodes, each after its arguments."""
 
     def __init__(self) -> None:
-        self.known: dict[tuple[Any, ...], Node] = {}
+        self.nodes: dict[tuple[Any, ...], Node] = {}
         self.refusal = ""
 
     def node(self, kind: str, *arguments: Any) -> Node:
         """The node of this kind and arguments, without simplification."""
         key = (kind, *(x.index if isinstance(x, Node) else (x,) for x in arguments))
-        found = self.known.get(key)
-        if found is None:
-            if len(self.known) == MOST_NODES:
-                self.refuse(f"its derivatives have more than {MOST_NODES} terms")
-            found = self.known[key] = Node(self, len(self.known), kind, arguments)
-        return found
+        node = self.nodes.get(key)
+        if node is None:
+            if len(self.nodes) == MAX_NODES:
+                self.refuse(f"its derivatives have more than {MAX_NODES} terms")
+            node = self.nodes[key] = Node(self, len(self.nodes), kind, arguments)
+        return node
 
     def number(self, value: float) -> Node:
         """A number; -0.0 is 0.0."""
@@ -69,7 +69,7 @@ class Graph:
         return out.reshape(shape)
 
     def refuse(self, why: str) -> NoReturn:
-        """Raise `Untraceable`, and note it, since a function may catch what is raised in it."""
+        """Raise `Untraceable`, and store why: the traced function may catch the exception."""
         self.refusal = self.refusal or why
         raise Untraceable(why)
 
@@ -114,17 +114,17 @@ class Graph:
             self.refuse("a product of its numbers underflows")
         if u is None or w is None:
             return self.scaled(factor, w if u is None else u)
-        c, found = self._product(u, w).split
-        return self.scaled(factor * c, found)
+        c, node = self._product(u, w).split
+        return self.scaled(factor * c, node)
 
     def _product(self, u: Node, w: Node) -> Node:
         """u w; square roots and inverses of the same node cancel."""
-        (base, halves), (other, more) = _halves(u), _halves(w)
-        halves += more
-        if base is not other or abs(halves) > 2:
+        (base, halves), (base_w, halves_w) = _halves(u), _halves(w)
+        halves += halves_w
+        if base is not base_w or abs(halves) > 2:
             return self.node("*", *sorted((u, w), key=_index))
-        found = (self.number(1.0), base.sqrt(), base)[abs(halves)]
-        return self.inverse(found) if halves < 0 else found
+        power = (self.number(1.0), base.sqrt(), base)[abs(halves)]
+        return self.inverse(power) if halves < 0 else power
 
     def inverse(self, x: Node) -> Node:
         """1 / x."""
@@ -148,8 +148,8 @@ class Graph:
         if name in ODD + EVEN:
             turned = u.kind == "-" and u.arguments[0].index < u.arguments[1].index
             if (a < 0.0) != turned:
-                found = self.node(name, -x)
-                return -found if name in ODD else found
+                node = self.node(name, -x)
+                return -node if name in ODD else node
         return self.node(name, x)
 
     def power(self, x: Node, y: Node) -> Node:
@@ -164,14 +164,14 @@ class Graph:
                 self.refuse(f"it takes {x.value} to the power {p}")
         if p in (0.5, -0.5):
             return self.inverse(x.sqrt()) if p < 0.0 else x.sqrt()
-        if p != int(p) or abs(p) > MOST_FACTORS:
+        if p != int(p) or abs(p) > MAX_FACTORS:
             return self.node("power", x, p)
-        found, square, left = self.number(1.0), x, abs(int(p))
+        product, square, left = self.number(1.0), x, abs(int(p))
         while left:
-            found = found * square if left % 2 else found
+            product = product * square if left % 2 else product
             left //= 2
             square = square * square if left else square
-        return self.inverse(found) if p < 0.0 else found
+        return self.inverse(product) if p < 0.0 else product
 
 
 def _unary(name: str) -> Callable[[Any], Any]:
@@ -182,17 +182,17 @@ def _unary(name: str) -> Callable[[Any], Any]:
 
 
 def _operator(operation: Callable[[Graph, Node, Node], Node]) -> Callable[[Node, Any], Any]:
-    """A method of a node and what may be no number."""
+    """A method of a node and an operand, NotImplemented unless that is a number."""
 
-    def of_nodes(node: Node, other: Any) -> Any:
-        y = node.graph.lifted(other)
+    def of_nodes(node: Node, operand: Any) -> Any:
+        y = node.graph.lifted(operand)
         return NotImplemented if y is None else operation(node.graph, node, y)
 
     return of_nodes
 
 
 def _comparison(compare: Callable[[Any, Any], bool]) -> Callable[[Node, Any], bool]:
-    return lambda node, other: compare(node.value, other)
+    return lambda node, operand: compare(node.value, operand)
 
 
 class Node:
@@ -206,7 +206,7 @@ class Node:
 
     @property
     def value(self) -> float:
-        """The value of a number; what has none is refused."""
+        """The value of a number; `Untraceable` for any other node."""
         if self.kind != "number":
             self.graph.refuse("it branches on, or converts, an expression of the state")
         return float(self.arguments[0])
@@ -259,9 +259,9 @@ class Node:
         _unary, ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh")
     )
 
-    def arctan2(self, other: Any) -> Node:
-        """The angle of the point (other, self)."""
-        x = self.graph.lifted(other)
+    def arctan2(self, abscissa: Any) -> Node:
+        """The angle of the point (abscissa, self)."""
+        x = self.graph.lifted(abscissa)
         if x is None:
             self.graph.refuse("it takes an angle of what is no number")
         if self.kind == x.kind == "number":
@@ -278,8 +278,8 @@ class Node:
         root: Node = ((1.0 - self) * (1.0 + self)).sqrt()
         return root.arctan2(self)
 
-    def hypot(self, other: Any) -> Any:
-        return (self * self + other * other) ** 0.5
+    def hypot(self, y: Any) -> Any:
+        return (self * self + y * y) ** 0.5
 
     def log2(self) -> Any:
         return self.log() / math.log(2.0)

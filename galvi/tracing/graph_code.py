@@ -8,25 +8,25 @@ from galvi.tracing.graph import Node
 
 
 def reachable(nodes: Sequence[Node]) -> list[Node]:
-    """The nodes and all those that they are made of, each after its arguments."""
-    found, left = {}, list(nodes)
+    """The nodes and all that they depend on, each after its arguments."""
+    by_index, left = {}, list(nodes)
     while left:
         node = left.pop()
-        if node.index not in found:
-            found[node.index] = node
+        if node.index not in by_index:
+            by_index[node.index] = node
             left += [x for x in node.arguments if isinstance(x, Node)]
-    return [found[k] for k in sorted(found)]
+    return [by_index[k] for k in sorted(by_index)]
 
 
 def gradient(node: Node, variables: Sequence[Node]) -> list[Node]:
     """The derivatives of a node by variables; the number 0 where it does not depend on one."""
     zero = node.graph.number(0.0)
     by = {node.index: node.graph.number(1.0)}
-    for each in reversed(reachable([node])):
-        adjoint = by.get(each.index)
+    for descendant in reversed(reachable([node])):
+        adjoint = by.get(descendant.index)
         if adjoint is None:
             continue
-        for argument, partial in partials(each):
+        for argument, partial in partials(descendant):
             so_far = by.get(argument.index)
             term = adjoint * partial
             by[argument.index] = term if so_far is None else so_far + term
@@ -34,18 +34,18 @@ def gradient(node: Node, variables: Sequence[Node]) -> list[Node]:
 
 
 def partials(node: Node) -> list[tuple[Node, Node]]:
-    """The arguments that are no numbers, each with the derivative by it."""
+    """Pairs of an argument that is no number and the derivative by it."""
     if node.kind in ("number", "variable"):
         return []
-    x, *others = node.arguments
-    one = node.graph.number(1.0)
-    if not others:
+    x, *second = node.arguments
+    unit = node.graph.number(1.0)
+    if not second:
         return [(x, _derivative(node, x))]
-    y = others[0]
+    y = second[0]
     if node.kind == "+":
-        pair = one, one
+        pair = unit, unit
     elif node.kind == "-":
-        pair = one, -one
+        pair = unit, -unit
     elif node.kind == "*":
         pair = y, x
     elif node.kind == "atan2":
@@ -60,20 +60,20 @@ def partials(node: Node) -> list[tuple[Node, Node]]:
 
 def _derivative(node: Node, x: Node) -> Node:
     """The derivative of a function of one argument."""
-    one = node.graph.number(1.0)
-    found: dict[str, Callable[[], Node]] = {
+    unit = node.graph.number(1.0)
+    derivatives: dict[str, Callable[[], Node]] = {
         "inverse": lambda: -(node * node),
         "sin": x.cos,
         "cos": lambda: -x.sin(),
-        "tan": lambda: one + node * node,
+        "tan": lambda: unit + node * node,
         "exp": lambda: node,
         "sinh": x.cosh,
         "cosh": x.sinh,
-        "tanh": lambda: one - node * node,
-        "log": lambda: one / x,
-        "sqrt": lambda: one / (node + node),
+        "tanh": lambda: unit - node * node,
+        "log": lambda: unit / x,
+        "sqrt": lambda: unit / (node + node),
     }
-    return found[node.kind]()
+    return derivatives[node.kind]()
 
 
 LITERAL = (0.0, 1.0, -1.0)
@@ -96,16 +96,16 @@ class GraphCode:
         """The numbers in c."""
         return tuple(self.places)
 
-    def written(self, results: Sequence[Node], power: str = "") -> tuple[list[str], list[str]]:
-        """Lines that compute the results, and the code of each result.
+    def written(self, outputs: Sequence[Node], power: str = "") -> tuple[list[str], list[str]]:
+        """Lines that compute the nodes, and the code of each.
 
         Parameters
         ----------
         power
             name of a function for powers; "" for the operator **
         """
-        nodes = reachable(results)
-        divisors = _divisors(nodes, results)
+        nodes = reachable(outputs)
+        divisors = _divisors(nodes, outputs)
         code: dict[int, str] = {}
         lines: list[str] = []
         for node in nodes:
@@ -116,7 +116,7 @@ class GraphCode:
             elif node.index not in divisors:
                 code[node.index] = f"x{len(lines)}"
                 lines.append(f"{code[node.index]} = {_formula(node, code, power)}")
-        return lines, [code[x.index] for x in results]
+        return lines, [code[x.index] for x in outputs]
 
     def _number(self, value: float) -> str:
         if value in LITERAL:
@@ -124,18 +124,18 @@ class GraphCode:
         return f"c[{self.places.setdefault(value, len(self.places))}]"
 
 
-def _divisors(nodes: Sequence[Node], results: Sequence[Node]) -> set[int]:
+def _divisors(nodes: Sequence[Node], outputs: Sequence[Node]) -> set[int]:
     """The inverses that are used once, as a factor, so that the product can be a quotient."""
-    uses = dict.fromkeys((x.index for x in results), 2)
+    uses = dict.fromkeys((x.index for x in outputs), 2)
     for node in nodes:
         for x in node.arguments:
             if isinstance(x, Node):
                 uses[x.index] = uses.get(x.index, 0) + 1
-    found: set[int] = set()
+    divisors: set[int] = set()
     for node in nodes:
         once = [x for x in node.arguments if node.kind == "*" and x.kind == "inverse"]
-        found.update(x.index for x in once[:1] if uses[x.index] == 1)
-    return found
+        divisors.update(x.index for x in once[:1] if uses[x.index] == 1)
+    return divisors
 
 
 def _formula(node: Node, code: dict[int, str], power: str) -> str:

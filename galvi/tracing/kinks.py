@@ -34,29 +34,33 @@ def surfaces(L: Any, moving: set[Any]) -> tuple[Any, ...]:
     """
     import sympy
 
-    found = {a.args[0] for a in L.atoms(sympy.Abs, sympy.sign, sympy.Heaviside)}
+    switching = {a.args[0] for a in L.atoms(sympy.Abs, sympy.sign, sympy.Heaviside)}
     for extreme in L.atoms(sympy.Max, sympy.Min):
-        found |= {a - b for a, b in combinations(extreme.args, 2)}
+        switching |= {a - b for a, b in combinations(extreme.args, 2)}
     for pieces in L.atoms(sympy.Piecewise):
         for _, condition in pieces.args:
-            found |= {r.lhs - r.rhs for r in condition.atoms(sympy.core.relational.Relational)}
-    found = {expression for expression in found if expression.free_symbols & moving}
-    return tuple(sorted(found, key=sympy.default_sort_key))
+            switching |= {r.lhs - r.rhs for r in condition.atoms(sympy.core.relational.Relational)}
+    switching = {expression for expression in switching if expression.free_symbols & moving}
+    return tuple(sorted(switching, key=sympy.default_sort_key))
 
 
 def differentiated(L: Any, x: Any) -> Any:
     """dL/dx away from kinks; ValueError for a function without a known derivative, naming it."""
     import sympy
 
-    found = L.diff(x).replace(sympy.DiracDelta, lambda *_: sympy.Integer(0))
-    left = found.atoms(sympy.Derivative, sympy.Subs)
+    derivative = L.diff(x).replace(sympy.DiracDelta, lambda *_: sympy.Integer(0))
+    left = derivative.atoms(sympy.Derivative, sympy.Subs)
     if left:
-        heads = sorted({str(f.func) for one in left for f in one.atoms(sympy.Function)})
+        heads = sorted({str(f.func) for term in left for f in term.atoms(sympy.Function)})
         raise ValueError(
             f"the Lagrangian must be differentiable; received {', '.join(heads)}, whose derivative "
             f"SymPy does not know. Write it in other functions."
         )
-    return found.rewrite(sympy.Heaviside, sympy.Piecewise) if found.has(sympy.Heaviside) else found
+    return (
+        derivative.rewrite(sympy.Heaviside, sympy.Piecewise)
+        if derivative.has(sympy.Heaviside)
+        else derivative
+    )
 
 
 def find_kink(L: Any, k: int) -> str:
@@ -66,18 +70,18 @@ def find_kink(L: Any, k: int) -> str:
     for trial in range(TRIALS):
         size = SIZES[trial % len(SIZES)]
         ends = size * draw.standard_normal((2, 2 * d + 1))
-        here, there = ends
+        start, end = ends
         signs = [_sign(L, k, x) for x in ends]
         if signs[0] * signs[1] >= 0.0:
             continue
         for _ in range(BRACKET_HALVINGS):
-            middle = 0.5 * (here + there)
+            middle = 0.5 * (start + end)
             if _sign(L, k, middle) == signs[0]:
-                here = middle
+                start = middle
             else:
-                there = middle
+                end = middle
         along = ends[1] - ends[0]
-        jump = _jump(L, 0.5 * (here + there), along / np.linalg.norm(along), size)
+        jump = _jump(L, 0.5 * (start + end), along / np.linalg.norm(along), size)
         if jump:
             return jump
     return ""
@@ -85,10 +89,10 @@ def find_kink(L: Any, k: int) -> str:
 
 def check_start(L: Any, q: Array, v: Array, t: float) -> None:
     """Raise ValueError when the motion starts on a kink, where L has no second derivatives."""
-    for k, words in enumerate(L.switching):
+    for k, surface in enumerate(L.switching):
         if is_kink(L, k, q, v, t):
             raise ValueError(
-                f"the Lagrangian is not twice differentiable at the start, where {words} "
+                f"the Lagrangian is not twice differentiable at the start, where {surface} "
                 f"changes its sign. Start elsewhere, or smooth it."
             )
 
@@ -118,12 +122,13 @@ def _jump(L: Any, x: Array, along: Array, size: float) -> str:
     """The discontinuity of L across x along a direction, in words; '' for none."""
     gaps, scales = [], []
     for distance in (FAR_FROM_SURFACE * size, NEAR_SURFACE * size):
-        sides = [_seen(L, x, sign * distance * along, distance) for sign in (1.0, -1.0)]
+        sides = [_one_sided(L, x, sign * distance * along, distance) for sign in (1.0, -1.0)]
         gaps.append([np.abs(a - b) for a, b in zip(*sides, strict=True)])
         scales.append([np.abs(a) + np.abs(b) for a, b in zip(*sides, strict=True)])
-    for name, far, near, scale in zip(NAMES, *gaps, scales[1], strict=True):
+    for name, distant_gap, close_gap, scale in zip(NAMES, *gaps, scales[1], strict=True):
         if np.any(
-            (near > PERSISTS * far) & (near > DIFFERENCE_NOISE * np.max(scale, initial=1e-300))
+            (close_gap > PERSISTS * distant_gap)
+            & (close_gap > DIFFERENCE_NOISE * np.max(scale, initial=1e-300))
         ):
             return name
     rough, fine = (float(np.max(scale[2])) for scale in scales)
@@ -134,12 +139,12 @@ def _jump(L: Any, x: Array, along: Array, size: float) -> str:
     )
 
 
-def _seen(L: Any, x: Array, away: Array, distance: float) -> list[Array]:
+def _one_sided(L: Any, x: Array, away: Array, distance: float) -> list[Array]:
     """L, its first derivatives and their change along the direction, at a distance from x."""
-    near, far = _split(x + away), _split(x + 2.0 * away)
-    slopes = L.slopes(*near)
+    close, distant = _split(x + away), _split(x + 2.0 * away)
+    slopes = L.slopes(*close)
     sense = 1.0 if np.sum(away) >= 0.0 else -1.0
-    return [np.array([L(*near)]), slopes, sense * (L.slopes(*far) - slopes) / distance]
+    return [np.array([L(*close)]), slopes, sense * (L.slopes(*distant) - slopes) / distance]
 
 
 def _sign(L: Any, k: int, x: Array) -> float:

@@ -17,31 +17,31 @@ from galvi.tracing.code import POWER
 FUNCTIONS = {"sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER}
 # Coordinates up to which a force in lanes is written out.
 WIDEST_FORCE, WIDEST_COUPLED_FORCE = 64, 12
-LONGEST = 4_000  # operations: two milliseconds of compilation each
-LONGEST_KNOWN = 9_000  # likewise of a built-in law: EIH of 11 bodies has 8,000
+MAX_OPERATIONS = 4_000  # operations: two milliseconds of compilation each
+MAX_BUILT_IN_OPERATIONS = 9_000  # likewise of a built-in law: EIH of 11 bodies has 8,000
 # A module with a function ``compiled``: a step of a law.
 STEP = """from galvi.lanes.{module} import generated_step
 {law}
 
-step_of_law = generated_step(law, {given})
+step_of_law = generated_step(law, {arguments})
 
 
-def compiled_DIGEST(words):
-    step_of_law(words)
+def compiled_DIGEST(address):
+    step_of_law(address)
 """
 
 
 @lru_cache(maxsize=256)
-def compiled_law(module: str, law: str, *given: Any) -> Callable[..., Any]:
+def compiled_law(module: str, law: str, *arguments: Any) -> Callable[..., Any]:
     """The ``generated_step`` of a module of galvi.lanes with the lines that define ``law``,
     compiled at its first call.
 
     Parameters
     ----------
-    given
-        its other arguments
+    arguments
+        arguments of ``generated_step`` after the law
     """
-    text = STEP.format(module=module, law=law, given=", ".join(map(repr, given)))
+    text = STEP.format(module=module, law=law, arguments=", ".join(map(repr, arguments)))
     return cast(
         Callable[..., Any], symbolic_code.functions(symbolic_code.with_digest(text))["compiled"]
     )
@@ -49,8 +49,8 @@ def compiled_law(module: str, law: str, *given: Any) -> Callable[..., Any]:
 
 def built_in(name: str, *arguments: Any) -> str:
     """The lines that define a law of galvi.lanes.laws, made with these arguments."""
-    given = ", ".join(map(repr, arguments))
-    return f"from galvi.lanes.laws import {name}\n\nlaw = {name}({given})\n"
+    literals = ", ".join(map(repr, arguments))
+    return f"from galvi.lanes.laws import {name}\n\nlaw = {name}({literals})\n"
 
 
 @lru_cache(maxsize=256)
@@ -98,47 +98,47 @@ def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any
     """The lines that define the law of a SymPy Lagrangian; "" where lanes lack a function of it."""
     d = len(q)
     momenta = [differentiated(L, x) for x in v]
-    results = [differentiated(L, x) for x in q] + momenta
-    results += [differentiated(momenta[i], v[j]) for i in range(d) for j in range(i + 1)]
-    lines = symbolic_code.written(results, places, lambda k, code: f"r{k} = {code}", POWER)
-    return law_lines(lines, [f"r{k}" for k in range(len(results))], d)
+    expressions = [differentiated(L, x) for x in q] + momenta
+    expressions += [differentiated(momenta[i], v[j]) for i in range(d) for j in range(i + 1)]
+    lines = symbolic_code.written(expressions, places, lambda k, code: f"r{k} = {code}", POWER)
+    return law_lines(lines, [f"r{k}" for k in range(len(expressions))], d)
 
 
-def law_lines(lines: Sequence[str], results: Sequence[str], d: int) -> str:
+def law_lines(lines: Sequence[str], formulas: Sequence[str], d: int) -> str:
     """The lines that define a law, as `function_lines`.
 
     Parameters
     ----------
-    results
+    formulas
         the code of dL/dq and dL/dv, (d,) each, and of the rows of d2L/dv2 up to its diagonal
     """
-    rows, rest = [], results[2 * d :]
+    rows, packed = [], formulas[2 * d :]
     for i in range(d):
-        rows.append(f"[{', '.join(rest[: i + 1])}]")
-        rest = rest[i + 1 :]
-    listed = [f"[{', '.join(part)}]" for part in (results[:d], results[d : 2 * d], rows)]
+        rows.append(f"[{', '.join(packed[: i + 1])}]")
+        packed = packed[i + 1 :]
+    listed = [f"[{', '.join(part)}]" for part in (formulas[:d], formulas[d : 2 * d], rows)]
     return function_lines("law(q, v, t, c)", lines, listed)
 
 
-def function_lines(head: str, lines: Sequence[str], results: Sequence[str]) -> str:
+def function_lines(head: str, lines: Sequence[str], formulas: Sequence[str]) -> str:
     """The lines that define a function which returns a list; "" where lanes lack a function of it.
 
     Parameters
     ----------
     lines
-        that compute what the code of the results refers to
+        that compute the variables of the formulas
     """
-    text = "\n".join([*lines, *results])
+    text = "\n".join([*lines, *formulas])
     used = sorted(symbolic_code.functions_in(text))
     if set(used) - FUNCTIONS or " if " in text:
         return ""
     imports = [f"from galvi.lanes.elementary import {', '.join(used)}"] * bool(used)
-    body = (f"    {line}" for line in [*lines, f"return [{', '.join(results)}]"])
+    body = (f"    {line}" for line in [*lines, f"return [{', '.join(formulas)}]"])
     return "\n".join([*imports, "", "", f"def {head}:", *body])
 
 
 def fits(d: int, coupled: bool) -> bool:
-    """Whether the accelerations on R^d are written out.
+    """Whether the accelerations on R^d are short enough to be written out.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
-"""The laws of systems for lanes: the lines that define them, and their constants; and what traces
-the functions of a user's for them."""
+"""The laws of systems for lanes: the lines that define them, and their constants; and the tracers
+of a user's functions."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from galvi.tracing.traced_lagrangian import (
 )
 
 LawCode = tuple[str, Array]  # the lines that define a law, and its constants
-MOST_LANE_VELOCITIES = 40  # velocities of a tree in lanes
+MAX_LANE_VELOCITIES = 40  # velocities of a tree in lanes
 
 
 @singledispatch
@@ -54,10 +54,10 @@ def law_of(system: Any) -> LawCode | None:
 
 @law_of.register
 def _(system: Lagrangian) -> LawCode | None:
-    found, L = traces(system).traced.get("L"), system.builtin
+    trace, L = traces(system).traced.get("L"), system.builtin
     law: LawCode | None = None
-    if found is not None:
-        law = found.law, np.array(found.constants)
+    if trace is not None:
+        law = trace.law, np.array(trace.constants)
     elif system.slopes is None and L is not None and (lines := lines_of(L)):
         law = lines, L.compiled()[1]
     return _with_force(law, system)
@@ -95,18 +95,20 @@ def _(system: NBodyOnRn) -> LawCode | None:
     bodies, d, force = system.bodies, system.group.dimension, force_of(system.bodies)
     if not fits(d, False) or (bodies.acting.functions and force is None):
         return None
-    known = replace(bodies, forces=[one for one in bodies.forces if not isinstance(one, Force)])
+    builtin_only = replace(
+        bodies, forces=[term for term in bodies.forces if not isinstance(term, Force)]
+    )
     with suppress(Untraceable):
-        law = traced_kernel(replace(system, bodies=known).lagrangian_kernel(), d)
+        law = traced_kernel(replace(system, bodies=builtin_only).lagrangian_kernel(), d)
         return lane_law.with_force(law, force) if force else law
     return None
 
 
 def slopes_of(system: Canonical) -> LawCode | None:
     """dV/dq of a canonical system, see galvi.tracing.lane_law; None where it has none."""
-    found, potential = traces(system).traced.get("dV/dq"), system.builtin
-    if found is not None:
-        return found.lines, np.array(found.constants)
+    trace, potential = traces(system).traced.get("dV/dq"), system.builtin
+    if trace is not None:
+        return trace.lines, np.array(trace.constants)
     if potential is None or system.gradient is not None:
         return None
     name = potential.slopes.__name__
@@ -123,8 +125,8 @@ def force_of(system: Forced | NBody) -> LawCode | None:
     if isinstance(force, BuiltinForce):
         lines = lines_of(force)
         return (lines, force.compiled()[1]) if lines else None
-    found = traces(system).traced.get("force")
-    return None if found is None else (found.lines, np.array(found.constants))
+    trace = traces(system).traced.get("force")
+    return None if trace is None else (trace.lines, np.array(trace.constants))
 
 
 def _with_force(law: LawCode | None, system: Forced) -> LawCode | None:
@@ -170,8 +172,8 @@ def _(value: RotorDrag) -> str:
 @lines_of.register
 def _(value: RigidTree) -> str:
     """Numbers 0, 1 and -1 of the geometry are part of it. None for more than
-    MOST_LANE_VELOCITIES, whose law would take long to compile."""
-    if value.dimension > MOST_LANE_VELOCITIES:
+    MAX_LANE_VELOCITIES, whose law would take long to compile."""
+    if value.dimension > MAX_LANE_VELOCITIES:
         return ""
     return _tree_lines(value)
 
@@ -179,7 +181,7 @@ def _(value: RigidTree) -> str:
 @lines_of.register
 def _(value: JointForces) -> str:
     assert value.tree is not None
-    if value.tree.dimension > MOST_LANE_VELOCITIES:
+    if value.tree.dimension > MAX_LANE_VELOCITIES:
         return ""
     return _force_lines(value.tree, tuple(value.structure.items()))
 
@@ -187,47 +189,47 @@ def _(value: JointForces) -> str:
 @lru_cache(maxsize=64)  # for loops in which controls change
 def _tree_lines(value: RigidTree) -> str:
     head = "from galvi.kernels.trees.tree import tree"
-    return f"{head}\n\nlaw = tree({value.dimension}, {_known(value)})\n"
+    return f"{head}\n\nlaw = tree({value.dimension}, {_literals(value)})\n"
 
 
 @lru_cache(maxsize=64)
 def _force_lines(value: RigidTree, structure: tuple[tuple[int, float], ...]) -> str:
-    literals = {**_known(value), **dict(structure)}
+    literals = {**_literals(value), **dict(structure)}
     head = "from galvi.kernels.trees.joint_forces import law as forces"
     return f"{head}\n\nforce = forces({value.dimension}, {literals})\n"
 
 
-def _known(value: RigidTree) -> dict[int, float]:
-    """The numbers that are part of a tree's law, by their place in its constants."""
+def _literals(value: RigidTree) -> dict[int, float]:
+    """The numbers that are part of a tree's law, by their index in its constants."""
     rows = {
         "masses": range(tree.MASS, tree.ARMATURE),
         "armature": (tree.ARMATURE,),
         "stiffness": (tree.STIFFNESS,),
     }
     left_open = {k for name in value.varied for k in rows.get(name, ())}
-    known = {0: value.numbers[0]}
+    literals = {0: value.numbers[0]}
     for j in range(len(value.joints)):
         first = tree.HEAD + tree.JOINT * j
         row = value.numbers[first : first + tree.JOINT]
         for k, number in enumerate(row.tolist()):
             units = (0.0, 1.0, -1.0) if tree.SHIFT <= k < tree.MASS else (0.0,)
             if k < tree.SHIFT or (number in units and k not in left_open):
-                known[first + k] = number
+                literals[first + k] = number
     of_masses = range(4, tree.HEAD) if "masses" in value.varied else ()
     of_gravity = range(1, 4) if "gravity" in value.varied else ()
     for k in range(1, tree.HEAD):
         if value.numbers[k] == 0.0 and k not in (*of_masses, *of_gravity):
-            known[k] = 0.0
-    return {k: float(x) for k, x in known.items()}
+            literals[k] = 0.0
+    return {k: float(x) for k, x in literals.items()}
 
 
 def finders_of(system: Any, q: Array, v: Array, t: float) -> Mapping[str, Callable[[], Trace]]:
-    """What traces the functions of a system near a state."""
+    """Name of a function of the system -> what traces it near a state."""
     if isinstance(system, NBody):
         space, function = Rn(q.size), system.acting.pushes(q.shape[1])
         q, v = q.ravel(), v.ravel()
-        found = difference_scales(space, q, v)
-        return {"force": lambda: traced_force(function, space, q, v, t, True, found)}
+        scales = difference_scales(space, q, v)
+        return {"force": lambda: traced_force(function, space, q, v, t, True, scales)}
     if not isinstance(system, Canonical | Lagrangian):
         return {}
     group = Rn(q.size) if isinstance(system, Canonical) else system.group

@@ -60,22 +60,22 @@ class SymbolicLagrangian:
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
         if " if " in self.source or "from math" in self.source:  # code for one state
-            rest = np.zeros(self.dimension)
+            zeros = np.zeros(self.dimension)
             rows = [
-                (self(*state), self(state[0], rest, state[2]), self.slopes(*state))
+                (self(*state), self(state[0], zeros, state[2]), self.slopes(*state))
                 for state in zip(q, v, t, strict=True)
             ]
             value, at_rest, slopes = (np.array(column) for column in zip(*rows, strict=True))
             return value, at_rest, slopes[:, : self.dimension]
-        made = symbolic_code.functions(self.source)
+        functions = symbolic_code.functions(self.source)
         numbers, entries = np.array(self.constants), q.reshape(len(q), -1).T
         places, rates = entries[:, None], np.zeros((self.dimension, 2, len(q)))
         rates[:, 0] = v.T
-        values, found = np.empty((1, 2, len(q))), np.empty((2, self.dimension, len(q)))
+        values, derivatives = np.empty((1, 2, len(q))), np.empty((2, self.dimension, len(q)))
         with np.errstate(all="ignore"):
-            made["value"].py_func(places, rates, t, numbers, values)  # with v, and without
-            made["law"].py_func(entries, v.T, t, numbers, found)
-        return values[0, 0], values[0, 1], found[0].T
+            functions["value"].py_func(places, rates, t, numbers, values)  # with v, and without
+            functions["law"].py_func(entries, v.T, t, numbers, derivatives)
+        return values[0, 0], values[0, 1], derivatives[0].T
 
     def check_start(self, q: Array, v: Array, t: float) -> None:
         """ValueError where L is not C^2 at a state: see `galvi.tracing.kinks`."""

@@ -38,28 +38,28 @@ def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, 
     error: dict[int, Any] = {}
     with np.errstate(all="ignore"):
         for node in reachable(nodes):
-            found: Any
+            value: Any
             bound: Any
             if node.kind == "variable":
-                found, bound = np.asarray(values[node.arguments[0]], dtype=np.float64), 0.0
+                value, bound = np.asarray(values[node.arguments[0]], dtype=np.float64), 0.0
             elif node.kind == "number":
-                found, bound = np.float64(node.value), 0.0
+                value, bound = np.float64(node.value), 0.0
             else:
                 of = [y.index if isinstance(y, Node) else y for y in node.arguments]
-                found, bound = _operation(
+                value, bound = _operation(
                     node.kind,
                     [x[k] if isinstance(k, int) else k for k in of],
                     [error[k] if isinstance(k, int) else 0.0 for k in of],
                 )
-            x[node.index], error[node.index] = found, bound + EPSILON * np.abs(found)
-    shape = np.broadcast_shapes(*(np.shape(each) for each in values.values()))
+            x[node.index], error[node.index] = value, bound + EPSILON * np.abs(value)
+    shape = np.broadcast_shapes(*(np.shape(sample) for sample in values.values()))
     rows = [x[node.index] for node in nodes], [error[node.index] for node in nodes]
-    first, second = (np.array([np.broadcast_to(each, shape) for each in row]) for row in rows)
+    first, second = (np.array([np.broadcast_to(entry, shape) for entry in row]) for row in rows)
     return first, second
 
 
 def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]:
-    """The value, and what the errors of the arguments add to its error."""
+    """The value, and the part of its error that comes from the arguments."""
     if kind in ("+", "-"):
         return (x[0] + x[1] if kind == "+" else x[0] - x[1]), e[0] + e[1]
     if kind == "*":
@@ -68,31 +68,31 @@ def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]
         square = x[0] * x[0] + x[1] * x[1]
         return np.arctan2(*x), (np.abs(x[1]) * e[0] + np.abs(x[0]) * e[1]) / square
     if kind == "power":
-        found = x[0] ** x[1]
+        value = x[0] ** x[1]
         by_log = np.where(e[1] > 0.0, np.abs(np.log(np.abs(x[0]))) * e[1], 0.0)
-        return found, np.abs(found) * (np.abs(x[1] / x[0]) * e[0] + by_log)
+        return value, np.abs(value) * (np.abs(x[1] / x[0]) * e[0] + by_log)
     if kind == "inverse":
-        found = 1.0 / x[0]
-        return found, found * found * e[0]
+        value = 1.0 / x[0]
+        return value, value * value * e[0]
     assert kind in UNARY
-    found = getattr(np, kind)(x[0])
+    value = getattr(np, kind)(x[0])
     slope = {
         "sin": 1.0,
         "cos": 1.0,
-        "tan": 1.0 + found * found,
-        "exp": found,
+        "tan": 1.0 + value * value,
+        "exp": value,
         "log": 1.0 / x[0],
-        "sqrt": 0.5 / found,
+        "sqrt": 0.5 / value,
         "sinh": np.cosh(x[0]),
         "cosh": np.sinh(x[0]),
         "tanh": 1.0,
     }[kind]
-    return found, np.abs(slope) * e[0]
+    return value, np.abs(slope) * e[0]
 
 
 # States at which a function is compared, and how many must be finite.
-COMPARED_STATES, FEWEST_FINITE = 8, 3
-FARTHEST_STATE = 0.4  # distance of these states from the start, over the scales of a function
+COMPARED_STATES, MIN_FINITE_STATES = 8, 3
+STATE_DISTANCE = 0.4  # distance of these states from the start, over the scales of a function
 ROUNDINGS = 64.0  # bounds on the rounding error that a difference from the function may have
 STEPS = 2.0**-17, 2.0**-25  # of differences, over the scales of the function
 ACCURACY = 1e-3  # of a difference, relative to its terms; that of a slope left out is about 1
@@ -109,28 +109,30 @@ class States:
     t: Array
 
     @classmethod
-    def near(cls, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]) -> States:
-        """The start, then random states ever nearer to it."""
+    def around(cls, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]) -> States:
+        """The start, then random states at decreasing distances from it."""
         random = np.random.default_rng(20)
-        far = np.append(0.0, FARTHEST_STATE * 0.7 ** np.arange(COMPARED_STATES - 1.0))[:, None]
+        distances = np.append(0.0, STATE_DISTANCE * 0.7 ** np.arange(COMPARED_STATES - 1.0))[
+            :, None
+        ]
         by_q, by_v, by_t = (
             random.uniform(-1.0, 1.0, (COMPARED_STATES, k)) for k in (v.size, v.size, 1)
         )
-        time = t + (abs(t) or 1.0) * (far * by_t)[:, 0]
+        time = t + (abs(t) or 1.0) * (distances * by_t)[:, 0]
         start = cls(
             group,
             np.tile(np.ravel(q), (COMPARED_STATES, 1)),
             np.tile(v, (COMPARED_STATES, 1)),
             time,
         )
-        return start.moved(1.0, far * by_q * scales[0], far * by_v * scales[1])
+        return start.moved(1.0, distances * by_q * scales[0], distances * by_v * scales[1])
 
-    def moved(self, far: float, by_q: Array, by_v: Array) -> States:
-        """The states with q moved along the group, and v, by ``far`` times (n, d)."""
-        rows = zip(self.q.tolist(), (far * by_q).tolist(), strict=True)
+    def moved(self, distance: float, by_q: Array, by_v: Array) -> States:
+        """The states with q moved along the group, and v, by ``distance`` times (n, d)."""
+        rows = zip(self.q.tolist(), (distance * by_q).tolist(), strict=True)
         chart = self.chart
         q = np.array([chart.place(g, xi) for g, xi in rows])
-        return States(self.group, q, self.v + far * by_v, self.t)
+        return States(self.group, q, self.v + distance * by_v, self.t)
 
     @property
     def chart(self) -> Chart:
@@ -144,10 +146,10 @@ class States:
         return {**columns, "t": self.t}
 
     def arguments(self, k: int, takes: str) -> tuple[Any, ...]:
-        """Those of a function at state k."""
+        """The arguments ``takes`` of a function at state k."""
         q = self.q[k].reshape(self.group.shape)
-        every = {"q": q.copy(), "v": self.v[k].copy(), "t": float(self.t[k])}
-        return tuple(every[name] for name in takes)
+        by_name = {"q": q.copy(), "v": self.v[k].copy(), "t": float(self.t[k])}
+        return tuple(by_name[name] for name in takes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,41 +171,41 @@ class Sample:
     def of(cls, function: Callable[..., Any], states: States, takes: str, size: int) -> Sample:
         """The function called at these states.
 
-        To be called before it is traced, so that an object that makes a constant in its first call
-        makes it of numbers.
+        Call it before tracing: an object that creates a constant in its first call then creates it
+        from numbers.
         """
         rows = [_called(function, states.arguments(k, takes), size) for k in range(len(states.t))]
         return cls(function, states, takes, np.array(rows))
 
     @property
     def holds(self) -> bool:
-        """Whether the function returns the same as before at these states."""
+        """Whether the function still returns the same numbers at these states."""
         again = Sample.of(self.function, self.states, self.takes, self.returned.shape[1])
         return np.array_equal(again.returned, self.returned, equal_nan=True)
 
 
 def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int) -> Array:
-    """The function's numbers, (size,); NaN where it raises, which a run would let through."""
+    """The function's numbers, (size,); NaN where it raises."""
     try:
         with np.errstate(all="ignore"):
-            given = np.asarray(function(*arguments))
-            if given.dtype.kind not in "iufO":
+            returned = np.asarray(function(*arguments))
+            if returned.dtype.kind not in "iufO":
                 return np.full(size, np.nan)
-            found = given.astype(np.float64).ravel()
+            numbers = returned.astype(np.float64).ravel()
     except Exception:  # a user's own
         return np.full(size, np.nan)
-    return found if found.size == size else np.full(size, np.nan)
+    return numbers if numbers.size == size else np.full(size, np.nan)
 
 
 def check_values(sample: Sample, nodes: Sequence[Node]) -> Sample:
     """`Untraceable` unless the nodes are what the function returns, up to their rounding errors."""
-    found, error = (x.T for x in evaluated(nodes, sample.states.values))
+    values, error = (x.T for x in evaluated(nodes, sample.states.values))
     with np.errstate(invalid="ignore"):
-        off = np.abs(found - sample.returned) > ROUNDINGS * error
-    known = np.all(np.isfinite(sample.returned), axis=1)
-    if not known[0] or np.sum(known) < FEWEST_FINITE:
+        off = np.abs(values - sample.returned) > ROUNDINGS * error
+    finite = np.all(np.isfinite(sample.returned), axis=1)
+    if not finite[0] or np.sum(finite) < MIN_FINITE_STATES:
         raise Untraceable("it is not finite at the start, or near it")
-    if np.any(off[known]) or not np.all(np.isfinite(found[known])):
+    if np.any(off[finite]) or not np.all(np.isfinite(values[finite])):
         raise Untraceable("called with numbers it returns something else than with symbols")
     return sample
 
@@ -229,7 +231,7 @@ def check_slopes(
     along_q, along_v = _directions(states, scales)
     terms = slopes * np.concatenate([along_q, along_v], axis=1)[:, : slopes.shape[1]]
     _compare(
-        lambda far: evaluated([value], states.moved(far, along_q, along_v).values),
+        lambda distance: evaluated([value], states.moved(distance, along_q, along_v).values),
         np.sum(terms, axis=1)[None],
         np.sum(np.abs(terms), axis=1)[None],
     )
@@ -248,9 +250,9 @@ def check_mass(
         q, v = states.q.T, states.v.T
         forces, momenta, rows = function_of(law)(list(q), list(v), states.t, constants)
     slopes = np.array([np.broadcast_to(x, states.t.shape) for x in (*momenta, *forces)])
-    found, error = evaluated(by, states.values)
+    traced_slopes, error = evaluated(by, states.values)
     with np.errstate(invalid="ignore"):
-        if np.any(np.abs(slopes - found) > ROUNDINGS * error):
+        if np.any(np.abs(slopes - traced_slopes) > ROUNDINGS * error):
             raise Untraceable("its generated code is wrong")
     mass = np.empty((d, d, states.t.size))
     for i in range(d):
@@ -260,7 +262,7 @@ def check_mass(
     _, by_v = _directions(states, scales)
     terms = mass * by_v.T
     _compare(
-        lambda far: evaluated(by[:d], states.moved(far, 0.0 * by_v, by_v).values),
+        lambda distance: evaluated(by[:d], states.moved(distance, 0.0 * by_v, by_v).values),
         np.sum(terms, axis=1),
         np.sum(np.abs(terms), axis=1),
     )
@@ -280,7 +282,7 @@ def _directions(states: States, scales: Sequence[Array]) -> tuple[Array, Array]:
 def _compare(
     moved: Callable[[float], tuple[Array, Array]], derivative: Array, terms: Array
 ) -> None:
-    """`Untraceable` unless a derivative (k, n) is that of what is known on both sides.
+    """`Untraceable` unless a derivative (k, n) is the difference quotient of values on both sides.
 
     Parameters
     ----------
@@ -289,12 +291,12 @@ def _compare(
     terms
         sizes (k, n) of the derivative's terms
     """
-    near = np.zeros(derivative.shape, dtype=bool)
+    agrees = np.zeros(derivative.shape, dtype=bool)
     for step in STEPS:
         (ahead, first), (behind, second) = moved(step), moved(-step)
         with np.errstate(all="ignore"):
             off = np.abs((ahead - behind) / (2.0 * step) - derivative)
             limit = ACCURACY * (terms + 1e-3 * np.max(terms, axis=0)) + (first + second) / step
-            near |= ~(off > limit)
-    if not np.all(near):
+            agrees |= ~(off > limit)
+    if not np.all(agrees):
         raise Untraceable("its derivatives are not those of the function")

@@ -18,7 +18,13 @@ from galvi.tracing.code import POWER
 from galvi.tracing.graph import Graph, Node
 from galvi.tracing.graph_code import GraphCode
 from galvi.tracing.graph_code import gradient as derivatives
-from galvi.tracing.lane_law import LONGEST, LONGEST_KNOWN, function_lines, function_of, law_lines
+from galvi.tracing.lane_law import (
+    MAX_BUILT_IN_OPERATIONS,
+    MAX_OPERATIONS,
+    function_lines,
+    function_of,
+    law_lines,
+)
 from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
 from galvi.tracing.trace_check import Sample, States, check_mass, check_slopes, check_values
 from galvi.tracing.tracing import traced
@@ -33,9 +39,9 @@ class TracedTerm:
     Attributes
     ----------
     lines
-        that define it
+        code that defines it
     constants
-        its own, c[0], c[1], ...
+        constants c[0], c[1], ...
     sample
         what the traced function returned at some states
     """
@@ -51,8 +57,8 @@ class TracedTerm:
     def defined(self, q: Array, t: float) -> bool:
         """Whether slopes(q, t, c) are finite there."""
         with np.errstate(all="ignore"):
-            found = function_of(self.lines, "slopes")(q, np.float64(t), np.array(self.constants))
-        return bool(np.all(np.isfinite(np.array(found))))
+            slopes = function_of(self.lines, "slopes")(q, np.float64(t), np.array(self.constants))
+        return bool(np.all(np.isfinite(np.array(slopes))))
 
 
 def traced_force(
@@ -78,7 +84,7 @@ def traced_force(
     Raises `Untraceable`.
     """
     takes = "qvt" if timed else "qv"
-    states = States.near(group, q, v, t, scales)
+    states = States.around(group, q, v, t, scales)
     sample = Sample.of(force, states, takes, v.size)
     nodes = traced(force, _symbols(q.shape, v.size, takes), (v.size,))
     return _term("force(q, v, t, c)", nodes, check_values(sample, nodes))
@@ -93,7 +99,7 @@ def traced_gradient(
     `traced_force`. Raises `Untraceable`.
     """
     takes, scales = "qt" if timed else "q", (scale, np.zeros(q.size))
-    states = States.near(Rn(q.size), q, np.zeros(q.size), t, scales)
+    states = States.around(Rn(q.size), q, np.zeros(q.size), t, scales)
     symbols = _symbols(q.shape, q.size, takes)
     if gradient is None:
         sample = Sample.of(potential, states, takes, 1)
@@ -115,15 +121,15 @@ def _symbols(shape: tuple[int, ...], d: int, takes: str) -> list[Any]:
 
 def _term(head: str, nodes: Sequence[Node], sample: Sample) -> TracedTerm:
     printed = GraphCode()
-    lines, results = printed.written(nodes, POWER)
-    if len(lines) > LONGEST:
-        raise Untraceable(f"it takes more than {LONGEST} operations")
-    return TracedTerm(function_lines(head, lines, results), printed.constants, sample)
+    lines, formulas = printed.written(nodes, POWER)
+    if len(lines) > MAX_OPERATIONS:
+        raise Untraceable(f"it takes more than {MAX_OPERATIONS} operations")
+    return TracedTerm(function_lines(head, lines, formulas), printed.constants, sample)
 
 
 @dataclass(frozen=True, eq=False)
 class TracedLagrangian:
-    """What was found by tracing a Lagrangian L(q, v) or L(q, v, t), or its slopes.
+    """The law traced from a Lagrangian L(q, v) or L(q, v, t), or from its slopes.
 
     Attributes
     ----------
@@ -162,7 +168,7 @@ def traced_lagrangian(
     timed: bool,
     scales: Sequence[Array],
 ) -> TracedLagrangian:
-    """Traces slopes, if given, else the Lagrangian, and checks what it finds near a state.
+    """Trace the slopes, if given, else the Lagrangian, and check the law near a state.
 
     With slopes the Lagrangian itself is not called: it serves for energies only.
 
@@ -181,7 +187,7 @@ def traced_lagrangian(
     """
     d, graph, takes = v.size, Graph(), "qvt" if timed else "qv"
     symbols = graph.variables("q", *q.shape), graph.variables("v", d), graph.variables("t")
-    states, samples = States.near(group, q, v, t, scales), []
+    states, samples = States.around(group, q, v, t, scales), []
     entries = symbols[0].ravel()
 
     def find(function: Function, shape: tuple[int, ...]) -> list[Node]:
@@ -202,8 +208,8 @@ def traced_lagrangian(
         check_slopes(L, by[d:], by[:d], states, scales)
     printed, law = _law(by[d:], momenta, symbols[1])
     check_mass(law, printed.constants, by, states, scales)
-    found = None if L is None else _lagrangian(repr(function), printed, by, euclidean, L, law)
-    return TracedLagrangian(law, printed.constants, found, tuple(samples))
+    lagrangian = None if L is None else _lagrangian(repr(function), printed, by, euclidean, L, law)
+    return TracedLagrangian(law, printed.constants, lagrangian, tuple(samples))
 
 
 def traced_kernel(kernel: LagrangianKernel, d: int) -> tuple[str, Array]:
@@ -221,20 +227,23 @@ def traced_kernel(kernel: LagrangianKernel, d: int) -> tuple[str, Array]:
         return out.ravel()
 
     symbols = _symbols((d,), d, "qvt")
-    found = traced(slopes, symbols, (2 * d,))
-    printed, lines = _law(found[d:], found[:d], symbols[1], LONGEST_KNOWN)
+    nodes = traced(slopes, symbols, (2 * d,))
+    printed, lines = _law(nodes[d:], nodes[:d], symbols[1], MAX_BUILT_IN_OPERATIONS)
     return lines, np.array(printed.constants)
 
 
 def _law(
-    forces: Sequence[Node], momenta: Sequence[Node], v: Sequence[Node], most: int = LONGEST
+    forces: Sequence[Node],
+    momenta: Sequence[Node],
+    v: Sequence[Node],
+    longest: int = MAX_OPERATIONS,
 ) -> tuple[GraphCode, str]:
-    """The lines that define a law of so many operations at most, and what printed them."""
+    """The code of a law, and its lines; `Untraceable` above ``longest`` operations."""
     printed = GraphCode()
-    lines, results = printed.written([*forces, *momenta, *mass(momenta, v)], POWER)
-    if len(lines) > most:
-        raise Untraceable(f"its derivatives take more than {most} operations")
-    return printed, law_lines(lines, results, len(v))
+    lines, formulas = printed.written([*forces, *momenta, *mass(momenta, v)], POWER)
+    if len(lines) > longest:
+        raise Untraceable(f"its derivatives take more than {longest} operations")
+    return printed, law_lines(lines, formulas, len(v))
 
 
 def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:
@@ -253,7 +262,7 @@ def _lagrangian(
     if [x.index for x in by] != [x.index for x in euclidean]:
         functions.append(("slopes", euclidean, [f"out[{k}]" for k in range(len(euclidean))]))
     for name, nodes, stored in functions:
-        lines, found = printed.written(nodes)
-        stores = [f"{place} = {code}" for place, code in zip(stored, found, strict=True)]
+        lines, formulas = printed.written(nodes)
+        stores = [f"{target} = {code}" for target, code in zip(stored, formulas, strict=True)]
         bodies[name] = ("q, v, t, c, out", [*lines, *stores])
     return SymbolicLagrangian(text, symbolic_code.source(bodies), printed.constants, d, law=law)

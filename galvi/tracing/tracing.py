@@ -1,4 +1,4 @@
-"""Tracing of a user's function: it is called once with symbols, or what stands for them."""
+"""Traces a user's function by calling it once with symbols."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ARRAYS = {
     "full_like": 2, "eye": 3, "identity": 1, "array": 1, "asarray": 1, "ascontiguousarray": 1,
     "diag": 9,
 }  # fmt: skip
-MOST_FUNCTIONS = 200  # that a function calls, directly or not
+MAX_FUNCTIONS = 200  # that a function calls, directly or not
 
 
 class StandIns:
@@ -39,24 +39,24 @@ class StandIns:
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
-        self.made: dict[int, Any] = {}
+        self.rewritten: dict[int, Any] = {}
         numpy, plain = {}, {}
         for name in FUNCTIONS:
             true = getattr(np, name)
             numpy[name] = self._elementwise(name, true)
-            other = IN_MATH.get(name, name)
-            if hasattr(math, other):
-                plain[other] = self._elementwise(name, getattr(math, other))
+            math_name = IN_MATH.get(name, name)
+            if hasattr(math, math_name):
+                plain[math_name] = self._elementwise(name, getattr(math, math_name))
         for name, twin in IN_MATH.items():
             numpy[twin] = numpy[name]
         plain["log"] = self._log
         plain["pow"] = lambda x, y: x**y if _symbolic(x, y) else math.pow(x, y)
-        numpy |= {name: self._new(name, place) for name, place in ARRAYS.items()}
+        numpy |= {name: self._new(name, dtype_position) for name, dtype_position in ARRAYS.items()}
         self.modules = {np: _Module(np, numpy), math: _Module(math, plain)}
         self.functions = {
             id(getattr(module, name)): function
-            for module, found in ((np, numpy), (math, plain))
-            for name, function in found.items()
+            for module, stand_ins in ((np, numpy), (math, plain))
+            for name, function in stand_ins.items()
             if hasattr(module, name)
         }
 
@@ -71,96 +71,98 @@ class StandIns:
         if isinstance(value, functools.partial):
             return functools.partial(self.replaced(value.func), *value.args, **value.keywords)
         if isinstance(value, FunctionType):
-            return self.made.get(id(value)) or self._rewritten(value)
+            return self.rewritten.get(id(value)) or self._rewritten(value)
         return self.functions.get(id(value), value)
 
     def _rewritten(self, function: FunctionType) -> FunctionType:
         """The function with stand-ins for what it refers to."""
-        if len(self.made) == MOST_FUNCTIONS:
-            self.graph.refuse(f"it calls more than {MOST_FUNCTIONS} functions")
+        if len(self.rewritten) == MAX_FUNCTIONS:
+            self.graph.refuse(f"it calls more than {MAX_FUNCTIONS} functions")
         names = dict(function.__globals__)
         cells = tuple(CellType() for _ in function.__closure__ or ())
-        made = FunctionType(function.__code__, names, function.__name__, None, cells or None)
-        self.made[id(function)] = made
+        rewritten = FunctionType(function.__code__, names, function.__name__, None, cells or None)
+        self.rewritten[id(function)] = rewritten
         for name in _names(function.__code__) & names.keys():
             names[name] = self.replaced(names[name])
-        for cell, given in zip(cells, function.__closure__ or (), strict=True):
+        for cell, original in zip(cells, function.__closure__ or (), strict=True):
             try:
-                cell.cell_contents = self.replaced(given.cell_contents)
+                cell.cell_contents = self.replaced(original.cell_contents)
             except ValueError:  # not yet assigned
                 continue
         if function.__defaults__:
-            made.__defaults__ = tuple(map(self.replaced, function.__defaults__))
+            rewritten.__defaults__ = tuple(map(self.replaced, function.__defaults__))
         if function.__kwdefaults__:
-            made.__kwdefaults__ = {k: self.replaced(x) for k, x in function.__kwdefaults__.items()}
-        return made
+            rewritten.__kwdefaults__ = {
+                k: self.replaced(x) for k, x in function.__kwdefaults__.items()
+            }
+        return rewritten
 
     def _elementwise(self, name: str, true: Callable[..., Any]) -> Callable[..., Any]:
-        def one(x: Any, *others: Any) -> Any:
+        def evaluate(x: Any, *operands: Any) -> Any:
             node = self.graph.lifted(x)
             if node is None:
                 self.graph.refuse(f"it calls {name} of {type(x).__name__}")
-            return getattr(node, name)(*others)
+            return getattr(node, name)(*operands)
 
-        def function(*given: Any, **options: Any) -> Any:
-            if not _symbolic(*given):
-                return true(*given, **options)
+        def function(*arguments: Any, **options: Any) -> Any:
+            if not _symbolic(*arguments):
+                return true(*arguments, **options)
             if options:
                 self.graph.refuse(f"it calls {name} with {', '.join(options)}")
-            return np.frompyfunc(one, len(given), 1)(*given)
+            return np.frompyfunc(evaluate, len(arguments), 1)(*arguments)
 
         return function
 
     def _log(self, x: Any, *base: Any) -> Any:
         if not _symbolic(x, *base):
             return math.log(x, *base)
-        found = self.graph.lifted(x).log()  # type: ignore[union-attr]
-        return found / self._log(*base) if base else found
+        logarithm = self.graph.lifted(x).log()  # type: ignore[union-attr]
+        return logarithm / self._log(*base) if base else logarithm
 
-    def _new(self, name: str, place: int) -> Callable[..., Any]:
+    def _new(self, name: str, dtype_position: int) -> Callable[..., Any]:
         true = getattr(np, name.replace("empty", "zeros"))
 
-        def function(*given: Any, dtype: Any = None, **options: Any) -> Any:
-            dtype = given[place] if len(given) > place else dtype
+        def function(*arguments: Any, dtype: Any = None, **options: Any) -> Any:
+            dtype = arguments[dtype_position] if len(arguments) > dtype_position else dtype
             if dtype is not None and np.dtype(dtype).kind != "f":
-                return true(*given[:place], dtype=dtype, **options)
-            found = true(*given[:place], **options)
-            return self._entries(found) if dtype or found.dtype.kind in "fO" else found
+                return true(*arguments[:dtype_position], dtype=dtype, **options)
+            array = true(*arguments[:dtype_position], **options)
+            return self._entries(array) if dtype or array.dtype.kind in "fO" else array
 
         return function
 
     def _entries(self, values: Any) -> Any:
-        """An array of nodes; what is no number stays."""
-        found = np.empty(values.shape, dtype=object)
+        """The values as an array of nodes; entries that are no numbers stay."""
+        nodes = np.empty(values.shape, dtype=object)
         for k in np.ndindex(values.shape):
             node = self.graph.lifted(values[k])
-            found[k] = values[k] if node is None else node
-        return found
+            nodes[k] = values[k] if node is None else node
+        return nodes
 
 
 class _Module:
-    """A module some of whose functions are replaced."""
+    """A module with some functions replaced."""
 
     def __init__(self, module: ModuleType, functions: dict[str, Callable[..., Any]]) -> None:
         self._module, self._functions = module, functions
 
     def __getattr__(self, name: str) -> Any:
-        own = self._functions.get(name)
-        return getattr(self._module, name) if own is None else own
+        stand_in = self._functions.get(name)
+        return getattr(self._module, name) if stand_in is None else stand_in
 
 
-def _symbolic(*given: Any) -> bool:
+def _symbolic(*values: Any) -> bool:
     """Whether a symbol is among the values, or in an array or a list of them."""
-    return any(isinstance(x, Node) or np.asarray(x).dtype == object for x in given)
+    return any(isinstance(x, Node) or np.asarray(x).dtype == object for x in values)
 
 
 def _names(code: CodeType) -> set[str]:
     """The names in a function's code, and in that of the functions inside."""
-    found = set(code.co_names)
+    names = set(code.co_names)
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
-            found |= _names(constant)
-    return found
+            names |= _names(constant)
+    return names
 
 
 def traced(
@@ -181,15 +183,15 @@ def traced(
 
     Notes
     -----
-    Numbers to which the function refers are those of now.
+    Numbers to which the function refers become constants.
     """
-    given = [x.copy() if isinstance(x, np.ndarray) else x for x in arguments]
-    graph: Graph = next(x for a in given for x in np.ravel(a)).graph
+    copies = [x.copy() if isinstance(x, np.ndarray) else x for x in arguments]
+    graph: Graph = next(x for a in copies for x in np.ravel(a)).graph
     graph.refusal = ""
     try:
         with np.errstate(all="ignore"):
-            result = np.asarray(_callable(function, StandIns(graph))(*given), dtype=object)
-            found = [graph.lifted(x) for x in result.ravel()]
+            returned = np.asarray(_callable(function, StandIns(graph))(*copies), dtype=object)
+            entries = [graph.lifted(x) for x in returned.ravel()]
     except Untraceable:
         raise
     except Exception as error:  # whatever the function raises with symbols
@@ -197,8 +199,8 @@ def traced(
         raise Untraceable(reason) from error
     if graph.refusal:
         raise Untraceable(graph.refusal)
-    nodes = [x for x in found if x is not None]
-    if result.shape != shape or len(nodes) < result.size:
+    nodes = [x for x in entries if x is not None]
+    if returned.shape != shape or len(nodes) < returned.size:
         raise Untraceable(f"it does not return real numbers of shape {shape}")
     return nodes
 

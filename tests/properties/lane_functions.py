@@ -25,7 +25,7 @@ def compiled(function: Any, arity: int, returned: int, width: int = LANES) -> An
 
         def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
             lanes = Lanes(context, builder, *values[2:], width)
-            source, target = (lanes.data(signature.args[k], values[k]) for k in (0, 1))
+            source, target = (lanes.pointer_to(signature.args[k], values[k]) for k in (0, 1))
             row = values[2].type
             loaded = [Lane(builder, lanes.load(source, row(k))) for k in range(arity)]
             value = function(*loaded)

@@ -97,21 +97,21 @@ def test_nowhere_to_keep_the_code_is_no_reason_to_fail(monkeypatch):
 
     text = symbolic_code.source({"law": ("q, v, t, c, out", ["out[0, 0] = sin(q[0]) + 0.0625"])})
     monkeypatch.setattr(symbolic_code, "KernelCache", refused)
-    assert symbolic_code._kept(text) is None
+    assert symbolic_code._cached_file(text) is None
     out = np.zeros((1, 1))
     symbolic_code.functions(text)["law"].py_func([0.0], [0.0], 0.0, [], out)
     assert out[0, 0] == 0.0625
 
 
 def test_code_that_was_not_used_for_longest_goes(tmp_path):
-    for i in range(symbolic_code.KEPT_EXPRESSIONS + 3):
+    for i in range(symbolic_code.MAX_CACHED_EXPRESSIONS + 3):
         path = tmp_path / f"{i}" / "expression.source"
         path.parent.mkdir()
         path.touch()
         os.utime(path, (i, i))
     symbolic_code._tidy(tmp_path)
     left = sorted(int(path.name) for path in tmp_path.iterdir())
-    assert left == list(range(3, symbolic_code.KEPT_EXPRESSIONS + 3))
+    assert left == list(range(3, symbolic_code.MAX_CACHED_EXPRESSIONS + 3))
 
 
 @pytest.mark.parametrize(

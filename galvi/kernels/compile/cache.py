@@ -60,12 +60,12 @@ def content(path):
 @cache
 def kernels():
     """The sources of all kernels."""
-    found = []
+    paths = []
     for top in FOLDERS:
         for folder, folders, names in os.walk(Path(__file__).parents[2] / top):
             folders[:] = [name for name in folders if name != "__pycache__"]
-            found += [Path(folder, name) for name in names if name.endswith(".py")]
-    return tuple(sorted(found))
+            paths += [Path(folder, name) for name in names if name.endswith(".py")]
+    return tuple(sorted(paths))
 
 
 for _path in kernels():  # before any of them can change
@@ -83,7 +83,7 @@ def stamp(*files):
 
 @cache
 def sources(file):
-    """The kernel sources whose functions those of a file may call: what it imports, and itself.
+    """The kernel sources that functions of a file may call: itself, and its imports, recursively.
 
     All of them for a file outside the kernels, such as generated code, with the files beside it
     where it is a module of a package. OSError when one cannot be read.
@@ -92,29 +92,33 @@ def sources(file):
     if path not in kernels():
         beside = path.parent.glob("*.py") if (path.parent / "__init__.py").exists() else ()
         return (*kernels(), *sorted(beside))
-    found: set[Path] = set()
+    reached: set[Path] = set()
     left = {path}
     while left:
-        found |= left
-        left = set().union(*(imported(one) for one in left)) - found
-    return tuple(sorted(found))
+        reached |= left
+        left = set().union(*(imported(source) for source in left)) - reached
+    return tuple(sorted(reached))
 
 
 @cache
 def imported(path):
     """The kernel sources that one of them imports; of a package, all of its modules."""
     top = Path(__file__).parents[2]
-    found: set[Path] = set()
+    paths: set[Path] = set()
     for module, names in IMPORTS.findall(content(path).decode()):
-        place = top.joinpath(*module.split("."))
+        package = top.joinpath(*module.split("."))
         for name in re.findall(r"\w+", names):
-            inside = place / name
+            inside = package / name
             if inside.is_dir():
-                found.update(one for one in kernels() if inside in one.parents)
+                paths.update(kernel for kernel in kernels() if inside in kernel.parents)
             else:
-                files = (inside.with_suffix(".py"), place.with_suffix(".py"), place / "__init__.py")
-                found.add(next(one for one in files if one.is_file()))
-    return found
+                files = (
+                    inside.with_suffix(".py"),
+                    package.with_suffix(".py"),
+                    package / "__init__.py",
+                )
+                paths.add(next(candidate for candidate in files if candidate.is_file()))
+    return paths
 
 
 class KernelFiles:
@@ -131,12 +135,12 @@ class KernelFiles:
     """
 
     def __init__(self, folder, name, source):
-        self.place, self.name, self.source = Path(folder) / KERNELS_FOLDER, name, source
+        self.folder, self.name, self.source = Path(folder) / KERNELS_FOLDER, name, source
 
     def path(self, key):
         """The file for a key of numba: signature, processor, bytecode."""
         which = hashlib.sha256(repr(key[:2]).encode()).hexdigest()
-        return self.place / f"{self.name}.{which[:16]}.nbc"
+        return self.folder / f"{self.name}.{which[:16]}.nbc"
 
     def load(self, key):
         """The saved code; None if it is missing, of other sources, or damaged."""
@@ -148,10 +152,10 @@ class KernelFiles:
             pass
         return None
 
-    def save(self, key, data):
+    def save(self, key, payload):
         """Write the file; raises OSError, leaving no file, when that fails."""
-        self.place.mkdir(exist_ok=True)
-        code, path = dumps(data), self.path(key)
+        self.folder.mkdir(exist_ok=True)
+        code, path = dumps(payload), self.path(key)
         try:
             path.write_bytes(self._digest(key, code) + code)
         except OSError:
@@ -163,7 +167,7 @@ class KernelFiles:
 
 
 class KernelCache(FunctionCache):
-    """numba's cache of one function, kept in `KernelFiles`.
+    """numba's cache of one function, in `KernelFiles`.
 
     Raises
     ------
@@ -198,20 +202,20 @@ class KernelCache(FunctionCache):
 
     def load_overload(self, sig, target_context):
         """The saved code, ready to call; None when this process has to compile it."""
-        found = self._loaded(sig, target_context)
-        if found is None:
+        overload = self._loaded(sig, target_context)
+        if overload is None:
             path = self._cache_file.path(self._index_key(sig, target_context.codegen()))
             with suppress(OSError):  # unwritable folder or lock time-out: continue without a lock
-                self._cache_file.place.mkdir(exist_ok=True)
+                self._cache_file.folder.mkdir(exist_ok=True)
                 self._lock = file_lock(path.with_suffix(".lock"))
                 self._lock.acquire()
-            found = self._loaded(sig, target_context)
-        return found
+            overload = self._loaded(sig, target_context)
+        return overload
 
-    def save_overload(self, sig, data):
+    def save_overload(self, sig, payload):
         """Save the code where possible; otherwise the next process compiles again."""
         with suppress(OSError):
-            super().save_overload(sig, data)
+            super().save_overload(sig, payload)
 
     def _loaded(self, sig, target_context):
         """As ``load_overload``, without waiting; None also when the code cannot be loaded."""

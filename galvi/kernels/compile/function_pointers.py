@@ -36,8 +36,8 @@ def addresses(*functions: tuple[Callable[..., Any] | None, Any]) -> Any:
     TypeError
         For a function that is not jitted or does not return the type of its signature.
     """
-    found = [0 if f is None else _address(f, signature) for f, signature in functions]
-    return np.array(found, dtype=np.int64)
+    pointers = [0 if f is None else _address(f, signature) for f, signature in functions]
+    return np.array(pointers, dtype=np.int64)
 
 
 def _address(function: Any, signature: Any) -> int:
@@ -48,13 +48,13 @@ def _address(function: Any, signature: Any) -> int:
     if signature.args not in function.overloads:
         function.compile(signature.args)
     code: Any = function.overloads[signature.args]
-    place = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
-    if code.signature.return_type != signature.return_type or place == 0:
+    address = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
+    if code.signature.return_type != signature.return_type or address == 0:
         raise TypeError(
             f"{function.py_func.__name__} must return {signature.return_type} for "
             f"{signature.args}; it returns {code.signature.return_type}."
         )
-    return place
+    return address
 
 
 def _call(returned, address, arguments):
@@ -65,15 +65,15 @@ def _call(returned, address, arguments):
 
     def code(context, builder, signature, values):
         kind = context.call_conv.get_function_type(returned, arguments).as_pointer()
-        given = [builder.extract_value(values[1], i) for i in range(len(arguments))]
-        status, result = context.call_conv.call_function(
-            builder, builder.inttoptr(values[0], kind), returned, arguments, given
+        unpacked = [builder.extract_value(values[1], i) for i in range(len(arguments))]
+        status, returned_value = context.call_conv.call_function(
+            builder, builder.inttoptr(values[0], kind), returned, arguments, unpacked
         )
         with builder.if_then(status.is_error, likely=False):
             context.call_conv.return_status_propagate(builder, status)
         if returned == types.void:
             return context.get_dummy_value()
-        return impl_ret_new_ref(context, builder, returned, result)
+        return impl_ret_new_ref(context, builder, returned, returned_value)
 
     return returned(address, types.StarArgTuple(arguments)), code
 
@@ -127,5 +127,7 @@ def _calls_out(kernel: Any) -> bool:
 def _used(kernel: Any) -> dict[str, Any]:
     """The functions named in the kernel's source, except itself."""
     source = kernel.py_func
-    found = {name: source.__globals__.get(name) for name in source.__code__.co_names}
-    return {name: value for name, value in found.items() if callable(value) and value is not kernel}
+    referenced = {name: source.__globals__.get(name) for name in source.__code__.co_names}
+    return {
+        name: value for name, value in referenced.items() if callable(value) and value is not kernel
+    }

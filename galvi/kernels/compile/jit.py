@@ -24,7 +24,7 @@ _ONE_AT_A_TIME = threading.RLock()
 
 
 def watch_before_compiling(dispatcher):
-    """Let a dispatcher's first compilation, or load from disk, begin with `watch_compilation`."""
+    """Call `watch_compilation` before a dispatcher's first compilation or load from disk."""
     compile_it = dispatcher.compile
 
     def watched(signature):
@@ -39,16 +39,22 @@ def jit(function, **options):
 
     All options are stated, since numba would inherit missing ones from the first calling kernel.
     """
-    given = {"error_model": "numpy", "nogil": True, "_nrt": True, "forceinline": False, **options}
+    settings = {
+        "error_model": "numpy",
+        "nogil": True,
+        "_nrt": True,
+        "forceinline": False,
+        **options,
+    }
     if PLAIN:
-        return plainly_compiled(function, given)
-    dispatcher: Any = numba.njit(**given)(function)
+        return plainly_compiled(function, settings)
+    dispatcher: Any = numba.njit(**settings)(function)
     if hasattr(dispatcher, "_cache"):  # absent under NUMBA_DISABLE_JIT
         # Without a writable folder or readable sources, every process compiles again.
         with suppress(RuntimeError, OSError):
             KernelCache(function).serve(dispatcher)
         watch_before_compiling(dispatcher)
-        call_as_part(dispatcher, given)
+        call_as_part(dispatcher, settings)
     return dispatcher
 
 
@@ -84,7 +90,7 @@ def jit_noalloc(function):
 
 
 def renamed(function, name):
-    """The function, with a name that tells its code on disk from that of others of its source."""
+    """The function under a name of its own, which its code on disk has too."""
     function.__name__ = function.__qualname__ = name
     return function
 

@@ -98,8 +98,12 @@ def as_part(options):
     """The options of njit for a part."""
     if PLAIN:
         return public(options)
-    whole = {"pipeline_class": PartCompiler, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return {**options, **whole}
+    part_options = {
+        "pipeline_class": PartCompiler,
+        "no_cpython_wrapper": True,
+        "no_cfunc_wrapper": True,
+    }
+    return {**options, **part_options}
 
 
 def call_as_part(dispatcher, options):

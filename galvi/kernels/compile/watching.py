@@ -40,7 +40,7 @@ class CompilationNotice(event.Listener):
 
     def __init__(self) -> None:
         self._depth = 0
-        self._said: set[str] = set()
+        self._announced: set[str] = set()
         self._when = ONCE
 
     def on_start(self, event: Any) -> None:
@@ -54,16 +54,16 @@ class CompilationNotice(event.Listener):
         function = dispatcher.py_func
         name = f"{function.__module__}.{function.__qualname__}"
         if self._depth == 0:
-            kept = isinstance(getattr(dispatcher, "_cache", None), KernelCache)
-            self._when = ONCE if kept else IN_EACH_PROCESS
-            if name in SECONDS and name not in self._said:
-                self._said.add(name)
+            cached = isinstance(getattr(dispatcher, "_cache", None), KernelCache)
+            self._when = ONCE if cached else IN_EACH_PROCESS
+            if name in SECONDS and name not in self._announced:
+                self._announced.add(name)
                 self._say("a kernel for this kind of system", SECONDS[name])
         self._depth += 1
 
-    def _say(self, what: str, seconds: float) -> None:
+    def _say(self, subject: str, seconds: float) -> None:
         LOG.warning(
-            "galvi is compiling %s: about %d s of processor time, %s.", what, seconds, self._when
+            "galvi is compiling %s: about %d s of processor time, %s.", subject, seconds, self._when
         )
 
     def on_end(self, event: Any) -> None:
@@ -119,7 +119,7 @@ class DeferredInterrupts(event.Listener):
 
 @cache
 def watch_compilation() -> None:
-    """From now on log each compilation, and lose no Ctrl-C in it; called before the first one."""
+    """Log every later compilation, and defer Ctrl-C in it; called before the first one."""
     event.register("numba:compiler_lock", DeferredInterrupts())
     notice = CompilationNotice()
     for kind in ("numba:compile", GENERATED):

@@ -3,8 +3,8 @@
 A pull depends on the gap from a body, its source, to another one, which it gives the acceleration a
 and the energy phi for each unit of its mass, a = -dphi/dgap; the source recoils.
 
-terms      (rows, COLUMNS)  SOURCE and OTHER, BACK = m_other / m_source, WEIGHT = m_other, then what
-                            ``pole_pull`` or ``power_pull`` calls its numbers; poles first
+terms      (rows, COLUMNS)  SOURCE and TARGET, BACK = m_target / m_source, WEIGHT = m_target, then
+                            numbers of ``pole_pull`` or ``power_pull``; poles first
 constants  what galvi.kernels.forces.nbody takes, then rows, those of ``pole_pull``, and the terms
 """
 
@@ -18,7 +18,7 @@ from galvi.kernels.forces.nbody import accelerations as attractions
 from galvi.kernels.lie.arithmetic import dot, generic, in_kernels
 from galvi.kernels.lie.elementary import log, sqrt
 
-SOURCE, OTHER, BACK, WEIGHT, NUMBERS = range(5)
+SOURCE, TARGET, BACK, WEIGHT, NUMBERS = range(5)
 COLUMNS = NUMBERS + 6
 
 
@@ -35,9 +35,9 @@ def pole_pull(gap, numbers):
     inverse = 1.0 / dot(gap, gap)
     height = dot(gap, pole)
     u, root = height * height * inverse, sqrt(inverse)
-    near = inverse * inverse
-    cube, outer = root * near, fourth * inverse
-    along = inverse_cube * near + cube * (
+    inverse_r4 = inverse * inverse
+    cube, outer = root * inverse_r4, fourth * inverse
+    along = inverse_cube * inverse_r4 + cube * (
         second * (7.5 * u - 1.5) + outer * (1.875 + u * (39.375 * u - 26.25))
     )
     across = cube * height * (3.0 * second + outer * (17.5 * u - 7.5))
@@ -88,7 +88,7 @@ def accelerations(Q, t, constants, out):
     rows, poles = int(constants[head]), int(constants[head + 1])
     for term in range(rows):
         row = constants[head + 2 + term * COLUMNS : head + 2 + (term + 1) * COLUMNS]
-        i, j = int(row[SOURCE]) * dimension, int(row[OTHER]) * dimension
+        i, j = int(row[SOURCE]) * dimension, int(row[TARGET]) * dimension
         numbers = (row[4], row[5], row[6], row[7], row[8], row[9])
         for k in range(Q.shape[1]):
             z = Q[j + 2, k] - Q[i + 2, k] if dimension == 3 else 0.0
@@ -109,9 +109,9 @@ def lagrangian(g, v, t, constants, out):
         m of each coordinate (d,), then those of ``accelerations``
     """
     d = v.size
-    place, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
-    place[:, 0], when[0] = g, t
-    accelerations(place, when, constants[d:], pull)
+    Q, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
+    Q[:, 0], when[0] = g, t
+    accelerations(Q, when, constants[d:], pull)
     for i in range(d):
         out[0, i], out[1, i] = constants[i] * v[i], constants[i] * pull[i, 0]
 
@@ -120,7 +120,7 @@ def pulls(terms, poles, q):
     """Accelerations (..., bodies, D) and energies (...) of terms at q, real or complex."""
     a, energy = np.zeros(q.shape, q.dtype), np.zeros(q.shape[:-2], q.dtype)
     for k, row in enumerate(terms):
-        i, j = int(row[SOURCE]), int(row[OTHER])
+        i, j = int(row[SOURCE]), int(row[TARGET])
         gap = [q[..., j, x] - q[..., i, x] for x in range(q.shape[-1])] + [0.0]
         *pull, phi = (pole_pull if k < poles else power_pull)(gap[:3], row[NUMBERS:])
         for x in range(q.shape[-1]):

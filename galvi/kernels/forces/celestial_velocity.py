@@ -37,8 +37,8 @@ def one_source(q, v, mu, numbers, a):
         if i != source:
             x, w = q[i] - q[source], v[i] - v[source]
             r = np.sqrt(inner(x, x))
-            near = 4.0 * M / r - inner(w, w)
-            pull = M / (numbers[0] ** 2 * r**3) * (near * x + 4.0 * inner(x, w) * w)
+            radial = 4.0 * M / r - inner(w, w)
+            pull = M / (numbers[0] ** 2 * r**3) * (radial * x + 4.0 * inner(x, w) * w)
             a[i] += pull
             a[source] -= mu[i] / M * pull
 
@@ -66,16 +66,20 @@ def all_sources(q, v, mu, numbers, a):
             x, w = q[j] - q[i], v[i] - v[j]
             square = inner(x, x)
             inverse = 1.0 / np.sqrt(square)
-            here, there, cube = inner(x, v[i]), inner(x, v[j]), 1.0 / (square * np.sqrt(square))
+            along_i, along_j, cube = (
+                inner(x, v[i]),
+                inner(x, v[j]),
+                1.0 / (square * np.sqrt(square)),
+            )
             both = -4.0 * inner(v[i], v[j]) - depth[i] - depth[j]
             first, second = inner(v[i], v[i]), inner(v[j], v[j])
             onto_i = both + first + 2.0 * second - 3.0 * depth[i] + 0.5 * inner(x, falls[j])
             onto_j = both + second + 2.0 * first - 3.0 * depth[j] - 0.5 * inner(x, falls[i])
-            onto_i -= 1.5 * there * there / square
-            onto_j -= 1.5 * here * here / square
+            onto_i -= 1.5 * along_j * along_j / square
+            onto_j -= 1.5 * along_i * along_i / square
             to_i, to_j = scale * mu[j] * cube, scale * mu[i] * cube
-            a[i] += to_i * onto_i * x + to_i * (3.0 * there - 4.0 * here) * w
-            a[j] -= to_j * onto_j * x + to_j * (4.0 * there - 3.0 * here) * w
+            a[i] += to_i * onto_i * x + to_i * (3.0 * along_j - 4.0 * along_i) * w
+            a[j] -= to_j * onto_j * x + to_j * (4.0 * along_j - 3.0 * along_i) * w
             a[i] += 3.5 * scale * mu[j] * inverse * falls[j]
             a[j] += 3.5 * scale * mu[i] * inverse * falls[i]
 

@@ -88,10 +88,14 @@ def signature(kind, time_dependent, matrix_rows):
 @cache
 def force_signature(force_kind, matrix_rows):
     """Signature of the external force."""
-    place = MATRIX if matrix_rows else VECTOR
+    element_type = MATRIX if matrix_rows else VECTOR
     if force_kind == FORCE_LAW:
         return LAW_TYPE
-    return VECTOR(place, VECTOR, REAL) if force_kind == TIMED_FORCE else VECTOR(place, VECTOR)
+    return (
+        VECTOR(element_type, VECTOR, REAL)
+        if force_kind == TIMED_FORCE
+        else VECTOR(element_type, VECTOR)
+    )
 
 
 @jit
@@ -171,11 +175,11 @@ def spread(values, kind, layout, g, out):
 def canonical(kind, functions, constants, g, v, t, out):
     """L = v.Mv/2 - V(q, t); kind as in galvi.kernels.forces.force_kinds."""
     d = v.size
-    place, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
+    Q, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
     when[0] = t
     for i in range(d):
-        place[i, 0] = g[i]
-    accelerations(kind, functions, constants[d * d :], np.empty((0, 0)), place, when, pull)
+        Q[i, 0] = g[i]
+    accelerations(kind, functions, constants[d * d :], np.empty((0, 0)), Q, when, pull)
     for i in range(d):
         out[0, i], out[1, i] = 0.0, -pull[i, 0]
         for j in range(d):

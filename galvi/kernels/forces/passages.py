@@ -93,9 +93,9 @@ def passage_error(square, speed, along, mu, where, h, n):
 
 @jit_inline
 def near_limit(passage, v, h, n):
-    """What tells the squared distance at the stages beyond which a passage is resolved,
-    (PASSAGE_REACH h v / n)^2: itself for v from velocities (d,), and its power 3/2 for that of a
-    parabola.
+    """(fast, slow): a passage is resolved where the squared distance at the stages exceeds fast,
+    for v from velocities (d,), and its power 3/2 exceeds slow, for a parabola's v; both are from
+    (PASSAGE_REACH h v / n)^2.
 
     v is at most the sum of the two largest speeds relative to the heaviest body, and at most that
     of a parabola, v^2 = 2 G m / d, whichever is larger.
@@ -123,19 +123,19 @@ def near_limit(passage, v, h, n):
 
 
 @jit_noalloc
-def note_pair(passage, i, j, masses, Q, c, q0, q1, h, n, slow, done):
+def note_pair(passage, i, j, masses, Q, c, q0, q1, h, n, slow, number):
     """Update ``passage`` by two bodies in a step from q0 to q1 by way of Q (bodies * dimension, s)
     at shares c of it. The path from one to the next is taken as straight where they are closest.
 
     Parameters
     ----------
     slow
-        weight of a passage at the distance d with d v^2 = G m, see ``SLOW_PASSAGE_WEIGHT``; 0: all
-        weigh 1
+        weight of a passage at the distance d with d v^2 = G m, see ``SLOW_PASSAGE_WEIGHT``; with 0
+        all weights are 1
     """
     dimension, stages = int(passage[FOUND]), c.size
-    row, other = i * dimension, j * dimension
-    least, speed, along, where = math.inf, 0.0, 0.0, 0.0
+    row_i, row_j = i * dimension, j * dimension
+    closest, speed, along, where = math.inf, 0.0, 0.0, 0.0
     for k in range(stages + 1):
         first = c[k - 1] if k > 0 else 0.0
         last = c[k] if k < stages else 1.0
@@ -143,31 +143,35 @@ def note_pair(passage, i, j, masses, Q, c, q0, q1, h, n, slow, done):
             continue
         start, moved, square = 0.0, 0.0, 0.0
         for x in range(dimension):
-            gap = Q[other + x, k - 1] - Q[row + x, k - 1] if k > 0 else q0[other + x] - q0[row + x]
-            end = Q[other + x, k] - Q[row + x, k] if k < stages else q1[other + x] - q1[row + x]
+            gap = (
+                Q[row_j + x, k - 1] - Q[row_i + x, k - 1]
+                if k > 0
+                else q0[row_j + x] - q0[row_i + x]
+            )
+            end = Q[row_j + x, k] - Q[row_i + x, k] if k < stages else q1[row_j + x] - q1[row_i + x]
             square += gap * gap
             start += gap * (end - gap)
             moved += (end - gap) * (end - gap)
         share = min(max(-start / moved, 0.0), 1.0) if moved > 0.0 else 0.0
         square += share * (2.0 * start + share * moved)
-        if square < least:
+        if square < closest:
             time = (last - first) * h
-            least, speed = max(square, 0.0), moved / (time * time)
+            closest, speed = max(square, 0.0), moved / (time * time)
             along, where = (start + share * moved) / time, first + share * (last - first)
-    if not least > 0.0:
+    if not closest > 0.0:
         return
     mu = masses[i] + masses[j]
-    error = passage_error(least, speed, along, mu, where, h, n)
+    error = passage_error(closest, speed, along, mu, where, h, n)
     if slow > 0.0 and speed > 0.0:
-        error = min(1.0, error * max(1.0, slow * mu / (math.sqrt(least) * speed)))
+        error = min(1.0, error * max(1.0, slow * mu / (math.sqrt(closest) * speed)))
     if error > passage[0]:
         passage[0], passage[1], passage[2] = error, i, j
-        passage[3], passage[4] = math.sqrt(least), done
+        passage[3], passage[4] = math.sqrt(closest), number
 
 
 @jit_noalloc
-def note_passages(passage, Q, c, q0, q1, h, n, limit, done):
-    """Update ``passage`` by the pairs of the step from q0 to q1, which is number ``done``.
+def note_passages(passage, Q, c, q0, q1, h, n, limit, number):
+    """Update ``passage`` by the pairs of the step from q0 to q1, the run's ``number``-th.
 
     Parameters
     ----------
@@ -179,16 +183,16 @@ def note_passages(passage, Q, c, q0, q1, h, n, limit, done):
         for j in range(i + 1, masses.size):
             if masses[i] + masses[j] == 0.0:
                 continue
-            row, other = i * dimension, j * dimension
+            row_i, row_j = i * dimension, j * dimension
             close = limit == math.inf
             for k in range(stages):
                 square = 0.0
                 for x in range(dimension):
-                    gap = Q[other + x, k] - Q[row + x, k]
+                    gap = Q[row_j + x, k] - Q[row_i + x, k]
                     square += gap * gap
                 close = close or square < limit
             if close:
-                note_pair(passage, i, j, masses, Q, c, q0, q1, h, n, 0.0, done)
+                note_pair(passage, i, j, masses, Q, c, q0, q1, h, n, 0.0, number)
 
 
 @jit_inline
@@ -209,32 +213,32 @@ def note_states(passage, q, v, t, n):
                 mu = masses[i] + masses[j]
                 if mu == 0.0:
                     continue
-                row, other = i * dimension, j * dimension
+                row_i, row_j = i * dimension, j * dimension
                 square, end, start, moved = 0.0, 0.0, 0.0, 0.0
                 for x in range(dimension):
-                    gap = q[step, other + x] - q[step, row + x]
-                    last = q[step + 1, other + x] - q[step + 1, row + x]
+                    gap = q[step, row_j + x] - q[step, row_i + x]
+                    last = q[step + 1, row_j + x] - q[step + 1, row_i + x]
                     square += gap * gap
                     end += last * last
                     start += gap * (last - gap)
                     moved += (last - gap) * (last - gap)
                 share = min(max(-start / moved, 0.0), 1.0) if moved > 0.0 else 0.0
-                least = max(square + share * (2.0 * start + share * moved), 0.0)
+                closest = max(square + share * (2.0 * start + share * moved), 0.0)
                 slow = 2.0 * (reach * h) * (reach * h) * mu
-                if least > reach * reach * moved and least * least * least > slow * slow:
+                if closest > reach * reach * moved and closest * closest * closest > slow * slow:
                     continue
                 k = step if square < end else step + 1
-                near, speed, along = min(square, end), 0.0, 0.0
+                end_square, speed, along = min(square, end), 0.0, 0.0
                 for x in range(dimension):
-                    gap, rate = q[k, other + x] - q[k, row + x], v[k, other + x] - v[k, row + x]
+                    gap, rate = q[k, row_j + x] - q[k, row_i + x], v[k, row_j + x] - v[k, row_i + x]
                     speed += rate * rate
                     along += gap * rate
-                if not near > 0.0:
+                if not end_square > 0.0:
                     continue
-                error = passage_error(near, speed, along, mu, float(k - step), h, n)
+                error = passage_error(end_square, speed, along, mu, float(k - step), h, n)
                 if error > passage[0]:
                     passage[0], passage[1], passage[2] = error, i, j
-                    passage[3], passage[4] = math.sqrt(least), t[k]
+                    passage[3], passage[4] = math.sqrt(closest), t[k]
 
 
 @jit_inline
@@ -261,34 +265,37 @@ def may_pass(passage, q, v, h, n):
         for j in range(i + 1, bodies):
             if masses[i] + masses[j] == 0.0 or held[i * bodies + j] > 0.0:
                 continue
-            row, other, sun = i * dimension, j * dimension, star * dimension
-            near, far, square, speed, along = 0.0, 0.0, 0.0, 0.0, 0.0
+            row_i, row_j, sun = i * dimension, j * dimension, star * dimension
+            square_i, square_j, square, speed, along = 0.0, 0.0, 0.0, 0.0, 0.0
             for x in range(dimension):
-                one, two = q[row + x] - q[sun + x], q[other + x] - q[sun + x]
-                gap, rate = two - one, v[other + x] - v[row + x]
-                near += one * one
-                far += two * two
+                q_i, q_j = q[row_i + x] - q[sun + x], q[row_j + x] - q[sun + x]
+                gap, rate = q_j - q_i, v[row_j + x] - v[row_i + x]
+                square_i += q_i * q_i
+                square_j += q_j * q_j
                 square += gap * gap
                 speed += rate * rate
                 along += gap * rate
-            if not 0.0 < 0.25 * speed * h * h < min(near, far):
+            if not 0.0 < 0.25 * speed * h * h < min(square_i, square_j):
                 return True
-            pull, other_pull = masses[star] / near**1.5, masses[star] / far**1.5
+            pull_i, pull_j = masses[star] / square_i**1.5, masses[star] / square_j**1.5
             bend = 0.0
             for x in range(dimension):
-                one, two = q[row + x] - q[sun + x], q[other + x] - q[sun + x]
-                turn = pull * one - other_pull * two
+                q_i, q_j = q[row_i + x] - q[sun + x], q[row_j + x] - q[sun + x]
+                turn = pull_i * q_i - pull_j * q_j
                 bend += turn * turn
             since = min(max(-along / speed, -0.5 * abs(h)), 0.5 * abs(h))
-            least = max(square + since * (2.0 * along + since * speed), 0.0)
-            own = (2.0 * reach * reach * (masses[i] + masses[j])) ** (1.0 / 3.0)
-            if math.sqrt(least) <= reach * math.sqrt(speed) + own + 0.125 * math.sqrt(bend) * h * h:
+            closest = max(square + since * (2.0 * along + since * speed), 0.0)
+            parabolic_reach = (2.0 * reach * reach * (masses[i] + masses[j])) ** (1.0 / 3.0)
+            if (
+                math.sqrt(closest)
+                <= reach * math.sqrt(speed) + parabolic_reach + 0.125 * math.sqrt(bend) * h * h
+            ):
                 return True
     return False
 
 
 @jit_inline
-def note_paths(passage, Q, h, n, done):
+def note_paths(passage, Q, h, n, number):
     """Update ``passage`` by all pairs that a frame does not move about each other, in a step by way
     of Q (bodies * dimension or more, s) at shares of it, from 0 to 1, in the last row."""
     bodies = bodies_of(passage)
@@ -308,7 +315,7 @@ def note_paths(passage, Q, h, n, done):
                     h,
                     n,
                     SLOW_PASSAGE_WEIGHT,
-                    done,
+                    number,
                 )
 
 

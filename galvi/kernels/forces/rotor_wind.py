@@ -40,8 +40,8 @@ INERTIAL_DRAG, INERTIAL_DRAG_POWER = 0.15, 0.687  # Schiller and Naumann, Z. VDI
 
 def _strength():
     """Gamma R^2 / 4 of each ring, from the downwash when the rotor is at HIGH."""
-    apart = [(1.0 - s) * HIGH for s in SHARES]
-    return -0.5 * DOWNWASH / sum((R**2 + z**2 + CORE**2) ** -1.5 for z in apart)
+    offsets = [(1.0 - s) * HIGH for s in SHARES]
+    return -0.5 * DOWNWASH / sum((R**2 + z**2 + CORE**2) ** -1.5 for z in offsets)
 
 
 STRENGTH = _strength()

@@ -71,8 +71,8 @@ def larger_size(size, x):
     """The larger of size and |x|, for a number or lanes x; size may be 0.0."""
     if not hasattr(x, "where"):
         return larger_size_of_numbers(size, x)
-    far = abs(x)
-    return far.where(far > size, size)
+    magnitude = abs(x)
+    return magnitude.where(magnitude > size, size)
 
 
 @generic

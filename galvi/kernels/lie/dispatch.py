@@ -20,9 +20,9 @@ def modules_of(package):
 
 def by_number(name, modules):
     """A function (number, ...) that calls ``name`` of the module with that number."""
-    *others, last = range(len(modules))
+    *leading, last = range(len(modules))
     lines = [f"def {name}_by_number(number, *arguments):"]
-    for k in others:
+    for k in leading:
         lines += [f"    if number == {k}:", f"        return function_{k}(*arguments)"]
     lines += [f"    return function_{last}(*arguments)"]
     names = {f"function_{k}": getattr(module, name) for k, module in enumerate(modules)}

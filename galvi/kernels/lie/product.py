@@ -30,10 +30,10 @@ def over_factors(name, *arguments):
         names; those of elements, (r,), end in "*", and the chart is that of all factors
     """
     parts = ["row[NUMBER]"]
-    for one in arguments:
-        first, size = ("first", "ENTRIES") if one[-1] == "*" else ("start", "DIMENSION")
-        part = f"{one.rstrip('*')}[{first} : {first} + row[{size}]]"
-        parts.append(one if one == "chart" else part)
+    for argument in arguments:
+        first, size = ("first", "ENTRIES") if argument[-1] == "*" else ("start", "DIMENSION")
+        part = f"{argument.rstrip('*')}[{first} : {first} + row[{size}]]"
+        parts.append(argument if argument == "chart" else part)
     code = f"""
 def {name}(layout, {", ".join(arguments).replace("*", "")}):
     first, start = 0, 0

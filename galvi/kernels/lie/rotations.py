@@ -185,9 +185,9 @@ def defect(q, low):
     """
     large, small = 1.0, 0.0
     for i in range(4):
-        near = (q[i] + LAST_BIT) - LAST_BIT
-        large = large - near * near
-        small = small + ((q[i] - near) * (q[i] + near) + 2.0 * (q[i] * low[i]))
+        rounded = (q[i] + LAST_BIT) - LAST_BIT
+        large = large - rounded * rounded
+        small = small + ((q[i] - rounded) * (q[i] + rounded) + 2.0 * (q[i] * low[i]))
     return large - small
 
 

@@ -18,14 +18,14 @@ from galvi.kernels.forces.passages import note_passages
 from galvi.kernels.nystrom import step as steps
 from galvi.kernels.nystrom.solve import FORCE, NOT_FINITE, SOLVED, Force, solve
 from galvi.kernels.nystrom.step import TABLEAU
-from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, Progress, record
+from galvi.kernels.run_record import PLAN, PROGRESS, RECORDING, Plan, Progress, Recording, record
 
 NOTHING, LAST_STEP, GUESS = 0, 1, 2
 HOLDS, STREAK, DONE = 0, 1, 2
 
 
 @jit
-def commit(tableau, plan, step, streak, work, progress, kept, before):
+def commit(tableau, plan, step, streak, work, progress, recording, before):
     """Complete the (step + 1)-th step and record it; False, with nothing changed, if not finite.
 
     before (4, d) <- the state at the start of the step
@@ -39,21 +39,20 @@ def commit(tableau, plan, step, streak, work, progress, kept, before):
     steps.copy_into(progress.stages, work)
     solver_state = progress.solver_state
     solver_state[HOLDS], solver_state[STREAK], solver_state[DONE] = LAST_STEP, streak, step + 1
-    record(plan, kept, step, before[0], state[0], state[2])
-    if kept.bases.shape[0] > 0:
-        steps.curve_coefficients(tableau, h, before, work, kept.curves[step])
+    record(plan, recording, step, before[0], state[0], state[2])
+    if recording.bases.shape[0] > 0:
+        steps.curve_coefficients(tableau, h, before, work, recording.curves[step])
     return True
 
 
 @jit
-def advance(force, tableau, plan, solver, todo, progress, kept):
+def advance(force, tableau, plan, solver, todo, progress, recording):
     """Do ``todo`` more steps of a run; returns a code.
 
-    solver_state[DONE] counts the steps done; a step that cannot be solved leaves the state
-    unchanged.
+    solver_state[DONE] counts the steps; one that fails leaves the state unchanged.
     """
     force, tableau = Force(*force), steps.NystromTableau(*tableau)
-    plan, progress, kept = Plan(*plan), Progress(*progress), Kept(*kept)
+    plan, progress, recording = Plan(*plan), Progress(*progress), Recording(*recording)
     state, a, solver_state, h = progress.state, progress.stages, progress.solver_state, plan.step
     d, s = a.shape
     Q = np.empty((d, s))
@@ -83,7 +82,7 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
         )
         if code != SOLVED:
             return code
-        if not commit(tableau, plan, step, streak, work, progress, kept, before):
+        if not commit(tableau, plan, step, streak, work, progress, recording, before):
             return NOT_FINITE
         if progress.passage.size > 0:
             note_passages(
@@ -103,16 +102,20 @@ def advance(force, tableau, plan, solver, todo, progress, kept):
 @cache
 def compiled_advance():
     """``advance`` compiled or cached, one kernel for all systems."""
-    whole = types.int64
-    return compiled_for(advance, whole(FORCE, steps.TABLEAU, PLAN, whole, whole, PROGRESS, KEPT))
+    integer = types.int64
+    return compiled_for(
+        advance, integer(FORCE, steps.TABLEAU, PLAN, integer, integer, PROGRESS, RECORDING)
+    )
 
 
-NEVER = 62  # 2^62 steps between those that are watched
+UNWATCHED = 62  # 2^62 steps between those that are watched
 
 
 @jit
-def reach(force, tableau, solver, tolerance, step, begin, whole, rest, states, stages, codes):
-    """Do whole[k] steps of ``step`` and one of rest[k], unless that is 0, from each of n states.
+def reach(
+    force, tableau, solver, tolerance, step, begin, full_steps, last_step, states, stages, codes
+):
+    """Do full_steps[k] steps of ``step`` and, unless it is 0, one of last_step[k] from each state.
 
     Parameters
     ----------
@@ -124,27 +127,27 @@ def reach(force, tableau, solver, tolerance, step, begin, whole, rest, states, s
         <- the code of the step that failed, 0 for none
     """
     none, counts, holds = np.zeros((1, 0)), np.zeros(8, np.int64), np.zeros(3, np.int64)
-    kept = (none, none, none[:0], np.zeros((0, 0, 0)), none[:0])
+    unrecorded = (none, none, none[:0], np.zeros((0, 0, 0)), none[:0])
     for k in range(codes.size):
-        holds[:], n, code = 0, whole[k], SOLVED
+        holds[:], n, code = 0, full_steps[k], SOLVED
         if n > 0:
-            plan = (begin[k], step, tolerance, 0, n, n, NEVER)
+            plan = (begin[k], step, tolerance, 0, n, n, UNWATCHED)
             progress = (states[k], np.zeros(stages[k].shape), holds, counts, none[0])
-            code = advance(force, tableau, plan, solver, n, progress, kept)
-        if code == SOLVED and rest[k] != 0.0:
+            code = advance(force, tableau, plan, solver, n, progress, unrecorded)
+        if code == SOLVED and last_step[k] != 0.0:
             holds[HOLDS], holds[DONE] = GUESS, 0
-            plan = (begin[k] + n * step, rest[k], tolerance, 0, 1, 1, NEVER)
+            plan = (begin[k] + n * step, last_step[k], tolerance, 0, 1, 1, UNWATCHED)
             progress = (states[k], stages[k], holds, counts, none[0])
-            code = advance(force, tableau, plan, solver, 1, progress, kept)
+            code = advance(force, tableau, plan, solver, 1, progress, unrecorded)
         codes[k] = code
 
 
 @cache
 def compiled_reach():
     """``reach`` compiled or cached, one kernel for all systems."""
-    whole = types.int64
-    numbers = whole[::1]
+    integer = types.int64
+    numbers = integer[::1]
     return compiled_for(reach, types.void(
-        FORCE, TABLEAU, whole, types.float64, types.float64, VECTOR, numbers, VECTOR, TENSOR3,
+        FORCE, TABLEAU, integer, types.float64, types.float64, VECTOR, numbers, VECTOR, TENSOR3,
         TENSOR3, numbers,
     ))  # fmt: skip

@@ -61,7 +61,7 @@ def decide(change, tolerance, history):
     change
         largest relative change of the pass
     history : array, shape (4,)
-        last change and rate, least change, passes since; initially (inf, 1, inf, 0)
+        last change and rate, smallest change, passes since; initially (inf, 1, inf, 0)
 
     Notes
     -----
@@ -71,10 +71,10 @@ def decide(change, tolerance, history):
     last = history[0]
     rate = where(last < np.inf, change / last, 1.0)
     slower, less = larger(rate, history[1]), change < history[2]
-    least, idle = where(less, change, history[2]), where(less, 0.0, history[3] + 1.0)
-    history[0], history[1], history[2], history[3] = change, rate, least, idle
+    smallest, idle = where(less, change, history[2]), where(less, 0.0, history[3] + 1.0)
+    history[0], history[1], history[2], history[3] = change, rate, smallest, idle
     enough = (change <= tolerance) | (change * slower <= tolerance * (1.0 - slower))
-    at_rest = (idle >= IDLE) & (least <= ROUND_OFF_CHANGE)
+    at_rest = (idle >= IDLE) & (smallest <= ROUND_OFF_CHANGE)
     code = where(enough | at_rest, SOLVED, where(idle >= 2.0 * IDLE, DIVERGED, GOING))
     return where(change < np.inf, code, NOT_FINITE)
 

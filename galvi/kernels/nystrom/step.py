@@ -115,14 +115,14 @@ def terms_to_extrapolate(sizes, growth):
     for l in range(sizes.size):
         largest = max(largest, sizes[l])
     best, terms = np.inf, 1
-    for kept in range(1, s + 1):
-        if kept > 1 and sizes[kept - 1] * growth[kept - 1] > 4.0 * largest:
+    for count in range(1, s + 1):
+        if count > 1 and sizes[count - 1] * growth[count - 1] > 4.0 * largest:
             break
-        cost = EPSILON * largest * growth[kept - 1]
-        for l in range(min(kept, s - 2), min(kept + 2, s)):
+        cost = EPSILON * largest * growth[count - 1]
+        for l in range(min(count, s - 2), min(count + 2, s)):
             cost = max(cost, sizes[l] * growth[l])
         if cost <= best:
-            best, terms = cost, kept
+            best, terms = cost, count
     return terms
 
 

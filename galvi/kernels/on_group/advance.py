@@ -34,7 +34,7 @@ from galvi.kernels.on_group.stages import (
     carried,
     end_place,
 )
-from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
+from galvi.kernels.run_record import PLAN, PROGRESS, RECORDING, Plan, Recording, record, watched_row
 
 LEFT_CHART = 4
 RATES = 3  # content of stages, as in galvi.kernels.nystrom.advance: xi' of the next step
@@ -42,8 +42,7 @@ RATES = 3  # content of stages, as in galvi.kernels.nystrom.advance: xi' of the 
 
 @jit
 def arrive(method, start, curve, g1, mu, nu, low):
-    """g1, and mu, nu and low (d,) moved to the step's end; returns the largest |xi(1)| of a
-    rotation."""
+    """g1, mu, nu, low <- those at the step's end; returns the largest |xi(1)| of a rotation."""
     layout, chart, g, d = method.layout, method.chart, start.g, mu.size
     xi, kick = np.empty(d), np.empty(d)
     end_place(method.basis, curve.x, xi)
@@ -85,7 +84,7 @@ def sum_of_sizes(x):
 
 @jit
 def guess(method, start, stages, holds, curve):
-    """The curve's x <- where the iteration begins, from what the stages hold."""
+    """The curve's x <- the start of the iteration, from the stages."""
     if holds == LAST_STEP:
         predict(method.basis, stages, curve.velocities)
     else:
@@ -97,27 +96,27 @@ def guess(method, start, stages, holds, curve):
 
 
 @jit_noalloc
-def keep(plan, kept, step, start, nodes, curve, g1, mu1, passage):
+def keep(plan, recording, step, start, nodes, curve, g1, mu1, passage):
     """Record the step that ends at (g1, mu1)."""
-    (d, s), r, m = curve.place.shape, g1.size, curve.x.shape[1]
-    record(plan, kept, step, start.g, g1, mu1)
-    if kept.bases.shape[0] > 0:
-        copy_into(kept.curves[step], curve.x)
-    row = watched_row(plan, kept, step)
-    if row >= 0 and kept.seen.shape[1] > r + d:
+    (d, s), r, m = curve.coordinates.shape, g1.size, curve.x.shape[1]
+    record(plan, recording, step, start.g, g1, mu1)
+    if recording.bases.shape[0] > 0:
+        copy_into(recording.curves[step], curve.x)
+    row = watched_row(plan, recording, step)
+    if row >= 0 and recording.watched.shape[1] > r + d:
         for i in range(d):
             for j in range(s):
-                kept.seen[row, r + d + i * s + j] = curve.velocities[i, j]
+                recording.watched[row, r + d + i * s + j] = curve.velocities[i, j]
     if passage.size > 0:  # point masses, on R^d
         for i in range(d):
             for j in range(s):
-                curve.place[i, j] += start.g[i]
+                curve.coordinates[i, j] += start.g[i]
         number = plan.first + step + 1
-        note_passages(passage, curve.place, nodes, start.g, g1, start.h, m, np.inf, number)
+        note_passages(passage, curve.coordinates, nodes, start.g, g1, start.h, m, np.inf, number)
 
 
 @jit
-def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, turned, kept):
+def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, turned, recording):
     """Do ``todo`` more steps; returns a code. A step that fails leaves the state unchanged.
 
     Parameters
@@ -126,9 +125,9 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
         largest |xi| of a rotation that the chart allows
     """
     law, method = Law(*law), Discretisation(layout, chart, Basis(*basis))
-    plan, kept, basis = Plan(*plan), Kept(*kept), method.basis
+    plan, recording, basis = Plan(*plan), Recording(*recording), method.basis
     state, stages, solver_state, counts, passage = progress
-    (d, s), m, r = stages.shape, basis.end.size, kept.q.shape[1]
+    (d, s), m, r = stages.shape, basis.end.size, recording.q.shape[1]
     curve = Curve(
         np.empty((d, m)), np.empty((d, s)), np.empty((d, s)), np.empty((3, d, s)), np.empty((d, s))
     )
@@ -157,15 +156,24 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
         copy_into(stages, curve.velocities)
         set_state(state, g1, mu1, nu, low)
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
-        keep(plan, kept, step, start, basis.c, curve, g1, mu1, passage)
+        keep(plan, recording, step, start, basis.c, curve, g1, mu1, passage)
     return SOLVED
 
 
 @cache
 def compiled_advance_group():
     """``advance_group`` compiled or cached, one kernel for all systems."""
-    whole, real = types.int64, types.float64
-    signature = whole(
-        LAW_TUPLE, types.int64[:, ::1], whole, real, BASIS, PLAN, whole, PROGRESS, VECTOR, KEPT
+    integer, real = types.int64, types.float64
+    signature = integer(
+        LAW_TUPLE,
+        types.int64[:, ::1],
+        integer,
+        real,
+        BASIS,
+        PLAN,
+        integer,
+        PROGRESS,
+        VECTOR,
+        RECORDING,
     )
     return compiled_for(advance_group, signature)

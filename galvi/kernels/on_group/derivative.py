@@ -55,21 +55,21 @@ SLOPE_DIFFERENCE = 2.0**-22
 
 
 @jit_noalloc
-def curvature(law, layout, chart, scratch, scale, rate_scale, g, t, xi, eta, here, blocks):
-    """blocks (2, 3, d, d) <- derivatives by xi and xi' of pi, f and n, with values here (3, d)."""
+def curvature(law, layout, chart, scratch, scale, rate_scale, g, t, xi, eta, stage_forces, blocks):
+    """blocks (2, 3, d, d) <- derivatives by xi and xi' of pi, f and n, which are stage_forces."""
     d = xi.size
     velocity, ahead = scratch.velocity, scratch.local
     for a in range(d):
         for kind in range(2):
             moved = xi if kind == 0 else eta
-            kept = moved[a]
-            moved[a] = kept + SLOPE_DIFFERENCE * (scale[a] if kind == 0 else rate_scale)
-            nudge = moved[a] - kept
+            centre = moved[a]
+            moved[a] = centre + SLOPE_DIFFERENCE * (scale[a] if kind == 0 else rate_scale)
+            nudge = moved[a] - centre
             local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, ahead)
-            moved[a] = kept
+            moved[a] = centre
             for row in range(3):
                 for i in range(d):
-                    blocks[kind, row, i, a] = (ahead[row, i] - here[row, i]) / nudge
+                    blocks[kind, row, i, a] = (ahead[row, i] - stage_forces[row, i]) / nudge
 
 
 @jit_noalloc
@@ -91,13 +91,13 @@ def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_mome
         for kind in range(2):
             moved = xi if kind == 0 else momentum
             out = by_place if kind == 0 else by_momentum
-            kept = moved[a]
+            centre = moved[a]
             nudge = SLOPE_DIFFERENCE * (scale[a] if kind == 0 else max(size, 1e-100))
-            moved[a] = kept + nudge
+            moved[a] = centre + nudge
             end_momentum(layout, chart, xi, momentum, mu1, ahead)
-            moved[a] = kept - nudge
+            moved[a] = centre - nudge
             end_momentum(layout, chart, xi, momentum, mu1, behind)
-            moved[a] = kept
+            moved[a] = centre
             for i in range(d):
                 out[i, a] = 0.5 * (ahead[i] - behind[i]) / nudge
 
@@ -106,19 +106,19 @@ def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_mome
 def derivative(law, method, scratch, start, curve, scale, rate_scale, matrix):
     """matrix <- dR/dx, (unknowns, unknowns); x[a, i] and R[a, i] have the index first[a] + i."""
     layout, chart, basis = method.layout, method.chart, method.basis
-    h, place, rate, forces = start.h, curve.place, curve.rate, curve.forces
+    h, coordinates, rate, forces = start.h, curve.coordinates, curve.rate, curve.forces
     psi, slope, end, b, first = basis.psi, basis.slope, basis.end, basis.b, basis.first
-    blocks, kicks, here = scratch.blocks, scratch.kicks, scratch.here
+    blocks, kicks, stage_forces = scratch.blocks, scratch.kicks, scratch.stage_forces
     by_end, by_momentum = scratch.by_end, scratch.by_momentum
-    d, s = place.shape
+    d, s = coordinates.shape
     xi, eta, momentum = scratch.xi, scratch.eta, scratch.eta
     matrix[:, :] = 0.0
     kicks[:, :, :] = 0.0
     for j in range(s):
         for a in range(d):
-            xi[a], eta[a] = place[a, j], rate[a, j]
+            xi[a], eta[a] = coordinates[a, j], rate[a, j]
             for row in range(3):
-                here[row, a] = forces[row, a, j]
+                stage_forces[row, a] = forces[row, a, j]
         curvature(
             law,
             layout,
@@ -130,7 +130,7 @@ def derivative(law, method, scratch, start, curve, scale, rate_scale, matrix):
             start.t[j],
             xi,
             eta,
-            here,
+            stage_forces,
             blocks,
         )
         for a in range(d):

@@ -33,23 +33,23 @@ def largest_coupled(layout, number, sizes):
 
 
 @jit_noalloc
-def grow_scale(layout, place, rate, h, scale):
-    """Increase scale (d,) of translations to the factor's largest place and h rate, (d, s)."""
-    start, known, least = 0, -1, 0.0
+def grow_scale(layout, coordinates, rate, h, scale):
+    """Increase scale (d,) of translations to the factor's largest coordinate and h rate, (d, s)."""
+    start, number, floor = 0, -1, 0.0
     for factor in range(layout.shape[0]):
         first, end = start + layout[factor, ROTATIONS], start + layout[factor, DIMENSION]
         start = end
         if first == end:
             continue
-        if layout[factor, COUPLED] != known:
-            known = layout[factor, COUPLED]
-            first_rate = largest_coupled(layout, known, rate[:, 0])
-            last_rate = largest_coupled(layout, known, rate[:, rate.shape[1] - 1])
-            least = LEAST_COUPLED_MOTION * abs(h) * max(first_rate, last_rate)
-        size = least
+        if layout[factor, COUPLED] != number:
+            number = layout[factor, COUPLED]
+            first_rate = largest_coupled(layout, number, rate[:, 0])
+            last_rate = largest_coupled(layout, number, rate[:, rate.shape[1] - 1])
+            floor = LEAST_COUPLED_MOTION * abs(h) * max(first_rate, last_rate)
+        size = floor
         for i in range(first, end):
-            for j in range(place.shape[1]):
-                size = max(size, abs(place[i, j]), abs(h * rate[i, j]))
+            for j in range(coordinates.shape[1]):
+                size = max(size, abs(coordinates[i, j]), abs(h * rate[i, j]))
         for i in range(first, end):
             scale[i] = max(scale[i], size)
             if 0.0 < scale[i] < LEAST_NORMAL:
@@ -57,7 +57,7 @@ def grow_scale(layout, place, rate, h, scale):
 
 
 @jit_noalloc
-def amplification(layout, place, rate, h):
+def amplification(layout, coordinates, rate, h):
     """The largest of 1 and |xi|, |h xi'| of rotations, (d, s).
 
     Near the limit of a chart these coordinates, and with them their rounding errors, grow without
@@ -66,8 +66,8 @@ def amplification(layout, place, rate, h):
     size, start = 1.0, 0
     for factor in range(layout.shape[0]):
         for i in range(start, start + layout[factor, ROTATIONS]):
-            for j in range(place.shape[1]):
-                size = max(size, abs(place[i, j]), abs(h * rate[i, j]))
+            for j in range(coordinates.shape[1]):
+                size = max(size, abs(coordinates[i, j]), abs(h * rate[i, j]))
         start += layout[factor, DIMENSION]
     return size
 
@@ -88,7 +88,7 @@ def is_resolved(analysis, velocities):
     d, s = velocities.shape
     if s < 3:
         return False
-    size, rest = 0.0, 0.0
+    size, tail = 0.0, 0.0
     for a in range(d):
         for l in range(s):
             term = 0.0
@@ -96,8 +96,8 @@ def is_resolved(analysis, velocities):
                 term += analysis[j, l] * velocities[a, j]
             size = max(size, abs(term))
             if l >= s - 2:
-                rest = max(rest, abs(term))
-    return rest < UNRESOLVED_SHARE * size
+                tail = max(tail, abs(term))
+    return tail < UNRESOLVED_SHARE * size
 
 
 @jit_noalloc
@@ -111,29 +111,29 @@ def largest(values):
 
 
 @jit_noalloc
-def relative(place, rate, h, scale, rate_scale):
-    """The largest of |place| and |h rate| (d, s) over scale; 0 for 0, NaN when one is not finite.
+def relative(coordinates, rate, h, scale, rate_scale):
+    """The largest |coordinate| and |h rate| (d, s) over scale; 0 for 0, NaN unless all are finite.
 
     Rates are included, since only they see every function of a space (M lemma 1), except for the
     rounding errors of rates of size rate_scale.
     """
     size, total = 0.0, 0.0
-    for a in range(place.shape[0]):
-        for j in range(place.shape[1]):
-            moved = abs(place[a, j])
+    for a in range(coordinates.shape[0]):
+        for j in range(coordinates.shape[1]):
+            moved = abs(coordinates[a, j])
             if abs(rate[a, j]) > QUIET * rate_scale:
                 moved = max(moved, abs(h * rate[a, j]))
             if moved > 0.0:
                 size = max(size, moved / scale[a] if scale[a] > 0.0 else 1.0)
-            total += abs(place[a, j]) + abs(rate[a, j])
+            total += abs(coordinates[a, j]) + abs(rate[a, j])
     return size if total < np.inf else np.nan
 
 
 @jit_noalloc
 def shrink_scale(now, scale):
     """Whether scale (d,) was much larger than now in some component; if so, scale <- now."""
-    found = False
+    shrunk = False
     for a in range(scale.size):
         if scale[a] > BAD_SCALE_RATIO * now[a] > 0.0:
-            scale[a], found = now[a], True
-    return found
+            scale[a], shrunk = now[a], True
+    return shrunk

@@ -47,15 +47,15 @@ def guess_curve(layout, chart, basis, h, velocities, x):
         coefficients(basis, h, velocities, x)
         return
     d, s = velocities.shape
-    place, rate = np.zeros((d, s)), np.empty((d, s))
+    coordinates, rate = np.zeros((d, s)), np.empty((d, s))
     xi, velocity, solved = np.empty(d), np.empty(d), np.empty(d)
     rates = velocities.copy()
     for _pull in range(GUESS_CORRECTIONS):
         coefficients(basis, h, rates, x)
-        place_curve(basis, h, x, place, rate)
+        place_curve(basis, h, x, coordinates, rate)
         for j in range(s):
             for a in range(d):
-                xi[a], velocity[a] = place[a, j], velocities[a, j]
+                xi[a], velocity[a] = coordinates[a, j], velocities[a, j]
             product.rate(layout, chart, xi, velocity, solved)
             for a in range(d):
                 rates[a, j] = solved[a]
@@ -142,7 +142,7 @@ def differentiate(law, method, scratch, start, curve, newton, rounds, counts):
         how often its scales may be taken from the correction before. That of a motion from rest is
         known only after the first one
     """
-    d, s = curve.place.shape
+    d, s = curve.coordinates.shape
     scale, sizes, h = newton.scale, newton.sizes, start.h
     rate_scale = scales.largest(curve.rate)
     at_rest = rate_scale == 0.0
@@ -159,13 +159,13 @@ def differentiate(law, method, scratch, start, curve, newton, rounds, counts):
         if not factor(newton.matrix, newton.pivots):
             return False
         correct(method.basis, h, newton)
-        found = scales.largest(newton.to_rate)
-        if not found > scales.BAD_SCALE_RATIO * rate_scale and not (
-            at_rest and 0.0 < scales.BAD_SCALE_RATIO * found < rate_scale
+        largest_rate = scales.largest(newton.to_rate)
+        if not largest_rate > scales.BAD_SCALE_RATIO * rate_scale and not (
+            at_rest and 0.0 < scales.BAD_SCALE_RATIO * largest_rate < rate_scale
         ):
             break
         scales.grow_scale(method.layout, newton.to_place, newton.to_rate, h, scale)
-        rate_scale = found
+        rate_scale = largest_rate
     scales.grow_scale(method.layout, newton.to_place, newton.to_rate, h, scale)
     return True
 
@@ -179,7 +179,7 @@ def verdict(method, h, curve, change, tolerance, history):
     """
     code = solve.verdict(change, tolerance, history)
     if code != solve.NOT_FINITE and history[3] >= solve.IDLE:
-        amplified = scales.amplification(method.layout, curve.place, curve.rate, h)
+        amplified = scales.amplification(method.layout, curve.coordinates, curve.rate, h)
         if history[2] <= solve.ROUND_OFF_CHANGE * amplified and scales.is_resolved(
             method.basis.analysis, curve.velocities
         ):
@@ -199,16 +199,16 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
     """
     layout, chart, basis = method.layout, method.chart, method.basis
     h, g = start.h, start.g
-    x, place, rate = curve.x, curve.place, curve.rate
-    (d, m), s = x.shape, place.shape[1]
+    x, coordinates, rate = curve.x, curve.coordinates, curve.rate
+    (d, m), s = x.shape, coordinates.shape[1]
     newton, scratch = new_iteration(basis.first[d], d, m, s), new_scratch(d, g.size, m)
     now, scale, history = np.empty(d), newton.scale, newton.history
     solve.reset_history(history)
-    formed = here = False  # whether a derivative exists, and whether at step's start
+    formed = at_start = False  # whether a derivative exists, and whether at step's start
     last, share = np.inf, 1.0
-    place_curve(basis, h, x, place, rate)
+    place_curve(basis, h, x, coordinates, rate)
     position_scale(layout, g, scale)
-    scales.grow_scale(layout, place, rate, h, scale)
+    scales.grow_scale(layout, coordinates, rate, h, scale)
     for passes in range(STEP_PASSES):
         stage_slopes(law, layout, chart, scratch, start, curve)
         residual(method, scratch, start, curve, newton.R)
@@ -220,18 +220,18 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
             change = scales.relative(
                 newton.to_place, newton.to_rate, h, scale, scales.largest(rate)
             )
-            near = NEARLY_SOLVED * scales.amplification(layout, place, rate, h)
-            if allow_damping and not change <= last and last > near:
+            nearly_solved = NEARLY_SOLVED * scales.amplification(layout, coordinates, rate, h)
+            if allow_damping and not change <= last and last > nearly_solved:
                 add(x, -share, newton.step)
-                formed, share = here, 0.5 * share
-                if here:
+                formed, share = at_start, 0.5 * share
+                if at_start:
                     add(x, share, newton.step)
                 if share < SHORTEST:
                     return solve.DIVERGED if change < np.inf else solve.NOT_FINITE
-                place_curve(basis, h, x, place, rate)
+                place_curve(basis, h, x, coordinates, rate)
                 continue
-            formed = change <= DERIVATIVE_CONTRACTION * last or change < near
-        here = not formed
+            formed = change <= DERIVATIVE_CONTRACTION * last or change < nearly_solved
+        at_start = not formed
         if not formed:
             rounds = MEASURED if passes == 0 else 1
             if not differentiate(law, method, scratch, start, curve, newton, rounds, counts):
@@ -243,13 +243,13 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
         copy_into(newton.step, newton.ahead)
         add(x, 1.0, newton.step)
         last, share = change, 1.0
-        place_curve(basis, h, x, place, rate)
-        if not scales.largest(place) < np.inf:
+        place_curve(basis, h, x, coordinates, rate)
+        if not scales.largest(coordinates) < np.inf:
             return solve.NOT_FINITE
         code = verdict(method, h, curve, change, tolerance, history)
         if code == solve.SOLVED:
             position_scale(layout, g, now)
-            scales.grow_scale(layout, place, rate, h, now)
+            scales.grow_scale(layout, coordinates, rate, h, now)
             if not scales.shrink_scale(now, scale):
                 stage_slopes(law, layout, chart, scratch, start, curve)
                 counts[solve.FORCES] += s

@@ -15,7 +15,7 @@ H chapter 2.
 
 d components, s stages, m coefficients per component; rows are components.
 x            (d, m)     coefficients
-place, rate  (d, s)     xi and xi' at the stages
+coordinates, rate  (d, s)   xi and xi' at the stages
 forces       (3, d, s)  pi, f and n
 basis        a ``Basis``; the unknowns of component a are x[a, i] with i < first[a + 1] - first[a],
              the others are 0
@@ -76,7 +76,7 @@ BASIS = types.Tuple(
 
 
 @jit_noalloc
-def place_curve(basis, h, x, place, rate):
+def place_curve(basis, h, x, coordinates, rate):
     """xi_j = sum_i psi_ji x_i,  xi'_j = sum_i psi_ji' x_i / h."""
     psi, slope = basis.psi, basis.slope
     for a in range(x.shape[0]):
@@ -85,7 +85,7 @@ def place_curve(basis, h, x, place, rate):
             for i in range(psi.shape[1]):
                 where += psi[j, i] * x[a, i]
                 speed += slope[j, i] * x[a, i]
-            place[a, j], rate[a, j] = where, speed / h
+            coordinates[a, j], rate[a, j] = where, speed / h
 
 
 class Discretisation(NamedTuple):
@@ -109,10 +109,10 @@ class Start(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """The curve of a step: x, place, rate and forces as above, and velocities (d, s)."""
+    """The curve of a step: x, coordinates, rate and forces as above, and velocities (d, s)."""
 
     x: Any
-    place: Any
+    coordinates: Any
     rate: Any
     forces: Any
     velocities: Any
@@ -121,21 +121,21 @@ class Curve(NamedTuple):
 class Scratch(NamedTuple):
     """Scratch arrays.
 
-    xi, eta, velocity (d,), place (r,), slopes (2, d), local (3, d); for the derivative:
-    blocks (2, 3, d, d), kicks (d, d, m), by_end and by_momentum (d, d), here (3, d)
+    xi, eta, velocity (d,), element (r,), slopes (2, d), local (3, d); for the derivative:
+    blocks (2, 3, d, d), kicks (d, d, m), by_end and by_momentum (d, d), stage_forces (3, d)
     """
 
     xi: Any
     eta: Any
     velocity: Any
-    place: Any
+    element: Any
     slopes: Any
     local: Any
     blocks: Any
     kicks: Any
     by_end: Any
     by_momentum: Any
-    here: Any
+    stage_forces: Any
 
 
 @jit
@@ -159,35 +159,40 @@ def new_scratch(d, r, m):
 @jit_inline
 def local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, out):
     """out (3, d) <- pi, f and n of the Lagrangian in the chart at g; velocity (d,) <- T xi'."""
-    there, own, d, flat = scratch.place, scratch.slopes, xi.size, is_flat(layout)
+    element, gradient, d, flat = scratch.element, scratch.slopes, xi.size, is_flat(layout)
     if flat:
         for i in range(d):
-            there[i], velocity[i] = g[i] + xi[i], eta[i]
+            element[i], velocity[i] = g[i] + xi[i], eta[i]
     else:
-        product.place(layout, chart, g, xi, there)
+        product.place(layout, chart, g, xi, element)
         product.velocity(layout, chart, xi, eta, velocity)
-    slopes(law, layout, there, velocity, t, own)
+    slopes(law, layout, element, velocity, t, gradient)
     if flat:
         for i in range(d):
-            out[0, i], out[1, i], out[2, i] = own[0, i], own[1, i], own[1, i]
+            out[0, i], out[1, i], out[2, i] = gradient[0, i], gradient[1, i], gradient[1, i]
         return
-    product.momentum(layout, chart, xi, own[0], out[0])
-    product.momentum_slope(layout, chart, xi, eta, own[0], out[1])
-    product.momentum(layout, chart, xi, own[1], out[2])
+    product.momentum(layout, chart, xi, gradient[0], out[0])
+    product.momentum_slope(layout, chart, xi, eta, gradient[0], out[1])
+    product.momentum(layout, chart, xi, gradient[1], out[2])
     for i in range(d):
         out[1, i] += out[2, i]
-    product.coadjoint_inverse(layout, chart, xi, own[1], out[2])
+    product.coadjoint_inverse(layout, chart, xi, gradient[1], out[2])
 
 
 @jit_noalloc
 def stage_slopes(law, layout, chart, scratch, start, curve):
     """The curve's forces and velocities <- their values at all stages."""
-    place, rate, forces, velocities = curve.place, curve.rate, curve.forces, curve.velocities
-    d, s = place.shape
+    coordinates, rate, forces, velocities = (
+        curve.coordinates,
+        curve.rate,
+        curve.forces,
+        curve.velocities,
+    )
+    d, s = coordinates.shape
     xi, eta, velocity, out = scratch.xi, scratch.eta, scratch.velocity, scratch.local
     for j in range(s):
         for a in range(d):
-            xi[a], eta[a] = place[a, j], rate[a, j]
+            xi[a], eta[a] = coordinates[a, j], rate[a, j]
         local_slopes(law, layout, chart, scratch, start.g, xi, eta, start.t[j], velocity, out)
         for a in range(d):
             forces[0, a, j], forces[1, a, j], forces[2, a, j] = out[0, a], out[1, a], out[2, a]

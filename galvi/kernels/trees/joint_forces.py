@@ -79,8 +79,8 @@ def pull_of(c, k, l, rate):
     if is_there(c[b + 1]):
         damping = plus(damping, times(c[b + 1], size(rate)))
     damping = plus(damping, times(c[b + 2], times(rate, rate)))
-    found = minus(minus(c[k + CONSTANT], times(x, stiffness)), times(rate, damping))
-    return within(found, c, k + LEAST) if int(c[k + LIMITED]) > 0 else found
+    force = minus(minus(c[k + CONSTANT], times(x, stiffness)), times(rate, damping))
+    return within(force, c, k + LEAST) if int(c[k + LIMITED]) > 0 else force
 
 
 @generic
@@ -128,9 +128,9 @@ def pull(c, k, q, v, work, world, tau, motors):
             from_, moving = point(c, m - POINT, work, world)
             to, away = point(c, m, work, world)
             along = less(to, from_)
-            far = distance(along)
-            l = plus(l, times(c[m + 4], far))
-            rate = plus(rate, times(c[m + 4], dot(along, less(away, moving)) / far))
+            length = distance(along)
+            l = plus(l, times(c[m + 4], length))
+            rate = plus(rate, times(c[m + 4], dot(along, less(away, moving)) / length))
     force = pull_of(c, k, l, rate)
     for i in range(arms):
         m = first + ARM * i
@@ -243,10 +243,10 @@ def law(d, literals):
     """The force (q, v, t, constants) -> d values, for lanes; see galvi.kernels.trees.tree.tree."""
 
     def force(q, v, t, c):
-        known = tree.Known(literals, c)
-        frames, tau, motors = int(known[0]) + 1, [0.0] * d, [0.0] * d
+        constants = tree.ConstantsWithLiterals(literals, c)
+        frames, tau, motors = int(constants[0]) + 1, [0.0] * d, [0.0] * d
         work, world = [0.0] * (STRIDE * frames), [0.0] * (12 * frames)
-        joint_forces(known, d, q, v, work, world, tau, motors)
+        joint_forces(constants, d, q, v, work, world, tau, motors)
         return tau
 
     return force
@@ -296,6 +296,6 @@ def tree_force_potentials(places, d, constants, energies):
         k += BOUND * int(constants[s + BOUNDS])
         for _ in range(int(constants[s + WEIGHTS])):
             b = 12 * int(constants[k])
-            place = sum_of(triple(world, b + 9), turned(world, b, triple(constants, k + 2)))
-            energies[n] += constants[k + 1] * dot(triple(constants, 1), place)
+            position = sum_of(triple(world, b + 9), turned(world, b, triple(constants, k + 2)))
+            energies[n] += constants[k + 1] * dot(triple(constants, 1), position)
             k += WEIGHT

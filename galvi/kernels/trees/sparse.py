@@ -24,11 +24,11 @@ def _minus(x, y):
 @in_kernels(_times)
 def times(x, y):
     """x y; nothing is computed where a factor is the number 0, 1 or -1."""
-    for one, other in ((x, y), (y, x)):
-        if isinstance(one, float) and one in (0.0, 1.0, -1.0):
-            if one == 0.0:
+    for factor, cofactor in ((x, y), (y, x)):
+        if isinstance(factor, float) and factor in (0.0, 1.0, -1.0):
+            if factor == 0.0:
                 return 0.0
-            return other if one == 1.0 else minus(0.0, other)
+            return cofactor if factor == 1.0 else minus(0.0, cofactor)
     return x * y
 
 

@@ -252,37 +252,37 @@ def composite(c, work, mass):
             for b in range(i + 1):
                 mass[row + dof + b] = component(kind, work, a, l, f, b)
             mass[row + dof + i] = plus(mass[row + dof + i], c[k + ARMATURE])
-            here = j
+            joint = j
             for _ in range(n):
-                one, before = STRIDE * here, int(c[HEAD + JOINT * (here - 1) + UP])
+                offset, before = STRIDE * joint, int(c[HEAD + JOINT * (joint - 1) + UP])
                 if before == 0:
                     break
-                f, l = turned(work, one + C, f), turned(work, one + C, l)
-                l = sum_of(l, cross(triple(work, one + R), f))
-                other = HEAD + JOINT * (before - 1)
-                type_, first = int(c[other + KIND]), int(c[other + DOF])
+                f, l = turned(work, offset + C, f), turned(work, offset + C, l)
+                l = sum_of(l, cross(triple(work, offset + R), f))
+                parent_row = HEAD + JOINT * (before - 1)
+                type_, first = int(c[parent_row + KIND]), int(c[parent_row + DOF])
                 for b in range(DOFS[type_]):
                     mass[row + first + b] = component(type_, work, STRIDE * before, l, f, b)
-                here = before
+                joint = before
         if int(c[k + UP]) > 0:
             add_inertia(work, a, STRIDE * int(c[k + UP]))
 
 
-class Known:
-    """Constants of which some are numbers.
+class ConstantsWithLiterals:
+    """Constants of which some are literal numbers.
 
     Parameters
     ----------
     literals
-        place -> number
+        index -> number
     """
 
     def __init__(self, literals, constants):
         self.literals, self.constants = literals, constants
 
     def __getitem__(self, k):
-        known = self.literals.get(k)
-        return self.constants[k] if known is None else known
+        literal = self.literals.get(k)
+        return self.constants[k] if literal is None else literal
 
 
 def recursion(c, q, v, d):
@@ -300,7 +300,7 @@ def tree(d, literals):
     """The law of a tree with d velocities, with its constants, some of which are known numbers."""
 
     def law(q, v, t, c):
-        tau, mu, mass, _ = recursion(Known(literals, c), q, v, d)
+        tau, mu, mass, _ = recursion(ConstantsWithLiterals(literals, c), q, v, d)
         return tau, mu, [mass[i * (i + 1) // 2 : (i + 1) * (i + 2) // 2] for i in range(d)]
 
     return law
@@ -319,9 +319,9 @@ def tree_slopes(g, v, t, constants, out):
 def tree_mass(g, constants, mass):
     """mass (d, d) <- d2L/dv2; returns the potential energy."""
     d, work = mass.shape[0], np.zeros(STRIDE * (int(constants[0]) + 1))
-    rest, packed, out = np.zeros(d), np.zeros(d * (d + 1) // 2), np.zeros((2, d))
-    outward(constants, g, rest, work)
-    inward(constants, rest, work, out[1], out[0])
+    still, packed, out = np.zeros(d), np.zeros(d * (d + 1) // 2), np.zeros((2, d))
+    outward(constants, g, still, work)
+    inward(constants, still, work, out[1], out[0])
     composite(constants, work, packed)
     for i in range(d):
         for j in range(i + 1):
@@ -381,8 +381,8 @@ def tree_forces(g, v, constants, tau):
         keep(swept, A, 6 * j + 3)
         m, h, field = work[a + M], triple(work, a + H), triple(work, a + FIELD)
         l, f, pull = triple(work, a + L), triple(work, a + F), less(swept, field)
-        own = sum_of(symmetric(constants, k + INERTIA, alpha), cross(h, pull))
-        keep(less(own, sum_of(cross(l, w), cross(f, velocity))), work, a + L)
+        moment = sum_of(symmetric(constants, k + INERTIA, alpha), cross(h, pull))
+        keep(less(moment, sum_of(cross(l, w), cross(f, velocity))), work, a + L)
         keep(less(less(scaled(m, pull), cross(h, alpha)), cross(f, w)), work, a + F)
     for j in range(n, 0, -1):
         k, a = HEAD + JOINT * (j - 1), STRIDE * j

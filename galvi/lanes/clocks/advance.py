@@ -51,7 +51,7 @@ import numpy as np
 from numba import types
 
 from galvi.kernels.compile.jit import MATRIX, TENSOR3, VECTOR, compiled_for, jit_inline
-from galvi.kernels.forces.celestial import OTHER, SOURCE
+from galvi.kernels.forces.celestial import SOURCE, TARGET
 from galvi.kernels.lie.arithmetic import two_sum
 from galvi.kernels.nystrom import solve
 from galvi.kernels.nystrom.advance import HOLDS, LAST_STEP
@@ -93,7 +93,7 @@ def begin(form, masses, tables, state, scratch, guessed):
     terms, pairs = masses[4], masses[1].size
     for k in range(terms.shape[0]):
         for x in range(dimension):
-            i, j = int(terms[k, SOURCE]) * dimension + x, int(terms[k, OTHER]) * dimension + x
+            i, j = int(terms[k, SOURCE]) * dimension + x, int(terms[k, TARGET]) * dimension + x
             gap = (state[0, j] - state[0, i]) + (state[1, j] - state[1, i])
             gaps[(pairs + k) * dimension + x] = gap
     for body in range(masses[3].shape[1]):
@@ -123,7 +123,7 @@ def move(form, masses, mu, state, totals, rows, slopes, share, changes):
 
 @jit_inline
 def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guessed):
-    """Passes from the slopes in rows until convergence; returns a code and their number."""
+    """Iterate from the slopes in rows to convergence; returns a code and the number of passes."""
     rows, totals, changes, gaps, history = scratch
     pairs, seconds, starts, bodies, terms, poles, _ = masses
     dimension, share = len(form[0]), 1.0
@@ -153,8 +153,8 @@ def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guess
         move(form, masses, tables[0], state, totals, rows, rows[0], share, changes)
         change = 0.0
         for part in range(0, 4, 2):
-            one = lanes.sum_of(form, changes, part) / lanes.sum_of(form, changes, part + 1)
-            change = one if not one <= change else change  # NaN too
+            relative = lanes.sum_of(form, changes, part) / lanes.sum_of(form, changes, part + 1)
+            change = relative if not relative <= change else change  # NaN too
         code = solve.verdict(change, tolerance, history)
         if guessed and passes == 1 and not change < BAD_GUESS_CHANGE:
             return solve.DIVERGED, passes
@@ -169,11 +169,11 @@ def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guess
 
 @jit_inline
 def advance_clock(form, masses, tables, todo, until, tolerance, noise, state, stages, solver_state,
-                  clock, scratch, done, kept):  # fmt: skip
-    """Do ``todo`` steps; returns a code. A step that fails, or would pass the time ``until`` unless
-    that is NaN, is not done."""
+                  clock, scratch, counts, recording):  # fmt: skip
+    """Do ``todo`` steps; returns a code. A step that fails, or would pass the time ``until`` (NaN:
+    none), leaves the state unchanged."""
     rows, totals, d, code = scratch[0], scratch[1], state.shape[1], solve.SOLVED
-    q, v, times, curves, rates = kept
+    q, v, times, curves, rates = recording
     for part in range(2):
         copy_rows(rows[part], stages[part * d : (part + 1) * d])
     for step in range(todo):
@@ -185,7 +185,7 @@ def advance_clock(form, masses, tables, todo, until, tolerance, noise, state, st
                 code, passes = iterate(
                     form, masses, tables, state, clock, tolerance, noise, scratch, attempt == 0
                 )
-                done[1] += passes
+                counts[1] += passes
         t, low = two_sum(clock[0], clock[1] + lanes.sum_of(form, totals, lanes.LENGTH))
         if code == solve.SOLVED and not abs(t) < np.inf:
             code = solve.NOT_FINITE
@@ -194,7 +194,7 @@ def advance_clock(form, masses, tables, todo, until, tolerance, noise, state, st
                 copy_rows(rows[part], rows[5 + part])
             break
         clock[0], clock[1], times[step, 0], times[step, 1] = t, low, t, low
-        solver_state[HOLDS], done[0] = LAST_STEP, step + 1
+        solver_state[HOLDS], counts[0] = LAST_STEP, step + 1
         for part in range(2):
             for i in range(d):
                 moved = state[2 * part + 1, i] + lanes.sum_of(form, rows[part], i)
@@ -213,10 +213,12 @@ def advance_clock(form, masses, tables, todo, until, tolerance, noise, state, st
 @cache
 def compiled_advance_clock(dimension, width):
     """``advance_clock`` compiled or cached for a dimension and the lanes of a vector."""
-    whole, real, numbers = types.int64, types.float64, types.int64[::1]
-    form = types.Tuple([*(types.UniTuple(whole, n) for n in (dimension, width)), whole, whole])
-    signature = whole(
-        form, MASSES, types.UniTuple(FIXED_MATRIX, 4), whole, real, real, real, MATRIX, MATRIX,
+    integer, real, numbers = types.int64, types.float64, types.int64[::1]
+    form = types.Tuple(
+        [*(types.UniTuple(integer, n) for n in (dimension, width)), integer, integer]
+    )
+    signature = integer(
+        form, MASSES, types.UniTuple(FIXED_MATRIX, 4), integer, real, real, real, MATRIX, MATRIX,
         numbers, VECTOR, SCRATCH, numbers, TAKEN,
     )  # fmt: skip
     return compiled_for(advance_clock, signature, jit_inline)

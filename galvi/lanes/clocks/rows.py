@@ -20,21 +20,21 @@ sum_of = in_lanes(lambda at, rows, row: rows[row, 0], types.float64)  # of a row
 
 @in_lanes
 def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, totals):
-    """What the pairs ``begin`` to ``end`` of one body with the ``seconds`` add to their rows, the
-    potential and the rate of the clock."""
+    """Add the pairs ``begin`` to ``end`` of a body with the ``seconds`` to the rows of both, to the
+    potential and to the rate of the clock."""
     builder, n = at.builder, len(at.axes)
-    here = [shifts[first, x] for x in at.axes]
+    shift = [shifts[first, x] for x in at.axes]
     owned: list[Any] = [(rows, (first, x)) for rows in (pulls, turns) for x in at.axes]
     owned += [(totals, POTENTIAL), (totals, RATES)]
-    sums = [at.variable(rows[place].value) for rows, place in owned]
+    sums = [at.variable(rows[index].value) for rows, index in owned]
 
-    def add(place, amount):
-        builder.store((Lane(builder, builder.load(place)) + amount).value, place)
+    def add(pointer, amount):
+        builder.store((Lane(builder, builder.load(pointer)) + amount).value, pointer)
 
     with cgutils.for_range(builder, end, start=begin, intp=end.type) as loop:
         row, start = (builder.mul(loop.index, loop.index.type(size)) for size in (COLUMNS, n))
         second = at.number(seconds.data, loop.index)
-        gap = [here[x] - shifts[second, x] + gaps.number(start, x) for x in at.axes]
+        gap = [shift[x] - shifts[second, x] + gaps.number(start, x) for x in at.axes]
         inverse = at.inverse.root(square(gap))
         third = inverse * inverse * inverse
         pace = pairs.number(row, PACE) * third
@@ -46,13 +46,13 @@ def attract(at, shifts, gaps, pairs, seconds, first, begin, end, pulls, turns, t
         onto_first, onto_second = (
             (pairs.number(row, n) * third).exact for n in (ONTO_FIRST, ONTO_SECOND)
         )
-        for x, one in enumerate(gap):
-            add(sums[x], -onto_first * one)
-            add(sums[n + x], turn * one)
-            pulls[second, x] = pulls[second, x] + onto_second * one
-            turns[second, x] = turns[second, x] - turn * one
-    for (rows, place), total in zip(owned, sums, strict=True):
-        rows[place] = Lane(builder, builder.load(total))
+        for x, component in enumerate(gap):
+            add(sums[x], -onto_first * component)
+            add(sums[n + x], turn * component)
+            pulls[second, x] = pulls[second, x] + onto_second * component
+            turns[second, x] = turns[second, x] - turn * component
+    for (rows, index), total in zip(owned, sums, strict=True):
+        rows[index] = Lane(builder, builder.load(total))
 
 
 @in_lanes
@@ -96,10 +96,10 @@ def drift(at, matrix, state, low, mean, row, half, totals, kicks, slopes, share,
         M / 2
     """
     kicked = enumerate(at.sums_of(matrix, kicks, row))
-    v = [state.number(row, x) + (low.number(row, x) + one) for x, one in kicked]
-    own = [one - mean.number(row.type(0), x) for x, one in enumerate(v)]
-    totals[KINETIC] = totals[KINETIC] + half * square(own)
-    at.renew(slopes, row, [totals[LENGTH] * one for one in v], share, changes, 2)
+    v = [state.number(row, x) + (low.number(row, x) + kick_x) for x, kick_x in kicked]
+    relative = [v_x - mean.number(row.type(0), x) for x, v_x in enumerate(v)]
+    totals[KINETIC] = totals[KINETIC] + half * square(relative)
+    at.renew(slopes, row, [totals[LENGTH] * v_x for v_x in v], share, changes, 2)
 
 
 @in_lanes

@@ -41,7 +41,7 @@ from galvi.kernels.compile.jit import MATRIX, REAL, VECTOR, compiled_for, jit_in
 from galvi.kernels.forces.passages import may_pass, note_paths
 from galvi.kernels.nystrom.advance import DONE, HOLDS, LAST_STEP, NOTHING
 from galvi.kernels.nystrom.solve import DIVERGED, FORCES, ITERATIONS, NOT_FINITE, SOLVED
-from galvi.kernels.run_record import KEPT, PLAN, PROGRESS, Kept, Plan, record, watched_row
+from galvi.kernels.run_record import PLAN, PROGRESS, RECORDING, Plan, Recording, record, watched_row
 from galvi.lanes.frames.rows import (
     ECCENTRICITY,
     OFFSET,
@@ -65,7 +65,7 @@ COARSE = types.Tuple((MATRIX, VECTOR, VECTOR, MATRIX))
 TABLES = types.Tuple((MATRIX, VECTOR, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR, COARSE))
 STAGES = types.UniTuple(MATRIX, 4)
 WORK = types.Tuple((STAGES, STAGES, MATRIX, MATRIX, MATRIX))
-MOST_PASSES = 60
+MAX_PASSES = 60
 PASSES, ALARM, LEFT, CHANGE = range(4)
 FURTHER = 2  # passes more than usual, after which a step is given up
 INFINITE = 1e300
@@ -95,7 +95,7 @@ def solve_step(functions, numbers, tables, state, counts, stages, coarse_stages,
         counts[FORCES] += coarse[0].shape[0]
         change = place_rows(coarse[0], few_k, state[4], state[6], W, sizes, wanted <= 2)
         first = 2
-    for passes in range(first, MOST_PASSES + 1):
+    for passes in range(first, MAX_PASSES + 1):
         call_void(functions[0], numbers, nodes, W, work, guess, k, float(passes - 1))
         counts[ITERATIONS] += 1
         counts[FORCES] += s
@@ -129,11 +129,11 @@ def see(functions, numbers, share, state, spare):
 
 
 @jit_inline
-def place_way(functions, numbers, h, state, spare, W, nodes, ways):
-    """q at the start of a step and at its stages W, in the columns of ``ways``, and the shares of
+def place_way(functions, numbers, h, state, spare, W, nodes, path):
+    """q at the start of a step and at its stages W, in the columns of ``path``, and the shares of
     the step there in its last row."""
     n = W.shape[0] // 2
-    for look in range(ways.shape[1]):
+    for look in range(path.shape[1]):
         share = nodes[OFFSET, look - 1] / h if look > 0 else -0.5
         see(functions, numbers, 0.0, state, spare)
         for i in range(n):
@@ -142,9 +142,9 @@ def place_way(functions, numbers, h, state, spare, W, nodes, ways):
                 spare[6, i], spare[7, i] = W[n + i, look - 1], 0.0
         call_void(functions[1], numbers, share, spare)
         call_void(functions[2], numbers, spare)
-        for i in range(ways.shape[0] - 1):
-            ways[i, look] = spare[0, i]
-        ways[ways.shape[0] - 1, look] = share + 0.5
+        for i in range(path.shape[0] - 1):
+            path[i, look] = spare[0, i]
+        path[path.shape[0] - 1, look] = share + 0.5
 
 
 @jit_inline
@@ -178,17 +178,17 @@ def set_nodes(plan, clock, number, b, c, nodes):
 
 
 @jit_inline
-def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kept):
+def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, recording):
     """Do ``todo`` more steps of a run; returns a code, as galvi.kernels.nystrom.advance.
 
-    The state is that after these steps; where one fails, it is lost.
+    A step that fails leaves no valid state.
     """
-    plan, kept = Plan(*plan), Kept(*kept)
+    plan, recording = Plan(*plan), Recording(*recording)
     matrix, b, c, fit, clock, sizes, checks, coarse = tables
     state, _stages, solver_state, counts, passage = progress
-    stages, coarse_stages, work, spare, ways = scratch
+    stages, coarse_stages, work, spare, path = scratch
     W, k, nodes, _guess = stages
-    n, d = W.shape[0] // 2, kept.q.shape[1]
+    n, d = W.shape[0] // 2, recording.q.shape[1]
     if solver_state[HOLDS] == NOTHING:
         call_void(functions[1], numbers, 0.5, state)
         solver_state[HOLDS] = LAST_STEP
@@ -201,33 +201,39 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
         code = solve_step(functions, numbers, tables, state, counts, stages, coarse_stages, work)
         if code != SOLVED:
             return code
-        if kept.bases.shape[0] > 0:
-            keep_curve(state, fit, k, kept.bases[step], kept.curves[step])
+        if recording.bases.shape[0] > 0:
+            keep_curve(state, fit, k, recording.bases[step], recording.curves[step])
         passing = False
         if passage.size > 0:
             see(functions, numbers, 0.0, state, spare)
             passing = may_pass(passage, spare[0], spare[2], plan.step, matrix.shape[0])
         if passing:
-            place_way(functions, numbers, plan.step, state, spare, W, nodes, ways[:, :-1])
+            place_way(functions, numbers, plan.step, state, spare, W, nodes, path[:, :-1])
         add_rows(b, k, state[4], state[5], 0, n)
         add_rows(b, k, state[6], state[7], n, n)
         if passing:
             see(functions, numbers, 0.5, state, spare)
             for i in range(d):
-                ways[i, ways.shape[1] - 1] = spare[0, i]
-            note_paths(passage, ways, plan.step, matrix.shape[0], number + 1)
-        row, rest = divmod(step + 1, plan.every)
+                path[i, path.shape[1] - 1] = spare[0, i]
+            note_paths(passage, path, plan.step, matrix.shape[0], number + 1)
+        row, remainder = divmod(step + 1, plan.save_every)
         if (
-            rest == 0
+            remainder == 0
             or step + 1 == first + todo
             or step + 1 == plan.total
-            or watched_row(plan, kept, step) >= 0
+            or watched_row(plan, recording, step) >= 0
         ):
             if not leave(functions, numbers, state, spare, d):
                 return NOT_FINITE
             record(
                 plan,
-                Kept(kept.q, kept.p, kept.bases[:0], kept.curves, kept.seen),
+                Recording(
+                    recording.q,
+                    recording.p,
+                    recording.bases[:0],
+                    recording.curves,
+                    recording.watched,
+                ),
                 step,
                 state[0],
                 state[0],
@@ -240,7 +246,7 @@ def advance_frame(functions, numbers, tables, plan, todo, progress, scratch, kep
 
 @jit_inline
 def keep_curve(state, fit, k, base, curve):
-    """The state at the step's centre before it, its low parts, and its curve's coefficients."""
+    """Record the state at the step's centre, its low parts, and the coefficients of its curve."""
     m = state.shape[1]
     for i in range(m):
         base[i], base[m + i] = state[4, i], state[6, i]
@@ -256,15 +262,15 @@ def keep_curve(state, fit, k, base, curve):
 @cache
 def compiled_advance_frame():
     """``advance_frame`` compiled or cached, one kernel for all frames."""
-    whole = types.int64
-    signature = whole(
+    integer = types.int64
+    signature = integer(
         types.int64[::1],
         VECTOR,
         TABLES,
         PLAN,
-        whole,
+        integer,
         PROGRESS,
         WORK,
-        KEPT,
+        RECORDING,
     )
     return compiled_for(advance_frame, signature, jit_inline)

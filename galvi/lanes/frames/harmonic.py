@@ -25,7 +25,7 @@ from galvi.lanes.frames.rows import WEIGHT
 from galvi.lanes.gravity import fused
 from galvi.lanes.laws import From
 from galvi.lanes.values import Lane
-from galvi.lanes.vectors import LANES, NOTHING, Lanes
+from galvi.lanes.vectors import LANES, ZEROS, Lanes
 
 ROTATION = 6  # rows of a rotation
 
@@ -47,10 +47,10 @@ def harmonic_rates(slopes, d):
             arrays = [
                 context.make_array(signature.args[i])(context, builder, values[i]) for i in range(5)
             ]
-            known, times, given, scratch, out = (array.data for array in arrays)
+            coefficients, times, states, scratch, out = (array.data for array in arrays)
             padded = builder.extract_value(arrays[2].shape, 1)
             row = padded.type
-            tables = builder.gep(known, [row(first_of(d, 0)[0])])
+            tables = builder.gep(coefficients, [row(first_of(d, 0)[0])])
             constants = builder.gep(tables, [builder.mul(padded, row(2 * d))])
 
             def product(lanes, transposed, source, target):
@@ -58,38 +58,42 @@ def harmonic_rates(slopes, d):
                 stride, across = (1, d) if transposed else (d, 1)
                 for first in range(0, d, 4):
                     rows = range(first, min(first + 4, d))
-                    totals = [lanes.variable(NOTHING) for _ in rows]
+                    totals = [lanes.variable(ZEROS) for _ in rows]
                     with cgutils.for_range(builder, row(d), intp=row) as loop:
                         value = lanes.load(scratch, builder.add(row(source), loop.index))
                         column = builder.mul(loop.index, row(across))
                         for i, total in zip(rows, totals, strict=True):
-                            place = builder.add(column, row(i * stride))
-                            factor = lanes.spread(builder.load(builder.gep(known, [place])))
-                            more = lanes.mul(factor, value)
-                            builder.store(lanes.add(builder.load(total), more), total)
+                            index = builder.add(column, row(i * stride))
+                            factor = lanes.spread(builder.load(builder.gep(coefficients, [index])))
+                            term = lanes.mul(factor, value)
+                            builder.store(lanes.add(builder.load(total), term), total)
                     for i, total in zip(rows, totals, strict=True):
                         lanes.store(builder.load(total), scratch, row(target + i))
 
             chunks = builder.udiv(padded, row(LANES))
             with cgutils.for_range(builder, chunks, intp=row) as loop:
                 lanes = Lanes(context, builder, padded, loop.index)
-                here = Lanes(context, builder, row(LANES), row(0))
+                scratch_lanes = Lanes(context, builder, row(LANES), row(0))
 
-                def load(data, i, lanes=lanes, here=here):
-                    return Lane(builder, (here if data is scratch else lanes).load(data, row(i)))
+                def load(array, i, lanes=lanes, scratch_lanes=scratch_lanes):
+                    return Lane(
+                        builder, (scratch_lanes if array is scratch else lanes).load(array, row(i))
+                    )
 
-                squares = Constants(lanes, known)
+                squares = Constants(lanes, coefficients)
                 for i in range(d):
-                    x = load(tables, i) * load(given, i) + load(tables, d + i) * load(given, d + i)
-                    here.store(x.value, scratch, row(i))
-                product(here, False, 0, d)
+                    x = load(tables, i) * load(states, i) + load(tables, d + i) * load(
+                        states, d + i
+                    )
+                    scratch_lanes.store(x.value, scratch, row(i))
+                product(scratch_lanes, False, 0, d)
                 places = [load(scratch, d + i) for i in range(d)]
                 given_constants = From(Constants(lanes, constants), 0)
-                found = slopes(places, load(times, 0), given_constants)
-                for i, slope in enumerate(found):
-                    here.store((-places[0].same(slope)).value, scratch, row(d + i))
+                gradient = slopes(places, load(times, 0), given_constants)
+                for i, slope in enumerate(gradient):
+                    scratch_lanes.store((-places[0].same(slope)).value, scratch, row(d + i))
                 modes = [load(scratch, i) for i in range(d)]
-                product(here, True, d, 0)
+                product(scratch_lanes, True, d, 0)
                 weight = load(times, WEIGHT)
                 for i in range(d):
                     spring = modes[i].exact * squares[d * d + i]  # rounded as a built-in slope is
@@ -124,12 +128,12 @@ def drift(numbers, share, state):
 @jit_noalloc
 def turned(x, x_low, c, c_low, v, v_low, s, s_low):
     """x + c x + s v of numbers in two parts."""
-    one, other = c * x, s * v
-    low = fused(c, x, -one) + fused(s, v, -other) + (c * x_low + s * v_low)
+    cx, sv = c * x, s * v
+    low = fused(c, x, -cx) + fused(s, v, -sv) + (c * x_low + s * v_low)
     low += c_low * x + s_low * v
-    total, rest = two_sum(x, one)
-    total, more = two_sum(total, other)
-    return two_sum(total, (rest + more) + (low + x_low))
+    total, error = two_sum(x, cx)
+    total, second_error = two_sum(total, sv)
+    return two_sum(total, (error + second_error) + (low + x_low))
 
 
 @jit_noalloc
@@ -140,9 +144,9 @@ def leave(numbers, state):
         q, v, q_low, v_low = 0.0, 0.0, 0.0, 0.0
         for j in range(d):
             factor = numbers[d * i + j]
-            q, rest = two_sum(q, factor * state[4, j])
-            q_low += rest + factor * state[5, j]
-            v, rest = two_sum(v, factor * state[6, j])
-            v_low += rest + factor * state[7, j]
+            q, error = two_sum(q, factor * state[4, j])
+            q_low += error + factor * state[5, j]
+            v, error = two_sum(v, factor * state[6, j])
+            v_low += error + factor * state[7, j]
         state[0, i], state[1, i] = two_sum(q, q_low)
         state[2, i], state[3, i] = two_sum(v, v_low)

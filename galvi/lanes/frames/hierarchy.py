@@ -30,9 +30,9 @@ from galvi.lanes.frames.kepler_motion import (
     rates_of_orbits,
 )
 from galvi.lanes.values import Lane, Several
-from galvi.lanes.vectors import DOUBLE, NOTHING
+from galvi.lanes.vectors import DOUBLE, ZEROS
 
-OTHER, FIRST, MIDDLE, END = 3, 4, 5, 6  # blocks of numbers
+SECOND_SHARE, FIRST, MIDDLE, END = 3, 4, 5, 6  # blocks of numbers
 
 
 def rows_of_hierarchy(dimension):
@@ -58,7 +58,9 @@ class Bodies:
         orbits = self.orbits
         blocks = range(half * orbits.D, (half + 1) * orbits.D)
         return [
-            Several([Lane(orbits.builder, orbits.here.load(orbits.work, self.at(block, body)))])
+            Several(
+                [Lane(orbits.builder, orbits.work_lanes.load(orbits.work, self.at(block, body)))]
+            )
             for block in blocks
         ]
 
@@ -66,67 +68,69 @@ class Bodies:
         orbits = self.orbits
         for x, several in enumerate(vector):
             row = self.at(half * orbits.D + x, body)
-            orbits.here.store(several.lanes[0].value, orbits.work, row)
+            orbits.work_lanes.store(several.lanes[0].value, orbits.work, row)
 
     def mass(self, body):
-        """m of a body, in all lanes: that of the first is before those of the others."""
+        """m of a body, in all lanes."""
         orbits = self.orbits
-        place = orbits.builder.add(body, self.row(HEAD - 1))
+        index = orbits.builder.add(body, self.row(HEAD - 1))
         return Several(
-            [Lane(orbits.builder, self.lanes.spread(self.lanes.number(orbits.numbers, place)))]
+            [Lane(orbits.builder, self.lanes.spread(self.lanes.number(orbits.numbers, index)))]
         )
 
     def bound(self, pair, k):
-        """One of a pair's limits among the bodies."""
+        """A limit of a pair's bodies, FIRST, MIDDLE or END."""
         orbits = self.orbits
-        return orbits.whole(self.lanes, orbits.builder.add(orbits.at(k, pair), self.row(HEAD)))
+        return orbits.integer(self.lanes, orbits.builder.add(orbits.at(k, pair), self.row(HEAD)))
 
-    def each(self, begin, end):
-        """A loop over bodies."""
+    def loop(self, begin, end):
         builder = self.orbits.builder
         return cgutils.for_range(builder, end, begin, intp=self.row)
 
 
 def attract(orbits, bodies, pair):
-    """What a pair leaves of the attraction of its two sides, and the bodies' places after it."""
+    """Add the attraction of a pair's two sides without its Kepler motion, and update the places."""
     lanes = bodies.lanes
     first, middle, end = (bodies.bound(pair, k) for k in (FIRST, MIDDLE, END))
-    Q = orbits.load_vector(orbits.here, orbits.work, 0, (pair,))
-    inverse = orbits.load(orbits.here, orbits.work, 2 * orbits.D, (pair,))
+    Q = orbits.load_vector(orbits.work_lanes, orbits.work, 0, (pair,))
+    inverse = orbits.load(orbits.work_lanes, orbits.work, 2 * orbits.D, (pair,))
     square = inverse * inverse
     cube = square * inverse
-    with bodies.each(first, middle) as one:
-        a = one.index
-        near, heavy = bodies.load(0, a), bodies.mass(a)
+    with bodies.loop(first, middle) as outer:
+        a = outer.index
+        place_a, heavy = bodies.load(0, a), bodies.mass(a)
         changed = orbits.variables(lanes, bodies.load(1, a))
-        with bodies.each(middle, end) as other:
-            b = other.index
-            d = [x - y for x, y in zip(bodies.load(0, b), near, strict=True)]
+        with bodies.loop(middle, end) as inner:
+            b = inner.index
+            d = [x - y for x, y in zip(bodies.load(0, b), place_a, strict=True)]
             gap = [x + y for x, y in zip(Q, d, strict=True)]
             e = dot(d, [2.0 * x + y for x, y in zip(Q, d, strict=True)]) * square
             f, _third = encke(orbits, e, dot(gap, gap) * square)
             g = [(f * x - y) * cube for x, y in zip(gap, d, strict=True)]
             bodies.store(1, b, [x + heavy * y for x, y in zip(bodies.load(1, b), g, strict=True)])
             light = bodies.mass(b)
-            for place, y in zip(changed, g, strict=True):
-                orbits.keep(orbits.kept(place) - light * y, place)
-        bodies.store(1, a, [orbits.kept(place) for place in changed])
+            for pointer, y in zip(changed, g, strict=True):
+                orbits.keep(orbits.value_of(pointer) - light * y, pointer)
+        bodies.store(1, a, [orbits.value_of(pointer) for pointer in changed])
     act(orbits, bodies, pair, middle, Q)
-    for begin, limit, share, sign in ((first, middle, SHARE, -1.0), (middle, end, OTHER, 1.0)):
+    for begin, limit, share, sign in (
+        (first, middle, SHARE, -1.0),
+        (middle, end, SECOND_SHARE, 1.0),
+    ):
         moved = orbits.number(lanes, share, (pair,)) * sign
-        with bodies.each(begin, limit) as one:
-            there = bodies.load(0, one.index)
-            bodies.store(0, one.index, [x + moved * y for x, y in zip(there, Q, strict=True)])
+        with bodies.loop(begin, limit) as outer:
+            position = bodies.load(0, outer.index)
+            bodies.store(0, outer.index, [x + moved * y for x, y in zip(position, Q, strict=True)])
 
 
 def act(orbits, bodies, pair, middle, Q):
-    """What forces beside gravity accelerate the bodies on either side of a pair by."""
+    """Add the accelerations of the bodies of a pair by forces beside gravity."""
     builder, lanes = orbits.builder, bodies.lanes
 
-    def gap(source, other):
+    def gap(source, target):
         outwards = builder.icmp_signed("<", source, middle)
         sign = Lane(builder, lanes.spread(builder.select(outwards, DOUBLE(1.0), DOUBLE(-1.0))))
-        parts = zip(Q, bodies.load(0, other), bodies.load(0, source), strict=True)
+        parts = zip(Q, bodies.load(0, target), bodies.load(0, source), strict=True)
         return [(x * sign + (y - z)).lanes[0] for x, y, z in parts]
 
     def add(body, pull):
@@ -139,20 +143,20 @@ def nested_bodies(orbits, lanes):
     """A pass at eight stages."""
     builder, D = orbits.builder, orbits.D
     bodies, weight = Bodies(orbits, lanes), Several([orbits.weight(lanes)])
-    nothing = [Several([Lane(builder, NOTHING)])] * D
+    zeros = [Several([Lane(builder, ZEROS)])] * D
     orbits.move(lanes, lambda pairs, Q: None)
-    with bodies.each(orbits.row(0), bodies.count) as loop:
+    with bodies.loop(orbits.row(0), bodies.count) as loop:
         for half in range(2):
-            bodies.store(half, loop.index, nothing)
-    with bodies.each(orbits.row(0), orbits.n) as loop:
+            bodies.store(half, loop.index, zeros)
+    with bodies.loop(orbits.row(0), orbits.n) as loop:
         attract(orbits, bodies, loop.index)
-    with bodies.each(orbits.row(0), orbits.n) as loop:
+    with bodies.loop(orbits.row(0), orbits.n) as loop:
         pair = loop.index
         first, middle = (bodies.bound(pair, k) for k in (FIRST, MIDDLE))
-        near, far = bodies.load(1, first), bodies.load(1, middle)
-        a = [x - y for x, y in zip(far, near, strict=True)]
+        first_pull, middle_pull = bodies.load(1, first), bodies.load(1, middle)
+        a = [x - y for x, y in zip(middle_pull, first_pull, strict=True)]
         share = orbits.number(lanes, SHARE, (pair,))
-        bodies.store(1, first, [x + share * y for x, y in zip(near, a, strict=True)])
+        bodies.store(1, first, [x + share * y for x, y in zip(first_pull, a, strict=True)])
         orbits.pull_back(lanes, (pair,), [weight * x for x in a])
 
 

@@ -22,19 +22,19 @@ from __future__ import annotations
 from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.celestial import add_in_frame
 from galvi.lanes.frames.kepler_motion import (
+    BODY_MASS,
     FIRST_MASS,
     KEPT_BLOCKS,
     MASS,
-    OWN,
     SHARE,
     dot,
     encke,
     rates_of_orbits,
 )
 from galvi.lanes.values import Lane, Several
-from galvi.lanes.vectors import NOTHING
+from galvi.lanes.vectors import ZEROS
 
-STAR, REST, RATIO, INSIDE = 3, 4, 5, 6  # blocks of numbers
+STAR, ONE_MINUS_C, RATIO, INSIDE = 3, 4, 5, 6  # blocks of numbers
 
 
 def rows_of_planets(dimension):
@@ -47,77 +47,81 @@ def own_block(orbits, k):
     return 2 * orbits.D + KEPT_BLOCKS + k * orbits.D
 
 
-def place(orbits, lanes):
-    """Places from the star: a function of planets and their Q."""
+def places_from_star(orbits, lanes):
+    """A function (planets, Q) that stores d and the places from the star, for `Orbits.move`."""
     builder, D = orbits.builder, orbits.D
-    before = [lanes.variable(NOTHING) for _ in range(D)]
+    before = [lanes.variable(ZEROS) for _ in range(D)]
 
     def follow(planets, Q):
         share, d = orbits.number(lanes, SHARE, planets), []
-        for known, y in zip(before, Q, strict=True):
-            inner = [Lane(builder, builder.load(known))]
-            for one, weight in zip(y.lanes, share.lanes, strict=True):
-                inner.append(inner[-1] + weight * one)
-            builder.store(inner[-1].value, known)
+        for pointer, y in zip(before, Q, strict=True):
+            inner = [Lane(builder, builder.load(pointer))]
+            for lane, weight in zip(y.lanes, share.lanes, strict=True):
+                inner.append(inner[-1] + weight * lane)
+            builder.store(inner[-1].value, pointer)
             d.append(Several(inner[:-1]))
-        nothing = Several(Lane(builder, NOTHING) for _ in planets)
+        zero = Several(Lane(builder, ZEROS) for _ in planets)
         places = [x + y for x, y in zip(Q, d, strict=True)]
-        for k, vector in enumerate((d, places, [nothing] * D)):
-            orbits.store_vector(orbits.here, vector, orbits.work, own_block(orbits, k), planets)
+        for k, vector in enumerate((d, places, [zero] * D)):
+            orbits.store_vector(
+                orbits.work_lanes, vector, orbits.work, own_block(orbits, k), planets
+            )
 
     return follow
 
 
 def pull(orbits, lanes):
-    """p from all pairs of planets."""
+    """Set p from all pairs of planets."""
     builder, row, D = orbits.builder, orbits.row, orbits.D
     place_of, pull_of = own_block(orbits, 1), own_block(orbits, 2)
     with cgutils.for_range(builder, orbits.n, intp=row) as outer:
         i = (outer.index,)
-        here, mass = (
-            orbits.load_vector(orbits.here, orbits.work, place_of, i),
-            orbits.number(lanes, OWN, i),
+        x_i, mass = (
+            orbits.load_vector(orbits.work_lanes, orbits.work, place_of, i),
+            orbits.number(lanes, BODY_MASS, i),
         )
-        pulled = orbits.variables(lanes, orbits.load_vector(orbits.here, orbits.work, pull_of, i))
+        pulled = orbits.variables(
+            lanes, orbits.load_vector(orbits.work_lanes, orbits.work, pull_of, i)
+        )
         with cgutils.for_range(builder, outer.index, intp=row) as inner:
             j = (inner.index,)
-            there = orbits.load_vector(orbits.here, orbits.work, place_of, j)
-            gap = [x - y for x, y in zip(there, here, strict=True)]
-            near = orbits.root(dot(gap, gap))
-            cube = near * near * near
-            onto_i, onto_j = orbits.number(lanes, OWN, j) * cube, mass * cube
+            x_j = orbits.load_vector(orbits.work_lanes, orbits.work, place_of, j)
+            gap = [x - y for x, y in zip(x_j, x_i, strict=True)]
+            inverse = orbits.root(dot(gap, gap))
+            cube = inverse * inverse * inverse
+            onto_i, onto_j = orbits.number(lanes, BODY_MASS, j) * cube, mass * cube
             for x in range(D):
-                other = orbits.load(orbits.here, orbits.work, pull_of + x, j)
-                changed = other - onto_j * gap[x]
-                orbits.store(orbits.here, changed, orbits.work, pull_of + x, j)
-                orbits.keep(orbits.kept(pulled[x]) + onto_i * gap[x], pulled[x])
-        own = [orbits.kept(x) for x in pulled]
-        orbits.store_vector(orbits.here, own, orbits.work, pull_of, i)
+                pull_j = orbits.load(orbits.work_lanes, orbits.work, pull_of + x, j)
+                changed = pull_j - onto_j * gap[x]
+                orbits.store(orbits.work_lanes, changed, orbits.work, pull_of + x, j)
+                orbits.keep(orbits.value_of(pulled[x]) + onto_i * gap[x], pulled[x])
+        pull_i = [orbits.value_of(x) for x in pulled]
+        orbits.store_vector(orbits.work_lanes, pull_i, orbits.work, pull_of, i)
 
 
 def act(orbits, lanes):
-    """Adds to p what forces beside gravity accelerate the planets by."""
+    """Add to p the accelerations of the planets by forces beside gravity."""
     builder, row = orbits.builder, orbits.row
 
     def load(k, body):
         planet = (builder.sub(body, row(1)),)
-        return orbits.load_vector(orbits.here, orbits.work, own_block(orbits, k), planet)
+        return orbits.load_vector(orbits.work_lanes, orbits.work, own_block(orbits, k), planet)
 
     def moves(body):
         return builder.icmp_signed(">", body, row(0))
 
     def place_of(body):
         places = (x.lanes[0].value for x in load(1, body))
-        return [Lane(builder, builder.select(moves(body), x, NOTHING)) for x in places]
+        return [Lane(builder, builder.select(moves(body), x, ZEROS)) for x in places]
 
-    def gap(source, other):
-        return [x - y for x, y in zip(place_of(other), place_of(source), strict=True)]
+    def gap(source, target):
+        return [x - y for x, y in zip(place_of(target), place_of(source), strict=True)]
 
     def add(body, pull):
         with builder.if_then(moves(body)):
             p = [x + y for x, y in zip(load(2, body), pull, strict=True)]
             planet = (builder.sub(body, row(1)),)
-            orbits.store_vector(orbits.here, p, orbits.work, own_block(orbits, 2), planet)
+            orbits.store_vector(orbits.work_lanes, p, orbits.work, own_block(orbits, 2), planet)
 
     add_in_frame(orbits, lanes, row(0), orbits.n, gap, add)
 
@@ -126,17 +130,18 @@ def finish(orbits, lanes):
     """Perturbing accelerations, pulled back to the centre of the step."""
     builder, D = orbits.builder, orbits.D
     shared = orbits.scalar(lanes, FIRST_MASS), orbits.weight(lanes)
-    beyond = [lanes.variable(NOTHING) for _ in range(D)]
+    beyond = [lanes.variable(ZEROS) for _ in range(D)]
 
     def part(planets):
         star, weight = (Several([lane] * len(planets)) for lane in shared)
         Q, d, x, p = (
-            orbits.load_vector(orbits.here, orbits.work, block, planets)
+            orbits.load_vector(orbits.work_lanes, orbits.work, block, planets)
             for block in (0, *(own_block(orbits, k) for k in range(3)))
         )
-        inverse = orbits.load(orbits.here, orbits.work, 2 * D, planets)
-        mu, own, c, rest, ratio, inside = (
-            orbits.number(lanes, k, planets) for k in (MASS, OWN, STAR, REST, RATIO, INSIDE)
+        inverse = orbits.load(orbits.work_lanes, orbits.work, 2 * D, planets)
+        mu, m, c, one_minus_c, ratio, inside = (
+            orbits.number(lanes, k, planets)
+            for k in (MASS, BODY_MASS, STAR, ONE_MINUS_C, RATIO, INSIDE)
         )
         square = inverse * inverse
         cube = square * inverse
@@ -144,14 +149,14 @@ def finish(orbits, lanes):
         f, third = encke(orbits, e, 1.0 + e)
         pull, fall = mu * cube, star * third * cube
         a = []
-        for k, place in enumerate(beyond):
-            outside = [Lane(builder, builder.load(place))]
-            pulled = own * (p[k] - fall * x[k])
-            for one in pulled.lanes:
-                outside.append(outside[-1] + one)
-            builder.store(outside[-1].value, place)
-            near = pull * (rest * Q[k] + c * (f * x[k] - d[k]))
-            a.append(weight * (near + (ratio * p[k] + inside * Several(outside[:-1]))))
+        for k, pointer in enumerate(beyond):
+            outside = [Lane(builder, builder.load(pointer))]
+            pulled = m * (p[k] - fall * x[k])
+            for lane in pulled.lanes:
+                outside.append(outside[-1] + lane)
+            builder.store(outside[-1].value, pointer)
+            bracket = pull * (one_minus_c * Q[k] + c * (f * x[k] - d[k]))
+            a.append(weight * (bracket + (ratio * p[k] + inside * Several(outside[:-1]))))
         orbits.pull_back(lanes, planets, a)
 
     orbits.inwards(part)
@@ -159,7 +164,7 @@ def finish(orbits, lanes):
 
 def planets_alone(orbits, lanes):
     """A pass at eight stages."""
-    orbits.move(lanes, place(orbits, lanes))
+    orbits.move(lanes, places_from_star(orbits, lanes))
     pull(orbits, lanes)
     act(orbits, lanes)
     finish(orbits, lanes)

@@ -16,10 +16,10 @@ from numba.extending import intrinsic
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.compile.jit import jit_inline
 from galvi.lanes.frames import universal
-from galvi.lanes.frames.kepler_motion import COUNT, HEAD, MASS, MOST_CORRECTIONS, NAN, STEP, dot
+from galvi.lanes.frames.kepler_motion import COUNT, HEAD, MASS, MAX_CORRECTIONS, NAN, STEP, dot
 from galvi.lanes.functions import square_root, two_product, two_sum
 from galvi.lanes.values import Lane, Truth
-from galvi.lanes.vectors import LANES, NOTHING, Lanes, spread
+from galvi.lanes.vectors import LANES, ZEROS, Lanes, spread
 
 LAST_CORRECTION = 2e-6  # share of X up to which a correction of it is the last one
 LARGEST_ANOMALY_CHANGE = 8.0  # largest change of the mean anomaly in a step, in radians
@@ -27,7 +27,7 @@ LARGEST_ANOMALY_CHANGE = 8.0  # largest change of the mean anomaly in a step, in
 
 @jit_inline
 def kepler_drift(axes, numbers, share, state):
-    """The planets of rows 4 to 7 of the state, in as many dimensions as ``axes`` has entries.
+    """Move the planets of rows 4 to 7 of the state along Kepler's orbits; ``axes`` has D entries.
 
     The steps of Q and v are added with their rounding errors. NaN where Kepler's equation was not
     solved, or a step is too long.
@@ -39,26 +39,25 @@ def kepler_drift(axes, numbers, share, state):
 
 @intrinsic
 def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
-    """Moves a vector of planets."""
+    """Move a vector of planets."""
     D = axes.count
 
     def generate(context, builder, signature, values):
-        known, rows = (
+        constants, rows = (
             context.make_array(signature.args[k])(context, builder, values[k]) for k in (1, 3)
         )
         width = builder.extract_value(rows.shape, 1)
         row = width.type
-        n = builder.fptosi(builder.load(builder.gep(known.data, [row(COUNT)])), row)
+        n = builder.fptosi(builder.load(builder.gep(constants.data, [row(COUNT)])), row)
         first = values[4]
         left = builder.sub(n, first)
         lanes = Lanes(context, builder, width, row(0))
 
-        def address(data, place):
-            place = builder.gep(data, [place])
-            return builder.bitcast(place, NOTHING.type.as_pointer())
+        def address(array, index):
+            return builder.bitcast(builder.gep(array, [index]), ZEROS.type.as_pointer())
 
-        def load(data, place):
-            value = builder.load(address(data, place))
+        def load(array, index):
+            value = builder.load(address(array, index))
             value.align = 8
             return Lane(builder, value)
 
@@ -67,24 +66,24 @@ def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
             return builder.add(begin, builder.mul(n, row(x)))
 
         mask = _below(builder, left)
-        h = Lane(builder, lanes.spread(lanes.number(known.data, row(STEP))))
+        h = Lane(builder, lanes.spread(lanes.number(constants.data, row(STEP))))
         part = Lane(builder, lanes.spread(values[2]))
         masses = builder.add(row(HEAD), builder.mul(n, row(MASS)))
-        mu = load(known.data, builder.add(first, masses))
+        mu = load(constants.data, builder.add(first, masses))
         parts = [[load(rows.data, entry(r, x)) for x in range(D)] for r in range(4, 8)]
         moved, solved = _moved(builder, lanes, mask, mu, h, part, *parts)
-        every = builder.icmp_unsigned(">=", left, row(LANES))
+        is_full = builder.icmp_unsigned(">=", left, row(LANES))
         for r, vector in zip(range(4, 8), moved, strict=True):
             for x, new in enumerate(vector):
                 lane = new.where(solved, NAN)
-                with builder.if_else(every) as (together, one_by_one):
+                with builder.if_else(is_full) as (together, one_by_one):
                     with together:
                         store = builder.store(lane.value, address(rows.data, entry(r, x)))
                         store.align = 8
                     with one_by_one, cgutils.for_range(builder, left, intp=row) as inner:
                         number = builder.extract_element(lane.value, inner.index)
-                        place = builder.add(entry(r, x), inner.index)
-                        builder.store(number, builder.gep(rows.data, [place]))
+                        index = builder.add(entry(r, x), inner.index)
+                        builder.store(number, builder.gep(rows.data, [index]))
         return context.get_dummy_value()
 
     return types.void(axes, numbers, share, state, types.intp), generate
@@ -97,7 +96,7 @@ def _below(builder, count):
 
 
 def _moved(builder, lanes, mask, mu, h, part, q, q_low, v, v_low):
-    """q, its low part, v and its low part after a part of the step h, and where they are right."""
+    """q, its low part, v and its low part after a part of the step h, and where they converged."""
     r0 = dot(q, q).call("sqrt")
     inverse_0, eta = 1.0 / r0, dot(q, v)
     beta = 2.0 * mu / r0 - dot(v, v)
@@ -109,22 +108,22 @@ def _moved(builder, lanes, mask, mu, h, part, q, q_low, v, v_low):
     inverse = 1.0 / r
     f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
     rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
-    ways, turns = [], []
+    displacements, turns = [], []
     for x, x_low, y, y_low in zip(q, q_low, v, v_low, strict=True):
-        ways.append((f * x + g * y, f * x_low + g * y_low))
+        displacements.append((f * x + g * y, f * x_low + g * y_low))
         turns.append((rate_f * x + rate_g * y, rate_f * x_low + rate_g * y_low))
-    places, place_change = _added(q, q_low, ways)
+    places, place_change = _added(q, q_low, displacements)
     speeds, speed_change = _added(v, v_low, turns)
     # What rounding changed in v.v / 2 - mu / r is taken from the speed: it would add up.
-    near, fast = ([high for high, _ in vector] for vector in (places, speeds))
-    r = dot(near, near).call("sqrt")
+    end_q, end_v = ([high for high, _ in vector] for vector in (places, speeds))
+    r = dot(end_q, end_q).call("sqrt")
     gained = 0.5 * speed_change + mu * place_change * inverse_0 / (r * (r0 + r))
-    back = gained / dot(fast, fast)
+    back = gained / dot(end_v, end_v)
     speeds = [(high, low - back * high) for high, low in speeds]
     ends = [
-        near,
+        end_q,
         [low for _, low in places],
-        fast,
+        end_v,
         [low for _, low in speeds],
     ]
     return ends, solved
@@ -138,49 +137,49 @@ def _added(start, start_low, changes):
     ends: list[Any] = []
     square: Any = None
     square_low: Any = 0.0
-    for x, x_low, (far, far_low) in zip(start, start_low, changes, strict=True):
-        end, rest = two_sum(x, far)
-        end, rest = two_sum(end, rest.fused + (x_low + far_low))
+    for x, x_low, (change, change_low) in zip(start, start_low, changes, strict=True):
+        end, end_low = two_sum(x, change)
+        end, end_low = two_sum(end, end_low.fused + (x_low + change_low))
         both, both_low = two_sum(x, end)
-        term, term_low = two_product(both, far.exact)
-        more = far * (both_low.fused + x_low + rest.fused) + far_low * both.fused
-        square, carried = two_sum(square, term) if square is not None else (term, 0.0 * far)
-        square_low = carried.fused + (term_low.fused + more) + square_low
-        ends.append((end.fused, rest.fused))
+        term, term_low = two_product(both, change.exact)
+        cross_terms = change * (both_low.fused + x_low + end_low.fused) + change_low * both.fused
+        square, carried = two_sum(square, term) if square is not None else (term, 0.0 * change)
+        square_low = carried.fused + (term_low.fused + cross_terms) + square_low
+        ends.append((end.fused, end_low.fused))
     return ends, square.fused + square_low
 
 
 def _solved(builder, lanes, mask, mean, beta, r0, eta, zeta, t):
-    """X and G1 to G5 after the time t, from X of the mean motion, and where it was solved."""
+    """X and G1 to G5 after the time t, from X of the mean motion, and where X converged."""
     reach = universal.LARGEST_ANOMALY_LEAD / beta.call("sqrt")
     ends = (lanes.variable(x.value) for x in (mean, mean - reach, mean + reach))
-    place, low, high = ends
-    changed = lanes.variable(NOTHING)
-    found = [lanes.variable(NOTHING) for _ in range(5)]
-    with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MOST_CORRECTIONS)) as loop:
-        X = Lane(builder, builder.load(place))
+    anomaly, low, high = ends
+    changed = lanes.variable(ZEROS)
+    functions = [lanes.variable(ZEROS) for _ in range(5)]
+    with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MAX_CORRECTIONS)) as loop:
+        X = Lane(builder, builder.load(anomaly))
         G = universal.universal(beta, X, universal.SERIES_TERMS, exact=True)
         step = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
-        for variable, value in zip(found, G, strict=True):
+        for variable, value in zip(functions, G, strict=True):
             builder.store(value.value, variable)
         builder.store(step.value, changed)
         small = (abs(step) <= LAST_CORRECTION * abs(X)) | ~mask
-        with builder.if_then(small.every):
+        with builder.if_then(small.all):
             loop.do_break()
-        far = universal.far_correction(
+        correction = universal.far_correction(
             beta, r0, eta, zeta, X, G, t, lambda x, y: x / y, square_root
         )
         limits = (Lane(builder, builder.load(end)) for end in (low, high))
-        bracket = universal.bracketed(X, far, *limits, lambda c, x, y: x.where(c, y))
-        for variable, value in zip((place, low, high), bracket, strict=True):
+        bracket = universal.bracketed(X, correction, *limits, lambda c, x, y: x.where(c, y))
+        for variable, value in zip((anomaly, low, high), bracket, strict=True):
             builder.store(value.value, variable)
-    X, step = (Lane(builder, builder.load(one)) for one in (place, changed))
+    X, step = (Lane(builder, builder.load(pointer)) for pointer in (anomaly, changed))
     solved = abs(step) <= LAST_CORRECTION * abs(X)
-    G = universal.moved(beta, [Lane(builder, builder.load(one)) for one in found], step)
+    G = universal.moved(beta, [Lane(builder, builder.load(pointer)) for pointer in functions], step)
     return X + step, G, solved
 
 
 @jit_inline
 def planets_of(numbers):
-    """n."""
+    """The number n of planets."""
     return int(numbers[COUNT])

@@ -21,10 +21,10 @@ def move_barycentre(numbers, share, state, first, D):
     """The barycentre moves in a straight line."""
     t = share * numbers[0]
     for i in range(first, first + D):
-        far = t * state[6, i]
-        low = fused(t, state[6, i], -far) + (t * state[7, i] + state[5, i])
-        place, rest = two_sum(state[4, i], far)
-        state[4, i], state[5, i] = two_sum(place, rest + low)
+        displacement = t * state[6, i]
+        low = fused(t, state[6, i], -displacement) + (t * state[7, i] + state[5, i])
+        position, error = two_sum(state[4, i], displacement)
+        state[4, i], state[5, i] = two_sum(position, error + low)
 
 
 @jit_inline
@@ -43,17 +43,17 @@ def leave(numbers, state, D):
             state[out, D * int(numbers[bodies]) + x] = star
             inner = 0.0
             for i in range(n):
-                place = state[source, x * n + i]
+                position = state[source, x * n + i]
                 body = D * int(numbers[bodies + 1 + i]) + x
-                state[out, body] = star + (inner + (place + state[source + 1, x * n + i]))
-                inner += numbers[share + i] * place
+                state[out, body] = star + (inner + (position + state[source + 1, x * n + i]))
+                inner += numbers[share + i] * position
     for i in range(D * (n + 1)):
         state[1, i], state[3, i] = 0.0, 0.0
 
 
 @jit_inline
 def leave_pairs(numbers, state, D):
-    """As `leave`, of bodies in a hierarchy: outer pairs first, each divides a centre in two."""
+    """As `leave`, for a hierarchy: each pair, from the outermost, splits its centre in two."""
     n = planets_of(numbers)
     share, first = HEAD + SHARE * n, HEAD + FIRST * n
     middle, bodies = HEAD + MIDDLE * n, HEAD + BLOCKS * n
@@ -64,14 +64,16 @@ def leave_pairs(numbers, state, D):
             top, centre = D * int(numbers[bodies]) + x, D * n + x
             state[out, top], state[low, top] = state[source, centre], state[source + 1, centre]
             for i in range(n - 1, -1, -1):
-                one = D * int(numbers[bodies + int(numbers[first + i])]) + x
-                other = D * int(numbers[bodies + int(numbers[middle + i])]) + x
-                place, rest = state[source, x * n + i], state[source + 1, x * n + i]
+                first_column = D * int(numbers[bodies + int(numbers[first + i])]) + x
+                second_column = D * int(numbers[bodies + int(numbers[middle + i])]) + x
+                position, position_low = state[source, x * n + i], state[source + 1, x * n + i]
                 back = numbers[share + i]
-                state[out, one], lost = two_sum(state[out, one], -(back * place))
-                state[low, one] += lost - back * rest
-                state[out, other], lost = two_sum(state[out, one], place)
-                state[low, other] = state[low, one] + (lost + rest)
+                state[out, first_column], lost = two_sum(
+                    state[out, first_column], -(back * position)
+                )
+                state[low, first_column] += lost - back * position_low
+                state[out, second_column], lost = two_sum(state[out, first_column], position)
+                state[low, second_column] = state[low, first_column] + (lost + position_low)
         for i in range(D * (n + 1)):
             state[out, i], state[low, i] = state[out, i] + state[low, i], 0.0
 

@@ -32,14 +32,14 @@ from galvi.lanes.vectors import LANES, Lanes
 
 STEP, NEAR, COUNT, FIRST_MASS, HEAD = range(5)  # numbers, and how many are before those of orbits
 ARGUMENT_HALVINGS = 2  # of the argument of a series, for near planets
-OWN, MASS, SHARE, INVERSE = 0, 1, 2, 7  # blocks of numbers, whatever the frame's own ones are
+BODY_MASS, MASS, SHARE, INVERSE = 0, 1, 2, 7  # blocks of numbers, whatever the frame's own ones are
 BLOCKS = INVERSE + 1
 LEAST_DISTANCE = 0.05  # distance over the semi-major axis, below which doubles lose more than 1e-12
 KEPT_BLOCKS = 6  # blocks of one row, after those of Q and Q'
 PASS_TERMS = 6  # of a series
 # Share of a step's X up to which a correction of it, of third order, is the last one of a pass.
 FIRST_PASS_SHARE, SECOND_PASS_SHARE, LATER_PASS_SHARE = 2e-2, 5e-4, 3e-5
-MOST_CORRECTIONS = 12  # of X
+MAX_CORRECTIONS = 12  # of X
 NAN = math.nan
 
 
@@ -52,7 +52,7 @@ def dot(a, b):
 
 
 class Orbits:
-    """The parts of a pass; orbits are done two at a time, see `Several`."""
+    """The parts of a pass, for two orbits at a time, see `Several`."""
 
     def __init__(self, context, builder, signature, values, dimension):
         self.context, self.builder, self.D = context, builder, dimension
@@ -70,12 +70,15 @@ class Orbits:
         self.first_pass = builder.fcmp_ordered("==", values[6], ir.Constant(real, 0.0))
         second_pass = builder.fcmp_ordered("==", values[6], ir.Constant(real, 1.0))
         self.tolerance = ir.Constant(real, LATER_PASS_SHARE)
-        for one, share in ((second_pass, SECOND_PASS_SHARE), (self.first_pass, FIRST_PASS_SHARE)):
-            self.tolerance = builder.select(one, ir.Constant(real, share), self.tolerance)
+        for condition, share in (
+            (second_pass, SECOND_PASS_SHARE),
+            (self.first_pass, FIRST_PASS_SHARE),
+        ):
+            self.tolerance = builder.select(condition, ir.Constant(real, share), self.tolerance)
         inverse = Reciprocals(context, builder)
-        self.reciprocal = lambda x: x.each(inverse.reciprocal)
-        self.root = lambda x: x.each(inverse.root)
-        self.here = Lanes(context, builder, self.row(LANES), self.row(0))  # in the work
+        self.reciprocal = lambda x: x.map(inverse.reciprocal)
+        self.root = lambda x: x.map(inverse.root)
+        self.work_lanes = Lanes(context, builder, self.row(LANES), self.row(0))  # in the work
 
     def at(self, block, i):
         """Row i of a block of n."""
@@ -84,78 +87,78 @@ class Orbits:
     def number(self, lanes, k, planets):
         """The k-th number of planets, in all lanes."""
 
-        def one(i):
-            place = self.builder.add(self.at(k, i), self.row(HEAD))
-            return Lane(self.builder, lanes.spread(lanes.number(self.numbers, place)))
+        def entry(i):
+            index = self.builder.add(self.at(k, i), self.row(HEAD))
+            return Lane(self.builder, lanes.spread(lanes.number(self.numbers, index)))
 
-        return Several(one(i) for i in planets)
+        return Several(entry(i) for i in planets)
 
     def after(self, k, i):
-        """The place of entry i of the k-th list that follows the blocks of numbers."""
+        """The index of entry i of the k-th list after the blocks of numbers."""
         return self.builder.add(self.at(BLOCKS + k, i), self.row(HEAD + k))
 
-    def whole(self, lanes, place):
-        """A number that is whole."""
-        return self.builder.fptosi(lanes.number(self.numbers, place), self.row)
+    def integer(self, lanes, index):
+        """A number, as an integer."""
+        return self.builder.fptosi(lanes.number(self.numbers, index), self.row)
 
-    def load(self, lanes, data, block, planets):
-        return Several(Lane(self.builder, lanes.load(data, self.at(block, i))) for i in planets)
+    def load(self, lanes, array, block, planets):
+        return Several(Lane(self.builder, lanes.load(array, self.at(block, i))) for i in planets)
 
-    def load_vector(self, lanes, data, block, planets):
-        return [self.load(lanes, data, block + x, planets) for x in range(self.D)]
+    def load_vector(self, lanes, array, block, planets):
+        return [self.load(lanes, array, block + x, planets) for x in range(self.D)]
 
-    def store(self, lanes, several, data, block, planets):
+    def store(self, lanes, several, array, block, planets):
         for lane, i in zip(several.lanes, planets, strict=True):
-            lanes.store(lane.value, data, self.at(block, i))
+            lanes.store(lane.value, array, self.at(block, i))
 
-    def store_vector(self, lanes, vector, data, block, planets):
+    def store_vector(self, lanes, vector, array, block, planets):
         for x, several in enumerate(vector):
-            self.store(lanes, several, data, block + x, planets)
+            self.store(lanes, several, array, block + x, planets)
 
     def scalar(self, lanes, k):
-        """One of the first numbers, in all lanes."""
+        """The k-th of all numbers, in all lanes."""
         return Lane(self.builder, lanes.spread(lanes.number(self.numbers, self.row(k))))
 
     def variables(self, lanes, values):
-        """Places for lanes, of each planet."""
+        """Stack variables with these values, one a planet."""
         return [[lanes.variable(lane.value) for lane in value.lanes] for value in values]
 
-    def kept(self, places):
-        """What is in such a place."""
-        return Several(Lane(self.builder, self.builder.load(place)) for place in places)
+    def value_of(self, pointers):
+        """The values of stack variables, one a planet."""
+        return Several(Lane(self.builder, self.builder.load(pointer)) for pointer in pointers)
 
-    def keep(self, value, places):
-        for lane, place in zip(value.lanes, places, strict=True):
-            self.builder.store(lane.value, place)
+    def keep(self, value, pointers):
+        for lane, pointer in zip(value.lanes, pointers, strict=True):
+            self.builder.store(lane.value, pointer)
 
     def outwards(self, lanes, part):
-        """Do a part (planets, halvings) for all orbits, in their order.
+        """Call ``part(planets, halvings)`` for all orbits, in their order.
 
         The last ones turn so little in a step that their series need no halving.
         """
         builder, row = self.builder, self.row
         pairs = builder.lshr(self.n, row(1))
-        wanted = self.whole(lanes, row(NEAR))
+        wanted = self.integer(lanes, row(NEAR))
         all_near = builder.icmp_signed(">", wanted, pairs)
-        near = builder.select(all_near, pairs, wanted)
+        halved_pairs = builder.select(all_near, pairs, wanted)
 
         def some(begin, end, halvings):
             with cgutils.for_range(builder, builder.sub(end, begin), intp=row) as loop:
                 first = builder.shl(builder.add(begin, loop.index), row(1))
                 part((first, builder.add(first, row(1))), halvings)
 
-        some(row(0), near, ARGUMENT_HALVINGS)
-        some(near, pairs, 0)
+        some(row(0), halved_pairs, ARGUMENT_HALVINGS)
+        some(halved_pairs, pairs, 0)
         with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
             last = (builder.sub(self.n, row(1)),)
-            with builder.if_else(all_near) as (halved, whole):
+            with builder.if_else(all_near) as (halved, unhalved):
                 with halved:
                     part(last, ARGUMENT_HALVINGS)
-                with whole:
+                with unhalved:
                     part(last, 0)
 
     def inwards(self, part):
-        """Do a part for all planets, in the opposite order."""
+        """Call ``part(planets)`` for all orbits, in the opposite order."""
         builder, row = self.builder, self.row
         pairs = builder.lshr(self.n, row(1))
         with builder.if_then(builder.trunc(self.n, ir.IntType(1))):
@@ -166,12 +169,12 @@ class Orbits:
             part((builder.add(first, row(1)), first))
 
     def move(self, lanes, follow):
-        """Kepler's motions to the stages; ``follow`` (planets, Q) is called with the places."""
-        here, D = Lane(self.builder, lanes.load(self.nodes, self.row(OFFSET))), self.D
+        """Kepler's motions to the stages; calls ``follow(planets, Q)`` with the places."""
+        offset, D = Lane(self.builder, lanes.load(self.nodes, self.row(OFFSET))), self.D
         h = abs(self.scalar(lanes, STEP))
 
         def part(planets, halvings):
-            t = Several([here] * len(planets))
+            t = Several([offset] * len(planets))
             mu = self.number(lanes, MASS, planets)
             q, v = (self.load_vector(lanes, self.W, block, planets) for block in (0, D))
             square = dot(q, q)
@@ -181,19 +184,19 @@ class Orbits:
             zeta = mu - beta * r0
             X, G = self.solved(lanes, planets, halvings, mu, beta, r0, eta, zeta, t, h)
             r = r0 + (eta * G[0] + zeta * G[1])
-            X = X.each(_not_too_near, mu, beta, r0, r)
+            X = X.map(_not_too_near, mu, beta, r0, r)
             inverse = self.reciprocal(r)
             f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
             rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
             Q = [x + (f * x + g * y) for x, y in zip(q, v, strict=True)]
             V = [y + (rate_f * x + rate_g * y) for x, y in zip(q, v, strict=True)]
             for block, vector in enumerate((Q, V)):
-                self.store_vector(self.here, vector, self.work, block * D, planets)
+                self.store_vector(self.work_lanes, vector, self.work, block * D, planets)
             self.store(lanes, X, self.guess, 0, planets)
             pace = r * self.number(lanes, INVERSE, planets)
             lag = universal.lag(mu, X, G, t)
             for k, lane in enumerate((inverse, pace, inverse_0, G[1], lag, -g)):
-                self.store(self.here, lane, self.work, 2 * D + k, planets)
+                self.store(self.work_lanes, lane, self.work, 2 * D + k, planets)
             follow(planets, Q)
 
         self.outwards(lanes, part)
@@ -201,16 +204,16 @@ class Orbits:
     def solved(self, lanes, planets, halvings, mu, beta, r0, eta, zeta, t, h):
         """X and G1 to G5 at the times t, from the last pass's X, at first from the mean motion.
 
-        NaN where Kepler's equation was not solved, or X is too large for the series.
+        NaN where X did not converge, or is too large for the series.
         """
         builder = self.builder
         mean = t * beta * self.number(lanes, INVERSE, planets)
-        known = self.load(lanes, self.guess, 0, planets)
-        begin = mean.each(
-            lambda a, b: Lane(builder, builder.select(self.first_pass, a.value, b.value)), known
+        last_pass = self.load(lanes, self.guess, 0, planets)
+        begin = mean.map(
+            lambda a, b: Lane(builder, builder.select(self.first_pass, a.value, b.value)), last_pass
         )
         reach = universal.LARGEST_ANOMALY_LEAD * self.root(beta)
-        place, low, high, changed, *found = self.variables(
+        anomaly, low, high, changed, *functions = self.variables(
             lanes, [begin, mean - reach, mean + reach] + [begin * 0.0] * 6
         )
         limit = h * Lane(builder, lanes.spread(self.tolerance))
@@ -219,17 +222,17 @@ class Orbits:
         def small(step, x, time):
             return abs(step) * time <= limit * abs(x)
 
-        with cgutils.for_range(builder, self.row(MOST_CORRECTIONS)) as loop:
-            X = self.kept(place)
+        with cgutils.for_range(builder, self.row(MAX_CORRECTIONS)) as loop:
+            X = self.value_of(anomaly)
             G = universal.universal(beta, X, PASS_TERMS, halvings)
             step = universal.correction(beta, r0, eta, zeta, X, G, t, self.reciprocal)
-            for variable, value in zip(found, G, strict=True):
+            for variable, value in zip(functions, G, strict=True):
                 self.keep(value, variable)
             self.keep(step, changed)
-            solved = reduce(and_, step.each(small, X, since).lanes)
-            with builder.if_then(solved.every):
+            solved = reduce(and_, step.map(small, X, since).lanes)
+            with builder.if_then(solved.all):
                 loop.do_break()
-            far = universal.far_correction(
+            correction = universal.far_correction(
                 beta,
                 r0,
                 eta,
@@ -237,33 +240,33 @@ class Orbits:
                 X,
                 G,
                 t,
-                lambda a, b: a.each(lambda x, y: x / y, b),
-                lambda a: a.each(square_root),
+                lambda a, b: a.map(lambda x, y: x / y, b),
+                lambda a: a.map(square_root),
             )
-            limits = X.lanes, far.lanes, self.kept(low).lanes, self.kept(high).lanes
+            limits = X.lanes, correction.lanes, self.value_of(low).lanes, self.value_of(high).lanes
             brackets = (
-                universal.bracketed(*one, lambda c, x, y: x.where(c, y))
-                for one in zip(*limits, strict=True)
+                universal.bracketed(*limit, lambda c, x, y: x.where(c, y))
+                for limit in zip(*limits, strict=True)
             )
-            ends = zip((place, low, high), zip(*brackets, strict=True), strict=True)
+            ends = zip((anomaly, low, high), zip(*brackets, strict=True), strict=True)
             for variable, value in ends:
                 self.keep(Several(value), variable)
-        before, step = self.kept(place), self.kept(changed)
+        before, step = self.value_of(anomaly), self.value_of(changed)
         X = before + step
-        G = universal.moved(beta, [self.kept(one) for one in found], step)
+        G = universal.moved(beta, [self.value_of(pointers) for pointers in functions], step)
 
-        def checked(x, step, known, time, b):
+        def checked(x, step, old, time, b):
             inside = abs(b) * x * x <= 4.0**halvings * universal.LARGEST_SERIES_ARGUMENT
-            return x.where(small(step, known, time) & inside, NAN)
+            return x.where(small(step, old, time) & inside, NAN)
 
-        return X.each(checked, step, before, since, beta), G
+        return X.map(checked, step, before, since, beta), G
 
     def pull_back(self, lanes, planets, a):
         """Store the slopes of orbits whose velocities at the stages change by a."""
         D = self.D
-        Q, V = (self.load_vector(self.here, self.work, block, planets) for block in (0, D))
+        Q, V = (self.load_vector(self.work_lanes, self.work, block, planets) for block in (0, D))
         _, pace, inverse_0, G2, lag, back = (
-            self.load(self.here, self.work, 2 * D + k, planets) for k in range(KEPT_BLOCKS)
+            self.load(self.work_lanes, self.work, 2 * D + k, planets) for k in range(KEPT_BLOCKS)
         )
         mu = self.number(lanes, MASS, planets)
         start = [self.load_vector(lanes, self.W, block, planets) for block in (0, D)]
@@ -294,7 +297,7 @@ def rates_of_orbits(parts):
     Parameters
     ----------
     parts : array, shape (orbits, lanes)
-        does a pass at eight stages
+        (orbits, lanes) -> None, a pass at eight stages
 
     Notes
     -----

@@ -10,7 +10,7 @@ from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.constants import TWO_PI
 from galvi.lanes.functions import sine_cosine, two_sum
 from galvi.lanes.values import Lane
-from galvi.lanes.vectors import BITS, DOUBLE, LANES, NOTHING, Lanes
+from galvi.lanes.vectors import BITS, DOUBLE, LANES, ZEROS, Lanes
 
 UNROLLED = 8  # terms of a sum that are written out
 BLOCKS = 12, 4, 1  # rows that are done together: chains of sums that run in parallel
@@ -25,7 +25,7 @@ def _arrays(context, builder, signature, values, which):
 class MovedRows:
     """Generates W <- the state + the sums of k by the rows of the matrix: see `place_rows`.
 
-    The arrays are numba's; ``largest`` is the place of the bits of the largest change.
+    The arrays are numba's; ``largest`` points to the bits of the largest change.
     """
 
     def __init__(self, context, builder, table, slopes, out, scales):
@@ -50,7 +50,7 @@ class MovedRows:
             self._add(lanes, r, sums, builder.mul(loop.index, row(UNROLLED)), UNROLLED)
         with cgutils.for_range(builder, builder.sub(self.stages, written), intp=row) as loop:
             self._add(lanes, r, sums, builder.add(written, loop.index), 1)
-        totals = [builder.load(place) for place in sums]
+        totals = [builder.load(pointer) for pointer in sums]
         for i, moved in enumerate(totals):
             this = lanes.plus(r, i)
             if measured:
@@ -58,27 +58,27 @@ class MovedRows:
             lanes.store(moved, self.out.data, this)
 
     def _add(self, lanes, r, sums, stage, many):
-        """Add the products of so many stages to the sums of rows from r on."""
+        """Add the products of ``many`` stages to the sums of rows from r on."""
         builder = self.builder
-        totals = [builder.load(place) for place in sums]
+        totals = [builder.load(pointer) for pointer in sums]
         for j in range(many):
             column = builder.add(stage, self.row(j))
             factor = lanes.load(self.table.data, column)
             for i in range(len(sums)):
                 value = self.of_k.number(self.slopes.data, lanes.plus(r, i), column)
                 totals[i] = lanes.add(totals[i], lanes.mul(lanes.spread(value), factor))
-        for total, place in zip(totals, sums, strict=True):
-            builder.store(total, place)
+        for total, pointer in zip(totals, sums, strict=True):
+            builder.store(total, pointer)
 
     def _measure(self, lanes, this, moved):
         builder = self.builder
         scale = lanes.spread(lanes.number(self.scales.data, this))
-        far = Lane(builder, builder.fsub(moved, lanes.load(self.out.data, this)))
-        bits = abs(far * Lane(builder, scale)).bits
+        change = Lane(builder, builder.fsub(moved, lanes.load(self.out.data, this)))
+        bits = abs(change * Lane(builder, scale)).bits
         before = builder.load(self.largest)
         # Bit patterns of nonnegative numbers are ordered like these, with NaN last.
-        more = builder.icmp_signed(">", bits, before)
-        builder.store(builder.select(more, bits, before), self.largest)
+        exceeds = builder.icmp_signed(">", bits, before)
+        builder.store(builder.select(exceeds, bits, before), self.largest)
 
 
 @intrinsic
@@ -96,7 +96,7 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
     sizes : array, shape (2 n,)
         1 / sizes of the rows; the change is relative to them, NaN the largest
     measure
-        whether it is wanted; else 0
+        whether the change is measured; else 0 is returned
     """
     signature = types.float64(matrix, k, q, v, W, sizes, types.boolean)
 
@@ -114,13 +114,13 @@ def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
                 lanes = Lanes(context, builder, padded, outer.index)
                 for half, origin in enumerate((places.data, speeds.data)):
                     offset = builder.mul(rows, row(half))
-                    done = row(0)
+                    next_row = row(0)
                     for size in BLOCKS:
-                        blocks = builder.udiv(builder.sub(rows, done), row(size))
+                        blocks = builder.udiv(builder.sub(rows, next_row), row(size))
                         with cgutils.for_range(builder, blocks, intp=row) as loop:
-                            first = builder.add(done, builder.mul(loop.index, row(size)))
+                            first = builder.add(next_row, builder.mul(loop.index, row(size)))
                             moved.do(lanes, first, origin, offset, size, measured)
-                        done = builder.add(done, builder.mul(blocks, row(size)))
+                        next_row = builder.add(next_row, builder.mul(blocks, row(size)))
 
         with builder.if_else(values[6]) as (yes, no):
             with yes:
@@ -147,19 +147,19 @@ def interpolate_rows(typingctx, matrix, source, target):
     signature = types.void(matrix, source, target)
 
     def generate(context, builder, signature, values):
-        table, given, out = _arrays(context, builder, signature, values, range(3))
+        table, source_rows, out = _arrays(context, builder, signature, values, range(3))
         count = builder.extract_value(out.shape, 0)
         padded = builder.extract_value(out.shape, 1)
         row = padded.type
         stages = builder.extract_value(table.shape, 0)
-        of_source = Lanes(context, builder, builder.extract_value(given.shape, 1), row(0))
+        of_source = Lanes(context, builder, builder.extract_value(source_rows.shape, 1), row(0))
         with cgutils.for_range(builder, builder.udiv(padded, row(LANES)), intp=row) as outer:
             lanes = Lanes(context, builder, padded, outer.index)
             with cgutils.for_range(builder, count, intp=row) as loop:
                 this = loop.index
-                total = lanes.variable(NOTHING)
+                total = lanes.variable(ZEROS)
                 with cgutils.for_range(builder, stages, intp=row) as inner:
-                    value = lanes.spread(of_source.number(given.data, this, inner.index))
+                    value = lanes.spread(of_source.number(source_rows.data, this, inner.index))
                     term = lanes.mul(value, lanes.load(table.data, inner.index))
                     builder.store(lanes.add(builder.load(total), term), total)
                 lanes.store(builder.load(total), out.data, this)
@@ -202,8 +202,8 @@ def add_rows(typingctx, b, k, high, low, first, rows):
         slopes at the stages
     high, low : array, shape (n or more,)
     """
-    whole = types.intp
-    signature = types.void(b, k, high, low, whole, whole)
+    integer = types.intp
+    signature = types.void(b, k, high, low, integer, integer)
 
     def generate(context, builder, signature, values):
         weights, slopes, highs, lows = _arrays(context, builder, signature, values, range(4))
@@ -214,8 +214,8 @@ def add_rows(typingctx, b, k, high, low, first, rows):
 
         def products(r):
             """Lanes whose sum is sum_j b_j k_j of a row."""
-            total = cgutils.alloca_once(builder, NOTHING.type)
-            builder.store(NOTHING, total)
+            total = cgutils.alloca_once(builder, ZEROS.type)
+            builder.store(ZEROS, total)
             with cgutils.for_range(builder, chunks, intp=row) as inner:
                 lanes = Lanes(context, builder, padded, inner.index)
                 weight = Lane(builder, lanes.load(weights.data, row(0)))
@@ -223,37 +223,37 @@ def add_rows(typingctx, b, k, high, low, first, rows):
                 builder.store((product + Lane(builder, builder.load(total))).value, total)
             return builder.load(total)
 
-        def compensated(high, low, more):
-            high, rest = two_sum(high, more)
-            return two_sum(high, rest + low)
+        def compensated(high, low, increment):
+            high, error = two_sum(high, increment)
+            return two_sum(high, error + low)
 
         eights = builder.udiv(rows, row(LANES))
         with cgutils.for_range(builder, eights, intp=row) as loop:
             begin = builder.mul(loop.index, row(LANES))
             r = builder.add(begin, first)
-            found = [products(builder.add(r, row(i))) for i in range(LANES)]
+            row_sums = [products(builder.add(r, row(i))) for i in range(LANES)]
             places = [
-                builder.bitcast(builder.gep(array.data, [begin]), NOTHING.type.as_pointer())
+                builder.bitcast(builder.gep(array.data, [begin]), ZEROS.type.as_pointer())
                 for array in (highs, lows)
             ]
-            state = [builder.load(place) for place in places]
+            state = [builder.load(pointer) for pointer in places]
             for value in state:
                 value.align = 8
             moved = compensated(
                 *(Lane(builder, value, ()) for value in state),
-                Lane(builder, sums_of_eight(builder, found), ()),
+                Lane(builder, sums_of_eight(builder, row_sums), ()),
             )
-            for value, place in zip(moved, places, strict=True):
-                builder.store(value.value, place).align = 8
-        done = builder.mul(eights, row(LANES))
-        with cgutils.for_range(builder, builder.sub(rows, done), intp=row) as loop:
-            this = builder.add(done, loop.index)
+            for value, pointer in zip(moved, places, strict=True):
+                builder.store(value.value, pointer).align = 8
+        tail_start = builder.mul(eights, row(LANES))
+        with cgutils.for_range(builder, builder.sub(rows, tail_start), intp=row) as loop:
+            this = builder.add(tail_start, loop.index)
             total = added_up(builder, products(builder.add(this, first)))
             places = [builder.gep(array.data, [this]) for array in (highs, lows)]
-            high, low = (Lane(builder, builder.load(place), ()) for place in places)
+            high, low = (Lane(builder, builder.load(pointer), ()) for pointer in places)
             moved = compensated(high, low, Lane(builder, total, ()))
-            for value, place in zip(moved, places, strict=True):
-                builder.store(value.value, place)
+            for value, pointer in zip(moved, places, strict=True):
+                builder.store(value.value, pointer)
         return context.get_dummy_value()
 
     return signature, generate
@@ -327,15 +327,15 @@ def place_nodes(typingctx, clock, number, h, b, nodes):
         row = padded.type
         lanes = Lanes(context, builder, padded, row(0))
 
-        def known(k):
+        def clock_number(k):
             return Lane(builder, lanes.spread(lanes.number(numbers.data, row(k))))
 
-        turns, e, phase = known(TURNS), known(ECCENTRICITY), known(PHASE)
+        turns, e, phase = clock_number(TURNS), clock_number(ECCENTRICITY), clock_number(PHASE)
         h = Lane(builder, lanes.spread(values[2]))
-        ends = ir.Constant(NOTHING.type, [0.0] + [1.0] * (LANES - 1))
+        ends = ir.Constant(ZEROS.type, [0.0] + [1.0] * (LANES - 1))
         count = Lane(builder, lanes.spread(values[1])).exact
-        whole = (turns * count + phase).exact
-        fraction = (whole - whole.call("floor")).fused + turns * Lane(builder, ends)
+        revolutions = (turns * count + phase).exact
+        fraction = (revolutions - revolutions.call("floor")).fused + turns * Lane(builder, ends)
         mean = fraction * TWO_PI
         sine, cosine = sine_cosine(mean)
         u = mean + e * sine * (1.0 + e * cosine)
@@ -348,7 +348,7 @@ def place_nodes(typingctx, clock, number, h, b, nodes):
         u_0, t_0 = at(u, 0), at(time, 0)
         length, span = at(u, 1) - u_0, at(time, 1) - t_0
         middle, scale = u_0 + length * 0.5, h / span
-        total = cgutils.alloca_once_value(builder, NOTHING)
+        total = cgutils.alloca_once_value(builder, ZEROS)
         chunks = builder.udiv(padded, row(LANES))
         with cgutils.for_range(builder, chunks, intp=row) as loop:
             part = Lanes(context, builder, padded, loop.index)
@@ -356,9 +356,9 @@ def place_nodes(typingctx, clock, number, h, b, nodes):
             def load(k, part=part):
                 return Lane(builder, part.load(rows.data, row(k)))
 
-            here = middle + length * 0.5 * load(PLACE)
-            sine, cosine = sine_cosine(here)
-            offset = (here - e * sine - t_0) * scale - h * 0.5
+            node_u = middle + length * 0.5 * load(PLACE)
+            sine, cosine = sine_cosine(node_u)
+            offset = (node_u - e * sine - t_0) * scale - h * 0.5
             weight = scale * length * load(PACE) * (1.0 - e * cosine)
             part.store(offset.value, rows.data, row(OFFSET))
             part.store(weight.value, rows.data, row(WEIGHT))

@@ -39,7 +39,7 @@ def universal(beta, X, terms, halvings=2, exact=False):
     terms
         of each series
     exact
-        whether what rounding lost of the first coefficients is added, so that errors are random
+        whether the rounding errors of the first coefficients are added, so that errors are random
     """
     X = X * 0.5**halvings
     square = X * X
@@ -92,7 +92,7 @@ def far_correction(beta, r0, eta, zeta, X, G, t, quotient, root):
 
 
 def bracketed(X, step, low, high, where):
-    """X + step, or the middle of the interval where that is outside; and the interval after X.
+    """X + step, or the interval's middle where that is outside it; and the new interval.
 
     Kepler's equation is monotone in X, so that the sign of a step says on which side X is; steps
     alone can go in cycles. An end of the interval is NaN where none is known.
@@ -134,9 +134,9 @@ def pull_back(mu, G2, c, back, pace, inverse_0, q0, v0, q, v, a, dot):
     lost = [x - y for x, y in zip(v0, v, strict=True)]
     s, y, z = dot(v, a), dot(q, a), dot(lost, a)
     ahead, aside, drag = G2 * s, G2 * y, c * s
-    near = mu * inverse_0
+    mu_over_r0 = mu * inverse_0
     turned = pace * z
-    fall, slowed = near * (inverse_0 * inverse_0) * (aside + drag), 1.0 - near * G2
+    fall, slowed = mu_over_r0 * (inverse_0 * inverse_0) * (aside + drag), 1.0 - mu_over_r0 * G2
     places, speeds = [], []
     for k in range(len(a)):
         places.append(ahead * gone[k] - aside * lost[k] + (back * a[k] - drag * v0[k]))

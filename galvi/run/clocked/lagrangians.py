@@ -9,7 +9,7 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.group import Rn
-from galvi.kernels.forces.celestial import NUMBERS, OTHER, SOURCE, WEIGHT, pole_pull, power_pull
+from galvi.kernels.forces.celestial import NUMBERS, SOURCE, TARGET, WEIGHT, pole_pull, power_pull
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
@@ -63,7 +63,7 @@ def _(system: NBody, problem: Problem) -> Lagrangian:
             gaps = [q[i * size + k] - q[j * size + k] for k in range(size)]
             total = total + mass / np.sqrt(sum((gap * gap for gap in gaps), 0.0))
         for k, row in enumerate(acting.terms):
-            first, second = (int(row[column]) * size for column in (SOURCE, OTHER))
+            first, second = (int(row[column]) * size for column in (SOURCE, TARGET))
             way: Any = [q[second + x] - q[first + x] for x in range(size)]
             law: Any = pole_pull if k < acting.poles else power_pull
             total = total - row[WEIGHT] * law([*way, 0.0][:3], row[NUMBERS:].tolist())[3]

@@ -12,7 +12,7 @@ from galvi.arrays import Array
 from galvi.frames.frame import Frame, Motion
 from galvi.frames.kepler_frame import KeplerFrame
 from galvi.kernels.forces.passages import FOUND
-from galvi.kernels.nystrom.advance import NEVER, NOTHING
+from galvi.kernels.nystrom.advance import NOTHING, UNWATCHED
 from galvi.kernels.nystrom.solve import FORCES, SOLVED
 from galvi.lanes.frames import collocation
 from galvi.lanes.frames.rows import PACE, PLACE
@@ -152,7 +152,7 @@ class FrameKernel:
         request, work, passage, code = self._request, self._work, self._passage, SOLVED
         while n and code == SOLVED:
             block, done = divmod(request.checkpoint.first + work.done, AGAIN)
-            if block != self._looked_at and work.watch != NEVER and passage.size:
+            if block != self._looked_at and work.watch != UNWATCHED and passage.size:
                 self._looked_at = block
                 q, v = (
                     tuple(work.state[row, : request.problem.q0.size].tolist()) for row in (0, 2)

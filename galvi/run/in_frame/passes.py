@@ -38,7 +38,7 @@ def checks_of(
     if not converged:
         return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
     given, most = frame_of(method).passes, max(one.passes for one in converged)
-    few = range(2, most + 1) if given is None else (min(given, collocation.MOST_PASSES),)
+    few = range(2, most + 1) if given is None else (min(given, collocation.MAX_PASSES),)
     seen = converged
     for passes in few:
         checks = float(passes), np.inf, left, 0.0

@@ -33,7 +33,7 @@ class LawInLanes:
     Attributes
     ----------
     function
-        compiled, of the address of the words of galvi.lanes.layouts
+        compiled, of the address of the arguments of galvi.lanes.layouts
     fields
         of the record
     rows
@@ -118,7 +118,7 @@ def law_on_group(
 def words_of(
     record: Array, constants: Array, work: Array, tables: LawTables, reals: Array, s: int
 ) -> Any:
-    """The words of galvi.lanes.layouts, valid as long as the arrays exist."""
+    """The arguments of galvi.lanes.layouts, valid as long as the arrays exist."""
     arrays = record, constants, work, tables.tables, tables.complement, reals
     addresses = [array.ctypes.data for array in arrays]
     return np.array([*addresses, s, tables.growth.size, tables.extra, 0, 0, 0])

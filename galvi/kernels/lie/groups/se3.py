@@ -51,9 +51,9 @@ def unshifted(chart, sign, w, x):
     """V^-1 x for sign = 1, V^-T x for sign = -1."""
     u = dot(w, w)
     (e, f), _, _ = translation_radial(chart, u)
-    rest = 1.0 - f * u
-    size = 1.0 / (rest * rest + e * e * u)
-    return plus(x, turned(-sign * e * size, (e * e - rest * f) * size, w, x))
+    complement = 1.0 - f * u
+    size = 1.0 / (complement * complement + e * e * u)
+    return plus(x, turned(-sign * e * size, (e * e - complement * f) * size, w, x))
 
 
 @generic
@@ -187,8 +187,8 @@ def coadjoint(chart, xi, mu, out):
 @generic
 def coordinates(chart, g, k, xi):
     so3.relative_coordinates(chart, g, k, 4, xi)
-    apart = k[3] - g[3], k[7] - g[7], k[11] - g[11]
-    xi[3], xi[4], xi[5] = unshifted(chart, 1.0, xi, times(so3.columns(g, 4), apart))
+    displacement = k[3] - g[3], k[7] - g[7], k[11] - g[11]
+    xi[3], xi[4], xi[5] = unshifted(chart, 1.0, xi, times(so3.columns(g, 4), displacement))
 
 
 @generic
