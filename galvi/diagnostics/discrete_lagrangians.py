@@ -203,8 +203,11 @@ def _chunks(curves: Any) -> Iterator[Curves]:
     """The curves of a run's steps, up to CHUNK of them at once; those that failed may be absent."""
     if isinstance(curves, RedoneCurves):
         curves.check()
-        ends = [*(state.first for state in curves.known[1:]), curves.known[0].first + curves.done]
-        for start, end in zip(curves.known, ends, strict=True):
+        ends = [
+            *(state.first for state in curves.checkpoints[1:]),
+            curves.checkpoints[0].first + curves.steps_done,
+        ]
+        for start, end in zip(curves.checkpoints, ends, strict=True):
             if end > start.first:
                 steps = curves.problem, curves.method, curves.step, start, 0, end - start.first
                 yield from _chunks(curves_of_steps(*steps))

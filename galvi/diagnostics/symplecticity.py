@@ -315,7 +315,7 @@ def clock_step_derivative(
         found = motion.advance(state, step, 1, None, False)
         if found.code != SOLVED:
             raise ValueError(f"the step has no derivative, because it failed: {found.reason}.")
-        taken = found.taken
+        taken = found.steps
         return taken.q[0].reshape(group.shape), taken.p[0], float(taken.t[0] @ (1.0, 1.0))
 
     zero = np.zeros(d)
@@ -352,4 +352,4 @@ def clock_round_trip_error(problem: Problem, method: Galerkin, step: float, step
                 f"both ways must be completed; a step failed: {found.reason.rstrip('.')}."
             )
         state = found.after
-    return float(np.max(np.abs(found.taken.q[-1] - problem.q0.ravel())))
+    return float(np.max(np.abs(found.steps.q[-1] - problem.q0.ravel())))

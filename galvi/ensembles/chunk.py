@@ -84,7 +84,7 @@ class Batch:
         (self.work,) = aligned((kernel.rows, s, LANES))
         self.words = words_of(self.records, self.constants, self.work, kernel.tables, self.reals, s)
         self.law_address = int(addresses((kernel.function, STEP_OF_LAW))[0])
-        self.advance_all, self.done = compiled_advance_members(), 0
+        self.advance_all, self.steps_done = compiled_advance_members(), 0
 
     def advance(self, steps: int) -> None:
         """Do so many more steps of all members that have not failed."""
@@ -97,10 +97,10 @@ class Batch:
             self.work,
             self.kernel.velocities,
             self.fields.velocities,
-            self.done,
+            self.steps_done,
             steps,
         )
-        self.done += steps
+        self.steps_done += steps
 
     def field(self, name: str, size: int = 1) -> Array:
         """A field of the records, (n, size)."""
@@ -202,10 +202,10 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> Kept:
     record, at_once = chunk.keep.begin(plan), 1
     begin = time.perf_counter()
     for k in chunk.keep.steps(plan):
-        while batch.done < k:
+        while batch.steps_done < k:
             if stopped is not None and stopped():
                 raise Stopped
-            todo, clock = min(at_once, k - batch.done), time.perf_counter()
+            todo, clock = min(at_once, k - batch.steps_done), time.perf_counter()
             batch.advance(todo)
             pace = (time.perf_counter() - clock) / todo
             at_once = max(1, min(2 * at_once, int(INTERRUPT_SECONDS / max(pace, 1e-9))))

@@ -101,7 +101,7 @@ def pieces(run: Trajectory) -> Iterator[Piece]:
 
 
 def _redone(run: Trajectory, again: RedoneCurves) -> Iterator[Piece]:
-    known, after = again.known, float(run.t[0])
+    known, after = again.checkpoints, float(run.t[0])
     before: Trajectory | None = None
     for k, start in enumerate(known):
         begin = replace(start, save_every=1, curves=True)
@@ -110,7 +110,7 @@ def _redone(run: Trajectory, again: RedoneCurves) -> Iterator[Piece]:
             here = run.problem, again.method, again.step, steps, begin, again.end, before
             before = prepared(RunRequest(*here))()
         else:
-            left = known[0].first + again.done - start.first if steps is None else steps
+            left = known[0].first + again.steps_done - start.first if steps is None else steps
             if not left:
                 continue
             before = unwatched(RunRequest(run.problem, again.method, again.step, left, begin))

@@ -103,9 +103,9 @@ def _in_blocks(
         run = BlockRun(request, search, chunk, interrupted or pressed)
         with tqdm(total=request.steps, unit="step", disable=not progress) as bar:
             while run.goes_on():
-                before = run.done
+                before = run.steps_done
                 run.block()
-                bar.update(run.done - before)
+                bar.update(run.steps_done - before)
         return run.trajectory()
 
 
@@ -146,7 +146,7 @@ class BlockRun:
         numbers = self.problem.q0.size * (1 + request.method.space.dimension)  # of a step
         self.at_once = min(CHUNK, max(BLOCK_NUMBERS // numbers, FIRST_BLOCK_STEPS))
         self.chunk = min(chunk, self.at_once)
-        self.done = self.actions_in_step = 0
+        self.steps_done = self.actions_in_step = 0
         self.rest: float | None = None
         self.too_near = 0.0
         self.after = self.kept.begin
@@ -163,20 +163,20 @@ class BlockRun:
     def goes_on(self) -> bool:
         """Whether there is more to do."""
         self.interrupted = self.interrupted or self.stopped()
-        return self.done < self.most and self.end is None and not self.interrupted
+        return self.steps_done < self.most and self.end is None and not self.interrupted
 
     def block(self) -> None:
         """Some steps, up to an event that ends or changes the run."""
-        part = self._steps(min(self.chunk, self.most - self.done) if self.rest is None else 1)
+        part = self._steps(min(self.chunk, self.most - self.steps_done) if self.rest is None else 1)
         self.counts.update(part.counts)
         found = self.search.none()
         if part.counts["steps"] or (self.clocked and part.curves is not None):
-            found = self.search.on(piece_of(part, self.done, self.after))
+            found = self.search.on(piece_of(part, self.steps_done, self.after))
             if self.request.checkpoint.keeps_curves:
                 self.kept.curves.append((float(part.t[0]), part.curves))
         stops = [k for k, i in enumerate(found.index) if self.search.events[i].ends_or_acts]
         if self.search.count > MOST_EVENTS:
-            number = self.done + part.counts["steps"] + 1
+            number = self.steps_done + part.counts["steps"] + 1
             self.end = self._failed(number, float(part.t[-1]), TOO_MANY)
         elif stops:
             self._stop(part, found, stops[0])
@@ -185,14 +185,14 @@ class BlockRun:
 
     def _take(self, part: Trajectory) -> None:
         """A block without an event that ends or changes the run."""
-        outcome = self.verdict.add(part, self.done)
+        outcome = self.verdict.add(part, self.steps_done)
         reached = self.clocked and part.t[-1] == self.request.until
         if self.rest is None:
             self._keep(part, part.counts["steps"])
         elif part.counts["steps"]:  # at the end of the step
             self._at_grid(part.t[-1], part.q[-1], part.p[-1], part.v[-1])
         elif reached:
-            self.kept.add(self.done + 0.5, part.t[-1], part.q[-1], part.p[-1], part.v[-1])
+            self.kept.add(self.steps_done + 0.5, part.t[-1], part.q[-1], part.p[-1], part.v[-1])
         if reached:
             self.end = self.end or Outcome()
         elif part.interrupted:
@@ -204,7 +204,7 @@ class BlockRun:
 
     def _stop(self, part: Trajectory, found: Rows, k: int) -> None:
         """An event that ends or changes the run, and others at its time."""
-        t, whole = float(found.t[k]), int(found.step[k]) - self.done - 1
+        t, whole = float(found.t[k]), int(found.step[k]) - self.steps_done - 1
         length = part.t[whole + 1] - part.t[whole]
         since = (found.t - t) * np.sign(self.request.step)
         last = int(np.count_nonzero(since <= START * abs(length)))
@@ -212,7 +212,7 @@ class BlockRun:
         self.kept.cut(whole + 1)
         if self.rest is None and whole:
             steps = self._steps(whole)
-            self.verdict.add(steps, self.done)
+            self.verdict.add(steps, self.steps_done)
             self._keep(steps, whole)
         event = self.search.events[found.index[k]]
         share = _share(part, whole, t)
@@ -220,7 +220,7 @@ class BlockRun:
             self._act(part, whole, share, found.at(slice(k, last)))
             return
         q, v = found.q[k], found.v[k]
-        self.kept.add(self.done + share, t, q, momentum_at(self.problem.system, q, v, t), v)
+        self.kept.add(self.steps_done + share, t, q, momentum_at(self.problem.system, q, v, t), v)
         name = self.search.asked[found.index[k]].name_of(int(found.part[k]))
         name = name or f"number {found.index[k]}"
         self.end = Outcome(End.STOPPED_BY_EVENT, time=t, steps=self.request.steps, event=name)
@@ -244,7 +244,7 @@ class BlockRun:
             name = self.search.events[found.index[0]].name
             event = f"the event {name}" if name else "an event"
             self.end = self._failed(
-                self.done + 1,
+                self.steps_done + 1,
                 t,
                 f"{event} chatters, with {self.actions_in_step} actions "
                 f"in a step, or two too near to tell",
@@ -258,10 +258,10 @@ class BlockRun:
 
     def _at_grid(self, t: float, q: Array, p: Array, v: Array) -> None:
         """At the end of a step that an action changed: the grid goes on from here."""
-        self.done, self.rest, self.actions_in_step = self.done + 1, None, 0
+        self.steps_done, self.rest, self.actions_in_step = self.steps_done + 1, None, 0
         self.problem = self.origin = self.problem.moved(q, v, float(t))
-        self.kept.add(self.done, float(t), q, p, v)
-        first = self.request.checkpoint.first + self.done if self.clocked else 0
+        self.kept.add(self.steps_done, float(t), q, p, v)
+        first = self.request.checkpoint.first + self.steps_done if self.clocked else 0
         self.start, self.before = self._fresh(self.problem, first), None
 
     def _steps(self, n: int) -> Trajectory:
@@ -292,11 +292,11 @@ class BlockRun:
 
     def _keep(self, part: Trajectory, made: int) -> None:
         """Keep what a part of whole steps did, and go on from its end."""
-        self.kept.add_part(part, self.done)
-        self.done, self.before = self.done + made, part
+        self.kept.add_part(part, self.steps_done)
+        self.steps_done, self.before = self.steps_done + made, part
         self.start = cast(Checkpoint, part.checkpoint)
         if self.start.first - self.kept.known[-1].first >= max(
-            STEPS_BETWEEN_STATES, self.done // 512
+            STEPS_BETWEEN_STATES, self.steps_done // 512
         ):
             self.kept.known.append(self.start)
 
@@ -308,9 +308,9 @@ class BlockRun:
         if self.end is not None:
             return self.end
         if self.interrupted:
-            return Outcome(End.INTERRUPTED, self.done + 1, t, steps=self.request.steps)
+            return Outcome(End.INTERRUPTED, self.steps_done + 1, t, steps=self.request.steps)
         if self.request.until is not None:
-            return at_step_limit(self.done, t, self.most, self.request.until)
+            return at_step_limit(self.steps_done, t, self.most, self.request.until)
         return Outcome(steps=self.request.steps)
 
     def trajectory(self) -> Trajectory:
@@ -321,14 +321,14 @@ class BlockRun:
         curves: Any = kept.joined_curves(last)
         again = None
         if curves is None and not kept.restarts:
-            steps = self.done + (self.end is not None and self.end.success)
+            steps = self.steps_done + (self.end is not None and self.end.success)
             again = kept.curves_again(steps, last, (q, p, t))
         tau = None
         if self.clocked:
             tau = (request.checkpoint.first + numbers) * request.step
             first = request.continues
             tau[0] = 0.0 if first is None else cast(Array, first.tau)[-1]
-        counts = {**self.counts, "steps": self.done}
+        counts = {**self.counts, "steps": self.steps_done}
         outcome = self.search.noted(self.verdict.on(self._ended(last), counts))
         old = request.checkpoint
         end = replace(self.start, save_every=old.save_every, curves=old.curves)

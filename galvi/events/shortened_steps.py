@@ -88,7 +88,9 @@ def _in_clock(block: Block, curves: ClockCurves, steps: Any, x: Array) -> Shorte
             if row not in states:
                 states[row] = motion.at(q0[row], v0[row], float(t0[row]))
         begun = [states[row] for row in rows.tolist()]
-        q, v, t, codes = (motion.each or partial(_one_by_one, motion, run.problem))(begun, u)
+        q, v, t, codes = (motion.single_steps or partial(_one_by_one, motion, run.problem))(
+            begun, u
+        )
         q, v = q.reshape(-1, *q0.shape[1:]), v.reshape(-1, *v0.shape[1:])
         q[codes != SOLVED] = np.nan
         still = u == 0.0
@@ -112,7 +114,7 @@ def _one_by_one(
         there = motion.advance(states[k], length, 1, None, False)
         codes[k] = there.code
         if there.code == SOLVED:
-            taken = there.taken
+            taken = there.steps
             q[k], t[k] = taken.q[0], taken.t[0].sum()
             if taken.v is not None:
                 v[k] = taken.v[0]

@@ -197,7 +197,7 @@ def test_a_curve_is_done_again_up_to_an_end_on_a_state_that_is_known(
     grid = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 8)
     end = float(grid.t[-1])
     run = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, duration=end, save_every=8)
-    assert run.again is not None and [one.first for one in run.again.known] == [0, 4, 8]
+    assert run.again is not None and [one.first for one in run.again.checkpoints] == [0, 4, 8]
     times = np.array([0.0, 0.4 * end, grid.t[4], end])
     assert np.array_equal(run(times), grid(times)) and np.array_equal(run(end), grid.q[-1])
 
@@ -211,9 +211,9 @@ def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met:
 
     def advance(*call: Any) -> Any:
         found = motion.advance(*call)
-        times = np.zeros_like(found.taken.t)
-        times[:, 0] = grain * np.round(found.taken.t.sum(axis=1) / grain)
-        return found._replace(taken=found.taken._replace(t=times))
+        times = np.zeros_like(found.steps.t)
+        times[:, 0] = grain * np.round(found.steps.t.sum(axis=1) / grain)
+        return found._replace(steps=found.steps._replace(t=times))
 
     start = motion.at(KEPLER.q0, KEPLER.v0, KEPLER.t0)
     time = grain * (round(0.3 / grain) + 0.5)

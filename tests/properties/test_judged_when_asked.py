@@ -29,7 +29,7 @@ def judgements(monkeypatch):
     seen, assess_run = [], loop.assess_run
 
     def counted(engine, run, work):
-        seen.append(work.done)
+        seen.append(work.steps_done)
         time.sleep(0.005)  # in which another thread may ask
         return assess_run(engine, run, work)
 
