@@ -102,7 +102,7 @@ TRIED = {
 
 @lru_cache(maxsize=32)
 def nystrom_start(problem: Problem, stages: int) -> State:
-    """The state's rows are q, its low part, v and its low part; the stages are empty."""
+    """The state's rows are q, its low part, v and its low part; the stages are 0."""
     d = problem.q0.size
     state = np.zeros((4, d))
     state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
@@ -183,8 +183,8 @@ class VectorSpace:
                 accuracy = f"known to {noise:.1g} of itself" if noise < 1.0 else "not known"
                 return (
                     f"the gradient of the potential is differenced, and {accuracy} there, so that "
-                    "the stage equations cannot be solved. Give the potential's gradient, or write the "
-                    "potential so that its terms do not cancel."
+                    "the stage equations cannot be solved. Give the potential's gradient, or write "
+                    "the potential so that its terms do not cancel."
                 )
         if code == NOT_FINITE:
             return (
