@@ -189,12 +189,12 @@ def action(run: Trajectory) -> Array:
     return read_only(np.concatenate([sums, failed])[saved])
 
 
-def _refuse_other_coordinates(method: Galerkin, what: str) -> None:
+def _refuse_other_coordinates(method: Galerkin, subject: str) -> None:
     """ValueError for a method in a clock or in a moving frame."""
     kind = "a clock" if method.clock is not None else "a moving frame" if method.in_frame else ""
     if kind:
         raise ValueError(
-            f"{what} needs steps of equal length in the inertial frame; received a method in "
+            f"{subject} needs steps of equal length in the inertial frame; received a method in "
             f"{kind}. Leave it out."
         )
 
@@ -370,5 +370,5 @@ def _nearest(
     root(residual, v / unit, jac=derivative, options={"xtol": 0.0})  # to round-off
     if nearest.size > TOLERANCE:
         return None
-    least = np.linalg.svd(derivative(nearest.v / unit), compute_uv=False)[-1]
-    return nearest if least > SINGULAR else None
+    smallest_singular_value = np.linalg.svd(derivative(nearest.v / unit), compute_uv=False)[-1]
+    return nearest if smallest_singular_value > SINGULAR else None
