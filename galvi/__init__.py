@@ -109,6 +109,10 @@ def __getattr__(name: str) -> object:
         return _version()
     public = {word.casefold(): word for word in __all__ if word != "problems"}
     public |= {word.casefold(): f"problems.{word}" for word in problems.__all__}
-    near = _close(name.casefold(), public, n=1)
-    hint = f". Did you mean galvi.{public[near[0]]}?" if near and not name.startswith("_") else ""
+    matches = _close(name.casefold(), public, n=1)
+    hint = (
+        f". Did you mean galvi.{public[matches[0]]}?"
+        if matches and not name.startswith("_")
+        else ""
+    )
     raise AttributeError(f"module 'galvi' has no attribute {name!r}{hint}", name=name)

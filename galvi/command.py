@@ -67,12 +67,16 @@ def missing_package(error: ModuleNotFoundError) -> str:
 
 def put_suite_first() -> None:
     """The suite's place comes first on the path, last those of the caller's own modules."""
-    place, here = str(SUITE if SUITE.is_dir() else HERE.parent), Path.cwd()
-    top = repository_of(here)
-    found = places_in(top, here.relative_to(top))
-    own = [str(one) for one in found if one.is_dir() and str(one) != place]
-    others = [one for one in sys.path if one not in (place, "", str(here))]
-    sys.path[:] = [place, *others, *(one for one in own if one not in others)]
+    suite_folder, folder = str(SUITE if SUITE.is_dir() else HERE.parent), Path.cwd()
+    top = repository_of(folder)
+    search_paths = places_in(top, folder.relative_to(top))
+    own_paths = [str(path) for path in search_paths if path.is_dir() and str(path) != suite_folder]
+    other_paths = [path for path in sys.path if path not in (suite_folder, "", str(folder))]
+    sys.path[:] = [
+        suite_folder,
+        *other_paths,
+        *(path for path in own_paths if path not in other_paths),
+    ]
 
 
 def places_in(top: Path, inner: Path) -> tuple[Path, ...]:

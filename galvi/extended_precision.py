@@ -62,8 +62,8 @@ def scaled(numbers: Array, by: float, power: int = 1) -> Array:
 
 def _halves(numbers: Any) -> tuple[Any, Any]:
     """Two parts of at most 26 bits each."""
-    far = (2.0**27 + 1.0) * numbers
-    upper = far - (far - numbers)
+    multiple = (2.0**27 + 1.0) * numbers
+    upper = multiple - (multiple - numbers)
     return upper, numbers - upper
 
 
@@ -79,5 +79,5 @@ def cosine(angle: Decimal) -> Decimal:
 
 def circle(angle: Decimal) -> tuple[Decimal, Decimal]:
     """cos(angle) and sin(angle), for any angle."""
-    rest = angle - 2 * PI * (angle / (2 * PI)).to_integral_value()
-    return cosine(rest), cosine(rest - PI / 2)
+    reduced = angle - 2 * PI * (angle / (2 * PI)).to_integral_value()
+    return cosine(reduced), cosine(reduced - PI / 2)

@@ -24,17 +24,17 @@ def whole(name: str, value: Any, at_least: int = 1, at_most: int | None = None) 
     at_most
         None: LARGEST_WHOLE, which the message states only when it is exceeded
     """
-    most = LARGEST_WHOLE if at_most is None else at_most
-    if type(value) is int and at_least <= value <= most:
+    largest = LARGEST_WHOLE if at_most is None else at_most
+    if type(value) is int and at_least <= value <= largest:
         return value
     numbers = (int, float, np.integer, np.floating)
     is_number = isinstance(value, numbers) and not isinstance(value, bool)
     number = int(value) if is_number and (isinstance(value, int) or math.isfinite(value)) else None
-    if number is None or number != value or not at_least <= number <= most:
-        beyond = is_number and (value > 0 if number is None else number > most)
+    if number is None or number != value or not at_least <= number <= largest:
+        beyond = is_number and (value > 0 if number is None else number > largest)
         limit = f"of at least {at_least}"
         if beyond or at_most is not None:
-            limit = f"from {at_least} to {most}"
+            limit = f"from {at_least} to {largest}"
         long = isinstance(value, int) and value.bit_length() > LONGEST_SHOWN
         received = f"a number of {value.bit_length()} bits" if long else shown(value)
         raise ValueError(f"{name} must be a whole number {limit}; received {received}.")
@@ -108,17 +108,17 @@ def array(name: str, value: Any, shape: Sequence[int] | None = None, remedy: str
             f"them out."
         )
     try:
-        given = np.asarray(value)
+        entries = np.asarray(value)
     except ValueError:
-        given = np.array(None)
-    if given.dtype == object and all(type(x) in (int, float) for x in given.flat):
+        entries = np.array(None)
+    if entries.dtype == object and all(type(x) in (int, float) for x in entries.flat):
         with suppress(OverflowError):
-            given = given.astype(np.float64)  # whole numbers beyond 64 bits
-    if given.dtype.kind not in "iuf":
+            entries = entries.astype(np.float64)  # whole numbers beyond 64 bits
+    if entries.dtype.kind not in "iuf":
         raise ValueError(
             _sentence(f"{name} must be an array of real numbers", shown(value), remedy)
         )
-    numbers = np.array(given, dtype=np.float64)
+    numbers = np.array(entries, dtype=np.float64)
     if shape is not None and numbers.shape != tuple(shape):
         raise ValueError(
             _sentence(f"{name} must have shape {tuple(shape)}", f"shape {numbers.shape}", remedy)

@@ -62,7 +62,7 @@ class Galerkin:
             ("chart", ("farthest", "flow"), "Cayley()"),
         ):
             value, kinds = getattr(self, name), (kind,) if isinstance(kind, str) else kind
-            if isinstance(value, type) or not any(hasattr(value, one) for one in kinds):
+            if isinstance(value, type) or not any(hasattr(value, attribute) for attribute in kinds):
                 raise TypeError(
                     f"{name} must be a {name} such as galvi.{example}; received {shown(value)}."
                 )
@@ -130,11 +130,13 @@ class Galerkin:
         if self.in_frame:
             return f"Gauss collocation, {self.stages} stages, in the {self.chart.name}"
         one_degree = len(set(getattr(self.space, "degrees", (self.space.degree,)))) == 1
-        known = next(iter(classical_names(self.table, separable=False)), "") if one_degree else ""
+        classical = (
+            next(iter(classical_names(self.table, separable=False)), "") if one_degree else ""
+        )
         polynomials = self.space.dimension == self.space.degree + 1
         space = f"degree {self.space.degree}" if polynomials else str(self.space)
         clock = "" if self.clock is None else f", in the clock {self.clock}"
-        return (known or f"Galerkin {space}, {self.rule.name}") + clock
+        return (classical or f"Galerkin {space}, {self.rule.name}") + clock
 
     def __repr__(self) -> str:
         chart = "" if self.chart == Cayley() else f", {self.chart}"

@@ -121,8 +121,8 @@ class Problem:
         """Names of the point masses, parameters["bodies"], or their numbers."""
         names: Any = self.parameters.get("bodies")
         count = len(self.q0)
-        given = list(names) if input_checks.has_items(names) and not isinstance(names, str) else []
-        return given if len(given) == count else list(range(count))
+        bodies = list(names) if input_checks.has_items(names) and not isinstance(names, str) else []
+        return bodies if len(bodies) == count else list(range(count))
 
     def with_initial_state(self, q0: Any, v0: Any) -> Problem:
         """The same problem from another configuration and velocity, for `galvi.integrate_many`."""
@@ -131,12 +131,12 @@ class Problem:
     def moved(self, q: Array, v: Array, t: float, system: System | None = None) -> Problem:
         """The same problem from a state of its own motion, which needs no checks; with another
         system that is of its kind."""
-        found = object.__new__(Problem)
-        own = {key: value for key, value in vars(self).items() if key != "p0"}
-        vars(found).update(own, q0=read_only(q), v0=read_only(v), t0=t)
+        problem = object.__new__(Problem)
+        attributes = {key: value for key, value in vars(self).items() if key != "p0"}
+        vars(problem).update(attributes, q0=read_only(q), v0=read_only(v), t0=t)
         if system is not None:
-            vars(found).update(system=system)
-        return found
+            vars(problem).update(system=system)
+        return problem
 
     @cached_property
     def p0(self) -> Array:

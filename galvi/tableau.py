@@ -124,12 +124,12 @@ class IllPosed(ValueError):
 
 def tabulate(space: Space, rule: Rule) -> Tableau:
     """The table of a pair; `IllPosed`, or ValueError when it is inconsistent (claim V19)."""
-    found = assemble(checked(space), rule)
-    if found.table is None:
+    assembled = assemble(checked(space), rule)
+    if assembled.table is None:
         raise IllPosed(_ill_posed(space, rule))
-    if not found.consistent:
-        raise ValueError(_inconsistent(space, rule, found.defect))
-    return found.table
+    if not assembled.consistent:
+        raise ValueError(_inconsistent(space, rule, assembled.defect))
+    return assembled.table
 
 
 @lru_cache(maxsize=512)
@@ -151,9 +151,9 @@ def assemble(space: Space, rule: Rule) -> Assembled:
         defect = float(np.max(np.abs(rounded(np.append(alpha - c, beta_p - 1)))))
         A = psi @ C
         analysis = np.linalg.inv(legendre(2.0 * rule.nodes - 1.0, rule.points - 1))
-        most = min(rule.points, MOST_EXTRAPOLATED) - 1
-        extrapolation = legendre(2.0 * rule.nodes + 1.0, most)
-        growth = legendre(np.array([3.0]), most)[0]
+        highest = min(rule.points, MOST_EXTRAPOLATED) - 1
+        extrapolation = legendre(2.0 * rule.nodes + 1.0, highest)
+        growth = legendre(np.array([3.0]), highest)[0]
         beta = b * (1 - c)
         integral = psi @ projection
         numbers = (

@@ -239,8 +239,8 @@ class Trajectory(TrajectoryFields):
 
     @cached_property
     def _from_momenta(self) -> Array:
-        found = velocity_at(self.problem.system, self.q, self.p, self.t, self.problem.v0)
-        return read_only(found)
+        velocities = velocity_at(self.problem.system, self.q, self.p, self.t, self.problem.v0)
+        return read_only(velocities)
 
     def velocity(self, t: Any) -> Array:
         """Velocity of the curve at t: dq/dt, or on a group the body velocity; raises as a call."""

@@ -61,15 +61,15 @@ def norms(space: Space, rule: Rule) -> Norms | None:
     None when the basis functions are too nearly dependent for float64.
     """
     degrees: Sequence[int] = getattr(space, "degrees", (space.dimension - 1,))
-    known = [_norms(space, rule, degree + 1) for degree in sorted(set(degrees))]
-    found = [one for one in known if one is not None]
-    if len(found) < len(known):
+    per_degree = [_norms(space, rule, degree + 1) for degree in sorted(set(degrees))]
+    constants = [constant for constant in per_degree if constant is not None]
+    if len(constants) < len(per_degree):
         return None
     return Norms(
-        max(one.unseen for one in found),
-        max(one.C for one in found),
-        min(one.lowest for one in found),
-        max(one.highest for one in found),
+        max(constant.unseen for constant in constants),
+        max(constant.C for constant in constants),
+        min(constant.lowest for constant in constants),
+        max(constant.highest for constant in constants),
     )
 
 
@@ -83,7 +83,7 @@ def _norms(space: Space, rule: Rule, functions: int) -> Norms | None:
     last = end.T @ end
     exact = true.T @ (fine[1][:, None] * true) + last
     norm = np.sqrt(np.diagonal(exact))
-    exact, seen, values = (
+    exact, by_rule, values = (
         gram / np.outer(norm, norm)
         for gram in (
             exact,
@@ -93,18 +93,18 @@ def _norms(space: Space, rule: Rule, functions: int) -> Norms | None:
     )
     if not np.linalg.cond(exact) < DEPENDENT:
         return None
-    ratios = eigh(seen, exact, eigvals_only=True)
+    ratios = eigh(by_rule, exact, eigvals_only=True)
     unseen = int(np.sum(ratios <= ZERO_EIGENVALUE * ratios[-1]))
-    C = Z0 * np.sqrt(eigh(values, seen, eigvals_only=True)[-1]) if not unseen else np.inf
+    C = Z0 * np.sqrt(eigh(values, by_rule, eigvals_only=True)[-1]) if not unseen else np.inf
     low, high = np.sqrt(np.clip([ratios[0], ratios[-1]], 0, None))
     return Norms(unseen, float(C), 0.0 if unseen else float(low), float(high))
 
 
 def _fine(pieces: int) -> tuple[Array, Array]:
     """Nodes and weights of Gauss's rule on every part of every piece of [0, 1]."""
-    one, parts = gauss(INTEGRATION_POINTS), pieces * PARTS
-    nodes = (np.arange(parts)[:, None] + one.nodes) / parts
-    return nodes.ravel(), np.tile(one.weights / parts, parts)
+    rule, parts = gauss(INTEGRATION_POINTS), pieces * PARTS
+    nodes = (np.arange(parts)[:, None] + rule.nodes) / parts
+    return nodes.ravel(), np.tile(rule.weights / parts, parts)
 
 
 CAUTION = 3.0  # one over the constant of M proposition 1; claim V20 measures sqrt(2)
@@ -136,8 +136,8 @@ def contracting_stages(space: Space, rule: Rule, square: float) -> float | None:
     other spaces than polynomials on their Chebyshev points, and where A is singular."""
     if not isinstance(space, Polynomials) or not assemble(space, rule).well_posed:
         return None
-    inverse, most = lagrange_constants(space, rule)
-    product = inverse * square * most  # 0 with one point, at the step's end
+    inverse, basis_bound = lagrange_constants(space, rule)
+    product = inverse * square * basis_bound  # 0 with one point, at the step's end
     return 1.0 if product <= 1.0 else 1.0 / product
 
 

@@ -318,11 +318,11 @@ def _stiffness(problem: Problem, lipschitz: float | None) -> tuple[float, float]
     d = problem.v0.size
     units = np.eye(d).reshape(-1, *problem.v0.shape)
     mass = np.array([np.ravel(system.momentum(unit)) for unit in units])
-    least = float(np.linalg.eigvalsh(mass)[0])
-    if least <= 0.0:
+    smallest_mass = float(np.linalg.eigvalsh(mass)[0])
+    if smallest_mass <= 0.0:
         return "the theorems are for positive masses; here is a body without mass."
     if lipschitz is not None:
-        return float(lipschitz), float(lipschitz) / least
+        return float(lipschitz), float(lipschitz) / smallest_mass
     jacobian = system.acceleration_jacobian(problem.q0, problem.t0).reshape(d, d)
     if not np.all(np.isfinite(jacobian)):
         return "the derivative of the force is not finite at the start."
@@ -368,16 +368,16 @@ def _lines(report: Theory) -> Iterator[str]:
     if report.no_bounds:
         yield f"{report.problem}: no bounds on the step: {report.no_bounds}"
     elif report.problem is not None:
-        more = "" if report.source == "given" else "; give one that holds everywhere for a yes"
-        yield f"{report.problem}: Lipschitz constant {report.lipschitz:.4g}, {report.source}{more}"
-    for bound, holds, words in (
+        note = "" if report.source == "given" else "; give one that holds everywhere for a yes"
+        yield f"{report.problem}: Lipschitz constant {report.lipschitz:.4g}, {report.source}{note}"
+    for bound, holds, meaning in (
         (report.unique_step, report.exists, "a step has exactly one solution (M theorem 2)"),
         (report.stage_step, None, STAGES),
         (report.fixed_point_step, report.converges, "fixed-point iteration contracts (spectrum)"),
     ):
         if bound is not None:
-            asked = report.step is not None and words != STAGES
-            answer = f": {'yes' if holds else 'not said'} at {report.step:g}" if asked else ""
-            yield f"{'any step' if bound == inf else f'h < {bound:.4g}':<13} {words}{answer}"
+            has_answer = report.step is not None and meaning != STAGES
+            answer = f": {'yes' if holds else 'not said'} at {report.step:g}" if has_answer else ""
+            yield f"{'any step' if bound == inf else f'h < {bound:.4g}':<13} {meaning}{answer}"
         elif report.problem is not None and not report.no_bounds:
-            yield f"{'no bound':<13} {words}: the pair does not have what it needs"
+            yield f"{'no bound':<13} {meaning}: the pair does not have what it needs"

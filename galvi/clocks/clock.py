@@ -71,10 +71,12 @@ class DynamicalTime:
         """g of a flat configuration, entries in front."""
         system = problem.system
         if not isinstance(system, NBody) or system.masses.size < 2:
-            what = "one body" if isinstance(system, NBody) else f"a {type(system).__name__} system"
+            received = (
+                "one body" if isinstance(system, NBody) else f"a {type(system).__name__} system"
+            )
             raise ValueError(
                 f"galvi.DynamicalTime needs a galvi.NBody system of at least two bodies; received "
-                f"{what}. Use galvi.Clock(function), or for one centre galvi.Sundman()."
+                f"{received}. Use galvi.Clock(function), or for one centre galvi.Sundman()."
             )
         masses, size = system.G * system.masses, problem.q0.shape[1]
         pairs = [
@@ -220,19 +222,19 @@ class Clock:
     def slope(self, problem: Problem) -> Callable[[Array], Array]:
         """dg/dq of a flat configuration."""
         gradient, shape, q0 = self.gradient, problem.q0.shape, problem.q0.ravel()
-        found: Callable[[Array], Array] = differenced_gradient(self.rate(problem), False)
+        differenced: Callable[[Array], Array] = differenced_gradient(self.rate(problem), False)
         if gradient is None:
-            return found
+            return differenced
 
         def slope(flat: Array) -> Array:
             values = gradient(flat.reshape(shape))
             return returned_array("gradient", values, shape, f"an array of shape {shape}").ravel()
 
-        given, expected = slope(q0.copy()), found(q0.copy())
-        if not np.max(np.abs(given - expected)) <= WRONG * np.max(np.abs(expected)):
+        received, expected = slope(q0.copy()), differenced(q0.copy())
+        if not np.max(np.abs(received - expected)) <= WRONG * np.max(np.abs(expected)):
             raise ValueError(
-                f"gradient must be dg/dq of the clock's function; received {given.tolist()} at q0, "
-                f"where differences give {expected.tolist()}. Leave it out, or correct it."
+                f"gradient must be dg/dq of the clock's function; received {received.tolist()} at "
+                f"q0, where differences give {expected.tolist()}. Leave it out, or correct it."
             )
         return slope
 

@@ -88,9 +88,11 @@ class ClockCurves:
         lengths = np.full(len(self.rates), self.step)
         lengths[-1:] = self.last
         series = (self.method.table.analysis @ self.rates[index].T) * lengths[index]
-        rates = _each(legendre.legvander(2.0 * x - 1.0, len(series) - 1), series)
-        whole = legendre.legint(series, lbnd=-1.0, axis=0)
-        return 0.5 * _each(legendre.legvander(2.0 * x - 1.0, len(whole) - 1), whole), rates
+        rates = _row_products(legendre.legvander(2.0 * x - 1.0, len(series) - 1), series)
+        integrated = legendre.legint(series, lbnd=-1.0, axis=0)
+        return 0.5 * _row_products(
+            legendre.legvander(2.0 * x - 1.0, len(integrated) - 1), integrated
+        ), rates
 
     def _at(self, t: Any, values: Callable[[Any, Array], Array]) -> Array:
         times, single = times_asked(t)
@@ -101,17 +103,17 @@ class ClockCurves:
         refuse_outside(inside, float(self.times[0]), float(self.times[-1]), t)
         index = np.clip(np.searchsorted(grid, wanted, side="right") - 1, 0, len(grid) - 2)
         since = sign * (wanted - grid[index])
-        found = values(index, self._shares(index, since))
-        return found[0] if single else found
+        rows = values(index, self._shares(index, since))
+        return rows[0] if single else rows
 
     def _shares(self, index: Any, since: Array) -> Array:
         """The shares of the steps at times since their starts."""
-        whole = self.times[index + 1] - self.times[index]
-        x = np.clip(since / whole, 0.0, 1.0)
+        lengths = self.times[index + 1] - self.times[index]
+        x = np.clip(since / lengths, 0.0, 1.0)
         low, high = np.zeros_like(x), np.ones_like(x)
         for _ in range(TIME_PASSES):
             t, rate = self._time(index, x)
-            off = (since - t) * np.sign(whole)
+            off = (since - t) * np.sign(lengths)
             low, high = np.where(off > 0.0, x, low), np.where(off > 0.0, high, x)
             with np.errstate(divide="ignore", invalid="ignore"):
                 new = x + (since - t) / rate
@@ -119,7 +121,7 @@ class ClockCurves:
             if np.all(np.abs(new - x) <= EPSILON):
                 break
             x = new
-        ends = (since == 0.0) | (since == whole)
+        ends = (since == 0.0) | (since == lengths)
         return np.where(ends, np.where(since == 0.0, 0.0, 1.0), x)
 
 
@@ -130,7 +132,7 @@ def _to_samples(table: Tableau) -> Array:
     return read_only((legendres @ table.analysis).T)
 
 
-def _each(basis: Any, series: Any) -> Array:
+def _row_products(basis: Any, series: Any) -> Array:
     return np.einsum("kl,lk->k", basis, series)
 
 
@@ -151,13 +153,13 @@ class JoinedCurves:
 
     def position(self, t: Any) -> Array:
         """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
-        return self._each(t, "position")
+        return self._at_times(t, "position")
 
     def velocity(self, t: Any) -> Array:
         """dq/dt at t, on a group the body velocity; at an action that after it."""
-        return self._each(t, "velocity")
+        return self._at_times(t, "velocity")
 
-    def _each(self, t: Any, name: str) -> Array:
+    def _at_times(self, t: Any, name: str) -> Array:
         times, single = times_asked(t)
         sign = 1.0 if self.times[-1] > self.times[0] else -1.0
         grid, wanted = sign * self.times, times
@@ -167,12 +169,12 @@ class JoinedCurves:
         index = np.minimum(index, len(self.parts) - 1)
         order = np.argsort(index, kind="stable")
         cuts = np.flatnonzero(np.diff(index[order])) + 1
-        found = [
+        pieces = [
             getattr(self.parts[index[rows[0]]], name)(wanted[rows])
             for rows in np.split(order, cuts)
             if rows.size
         ]
-        values: Array = np.concatenate(found)[np.argsort(order)] if found else np.zeros(0)
+        values: Array = np.concatenate(pieces)[np.argsort(order)] if pieces else np.zeros(0)
         return values[0] if single else values
 
 
@@ -189,10 +191,10 @@ def cut(curves: Any, n: int) -> Any:
 def merged(parts: list[Any]) -> Any:
     """Curves one after another as one."""
     names = ("bases", "coefficients", "rates")[: 3 if isinstance(parts[0], ClockCurves) else 2]
-    whole: dict[str, Any] = {
+    merged_fields: dict[str, Any] = {
         name: read_only(np.concatenate([getattr(part, name) for part in parts])) for name in names
     }
     if isinstance(parts[0], ClockCurves):
         times = [parts[0].times, *(part.times[1:] for part in parts[1:])]
-        whole |= {"times": read_only(np.concatenate(times)), "last": parts[-1].last}
-    return replace(parts[0], **whole)
+        merged_fields |= {"times": read_only(np.concatenate(times)), "last": parts[-1].last}
+    return replace(parts[0], **merged_fields)

@@ -19,7 +19,7 @@ from galvi.spaces.space import Space
 class LocalChart(Protocol):
     """Coordinates xi (..., d) about base configurations; ``...`` are leading axes."""
 
-    def place(self, base: Array, xi: Array) -> Array:
+    def configurations(self, base: Array, xi: Array) -> Array:
         """The configurations at xi about base (..., *shape)."""
 
     def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
@@ -32,7 +32,7 @@ class IdentityChart:
 
     shape: tuple[int, ...]
 
-    def place(self, base: Array, xi: Array) -> Array:
+    def configurations(self, base: Array, xi: Array) -> Array:
         """base + xi, (..., *shape)."""
         return base + self._shaped(xi)
 
@@ -51,7 +51,7 @@ class GroupChart:
     group: Group
     chart: Chart
 
-    def place(self, base: Array, xi: Array) -> Array:
+    def configurations(self, base: Array, xi: Array) -> Array:
         """base Phi(xi), (..., *group.shape)."""
         return place(self.chart, self.group, base, xi)
 
@@ -118,7 +118,7 @@ class Curves(OverTime):
 
     def places(self, index: Any, tau: Array) -> Array:
         """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
-        return self.chart.place(self.bases[index], self._coordinates(index, tau))
+        return self.chart.configurations(self.bases[index], self._coordinates(index, tau))
 
     def velocities(self, index: Any, tau: Array) -> Array:
         """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
@@ -154,16 +154,18 @@ def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, A
     times, single = times_asked(t)
     count = len(coefficients)
     with np.errstate(over="ignore"):
-        place = (times - t0) / step
+        elapsed_steps = (times - t0) / step
     largest = max(abs(t0), abs(t0 + count * step)) / abs(step)
     slack = 4.0 * EPSILON * (largest + count) + 1e-14
-    refuse_outside((place >= -slack) & (place <= count + slack), t0, t0 + count * step, t)
-    joint = np.round(place)
-    place = np.where(np.abs(place - joint) <= slack, joint, place)
-    index = np.clip(np.floor(place).astype(np.intp), 0, count - 1)
-    past = (place == index) & np.isnan(coefficients[index, 0, 0]) & (index > 0)
+    refuse_outside(
+        (elapsed_steps >= -slack) & (elapsed_steps <= count + slack), t0, t0 + count * step, t
+    )
+    joint = np.round(elapsed_steps)
+    elapsed_steps = np.where(np.abs(elapsed_steps - joint) <= slack, joint, elapsed_steps)
+    index = np.clip(np.floor(elapsed_steps).astype(np.intp), 0, count - 1)
+    past = (elapsed_steps == index) & np.isnan(coefficients[index, 0, 0]) & (index > 0)
     index = np.where(past, index - 1, index)  # the last state before a failure ends its curve
-    return index, place - index, single
+    return index, elapsed_steps - index, single
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,20 +199,20 @@ class FrameCurves(OverTime):
 
     def places(self, index: Any, tau: Array) -> Array:
         """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
-        return self._each(index, tau, self._own_places, Curves.position)
+        return self._in_both_frames(index, tau, self._own_places, Curves.position)
 
     def velocities(self, index: Any, tau: Array) -> Array:
         """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
-        return self._each(index, tau, self._own_velocities, Curves.velocity)
+        return self._in_both_frames(index, tau, self._own_velocities, Curves.velocity)
 
-    def _each(self, index: Any, tau: Array, own: Any, elsewhere: Any) -> Array:
-        """Values by ``own`` in the frame, and by ``elsewhere`` on curves in the inertial one."""
+    def _in_both_frames(self, index: Any, tau: Array, in_frame: Any, inertial: Any) -> Array:
+        """Values by ``in_frame``; of steps that were done in the inertial frame by ``inertial``."""
         away = np.isnan(self.coefficients[index, -1, -1]) & ~np.isnan(self.bases[index, 0, 0])
-        rows, values = [np.flatnonzero(~away)], [own(index[~away], tau[~away])]
+        rows, values = [np.flatnonzero(~away)], [in_frame(index[~away], tau[~away])]
         for k in np.unique(index[away]).tolist():
             rows.append(np.flatnonzero(away & (index == k)))
             curves = self.path.curves(self.first + k, self.bases[k])
-            values.append(elsewhere(curves, tau[rows[-1]] * self.step))
+            values.append(inertial(curves, tau[rows[-1]] * self.step))
         return np.concatenate(values)[np.argsort(np.concatenate(rows))]
 
     def _own_places(self, index: Any, tau: Array) -> Array:
@@ -226,10 +228,10 @@ class FrameCurves(OverTime):
         """w (k, 4, m), dw/dt, and the times (k,) since the steps' centres."""
         c, slope = self.path.node(self.first + index, tau)
         basis = self.space.basis(np.append(c, 0.0))[:, 1:]
-        ways = np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
+        displacements = np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
         rates = np.einsum("kdi,ki->kd", self.coefficients[index], self.space.derivative(c)[:, 1:])
         w, rate = self.bases[index].copy(), np.zeros_like(self.bases[index])
-        n = ways.shape[1] // 2
-        w[:, :2, :n] += ways.reshape(-1, 2, n)
+        n = displacements.shape[1] // 2
+        w[:, :2, :n] += displacements.reshape(-1, 2, n)
         rate[:, :2, :n] = (rates * (slope / self.step)[:, None]).reshape(-1, 2, n)
         return w, rate, (tau - 0.5) * self.step

@@ -29,12 +29,12 @@ class RedoneCurves:
 
     Attributes
     ----------
-    total, done
-        steps from known[0] that were asked for, and done
+    total, steps_done
+        steps after checkpoints[0] that were requested, and those that were done
     end
         the last time of the run
-    known
-        the run before some of its steps, in their order
+    checkpoints
+        states of the run, in the order of time; steps are done again from them
     check
         raises ValueError where the problem's functions are no longer those of the run
     """
@@ -43,9 +43,9 @@ class RedoneCurves:
     method: Galerkin
     step: float
     total: int
-    done: int
+    steps_done: int
     end: float
-    known: tuple[Checkpoint, ...]
+    checkpoints: tuple[Checkpoint, ...]
     check: Callable[[], None] = unchecked
 
     def position(self, t: Any) -> Array:
@@ -75,17 +75,17 @@ class RedoneCurves:
         return values if np.ndim(t) else values[0]
 
     def _in_steps(self, t: Any, name: str) -> tuple[Any, Evaluate]:
-        """The pieces between known states (k,) in which times are, -1 after a failure, and the
-        values there, of equal steps."""
-        origin = self.known[0].first
+        """Of equal steps: the pieces between checkpoints (k,) that contain the times, -1 after a
+        failure, and a function that returns the values there."""
+        origin = self.checkpoints[0].first
         begin = self.problem.t0 + origin * self.step
         zeros = np.broadcast_to(0.0, (self.total, 1, 1))
         index, tau, _ = located(begin, self.step, zeros, t)
-        ended = (index == self.done) & (tau == 0.0) & (index > 0)
+        ended = (index == self.steps_done) & (tau == 0.0) & (index > 0)
         index, tau = np.where(ended, index - 1, index), np.where(ended, 1.0, tau)
-        starts = np.array([state.first - origin for state in self.known])
+        starts = np.array([state.first - origin for state in self.checkpoints])
         pieces = np.searchsorted(starts, index, side="right") - 1
-        pieces[index >= self.done] = -1
+        pieces[index >= self.steps_done] = -1
 
         def evaluate(k: int, rows: Any) -> Array:
             from galvi.run.loop import curves_of_steps  # runs stand on curves
@@ -93,7 +93,7 @@ class RedoneCurves:
             steps = index[rows] - starts[k]
             first, count = int(steps.min()), int(np.ptp(steps)) + 1
             curves = curves_of_steps(
-                self.problem, self.method, self.step, self.known[k], first, count
+                self.problem, self.method, self.step, self.checkpoints[k], first, count
             )
             return getattr(curves, name)(steps - first, tau[rows])
 
@@ -103,7 +103,7 @@ class RedoneCurves:
         """As ``_in_steps``, in a clock."""
         times, _ = times_asked(t)
         sign = 1.0 if self.step > 0.0 else -1.0
-        grid = np.array([state.clock[0] for state in self.known])
+        grid = np.array([state.clock[0] for state in self.checkpoints])
         inside = (sign * times >= sign * grid[0]) & (sign * times <= sign * self.end)
         refuse_outside(inside, float(grid[0]), self.end, t)
         last = max(int(np.searchsorted(sign * grid, sign * self.end)) - 1, 0)  # before the end
@@ -116,7 +116,7 @@ class RedoneCurves:
             if farthest == grid[k]:  # a step is needed, however short the run
                 farthest = self.end if k + 1 == len(grid) else float(grid[k + 1])
             curves = curves_from(
-                self.problem, self.method, self.step, self.known[k], farthest, self.end
+                self.problem, self.method, self.step, self.checkpoints[k], farthest, self.end
             )
             return getattr(curves, name)(times[rows])
 

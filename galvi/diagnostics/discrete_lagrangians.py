@@ -199,12 +199,12 @@ def action(run: Trajectory) -> Array:
     return read_only(np.concatenate([sums, failed])[saved])
 
 
-def _refuse_other_coordinates(method: Galerkin, what: str) -> None:
+def _refuse_other_coordinates(method: Galerkin, subject: str) -> None:
     """ValueError for a method in a clock or in a moving frame."""
     kind = "a clock" if method.clock is not None else "a moving frame" if method.in_frame else ""
     if kind:
         raise ValueError(
-            f"{what} needs steps of equal length in the inertial frame; received a method in "
+            f"{subject} needs steps of equal length in the inertial frame; received a method in "
             f"{kind}. Leave it out."
         )
 
@@ -213,8 +213,11 @@ def _chunks(curves: Any) -> Iterator[Curves]:
     """The curves of a run's steps, up to CHUNK of them at once; those that failed may be absent."""
     if isinstance(curves, RedoneCurves):
         curves.check()
-        ends = [*(state.first for state in curves.known[1:]), curves.known[0].first + curves.done]
-        for start, end in zip(curves.known, ends, strict=True):
+        ends = [
+            *(state.first for state in curves.checkpoints[1:]),
+            curves.checkpoints[0].first + curves.steps_done,
+        ]
+        for start, end in zip(curves.checkpoints, ends, strict=True):
             if end > start.first:
                 steps = curves.problem, curves.method, curves.step, start, 0, end - start.first
                 yield from _chunks(curves_of_steps(*steps))
@@ -377,5 +380,5 @@ def _nearest(
     root(residual, v / unit, jac=derivative, options={"xtol": 0.0})  # to round-off
     if nearest.size > TOLERANCE:
         return None
-    least = np.linalg.svd(derivative(nearest.v / unit), compute_uv=False)[-1]
-    return nearest if least > SINGULAR else None
+    smallest_singular_value = np.linalg.svd(derivative(nearest.v / unit), compute_uv=False)[-1]
+    return nearest if smallest_singular_value > SINGULAR else None

@@ -56,8 +56,8 @@ def _states(curves: FrameCurves, c: Array) -> tuple[Array, Array]:
     """w at the stages (s, 2, m), and after the step at its centre (2, m)."""
     base = curves.bases[0, :2]
     basis = curves.space.basis(np.concatenate([c, [0.0, 1.0]]))[:, 1:]
-    ways = (basis - basis[-2]) @ curves.coefficients[0].T
-    n = ways.shape[1] // 2
-    states = np.tile(base, (len(ways), 1, 1))
-    states[:, :, :n] += ways.reshape(-1, 2, n)
+    displacements = (basis - basis[-2]) @ curves.coefficients[0].T
+    n = displacements.shape[1] // 2
+    states = np.tile(base, (len(displacements), 1, 1))
+    states[:, :, :n] += displacements.reshape(-1, 2, n)
     return states[:-2], states[-1]

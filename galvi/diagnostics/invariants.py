@@ -57,11 +57,10 @@ def energy(run: Trajectory, t: Any = None) -> Array:
     times, q, p = _states(run, t)
     system = run.problem.system
     if isinstance(system, Lagrangian):
-        known = None if t is None else run.velocity(t)
-        v = velocity_at(system, q, p, times, run.problem.v0) if known is None else known
+        v = velocity_at(system, q, p, times, run.problem.v0) if t is None else run.velocity(t)
         return system.energy(q, v, times)
-    each = kinetic_energy(system, p.reshape(-1, *run.problem.v0.shape))
-    kinetic = each.reshape(times.shape)
+    flat_kinetic = kinetic_energy(system, p.reshape(-1, *run.problem.v0.shape))
+    kinetic = flat_kinetic.reshape(times.shape)
     return kinetic + cast(VectorSystem, system).potential_energy(q, times)
 
 
@@ -118,9 +117,9 @@ def momentum_map(run: Trajectory, t: Any = None) -> Array:
     if group is not None:
         return group_momenta.angular_momentum(group, q, p)
     _require_space(run)
-    each = group_momenta.moment(q, p)
+    moments = group_momenta.moment(q, p)
     in_space = q.shape[-1] == 3
-    return each if each.ndim == times.ndim + in_space else np.sum(each, axis=-1 - in_space)
+    return moments if moments.ndim == times.ndim + in_space else np.sum(moments, axis=-1 - in_space)
 
 
 def linear_momentum(run: Trajectory, t: Any = None) -> Array:
@@ -175,8 +174,8 @@ def _of_tree(run: Trajectory, times: Array, q: Array, p: Array, t: Any) -> Array
     """Angular momentum and momentum (..., 6) of a Multibody."""
     system = cast(Multibody, run.problem.system)
     v = velocity_at(system, q, p, times, run.problem.v0) if t is None else run.velocity(t)
-    found = system.tree.momenta(q.reshape(-1, run.problem.q0.size), v.reshape(-1, v.shape[-1]))
-    return found.reshape(*times.shape, 6)
+    momenta = system.tree.momenta(q.reshape(-1, run.problem.q0.size), v.reshape(-1, v.shape[-1]))
+    return momenta.reshape(*times.shape, 6)
 
 
 def _states(run: Trajectory, t: Any) -> tuple[Array, Array, Array]:
@@ -318,8 +317,10 @@ def _impulse(forces: Array, q: Array, weights: Array, linear: bool) -> Array:
         turning = forces
     else:
         turning = group_momenta.moment(q, forces)
-    each = np.tensordot(turning, weights, axes=(1, 0))
-    return read_only(np.concatenate([np.zeros((1, *each.shape[1:])), np.cumsum(each, axis=0)]))
+    step_impulses = np.tensordot(turning, weights, axes=(1, 0))
+    return read_only(
+        np.concatenate([np.zeros((1, *step_impulses.shape[1:])), np.cumsum(step_impulses, axis=0)])
+    )
 
 
 def rotations(run: Trajectory, t: Any = None) -> Rotation:

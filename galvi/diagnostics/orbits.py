@@ -104,11 +104,11 @@ class OrbitalElements:
                 f"negative one; received {e.tolist()} and axes {a.tolist()}."
             )
         if np.any(parabolic := (e == 1.0) | np.isinf(a)):
-            place = tuple(int(k) for k in np.argwhere(parabolic)[0])
+            index = tuple(int(k) for k in np.argwhere(parabolic)[0])
             raise ValueError(
                 f"a and e must be those of an ellipse or a hyperbola, as on a parabola they do not "
-                f"say where the body is; received a = {a[place]:g} and e = {e[place]:g}"
-                f"{f' at {list(place)}' if place else ''}. Leave it out, or give its place and "
+                f"say where the body is; received a = {a[index]:g} and e = {e[index]:g}"
+                f"{f' at {list(index)}' if index else ''}. Leave it out, or give its place and "
                 f"velocity."
             )
         if not np.all(mu > 0.0):
@@ -254,17 +254,19 @@ def _anomaly(e: Array, mean: Array, bound: Any) -> Array:
     to the root; it stops where rounding ends the descent.
     """
     size = np.abs(mean)
-    far = np.arcsinh(size / np.maximum(e - 1.0, LEAST_DIVISOR))
-    near = np.cbrt(6.0 * size / np.where(bound, 1.0, e))  # sinh H - H >= H^3 / 6
-    found = np.where(bound, np.minimum(size + e, np.pi), np.minimum(far, near))
+    linear_bound = np.arcsinh(size / np.maximum(e - 1.0, LEAST_DIVISOR))
+    cubic_bound = np.cbrt(6.0 * size / np.where(bound, 1.0, e))  # sinh H - H >= H^3 / 6
+    anomaly = np.where(bound, np.minimum(size + e, np.pi), np.minimum(linear_bound, cubic_bound))
     for _ in range(KEPLER_PASSES):
-        value = np.where(bound, found - e * np.sin(found), e * np.sinh(found) - found) - size
-        slope = np.where(bound, 1.0 - e * np.cos(found), e * np.cosh(found) - 1.0)
-        after = np.maximum(found - value / slope, 0.0)
-        found, before = np.where(after < found, after, found), found
-        if np.array_equal(found, before, equal_nan=True):
+        value = (
+            np.where(bound, anomaly - e * np.sin(anomaly), e * np.sinh(anomaly) - anomaly) - size
+        )
+        slope = np.where(bound, 1.0 - e * np.cos(anomaly), e * np.cosh(anomaly) - 1.0)
+        after = np.maximum(anomaly - value / slope, 0.0)
+        anomaly, before = np.where(after < anomaly, after, anomaly), anomaly
+        if np.array_equal(anomaly, before, equal_nan=True):
             break
-    return np.copysign(found, mean)
+    return np.copysign(anomaly, mean)
 
 
 def _angle(x: Array) -> Array:

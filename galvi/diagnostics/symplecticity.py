@@ -73,7 +73,12 @@ def stages_along(curves: Curves, table: Tableau) -> tuple[Array, Array, Array, A
     rate = np.einsum("kdi,si->ksd", coefficients, table.slope) / step
     t = curves.t0 + (np.arange(len(xi))[:, None] + table.c) * step
     bases = np.repeat(curves.bases[:, None], table.c.size, axis=1)
-    return t, curves.chart.place(bases, xi), curves.chart.velocity(lambda: xi, rate), step * table.b
+    return (
+        t,
+        curves.chart.configurations(bases, xi),
+        curves.chart.velocity(lambda: xi, rate),
+        step * table.b,
+    )
 
 
 def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
@@ -243,12 +248,12 @@ def group_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
             raise ValueError(f"the step has no derivative, because it failed. {run.status}")
         return run.q[-1], run.p[-1]
 
-    here, _ = end(np.zeros(d), np.zeros(d))
+    g_end, _ = end(np.zeros(d), np.zeros(d))
     size = float(np.max(np.abs(problem.p0))) or 1.0
 
     def moved(x: Array) -> Array:
         g, mu = end(x[:d], x[d:])
-        return np.concatenate([coordinates(CHART, group, here, g), mu])
+        return np.concatenate([coordinates(CHART, group, g_end, g), mu])
 
     return _differenced(moved, [STATE_DIFFERENCE] * d + [STATE_DIFFERENCE * size] * d)
 
@@ -312,10 +317,10 @@ def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int
     step = input_checks.real("step", step)
     if method.clock is not None:
         return clock_round_trip_error(problem, method, step, steps)
-    there = uninterrupted(integrate(problem, method, step, steps, save_every=steps))
-    _check(there)
-    end, t = there.q[-1], float(there.t[-1])
-    reversed_start = Problem(problem.system, end, there.v[-1], t)
+    forward = uninterrupted(integrate(problem, method, step, steps, save_every=steps))
+    _check(forward)
+    end, t = forward.q[-1], float(forward.t[-1])
+    reversed_start = Problem(problem.system, end, forward.v[-1], t)
     back = uninterrupted(integrate(reversed_start, method, -step, steps, save_every=steps))
     _check(back)
     return float(np.max(np.abs(back.q[-1] - problem.q0)))
@@ -344,7 +349,7 @@ def clock_step_derivative(
     rate = method.clock.rate(problem)
     q0, p0 = problem.q0.reshape(group.shape), problem.p0.ravel()
 
-    def end(eta: Array, shift: Array, more: float) -> tuple[Array, Array, float]:
+    def end(eta: Array, shift: Array, energy_shift: float) -> tuple[Array, Array, float]:
         q = place(CHART, group, q0, eta)
         shape = problem.v0.shape
         v: Any = velocity_at(
@@ -354,25 +359,29 @@ def clock_step_derivative(
             problem.t0,
             problem.v0,
         )
-        motion = motion_in_clock(problem, method, "auto", ROUND_OFF, energy + more)
+        motion = motion_in_clock(problem, method, "auto", ROUND_OFF, energy + energy_shift)
         state = motion.at(q.reshape(problem.q0.shape), v, problem.t0)
-        found = motion.advance(state, step, 1, None, False)
-        if found.code != SOLVED:
-            raise ValueError(f"the step has no derivative, because it failed: {found.reason}.")
-        taken = found.taken
-        return taken.q[0].reshape(group.shape), taken.p[0], float(taken.t[0] @ (1.0, 1.0))
+        advanced = motion.advance(state, step, 1, None, False)
+        if advanced.code != SOLVED:
+            raise ValueError(f"the step has no derivative, because it failed: {advanced.reason}.")
+        steps = advanced.steps
+        return steps.q[0].reshape(group.shape), steps.p[0], float(steps.t[0] @ (1.0, 1.0))
 
     zero = np.zeros(d)
-    here, mu1, _ = end(zero, zero, 0.0)
+    q_end, mu1, _ = end(zero, zero, 0.0)
     size = float(np.max(np.abs(p0))) or 1.0
-    far = min(1.0, abs(step) * float(np.max(np.abs(problem.v0))) * float(rate(problem.q0.ravel())))
-    scales = [far or 1.0] * d + [size] * d + [max(abs(energy), size)]
+    reach = min(
+        1.0, abs(step) * float(np.max(np.abs(problem.v0))) * float(rate(problem.q0.ravel()))
+    )
+    scales = [reach or 1.0] * d + [size] * d + [max(abs(energy), size)]
 
     def moved(x: Array) -> Array:
         q, mu, t = end(x[:d], x[d : 2 * d], -float(x[2 * d]))
-        return np.concatenate([coordinates(CHART, group, here, q), [t], mu, [0.0]])
+        return np.concatenate([coordinates(CHART, group, q_end, q), [t], mu, [0.0]])
 
-    DF = np.insert(_differenced(moved, [CLOCK_DIFFERENCE * one for one in scales]), d, 0.0, axis=1)
+    DF = np.insert(
+        _differenced(moved, [CLOCK_DIFFERENCE * scale for scale in scales]), d, 0.0, axis=1
+    )
     DF[d, d] = DF[2 * d + 1, 2 * d + 1] = 1.0  # of t, which nothing depends on, and of e
     return DF, p0, mu1
 
@@ -390,10 +399,10 @@ def clock_round_trip_error(problem: Problem, method: Galerkin, step: float, step
     motion = motion_in_clock(problem, method, "auto", ROUND_OFF)
     state = motion.at(problem.q0, problem.v0, problem.t0)
     for h in (step, -step):
-        found = motion.advance(state, h, input_checks.whole("steps", steps), None, False)
-        if found.code != SOLVED:
+        advanced = motion.advance(state, h, input_checks.whole("steps", steps), None, False)
+        if advanced.code != SOLVED:
             raise ValueError(
-                f"both ways must be completed; a step failed: {found.reason.rstrip('.')}."
+                f"both ways must be completed; a step failed: {advanced.reason.rstrip('.')}."
             )
-        state = found.after
-    return float(np.max(np.abs(found.taken.q[-1] - problem.q0.ravel())))
+        state = advanced.after
+    return float(np.max(np.abs(advanced.steps.q[-1] - problem.q0.ravel())))

@@ -78,13 +78,13 @@ class Batch:
         for name, values in starts.items():
             first = self.fields.first[name]
             self.records[:, first : first + values.shape[1]] = self._in_lanes(values)
-        if not kernel.alone:
+        if not kernel.positions_only:
             self.records[:, self.fields.velocities :] = np.repeat(self._in_lanes(v), s, axis=1)
         self.reals = np.append(kernel.tables.growth, tolerance)
         (self.work,) = aligned((kernel.rows, s, LANES))
         self.words = words_of(self.records, self.constants, self.work, kernel.tables, self.reals, s)
         self.law_address = int(addresses((kernel.function, STEP_OF_LAW))[0])
-        self.advance_all, self.done = compiled_advance_members(), 0
+        self.advance_all, self.steps_done = compiled_advance_members(), 0
 
     def advance(self, steps: int) -> None:
         """Do so many more steps of all members that have not failed."""
@@ -97,10 +97,10 @@ class Batch:
             self.work,
             self.kernel.velocities,
             self.fields.velocities,
-            self.done,
+            self.steps_done,
             steps,
         )
-        self.done += steps
+        self.steps_done += steps
 
     def field(self, name: str, size: int = 1) -> Array:
         """A field of the records, (n, size)."""
@@ -158,8 +158,8 @@ class Chunk:
     v: Array
 
 
-class Kept(NamedTuple):
-    """What a chunk leaves.
+class ChunkRun(NamedTuple):
+    """What a chunk returns.
 
     Attributes
     ----------
@@ -183,7 +183,7 @@ class Stopped(Exception):
     """A chunk was not finished, since ``stopped`` said so."""
 
 
-def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> Kept:
+def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> ChunkRun:
     """Run the members of a chunk.
 
     Parameters
@@ -202,10 +202,10 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> Kept:
     record, at_once = chunk.keep.begin(plan), 1
     begin = time.perf_counter()
     for k in chunk.keep.steps(plan):
-        while batch.done < k:
+        while batch.steps_done < k:
             if stopped is not None and stopped():
                 raise Stopped
-            todo, clock = min(at_once, k - batch.done), time.perf_counter()
+            todo, clock = min(at_once, k - batch.steps_done), time.perf_counter()
             batch.advance(todo)
             pace = (time.perf_counter() - clock) / todo
             at_once = max(1, min(2 * at_once, int(INTERRUPT_SECONDS / max(pace, 1e-9))))
@@ -217,7 +217,7 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> Kept:
             states[1].reshape(n, *plan.p_shape),
         )
     seconds = time.perf_counter() - begin
-    return Kept(record.result(), batch.failed, batch.passes, seconds)
+    return ChunkRun(record.result(), batch.failed, batch.passes, seconds)
 
 
 PROBE = 8 * LANES  # members of the first chunk, which is measured
@@ -239,11 +239,13 @@ def members_of_a_chunk(seconds: float, size: float, members: int, workers: int) 
         bytes that one member needs
     """
     shares = min(SHARES, max(1, int(seconds * members / (LEAST_CHUNK_SECONDS * workers))))
-    most = min(SECONDS / max(seconds, 1e-12), CHUNK_BYTES / size, members / (shares * workers))
-    return max(PROBE, LANES * math.ceil(most / LANES))
+    limit = min(SECONDS / max(seconds, 1e-12), CHUNK_BYTES / size, members / (shares * workers))
+    return max(PROBE, LANES * math.ceil(limit / LANES))
 
 
-def results(chunks: Iterator[Chunk], executor: Any, workers: int) -> Iterator[tuple[Chunk, Kept]]:
+def run_chunks(
+    chunks: Iterator[Chunk], executor: Any, workers: int
+) -> Iterator[tuple[Chunk, ChunkRun]]:
     """Each chunk with what it leaves, in order; chunks are made as they are needed.
 
     Parameters
@@ -267,26 +269,26 @@ def results(chunks: Iterator[Chunk], executor: Any, workers: int) -> Iterator[tu
 
 def _in_order(
     chunks: Iterator[Chunk], submit: Callable[[Chunk], Any], workers: int
-) -> Iterator[tuple[Chunk, Kept]]:
+) -> Iterator[tuple[Chunk, ChunkRun]]:
     waiting: deque[tuple[Chunk, Any]] = deque()
     try:
         for chunk in chunks:
             waiting.append((chunk, submit(chunk)))
             while len(waiting) >= CHUNKS_AHEAD * workers:
-                one, future = waiting.popleft()
-                yield one, future.result()
+                oldest, future = waiting.popleft()
+                yield oldest, future.result()
         while waiting:
-            one, future = waiting.popleft()
-            yield one, future.result()
+            oldest, future = waiting.popleft()
+            yield oldest, future.result()
     finally:
         for _, future in waiting:
             future.cancel()
 
 
-def workers_of(executor: Any, own: int) -> int:
-    """How many chunks run at the same time; ``own`` is the number of this process's threads."""
+def workers_of(executor: Any, local_threads: int) -> int:
+    """How many chunks run at the same time; ``local_threads`` where there is no executor."""
     if executor is None:
-        return own
+        return local_threads
     if not callable(getattr(executor, "submit", None)):
         raise TypeError(
             f"executor must have a method submit, as those of concurrent.futures and Dask's Client "
@@ -295,4 +297,4 @@ def workers_of(executor: Any, own: int) -> int:
     threads = getattr(executor, "nthreads", None)  # of Dask: worker -> threads
     if callable(threads):
         return max(1, sum(threads().values()))
-    return int(getattr(executor, "_max_workers", own))
+    return int(getattr(executor, "_max_workers", local_threads))

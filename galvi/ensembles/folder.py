@@ -62,8 +62,8 @@ def identity(value: Any, version: str | None) -> Any:
     named = hasattr(value, "__qualname__")  # functions and classes
     owner: Any = value if named else kind
     name = f"{owner.__module__}.{owner.__qualname__}"
-    known = (named and "<" not in name) or (not named and is_dataclass(value))
-    if version is None and not (name.startswith("galvi.") and known):
+    identifiable = (named and "<" not in name) or (not named and is_dataclass(value))
+    if version is None and not (name.startswith("galvi.") and identifiable):
         raise ValueError(
             f"files in a folder cannot be told from those of earlier code of {name}, since what it "
             f"calls cannot be known. Give version='1', and another text whenever that code, or "
@@ -71,7 +71,7 @@ def identity(value: Any, version: str | None) -> Any:
         )
     if is_dataclass(value) and not named:
         return name, identity(
-            {one.name: getattr(value, one.name) for one in fields(value)}, version
+            {field.name: getattr(value, field.name) for field in fields(value)}, version
         )
     return (name,) if version is None else (name, identity(_values(value), version))
 
@@ -89,8 +89,8 @@ def _values(value: Any) -> Any:
         return value.__self__, _values(value.__func__)
     if isinstance(value, FunctionType):
         code, cells = value.__code__, value.__closure__ or ()
-        constants = [one for one in code.co_consts if not isinstance(one, CodeType)]
-        held = [one.cell_contents for one in cells if one != CellType()]
+        constants = [constant for constant in code.co_consts if not isinstance(constant, CodeType)]
+        held = [cell.cell_contents for cell in cells if cell != CellType()]
         return code.co_code, constants, value.__defaults__, value.__kwdefaults__, held
     try:
         return value.__reduce_ex__(2)[1:3]
@@ -150,8 +150,8 @@ class Folder:
         self.path = Path(path)
         self.loaded = self.damaged = 0
         versions = [platform.python_version(), *map(version, VERSIONS), version_of_functions]
-        known = digest_of_galvi(), versions, identity((facts, starts), version_of_functions)
-        self.request = hashlib.sha256(repr(known).encode()).hexdigest()[:32]
+        request_parts = digest_of_galvi(), versions, identity((facts, starts), version_of_functions)
+        self.request = hashlib.sha256(repr(request_parts).encode()).hexdigest()[:32]
         if self.path.exists() and not self.path.is_dir():
             raise ValueError(
                 f"folder must be the path of a folder; received {str(path)!r}, where a file is. "
@@ -162,9 +162,9 @@ class Folder:
         """Create the folder; ValueError where no file can be written."""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            tried = self.path / f".tried-{uuid.uuid4().hex}"
-            write_whole(tried, b"")
-            tried.unlink()
+            probe_path = self.path / f".tried-{uuid.uuid4().hex}"
+            write_whole(probe_path, b"")
+            probe_path.unlink()
         except OSError as error:
             raise ValueError(
                 f"folder must be one that can be written; received {str(self.path)!r}: "
@@ -176,8 +176,8 @@ class Folder:
         none."""
         names = (path.name for path in self.path.glob(f"{self.request}-*"))
         matches = (re.fullmatch(r"\w+-(\d+)-(\d+)\.npz", name) for name in names)
-        ranges = (slice(int(one[1]), int(one[2])) for one in matches if one)
-        for members in sorted(ranges, key=lambda one: one.start - one.stop):
+        ranges = (slice(int(match[1]), int(match[2])) for match in matches if match)
+        for members in sorted(ranges, key=lambda members: members.start - members.stop):
             size = members.stop - members.start
             if size > 0 and members.start % size == 0 and self._read(members) is not None:
                 return size

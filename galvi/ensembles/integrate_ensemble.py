@@ -12,7 +12,7 @@ from tqdm import tqdm
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.ensembles.chunk import PROBE, Chunk, Kept, members_of_a_chunk, results, workers_of
+from galvi.ensembles.chunk import PROBE, Chunk, ChunkRun, members_of_a_chunk, run_chunks, workers_of
 from galvi.ensembles.folder import Folder
 from galvi.ensembles.keep import FinalStates, OfStates, StatesAt, TimeGrid, kept_of
 from galvi.ensembles.member_laws import Law, finest_tolerance, law_in_lanes
@@ -115,11 +115,11 @@ def integrate_ensemble(
     check_types(problem, method, "integrate_ensemble(problem, q0, v0, method, step, steps)")
     values = checked_parameters(parameters)
     starts = starts_of(problem, q0, v0, step, values)
-    own = Parameters(problem, values, len(starts[0]))
-    work = _Work(own, *starts, method, keep, steps, duration, tolerance)
+    member_parameters = Parameters(problem, values, len(starts[0]))
+    work = _Work(member_parameters, *starts, method, keep, steps, duration, tolerance)
     if work.in_clock and (executor is not None or folder is not None):
-        given = "executor" if executor is not None else "folder"
-        raise ValueError(f"with a clock members run in threads; received {given}. Leave it out.")
+        argument = "executor" if executor is not None else "folder"
+        raise ValueError(f"with a clock members run in threads; received {argument}. Leave it out.")
     workers = workers_of(executor, processors())
     if version is not None and not isinstance(version, str):
         raise TypeError(f"version must be a text, or None; received {shown(version)}.")
@@ -130,13 +130,13 @@ def integrate_ensemble(
 
 def steps_of_all(step: Array, steps: int | None, duration: float | None) -> int:
     """The number of steps of members with their own ``step``; ValueError for several numbers."""
-    each = {number_of_steps(h, steps, duration) for h in np.unique(step).tolist()}
-    if len(each) > 1:
+    counts = {number_of_steps(h, steps, duration) for h in np.unique(step).tolist()}
+    if len(counts) > 1:
         raise ValueError(
             f"duration must be the same number of steps of all members; received {duration!r}, "
-            f"{min(each)} to {max(each)} steps. Give steps."
+            f"{min(counts)} to {max(counts)} steps. Give steps."
         )
-    return each.pop()
+    return counts.pop()
 
 
 class _Work:
@@ -195,23 +195,25 @@ class _Work:
 
     def _use_lanes(self, first: Problem) -> None:
         """Take the law by which lanes run the members, or note why they do not."""
-        found = law_in_lanes(first, self.method)
-        if isinstance(found, str):
-            self.why_alone = found
+        law_or_reason = law_in_lanes(first, self.method)
+        if isinstance(law_or_reason, str):
+            self.why_alone = law_or_reason
             return
-        self.law, self.own = found
+        self.law, self.own = law_or_reason
         self.numbers = self.parameters.numbers(self.law, self.own)
         self.tolerance = max(self.tolerance, finest_tolerance(self.law, self.method))
 
     def identity(self) -> tuple[Any, dict[str, Array]]:
         """What files are named by: what all members share, and what each has."""
-        kept = self.function if self.keep is None else self.keep
+        keep = self.function if self.keep is None else self.keep
         system: Any = self.parameters.problem.system
         if self.law is not None:  # its text says all of a function that was traced
             system = self.law, self.own.constants, self.own.mass
-        facts = system, self.method, self.plan.steps, self.plan.t0, self.tolerance, kept
-        given = {f"parameters/{name}": array for name, array in self.parameters.values.items()}
-        return facts, {"q": self.q, "v": self.v, "step": self.step, **given}
+        facts = system, self.method, self.plan.steps, self.plan.t0, self.tolerance, keep
+        parameter_arrays = {
+            f"parameters/{name}": array for name, array in self.parameters.values.items()
+        }
+        return facts, {"q": self.q, "v": self.v, "step": self.step, **parameter_arrays}
 
     def run(self, executor: Any, workers: int, store: Folder | None, count: Count) -> Ensemble:
         """All members; ``count`` receives the number of finished members."""
@@ -221,8 +223,8 @@ class _Work:
         missing = [members for members in pieces if not self.loaded(store, members, count)]
         if missing and store is not None:
             store.make_writable()
-        for members, kept in self.computed(missing, executor, workers):
-            self.take(members, kept, count)
+        for members, chunk_run in self.computed(missing, executor, workers):
+            self.take(members, chunk_run, count)
             if store is not None:
                 kept_values = tuple(rows[members] for rows in self.values)
                 store.save(members, kept_values, self.passes[members], self.outcomes)
@@ -242,28 +244,28 @@ class _Work:
         if store is not None:
             store.make_writable()
         probe = slice(0, min(PROBE, self.members))
-        ((_, kept),) = self.computed([probe], executor, workers)
-        assert kept is not None
-        each = max(kept.seconds / probe.stop, 1e-9)
-        bytes_each = 8.0 * sum(value[0].size for value in kept.values)
+        ((_, chunk_run),) = self.computed([probe], executor, workers)
+        assert chunk_run is not None
+        seconds_each = max(chunk_run.seconds / probe.stop, 1e-9)
+        bytes_each = 8.0 * sum(value[0].size for value in chunk_run.values)
         if isinstance(self.keep, OfStates):
             bytes_each += 8.0 * (self.plan.steps + 1) * (self.q[0].size + self.v[0].size)
         bytes_each += 8.0 * (self.law.dimension * (self.method.stages + 8) + self.q[0].size + 64)
-        size = members_of_a_chunk(each, bytes_each, self.members, workers)
+        size = members_of_a_chunk(seconds_each, bytes_each, self.members, workers)
         if store is not None:
             return size, 0
-        self.take(probe, kept, count)
+        self.take(probe, chunk_run, count)
         return size, probe.stop
 
     def computed(
         self, pieces: Sequence[slice], executor: Any, workers: int
-    ) -> Iterator[tuple[slice, Kept | None]]:
+    ) -> Iterator[tuple[slice, ChunkRun | None]]:
         """Members with what lanes leave of them; None where lanes cannot run them."""
         if self.law is None:
             yield from ((members, None) for members in pieces)
             return
-        for chunk, kept in results(map(self.chunk, pieces), executor, workers):
-            yield slice(chunk.first, chunk.first + len(chunk.q)), kept
+        for chunk, chunk_run in run_chunks(map(self.chunk, pieces), executor, workers):
+            yield slice(chunk.first, chunk.first + len(chunk.q)), chunk_run
 
     def chunk(self, members: slice) -> Chunk:
         """What is needed to run some members."""
@@ -281,26 +283,30 @@ class _Work:
             self.v[members],
         )
 
-    def take(self, members: slice, kept: Kept | None, count: Count) -> None:
+    def take(self, members: slice, chunk_run: ChunkRun | None, count: Count) -> None:
         """Keep what some members left, and run those by themselves that lanes did not."""
-        alone: Sequence[int] = range(members.start, members.stop)
-        if kept is not None:
-            self.place(members, kept.values)
-            self.passes[members] = kept.passes
-            alone = (members.start + np.flatnonzero(kept.failed)).tolist()
-            count(len(kept.failed) - len(alone))
-        for member, single in zip(alone, self.singles.each(alone), strict=True):
+        single_members: Sequence[int] = range(members.start, members.stop)
+        if chunk_run is not None:
+            self.store_values(members, chunk_run.values)
+            self.passes[members] = chunk_run.passes
+            single_members = (members.start + np.flatnonzero(chunk_run.failed)).tolist()
+            count(len(chunk_run.failed) - len(single_members))
+        for member, single in zip(
+            single_members, self.singles.run_members(single_members), strict=True
+        ):
             why, notes = self.why_alone, single.outcome.notes
-            if kept is not None:
-                why = NOT_IN_LANES.format(step=int(kept.failed[member - members.start]))
+            if chunk_run is not None:
+                why = NOT_IN_LANES.format(step=int(chunk_run.failed[member - members.start]))
             if why:
                 notes = (*notes, BY_ITSELF.format(why=why))
-            self.place(slice(member, member + 1), tuple(value[None] for value in single.values))
+            self.store_values(
+                slice(member, member + 1), tuple(value[None] for value in single.values)
+            )
             self.outcomes[member] = replace(single.outcome, notes=notes)
             self.passes[member] = single.passes
             count(1)
 
-    def place(self, members: slice, values: tuple[Array, ...]) -> None:
+    def store_values(self, members: slice, values: tuple[Array, ...]) -> None:
         """Put values in their rows."""
         if not self.values:
             self.values = [np.full((self.members, *x.shape[1:]), np.nan) for x in values]
@@ -314,11 +320,11 @@ class _Work:
 
     def loaded(self, store: Folder | None, members: slice, count: Count) -> bool:
         """Whether some members are in the folder; they are taken from there."""
-        found = None if store is None else store.load(members)
-        if found is None:
+        rows = None if store is None else store.load(members)
+        if rows is None:
             return False
-        values, self.passes[members], outcomes = found
-        self.place(members, values)
+        values, self.passes[members], outcomes = rows
+        self.store_values(members, values)
         self.outcomes |= outcomes
         count(members.stop - members.start)
         return True

@@ -151,8 +151,8 @@ class StatesAt:
         """(n, times) numbers of steps; ValueError unless whole and within the run."""
         with np.errstate(over="ignore"):
             ratio = (np.array(self.times) - plan.t0) / plan.step[:, None]
-        found = np.rint(np.clip(ratio, -1.0, plan.steps + 1.0))
-        wrong = (np.abs(ratio - found) > WHOLE) | (found < 0) | (found > plan.steps)
+        numbers = np.rint(np.clip(ratio, -1.0, plan.steps + 1.0))
+        wrong = (np.abs(ratio - numbers) > WHOLE) | (numbers < 0) | (numbers > plan.steps)
         if np.any(wrong):
             member, k = np.argwhere(wrong)[0]
             raise ValueError(
@@ -160,7 +160,7 @@ class StatesAt:
                 f"{self.times[k]!r}, which is {ratio[member, k]:.9g} steps of "
                 f"{plan.step[member]:g} of a run of {plan.steps}."
             )
-        return found.astype(np.int64)
+        return numbers.astype(np.int64)
 
     def steps(self, plan: TimeGrid) -> Sequence[int]:
         return [int(k) for k in np.unique(self.numbers(plan))]
@@ -366,7 +366,7 @@ class Events:
 
     def __post_init__(self) -> None:
         several = several_events(self.events)
-        if any(one.terminal or one.action is not None for one in several):
+        if any(event.terminal or event.action is not None for event in several):
             raise ValueError(
                 "in an ensemble events are found alone; received one with terminal or action. Use "
                 "galvi.integrate_many(..., events=events)."
@@ -376,11 +376,11 @@ class Events:
 
     def __call__(self, run: Any) -> Array:
         """(at_most, 5) of one run."""
-        found = find_events(run, self.events)
+        events = find_events(run, self.events)
         rows = np.full((self.at_most, 5), np.nan)
-        n = min(len(found), self.at_most)
-        rows[:n, :4] = np.stack([found.t, found.index, found.step, found.value], axis=1)[:n]
-        rows[:, 4] = len(found)
+        n = min(len(events), self.at_most)
+        rows[:n, :4] = np.stack([events.t, events.index, events.step, events.value], axis=1)[:n]
+        rows[:, 4] = len(events)
         return rows
 
 

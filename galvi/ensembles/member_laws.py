@@ -72,11 +72,11 @@ class Law:
     def momenta(self, q: Array, v: Array, t: float, constants: Array) -> Array:
         """The law's dL/dv (n, d) at n states, q (n, r), v (n, d), constants (1 or n, c)."""
         with np.errstate(all="ignore"):  # of forces
-            found = function_of(self.lines)(q.T, v.T, t, constants.T)[1]
-        result = np.empty(v.shape)
-        for i, row in enumerate(found):
-            result[:, i] = row
-        return result
+            columns = function_of(self.lines)(q.T, v.T, t, constants.T)[1]
+        momenta = np.empty(v.shape)
+        for i, row in enumerate(columns):
+            momenta[:, i] = row
+        return momenta
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,17 +134,17 @@ def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
         layout = tuple(tuple(map(int, row)) for row in system.group.layout)
         law = Law(on_group[0], d, math.prod(system.group.shape), layout=layout)
         return law, LawNumbers(on_group[1][None])
-    found = lane_law(system, d)
-    if found is None:
+    law_code = lane_law(system, d)
+    if law_code is None:
         return None
-    return Law(found[0], d, d), LawNumbers(found[1][None])
+    return Law(law_code[0], d, d), LawNumbers(law_code[1][None])
 
 
 def _of_canonical(system: Canonical, d: int) -> tuple[Law, LawNumbers] | None:
-    found = slopes_of(system)
-    if found is None:
+    slopes_and_constants = slopes_of(system)
+    if slopes_and_constants is None:
         return None
-    slopes, constants = found
+    slopes, constants = slopes_and_constants
     force: tuple[str, Array] | None = ("", np.zeros(0))
     if system.force is not None:
         force = force_of(system)
@@ -163,10 +163,10 @@ def law_in_lanes(problem: Problem, method: Galerkin) -> tuple[Law, LawNumbers] |
     """The law by which lanes run members of a problem with a method; else why they do not."""
     if method.in_frame:
         return "methods in a frame run one member at a time"
-    found = law_of(problem.system, problem.v0.size)
-    if found is None:
+    law_and_numbers = law_of(problem.system, problem.v0.size)
+    if law_and_numbers is None:
         return "the system has no vector code"
-    law, numbers = found
+    law, numbers = law_and_numbers
     if not is_iterated(law, numbers, method):
         return "vector code does not solve this system with the method's weights or degrees"
     if law.layout:
@@ -233,7 +233,7 @@ class MemberKernel:
     rows: int
     tables: LawTables
     velocities: int
-    alone: bool
+    positions_only: bool
     memory: Callable[[Array, Array], dict[str, Array]]
 
 
@@ -241,14 +241,16 @@ def kernel_of(law: Law, method: Galerkin) -> MemberKernel:
     """The kernel of a law with a method."""
     d, table = law.dimension, method.table
     if not law.layout:
-        alone = iterates_places(law, method)
+        positions_only = iterates_places(law, method)
         tables = (
-            nystrom_tables(table) if alone else tables_on_space(table, component_degrees(method))
+            nystrom_tables(table)
+            if positions_only
+            else tables_on_space(table, component_degrees(method))
         )
         stages = method.stages if d <= FEW_COORDINATES and method.stages <= FEW_STAGES else 0
-        function = compiled_law("collocation", law.lines, d, alone, 0, False, stages)
+        function = compiled_law("collocation", law.lines, d, positions_only, 0, False, stages)
         return MemberKernel(
-            function, law_fields(d), rows_of_work(d), tables, V * d, alone, lambda q, p: {}
+            function, law_fields(d), rows_of_work(d), tables, V * d, positions_only, lambda q, p: {}
         )
     layout = np.array(law.layout)
 

@@ -51,10 +51,10 @@ class Parameters:
         self.places = _places(problem.system)
         for name, array in values.items():
             if name not in self.places:
-                known = ", ".join(sorted(self.places)) or "none"
+                names = ", ".join(sorted(self.places)) or "none"
                 raise ValueError(
                     f"parameters must be named as fields of the system are, or as the parameters "
-                    f"of its expression: {known}; received {shown(name)}."
+                    f"of its expression: {names}; received {shown(name)}."
                 )
             if array.ndim == 0 or len(array) != members:
                 raise ValueError(
@@ -70,8 +70,8 @@ class Parameters:
                     )
             self.values[name] = array
         if isinstance(problem.system, Multibody) and self.values:  # so that all have one law
-            own = {name: values[0] for name, values in self.values.items()}
-            self.problem = replace(problem, system=problem.system.with_numbers(**own))
+            first_values = {name: values[0] for name, values in self.values.items()}
+            self.problem = replace(problem, system=problem.system.with_numbers(**first_values))
 
     def _shape(self, path: Path) -> tuple[int, ...] | None:
         """That of a parameter of an expression, or of a field that is an array; else None."""
@@ -96,47 +96,47 @@ class Parameters:
 
     def system(self, member: int) -> Any:
         """The system of one member."""
-        result: Any = self.problem.system
+        system: Any = self.problem.system
         for name, values in self.values.items():
             value = values[member]
             for path in self.places[name]:
-                result = _with(result, path, float(value) if value.ndim == 0 else value)
-        if self.values and isinstance(result, Canonical | Lagrangian):
-            result.trace(self.problem.q0, self.problem.v0, self.problem.t0)
-        return result
+                system = _with(system, path, float(value) if value.ndim == 0 else value)
+        if self.values and isinstance(system, Canonical | Lagrangian):
+            system.trace(self.problem.q0, self.problem.v0, self.problem.t0)
+        return system
 
-    def numbers(self, law: Law, own: LawNumbers) -> LawNumbers:
-        """What of the law differs between the members; ``own`` is the problem's.
+    def numbers(self, law: Law, problem_numbers: LawNumbers) -> LawNumbers:
+        """What of the law differs between the members; ``problem_numbers`` is the problem's.
 
         Raises
         ------
         ValueError
             With a note that names the member, for a value that a system refuses.
         """
-        given = self.values
-        if not given:
-            return own
+        by_name = self.values
+        if not by_name:
+            return problem_numbers
         if self._symbolic_only():
-            return self._symbolic_numbers(own)
+            return self._symbolic_numbers(problem_numbers)
         flat = np.concatenate(
-            [values.reshape(len(values), -1) for values in given.values()], axis=1
+            [values.reshape(len(values), -1) for values in by_name.values()], axis=1
         )
         _, first, inverse = np.unique(flat, axis=0, return_index=True, return_inverse=True)
-        found = []
+        member_numbers = []
         for k in first:
-            made = law_of(self._checked_system(int(k)), law.dimension)
-            if made is None or made[0].lines != law.lines:
+            law_and_numbers = law_of(self._checked_system(int(k)), law.dimension)
+            if law_and_numbers is None or law_and_numbers[0].lines != law.lines:
                 raise ValueError(
                     f"the parameters of member {k} give another law than the problem's; "
-                    f"received {[values[k].tolist() for values in given.values()]}."
+                    f"received {[values[k].tolist() for values in by_name.values()]}."
                 )
-            found.append(made[1])
-        every = inverse.ravel()
-        constants = np.concatenate([one.constants for one in found])[every]
-        if own.mass is None:
+            member_numbers.append(law_and_numbers[1])
+        indices = inverse.ravel()
+        constants = np.concatenate([numbers.constants for numbers in member_numbers])[indices]
+        if problem_numbers.mass is None:
             return LawNumbers(constants)
-        masses = [one.mass for one in found if one.mass is not None]
-        return LawNumbers(constants, np.concatenate(masses)[every])
+        masses = [numbers.mass for numbers in member_numbers if numbers.mass is not None]
+        return LawNumbers(constants, np.concatenate(masses)[indices])
 
     def _symbolic_only(self) -> bool:
         return all(
@@ -145,10 +145,10 @@ class Parameters:
             for path in self.places[name]
         )
 
-    def _symbolic_numbers(self, own: LawNumbers) -> LawNumbers:
+    def _symbolic_numbers(self, problem_numbers: LawNumbers) -> LawNumbers:
         """Of a law from SymPy, whose constants are its parameters, then those of its force."""
         system: Any = self.problem.system
-        constants = np.tile(own.constants, (self.members, 1))
+        constants = np.tile(problem_numbers.constants, (self.members, 1))
         first = 0
         for part in (system.function, system.force):
             if isinstance(part, SYMBOLIC):
@@ -161,10 +161,10 @@ class Parameters:
 
 def _places(system: Any) -> dict[str, list[Path]]:
     """Where each name is found in a system."""
-    found: dict[str, list[Path]] = {}
+    paths: dict[str, list[Path]] = {}
     for path in _paths(system, ()):
-        found.setdefault(path[-1], []).append(path)
-    return found
+        paths.setdefault(path[-1], []).append(path)
+    return paths
 
 
 def _paths(value: Any, path: Path) -> Iterator[Path]:
@@ -194,14 +194,14 @@ def _at(value: Any, path: Path) -> Any:
 
 def _with(value: Any, path: Path, number: Any) -> Any:
     """The value with one of its numbers replaced."""
-    name, *rest = path
+    name, *inner_path = path
     if isinstance(value, SYMBOLIC):
         constants = list(value.constants)
         constants[value.names.index(name)] = number
         return replace(value, constants=tuple(constants))
     if isinstance(value, Multibody):
         return value.with_numbers(**{name: number})
-    content = number if not rest else _with(getattr(value, name), tuple(rest), number)
+    content = number if not inner_path else _with(getattr(value, name), tuple(inner_path), number)
     return replace(value, **{name: content})
 
 
@@ -209,10 +209,14 @@ def starts_of(
     problem: Problem, q0: Any, v0: Any, step: Any, parameters: dict[str, Array]
 ) -> tuple[Array, Array, Array]:
     """Configurations (n, ...), velocities (n, ...) and steps (n,) of all members."""
-    given: Any = {"q0": (q0, problem.q0.shape), "v0": (v0, problem.v0.shape), "step": (step, ())}
-    arrays = {name: input_checks.array(name, value) for name, (value, _) in given.items()}
+    arguments: Any = {
+        "q0": (q0, problem.q0.shape),
+        "v0": (v0, problem.v0.shape),
+        "step": (step, ()),
+    }
+    arrays = {name: input_checks.array(name, value) for name, (value, _) in arguments.items()}
     counts = {}
-    for name, (_, shape) in given.items():
+    for name, (_, shape) in arguments.items():
         array = arrays[name]
         if array.shape == shape:
             continue
@@ -225,15 +229,16 @@ def starts_of(
     for name, values in parameters.items():
         counts[f"parameters[{name!r}]"] = len(np.atleast_1d(values))
     if len(set(counts.values())) > 1:
-        found = ", ".join(f"{count} of {name}" for name, count in counts.items())
+        received = ", ".join(f"{count} of {name}" for name, count in counts.items())
         raise ValueError(
-            f"q0, v0, step and parameters must have the same number of members; received {found}."
+            f"q0, v0, step and parameters must have the same number of members; "
+            f"received {received}."
         )
     if np.any(arrays["step"] == 0.0):
         raise ValueError("step must not be zero. Give the step size in units of time.")
     members = max(counts.values(), default=1)
     q, v, h = (
-        np.broadcast_to(arrays[name], (members, *shape)) for name, (_, shape) in given.items()
+        np.broadcast_to(arrays[name], (members, *shape)) for name, (_, shape) in arguments.items()
     )
     group = getattr(problem.system, "group", None)
     if group is not None and q[0].ndim == 2:

@@ -90,5 +90,5 @@ class Ensemble:
     def __repr__(self) -> str:
         shapes = ", ".join(str(part.shape) for part in self.kept)
         files = f"; {self.files}" if self.files else ""
-        done = int(self.success.sum())
-        return f"Ensemble({self.members} members, {done} completed: {shapes}{files})"
+        completed = int(self.success.sum())
+        return f"Ensemble({self.members} members, {completed} completed: {shapes}{files})"

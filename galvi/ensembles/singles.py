@@ -62,7 +62,7 @@ class Singles:
         self.parameters, self.method, self.plan, self.q, self.v = parameters, method, plan, q, v
         self.keep, self.function, self.limits = keep, function, limits
 
-    def each(self, members: Iterable[int]) -> Iterator[Single]:
+    def run_members(self, members: Iterable[int]) -> Iterator[Single]:
         """Each of some members, one after another; several at a time in a clock of point masses,
         unless a function of Python sees them. Exceptions carry the member's number."""
         compiled = isinstance(self.parameters.problem.system, NBody) and self.function is None
@@ -91,7 +91,7 @@ class Singles:
         if self.function is not None:
             return _single((_numbers(self.function(run)),), run)
         if self.method.clock is None:
-            return _single(self._seen(member, run.q, run.p), run)
+            return _single(self._recorded(member, run.q, run.p), run)
         if not run.success:
             return _single(self._unknown(member), run)
         if isinstance(self.keep, FinalStates):
@@ -103,8 +103,8 @@ class Singles:
 
     def _prepared(self, member: int) -> Callable[..., Trajectory]:
         """The run of one member; ValueError for a start or numbers that cannot be run."""
-        system, own = self.parameters.system(member), self.parameters.problem
-        problem = replace(own, system=system, q0=self.q[member], v0=self.v[member])
+        system, base_problem = self.parameters.system(member), self.parameters.problem
+        problem = replace(base_problem, system=system, q0=self.q[member], v0=self.v[member])
         in_clock = self.method.clock is not None
         request = RunRequest.checked(
             problem,
@@ -118,7 +118,7 @@ class Singles:
         run = prepared(request)
         return run if in_clock else lambda: run(watched=False)
 
-    def _seen(self, member: int, q: Array, p: Array) -> tuple[Array, ...]:
+    def _recorded(self, member: int, q: Array, p: Array) -> tuple[Array, ...]:
         """What is kept of a member with these states (steps + 1, ...)."""
         assert self.keep is not None
         plan = self.plan._replace(step=self.plan.step[member : member + 1])
@@ -133,7 +133,7 @@ class Singles:
         if self.method.clock is None:
             rows = self.plan.steps + 1
             q, p = (np.broadcast_to(np.nan, (rows, *shape)) for shape in shapes)
-            return self._seen(member, q, p)
+            return self._recorded(member, q, p)
         lead = () if isinstance(self.keep, FinalStates) else self._times.shape
         return tuple(np.full((*lead, *shape), np.nan) for shape in shapes)
 

@@ -54,13 +54,13 @@ def within(
     if (distance is None) == (hill_radii is None):
         raise ValueError("give either distance or hill_radii.")
     if distance is not None:
-        far, hill = input_checks.positive("distance", distance), False
+        threshold, hill = input_checks.positive("distance", distance), False
     else:
-        far, hill = input_checks.positive("hill_radii", hill_radii), True
-    asked = Distances(i, j, far, hill)
+        threshold, hill = input_checks.positive("hill_radii", hill_radii), True
+    distances = Distances(i, j, threshold, hill)
     if any(isinstance(body, str) and body == ANY for body in (i, j)):
-        return Event(asked, 0, name=asked.name_of(i, j))
-    return Event(asked.one_of(i, j), 0, name=asked.name_of(i, j))
+        return Event(distances, 0, name=distances.name_of(i, j))
+    return Event(distances.one_of(i, j), 0, name=distances.name_of(i, j))
 
 
 def apsis(i: Any, about: Any) -> Event:
@@ -104,7 +104,7 @@ def section(function: Callable[..., Any]) -> Event:
 
 
 def _direction(name: str, vector: Any) -> tuple[float, ...]:
-    found = input_checks.array(name, vector)
-    if found.ndim != 1 or not np.any(found):
+    components = input_checks.array(name, vector)
+    if components.ndim != 1 or not np.any(components):
         raise ValueError(f"{name} must be a vector other than 0; received {shown(vector)}.")
-    return tuple(found.tolist())
+    return tuple(components.tolist())

@@ -13,7 +13,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.curves.clock_curves import ClockCurves, JoinedCurves
 from galvi.curves.redone_curves import RedoneCurves
-from galvi.events.asked import Function
+from galvi.events.bound_events import Function
 from galvi.events.entries import Entry, later_entries
 from galvi.events.roots import points_of, times_matrix
 from galvi.events.step_polynomials import StepPolynomials, step_polynomials
@@ -49,7 +49,7 @@ class Piece(NamedTuple):
     run: Trajectory
     curves: Any
     times: Array
-    known: bool
+    has_states: bool
     first: int = 0
     after: float = -np.inf
     until: float = np.inf
@@ -66,8 +66,8 @@ def piece_of(run: Trajectory, first: int = 0, after: float | None = None) -> Pie
         return Piece(run, curves, grid[:1], False, first, float(t[0]), last)
     grid = grid[(grid - last) / step < 1.0 - SAME_TIME]
     begin = float(t[0]) if after is None else after
-    far = np.abs(t - grid) if len(t) == len(grid) else np.array([np.inf])
-    if np.max(far / np.abs(np.diff(grid, append=2.0 * grid[-1] - grid[-2]))) < SAME_TIME:
+    offsets = np.abs(t - grid) if len(t) == len(grid) else np.array([np.inf])
+    if np.max(offsets / np.abs(np.diff(grid, append=2.0 * grid[-1] - grid[-2]))) < SAME_TIME:
         return Piece(run, curves, t, True, first, begin, np.copysign(np.inf, step))
     return Piece(run, curves, grid, False, first, begin, last)
 
@@ -101,21 +101,21 @@ def pieces(run: Trajectory) -> Iterator[Piece]:
 
 
 def _redone(run: Trajectory, again: RedoneCurves) -> Iterator[Piece]:
-    known, after = again.known, float(run.t[0])
+    checkpoints, after = again.checkpoints, float(run.t[0])
     before: Trajectory | None = None
-    for k, start in enumerate(known):
+    for k, start in enumerate(checkpoints):
         begin = replace(start, save_every=1, curves=True)
-        steps = known[k + 1].first - start.first if k + 1 < len(known) else None
+        steps = checkpoints[k + 1].first - start.first if k + 1 < len(checkpoints) else None
         if again.method.clock is not None:
-            here = run.problem, again.method, again.step, steps, begin, again.end, before
-            before = prepared(RunRequest(*here))()
+            arguments = run.problem, again.method, again.step, steps, begin, again.end, before
+            before = prepared(RunRequest(*arguments))()
         else:
-            left = known[0].first + again.done - start.first if steps is None else steps
+            left = checkpoints[0].first + again.steps_done - start.first if steps is None else steps
             if not left:
                 continue
             before = unwatched(RunRequest(run.problem, again.method, again.step, left, begin))
-        found = piece_of(before, start.first - known[0].first, after)
-        yield found._replace(until=float(run.t[finite_states(run) - 1]))
+        piece = piece_of(before, start.first - checkpoints[0].first, after)
+        yield piece._replace(until=float(run.t[finite_states(run) - 1]))
         after = -float(np.copysign(np.inf, again.step))
 
 
@@ -156,7 +156,7 @@ class Block:
         return t, slope
 
     def series(
-        self, asked: Function, start: float, sure: Array | None = None
+        self, function: Function, start: float, sure: Array | None = None
     ) -> tuple[Array, Any, Array, int]:
         """Coefficients (k, points) of interpolants on the steps that may have a root, the numbers
         of these steps here (k,), values or signs (n + 1,) between steps, and how many are rough.
@@ -170,48 +170,50 @@ class Block:
             be found
         """
         if sure is None:
-            known = self.bounded and not asked.refusal
-            sure = sign_of(*asked.bounds(*self._box)) if known else np.zeros(len(self.begin))
+            has_bounds = self.bounded and not function.refusal
+            sure = (
+                sign_of(*function.bounds(*self._box)) if has_bounds else np.zeros(len(self.begin))
+            )
         if self.bounded:
             sure[1:][sure[1:] * sure[:-1] < 0.0] = 0.0
             sure[0] = 0.0 if sure[0] * start < 0.0 else sure[0]
         steps = np.flatnonzero(sure == 0.0)
         if not steps.size:
             return np.zeros((0, 2)), steps, np.append(sure, sure[-1]), 0
-        joint = self._joint(asked, sure)
+        joint = self._joint(function, sure)
         steps = np.flatnonzero(sure == 0.0)
-        found = self._interpolants(asked, steps)
+        interpolants = self._interpolants(function, steps)
         if joint is None:
             ends = np.stack([sure, sure], axis=1)
-            ends[steps] = times_matrix(found, _ends(found.shape[1]))
+            ends[steps] = times_matrix(interpolants, _ends(interpolants.shape[1]))
             joint = np.append(start or ends[0, 0], ends[:, 1])
             outside = np.flatnonzero((sure[1:] != 0.0) & (sure[:-1] == 0.0)) + 1
             joint[outside] = sure[outside]
         else:
             off = np.stack([joint[steps], joint[steps + 1]], axis=1) - times_matrix(
-                found, _ends(found.shape[1])
+                interpolants, _ends(interpolants.shape[1])
             )
-            found[:, :2] += off @ np.array([[0.5, -0.5], [0.5, 0.5]])
-        return found, steps, joint, int(np.sum(~is_resolved(found)))
+            interpolants[:, :2] += off @ np.array([[0.5, -0.5], [0.5, 0.5]])
+        return interpolants, steps, joint, int(np.sum(~is_resolved(interpolants)))
 
-    def _joint(self, asked: Function, sure: Array) -> Array | None:
+    def _joint(self, function: Function, sure: Array) -> Array | None:
         """The function at the ends of steps, where it is known, and its sign at those of steps that
         are sure; those that such an end belies are so no longer."""
         run, times = self.piece.run, self.piece.times
-        if not self.piece.known:
+        if not self.piece.has_states:
             return None
-        joint, known = np.append(sure, sure[-1]), np.zeros(len(sure) + 1, dtype=bool)
+        joint, evaluated = np.append(sure, sure[-1]), np.zeros(len(sure) + 1, dtype=bool)
         while True:
             ends = np.append(sure == 0.0, False)
             ends[1:] |= sure == 0.0
-            new = np.flatnonzero(ends & ~known)
+            new = np.flatnonzero(ends & ~evaluated)
             if not new.size:
                 return joint
             rows = self.first + new
-            joint[new] = asked.of(run.q[rows], saved_velocities(run, rows), times[rows])
-            known = ends
-            for end, seen in ((joint[:-1], ends[:-1]), (joint[1:], ends[1:])):
-                sure[seen & (end * sure <= 0.0)] = 0.0
+            joint[new] = function.of(run.q[rows], saved_velocities(run, rows), times[rows])
+            evaluated = ends
+            for end, mask in ((joint[:-1], ends[:-1]), (joint[1:], ends[1:])):
+                sure[mask & (end * sure <= 0.0)] = 0.0
 
     @property
     def bounded(self) -> bool:
@@ -237,26 +239,26 @@ class Block:
         q, v = (later_entries(partial(row, fast), d) for fast in (False, True))
         return q, v, Entry(np.minimum(self.begin, self.end), np.maximum(self.begin, self.end))
 
-    def _interpolants(self, asked: Function, steps: Any) -> Array:
+    def _interpolants(self, function: Function, steps: Any) -> Array:
         points = 4 * self.method.stages
-        found = self._sampled(asked, steps, points)
+        coefficients = self._sampled(function, steps, points)
         for _ in range(POINT_DOUBLINGS):
-            rough = np.flatnonzero(~is_resolved(found))
+            rough = np.flatnonzero(~is_resolved(coefficients))
             if not rough.size:
                 break
             points *= 2
             wider = np.zeros((len(steps), points))
-            wider[:, : found.shape[1]] = found
-            wider[rough] = self._sampled(asked, steps[rough], points)
-            found = wider
-        return found
+            wider[:, : coefficients.shape[1]] = coefficients
+            wider[rough] = self._sampled(function, steps[rough], points)
+            coefficients = wider
+        return coefficients
 
-    def _sampled(self, asked: Function, steps: Any, points: int) -> Array:
+    def _sampled(self, function: Function, steps: Any, points: int) -> Array:
         """Coefficients (k, points) of the function's interpolants on some steps (k,)."""
         if len(steps) > SAMPLED:
             return np.concatenate(
                 [
-                    self._sampled(asked, steps[k : k + SAMPLED], points)
+                    self._sampled(function, steps[k : k + SAMPLED], points)
                     for k in range(0, len(steps), SAMPLED)
                 ]
             )
@@ -265,13 +267,15 @@ class Block:
         if rough.any() and not rough.all():
             both = np.empty((len(steps), points))
             for some in (rough, ~rough):
-                both[some] = self._sampled(asked, steps[some], points)
+                both[some] = self._sampled(function, steps[some], points)
             return both
         if rough.any():
             q, v, t = self._on_curves(steps, points)
-            return times_matrix(asked.at(q.transpose(1, 0, 2), v.transpose(1, 0, 2), t), matrix.T)
+            return times_matrix(
+                function.at(q.transpose(1, 0, 2), v.transpose(1, 0, 2), t), matrix.T
+            )
         places, velocities, t = cast(StepPolynomials, self.polynomials).at_points(steps, points)
-        return times_matrix(asked.at_later(places, velocities, t), matrix.T)
+        return times_matrix(function.at_later(places, velocities, t), matrix.T)
 
     def _on_curves(self, steps: Any, points: int) -> tuple[Array, Array, Array]:
         """q, v (k, d, points) and t (k, points), as the curves have them at Chebyshev points."""

@@ -39,16 +39,16 @@ class Entry:
         return self.low is self.high
 
     def __add__(self, other: Any) -> Entry:
-        one = _entry(other)
-        if self.exact and one.exact:
-            return _exactly(self.low + one.low)
-        return Entry(self.low + one.low, self.high + one.high)
+        right = _entry(other)
+        if self.exact and right.exact:
+            return _exactly(self.low + right.low)
+        return Entry(self.low + right.low, self.high + right.high)
 
     def __sub__(self, other: Any) -> Entry:
-        one = _entry(other)
-        if self.exact and one.exact:
-            return _exactly(self.low - one.low)
-        return Entry(self.low - one.high, self.high - one.low)
+        right = _entry(other)
+        if self.exact and right.exact:
+            return _exactly(self.low - right.low)
+        return Entry(self.low - right.high, self.high - right.low)
 
     def __neg__(self) -> Entry:
         return _exactly(-self.low) if self.exact else Entry(-self.high, -self.low)
@@ -56,24 +56,24 @@ class Entry:
     def __mul__(self, other: Any) -> Entry:
         if other is self:
             return self**2
-        one = _entry(other)
-        if self.exact and one.exact:
-            return _exactly(self.low * one.low)
-        if type(one.low) is float:
-            ends = [self.low * one.low, self.high * one.low]
-            return Entry(*(ends if one.low >= 0.0 else ends[::-1]))
-        ends = [a * b for a in (self.low, self.high) for b in (one.low, one.high)]
+        right = _entry(other)
+        if self.exact and right.exact:
+            return _exactly(self.low * right.low)
+        if type(right.low) is float:
+            ends = [self.low * right.low, self.high * right.low]
+            return Entry(*(ends if right.low >= 0.0 else ends[::-1]))
+        ends = [a * b for a in (self.low, self.high) for b in (right.low, right.high)]
         return Entry(np.minimum.reduce(ends), np.maximum.reduce(ends))
 
     def __truediv__(self, other: Any) -> Entry:
-        one = _entry(other)
-        if self.exact and one.exact:
-            return _exactly(self.low / one.low)
-        if one.exact and type(one.low) is float and one.low != 0.0:
-            return self * (1.0 / one.low)
-        apart = (one.low > 0.0) | (one.high < 0.0)
+        right = _entry(other)
+        if self.exact and right.exact:
+            return _exactly(self.low / right.low)
+        if right.exact and type(right.low) is float and right.low != 0.0:
+            return self * (1.0 / right.low)
+        nonzero = (right.low > 0.0) | (right.high < 0.0)
         low, high = (
-            np.where(apart, 1.0 / x, y) for x, y in ((one.high, -np.inf), (one.low, np.inf))
+            np.where(nonzero, 1.0 / x, y) for x, y in ((right.high, -np.inf), (right.low, np.inf))
         )
         return self * Entry(low, high)
 
@@ -92,8 +92,8 @@ class Entry:
     def __abs__(self) -> Entry:
         if self.exact:
             return _exactly(np.abs(self.low))
-        least = np.maximum(np.maximum(self.low, -self.high), 0.0)
-        return Entry(least, np.maximum(-self.low, self.high))
+        smallest = np.maximum(np.maximum(self.low, -self.high), 0.0)
+        return Entry(smallest, np.maximum(-self.low, self.high))
 
     exp, log, sinh = _monotone(np.exp), _monotone(np.log), _monotone(np.sinh)
     tanh, arcsin, arctan = _monotone(np.tanh), _monotone(np.arcsin), _monotone(np.arctan)
@@ -127,18 +127,18 @@ class Entry:
         """Itself, of real numbers."""
         return self
 
-    def arctan2(self, other: Any) -> Entry:
+    def arctan2(self, x: Any) -> Entry:
         """The angle; bounds of it are not sought."""
-        one = _entry(other)
-        if self.exact and one.exact:
-            return _exactly(np.arctan2(self.low, one.low))
+        right = _entry(x)
+        if self.exact and right.exact:
+            return _exactly(np.arctan2(self.low, right.low))
         return _entry(np.pi) * Entry(-1.0 + 0.0 * self.low, 1.0 + 0.0 * self.low)
 
-    def hypot(self, other: Any) -> Entry:
+    def hypot(self, y: Any) -> Entry:
         """sqrt(x^2 + y^2)."""
-        return (self**2 + _entry(other) ** 2).sqrt()
+        return (self**2 + _entry(y) ** 2).sqrt()
 
-    def _none(self, *given: Any) -> Any:
+    def _none(self, *arguments: Any) -> Any:
         raise TypeError("it needs a value, as a branch does")
 
     def __rsub__(self, other: Any) -> Entry:
@@ -169,9 +169,9 @@ class LaterEntry(Entry):
 
 def later_entries(find: Callable[[int], tuple[Array, Array]], n: int) -> Any:
     """(n,) such entries."""
-    found = np.empty(n, dtype=object)
-    found[:] = [LaterEntry(find, k) for k in range(n)]
-    return found
+    entries = np.empty(n, dtype=object)
+    entries[:] = [LaterEntry(find, k) for k in range(n)]
+    return entries
 
 
 def _exactly(values: Any) -> Entry:
@@ -192,9 +192,9 @@ def computed(
 ) -> tuple[Array, Array]:
     """What a function of one state makes of entries, of the states' shape: values, or bounds."""
     with np.errstate(all="ignore"):
-        found = function(q, v, t)
-        if isinstance(found, np.ndarray) and found.ndim == 0:
-            found = found.item()
-        one = _entry(found)
-    low = np.broadcast_to(one.low, shape)
-    return low, low if one.exact else np.broadcast_to(one.high, shape)
+        value = function(q, v, t)
+        if isinstance(value, np.ndarray) and value.ndim == 0:
+            value = value.item()
+        entry = _entry(value)
+    low = np.broadcast_to(entry.low, shape)
+    return low, low if entry.exact else np.broadcast_to(entry.high, shape)

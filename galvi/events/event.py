@@ -90,11 +90,11 @@ class Event:
 def several_events(events: Any) -> tuple[Event, ...]:
     """One event or several; TypeError for something else."""
     several = (events,) if isinstance(events, Event) else input_checks.several(events)
-    for one in several:
-        if not isinstance(one, Event):
+    for event in several:
+        if not isinstance(event, Event):
             raise TypeError(
                 f"events must be galvi.Event values, such as galvi.events.apsis(1, 0); received "
-                f"{shown(one)}."
+                f"{shown(event)}."
             )
     return several
 
@@ -106,45 +106,45 @@ def _body(problem: Problem, body: Any) -> int:
     return _number("a body", body, list(problem.body_names()))
 
 
-def _number(kind: str, one: Any, names: list[Any]) -> int:
+def _number(kind: str, key: Any, names: list[Any]) -> int:
     """The number of a body or coordinate, given by number or by name; "" is no name."""
     named = {name: k for k, name in enumerate(names) if name != ""}
-    if isinstance(one, str) and one != "" and names.count(one) > 1:
-        numbers_of_name = [k for k, name in enumerate(names) if name == one]
+    if isinstance(key, str) and key != "" and names.count(key) > 1:
+        numbers_of_name = [k for k, name in enumerate(names) if name == key]
         raise ValueError(
-            f"{kind} must have a name of its own; received {shown(one)}, the name of numbers "
+            f"{kind} must have a name of its own; received {shown(key)}, the name of numbers "
             f"{numbers_of_name}. Give one of these numbers, or other names."
         )
     numbers = {k: k for k in range(len(names))} | named
-    if isinstance(one, int | str) and not isinstance(one, bool) and one in numbers:
-        return numbers[one]
-    known = f"one of {list(named)}, or its number" if named else f"a number below {len(names)}"
-    raise ValueError(f"{kind} must be {known}; received {shown(one)}.")
+    if isinstance(key, int | str) and not isinstance(key, bool) and key in numbers:
+        return numbers[key]
+    choices = f"one of {list(named)}, or its number" if named else f"a number below {len(names)}"
+    raise ValueError(f"{kind} must be {choices}; received {shown(key)}.")
 
 
-def _two_bodies(problem: Problem, one: Any, other: Any) -> tuple[int, int]:
+def _two_bodies(problem: Problem, first: Any, second: Any) -> tuple[int, int]:
     """The numbers of two bodies."""
-    i, j = _body(problem, one), _body(problem, other)
+    i, j = _body(problem, first), _body(problem, second)
     if i == j:
-        raise ValueError(f"an event needs two bodies; received {shown(one)} twice.")
+        raise ValueError(f"an event needs two bodies; received {shown(first)} twice.")
     return i, j
 
 
-def _dot(one: Any, other: Any) -> Any:
+def _dot(left: Any, right: Any) -> Any:
     """The sum of products of entries."""
-    first, *others = (a * b for a, b in zip(one, other, strict=True))
-    return sum(others, first)
+    first, *products = (a * b for a, b in zip(left, right, strict=True))
+    return sum(products, first)
 
 
 @dataclass(frozen=True)
 class Approach:
     """q . v of two bodies, whose distance is reported; see `galvi.events`."""
 
-    one: Any
-    other: Any
+    first: Any
+    second: Any
 
     def of(self, problem: Problem) -> tuple[Value, Value, None]:
-        i, j = _two_bodies(problem, self.one, self.other)
+        i, j = _two_bodies(problem, self.first, self.second)
 
         def distance(q: Any, v: Any, t: Any) -> Any:
             gap = q[i] - q[j]
@@ -166,30 +166,30 @@ class Distance:
         mass, from whose body r are the distances
     """
 
-    one: Any
-    other: Any
-    far: float
+    first: Any
+    second: Any
+    threshold: float
     hill: bool
 
     def of(self, problem: Problem) -> tuple[Value, Value, None]:
-        i, j = _two_bodies(problem, self.one, self.other)
-        _, apart, _ = Approach(i, j).of(problem)
+        i, j = _two_bodies(problem, self.first, self.second)
+        _, distance, _ = Approach(i, j).of(problem)
         (share,), star = _hill_shares(problem, np.array([[i, j]]))
         if self.hill and star in (i, j):
             raise ValueError(
-                f"the heaviest body has no Hill radius; received {shown(self.one)} and "
-                f"{shown(self.other)}. Give a distance."
+                f"the heaviest body has no Hill radius; received {shown(self.first)} and "
+                f"{shown(self.second)}. Give a distance."
             )
-        factor = self.far * share
+        factor = self.threshold * share
 
         def relative(q: Any, v: Any, t: Any) -> Any:
-            gap, radius = q[i] - q[j], self.far
+            gap, radius = q[i] - q[j], self.threshold
             if self.hill:
-                one, other = q[i] - q[star], q[j] - q[star]
-                radius = factor * (np.sqrt(_dot(one, one)) + np.sqrt(_dot(other, other)))
+                gap_i, gap_j = q[i] - q[star], q[j] - q[star]
+                radius = factor * (np.sqrt(_dot(gap_i, gap_i)) + np.sqrt(_dot(gap_j, gap_j)))
             return _dot(gap, gap) / radius**2 - 1.0
 
-        return relative, apart, None
+        return relative, distance, None
 
 
 def _hill_shares(problem: Problem, pairs: Any) -> tuple[Array, int]:
@@ -213,66 +213,66 @@ class Distances:
         bodies, or ANY
     """
 
-    one: Any
-    other: Any
-    far: float
+    first: Any
+    second: Any
+    threshold: float
     hill: bool
 
     def pairs(self, problem: Problem) -> Any:
         """The numbers (n, 2) of the bodies of each; ValueError for bodies that are not there."""
         _body(problem, 0)
         masses = cast(NBody, problem.system).masses
-        every = np.argwhere(np.triu(np.ones((masses.size, masses.size), dtype=bool), 1))
-        for body in (self.one, self.other):
+        pairs = np.argwhere(np.triu(np.ones((masses.size, masses.size), dtype=bool), 1))
+        for body in (self.first, self.second):
             if body != ANY:
-                every = every[(every == _body(problem, body)).any(axis=1)]
+                pairs = pairs[(pairs == _body(problem, body)).any(axis=1)]
         if self.hill:
-            every = every[(every != int(np.argmax(masses))).all(axis=1)]
-        if not len(every):
+            pairs = pairs[(pairs != int(np.argmax(masses))).all(axis=1)]
+        if not len(pairs):
             raise ValueError(f"there is no such pair of bodies in {shown(problem)}.")
-        return every
+        return pairs
 
     def one_of(self, i: int, j: int) -> Quantity:
         """That of two bodies."""
-        return Distance(i, j, self.far, self.hill)
+        return Distance(i, j, self.threshold, self.hill)
 
     def name_of(self, i: Any, j: Any) -> str:
         """The name of an event of two bodies with these names."""
-        return f"{i} and {j} at {self.far:g}{' Hill radii' * self.hill}"
+        return f"{i} and {j} at {self.threshold:g}{' Hill radii' * self.hill}"
 
     def bounds(self, problem: Problem, pairs: Any, low: Array, high: Array) -> tuple[Array, Array]:
         """Bounds (n, steps) of their functions, from those of the places (bodies, D, steps)."""
         i, j = pairs.T
-        near, far = _squares(low[i] - high[j], high[i] - low[j])
-        least: Any = self.far**2
-        most = least
+        low_square, high_square = _squares(low[i] - high[j], high[i] - low[j])
+        low_limit: Any = self.threshold**2
+        high_limit = low_limit
         if self.hill:
             shares, star = _hill_shares(problem, pairs)
             about = _squares(low - high[star], high - low[star])
-            least, most = (
-                (self.far * shares[:, None] * (r[i] + r[j])) ** 2 for r in map(np.sqrt, about)
+            low_limit, high_limit = (
+                (self.threshold * shares[:, None] * (r[i] + r[j])) ** 2 for r in map(np.sqrt, about)
             )
         with np.errstate(all="ignore"):
-            return near / most - 1.0, far / least - 1.0
+            return low_square / high_limit - 1.0, high_square / low_limit - 1.0
 
 
 def _squares(low: Array, high: Array) -> tuple[Array, Array]:
     """Bounds (k, steps) of squares of vectors, from those (k, D, steps) of their components."""
-    least = np.maximum(np.maximum(low, -high), 0.0)
-    most = np.maximum(-low, high)
-    return np.einsum("kds,kds->ks", least, least), np.einsum("kds,kds->ks", most, most)
+    smallest = np.maximum(np.maximum(low, -high), 0.0)
+    largest = np.maximum(-low, high)
+    return np.einsum("kds,kds->ks", smallest, smallest), np.einsum("kds,kds->ks", largest, largest)
 
 
 @dataclass(frozen=True)
 class Transit:
     """The rate of the square of two bodies' distance on the sky, while i is in front of j."""
 
-    one: Any
-    other: Any
+    first: Any
+    second: Any
     observer: tuple[float, ...]
 
     def of(self, problem: Problem) -> tuple[Value, Value, Value]:
-        i, j = _two_bodies(problem, self.one, self.other)
+        i, j = _two_bodies(problem, self.first, self.second)
         towards = np.array(self.observer) / np.linalg.norm(self.observer)
         if towards.size != problem.q0.shape[1]:
             raise ValueError(
@@ -284,13 +284,13 @@ class Transit:
             depth = _dot(gap, towards)
             return [a - depth * b for a, b in zip(gap, towards, strict=True)]
 
-        def apart(q: Any, v: Any, t: Any) -> Any:
+        def sky_distance(q: Any, v: Any, t: Any) -> Any:
             gap = sky(q)
             return np.sqrt(_dot(gap, gap))
 
         return (
             lambda q, v, t: _dot(sky(q), sky(v)),
-            apart,
+            sky_distance,
             lambda q, v, t: _dot(q[i] - q[j], towards),
         )
 
@@ -368,14 +368,14 @@ def changed(event: Event, problem: Problem, q: Array, v: Array, t: float) -> tup
     """The state to which an action leads; ValueError for one that cannot be a state."""
     name = f"the action of the event {event.name}"
     try:
-        found = cast(Any, event.action)(q.copy(), v.copy(), t)
+        state = cast(Any, event.action)(q.copy(), v.copy(), t)
     except Exception as error:
         error.add_note(f"This was {name}, at t = {t!r}.")
         raise
-    if not isinstance(found, tuple | list) or len(found) != 2:
-        raise ValueError(f"{name} must return (q, v); received {shown(found)}.")
-    q = input_checks.array(f"q of {name}", found[0], problem.q0.shape)
-    v = input_checks.array(f"v of {name}", found[1], problem.v0.shape)
+    if not isinstance(state, tuple | list) or len(state) != 2:
+        raise ValueError(f"{name} must return (q, v); received {shown(state)}.")
+    q = input_checks.array(f"q of {name}", state[0], problem.q0.shape)
+    v = input_checks.array(f"v of {name}", state[1], problem.v0.shape)
     problem.system.check_state(q, v, t)
     if conserves_energy(problem.system):
         energy = start_energies(problem.moved(q, v, t)).total

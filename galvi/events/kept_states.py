@@ -40,7 +40,7 @@ class KeptStates:
         self._rows: list[tuple[Array, ...]] = []
         self.add(0.0, *states)
         self.begin = float(states[0])
-        self.known: list[Checkpoint] = []
+        self.checkpoints: list[Checkpoint] = []
         self.curves: list[tuple[float, Any]] = []
         self.restarts: list[tuple[float, Array, Array]] = []
 
@@ -48,13 +48,13 @@ class KeptStates:
         """A state t, q, p, v after a number of steps."""
         self._rows.append(tuple(np.asarray(x)[None] for x in (number, *state)))
 
-    def add_part(self, part: Trajectory, done: int) -> None:
-        """States of a part after its first, which has ``done`` steps before it."""
-        here = np.arange(1, len(part.t))
-        wanted = (done + here) % self.request.checkpoint.save_every == 0
-        rows = here[wanted | (here == len(here))]
+    def add_part(self, part: Trajectory, steps_done: int) -> None:
+        """States of a part after its first, which has ``steps_done`` steps before it."""
+        numbers = np.arange(1, len(part.t))
+        wanted = (steps_done + numbers) % self.request.checkpoint.save_every == 0
+        rows = numbers[wanted | (numbers == len(numbers))]
         states = part.t[rows], part.q[rows], part.p[rows], saved_velocities(part, rows)
-        self._rows.append((done + rows, *states))
+        self._rows.append((steps_done + rows, *states))
 
     def cut(self, n: int) -> None:
         """Keep the curves of the first n steps of the last part alone."""
@@ -91,5 +91,5 @@ class KeptStates:
         q, p and t."""
         problem, method, step = self.request[:3]
         check = SameFunctions(problem, *states, cast(Any, method.clock), False)
-        known = tuple(self.known)
-        return RedoneCurves(problem, method, step, steps, steps, last, known, check)
+        checkpoints = tuple(self.checkpoints)
+        return RedoneCurves(problem, method, step, steps, steps, last, checkpoints, check)

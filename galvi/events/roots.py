@@ -35,34 +35,46 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
     series = series[:, : max(some[-1] + 1 if some.size else 0, 2)]
     halves, rows = _halves(series.shape[1]), np.arange(len(series))
     left, half = np.full(len(series), -1.0), 1.0
-    alone: list[tuple[Any, ...]] = []
+    isolated: list[tuple[Any, ...]] = []
     for k in range(INTERVAL_HALVINGS + 1):
         if not rows.size:
             break
-        middle, others = series[:, 0], np.abs(series[:, 1:]).sum(axis=1)
-        maybe = (np.abs(middle) <= others) | (starts * middle <= 0.0) | (ends * middle <= 0.0)
+        middle, spread = series[:, 0], np.abs(series[:, 1:]).sum(axis=1)
+        maybe = (np.abs(middle) <= spread) | (starts * middle <= 0.0) | (ends * middle <= 0.0)
         slopes = times_matrix(series, _derivative(series.shape[1]))
         single = np.abs(slopes[:, 0]) > np.abs(slopes[:, 1:]).sum(axis=1)
-        single |= (np.abs(middle) + others <= ZERO_SERIES) | (k == INTERVAL_HALVINGS)
+        single |= (np.abs(middle) + spread <= ZERO_SERIES) | (k == INTERVAL_HALVINGS)
         crosses = (starts * ends < 0.0) | ((ends == 0.0) & (starts != 0.0))
-        one = np.flatnonzero(maybe & single & crosses)
-        halves_of = np.full(len(one), half)
-        alone.append(
-            (rows[one], left[one], halves_of, starts[one], ends[one], series[one], slopes[one])
+        with_one_root = np.flatnonzero(maybe & single & crosses)
+        halves_of = np.full(len(with_one_root), half)
+        isolated.append(
+            (
+                rows[with_one_root],
+                left[with_one_root],
+                halves_of,
+                starts[with_one_root],
+                ends[with_one_root],
+                series[with_one_root],
+                slopes[with_one_root],
+            )
         )
-        more = np.flatnonzero(maybe & ~single)
+        to_halve = np.flatnonzero(maybe & ~single)
         half *= 0.5
-        rows, left = np.repeat(rows[more], 2), np.repeat(left[more], 2)
+        rows, left = np.repeat(rows[to_halve], 2), np.repeat(left[to_halve], 2)
         left[1::2] += 2.0 * half
-        series, starts, ends = (np.repeat(one[more], 2, axis=0) for one in (series, starts, ends))
+        series, starts, ends = (
+            np.repeat(array[to_halve], 2, axis=0) for array in (series, starts, ends)
+        )
         series[::2] = times_matrix(series[::2], halves[0])
         series[1::2] = times_matrix(series[1::2], halves[1])
         between = series[::2].sum(axis=1)
         between = np.where(between == 0.0, np.copysign(1.0, starts[::2]), np.sign(between))
         ends[::2], starts[1::2] = between, between
-    if not alone:
+    if not isolated:
         return rows, left, rows, left
-    rows, left, wide, starts, ends, series, slopes = map(np.concatenate, zip(*alone, strict=True))
+    rows, left, wide, starts, ends, series, slopes = map(
+        np.concatenate, zip(*isolated, strict=True)
+    )
     x, slope = _places(series, slopes, starts)
     x[ends == 0.0] = 1.0
     rises = np.sign(ends - starts).astype(np.int64)
@@ -98,13 +110,13 @@ def points_of(n: int) -> tuple[Array, Array]:
 def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:
     """The places at which n series change their sign from that of ``starts``, and the slopes there,
     by bracketed Newton iterations."""
-    found, slope = np.zeros(len(series)), np.zeros(len(series))
-    rows, low, high = np.arange(len(found)), found - 1.0, found + 1.0
+    places, slope = np.zeros(len(series)), np.zeros(len(series))
+    rows, low, high = np.arange(len(places)), places - 1.0, places + 1.0
     degrees = np.arange(series.shape[1])
     for _ in range(ROOT_PASSES):
         if not rows.size:
             break
-        x = found[rows]
+        x = places[rows]
         values = np.cos(np.arccos(x)[:, None] * degrees)
         f, slope[rows] = (
             np.sum(c[rows] * values[:, : c.shape[1]], axis=1) for c in (series, slopes)
@@ -113,7 +125,7 @@ def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:
         low, high = np.where(before, x, low), np.where(before, high, x)
         with np.errstate(all="ignore"):
             new = x - f / slope[rows]
-        found[rows] = np.where((new > low) & (new < high), new, 0.5 * (low + high))
-        more = np.abs(found[rows] - x) > ROOT_CHANGE
-        rows, low, high = rows[more], low[more], high[more]
-    return found, slope
+        places[rows] = np.where((new > low) & (new < high), new, 0.5 * (low + high))
+        moving = np.abs(places[rows] - x) > ROOT_CHANGE
+        rows, low, high = rows[moving], low[moving], high[moving]
+    return places, slope

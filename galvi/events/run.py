@@ -51,7 +51,7 @@ TOO_MANY = f"more than {MOST_EVENTS} events"
 def with_events(request: RunRequest, events: Any) -> Callable[..., Trajectory]:
     """A run with events, these checked, of ``progress`` and ``interrupted``."""
     search = Search(request.problem, request.method, several_events(events))
-    acts = any(one.ends_or_acts for one in search.events)
+    acts = any(event.ends_or_acts for event in search.events)
     if acts or not (request.checkpoint.keeps_curves or request.method.clock):
         return partial(_in_blocks, request, search, FIRST_BLOCK_STEPS if acts else CHUNK)
     return partial(_watched, request, search)
@@ -84,7 +84,7 @@ def _watched(
 
     watched = copy(run)
     vars(watched).update(
-        events=search.found(),
+        events=search.collected(),
         asked=search.events,
         ending=DeferredEnding(ending, run.ending.settings),
     )
@@ -103,9 +103,9 @@ def _in_blocks(
         run = BlockRun(request, search, chunk, interrupted or pressed)
         with tqdm(total=request.steps, unit="step", disable=not progress) as bar:
             while run.goes_on():
-                before = run.done
+                before = run.steps_done
                 run.block()
-                bar.update(run.done - before)
+                bar.update(run.steps_done - before)
         return run.trajectory()
 
 
@@ -136,20 +136,20 @@ class BlockRun:
     ) -> None:
         self.request, self.search, self.stopped = request, search, stopped
         self.stepper = stepper_for(request)
-        self.verdict, self.kept = Verdict(self.stepper), KeptStates(request)
-        self.most = input_checks.LARGEST_WHOLE if request.steps is None else request.steps
+        self.verdict, self.recorded = Verdict(self.stepper), KeptStates(request)
+        self.most_steps = input_checks.LARGEST_WHOLE if request.steps is None else request.steps
         self.problem, self.before = request.problem, request.continues
         self.start = (
             request.checkpoint if request.checkpoint.state.size else self._fresh(self.problem)
         )
-        self.kept.known.append(self.start)
+        self.recorded.checkpoints.append(self.start)
         numbers = self.problem.q0.size * (1 + request.method.space.dimension)  # of a step
         self.at_once = min(CHUNK, max(BLOCK_NUMBERS // numbers, FIRST_BLOCK_STEPS))
         self.chunk = min(chunk, self.at_once)
-        self.done = self.actions_in_step = 0
-        self.rest: float | None = None
+        self.steps_done = self.actions_in_step = 0
+        self.remainder: float | None = None
         self.too_near = 0.0
-        self.after = self.kept.begin
+        self.after = self.recorded.begin
         self.origin: Problem | None = None
         self.counts: Counter[str] = Counter()
         self.end: Outcome | None = None
@@ -163,36 +163,38 @@ class BlockRun:
     def goes_on(self) -> bool:
         """Whether there is more to do."""
         self.interrupted = self.interrupted or self.stopped()
-        return self.done < self.most and self.end is None and not self.interrupted
+        return self.steps_done < self.most_steps and self.end is None and not self.interrupted
 
     def block(self) -> None:
         """Some steps, up to an event that ends or changes the run."""
-        part = self._steps(min(self.chunk, self.most - self.done) if self.rest is None else 1)
+        part = self._steps(
+            min(self.chunk, self.most_steps - self.steps_done) if self.remainder is None else 1
+        )
         self.counts.update(part.counts)
-        found = self.search.none()
+        events = self.search.none()
         if part.counts["steps"] or (self.clocked and part.curves is not None):
-            found = self.search.on(piece_of(part, self.done, self.after))
+            events = self.search.on(piece_of(part, self.steps_done, self.after))
             if self.request.checkpoint.keeps_curves:
-                self.kept.curves.append((float(part.t[0]), part.curves))
-        stops = [k for k, i in enumerate(found.index) if self.search.events[i].ends_or_acts]
+                self.recorded.curves.append((float(part.t[0]), part.curves))
+        stops = [k for k, i in enumerate(events.index) if self.search.events[i].ends_or_acts]
         if self.search.count > MOST_EVENTS:
-            number = self.done + part.counts["steps"] + 1
+            number = self.steps_done + part.counts["steps"] + 1
             self.end = self._failed(number, float(part.t[-1]), TOO_MANY)
         elif stops:
-            self._stop(part, found, stops[0])
+            self._stop(part, events, stops[0])
             return
         self._take(part)
 
     def _take(self, part: Trajectory) -> None:
         """A block without an event that ends or changes the run."""
-        outcome = self.verdict.add(part, self.done)
+        outcome = self.verdict.add(part, self.steps_done)
         reached = self.clocked and part.t[-1] == self.request.until
-        if self.rest is None:
+        if self.remainder is None:
             self._keep(part, part.counts["steps"])
         elif part.counts["steps"]:  # at the end of the step
             self._at_grid(part.t[-1], part.q[-1], part.p[-1], part.v[-1])
         elif reached:
-            self.kept.add(self.done + 0.5, part.t[-1], part.q[-1], part.p[-1], part.v[-1])
+            self.recorded.add(self.steps_done + 0.5, part.t[-1], part.q[-1], part.p[-1], part.v[-1])
         if reached:
             self.end = self.end or Outcome()
         elif part.interrupted:
@@ -202,74 +204,76 @@ class BlockRun:
         self.after = -math.copysign(math.inf, self.request.step)
         self.chunk = min(2 * self.chunk, self.at_once)
 
-    def _stop(self, part: Trajectory, found: Rows, k: int) -> None:
+    def _stop(self, part: Trajectory, events: Rows, k: int) -> None:
         """An event that ends or changes the run, and others at its time."""
-        t, whole = float(found.t[k]), int(found.step[k]) - self.done - 1
-        length = part.t[whole + 1] - part.t[whole]
-        since = (found.t - t) * np.sign(self.request.step)
+        t, full_steps = float(events.t[k]), int(events.step[k]) - self.steps_done - 1
+        length = part.t[full_steps + 1] - part.t[full_steps]
+        since = (events.t - t) * np.sign(self.request.step)
         last = int(np.count_nonzero(since <= START * abs(length)))
         self.search.keep(last)  # the others are found anew
-        self.kept.cut(whole + 1)
-        if self.rest is None and whole:
-            steps = self._steps(whole)
-            self.verdict.add(steps, self.done)
-            self._keep(steps, whole)
-        event = self.search.events[found.index[k]]
-        share = _share(part, whole, t)
+        self.recorded.cut(full_steps + 1)
+        if self.remainder is None and full_steps:
+            steps = self._steps(full_steps)
+            self.verdict.add(steps, self.steps_done)
+            self._keep(steps, full_steps)
+        event = self.search.events[events.index[k]]
+        share = _share(part, full_steps, t)
         if not event.terminal:
-            self._act(part, whole, share, found.at(slice(k, last)))
+            self._act(part, full_steps, share, events.at(slice(k, last)))
             return
-        q, v = found.q[k], found.v[k]
-        self.kept.add(self.done + share, t, q, momentum_at(self.problem.system, q, v, t), v)
-        name = self.search.asked[found.index[k]].name_of(int(found.part[k]))
-        name = name or f"number {found.index[k]}"
+        q, v = events.q[k], events.v[k]
+        self.recorded.add(
+            self.steps_done + share, t, q, momentum_at(self.problem.system, q, v, t), v
+        )
+        name = self.search.bound_events[events.index[k]].name_of(int(events.part[k]))
+        name = name or f"number {events.index[k]}"
         self.end = Outcome(End.STOPPED_BY_EVENT, time=t, steps=self.request.steps, event=name)
 
-    def _act(self, part: Trajectory, whole: int, share: float, found: Rows) -> None:
+    def _act(self, part: Trajectory, full_steps: int, share: float, events: Rows) -> None:
         """Go on from the state to which the actions of some events at one time lead."""
-        t, grid = float(found.t[0]), float(part.t[whole + 1])
-        q, v = found.q[0], found.v[0]
-        for index in found.index:
+        t, grid = float(events.t[0]), float(part.t[full_steps + 1])
+        q, v = events.q[0], events.v[0]
+        for index in events.index:
             if self.search.events[index].action is not None:
                 q, v = changed(self.search.events[index], self.problem, q, v, t)
-        length = self.rest
+        length = self.remainder
         if length is None:
             length = self.request.step
-            self.too_near = TOO_NEAR * abs(grid - float(part.t[whole]))
-        restarts = self.kept.restarts
-        near = bool(restarts) and abs(t - restarts[-1][0]) <= self.too_near
+            self.too_near = TOO_NEAR * abs(grid - float(part.t[full_steps]))
+        restarts = self.recorded.restarts
+        too_close = bool(restarts) and abs(t - restarts[-1][0]) <= self.too_near
         restarts.append((t, q, v))
         self.actions_in_step += 1
-        if self.actions_in_step > CHATTERS or near:
-            name = self.search.events[found.index[0]].name
+        if self.actions_in_step > CHATTERS or too_close:
+            name = self.search.events[events.index[0]].name
             event = f"the event {name}" if name else "an event"
             self.end = self._failed(
-                self.done + 1,
+                self.steps_done + 1,
                 t,
                 f"{event} chatters, with {self.actions_in_step} actions "
                 f"in a step, or two too near to tell",
                 "Let it end the run, by terminal=True",
             )
-        self.rest = length * (1.0 - share) if self.clocked else grid - t
+        self.remainder = length * (1.0 - share) if self.clocked else grid - t
         self.problem, self.after = self.problem.moved(q, v, t), t
-        self.before, self.chunk = None, max(2, min(self.chunk, 2 * whole))
+        self.before, self.chunk = None, max(2, min(self.chunk, 2 * full_steps))
         if abs(grid - t) <= 8.0 * math.ulp(max(abs(t), abs(grid))):
             self._at_grid(grid, q, momentum_at(self.problem.system, q, v, t), v)
 
     def _at_grid(self, t: float, q: Array, p: Array, v: Array) -> None:
         """At the end of a step that an action changed: the grid goes on from here."""
-        self.done, self.rest, self.actions_in_step = self.done + 1, None, 0
+        self.steps_done, self.remainder, self.actions_in_step = self.steps_done + 1, None, 0
         self.problem = self.origin = self.problem.moved(q, v, float(t))
-        self.kept.add(self.done, float(t), q, p, v)
-        first = self.request.checkpoint.first + self.done if self.clocked else 0
+        self.recorded.add(self.steps_done, float(t), q, p, v)
+        first = self.request.checkpoint.first + self.steps_done if self.clocked else 0
         self.start, self.before = self._fresh(self.problem, first), None
 
     def _steps(self, n: int) -> Trajectory:
         """n steps, or the rest of one, with curves and all states."""
         method, until = self.request.method, self.request.until
         step, start = self.request.step, self.start
-        if self.rest is not None:
-            step, start = self.rest, self._fresh(self.problem)
+        if self.remainder is not None:
+            step, start = self.remainder, self._fresh(self.problem)
         begin = replace(start, save_every=1, curves=True)
         request = RunRequest(self.problem, method, step, n, begin, until, self.before)
         return prepared(request)(interrupted=self.stopped)
@@ -290,15 +294,15 @@ class BlockRun:
             passage=self.verdict.passage,
         )
 
-    def _keep(self, part: Trajectory, made: int) -> None:
+    def _keep(self, part: Trajectory, steps: int) -> None:
         """Keep what a part of whole steps did, and go on from its end."""
-        self.kept.add_part(part, self.done)
-        self.done, self.before = self.done + made, part
+        self.recorded.add_part(part, self.steps_done)
+        self.steps_done, self.before = self.steps_done + steps, part
         self.start = cast(Checkpoint, part.checkpoint)
-        if self.start.first - self.kept.known[-1].first >= max(
-            STEPS_BETWEEN_STATES, self.done // 512
+        if self.start.first - self.recorded.checkpoints[-1].first >= max(
+            STEPS_BETWEEN_STATES, self.steps_done // 512
         ):
-            self.kept.known.append(self.start)
+            self.recorded.checkpoints.append(self.start)
 
     def _failed(self, step: int, t: float, reason: str, remedy: str = "") -> Outcome:
         return Outcome(End.STEP_FAILED, step, t, reason, steps=self.request.steps, remedy=remedy)
@@ -308,27 +312,27 @@ class BlockRun:
         if self.end is not None:
             return self.end
         if self.interrupted:
-            return Outcome(End.INTERRUPTED, self.done + 1, t, steps=self.request.steps)
+            return Outcome(End.INTERRUPTED, self.steps_done + 1, t, steps=self.request.steps)
         if self.request.until is not None:
-            return at_step_limit(self.done, t, self.most, self.request.until)
+            return at_step_limit(self.steps_done, t, self.most_steps, self.request.until)
         return Outcome(steps=self.request.steps)
 
     def trajectory(self) -> Trajectory:
         """What was done."""
-        request, problem, kept = self.request, self.request.problem, self.kept
-        numbers, t, q, p, v = kept.states()
+        request, problem, recorded = self.request, self.request.problem, self.recorded
+        numbers, t, q, p, v = recorded.states()
         last = float(t[np.isfinite(q.reshape(len(t), -1)).all(axis=1)][-1])
-        curves: Any = kept.joined_curves(last)
+        curves: Any = recorded.joined_curves(last)
         again = None
-        if curves is None and not kept.restarts:
-            steps = self.done + (self.end is not None and self.end.success)
-            again = kept.curves_again(steps, last, (q, p, t))
+        if curves is None and not recorded.restarts:
+            steps = self.steps_done + (self.end is not None and self.end.success)
+            again = recorded.curves_again(steps, last, (q, p, t))
         tau = None
         if self.clocked:
             tau = (request.checkpoint.first + numbers) * request.step
             first = request.continues
             tau[0] = 0.0 if first is None else cast(Array, first.tau)[-1]
-        counts = {**self.counts, "steps": self.done}
+        counts = {**self.counts, "steps": self.steps_done}
         outcome = self.search.noted(self.verdict.on(self._ended(last), counts))
         old = request.checkpoint
         end = replace(self.start, save_every=old.save_every, curves=old.curves)
@@ -338,15 +342,15 @@ class BlockRun:
             interrupted=self.interrupted, again=again, engine=self.stepper.engine,
             velocities=read_only(v) if getattr(problem.system, "has_massless", False) else None,
             engine_reason=self.stepper.engine_reason, tau=None if tau is None else read_only(tau),
-            restarts=kept.all_restarts(), origin=self.origin, events=self.search.found(),
+            restarts=recorded.all_restarts(), origin=self.origin, events=self.search.collected(),
             asked=self.search.events,
         )  # fmt: skip
 
 
-def _share(part: Trajectory, whole: int, t: float) -> float:
+def _share(part: Trajectory, full_steps: int, t: float) -> float:
     """How much of its step in a clock is done at a time; of a step in time any fraction."""
     curves = part.curves
     if isinstance(curves, ClockCurves):
-        since = np.array([t - curves.times[whole]])
-        return float(curves._shares(np.array([whole]), since)[0])
+        since = np.array([t - curves.times[full_steps]])
+        return float(curves._shares(np.array([full_steps]), since)[0])
     return 0.5

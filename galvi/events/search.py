@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from galvi.arrays import Array, read_only
-from galvi.events.asked import Asked, AskedPairs, Function
 from galvi.events.block import CHUNK, Block, Piece, pieces, sign_of
+from galvi.events.bound_events import BoundEvent, BoundPairs, Function
 from galvi.events.event import Distances, Event, several_events
 from galvi.events.roots import roots
 from galvi.events.shortened_steps import Shortened, shortened_steps
@@ -53,7 +53,7 @@ class Found:
     value
         what the event reports there, such as a distance
     index
-        place of the event in the list that was asked for
+        index of the event in the list of events
     q, v
         the state there, before an action
     unresolved
@@ -168,7 +168,7 @@ def find_events(run: Trajectory, events: Event | Any) -> Found:
         raise ValueError(
             f"a run may have {MOST_EVENTS} events; received more, until t = {beyond:.10g}."
         )
-    return search.found()
+    return search.collected()
 
 
 class Search:
@@ -176,8 +176,8 @@ class Search:
 
     def __init__(self, problem: Problem, method: Galerkin, events: tuple[Event, ...]) -> None:
         self.problem, self.method, self.events = problem, method, events
-        self.asked = [
-            (AskedPairs if isinstance(event.function, Distances) else Asked)(event, problem, k)
+        self.bound_events = [
+            (BoundPairs if isinstance(event.function, Distances) else BoundEvent)(event, problem, k)
             for k, event in enumerate(events)
         ]
         self.rows: list[Rows] = []
@@ -194,15 +194,18 @@ class Search:
 
     def on(self, piece: Piece) -> Rows:
         """The events of a piece, which are kept."""
-        reaching, starts = Reaching(piece.run), [np.zeros(_parts(asked)) for asked in self.asked]
+        reaching, starts = (
+            Reaching(piece.run),
+            [np.zeros(_parts(event)) for event in self.bound_events],
+        )
         parts = [self.none()]
         for first in range(0, len(piece.times) - 1, CHUNK):
             block = Block(piece, first, self.method)
-            for asked, start in zip(self.asked, starts, strict=True):
-                if isinstance(asked, Asked):
-                    parts.append(self._of(asked, block, reaching, start))
+            for event, start in zip(self.bound_events, starts, strict=True):
+                if isinstance(event, BoundEvent):
+                    parts.append(self._of(event, block, reaching, start))
                 else:
-                    parts += self._of_pairs(asked, block, reaching, start)
+                    parts += self._of_pairs(event, block, reaching, start)
             if self.count + sum(len(rows.t) for rows in parts) > MOST_EVENTS:
                 break
         rows = joined(parts)
@@ -211,27 +214,27 @@ class Search:
         return self.rows[-1]
 
     def _of_pairs(
-        self, asked: AskedPairs, block: Block, reaching: Reaching, starts: Array
+        self, bound_event: BoundPairs, block: Block, reaching: Reaching, starts: Array
     ) -> list[Rows]:
         """As ``_of``, of those pairs whose bounds on all steps do not exclude them."""
-        found, n = [], len(block.begin)
+        parts, n = [], len(block.begin)
         signs: Any = [(np.arange(len(starts)), np.zeros((len(starts), n)))]
         if block.bounded:
-            bounds = asked.bounds(*block.bounds(False))
+            bounds = bound_event.bounds(*block.bounds(False))
             signs = ((rows, sign_of(low, high)) for rows, low, high in bounds)
         for rows, sure in signs:
             same = (sure == sure[:, :1]).all(axis=1) & (sure[:, 0] * starts[rows] >= 0.0)
             out = same & (sure[:, 0] != 0.0)
             starts[rows[out]] = sure[out, 0]
             for k in np.flatnonzero(~out).tolist():
-                part, one = int(rows[k]), slice(rows[k], rows[k] + 1)
-                events = self._of(asked.of_pair(part), block, reaching, starts[one], sure[k])
-                found.append(events._replace(part=np.full(len(events.t), part)))
-        return found
+                part, row = int(rows[k]), slice(rows[k], rows[k] + 1)
+                events = self._of(bound_event.of_pair(part), block, reaching, starts[row], sure[k])
+                parts.append(events._replace(part=np.full(len(events.t), part)))
+        return parts
 
     def _of(
         self,
-        asked: Asked,
+        bound_event: BoundEvent,
         block: Block,
         reaching: Reaching,
         start: Array,
@@ -239,18 +242,20 @@ class Search:
     ) -> Rows:
         """Those of one event in a block; ``start`` (1,) has its value at the block's begin, or 0,
         and then that at its end. ``sure`` as of `Block.series`."""
-        series, steps, joint, lost = block.series(asked.function, float(start[0]), sure)
+        series, steps, joint, lost = block.series(bound_event.function, float(start[0]), sure)
         start[0] = joint[-1]
         self.unresolved += lost
         row, x, rises, slope = roots(series, joint[steps], joint[steps + 1])
         order = np.lexsort((x, row))
-        order = order[(rises[order] == asked.event.direction) | (asked.event.direction == 0)]
+        order = order[
+            (rises[order] == bound_event.event.direction) | (bound_event.event.direction == 0)
+        ]
         if not order.size:
             return self.none()
         row, x, rises, slope = steps[row[order]], x[order], rises[order], slope[order]
         parts = [
             _refined(
-                asked.function,
+                bound_event.function,
                 reaching,
                 block,
                 *(array[k : k + ROOTS_TOGETHER] for array in (row, x, slope)),
@@ -258,15 +263,20 @@ class Search:
             for k in range(0, len(row), ROOTS_TOGETHER)
         ]
         t, q, v = (np.concatenate(x) for x in zip(*parts, strict=True))
-        whole = block.piece.times[1] - block.piece.times[0]
-        good = (t - block.piece.after) / whole > START  # not at t0, or found before
-        good &= (t - block.piece.until) / whole <= START
-        alone = np.flatnonzero(np.append(True, t[1:] != t[:-1]))  # others cannot be told apart
-        good[np.setdiff1d(np.arange(len(t)), alone[np.add.reduceat(rises, alone) != 0])] = False
-        if asked.condition is not None:
-            good &= asked.condition.of(q, v, t) > 0.0
-        number, index = block.piece.first + block.first + row + 1, np.full(len(t), asked.number)
-        value = asked.reported.of(q, v, t)
+        first_length = block.piece.times[1] - block.piece.times[0]
+        good = (t - block.piece.after) / first_length > START  # not at t0, or found before
+        good &= (t - block.piece.until) / first_length <= START
+        distinct = np.flatnonzero(np.append(True, t[1:] != t[:-1]))  # others cannot be told apart
+        good[np.setdiff1d(np.arange(len(t)), distinct[np.add.reduceat(rises, distinct) != 0])] = (
+            False
+        )
+        if bound_event.condition is not None:
+            good &= bound_event.condition.of(q, v, t) > 0.0
+        number, index = (
+            block.piece.first + block.first + row + 1,
+            np.full(len(t), bound_event.number),
+        )
+        value = bound_event.reported.of(q, v, t)
         return Rows(t, number, index, np.zeros_like(index), q, v, value).at(good)
 
     def keep(self, n: int) -> None:
@@ -280,15 +290,18 @@ class Search:
 
     def none(self) -> Rows:
         """No events."""
-        whole, shapes = np.zeros(0, dtype=np.int64), (self.problem.q0.shape, self.problem.v0.shape)
+        empty, shapes = (
+            np.zeros(0, dtype=np.int64),
+            (self.problem.q0.shape, self.problem.v0.shape),
+        )
         q, v = (np.zeros((0, *shape)) for shape in shapes)
-        return Rows(np.zeros(0), whole, whole, whole, q, v, np.zeros(0))
+        return Rows(np.zeros(0), empty, empty, empty, q, v, np.zeros(0))
 
-    def found(self) -> Found:
+    def collected(self) -> Found:
         self.rows = [joined(self.rows or [self.none()])]
         t, step, index, part, q, v, value = self.rows[0]
         which = zip(index.tolist(), part.tolist(), strict=True)
-        names = tuple(self.asked[k].name_of(pair) for k, pair in which)
+        names = tuple(self.bound_events[k].name_of(pair) for k, pair in which)
         return Found(
             read_only(t),
             names,
@@ -304,15 +317,15 @@ class Search:
     @property
     def status(self) -> str:
         """A sentence on functions that were sampled; "" for none."""
-        said = [
-            f"{one.name} ({why})"
-            for one in self.asked
-            if isinstance(one, Asked) and (why := one.function.refusal)
+        sampled = [
+            f"{event.name} ({why})"
+            for event in self.bound_events
+            if isinstance(event, BoundEvent) and (why := event.function.refusal)
         ]
         text = (
             f"Events sampled at {4 * self.method.stages} points of each step or more, since "
-            f"their functions could not be traced: {', '.join(said)}."
-        ) * bool(said)
+            f"their functions could not be traced: {', '.join(sampled)}."
+        ) * bool(sampled)
         if self.unresolved:
             text += (
                 f" In {self.unresolved} steps an event was too rough for the points: some may be "
@@ -321,8 +334,8 @@ class Search:
         return text.strip()
 
 
-def _parts(asked: Asked | AskedPairs) -> int:
-    return 1 if isinstance(asked, Asked) else len(asked.pairs)
+def _parts(event: BoundEvent | BoundPairs) -> int:
+    return 1 if isinstance(event, BoundEvent) else len(event.pairs)
 
 
 def _refined(
@@ -368,7 +381,7 @@ def _secants(
     problem, n = block.piece.run.problem, len(x)
     after, low, high, u, pace = shortened
     slope = slope * pace / block.times(steps, x)[1]
-    found, size = np.full(n, np.nan), np.full(n, np.inf)
+    root_times, size = np.full(n, np.nan), np.full(n, np.inf)
     q, v = np.empty((n, *problem.q0.shape)), np.empty((n, *problem.v0.shape))
     fine = ROOT_TIME_ERROR * np.abs(block.end - block.begin)[steps]
     u, active = u.copy(), np.arange(n)
@@ -378,7 +391,7 @@ def _secants(
         places, rates, t = after(now, active)
         good = np.isfinite(places.reshape(len(now), -1)).all(axis=1)
         if not good.all():
-            found[active[~good]] = np.nan
+            root_times[active[~good]] = np.nan
             active, now, steep = active[good], now[good], steep[good]
             places, rates, t = places[good], rates[good], t[good]
             if not active.size:
@@ -386,7 +399,7 @@ def _secants(
         value = function.of(places, rates, t)
         better = np.abs(value) < size[active]
         at = active[better]
-        found[at], q[at], v[at] = t[better], places[better], rates[better]
+        root_times[at], q[at], v[at] = t[better], places[better], rates[better]
         size[at] = np.abs(value[better])
         with np.errstate(all="ignore"):
             if k:
@@ -394,9 +407,11 @@ def _secants(
                 steep = np.where(moved == 0.0, steep, (value - values[active]) / moved)
             before[active], values[active], slope[active] = now, value, steep
             new = np.minimum(np.maximum(now - value / steep, low[active]), high[active])
-        near = np.maximum(ROOT_TIME_ERROR * np.abs(t), fine[active]) / np.abs(pace[active])
+        time_tolerance = np.maximum(ROOT_TIME_ERROR * np.abs(t), fine[active]) / np.abs(
+            pace[active]
+        )
         u[active] = new
-        active = active[(value != 0.0) & (steep != 0.0) & (np.abs(new - now) > near)]
+        active = active[(value != 0.0) & (steep != 0.0) & (np.abs(new - now) > time_tolerance)]
         if not active.size:
             break
-    return found, q, v
+    return root_times, q, v

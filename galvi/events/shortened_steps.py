@@ -49,7 +49,7 @@ def shortened_steps(block: Block, steps: Any, x: Array) -> Shortened | None:
     curves = block.piece.curves
     if isinstance(curves, FrameCurves):
         return _in_frame(block, curves, steps, x)
-    if isinstance(curves, ClockCurves) and block.piece.known:
+    if isinstance(curves, ClockCurves) and block.piece.has_states:
         return _in_clock(block, curves, steps, x)
     return None
 
@@ -79,7 +79,7 @@ def _in_clock(block: Block, curves: ClockCurves, steps: Any, x: Array) -> Shorte
     run, index = block.piece.run, block.first + steps
     end = cast(Checkpoint, run.checkpoint)
     motion = motion_in_clock(run.problem, run.method, end.solver, end.tolerance)
-    whole = np.where(index == len(curves.rates) - 1, curves.last, curves.step)
+    lengths = np.where(index == len(curves.rates) - 1, curves.last, curves.step)
     q0, v0, t0 = run.q[index], saved_velocities(run, index), run.t[index]
     states: dict[int, Checkpoint] = {}
 
@@ -88,7 +88,9 @@ def _in_clock(block: Block, curves: ClockCurves, steps: Any, x: Array) -> Shorte
             if row not in states:
                 states[row] = motion.at(q0[row], v0[row], float(t0[row]))
         begun = [states[row] for row in rows.tolist()]
-        q, v, t, codes = (motion.each or partial(_one_by_one, motion, run.problem))(begun, u)
+        q, v, t, codes = (motion.single_steps or partial(_one_by_one, motion, run.problem))(
+            begun, u
+        )
         q, v = q.reshape(-1, *q0.shape[1:]), v.reshape(-1, *v0.shape[1:])
         q[codes != SOLVED] = np.nan
         still = u == 0.0
@@ -96,8 +98,8 @@ def _in_clock(block: Block, curves: ClockCurves, steps: Any, x: Array) -> Shorte
         return q, v, t
 
     _, slope = block.times(steps, x)
-    limits = np.minimum(whole, 0.0), np.maximum(whole, 0.0)
-    return Shortened(after, *limits, 0.5 * (1.0 + x) * whole, slope * 2.0 / whole)
+    limits = np.minimum(lengths, 0.0), np.maximum(lengths, 0.0)
+    return Shortened(after, *limits, 0.5 * (1.0 + x) * lengths, slope * 2.0 / lengths)
 
 
 def _one_by_one(
@@ -109,14 +111,17 @@ def _one_by_one(
     for k, length in enumerate(lengths.tolist()):
         if length == 0.0:
             continue
-        there = motion.advance(states[k], length, 1, None, False)
-        codes[k] = there.code
-        if there.code == SOLVED:
-            taken = there.taken
-            q[k], t[k] = taken.q[0], taken.t[0].sum()
-            if taken.v is not None:
-                v[k] = taken.v[0]
+        advanced = motion.advance(states[k], length, 1, None, False)
+        codes[k] = advanced.code
+        if advanced.code == SOLVED:
+            steps = advanced.steps
+            q[k], t[k] = steps.q[0], steps.t[0].sum()
+            if steps.v is not None:
+                v[k] = steps.v[0]
                 continue
-            place, p = q[k].reshape(1, *problem.q0.shape), taken.p.reshape(1, *problem.v0.shape)
-            v[k] = velocity_at(problem.system, place, p, t[k], problem.v0).ravel()
+            configuration, p = (
+                q[k].reshape(1, *problem.q0.shape),
+                steps.p.reshape(1, *problem.v0.shape),
+            )
+            v[k] = velocity_at(problem.system, configuration, p, t[k], problem.v0).ravel()
     return q, v, t, codes

@@ -107,13 +107,13 @@ class StepPolynomials(NamedTuple):
             lapses = self.lapses[rows]
             pace, t = times_matrix(lapses, to_slopes), begin + times_matrix(lapses, to_values)
 
-        def place(i: int) -> Array:
+        def coordinate(i: int) -> Array:
             return bases[:, i, None] + parts[:, i] @ places
 
         def velocity(i: int) -> Array:
             return parts[:, i] @ slopes / pace
 
-        return place, velocity, t
+        return coordinate, velocity, t
 
     def bounds(self, rates: bool, points: int) -> tuple[Array, Array]:
         """The least and the greatest coordinates, or velocities, (d, n) each, from the basis at so
@@ -136,18 +136,18 @@ class StepPolynomials(NamedTuple):
             spread = np.abs(series[:, 1:]).sum(axis=1)
             pace = series[:, 0] + np.stack([-spread, spread])
         with np.errstate(all="ignore"):
-            ends = [edge / one for edge in (low, high) for one in pace]
-            least, greatest = np.minimum.reduce(ends), np.maximum.reduce(ends)
-        unknown = (pace[0] * pace[1] <= 0.0) | np.isnan(least).any(axis=0)
-        least[:, unknown], greatest[:, unknown] = -np.inf, np.inf
-        return least, greatest
+            ends = [edge / rate for edge in (low, high) for rate in pace]
+            lowest, greatest = np.minimum.reduce(ends), np.maximum.reduce(ends)
+        unknown = (pace[0] * pace[1] <= 0.0) | np.isnan(lowest).any(axis=0)
+        lowest[:, unknown], greatest[:, unknown] = -np.inf, np.inf
+        return lowest, greatest
 
 
 def step_polynomials(curves: Any, first: int, begin: Array, end: Array) -> StepPolynomials | None:
     """Those of n steps from ``first`` on, between times (n,); None for curves of another kind."""
     n, lengths = len(begin), end - begin
     rows = slice(first, first + n)
-    whole = 0.5 * np.stack([lengths, lengths], axis=1)
+    lapses = 0.5 * np.stack([lengths, lengths], axis=1)
     if isinstance(curves, FrameCurves):
         return _in_frame(curves, rows, begin, lengths)
     clocked = isinstance(curves, ClockCurves)
@@ -157,13 +157,13 @@ def step_polynomials(curves: Any, first: int, begin: Array, end: Array) -> StepP
     bounded = isinstance(space, Polynomials | ComponentPolynomials)
     rough = np.zeros(n, dtype=bool)
     if clocked:
-        whole, rough = _clock_lapses(curves, rows)
+        lapses, rough = _clock_lapses(curves, rows)
     return StepPolynomials(
         space,
         curves.bases[rows].reshape(n, -1),
         curves.coefficients[rows],
         begin,
-        whole,
+        lapses,
         lengths,
         rough,
         bounded,
@@ -222,8 +222,8 @@ def _in_frame(curves: FrameCurves, rows: slice, begin: Array, lengths: Array) ->
 
 def _padded(series: Array, points: int) -> Array:
     """With zeros, for so many coefficients at least."""
-    more = max(points - series.shape[-1], 0)
-    return np.pad(series, [(0, 0)] * (series.ndim - 1) + [(0, more)])
+    missing = max(points - series.shape[-1], 0)
+    return np.pad(series, [(0, 0)] * (series.ndim - 1) + [(0, missing)])
 
 
 def _smooth(series: Array, sizes: Array) -> Any:

@@ -32,12 +32,12 @@ class Verdict:
         self.outcome: Outcome | None = None
         self._names_passage = False
 
-    def add(self, block: Trajectory, done: int) -> Outcome:
-        """The outcome of a block, with the numbers of the run, which had ``done`` steps before."""
+    def add(self, block: Trajectory, steps_done: int) -> Outcome:
+        """The outcome of a block, after ``steps_done`` steps, with the numbers of the run."""
         in_clock = isinstance(self.stepper, ClockStepper)
         outcome = replace(block.outcome, steps=self.stepper.request.steps)
         if outcome.step is not None:
-            outcome = replace(outcome, step=outcome.step + done)
+            outcome = replace(outcome, step=outcome.step + steps_done)
         if in_clock:
             self.passage = cast(Checkpoint, block.checkpoint).passage
         of_the_block_alone = outcome.end in (End.INTERRUPTED, End.STEP_LIMIT)

@@ -150,10 +150,10 @@ class HarmonicFrame:
         omega = np.sqrt(squares)
         c, s = np.cos(omega * t), _sine(omega, np.array(t))
         q = F @ (c * w[0] + s * w[1])
-        rest = np.diag(squares) - F.T @ system.potential_hessian(q, problem.t0) @ F
+        remaining_stiffness = np.diag(squares) - F.T @ system.potential_hessian(q, problem.t0) @ F
         ahead = np.concatenate([np.diag(c), np.diag(s)], axis=1)
         turned = np.concatenate([np.diag(-squares * s), np.diag(c)], axis=1)
-        slope = rest @ ahead
+        slope = remaining_stiffness @ ahead
         return np.concatenate([ahead, turned]), np.concatenate(
             [-s[:, None] * slope, c[:, None] * slope]
         )
@@ -189,9 +189,9 @@ def _sizes(frame: HarmonicFrame, problem: Problem, step: float) -> Array:
     """Sizes of modes: of velocities their largest amplitude, of places that over omega."""
     state, (_, squares) = frame.enter(problem, problem.q0, problem.v0), _modes(frame, problem)
     fast = float(np.sqrt(np.max(state[6] ** 2 + squares * state[4] ** 2)))
-    far = max(float(np.max(np.abs(state[4]))), abs(step) * fast)
+    reach = max(float(np.max(np.abs(state[4]))), abs(step) * fast)
     omega = np.sqrt(squares)
-    places = np.where(omega * far > fast, fast / np.where(omega > 0.0, omega, 1.0), far)
+    places = np.where(omega * reach > fast, fast / np.where(omega > 0.0, omega, 1.0), reach)
     sizes = np.concatenate([places, np.full(squares.size, fast)])
     return np.where(sizes > 0.0, sizes, 1.0)
 
@@ -204,13 +204,13 @@ def _rotation(squares: Array, t: float) -> Array:
             omega, time = square.sqrt(), Decimal(t)
             cosine, sine = circle(omega * time)
             rows[:, i] = cosine - 1, sine / omega if omega else time, -omega * sine
-        kept = rounded(rows)
-        return np.concatenate([kept, rounded(rows - decimals(kept))]).ravel()
+        nearest = rounded(rows)
+        return np.concatenate([nearest, rounded(rows - decimals(nearest))]).ravel()
 
 
 @lru_cache(maxsize=32)
-def _rates(system: Canonical, d: int, found: Traces) -> tuple[Any, Array]:
-    """The compiled rates and the potential's constants; ``found`` are the system's traces."""
+def _rates(system: Canonical, d: int, system_traces: Traces) -> tuple[Any, Array]:
+    """The compiled rates and the potential's constants."""
     slopes = slopes_of(system)
     assert slopes is not None
     lines, constants = slopes

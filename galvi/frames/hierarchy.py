@@ -25,7 +25,7 @@ class Orbits(NamedTuple):
 
     places: Array
     speeds: Array
-    known: tuple[Array, Array, Array, Array, Array]
+    pull_back_terms: tuple[Array, Array, Array, Array, Array]
 
 
 @np.errstate(invalid="ignore", over="ignore")  # of steps that failed, which hold NaN
@@ -56,7 +56,7 @@ def pulled_back(mu: Array, q: Array, v: Array, after: Orbits, a: Array) -> tuple
     """The changes (k, D, n) of q and v for changes a of the velocities after the orbits."""
     vectors = (q, v, after.places, after.speeds, a)
     q0, v0, Q, V, kick = (np.moveaxis(x, 1, 0) for x in vectors)
-    changes = universal.pull_back(mu, *after.known, q0, v0, Q, V, kick, _dot)
+    changes = universal.pull_back(mu, *after.pull_back_terms, q0, v0, Q, V, kick, _dot)
     places, speeds = (np.stack(part, axis=1) for part in changes)
     return places, speeds
 
@@ -112,10 +112,10 @@ class Hierarchy(NamedTuple):
     @property
     def fastest(self) -> int:
         """The pair of the shortest period."""
-        return int(np.argmin(self.axes**3 / self.whole))
+        return int(np.argmin(self.axes**3 / self.pair_masses))
 
     @property
-    def whole(self) -> Array:
+    def pair_masses(self) -> Array:
         """G times the masses of pairs, (n,)."""
         return self.masses[1 + len(self.pairs) :][: len(self.pairs)]
 
@@ -135,7 +135,7 @@ def nested_in(problem: Problem, hierarchy: Nested) -> tuple[Nested, str]:
 
     def number(part: Nested) -> Nested:
         if isinstance(part, tuple):
-            return tuple(number(one) for one in part)
+            return tuple(number(inner) for inner in part)
         if part in names and isinstance(part, str):
             return names.index(part)
         return part
@@ -143,28 +143,28 @@ def nested_in(problem: Problem, hierarchy: Nested) -> tuple[Nested, str]:
     def missing(part: Nested) -> bool:
         return isinstance(part, str) or not 0 <= part < masses.size
 
-    given = number(hierarchy)
-    found = leaves(given)
-    unknown = [part for part in found if missing(part)]
+    numbered = number(hierarchy)
+    listed = leaves(numbered)
+    unknown = [part for part in listed if missing(part)]
     if unknown:
         return (), f"one with {unknown[0]!r}, which is none of {names}"
-    twice = [names[part] for part in found if found.count(part) > 1]
-    left = [i for i in range(masses.size) if i not in found]
+    twice = [names[part] for part in listed if listed.count(part) > 1]
+    left = [i for i in range(masses.size) if i not in listed]
     heavy = [names[i] for i in left if masses[i] > 0.0]
     if twice or heavy:
         return (), f"one with {twice[0]} twice" if twice else f"one without {heavy[0]}"
 
     def centre(part: Nested) -> Array:
         inside = leaves(part)
-        whole = float(np.sum(masses[inside]))
-        weights = masses[inside] / whole if whole > 0.0 else np.full(len(inside), 1 / len(inside))
+        mass = float(np.sum(masses[inside]))
+        weights = masses[inside] / mass if mass > 0.0 else np.full(len(inside), 1 / len(inside))
         return weights @ problem.q0[inside]
 
-    parts = [*given]
+    parts = [*numbered]
     for body in left:
-        far = [float(np.linalg.norm(centre(part) - centre(parts[0]))) for part in parts[1:]]
-        own = float(np.linalg.norm(problem.q0[body] - centre(parts[0])))
-        parts.insert(1 + sum(one < own for one in far), body)
+        distances = [float(np.linalg.norm(centre(part) - centre(parts[0]))) for part in parts[1:]]
+        distance = float(np.linalg.norm(problem.q0[body] - centre(parts[0])))
+        parts.insert(1 + sum(inner < distance for inner in distances), body)
     bodies, pairs = _flat(tuple(parts))
     for first, _middle, end in pairs:
         if not np.any(masses[bodies[first:end]] > 0.0):
@@ -174,7 +174,7 @@ def nested_in(problem: Problem, hierarchy: Nested) -> tuple[Nested, str]:
 
 def leaves(part: Nested) -> list[Any]:
     """The bodies of a part."""
-    return [one for inner in part for one in leaves(inner)] if isinstance(part, tuple) else [part]
+    return [body for inner in part for body in leaves(inner)] if isinstance(part, tuple) else [part]
 
 
 @lru_cache(maxsize=32)
@@ -186,8 +186,8 @@ def held_pairs(nested: Nested) -> Array:
 
     def visit(part: Nested) -> None:
         if isinstance(part, tuple):
-            first, *others = (leaves(inner) for inner in part)
-            for bodies in others:
+            first, *outer = (leaves(inner) for inner in part)
+            for bodies in outer:
                 held[np.ix_(first, bodies)] = held[np.ix_(bodies, first)] = 1.0
             for inner in part:
                 visit(inner)
@@ -202,14 +202,14 @@ def about_the_heaviest(problem: Problem) -> Nested:
     system: Any = problem.system
     masses, q, v = system.G * system.masses, problem.q0, problem.v0
     star = int(np.argmax(masses))
-    others = [i for i in range(masses.size) if i != star]
-    gap, speed = q[others] - q[star], v[others] - v[star]
+    planets = [i for i in range(masses.size) if i != star]
+    gap, speed = q[planets] - q[star], v[planets] - v[star]
     distance = np.linalg.norm(gap, axis=1)
-    whole = masses[star] + masses[others]
+    mass_sums = masses[star] + masses[planets]
     with np.errstate(all="ignore"):  # places and speeds that are no orbits come last
-        inverse = 2.0 / distance - np.sum(speed**2, axis=1) / whole
+        inverse = 2.0 / distance - np.sum(speed**2, axis=1) / mass_sums
     rank = np.where(inverse > 0.0, 1.0 / np.where(inverse > 0.0, inverse, 1.0), np.inf)
-    return star, *(others[k] for k in np.lexsort((distance, rank)))
+    return star, *(planets[k] for k in np.lexsort((distance, rank)))
 
 
 def _flat(nested: Nested) -> tuple[list[int], Array]:
@@ -223,9 +223,9 @@ def _flat(nested: Nested) -> tuple[list[int], Array]:
             return
         first = len(bodies)
         visit(part[0])
-        for other in part[1:]:
+        for outer in part[1:]:
             middle = len(bodies)
-            visit(other)
+            visit(outer)
             pairs.append((first, middle, len(bodies)))
 
     visit(nested)
@@ -239,15 +239,17 @@ def hierarchy_of(problem: Problem, nested: Nested) -> Hierarchy:
     system: Any = problem.system
     with extended_precision():
         m = (decimals(system.G) * decimals(system.masses))[bodies]
-        mass, whole, share = list(m), [], []
+        mass, mass_sums, share = list(m), [], []
         for first, middle, _ in pairs:
-            whole.append(mass[first] + mass[middle])
-            share.append(mass[middle] / whole[-1])
-            mass[first] = whole[-1]
-        masses = np.concatenate([rounded(m), rounded(np.array(whole)), rounded(np.array(share))])
+            mass_sums.append(mass[first] + mass[middle])
+            share.append(mass[middle] / mass_sums[-1])
+            mass[first] = mass_sums[-1]
+        masses = np.concatenate(
+            [rounded(m), rounded(np.array(mass_sums)), rounded(np.array(share))]
+        )
     places, speeds = (jacobi(problem, bodies, pairs, x) for x in (problem.q0, problem.v0))
     with extended_precision():  # near a parabola, 2 / r - v.v / mu cancels
-        Q, V, mu = places[1:], speeds[1:], np.array([max(x, NOTHING) for x in whole])
+        Q, V, mu = places[1:], speeds[1:], np.array([max(x, NOTHING) for x in mass_sums])
         r = np.array([max(x.sqrt(), NOTHING) for x in np.sum(Q * Q, axis=1)])
         inverse = 2 / r - np.sum(V * V, axis=1) / mu
         cosine, sine = 1 - r * inverse, np.sum(Q * V, axis=1)  # e cos u, and e sin u times a root
@@ -266,16 +268,18 @@ def jacobi(problem: Problem, bodies: list[int], pairs: Array, x: Array) -> Any:
         centres, rows = list(decimals(x)[bodies]), []
         for first, middle, _ in pairs:
             rows.append(centres[middle] - centres[first])
-            whole = mass[first] + mass[middle]
-            centres[first] = centres[first] + (mass[middle] / whole) * rows[-1]
-            mass[first] = whole
+            mass_sum = mass[first] + mass[middle]
+            centres[first] = centres[first] + (mass[middle] / mass_sum) * rows[-1]
+            mass[first] = mass_sum
     return np.array([centres[0], *rows])
 
 
-def mean_anomaly(found: Hierarchy, pair: int) -> float:
+def mean_anomaly(hierarchy: Hierarchy, pair: int) -> float:
     """That of a pair at the start, over 2 pi."""
-    Q, V = (np.array(exact[1 + pair], dtype=float) for exact in (found.places, found.speeds))
-    axis, mu = float(found.axes[pair]), float(found.whole[pair])
+    Q, V = (
+        np.array(exact[1 + pair], dtype=float) for exact in (hierarchy.places, hierarchy.speeds)
+    )
+    axis, mu = float(hierarchy.axes[pair]), float(hierarchy.pair_masses[pair])
     sine = float(Q @ V) / math.sqrt(mu * abs(axis))
     u = math.atan2(sine, 1.0 - float(np.linalg.norm(Q)) / axis)
-    return (u - float(found.eccentricities[pair]) * math.sin(u)) / (2.0 * math.pi)
+    return (u - float(hierarchy.eccentricities[pair]) * math.sin(u)) / (2.0 * math.pi)

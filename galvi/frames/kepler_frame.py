@@ -117,13 +117,13 @@ class KeplerFrame:
         system: Any = problem.system
         if not isinstance(system, NBody) or system.masses.size < 2:
             kind = type(system).__name__
-            what = "one body" if isinstance(system, NBody) else f"a {kind} system"
+            received = "one body" if isinstance(system, NBody) else f"a {kind} system"
             return (
-                f"a KeplerFrame needs an NBody system of at least two bodies; received {what}. Use "
-                f"another chart."
+                f"a KeplerFrame needs an NBody system of at least two bodies; received {received}. "
+                f"Use another chart."
             )
         if not system.acting.conserve:
-            others = {
+            unsupported = {
                 type(force).__name__
                 for force in system.forces
                 if force.takes_velocity or isinstance(force, Force)
@@ -131,7 +131,7 @@ class KeplerFrame:
             return (
                 f"a KeplerFrame takes gravity and the forces that have an energy (Oblateness, "
                 f"PowerLaw, Relativity of the form 'potential'); received an NBody system with "
-                f"{', '.join(sorted(others))}. Use another chart."
+                f"{', '.join(sorted(unsupported))}. Use another chart."
             )
         if self.hierarchy is not None:
             wrong = nested_in(problem, self.hierarchy)[1]
@@ -140,16 +140,16 @@ class KeplerFrame:
                     f"the hierarchy of a KeplerFrame must name every body that has a mass once; "
                     f"received {wrong}."
                 )
-        found = self._found(problem)
-        bound = _bound(found)
+        hierarchy = self._hierarchy(problem)
+        bound = _bound(hierarchy)
         if not np.all(bound):
             inner = "the heaviest body" if self.hierarchy is None else "what its hierarchy names"
-            bodies = _named(problem, found, int(np.argmin(bound)))
+            bodies = _named(problem, hierarchy, int(np.argmin(bound)))
             return (
                 f"a KeplerFrame needs bound orbits about {inner}; received one of {bodies} that is "
                 f"not, at the start. Use another chart."
             )
-        eccentric = _above(problem, found, MOST_ECCENTRIC)
+        eccentric = _above(problem, hierarchy, MOST_ECCENTRIC)
         if eccentric:
             return (
                 f"a KeplerFrame needs orbits of eccentricity up to {MOST_ECCENTRIC:.3g}, beyond "
@@ -159,29 +159,30 @@ class KeplerFrame:
 
     def leaves(self, problem: Problem, step: float) -> str:
         """See `Frame`."""
-        found = self._found(problem)
-        bound = _bound(found)
+        hierarchy = self._hierarchy(problem)
+        bound = _bound(hierarchy)
         if not np.all(bound):
-            bodies = _named(problem, found, int(np.argmin(bound)))
+            bodies = _named(problem, hierarchy, int(np.argmin(bound)))
             return (
                 f"the orbit of {bodies} is not bound any more, which the Kepler frame does not "
                 f"cover. Use another chart from there on."
             )
-        eccentric = _above(problem, found, 1.0 - LEAST_DISTANCE)
+        eccentric = _above(problem, hierarchy, 1.0 - LEAST_DISTANCE)
         if eccentric:
             return (
                 f"an orbit is more eccentric than the Kepler frame covers: {eccentric}. Use "
                 f"{CLOCK} from there on."
             )
-        turns = abs(step) * np.sqrt(found.whole / found.axes**3) / (2.0 * math.pi)
-        k, far = found.fastest, _farthest(found, step)
+        turns = abs(step) * np.sqrt(hierarchy.pair_masses / hierarchy.axes**3) / (2.0 * math.pi)
+        k, arguments = hierarchy.fastest, _farthest(hierarchy, step)
         if turns[k] < LARGEST_ANOMALY_CHANGE / (2.0 * math.pi):
-            k = int(np.argmax(far))
-            if _alone(problem) or far[k] < LARGEST_ARGUMENT:
+            k = int(np.argmax(arguments))
+            if _holds_all_forces(problem) or arguments[k] < LARGEST_ARGUMENT:
                 return ""
         return (
-            f"the step is {turns[k]:.3g} revolutions of {_named(problem, found, k)}, more than the "
-            f"Kepler frame covers, which are 1.27, or 0.75 at eccentricity 0.9. Use a smaller step."
+            f"the step is {turns[k]:.3g} revolutions of {_named(problem, hierarchy, k)}, more than "
+            f"the Kepler frame covers, which are 1.27, or 0.75 at eccentricity 0.9. Use a smaller "
+            f"step."
         )
 
     def _nested_in(self, problem: Problem) -> Nested:
@@ -189,7 +190,7 @@ class KeplerFrame:
             return about_the_heaviest(problem)
         return nested_in(problem, self.hierarchy)[0]
 
-    def _found(self, problem: Problem) -> Hierarchy:
+    def _hierarchy(self, problem: Problem) -> Hierarchy:
         return hierarchy_of(problem, self._nested_in(problem))
 
     def held_pairs(self, problem: Problem) -> Array:
@@ -202,11 +203,11 @@ class KeplerFrame:
 
     def enter(self, problem: Problem, q: Array, v: Array) -> Array:
         """See `Frame`."""
-        found, size = self._found(problem), q.size
+        hierarchy, size = self._hierarchy(problem), q.size
         state = np.zeros((8, size + LANES))
         state[0, :size], state[2, :size] = q.ravel(), v.ravel()
         for row, x in ((4, q), (6, v)):
-            exact = jacobi(problem, found.bodies, found.pairs, x)
+            exact = jacobi(problem, hierarchy.bodies, hierarchy.pairs, x)
             entries = np.concatenate([exact[1:].T.ravel(), exact[0]])
             state[row, :size] = rounded(entries)
             with extended_precision():
@@ -215,29 +216,29 @@ class KeplerFrame:
 
     def motion(self, problem: Problem, step: float, c: Array) -> Motion:
         """See `Frame`."""
-        found, D = self._found(problem), problem.q0.shape[1]
+        hierarchy, D = self._hierarchy(problem), problem.q0.shape[1]
         kind = PLANETS if self.hierarchy is None else NESTED
         last = max(
-            np.flatnonzero(_farthest(found, step) > LARGEST_STRETCH), default=-1
+            np.flatnonzero(_farthest(hierarchy, step) > LARGEST_STRETCH), default=-1
         )  # of those that turn far
         numbers = np.concatenate(
             [
-                [step, (int(last) + 2) // 2, len(found.pairs)],
-                found.masses,
-                *kind.blocks(found),
-                1.0 / found.whole,
-                np.array(found.bodies, dtype=float),
-                *_terms(problem, found),
+                [step, (int(last) + 2) // 2, len(hierarchy.pairs)],
+                hierarchy.masses,
+                *kind.blocks(hierarchy),
+                1.0 / hierarchy.pair_masses,
+                np.array(hierarchy.bodies, dtype=float),
+                *_terms(problem, hierarchy),
             ]
         )
-        functions, n = kind.functions[D], len(found.pairs)
-        if _alone(problem):
+        functions, n = kind.functions[D], len(hierarchy.pairs)
+        if _holds_all_forces(problem):
             functions = (kepler_functions.rates_of_two, *functions[1:])
         pointers = addresses(*zip(functions, (RATES, DRIFT, LEAVE), strict=True))
-        clock = EVEN if self.even else _clock(found, step)
+        clock = EVEN if self.even else _clock(hierarchy, step)
         places, speeds = (
             np.linalg.norm(np.array(exact[1:], dtype=float), axis=1)
-            for exact in (found.places, found.speeds)
+            for exact in (hierarchy.places, hierarchy.speeds)
         )
         sizes = np.concatenate([np.tile(places, D), np.tile(speeds, D)])
         stretch = 0.0 if self.even else _stretch(clock[0], c)
@@ -245,26 +246,26 @@ class KeplerFrame:
 
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
         """See `Frame`."""
-        found, D = self._found(problem), problem.q0.shape[1]
-        q, v, centre = _parts(w[:, :2], found, D)
-        Q = orbits(found.whole, q, v, t[:, None]).places
-        return _bodies(found, Q, centre[:, 0] + t[:, None] * centre[:, 1])
+        hierarchy, D = self._hierarchy(problem), problem.q0.shape[1]
+        q, v, centre = _parts(w[:, :2], hierarchy, D)
+        Q = orbits(hierarchy.pair_masses, q, v, t[:, None]).places
+        return _bodies(hierarchy, Q, centre[:, 0] + t[:, None] * centre[:, 1])
 
     def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
         """See `Frame`; by complex steps."""
-        found, D = self._found(problem), problem.q0.shape[1]
-        d, n, system = problem.q0.size, len(found.pairs), cast(NBody, problem.system)
+        hierarchy, D = self._hierarchy(problem), problem.q0.shape[1]
+        d, n, system = problem.q0.size, len(hierarchy.pairs), cast(NBody, problem.system)
         nudged = w[None, :, :d] + 1j * COMPLEX_STEP * np.eye(2 * d).reshape(2 * d, 2, d)
-        q, v, centre = _parts(nudged, found, D)
-        after = orbits(found.whole, q, v, np.full((2 * d, 1), t))
-        bodies = _bodies(found, after.places, centre[:, 0] + t * centre[:, 1])
+        q, v, centre = _parts(nudged, hierarchy, D)
+        after = orbits(hierarchy.pair_masses, q, v, np.full((2 * d, 1), t))
+        bodies = _bodies(hierarchy, after.places, centre[:, 0] + t * centre[:, 1])
         pull = attraction(system.G * system.masses, bodies)
         pull += pulls(system.acting.terms, system.acting.poles, bodies)[0]
         into = matrix_of(self, problem)[: D * n]
-        whole = (pull.reshape(2 * d, d) @ into.T).reshape(2 * d, D, n)
+        pair_pulls = (pull.reshape(2 * d, d) @ into.T).reshape(2 * d, D, n)
         cube = np.sum(after.places**2, axis=1)[:, None] ** 1.5
-        rest = whole + found.whole * after.places / cube
-        slopes = pulled_back(found.whole, q, v, after, rest)
+        perturbation = pair_pulls + hierarchy.pair_masses * after.places / cube
+        slopes = pulled_back(hierarchy.pair_masses, q, v, after, perturbation)
         free = centre[:, 0] + t * centre[:, 1], centre[:, 1]
         ends = [
             np.concatenate([x.reshape(2 * d, D * n), y], axis=1)
@@ -278,19 +279,19 @@ class KeplerFrame:
         return motion, slope
 
 
-def _alone(problem: Problem) -> bool:
+def _holds_all_forces(problem: Problem) -> bool:
     """Whether the frame holds all that acts."""
     system: Any = problem.system
     return bool(system.masses.size == 2 and not system.forces)
 
 
-def _terms(problem: Problem, found: Hierarchy) -> tuple[Array, Array]:
+def _terms(problem: Problem, hierarchy: Hierarchy) -> tuple[Array, Array]:
     """Where the terms of each pair begin (n + 1,), and these in the frame's order."""
-    system, n = cast(NBody, problem.system), len(found.pairs)
+    system, n = cast(NBody, problem.system), len(hierarchy.pairs)
     rows = system.acting.terms.copy()
-    rows[:, [SOURCE, TARGET]] = np.argsort(found.bodies)[rows[:, [SOURCE, TARGET]].astype(int)]
+    rows[:, [SOURCE, TARGET]] = np.argsort(hierarchy.bodies)[rows[:, [SOURCE, TARGET]].astype(int)]
     rows[:, WEIGHT] = np.arange(len(rows)) >= system.acting.poles
-    first, middle, end = found.pairs.T
+    first, middle, end = hierarchy.pairs.T
     inner, outer = np.sort(rows[:, [SOURCE, TARGET]], axis=1).T[..., None]
     between = (first <= inner) & (inner < middle) & (middle <= outer) & (outer < end)
     pair = np.argmax(between, axis=1)
@@ -298,40 +299,40 @@ def _terms(problem: Problem, found: Hierarchy) -> tuple[Array, Array]:
     return starts, rows[np.argsort(pair, kind="stable")].ravel()
 
 
-def _bound(found: Hierarchy) -> Array:
+def _bound(hierarchy: Hierarchy) -> Array:
     """Which orbits are ellipses, (n,)."""
-    return np.asarray(np.isfinite(found.axes) & (found.axes > 0.0))
+    return np.asarray(np.isfinite(hierarchy.axes) & (hierarchy.axes > 0.0))
 
 
-def _above(problem: Problem, found: Hierarchy, most: float) -> str:
-    """The largest eccentricity, and of what, if it is above ``most``; else ""."""
-    k = int(np.argmax(found.eccentricities))
-    e = found.eccentricities[k]
-    return f"{e:.12g} of {_named(problem, found, k)}" if e > most else ""
+def _above(problem: Problem, hierarchy: Hierarchy, limit: float) -> str:
+    """The largest eccentricity, and of what, if it is above ``limit``; else ""."""
+    k = int(np.argmax(hierarchy.eccentricities))
+    e = hierarchy.eccentricities[k]
+    return f"{e:.12g} of {_named(problem, hierarchy, k)}" if e > limit else ""
 
 
-def _named(problem: Problem, found: Hierarchy, pair: int) -> str:
+def _named(problem: Problem, hierarchy: Hierarchy, pair: int) -> str:
     """The second side of a pair, in words."""
-    _first, middle, end = found.pairs[pair]
-    names = [str(problem.body_names()[found.bodies[k]]) for k in range(middle, end)]
+    _first, middle, end = hierarchy.pairs[pair]
+    names = [str(problem.body_names()[hierarchy.bodies[k]]) for k in range(middle, end)]
     return f"bod{'y' if len(names) == 1 else 'ies'} {', '.join(names)}"
 
 
-def _parts(w: Array, found: Hierarchy, D: int) -> tuple[Array, Array, Array]:
+def _parts(w: Array, hierarchy: Hierarchy, D: int) -> tuple[Array, Array, Array]:
     """Places and velocities (k, D, n) of pairs, and both of the barycentre (k, 2, D)."""
-    n = len(found.pairs)
+    n = len(hierarchy.pairs)
     q, v = (w[:, half, : D * n].reshape(-1, D, n) for half in range(2))
     return q, v, w[:, :, D * n : D * n + D]
 
 
-def _bodies(found: Hierarchy, Q: Array, centre: Array) -> Array:
+def _bodies(hierarchy: Hierarchy, Q: Array, centre: Array) -> Array:
     """The bodies' places (k, bodies, D) from those of pairs (k, D, n) and the barycentre's."""
-    out = np.empty((len(Q), len(found.bodies), Q.shape[1]), dtype=Q.dtype)
-    out[:, found.bodies[0]] = centre
-    for i in range(len(found.pairs) - 1, -1, -1):
-        one, other = (found.bodies[k] for k in found.pairs[i, :2])
-        out[:, one] -= found.share[i] * Q[:, :, i]
-        out[:, other] = out[:, one] + Q[:, :, i]
+    out = np.empty((len(Q), len(hierarchy.bodies), Q.shape[1]), dtype=Q.dtype)
+    out[:, hierarchy.bodies[0]] = centre
+    for i in range(len(hierarchy.pairs) - 1, -1, -1):
+        first, second = (hierarchy.bodies[k] for k in hierarchy.pairs[i, :2])
+        out[:, first] -= hierarchy.share[i] * Q[:, :, i]
+        out[:, second] = out[:, first] + Q[:, :, i]
     return out
 
 
@@ -353,54 +354,54 @@ class Kind(NamedTuple):
     blocks: Any
 
 
-def _of_planets(found: Hierarchy) -> list[Array]:
+def _of_planets(hierarchy: Hierarchy) -> list[Array]:
     with extended_precision():
-        m = decimals(found.masses[: 1 + len(found.pairs)])
+        m = decimals(hierarchy.masses[: 1 + len(hierarchy.pairs)])
         inner = np.cumsum(m)
         M, before = inner[1:], inner[:-1]
         rows = m[0] / before, (before - m[0]) / before, M / before, 1 / before
         return [rounded(row) for row in rows]
 
 
-def _of_pairs(found: Hierarchy) -> list[Array]:
+def _of_pairs(hierarchy: Hierarchy) -> list[Array]:
     with extended_precision():
-        other = rounded(1 - decimals(found.share))
-    return [other, *found.pairs.T.astype(float)]
+        first_share = rounded(1 - decimals(hierarchy.share))
+    return [first_share, *hierarchy.pairs.T.astype(float)]
 
 
 PLANETS = Kind(kepler_functions.PLANETS, rows_of_planets, _of_planets)
 NESTED = Kind(kepler_functions.NESTED, rows_of_hierarchy, _of_pairs)
 
 
-def _nested(given: Any) -> Any:
+def _nested(hierarchy: Any) -> Any:
     """A hierarchy of tuples, whole numbers and names; ValueError for others."""
 
-    def part(one: Any, top: bool = False) -> Any:
-        if isinstance(one, (tuple, list)) and len(one) > 1:
-            return tuple(part(inner) for inner in one)
-        if isinstance(one, str) and not top:
-            return one
-        if isinstance(one, (int, np.integer)) and not isinstance(one, bool) and not top:
-            return int(one)
+    def part(nested: Any, top: bool = False) -> Any:
+        if isinstance(nested, (tuple, list)) and len(nested) > 1:
+            return tuple(part(inner) for inner in nested)
+        if isinstance(nested, str) and not top:
+            return nested
+        if isinstance(nested, (int, np.integer)) and not isinstance(nested, bool) and not top:
+            return int(nested)
         raise ValueError(
             f"hierarchy must be nested tuples of at least two parts each, bodies by number or "
-            f"name, e.g. ('Sun', ('Earth', 'Moon')); received {shown(given)}."
+            f"name, e.g. ('Sun', ('Earth', 'Moon')); received {shown(hierarchy)}."
         )
 
-    return part(given, top=True)
+    return part(hierarchy, top=True)
 
 
-def _farthest(found: Hierarchy, step: float) -> Array:
+def _farthest(hierarchy: Hierarchy, step: float) -> Array:
     """Largest |beta X^2| in half a step, (n,).
 
     An orbit whose mean anomaly changes by M turns most about its pericentre, by E in the eccentric
     one with E - 2 e sin(E / 2) = M.
     """
-    turned = 0.5 * abs(step) * np.sqrt(found.whole / found.axes**3)
+    turned = 0.5 * abs(step) * np.sqrt(hierarchy.pair_masses / hierarchy.axes**3)
     low, high = turned, turned + 2.0
     for _ in range(60):
         E = 0.5 * (low + high)
-        short = E - 2.0 * found.eccentricities * np.sin(0.5 * E) < turned
+        short = E - 2.0 * hierarchy.eccentricities * np.sin(0.5 * E) < turned
         low, high = np.where(short, E, low), np.where(short, high, E)
     return high**2
 
@@ -411,12 +412,12 @@ def _stretch(turns: float, c: Array) -> float:
     Long steps are limited by the ends of the step, where polynomials know most; the limits were
     found best of several for 8 and 16 nodes on the planets.
     """
-    most = 0.78 if c.size <= LANES else 0.86
-    return most * abs(turns) / math.hypot(turns, 0.2)
+    largest = 0.78 if c.size <= LANES else 0.86
+    return largest * abs(turns) / math.hypot(turns, 0.2)
 
 
-def _clock(found: Hierarchy, step: float) -> tuple[float, float, float]:
+def _clock(hierarchy: Hierarchy, step: float) -> tuple[float, float, float]:
     """The clock of the fastest orbit."""
-    k = found.fastest
-    turns = step * math.sqrt(found.whole[k] / found.axes[k] ** 3) / (2.0 * math.pi)
-    return turns, float(found.eccentricities[k]), mean_anomaly(found, k)
+    k = hierarchy.fastest
+    turns = step * math.sqrt(hierarchy.pair_masses[k] / hierarchy.axes[k] ** 3) / (2.0 * math.pi)
+    return turns, float(hierarchy.eccentricities[k]), mean_anomaly(hierarchy, k)

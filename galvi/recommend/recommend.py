@@ -87,7 +87,9 @@ def recommend(
     """
     if not isinstance(problem, Problem):
         raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
-    asked = input_checks.positive("error", error, "Give it in the problem's unit of length.")
+    required_error = input_checks.positive(
+        "error", error, "Give it in the problem's unit of length."
+    )
     length = input_checks.positive(
         "duration",
         duration,
@@ -96,35 +98,39 @@ def recommend(
     if not isinstance(by, str) or by not in ALLOWED:
         raise ValueError(f"by must be one of {', '.join(ALLOWED)}; received {shown(by)}.")
     some = _checked_degrees(degrees)
-    room = ALLOWED[by] if budget is None else input_checks.positive("budget", budget)
+    total_budget = ALLOWED[by] if budget is None else input_checks.positive("budget", budget)
     part = length if measured is None else min(length, input_checks.positive("measured", measured))
     if clock is not None and problem.q0.shape != problem.v0.shape:
         raise ValueError("recommend scans clocks on vector spaces; this problem is on a group.")
-    whole = length if clock is None else scans.length_in(clock, problem, length)
-    unit = whole / length
-    scan = scans.Scan(problem, whole, unit * part, by, room, clock=clock, unit=unit)
-    steps = scan.first_guess(some[0], asked)
+    scan_length = length if clock is None else scans.length_in(clock, problem, length)
+    unit = scan_length / length
+    scan = scans.Scan(problem, scan_length, unit * part, by, total_budget, clock=clock, unit=unit)
+    steps = scan.first_guess(some[0], required_error)
     if measured is None:
-        steps = _fit_to_budget(scan, some[0], steps, asked, RUNS * len(some))
-    whys = _searched(scan, some, steps, asked)
-    if not scan.tried:
-        nothing = Candidate(
+        steps = _fit_to_budget(scan, some[0], steps, required_error, RUNS * len(some))
+    whys = _searched(scan, some, steps, required_error)
+    if not scan.candidates:
+        unaffordable = Candidate(
             some[0],
             steps,
-            whole / steps,
+            scan_length / steps,
             math.inf,
             0.0,
             math.nan,
             math.nan,
             math.nan,
             f"One run over a time of {scan.measured / unit:.3g} takes more than the budget, "
-            f"{room:g}.",
+            f"{total_budget:g}.",
         )
-        return _answer(scan, nothing, asked, {scans.Ended.BUDGET: []})
-    good = [candidate for candidate in scan.tried if candidate.error <= ERROR_SHARE * asked]
+        return _answer(scan, unaffordable, required_error, {scans.Ended.BUDGET: []})
+    good = [
+        candidate
+        for candidate in scan.candidates
+        if candidate.error <= ERROR_SHARE * required_error
+    ]
     if not good:
-        return _answer(scan, _most_accurate(scan), asked, whys)
-    answer = _confirmed(scan, _cheapest(scan, good), asked, measured is None)
+        return _answer(scan, _most_accurate(scan), required_error, whys)
+    answer = _confirmed(scan, _cheapest(scan, good), required_error, measured is None)
     if scans.Ended.BUDGET in whys and answer.reached:
         left = _named(whys[scans.Ended.BUDGET])
         text = f"{answer.status} The budget ended before the search for {left}."
@@ -143,7 +149,7 @@ def _checked_degrees(degrees: Sequence[int]) -> list[int]:
 
 
 def _searched(
-    scan: scans.Scan, degrees: list[int], steps: int, asked: float
+    scan: scans.Scan, degrees: list[int], steps: int, required_error: float
 ) -> dict[scans.Ended, list[int]]:
     """Search the largest step of each degree; reason -> the degrees that ended without one.
 
@@ -152,16 +158,16 @@ def _searched(
     steps
         where the search begins with the first degree
     """
-    room, scan.budget = scan.budget, FOR_SEARCH * scan.budget
+    total_budget, scan.budget = scan.budget, FOR_SEARCH * scan.budget
     whys: dict[scans.Ended, list[int]] = {}
     for k, s in enumerate(degrees):
         start = steps if k == 0 else max(scan.fewest, math.ceil(steps * degrees[k - 1] / s))
-        steps, why = scans.fewest_steps(scan, s, start, ERROR_SHARE * asked)
+        steps, why = scans.fewest_steps(scan, s, start, ERROR_SHARE * required_error)
         if why is not None:
             whys.setdefault(why, []).append(s)
         if why is scans.Ended.PARTED:  # of any degree
             break
-    scan.budget = room
+    scan.budget = total_budget
     return whys
 
 
@@ -178,73 +184,81 @@ def _cheapest(scan: scans.Scan, good: list[Candidate]) -> Candidate:
     return min(_timed(scan, few) if scan.by == scans.TIME else few, key=cost)
 
 
-def _fit_to_budget(scan: scans.Scan, degree: int, steps: int, asked: float, runs: int) -> int:
+def _fit_to_budget(
+    scan: scans.Scan, degree: int, steps: int, required_error: float, runs: int
+) -> int:
     """Set the measured length from the number of steps of a rough search, which is returned."""
     budget, scan.budget = scan.budget, FOR_SEARCH * scan.budget
     scan.measured = ROUGH_SEARCH_SHARE * scan.reach(degree, steps, runs)
-    steps, _ = scans.fewest_steps(scan, degree, steps, asked)
+    steps, _ = scans.fewest_steps(scan, degree, steps, required_error)
     scan.measured = scan.reach(degree, steps, runs)
     scan.budget = budget
-    scan.tried.clear()
+    scan.candidates.clear()
     return steps
 
 
 def _timed(scan: scans.Scan, some: list[Candidate]) -> list[Candidate]:
     """The candidates with times from interleaved runs, which use a tenth of the budget."""
-    share = min(1.0, 0.1 * scan.budget / ROUNDS / sum(one.seconds for one in some))
+    share = min(1.0, 0.1 * scan.budget / ROUNDS / sum(candidate.seconds for candidate in some))
     samples: list[list[float]] = [[] for _ in some]
     for _ in range(ROUNDS):
-        for one, seconds in zip(some, samples, strict=True):
-            part = max(1, math.ceil(share * one.steps))
-            seconds.append(scan.run(one.degree, one.steps, part)[1] * one.steps / part)
+        for candidate, seconds in zip(some, samples, strict=True):
+            part = max(1, math.ceil(share * candidate.steps))
+            seconds.append(
+                scan.run(candidate.degree, candidate.steps, part)[1] * candidate.steps / part
+            )
     return [
-        replace(one, seconds=statistics.median(seconds))
-        for one, seconds in zip(some, samples, strict=True)
+        replace(candidate, seconds=statistics.median(seconds))
+        for candidate, seconds in zip(some, samples, strict=True)
     ]
 
 
-def _confirmed(scan: scans.Scan, choice: Candidate, asked: float, extend: bool) -> Recommendation:
+def _confirmed(
+    scan: scans.Scan, choice: Candidate, required_error: float, extend: bool
+) -> Recommendation:
     """A choice compared twice, over the whole duration if affordable, with more steps if needed."""
     part, rate = scan.measured, choice.seconds / choice.steps
     if extend and part < scan.duration:
         scan.measured = scan.duration
         if not scan.affords(choice.degree, choice.steps, scans.WITH_CHECK):
             scan.measured = part
-    found = []
+    confirmed = []
     for attempt in range(CONFIRMATIONS):
         if attempt or scan.measured > part:
             choice = scan.measure(choice.degree, choice.steps)
         error = max(choice.error, scan.half_step_error(choice))
-        found.append(replace(choice, error=error, seconds=rate * choice.steps))
-        finer = (error / (ERROR_SHARE * asked)) ** (0.5 / choice.degree)
+        confirmed.append(replace(choice, error=error, seconds=rate * choice.steps))
+        finer = (error / (ERROR_SHARE * required_error)) ** (0.5 / choice.degree)
         choice = replace(choice, steps=math.ceil(choice.steps * min(max(finer, 1.05), 2.0)))
-        if error <= asked or not scan.affords(choice.degree, choice.steps, scans.WITH_CHECK):
+        if error <= required_error or not scan.affords(
+            choice.degree, choice.steps, scans.WITH_CHECK
+        ):
             break
-    best = min(found, key=lambda one: one.error)
-    if best.error > asked:
+    best = min(confirmed, key=lambda candidate: candidate.error)
+    if best.error > required_error:
         best = min(
             best,
-            _most_accurate(scan, {(one.degree, one.steps) for one in found}),
-            key=lambda one: one.error,
+            _most_accurate(scan, {(candidate.degree, candidate.steps) for candidate in confirmed}),
+            key=lambda candidate: candidate.error,
         )
-    return _answer(scan, best, asked, {scans.Ended.UNCONFIRMED: []})
+    return _answer(scan, best, required_error, {scans.Ended.UNCONFIRMED: []})
 
 
-def _most_accurate(scan: scans.Scan, known: Collection[tuple[int, int]] = ()) -> Candidate:
+def _most_accurate(scan: scans.Scan, compared: Collection[tuple[int, int]] = ()) -> Candidate:
     """The most accurate candidate not yet known, compared twice over the same length as others."""
-    ranked = sorted(scan.tried, key=lambda one: (one.error, -one.steps))
+    ranked = sorted(scan.candidates, key=lambda candidate: (candidate.error, -candidate.steps))
     best = ranked[0]
     judged: list[Candidate] = []
-    for one in ranked:
-        dear = judged and not scan.affords(one.degree, one.steps, scans.WITH_CHECK)
-        if dear or not math.isfinite(one.error) or len(judged) == CONFIRMATIONS:
+    for candidate in ranked:
+        dear = judged and not scan.affords(candidate.degree, candidate.steps, scans.WITH_CHECK)
+        if dear or not math.isfinite(candidate.error) or len(judged) == CONFIRMATIONS:
             break
-        if (one.degree, one.steps) not in known:
-            again = one
-            if one.measured < scan.length(one.degree, one.steps):
-                again = scan.measure(one.degree, one.steps)
+        if (candidate.degree, candidate.steps) not in compared:
+            again = candidate
+            if candidate.measured < scan.length(candidate.degree, candidate.steps):
+                again = scan.measure(candidate.degree, candidate.steps)
             judged.append(replace(again, error=max(again.error, scan.half_step_error(again))))
-    return min(judged, key=lambda one: one.error, default=replace(best, error=math.inf))
+    return min(judged, key=lambda candidate: candidate.error, default=replace(best, error=math.inf))
 
 
 def _named(degrees: list[int]) -> str:
@@ -253,7 +267,10 @@ def _named(degrees: list[int]) -> str:
 
 def _parting(scan: scans.Scan) -> str:
     """Until when any run predicts a motion on which neighbouring starts part."""
-    until = max(one.parted for one in scan.tried if math.isfinite(one.parted)) / scan.unit
+    until = (
+        max(candidate.parted for candidate in scan.candidates if math.isfinite(candidate.parted))
+        / scan.unit
+    )
     return (
         f"Neighbouring starts part: rounding alone decides where bodies are after a time of about "
         f"{until:.3g}, whichever integrator is used. Ask for a shorter duration; galvi.judge says "
@@ -262,7 +279,7 @@ def _parting(scan: scans.Scan) -> str:
 
 
 def _answer(
-    scan: scans.Scan, best: Candidate, asked: float, whys: Mapping[scans.Ended, list[int]]
+    scan: scans.Scan, best: Candidate, required_error: float, whys: Mapping[scans.Ended, list[int]]
 ) -> Recommendation:
     """The recommendation of a candidate.
 
@@ -272,18 +289,22 @@ def _answer(
         why the error was not reached -> the degrees it is said of; empty where of no single one
     """
     why = "; ".join(
-        f"{one.value}{f' for {_named(degrees)}' if degrees else ''}"
-        for one, degrees in whys.items()
+        f"{reason.value}{f' for {_named(degrees)}' if degrees else ''}"
+        for reason, degrees in whys.items()
     )
-    reached, error, whole = best.error <= asked, best.error, best.measured >= scan.duration
+    reached, error, complete = (
+        best.error <= required_error,
+        best.error,
+        best.measured >= scan.duration,
+    )
     measured, duration = best.measured / scan.unit, scan.duration / scan.unit
-    doubts = "" if whole or not math.isfinite(error) else extrapolation_objection(scan, best)
-    status = "" if reached else f"An error of {asked:g} was not reached: {why}. "
+    doubts = "" if complete or not math.isfinite(error) else extrapolation_objection(scan, best)
+    status = "" if reached else f"An error of {required_error:g} was not reached: {why}. "
     if scans.Ended.PARTED in whys and not reached:
-        status = f"An error of {asked:g} was not reached. {_parting(scan)}"
+        status = f"An error of {required_error:g} was not reached. {_parting(scan)}"
     elif not math.isfinite(error):
-        said = best.status or "With half the step its result is entirely different."
-        status = f"No run tried is usable: {why}. The last one: {said}"
+        last_status = best.status or "With half the step its result is entirely different."
+        status = f"No run tried is usable: {why}. The last one: {last_status}"
     elif doubts:
         reached, error = False, math.inf
         status += (
@@ -294,7 +315,7 @@ def _answer(
     elif not reached:
         status += f"The smallest error found is {error:.1e}. "
         status += "Ask for a larger error or a shorter duration, or raise budget."
-    elif whole:
+    elif complete:
         status = "Its error was measured over the whole duration."
     else:
         status = f"Its error was measured over the first {measured:.4g} and extrapolated."
@@ -308,12 +329,12 @@ def _answer(
         best.step,
         best.steps,
         duration,
-        asked,
+        required_error,
         error,
         best.seconds,
         best.evaluations,
         reached,
         status,
         measured,
-        tuple(scan.tried),
+        tuple(scan.candidates),
     )

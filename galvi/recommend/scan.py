@@ -63,69 +63,73 @@ def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int
     need it no more, or cost far more.
     """
     enough, why = _within(scan, degree, steps, error)
-    last = next((one for one in reversed(scan.tried) if one.steps == enough), None)
-    least = last.cost(scan.by) if last is not None else 0.0
+    last = next(
+        (candidate for candidate in reversed(scan.candidates) if candidate.steps == enough), None
+    )
+    cheapest = last.cost(scan.by) if last is not None else 0.0
     while last is not None and last.degree == degree and last.newton > HARD:
         finer = 2 * last.steps
-        if finer > scan.most or not scan.affords(degree, finer):
+        if finer > scan.most_steps or not scan.affords(degree, finer):
             break
         last = scan.measure(degree, finer)
-        if last.cost(scan.by) > DEARER * least:
+        if last.cost(scan.by) > DEARER * cheapest:
             break
-        least = min(least, last.cost(scan.by))
+        cheapest = min(cheapest, last.cost(scan.by))
     return enough, why
 
 
 def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, Ended | None]:
-    low, high, flat, least = 0, 0, 0, math.inf
+    low, high, flat, cheapest = 0, 0, 0, math.inf
     before: Candidate | None = None
     for _ in range(TRIES):
         if not scan.affords(degree, steps):
             return high or steps, None if high else Ended.BUDGET
-        found = scan.measure(degree, steps)
-        if found.error <= error:
-            high, cost = steps, found.cost(scan.by)
-            best = min(one.cost(scan.by) for one in scan.tried if one.error <= error)
-            if cost > DEARER * (best if found.newton > HARD else least):
+        candidate = scan.measure(degree, steps)
+        if candidate.error <= error:
+            high, cost = steps, candidate.cost(scan.by)
+            best = min(
+                earlier.cost(scan.by) for earlier in scan.candidates if earlier.error <= error
+            )
+            if cost > DEARER * (best if candidate.newton > HARD else cheapest):
                 break
-            least = min(least, cost)
+            cheapest = min(cheapest, cost)
         else:
-            flat = flat + 1 if before is not None and _no_better(before, found) else 0
-            low, before = steps, found
-            why = _in_vain(scan, found, flat)
+            flat = flat + 1 if before is not None and _no_better(before, candidate) else 0
+            low, before = steps, candidate
+            why = _in_vain(scan, candidate, flat)
             if why and not high:
                 return steps, why
             if why is Ended.ROUNDING:
                 break
         if _bracketed(scan, low, high):
             break
-        steps = max(scan.fewest, min(_next(found, low, high, error), scan.most))
+        steps = max(scan.fewest, min(_next(candidate, low, high, error), scan.most_steps))
     return high or steps, None if high else Ended.TRIED
 
 
-def _in_vain(scan: Scan, found: Candidate, flat: int) -> Ended | None:
+def _in_vain(scan: Scan, candidate: Candidate, flat: int) -> Ended | None:
     """Why more steps are of no use after so many refinements without gain; None if they may be."""
-    if flat == FLAT_REFINEMENTS and found.error < PERHAPS_ROUNDING * scan.size:
+    if flat == FLAT_REFINEMENTS and candidate.error < PERHAPS_ROUNDING * scan.size:
         return Ended.ROUNDING
-    if flat and math.isfinite(found.parted):
+    if flat and math.isfinite(candidate.parted):
         return Ended.PARTED
-    return Ended.STOPPED if flat and math.isfinite(found.stopped) else None
+    return Ended.STOPPED if flat and math.isfinite(candidate.stopped) else None
 
 
 def _bracketed(scan: Scan, low: int, high: int) -> bool:
     """Whether no number of steps is left to try; ``low`` are too few and ``high`` enough, or 0."""
     if not high:
-        return low >= scan.most
+        return low >= scan.most_steps
     return high <= BRACKET_RATIO * low or high - low <= 1 or high == scan.fewest
 
 
-def _next(found: Candidate, low: int, high: int, error: float) -> int:
+def _next(candidate: Candidate, low: int, high: int, error: float) -> int:
     """The next number of steps; ``low`` are known to be too few and ``high`` enough."""
-    if found.error == math.inf:
+    if candidate.error == math.inf:
         wanted = 2.0
     else:
-        wanted = (found.error / error) ** (0.5 / found.degree)
-    steps = math.ceil(min(found.steps * wanted, float(MOST_STEPS)))
+        wanted = (candidate.error / error) ** (0.5 / candidate.degree)
+    steps = math.ceil(min(candidate.steps * wanted, float(MOST_STEPS)))
     if low and high:
         return steps if low < steps < high else round(math.sqrt(low * high))
     if high:
@@ -194,10 +198,10 @@ def length_in(clock: AnyClock, problem: Problem, duration: float) -> float:
     raise ValueError(f"no run in this clock was possible: {run.status}")
 
 
-def distances(one: Array, other: Array) -> Array:
+def distances(first: Array, second: Array) -> Array:
     """Largest distance of a body, a vector or a row of a matrix, (saved,), for (saved, ..., d)."""
-    apart = np.linalg.norm(one - other, axis=-1).reshape(len(one), -1)
-    return np.max(apart, axis=1)
+    gaps = np.linalg.norm(first - second, axis=-1).reshape(len(first), -1)
+    return np.max(gaps, axis=1)
 
 
 def elapsed(run: Trajectory) -> Array:
@@ -252,7 +256,7 @@ class Scan:
     by: str
     budget: float
     spent: float = 0.0
-    tried: list[Candidate] = field(default_factory=list)
+    candidates: list[Candidate] = field(default_factory=list)
     size: float = 0.0
     clock: AnyClock | None = None
     unit: float = 1.0
@@ -262,10 +266,10 @@ class Scan:
     )  # cost per step of each degree, with its comparison
 
     @property
-    def most(self) -> int:
+    def most_steps(self) -> int:
         """Largest number of steps in the duration such that each still changes the time."""
-        apart = math.ulp(abs(self.problem.t0) + self.duration)
-        return int(min(MOST_STEPS, max(1.0, 0.25 * self.duration / apart)))
+        time_spacing = math.ulp(abs(self.problem.t0) + self.duration)
+        return int(min(MOST_STEPS, max(1.0, 0.25 * self.duration / time_spacing)))
 
     @property
     def fewest(self) -> int:
@@ -274,11 +278,11 @@ class Scan:
 
     def affords(self, degree: int, steps: int, runs: float = 1.0) -> bool:
         """Whether ``runs`` runs with their comparisons are expected to fit into the budget."""
-        known = self._per_step
-        if not known:
+        costs = self._per_step
+        if not costs:
             return self.spent < self.budget
-        nearest = min(known, key=lambda other: abs(other - degree))
-        cost = known[nearest] * (degree / nearest) * self.part(degree, steps)
+        nearest = min(costs, key=lambda s: abs(s - degree))
+        cost = costs[nearest] * (degree / nearest) * self.part(degree, steps)
         return self.spent + runs * cost <= self.budget
 
     def part(self, degree: int, steps: int) -> int:
@@ -331,12 +335,12 @@ class Scan:
         plain = self.clock is None and iterates(self.problem, method)
         solver = "fixed_point" if plain else "auto"
         for _ in range(STEP_DOUBLINGS):
-            one, other = (self.run(s, steps, 1, solver=solver)[0] for s in (degree, degree + MORE))
-            if one.success and other.success:
-                off = float(np.max(distances(one.q, at_times_of(one, other))))
+            run, check = (self.run(s, steps, 1, solver=solver)[0] for s in (degree, degree + MORE))
+            if run.success and check.success:
+                off = float(np.max(distances(run.q, at_times_of(run, check))))
                 if off * steps <= error or off <= 1e-14 * size:
                     break
-            if 2 * steps > self.most:
+            if 2 * steps > self.most_steps:
                 break
             steps *= 2
         if self.clock is None or not getattr(self.problem.system, "has_massless", False):
@@ -370,31 +374,31 @@ class Scan:
             check, _, _ = self.run(degree + MORE, steps, part)
             error, growth, status, parted = self._error(run, check)
         self._per_step[degree] = (self.spent - before) / part
-        whole, length = steps / part, self.length(degree, steps)
+        scale, length = steps / part, self.length(degree, steps)
         if self.clock is not None and part == steps:  # if the pace changed, shorter than it should
             length *= min(1.0, abs(float(run.t[-1] - run.t[0])) * self.unit / self.duration)
-        found = Candidate(
+        candidate = Candidate(
             degree,
             steps,
             self.duration / steps,
             error,
             length,
             growth,
-            whole * seconds,
-            whole * evaluations,
+            scale * seconds,
+            scale * evaluations,
             status,
             run.counts.get("newton_steps", 0) / part,
             parted,
             stopped,
         )
-        self.tried.append(found)
-        return found
+        self.candidates.append(candidate)
+        return candidate
 
-    def half_step_error(self, found: Candidate) -> float:
+    def half_step_error(self, candidate: Candidate) -> float:
         """The error against the same degree at half the step, which has different round-off."""
-        part = self.part(found.degree, found.steps)
-        run, _, _ = self.run(found.degree, found.steps, part)
-        half, _, _ = self.run(found.degree, found.steps, part, finer=2)
+        part = self.part(candidate.degree, candidate.steps)
+        run, _, _ = self.run(candidate.degree, candidate.steps, part)
+        half, _, _ = self.run(candidate.degree, candidate.steps, part, finer=2)
         return math.inf if failure(run) or failure(half) else self._error(run, half)[0]
 
     def _error(self, run: Trajectory, better: Trajectory) -> tuple[float, float, str, float]:
@@ -402,11 +406,11 @@ class Scan:
         from when on."""
         if wrong := failure(better):
             return math.inf, math.nan, f"The run to compare with failed. {wrong}", math.inf
-        apart = np.maximum.accumulate(distances(run.q, at_times_of(run, better)))
+        gaps = np.maximum.accumulate(distances(run.q, at_times_of(run, better)))
         extent = float(np.max(distances(better.q, np.broadcast_to(better.q[:1], better.q.shape))))
         self.size = max(self.size, float(np.max(np.abs(better.q))))
-        last, quarter = len(apart) - 1, max(1, (len(apart) - 1) // 4)
-        error, early = float(apart[last]), float(apart[quarter])
+        last, quarter = len(gaps) - 1, max(1, (len(gaps) - 1) // 4)
+        error, early = float(gaps[last]), float(gaps[quarter])
         t = elapsed(run)
         growth = math.nan
         if 0.0 < early <= error and last > quarter:
@@ -414,7 +418,7 @@ class Scan:
         useless = max(USELESS * extent, ROUNDED * self.size)
         if error > useless:
             sentence = f"It is off by {error:.1e}, where bodies move by {extent:.1e}."
-            return math.inf, growth, sentence, float(t[np.argmax(apart > useless)])
+            return math.inf, growth, sentence, float(t[np.argmax(gaps > useless)])
         self._watch(better)
         if run.counts["steps"] * abs(run.step or 0.0) < (1.0 - 1e-9) * self.duration:
             power = min(max(growth, POWERS[0]), POWERS[1]) if growth == growth else POWERS[0]

@@ -18,7 +18,7 @@ class Steps(Protocol):
     """What does steps, as far as this loop needs it."""
 
     @property
-    def done(self) -> int:
+    def steps_done(self) -> int:
         """Steps done so far."""
 
     def advance(self, n: int) -> int:
@@ -31,7 +31,7 @@ def step_in_batches(
     steps: int,
     progress: bool | None,
     stopped: Callable[[], bool] = lambda: False,
-    apart: int = 0,
+    note_every: int = 0,
     note: Callable[[], None] = lambda: None,
 ) -> int:
     """Do ``steps`` steps; returns the code of the last call, 0 if all are done or it was stopped.
@@ -43,22 +43,22 @@ def step_in_batches(
     stopped
         returns whether to stop
     note
-        is called after every ``apart`` steps but the last, if that is not 0
+        is called after every ``note_every`` steps but the last, if that is not 0
     """
-    code, chunk, done = 0, 1, stepper.done
+    code, chunk, steps_done = 0, 1, stepper.steps_done
     # A bar makes a multiprocessing semaphore, which a killed process would leave behind.
     with tqdm(total=steps, unit="step") if progress else nullcontext() as bar:
-        while code == 0 and done < steps and not stopped():
-            before, clock = done, time.perf_counter()
-            ahead = apart - before % apart if apart else steps
+        while code == 0 and steps_done < steps and not stopped():
+            before, clock = steps_done, time.perf_counter()
+            ahead = note_every - before % note_every if note_every else steps
             code = stepper.advance(min(chunk, ahead, steps - before))
             if code:
                 code = recover(code)
-            done = stepper.done
-            if apart and done % apart == 0 and before < done < steps:
+            steps_done = stepper.steps_done
+            if note_every and steps_done % note_every == 0 and before < steps_done < steps:
                 note()
             if bar is not None:
-                bar.update(done - before)
-            more = BATCH_SECONDS / max(time.perf_counter() - clock, 1e-9)
-            chunk = max(1, int((done - before) * min(max(more, 0.5), BATCH_GROWTH)))
+                bar.update(steps_done - before)
+            growth = BATCH_SECONDS / max(time.perf_counter() - clock, 1e-9)
+            chunk = max(1, int((steps_done - before) * min(max(growth, 0.5), BATCH_GROWTH)))
     return code

@@ -25,7 +25,7 @@ from galvi.tableau import Tableau
 
 # Relative error of a momentum; that of the energy is of the order of its square.
 MOMENTUM_TOLERANCE = 0.03
-ASKED = 4  # states of a run at which a traced Lagrangian is compared with the function itself
+COMPARED_STATES = 4  # states of a run at which a traced Lagrangian's function is called itself
 # Relative changes of a position whose effect on the energy is not an error: the larger one at rest,
 # where V may be 0 and a motion grows from round-off.
 POSITION_CHANGE, POSITION_CHANGE_AT_REST = 2.0**-46, 2.0**-26
@@ -146,9 +146,11 @@ def start_energies(problem: Problem, forces: bool = False) -> Start:
     forces
         as for `energies`
     """
-    found = traces(problem.system)
-    known = _start_energies if _is_fixed(problem.system, found) else _start_energies.__wrapped__
-    return known(problem, forces, found)
+    system_traces = traces(problem.system)
+    evaluate = (
+        _start_energies if _is_fixed(problem.system, system_traces) else _start_energies.__wrapped__
+    )
+    return evaluate(problem, forces, system_traces)
 
 
 @lru_cache(maxsize=32)
@@ -170,7 +172,7 @@ def asks_force(system: Any) -> bool:
 
 
 @lru_cache(maxsize=32)
-def _is_fixed(system: Any, found: Traces) -> bool:
+def _is_fixed(system: Any, system_traces: Traces) -> bool:
     """Whether the energy is not made of a user's functions that may refer to numbers that change.
 
     Where the energy was traced, its trace was found again, or anew, when the run began.
@@ -179,13 +181,13 @@ def _is_fixed(system: Any, found: Traces) -> bool:
         return True
     if isinstance(system, RigidBody | FreeBody):
         return isinstance(system.potential, UniformGravity | None)
-    if isinstance(system, Lagrangian) and "L" in found.traced:
+    if isinstance(system, Lagrangian) and "L" in system_traces.traced:
         return system.slopes is None
     return not asks_functions(system)
 
 
 @lru_cache(maxsize=32)
-def _start_energies(problem: Problem, forces: bool, found: Traces) -> Start:
+def _start_energies(problem: Problem, forces: bool, system_traces: Traces) -> Start:
     start = _start(problem, 1.0)
     kinetic, potential = (float(x[0]) for x in energies(problem, start, forces=forces))
     fresh = read_only(np.array([potential, potential, abs(kinetic), 0.0]))
@@ -196,11 +198,11 @@ def noise(problem: Problem) -> float:
     """Change of V when the start moves by ``POSITION_CHANGE`` of itself: the energy's
     round-off, about."""
     nudge = POSITION_CHANGE if np.any(problem.v0) else POSITION_CHANGE_AT_REST
-    here, *moved = (
+    unmoved, *moved = (
         float(energies(problem, _start(problem, scale), forces=True)[1][0])
         for scale in (1.0, 1.0 - nudge, 1.0 + nudge)
     )
-    changes = [abs(each - here) for each in moved]
+    changes = [abs(potential - unmoved) for potential in moved]
     return max([0.0, *(change for change in changes if np.isfinite(change))])
 
 
@@ -265,8 +267,8 @@ def _fall(problem: Problem, way: Any) -> float:
         ),
     )
     _, potential = energies(problem, states, raised={})
-    known = np.isfinite(potential).all()
-    return float(np.max(potential[0] - potential)) if known else math.inf
+    is_finite = np.isfinite(potential).all()
+    return float(np.max(potential[0] - potential)) if is_finite else math.inf
 
 
 def _start(problem: Problem, scale: float) -> States:
@@ -283,62 +285,62 @@ def _of_builtin(
 ) -> tuple[Array, Array]:
     """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
     value, at_rest, momenta = function.at_states(states.q, states.v, states.t)
-    rest = -at_rest
+    potential = -at_rest
     if function is not system.function:  # traced
-        for k in _asked(len(states.t)):
+        for k in _compared_rows(len(states.t)):
             with _noting(raised, k), suppress(ArithmeticError, ValueError):
                 q, t = states.q[k], float(states.t[k])
                 value[k] = system.value(q, states.v[k], t)
-                rest[k] = -system.value(q, np.zeros_like(states.v[k]), t)
-    near = np.abs(momenta - states.p) <= MOMENTUM_TOLERANCE * np.abs(states.p).max(
+                potential[k] = -system.value(q, np.zeros_like(states.v[k]), t)
+    agrees = np.abs(momenta - states.p) <= MOMENTUM_TOLERANCE * np.abs(states.p).max(
         axis=1, keepdims=True
     )
-    if not (near.all() and np.isfinite(rest).all()):
+    if not (agrees.all() and np.isfinite(potential).all()):
         return _one_by_one(system, states, False, raised)
-    return (states.p * states.v).sum(axis=1) - value - rest, rest
+    return (states.p * states.v).sum(axis=1) - value - potential, potential
 
 
 def _of_builtin_at_rest(system: Lagrangian, q: Array, t: Array, raised: Raised | None) -> Array:
     """V of a traced body, the energy at rest, (n,)."""
     function, n = system.builtin, len(t)
     assert function is not None
-    rest = np.zeros((n, system.group.dimension))
-    found: Array = -function.at_states(q, rest, t)[1]
-    for k in _asked(n):
+    zero_velocities = np.zeros((n, system.group.dimension))
+    potential: Array = -function.at_states(q, zero_velocities, t)[1]
+    for k in _compared_rows(n):
         with _noting(raised, k), suppress(ArithmeticError, ValueError):
-            found[k] = -system.value(q[k], rest[k], float(t[k]))
-    return found
+            potential[k] = -system.value(q[k], zero_velocities[k], float(t[k]))
+    return potential
 
 
-def _asked(n: int) -> list[int]:
-    """The rows of n states at which a user's own function is asked, though it was traced."""
-    return sorted({n - 1, *range(0, n, -(-n // ASKED))})
+def _compared_rows(n: int) -> list[int]:
+    """The rows of n states at which a user's own function is called, though it was traced."""
+    return sorted({n - 1, *range(0, n, -(-n // COMPARED_STATES))})
 
 
 def _one_by_one(
     system: Lagrangian, states: States, sharp: bool, raised: Raised | None
 ) -> tuple[Array, Array]:
-    result = np.full((2, len(states.t)), np.nan)
+    kinetic_and_potential = np.full((2, len(states.t)), np.nan)
     rows = zip(states.q, states.p, states.v, states.t, strict=True)
     for k, (q, p, v, t) in enumerate(rows):
         with _noting(raised, k):
-            result[:, k] = _of_lagrangian(system, q, p, v, float(t), sharp)
-    return result[0], result[1]
+            kinetic_and_potential[:, k] = _of_lagrangian(system, q, p, v, float(t), sharp)
+    return kinetic_and_potential[0], kinetic_and_potential[1]
 
 
 def _of_lagrangian(
     system: Lagrangian, q: Array, p: Array, v: Array, t: float, sharp: bool
 ) -> tuple[float, float]:
-    energy, rest = np.nan, np.nan
+    energy, potential = np.nan, np.nan
     with suppress(ArithmeticError, ValueError):
         if sharp or not _belong(system, q, p, v, t):
             v = system.velocity(p, q, t, v)
         energy = float(p @ v) - system.value(q, v, t)
     with suppress(ArithmeticError, ValueError):
-        rest = -system.value(q, np.zeros(v.size), t)
-    if not np.isfinite(rest):
-        rest = energy - float(p @ v)
-    return energy - rest, rest
+        potential = -system.value(q, np.zeros(v.size), t)
+    if not np.isfinite(potential):
+        potential = energy - float(p @ v)
+    return energy - potential, potential
 
 
 def _belong(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
@@ -358,11 +360,11 @@ def potentials(system: Any, q: Array, t: Array, raised: Raised | None) -> Array:
     system = cast(VectorSystem, system)
     with suppress(Exception):  # what is raised here is raised again below, state by state
         return np.asarray(system.potential_energy(q, t), dtype=np.float64)
-    result = np.full(len(t), np.nan)
+    potential = np.full(len(t), np.nan)
     for k in range(len(t)):
         with _noting(raised, k), suppress(ArithmeticError, ValueError):
-            result[k] = system.potential_energy(q[k], t[k])
-    return result
+            potential[k] = system.potential_energy(q[k], t[k])
+    return potential
 
 
 @contextmanager

@@ -85,12 +85,12 @@ def integrate_many(
             f"received {shown(problems)}. For one problem, "
             f"call galvi.integrate."
         )
-    given = tuple(problems)
+    problems = tuple(problems)
     threads = processors() if threads is None else input_checks.whole("threads", threads)
     requests: list[RunRequest] = []
     runs: list[Callable[..., Trajectory]] = []
     compiled = True
-    for k, problem in enumerate(given):
+    for k, problem in enumerate(problems):
         with _naming_problem(k):
             request = RunRequest.checked(
                 problem, method, step, steps, duration=duration, save_every=save_every,
@@ -114,7 +114,7 @@ def _all_of(
 
         stopped = False
 
-        def one(k: int) -> Trajectory:
+        def run_problem(k: int) -> Trajectory:
             nonlocal first_raised
             try:
                 with _naming_problem(k):
@@ -129,17 +129,17 @@ def _all_of(
                         bar.update()
 
         if threads < 2:
-            results = tuple(map(one, range(len(runs))))
+            trajectories = tuple(map(run_problem, range(len(runs))))
         else:
             with ThreadPoolExecutor(threads) as pool:
                 try:
-                    results = tuple(pool.map(one, range(len(runs))))
+                    trajectories = tuple(pool.map(run_problem, range(len(runs))))
                 except BaseException:  # also of a signal handler: the pool waits for its threads
                     stopped = True
                     raise
-        if pressed() and not any(run.interrupted for run in results):
-            raise Interrupted(results)
-    return results
+        if pressed() and not any(run.interrupted for run in trajectories):
+            raise Interrupted(trajectories)
+    return trajectories
 
 
 @contextmanager

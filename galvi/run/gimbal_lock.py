@@ -47,16 +47,18 @@ def is_locked_ahead(problem: Problem, q: Array, v: Array, step: float) -> bool:
     if not isinstance(system, Multibody) or not (threes := list(_threes(system))):
         return False
     way = (place(CHART, system.group, q, share * step * v) for share in WAY)
-    return any(_near_lock(system.tree.mass(there), v, step, threes) for there in way)
+    return any(
+        _near_lock(system.tree.mass(configuration), v, step, threes) for configuration in way
+    )
 
 
 def _near_lock(mass: Array, v: Array, step: float, threes: list[int]) -> bool:
     for k in threes:
         block = mass[k : k + 3, k : k + 3]
         size = np.sqrt(np.diag(block))
-        least = float(np.linalg.eigvalsh(block / np.outer(size, size))[0])
+        smallest_eigenvalue = float(np.linalg.eigvalsh(block / np.outer(size, size))[0])
         # with equal inertias 1 - cos of the angle by which the outer axes are not parallel
-        if np.sqrt(2.0 * max(least, 0.0)) < abs(step * v[k + 1]):
+        if np.sqrt(2.0 * max(smallest_eigenvalue, 0.0)) < abs(step * v[k + 1]):
             return True
     return False
 

@@ -57,15 +57,15 @@ def coupled_layout(system: Any, problem: Problem) -> npt.NDArray[np.int64]:
     factors share, 0 for all where the mass is not known."""
     layout = system.group.layout
     if len(layout) == 1 or not hasattr(system, "mass"):
-        alone = np.zeros((len(layout), COUPLED + 1), dtype=np.int64)
-        alone[:, :COUPLED] = layout
-        return alone
+        extended_layout = np.zeros((len(layout), COUPLED + 1), dtype=np.int64)
+        extended_layout[:, :COUPLED] = layout
+        return extended_layout
     return _coupled_layout(problem, traces(system))
 
 
 @lru_cache(maxsize=256)
-def _coupled_layout(problem: Problem, found: Any) -> npt.NDArray[np.int64]:
-    """As above for a Lagrangian on several factors; ``found`` are its traces."""
+def _coupled_layout(problem: Problem, system_traces: Any) -> npt.NDArray[np.int64]:
+    """As above for a Lagrangian on several factors; ``system_traces`` are its traces."""
     layout = problem.system.group.layout  # type: ignore[attr-defined]
     numbers = np.arange(len(layout))
     owner = np.repeat(numbers, layout[:, DIMENSION])
@@ -78,8 +78,8 @@ def _coupled_layout(problem: Problem, found: Any) -> npt.NDArray[np.int64]:
     with np.errstate(invalid="ignore"):
         coupled = ~np.isfinite(masses) | (masses > COUPLING * np.outer(size, size))
     for i, j in np.argwhere(coupled):
-        one, other = numbers[owner[i]], numbers[owner[j]]
-        numbers[numbers == max(one, other)] = min(one, other)
+        first, second = numbers[owner[i]], numbers[owner[j]]
+        numbers[numbers == max(first, second)] = min(first, second)
     return np.column_stack([layout, numbers])
 
 
@@ -89,18 +89,18 @@ def _masses(problem: Problem, layout: Any) -> Array:
     generator, q, v = np.random.default_rng(0), problem.q0, problem.v0
     chart, largest = Exponential().number, np.zeros((v.size, v.size))
     for k in range(STATES_BESIDE_START + 1):
-        near, speed = q.ravel().copy(), v
+        sample, speed = q.ravel().copy(), v
         if k:
             place(
                 layout,
                 chart,
                 q.ravel().copy(),
                 generator.uniform(-STATE_DISTANCE, STATE_DISTANCE, v.size),
-                near,
+                sample,
             )
             speed = v + generator.uniform(-STATE_DISTANCE, STATE_DISTANCE, v.size) * max(
                 1.0, float(np.max(np.abs(v)))
             )
-        mass = np.abs(system.mass(near.reshape(q.shape), speed, problem.t0))
+        mass = np.abs(system.mass(sample.reshape(q.shape), speed, problem.t0))
         largest = np.maximum(largest, np.where(np.isnan(mass), np.inf, mass))
     return largest

@@ -27,22 +27,22 @@ class Interrupts:
     """Whether Ctrl-C was pressed; the second time it raises."""
 
     def __init__(self) -> None:
-        self._pressed = self._told = False
+        self._pressed = self._polled = False
 
     def __call__(self) -> bool:
         """Whether Ctrl-C was pressed; the caller acts on it."""
-        self._told = self._pressed
-        return self._told
+        self._polled = self._pressed
+        return self._polled
 
     @property
     def unhandled(self) -> bool:
         """Whether Ctrl-C was recorded and never polled."""
-        return self._pressed and not self._told
+        return self._pressed and not self._polled
 
     def note(self, signum: int, frame: Any) -> None:
         """A handler of signals."""
         if self._pressed:
-            self._pressed = self._told = True
+            self._pressed = self._polled = True
             raise KeyboardInterrupt
         self._pressed = True
 
@@ -52,16 +52,16 @@ class Deferral:
 
     def __enter__(self) -> Interrupts:
         self._interrupts = Interrupts()
-        self._ours = (
+        self._replaces_handler = (
             threading.current_thread() is threading.main_thread()
             and getsignal(SIGINT) is default_int_handler
         )
-        if self._ours:
+        if self._replaces_handler:
             signal(SIGINT, self._interrupts.note)
         return self._interrupts
 
     def __exit__(self, kind: type[BaseException] | None, *raised: object) -> None:
-        if self._ours:
+        if self._replaces_handler:
             signal(SIGINT, default_int_handler)
         if kind is None and self._interrupts.unhandled:
             raise KeyboardInterrupt

@@ -29,7 +29,7 @@ from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.point_masses.encounters import (
     STEPS_PER_STATE,
     MasslessError,
-    looked_at,
+    examined_states,
     massless_error,
 )
 from galvi.run.request import RunRequest
@@ -41,7 +41,7 @@ from galvi.run.stepper import RunCurves, Stepper, solve_steps
 from galvi.run.work_of_forces import assess_work, has_work
 from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
-MOST_KNOWN = 512  # states from which curves can be found again
+MOST_CHECKPOINTS = 512  # states from which curves can be found again
 
 
 def run_steps(
@@ -75,11 +75,11 @@ def run_steps(
     """
     stepper.begin(watched=watched)
     request = stepper.request
-    problem, steps, apart = request.problem, request.steps, 0
+    problem, steps, note_every = request.problem, request.steps, 0
     if not request.checkpoint.keeps_curves or (watched and has_massless(problem)):
         ahead = 0 if request.until is not None else steps or 0  # of which there may be fewer
-        apart = max(STEPS_BETWEEN_STATES, -(-ahead // MOST_KNOWN))
-    known = [stepper.checkpoint]
+        note_every = max(STEPS_BETWEEN_STATES, -(-ahead // MOST_CHECKPOINTS))
+    checkpoints = [stepper.checkpoint]
     with defer_interrupts() as pressed:
         stopped = interrupted or pressed
         code = step_in_batches(
@@ -88,11 +88,11 @@ def run_steps(
             steps or LARGEST_WHOLE,
             progress,
             lambda: stepper.over or stopped(),
-            apart,
-            lambda: known.append(stepper.checkpoint),
+            note_every,
+            lambda: checkpoints.append(stepper.checkpoint),
         )
         stepper.finish()
-        run = _trajectory(stepper, code, known)
+        run = _trajectory(stepper, code, checkpoints)
         if pressed() and not run.interrupted:
             raise Interrupted(run)
     system: Any = problem.system
@@ -105,12 +105,14 @@ def run_steps(
     return run
 
 
-def _trajectory(stepper: Stepper | ClockStepper, code: int, known: list[Checkpoint]) -> Trajectory:
+def _trajectory(
+    stepper: Stepper | ClockStepper, code: int, checkpoints: list[Checkpoint]
+) -> Trajectory:
     """The trajectory of a run whose last kernel call returned ``code``, to be assessed when asked.
 
     Parameters
     ----------
-    known
+    checkpoints
         states from which its curves, and the error of bodies without mass, can be found
     """
     problem, method, step, steps, start = stepper.request[:5]
@@ -120,14 +122,14 @@ def _trajectory(stepper: Stepper | ClockStepper, code: int, known: list[Checkpoi
         check = SameFunctions(problem, states.q, states.p, states.t, method.clock, stepper.traced)
         last = float(states.t[-1])
         again = RedoneCurves(
-            problem, method, step, steps or 0, stepper.done, last, tuple(known), check
+            problem, method, step, steps or 0, stepper.steps_done, last, tuple(checkpoints), check
         )
     counts = stepper.counted()
 
     def ending() -> Ending:
         if isinstance(stepper, ClockStepper):
             return ending_in_clock(stepper, run)
-        return _ending(stepper, code, counts, known)
+        return _ending(stepper, code, counts, checkpoints)
 
     run = Trajectory(
         problem=problem,
@@ -143,7 +145,7 @@ def _trajectory(stepper: Stepper | ClockStepper, code: int, known: list[Checkpoi
         again=again,
         interrupted=code == SOLVED
         and not (stepper.over or stepper.reached)
-        and stepper.done != steps,
+        and stepper.steps_done != steps,
         engine=stepper.engine,
         engine_reason=stepper.engine_reason,
         tau=tau,
@@ -151,7 +153,9 @@ def _trajectory(stepper: Stepper | ClockStepper, code: int, known: list[Checkpoi
     return run
 
 
-def _ending(stepper: Stepper, code: int, counts: dict[str, int], known: list[Checkpoint]) -> Ending:
+def _ending(
+    stepper: Stepper, code: int, counts: dict[str, int], checkpoints: list[Checkpoint]
+) -> Ending:
     """How a run ended whose last kernel call returned ``code``."""
     formulation, request, work = stepper.formulation, stepper.request, stepper.work
     start = request.checkpoint
@@ -159,9 +163,11 @@ def _ending(stepper: Stepper, code: int, counts: dict[str, int], known: list[Che
         report = assess_work(formulation, request, work, unwatched)
     else:
         report = assess_run(formulation, request, work)
-    outcome = outcome_of(stepper, code, report, counts, lambda: _massless_error(stepper, known))
+    outcome = outcome_of(
+        stepper, code, report, counts, lambda: _massless_error(stepper, checkpoints)
+    )
     last = Checkpoint(
-        start.first + work.done,
+        start.first + work.steps_done,
         read_only(work.state),
         read_only(work.stages),
         work.solver_state,
@@ -180,21 +186,21 @@ def unwatched(request: RunRequest) -> Trajectory:
     return uninterrupted(run_steps(stepper_for(request), watched=False))
 
 
-def _massless_error(stepper: Stepper, known: list[Checkpoint]) -> MasslessError | None:
+def _massless_error(stepper: Stepper, checkpoints: list[Checkpoint]) -> MasslessError | None:
     """The estimate for bodies without mass; None without any, or where the run is not watched."""
     request, work = stepper.request, stepper.work
     if work.watch == UNWATCHED or not has_massless(request.problem):
         return None
     _, stages, solver_state = stepper.formulation.initial_state(request.problem, request.method)
 
-    states = [*known, stepper.checkpoint]
-    chosen = [states[row] for row in looked_at(len(states), work.done, STEPS_PER_STATE)]
+    states = [*checkpoints, stepper.checkpoint]
+    chosen = [states[row] for row in examined_states(len(states), work.steps_done, STEPS_PER_STATE)]
 
     def end(state: Checkpoint, n: int) -> tuple[Array, Array]:
-        there = Checkpoint(
+        begin = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
-        back = request._replace(step=-request.step / n, steps=n, checkpoint=there)
+        back = request._replace(step=-request.step / n, steps=n, checkpoint=begin)
         arrays = solve_steps(ENGINES, back, retried=False)[0].work
         return arrays.saved_q[-1], arrays.saved_moving[-1]
 
@@ -210,8 +216,8 @@ def curves_of_steps(
 ) -> RunCurves:
     """The curves of ``count`` steps, ``skipped`` after a state of a run, for `RedoneCurves`."""
     if skipped:
-        there = replace(start, save_every=skipped, curves=False)
-        before = unwatched(RunRequest(problem, method, step, skipped, there))
+        to_skip = replace(start, save_every=skipped, curves=False)
+        before = unwatched(RunRequest(problem, method, step, skipped, to_skip))
         assert before.checkpoint is not None
         start = before.checkpoint
     begin = replace(start, save_every=1, curves=True)
@@ -224,10 +230,10 @@ def curves_from(
 ) -> ClockCurves:
     """The curves in a clock from a state to the first end of a step past a time, of a run that
     ended at ``end``: only its last step may have been shortened."""
-    there = replace(state, save_every=1, curves=True)
+    begin = replace(state, save_every=1, curves=True)
 
     def again(steps: int | None, until: float) -> Trajectory:
-        return unwatched(RunRequest(problem, method, step, steps, there, until))
+        return unwatched(RunRequest(problem, method, step, steps, begin, until))
 
     run = again(len(again(None, time).t) - 1, end)
     if run.curves is None:

@@ -69,14 +69,14 @@ class CountedByNewton:
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
-        before = self._work.done
+        before = self._work.steps_done
         code = self._kernel.advance(n)
-        self._work.counts[LEFT_OVER] += self._work.done - before
+        self._work.counts[LEFT_OVER] += self._work.steps_done - before
         return code
 
 
 @lru_cache(maxsize=32)
-def _law(system: Any, found: Traces) -> tuple[LagrangianKernel, tuple[Any, ...]]:
+def _law(system: Any, system_traces: Traces) -> tuple[LagrangianKernel, tuple[Any, ...]]:
     """The Lagrangian of a system, which owns the functions, and as the kernel takes it.
 
     Parameters
@@ -127,7 +127,7 @@ def _system(problem: Problem, method: Galerkin) -> GroupSystem:
 
 
 @lru_cache(maxsize=32)
-def _start_of(problem: Problem, stages: int, found: Traces) -> State:
+def _start_of(problem: Problem, stages: int, system_traces: Traces) -> State:
     """The state before the first step, which depends on the system's traces."""
     p0, g = problem.p0.ravel(), problem.q0.ravel()
     layout = getattr(problem.system, "group", Rn(p0.size)).layout
@@ -205,15 +205,15 @@ class OnGroup:
         """
         problem, method, step = request.problem, request.method, request.step
         group, chart = _system(problem, method).group, method.group_chart
-        t, v = problem.t0 + (request.checkpoint.first + work.done) * step, work.stages[:, -1]
+        t, v = problem.t0 + (request.checkpoint.first + work.steps_done) * step, work.stages[:, -1]
         work.step_angle[0] = abs(step) * farthest_turn(group, v)
         if request.checkpoint.solver == "fixed_point":
             return None
         q = work.state[0, : problem.q0.size].reshape(group.shape)
         for parts in SUBSTEPS:
             begin = Checkpoint(0, work.state, *_guess(v, method.stages), "newton", 1e-8)
-            here = problem.moved(q.reshape(problem.q0.shape), v.reshape(problem.v0.shape), t)
-            fine, code = substeps(RunRequest(here, method, step / parts, parts, begin))
+            moved = problem.moved(q.reshape(problem.q0.shape), v.reshape(problem.v0.shape), t)
+            fine, code = substeps(RunRequest(moved, method, step / parts, parts, begin))
             work.counts[:4] += fine.work.counts[:4]
             if code == SOLVED:
                 places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
@@ -255,10 +255,10 @@ class OnGroup:
         turn, limit = float(work.step_angle[0]), method.group_chart.limit
         if not turn < LARGEST_SQUARED:
             return "velocities above 1e100 overflow. Use other units, or a smaller step."
-        tried = "fixed-point iteration" if solver == "fixed_point" else "Newton's method"
+        solver_name = "fixed-point iteration" if solver == "fixed_point" else "Newton's method"
         if turn >= NEAR_LIMIT * limit or code == LEFT_CHART:
             farther = max(CHARTS, key=lambda chart: chart.limit)
-            other = (
+            alternative = (
                 ""
                 if farther.limit <= limit
                 else (
@@ -266,27 +266,29 @@ class OnGroup:
                     f"{farther.limit / np.pi:g} pi"
                 )
             )
-            what = f"the step turns by {turn:.4g} radians, and "
+            clause = f"the step turns by {turn:.4g} radians, and "
             if code != LEFT_CHART and turn < limit:
-                what = f"{tried} did not solve a step that turns by {turn:.4g} radians, where "
+                clause = (
+                    f"{solver_name} did not solve a step that turns by {turn:.4g} radians, where "
+                )
             return (
-                f"{what}the chart {type(method.chart).__name__} ends at {limit:.4g}. Use a step of "
-                f"at most {0.5 * abs(step) * limit / turn:.2g}{other}."
+                f"{clause}the chart {type(method.chart).__name__} ends at {limit:.4g}. Use a step "
+                f"of at most {0.5 * abs(step) * limit / turn:.2g}{alternative}."
             )
         if code == NOT_FINITE:
             return (
                 "the force or the state became infinite or NaN, or the equations singular. Use a "
                 "smaller step, or keep away from the force's singularity."
             )
-        other = ""
+        alternative = ""
         if solver == "fixed_point":
-            other = ", or the solver auto"
+            alternative = ", or the solver auto"
         elif getattr(problem.system, "potential_calls_per_force", 0):
-            other = ", or give the Lagrangian its slopes"
+            alternative = ", or give the Lagrangian its slopes"
         return (
-            f"{tried} did not solve the stage equations"
+            f"{solver_name} did not solve the stage equations"
             f"{f' of a step that turns by {turn:.3g} radians' if turn else ''}. "
-            f"Use a smaller step or a higher degree{other}."
+            f"Use a smaller step or a higher degree{alternative}."
         )
 
 

@@ -159,11 +159,11 @@ def check_end(t0: float, step: float, steps: int) -> None:
         )
 
 
-def check_time_changes(t0: float, step: float, given: object) -> None:
+def check_time_changes(t0: float, step: float, received: object) -> None:
     """ValueError where a step leaves the time as it is."""
     if t0 + step == t0:
         raise ValueError(
-            f"step must change the time; received {given!r} at t0 = {t0!r}, where times are "
+            f"step must change the time; received {received!r} at t0 = {t0!r}, where times are "
             f"{math.ulp(t0):.1e} apart. Shift t0 towards 0, or use a larger step."
         )
 
@@ -194,27 +194,27 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
     ratio = length / abs(step)
     if ratio > input_checks.LARGEST_WHOLE:
         input_checks.whole("duration over step", ratio)
-    whole, sign = round(ratio), math.copysign(1.0, step)
-    if whole < 1 or abs(ratio - whole) > min(1e-9 * whole, LARGEST_SLACK):
+    count, sign = round(ratio), math.copysign(1.0, step)
+    if count < 1 or abs(ratio - count) > min(1e-9 * count, LARGEST_SLACK):
         raise ValueError(
             f"duration must be a whole number of steps; received {length!r} with step {step!r}, "
             f"{ratio:.6g} steps. Choose step={length / max(1, math.ceil(ratio)) * sign!r}"
             + (f" or {length / math.floor(ratio) * sign!r}." if ratio >= 1.0 else ".")
         )
-    return whole
+    return count
 
 
-def steps_until(until: float, t0: float, step: float, done: int) -> int:
-    """Steps from step number ``done`` to the time ``until``; ValueError unless a whole number."""
+def steps_until(until: float, t0: float, step: float, first: int) -> int:
+    """Steps from step number ``first`` to the time ``until``; ValueError unless a whole number."""
     ratio = (input_checks.real("until", until) - t0) / step
-    whole = round(ratio) if abs(ratio) <= input_checks.LARGEST_WHOLE else 0
+    end = round(ratio) if abs(ratio) <= input_checks.LARGEST_WHOLE else 0
     slack = 1e-9 + 4.0 * math.ulp(max(abs(t0), abs(until))) / abs(step)  # of such times
-    if whole <= done or abs(whole - ratio) > min(slack, LARGEST_SLACK):
+    if end <= first or abs(end - ratio) > min(slack, LARGEST_SLACK):
         raise ValueError(
-            f"until must be a whole number of steps after t = {t0 + done * step!r}, where the run "
+            f"until must be a whole number of steps after t = {t0 + first * step!r}, where the run "
             f"ends; received {until!r} with step {step!r}. Choose {t0!r} + n * {step!r}."
         )
-    return whole - done
+    return end - first
 
 
 def check_memory(requests: Sequence[RunRequest]) -> None:

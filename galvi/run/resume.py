@@ -92,14 +92,16 @@ def resume(
         )
     problem, method, step = run.origin or run.problem, run.method, cast(float, run.step)
     start = cast(Checkpoint, run.checkpoint)
-    asked = run.asked if events is None else events
+    wanted_events = run.asked if events is None else events
     if save_every is not None:
         start = replace(start, save_every=input_checks.whole("save_every", save_every))
     if curves is not None:
         start = replace(start, curves=input_checks.flag("curves", curves))
     trace_anew(problem)
     if method.clock is not None:
-        return _resumed_in_clock(run, problem, start, steps, duration, until, asked, progress)
+        return _resumed_in_clock(
+            run, problem, start, steps, duration, until, wanted_events, progress
+        )
     if until is None:
         total = number_of_steps(step, steps, duration)
     elif steps is None and duration is None:
@@ -108,7 +110,7 @@ def resume(
         raise ValueError("give one of steps, duration and until; received until and another.")
     request = RunRequest(problem, method, step, total, start, continues=run)
     check_memory([request])
-    return prepared(request, asked)(progress=progress)
+    return prepared(request, wanted_events)(progress=progress)
 
 
 def _continuation(run: Trajectory) -> Checkpoint | None:
@@ -156,17 +158,17 @@ def _with_controls(
     system = problem.system.with_numbers(ctrl=ctrl)
     if beyond := system.beyond_limits(run.q[-1], run.v[-1], 0.0):
         raise ValueError(f"{beyond} at the run's end. Choose other controls.")
-    here = problem.moved(run.q[-1], run.v[-1], float(run.t[-1]), system)
-    vars(here)["p0"] = run.p[-1]
+    moved = problem.moved(run.q[-1], run.v[-1], float(run.t[-1]), system)
+    vars(moved)["p0"] = run.p[-1]
     begin = from_start(
         start.solver,
         start.tolerance,
         start.save_every if save_every is None else input_checks.whole("save_every", save_every),
         start.curves if curves is None else input_checks.flag("curves", curves),
     )
-    more = RunRequest(here, method, step, number_of_steps(step, steps, duration), begin)
-    check_memory([more])
-    return prepared(more)(progress=progress)
+    request = RunRequest(moved, method, step, number_of_steps(step, steps, duration), begin)
+    check_memory([request])
+    return prepared(request)(progress=progress)
 
 
 def _resumed_in_clock(
@@ -176,7 +178,7 @@ def _resumed_in_clock(
     steps: int | None,
     duration: float | None,
     until: float | None,
-    asked: Any,
+    events: Any,
     progress: bool | None,
 ) -> Trajectory:
     """`resume` with a clock: from the last grid point, which the last shortened step left alone."""
@@ -186,7 +188,7 @@ def _resumed_in_clock(
         raise ValueError("give one of duration and until; received both.")
     if steps is None and duration is None and until is None:
         raise ValueError("give steps, duration or until; received none.")
-    most = None if steps is None else input_checks.whole("steps", steps)
+    most_steps = None if steps is None else input_checks.whole("steps", steps)
     time = None
     if duration is not None:
         time = time_after(t, duration, h)
@@ -196,5 +198,5 @@ def _resumed_in_clock(
             raise ValueError(
                 f"until must be after t = {t!r}, where the run ends; received {until!r}."
             )
-    request = RunRequest(problem, run.method, h, most, start, time, run)
-    return prepared(request, asked)(progress=progress)
+    request = RunRequest(problem, run.method, h, most_steps, start, time, run)
+    return prepared(request, events)(progress=progress)

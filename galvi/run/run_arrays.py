@@ -59,7 +59,7 @@ class RunArrays(NamedTuple):
         (steps, r), (steps, d, m) of the curves; no rows if not kept
     watch
         every 2^watch-th step since the problem's start is watched
-    seen : array, shape (watched + 1, r + d)
+    watched_states : array, shape (watched + 1, r + d)
         as saved_q and saved_moving, of the watched steps, and room for the last; for a Lagrangian
         (watched + 1, r + d + d s), with the stages
     passage
@@ -77,7 +77,7 @@ class RunArrays(NamedTuple):
     bases: Array
     coefficients: Array
     watch: int
-    seen: Array
+    watched_states: Array
     passage: Array
 
     @classmethod
@@ -115,7 +115,7 @@ class RunArrays(NamedTuple):
         solver_state[DONE] = 0
         rows = steps if start.keeps_curves else 0
         watch = watched_steps(steps) if watched else UNWATCHED
-        seen = ((start.first + steps) >> watch) - (start.first >> watch) + watched
+        watched_count = ((start.first + steps) >> watch) - (start.first >> watch) + watched
         stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
         passage = passage_record(problem, start.passage)
         return cls(
@@ -130,12 +130,12 @@ class RunArrays(NamedTuple):
             np.full((rows, curve_size[0]), np.nan),
             np.full((rows, curve_size[1], m), np.nan),
             watch,
-            np.full((seen, r + d + stages), np.nan),
+            np.full((watched_count, r + d + stages), np.nan),
             passage,
         )
 
     @property
-    def done(self) -> int:
+    def steps_done(self) -> int:
         """Steps done so far."""
         return int(self.solver_state[DONE])
 
@@ -148,15 +148,15 @@ class RunArrays(NamedTuple):
         """Count a step that ends at (q, v), as galvi.kernels.run_record does, without its curve."""
         start = request.checkpoint
         self.solver_state[DONE] += 1
-        row, rest = divmod(self.done, start.save_every)
-        if self.done == request.steps:
-            row, rest = len(self.saved_q) - 1, 0
-        if rest == 0:
+        row, remainder = divmod(self.steps_done, start.save_every)
+        if self.steps_done == request.steps:
+            row, remainder = len(self.saved_q) - 1, 0
+        if remainder == 0:
             self.saved_q[row], self.saved_moving[row] = q, v
-        number = start.first + self.done
+        number = start.first + self.steps_done
         row = (number >> self.watch) - (start.first >> self.watch) - 1
-        if number % (1 << self.watch) == 0 and row < len(self.seen):
-            self.seen[row, : q.size + v.size] = np.concatenate([q, v])
+        if number % (1 << self.watch) == 0 and row < len(self.watched_states):
+            self.watched_states[row, : q.size + v.size] = np.concatenate([q, v])
 
 
 def has_massless(problem: Problem) -> bool:
@@ -164,13 +164,13 @@ def has_massless(problem: Problem) -> bool:
     return isinstance(problem.system, NBody) and problem.system.has_massless
 
 
-def passage_record(problem: Problem, known: Array) -> Array:
-    """What notes the passages of point masses, see galvi.kernels.forces.passages, from the worst
-    one known, which may be empty; (0,) without point masses."""
+def passage_record(problem: Problem, passage: Array) -> Array:
+    """What notes the passages of point masses, see galvi.kernels.forces.passages, from the
+    worst one of earlier steps, which may be empty; (0,) without point masses."""
     system = problem.system
     if not isinstance(system, NBody) or system.masses.size < 2:
         return np.zeros(0)
-    worst = known if known.size else np.zeros(FOUND)
+    worst = passage if passage.size else np.zeros(FOUND)
     return np.array([*worst, problem.q0.shape[1], *(system.G * system.masses)])
 
 
@@ -189,8 +189,10 @@ def run_plan(
         work.watch,
     )
     progress = Progress(work.state, work.stages, work.solver_state, work.counts, work.passage)
-    kept = Recording(work.saved_q, work.saved_moving, work.bases, work.coefficients, work.seen)
-    return tuple(plan), tuple(progress), tuple(kept)
+    saved = Recording(
+        work.saved_q, work.saved_moving, work.bases, work.coefficients, work.watched_states
+    )
+    return tuple(plan), tuple(progress), tuple(saved)
 
 
 def watched_steps(steps: int) -> int:

@@ -30,7 +30,7 @@ VELOCITIES = 2  # the row of the state that has them
 def assess_run(formulation: Formulation, request: RunRequest, work: RunArrays) -> EnergyReport:
     """The report on a run so far; nothing of a system that does not conserve its energy."""
     problem, start = request.problem, request.checkpoint
-    if work.done == 0 or work.watch == UNWATCHED or not conserves_energy(problem.system):
+    if work.steps_done == 0 or work.watch == UNWATCHED or not conserves_energy(problem.system):
         return EnergyReport(energies=start.energies)
     samples = samples_of(formulation, request, work)
     report = assess_energy(
@@ -67,27 +67,27 @@ def saved_states(
 def watched_rows(formulation: Formulation, request: RunRequest, work: RunArrays) -> Array:
     """The watched rows, and the last state in the row after them."""
     first, r, d = request.checkpoint.first, request.problem.q0.size, request.problem.v0.size
-    last = first + work.done
+    last = first + work.steps_done
     n = (last >> work.watch) - (first >> work.watch)
     if n == 0 or last & ((1 << work.watch) - 1) != 0:
-        row = work.seen[n]
+        row = work.watched_states[n]
         row[:r], row[r : r + d] = work.state[0, :r], work.state[formulation.velocity_row, :d]
         if row.size > r + d:
             row[r + d :] = work.stages.ravel()
         n += 1
-    return work.seen[:n]
+    return work.watched_states[:n]
 
 
-def near_velocities(problem: Problem, method: Galerkin, seen: Array) -> Array:
+def near_velocities(problem: Problem, method: Galerkin, rows: Array) -> Array:
     """Velocities (n, d) of a Lagrangian at the ends of the steps, from those at the stages."""
     d = problem.v0.size
-    stages = seen[:, problem.q0.size + d :].reshape(len(seen), d, method.stages)
+    stages = rows[:, problem.q0.size + d :].reshape(len(rows), d, method.stages)
     return velocities_at_the_end(method.table, stages)
 
 
 def steps_of(start: Checkpoint, work: RunArrays) -> Any:
     """The numbers of the steps of ``watched_rows``, since the problem's start."""
-    last = start.first + work.done
+    last = start.first + work.steps_done
     begin, end = start.first >> work.watch, -(-last >> work.watch)
     return np.minimum(np.arange(begin + 1, end + 1) << work.watch, last)
 
@@ -98,15 +98,19 @@ def _kept_before(
     """The kept states between the last sample before step ``ruined`` and that one."""
     problem, start, steps = request.problem, request.checkpoint, samples.steps
     before = max([start.first, *steps[steps < ruined].tolist()])
-    kept = start.first + work.saved_steps
-    rows = np.flatnonzero((kept > before) & (kept <= min(ruined, start.first + work.done)))
+    numbers = start.first + work.saved_steps
+    rows = np.flatnonzero(
+        (numbers > before) & (numbers <= min(ruined, start.first + work.steps_done))
+    )
     states = states_of(
         formulation, problem, np.hstack([work.saved_q[rows], work.saved_moving[rows]])
     )
     if isinstance(problem.system, Lagrangian):
-        near = np.broadcast_to(samples.states.v[steps == ruined], (len(rows), problem.v0.size))
-        states = states._replace(v=near)
-    return Samples(kept[rows], states._replace(t=problem.t0 + kept[rows] * request.step))
+        velocities = np.broadcast_to(
+            samples.states.v[steps == ruined], (len(rows), problem.v0.size)
+        )
+        states = states._replace(v=velocities)
+    return Samples(numbers[rows], states._replace(t=problem.t0 + numbers[rows] * request.step))
 
 
 def states_of(formulation: Formulation, problem: Problem, rows: Array) -> States:

@@ -43,13 +43,13 @@ class SameFunctions:
         end = q[last].reshape(problem.q0.shape), v[last].reshape(problem.v0.shape), float(t[last])
         self.states = (problem.q0, problem.v0, problem.t0), end
         self.values = [_values(problem, clock, state) for state in self.states]
-        self.found: Traces | None = traces(problem.system) if traced else None
+        self.system_traces: Traces | None = traces(problem.system) if traced else None
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**vars(self), "found": None}
+        return {**vars(self), "system_traces": None}
 
     def __call__(self) -> None:
-        if self.found is not None and traces(self.problem.system) is self.found:
+        if self.system_traces is not None and traces(self.problem.system) is self.system_traces:
             return
         for state, values in zip(self.states, self.values, strict=True):
             now = _values(self.problem, self.clock, state)
@@ -67,22 +67,22 @@ def _values(problem: Problem, clock: Any, state: State) -> Array | None:
     """What the functions return at a state, (n,); None where there are none or they raise."""
     system: Any = problem.system
     q, v, t = state
-    found: list[Any] = []
+    values: list[Any] = []
     with np.errstate(all="ignore"):
         try:
             if isinstance(system, NBody):
-                found += [system.acceleration(q, t, v)] if system.forces else []
+                values += [system.acceleration(q, t, v)] if system.forces else []
             elif isinstance(system, Lagrangian):
-                found += [] if system.brings_slopes else [system.value(q, v, t)]
-                found += [system.slopes(*arguments(system, q, v, t))] if system.slopes else []
+                values += [] if system.brings_slopes else [system.value(q, v, t)]
+                values += [system.slopes(*arguments(system, q, v, t))] if system.slopes else []
             elif asks_functions(system) or getattr(system, "gradient", None) is not None:
-                given = getattr(system, "gradient", None) is not None
+                has_gradient = getattr(system, "gradient", None) is not None
                 slope, energy = system.potential_gradient, system.potential_energy
-                found += [slope(q, t) if given else energy(q[None], np.array([t]))]
+                values += [slope(q, t) if has_gradient else energy(q[None], np.array([t]))]
             if isinstance(clock, Clock):
-                found += [clock.rate(problem)(q.ravel())]
+                values += [clock.rate(problem)(q.ravel())]
             if callable(getattr(system, "force", None)):
-                found += [force_at(system, q, v, t)]
+                values += [force_at(system, q, v, t)]
         except Exception:  # a user's function may raise anything
             return None
-    return np.concatenate([np.ravel(x) for x in found]) if found else None
+    return np.concatenate([np.ravel(x) for x in values]) if values else None

@@ -112,8 +112,8 @@ class Reaching:
         ahead = np.flatnonzero(wanted != t)
         if ahead.size:
             guess = None if stages is None else stages[ahead]
-            given = q[ahead], v[ahead], self.sign * t[ahead], times[ahead]
-            q[ahead], p[ahead], v[ahead] = self._mended(self._reach(*given, guess), *given)
+            arguments = q[ahead], v[ahead], self.sign * t[ahead], times[ahead]
+            q[ahead], p[ahead], v[ahead] = self._mended(self._reach(*arguments, guess), *arguments)
             if stages is not None:
                 stages[ahead] = guess
         return q, p, v
@@ -136,18 +136,22 @@ class Reaching:
         framed, in_parts = _in_frame(run), run.counts.get("inertial_steps", 0) > 0
         if not (lost.any() or in_parts) or (run.curves is None and run.again is None):
             return q, p, v
-        near = run(times)
+        on_curves = run(times)
         if in_parts:
-            apart = np.abs(q - near).reshape(len(times), -1).max(axis=1)
-            lost |= ~(apart <= FAR_FROM_CURVE * np.abs(near).reshape(len(times), -1).max(axis=1))
+            deviation = np.abs(q - on_curves).reshape(len(times), -1).max(axis=1)
+            lost |= ~(
+                deviation <= FAR_FROM_CURVE * np.abs(on_curves).reshape(len(times), -1).max(axis=1)
+            )
         for k in np.flatnonzero(lost).tolist():
-            here = run.problem.moved(begin[k], speeds[k], float(since[k]))
-            there = _in_parts(here, float(times[k] - since[k])) if framed else None
-            if there is None:
+            moved = run.problem.moved(begin[k], speeds[k], float(since[k]))
+            state = _in_parts(moved, float(times[k] - since[k])) if framed else None
+            if state is None:
                 v[k] = run.velocity(times[k])
-                at = momentum_at(run.problem.system, near[k][None], v[k][None], times[k : k + 1])
-                there = near[k], at[0], v[k]
-            q[k], p[k], v[k] = there
+                at = momentum_at(
+                    run.problem.system, on_curves[k][None], v[k][None], times[k : k + 1]
+                )
+                state = on_curves[k], at[0], v[k]
+            q[k], p[k], v[k] = state
         return q, p, v
 
     @cached_property
@@ -171,9 +175,9 @@ def saved_velocities(run: Trajectory, rows: Any) -> Array:
     """The velocities of some saved states (k, ...)."""
     if run.velocities is not None:
         return run.velocities[rows]
-    some, each = np.unique(rows, return_inverse=True)  # each is sought from the one before
-    q, p, t, near = run.q[some], run.p[some], run.t[some], run.problem.v0
-    return velocity_at(run.problem.system, q, p, t, near)[each]
+    distinct, inverse = np.unique(rows, return_inverse=True)  # each is sought from the one before
+    q, p, t, guess = run.q[distinct], run.p[distinct], run.t[distinct], run.problem.v0
+    return velocity_at(run.problem.system, q, p, t, guess)[inverse]
 
 
 Reach = Callable[..., tuple[Array, Array, Array]]  # of q, v, t, times and stages, to q, p and v
@@ -182,10 +186,10 @@ Reach = Callable[..., tuple[Array, Array, Array]]  # of q, v, t, times and stage
 def _one_by_one(
     reach: Reach, q: Array, v: Array, t: Array, times: Array, stages: Array | None = None
 ) -> tuple[Array, Array, Array]:
-    found = zip(
-        *(reach(*one) for one in zip(q, v, t.tolist(), times.tolist(), strict=True)), strict=True
+    columns = zip(
+        *(reach(*row) for row in zip(q, v, t.tolist(), times.tolist(), strict=True)), strict=True
     )
-    q, p, v = (np.array(x) for x in found)
+    q, p, v = (np.array(x) for x in columns)
     return q, p, v
 
 
@@ -205,13 +209,13 @@ def _together(
     states[:, 0], states[:, 2] = q.reshape(n, -1), v.reshape(n, -1)
     if stages is None:
         stages = np.zeros((n, states.shape[2], run.method.stages))
-    whole = ((times - t) / step).astype(np.int64)
-    kernel(t, whole, times - (t + whole * step), states, stages, codes)
-    found = states[:, 0].reshape(q.shape), states[:, 2].reshape(v.shape)
-    p = momentum_at(run.problem.system, *found, times)
+    full_steps = ((times - t) / step).astype(np.int64)
+    kernel(t, full_steps, times - (t + full_steps * step), states, stages, codes)
+    ends = states[:, 0].reshape(q.shape), states[:, 2].reshape(v.shape)
+    p = momentum_at(run.problem.system, *ends, times)
     for k in np.flatnonzero(codes).tolist():
-        found[0][k], p[k], found[1][k] = reach(q[k], v[k], float(t[k]), float(times[k]))
-    return found[0], p, found[1]
+        ends[0][k], p[k], ends[1][k] = reach(q[k], v[k], float(t[k]), float(times[k]))
+    return ends[0], p, ends[1]
 
 
 def _reach_in_clock(run: Trajectory) -> Reach:
@@ -221,19 +225,19 @@ def _reach_in_clock(run: Trajectory) -> Reach:
     def reach(q: Array, v: Array, t: float, time: float) -> tuple[Array, Array, Array]:
         motion = fixed
         if run.restarts is not None:  # which have energies of their own
-            here = run.problem.moved(q, v, t)
-            motion = motion_in_clock(here, run.method, end.solver, end.tolerance)
+            moved = run.problem.moved(q, v, t)
+            motion = motion_in_clock(moved, run.method, end.solver, end.tolerance)
         state = replace(motion.at(q, v, t), curves=False)
         for parts in PARTS:
             request = RunRequest(run.problem, run.method, step / parts, None, state, time)
-            there = uninterrupted(run_steps(ClockStepper(request, motion), watched=False))
-            if there.t[-1] == time:
+            inner_run = uninterrupted(run_steps(ClockStepper(request, motion), watched=False))
+            if inner_run.t[-1] == time:
                 break
         else:
             return np.full_like(q, np.nan), np.full_like(v, np.nan), np.full_like(v, np.nan)
-        q, p = there.q[-1], there.p[-1]
-        if there.velocities is not None:
-            return q, p, there.velocities[-1]
+        q, p = inner_run.q[-1], inner_run.p[-1]
+        if inner_run.velocities is not None:
+            return q, p, inner_run.velocities[-1]
         return q, p, velocity_at(run.problem.system, q[None], p[None], time, v)[0]
 
     return reach
@@ -244,13 +248,13 @@ def _in_frame(run: Trajectory) -> bool:
     return cast(Galerkin, run.method).in_frame and isinstance(run.problem.system, NBody)
 
 
-def _in_parts(here: Problem, length: float) -> tuple[Array, Array, Array] | None:
+def _in_parts(start: Problem, length: float) -> tuple[Array, Array, Array] | None:
     """The state of point masses after a time, see `galvi.run.in_frame.inertial.in_parts`."""
-    work = in_parts(here, length)
+    work = in_parts(start, length)
     if work is None:
         return None
-    q, v = (work.state[row].reshape(here.q0.shape) for row in (0, 2))
-    return q, here.system.momentum(v), v
+    q, v = (work.state[row].reshape(start.q0.shape) for row in (0, 2))
+    return q, start.system.momentum(v), v
 
 
 def _reach_in_time(run: Trajectory) -> Reach:
@@ -258,12 +262,12 @@ def _reach_in_time(run: Trajectory) -> Reach:
 
     framed = _in_frame(run)
 
-    def done(q: Array, v: Array, t: float, h: float, n: int) -> tuple[Array, Array, Array]:
-        here = run.problem.moved(q, v, t)
+    def advanced(q: Array, v: Array, t: float, h: float, n: int) -> tuple[Array, Array, Array]:
+        moved = run.problem.moved(q, v, t)
         try:
             begin = from_start(end.solver, end.tolerance, n, curves=False)
-            there = unwatched(RunRequest(here, run.method, h, n, begin))
-            states = there.q[-1], there.p[-1], there.v[-1]
+            inner_run = unwatched(RunRequest(moved, run.method, h, n, begin))
+            states = inner_run.q[-1], inner_run.p[-1], inner_run.v[-1]
         except ValueError:  # of orbits that are not bound there
             if not framed:
                 raise
@@ -271,16 +275,16 @@ def _reach_in_time(run: Trajectory) -> Reach:
         return states
 
     def reach(q: Array, v: Array, t: float, time: float) -> tuple[Array, Array, Array]:
-        whole = int((time - t) / step)
-        rest = time - (t + whole * step)
-        if whole:
-            q, p, v = done(q, v, t, step, whole)
-            if rest == 0.0 or not np.all(np.isfinite(q)):  # or a step failed
+        full_steps = int((time - t) / step)
+        remainder = time - (t + full_steps * step)
+        if full_steps:
+            q, p, v = advanced(q, v, t, step, full_steps)
+            if remainder == 0.0 or not np.all(np.isfinite(q)):  # or a step failed
                 return q, p, v
-        there = done(q, v, t + whole * step, rest, 1)
-        if abs(rest) <= 2.0 * math.ulp(time) and not np.all(np.isfinite(there[0])):
+        state = advanced(q, v, t + full_steps * step, remainder, 1)
+        if abs(remainder) <= 2.0 * math.ulp(time) and not np.all(np.isfinite(state[0])):
             p = momentum_at(run.problem.system, q[None], v[None], np.array([t]))[0]
             return q, p, v  # a step of the last bit of time, which frames may fail to do
-        return there
+        return state
 
     return reach

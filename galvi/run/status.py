@@ -40,13 +40,13 @@ def outcome_of(
     """
     request, work = stepper.request, stepper.work
     problem, step, steps = request.problem, request.step, cast(int, request.steps)
-    if work.done < steps:
+    if work.steps_done < steps:
         end, reason = End.INTERRUPTED, ""
         if code != SOLVED:
             end, reason = End.STEP_FAILED, stepper.failure(code).removesuffix(".")
-        t = problem.t0 + (request.checkpoint.first + work.done) * step
+        t = problem.t0 + (request.checkpoint.first + work.steps_done) * step
         notes = notes_on_energy(report, request.checkpoint.first, lambda k: problem.t0 + k * step)
-        return Outcome(end, work.done + 1, t, reason, notes, steps)
+        return Outcome(end, work.steps_done + 1, t, reason, notes, steps)
     passage = encounters.unresolved_passage(problem, step, work.passage, request.method.in_frame)
     remedy = SMALLER_STEP
     if passage and encounters.asks_for_a_clock(problem, step, work.passage):

@@ -140,9 +140,9 @@ class Stepper:
         self._kernel, self._second_kernel = kernel, second_kernel
 
     @property
-    def done(self) -> int:
+    def steps_done(self) -> int:
         """Steps done so far."""
-        return self.work.done
+        return self.work.steps_done
 
     def begin(self, *, watched: bool = True) -> None:
         """Make the arrays; ``watched``: keep states by which the energy is assessed."""
@@ -181,7 +181,7 @@ class Stepper:
         """The current state of the run."""
         start, work = self.request.checkpoint, self.work
         state = work.state.copy(), work.stages.copy(), work.solver_state.copy()
-        return Checkpoint(start.first + work.done, *state, start.solver, start.tolerance)
+        return Checkpoint(start.first + work.steps_done, *state, start.solver, start.tolerance)
 
     @property
     def traced(self) -> bool:
@@ -214,7 +214,7 @@ class Stepper:
         """What was counted, by name."""
         *counted, pairs, left, in_lanes = self.work.counts.tolist()
         system: Any = self.request.problem.system
-        counts = {"steps": self.done, **dict(zip(COUNTED, counted, strict=True))}
+        counts = {"steps": self.steps_done, **dict(zip(COUNTED, counted, strict=True))}
         forces = counts["force_evaluations"]
         if isinstance(system, NBody):
             counts["pair_evaluations"] = forces * system.pairs + pairs
@@ -287,8 +287,8 @@ def solve_steps(
     stepper, code = first_offer(engines, request), 0
     stepper.begin(watched=False)
     steps = cast(int, request.steps)
-    while code == 0 and stepper.done < steps:
-        code = stepper.advance(steps - stepper.done)
+    while code == 0 and stepper.steps_done < steps:
+        code = stepper.advance(steps - stepper.steps_done)
         if code and retried:
             code = stepper.retry(engines, code)
     return stepper, code

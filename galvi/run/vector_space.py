@@ -102,7 +102,7 @@ TRIED = {
 
 @lru_cache(maxsize=32)
 def nystrom_start(problem: Problem, stages: int) -> State:
-    """The state's rows are q, its low part, v and its low part; no accelerations are known yet."""
+    """The state's rows are q, its low part, v and its low part; the stages are 0."""
     d = problem.q0.size
     state = np.zeros((4, d))
     state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
@@ -149,12 +149,15 @@ class VectorSpace:
         problem, method, step = request.problem, request.method, request.step
         if request.checkpoint.solver == "fixed_point":
             return None
-        t, shape = problem.t0 + (request.checkpoint.first + work.done) * step, problem.q0.shape
+        t, shape = (
+            problem.t0 + (request.checkpoint.first + work.steps_done) * step,
+            problem.q0.shape,
+        )
         q, _, v, _ = work.state
-        here = Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
+        moved = Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
         for parts in SUBSTEPS:
             begin = from_start("fixed_point", 1e-8)
-            fine, code = substeps(RunRequest(here, method, step / parts, parts, begin))
+            fine, code = substeps(RunRequest(moved, method, step / parts, parts, begin))
             work.counts[:2] += fine.work.counts[:2]
             if code == SOLVED:
                 times = t + method.table.c * step
@@ -173,15 +176,15 @@ class VectorSpace:
                 problem, problem.system, request.method.stages, request.step, work.state
             )
         if isinstance(problem.system, Canonical):
-            t = problem.t0 + (request.checkpoint.first + work.done) * request.step
+            t = problem.t0 + (request.checkpoint.first + work.steps_done) * request.step
             with np.errstate(all="ignore"):
                 noise = problem.system.noise_of_differences(work.state[0], t)
             if noise > NOISY_FORCE:
-                known = f"known to {noise:.1g} of itself" if noise < 1.0 else "not known"
+                accuracy = f"known to {noise:.1g} of itself" if noise < 1.0 else "not known"
                 return (
-                    f"the gradient of the potential is differenced, and {known} there, so that the "
-                    "stage equations cannot be solved. Give the potential's gradient, or write the "
-                    "potential so that its terms do not cancel."
+                    f"the gradient of the potential is differenced, and {accuracy} there, so that "
+                    "the stage equations cannot be solved. Give the potential's gradient, or write "
+                    "the potential so that its terms do not cancel."
                 )
         if code == NOT_FINITE:
             return (

@@ -72,7 +72,7 @@ def assess_work(
         does a run of one step again
     """
     so_far = request.checkpoint.energies
-    if work.done == 0 or work.watch == UNWATCHED:
+    if work.steps_done == 0 or work.watch == UNWATCHED:
         return EnergyReport(energies=so_far)
     with np.errstate(all="ignore"):
         try:
@@ -132,39 +132,41 @@ def _steps(
         curves = formulation.curves(
             problem, request.method, request.step, begin, work.bases, work.coefficients
         )
-        chosen = _some(work.done)
+        chosen = _some(work.steps_done)
         numbers, index = start.first + chosen, np.repeat(chosen, tau.size)
         shares = np.tile(tau, chosen.size)
         q, v = curves.places(index, shares), curves.velocities(index, shares)
         rows = np.hstack([work.saved_q, work.saved_moving])
         at_begin, at_end = (states_of(formulation, problem, rows[chosen + k]) for k in range(2))
     else:
-        known = np.append(start.first, steps_of(start, work)[:-1])
-        chosen = _some(known.size)
-        again = [_again(formulation, request, states, known, k, redo) for k in chosen.tolist()]
-        solved = [k for k, one in enumerate(again) if one.success and one.curves is not None]
-        numbers, runs = known[chosen[solved]], [again[k] for k in solved]
+        first_steps = np.append(start.first, steps_of(start, work)[:-1])
+        chosen = _some(first_steps.size)
+        again = [
+            _again(formulation, request, states, first_steps, k, redo) for k in chosen.tolist()
+        ]
+        solved = [k for k, run in enumerate(again) if run.success and run.curves is not None]
+        numbers, runs = first_steps[chosen[solved]], [again[k] for k in solved]
         if not runs:
             return _none(problem, tau.size)
         index = np.zeros(tau.size, dtype=np.intp)
         q, v = (
-            np.concatenate([getattr(one.curves, part)(index, tau) for one in runs])
+            np.concatenate([getattr(run.curves, part)(index, tau) for run in runs])
             for part in ("places", "velocities")
         )
         at_begin, at_end = (
             States(
-                np.stack([one.q[k] for one in runs]),
-                np.stack([one.p[k] for one in runs]),
-                np.stack([one.p[k].ravel() for one in runs]),
-                np.array([one.t[k] for one in runs]),
+                np.stack([run.q[k] for run in runs]),
+                np.stack([run.p[k] for run in runs]),
+                np.stack([run.p[k].ravel() for run in runs]),
+                np.array([run.t[k] for run in runs]),
             )
             for k in range(2)
         )
     n, times = len(numbers), problem.t0 + numbers * request.step
     v = v.reshape(n, tau.size, -1)
     begins, ends = (
-        side._replace(v=_velocities(problem, side, near, times))
-        for side, near in ((at_begin, v[:, 0]), (at_end, v[:, -1]))
+        side._replace(v=_velocities(problem, side, guess, times))
+        for side, guess in ((at_begin, v[:, 0]), (at_end, v[:, -1]))
     )
     return Steps(numbers + 1, times, begins, ends, q.reshape(n, tau.size, *problem.q0.shape), v)
 
@@ -185,37 +187,42 @@ def _none(problem: Problem, nodes: int) -> Steps:
 
 
 def _again(
-    formulation: Formulation, request: RunRequest, states: States, known: Any, k: int, redo: Redo
+    formulation: Formulation,
+    request: RunRequest,
+    states: States,
+    first_steps: Any,
+    k: int,
+    redo: Redo,
 ) -> Trajectory:
     """The step from a watched state."""
     q, v = states.q[k], states.v[k].reshape(request.problem.v0.shape)
-    t = request.problem.t0 + int(known[k]) * request.step
+    t = request.problem.t0 + int(first_steps[k]) * request.step
     return _one_step(formulation, request, request.problem.moved(q, v, t), request.step, True, redo)
 
 
 def _one_step(
     formulation: Formulation,
     request: RunRequest,
-    here: Problem,
+    problem: Problem,
     step: float,
     curves: bool,
     redo: Redo,
 ) -> Trajectory:
     start = from_start("auto", request.checkpoint.tolerance, curves=curves)
-    return redo(RunRequest(here, request.method, step, 1, start))
+    return redo(RunRequest(problem, request.method, step, 1, start))
 
 
-def _velocities(problem: Problem, states: States, near: Array, t: Array) -> Array:
+def _velocities(problem: Problem, states: States, guess: Array, t: Array) -> Array:
     """The velocities (n, d) of momenta, each near one."""
     system = problem.system
     if not isinstance(system, Lagrangian):
-        return system.velocity(states.p).reshape(near.shape)
+        return system.velocity(states.p).reshape(guess.shape)
     if isinstance(system, Multibody):
         pairs = zip(states.q, states.p, strict=True)
-        found = [np.linalg.solve(system.tree.mass(q), p) for q, p in pairs]
-        return np.array(found).reshape(near.shape)
-    rows = zip(states.q, states.p, t, near, strict=True)
-    return np.array([system.velocity(p, q, s, v) for q, p, s, v in rows]).reshape(near.shape)
+        velocities = [np.linalg.solve(system.tree.mass(q), p) for q, p in pairs]
+        return np.array(velocities).reshape(guess.shape)
+    rows = zip(states.q, states.p, t, guess, strict=True)
+    return np.array([system.velocity(p, q, s, v) for q, p, s, v in rows]).reshape(guess.shape)
 
 
 @lru_cache(maxsize=32)
@@ -238,14 +245,16 @@ def _watched(formulation: Formulation, request: RunRequest, work: RunArrays) -> 
         watched_rows(formulation, request, work),
         np.append(work.saved_q[0], work.saved_moving[0]),
     )
-    seen = states_of(formulation, problem, np.vstack([first, rows[:, : r + d]]))
+    states = states_of(formulation, problem, np.vstack([first, rows[:, : r + d]]))
     if not isinstance(problem.system, Lagrangian):
-        return seen
-    near = near_velocities(problem, request.method, rows)
-    v = problem.v0[None] if request.checkpoint.first == 0 else near[:1]
+        return states
+    end_velocities = near_velocities(problem, request.method, rows)
+    v = problem.v0[None] if request.checkpoint.first == 0 else end_velocities[:1]
     if request.checkpoint.first > 0:
-        v = _velocities(problem, States(*(part[:1] for part in seen)), near[:1], seen.t[:1])
-    return seen._replace(v=np.vstack([v, near]))
+        v = _velocities(
+            problem, States(*(part[:1] for part in states)), end_velocities[:1], states.t[:1]
+        )
+    return states._replace(v=np.vstack([v, end_velocities]))
 
 
 def _changes(
@@ -258,14 +267,14 @@ def _changes(
     times = steps.t[:, None] + 0.5 * (nodes + 1.0) * request.step
     flat = steps.q.reshape(-1, *request.problem.q0.shape), steps.v.reshape(times.size, -1)
     powers = _powers(request.problem, *flat, times.ravel()).reshape(times.shape)
-    done = powers @ (0.5 * request.step * weights)
+    work_done = powers @ (0.5 * request.step * weights)
     (T_0, V_0), (T_1, V_1) = (
         energies(request.problem, states, forces=True) for states in (steps.begins, steps.ends)
     )
     gained = T_1 + V_1 - T_0 - V_0
-    errors, helped = np.abs(gained - done), np.fmax(0.0, done * np.sign(gained))
+    errors, helped = np.abs(gained - work_done), np.fmax(0.0, work_done * np.sign(gained))
     beyond = np.minimum(errors, np.abs(gained) - helped)
-    sizes = np.fmax(np.maximum(np.abs(T_0), np.abs(T_1)), np.abs(done))
+    sizes = np.fmax(np.maximum(np.abs(T_0), np.abs(T_1)), np.abs(work_done))
     potentials = np.sort([V_0, V_1], axis=0)
     yield steps.numbers, _table(errors, np.where(beyond <= helped, 0.0, beyond), sizes, *potentials)
     if isinstance(request.problem.system, Multibody) and request.problem.system.is_damped_alone:
@@ -333,7 +342,7 @@ def unresolved_rate(
     exp(-h r). It is that of -v' / r, from a step that resolves it: 0 where v is w already, as
     behind a fast damper that has done its work.
     """
-    problem, found = request.problem, None
+    problem, worst = request.problem, None
     system: Any = problem.system
     largest = float(np.max(np.abs(energies(problem, states)[0])))
     fastest = np.max(np.abs(states.v), axis=0)
@@ -345,20 +354,20 @@ def unresolved_rate(
         if not fast.any():
             continue
         rate = float(rates[np.argmax(np.abs(rates))])
-        here, short = problem.moved(q, v, t), math.copysign(SHORT / rate, request.step)
-        after = _one_step(formulation, request, here, short, False, redo)
-        there = velocity_at(system, after.q[-1], after.p[-1], t, v.ravel())
-        parts = np.linalg.solve(modes, np.ravel(v - there) / short)
+        moved, short = problem.moved(q, v, t), math.copysign(SHORT / rate, request.step)
+        after = _one_step(formulation, request, moved, short, False, redo)
+        velocity_after = velocity_at(system, after.q[-1], after.p[-1], t, v.ravel())
+        parts = np.linalg.solve(modes, np.ravel(v - velocity_after) / short)
         left = [
             growth(request.method.table, request.step * r) - math.exp(min(-request.step * r, 700.0))
             for r in rates[fast]
         ]
         error = np.real(modes[:, fast] @ (left * parts[fast] / rates[fast]))
-        alone = np.sqrt(2.0 * largest / np.diag(mass_matrix(problem, q, v, t)))
-        share = float(np.max(np.abs(error) / np.maximum(fastest, REST_SHARE * alone)))
-        if share > TOLERATED and (found is None or share > found.share):
-            found = Unresolved(rate, share, int(steps.numbers[k]))
-    return found
+        largest_speeds = np.sqrt(2.0 * largest / np.diag(mass_matrix(problem, q, v, t)))
+        share = float(np.max(np.abs(error) / np.maximum(fastest, REST_SHARE * largest_speeds)))
+        if share > TOLERATED and (worst is None or share > worst.share):
+            worst = Unresolved(rate, share, int(steps.numbers[k]))
+    return worst
 
 
 def damping_rates(problem: Problem, q: Array, v: Array, t: float) -> tuple[Array, Array]:

@@ -199,7 +199,7 @@ def test_a_curve_is_done_again_up_to_an_end_on_a_state_that_is_known(
     grid = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, 8)
     end = float(grid.t[-1])
     run = galvi.integrate(KEPLER, method(4, CIRCLES), 0.3, duration=end, save_every=8)
-    assert run.again is not None and [checkpoint.first for checkpoint in run.again.known] == [
+    assert run.again is not None and [checkpoint.first for checkpoint in run.again.checkpoints] == [
         0,
         4,
         8,
@@ -217,9 +217,9 @@ def test_a_shortened_step_whose_time_is_only_met_roughly_is_said(ulps: int, met:
 
     def advance(*call: Any) -> Any:
         advanced = motion.advance(*call)
-        times = np.zeros_like(advanced.taken.t)
-        times[:, 0] = grain * np.round(advanced.taken.t.sum(axis=1) / grain)
-        return advanced._replace(taken=advanced.taken._replace(t=times))
+        times = np.zeros_like(advanced.steps.t)
+        times[:, 0] = grain * np.round(advanced.steps.t.sum(axis=1) / grain)
+        return advanced._replace(steps=advanced.steps._replace(t=times))
 
     start = motion.at(KEPLER.q0, KEPLER.v0, KEPLER.t0)
     time = grain * (round(0.3 / grain) + 0.5)

@@ -98,7 +98,7 @@ def test_one_ruined_state_is_seen_wherever_it_is(size, monkeypatch):
     record = ClockStepper._record
 
     def shifted(loop, steps, keep):
-        numbers = loop.done + 1 + np.arange(len(steps.t))
+        numbers = loop.steps_done + 1 + np.arange(len(steps.t))
         off = size * 0.5 * (KEPLER.v0 @ KEPLER.v0) * (numbers >= 5)
         record(loop, steps._replace(energy=steps.energy + off), keep)
 

@@ -127,7 +127,7 @@ def test_a_run_is_saved_loaded_and_resumed_with_its_states(case: str, tmp_path: 
     galvi.save(run, tmp_path / "run")
     loaded = galvi.load(tmp_path / "run")
     assert np.array_equal(loaded.q, run.q) and loaded.outcome == run.outcome
-    for state in (run.checkpoint, *getattr(run.again, "known", ())):
+    for state in (run.checkpoint, *getattr(run.again, "checkpoints", ())):
         assert state.state.size and state.stages.size and state.solver_state.size
     if run.curves is None and run.again is not None:
         assert np.array_equal(loaded(run.t[-1] * 0.9), run(run.t[-1] * 0.9))

@@ -113,7 +113,7 @@ def test_the_derivative_of_a_step_is_exact_and_symplectic(
     exact = galvi.step_derivative(problem, used, h)
     assert galvi.symplecticity_defect(problem, used, h) < 1e-14  # 1e-16
     if "K" in case:
-        clock = kepler_frame._clock(frame._found(problem), h)
+        clock = kepler_frame._clock(frame._hierarchy(problem), h)
         monkeypatch.setattr(kepler_frame, "_clock", lambda layout, step: clock)
 
     def end(x: Any) -> Any:

@@ -29,7 +29,7 @@ def judgements(monkeypatch):
     steps_assessed, assess_run = [], loop.assess_run
 
     def counted(engine, run, work):
-        steps_assessed.append(work.done)
+        steps_assessed.append(work.steps_done)
         time.sleep(0.005)  # in which another thread may ask
         return assess_run(engine, run, work)
 

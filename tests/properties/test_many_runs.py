@@ -261,11 +261,11 @@ class Steps:
     """A stepper of which only the number of steps done is real."""
 
     def __init__(self, at_a_time: int = 10**9) -> None:
-        self.done, self.at_a_time, self.asked = 0, at_a_time, list[int]()
+        self.steps_done, self.at_a_time, self.asked = 0, at_a_time, list[int]()
 
     def advance(self, n: int) -> int:
         self.asked.append(n)
-        self.done += min(n, self.at_a_time)
+        self.steps_done += min(n, self.at_a_time)
         return 0
 
 
@@ -278,13 +278,15 @@ def test_a_kernel_that_hands_over_every_step_is_not_asked_for_ever_more(at_a_tim
     """Newton's steps come one a call: 500 of them must not make the next call endless."""
     steps, total = Steps(at_a_time), 500 if at_a_time == 1 else 10**6
     assert batches.step_in_batches(steps, same, total, None) == 0
-    assert steps.done == total
+    assert steps.steps_done == total
     assert max(steps.asked) <= batches.BATCH_GROWTH * min(at_a_time, total)
 
 
 def test_a_note_is_made_after_every_so_many_steps_but_the_last() -> None:
     steps, notes = Steps(), list[int]()
-    batches.step_in_batches(steps, same, 35, None, apart=7, note=lambda: notes.append(steps.done))
+    batches.step_in_batches(
+        steps, same, 35, None, note_every=7, note=lambda: notes.append(steps.steps_done)
+    )
     assert notes == [7, 14, 21, 28]
 
 

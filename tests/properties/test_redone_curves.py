@@ -31,7 +31,7 @@ def test_a_curve_that_was_not_kept_is_the_same_to_the_bit(name, tmp_path, monkey
         galvi.integrate(problem, method, h, 200, **options)
         for options in ({}, {"save_every": 70}, {"curves": False})
     )
-    assert [checkpoint.first for checkpoint in thin.again.known] == [0, 64, 128, 192]
+    assert [checkpoint.first for checkpoint in thin.again.checkpoints] == [0, 64, 128, 192]
     joints = h * np.array([0, 1, 63, 64, 65, 128, 199, 200])
     times = np.append(joints, h * np.random.default_rng(3).uniform(0.0, 200.0, 12))
     galvi.save(thin, tmp_path / "thin.npz")
@@ -63,8 +63,8 @@ def test_states_are_few_in_a_long_run():
     run = galvi.integrate(
         galvi.problems.harmonic_oscillator(), gauss(2), 0.1, 10**6, save_every=10**6
     )
-    gaps = np.diff([checkpoint.first for checkpoint in run.again.known])
-    assert len(run.again.known) <= loop.MOST_KNOWN + 1 and set(gaps) == {1954}
+    gaps = np.diff([checkpoint.first for checkpoint in run.again.checkpoints])
+    assert len(run.again.checkpoints) <= loop.MOST_CHECKPOINTS + 1 and set(gaps) == {1954}
 
 
 STIFFNESS = 1.0
@@ -184,4 +184,4 @@ def test_a_bound_of_steps_that_is_never_reached_does_not_thin_out_the_known_stat
         )
         for steps in (10**8, None)
     )
-    assert len(bounded.again.known) == len(free.again.known) > 1
+    assert len(bounded.again.checkpoints) == len(free.again.checkpoints) > 1

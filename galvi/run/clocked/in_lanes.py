@@ -22,7 +22,7 @@ from galvi.lanes.vectors import lanes_for
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss
-from galvi.run.clocked.motion import Advanced, Motion, Taken
+from galvi.run.clocked.motion import Advanced, ClockSteps, Motion
 from galvi.run.in_lanes.tables import aligned, stages_in_lanes, with_low_part
 from galvi.run.request import ROUND_OFF
 from galvi.run.stepper import Declined
@@ -87,21 +87,21 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
 
     def advance(state: Checkpoint, h: float, n: int, time: float | None, keep: bool) -> Advanced:
         q, stages, clock = state.state.copy(), state.stages.copy(), state.clock.copy()
-        solver_state, done = state.solver_state.copy(), np.zeros(2, dtype=np.int64)
+        solver_state, steps_and_passes = state.solver_state.copy(), np.zeros(2, dtype=np.int64)
         shapes = (n, d), (n, d), (n, 2), (n if keep else 0, d, m), (n, s)
-        kept: list[Any] = [np.empty(shape) for shape in shapes]
+        records: list[Any] = [np.empty(shape) for shape in shapes]
         code = int(kernel(
             form, (*masses, mean), clock_tables(method.table, h, lanes), n,
             np.nan if time is None else time, CLOCK_TOLERANCE, CLOCK_ROUNDING, q, stages,
-            solver_state, clock, tuple(aligned(*scratch)), done, tuple(kept),
+            solver_state, clock, tuple(aligned(*scratch)), steps_and_passes, tuple(records),
         ))  # fmt: skip
-        places, v, t, coefficients, rates = (array[: done[0]] for array in kept)
+        places, v, t, coefficients, rates = (array[: steps_and_passes[0]] for array in records)
         p = system.momentum(v.reshape(-1, *shape)).reshape(-1, d)
-        number = state.first + np.arange(1.0, done[0] + 1.0)
-        counts = done[1] * np.array([1.0, s, 0.0, 0.0])
-        taken = Taken(places, p, v, t, coefficients, rates, counts, number)
+        number = state.first + np.arange(1.0, steps_and_passes[0] + 1.0)
+        counts = steps_and_passes[1] * np.array([1.0, s, 0.0, 0.0])
+        steps = ClockSteps(places, p, v, t, coefficients, rates, counts, number)
         after = Checkpoint(
-            state.first + int(done[0]),
+            state.first + int(steps_and_passes[0]),
             q,
             stages,
             solver_state,
@@ -109,27 +109,27 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
             state.tolerance,
             clock=clock,
         )
-        return Advanced(taken, after, code, FAILURES.get(code, "") if code else "")
+        return Advanced(steps, after, code, FAILURES.get(code, "") if code else "")
 
-    def each(states: list[Checkpoint], lengths: Array) -> tuple[Array, Array, Array, Any]:
-        found, t, codes = np.empty((2, len(states), d)), np.empty((len(states), 2)), []
+    def single_steps(states: list[Checkpoint], lengths: Array) -> tuple[Array, Array, Array, Any]:
+        ends, t, codes = np.empty((2, len(states), d)), np.empty((len(states), 2)), []
         none, used, rates = np.zeros((0, d, m)), tuple(aligned(*scratch)), np.empty((1, s))
         for k, (begin, h) in enumerate(zip(states, lengths.tolist(), strict=True)):
             begun = begin.state.copy(), begin.stages.copy(), begin.solver_state.copy()
-            kept = found[0, k : k + 1], found[1, k : k + 1], t[k : k + 1], none, rates
+            record = ends[0, k : k + 1], ends[1, k : k + 1], t[k : k + 1], none, rates
             codes.append(kernel(
                 form, (*masses, mean), clock_tables(method.table, h, lanes), 1, np.nan,
                 CLOCK_TOLERANCE, CLOCK_ROUNDING, *begun, begin.clock.copy(), used,
-                np.zeros(2, dtype=np.int64), kept,
+                np.zeros(2, dtype=np.int64), record,
             ))  # fmt: skip
-        return found[0], found[1], t.sum(axis=1), np.array(codes)
+        return ends[0], ends[1], t.sum(axis=1), np.array(codes)
 
     def at(q: Array, v: Array, t: float) -> Checkpoint:
         state = np.zeros((4, d))
         state[0], state[2] = q.ravel(), v.ravel()
         total = start if energy is None else np.array([energy * system.G, 0.0])
-        told = as_moving(total, system.G * system.masses, v.reshape(shape), mean)
-        clock = np.concatenate([[t, 0.0], told])
+        clock_energy = as_moving(total, system.G * system.masses, v.reshape(shape), mean)
+        clock = np.concatenate([[t, 0.0], clock_energy])
         none = np.zeros((2 * d, s)), np.zeros(3, dtype=np.int64)
         return Checkpoint(0, state, *none, "auto", ROUND_OFF, clock=clock)
 
@@ -137,7 +137,7 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
     begin[0], begin[2] = problem.q0, problem.v0
     start = energy_of(masses, begin)
     rate = method.clock.rate(problem)
-    return Motion(advance, at, rate, IdentityChart(shape), REASON, each=each)
+    return Motion(advance, at, rate, IdentityChart(shape), REASON, single_steps=single_steps)
 
 
 def mean_velocity(system: NBody, v: Array) -> Array:
@@ -162,8 +162,8 @@ def masses_in_clock(system: NBody, dimension: int) -> tuple[Array, Any, Any, Arr
     pairs = np.stack([M[second], M[first], product, low, sums, turns], axis=1)
     turned = np.where(heavy, 1.0 / np.where(heavy, M, 1.0), 0.0)
     starts, seconds = np.searchsorted(first, np.arange(M.size + 1)), dimension * second
-    for whole in (seconds, starts):
-        whole.setflags(write=False)
+    for indices in (seconds, starts):
+        indices.setflags(write=False)
     terms, poles = system.acting.terms.copy(), system.acting.poles
     terms[:, WEIGHT] *= system.G
     bodies = read_only(np.stack([0.5 * M, turned]))
@@ -180,8 +180,8 @@ def energy_of(masses: tuple[Array, Any, Any, Array, Array, int], state: Array) -
         product, low = pairs.reshape(-1, COLUMNS)[:, PRODUCT : PRODUCT_LOW + 1].T
         squares = np.sum((q[first] - q[second]) ** 2, axis=1)
         pulls = (decimals(product) + decimals(low)) / [square.sqrt() for square in squares]
-        rest = decimals(pulls_of(terms, poles, state[0] + state[1])[1])
-        return with_low_part(np.sum(decimals(bodies[0]) @ v**2) - np.sum(pulls) + rest)
+        acting_energy = decimals(pulls_of(terms, poles, state[0] + state[1])[1])
+        return with_low_part(np.sum(decimals(bodies[0]) @ v**2) - np.sum(pulls) + acting_energy)
 
 
 def as_moving(energy: Array, M: Array, v: Array, mean: Array) -> Array:

@@ -1,4 +1,4 @@
-"""How a problem moves in a clock: `Motion`, and `Taken`, the steps that it did."""
+"""How a problem moves in a clock: `Motion`, and `ClockSteps`, the steps done."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from galvi.curves.curves import LocalChart
 NO_COUNTS = read_only(np.zeros(4))
 
 
-class Taken(NamedTuple):
+class ClockSteps(NamedTuple):
     """n steps in a clock.
 
     Attributes
@@ -50,19 +50,19 @@ class Taken(NamedTuple):
     number: Array
     energy: Array | None = None
 
-    def rows(self, rows: Any) -> Taken:
+    def rows(self, rows: Any) -> ClockSteps:
         """Some of the steps, without their curves."""
         v, energy = (None if x is None else x[rows] for x in (self.v, self.energy))
         arrays = {name: getattr(self, name)[rows] for name in ("q", "p", "t", "rates", "number")}
         none = self.coefficients[:0]
-        return Taken(**arrays, v=v, energy=energy, coefficients=none, counts=NO_COUNTS)
+        return ClockSteps(**arrays, v=v, energy=energy, coefficients=none, counts=NO_COUNTS)
 
 
-def joined(parts: Sequence[Taken]) -> Taken:
+def joined(parts: Sequence[ClockSteps]) -> ClockSteps:
     """Steps one after another."""
     arrays: Any = [None if x[0] is None else x for x in zip(*parts, strict=True)]
-    whole = Taken(*(x and np.concatenate(x) for x in arrays))
-    return whole._replace(counts=np.sum([part.counts for part in parts], axis=0))
+    steps = ClockSteps(*(x and np.concatenate(x) for x in arrays))
+    return steps._replace(counts=np.sum([part.counts for part in parts], axis=0))
 
 
 class Advanced(NamedTuple):
@@ -72,7 +72,7 @@ class Advanced(NamedTuple):
     why a step failed.
     """
 
-    taken: Taken
+    steps: ClockSteps
     after: Checkpoint
     code: int
     reason: str = ""
@@ -99,7 +99,7 @@ class Motion:
         of the Galerkin curves
     reason
         why it is done so, for `galvi.Trajectory.engine_reason`
-    each
+    single_steps
         (states, lengths (k,)) -> one step of its own length from each of k states: q, v (k, d),
         times and codes (k,); None: by ``advance``, one after another
     """
@@ -109,4 +109,4 @@ class Motion:
     rate: Rate
     chart: LocalChart
     reason: str
-    each: Callable[[list[Checkpoint], Array], tuple[Array, Array, Array, Any]] | None = None
+    single_steps: Callable[[list[Checkpoint], Array], tuple[Array, Array, Array, Any]] | None = None

@@ -24,7 +24,7 @@ from galvi.run.energy_assessment import EnergyReport, Samples, assess_energy
 from galvi.run.point_masses.encounters import (
     STEPS_PER_STATE_IN_A_CLOCK,
     MasslessError,
-    looked_at,
+    examined_states,
     massless_error,
     unresolved_passage,
 )
@@ -52,7 +52,7 @@ def energy_at_start(request: RunRequest) -> float:
     return total
 
 
-def told_energy(request: RunRequest) -> float | None:
+def prescribed_energy(request: RunRequest) -> float | None:
     """The energy that a request's clock is told; None: that of the start."""
     start = request.checkpoint
     return float(start.clock[2]) if start.clock.size and not start.state.size else None
@@ -63,8 +63,8 @@ def in_transformed_time(
 ) -> ClockStepper:
     """A stepper for any clock, whose steps are those of a problem in tau; ``energy`` is that at the
     problem's start."""
-    problem, method, told = request.problem, request.method, told_energy(request)
-    total = energy if told is None else told
+    problem, method, prescribed = request.problem, request.method, prescribed_energy(request)
+    total = energy if prescribed is None else prescribed
     settings = request.checkpoint.solver, request.checkpoint.tolerance
     motion = motion_in_transformed_time(problem, method, total, *settings)
     return ClockStepper(request, motion, engine, f"{motion.reason}, since {reason}")
@@ -79,7 +79,7 @@ def stepper_in_clock(request: RunRequest) -> ClockStepper | Declined:
     if start.solver == "newton" or start.tolerance != ROUND_OFF:
         settings = "the clock's lanes iterate to round-off, and other settings were asked for"
         return in_transformed_time(request, CLOCK.name, settings, energy)
-    motion = motion_in_lanes(request.problem, method, told_energy(request))
+    motion = motion_in_lanes(request.problem, method, prescribed_energy(request))
     if isinstance(motion, Declined):
         return in_transformed_time(request, CLOCK.name, motion.reason, energy)
     return ClockStepper(request, motion, CLOCK.name, motion.reason)
@@ -91,7 +91,7 @@ CLOCK = Engine("clock", stepper_in_clock)
 def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
     """How the run of a stepper ended."""
     problem, start, notes = stepper.problem, stepper.first_state, []
-    steps, step, t = stepper.request.steps, stepper.done + 1, float(run.t[-1])
+    steps, step, t = stepper.request.steps, stepper.steps_done + 1, float(run.t[-1])
     report, on_energy = EnergyReport(energies=start.energies), tuple[str, ...]()
     with np.errstate(all="ignore"):
         samples = _samples(stepper)
@@ -104,12 +104,12 @@ def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
     if stepper.failure_reason:
         reason = stepper.failure_reason.removesuffix(".")
         outcome = Outcome(End.STEP_FAILED, step, t, reason, on_energy, steps)
-        if start.first + stepper.done == 0:
+        if start.first + stepper.steps_done == 0:
             notes.append(f"Note that {units_of_steps(stepper.problem, stepper.method.clock)}.")
     elif run.interrupted:
         outcome = Outcome(End.INTERRUPTED, step, t, notes=on_energy, steps=steps)
     elif stepper.time is not None and not stepper.reached:
-        outcome = at_step_limit(stepper.done, t, cast(int, steps), stepper.time)
+        outcome = at_step_limit(stepper.steps_done, t, cast(int, steps), stepper.time)
         outcome = replace(outcome, notes=on_energy)
     else:
         outcome = completed(
@@ -122,8 +122,8 @@ def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
     if isinstance(run.curves, ClockCurves) and (back := run.curves.steps_backwards()).size:
         begin = run.curves.times[back[0]]
         notes.append(f"The time does not grow along the step from t = {begin:.10g}: {TOO_LONG}.")
-    if isinstance(problem.system, NBody) and stepper.seen and not stepper.failure_reason:
-        q = np.concatenate([part.q for part in stepper.seen])
+    if isinstance(problem.system, NBody) and stepper.samples and not stepper.failure_reason:
+        q = np.concatenate([part.q for part in stepper.samples])
         notes.append(costly_pair(problem, q))
     outcome = replace(outcome, notes=(*outcome.notes, *filter(None, notes)))
     last = replace(
@@ -138,11 +138,11 @@ def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
     return Ending(outcome, last)
 
 
-def at_step_limit(done: int, t: float, steps: int, time: float) -> Outcome:
+def at_step_limit(steps_done: int, t: float, steps: int, time: float) -> Outcome:
     """The outcome of a run whose bound of ``steps`` steps was reached at t, before ``time``."""
     reason = f"the bound of {steps} steps was reached before t = {time:.10g}"
     remedy = "Give more steps, or a larger step"
-    return Outcome(End.STEP_LIMIT, done + 1, t, reason, steps=steps, remedy=remedy)
+    return Outcome(End.STEP_LIMIT, steps_done + 1, t, reason, steps=steps, remedy=remedy)
 
 
 def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | None:
@@ -152,7 +152,7 @@ def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | N
 
     last, shape = stepper.checkpoint, stepper.problem.q0.shape
     stages, solver_state = np.zeros_like(last.stages), np.zeros_like(last.solver_state)
-    rows = looked_at(len(run.t), stepper.done, STEPS_PER_STATE_IN_A_CLOCK, start=True)
+    rows = examined_states(len(run.t), stepper.steps_done, STEPS_PER_STATE_IN_A_CLOCK, start=True)
 
     def state_at(q: Array, v: Array, t: float) -> Checkpoint:
         state, clock = np.zeros_like(last.state), last.clock.copy()
@@ -166,7 +166,7 @@ def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | N
         lengths = np.full(len(q), -stepper.step / n)
         for _ in range(n):
             states = [state_at(*row) for row in zip(q, v, t, strict=True)]
-            q, v, t, codes = cast(Any, stepper.motion.each)(states, lengths)
+            q, v, t, codes = cast(Any, stepper.motion.single_steps)(states, lengths)
             q[codes != SOLVED] = np.nan
         return np.stack([q, v]).reshape(2, -1, *shape)
 
@@ -179,13 +179,13 @@ def _samples(stepper: ClockStepper) -> Samples | None:
     problem, last = stepper.problem, stepper.end if stepper.end is not None else stepper.last
     if last is None or not stepper.watched:
         return None
-    is_seen = stepper.end is None and stepper.done % stepper.stride == 0
-    taken = joined(stepper.seen if is_seen else [*stepper.seen, last.rows([0])])
-    n, t, v = len(taken.t), taken.t[:, 0], taken.v
-    q, p = taken.q.reshape(n, *problem.q0.shape), taken.p.reshape(n, *problem.v0.shape)
+    is_seen = stepper.end is None and stepper.steps_done % stepper.stride == 0
+    steps = joined(stepper.samples if is_seen else [*stepper.samples, last.rows([0])])
+    n, t, v = len(steps.t), steps.t[:, 0], steps.v
+    q, p = steps.q.reshape(n, *problem.q0.shape), steps.p.reshape(n, *problem.v0.shape)
     if v is None:
         try:
             v = velocity_at(problem.system, q, p, t, problem.v0).reshape(n, -1)
         except Exception:  # `assess_energy` seeks them one by one, and says where that is
             v = np.repeat(problem.v0.reshape(1, -1), n, axis=0)
-    return Samples(np.ceil(taken.number).astype(np.int64), States(q, p, v, t), taken.energy)
+    return Samples(np.ceil(steps.number).astype(np.int64), States(q, p, v, t), steps.energy)

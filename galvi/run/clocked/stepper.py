@@ -14,7 +14,7 @@ from galvi.curves.clock_curves import ClockCurves
 from galvi.kernels.forces.passages import compiled_note_states
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
-from galvi.run.clocked.motion import Advanced, Motion, Taken, joined
+from galvi.run.clocked.motion import Advanced, ClockSteps, Motion, joined
 from galvi.run.point_masses.pairs import closest_pair
 from galvi.run.request import ALWAYS_FREE, RunRequest, free_memory
 from galvi.run.run_arrays import COUNTED, has_massless, passage_record
@@ -46,10 +46,10 @@ class ClockStepper:
     ----------
     first_state
         that from which they begin; ``checkpoint`` is that after them
-    kept
+    recorded
         all steps, where curves are kept; else the states at every save_every-th one
-    seen
-        states to assess by, after every ``stride``-th step
+    samples
+        states by which the energy is assessed, after every ``stride``-th step
     last
         the last one
     failure_reason
@@ -93,13 +93,13 @@ class ClockStepper:
                 f"({self.engine_reason}). Resume it there, or make a problem of its end."
             )
         self.first_state = self.checkpoint = state
-        self.time, self.done, self.counts, self.bytes = self.request.until, 0, np.zeros(4), 0
+        self.time, self.steps_done, self.counts, self.bytes = self.request.until, 0, np.zeros(4), 0
         self.over, self.failure_reason = False, ""
-        self.kept: list[Taken] = []
-        self.seen: list[Taken] = []
+        self.recorded: list[ClockSteps] = []
+        self.samples: list[ClockSteps] = []
         self.stride, self.watched = 1, watched
-        self.last: Taken | None = None
-        self.end: Taken | None = None
+        self.last: ClockSteps | None = None
+        self.end: ClockSteps | None = None
         self.share = 1.0
         self.passage = passage_record(problem, state.passage)
 
@@ -115,87 +115,89 @@ class ClockStepper:
             n = min(
                 n, max(1, CHUNK_NUMBERS // (self.problem.v0.size * self.method.space.dimension))
             )
-        found = self.motion.advance(self.checkpoint, self.step, n, self.time, keep)
-        t = found.taken.t[:, 0]
+        advanced = self.motion.advance(self.checkpoint, self.step, n, self.time, keep)
+        t = advanced.steps.t[:, 0]
         dt = np.diff(t, prepend=self.checkpoint.clock[0])
         stuck = np.flatnonzero(np.abs(dt) < STANDS_STILL * np.spacing(np.abs(t)))
         with np.errstate(invalid="ignore"):
             lost = np.flatnonzero(
-                ~(np.all(found.taken.rates > 0.0, axis=1) & (dt * self.step > 0.0))
+                ~(np.all(advanced.steps.rates > 0.0, axis=1) & (dt * self.step > 0.0))
             )
         if stuck.size:
             self.failure_reason = _collision(
-                self.problem, found.taken.q[stuck[0]], float(t[stuck[0]])
+                self.problem, advanced.steps.q[stuck[0]], float(t[stuck[0]])
             )
-            found = self.motion.advance(self.checkpoint, self.step, int(stuck[0]) + 1, None, keep)
+            advanced = self.motion.advance(
+                self.checkpoint, self.step, int(stuck[0]) + 1, None, keep
+            )
         elif lost.size:
             n_good = int(lost[0])
             self.failure_reason = NOT_POSITIVE
-            found = (
+            advanced = (
                 self.motion.advance(self.checkpoint, self.step, n_good, None, keep)
                 if n_good
-                else Advanced(found.taken.rows([]), self.checkpoint, SOLVED)
+                else Advanced(advanced.steps.rows([]), self.checkpoint, SOLVED)
             )
-        self.note_passages(found.taken)
-        self._record(found.taken, keep)
-        self.checkpoint, self.over = found.after, self.over or bool(stuck.size + lost.size)
-        if found.code != SOLVED:
-            self.failure_reason = found.reason
-        elif len(found.taken.t) < n:
+        self.note_passages(advanced.steps)
+        self._record(advanced.steps, keep)
+        self.checkpoint, self.over = advanced.after, self.over or bool(stuck.size + lost.size)
+        if advanced.code != SOLVED:
+            self.failure_reason = advanced.reason
+        elif len(advanced.steps.t) < n:
             self.over = True
-        return found.code
+        return advanced.code
 
-    def note_passages(self, taken: Taken) -> None:
+    def note_passages(self, steps: ClockSteps) -> None:
         """Passages of two point masses that these steps do not resolve."""
-        if not self.passage.size or not len(taken.t):
+        if not self.passage.size or not len(steps.t):
             return
         d, system = self.problem.v0.size, cast(NBody, self.problem.system)
         begin = self.checkpoint.state[:, :d]
-        if taken.v is not None:
-            v = np.concatenate([begin[2:3], taken.v])
+        if steps.v is not None:
+            v = np.concatenate([begin[2:3], steps.v])
         else:  # the state has momenta in transformed time
-            p = np.concatenate([begin[1:2], taken.p])
+            p = np.concatenate([begin[1:2], steps.p])
             v = system.velocity(p.reshape(-1, *self.problem.v0.shape)).reshape(-1, d)
         compiled_note_states()(
             self.passage,
-            np.concatenate([begin[:1], taken.q]),
+            np.concatenate([begin[:1], steps.q]),
             v,
-            np.append(self.checkpoint.clock[:1], taken.t[:, 0]),
+            np.append(self.checkpoint.clock[:1], steps.t[:, 0]),
             self.method.space.dimension - 1,
         )
 
-    def _record(self, taken: Taken, keep: bool) -> None:
-        n = len(taken.t)
-        self.counts += taken.counts
+    def _record(self, steps: ClockSteps, keep: bool) -> None:
+        n = len(steps.t)
+        self.counts += steps.counts
         if n == 0:
             return
-        self.kept.append(taken if keep else taken.rows(self._is_saved(taken)))
-        self.last = taken.rows([-1])
+        self.recorded.append(steps if keep else steps.rows(self._is_saved(steps)))
+        self.last = steps.rows([-1])
         if self.watched:
-            self._see(taken)
-        self.bytes += sum(getattr(array, "nbytes", 0) for array in self.kept[-1])
+            self._see(steps)
+        self.bytes += sum(getattr(array, "nbytes", 0) for array in self.recorded[-1])
         if self.bytes > ALWAYS_FREE and self.bytes > 0.5 * (self.bytes + free_memory()):
             self.over, self.failure_reason = True, FULL
-        self.done += n
+        self.steps_done += n
 
     @property
     def first_length(self) -> float:
         """The time that a step takes at the problem's start, about."""
         return float(self.motion.rate(self.problem.q0.ravel())) * self.step
 
-    def _is_saved(self, taken: Taken) -> Any:
+    def _is_saved(self, steps: ClockSteps) -> Any:
         """Whether the states after some steps are saved, (n,)."""
-        return (taken.number - self.first_state.first) % self.first_state.save_every == 0
+        return (steps.number - self.first_state.first) % self.first_state.save_every == 0
 
-    def _see(self, taken: Taken) -> None:
+    def _see(self, steps: ClockSteps) -> None:
         """Keep the states after every 2^k-th step, at most ``SEEN``, whatever the portions."""
-        self.seen.append(self._every_so_many(taken))
-        while sum(len(part.t) for part in self.seen) > SEEN:
+        self.samples.append(self._every_so_many(steps))
+        while sum(len(part.t) for part in self.samples) > SEEN:
             self.stride *= 2
-            self.seen = [self._every_so_many(joined(self.seen))]
+            self.samples = [self._every_so_many(joined(self.samples))]
 
-    def _every_so_many(self, taken: Taken) -> Taken:
-        return taken.rows((taken.number - self.first_state.first) % self.stride == 0)
+    def _every_so_many(self, steps: ClockSteps) -> ClockSteps:
+        return steps.rows((steps.number - self.first_state.first) % self.stride == 0)
 
     @property
     def reached(self) -> bool:
@@ -215,7 +217,7 @@ class ClockStepper:
         if self.end is not None:
             self.note_passages(self.end)
 
-    def to_time(self) -> tuple[Taken | None, float]:
+    def to_time(self) -> tuple[ClockSteps | None, float]:
         """The shortened step from the last grid point to the time, by Newton's method for its share
         of a step; None where the grid point is there, or with a ``reason``."""
         t, low = self.checkpoint.clock[:2].tolist()
@@ -225,50 +227,50 @@ class ClockStepper:
             return None, 1.0
         q = self.checkpoint.state[0, : self.problem.q0.size]
         x, low_x, high_x = (min(1.0, wanted / (h * float(rate(q)))), 0.0, 2.0)
-        best: tuple[float, Taken | None, float] = (math.inf, None, 0.0)
+        best: tuple[float, ClockSteps | None, float] = (math.inf, None, 0.0)
         for _ in range(LAST_STEP_PASSES):
-            found = self.motion.advance(
+            advanced = self.motion.advance(
                 self.checkpoint, x * h, 1, None, self.first_state.keeps_curves
             )
-            self.counts += found.taken.counts
-            if found.code != SOLVED:
+            self.counts += advanced.steps.counts
+            if advanced.code != SOLVED:
                 high_x, x = x, 0.5 * (low_x + x)
                 continue
-            after = found.taken.t[0]
+            after = advanced.steps.t[0]
             off = wanted - ((after[0] - t) + (after[1] - low))
             if abs(off) >= best[0]:
                 break
-            best = abs(off), found.taken, x
+            best = abs(off), advanced.steps, x
             if abs(off) <= 0.25 * fine:
                 break
             low_x, high_x = (x, high_x) if off * h > 0.0 else (low_x, x)
-            new = x + off / (h * float(rate(found.taken.q[0])))
+            new = x + off / (h * float(rate(advanced.steps.q[0])))
             x = new if low_x < new < high_x else 0.5 * (low_x + high_x)
         if not best[0] <= 64.0 * fine:
             self.failure_reason = "the step that ends there could not be solved. Use a smaller step"
             return None, 1.0
         number = np.array([self.checkpoint.first + best[2]])
-        return cast(Taken, best[1])._replace(number=number), best[2]
+        return cast(ClockSteps, best[1])._replace(number=number), best[2]
 
     @property
     def curves(self) -> ClockCurves | None:
         """The curves of all steps, the shortened one included; None where they were not kept."""
-        parts = self.kept + ([self.end] if self.end is not None else [])
+        parts = self.recorded + ([self.end] if self.end is not None else [])
         if not parts or not self.first_state.keeps_curves:
             return None
-        whole, first = joined(parts), self.first_state.state[0, : self.problem.q0.size]
-        times = np.concatenate([self.first_state.clock[:1], whole.t[:, 0]])
+        steps, first = joined(parts), self.first_state.state[0, : self.problem.q0.size]
+        times = np.concatenate([self.first_state.clock[:1], steps.t[:, 0]])
         if self.reached:
             times[-1] = self.time
-        bases = np.concatenate([first[None], whole.q[:-1]]).reshape(-1, *self.problem.q0.shape)
+        bases = np.concatenate([first[None], steps.q[:-1]]).reshape(-1, *self.problem.q0.shape)
         return ClockCurves(
             self.method,
             self.step,
             self.share * self.step,
             read_only(times),
             read_only(bases),
-            read_only(whole.coefficients),
-            read_only(whole.rates),
+            read_only(steps.coefficients),
+            read_only(steps.rates),
             self.motion.chart,
         )
 
@@ -280,13 +282,13 @@ class ClockStepper:
             tau = cast(Array, before.tau)
             first = before.t[-1], before.q[-1], before.p[-1], before.v[-1], tau[-1]
         columns = [np.array(x)[None] for x in first]
-        parts = [part.rows(self._is_saved(part)) for part in self.kept]
+        parts = [part.rows(self._is_saved(part)) for part in self.recorded]
         last = self.end if self.end is not None else self.last
         if last is not None:
-            saves_it = self.end is None and self.done % self.first_state.save_every == 0
-            whole = joined(parts if saves_it else [*parts, last.rows([0])])
-            v = whole.p if whole.v is None else whole.v
-            steps = whole.t[:, 0], whole.q, whole.p, v, whole.number * self.step
+            saves_it = self.end is None and self.steps_done % self.first_state.save_every == 0
+            saved = joined(parts if saves_it else [*parts, last.rows([0])])
+            v = saved.p if saved.v is None else saved.v
+            steps = saved.t[:, 0], saved.q, saved.p, v, saved.number * self.step
             columns = [
                 np.concatenate([x, rows.reshape(-1, *x.shape[1:])])
                 for x, rows in zip(columns, steps, strict=True)
@@ -298,7 +300,10 @@ class ClockStepper:
 
     def counted(self) -> dict[str, int]:
         """What was counted, by name."""
-        counts = {"steps": self.done, **dict(zip(COUNTED, map(int, self.counts), strict=True))}
+        counts = {
+            "steps": self.steps_done,
+            **dict(zip(COUNTED, map(int, self.counts), strict=True)),
+        }
         if isinstance(self.problem.system, NBody):
             counts["pair_evaluations"] = counts["force_evaluations"] * self.problem.system.pairs
         return counts
@@ -311,8 +316,9 @@ def _collision(problem: Problem, q: Array, t: float) -> str:
             f"for the next step. Shift t0 towards 0"
         )
     if isinstance(problem.system, NBody):
-        one, other = closest_pair(problem, q)
+        first, second = closest_pair(problem, q)
         return (
-            f"time stands still: bodies {one} and {other} collide. Stop before then, or merge them"
+            f"time stands still: bodies {first} and {second} collide. Stop before then, "
+            f"or merge them"
         )
     return "time stands still: the clock tends to 0, as at a collision. Stop before then"

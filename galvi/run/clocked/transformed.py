@@ -39,7 +39,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss, lobatto
 from galvi.run.clocked.lagrangians import lagrangian_of
-from galvi.run.clocked.motion import NO_COUNTS, Advanced, Motion, Taken, joined
+from galvi.run.clocked.motion import NO_COUNTS, Advanced, ClockSteps, Motion, joined
 from galvi.run.energies import has_no_force
 from galvi.run.equal_steps import EQUAL_STEPS
 from galvi.run.general import inertial_formulation
@@ -200,8 +200,8 @@ class TransformedTime:
         constant = isinstance(problem.system, Canonical | NBody)
         iterates = constant and method.rule == gauss(method.stages)
         if not self.driven:
-            asked = RunRequest(self.inner, self.plain, 1.0, 1, from_start("fixed_point"))
-            iterates = any(not isinstance(x.offer(asked), Declined) for x in EQUAL_STEPS)
+            request = RunRequest(self.inner, self.plain, 1.0, 1, from_start("fixed_point"))
+            iterates = any(not isinstance(x.offer(request), Declined) for x in EQUAL_STEPS)
         if solver == "fixed_point" and not iterates:
             raise ValueError(_no_fixed_point(problem, method, self.driven))
         in_lanes = not self.driven and iterates
@@ -216,8 +216,8 @@ class TransformedTime:
             energy = float(self.in_tau.base.energy(q, v.ravel(), t))
             self.stages.set(np.outer([t, energy], np.ones(self.table.c.size)), 1.0)
         u = self.rate(q.ravel()) * v.ravel()
-        here = Problem(self.inner.system, q, u, self.inner.t0)
-        start = self.formulation.initial_state(here, self.plain)
+        moved = Problem(self.inner.system, q, u, self.inner.t0)
+        start = self.formulation.initial_state(moved, self.plain)
         clock = np.array([t, 0.0, energy, 0.0])
         return Checkpoint(0, *start, self.solver, self.tolerance, clock=clock)
 
@@ -230,18 +230,18 @@ class TransformedTime:
         (m, s), r, d = self.table.C.shape, self.problem.q0.size, self.problem.v0.size
         q, p, t, curves, rates = (np.zeros((0, *x)) for x in ((r,), (d,), (2,), (d, m), (s,)))
         none = np.zeros(0)
-        steps, reason = [Taken(q, p, None, t, curves, rates, NO_COUNTS, none, none)], ""
+        steps, reason = [ClockSteps(q, p, None, t, curves, rates, NO_COUNTS, none, none)], ""
         for _ in range(n):
-            step = self._by_passes(state, h) if self.at_once else UNSETTLED
-            if isinstance(step, str) and self.solver != "fixed_point":
-                step = self._by_kernel(state, h)
-            if isinstance(step, str):
-                reason = step
+            advanced = self._by_passes(state, h) if self.at_once else UNSETTLED
+            if isinstance(advanced, str) and self.solver != "fixed_point":
+                advanced = self._by_kernel(state, h)
+            if isinstance(advanced, str):
+                reason = advanced
                 break
-            if time is not None and (step.after.clock[0] - time) * h > 0.0:
+            if time is not None and (advanced.after.clock[0] - time) * h > 0.0:
                 break
-            steps.append(step.taken if keep else step.taken._replace(coefficients=curves))
-            state = step.after
+            steps.append(advanced.steps if keep else advanced.steps._replace(coefficients=curves))
+            state = advanced.after
         return Advanced(joined(steps), state, DIVERGED if reason else SOLVED, reason)
 
     def _block(
@@ -252,62 +252,62 @@ class TransformedTime:
         start = Checkpoint(0, *begin, self.solver, self.tolerance, curves=True)
         stepper, code = solve_steps(EQUAL_STEPS, RunRequest(self.inner, self.plain, h, n, start))
         work = stepper.work
-        coefficients = work.coefficients[: work.done]
-        curves, stages = self._curves(work.bases[: work.done], coefficients, h)
-        rates = self._rates(curves.places(*stages)).reshape(work.done, self.table.c.size)
+        coefficients = work.coefficients[: work.steps_done]
+        curves, stages = self._curves(work.bases[: work.steps_done], coefficients, h)
+        rates = self._rates(curves.places(*stages)).reshape(work.steps_done, self.table.c.size)
         # One after another: the bits of a product of matrices depend on their sizes.
         lengths = h * sum(b * g for b, g in zip(self.table.b, rates.T, strict=True))
         t = added(state.clock[:2], lengths)
         past = np.flatnonzero((t[:, 0] - time) * h > 0.0) if time is not None else np.zeros(0)
         if past.size and past[0]:
             return self._block(state, h, int(past[0]), None, keep)
-        done = 0 if past.size else work.done
-        taken = Taken(
-            work.saved_q[1 : done + 1],
-            work.saved_moving[1 : done + 1],
+        steps_done = 0 if past.size else work.steps_done
+        steps = ClockSteps(
+            work.saved_q[1 : steps_done + 1],
+            work.saved_moving[1 : steps_done + 1],
             None,
-            t[:done],
-            coefficients[: done if keep else 0],
-            rates[:done],
+            t[:steps_done],
+            coefficients[: steps_done if keep else 0],
+            rates[:steps_done],
             NO_COUNTS if past.size else work.counts[: len(COUNTED)].astype(np.float64),
-            state.first + np.arange(1.0, done + 1.0),
+            state.first + np.arange(1.0, steps_done + 1.0),
         )
         if past.size:
-            return Advanced(taken, state, SOLVED)
+            return Advanced(steps, state, SOLVED)
         after = replace(
             state,
-            first=state.first + done,
+            first=state.first + steps_done,
             state=read_only(work.state),
             stages=read_only(work.stages),
             solver_state=work.solver_state,
-            clock=np.append(t[-1] if done else state.clock[:2], state.clock[2:]),
+            clock=np.append(t[-1] if steps_done else state.clock[:2], state.clock[2:]),
         )
-        return Advanced(taken, after, code, stepper.failure(code) if code else "")
+        return Advanced(steps, after, code, stepper.failure(code) if code else "")
 
     def _by_kernel(self, state: Checkpoint, h: float) -> Advanced | str:
         """One step of a driven problem by passes over y = (t, E), in each of which the engine finds
         the curve; why there is none."""
-        q0, steps = state.state[:1, : self.problem.q0.size], []
+        q0, attempts = state.state[:1, : self.problem.q0.size], []
 
         def slopes(y: Array) -> tuple[Array, float]:
             self.stages.set(y.T, h)
-            steps.append(self._block(state, h, 1, None, True))
-            taken = steps[-1].taken
-            if steps[-1].reason:
+            attempts.append(self._block(state, h, 1, None, True))
+            step = attempts[-1].steps
+            if attempts[-1].reason:
                 return np.full(y.shape, np.nan), 0.0
-            curves, stages = self._curves(q0, taken.coefficients, h)
-            q, g = curves.places(*stages), taken.rates[0]
+            curves, stages = self._curves(q0, step.coefficients, h)
+            q, g = curves.places(*stages), step.rates[0]
             v = curves.velocities(*stages) / g[:, None]
-            return self._forces_and_rates(q, v, g, h)[1], float(taken.p[0] @ v[-1])
+            return self._forces_and_rates(q, v, g, h)[1], float(step.p[0] @ v[-1])
 
         guess = np.outer(np.ones(self.table.c.size), [self._rates(q0)[0], 0.0])
         end = self._collocated(slopes, state.clock.reshape(2, 2).T, guess, h)
-        taken, after, _, reason = steps[-1]
+        last, after, _, reason = attempts[-1]
         if end is None:
             return reason or UNSETTLED
-        clock, counts = end[0].T.ravel(), [step.taken.counts for step in steps]
-        taken = taken._replace(t=clock[None, :2], counts=np.sum(counts, axis=0), energy=clock[2:3])
-        return Advanced(taken, replace(after, clock=clock), SOLVED)
+        clock, counts = end[0].T.ravel(), [attempt.steps.counts for attempt in attempts]
+        last = last._replace(t=clock[None, :2], counts=np.sum(counts, axis=0), energy=clock[2:3])
+        return Advanced(last, replace(after, clock=clock), SOLVED)
 
     def _by_passes(self, state: Checkpoint, h: float) -> Advanced | str:
         """One step of a driven problem of constant mass by passes over all of y = (q, p, t, E); why
@@ -335,7 +335,7 @@ class TransformedTime:
             solver_state=solver_state,
             clock=y[:, -2:].T.ravel(),
         )
-        taken = Taken(
+        steps = ClockSteps(
             arrays[:1],
             arrays[1:2],
             None,
@@ -346,7 +346,7 @@ class TransformedTime:
             np.array([after.first]),
             after.clock[2:3],
         )
-        return Advanced(taken, after, SOLVED)
+        return Advanced(steps, after, SOLVED)
 
     def _slopes(self, h: float, y: Array) -> tuple[Array, float]:
         """y' (s, 2 d + 2) at the stages of a step of constant mass, and p . v at the last one."""
@@ -391,7 +391,7 @@ class TransformedTime:
             new, twice_kinetic = slopes(stages)
             size = (abs(start[-1]) + abs(twice_kinetic)) / abs(h)
             parts = (slice(d), 0.0), (slice(d, -2), 0.0), (-2, 0.0), (-1, size)
-            change = sum(relative_change(new[:, k], last[:, k], least) for k, least in parts)
+            change = sum(relative_change(new[:, k], last[:, k], floor) for k, floor in parts)
             code, last = decide(change, self.tolerance, history), new
             if code == SOLVED:
                 kick = low + h * (self.table.b @ new)
@@ -412,7 +412,7 @@ class TransformedTime:
         flat = q.reshape(-1, self.problem.q0.size)
         if self.vectorized:
             return np.asarray(self.rate(flat.T))
-        return np.array([float(self.rate(place)) for place in flat])
+        return np.array([float(self.rate(row)) for row in flat])
 
 
 def motion_in_transformed_time(

@@ -64,10 +64,10 @@ class Path:
             moves, u = moves & (np.abs(new - u) > SETTLED_ANOMALY * np.abs(new)), new
             if not moves.any():
                 break
-        place = np.clip((2.0 * u - u_0 - u_1) / (u_1 - u_0), -1.0, 1.0)
-        y = place
+        scaled_anomaly = np.clip((2.0 * u - u_0 - u_1) / (u_1 - u_0), -1.0, 1.0)
+        y = scaled_anomaly
         if self.stretch >= 1e-8:
-            y = np.sin(np.arcsin(self.stretch) * place) / self.stretch
+            y = np.sin(np.arcsin(self.stretch) * scaled_anomaly) / self.stretch
         pace = stretched(y, self.stretch)[1]
         slope = (t_1 - t_0) / ((1.0 - e * np.cos(u)) * (u_1 - u_0) * pace)
         return 0.5 * (1.0 + y), slope
@@ -80,8 +80,8 @@ class Path:
             return (c - 0.5) * self.step, np.full(c.size, self.step)
         begin = turns * number + phase
         (u_0, u_1), (t_0, t_1) = revolution(TWO_PI * np.array([begin, begin + turns]), e)
-        place, pace = stretched(2.0 * c - 1.0, self.stretch)
-        u = 0.5 * (u_0 + u_1 + (u_1 - u_0) * place)
+        scaled_anomaly, pace = stretched(2.0 * c - 1.0, self.stretch)
+        u = 0.5 * (u_0 + u_1 + (u_1 - u_0) * scaled_anomaly)
         scale = self.step / (t_1 - t_0)
         weights = scale * (u_1 - u_0) * pace * (1.0 - e * np.cos(u))
         return (u - e * np.sin(u) - t_0) * scale - 0.5 * self.step, weights

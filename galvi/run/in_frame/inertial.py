@@ -40,7 +40,7 @@ class InertialKernel:
         """See `galvi.run.stepper.Kernel`; one step."""
         request, work = self._request, self._work
         problem, step, d = request.problem, request.step, request.problem.q0.size
-        number = request.checkpoint.first + work.done
+        number = request.checkpoint.first + work.steps_done
         before = work.state[0, :d].copy(), work.state[2, :d].copy()
         parts = in_parts(_start_at(problem, problem.t0 + number * step, *before), step)
         if parts is None:
@@ -50,10 +50,10 @@ class InertialKernel:
         work.counts[FORCES_IN_LANES] = work.counts[FORCES]
         work.counts[LEFT_OVER] += 1
         if len(work.bases):
-            row = work.bases[work.done].reshape(4, -1)
+            row = work.bases[work.steps_done].reshape(4, -1)
             row[:] = 0.0
             row[:2, :d] = before
-            work.coefficients[work.done, 0, 0] = 0.0  # the others stay NaN: see `FrameCurves`
+            work.coefficients[work.steps_done, 0, 0] = 0.0  # the others stay NaN: see `FrameCurves`
         q, v = (parts.state[k].reshape(problem.q0.shape) for k in (0, 2))
         work.state[:] = frame_of(request.method).enter(problem, q, v)
         work.solver_state[0] = NOTHING
@@ -77,14 +77,14 @@ def inertial_curves(problem: Problem, step: float, t: float, q: Array, v: Array)
     return Curves(PLAIN.space, 0.0, size, bases, work.coefficients, IdentityChart(shape))
 
 
-def in_parts(here: Problem, step: float, *, curves: bool = False) -> RunArrays | None:
+def in_parts(start: Problem, step: float, *, curves: bool = False) -> RunArrays | None:
     """The step from a start in the fewest parts that end as a quarter of them do, in the inertial
     frame; None where there are none."""
     last: Array | None = None
     total = np.zeros(0, dtype=np.int64)
     for parts in PARTS:
         begin = from_start("fixed_point", ROUND_OFF, parts, curves)
-        inner = RunRequest(here, PLAIN, step / parts, parts, begin)
+        inner = RunRequest(start, PLAIN, step / parts, parts, begin)
         with np.errstate(all="ignore"):  # what is not finite is a code
             stepper, code = solve_steps(EQUAL_STEPS, inner, retried=False)
         work = stepper.work

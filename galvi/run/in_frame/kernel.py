@@ -27,7 +27,7 @@ from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, State, fixed, run_p
 from galvi.spaces.polynomials import Polynomials
 from galvi.tableau import tabulate
 
-AGAIN = 1024  # steps until it is
+MEETING_CHECK_STEPS = 1024  # between two checks whether bodies can meet
 NO_PASSAGES = np.zeros(0)
 
 
@@ -48,8 +48,10 @@ def stretched(y: Array, stretch: float) -> tuple[Array, Array]:
     """The places in [-1, 1] of Gauss nodes y that are moved, and their slopes by y."""
     if stretch < 1e-8:
         return y, np.ones_like(y)
-    whole = np.arcsin(stretch)
-    return np.arcsin(stretch * y) / whole, stretch / whole / np.sqrt(1.0 - (stretch * y) ** 2)
+    largest_angle = np.arcsin(stretch)
+    return np.arcsin(stretch * y) / largest_angle, stretch / largest_angle / np.sqrt(
+        1.0 - (stretch * y) ** 2
+    )
 
 
 @lru_cache(maxsize=32)
@@ -99,8 +101,8 @@ def legendre_integrals(c: Array, count: int) -> Array:
     P = legvander(2.0 * c - 1.0, count)
     k = np.arange(1, count)
     first = 0.5 * (P[:, 1:2] + 1.0)
-    rest = 0.5 * (P[:, 2:] - P[:, : count - 1]) / (2 * k + 1)
-    return np.hstack([first, rest])
+    higher = 0.5 * (P[:, 2:] - P[:, : count - 1]) / (2 * k + 1)
+    return np.hstack([first, higher])
 
 
 class FrameKernel:
@@ -131,34 +133,36 @@ class FrameKernel:
         if work.passage.size:
             frame = cast(KeplerFrame, frame_of(request.method))
             self._passage = np.append(work.passage, frame.held_pairs(request.problem))
-        self._looked_at, self._may_meet = -1, False  # the last block of AGAIN steps
+        self._checked_block, self._may_meet = -1, False  # the last block of MEETING_CHECK_STEPS
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
         work = self._work
-        state, solver_state, before = work.state.copy(), work.solver_state.copy(), work.done
+        state, solver_state, before = work.state.copy(), work.solver_state.copy(), work.steps_done
         code = self._in_blocks(n)
         if code != SOLVED:  # the steps before it once more, since the state is lost
-            done, counts = work.done - before, work.counts.copy()
+            steps_done, counts = work.steps_done - before, work.counts.copy()
             work.state[:], work.solver_state[:] = state, solver_state
-            if done:
-                self._in_blocks(done)
+            if steps_done:
+                self._in_blocks(steps_done)
             work.counts[:] = counts
         work.counts[FORCES_IN_LANES] = work.counts[FORCES]
         return code
 
     def _in_blocks(self, n: int) -> int:
-        """Does n steps; before each AGAIN of them it is asked whether bodies can meet."""
+        """Does n steps; `can_meet` is asked at the start of each block of MEETING_CHECK_STEPS."""
         request, work, passage, code = self._request, self._work, self._passage, SOLVED
         while n and code == SOLVED:
-            block, done = divmod(request.checkpoint.first + work.done, AGAIN)
-            if block != self._looked_at and work.watch != UNWATCHED and passage.size:
-                self._looked_at = block
+            block, steps_in_block = divmod(
+                request.checkpoint.first + work.steps_done, MEETING_CHECK_STEPS
+            )
+            if block != self._checked_block and work.watch != UNWATCHED and passage.size:
+                self._checked_block = block
                 q, v = (
                     tuple(work.state[row, : request.problem.q0.size].tolist()) for row in (0, 2)
                 )
                 self._may_meet = can_meet(request.problem, q, v, request.method, request.step)
-            part = min(n, AGAIN - done)
+            part = min(n, MEETING_CHECK_STEPS - steps_in_block)
             progress = *self._progress[:-1], passage if self._may_meet else NO_PASSAGES
             code = int(
                 self._kernel(

@@ -37,19 +37,21 @@ def checks_of(
     converged = _probed(problem, method, step, CONVERGED)
     if not converged:
         return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
-    given, most = frame_of(method).passes, max(one.passes for one in converged)
-    few = range(2, most + 1) if given is None else (min(given, collocation.MAX_PASSES),)
-    seen = converged
+    prescribed, largest = frame_of(method).passes, max(probe.passes for probe in converged)
+    few = (
+        range(2, largest + 1) if prescribed is None else (min(prescribed, collocation.MAX_PASSES),)
+    )
+    measured = converged
     for passes in few:
         checks = float(passes), np.inf, left, 0.0
-        tried = _probed(problem, method, step, checks, [one.start for one in converged])
-        if len(tried) < len(converged):
+        attempts = _probed(problem, method, step, checks, [probe.start for probe in converged])
+        if len(attempts) < len(converged):
             continue
-        gaps = [one.end - true.end for one, true in zip(tried, converged, strict=True)]
-        seen = tried
+        gaps = [attempt.end - true.end for attempt, true in zip(attempts, converged, strict=True)]
+        measured = attempts
         if np.mean(np.max(np.abs(np.sum(gaps, axis=1)), axis=1)) <= left:
             break
-    change = max(one.change for one in seen)
+    change = max(probe.change for probe in measured)
     return float(passes), max(USUAL * change, collocation.ROUNDING_CHANGE), left, 0.0
 
 
@@ -86,7 +88,7 @@ def _probed(
     work = RunArrays.of(request, frame_start(problem, method), 2, (0, 0), watched=False)
     kernel = FrameKernel(request, work, np.array(checks))
     sizes = motion_of(problem, method, step).sizes
-    n, found = sizes.size // 2, []
+    n, probes = sizes.size // 2, []
     for k in range(PROBED if states is None else len(states)):
         before = int(work.counts[ITERATIONS])
         work.state[:] = work.state if states is None else states[k]
@@ -95,7 +97,7 @@ def _probed(
             break
         end = np.stack([work.state[row::2, :n].ravel() for row in (4, 5)])
         passes = int(work.counts[ITERATIONS]) - before
-        found.append(
+        probes.append(
             Probe(start, passes, float(kernel.tables[-2][collocation.CHANGE]), end / sizes)
         )
-    return found
+    return probes

@@ -42,16 +42,16 @@ NO_LINE = read_only(np.zeros(0))  # of curves that are made from rates alone
 
 def lane_law(system: Any, d: int) -> LawCode | None:
     """The law for lanes of a system of d coordinates on R^d, or None."""
-    found = traces(system)
+    system_traces = traces(system)
     if isinstance(system, NBody) and system.acting.of_velocity:
         system = NBodyOnRn(system, d // system.masses.size)
     group = getattr(system, "group", None)
     on_space = isinstance(group, Rn) or isinstance(system, Canonical)
-    return _lane_law(system, d, found) if on_space else None
+    return _lane_law(system, d, system_traces) if on_space else None
 
 
 @lru_cache(maxsize=32)
-def _lane_law(system: Any, d: int, found: Traces) -> LawCode | None:
+def _lane_law(system: Any, d: int, system_traces: Traces) -> LawCode | None:
     """The law for lanes of a system, which depends on the traces that were found."""
     return law_of(CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system)
 
@@ -63,10 +63,10 @@ def has_law(problem: Problem, method: Galerkin) -> bool:
     does not contract at any step.
     """
     degrees = component_degrees(method)
-    found = lane_law(problem.system, problem.q0.size)
-    if found is None or degrees is None:
-        return found is not None
-    return all(degrees[i] == degrees[j] for i, j in coupled(found[0], len(degrees)))
+    law = lane_law(problem.system, problem.q0.size)
+    if law is None or degrees is None:
+        return law is not None
+    return all(degrees[i] == degrees[j] for i, j in coupled(law[0], len(degrees)))
 
 
 def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
@@ -140,9 +140,9 @@ class WithNewton:
         """See `galvi.run.stepper.Kernel`."""
         work = self._work
         if work.solver_state[STREAK]:
-            before = work.done
+            before = work.steps_done
             code = self._general.advance(min(n, int(work.solver_state[STREAK])))
-            work.solver_state[STREAK] -= work.done - before
+            work.solver_state[STREAK] -= work.steps_done - before
             return code
         code = self._in_lanes.advance(n)
         if code and self._request.checkpoint.solver != "fixed_point":

@@ -73,11 +73,16 @@ def seats_of(fields: Fields, places: Sequence[tuple[str, int, int]]) -> Any:
 
 
 @lru_cache(maxsize=64)
-def law_on_space(lines: str, d: int, alone: bool, lanes: int, one: bool) -> LawInLanes:
+def law_on_space(
+    lines: str, d: int, positions_only: bool, lanes: int, one_vector: bool
+) -> LawInLanes:
     """The step on R^d of the lines that define a law; arguments of
     galvi.lanes.collocation.generated_step."""
-    fields, function = law_fields(d), compiled_law("collocation", lines, d, alone, lanes, one)
-    order = ("q", "q_low", "p", "p_low") if alone else ("q", "p", "q_low", "p_low")
+    fields, function = (
+        law_fields(d),
+        compiled_law("collocation", lines, d, positions_only, lanes, one_vector),
+    )
+    order = ("q", "q_low", "p", "p_low") if positions_only else ("q", "p", "q_low", "p_low")
     seats = seats_of(fields, [(name, row, 0) for row, name in enumerate(order)])
     return LawInLanes(
         function,
@@ -93,13 +98,13 @@ def law_on_space(lines: str, d: int, alone: bool, lanes: int, one: bool) -> LawI
 
 @lru_cache(maxsize=64)
 def law_on_group(
-    lines: str, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int, one: bool
+    lines: str, layout: tuple[tuple[int, ...], ...], chart: int, lanes: int, one_vector: bool
 ) -> LawInLanes:
     """The step on groups in a chart of the lines that define a law; arguments of
     galvi.lanes.group_collocation.generated_step."""
     d = sum(row[DIMENSION] for row in layout)
     fields = group_fields(d, sum(row[ENTRIES] for row in layout))
-    function = compiled_law("group_collocation", lines, layout, chart, lanes, one)
+    function = compiled_law("group_collocation", lines, layout, chart, lanes, one_vector)
     places = [("q", 0, 0), ("p", 1, 0), ("memory", 2, 0), ("nu_low", 3, 0)]
     if any(row[ROTATIONS] for row in layout):  # else the state has no room for them, and no need
         places += [("nu", 1, 2 * d), ("low", 3, d)]
@@ -148,9 +153,9 @@ class LawKernel:
         scratch, before = aligned(
             (law.rows(len(work.stages), tables.extra), tables.nodes.size), places
         )
-        words = words_of(record, constants, scratch, tables, reals, request.method.stages)
+        law_arguments = words_of(record, constants, scratch, tables, reals, request.method.stages)
         run = OneRun(
-            words,
+            law_arguments,
             record,
             law.seats,
             scratch,
@@ -168,7 +173,7 @@ class LawKernel:
         self._owned = law, constants, tables, reals
         self._arguments = (
             law.address,
-            words.ctypes.data,
+            law_arguments.ctypes.data,
             tuple(run),
             tuple(Curves(*curves, tables.nodes)),
             plan,

@@ -97,7 +97,7 @@ class PointMassKernel:
 
 
 @lru_cache(maxsize=32)
-def _unit_mass_law(system: Canonical, d: int, found: Traces) -> LawCode | None:
+def _unit_mass_law(system: Canonical, d: int, system_traces: Traces) -> LawCode | None:
     """The law of unit mass, or None; found are the system's traces, on which it depends."""
     inverse_mass, slopes = system.inverse_mass(d), slopes_of(system)
     coupled = inverse_mass.shape[1] > 1

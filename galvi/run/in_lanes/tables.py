@@ -85,8 +85,8 @@ def tables_on_group(table: Tableau, form: Form = MEMBERS) -> LawTables:
     A[:, :, :s], B[:, :, :s] = (matrix.swapaxes(1, 2) for matrix in integrals_of(table))
     for k, b in enumerate((table.b, table.low_parts[1])):
         A[k, :, s:] = b[:, None]
-    B[0, :, :s], rest = two_sum(B[0, :, :s], -table.b[:, None])
-    B[1, :, :s] += rest - table.low_parts[1][:, None]
+    B[0, :, :s], rounding = two_sum(B[0, :, :s], -table.b[:, None])
+    B[1, :, :s] += rounding - table.low_parts[1][:, None]
     Y, means = orthonormal_complement(table), np.zeros(P)
     if s > m:
         means[:s] = np.mean(Y * Y, axis=0) * table.b
@@ -152,8 +152,8 @@ def outside(table: Tableau, coefficients: int) -> Array:
 def orthonormal_complement(table: Tableau) -> Array:
     """The functions Y (s - m, s) of galvi.lanes.group_collocation at the stages."""
     root = np.sqrt(table.b)
-    whole = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0]
-    return whole[:, table.slope.shape[1] :].T / root
+    basis = np.linalg.qr(root[:, None] * table.slope, mode="complete")[0]
+    return basis[:, table.slope.shape[1] :].T / root
 
 
 @lru_cache(maxsize=32)
@@ -172,31 +172,31 @@ def stages_in_lanes(s: int, lanes: int = LANES) -> Any:
 
 def with_low_part(exact: Any) -> Array:
     """The nearest float64 numbers and their rounding errors."""
-    kept = rounded(exact)
-    return np.stack([kept, rounded(exact - decimals(kept))])
+    nearest = rounded(exact)
+    return np.stack([nearest, rounded(exact - decimals(nearest))])
 
 
 def aligned(*shapes: tuple[int, ...]) -> list[Array]:
     """Zeros, the first entry at the start of a cache line, and so for whole lines after it."""
-    room = np.zeros(sum(map(math.prod, shapes)) + LANES)
-    place, found = (-room.ctypes.data // 8) % LANES, []
+    buffer = np.zeros(sum(map(math.prod, shapes)) + LANES)
+    offset, arrays = (-buffer.ctypes.data // 8) % LANES, []
     for shape in shapes:
-        end = place + math.prod(shape)
-        found.append(room[place:end].reshape(shape))
-        place = end
-    return found
+        end = offset + math.prod(shape)
+        arrays.append(buffer[offset:end].reshape(shape))
+        offset = end
+    return arrays
 
 
-def aligned_copies(*given: Array) -> list[Array]:
+def aligned_copies(*arrays: Array) -> list[Array]:
     """Copies that start at cache lines."""
-    copies = aligned(*(array.shape for array in given))
-    for copy, array in zip(copies, given, strict=True):
+    copies = aligned(*(array.shape for array in arrays))
+    for copy, array in zip(copies, arrays, strict=True):
         copy[:] = array
     return copies
 
 
-def extrapolated(table: Tableau, kept: Array) -> Array:
+def extrapolated(table: Tableau, matrix: Array) -> Array:
     """A matrix (s, P) after the extrapolation to the next step's stages by 1, ..., l Legendre
     polynomials: (l, s, P)."""
-    terms = table.extrapolation.T @ kept
+    terms = table.extrapolation.T @ matrix
     return np.cumsum(table.analysis[: len(terms), :, None] * terms[:, None, :], axis=0)

@@ -58,14 +58,14 @@ def encounter(
     nearest = -np.sum(gap * speed, axis=1) / np.where(rate > 0.0, rate, 1.0)
     passing = np.clip(nearest, min(step, 0.0), max(step, 0.0))
     closest = np.linalg.norm(gap + passing[:, None] * speed, axis=1)
-    mu, apart = G * (masses[i] + masses[j]), np.linalg.norm(gap, axis=1)
+    mu, separation = G * (masses[i] + masses[j]), np.linalg.norm(gap, axis=1)
     meeting = (nearest * step > 0.0) & (abs(nearest) < 1.5 * abs(step))  # a fall takes 2/3 of that
-    closest = np.where(meeting, _pericentres(mu, gap, speed), np.minimum(closest, apart))
+    closest = np.where(meeting, _pericentres(mu, gap, speed), np.minimum(closest, separation))
     pace = np.sqrt(closest**3 / mu)
     pair = int(np.argmin(pace))
     solvable = SOLVABLE * stages * pace[pair]
     bodies = f"bodies {names[i[pair]]} and {names[j[pair]]}"
-    if not closest[pair] > MEETING * apart[pair]:
+    if not closest[pair] > MEETING * separation[pair]:
         return f"{bodies} collide. Stop before then, or merge them."
     if system.forces and solvable > abs(step) and not framed:
         if not system.acting.functions:
@@ -85,19 +85,19 @@ def encounter(
 
 def _pericentres(mu: Array, gap: Array, speed: Array) -> Array:
     """The least distances of pairs of bodies that nothing else moves."""
-    apart, inward = np.linalg.norm(gap, axis=1), np.sum(gap * speed, axis=1)
-    across = speed - (inward / apart**2)[:, None] * gap
-    square = apart**2 * np.sum(across**2, axis=1)  # of the angular momentum
-    energy = 0.5 * np.sum(speed**2, axis=1) - mu / apart
+    separation, inward = np.linalg.norm(gap, axis=1), np.sum(gap * speed, axis=1)
+    across = speed - (inward / separation**2)[:, None] * gap
+    square = separation**2 * np.sum(across**2, axis=1)  # of the angular momentum
+    energy = 0.5 * np.sum(speed**2, axis=1) - mu / separation
     e = np.sqrt(np.maximum(1.0 + 2.0 * energy * square / mu**2, 0.0))
     return square / (mu * (1.0 + e))
 
 
 def asks_for_a_clock(problem: Problem, step: float, passage: Array) -> bool:
     """Whether the worst passage needs steps so small that a clock's are fewer."""
-    _error, one, other, distance, _number = passage[:FOUND]
+    _error, first, second, distance, _number = passage[:FOUND]
     system: Any = problem.system
-    mu = system.G * (system.masses[int(one)] + system.masses[int(other)])
+    mu = system.G * (system.masses[int(first)] + system.masses[int(second)])
     return bool(np.sqrt(distance**3 / mu) < abs(step) / CLOCK_PARTS)
 
 
@@ -115,11 +115,11 @@ def unresolved_passage(
     """
     if passage.size == 0 or not passage[0] > (UNRESOLVED_IN_A_FRAME if framed else UNRESOLVED):
         return ""
-    error, one, other, distance, number = passage[:FOUND]
+    error, first, second, distance, number = passage[:FOUND]
     names = body_names(problem, problem.q0.shape[0])
     t = number if step is None else problem.t0 + (number - 0.5) * step
     return (
-        f"bodies {names[int(one)]} and {names[int(other)]} passed at a distance of about "
+        f"bodies {names[int(first)]} and {names[int(second)]} passed at a distance of about "
         f"{distance:.1e} near t = {t:.10g}, which left an error of "
         f"about {error:.0e} in their relative velocity"
     )
@@ -157,11 +157,13 @@ class MasslessError(NamedTuple):
     states: int
 
 
-def looked_at(known: int, steps: int, each: int, *, start: bool = False) -> list[int]:
-    """Which of the ``known`` states of a run, its start the first, are looked at: the last one, a
-    further one for ``each`` of its steps, and the ``start``, if so."""
-    parts = min(LONG_RUN_STATES - start, 1 + steps // each)
-    return list(dict.fromkeys(round((known - 1) * k / parts) for k in range(parts, -start, -1)))
+def examined_states(
+    states: int, steps: int, steps_per_state: int, *, start: bool = False
+) -> list[int]:
+    """Which of the ``states`` states of a run, its start the first, are looked at: the last one, a
+    further one for ``steps_per_state`` of its steps, and the ``start``, if so."""
+    parts = min(LONG_RUN_STATES - start, 1 + steps // steps_per_state)
+    return list(dict.fromkeys(round((states - 1) * k / parts) for k in range(parts, -start, -1)))
 
 
 @np.errstate(all="ignore")
@@ -174,27 +176,30 @@ def massless_error(problem: Problem, ends: Callable[[int], Array]) -> MasslessEr
         n -> (2, k, bodies, dimension) q and v after n steps backwards from these, of 1 / n of the
         run's step; NaN where they cannot be done
     """
-    whole, halves = ends(1), ends(2)
-    done = np.isfinite(whole + halves).all(axis=(0, 2, 3))
-    if not done.any():
+    full_steps, halves = ends(1), ends(2)
+    finite = np.isfinite(full_steps + halves).all(axis=(0, 2, 3))
+    if not finite.any():
         return None
     system: Any = problem.system
     light = np.flatnonzero(system.masses == 0.0)
-    share = _energy_changes(system, light, whole[:, done], halves[:, done]).max(axis=0)
+    share = _energy_changes(system, light, full_steps[:, finite], halves[:, finite]).max(axis=0)
     worst = int(np.argmax(share))
-    return MasslessError(int(light[worst]), float(share[worst]), int(np.count_nonzero(done)))
+    return MasslessError(int(light[worst]), float(share[worst]), int(np.count_nonzero(finite)))
 
 
-def _energy_changes(system: Any, light: Any, whole: Array, halves: Array) -> Array:
+def _energy_changes(system: Any, light: Any, full_steps: Array, halves: Array) -> Array:
     """What a step changes of the energy of the ``light`` bodies (n,) beside its halves, (k, n)."""
-    own, off = halves[:, :, light], (whole - halves)[:, :, light]
-    pull, puller = np.zeros(own.shape[1:3]), np.zeros(own.shape[1:3], dtype=np.int64)
+    light_states, off = halves[:, :, light], (full_steps - halves)[:, :, light]
+    pull, puller = (
+        np.zeros(light_states.shape[1:3]),
+        np.zeros(light_states.shape[1:3], dtype=np.int64),
+    )
     for body in np.flatnonzero(system.masses):  # one by one: there may be many of both
-        r = _lengths(own[0] - halves[0, :, body, None])
+        r = _lengths(light_states[0] - halves[0, :, body, None])
         by_body = system.G * system.masses[body] / r**2
         puller[by_body > pull] = body
         pull = np.maximum(by_body, pull)
-    r, speed = _lengths(own - halves[:, np.arange(len(puller))[:, None], puller])
+    r, speed = _lengths(light_states - halves[:, np.arange(len(puller))[:, None], puller])
     dq, dv = _lengths(off)
     return np.fmax((speed * dv + pull * dq) / (0.5 * speed**2 + pull * r), 0.0)
 

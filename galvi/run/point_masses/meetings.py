@@ -34,23 +34,27 @@ def can_meet(
         return False
     q, v = (np.array(rows).reshape(problem.q0.shape) for rows in (places, velocities))
     star, masses = int(np.argmax(system.masses)), system.masses
-    others = np.flatnonzero(np.arange(masses.size) != star)
-    mu, q, v = system.G * (masses[star] + masses[others]), q[others] - q[star], v[others] - v[star]
+    planets = np.flatnonzero(np.arange(masses.size) != star)
+    mu, q, v = (
+        system.G * (masses[star] + masses[planets]),
+        q[planets] - q[star],
+        v[planets] - v[star],
+    )
     r, speed, along = np.linalg.norm(q, axis=1), np.sum(v**2, axis=1), np.sum(q * v, axis=1)
     with np.errstate(all="ignore"):
         energy, spin = speed - 2.0 * mu / r, np.maximum(r**2 * speed - along**2, 0.0)
         e = np.sqrt(np.maximum(1.0 + energy * spin / mu**2, 0.0))
-        near = spin / (mu * (1.0 + e)) / (1.0 + ORBIT_MARGIN)
-        far = np.where(e < 1.0, spin / (mu * (1.0 - e)), np.inf) * (1.0 + ORBIT_MARGIN)
-    apart = (near[:, None] > far) | (near > far[:, None])
-    apart |= np.add.outer(masses[others], masses[others]) == 0.0
+        pericentre = spin / (mu * (1.0 + e)) / (1.0 + ORBIT_MARGIN)
+        apocentre = np.where(e < 1.0, spin / (mu * (1.0 - e)), np.inf) * (1.0 + ORBIT_MARGIN)
+    separate = (pericentre[:, None] > apocentre) | (pericentre > apocentre[:, None])
+    separate |= np.add.outer(masses[planets], masses[planets]) == 0.0
     time = 2.0 * PASSAGE_REACH * abs(step) / (method.space.dimension - 1)
-    if np.count_nonzero(np.triu(~apart, 1)) > MOST_PAIRS:
+    if np.count_nonzero(np.triu(~separate, 1)) > MOST_PAIRS:
         return True
     return any(
         not (e[i] < 1.0 and e[j] < 1.0) or _orbits_near(mu, q, v, i, j, time, pull)
-        for i, j in np.argwhere(np.triu(~apart, 1))
-        if (pull := system.G * (masses[others[i]] + masses[others[j]]))
+        for i, j in np.argwhere(np.triu(~separate, 1))
+        if (pull := system.G * (masses[planets[i]] + masses[planets[j]]))
     )
 
 
@@ -68,12 +72,12 @@ def _orbits_near(mu: Array, q: Array, v: Array, i: int, j: int, time: float, pul
     )
     bent += np.cbrt(2.0 * pull * time**2)
     for places in AROUND:
-        one, other = (_ellipse(float(mu[k]), q[k], v[k], places) for k in (i, j))
+        first, second = (_ellipse(float(mu[k]), q[k], v[k], places) for k in (i, j))
         square, fast = (
             np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1) - 2.0 * a @ b.T
-            for a, b in zip(one[:2], other[:2], strict=True)
+            for a, b in zip(first[:2], second[:2], strict=True)
         )
-        beside = 0.25 * (one[2] + other[2]) ** 2
+        beside = 0.25 * (first[2] + second[2]) ** 2
         reach = time * np.sqrt(np.maximum(fast, 0.0)) + bent
         if not np.any((1.0 - ORBIT_MARGIN) ** 2 * square - beside < reach**2):
             return False

@@ -46,8 +46,8 @@ def costly_pair(problem: Problem, q: Array) -> str:
         return ""
     pair = int(np.bincount(np.argmax(pace, axis=0)).argmax())
     with np.errstate(all="ignore"):
-        others = pace[:pair].sum(axis=0) + pace[pair + 1 :].sum(axis=0)
-        shares = np.sort(others / (others + pace[pair]))
+        remaining_pace = pace[:pair].sum(axis=0) + pace[pair + 1 :].sum(axis=0)
+        shares = np.sort(remaining_pace / (remaining_pace + pace[pair]))
         times = 1.0 / np.sqrt(shares[len(shares) // 2])
     if not times > COSTLY:
         return ""

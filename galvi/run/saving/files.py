@@ -110,14 +110,20 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     if run.tau is not None:
         arrays["tau"] = run.tau
     if run.again is not None:
-        known = [one.first for one in run.again.known]
-        facts["again"] = {"total": run.again.total, "done": run.again.done, "known": known}
+        first_steps = [checkpoint.first for checkpoint in run.again.checkpoints]
+        facts["again"] = {
+            "total": run.again.total,
+            "done": run.again.steps_done,
+            "known": first_steps,
+        }
         for name in (*STATE_FIELDS, "clock"):
-            arrays[f"known_{name}"] = np.stack([getattr(one, name) for one in run.again.known])
+            arrays[f"known_{name}"] = np.stack(
+                [getattr(checkpoint, name) for checkpoint in run.again.checkpoints]
+            )
     if run.events is not None:
-        found = run.events
-        facts["events"] = [list(found.name), found.unresolved, found.status]
-        arrays |= {f"events_{name}": getattr(found, name) for name in OF_EVENTS}
+        events = run.events
+        facts["events"] = [list(events.name), events.unresolved, events.status]
+        arrays |= {f"events_{name}": getattr(events, name) for name in OF_EVENTS}
     if run.restarts is not None:
         arrays |= {f"restarts_{name}": getattr(run.restarts, name) for name in "tqv"}
     if run.origin is not None:
@@ -204,8 +210,8 @@ def _check(run: Trajectory) -> None:
         assert run.tau.shape == run.t.shape and end.clock.shape == (4,)
         return
     fresh = formulation_of(run.problem, run.method).initial_state(run.problem, run.method)
-    for one, other in zip((end.state, end.stages, end.solver_state), fresh, strict=True):
-        assert one.shape == other.shape and one.dtype == other.dtype
+    for array, expected in zip((end.state, end.stages, end.solver_state), fresh, strict=True):
+        assert array.shape == expected.shape and array.dtype == expected.dtype
 
 
 def _restored(
@@ -254,10 +260,10 @@ def _problem(
     path: str | os.PathLike[str],
     facts: dict[str, Any],
     arrays: dict[str, Any],
-    given: Problem | None,
+    user_problem: Problem | None,
 ) -> Problem:
     """The problem of a file; ValueError for a given one that differs."""
-    about, problem = facts["problem"], given
+    about, problem = facts["problem"], user_problem
     if problem is None:
         problem = Problem(
             _read(facts["system"], path),
@@ -290,10 +296,10 @@ def _curves(problem: Problem, method: Any, facts: dict[str, Any], arrays: dict[s
         )
     if facts["curves"] is None:
         return None
-    kept = arrays["bases"], arrays["coefficients"]
+    curve_arrays = arrays["bases"], arrays["coefficients"]
     try:
         formulation = formulation_of(problem, method)
-        return formulation.curves(problem, method, facts["step"], facts["curves"], *kept)
+        return formulation.curves(problem, method, facts["step"], facts["curves"], *curve_arrays)
     except ValueError as error:  # of numpy
         raise LookupError("the curves do not fit") from error
 
@@ -306,13 +312,13 @@ def _curves_again(
         return None
     about, solver, tolerance = facts["again"], facts["solver"], facts["tolerance"]
     held = zip(*(arrays[f"known_{name}"] for name in (*STATE_FIELDS, "clock")), strict=True)
-    known = tuple(
+    checkpoints = tuple(
         Checkpoint(first, state, stages, numbers, solver, tolerance, clock=clock)
         for first, (state, stages, numbers, clock) in zip(about["known"], held, strict=True)
     )
-    total, done = (about.get(name, 0) for name in ("total", "done"))
+    total, steps_done = (about.get(name, 0) for name in ("total", "done"))
     last = float(arrays["t"][-1])
-    return RedoneCurves(problem, method, facts["step"], total, done, last, known)
+    return RedoneCurves(problem, method, facts["step"], total, steps_done, last, checkpoints)
 
 
 def storable_values() -> dict[str, Any]:
@@ -370,15 +376,15 @@ def _is_whole(written: Any) -> bool:
     return written["kind"] != "unknown" and all(_is_whole(item) for item in written.values())
 
 
-def _agree(one: Any, other: Any) -> bool:
+def _agree(left: Any, right: Any) -> bool:
     """Whether two written values are equal, ignoring parts that cannot be written."""
-    if isinstance(one, list) and isinstance(other, list):
-        return len(one) == len(other) and all(map(_agree, one, other))
-    if not isinstance(one, dict) or not isinstance(other, dict):
-        return bool(one == other)
-    if "unknown" in (one["kind"], other["kind"]):
-        return one["kind"] == other["kind"] and one["type"] == other["type"]
-    return one.keys() == other.keys() and all(_agree(one[key], other[key]) for key in one)
+    if isinstance(left, list) and isinstance(right, list):
+        return len(left) == len(right) and all(map(_agree, left, right))
+    if not isinstance(left, dict) or not isinstance(right, dict):
+        return bool(left == right)
+    if "unknown" in (left["kind"], right["kind"]):
+        return left["kind"] == right["kind"] and left["type"] == right["type"]
+    return left.keys() == right.keys() and all(_agree(left[key], right[key]) for key in left)
 
 
 def _read(written: Any, path: Any = "") -> Any:
@@ -392,10 +398,10 @@ def _read(written: Any, path: Any = "") -> Any:
         return tuple(_read(item, path) for item in values)
     if kind == "decimal":
         return Decimal(values)
-    known = storable_values().get(kind)
-    if known is not None:
+    stored_class = storable_values().get(kind)
+    if stored_class is not None:
         content = {name: _read(item, path) for name, item in written.items() if name != "kind"}
-        return known(**content)
+        return stored_class(**content)
     raise ValueError(
         f"the run in {path} needs its problem, because {written.get('description', kind)} cannot "
         f"be stored; use galvi.load(path, problem=...)."

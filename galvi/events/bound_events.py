@@ -39,17 +39,17 @@ class Function:
         shares = 1.0 + 1e-3 * np.arange(TRIED_STATES)
         q, v = (np.outer(x.ravel(), shares) for x in (problem.q0, problem.v0))
         t: Any = problem.t0 + 1e-3 * np.arange(TRIED_STATES)
-        first = self._each(q[:, :1], v[:, :1], t[:1])
+        first = self._one_by_one(q[:, :1], v[:, :1], t[:1])
         self._check(first, t[:1])
         try:
-            own = self._computed(q.__getitem__, v.__getitem__, t)
+            vectorized = self._computed(q.__getitem__, v.__getitem__, t)
         except Exception as error:  # whatever the function raises with entries
             self.refusal = f"{type(error).__name__}: {error}".rstrip(".")
             return
         with np.errstate(all="ignore"):
-            rows = np.append(first, self._each(q[:, 1:], v[:, 1:], t[1:]))
+            rows = np.append(first, self._one_by_one(q[:, 1:], v[:, 1:], t[1:]))
         if not np.allclose(
-            own,
+            vectorized,
             rows,
             rtol=ENTRY_TOLERANCE,
             atol=ENTRY_TOLERANCE * np.max(np.abs(rows), initial=0.0),
@@ -60,19 +60,19 @@ class Function:
         """Values (*t.shape) at states, whose entries are in front: (r, *t.shape)."""
         return self.at_later(q.__getitem__, v.__getitem__, t)
 
-    def at_later(self, place: Row, velocity: Row, t: Array) -> Array:
+    def at_later(self, coordinate: Row, velocity: Row, t: Array) -> Array:
         """As ``at``, with functions from the number of an entry to its values, of which those that
         are used are called."""
         if self.refusal:
             q, v = (
                 np.stack([row(k).ravel() for k in range(math.prod(shape))])
-                for row, shape in zip((place, velocity), self.shapes, strict=True)
+                for row, shape in zip((coordinate, velocity), self.shapes, strict=True)
             )
-            found = self._each(q, v, t.ravel()).reshape(t.shape)
+            values = self._one_by_one(q, v, t.ravel()).reshape(t.shape)
         else:
-            found = self._computed(place, velocity, t)
-        self._check(found, t)
-        return found
+            values = self._computed(coordinate, velocity, t)
+        self._check(values, t)
+        return values
 
     def of(self, q: Array, v: Array, t: Array) -> Array:
         """Values (n,) at n states (n, ...)."""
@@ -83,24 +83,24 @@ class Function:
         q, v = q.reshape(self.shapes[0]), v.reshape(self.shapes[1])
         return computed(self._traceable, q, v, t, t.low.shape)
 
-    def _computed(self, place: Row, velocity: Row, t: Any) -> Array:
+    def _computed(self, coordinate: Row, velocity: Row, t: Any) -> Array:
         q, v = (
             later_entries(partial(_twice, row), math.prod(shape)).reshape(shape)
-            for row, shape in zip((place, velocity), self.shapes, strict=True)
+            for row, shape in zip((coordinate, velocity), self.shapes, strict=True)
         )
         return computed(self._traceable, q, v, Entry(t, t), t.shape)[0]
 
-    def _each(self, q: Array, v: Array, t: Array) -> Array:
+    def _one_by_one(self, q: Array, v: Array, t: Array) -> Array:
         """Values (n,) of states (r, n), one after another."""
-        found, (one, other) = np.empty(len(t)), self.shapes
+        values, (q_shape, v_shape) = np.empty(len(t)), self.shapes
         for k, time in enumerate(t.tolist()):
             try:
-                value = self.value(q[:, k].reshape(one), v[:, k].reshape(other), time)
+                value = self.value(q[:, k].reshape(q_shape), v[:, k].reshape(v_shape), time)
             except Exception as error:
                 error.add_note(f"This was the event {self.name}, at t = {time!r}.")
                 raise
-            found[k] = input_checks.returned(f"the event {self.name}", value)
-        return found
+            values[k] = input_checks.returned(f"the event {self.name}", value)
+        return values
 
     def _check(self, values: Array, t: Array) -> None:
         wrong = np.flatnonzero(~np.isfinite(values.ravel()))
@@ -117,13 +117,14 @@ def _twice(find: Row, k: int) -> tuple[Array, Array]:
     return values, values
 
 
-class Asked:
+class BoundEvent:
     """An event of one problem, and its functions."""
 
     def __init__(self, event: Event, problem: Problem, number: int) -> None:
         self.event, self.number, self.name = event, number, event.name or f"number {number}"
         functions: Any = [
-            one and Function(one, problem, self.name) for one in event.functions(problem)
+            function and Function(function, problem, self.name)
+            for function in event.functions(problem)
         ]
         self.function, reported, self.condition = functions
         self.reported = reported or self.function
@@ -133,7 +134,7 @@ class Asked:
         return self.event.name
 
 
-class AskedPairs:
+class BoundPairs:
     """An event of many pairs of bodies of one problem; that of a pair is made when it is needed."""
 
     def __init__(self, event: Event, problem: Problem, number: int) -> None:
@@ -142,10 +143,10 @@ class AskedPairs:
         self.pairs, self.names = self.many.pairs(problem), problem.body_names()
         self.of_pair = cache(self._of_pair)
 
-    def _of_pair(self, k: int) -> Asked:
+    def _of_pair(self, k: int) -> BoundEvent:
         function = self.many.one_of(*self.pairs[k].tolist())
-        one = replace(self.event, function=function, name=self.name_of(k))
-        return Asked(one, self.problem, self.number)
+        pair_event = replace(self.event, function=function, name=self.name_of(k))
+        return BoundEvent(pair_event, self.problem, self.number)
 
     def name_of(self, part: int) -> str:
         """Of a pair."""
