@@ -92,14 +92,14 @@ def judged(id: str, quantity: str, bound: Bound, measured: Measurement, **texts:
 
     The verdict expected, unless `texts` say otherwise, is that of a bound that is met.
     """
-    seen = estimate(measured)
+    estimated = estimate(measured)
     texts = {"expected": bound.met, **texts}
     return Row(
         id=id,
         quantity=quantity,
         bound=bound.text,
-        measured=_finite(seen.value),
-        uncertainty=_finite(seen.uncertainty),
+        measured=_finite(estimated.value),
+        uncertainty=_finite(estimated.uncertainty),
         slack=_finite(bound.slack(measured)),
         slopes=_slopes(measured),
         misses=_misses(bound, texts["expected"], measured),
@@ -118,9 +118,9 @@ def _slopes(measured: Measurement) -> str:
 def _misses(bound: Bound, expected: str, measured: Measurement) -> float | None:
     """Of a fit whose bound names the order that is expected of it."""
     if isinstance(bound, Reported):
-        bound = bound.said if expected == bound.said.met else bound.instead
-    elif isinstance(bound, Finding) and bound.own is not None:
-        bound = bound.own
+        bound = bound.reported if expected == bound.reported.met else bound.instead
+    elif isinstance(bound, Finding) and bound.our_bound is not None:
+        bound = bound.our_bound
     elif expected != ATTAINED:
         return None
     if not (isinstance(bound, Order) and isinstance(measured, Fit) and measured.uncertainty > 0.0):

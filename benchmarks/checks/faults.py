@@ -28,17 +28,17 @@ class Fault:
         dotted name -> what stands there instead, a function of the sound one
     table
         changes a copy of the study's frame
-    what
-        in words, as the document names it
-    seen
-        quantities of the rows that must be contradicted
+    name
+        of the fault in the claim's document
+    contradicted
+        quantities of the rows that the fault must contradict
     """
 
     make: Callable[..., Any] = galvi.Galerkin
     wrong: Mapping[str, Callable[[Any], Any]] = field(default_factory=dict)
     table: Callable[[pd.DataFrame], Any] | None = None
-    what: str = ""
-    seen: Set[str] = frozenset()
+    name: str = ""
+    contradicted: Set[str] = frozenset()
 
 
 def faulty(**scale: float) -> Callable[..., Any]:
@@ -48,22 +48,24 @@ def faulty(**scale: float) -> Callable[..., Any]:
     """
 
     def make(space: Any, rule: Any, *chart: Any) -> galvi.Galerkin:
-        sound = galvi.Galerkin(space, rule, *chart)
+        original = galvi.Galerkin(space, rule, *chart)
         if hasattr(space, "degrees"):
-            return sound
-        wrong = {name: getattr(sound.table, name) * by for name, by in scale.items()}
-        return with_table(sound, f"wrong {scale}", replace(sound.table, **wrong))
+            return original
+        wrong = {name: getattr(original.table, name) * by for name, by in scale.items()}
+        return with_table(original, f"wrong {scale}", replace(original.table, **wrong))
 
     return make
 
 
-def with_table(sound: galvi.Galerkin, why: str, table: Any) -> galvi.Galerkin:
+def with_table(original: galvi.Galerkin, why: str, table: Any) -> galvi.Galerkin:
     """The method with another table; its rule's name tells it from the sound one.
 
     Made without its constructor, which would tabulate the renamed rule once more.
     """
-    method = copy(sound)
-    vars(method).update(rule=replace(sound.rule, name=f"{sound.rule.name}, {why}"), table=table)
+    method = copy(original)
+    vars(method).update(
+        rule=replace(original.rule, name=f"{original.rule.name}, {why}"), table=table
+    )
     return method
 
 
@@ -77,15 +79,15 @@ def of_motion(
 ) -> Fault:
     """galvi solves a changed problem; functions that are wrong, too."""
 
-    def other(sound: Callable[..., Any]) -> Callable[..., Any]:
-        return lambda problem, *rest, **how: sound(change(problem), *rest, **how)
+    def changed(integrate: Callable[..., Any]) -> Callable[..., Any]:
+        return lambda problem, *arguments, **how: integrate(change(problem), *arguments, **how)
 
-    return Fault(wrong={"galvi.integrate": other, **(wrong or {})})
+    return Fault(wrong={"galvi.integrate": changed, **(wrong or {})})
 
 
 def always(value: Any) -> Callable[[Any], Any]:
     """That value in any case."""
-    return lambda sound: value
+    return lambda original: value
 
 
 def fewer(module: str, **values: Any) -> dict[str, Callable[[Any], Any]]:
@@ -99,12 +101,12 @@ def scaled(by: float) -> Callable[[Any], Any]:
     def wrong(value: Any) -> Any:
         return tuple(by * part for part in value) if isinstance(value, tuple) else by * value
 
-    return lambda sound: lambda *arguments, **how: wrong(sound(*arguments, **how))
+    return lambda original: lambda *arguments, **how: wrong(original(*arguments, **how))
 
 
 def with_arguments(change: Callable[..., tuple[Any, ...]]) -> Callable[[Any], Any]:
     """A function that receives other arguments."""
-    return lambda sound: lambda *arguments, **how: sound(*change(*arguments), **how)
+    return lambda original: lambda *arguments, **how: original(*change(*arguments), **how)
 
 
 def heavier(problem: Problem) -> Problem:

@@ -45,13 +45,15 @@ def kept_components(motion: Trajectory) -> dict[str, Array]:
     }
 
 
-def largest_changes(run: Trajectory, kept: Mapping[str, Array]) -> tuple[float, float]:
-    """Largest changes of the energy, and of a component of angular or linear momentum, of those
-    that are kept, relative to the size of each invariant; NaN where none is."""
+def largest_changes(run: Trajectory, conserved: Mapping[str, Array]) -> tuple[float, float]:
+    """The largest changes of the energy, and of a component of the angular or linear momentum, among
+    the `conserved` components, relative to the size of the invariant; NaN where there are none."""
     changes = {"energy": list[float](), "momentum": list[float]()}
     for name, values in invariants(run).items():
-        if name in kept and np.any(kept[name]):
-            change = np.max(np.abs(values - values[0])[:, kept[name]]) / _size(run, name, values)
+        if name in conserved and np.any(conserved[name]):
+            change = np.max(np.abs(values - values[0])[:, conserved[name]]) / _size(
+                run, name, values
+            )
             changes[name.split()[-1]].append(float(change))
     energy, momentum = (max(values, default=np.nan) for values in changes.values())
     return energy, momentum
@@ -125,7 +127,7 @@ def _root_of_mass(problem: Problem) -> Array:
 
     units = np.eye(d).reshape(d, *shape)
     mass = np.stack(
-        [0.5 * (momentum(problem.v0 + one) - momentum(problem.v0 - one)) for one in units]
+        [0.5 * (momentum(problem.v0 + unit) - momentum(problem.v0 - unit)) for unit in units]
     )
     try:
         return np.linalg.cholesky(0.5 * (mass + mass.T))

@@ -86,9 +86,9 @@ class Fit:
     def evaluate(self, x: Any) -> Array:
         """The fitted error at n or h, of any shape."""
         x = np.asarray(x, dtype=np.float64)
-        known = x**-self.power if self.power else 1.0
+        known_factor = x**-self.power if self.power else 1.0
         bent = x**self.rate * np.exp(self.bend * x)
-        fall = known * self.rate**x if self.kind == "geometric" else bent
+        fall = known_factor * self.rate**x if self.kind == "geometric" else bent
         return self.coefficient * fall
 
 
@@ -143,18 +143,18 @@ def geometric(
         g, and the error with which it is known
     """
     x = np.asarray(n, dtype=np.float64)
-    known, known_to = power
-    fit = _best(x, errors, floor, ceiling, known)
+    exponent, exponent_error = power
+    fit = _best(x, errors, floor, ceiling, exponent)
     if fit is None:
-        return replace(_none("geometric", errors, ceiling), power=known)
+        return replace(_none("geometric", errors, ceiling), power=exponent)
     slope, spread, constant, window, points = fit
-    if known_to:
+    if exponent_error:
         inside = x[(window[0] <= x) & (x <= window[1])]
-        spread = float(np.hypot(spread, known_to * _line(inside, np.log(inside))[0]))
+        spread = float(np.hypot(spread, exponent_error * _line(inside, np.log(inside))[0]))
     base = float(np.exp(slope))
     constant, back = float(np.exp(constant)), relapses(errors, ceiling)
     return Fit(
-        "geometric", base, base * spread, window, points, constant, relapse=back, power=known
+        "geometric", base, base * spread, window, points, constant, relapse=back, power=exponent
     )
 
 
@@ -261,8 +261,8 @@ def _best(
     points = x.size - np.array(starts)
     widths = np.maximum(spreads * stdtrit(points - 2, 0.975), np.finfo(float).tiny)
     k = int(np.argmin(widths))
-    other = np.average((slopes - slopes[k]) ** 2, weights=(widths[k] / widths) ** 2)
-    uncertainty = float(np.hypot(spreads[k], np.sqrt(other)))
+    variance = np.average((slopes - slopes[k]) ** 2, weights=(widths[k] / widths) ** 2)
+    uncertainty = float(np.hypot(spreads[k], np.sqrt(variance)))
     ends = float(x[starts[k]]), float(x[-1])
     return float(slopes[k]), uncertainty, float(constants[k]), ends, int(points[k])
 
@@ -274,8 +274,8 @@ def _bent(x: Array, y: Array) -> tuple[float, float, float, float]:
         return 0.0, 0.0, 0.0, 0.0
     columns = np.stack([np.ones_like(x), x, np.exp(x - x[0])], axis=1)
     (a, p, c), *_ = np.linalg.lstsq(columns, y, rcond=None)
-    rest = y - columns @ [a, p, c]
-    covariance = np.linalg.inv(columns.T @ columns) * (rest @ rest) / (x.size - 3)
+    residuals = y - columns @ [a, p, c]
+    covariance = np.linalg.inv(columns.T @ columns) * (residuals @ residuals) / (x.size - 3)
     if not abs(c) > 2.0 * np.sqrt(covariance[2, 2]):
         return 0.0, 0.0, 0.0, 0.0
     return float(c * np.exp(-x[0])), float(p), float(np.sqrt(covariance[1, 1])), float(a)
@@ -286,8 +286,8 @@ def _line(x: Array, y: Array) -> tuple[float, float, float]:
     centred = x - x.mean()
     slope = float(centred @ y / (centred @ centred))
     constant = float(y.mean() - slope * x.mean())
-    rest = y - (constant + slope * x)
-    spread = float(np.sqrt(rest @ rest / (x.size - 2) / (centred @ centred)))
+    residuals = y - (constant + slope * x)
+    spread = float(np.sqrt(residuals @ residuals / (x.size - 2) / (centred @ centred)))
     return slope, spread, constant
 
 

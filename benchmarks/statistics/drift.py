@@ -89,8 +89,8 @@ def period(y: Array) -> float:
     """The period of the strongest line in the spectrum of y less its trend, in samples; its length
     where there is none."""
     x = np.linspace(-1.0, 1.0, y.size)
-    rest = y - np.mean(y) - x * (x @ y) / (x @ x)
-    lines = np.abs(np.fft.rfft(rest * np.hanning(y.size)))
+    detrended = y - np.mean(y) - x * (x @ y) / (x @ x)
+    lines = np.abs(np.fft.rfft(detrended * np.hanning(y.size)))
     return y.size / max(1, 1 + int(np.argmax(lines[1:])))
 
 
@@ -99,12 +99,12 @@ def change(y: Array) -> tuple[float, float]:
     x = (np.arange(y.size) - 0.5 * (y.size - 1)) / y.size
     weights = np.cos(np.pi * x)
     slope = weights * x / (weights @ x**2)
-    found = float(slope @ y)
-    rest = y - weights @ y / np.sum(weights) - found * x
+    total_change = float(slope @ y)
+    residuals = y - weights @ y / np.sum(weights) - total_change * x
     taper = np.hanning(max(3, y.size // BLOCKS) + 2)[1:-1]
     taper /= np.sqrt(taper @ taper)
-    variance = np.mean((sliding_window_view(rest, taper.size) @ taper) ** 2)  # of long sums
-    return found, float(np.sqrt(variance * (slope @ slope)))
+    variance = np.mean((sliding_window_view(residuals, taper.size) @ taper) ** 2)  # of long sums
+    return total_change, float(np.sqrt(variance * (slope @ slope)))
 
 
 # Growth of an error with time over an ensemble of runs: random walk or drift.

@@ -102,11 +102,11 @@ def _level(steps: Array, errors: Array, size: float) -> tuple[float, str]:
     small = errors < SMALL * size
     for k in range(1, errors.size):
         fall = (steps[k - 1] / steps[k]) ** STILL
-        rest = errors[k - 1 :][np.isfinite(errors[k - 1 :])]
+        finite = errors[k - 1 :][np.isfinite(errors[k - 1 :])]
         if not (errors[k - 1] > 0.0 and errors[k] * fall > errors[k - 1]):
             continue
         if small[k] and np.all(small[k:] | np.isnan(errors[k:])):
             return CLEAR * float(np.nanmax(errors[k:])), ROUND_OFF
-        if rest.size >= SEVERAL and rest.max() <= FLAT * rest.min():
-            return CLEAR * float(rest.max()), STALLED
+        if finite.size >= SEVERAL and finite.max() <= FLAT * finite.min():
+            return CLEAR * float(finite.max()), STALLED
     return 0.0, ""

@@ -49,7 +49,7 @@ def _rank(n: int) -> int:
     return rank
 
 
-def ratio(theirs: Sequence[float], ours: Sequence[float]) -> Interval:
+def ratio(rival_seconds: Sequence[float], own_seconds: Sequence[float]) -> Interval:
     """Of the times of two calls, in seconds, round by round: what disturbs a round disturbs both.
 
     Raises
@@ -57,26 +57,26 @@ def ratio(theirs: Sequence[float], ours: Sequence[float]) -> Interval:
     ValueError
         For different numbers of rounds.
     """
-    return interval([a / b for a, b in zip(theirs, ours, strict=True)])
+    return interval([a / b for a, b in zip(rival_seconds, own_seconds, strict=True)])
 
 
-def outcome(found: Interval, noise: Interval) -> str:
+def outcome(speed_ratio: Interval, noise: Interval) -> str:
     """What a ratio of a rival's time to one's own says: FASTER or SLOWER, where its interval and
     that of the same call against itself, `noise`, leave out each other; else TIE, and '' where
     either is unknown. Either may have missed 1 by chance: both are widened to hold it."""
-    bounds = (found.low, found.high, noise.low, noise.high)
-    if any(math.isnan(one) for one in bounds):
+    bounds = (speed_ratio.low, speed_ratio.high, noise.low, noise.high)
+    if any(math.isnan(bound) for bound in bounds):
         return ""
-    if found.low > max(1.0, noise.high):
+    if speed_ratio.low > max(1.0, noise.high):
         return FASTER
-    return SLOWER if found.high < min(1.0, noise.low) else TIE
+    return SLOWER if speed_ratio.high < min(1.0, noise.low) else TIE
 
 
 def written(seconds: Sequence[float]) -> str:
     """The rounds as a text, for a table."""
-    return " ".join(f"{one:.6g}" for one in seconds)
+    return " ".join(f"{duration:.6g}" for duration in seconds)
 
 
 def read(text: object) -> list[float]:
     """The rounds of such a text; none of an empty or a missing one."""
-    return [float(one) for one in text.split()] if isinstance(text, str) else []
+    return [float(word) for word in text.split()] if isinstance(text, str) else []

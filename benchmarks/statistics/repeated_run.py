@@ -48,7 +48,7 @@ def repeated_run(
     duration: float,
     setting: Mapping[str, Any],
     seconds: float,
-    least: float,
+    least_seconds: float,
 ) -> RepeatedRun:
     """A run of at least about `least` seconds, by a contender that has run before. A setting's
     ``save_every`` must be the number of steps of the original run.
@@ -60,7 +60,7 @@ def repeated_run(
     """
     times = 1
     for _ in range(TRIALS):
-        times = max(times, round(times * least / max(seconds, 1e-7)))
+        times = max(times, round(times * least_seconds / max(seconds, 1e-7)))
         longer = dict(setting)
         if "save_every" in longer:
             longer["save_every"] *= times

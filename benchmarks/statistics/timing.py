@@ -46,7 +46,7 @@ class Timing:
 def interleaved(
     calls: Sequence[Callable[[], Any]],
     rounds: int,
-    least: float,
+    least_seconds: float,
     warm: Sequence[float] | None = None,
     counted: Sequence[bool] | None = None,
 ) -> list[Timing]:
@@ -63,11 +63,11 @@ def interleaved(
         whether that call was warm itself: where it took as long as a round, it is the first
     """
     first = [seconds_of(call, 1) for call in calls] if warm is None else list(warm)
-    repeats = [max(1, round(least / max(seconds, 1e-7))) for seconds in first]
-    taken = counted or [False] * len(calls)
+    repeats = [max(1, round(least_seconds / max(seconds, 1e-7))) for seconds in first]
+    counted = counted or [False] * len(calls)
     samples = [
-        [seconds] if one and times == 1 else []
-        for one, seconds, times in zip(taken, first, repeats, strict=True)
+        [seconds] if is_counted and times == 1 else []
+        for is_counted, seconds, times in zip(counted, first, repeats, strict=True)
     ]
     for turn in range(rounds):
         for k, call in enumerate(calls):
@@ -78,7 +78,7 @@ def interleaved(
 
 
 def seconds_in_turn(
-    calls: Sequence[Callable[[], Any]], rounds: int, least: float
+    calls: Sequence[Callable[[], Any]], rounds: int, least_seconds: float
 ) -> list[list[float]]:
     """Seconds of each warm call in each of the rounds, A B C ... A B C ..., every second round
     backwards, so that what comes after what differs. Of the PARTS of a round, each of them repeats
@@ -92,7 +92,7 @@ def seconds_in_turn(
                 continue
             if turn == 0:
                 seconds = seconds_of(calls[k])
-                repeats[k] = max(1, round(least / PARTS / seconds)) if seconds > 0.0 else 1
+                repeats[k] = max(1, round(least_seconds / PARTS / seconds)) if seconds > 0.0 else 1
             if turn or repeats[k] > 1:
                 parts = PARTS if repeats[k] > 1 else 1
                 seconds = min(seconds_of(calls[k], repeats[k]) for _ in range(parts))
@@ -102,7 +102,7 @@ def seconds_in_turn(
 
 def _timing(seconds: Sequence[float]) -> Timing:
     """The timing of the rounds; all NaN when one of them has no time."""
-    if any(math.isnan(one) for one in seconds):
+    if any(math.isnan(duration) for duration in seconds):
         return Timing(math.nan, math.nan, math.nan)
     return Timing(statistics.median(seconds), min(seconds), max(seconds))
 
@@ -115,20 +115,20 @@ def seconds_of(call: Callable[[], Any], repeats: int = 1) -> float:
         start = time.perf_counter()
         for _ in range(repeats):
             call()
-        whole = time.perf_counter() - start
-    return (spent.seconds or whole) / repeats
+        wall_seconds = time.perf_counter() - start
+    return (spent.seconds or wall_seconds) / repeats
 
 
 def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
     """The result of a call, and its seconds, or those of a second, warm call if that is shorter."""
-    result, seconds = once(call)
-    return result, min(seconds, seconds_of(call, 1)) if seconds < LONG else seconds
+    returned, seconds = once(call)
+    return returned, min(seconds, seconds_of(call, 1)) if seconds < LONG else seconds
 
 
 def once(call: Callable[[], Any]) -> tuple[Any, float]:
     """The result of a call and its seconds; NaN where its own clock failed."""
     with heard() as spent:
         start = time.perf_counter()
-        result = call()
+        returned = call()
         seconds = spent.seconds or time.perf_counter() - start
-    return result, float(getattr(call, "took", seconds))
+    return returned, float(getattr(call, "took", seconds))

@@ -58,14 +58,14 @@ def problem() -> Problem:
     return Problem(system, start, TURNING.ravel(), name="two pendulums joined by a spring")
 
 
-def pull(R: Array, rest: Array) -> tuple[Array, Array]:
+def pull(R: Array, extra: Array) -> tuple[Array, Array]:
     """Torques about the pivots (2, 3) in the bodies' frames; nothing else moves."""
     force = SPRING * (APART + R[1] @ HOOKS[1] - R[0] @ HOOKS[0])
     torques = [
         cross(CENTRES[i], WEIGHTS[i] @ R[i]) + cross(HOOKS[i], (1 - 2 * i) * force @ R[i])
         for i in range(2)
     ]
-    return np.array(torques), rest
+    return np.array(torques), extra
 
 
 def motion(q: Array, mu: Array) -> NewtonEuler:
@@ -73,7 +73,7 @@ def motion(q: Array, mu: Array) -> NewtonEuler:
     return NewtonEuler(INERTIAS, np.array(GROUP.parts(q)), mu.reshape(2, 3), np.zeros(0), pull)
 
 
-def state(R: Array, turning: Array, rest: Array) -> tuple[Array, Array]:
+def state(R: Array, turning: Array, extra: Array) -> tuple[Array, Array]:
     """(q, mu) of attitudes (2, 3, 3) and angular momenta (2, 3)."""
     return R.reshape(18).astype(float), turning.reshape(6).astype(float)
 

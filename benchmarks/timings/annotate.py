@@ -30,18 +30,18 @@ def timed(benchmark: Any, call: Callable[[], Any]) -> Any:
     seconds = max(time.perf_counter() - clock, 1e-6)
     repeats = max(1, math.ceil(LEAST / seconds))
     rounds = min(ROUNDS, max(FEWEST, int(BUDGET / (repeats * seconds))))
-    result = timed_warm(benchmark, call, rounds, repeats)
+    returned = timed_warm(benchmark, call, rounds, repeats)
     benchmark.extra_info.update(first_call=first)
-    return result
+    return returned
 
 
 def timed_warm(benchmark: Any, call: Callable[[], Any], rounds: int, repeats: int = 1) -> Any:
     """The same for a warm call; the yardstick is timed before and after."""
     before = calibration.yardstick(3)
-    result = benchmark.pedantic(call, rounds=rounds, iterations=repeats)
+    returned = benchmark.pedantic(call, rounds=rounds, iterations=repeats)
     seconds = statistics.median(before + calibration.yardstick(3))
     benchmark.extra_info.update(yardstick={"name": calibration.NAME, "seconds": seconds})
-    return result
+    return returned
 
 
 def annotate(
@@ -52,7 +52,7 @@ def annotate(
     counts: Mapping[str, int],
     status: str,
     settings: Mapping[str, Any],
-    **more: Any,
+    **columns: Any,
 ) -> None:
     """Add problem, error, counts, status and settings to the benchmark's row.
 
@@ -71,5 +71,5 @@ def annotate(
         settings={key: str(value) for key, value in settings.items()},
         versions=versions(),
         commit=commit(),
-        **more,
+        **columns,
     )

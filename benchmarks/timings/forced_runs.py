@@ -88,13 +88,13 @@ def _whfast(steps: int, *force: Any) -> Any:
 
 def calls() -> Mapping[str, Mapping[str, Call]]:
     """group -> name -> a run, and how many steps it takes."""
-    ours: dict[str, Call] = {
+    galvi_calls: dict[str, Call] = {
         name: (partial(_run, forced(force), STEP, STEPS), STEPS)
         for name, force in {**of_position(), **of_velocity()}.items()
     }
-    groups: dict[str, dict[str, Call]] = {"galvi, outer planets": ours}
-    for place, (step, where) in ELSEWHERE.items():
-        groups[f"galvi, {place}"] = {
+    groups: dict[str, dict[str, Call]] = {"galvi, outer planets": galvi_calls}
+    for label, (step, where) in ELSEWHERE.items():
+        groups[f"galvi, {label}"] = {
             name: (partial(_run, forced(force), step, STEPS, **where), STEPS)
             for name, force in of_position().items()
         }
@@ -102,7 +102,7 @@ def calls() -> Mapping[str, Mapping[str, Call]]:
     step, where = ELSEWHERE["clock"]
     groups["galvi, clock"]["drag"] = (partial(_run, dragged, step, SLOW_STEPS, **where), SLOW_STEPS)
     if not extras.missing():
-        theirs: dict[str, tuple[Any, ...]] = {
+        rebound_forces: dict[str, tuple[Any, ...]] = {
             NONE: ("", {}, {}),
             "J2": ("gravitational_harmonics", {}, {0: {"J2": 2e-7, "R_eq": 4.65e-3}}),
             "potential": ("gr_potential", {"c": SPEED}, {}),
@@ -110,7 +110,7 @@ def calls() -> Mapping[str, Mapping[str, Call]]:
             "EIH": ("gr_full", {"c": SPEED}, {}),
         }
         groups["REBOUND WHFast, REBOUNDx"] = {
-            name: (partial(_whfast, STEPS, *force), STEPS) for name, force in theirs.items()
+            name: (partial(_whfast, STEPS, *force), STEPS) for name, force in rebound_forces.items()
         }
     groups["galvi, arm of three hinges"] = {
         name: (partial(_run, arm(xml), MOMENT, ARM_STEPS, 4), ARM_STEPS)

@@ -55,8 +55,8 @@ def by_events(duration: float) -> list[Array]:
     """Mid-transit times of each planet, by galvi's events."""
     steps = math.ceil(duration / (PERIODS[0] * YEAR / STEPS_A_REVOLUTION))
     run = galvi.integrate(three_planets(), METHOD, duration / steps, steps)
-    found = galvi.find_events(run, TRANSITS)
-    return [found.t[found.index == k] for k in range(len(PLANETS))]
+    transits = galvi.find_events(run, TRANSITS)
+    return [transits.t[transits.index == k] for k in range(len(PLANETS))]
 
 
 def with_ias15(duration: float) -> list[Array]:
@@ -77,8 +77,8 @@ def test_transits(benchmark: Any, name: str) -> None:
     settings, times, missing = WAYS[name]
     if missing():
         pytest.skip(missing())
-    found = timed(benchmark, lambda: times(YEARS * YEAR))
-    counts = {"transits": sum(map(len, found))}
+    transits = timed(benchmark, lambda: times(YEARS * YEAR))
+    counts = {"transits": sum(map(len, transits))}
     assert counts["transits"] == 69
     annotate(
         benchmark,
