@@ -44,7 +44,7 @@ def _midpoint(
 
 # Newton's and Euler's equations of several bodies, solved twice over, without galvi.
 #
-# With w = J^-1 p for each body:  p' = p x w + torque,  R' = R hat(w),  and extra' as `pull` returns it.
+# With w = J^-1 p for each body:  p' = p x w + torque,  R' = R hat(w),  and extra' from `pull`.
 
 Pull = Callable[[Array, Array], tuple[Array, Array]]
 State = tuple[Array, Array, Array]

@@ -104,8 +104,8 @@ def optical_depth(q: Array, diameter: float) -> Array:
     e = along / length
     ahead = (r - PILOT[0]) * e[0] + (z - PILOT[1]) * e[1]
     aside = np.abs((r - PILOT[0]) * e[1] - (z - PILOT[1]) * e[0])
-    near = np.maximum(0.0, 1.0 - aside / BLUR) / BLUR
-    seen = near * ((ahead > 0.0) & (ahead < length) & (z > 0.0))
+    triangle = np.maximum(0.0, 1.0 - aside / BLUR) / BLUR
+    weight = triangle * ((ahead > 0.0) & (ahead < length) & (z > 0.0))
     grain = SAND * math.pi * diameter**3 / 6.0
     area = EXTINCTION * math.pi * diameter**2 / 4.0
-    return area / grain * seen / (2.0 * np.pi * np.maximum(r, 1e-9))
+    return area / grain * weight / (2.0 * np.pi * np.maximum(r, 1e-9))

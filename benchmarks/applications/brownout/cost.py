@@ -63,18 +63,18 @@ def cost_of_clouds(
     cases = [(drag, d, 2) for drag in (CONSTANT, BY_REYNOLDS) for d in DIAMETERS]
     cases += [(BY_REYNOLDS, 100e-6, s) for s in OTHERS]
     calls: list[Callable[[], Any]] = []
-    runs, alone = [], []
+    runs, singles = [], []
     for drag, diameter, degree in cases:
         report(f"{drag}, {diameter * 1e6:g} micrometres, degree {degree}")
         cloud = Cloud(diameter, drag, np.arange(n))
         flown = partial(cloud.flights, _gauss(degree), STEPS, threads=1)
         runs.append(flown())
         calls += [flown, cloud.starts]
-        alone.append(None if diameter not in BESIDE or degree != 2 else _single(drag, diameter))
-        calls += [alone[-1]] if alone[-1] else []
-    times = iter([one.seconds for one in interleaved(calls, ROUNDS, 0.02)])
+        singles.append(None if diameter not in BESIDE or degree != 2 else _single(drag, diameter))
+        calls += [singles[-1]] if singles[-1] else []
+    times = iter([timing.seconds for timing in interleaved(calls, ROUNDS, 0.02)])
     rows = []
-    for (drag, diameter, degree), run, single in zip(cases, runs, alone, strict=True):
+    for (drag, diameter, degree), run, single in zip(cases, runs, singles, strict=True):
         steps = int(run.steps.sum())
         seconds = (next(times) - next(times)) / steps
         by_itself = next(times) / STEPS if single else math.nan
@@ -142,15 +142,15 @@ class Part:
         cloud = Cloud(self.diameter, grains=np.arange(MILLION // len(DIAMETERS)))
         replace(cloud, grains=np.arange(8)).flights(_gauss(2), STEPS)
         run, seconds = once(lambda: cloud.flights(_gauss(2), STEPS))
-        seen = total(answers({self.diameter: cloud}, _gauss(2), STEPS).depth)
+        depth = total(answers({self.diameter: cloud}, _gauss(2), STEPS).depth)
         row = {
             **_row(BY_REYNOLDS, self.diameter, 2, run),
             "runs": CLOUD,
             "threads": processors(),
             "microseconds": 1e6 * seconds / int(run.steps.sum()),
             "single": math.nan,
-            "optical_depth": seen.value,
-            "uncertainty": seen.uncertainty,
+            "optical_depth": depth.value,
+            "uncertainty": depth.uncertainty,
             "commit": self.code,
             "date": today(),
         }

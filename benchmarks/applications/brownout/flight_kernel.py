@@ -18,10 +18,10 @@ constants  (n, 2)    those of the drag law        counts  (n, 2)  the first step
 numbers              as in benchmarks.applications.brownout.grain_pass
 rules      (3,)      e, below 0: grains stay; the speed up to which they stay; whether the root of
                      the step's end is found
-every                steps between saved places
+save_every           steps between saved places
 ends       (n, 13)   q, v, time, impulses of the drag and of contacts over the mass
 codes      (n, 4)    how it ended, contacts, steps, passes
-saved      (n, r, 3) places at times every step k, k = 0, 1, ...; NaN before the start, after a
+saved      (n, r, 3) places after save_every k steps, k = 0, 1, ...; NaN before the start, after a
            failure, and of a grain that does not start
 """
 
@@ -77,10 +77,10 @@ WHO, PHASE, ROOTS, TRIED_TWICE, MOST = range(5)  # rows of `lane`; MOST: passes,
 @jit_inline
 def value_at(coefficients, tau):
     """sum_l coefficients_l tau^l."""
-    result = 0.0
+    total = 0.0
     for l in range(coefficients.size - 1, -1, -1):
-        result = result * tau + coefficients[l]
-    return result
+        total = total * tau + coefficients[l]
+    return total
 
 
 @jit_inline
@@ -92,7 +92,7 @@ def first_root(coefficients, scratch):
     """
     n = coefficients.size
     derivative, roots, new = scratch[0], scratch[1], scratch[2]
-    known = 0
+    root_count = 0
     for order in range(n - 1, -1, -1):
         for l in range(n - order):
             factor = 1.0
@@ -100,9 +100,9 @@ def first_root(coefficients, scratch):
                 factor *= k
             derivative[l] = factor * coefficients[l + order]
         part = derivative[: n - order]
-        found, low = 0, 0.0
-        for piece in range(known + 1):
-            high = roots[piece] if piece < known else 1.0
+        new_count, low = 0, 0.0
+        for piece in range(root_count + 1):
+            high = roots[piece] if piece < root_count else 1.0
             at_low, at_high = value_at(part, low), value_at(part, high)
             if (at_low > 0.0) != (at_high > 0.0):
                 a, b = low, high
@@ -112,13 +112,13 @@ def first_root(coefficients, scratch):
                         a = middle
                     else:
                         b = middle
-                new[found] = b
-                found += 1
+                new[new_count] = b
+                new_count += 1
             low = high
-        for k in range(found):
+        for k in range(new_count):
             roots[k] = new[k]
-        known = found
-    return roots[0] if known > 0 else 2.0
+        root_count = new_count
+    return roots[0] if root_count > 0 else 2.0
 
 
 @jit_inline
@@ -213,17 +213,17 @@ def empty(work, lane, l):
 
 
 @jit_inline
-def keep(saved, who, index, every, x, y, z):
+def keep(saved, who, index, save_every, x, y, z):
     """Keep a place at a time that is kept."""
-    if saved.shape[1] and index % every == 0 and index // every < saved.shape[1]:
-        row = index // every
+    if saved.shape[1] and index % save_every == 0 and index // save_every < saved.shape[1]:
+        row = index // save_every
         saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
 
 
 @jit_inline
-def fill(saved, who, index, every, x, y, z):
+def fill(saved, who, index, save_every, x, y, z):
     """Keep a place at all times from a step's end on."""
-    for row in range((index + every - 1) // every, saved.shape[1]):
+    for row in range((index + save_every - 1) // save_every, saved.shape[1]):
         saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
 
 
@@ -250,8 +250,8 @@ def after_step(work, lane, l, numbers, s, polish, scratch):
         return DOWN if work[END + 2, l] <= 0.0 else ABOVE
     lane[ROOTS, l] += 1
     z, speed = work[END + 2, l], work[END + 5, l]
-    near = abs(z) <= CLOSE * (work[Q + 2, l] + h * abs(speed))
-    if polish > 0.0 and not near and lane[ROOTS, l] < SOLVES and speed < 0.0:
+    on_ground = abs(z) <= CLOSE * (work[Q + 2, l] + h * abs(speed))
+    if polish > 0.0 and not on_ground and lane[ROOTS, l] < SOLVES and speed < 0.0:
         longer = h - z / speed
         if longer >= work[LEFT, l]:  # not within the step
             lane[PHASE, l] = LAST_TRY
@@ -289,9 +289,9 @@ def touch(work, who, l, rules, ends, codes):
 
 
 @jit_inline
-def go_on(work, lane, l, numbers, s, rules, every, last, scratch, results):
+def go_on(work, lane, l, numbers, s, rules, save_every, last, scratch, records):
     """After a pass that ends a lane's solve: FLYING, or how its grain has ended."""
-    ends, codes, saved = results
+    ends, codes, saved = records
     who, index, solved = lane[WHO, l], int(work[INDEX, l]), work[STATE, l] == SOLVED
     if not solved and lane[TRIED_TWICE, l] == 0:  # without what was extrapolated
         lane[TRIED_TWICE, l] = 1
@@ -301,15 +301,15 @@ def go_on(work, lane, l, numbers, s, rules, every, last, scratch, results):
     if not solved or work[TRIED, l] > lane[MOST, l]:
         for i in range(6):
             work[Q + i, l] = np.nan
-        fill(saved, who, index, every, np.nan, np.nan, np.nan)
+        fill(saved, who, index, save_every, np.nan, np.nan, np.nan)
         return FAILED
     lane[TRIED_TWICE, l] = 0
-    found = after_step(work, lane, l, numbers, s, rules[2], scratch)
-    if found == AGAIN:
+    event = after_step(work, lane, l, numbers, s, rules[2], scratch)
+    if event == AGAIN:
         return FLYING
     lane[PHASE, l] = WHOLE
-    if found == ABOVE:
-        keep(saved, who, index, every, work[END, l], work[END + 1, l], work[END + 2, l])
+    if event == ABOVE:
+        keep(saved, who, index, save_every, work[END, l], work[END + 1, l], work[END + 2, l])
         if index < last:
             return FLYING  # the next pass begins the next step
         take(work, l)
@@ -320,17 +320,17 @@ def go_on(work, lane, l, numbers, s, rules, every, last, scratch, results):
         set_guess(work, l, s)
         set_step(work, l, work[LEFT, l], numbers, s)  # the rest, which may be 0
     elif how == LANDED:
-        fill(saved, who, index, every, work[Q, l], work[Q + 1, l], 0.0)
+        fill(saved, who, index, save_every, work[Q, l], work[Q + 1, l], 0.0)
     else:
-        fill(saved, who, index, every, np.nan, np.nan, np.nan)
+        fill(saved, who, index, save_every, np.nan, np.nan, np.nan)
     return how
 
 
 @jit
-def fly(law, grains, s, numbers, rules, every, work, results):
+def fly(law, grains, s, numbers, rules, save_every, work, records):
     """Do all flights of a batch, into ends, codes and saved."""
     starts, clocks, constants, counts = grains
-    ends, codes, saved = results
+    ends, codes, saved = records
     n = starts.shape[0]
     lane, scratch = np.zeros((5, LANES), np.int64), np.zeros((4, s + 2))
     for l in range(LANES):
@@ -354,7 +354,7 @@ def fly(law, grains, s, numbers, rules, every, work, results):
                             saved,
                             who,
                             index - 1,
-                            every,
+                            save_every,
                             starts[who, 0],
                             starts[who, 1],
                             starts[who, 2],
@@ -371,7 +371,7 @@ def fly(law, grains, s, numbers, rules, every, work, results):
             if who == NOBODY or work[STATE, l] == GOES_ON:
                 continue
             last = counts[who, 1]
-            how = go_on(work, lane, l, numbers, s, rules, every, last, scratch, results)
+            how = go_on(work, lane, l, numbers, s, rules, save_every, last, scratch, records)
             if how != FLYING:
                 leave(work, lane, l, how, ends, codes)
                 busy -= 1

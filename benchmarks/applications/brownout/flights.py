@@ -186,8 +186,8 @@ def follow(
     A grain's numbers do not depend on the other grains, their order, lanes or threads.
     """
     _check_method(method)
-    given = {"q0": q0, "v0": v0, "t0": t0, "rates": rates}
-    q0, v0, t0, rates = (input_checks.array(name, values) for name, values in given.items())
+    arrays = {"q0": q0, "v0": v0, "t0": t0, "rates": rates}
+    q0, v0, t0, rates = (input_checks.array(name, values) for name, values in arrays.items())
     if not isinstance(ground, Ground):
         raise TypeError(f"ground must be a Ground; received {shown(ground)}.")
     gravity = input_checks.real("gravity", gravity)
@@ -213,14 +213,14 @@ def follow(
 
     def batch(part: Any) -> None:
         (work,) = aligned((rows_of_grains(method.stages), LANES))
-        every = int(steps[part][0]) // saves if saves else 1
+        save_every = int(steps[part][0]) // saves if saves else 1
         kernel(
             law,
             (starts[part], clocks[part], constants[part], counts[part]),
             method.stages,
             numbers,
             rules,
-            every,
+            save_every,
             work,
             (ends[part], codes[part], places[part]),
         )
@@ -245,12 +245,12 @@ def _do(batch: Callable[[Any], None], parts: list[Any], threads: int | None) -> 
     """Do all batches; after Ctrl-C no new one begins."""
     with defer_interrupts() as pressed:
 
-        def one(part: Any) -> None:
+        def run_batch(part: Any) -> None:
             if not pressed():
                 batch(part)
 
         with ThreadPoolExecutor(threads or processors()) as pool:
-            list(pool.map(one, parts))
+            list(pool.map(run_batch, parts))
         if pressed():
             raise KeyboardInterrupt
 
@@ -296,9 +296,9 @@ def _steps(step: float | Array, until: float, saves: int, n: int) -> Codes:
         )
     sizes = np.broadcast_to(sizes, (n,))
     counts = np.rint(until / sizes).astype(np.int64)
-    whole = np.abs(counts * sizes - until) <= 1e-9 * until
-    if not np.all(whole & (counts % max(1, saves) == 0)):
-        wrong = float(sizes[~(whole & (counts % max(1, saves) == 0))][0])
+    fits = np.abs(counts * sizes - until) <= 1e-9 * until
+    if not np.all(fits & (counts % max(1, saves) == 0)):
+        wrong = float(sizes[~(fits & (counts % max(1, saves) == 0))][0])
         raise ValueError(
             f"step must be a whole fraction of until and of its {max(1, saves)} saved parts; "
             f"received {wrong!r} for {until!r}. Take until / n with n a multiple of saves."
@@ -370,12 +370,12 @@ def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
     return np.concatenate([np.ravel(part) for part in parts])
 
 
-def _extrapolation(known: Array, asked: Array) -> Array:
+def _extrapolation(times: Array, new_times: Array) -> Array:
     """Values of a polynomial at the times asked for, from those at as many times as it has
     coefficients."""
-    n = len(known)
-    return np.vander(asked, n, increasing=True) @ np.linalg.inv(
-        np.vander(known, n, increasing=True)
+    n = len(times)
+    return np.vander(new_times, n, increasing=True) @ np.linalg.inv(
+        np.vander(times, n, increasing=True)
     )
 
 

@@ -123,8 +123,8 @@ def _settings(request: ConvergenceRequest, contender: Any, truth: Truth) -> Sequ
     counts = _counts(request)
     if counts:
         return [{**fixed(duration, count), **options} for count in counts]
-    tried = ladder(problem, duration, contender, truth, options=options)
-    counts = [setting["save_every"] for setting in tried]
+    rungs = ladder(problem, duration, contender, truth, options=options)
+    counts = [setting["save_every"] for setting in rungs]
     while 1 < len(counts) < FEW_COUNTS:  # a high order falls to round-off in a few halvings
         counts = sorted({*counts, *(round((a * b) ** 0.5) for a, b in pairwise(counts))})
     return [{**fixed(duration, count), **options} for count in counts]

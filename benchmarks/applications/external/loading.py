@@ -96,10 +96,10 @@ def object_at(path: str, kind: str, noun: str) -> Any:
             ) from None
         raise ContenderError(f"importing {module_name} raised {describe_error(error)}") from None
     if not hasattr(module, name):
-        known = [word for word in vars(module) if not word.startswith("_")]
-        near = difflib.get_close_matches(name, known, n=1)
+        public_names = [word for word in vars(module) if not word.startswith("_")]
+        similar = difflib.get_close_matches(name, public_names, n=1)
         raise ContenderError(
-            f"module {module_name} has no {name!r}{f'; did you mean {near[0]!r}?' if near else ''}"
+            f"module {module_name} has no {name!r}{f'; did you mean {similar[0]!r}?' if similar else ''}"
         )
     return getattr(module, name)
 
@@ -119,9 +119,12 @@ def _suggested_path(path: str, noun: str) -> str:
 def _is_name(name: str) -> bool:
     one_line = name.strip() and name.isprintable() and len(name) <= LONGEST
     word = " ".join(name.casefold().split())
-    ours = word.startswith((OURS, *STARTS))
-    taken = {code.name.casefold() for code in REFERENCES} & {word, word.partition(",")[0].rstrip()}
-    return bool(one_line) and not set(name) & set(MARKUP) and not ours and not taken
+    is_reserved = word.startswith((OURS, *STARTS))
+    same_names = {code.name.casefold() for code in REFERENCES} & {
+        word,
+        word.partition(",")[0].rstrip(),
+    }
+    return bool(one_line) and not set(name) & set(MARKUP) and not is_reserved and not same_names
 
 
 def metadata(contender: Any) -> tuple[str, float | None, dict[str, float], bool]:
@@ -138,7 +141,7 @@ def metadata(contender: Any) -> tuple[str, float | None, dict[str, float], bool]
     if order is not None and not is_positive(order):
         raise ContenderError(f"its order must be a positive number; received {order!r}")
     if not isinstance(conserves, Mapping) or not all(
-        name in CONSERVED and is_positive(most) for name, most in conserves.items()
+        name in CONSERVED and is_positive(limit) for name, limit in conserves.items()
     ):
         raise ContenderError(
             "what it conserves must be a mapping of "
@@ -150,8 +153,8 @@ def metadata(contender: Any) -> tuple[str, float | None, dict[str, float], bool]
             "whether it is symmetric, that is, returns to its start in a run back, must be True or "
             f"False; received {symmetric!r}"
         )
-    kept = {plain_text(name): float(most) for name, most in conserves.items()}
-    return plain_text(contender.name), None if order is None else float(order), kept, symmetric
+    limits = {plain_text(name): float(limit) for name, limit in conserves.items()}
+    return plain_text(contender.name), None if order is None else float(order), limits, symmetric
 
 
 def definition(contender: Any) -> tuple[str, int]:
@@ -184,5 +187,5 @@ def plain_text(value: Any) -> str:
 
 def describe_error(error: BaseException) -> str:
     """Type and message of an exception, on one line, without control characters and full stop."""
-    words = " ".join(plain_text(error).split()).rstrip(".")
-    return visible(f"{type(error).__name__}: {words}" if words else type(error).__name__)
+    message = " ".join(plain_text(error).split()).rstrip(".")
+    return visible(f"{type(error).__name__}: {message}" if message else type(error).__name__)

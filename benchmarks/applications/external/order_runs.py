@@ -50,11 +50,13 @@ def order_runs(
     order = min(external.order, HIGHEST)
     longest, shortest = offered_steps(check, equal)
     error = errors_at(external, check, equal, end)
-    most = max(shortest, round(FURTHER * longest))
-    least = min(COARSE, max(SMALL, ROOM * check.floor * LEAST**order))
-    numbers = _numbers(error, fewest(error, longest, most, least), shortest, order, check.floor)
+    most_steps = max(shortest, round(FURTHER * longest))
+    least_error = min(COARSE, max(SMALL, ROOM * check.floor * LEAST**order))
+    numbers = _numbers(
+        error, fewest(error, longest, most_steps, least_error), shortest, order, check.floor
+    )
     if rises([error(steps)[0] for steps in numbers], max(check.floor, SINGLE)) >= RISES:
-        few = fewest(error, longest, most, COARSE)
+        few = fewest(error, longest, most_steps, COARSE)
         numbers = _numbers(error, few, few, order, check.floor)
     for steps in numbers:
         value, status = error(steps)
@@ -89,8 +91,8 @@ def errors_at(
     @cache
     def error(steps: int) -> tuple[float, str]:
         setting = {**equal[-1], "step": check.duration / steps, "save_every": steps}
-        tried = not longest <= steps <= shortest
-        run = external.checked(check.problem, check.duration, setting, tried=tried).run
+        is_trial = not longest <= steps <= shortest
+        run = external.checked(check.problem, check.duration, setting, is_trial=is_trial).run
         off = float(np.max(np.abs(run.q[-1] - end))) if run.success else float("nan")
         return off / check.size, failure(run)
 
@@ -114,19 +116,19 @@ def _numbers(error: Errors, few: int, shortest: int, order: float, floor: float)
     return tuple(dict.fromkeys(round(few * ratio**k) for k in range(POINTS)))
 
 
-def fewest(error: Errors, longest: int, most: int, least: float) -> int:
+def fewest(error: Errors, longest: int, most_steps: int, least_error: float) -> int:
     """The number of steps to begin with, of an error of at least `least`; that of its longest step
     where this fails, or is too long and so are all up to `most`."""
     few, now = longest, error(longest)[0]
-    while now < least and few >= 2 * FEW:
+    while now < least_error and few >= 2 * FEW:
         longer = error(few // 2)[0]
         if np.isnan(longer):
             return few
-        if longer >= least:  # between the two
-            part = np.log(longer / least) / np.log(longer / now) if now > 0.0 else 0.0
+        if longer >= least_error:  # between the two
+            part = np.log(longer / least_error) / np.log(longer / now) if now > 0.0 else 0.0
             return round((few // 2) * 2.0 ** min(part, 1.0))
         few, now = few // 2, longer
-    while now > COARSE and 2 * few <= most:
+    while now > COARSE and 2 * few <= most_steps:
         shorter = error(2 * few)[0]
         if np.isnan(shorter):
             break

@@ -67,7 +67,9 @@ class ServedChecks:
     limit: float
     _open: dict[str, ExternalIntegrator] = field(default_factory=dict)
     _runs: dict[str, Runs] = field(default_factory=dict)
-    _asked: dict[str, tuple[list[CheckProblem], list[CheckProblem]]] = field(default_factory=dict)
+    _problem_lists: dict[str, tuple[list[CheckProblem], list[CheckProblem]]] = field(
+        default_factory=dict
+    )
 
     def items(self) -> list[Item]:
         """What `measured` takes, in the order of `verify`."""
@@ -143,9 +145,9 @@ class ServedChecks:
         self, external: ExternalIntegrator
     ) -> tuple[list[CheckProblem], list[CheckProblem]]:
         """Those that it supports, and those about which it does not answer."""
-        if external.path not in self._asked:
-            self._asked[external.path] = supported_and_faulty(external, self._problems)
-        return self._asked[external.path]
+        if external.path not in self._problem_lists:
+            self._problem_lists[external.path] = supported_and_faulty(external, self._problems)
+        return self._problem_lists[external.path]
 
     def _items_of(self, path: str) -> list[Item]:
         external = self._external(path)
@@ -211,9 +213,9 @@ def serve() -> None:
     """Answer requests until there are no more. Code of the user's reads nothing, and what it prints
     is no answer."""
     requests = os.fdopen(os.dup(sys.stdin.fileno()), encoding="utf-8")
-    nothing = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(nothing, sys.stdin.fileno())
-    os.close(nothing)
+    empty_input = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(empty_input, sys.stdin.fileno())
+    os.close(empty_input)
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # without a traceback; integrators end with it

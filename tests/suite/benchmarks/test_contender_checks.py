@@ -198,7 +198,7 @@ def test_a_body_at_rest_is_measured_by_the_way_of_the_system():
         (hanging, 1.0, "holds"),
     ):
         contender = with_parts(Stepped(), strength=strength, conserves={}, order=None)
-        check = replace(ORBIT, problem=problem, truth=DOP853, setting=TIGHT, kept=())
+        check = replace(ORBIT, problem=problem, truth=DOP853, setting=TIGHT, conserved=())
         external = Inside.of(contender)
         rows = Judge("A", external, (check,)).errors(check, frame(Runs(external).errors(check)))
         assert [row.verdict for row in rows if "over the way" in row.quantity] == [verdict]

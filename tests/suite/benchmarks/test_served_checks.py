@@ -220,13 +220,13 @@ def test_a_hang_is_red_where_it_hangs_and_items_that_are_not_asked_then_are_skip
 ):
     ask = Inside._ask
 
-    def impatient(self: Inside, question: str, *arguments: Any, tried: bool = False) -> Any:
-        if self._late[tried] >= PATIENCE:
+    def impatient(self: Inside, question: str, *arguments: Any, is_trial: bool = False) -> Any:
+        if self._late[is_trial] >= PATIENCE:
             raise NotAsked("Answers before took longer.")
         try:
-            return ask(self, question, *arguments, tried=tried)
+            return ask(self, question, *arguments, is_trial=is_trial)
         except ContenderError as error:
-            self._late[tried] += "TimeoutError" in str(error)
+            self._late[is_trial] += "TimeoutError" in str(error)
             raise
 
     monkeypatch.setattr(Inside, "_ask", impatient)
