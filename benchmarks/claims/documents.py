@@ -370,7 +370,7 @@ def _term(text: str) -> dict[str, Any]:
         case ["errors"]:
             return {"uncertainty": 0.0}
         case ["errors", "up", "to", most]:
-            return {"uncertainty": 0.0, "most": _number(most)}
+            return {"uncertainty": 0.0, "largest_tolerance": _number(most)}
         case ["errors", size]:
             return {"uncertainty": _number(size)}
         case ["either", "side"]:

@@ -87,7 +87,8 @@ class Summary:
             return f"{checks}; nothing was measured."
         covered = coverage(self.rows)
         if covered.orders:
-            checks += f". The stated errors {'cover' if covered.is_plausible else 'are too small'}: {covered}"
+            errors = "cover" if covered.is_plausible else "are too small"
+            checks += f". The stated errors {errors}: {covered}"
         if wrong := self.unfounded:
             checks += (
                 f". {many(len(wrong), 'printed statement')} unfounded: {wrong[0].removesuffix('.')}"

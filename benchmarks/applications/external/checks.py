@@ -294,8 +294,8 @@ class Judge:
 
     def memory(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
         rows = []
-        for _, row in pick(table, quantity=GROWTH).iterrows():
-            measured = float(row["value"])
+        for _, reading in pick(table, quantity=GROWTH).iterrows():
+            measured = float(reading["value"])
             verdict = bounds.AtMost(LEFT).verdict(measured)
             rows.append(
                 self._row(
@@ -312,7 +312,7 @@ class Judge:
                     else LEAK
                     if measured > LEFT
                     else "Further runs of a warm process leave nothing.",
-                    setup=f"{check.problem.name}; T = {check.duration:g}; {row['label']}",
+                    setup=f"{check.problem.name}; T = {check.duration:g}; {reading['label']}",
                 )
             )
         return rows
@@ -335,20 +335,20 @@ class Judge:
 
     def errors(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
         rows, errors = [], pick(table, quantity=ERROR)
-        for _, row in errors.iterrows():
-            limit = number(table, quantity=CLAIMED, label=row["label"])
-            measured, claims = float(row["value"]), np.isfinite(limit)
+        for _, reading in errors.iterrows():
+            limit = number(table, quantity=CLAIMED, label=reading["label"])
+            measured, claims = float(reading["value"]), np.isfinite(limit)
             expected = bounds.HOLDS if claims else bounds.FINDING
             is_met = np.isfinite(measured) and not (claims and measured > limit)
             rows.append(
                 self._row(
                     check,
-                    f"error at {row['label'] or 'its setting'}",
+                    f"error at {reading['label'] or 'its setting'}",
                     measured,
                     expected if is_met else bounds.CONTRADICTED,
                     expected=expected,
                     bound=f"at most {limit:g}" if claims else "none",
-                    reason=row["status"] or (DECLARED if claims else NOT_DECLARED),
+                    reason=reading["status"] or (DECLARED if claims else NOT_DECLARED),
                 )
             )
         return [*rows, *self._way(check, table)] if rows else []

@@ -209,8 +209,7 @@ class ExternalIntegrator:
     def checked(
         self, problem: Problem, duration: float, setting: Mapping[str, Any], is_trial: bool = False
     ) -> CheckedRun:
-        """A run that should succeed: unless `is_trial`, a failure is a fault even where the contender
-        reports it."""
+        """A run that should succeed: unless `is_trial`, its failure is a fault, reported or not."""
         requested = self._late[is_trial] < PATIENCE
         call = self.timed(problem, duration, setting, is_trial)
         run = call()

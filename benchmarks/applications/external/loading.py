@@ -99,7 +99,8 @@ def object_at(path: str, kind: str, noun: str) -> Any:
         public_names = [word for word in vars(module) if not word.startswith("_")]
         similar = difflib.get_close_matches(name, public_names, n=1)
         raise ContenderError(
-            f"module {module_name} has no {name!r}{f'; did you mean {similar[0]!r}?' if similar else ''}"
+            f"module {module_name} has no {name!r}"
+            f"{f'; did you mean {similar[0]!r}?' if similar else ''}"
         )
     return getattr(module, name)
 

@@ -25,7 +25,7 @@ class Model:
     ----------
     problem
         as galvi reads it
-    own
+    native
         the user's own, which its engine steps: a `rebound.Simulation`, or what
         `galvi.interop.from_mujoco.read` returns; None where there is the problem alone, from which
         the engine's is rebuilt
@@ -34,7 +34,7 @@ class Model:
     """
 
     problem: Problem
-    own: Any = None
+    native: Any = None
     notes: tuple[str, ...] = ()
 
 
@@ -65,13 +65,17 @@ class Source:
         """The run with so many states after the start."""
         if self.step is None:
             return self.contender.run(problem, duration, {"samples": samples, **self.setting})
-        every = math.ceil(abs(duration) / (samples * self.step))
-        setting = {"step": duration / (samples * every), "save_every": every, **self.setting}
+        save_every = math.ceil(abs(duration) / (samples * self.step))
+        setting = {
+            "step": duration / (samples * save_every),
+            "save_every": save_every,
+            **self.setting,
+        }
         return self.contender.run(problem, duration, setting)
 
 
 @dataclass(frozen=True)
-class Own:
+class UserSetting:
     """The user's integrator; ``step``, negative backwards, is None where it chooses its own."""
 
     name: str
@@ -102,22 +106,22 @@ class Candidate:
 
     def count(self, samples: int) -> int:
         """Of its steps, rounded up to a multiple of its states; 0 where it chooses them."""
-        kept = self.states(samples)
-        return -(-(self.steps or 0) // kept) * kept
+        states = self.states(samples)
+        return -(-(self.steps or 0) // states) * states
 
     def setting(self, duration: float, samples: int) -> dict[str, Any]:
         """With these states."""
-        kept, count = self.states(samples), self.count(samples)
+        states, count = self.states(samples), self.count(samples)
         if not count:
-            return {"samples": kept, **self.options}
-        return {"step": duration / count, "save_every": count // kept, **self.options}
+            return {"samples": states, **self.options}
+        return {"step": duration / count, "save_every": count // states, **self.options}
 
     def text(self, duration: float, samples: int) -> str:
         """The step, or what stands for it."""
         if self.steps is not None:
             return f"dt = {duration / self.count(samples):.4g}"
-        given = [f"{k} = {v:g}" for k, v in self.options.items() if k in TOLERANCES]
-        return ", ".join(["in tau" if "step" in self.options else "adaptive", *given])
+        tolerances = [f"{k} = {v:g}" for k, v in self.options.items() if k in TOLERANCES]
+        return ", ".join(["in tau" if "step" in self.options else "adaptive", *tolerances])
 
     def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
         """The run with these states."""
@@ -143,7 +147,7 @@ class Kind(Protocol):
         """The duration, negative where the own step, or the duration, is; ValueError where a model
         cannot go backwards."""
 
-    def own(self, model: Model, name: str) -> Contender:
+    def own_contender(self, model: Model, name: str) -> Contender:
         """This one of INTEGRATORS on the user's own model, as it is."""
 
     def label(self, contender: Contender, options: Mapping[str, Any]) -> str:
@@ -152,10 +156,10 @@ class Kind(Protocol):
     def states(self, problem: Problem, duration: float) -> int:
         """How many states of the truth are needed."""
 
-    def sources(self, model: Model, duration: float, own: Own) -> list[Source]:
+    def sources(self, model: Model, duration: float, user_setting: UserSetting) -> list[Source]:
         """Solvers that are fit to be the truth, best first, not the own setting; opinions last."""
 
-    def more(self, model: Model) -> str:
+    def engine_hint(self, model: Model) -> str:
         """What adds another engine, and how to install it, where all sources are of one; "" where
         none runs the model."""
 
@@ -166,10 +170,12 @@ class Kind(Protocol):
     def unit(self, problem: Problem, dimension: str) -> str:
         """That of "length", in which errors are, or of "time", with a space before it."""
 
-    def notes(self, model: Model, own: Own, truth: Trajectory) -> list[str]:
+    def notes(self, model: Model, user_setting: UserSetting, truth: Trajectory) -> list[str]:
         """What a reader should know of the run and of what is compared with it, in sentences."""
 
-    def candidates(self, model: Model, duration: float, own: Own) -> Iterator[list[Candidate]]:
+    def candidates(
+        self, model: Model, duration: float, user_setting: UserSetting
+    ) -> Iterator[list[Candidate]]:
         """For each integrator but one that the own setting is of in all its options, its settings
         from coarse to fine, or the steps to begin with."""
 

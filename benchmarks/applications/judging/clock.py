@@ -16,8 +16,8 @@ FEWEST, ROUNDS = 5, 9  # timings of one run: a spread needs so many; no more are
 SEEN = 0.05  # share of what may be spent that a look at a run takes before it is believed
 
 
-def expected(run: Callable[[int], object], whole: int, enough: float) -> float:
-    """The seconds of ``whole`` steps, from runs of n and of 2n: their difference has no set-up in
+def expected(run: Callable[[int], object], steps: int, enough: float) -> float:
+    """The seconds of ``steps`` steps, from runs of n and of 2n: their difference has no set-up in
     it. n grows until steps outweigh set-up.
 
     Parameters
@@ -33,9 +33,9 @@ def expected(run: Callable[[int], object], whole: int, enough: float) -> float:
         once, twice = _pair(run, count)
         if _prevail(once, twice, enough):  # unless the machine was busy for a moment
             once, twice = map(min, (once, twice), _pair(run, count))
-        bound = twice * max(1.0, whole / (2 * count))
-        by_difference = twice + max(twice - once, 0.0) * max(0.0, whole / count - 2.0)
-        if bound <= enough or _prevail(once, twice, enough) or 8 * count > whole:
+        bound = twice * max(1.0, steps / (2 * count))
+        by_difference = twice + max(twice - once, 0.0) * max(0.0, steps / count - 2.0)
+        if bound <= enough or _prevail(once, twice, enough) or 8 * count > steps:
             return min(bound, by_difference)
         count *= 4
 
@@ -102,7 +102,7 @@ def race(
             break
         for k in entered:
             times[k].append(timed(candidates[k], problem, span, samples)[1])
-    return [np.array(one) for one in times]
+    return [np.array(seconds) for seconds in times]
 
 
 def quartiles(times: Array) -> tuple[float, float, float]:

@@ -98,12 +98,12 @@ def two_bodies(e: float, anomaly: float = 0.0) -> Problem:
         hyperbolic eccentric anomaly at the start of a flyby, e > 1
     """
     if e < 1.0:
-        place, speed = (1.0 - e, 0.0), (0.0, math.sqrt((1.0 + e) / (1.0 - e)))
+        position, speed = (1.0 - e, 0.0), (0.0, math.sqrt((1.0 + e) / (1.0 - e)))
     else:
         c, s, root = math.cosh(anomaly), math.sinh(anomaly), math.sqrt(e * e - 1.0)
         rate = 1.0 / (e * c - 1.0)
-        place, speed = (e - c, root * s), (-s * rate, root * c * rate)
-    q, v = _tilted(place), _tilted(speed)
+        position, speed = (e - c, root * s), (-s * rate, root * c * rate)
+    q, v = _tilted(position), _tilted(speed)
     masses = np.array([0.75, 0.25])
     shares = np.array([-0.25, 0.75])[:, None]
     return Problem(

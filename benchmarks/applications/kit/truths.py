@@ -57,9 +57,9 @@ class Truth:
     error_v: Array
 
 
-def distances(states: Array, others: Array) -> Array:
+def distances(states: Array, reference_states: Array) -> Array:
     """Of points or velocities from others, both (rows, bodies, d): (rows, bodies)."""
-    return np.linalg.norm(states - others, axis=-1)
+    return np.linalg.norm(states - reference_states, axis=-1)
 
 
 def agreed(

@@ -85,7 +85,7 @@ class Questions:
     def of(cls, run: OwnRun) -> Questions:
         """Those of a run, by the installed release; of its start alone where it diverges. Raises
         NotHere where the release cannot do it, ValueError where nothing moves."""
-        (motion,) = run.answer([run.asked()]).motions
+        (motion,) = run.answer([run.request()]).motions
         start = run.positions, run.velocities
         if _divergence(motion):
             return cls(run, [start], (_size(start[0]) or 1.0, _size(start[1]) or 1.0))
@@ -113,35 +113,40 @@ class Questions:
         run, signs = self.run, np.random.default_rng(0)
         own_start = run.positions, run.velocities
         starts = [moved(own_start, self.sizes, signs) for _ in range(MOVED)]
-        near = [[moved(each, self.sizes, signs) for _ in range(MOVED)] for each in self.states]
+        moved_states = [
+            [moved(state, self.sizes, signs) for _ in range(MOVED)] for state in self.states
+        ]
         states = [
             state
-            for each, others in zip(self.states, near, strict=True)
-            for state in (each, *others)
+            for plain, nearby in zip(self.states, moved_states, strict=True)
+            for state in (plain, *nearby)
         ]
         part = run.duration / SAMPLES
         levels: list[dict[str, Any]] = [
-            {**run.asked(), "step": part / count, "steps": count, "every": count}
+            {**run.request(), "step": part / count, "steps": count, "every": count}
             for count in self.counts
         ]
-        runs = [run.asked(), *(run.asked(*start) for start in starts), *levels]
-        answer = run.answer(runs, [run.asked(*state) for state in states], python)
-        own, neighbours = answer.motions[0], answer.motions[1 : 1 + MOVED]
-        failure = _divergence(own)
+        runs = [run.request(), *(run.request(*start) for start in starts), *levels]
+        answer = run.answer(runs, [run.request(*state) for state in states], python)
+        own_motion, neighbours = answer.motions[0], answer.motions[1 : 1 + MOVED]
+        failure = _divergence(own_motion)
         if failure:
             return Behaviour(version, failure=failure)
-        spreads = {name: [each.quantities[name] for each in neighbours] for name in own.quantities}
+        spreads = {
+            name: [neighbour.quantities[name] for neighbour in neighbours]
+            for name in own_motion.quantities
+        }
         motion = {
-            name: self._floored(values, spreads[name], own.steps_taken)
-            for name, values in own.quantities.items()
+            name: self._floored(values, spreads[name], own_motion.steps_taken)
+            for name, values in own_motion.quantities.items()
         }
         order, unsure = self._order(answer.motions[1 + MOVED :], motion)
-        energies = np.array([answer.energies[0], *own.energy])
+        energies = np.array([answer.energies[0], *own_motion.energy])
         return Behaviour(
             version,
             "",
             "",
-            own,
+            own_motion,
             {**motion, "accelerations": _accelerations(answer.accelerations)},
             order,
             unsure,
@@ -159,7 +164,9 @@ class Questions:
         without the root to 60.
         """
         size = np.abs(values).max(axis=1)
-        spread = np.max([np.abs(each - values).max(axis=1) for each in neighbours], axis=0)
+        spread = np.max(
+            [np.abs(neighbour - values).max(axis=1) for neighbour in neighbours], axis=0
+        )
         spread = np.where(np.isfinite(spread), spread, np.inf)
         steps = steps_taken if self.run.step is None else self.run.steps
         grown = max(1.0, math.sqrt(steps) / FLOORS)
@@ -177,9 +184,9 @@ class Questions:
         ends = np.stack(
             [
                 np.concatenate(
-                    [_row(each.quantities[name][0], size) for name, size in names.items()]
+                    [_row(level.quantities[name][0], size) for name, size in names.items()]
                 )
-                for each in levels
+                for level in levels
             ]
         )
         floor = max(_ratio(motion[name].floors[0], size) for name, size in names.items())
@@ -217,10 +224,10 @@ def _accelerations(rows: Sequence[Array]) -> Quantity:
     """Of each state the accelerations, and how far those of its neighbours are from them."""
     values, floors = [], []
     for k in range(0, len(rows), 1 + MOVED):
-        here, *near = rows[k : k + 1 + MOVED]
-        spread = max(float(np.abs(each - here).max()) for each in near)
-        values.append(here)
-        floors.append(max(spread, ULPS * EPSILON * _size(here)))
+        plain, *neighbours = rows[k : k + 1 + MOVED]
+        spread = max(float(np.abs(neighbour - plain).max()) for neighbour in neighbours)
+        values.append(plain)
+        floors.append(max(spread, ULPS * EPSILON * _size(plain)))
     return Quantity(np.stack(values), np.array(floors))
 
 

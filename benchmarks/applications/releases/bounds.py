@@ -75,10 +75,12 @@ def bound_of(differences: Array, ulp: float, motion: float) -> Bound:
     """
     if not np.isfinite(differences).all():
         return Bound(math.inf, math.nan, math.nan, FAILED)
-    least = max(FEW * ulp, float(np.finfo(float).tiny))
-    median, upper, floor = np.quantile(np.maximum(differences, least), (0.5, UPPER, 1.0)).tolist()
+    smallest = max(FEW * ulp, float(np.finfo(float).tiny))
+    median, upper, floor = np.quantile(
+        np.maximum(differences, smallest), (0.5, UPPER, 1.0)
+    ).tolist()
     exponent = math.log(upper / median) * DEVIATIONS / NormalDist().inv_cdf(UPPER)
     factor = max(LEAST, math.exp(min(math.log(median / floor) + exponent, LARGEST)))
-    if motion and floor > max(EATEN * motion, least):
+    if motion and floor > max(EATEN * motion, smallest):
         return Bound(floor, factor, median, CHAOS)
     return Bound(floor, factor, median, SPREAD if factor > MOST else "")

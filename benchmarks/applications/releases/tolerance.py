@@ -136,7 +136,7 @@ def measure(
         raise ValueError("nothing can move in your model: it has no joints.")
     report("your run")
     begin = perf_counter()
-    (motion,) = run.answer([run.asked()]).motions
+    (motion,) = run.answer([run.request()]).motions
     seconds = perf_counter() - begin
     if motion.failure or not np.isfinite(differences(motion, [motion])).all():
         why = motion.failure or "its states are not finite."
@@ -146,16 +146,16 @@ def measure(
         minutes = seconds * count / 60.0
         report(f"your run takes {seconds:.0f} s, the {count} to come about {minutes:.0f} minutes")
     at_once = max(1, int(PART / seconds))
-    variants = [*_here(run, motion, at_once, seed, report)]
+    variants = [*_moved_variants(run, motion, at_once, seed, report)]
     first = bounds_of(run, motion, [variants[0].differences])
     floors = np.array([[bound.floor for bound in bounds] for bounds in first.values()])
-    variants += _others(run, motion, releases, folder, report)
+    variants += _unmoved_variants(run, motion, releases, folder, report)
     variants = [_in_floors(variant, floors) for variant in variants]
     measured = [variant.differences for variant in variants if variant.is_rounding]
     return Tolerance(run, motion, bounds_of(run, motion, measured), variants, seed)
 
 
-def _here(
+def _moved_variants(
     run: OwnRun, motion: Motion, at_once: int, seed: int, report: Report
 ) -> Iterator[Variant]:
     """Runs that are moved, with fused products and without, where this machine has both."""
@@ -171,16 +171,16 @@ def _here(
     yield moved_variant(name, run, motion, runs[share:], at_once, report, UNFUSED)
 
 
-def _others(
+def _unmoved_variants(
     run: OwnRun, motion: Motion, releases: Sequence[str], folder: Path, report: Report
 ) -> Iterator[Variant]:
     """What starts from the same bits: the run again, two at once or without stops, releases."""
     report("repeated")
-    repeated = [run.answer([run.asked()]).motions[0] for _ in range(2)]
+    repeated = [run.answer([run.request()]).motions[0] for _ in range(2)]
     yield Variant("repeated", differences(motion, repeated))
     if run.package == "mujoco":
         report("two threads")
-        threads = run.answer([run.asked()] * 2, threads=2).motions
+        threads = run.answer([run.request()] * 2, threads=2).motions
         yield Variant("two threads", differences(motion, threads))
     if run.step is None:
         report("without stops")
@@ -197,7 +197,7 @@ def moved_runs(run: OwnRun, motion: Motion, count: int, seed: int) -> list[dict[
     sizes = [_sizes(run, motion)[name][0] for name in STATES]
     return [
         {
-            **run.asked(*moved((run.positions, run.velocities), sizes, signs)),
+            **run.request(*moved((run.positions, run.velocities), sizes, signs)),
             "rounding": int(signs.integers(2**32)),
         }
         for _ in range(count)
@@ -208,13 +208,13 @@ def moved_variant(
     name: str,
     run: OwnRun,
     motion: Motion,
-    others: Sequence[Mapping[str, Any]],
+    requests: Sequence[Mapping[str, Any]],
     at_once: int,
     report: Report,
     environment: Mapping[str, str] | None = None,
 ) -> Variant:
     """The user's run, which is the first, and these, so many in a process."""
-    runs = [run.asked(), *others]
+    runs = [run.request(), *requests]
     motions: list[Motion] = []
     for first in range(0, len(runs), at_once):
         report(f"{name}, {first} of {len(runs)} runs")
@@ -230,8 +230,8 @@ def has_unfused() -> bool:
 
 def _straight(run: OwnRun) -> Motion:
     """The run from its start to each of its times, without a stop at the others."""
-    asked: dict[str, Any] = run.asked()
-    parts = run.answer([{**asked, "times": [time]} for time in asked["times"]]).motions
+    request: dict[str, Any] = run.request()
+    parts = run.answer([{**request, "times": [time]} for time in request["times"]]).motions
     failures = [part.failure for part in parts if part.failure]
     rows = {
         name: np.stack([getattr(part, name)[0] for part in parts])
@@ -244,24 +244,24 @@ def _of_release(run: OwnRun, motion: Motion, version: str, folder: Path) -> Vari
     name = f"{run.package} {version}"
     try:
         with interpreter(run.package, version, folder) as python:
-            (other,) = run.answer([run.asked()], python=python).motions
-        if other.failure:
-            raise NotHere(other.failure)
-        return Variant(name, differences(motion, [other]), is_release=True)
+            (release_motion,) = run.answer([run.request()], python=python).motions
+        if release_motion.failure:
+            raise NotHere(release_motion.failure)
+        return Variant(name, differences(motion, [release_motion]), is_release=True)
     except (NotHere, ValueError) as error:  # ValueError: other coordinates, no JSON
         why = " ".join(str(error).split())
         return Variant(name, np.empty((0, 3, SAMPLES)), why, is_release=True)
 
 
-def differences(motion: Motion, others: Sequence[Motion]) -> Array:
+def differences(motion: Motion, motions: Sequence[Motion]) -> Array:
     """Of other runs: the largest of an entry, (runs, 3, SAMPLES); NaN past a failure."""
     return np.array(
         [
             [
-                np.abs(other.quantities[name] - motion.quantities[name]).max(axis=1)
+                np.abs(compared.quantities[name] - motion.quantities[name]).max(axis=1)
                 for name in QUANTITIES
             ]
-            for other in others
+            for compared in motions
         ]
     )
 

@@ -91,7 +91,7 @@ class Step:
     @property
     def changed(self) -> bool:
         """Whether the run did. An order without a change of it is none: runs at other steps."""
-        return self.failure_changed or any(each.is_change for each in self.differences)
+        return self.failure_changed or any(difference.is_change for difference in self.differences)
 
 
 def _difference(quantity: str, before: Array, after: Array, floors: Array) -> Difference:
@@ -131,7 +131,7 @@ class Versions:
     @property
     def steps(self) -> list[Step]:
         """Between each release that is not missing and the next."""
-        present = [each for each in self.behaviours.values() if not each.missing]
+        present = [behaviour for behaviour in self.behaviours.values() if not behaviour.missing]
         return [Step(*pair) for pair in pairwise(present)]
 
     def error(self, behaviour: Behaviour) -> float:
@@ -171,9 +171,9 @@ def compare_releases(
             f"other releases cannot read {file.name}, which holds what one of them compiled; give "
             f"the .xml or .urdf that it was made from."
         )
-    every = sorted({*versions, installed(run.package)}, key=by_age)
-    if len(every) < 2:
-        raise ValueError(f"name a release besides the installed one, {every[0]}.")
+    all_versions = sorted({*versions, installed(run.package)}, key=by_age)
+    if len(all_versions) < 2:
+        raise ValueError(f"name a release besides the installed one, {all_versions[0]}.")
     report(f"{run.package} {installed(run.package)}: your run")
     questions = Questions.of(run)
     behaviours: dict[str, Behaviour] = {}
@@ -184,11 +184,13 @@ def compare_releases(
             behaviours[version] = _behaviour(questions, version, folder)
         return behaviours[version]
 
-    for version in every:
+    for version in all_versions:
         behaviour_of(version)
     notes = _halve(run.package, versions, behaviour_of) if halved else []
     ordered = {version: behaviours[version] for version in sorted(behaviours, key=by_age)}
-    missing = [f"{name}: {each.missing}" for name, each in ordered.items() if each.missing]
+    missing = [
+        f"{name}: {behaviour.missing}" for name, behaviour in ordered.items() if behaviour.missing
+    ]
     if len(ordered) - len(missing) < 2:
         raise ValueError("; ".join(["fewer than two releases can do your run", *missing]))
     report("truth")
@@ -217,7 +219,7 @@ def _halve(
     """Try releases between the two, until each change is between neighbours that can be tried;
     returns a note where an end is missing, so that there is nothing to halve."""
     earlier, later = behaviour_of(ends[0]), behaviour_of(ends[-1])
-    missing = [each for each in (earlier, later) if each.missing]
+    missing = [behaviour for behaviour in (earlier, later) if behaviour.missing]
     if missing:
         return [f"No releases between the ends were tried, since {missing[0].version} is left out."]
     versions = listed(package)
@@ -225,7 +227,7 @@ def _halve(
     while open_steps:
         step = open_steps.pop()
         first, last = by_age(step.earlier.version), by_age(step.later.version)
-        between = [each for each in versions if first < by_age(each) < last]
+        between = [version for version in versions if first < by_age(version) < last]
         while between and step.changed:
             middle = behaviour_of(between.pop(len(between) // 2))
             if not middle.missing:

@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 
 import galvi
 from benchmarks.applications.judging import bodies, clock, neighbours
-from benchmarks.applications.judging.candidate import Candidate, Kind, Model, Own, Source
+from benchmarks.applications.judging.candidate import Candidate, Kind, Model, Source, UserSetting
 from benchmarks.applications.judging.judgement import YOURS, Judgement, judge, own_setting
-from benchmarks.applications.judging.scan import Limits, Search, Tried, explained, scan
+from benchmarks.applications.judging.scan import Limits, ScanRow, Search, explained, scan
 from benchmarks.applications.judging.truth import agreements, in_pieces
 from galvi import Problem, Trajectory
 from galvi.interop.rebound import read
@@ -69,7 +69,7 @@ def planets(**own) -> Problem:
 
 
 def sources(problem: Problem, span: float) -> list[Source]:
-    return bodies.sources(Model(problem), span, Own("", KEPLER, {}, None))
+    return bodies.sources(Model(problem), span, UserSetting("", KEPLER, {}, None))
 
 
 def star_last() -> Any:
@@ -111,7 +111,7 @@ def test_particles_keep_their_order_and_a_ruined_run_is_not_called_good(monkeypa
     assert any(expected in note for note in found.notes)
     assert found.recommended is not None  # candidates have the star first
     # Planted: the run of a simulation that was built from the problem, the heaviest first.
-    monkeypatch.setattr(bodies, "own", lambda model, name: bodies.INTEGRATORS[name])
+    monkeypatch.setattr(bodies, "own_contender", lambda model, name: bodies.INTEGRATORS[name])
     planted = judged(sim, 10.0).own_errors["error"].iloc[-1]
     assert planted != pytest.approx(off_by_hand(sim, 200), rel=1e-2)
 
@@ -439,7 +439,7 @@ def test_a_clock_reaches_an_error_through_close_passages_and_the_cheapest_is_rec
 def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monkeypatch):
     problem, span = planet(), 40 * YEAR
     source, truth = sources(problem, span)[0], IAS15.run(problem, span, {"samples": 40})
-    grown = neighbours.apart(bodies, source, truth, 1e-9)
+    grown = neighbours.deviations(bodies, source, truth, 1e-9)
     assert 30.0 < grown[40] / grown[1] < 60.0
     # From starts closer than can be told apart it is in proportion: a millionth from 1e-15.
     ends, later = (
@@ -449,12 +449,12 @@ def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monke
     assert ends.iloc[1] <= 1.01 * YEAR and math.isnan(ends.iloc[-1])
     assert later.iloc[-1] > 30 * YEAR
     # Where the runs that are measured have parted, closer starts are not said to stay together.
-    monkeypatch.setattr(neighbours, "apart", lambda *given: np.linspace(0.0, 1.5, 41))
+    monkeypatch.setattr(neighbours, "deviations", lambda *given: np.linspace(0.0, 1.5, 41))
     ends = neighbours.horizons(bodies, source, truth, 1e-2)["until"]
     assert ends.iloc[-1] == ends.iloc[-2] <= 1.01 * YEAR
     monkeypatch.undo()
     wild = IAS15.run(burrau(), 62.0, {"samples": 40})
-    chaos = neighbours.apart(bodies, sources(burrau(), 62.0)[0], wild, 1e-12)
+    chaos = neighbours.deviations(bodies, sources(burrau(), 62.0)[0], wild, 1e-12)
     assert chaos.max() / 1e-12 > 1e4 * grown.max() / 1e-9
 
 
@@ -580,7 +580,7 @@ def test_a_long_set_up_keeps_no_integrator_from_being_tried() -> None:
 def test_an_integrator_is_tried_with_finer_steps_until_its_time_is_over() -> None:
     """Even where another reaches the error in a microsecond."""
     found = search(1e-5)
-    own = Tried("mine", "dt = 1", error=1e-6, seconds=1e-6)
+    own = ScanRow("mine", "dt = 1", error=1e-6, seconds=1e-6)
     table, _ = scan(found.kind, [[leapfrog(100)]], SPAN, found.truth, 1e-5, print, ROOMY, own)
     rows = table[table["integrator"] == "leapfrog"]
     assert rows["reached"].any() and len(rows) > 3
@@ -594,7 +594,7 @@ def test_what_does_not_reach_the_error_says_how_fine_it_was_tried() -> None:
     told = f"not reached with the finest setting tried, {last.setting}, error {last.error:.2g}: "
     assert last.status.startswith(told) and len(last.status) > len(told)
     assert all(row.status for row in rows)
-    best = Tried("one", "dt = 2", rows[0].candidate, error=0.1, status="missed")
+    best = ScanRow("one", "dt = 2", rows[0].candidate, error=0.1, status="missed")
     worse = replace(best, setting="dt = 1", error=0.2)
     failed = replace(best, setting="dt = 1", error=math.nan, status="It failed.")
     for finest, word in ((worse, "error 0.2"), (failed, "failed")):
@@ -694,7 +694,7 @@ def test_units_that_are_not_set_are_those_of_the_simulation(found: Judgement) ->
     sim = pytest.importorskip("rebound").Simulation()
     sim.add(m=1.0)
     sim.add(a=1.0)
-    own = Own("", LEAPFROG, {}, 0.1)
+    own = UserSetting("", LEAPFROG, {}, 0.1)
     read = Model(galvi.from_rebound(sim))
     assert bodies.unit(read.problem, "length") == " units of length"
     assert told in bodies.notes(read, own, found.truth)[0]
@@ -706,8 +706,8 @@ def test_units_that_are_not_set_are_those_of_the_simulation(found: Judgement) ->
     assert not judge(named, duration=SPAN, error=0.5, quick=True).notes
 
 
-def tried(steps: int, **told: Any) -> Tried:
-    return Tried("leapfrog", "", leapfrog(steps), 1e-9, 1e-9, wall=1e-3, **told)
+def tried(steps: int, **told: Any) -> ScanRow:
+    return ScanRow("leapfrog", "", leapfrog(steps), 1e-9, 1e-9, wall=1e-3, **told)
 
 
 def test_where_newtons_method_does_steps_more_of_them_are_tried() -> None:

@@ -193,7 +193,7 @@ def test_a_damped_hinge_is_judged_with_the_damping_of_its_integrator(
 
 def test_a_rebuilt_model_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: the run of a model that was built from the problem, without implicit damping."""
-    monkeypatch.setattr(trees, "own", lambda model, name: trees.INTEGRATORS[name])
+    monkeypatch.setattr(trees, "own_contender", lambda model, name: trees.INTEGRATORS[name])
     whole = body.document
     monkeypatch.setattr(
         body, "document", lambda gravity, links, off: whole(gravity, links, (*off, "eulerdamp"))
