@@ -262,7 +262,9 @@ def test_what_does_not_agree_is_not_said_to() -> None:
     assert claim.endswith("runs of galvi are never the truth. ")
     stopped = next(one for one in found.agreements if one.source.engine == "SciPy")
     assert not stopped.stopped or "up to t = " in truth
-    apart = replace(found.agreements[0], apart=np.full_like(found.agreements[0].apart, 8.5e-4))
+    apart = replace(
+        found.agreements[0], distances=np.full_like(found.agreements[0].distances, 8.5e-4)
+    )
     parted = replace(found, agreements=(apart,), error=1e-6)
     assert "REBOUND IAS15 differs from it by up to 8.50·10⁻⁴" in _of_truth(
         parted
@@ -463,7 +465,7 @@ def test_a_source_that_stops_does_not_end_the_judgement():
     problem = Problem(burrau().system, burrau().q0, burrau().v0, parameters={"integrator": "ias15"})
     found = judge(problem, duration=2.5, error=1e-6)
     assert found.passed and found.truth_agreement < 1e-6
-    assert all(np.all(np.isfinite(one.apart)) for one in found.agreements)
+    assert all(np.all(np.isfinite(one.distances)) for one in found.agreements)
     assert min(one.t[-1] for one in found.agreements) < 2.5 and math.isinf(found.trusted_until)
 
 

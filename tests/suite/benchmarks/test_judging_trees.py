@@ -63,7 +63,7 @@ def test_where_sources_part_nothing_is_judged(found: Judgement) -> None:
     """Planted: a source that leaves the truth after 4 s."""
     assert math.isinf(found.trusted_until) and "part" not in sentences(found)[1]
     one = found.agreements[0]
-    parted = replace(one, apart=np.where(one.t > 4.0, 0.1, one.apart))
+    parted = replace(one, distances=np.where(one.t > 4.0, 0.1, one.distances))
     wrong = replace(found, agreements=(parted, *found.agreements[1:]))
     assert wrong.trusted_until == 4.0
     assert "After t = 4 the sources part, and nothing can be judged" in sentences(wrong)[1]

@@ -283,7 +283,7 @@ def alarms_and_gaps(sizes, ulps, extents, draws=200):
 def test_the_limits_of_a_bound_give_no_alarm_and_few_times_without_one(name, run_of, monkeypatch):
     """Prints, with -s, what other limits would give."""
     run = run_of(name)
-    (motion,) = run.answer([run.asked()]).motions
+    (motion,) = run.answer([run.request()]).motions
     sizes = differences(motion, reruns(run, motion, 2000))
     ulps, extents = np.array([*tolerances._sizes(run, motion).values()]).T * [[ULP], [1.0]]
     measured_limits = {}
@@ -337,7 +337,7 @@ def test_massless_bodies_have_bounds(run_of, tmp_path):
 def test_floors_of_other_seeds_are_alike(run_of, tmp_path):
     """The floors of five seeds, within a factor of 3."""
     run = run_of("double pendulum")
-    (motion,) = run.answer([run.asked()]).motions
+    (motion,) = run.answer([run.request()]).motions
     floors = np.array(
         [
             differences(motion, run.answer(moved_runs(run, motion, 64, seed)).motions).max(axis=0)
@@ -351,7 +351,7 @@ def test_without_moved_runs_the_bound_raises_false_alarms(run_of, tmp_path, monk
     run = run_of("double pendulum")
 
     def unmoved(run, motion, count, seed):
-        return [run.asked()] * count
+        return [run.request()] * count
 
     with monkeypatch.context() as patch:
         patch.setattr(tolerances, "moved_runs", unmoved)
@@ -410,7 +410,7 @@ def test_all_differences_are_those_of_the_runs(run_of, tmp_path):
     model = mujoco.MjModel.from_xml_path(run.job["file"])
     ends = []
     moved = moved_runs(run, tolerance.motion, tolerances.STARTS, 0)
-    for asked in [run.asked(), *moved[: 32 if has_unfused() else 64]]:
+    for asked in [run.request(), *moved[: 32 if has_unfused() else 64]]:
         state = mujoco.MjData(model)
         state.qpos[:], state.qvel[:] = asked["qpos"], asked["qvel"]
         signs = np.random.default_rng(asked["rounding"]) if "rounding" in asked else None
@@ -448,7 +448,7 @@ def test_a_run_that_fails_has_no_tolerance_and_failing_neighbours_no_bound(run_o
     with pytest.raises(NotHere, match="your run fails, so that there is nothing to compare"):
         measured(blown, tmp_path)
     run = run_of("box")
-    (motion,) = run.answer([run.asked()]).motions
+    (motion,) = run.answer([run.request()]).motions
     sizes = np.full((64, len(QUANTITIES), SAMPLES), 1e-14)
     sizes[3, :, 5:] = np.nan
     bounds = tolerances.bounds_of(run, motion, [sizes])["positions"]

@@ -243,7 +243,7 @@ def test_a_run_keeps_what_of_a_simulation_changes_it(tmp_path):
     sim.integrator.coordinates, sim.dt = "whds", -0.05
     sim.steps(200)
     sim.synchronize()
-    motion = run.answer([run.asked()]).motions[0]
+    motion = run.answer([run.request()]).motions[0]
     assert motion.positions[-1].tolist() == [x for p in sim.particles for x in p.xyz]
     sim.gravity = "tree"
     sim.root_size = 100.0
