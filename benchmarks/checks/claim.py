@@ -24,7 +24,7 @@ from benchmarks.statistics.estimate import Measurement, estimate
 
 MakeMethod = Callable[..., Any]  # of a space, a rule and perhaps a chart
 Report = Callable[[str], None]
-LAST = 4  # local slopes that a row tells
+LAST = 4  # local slopes in a row
 AGREEMENT = "agreement"  # the source of rows that compare two codes instead of checking a claim
 
 
@@ -135,7 +135,7 @@ def _finite(number: float | None) -> float | None:
 
 @dataclass(frozen=True)
 class Claim:
-    """A study, which runs the methods once, and a judge, which only reads its tidy frame.
+    """A study, which runs the methods once, and a function that reads its tidy table.
 
     Attributes
     ----------
@@ -144,10 +144,10 @@ class Claim:
     title
         one line for a heading
     study
-        (make_method, quick, report) -> tidy frame; make_method is `galvi.Galerkin`, or a broken one
+        (make_method, quick, report) -> tidy table; make_method is `galvi.Galerkin`, or a broken one
         in tests; report(sentence) reports progress
     judge
-        frame -> rows
+        table -> rows
     figures
         the paper's figures, e.g. "H fig. 2.6"
     timed
@@ -157,7 +157,7 @@ class Claim:
     notes
         derivations and remarks, for the page
     caught
-        mistakes that it must see, at least one
+        mistakes that the rows must contradict, at least one
     """
 
     id: str

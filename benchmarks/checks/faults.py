@@ -1,4 +1,4 @@
-"""Deliberate mistakes that a claim must see, declared in its file; one test plants them all."""
+"""Deliberate mistakes that a claim must detect, declared in its file; one test plants them all."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Fault:
     make
         instead of `galvi.Galerkin`
     wrong
-        dotted name -> what stands there instead, a function of the sound one
+        dotted name -> function of the object of that name that returns its replacement
     table
-        changes a copy of the study's frame
+        changes a copy of the study's table
     name
         of the fault in the claim's document
     contradicted
@@ -44,7 +44,7 @@ class Fault:
 def faulty(**scale: float) -> Callable[..., Any]:
     """Methods with these arrays of their table multiplied.
 
-    Those with a degree for each component stay as they are: their table is not what they step by.
+    Methods with a degree for each component stay unchanged: they do not step by their table.
     """
 
     def make(space: Any, rule: Any, *chart: Any) -> galvi.Galerkin:
@@ -58,7 +58,7 @@ def faulty(**scale: float) -> Callable[..., Any]:
 
 
 def with_table(original: galvi.Galerkin, why: str, table: Any) -> galvi.Galerkin:
-    """The method with another table; its rule's name tells it from the sound one.
+    """The method with another table and another name of its rule.
 
     Made without its constructor, which would tabulate the renamed rule once more.
     """
@@ -70,14 +70,14 @@ def with_table(original: galvi.Galerkin, why: str, table: Any) -> galvi.Galerkin
 
 
 def of_table(wrong: Mapping[str, Any], **scale: float) -> Fault:
-    """Arrays of the method's table multiplied, and functions that are wrong, too."""
+    """A fault that multiplies arrays of the method's table and has the functions in `wrong`."""
     return Fault(faulty(**scale), wrong)
 
 
 def of_motion(
     change: Callable[[Problem], Problem], wrong: Mapping[str, Any] | None = None
 ) -> Fault:
-    """galvi solves a changed problem; functions that are wrong, too."""
+    """A fault where galvi solves a changed problem and has the functions in `wrong`."""
 
     def changed(integrate: Callable[..., Any]) -> Callable[..., Any]:
         return lambda problem, *arguments, **how: integrate(change(problem), *arguments, **how)
@@ -86,7 +86,7 @@ def of_motion(
 
 
 def always(value: Any) -> Callable[[Any], Any]:
-    """That value in any case."""
+    """A replacement by this value."""
     return lambda original: value
 
 
@@ -96,7 +96,7 @@ def fewer(module: str, **values: Any) -> dict[str, Callable[[Any], Any]]:
 
 
 def scaled(by: float) -> Callable[[Any], Any]:
-    """A function whose value, or each of its values, is multiplied."""
+    """A replacement whose value, or each of its values, is multiplied."""
 
     def wrong(value: Any) -> Any:
         return tuple(by * part for part in value) if isinstance(value, tuple) else by * value
@@ -105,7 +105,7 @@ def scaled(by: float) -> Callable[[Any], Any]:
 
 
 def with_arguments(change: Callable[..., tuple[Any, ...]]) -> Callable[[Any], Any]:
-    """A function that receives other arguments."""
+    """A replacement that calls the original with changed arguments."""
     return lambda original: lambda *arguments, **how: original(*change(*arguments), **how)
 
 
@@ -132,7 +132,7 @@ def _set_apart(table: pd.DataFrame) -> None:
 
 
 def times(by: float, power: float = 0.0, **where: str) -> Callable[[pd.DataFrame], None]:
-    """Values of these rows multiplied, perhaps by a power of their step, too."""
+    """A change of a table: the values of these rows times `by` step^power."""
 
     def change(table: pd.DataFrame) -> None:
         chosen = pd.Series(True, index=table.index)

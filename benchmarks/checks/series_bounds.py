@@ -58,7 +58,7 @@ class NoGrowth(Bound):
     round_off
         level, stated by the study, below which a change is attributed to rounding
     conclusive
-        whether a run too short to tell is NOT_RUN, or else tells what it can
+        whether a run that is too short is NOT_RUN; otherwise its comparisons count
     """
 
     limit: float

@@ -42,7 +42,7 @@ def outcome(run: Trajectory) -> dict[str, Any]:
 
 
 def completed(run: Trajectory) -> bool:
-    """Whether every step was done; errors of runs with a ruined energy count, too."""
+    """Whether every step was solved, however large the error of the energy."""
     return bool(np.all(np.isfinite(run.p[-1])))
 
 

@@ -16,7 +16,7 @@ from galvi.spaces import SPACES
 from galvi.spaces.space import Space
 
 OF_ONE_DEGREE = tuple(make for make in SPACES if not hasattr(make(1), "degrees"))
-MANY = 24  # points sufficient to integrate the waves of SPACES to 1e-13
+SUFFICIENT_POINTS = 24  # points sufficient to integrate the waves of SPACES to 1e-13
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,8 @@ import numpy as np
 
 from galvi.arrays import Array
 
-LEAST = 3
-SEVERAL = 5  # points from which on a curved line is fitted
+FEWEST_POINTS = 3
+CURVED_POINTS = 5  # points from which on a curved line is fitted
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ def algebraic(
     slope, spread, constant, (first, last), points = fit
     inside = (last <= np.log(h)) & (np.log(h) <= first)
     x, y = np.log(h[inside]), np.log(np.asarray(errors, dtype=np.float64)[inside])
-    half = (points + 1) // 2 if points >= SEVERAL else 2
+    half = (points + 1) // 2 if points >= CURVED_POINTS else 2
     late = float(np.polyfit(x[-half:], y[-half:], 1)[0])
     bend, p, error, tends = _bent(x, y)
     if bend:
@@ -198,7 +198,7 @@ def halves(
     allowed = window(errors, floor=floor, ceiling=ceiling)
     x, e = np.asarray(n, dtype=np.float64)[allowed], np.asarray(errors, dtype=np.float64)[allowed]
     half = (x.size + 1) // 2
-    if half < LEAST:
+    if half < FEWEST_POINTS:
         return (_none("geometric", errors, ceiling),) * 2
     parts = []
     for part in (slice(None, half), slice(x.size - half, None)):
@@ -210,14 +210,14 @@ def halves(
 
 
 def slope(sizes: Sequence[float], errors: Sequence[float]) -> float:
-    """That of the line nearest to all errors over all sizes, in logarithms, without a window."""
+    """Slope of the least-squares line through the logarithms of all errors and sizes."""
     return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
 
 
 def worst_ratio(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) -> float:
     """The largest ratio of successive errors inside the window; NaN with fewer than 3 errors."""
     e = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor, ceiling=ceiling)]
-    return float(np.max(e[1:] / e[:-1])) if e.size >= LEAST else float("nan")
+    return float(np.max(e[1:] / e[:-1])) if e.size >= FEWEST_POINTS else float("nan")
 
 
 def relapses(errors: Sequence[float], ceiling: float = 0.1) -> bool:
@@ -225,7 +225,7 @@ def relapses(errors: Sequence[float], ceiling: float = 0.1) -> bool:
     run = 0
     for error in errors:
         small = error < ceiling
-        if run >= LEAST and not small:
+        if run >= FEWEST_POINTS and not small:
             return True
         run = run + 1 if small else 0
     return False
@@ -252,10 +252,10 @@ def _best(
         raise ValueError("n must increase, or h decrease, from each error to the next.")
     allowed = window(errors, floor=floor, ceiling=ceiling)
     x, e = x[allowed], np.asarray(errors, dtype=np.float64)[allowed]
-    if x.size < LEAST:
+    if x.size < FEWEST_POINTS:
         return None
     y = np.log(e) + (power * np.log(x) if power else 0.0)
-    starts = range(x.size - max(LEAST, (x.size + 1) // 2) + 1)
+    starts = range(x.size - max(FEWEST_POINTS, (x.size + 1) // 2) + 1)
     lines = np.array([_line(x[start:], y[start:]) for start in starts])
     slopes, spreads, constants = lines.T
     points = x.size - np.array(starts)
@@ -269,8 +269,8 @@ def _best(
 
 def _bent(x: Array, y: Array) -> tuple[float, float, float, float]:
     """c, p, the standard error of p, and a, of y = a + p x + c exp(x); all 0 with fewer than
-    SEVERAL points or where c is within two of its standard errors."""
-    if x.size < SEVERAL:
+    CURVED_POINTS points or where c is within two of its standard errors."""
+    if x.size < CURVED_POINTS:
         return 0.0, 0.0, 0.0, 0.0
     columns = np.stack([np.ones_like(x), x, np.exp(x - x[0])], axis=1)
     (a, p, c), *_ = np.linalg.lstsq(columns, y, rcond=None)
@@ -294,5 +294,5 @@ def _line(x: Array, y: Array) -> tuple[float, float, float]:
 def _none(kind: str, errors: Sequence[float], ceiling: float) -> Fit:
     nan, e = float("nan"), np.asarray(errors, dtype=np.float64)
     finite = e[np.isfinite(e)]
-    stays_large = bool(finite.size >= LEAST and finite[-1] >= ceiling)
+    stays_large = bool(finite.size >= FEWEST_POINTS and finite[-1] >= ceiling)
     return Fit(kind, nan, nan, (nan, nan), 0, nan, stays_large, relapses(errors, ceiling))

@@ -20,7 +20,7 @@ from galvi.arrays import Array
 # and Politis 2001): its variance over all resamples is known in closed form, so that nothing is
 # drawn.
 
-LEAST = 40  # fewest times, and fewest segments where there are as many
+FEWEST_TIMES = 40  # fewest times, and fewest segments where there are as many
 SEGMENT = 10  # fewest times in a segment where there are as many
 WIDTH = 4  # segments over which means are taken
 BLOCKS = 10  # consecutive blocks of the bootstrap in a run
@@ -60,7 +60,7 @@ def drift(t: Array, errors: Array) -> Drift:
     from scipy.ndimage import maximum_filter1d  # half a second
 
     t, errors = np.asarray(t, dtype=np.float64), np.asarray(errors, dtype=np.float64)
-    if t.size < LEAST or not np.all(np.isfinite(errors)):
+    if t.size < FEWEST_TIMES or not np.all(np.isfinite(errors)):
         return Drift(math.nan, math.nan, math.nan, math.nan, math.nan)
     steps = np.diff(t)
     if not np.ptp(steps) <= EVEN * abs(float(np.mean(steps))):
@@ -69,7 +69,7 @@ def drift(t: Array, errors: Array) -> Drift:
     if largest == 0.0:
         return Drift(0.0, 0.0, 0.0, 0.0, 0.0)
     y = errors / largest
-    segment = min(max(math.ceil(period(y)), SEGMENT), t.size // LEAST)
+    segment = min(max(math.ceil(period(y)), SEGMENT), t.size // FEWEST_TIMES)
     maxima = maximum_filter1d(np.abs(y), segment)
     trend, growth = (
         [t.size / (segment * means.size) * x for x in change(means)]

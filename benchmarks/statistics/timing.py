@@ -20,7 +20,7 @@ from references import Contender
 from references.engine_clock import heard
 
 PARTS = 3
-LONG, ENOUGH = 0.3, 2  # seconds, and rounds of calls that take longer
+LONG_SECONDS, LONG_ROUNDS = 0.3, 2  # seconds, and rounds of calls that take longer
 LONGEST = 1.0  # seconds of a call that is made in all of many rounds
 
 
@@ -56,11 +56,11 @@ def interleaved(
     ----------
     least
         seconds for which a call is repeated within a round; the mean counts. One that takes longer
-        than LONG is timed in two rounds at most: its own fluctuations average out
+        than LONG_SECONDS is timed in two rounds at most: its own fluctuations average out
     warm
         seconds of an earlier, warming call of each; None makes these calls here
     counted
-        whether that call was warm itself: where it took as long as a round, it is the first
+        whether that call was warm itself: it is then the first round, if it took as long as one
     """
     first = [seconds_of(call, 1) for call in calls] if warm is None else list(warm)
     repeats = [max(1, round(least_seconds / max(seconds, 1e-7))) for seconds in first]
@@ -71,7 +71,7 @@ def interleaved(
     ]
     for turn in range(rounds):
         for k, call in enumerate(calls):
-            enough = ENOUGH if turn and samples[k][0] > LONG else rounds
+            enough = LONG_ROUNDS if turn and samples[k][0] > LONG_SECONDS else rounds
             if len(samples[k]) < enough:
                 samples[k].append(seconds_of(call, repeats[k]))
     return [_timing(seconds) for seconds in samples]
@@ -83,12 +83,12 @@ def seconds_in_turn(
     """Seconds of each warm call in each of the rounds, A B C ... A B C ..., every second round
     backwards, so that what comes after what differs. Of the PARTS of a round, each of them repeats
     for a share of `least` seconds, the fastest counts, as load only adds. A call that takes more
-    than LONGEST seconds is made in the first ENOUGH rounds alone."""
+    than LONGEST seconds is made in the first LONG_ROUNDS rounds only."""
     repeats = [1] * len(calls)
     samples: list[list[float]] = [[] for _ in calls]
     for turn in range(rounds):
         for k in range(len(calls))[:: -1 if turn % 2 else 1]:
-            if turn >= ENOUGH and max(samples[k]) > LONGEST:
+            if turn >= LONG_ROUNDS and max(samples[k]) > LONGEST:
                 continue
             if turn == 0:
                 seconds = seconds_of(calls[k])
@@ -122,7 +122,7 @@ def seconds_of(call: Callable[[], Any], repeats: int = 1) -> float:
 def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
     """The result of a call, and its seconds, or those of a second, warm call if that is shorter."""
     returned, seconds = once(call)
-    return returned, min(seconds, seconds_of(call, 1)) if seconds < LONG else seconds
+    return returned, min(seconds, seconds_of(call, 1)) if seconds < LONG_SECONDS else seconds
 
 
 def once(call: Callable[[], Any]) -> tuple[Any, float]:

@@ -18,12 +18,12 @@ def as_csv(table: pd.DataFrame) -> str:
 
 
 def read_csv(source: Path | io.StringIO, **options: Any) -> pd.DataFrame:
-    """What `as_csv` wrote, by pandas with these options."""
+    """The table that `as_csv` wrote; options of pandas.read_csv."""
     return _with_texts(pd.read_csv(source, **options), unguarded)
 
 
 def _with_texts(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
-    """The frame with its texts changed; itself where none is."""
+    """The table with its texts changed; the table itself where no text changes."""
     changed_table = table
     for k, kind in enumerate(table.dtypes):
         if pd.api.types.is_numeric_dtype(kind):

@@ -48,8 +48,8 @@ def interpreter_in(environment: Path) -> Path:
 def finished(
     command: Sequence[str], text: str = "", variables: Mapping[str, str] | None = None
 ) -> str:
-    """The output of a command with this text as input and these variables of the environment
-    besides. Raises NotHere when it fails."""
+    """The output of a command, with `text` as its input and `variables` added to the environment.
+    Raises NotHere when it fails."""
     try:
         completed = subprocess.run(
             command,

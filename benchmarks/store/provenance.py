@@ -75,7 +75,7 @@ def versions() -> dict[str, str]:
 def commit() -> str:
     """Hash of the checked-out commit, with '+dirty' for changed files.
 
-    Of an installation the digits that its version has of it, 'unknown' where it has none.
+    For an installed package, the digits of the commit in its version; 'unknown' without them.
     """
     head = _git("rev-parse", "HEAD") if (ROOT / ".git").exists() else None
     if head is None:

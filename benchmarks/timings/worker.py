@@ -28,7 +28,7 @@ from typing import Any
 
 SPREAD = 1e-3  # difference between the starts of a case
 UNTIMED = ("round-off", "long")  # kinds of cases
-NEAR = 1e-9  # tolerance of the last time, relative to the duration
+TIME_TOLERANCE = 1e-9  # tolerance of the last time, relative to the duration
 ASIDE = 0.1  # time by which a problem's functions are evaluated away from the start
 
 
@@ -76,7 +76,7 @@ def contender_of(case: Mapping[str, Any]) -> Any:
 def check_end(run: Any, start: float, duration: float) -> None:
     """Raise ValueError where a run succeeded and does not end so long after its start."""
     end = start + duration
-    if run.success and not abs(run.t[-1] - end) <= NEAR * abs(duration):
+    if run.success and not abs(run.t[-1] - end) <= TIME_TOLERANCE * abs(duration):
         raise ValueError(f"its last time must be {end:g}; received {run.t[-1]:g}")
 
 

@@ -1,4 +1,4 @@
-"""What a step of a grain costs, in the cloud and in a run of its own."""
+"""The time of a step of a grain, in the cloud and in a single run."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ ROUNDS = 3
 GRAINS, QUICK_GRAINS = 6000, 1000
 MILLION, FOLDER = 1_000_000, "brownout-cloud"
 CLOUD = "cloud"
-BESIDE = (100e-6, 400e-6)  # m, diameters of single runs
-OTHERS = (1, 4)  # degrees beside 2, at 100 micrometres
+SINGLE_DIAMETERS = (100e-6, 400e-6)  # m, diameters of single runs
+OTHER_DEGREES = (1, 4)  # degrees beside 2, at 100 micrometres
 EXPLANATION = (
     "Grains of sand in the wind of a landing rotor, from where the wind lifts them to the end or "
     "to the ground: eight to an instruction, each in a lane, step and iteration of its own, and "
@@ -61,7 +61,7 @@ def cost_of_clouds(
     """
     n = QUICK_GRAINS if quick else GRAINS
     cases = [(drag, d, 2) for drag in (CONSTANT, BY_REYNOLDS) for d in DIAMETERS]
-    cases += [(BY_REYNOLDS, 100e-6, s) for s in OTHERS]
+    cases += [(BY_REYNOLDS, 100e-6, s) for s in OTHER_DEGREES]
     calls: list[Callable[[], Any]] = []
     runs, singles = [], []
     for drag, diameter, degree in cases:
@@ -70,7 +70,9 @@ def cost_of_clouds(
         flown = partial(cloud.flights, _gauss(degree), STEPS, threads=1)
         runs.append(flown())
         calls += [flown, cloud.starts]
-        singles.append(None if diameter not in BESIDE or degree != 2 else _single(drag, diameter))
+        singles.append(
+            None if diameter not in SINGLE_DIAMETERS or degree != 2 else _single(drag, diameter)
+        )
         calls += [singles[-1]] if singles[-1] else []
     times = iter([timing.seconds for timing in interleaved(calls, ROUNDS, 0.02)])
     rows = []
@@ -95,7 +97,7 @@ def _gauss(degree: int) -> galvi.Galerkin:
 
 
 def _single(drag: str, diameter: float) -> Callable[[], Any]:
-    """A run of STEPS steps that meets no ground, without Python's part of it."""
+    """A call of a single run of STEPS steps that does not reach the ground."""
     problem = galvi.problems.brownout(diameter, drag_coefficient=DRAG[drag])
     problem = problem.with_initial_state([12.0, 0.0, 3.0], [0.0, 0.0, 1.0])
     return partial(galvi.integrate, problem, _gauss(2), UNTIL / STEPS, STEPS, save_every=STEPS)

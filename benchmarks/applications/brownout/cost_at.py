@@ -43,7 +43,7 @@ def cost_at(level: float, costs: Array, errors: Array, standard_errors: Array) -
 
 
 def over(first: Estimate, second: Estimate) -> Estimate:
-    """A ratio, of errors that are independent."""
+    """The ratio of two estimates whose errors are independent."""
     ratio = first.value / second.value
     errors = ((estimate.uncertainty or 0.0) / estimate.value for estimate in (first, second))
     return Estimate(ratio, ratio * math.hypot(*errors))

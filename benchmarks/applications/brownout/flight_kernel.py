@@ -37,18 +37,18 @@ from benchmarks.applications.brownout.grain_pass import (
     DRAG,
     END,
     GOES_ON,
+    HAS_EARLIER,
     INDEX,
-    KNOWN,
-    LEFT,
     LOWEST,
     PASSES,
+    PASSES_DONE,
     PUSH,
     SOLVED,
     STATE,
     STEP,
-    TAKEN,
+    STEPS_TAKEN,
     TIME,
-    TRIED,
+    TIME_LEFT,
     TRIES,
     H,
     Q,
@@ -67,11 +67,11 @@ SOLVES = 8  # most solves of one contact
 CONTACTS = 1000  # most of one grain
 DISTURBED = 2 + CONTACTS * (SOLVES + 2)  # more solves than the contacts of one grain can ask for
 SEARCH = 80  # halvings that find a root of the curve
-CLOSE = 1e-15  # of the way down, at the root of the step's end
-NOBODY = -1
+ROOT_TOLERANCE = 1e-15  # of the way down, at the root of the step's end
+NO_GRAIN = -1
 WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
 END_TIME, IMPULSE, CONTACT = 6, 7, 10  # columns of ends
-WHO, PHASE, ROOTS, TRIED_TWICE, MOST = range(5)  # rows of `lane`; MOST: passes, then it fails
+WHO, PHASE, ROOTS, TRIED_TWICE, MOST_PASSES = range(5)  # rows of `lane`
 
 
 @jit_inline
@@ -160,20 +160,20 @@ def set_step(work, l, h, numbers, s):
 
 @jit_inline
 def set_guess(work, l, s):
-    """All accelerations <- 0, with nothing known of a step before."""
-    work[KNOWN, l] = 0.0
+    """Set all accelerations to 0, without those of an earlier step."""
+    work[HAS_EARLIER, l] = 0.0
     for k in range(3 * s):
         work[DECAY + 2 * s + k, l] = 0.0
 
 
 @jit_inline
 def take(work, l):
-    """To the end of the solved step."""
+    """Move the state to the end of the solved step."""
     for i in range(3):
         work[Q + i, l], work[V + i, l] = work[END + i, l], work[END + 3 + i, l]
         work[PUSH + i, l] += work[DRAG + i, l]
     if work[H, l] > 0.0:
-        work[TAKEN, l] += 1.0
+        work[STEPS_TAKEN, l] += 1.0
 
 
 @jit_inline
@@ -184,19 +184,19 @@ def enter(work, l, start, t, step, index, constants, numbers, s):
         work[Q + i, l] = start[i]
     work[CONSTANTS, l], work[CONSTANTS + 1, l] = constants[0], constants[1]
     work[INDEX, l], work[STEP, l] = index, step
-    work[TIME, l], work[LEFT, l] = t, index * step - t
+    work[TIME, l], work[TIME_LEFT, l] = t, index * step - t
     rate, nodes = numbers[rate_at(s)], nodes_at(s)
     for j in range(s):
         work[DECAY + s + j, l] = math.exp(rate * numbers[nodes + j] * step)
-    set_step(work, l, work[LEFT, l], numbers, s)
+    set_step(work, l, work[TIME_LEFT, l], numbers, s)
 
 
 @jit_inline
 def leave(work, lane, l, how, ends, codes):
-    """Keep what became of a grain, and free its lane."""
+    """Write the end of a grain and its counts, and free its lane."""
     who = lane[WHO, l]
     codes[who, 0] = how
-    codes[who, 2], codes[who, 3] = int(work[TAKEN, l]), int(work[TRIED, l])
+    codes[who, 2], codes[who, 3] = int(work[STEPS_TAKEN, l]), int(work[PASSES_DONE, l])
     for i in range(3):
         ends[who, i], ends[who, 3 + i] = work[Q + i, l], work[V + i, l]
         ends[who, IMPULSE + i] = work[PUSH + i, l]
@@ -209,12 +209,12 @@ def empty(work, lane, l):
     """Idle lanes integrate a resting particle with h = 0."""
     work[:, l] = 0.0
     work[Q + 2, l] = 1.0
-    lane[WHO, l] = NOBODY
+    lane[WHO, l] = NO_GRAIN
 
 
 @jit_inline
 def keep(saved, who, index, save_every, x, y, z):
-    """Keep a place at a time that is kept."""
+    """Save a position if the end of step `index` is a saved time."""
     if saved.shape[1] and index % save_every == 0 and index // save_every < saved.shape[1]:
         row = index // save_every
         saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
@@ -222,7 +222,7 @@ def keep(saved, who, index, save_every, x, y, z):
 
 @jit_inline
 def fill(saved, who, index, save_every, x, y, z):
-    """Keep a place at all times from a step's end on."""
+    """Save a position at all saved times from the end of step `index` on."""
     for row in range((index + save_every - 1) // save_every, saved.shape[1]):
         saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
 
@@ -250,12 +250,12 @@ def after_step(work, lane, l, numbers, s, polish, scratch):
         return DOWN if work[END + 2, l] <= 0.0 else ABOVE
     lane[ROOTS, l] += 1
     z, speed = work[END + 2, l], work[END + 5, l]
-    on_ground = abs(z) <= CLOSE * (work[Q + 2, l] + h * abs(speed))
+    on_ground = abs(z) <= ROOT_TOLERANCE * (work[Q + 2, l] + h * abs(speed))
     if polish > 0.0 and not on_ground and lane[ROOTS, l] < SOLVES and speed < 0.0:
         longer = h - z / speed
-        if longer >= work[LEFT, l]:  # not within the step
+        if longer >= work[TIME_LEFT, l]:  # not within the step
             lane[PHASE, l] = LAST_TRY
-            set_step(work, l, work[LEFT, l], numbers, s)
+            set_step(work, l, work[TIME_LEFT, l], numbers, s)
             return AGAIN
         if longer > 0.0:
             set_step(work, l, longer, numbers, s)
@@ -271,7 +271,7 @@ def touch(work, who, l, rules, ends, codes):
     if h > 0.0:
         take(work, l)
     work[TIME, l] += h
-    work[LEFT, l] -= h
+    work[TIME_LEFT, l] -= h
     if h > 0.0 and work[V + 2, l] > 0.0:  # the curve came down, the step does not
         work[Q + 2, l] = max(work[Q + 2, l], 0.0)
         return FLYING
@@ -298,7 +298,7 @@ def go_on(work, lane, l, numbers, s, rules, save_every, last, scratch, records):
         set_guess(work, l, s)
         set_step(work, l, work[H, l], numbers, s)
         return FLYING
-    if not solved or work[TRIED, l] > lane[MOST, l]:
+    if not solved or work[PASSES_DONE, l] > lane[MOST_PASSES, l]:
         for i in range(6):
             work[Q + i, l] = np.nan
         fill(saved, who, index, save_every, np.nan, np.nan, np.nan)
@@ -318,7 +318,7 @@ def go_on(work, lane, l, numbers, s, rules, save_every, last, scratch, records):
     how = touch(work, who, l, rules, ends, codes)
     if how == FLYING:
         set_guess(work, l, s)
-        set_step(work, l, work[LEFT, l], numbers, s)  # the rest, which may be 0
+        set_step(work, l, work[TIME_LEFT, l], numbers, s)  # the rest, which may be 0
     elif how == LANDED:
         fill(saved, who, index, save_every, work[Q, l], work[Q + 1, l], 0.0)
     else:
@@ -339,7 +339,7 @@ def fly(law, grains, s, numbers, rules, save_every, work, records):
     while True:
         if busy < LANES and following < n:
             for l in range(LANES):
-                while lane[WHO, l] == NOBODY and following < n:
+                while lane[WHO, l] == NO_GRAIN and following < n:
                     who = following
                     following += 1
                     t, step = clocks[who, 0], clocks[who, 1]
@@ -360,7 +360,10 @@ def fly(law, grains, s, numbers, rules, save_every, work, records):
                             starts[who, 2],
                         )
                     lane[:, l] = 0
-                    lane[WHO, l], lane[MOST, l] = who, (last - index + 1 + DISTURBED) * 2 * PASSES
+                    lane[WHO, l], lane[MOST_PASSES, l] = (
+                        who,
+                        (last - index + 1 + DISTURBED) * 2 * PASSES,
+                    )
                     enter(work, l, starts[who], t, step, index, constants[who], numbers, s)
                     busy += 1
         if busy == 0:
@@ -368,7 +371,7 @@ def fly(law, grains, s, numbers, rules, save_every, work, records):
         call_void(law[0], work, numbers)
         for l in range(LANES):
             who = lane[WHO, l]
-            if who == NOBODY or work[STATE, l] == GOES_ON:
+            if who == NO_GRAIN or work[STATE, l] == GOES_ON:
                 continue
             last = counts[who, 1]
             how = go_on(work, lane, l, numbers, s, rules, save_every, last, scratch, records)

@@ -43,7 +43,7 @@ def grain_pass_DIGEST(work, numbers):
 ROTOR = "from galvi.kernels.forces.rotor_wind import rotor_wind as wind\n"
 BATCH = 4096  # grains of one call of the kernel
 TOLERANCE = 1e-14  # change of one more pass, relative to the velocities
-FEW = 2  # points up to which the accelerations of two steps are extrapolated to the next
+FEW_POINTS = 2  # points up to which the accelerations of two steps are extrapolated to the next
 POINTS = 8  # most: the end of the curve in powers of the time errs by 4e-13 with 8, 2e-4 with 20
 STEPS = 10**9  # most
 WAITING, ALOFT, LANDED, FAILED, BOUNCING = range(5)
@@ -92,7 +92,7 @@ class Ground:
 
 @dataclass(frozen=True, eq=False)
 class Flights:
-    """What became of n grains.
+    """The ends of the flights of n grains.
 
     Attributes
     ----------
@@ -349,7 +349,7 @@ def _check_method(method: Galerkin) -> None:
 
 @lru_cache(maxsize=32)
 def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
-    """The address of a pass, and the function, which must exist as long."""
+    """The address of a compiled pass, and the function, which must outlive the address."""
     lines = f"from galvi.kernels.forces.rotor_wind import {drag} as drag\n"
     function = compiled_grain_pass(wind, lines, s)
     return addresses((function, PASS_OF_GRAINS)), function
@@ -364,7 +364,7 @@ def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
     powers = np.linalg.inv(np.vander(table.c, increasing=True)) / np.arange(1, s + 1)[:, None]
     once = _extrapolation(table.c, 1.0 + table.c)
     twice = np.concatenate([np.zeros((s, s)), once], axis=1)
-    if s <= FEW:
+    if s <= FEW_POINTS:
         twice = _extrapolation(np.append(table.c - 1.0, table.c), 1.0 + table.c)
     parts = B, A @ B, table.c, table.b, [-gravity, tolerance, -1.0 / DESCENT], powers, once, twice
     return np.concatenate([np.ravel(part) for part in parts])

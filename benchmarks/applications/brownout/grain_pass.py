@@ -40,15 +40,16 @@ from galvi.lanes.functions import Reciprocals
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import LANES, Lanes
 
-Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, KNOWN = 0, 3, 6, 7, 9, 10, 11, 12  # first rows
+Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, HAS_EARLIER = 0, 3, 6, 7, 9, 10, 11, 12  # first rows
 END = 13  # q and v at the step's end
 DRAG = 19  # impulse of the drag over the mass
 LOWEST = 22  # a height that no point of the curve is below
 INDEX, STEP = 23, 24  # the step's end is at their product
-TIME, LEFT = 25, 26  # at the state, and from there to the step's end
-TAKEN, TRIED, PUSH = 27, 28, 29  # steps and passes so far, and the sum of DRAG over the steps
+TIME, TIME_LEFT = 25, 26  # at the state, and from there to the step's end
+STEPS_TAKEN, PASSES_DONE, PUSH = 27, 28, 29  # and the sum of DRAG over the steps
 DECAY = 32  # exp(-t / DESCENT) at the stages, then its ratio to that at the start of a whole step,
-# s each; then accelerations at the stages, and those of the step before where KNOWN is 1, 3 s each
+# s each; then accelerations at the stages, and where HAS_EARLIER is 1 those of the step before,
+# 3 s each
 GOES_ON, SOLVED, GIVEN_UP = 0.0, 1.0, 2.0  # of STATE
 PASSES = 64  # of one step
 PART = 0.999  # of a step: what is shorter is the rest of one
@@ -235,7 +236,7 @@ def begin_next_step(rows, ready, rate, once, twice):
     last, before, has_earlier = (
         rows.stages(DECAY + 2 * s),
         rows.stages(DECAY + 5 * s),
-        rows.at(KNOWN),
+        rows.at(HAS_EARLIER),
     )
     h, index, step = rows.at(H), rows.at(INDEX), rows.at(STEP)
     full_step, time = h > PART * step, index * step
@@ -249,17 +250,17 @@ def begin_next_step(rows, ready, rate, once, twice):
         for j in range(s)
         for i in range(3)
     ]
-    steps_taken = rows.at(TAKEN) + has_earlier.same(1.0).where(h > 0.0, 0.0)
+    steps_taken = rows.at(STEPS_TAKEN) + has_earlier.same(1.0).where(h > 0.0, 0.0)
     push = [x + y for x, y in zip(rows.axes(PUSH), rows.axes(DRAG), strict=True)]
     new = {
         Q: rows.axes(END),
         V: rows.axes(END + 3),
         H: [left],
         TRIES: [has_earlier.same(0.0)],
-        KNOWN: [has_earlier.same(1.0).where(full_step, 0.0)],
+        HAS_EARLIER: [has_earlier.same(1.0).where(full_step, 0.0)],
         INDEX: [index + 1.0],
         TIME: [time, left],
-        TAKEN: [steps_taken],
+        STEPS_TAKEN: [steps_taken],
         PUSH: push,
         DECAY: [start * x for x in ratios],
         DECAY + 2 * s: guess,
@@ -314,7 +315,7 @@ def grain_pass(wind, drag, s):
             tries = at(TRIES) + 1.0
             state = state_of(change, at(CHANGE), tries, tolerance)
             rows.put(STATE, [state, tries, change])
-            rows.put(TRIED, [at(TRIED) + 1.0])
+            rows.put(PASSES_DONE, [at(PASSES_DONE) + 1.0])
             with builder.if_then((state > GOES_ON).any):
                 end, lowest = outcome(s, q, v, h, new, forced, tables, block(curve, s))
                 rows.put(END, [*end, lowest])

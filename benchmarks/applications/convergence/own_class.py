@@ -48,12 +48,12 @@ class OwnIntegrator:
 
     @property
     def order(self) -> float | None:
-        """As it declares; None where it does not."""
+        """The declared order; None where there is none."""
         order = getattr(self.integrator, "order", None)
         return float(order) if is_positive(order) else None
 
     def supports(self, problem: Problem) -> bool:
-        """What it says.
+        """Whether the integrator supports the problem.
 
         Raises
         ------
@@ -71,7 +71,7 @@ class OwnIntegrator:
     def settings(
         self, problem: Problem, duration: float, fewest: int
     ) -> Sequence[Mapping[str, Any]]:
-        """Its own, coarse to fine; `fewest` equal steps where it offers none."""
+        """The offered settings, coarse to fine; `fewest` equal steps where none are offered."""
         if not hasattr(self.integrator, "settings"):
             return [{"step": duration / fewest, "save_every": fewest}]
         return valid_settings(list(self.integrator.settings(problem, duration)), duration)

@@ -34,10 +34,14 @@ COLUMNS = (
     "note",
 )  # fmt: skip
 STATES = 128  # states, at most, in which changes of invariants are looked for
-ROUNDS, LEAST, QUICK_LEAST = 3, 0.05, 0.01  # rounds of timing, and seconds of a setting in each
+ROUNDS, ROUND_SECONDS, QUICK_ROUND_SECONDS = (
+    3,
+    0.05,
+    0.01,
+)  # rounds of timing, and seconds of a setting in each
 COMPLETED, FAILED = "completed", "failed"
-FAR = 0.25  # of an order from that of theory
-ITSELF = "the truth"  # note of the run that it is
+ORDER_DISTANCE = 0.25  # of an order from that of theory
+TRUTH_NOTE = "the truth"  # note of the run that is the truth
 
 
 @dataclass
@@ -82,7 +86,7 @@ def order_table(
     outcome        completed or failed
     setting        as text; steps, the number of steps; fit, whether the fit rests on the row
     theory         the method's order as it is known or declared; NaN where it is not
-    note           why it does not, or why the run failed
+    note           why the fit does not rest on the row, or why the run failed
     """
     motion = accurate_motion(problem, duration, truth)
     conserved = {} if motion is None else kept_components(motion)
@@ -102,7 +106,7 @@ def order_table(
         )
         row = _row(problem, duration, measurement, conserved)
         if truth.source == (measurement.participant.contender.name, row["setting"]):
-            row["note"] = ITSELF
+            row["note"] = TRUTH_NOTE
         elif measurement.run.success:
             row["error"] = away((measurement.run.q[-1], measurement.run.p[-1]))
         rows.append(row)
@@ -115,7 +119,7 @@ def remarks(frame: pd.DataFrame) -> list[str]:
     sentences = []
     for name, rows in frame.groupby("method", sort=False):
         order, error, theory = rows[["fitted", "fitted_se", "theory"]].iloc[0]
-        if abs(order - theory) > max(FAR, 5.0 * error):
+        if abs(order - theory) > max(ORDER_DISTANCE, 5.0 * error):
             sentences.append(
                 f"{name} has the order {theory:g} at small steps, by theory, and {order:.2f} at "
                 "these: they may be too long, or its error small by chance at this end."
@@ -151,7 +155,7 @@ def _first_run(
         if run.success:
             measured.run = replace(run, counts=last.counts)
     if lengthened:
-        least_seconds = QUICK_LEAST if quick else LEAST
+        least_seconds = QUICK_ROUND_SECONDS if quick else ROUND_SECONDS
         longer = repeated_run(contender, problem, duration, setting, warm, least_seconds)
         if not longer.failure:
             measured.call, measured.warm, measured.times = longer.call, longer.seconds, longer.times
@@ -175,7 +179,7 @@ def _time(measured: Sequence[_Measured], quick: bool) -> None:
     timings = interleaved(
         [measurement.call for measurement in timed],
         ROUNDS,
-        QUICK_LEAST if quick else LEAST,
+        QUICK_ROUND_SECONDS if quick else ROUND_SECONDS,
         [measurement.warm for measurement in timed],
         [measurement.times > 1 for measurement in timed],
     )
@@ -225,7 +229,7 @@ def _row(
 
 
 def _theory(contender: Any, setting: Setting) -> float:
-    """The order that is known of a method, with its options: "order" where that is one."""
+    """The theoretical order of a method, its option "order" where it has one; NaN if unknown."""
     if isinstance(contender, InClock):
         return float(contender.method.order)
     if setting.keys() - {"step", "save_every"}:
@@ -234,7 +238,7 @@ def _theory(contender: Any, setting: Setting) -> float:
 
 
 def _or_nan(measure: Callable[..., float], *arguments: Any) -> float:
-    """Its value; NaN where it has none, as it says by a ValueError."""
+    """The value of a measure; NaN where it raises ValueError."""
     try:
         return measure(*arguments)
     except ValueError:
@@ -242,7 +246,7 @@ def _or_nan(measure: Callable[..., float], *arguments: Any) -> float:
 
 
 def _round_trip(problem: Problem, duration: float, measurement: _Measured) -> float:
-    """Distance from the start after a run from the end and back; NaN where it is not taken."""
+    """Distance from the start after a run from the end and back; NaN where that fails."""
     _, distance = measure_of(problem)
     contender: Any = measurement.participant.contender
     setting = {**measurement.setting, "step": -measurement.setting["step"]}
@@ -258,8 +262,8 @@ def _round_trip(problem: Problem, duration: float, measurement: _Measured) -> fl
 
 
 def _symplecticity(problem: Problem, measurement: _Measured) -> float:
-    """Of a step from the start: by galvi in clocks, of which the phase space has the time too, and
-    in frames, whose runs take longer; else by differences of runs."""
+    """The defect of a step from the start: by galvi in clocks, whose phase space includes the time,
+    and in frames, whose runs take longer; otherwise by differences of runs."""
     contender, h = measurement.participant.contender, measurement.setting["step"]
     if isinstance(contender, InClock) or (
         isinstance(contender, Variational) and contender.method.in_frame

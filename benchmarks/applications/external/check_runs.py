@@ -63,7 +63,7 @@ class Runs:
     _long: dict[CheckProblem, LongRun | None] = field(default_factory=dict)
 
     def anew(self) -> Runs:
-        """For a measurement apart: only truths and long runs that were made are kept."""
+        """Runs for a separate measurement, with the truths and the long runs made so far."""
         long_runs = {
             check: long for check, long in self._long.items() if long and long.checked.requested
         }
@@ -76,8 +76,8 @@ class Runs:
         return self._settings[check]
 
     def answers(self, check: CheckProblem) -> Rows:
-        """No rows: what fails when it is asked about the problem, and run at its coarsest setting,
-        is in `failures`."""
+        """No rows; asks about the problem and makes the coarsest run, whose failures are counted in
+        `failures`."""
         if self.external.supports(check.problem) and self.settings(check):
             self.coarsest(check)
         yield from ()

@@ -40,18 +40,18 @@ from benchmarks.checks import bounds
 from benchmarks.checks.claim import AGREEMENT as SOURCE
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.checks.series_bounds import NoGrowth
-from benchmarks.statistics.convergence_fits import LEAST, algebraic, window
+from benchmarks.statistics.convergence_fits import FEWEST_POINTS, algebraic, window
 from benchmarks.statistics.drift import Drift, drift
 from benchmarks.store.frames import frame, number, pick, row
 
 PRINTED = "printed"  # number of lines that it printed, of no problem; status has the first ones
 GAIN = 0.7  # largest ratio of the errors at the finest and the coarsest setting
 RIGHT = 1e-8  # relative error that needs no such gain
-FAR = 0.1  # largest relative error at the finest setting
+LARGEST_ERROR = 0.1  # largest relative error at the finest setting
 SHARE = 0.05  # relative tolerance of an order, in addition to `bounds.ORDER_RESOLUTION`
 CLEAR = 4.0  # errors over those of an own level of round-off, which bends their line less
 ROUND_OFF = 1e-12  # smaller relative changes may grow, in the longest run those below
-LEFT = 4.0  # MB that repeated runs may leave in memory: a run of `track`, too
+MEMORY_LEFT = 4.0  # MB that repeated runs may leave in memory: a run of `track`, too
 ROUND_OFF_OF_MANY = MANY * np.finfo(float).eps
 SAME_BITS = (
     "Two runs that were asked for alike, also in another process, must have the same bits; else it "
@@ -77,8 +77,8 @@ NOT_DECLARED = "Not declared: the number is for information."
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """Judges the rows of `external.check_runs`; callable, returns rows of claims.csv. Its methods
-    judge the rows of one check, of one problem or of all."""
+    """Turns measured rows of `external.check_runs` into rows of claims.csv, when called for all
+    checks; its methods do so for the rows of one check, on one problem or on all."""
 
     id: str
     external: ExternalIntegrator
@@ -230,9 +230,9 @@ class Judge:
                 check,
                 CUT,
                 row["value"],
-                bounds.HOLDS if row["value"] <= FAR else bounds.CONTRADICTED,
+                bounds.HOLDS if row["value"] <= LARGEST_ERROR else bounds.CONTRADICTED,
                 claimed="the same end",
-                bound=f"at most {FAR:g} of the way from the start",
+                bound=f"at most {LARGEST_ERROR:g} of the way from the start",
                 reason=row["status"] or CLOCK,
                 reference="the run from the start",
                 setup=f"{check.problem.name}; T = {row['t']:g}; {row['label']}",
@@ -296,7 +296,7 @@ class Judge:
         rows = []
         for _, reading in pick(table, quantity=GROWTH).iterrows():
             measured = float(reading["value"])
-            verdict = bounds.AtMost(LEFT).verdict(measured)
+            verdict = bounds.AtMost(MEMORY_LEFT).verdict(measured)
             rows.append(
                 self._row(
                     check,
@@ -305,12 +305,12 @@ class Judge:
                     bounds.NOT_RUN if np.isnan(measured) else verdict,
                     expected=bounds.NOT_RUN if np.isnan(measured) else bounds.HOLDS,
                     claimed="no more than before",
-                    bound=f"at most {LEFT:g}",
+                    bound=f"at most {MEMORY_LEFT:g}",
                     reference="its process before",
                     reason=SLOW
                     if np.isnan(measured)
                     else LEAK
-                    if measured > LEFT
+                    if measured > MEMORY_LEFT
                     else "Further runs of a warm process leave nothing.",
                     setup=f"{check.problem.name}; T = {check.duration:g}; {reading['label']}",
                 )
@@ -378,8 +378,8 @@ class Judge:
                 check,
                 "error at its finest over the way from the start",
                 fine,
-                bounds.HOLDS if fine <= FAR else bounds.CONTRADICTED,
-                bound=f"at most {FAR:g}",
+                bounds.HOLDS if fine <= LARGEST_ERROR else bounds.CONTRADICTED,
+                bound=f"at most {LARGEST_ERROR:g}",
                 reason=furthest,
             ),
             self._row(
@@ -507,7 +507,7 @@ def _own_floor(errors: Sequence[float], floor: float) -> float:
     tail = measured[rising[0] :]
     level = CLEAR * float(np.max(tail))
     is_round_off = level > CLEAR * SINGLE and np.any(np.diff(tail[1:]) < 0.0)
-    return level if is_round_off and np.sum(measured > level) >= LEAST else 0.0
+    return level if is_round_off and np.sum(measured > level) >= FEWEST_POINTS else 0.0
 
 
 @dataclass(frozen=True)

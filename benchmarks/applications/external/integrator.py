@@ -127,8 +127,8 @@ class ExternalIntegrator:
         return self._twin
 
     def supports(self, problem: Problem) -> bool:
-        """Whether it solves the problem; False, and a fault, when it does not answer. Of problems
-        that it is not asked about any more the first alone is a fault."""
+        """Whether it solves the problem; False, and a fault, when it does not answer. Of the
+        problems that it is no longer asked about, only the first is a fault."""
         if self._late[False] >= PATIENCE and self._unasked():
             return False
         return bool(
@@ -219,7 +219,7 @@ class ExternalIntegrator:
 
     @property
     def faults(self) -> list[str]:
-        """A sentence for each problem and kind of fault; one for all that it was not asked."""
+        """A sentence for each problem and kind of fault; one for all requests not made."""
         unasked = self._unasked()
         sentences = [
             f"{self.name}, {fault.problem}, {_first(doings)}: {fault.why}"
@@ -258,12 +258,12 @@ class ExternalIntegrator:
 
     @property
     def only_unasked(self) -> str:
-        """Why nothing that failed was asked, as answers before were late; "" where there are other
+        """Why requests were not made, where these are the only faults; "" where there are other
         faults, or none."""
         return self._unasked()[0].why if len(self._unasked()) == len(self._failed) > 0 else ""
 
     def _unasked(self) -> list[Fault]:
-        """Those of the requests that were not made as earlier answers were late."""
+        """Faults of requests that were not made, since earlier answers were late."""
         return [fault for fault in self._failed if not fault.requested]
 
     def close(self) -> None:

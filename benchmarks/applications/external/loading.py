@@ -15,8 +15,8 @@ from references import REFERENCES
 
 METHODS = ("supports", "run")
 CONSERVED = ("energy", "angular momentum")
-OURS = "galvi"
-PACKAGES = (OURS, "benchmarks", "references", "reports")
+RESERVED_NAME = "galvi"
+PACKAGES = (RESERVED_NAME, "benchmarks", "references", "reports")
 LONGEST, MARKUP = (
     60,
     "<>$|`",
@@ -56,15 +56,15 @@ def load_class(path: str) -> Any:
     if not (isinstance(contender.name, str) and _is_name(plain_text(contender.name))):
         raise ContenderError(
             f"the name of {path} must be words in one line, of {LONGEST} letters at most, none of "
-            f"{MARKUP}, that do not begin with {OURS!r}, which are galvi's own methods, nor with a "
-            f"formula's {' '.join(STARTS[:4])}, and that no other code of the suite has; received "
-            f"{contender.name!r}"
+            f"{MARKUP}, that do not begin with {RESERVED_NAME!r}, which are galvi's own methods, "
+            f"nor with a formula's {' '.join(STARTS[:4])}, and that no other code of the suite has; "
+            f"received {contender.name!r}"
         )
     return contender
 
 
 def object_at(path: str, kind: str, noun: str) -> Any:
-    """What a module has at "package.module:name"; kind and noun are for messages.
+    """The object at "package.module:name"; kind and noun are for messages.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def _suggested_path(path: str, noun: str) -> str:
 def _is_name(name: str) -> bool:
     one_line = name.strip() and name.isprintable() and len(name) <= LONGEST
     word = " ".join(name.casefold().split())
-    is_reserved = word.startswith((OURS, *STARTS))
+    is_reserved = word.startswith((RESERVED_NAME, *STARTS))
     same_names = {code.name.casefold() for code in REFERENCES} & {
         word,
         word.partition(",")[0].rstrip(),
@@ -178,8 +178,8 @@ def is_positive(value: Any) -> bool:
 
 
 def plain_text(value: Any) -> str:
-    """Its words, of no class of its own, so that they are unpickled without the contender's code;
-    "" where it has none."""
+    """The value as a plain str, which is unpickled without the contender's code; "" where it has no
+    text."""
     try:
         return str.__str__(value if isinstance(value, str) else str(value))
     except Exception:

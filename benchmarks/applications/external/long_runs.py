@@ -55,7 +55,7 @@ class LongRun:
 
     @property
     def problem(self) -> Problem:
-        """The one that was run."""
+        """The problem that is run."""
         return self.check.watched or self.check.problem
 
     def rows(self) -> Iterator[dict[str, Any]]:
@@ -66,7 +66,7 @@ class LongRun:
 
 
 def long_run(external: ExternalIntegrator, check: CheckProblem) -> LongRun | None:
-    """None where it does not take part."""
+    """The long run on a problem; None where the integrator offers no settings for it."""
     problem = check.watched or check.problem
     offered = offered_settings(external, problem, check.long, PARTS)
     if not offered:
@@ -117,7 +117,7 @@ def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[s
 
 
 def _in_time(external: ExternalIntegrator, first: LongRun, factor: float) -> float:
-    """So many times as long, or as the limit of time allows."""
+    """By which factor to lengthen a run: `factor`, or less where the time limit requires it."""
     # the time of states that are copied at each step grows with the square of their number
     in_time = external.limit / max(first.checked.seconds, 1e-9)
     return min(factor, SHARE * in_time, in_time**0.5)

@@ -2,9 +2,9 @@
 
 It offers steps as short as it likes; the order p that it declares shows where errors are above
 round-off and fall as a power of the step. The search starts from its longest step and doubles or
-halves it until the error is between the one that is LEAST^p times the floor and COARSE. The errors
-that the order is fitted to begin there, and end where the declared order would reach the floor, or
-at its shortest step. Where errors rise repeatedly on the way, as in lower precision, the order is
+halves it until the error is between SMALLEST_SPAN^p times the floor and COARSE. The errors that the
+order is fitted to begin there, and end where the declared order would reach the floor, or at its
+shortest step. Where errors rise repeatedly on the way, as in lower precision, the order is
 looked for again from COARSE on.
 """
 
@@ -23,11 +23,14 @@ from benchmarks.store.frames import failure, row
 from galvi.arrays import Array
 
 ORDER = "error in between"
-POINTS, MOST = 9, 2.0  # step sizes: number, and largest ratio
-LEAST, FURTHER = 4.0, 8.0  # factor between first and last step: at least, and where errors allow
+POINTS, LARGEST_RATIO = 9, 2.0  # step sizes: number, and largest ratio
+SMALLEST_SPAN, LARGEST_SPAN = (
+    4.0,
+    8.0,
+)  # factor between first and last step: at least, and where errors allow
 COARSE, SMALL = 1e-2, 1e-6  # largest error, and smallest, from which the order is looked for
-ROOM = 10.0  # of the first error above LEAST^p times the floor
-FEW = 10  # fewest steps
+ROOM = 10.0  # of the first error above SMALLEST_SPAN^p times the floor
+FEWEST_STEPS = 10  # of a run
 RISES = 2  # rises of the error with shorter steps that count as erratic; one is a change of sign
 SINGLE = 1e-8  # error above which those that rise and fall may be round-off of single precision
 HIGHEST = 100.0  # order from which on the powers above are those of this order
@@ -50,8 +53,8 @@ def order_runs(
     order = min(external.order, HIGHEST)
     longest, shortest = offered_steps(check, equal)
     error = errors_at(external, check, equal, end)
-    most_steps = max(shortest, round(FURTHER * longest))
-    least_error = min(COARSE, max(SMALL, ROOM * check.floor * LEAST**order))
+    most_steps = max(shortest, round(LARGEST_SPAN * longest))
+    least_error = min(COARSE, max(SMALL, ROOM * check.floor * SMALLEST_SPAN**order))
     numbers = _numbers(
         error, fewest(error, longest, most_steps, least_error), shortest, order, check.floor
     )
@@ -111,8 +114,8 @@ def _numbers(error: Errors, few: int, shortest: int, order: float, floor: float)
     if np.isnan(first):
         return (few,)
     reach = 2.0 * few * max(first / floor, 1.0) ** (1.0 / order) if first > 0.0 else few
-    many = max(LEAST * few, min(reach, max(FURTHER * few, shortest)))
-    ratio = min(MOST, (many / few) ** (1.0 / (POINTS - 1)))
+    many = max(SMALLEST_SPAN * few, min(reach, max(LARGEST_SPAN * few, shortest)))
+    ratio = min(LARGEST_RATIO, (many / few) ** (1.0 / (POINTS - 1)))
     return tuple(dict.fromkeys(round(few * ratio**k) for k in range(POINTS)))
 
 
@@ -120,7 +123,7 @@ def fewest(error: Errors, longest: int, most_steps: int, least_error: float) -> 
     """The number of steps to begin with, of an error of at least `least`; that of its longest step
     where this fails, or is too long and so are all up to `most`."""
     few, now = longest, error(longest)[0]
-    while now < least_error and few >= 2 * FEW:
+    while now < least_error and few >= 2 * FEWEST_STEPS:
         longer = error(few // 2)[0]
         if np.isnan(longer):
             return few

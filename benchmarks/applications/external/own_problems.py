@@ -13,7 +13,7 @@ KIND = "problem", "function"
 
 def load_problem(path: str, duration: float | None = None) -> tuple[Problem, float]:
     """The problem and its duration, of the function at the path: () -> (galvi.Problem, duration),
-    or () -> galvi.Problem where a duration is given, which wins.
+    or () -> galvi.Problem where a duration is given, which takes precedence.
 
     A problem without a name gets that of the function.
 

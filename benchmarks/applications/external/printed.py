@@ -41,7 +41,7 @@ class Printed:
             self._readers.pop().join(1.0)
 
     def forget(self) -> None:
-        """Count from here on."""
+        """Reset the number of lines and the first lines."""
         self.lines, self.first = 0, []
 
     def sentence(self) -> str:

@@ -19,7 +19,7 @@ from benchmarks.applications.external.check_problems import CheckProblem
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.order_runs import (
     COARSE,
-    FURTHER,
+    LARGEST_SPAN,
     errors_at,
     fewest,
     offered_steps,
@@ -65,7 +65,7 @@ def reversed_runs(
         return
     few, many = offered_steps(check, equal)
     error = errors_at(external, check, equal, end)
-    steps = fewest(error, few, max(many, round(FURTHER * few)), NOT_SMALL)
+    steps = fewest(error, few, max(many, round(LARGEST_SPAN * few)), NOT_SMALL)
     steps = steps if error(steps)[0] <= COARSE else many
     step, duration, problem = check.duration / steps, check.duration, check.problem
     setting = {**equal[-1], "step": step, "save_every": steps}

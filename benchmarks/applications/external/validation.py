@@ -25,7 +25,7 @@ from references.setting import fixed_steps, sample_times
 MOST_STEPS, MOST_STATES = 10**10, 10**7  # limits of a run
 # Tolerances: of a time, relative to the duration; of the first state, relative to the largest
 # component of the start.
-NEAR = 1e-9
+TOLERANCE = 1e-9
 
 
 def saved_times(problem: Problem, duration: float, setting: Mapping[str, Any]) -> Array:
@@ -130,12 +130,12 @@ def valid_run(
 
 
 def _numbers(name: str, part: Any) -> Array:
-    """A copy, float64.
+    """The array as a copy, float64.
 
     Raises
     ------
     ContenderError
-        For what are no real numbers.
+        For anything but real numbers.
     """
     try:
         kind = np.asarray(part).dtype
@@ -155,7 +155,9 @@ def _check_times(t: Array, problem: Problem, duration: float, setting: Mapping[s
             "Its settings must say at which times a run has states, as step and save_every or as "
             f"samples; received {dict(setting)!r} ({describe_error(error)})."
         ) from None
-    if t.shape != times.shape or not np.allclose(t, times, rtol=0.0, atol=NEAR * abs(duration)):
+    if t.shape != times.shape or not np.allclose(
+        t, times, rtol=0.0, atol=TOLERANCE * abs(duration)
+    ):
         received = (
             f"{len(t)} from {t[0]:g} to {t[-1]:g}"
             if t.ndim == 1 and t.size
@@ -173,7 +175,7 @@ def _check_states(q: Array, p: Array, problem: Problem) -> None:
         raise ContenderError("It says that it succeeded, and its states are not finite.")
     for name, states, start in (("q", q, problem.q0), ("p", p, problem.p0)):
         off = np.max(np.abs(states[0] - start))
-        if off > NEAR * max(np.max(np.abs(states)), np.max(np.abs(start))):
+        if off > TOLERANCE * max(np.max(np.abs(states)), np.max(np.abs(start))):
             raise ContenderError(
                 f"Its first {name} must be the problem's start, {_one_line(start)}; received "
                 f"{_one_line(states[0])}."

@@ -58,14 +58,14 @@ ADAPTIVE = ("ias15", "bs")
 CENTRED = ("whfast", "whfast512", "saba", "mercurius", "trace")  # their first particle is the star
 LIGHT = 0.1  # share of the heaviest body's mass up to which two bodies have a mutual Hill radius
 PART, ENGINE, ANOTHER = "body", "rebound", ""
-MORE = "install the extra peers (pip install heyoka) for heyoka as a second"
+ENGINE_HINT = "install the extra peers (pip install heyoka) for heyoka as a second"
 COARSEST = 6.0 + 1.0 / 3.0  # steps to a revolution of the fastest body; a whole number resonates
-OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
+GALVI_COARSEST, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
 IN_CLOCK = {8: (1.0, 0.7, 0.5, 0.35, 0.2), 16: (1.6, 1.2, 0.9, 0.6)}  # degree: steps in tau
 
 
 def model(problem: Problem) -> Model:
-    """That of a problem alone: the simulation that it came from or would be, in its order."""
+    """The model of a problem alone, with the simulation that it came from or that is made of it."""
     return Model(problem, simulation_of(problem))
 
 
@@ -95,7 +95,7 @@ def span(duration: float, step: float) -> float:
 
 
 def own_contender(model: Model, name: str) -> Contender:
-    """This one of INTEGRATORS on the user's own simulation, as it is."""
+    """The integrator of this name on the user's own simulation, with its options."""
     contender = INTEGRATORS[name]
     return contender if model.native is None else of_user(contender, model.native, model.problem)
 
@@ -148,8 +148,9 @@ def sources(model: Model, duration: float, user_setting: UserSetting) -> list[So
 
 
 def engine_hint(model: Model) -> str:
-    """None where forces are not read to rounding: other engines have them as read."""
-    return "" if _inexact(model) else MORE
+    """How to install a second engine; "" where forces are not read to rounding, as other engines
+    would run them as read."""
+    return "" if _inexact(model) else ENGINE_HINT
 
 
 def _inexact(model: Model) -> str:
@@ -226,7 +227,7 @@ def candidates(
 
     revolutions = abs(duration) / shortest_period(problem)
     frame = galvi.KeplerFrame()
-    charts = [("", None, OURS)]
+    charts = [("", None, GALVI_COARSEST)]
     charts += [] if frame.refusal(problem) else [(", Kepler frame", frame, IN_FRAME)]
     for suffix, chart, degrees in charts:
         for degree, coarsest in degrees.items():

@@ -30,15 +30,15 @@ from galvi import Multibody, NBody, Problem, Trajectory, input_checks
 YOURS = " (yours)"  # after the name of the own integrator in the table
 PIECES = 20  # times at which sources of the truth are compared
 SAMPLES = 100  # states of the user's own run and of the candidates, at most
-PARTS, AWAITED = 50, 10.0  # of the time, of which the first is looked at; seconds of a truth
-LOOKED = 4 * PARTS  # parts of the time, of which a few tell how long the truth will take
-FINER, LONG = 20, 2.0  # times as many of the own run at most; seconds of one with fewer
-LOST = 1e-3  # share of the motion by which sources differ where there is no truth any more
+PARTS, EARLY_SECONDS = 50, 10.0  # of the time, of which the first is looked at; seconds of a truth
+EARLY_PARTS = 4 * PARTS  # parts of the time, of which a few tell how long the truth will take
+FINER, LONG_SECONDS = 20, 2.0  # times as many of the own run at most; seconds of one with fewer
+LOST_SHARE = 1e-3  # share of the motion by which sources differ where there is no truth any more
 
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """What is found of a model.
+    """The judgement of a model.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Judgement:
     problem
         the model, and its duration
     error
-        that is asked for, largest distance from the truth of any part at any time
+        that is required: largest distance from the truth of any part at any time
     source
         of the truth
     agreements
@@ -106,23 +106,23 @@ class Judgement:
 
     @property
     def trusted_until(self) -> float:
-        """The last time before two sources differ by LOST of the motion; inf where they do not."""
+        """The last time before two sources differ by LOST_SHARE of the motion; inf without one."""
         size, ends = self.kind.size(self.truth), []
         for agreement in self.agreements:
-            parted = np.flatnonzero(~(agreement.distances < LOST * size))
+            parted = np.flatnonzero(~(agreement.distances < LOST_SHARE * size))
             if parted.size and not agreement.source.opinion:
                 ends.append(float(agreement.t[parted[0] - 1]))
         return min(ends, key=lambda t: abs(t - self.problem.t0), default=math.inf)
 
     @property
     def engines(self) -> tuple[str, ...]:
-        """Those that the truth rests on."""
+        """The engines of the truth and of the sources that confirm it."""
         sources = (self.source, *(agreement.source for agreement in self.agreements))
         return tuple(dict.fromkeys(source.engine for source in sources if not source.opinion))
 
     @property
     def recommended(self) -> Mapping[str, Any] | None:
-        """The cheapest that reaches the error, be it the own run; None where none does."""
+        """The fastest row that reaches the error, perhaps the user's; None without one."""
         reached = self.table[self.table["reached"]]
         return None if reached.empty else reached.iloc[0].to_dict()
 
@@ -237,14 +237,16 @@ def _say_early(
     all_sources: list[Source],
     report: Callable[[str], None],
 ) -> None:
-    """Where the truth will take long, how long, and what is found of a first part of the time."""
+    """Where the truth takes long, report how long, and the error in a first part of the time."""
     source = next((candidate for candidate in all_sources if not candidate.opinion), None)
     if source is None:
         return
     steps = max(1, round(span / user_setting.step / PARTS)) if user_setting.step else None
     part = steps * user_setting.step if steps and user_setting.step else span / PARTS
-    seconds = expected(lambda n: source.run(problem, n * span / LOOKED, 1), LOOKED, enough=AWAITED)
-    if seconds < AWAITED:
+    seconds = expected(
+        lambda n: source.run(problem, n * span / EARLY_PARTS, 1), EARLY_PARTS, enough=EARLY_SECONDS
+    )
+    if seconds < EARLY_SECONDS:
         return
     truth = source.run(problem, part, 1)
     if not truth.success:
@@ -287,7 +289,7 @@ def _truth(
 
 
 def kind_of(problem: Problem) -> Kind:
-    """What is known of a kind of model; ValueError for one that cannot be judged."""
+    """The module for the kind of a model; ValueError for a model that cannot be judged."""
     if isinstance(problem.system, NBody):
         if problem.system.masses.size < 2:
             raise ValueError("judge needs at least two bodies; received one.")
@@ -363,8 +365,8 @@ def _user_run(
     truth: Trajectory,
     samples: int,
 ) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame, ScanRow]:
-    """The findings of the user's setting, over time, and by part: at the states of the truth, or
-    where that takes long at ``samples`` of them. And as a row of the table."""
+    """Findings on the user's run, its errors over time and by part, and its row of the table; at
+    the states of the truth, or at ``samples`` of them where the run takes long."""
     steps = None if user_setting.step is None else round(span / user_setting.step)
     candidate = Candidate(
         f"{user_setting.name}{YOURS}", user_setting.contender, user_setting.options, steps
@@ -373,7 +375,7 @@ def _user_run(
         steps_of(candidate, problem, span, samples, 2)
     run, seconds, wall = timed(candidate, problem, span, samples)
     finer = (len(truth.t) - 1) // samples
-    if finer > 1 and seconds < LONG:
+    if finer > 1 and seconds < LONG_SECONDS:
         run = candidate.run(problem, span, samples * finer)
     else:
         truth = thinned(truth, finer)

@@ -1,4 +1,4 @@
-"""How long a prediction means anything: until when runs from neighbouring starts stay together."""
+"""Horizons of prediction: until when runs from neighbouring starts stay together."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from benchmarks.applications.judging.candidate import Kind, Source
 from galvi import Trajectory
 from galvi.arrays import Array
 
-KNOWN = (1e-6, 1e-9, 1e-12, 1e-15)  # relative accuracies of a start
+START_ACCURACIES = (1e-6, 1e-9, 1e-12, 1e-15)  # relative accuracies of a start
 # shifts of a start that are run; from others the distances are in proportion, as long as they are
 # small, which an error that is asked for is
 SHIFTS = {1e-6: 1e-9, 1e-9: 1e-9, 1e-12: 1e-12, 1e-15: 1e-12}
@@ -18,7 +18,7 @@ SEED = 20_260_101
 
 
 def deviations(kind: Kind, source: Source, truth: Trajectory, accuracy: float) -> Array:
-    """How far a run from a start known so well may be off, (saved,)."""
+    """The error of a run from a start of this relative accuracy, (saved,)."""
     problem = truth.problem
     signs = np.random.default_rng(SEED).choice([-1.0, 1.0], 2 * problem.q0.size)
     shifted = kind.shifted(problem, accuracy, signs)
@@ -27,13 +27,13 @@ def deviations(kind: Kind, source: Source, truth: Trajectory, accuracy: float) -
 
 
 def horizons(kind: Kind, source: Source, truth: Trajectory, error: float) -> pd.DataFrame:
-    """For starts known to ``KNOWN``, the first time at which the error is reached; NaN for none."""
+    """For each of ``START_ACCURACIES``, the first time at which the error is reached, or NaN."""
     small = SMALL * kind.size(truth)
     measured = {
         shift: deviations(kind, source, truth, shift) for shift in dict.fromkeys(SHIFTS.values())
     }
     rows = []
-    for accuracy in KNOWN:
+    for accuracy in START_ACCURACIES:
         shift, ran = SHIFTS[accuracy], measured[SHIFTS[accuracy]]
         lost = (accuracy < shift) & ~(ran < small)
         beyond = np.flatnonzero(~(ran * (accuracy / shift) < error) | lost)

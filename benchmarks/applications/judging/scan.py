@@ -1,4 +1,4 @@
-"""What reaches an error, and how cheaply: other integrators from coarse steps to fine."""
+"""Settings of integrators that reach an error, tried from coarse to fine, and their times."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from galvi.recommend.scan import failure, reached_limit
 from galvi.run.energies import conserves_energy
 
 MOST_RUNS = 12  # of one integrator
-LEAST, MOST = 1.4, 4.0  # factors between the steps of two runs
+SMALLEST_FACTOR, LARGEST_FACTOR = 1.4, 4.0  # factors between the steps of two runs
 LOW = 4  # orders up to this try twice the step wherever they reach the error
 AIM = 0.8  # of the error, so that one more run is not needed for a last percent
 Spread = tuple[float, float, float]  # median and quartiles of seconds
@@ -71,7 +71,7 @@ class ScanRow:
     seconds
         of one run
     wall
-        of it with what is beside the engine
+        seconds of the run with conversions outside the engine
     hard
         whether Newton's method did steps, so that more of them may take less time
     stopped
@@ -158,7 +158,7 @@ def scan(
 
 @dataclass(frozen=True)
 class Search:
-    """For settings of an integrator that reach the error."""
+    """The search for settings of an integrator that reach the error."""
 
     kind: Kind
     span: float
@@ -176,8 +176,8 @@ class Search:
     def of(
         self, waiting: list[Candidate], limit: float, earlier: Sequence[ScanRow] = ()
     ) -> list[ScanRow]:
-        """Its rows after these: coarser while they reach the error, else finer, for so many
-        seconds."""
+        """The rows of an integrator after `earlier`: coarser settings while they reach the error,
+        else finer ones, for `limit` seconds."""
         rows, waiting = list(earlier), list(waiting)
         while True:
             candidate, why = waiting.pop(0) if not rows else None, ""
@@ -237,7 +237,7 @@ class Search:
     def _next(
         self, rows: list[ScanRow], waiting: list[Candidate], seconds_left: float
     ) -> tuple[Candidate | None, str]:
-        """What to try next in so many seconds; or None, and why nothing."""
+        """The candidate to run next in the seconds left; or None, and the reason."""
         last = rows[-1]
         many = last.candidate.count(self.samples) if last.candidate.steps is not None else 0
         if any(row.reached for row in rows):
@@ -255,7 +255,7 @@ class Search:
         order = _order(rows, self.samples)
         factor = _factor(last.error, order, self.wanted)
         within = seconds_left / max(last.wall, 1e-9)
-        if min(factor, within) < LEAST:
+        if min(factor, within) < SMALLEST_FACTOR:
             needed = last.seconds * (last.error / self.wanted) ** (1.0 / (order or math.inf))
             forecast = f", and as it converges it needs {_rounded(needed)} s a run" if order else ""
             return None, f"its time was over{forecast}"
@@ -313,8 +313,8 @@ def _rounded(number: float) -> str:
 
 
 def explained(rows: list[ScanRow], why: str) -> list[ScanRow]:
-    """Where none reaches the error, with the reason in words, both at the finest setting and at the
-    most accurate, which tables show."""
+    """The rows; where none reaches the error, those at the finest and at the most accurate setting,
+    which tables show, have the reason as their status."""
     measured = [row for row in rows if not math.isnan(row.error)]
     if any(row.reached for row in rows) or not measured:
         return rows
@@ -326,7 +326,7 @@ def explained(rows: list[ScanRow], why: str) -> list[ScanRow]:
 
 
 def _order(rows: list[ScanRow], samples: int) -> float:
-    """Of convergence, as the errors of the last two runs suggest; 0 where they do not converge."""
+    """The order of convergence by the errors of the last two runs; 0 where they do not converge."""
     if len(rows) < 2:
         return 0.0
     before, last = rows[-2:]
@@ -340,7 +340,9 @@ def _factor(error: float, order: float, wanted: float) -> float:
     """By how many times more steps to take next; cautiously where the order is low."""
     if not (math.isfinite(error) and error > 0.0):
         return 2.0
-    return min(max((error / (AIM * wanted)) ** (1.0 / max(order, 2.0)), LEAST), MOST)
+    return min(
+        max((error / (AIM * wanted)) ** (1.0 / max(order, 2.0)), SMALLEST_FACTOR), LARGEST_FACTOR
+    )
 
 
 def energy_change(run: Trajectory) -> float:

@@ -38,9 +38,9 @@ INTEGRATORS = {  # by their names in MuJoCo, in lower case
 }
 ADAPTIVE: tuple[str, ...] = ()
 PART, ENGINE = "joint", "mujoco-core"
-MORE = "install the extra trees (pip install pin) for Pinocchio as a second"
+ENGINE_HINT = "install the extra trees (pip install pin) for Pinocchio as a second"
 UNITS = {"length": " rad or m", "time": " s"}
-STILL = 1e-9  # rad or m by which a joint that rests moves at most
+REST_LIMIT = 1e-9  # rad or m by which a joint that rests moves at most
 ANOTHER = (
     ", with --key 0 for the first keyframe, where the model has one, or --qpos and --qvel, in "
     "galvi.judge key=0, qpos=..., qvel=..."
@@ -48,8 +48,8 @@ ANOTHER = (
 TIGHT, LOOSER = 1e-13, 1e-11  # tolerances
 FINE = 30_000  # steps of the second source
 COARSEST = 200  # steps of MuJoCo's integrators in the whole time, to begin with
-OURS = (4, 8)  # degrees
-OURS_COARSEST = 100
+GALVI_DEGREES = (4, 8)  # degrees
+GALVI_COARSEST = 100
 ENTRIES = {"hinge": 1, "slide": 1, "ball": 4, "free": 7}
 
 
@@ -65,7 +65,7 @@ def default_duration(problem: Problem) -> float:
 
 
 def states(problem: Problem, duration: float) -> int:
-    """Those at which errors are measured are enough."""
+    """No more than the states at which errors are measured."""
     return 1
 
 
@@ -80,7 +80,7 @@ def span(duration: float, step: float) -> float:
 
 
 def own_contender(model: Model, name: str) -> Contender:
-    """This one of INTEGRATORS on the user's own model, with all its options."""
+    """The integrator of this name on the user's own model, with all its options."""
     return _on(model, INTEGRATORS[name])
 
 
@@ -89,13 +89,13 @@ def _on(model: Model, contender: Any) -> Any:
 
 
 def label(contender: Contender, options: Mapping[str, Any]) -> str:
-    """The integrator."""
+    """The integrator's name."""
     return contender.name
 
 
 def engine_hint(model: Model) -> str:
-    """For trees without forces beside springs and damping of joints, which Pinocchio runs alone."""
-    return MORE if model.problem.system.given_force[0] is None else ""
+    """How to install Pinocchio; "" for forces besides springs and damping, which it does not run."""
+    return ENGINE_HINT if model.problem.system.given_force[0] is None else ""
 
 
 def check(model: Model, truth: Trajectory) -> None:
@@ -114,7 +114,7 @@ def notes(model: Model, user_setting: UserSetting, truth: Trajectory) -> list[st
     """That a floating model falls, or drifts, as one rigid body."""
     system = truth.problem.system
     inner = np.array([joint.type != "free" for joint in system.tree.joints])
-    if inner.all() or not inner.any() or _moved(truth)[inner].max() > STILL:
+    if inner.all() or not inner.any() or _moved(truth)[inner].max() > REST_LIMIT:
         return []
     return [
         "Warning: from this start the model moves as one rigid body, and nothing moves in its "
@@ -152,8 +152,8 @@ def candidates(
     model: Model, duration: float, user_setting: UserSetting
 ) -> Iterator[list[Candidate]]:
     """For each integrator but the own one the steps to begin with; MuJoCo's on the user's model."""
-    for degree in OURS:
-        yield [Candidate(galvi_label(degree), gauss_collocation(degree), {}, OURS_COARSEST)]
+    for degree in GALVI_DEGREES:
+        yield [Candidate(galvi_label(degree), gauss_collocation(degree), {}, GALVI_COARSEST)]
     for contender in INTEGRATORS.values():
         on_model = _on(model, contender)
         usable = not on_model.missing and on_model.supports(model.problem)

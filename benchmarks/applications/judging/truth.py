@@ -25,7 +25,7 @@ class Agreement:
     Attributes
     ----------
     source
-        the other one
+        that is compared with the truth
     t : array, shape (times,)
     distances : array, shape (times,)
     stopped
@@ -75,7 +75,7 @@ def agreements(
     report: Callable[[str], None],
     limit: float = math.inf,
 ) -> list[Agreement]:
-    """Of the truth with each other source, at the ends of ``pieces`` of its time.
+    """The agreement of the truth with each source, at the ends of ``pieces`` of its time.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def states_of(run: Trajectory, rows: Any) -> Trajectory:
 
 
 def thinned(run: Trajectory, stride: int) -> Trajectory:
-    """Its first state, and every so many."""
+    """The first state of a run, and every `stride`-th one after it."""
     return states_of(run, slice(None, None, stride))
 
 

@@ -58,7 +58,7 @@ class Truth:
 
 
 def distances(states: Array, reference_states: Array) -> Array:
-    """Of points or velocities from others, both (rows, bodies, d): (rows, bodies)."""
+    """Distances (rows, bodies) of points or velocities from reference ones, (rows, bodies, d)."""
     return np.linalg.norm(states - reference_states, axis=-1)
 
 
@@ -109,7 +109,7 @@ def agreed(
 
 
 def largest(differences: Array) -> Array:
-    """Of each row, (rows,)."""
+    """The largest size of an entry of each row, (rows,)."""
     return np.max(np.abs(differences.reshape(len(differences), -1)), axis=1)
 
 

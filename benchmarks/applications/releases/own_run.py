@@ -61,8 +61,8 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What an engine's release makes of a user's run: the release, a motion for each that was asked
-    for, and the accelerations (n,) and the energy at each state."""
+    """The answer of an engine: its release, a motion for each requested run, and the accelerations
+    (n,) and the energy at each requested state."""
 
     release: str
     motions: tuple[Motion, ...]
@@ -72,7 +72,7 @@ class Answer:
 
 @dataclass(frozen=True, eq=False)
 class OwnRun:
-    """What a user runs, without the engine.
+    """A user's run as data, without the engine.
 
     Attributes
     ----------
@@ -103,20 +103,20 @@ class OwnRun:
 
     @property
     def times(self) -> Array:
-        """Those after the start at which it is compared, (SAMPLES,)."""
+        """The times after the start at which the run is compared, (SAMPLES,)."""
         return self.duration * np.arange(1, SAMPLES + 1) / SAMPLES
 
     @property
     def steps(self) -> int:
-        """Of the whole run; the integrator must take equal ones."""
+        """The number of steps of the run; the integrator must take equal steps."""
         assert self.step is not None
         return round(self.duration / self.step)
 
     def request(
         self, positions: Array | None = None, velocities: Array | None = None, steps: int = 0
     ) -> dict[str, Any]:
-        """A run of the job: from this start in place of the user's, in so many steps, a multiple of
-        SAMPLES, in place of the user's."""
+        """A run of the job; positions, velocities and steps (a multiple of SAMPLES) replace the
+        user's."""
         start = self._start(
             self.positions if positions is None else positions,
             self.velocities if velocities is None else velocities,
@@ -307,8 +307,8 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
 
 
 def _settings(sim: Any) -> dict[str, Any]:
-    """What of a simulation changes its run besides integrator, step and particles; `read` refuses
-    all but these."""
+    """Settings of a simulation that change its run besides integrator, step and particles; `read`
+    refuses all others."""
     if sim.gravity == "tree":
         raise ValueError(
             "gravity by a tree cannot be run from its particles alone; set sim.gravity = 'basic'."
@@ -328,12 +328,12 @@ def _integrator_and_step(
     Parameters
     ----------
     options_of
-        each integrator
+        names of the options of each integrator
 
     Raises
     ------
     ValueError
-        For an integrator that is not among them, and an option that it has not.
+        For an integrator that is not among them, and an option that it does not have.
     """
     name = str(request.own.get("integrator", integrator))
     if name.lower() not in options_of:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from benchmarks.store.isolated_environment import NotHere, environment, finished
 
-# Those that are compared where none are named, with the installed one.
+# Compared with the installed release where none are named.
 USUAL = {
     "mujoco": ("3.6.0", "3.10.0", "3.11.0", "3.13.0", "3.17.0"),
     "rebound": ("3.28.4", "4.0.3", "4.6.0", "5.0.1"),

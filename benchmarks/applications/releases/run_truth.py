@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.applications.judging.candidate import Kind, Model
-from benchmarks.applications.judging.judgement import LOST, kind_of, own_setting
+from benchmarks.applications.judging.judgement import LOST_SHARE, kind_of, own_setting
 from benchmarks.applications.judging.truth import states_of
 from benchmarks.applications.releases.own_run import SAMPLES, Motion, OwnRun
 from galvi import Trajectory
@@ -58,8 +58,8 @@ def truth_of(run: OwnRun) -> tuple[RunTruth | None, str]:
 
 
 def _truth(run: OwnRun, model: Model) -> RunTruth:
-    """Raises ValueError for what cannot be judged and where sources part, RuntimeError where none
-    runs it."""
+    """Raises ValueError for a model that cannot be judged and where sources disagree, RuntimeError
+    where none reaches the end."""
     kind = kind_of(model.problem)
     setting = {"integrator": run.integrator, **({} if run.step is None else {"dt": run.step})}
     user_setting = own_setting(kind, model, setting)
@@ -82,7 +82,7 @@ def _truth(run: OwnRun, model: Model) -> RunTruth:
     if len(reached) == 1:
         return RunTruth(kind, truth, label, "", float("nan"))
     disagreement = float(np.max(kind.errors(confirming, truth)))
-    if not disagreement < LOST * kind.size(truth):
+    if not disagreement < LOST_SHARE * kind.size(truth):
         raise ValueError(
             f"its sources, {label} and {confirmed_by}, part by {disagreement:.3g}. Take a shorter "
             "--duration."

@@ -23,9 +23,9 @@ from galvi.kernels.constants import EPSILON
 STATES = ("positions", "velocities")  # that a test compares
 QUANTITIES = (*STATES, "energy")
 STARTS = 64  # of runs that round differently, half of them without fused products
-STILL = 1e-6  # share of the size, below which a motion is rest
+REST_SHARE = 1e-6  # share of the size, below which a motion is rest
 MOVED_RUNS = "rounding at every step"
-LONG = 60.0  # seconds of the plain run, above which it is said how long all takes
+LONG_SECONDS = 60.0  # seconds of the plain run, above which it is said how long all takes
 PART = SECONDS / 3.0  # seconds of runs in one process
 # glibc's functions without fused products and wide vectors; nothing elsewhere.
 UNFUSED = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX512F"}
@@ -105,7 +105,7 @@ class Tolerance:
 
     @property
     def runs(self) -> int:
-        """Those that are in the bounds."""
+        """The number of runs that the bounds rest on."""
         return sum(len(variant.differences) for variant in self.variants if variant.is_rounding)
 
 
@@ -121,7 +121,7 @@ def measure(
     folder
         in which their environments are made, and removed
     report
-        is told what is being done
+        called with each step of the work
     seed
         of the starts
 
@@ -141,7 +141,7 @@ def measure(
     if motion.failure or not np.isfinite(differences(motion, [motion])).all():
         why = motion.failure or "its states are not finite."
         raise NotHere(f"your run fails, so that there is nothing to compare: {why}")
-    if seconds > LONG:
+    if seconds > LONG_SECONDS:
         count = STARTS + 5 + len(releases)
         minutes = seconds * count / 60.0
         report(f"your run takes {seconds:.0f} s, the {count} to come about {minutes:.0f} minutes")
@@ -174,7 +174,7 @@ def _moved_variants(
 def _unmoved_variants(
     run: OwnRun, motion: Motion, releases: Sequence[str], folder: Path, report: Report
 ) -> Iterator[Variant]:
-    """What starts from the same bits: the run again, two at once or without stops, releases."""
+    """Runs from the same bits: repeated, in two threads, without stops, and by releases."""
     report("repeated")
     repeated = [run.answer([run.request()]).motions[0] for _ in range(2)]
     yield Variant("repeated", differences(motion, repeated))
@@ -213,7 +213,7 @@ def moved_variant(
     report: Report,
     environment: Mapping[str, str] | None = None,
 ) -> Variant:
-    """The user's run, which is the first, and these, so many in a process."""
+    """The user's run, which is the first, and these requests, `at_once` of them in a process."""
     runs = [run.request(), *requests]
     motions: list[Motion] = []
     for first in range(0, len(runs), at_once):
@@ -254,7 +254,7 @@ def _of_release(run: OwnRun, motion: Motion, version: str, folder: Path) -> Vari
 
 
 def differences(motion: Motion, motions: Sequence[Motion]) -> Array:
-    """Of other runs: the largest of an entry, (runs, 3, SAMPLES); NaN past a failure."""
+    """The largest difference of an entry from `motion`, (runs, 3, SAMPLES); NaN past a failure."""
     return np.array(
         [
             [
@@ -286,15 +286,16 @@ def _sizes(run: OwnRun, motion: Motion) -> dict[str, tuple[float, float]]:
     """Of each of QUANTITIES its size, and how far it moves; 0 for an energy that is always 0.
 
     At rest there is no speed to measure rounding by: then it is that which covers the size of the
-    positions in the run, they move by STILL of it, and they have size 1 where all of them are 0.
+    positions in the run, they move by REST_SHARE of it, and they have size 1 where all
+    of them are 0.
     """
     q = np.vstack([run.positions, motion.positions])
     v = np.vstack([run.velocities, motion.velocities])
     size, extent = float(np.abs(q).max()) or 1.0, float(np.abs(q - q[0]).max())
     speed = float(np.abs(v).max())
     energy = float(max(np.abs(motion.energy).max(), motion.kinetic.max()))
-    if extent < STILL * size:
-        extent, speed = STILL * size, max(speed, size / abs(run.duration))
+    if extent < REST_SHARE * size:
+        extent, speed = REST_SHARE * size, max(speed, size / abs(run.duration))
     return {
         "positions": (size, extent),
         "velocities": (speed, speed),
@@ -303,7 +304,7 @@ def _sizes(run: OwnRun, motion: Motion) -> dict[str, tuple[float, float]]:
 
 
 def _in_floors(variant: Variant, floors: Array) -> Variant:
-    """With how many floors its unmoved run is off."""
+    """The variant with the largest difference of its unmoved run, in floors."""
     if variant.failure:
         return variant
     unmoved = variant.differences[0]

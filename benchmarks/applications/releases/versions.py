@@ -1,4 +1,4 @@
-"""Between which releases of its engine a user's own run changed, and what of it."""
+"""The releases of an engine between which a user's own run changed, and the changes."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from benchmarks.applications.releases.run_truth import RunTruth, truth_of
 from benchmarks.store.isolated_environment import NotHere
 from galvi.arrays import Array
 
-APART = 0.5  # by which orders differ that are not the same
+ORDER_CHANGE = 0.5  # by which orders differ that are not the same
 OF_ONE_RELEASE = (".mjb", ".mjz")  # compiled models, and archives that older releases cannot read
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Of one quantity in two releases: the largest, of those that are changes where there are any.
+    """The largest difference of a quantity between two releases, of its changes if there are any.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Step:
 
     @property
     def differences(self) -> list[Difference]:
-        """Of all quantities; none where one of the two fails."""
+        """The difference of each quantity; none where one of the two fails."""
         before, after = self.earlier.quantities, self.later.quantities
         if before is None or after is None:
             return []
@@ -80,8 +80,8 @@ class Step:
 
     @property
     def order_changed(self) -> bool:
-        """Whether both show an order, and not the same."""
-        return abs(self.earlier.order - self.later.order) > APART
+        """Whether both show an order and the orders differ."""
+        return abs(self.earlier.order - self.later.order) > ORDER_CHANGE
 
     @property
     def failure_changed(self) -> bool:
@@ -90,7 +90,7 @@ class Step:
 
     @property
     def changed(self) -> bool:
-        """Whether the run did. An order without a change of it is none: runs at other steps."""
+        """Whether the run changed; a changed order, of other steps, does not count alone."""
         return self.failure_changed or any(difference.is_change for difference in self.differences)
 
 
@@ -107,7 +107,7 @@ def _difference(quantity: str, before: Array, after: Array, floors: Array) -> Di
 
 @dataclass(frozen=True, eq=False)
 class Versions:
-    """What the releases do.
+    """The behaviours of the compared releases.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class Versions:
 
     @property
     def newest(self) -> Behaviour:
-        """Of the installed release."""
+        """The behaviour of the installed release."""
         return self.behaviours[installed(self.run.package)]
 
     @property
@@ -135,7 +135,7 @@ class Versions:
         return [Step(*pair) for pair in pairwise(present)]
 
     def error(self, behaviour: Behaviour) -> float:
-        """Of the user's own run, against the truth; NaN without."""
+        """The error of the user's own run; NaN without a truth."""
         if self.truth is None or behaviour.motion is None:
             return math.nan
         return self.truth.error(behaviour.motion)
@@ -205,7 +205,7 @@ def compare_releases(
 
 
 def _behaviour(questions: Questions, version: str, folder: Path) -> Behaviour:
-    """What a release does, or why it does not."""
+    """The behaviour of a release, or the reason why it is missing."""
     try:
         with interpreter(questions.run.package, version, folder) as python:
             return questions.answered(version, python)

@@ -14,7 +14,12 @@ import galvi
 from benchmarks.applications.external import long_runs
 from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
 from benchmarks.applications.external.check_runs import GROWTH, Runs
-from benchmarks.applications.external.checks import FAR, LEFT, Judge, contender_checks
+from benchmarks.applications.external.checks import (
+    LARGEST_ERROR,
+    MEMORY_LEFT,
+    Judge,
+    contender_checks,
+)
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError, metadata
 from benchmarks.applications.external.reversed_runs import REVERSED
@@ -507,7 +512,7 @@ class LateClock(Clocked):
 def test_a_clock_that_goes_wrong_after_many_steps_is_seen(monkeypatch):
     monkeypatch.setattr(long_runs, "MANY", 40_000)
     (row,) = long_runs.cut_run(Inside.of(LateClock()), DRIVEN)
-    assert row["steps"] == 8000 and row["value"] > FAR
+    assert row["steps"] == 8000 and row["value"] > LARGEST_ERROR
     sound = [Compiled(name, numbers=(100,), **METHODS[name]) for name in ("leapfrog", "Yoshida 6")]
     for contender in (*sound, Clocked(), Adaptive()):
         external = Inside.of(contender)
@@ -663,8 +668,8 @@ def growth(contender):
 def test_memory_that_each_run_keeps_is_caught_and_what_is_taken_once_is_not(monkeypatch):
     monkeypatch.setattr("benchmarks.applications.external.worker.MOST_RUNS", 1)
     sound, leaking = growth(Keeping(0)), growth(Keeping(LEAK))
-    assert sound.verdict == "holds" and sound.measured < LEFT
-    assert leaking.verdict == "contradicted" and leaking.measured > LEFT
+    assert sound.verdict == "holds" and sound.measured < MEMORY_LEFT
+    assert leaking.verdict == "contradicted" and leaking.measured > MEMORY_LEFT
     assert sound.quantity == f"{GROWTH}, MB, {ORBIT.problem.name}"
 
 

@@ -320,7 +320,7 @@ def test_where_a_truth_takes_long_something_is_said_first(monkeypatch: pytest.Mo
     said: list[str] = []
     judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
     assert not any("First answer" in one for one in said)
-    monkeypatch.setattr("benchmarks.applications.judging.judgement.AWAITED", 0.0)
+    monkeypatch.setattr("benchmarks.applications.judging.judgement.EARLY_SECONDS", 0.0)
     said.clear()
     judge(Model(problem, mine), 100.0, 1e-3, report=said.append, quick=True)
     first = next(k for k, one in enumerate(said) if one.startswith("First answer: after 2 of 100 "))
@@ -626,8 +626,8 @@ def test_times_are_taken_in_turns_and_have_a_spread() -> None:
     ran: list[str] = []
     pair = [leapfrog(100, Slow(0.0, label, ran)) for label in "ab"]
     times = clock.race([*pair, leapfrog(100)], [1e-3, 1e-3, 1e3], orbit(), SPAN, 100, 1.0)
-    assert "".join(ran).replace("ab", "") == "" and len(ran) >= 2 * clock.FEWEST
-    assert times[0].size == times[1].size >= clock.FEWEST and times[2].size == 0
+    assert "".join(ran).replace("ab", "") == "" and len(ran) >= 2 * clock.FEWEST_TIMINGS
+    assert times[0].size == times[1].size >= clock.FEWEST_TIMINGS and times[2].size == 0
     middle, low, high = clock.quartiles(np.array([5.0, 1.0, 2.0, 4.0, 3.0]))
     assert (low, middle, high) == (2.0, 3.0, 4.0)
 

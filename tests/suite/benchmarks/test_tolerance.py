@@ -15,7 +15,13 @@ from hypothesis.extra.numpy import arrays
 from benchmarks.applications.releases import bounds as limits
 from benchmarks.applications.releases import tolerance as tolerances
 from benchmarks.applications.releases.behaviour import FLOORS
-from benchmarks.applications.releases.bounds import CHAOS, LEAST, MOST, SPREAD, bound_of
+from benchmarks.applications.releases.bounds import (
+    CHAOS,
+    FEWEST_FLOORS,
+    MOST_FLOORS,
+    SPREAD,
+    bound_of,
+)
 from benchmarks.applications.releases.own_run import SAMPLES, read_own_run
 from benchmarks.applications.releases.tolerance import (
     QUANTITIES,
@@ -55,14 +61,14 @@ def test_runs_further_apart_than_most_never_lower_the_bound(sizes, more, from_ra
 @given(SAMPLED)
 def test_a_bound_is_5_to_10_floors_or_none(sizes):
     bound = bound_of(sizes, ULP, 1e9)
-    assert bound.floor == sizes.max() and bound.factor >= LEAST
-    assert math.isnan(bound.value) == (bound.factor > MOST) == (bound.reason == SPREAD)
+    assert bound.floor == sizes.max() and bound.factor >= FEWEST_FLOORS
+    assert math.isnan(bound.value) == (bound.factor > MOST_FLOORS) == (bound.reason == SPREAD)
     assert bound_of(sizes, ULP, 0.999e3 * bound.floor).reason == CHAOS
 
 
 @pytest.mark.parametrize("sizes", [np.zeros(64), np.full(64, 3.0 * ULP)], ids=["0", "3 ulp"])
 def test_a_floor_is_at_least_four_ulp_also_where_nothing_moves(sizes):
-    assert bound_of(sizes, ULP, 0.0).value == LEAST * 4.0 * ULP
+    assert bound_of(sizes, ULP, 0.0).value == FEWEST_FLOORS * 4.0 * ULP
 
 
 DISTRIBUTIONS = {
@@ -287,17 +293,22 @@ def test_the_limits_of_a_bound_give_no_alarm_and_few_times_without_one(name, run
     sizes = differences(motion, reruns(run, motion, 2000))
     ulps, extents = np.array([*tolerances._sizes(run, motion).values()]).T * [[ULP], [1.0]]
     measured_limits = {}
-    for least, most in [(1.0, MOST), (2.0, MOST), (LEAST, 18.0), (LEAST, MOST)]:
-        monkeypatch.setattr(limits, "LEAST", least)
-        monkeypatch.setattr(limits, "MOST", most)
+    for least, most in [
+        (1.0, MOST_FLOORS),
+        (2.0, MOST_FLOORS),
+        (FEWEST_FLOORS, 18.0),
+        (FEWEST_FLOORS, MOST_FLOORS),
+    ]:
+        monkeypatch.setattr(limits, "FEWEST_FLOORS", least)
+        monkeypatch.setattr(limits, "MOST_FLOORS", most)
         alarms, gaps = measured_limits[least, most] = alarms_and_gaps(sizes, ulps, extents)
         print(
             f"\n{name}, {least:g} to {most:g} floors: {alarms:.1f} alarms in a million, "
             f"{gaps:.2%} without a bound"
         )
-    alarms, gaps = measured_limits[LEAST, MOST]
+    alarms, gaps = measured_limits[FEWEST_FLOORS, MOST_FLOORS]
     assert alarms == 0.0 and gaps < 2e-3
-    assert measured_limits[1.0, MOST][0] > 0.0
+    assert measured_limits[1.0, MOST_FLOORS][0] > 0.0
 
 
 @pytest.mark.parametrize(
@@ -468,7 +479,7 @@ def test_a_long_run_says_how_long_all_takes_and_shares_it_between_processes(
     run_of, tmp_path, monkeypatch
 ):
     run, sentences = run_of("whfast", duration=2.0), []
-    monkeypatch.setattr(tolerances, "LONG", 0.0)
+    monkeypatch.setattr(tolerances, "LONG_SECONDS", 0.0)
     monkeypatch.setattr(tolerances, "PART", 1e-9)
     monkeypatch.setattr(tolerances, "STARTS", 4)
     few = measure(run, (), tmp_path, sentences.append)
