@@ -44,19 +44,19 @@ class Comparison:
     ----------
     better
         the side of the interval on which the number is better than claimed: ABOVE, BELOW or 0
-    room
-        tolerance beyond either end
+    tolerance
+        beyond either end
     """
 
     number: float
     low: float = -math.inf
     high: float = math.inf
     better: int = 0
-    room: float = 0.0
+    tolerance: float = 0.0
 
     def verdict(self, met: str) -> str:
         """`met` inside the interval, EXCEEDS or CONTRADICTED outside, NOT_RUN without a number."""
-        low, high = self.low - self.room, self.high + self.room
+        low, high = self.low - self.tolerance, self.high + self.tolerance
         if any(math.isnan(x) for x in (self.number, low, high)):
             return NOT_RUN
         if low <= self.number <= high:
@@ -72,7 +72,7 @@ class Comparison:
         """
         if not self.number > 0.0:
             return math.nan
-        low, high = self.low - self.room, self.high + self.room
+        low, high = self.low - self.tolerance, self.high + self.tolerance
         factors = [high / self.number, self.number / low if low > 0.0 else math.inf]
         return min(factors) if 0.0 < min(factors) < math.inf else math.nan
 
@@ -99,12 +99,12 @@ class Bound(ABC):
 
     def verdict(self, measured: Measurement) -> str:
         """The worst of the comparisons; NOT_RUN unless the measured number is finite."""
-        seen = estimate(measured)
-        if seen.refuted:
+        estimated = estimate(measured)
+        if estimated.refuted:
             return CONTRADICTED
-        if not math.isfinite(seen.value):
+        if not math.isfinite(estimated.value):
             return NOT_RUN
-        verdicts = {one.verdict(self.met) for one in self.comparisons(measured)}
+        verdicts = {comparison.verdict(self.met) for comparison in self.comparisons(measured)}
         worst_first = (NOT_RUN, CONTRADICTED, EXCEEDS)
         return next((word for word in worst_first if word in verdicts), self.met)
 
@@ -112,7 +112,11 @@ class Bound(ABC):
         """The factor between measured number and bound where the bound HOLDS; NaN elsewhere."""
         if self.met != HOLDS or self.verdict(measured) != HOLDS:
             return math.nan
-        factors = [one.slack for one in self.comparisons(measured) if math.isfinite(one.slack)]
+        factors = [
+            comparison.slack
+            for comparison in self.comparisons(measured)
+            if math.isfinite(comparison.slack)
+        ]
         return min(factors, default=math.nan)
 
 
@@ -129,18 +133,18 @@ class Interval(Bound):
         measured number, are tolerated in addition; None for no tolerance
     better
         the side on which a number is better than claimed: ABOVE, BELOW or 0
-    most
-        largest tolerance for standard errors
+    largest_tolerance
+        for standard errors
     """
 
     round_off: float = 0.0
     uncertainty: float | None = None
     better: int = 0
-    most: float = math.inf
+    largest_tolerance: float = math.inf
 
     @property
     @abstractmethod
-    def words(self) -> str:
+    def ends_text(self) -> str:
         """The ends in words, without tolerances."""
 
     @property
@@ -150,20 +154,26 @@ class Interval(Bound):
 
     @property
     def text(self) -> str:
-        room = [in_words(self.round_off)] if self.round_off else []
+        tolerances = [in_words(self.round_off)] if self.round_off else []
         if self.uncertainty is not None:
             both = " of both" if self.uncertainty else ""
-            most = f" ({in_words(self.most)} at most)" if self.most < math.inf else ""
-            room.append(f"two standard errors{both}{most}")
+            at_most = (
+                f" ({in_words(self.largest_tolerance)} at most)"
+                if self.largest_tolerance < math.inf
+                else ""
+            )
+            tolerances.append(f"two standard errors{both}{at_most}")
         low, high = self.ends
         if -math.inf < low and high < math.inf:
-            joint = " plus " if " within " in self.words else " within "
-            return joint.join(filter(None, (self.words, " plus ".join(room))))
-        return (" minus " if high == math.inf else " plus ").join([self.words, *room])
+            joint = " plus " if " within " in self.ends_text else " within "
+            return joint.join(filter(None, (self.ends_text, " plus ".join(tolerances))))
+        return (" minus " if high == math.inf else " plus ").join([self.ends_text, *tolerances])
 
     def comparisons(self, measured: Measurement) -> tuple[Comparison, ...]:
-        room = self.round_off + min(standard_errors(measured, self.uncertainty), self.most)
-        return (Comparison(estimate(measured).value, *self.ends, self.better, room),)
+        tolerance = self.round_off + min(
+            standard_errors(measured, self.uncertainty), self.largest_tolerance
+        )
+        return (Comparison(estimate(measured).value, *self.ends, self.better, tolerance),)
 
 
 @dataclass(frozen=True)
@@ -174,7 +184,7 @@ class Limit(Interval):
     word: str = field(kw_only=True)
 
     @property
-    def words(self) -> str:
+    def ends_text(self) -> str:
         return f"{self.word} {in_words(self.limit, self.round_off)}"
 
     @property
@@ -199,7 +209,7 @@ class Within(Interval):
     high: float
 
     @property
-    def words(self) -> str:
+    def ends_text(self) -> str:
         return f"{in_words(self.low)} to {in_words(self.high)}"
 
     @property
@@ -214,7 +224,7 @@ class Exactly(Interval):
     value: float
 
     @property
-    def words(self) -> str:
+    def ends_text(self) -> str:
         return f"exactly {in_words(self.value)}"
 
     @property
@@ -232,7 +242,7 @@ class Near(Interval):
     met: ClassVar[str] = ATTAINED
 
     @property
-    def words(self) -> str:
+    def ends_text(self) -> str:
         claimed = in_words(self.claimed, self.resolution)
         return f"{self.noun} {claimed} within {in_words(self.resolution)}".lstrip()
 
@@ -252,7 +262,7 @@ class Order(Near):
     noun: str = field(default="order", kw_only=True)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "most", self.resolution)
+        object.__setattr__(self, "largest_tolerance", self.resolution)
 
 
 @dataclass(frozen=True)
@@ -265,7 +275,7 @@ class Base(Near):
     noun: str = field(default="base", kw_only=True)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "most", 2.0 * self.resolution)
+        object.__setattr__(self, "largest_tolerance", 2.0 * self.resolution)
 
 
 @dataclass(frozen=True)
@@ -281,48 +291,50 @@ class Converges(Bound):
 
 @dataclass(frozen=True)
 class Finding(Bound):
-    """A number about which the source says nothing, with a bound of our own or none: FINDING where
-    that is met, and CONTRADICTED where it is not."""
+    """A number about which the source says nothing: FINDING where `our_bound` is met or None, else
+    CONTRADICTED."""
 
-    own: Bound | None = None
+    our_bound: Bound | None = None
     met: ClassVar[str] = FINDING
 
     @property
     def text(self) -> str:
-        return self.own.text if self.own else "none"
+        return self.our_bound.text if self.our_bound else "none"
 
     def comparisons(self, measured: Any) -> tuple[Comparison, ...]:
-        found = self.own.comparisons(measured) if self.own else ()
-        return tuple(replace(one, better=0) for one in found)
+        comparisons = self.our_bound.comparisons(measured) if self.our_bound else ()
+        return tuple(replace(comparison, better=0) for comparison in comparisons)
 
 
 @dataclass(frozen=True)
 class Reported(Bound):
-    """A number that the source measured: met where ``said`` is, NOT_REPRODUCED where it is not and
-    ``instead``, our own value, is; else CONTRADICTED, so that a broken method is still seen."""
+    """A number that the source measured: the verdict of `reported` where that bound is met, else
+    NOT_REPRODUCED where `instead`, the bound of our own value, is met, else CONTRADICTED."""
 
-    said: Bound
+    reported: Bound
     instead: Bound
 
     @property
     def text(self) -> str:
-        return f"{self.said.text}; or, not reproduced, {self.instead.text}"
+        return f"{self.reported.text}; or, not reproduced, {self.instead.text}"
 
     def comparisons(self, measured: Any) -> tuple[Comparison, ...]:
-        return tuple(replace(one, better=0) for one in self.said.comparisons(measured))
+        return tuple(
+            replace(comparison, better=0) for comparison in self.reported.comparisons(measured)
+        )
 
     def verdict(self, measured: Measurement) -> str:
-        found = super().verdict(measured)
-        if found == HOLDS:
-            return self.said.met
+        verdict = super().verdict(measured)
+        if verdict == HOLDS:
+            return self.reported.met
         instead = Finding(self.instead).verdict(measured) == FINDING
-        return NOT_REPRODUCED if instead else found
+        return NOT_REPRODUCED if instead else verdict
 
 
 def standard_errors(measured: Measurement, uncertainty: float | None) -> float:
     """Two standard errors, of measured and claimed number combined; 0 where there are none."""
-    own = estimate(measured).uncertainty
-    return 0.0 if uncertainty is None else 2.0 * ((0.0 if own is None else own) + uncertainty)
+    error = estimate(measured).uncertainty
+    return 0.0 if uncertainty is None else 2.0 * ((error or 0.0) + uncertainty)
 
 
 def in_words(value: float, resolution: float = 0.0) -> str:

@@ -24,7 +24,7 @@ from benchmarks.statistics.estimate import Measurement, estimate
 
 MakeMethod = Callable[..., Any]  # of a space, a rule and perhaps a chart
 Report = Callable[[str], None]
-LAST = 4  # local slopes that a row tells
+LAST = 4  # local slopes in a row
 AGREEMENT = "agreement"  # the source of rows that compare two codes instead of checking a claim
 
 
@@ -92,14 +92,14 @@ def judged(id: str, quantity: str, bound: Bound, measured: Measurement, **texts:
 
     The verdict expected, unless `texts` say otherwise, is that of a bound that is met.
     """
-    seen = estimate(measured)
+    estimated = estimate(measured)
     texts = {"expected": bound.met, **texts}
     return Row(
         id=id,
         quantity=quantity,
         bound=bound.text,
-        measured=_finite(seen.value),
-        uncertainty=_finite(seen.uncertainty),
+        measured=_finite(estimated.value),
+        uncertainty=_finite(estimated.uncertainty),
         slack=_finite(bound.slack(measured)),
         slopes=_slopes(measured),
         misses=_misses(bound, texts["expected"], measured),
@@ -118,9 +118,9 @@ def _slopes(measured: Measurement) -> str:
 def _misses(bound: Bound, expected: str, measured: Measurement) -> float | None:
     """Of a fit whose bound names the order that is expected of it."""
     if isinstance(bound, Reported):
-        bound = bound.said if expected == bound.said.met else bound.instead
-    elif isinstance(bound, Finding) and bound.own is not None:
-        bound = bound.own
+        bound = bound.reported if expected == bound.reported.met else bound.instead
+    elif isinstance(bound, Finding) and bound.our_bound is not None:
+        bound = bound.our_bound
     elif expected != ATTAINED:
         return None
     if not (isinstance(bound, Order) and isinstance(measured, Fit) and measured.uncertainty > 0.0):
@@ -135,7 +135,7 @@ def _finite(number: float | None) -> float | None:
 
 @dataclass(frozen=True)
 class Claim:
-    """A study, which runs the methods once, and a judge, which only reads its tidy frame.
+    """A study, which runs the methods once, and a function that reads its tidy table.
 
     Attributes
     ----------
@@ -144,10 +144,10 @@ class Claim:
     title
         one line for a heading
     study
-        (make_method, quick, report) -> tidy frame; make_method is `galvi.Galerkin`, or a broken one
+        (make_method, quick, report) -> tidy table; make_method is `galvi.Galerkin`, or a broken one
         in tests; report(sentence) reports progress
     judge
-        frame -> rows
+        table -> rows
     figures
         the paper's figures, e.g. "H fig. 2.6"
     timed
@@ -157,7 +157,7 @@ class Claim:
     notes
         derivations and remarks, for the page
     caught
-        mistakes that it must see, at least one
+        mistakes that the rows must contradict, at least one
     """
 
     id: str

@@ -20,8 +20,8 @@ class Coverage:
     beyond: int
 
     @property
-    def sound(self) -> bool:
-        """Whether so many come by luck; True without orders."""
+    def is_plausible(self) -> bool:
+        """Whether as many misses have at least the probability CHANCE; True without orders."""
         from scipy.stats import binom  # half a second
 
         return self.beyond == 0 or float(binom.sf(self.beyond - 1, self.orders, SHARE)) >= CHANCE
@@ -35,5 +35,5 @@ class Coverage:
 
 def coverage(rows: Iterable[Row]) -> Coverage:
     """The coverage of these rows; a fit in several rows counts once."""
-    found = {(row.id, row.measured): row.misses for row in rows if row.misses is not None}
-    return Coverage(len(found), sum(abs(one) > SIGMAS for one in found.values()))
+    misses = {(row.id, row.measured): row.misses for row in rows if row.misses is not None}
+    return Coverage(len(misses), sum(abs(miss) > SIGMAS for miss in misses.values()))

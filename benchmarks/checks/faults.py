@@ -1,4 +1,4 @@
-"""Deliberate mistakes that a claim must see, declared in its file; one test plants them all."""
+"""Deliberate mistakes that a claim must detect, declared in its file; one test plants them all."""
 
 from __future__ import annotations
 
@@ -25,67 +25,69 @@ class Fault:
     make
         instead of `galvi.Galerkin`
     wrong
-        dotted name -> what stands there instead, a function of the sound one
+        dotted name -> function of the object of that name that returns its replacement
     table
-        changes a copy of the study's frame
-    what
-        in words, as the document names it
-    seen
-        quantities of the rows that must be contradicted
+        changes a copy of the study's table
+    name
+        of the fault in the claim's document
+    contradicted
+        quantities of the rows that the fault must contradict
     """
 
     make: Callable[..., Any] = galvi.Galerkin
     wrong: Mapping[str, Callable[[Any], Any]] = field(default_factory=dict)
     table: Callable[[pd.DataFrame], Any] | None = None
-    what: str = ""
-    seen: Set[str] = frozenset()
+    name: str = ""
+    contradicted: Set[str] = frozenset()
 
 
 def faulty(**scale: float) -> Callable[..., Any]:
     """Methods with these arrays of their table multiplied.
 
-    Those with a degree for each component stay as they are: their table is not what they step by.
+    Methods with a degree for each component stay unchanged: they do not step by their table.
     """
 
     def make(space: Any, rule: Any, *chart: Any) -> galvi.Galerkin:
-        sound = galvi.Galerkin(space, rule, *chart)
+        original = galvi.Galerkin(space, rule, *chart)
         if hasattr(space, "degrees"):
-            return sound
-        wrong = {name: getattr(sound.table, name) * by for name, by in scale.items()}
-        return with_table(sound, f"wrong {scale}", replace(sound.table, **wrong))
+            return original
+        wrong = {name: getattr(original.table, name) * by for name, by in scale.items()}
+        return with_table(original, f"wrong {scale}", replace(original.table, **wrong))
 
     return make
 
 
-def with_table(sound: galvi.Galerkin, why: str, table: Any) -> galvi.Galerkin:
-    """The method with another table; its rule's name tells it from the sound one.
+def with_table(original: galvi.Galerkin, why: str, table: Any) -> galvi.Galerkin:
+    """The method with another table and another name of its rule.
 
     Made without its constructor, which would tabulate the renamed rule once more.
     """
-    method = copy(sound)
-    vars(method).update(rule=replace(sound.rule, name=f"{sound.rule.name}, {why}"), table=table)
+    method = copy(original)
+    vars(method).update(
+        rule=replace(original.rule, name=f"{original.rule.name}, {why}"), table=table
+    )
     return method
 
 
 def of_table(wrong: Mapping[str, Any], **scale: float) -> Fault:
-    """Arrays of the method's table multiplied, and functions that are wrong, too."""
+    """A fault that multiplies arrays of the method's table and has the functions in `wrong`."""
     return Fault(faulty(**scale), wrong)
 
 
 def of_motion(
     change: Callable[[Problem], Problem], wrong: Mapping[str, Any] | None = None
 ) -> Fault:
-    """galvi solves a changed problem; functions that are wrong, too."""
+    """A fault where galvi solves a changed problem and has the functions in `wrong`."""
 
-    def other(sound: Callable[..., Any]) -> Callable[..., Any]:
-        return lambda problem, *rest, **how: sound(change(problem), *rest, **how)
+    def changed(integrate: Callable[..., Any]) -> Callable[..., Any]:
+        return lambda problem, *arguments, **how: integrate(change(problem), *arguments, **how)
 
-    return Fault(wrong={"galvi.integrate": other, **(wrong or {})})
+    return Fault(wrong={"galvi.integrate": changed, **(wrong or {})})
 
 
 def always(value: Any) -> Callable[[Any], Any]:
-    """That value in any case."""
-    return lambda sound: value
+    """A replacement by this value."""
+    return lambda original: value
 
 
 def fewer(module: str, **values: Any) -> dict[str, Callable[[Any], Any]]:
@@ -94,17 +96,17 @@ def fewer(module: str, **values: Any) -> dict[str, Callable[[Any], Any]]:
 
 
 def scaled(by: float) -> Callable[[Any], Any]:
-    """A function whose value, or each of its values, is multiplied."""
+    """A replacement whose value, or each of its values, is multiplied."""
 
     def wrong(value: Any) -> Any:
         return tuple(by * part for part in value) if isinstance(value, tuple) else by * value
 
-    return lambda sound: lambda *arguments, **how: wrong(sound(*arguments, **how))
+    return lambda original: lambda *arguments, **how: wrong(original(*arguments, **how))
 
 
 def with_arguments(change: Callable[..., tuple[Any, ...]]) -> Callable[[Any], Any]:
-    """A function that receives other arguments."""
-    return lambda sound: lambda *arguments, **how: sound(*change(*arguments), **how)
+    """A replacement that calls the original with changed arguments."""
+    return lambda original: lambda *arguments, **how: original(*change(*arguments), **how)
 
 
 def heavier(problem: Problem) -> Problem:
@@ -130,7 +132,7 @@ def _set_apart(table: pd.DataFrame) -> None:
 
 
 def times(by: float, power: float = 0.0, **where: str) -> Callable[[pd.DataFrame], None]:
-    """Values of these rows multiplied, perhaps by a power of their step, too."""
+    """A change of a table: the values of these rows times `by` step^power."""
 
     def change(table: pd.DataFrame) -> None:
         chosen = pd.Series(True, index=table.index)

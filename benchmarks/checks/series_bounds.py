@@ -22,11 +22,11 @@ class Geometric(Bound):
 
     def comparisons(self, measured: Decay) -> tuple[Comparison, ...]:
         early, late = measured.early, measured.late
-        room = 2.0 * math.hypot(early.uncertainty, late.uncertainty)
+        tolerance = 2.0 * math.hypot(early.uncertainty, late.uncertainty)
         below_one = math.nextafter(1.0 - standard_errors(measured, 0.0), -math.inf)
         return (
             Comparison(measured.fit.rate, high=below_one),
-            Comparison(late.rate, high=early.rate, room=room),
+            Comparison(late.rate, high=early.rate, tolerance=tolerance),
         )
 
 
@@ -58,7 +58,7 @@ class NoGrowth(Bound):
     round_off
         level, stated by the study, below which a change is attributed to rounding
     conclusive
-        whether a run too short to tell is NOT_RUN, or else tells what it can
+        whether a run that is too short is NOT_RUN; otherwise its comparisons count
     """
 
     limit: float
@@ -78,11 +78,11 @@ class NoGrowth(Bound):
         largest = Comparison(measured.largest, high=self.limit)
         if measured.largest <= self.round_off:
             return (largest,)
-        room = max(GROWTH, self.round_off / measured.largest)
+        tolerance = max(GROWTH, self.round_off / measured.largest)
         sizes = (abs(measured.trend), measured.growth)
         errors = (SIGMAS * measured.trend_error, SIGMAS * measured.growth_error)
-        beyond = [size - max(room, error) for size, error in zip(sizes, errors, strict=True)]
-        short = self.conclusive and max(errors) > room
+        beyond = [size - max(tolerance, error) for size, error in zip(sizes, errors, strict=True)]
+        short = self.conclusive and max(errors) > tolerance
         if short and max(beyond) <= 0.0 and measured.largest <= self.limit:
             beyond = [math.nan]
         return (largest, *(Comparison(excess, high=0.0) for excess in beyond))

@@ -370,7 +370,7 @@ def _term(text: str) -> dict[str, Any]:
         case ["errors"]:
             return {"uncertainty": 0.0}
         case ["errors", "up", "to", most]:
-            return {"uncertainty": 0.0, "most": _number(most)}
+            return {"uncertainty": 0.0, "largest_tolerance": _number(most)}
         case ["errors", size]:
             return {"uncertainty": _number(size)}
         case ["either", "side"]:
@@ -511,9 +511,9 @@ def _faults(section: Section, module: Any) -> Iterator[Fault]:
         if ARRAYS.fullmatch(name):
             words = name.split()
             scale = {array: 1.0 + float(by) for array, by in zip(*[iter(words)] * 2, strict=True)}
-            yield Fault(faulty(**scale), what=name, seen=quantities)
+            yield Fault(faulty(**scale), name=name, contradicted=quantities)
         elif name in (known := getattr(module, "FAULTS", {})):
-            yield replace(known[name], what=name, seen=quantities)
+            yield replace(known[name], name=name, contradicted=quantities)
         else:
             raise ValueError(
                 f"{section.id}: what is caught is an array and by how much it is wrong, as "

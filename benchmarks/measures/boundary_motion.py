@@ -41,8 +41,8 @@ class BoundaryValueMotion:
             return float("nan"), float("nan")
         velocity = self.problem.system.velocity(exact.p)
         gap, rate = run(exact.t) - exact.q, run.velocity(exact.t) - velocity
-        apart, moving = np.linalg.norm(gap, axis=1), np.linalg.norm(rate, axis=1)
-        return float(np.trapezoid(apart + moving, exact.t)), float(np.max(apart))
+        gap_norm, rate_norm = np.linalg.norm(gap, axis=1), np.linalg.norm(rate, axis=1)
+        return float(np.trapezoid(gap_norm + rate_norm, exact.t)), float(np.max(gap_norm))
 
     def square_of_rates(self, run: Trajectory) -> float:
         """Integral of |q' - q'_exact|^2 over a run's first step and the motion to the same point:
@@ -109,9 +109,9 @@ def distance(run: Trajectory, truth: Contender) -> float:
         return float("nan")
     t = exact.t
     xi, rate = _coordinates(problem.q0, run(t), run.velocity(t))
-    known = _coordinates(problem.q0, exact.q, problem.system.velocity(exact.p))
-    apart = np.linalg.norm(xi - known[0], axis=1) + np.linalg.norm(rate - known[1], axis=1)
-    return float(np.trapezoid(apart, t))
+    xi_exact, rate_exact = _coordinates(problem.q0, exact.q, problem.system.velocity(exact.p))
+    integrand = np.linalg.norm(xi - xi_exact, axis=1) + np.linalg.norm(rate - rate_exact, axis=1)
+    return float(np.trapezoid(integrand, t))
 
 
 def between(

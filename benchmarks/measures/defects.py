@@ -1,4 +1,4 @@
-"""What a run should keep and a step should be: invariants, time reversal, symplecticity."""
+"""Changes of invariants along a run, and the defect of symplecticity of a step."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from galvi.systems.lagrangian import momentum_at, velocity_at
 
-KEPT = 1e-8  # relative change of what an accurate motion keeps
-LONGEST = 5.0  # seconds of the steps by which one is differenced
+CONSERVED_CHANGE = 1e-8  # largest relative change of a conserved component in an accurate motion
+LONGEST = 5.0  # seconds that differencing a step may take
 INVARIANTS: Mapping[str, Callable[[Trajectory], Array]] = {
     "energy": galvi.energy,
     "angular momentum": galvi.momentum_map,
@@ -27,7 +27,7 @@ StepMap = Callable[[Problem], tuple[Array, Array]]  # the state (q, p) after a s
 
 
 def invariants(run: Trajectory) -> dict[str, Array]:
-    """Name -> values (saved, components) of those that the system has."""
+    """Name -> values (saved, components) of the invariants that the system has."""
     values = {}
     for name, of in INVARIANTS.items():
         try:
@@ -38,20 +38,23 @@ def invariants(run: Trajectory) -> dict[str, Array]:
 
 
 def kept_components(motion: Trajectory) -> dict[str, Array]:
-    """Name -> (components,) whether an accurate motion keeps it."""
+    """Name -> (components,) whether an accurate motion conserves the component."""
     return {
-        name: np.max(np.abs(values - values[0]), axis=0) <= KEPT * _size(motion, name, values)
+        name: np.max(np.abs(values - values[0]), axis=0)
+        <= CONSERVED_CHANGE * _size(motion, name, values)
         for name, values in invariants(motion).items()
     }
 
 
-def largest_changes(run: Trajectory, kept: Mapping[str, Array]) -> tuple[float, float]:
-    """Largest changes of the energy, and of a component of angular or linear momentum, of those
-    that are kept, relative to the size of each invariant; NaN where none is."""
+def largest_changes(run: Trajectory, conserved: Mapping[str, Array]) -> tuple[float, float]:
+    """The largest changes of the energy, and of a component of angular or linear momentum, among
+    the `conserved` components, relative to the size of the invariant; NaN where there are none."""
     changes = {"energy": list[float](), "momentum": list[float]()}
     for name, values in invariants(run).items():
-        if name in kept and np.any(kept[name]):
-            change = np.max(np.abs(values - values[0])[:, kept[name]]) / _size(run, name, values)
+        if name in conserved and np.any(conserved[name]):
+            change = np.max(np.abs(values - values[0])[:, conserved[name]]) / _size(
+                run, name, values
+            )
             changes[name.split()[-1]].append(float(change))
     energy, momentum = (max(values, default=np.nan) for values in changes.values())
     return energy, momentum
@@ -66,7 +69,7 @@ def _size(run: Trajectory, name: str, values: Array) -> float:
 
 def map_symplecticity_defect(problem: Problem, step: StepMap) -> float:
     """Largest entry of DF^T W1 DF - W0 over |DF|^2 for a step (q0, p0) -> (q1, p1), differenced
-    with order eight, to about 1e-12; as `galvi.symplecticity_defect`, of which it shares nothing.
+    with order eight, to about 1e-12; it shares no code with `galvi.symplecticity_defect`.
 
     NaN where a step fails, where the differences would take more than LONGEST seconds, and for
     massless bodies, whose momenta are no coordinates.
@@ -125,7 +128,7 @@ def _root_of_mass(problem: Problem) -> Array:
 
     units = np.eye(d).reshape(d, *shape)
     mass = np.stack(
-        [0.5 * (momentum(problem.v0 + one) - momentum(problem.v0 - one)) for one in units]
+        [0.5 * (momentum(problem.v0 + unit) - momentum(problem.v0 - unit)) for unit in units]
     )
     try:
         return np.linalg.cholesky(0.5 * (mass + mass.T))

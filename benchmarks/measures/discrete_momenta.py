@@ -36,12 +36,12 @@ def discrete_momenta(run: Trajectory, n: int, stages: int) -> tuple[Array, Array
     tau, b = 0.5 * (points + 1.0), 0.5 * weights
     fit = np.linalg.inv(legendre.legvander(2.0 * nodes - 1.0, n - 1))
     xi = inverse_cayley(turned)
-    place, slope = (part @ fit for part in (_values(tau, n), _slopes(tau, n)))
+    basis, slope = (part @ fit for part in (_values(tau, n), _slopes(tau, n)))
     at_end = _values(np.ones(1), n) @ fit
     momentum = np.zeros((steps, 3))
     for a in range(3):
         delta = TINY * 1j * np.eye(3)[a]
-        moved = place @ xi + tau[:, None] * delta
+        moved = basis @ xi + tau[:, None] * delta
         rate = (slope @ xi + delta) / h
         w = body_velocity(moved, rate)
         action = h * np.sum(b * 0.5 * np.sum(w * (w @ system.inertia), axis=-1), axis=-1)

@@ -169,10 +169,10 @@ def _energy(problem: Problem, q: DoubleDouble, v: DoubleDouble) -> DoubleDouble:
 
 def _total(x: DoubleDouble) -> DoubleDouble:
     """The sum over the last axis."""
-    result = x[..., 0]
+    total = x[..., 0]
     for k in range(1, x.hi.shape[-1]):
-        result = result + x[..., k]
-    return result
+        total = total + x[..., k]
+    return total
 
 
 def _root(x: DoubleDouble) -> DoubleDouble:

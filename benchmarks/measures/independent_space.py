@@ -29,10 +29,10 @@ def powers(degree: int) -> Functions:
 
 def waves(harmonics: int, frequency: float = 2.0 * np.pi) -> Functions:
     """cos k w t and sin k w t."""
-    found: Functions = []
+    functions: Functions = []
     for k in range(1, harmonics + 1):
-        found += _wave(k * frequency)
-    return found
+        functions += _wave(k * frequency)
+    return functions
 
 
 def broken_powers(degree: int, pieces: int, smooth: int) -> Functions:
@@ -114,7 +114,7 @@ class Grams:
 
     Attributes
     ----------
-    place
+    values
         sum_j b_j u_i u_l
     slope
         sum_j b_j u_i' u_l'
@@ -122,7 +122,7 @@ class Grams:
         slope plus u_i(1) u_l(1): M's |u|_X^2
     """
 
-    place: Array
+    values: Array
     slope: Array
     energy: Array
 
@@ -140,9 +140,9 @@ def z0() -> float:
     return float(brentq(lambda z: z * math.tan(z) - 1.0, 0.5, 1.0, xtol=1e-15))
 
 
-def friedrichs(seen: Grams) -> float:
+def friedrichs(gram: Grams) -> float:
     """C_N of (11)."""
-    return z0() * float(np.sqrt(eigvalsh(seen.place, seen.energy)[-1]))
+    return z0() * float(np.sqrt(eigvalsh(gram.values, gram.energy)[-1]))
 
 
 def kernels(functions: Array) -> tuple[Array, Array]:
@@ -151,7 +151,7 @@ def kernels(functions: Array) -> tuple[Array, Array]:
     return starts, ends
 
 
-def inf_sup(functions: Array, seen: Grams, form: Array | None = None) -> float:
+def inf_sup(functions: Array, gram: Grams, form: Array | None = None) -> float:
     """inf over u(0) = 0 of sup over v(1) = 0 of a(u, v) / (|u| |v|), with the rule.
 
     Parameters
@@ -159,16 +159,16 @@ def inf_sup(functions: Array, seen: Grams, form: Array | None = None) -> float:
     form
         a's Gram matrix; without it that of mass 1
     """
-    a = seen.slope if form is None else form
+    a = gram.slope if form is None else form
     starts, ends = kernels(functions)
-    left = np.linalg.cholesky(starts.T @ seen.energy @ starts)
-    right = np.linalg.cholesky(ends.T @ seen.energy @ ends)
+    left = np.linalg.cholesky(starts.T @ gram.energy @ starts)
+    right = np.linalg.cholesky(ends.T @ gram.energy @ ends)
     both = np.linalg.solve(left, starts.T @ a @ ends)
     return float(np.linalg.svd(np.linalg.solve(right, both.T), compute_uv=False)[-1])
 
 
-def farthest(functions: Array, seen: Grams) -> float:
+def farthest(functions: Array, gram: Grams) -> float:
     """T_N, the largest |u(1)| / |u'| over u(0) = 0; its square is a tableau's beta_p."""
     starts, _ = kernels(functions)
     end = starts.T @ values(functions, np.ones(1))[:, 0]
-    return float(np.sqrt(end @ np.linalg.solve(starts.T @ seen.slope @ starts, end)))
+    return float(np.sqrt(end @ np.linalg.solve(starts.T @ gram.slope @ starts, end)))

@@ -32,12 +32,12 @@ class MatrixGroup:
         """The element as a block-diagonal matrix, (N, N)."""
         blocks, flat = [], np.asarray(g).ravel()
         for _, d, entries, rotations in self.group.layout:
-            own, flat = flat[:entries], flat[entries:]
+            part, flat = flat[:entries], flat[entries:]
             if rotations:
-                block = own.reshape(isqrt(entries), -1)
+                block = part.reshape(isqrt(entries), -1)
             else:
                 block = np.eye(d + 1, dtype=flat.dtype)
-                block[:d, d] = own
+                block[:d, d] = part
             blocks.append(block)
         return block_diag(*blocks)
 
@@ -54,7 +54,7 @@ class MatrixGroup:
     @cached_property
     def basis(self) -> Array:
         """hat(e_a), (d, N, N)."""
-        found, first = [], 0
+        generators, first = [], 0
         layout = self.group.layout
         total = sum(isqrt(r) if turns else d + 1 for _, d, r, turns in layout)
         for _, d, entries, turns in layout:
@@ -66,11 +66,11 @@ class MatrixGroup:
                     shift[a, side - 1] = 1.0
                     blocks.append(shift)
             for block in blocks:
-                whole = np.zeros((total, total))
-                whole[first : first + side, first : first + side] = block
-                found.append(whole)
+                generator = np.zeros((total, total))
+                generator[first : first + side, first : first + side] = block
+                generators.append(generator)
             first += side
-        return np.array(found)
+        return np.array(generators)
 
     def hat(self, v: Array) -> Array:
         """sum_a v_a hat(e_a), (..., N, N) for v (..., d)."""
@@ -100,13 +100,13 @@ def exponential(X: Array) -> Array:
     """exp(X) of a small matrix: Taylor series of X / 2^k, squared k times; without threads."""
     halvings = max(0, int(np.ceil(np.log2(max(np.linalg.norm(X), 1e-300)))) + 1)
     part = X / 2.0**halvings
-    result = term = np.eye(len(X))
+    matrix = term = np.eye(len(X))
     for k in range(1, TERMS):
         term = term @ part / k
-        result = result + term
+        matrix = matrix + term
     for _ in range(halvings):
-        result = result @ result
-    return result
+        matrix = matrix @ matrix
+    return matrix
 
 
 MAPS: dict[Chart, Callable[[Array], Array]] = {

@@ -42,7 +42,7 @@ def outcome(run: Trajectory) -> dict[str, Any]:
 
 
 def completed(run: Trajectory) -> bool:
-    """Whether every step was done; errors of runs with a ruined energy count, too."""
+    """Whether every step was solved, however large the error of the energy."""
     return bool(np.all(np.isfinite(run.p[-1])))
 
 
@@ -86,7 +86,7 @@ def refine(
     quantities = tuple(quantities)
     needs_truth = {"one-step error", "curve error"} & set(quantities)
     per_step = PER_STEP if "curve error" in quantities else 1
-    found = []
+    measurements = []
     for case in cases:
         report(f"n = {case.n}, {case.steps} steps of {case.step:.4g}")
         run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
@@ -97,8 +97,8 @@ def refine(
             quantity: QUANTITIES[quantity](run, exact.get(span)) if completed(run) else float("nan")
             for quantity in quantities
         }
-        found += rows(values, study=study, **case.columns, **outcome(run))
-    return found
+        measurements += rows(values, study=study, **case.columns, **outcome(run))
+    return measurements
 
 
 def refine_at_end(
@@ -112,13 +112,13 @@ def refine_at_end(
     method: MethodOf = method_of,
 ) -> list[dict[str, Any]]:
     """One row for each case: the largest entry of q - exact at the final time."""
-    found = []
+    measurements = []
     for case in cases:
         report(f"{study}, n = {case.n}, {case.steps} steps")
         run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
         error = float(np.max(np.abs(run.q[-1] - exact))) if completed(run) else float("nan")
-        found += rows({quantity: error}, study=study, **case.columns, **outcome(run))
-    return found
+        measurements += rows({quantity: error}, study=study, **case.columns, **outcome(run))
+    return measurements
 
 
 def history(
@@ -134,7 +134,7 @@ def history(
     run = galvi.integrate(problem, method(make_method, case.n), case.step, case.steps)
     where = {"study": study, **case.columns, **outcome(run)}
     return [
-        one
+        row
         for quantity, measure in measures.items()
-        for one in frames.history(quantity, run.t, measure(run), **where)
+        for row in frames.history(quantity, run.t, measure(run), **where)
     ]

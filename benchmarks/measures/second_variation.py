@@ -18,7 +18,7 @@ from galvi.arrays import Array
 
 NUDGE = 1e-4
 TINY = 1e-30
-FINE = 40  # places on the curve at which the constants are maximised
+FINE = 40  # points of the curve at which the constants are maximised
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Constants:
     ----------
     speed
         C_xi' = C_p / 2, C_p the least eigenvalue of d2T/dxi'2
-    place
+    displacement
         C_xi = C_d + C_m^2 / (2 C_p), C_m twice the norm of d2T/dxi dxi', -C_d the least eigenvalue
         of d2T/dxi2 (0 where that is positive)
     well
@@ -37,29 +37,29 @@ class Constants:
     """
 
     speed: float
-    place: float
+    displacement: float
     well: float
 
     @property
     def minimum(self) -> float:
         """The step below which the proof of H 3.3.1 gives a minimum; its statement omits it."""
-        return float(np.pi * np.sqrt(self.speed / (self.place + self.well)))
+        return float(np.pi * np.sqrt(self.speed / (self.displacement + self.well)))
 
     @property
     def coercive(self) -> float:
         """The step of H 3.3.2, below which the second variation is coercive."""
-        return float(np.pi * np.sqrt(0.5 * self.speed / (self.place + self.well)))
+        return float(np.pi * np.sqrt(0.5 * self.speed / (self.displacement + self.well)))
 
 
 def constants(run: Trajectory) -> Constants:
     """The constants: extremes along the curve of a run of one step."""
     xi, eta = _curve(run, np.linspace(0.0, 1.0, FINE))
     turning, falling = _seconds(_kinetic, run, xi, eta), _seconds(_potential, run, xi, eta)
-    least = float(np.min(np.linalg.eigvalsh(turning[:, 3:, 3:])))
+    least_eigenvalue = float(np.min(np.linalg.eigvalsh(turning[:, 3:, 3:])))
     mixed = 2.0 * float(np.max(np.linalg.norm(turning[:, :3, 3:], ord=2, axis=(1, 2))))
     down = max(0.0, -float(np.min(np.linalg.eigvalsh(turning[:, :3, :3]))))
     well = max(0.0, float(np.max(np.linalg.eigvalsh(falling[:, :3, :3]))))
-    return Constants(0.5 * least, down + 0.5 * mixed**2 / least, well)
+    return Constants(0.5 * least_eigenvalue, down + 0.5 * mixed**2 / least_eigenvalue, well)
 
 
 def smallest(run: Trajectory) -> float:
@@ -68,15 +68,19 @@ def smallest(run: Trajectory) -> float:
     return float(eigvalsh(A, _gram(rates, weights), subset_by_index=[0, 0])[0])
 
 
-def over_lower_form(run: Trajectory, seen: Constants) -> float:
+def over_lower_form(run: Trajectory, step_constants: Constants) -> float:
     """The least of D2S over H (3.30)-(3.31), C_xi' / 2 |dxi'|^2 + (C_xi' pi^2 / (2 h^2) - C_xi -
     C_V) |dxi|^2 integrated; at least 1 where H's estimate is one. NaN past the coercive step."""
     h = run.t[1] - run.t[0]
     A, inside, rates, weights = _discrete(run)
-    level = 0.5 * seen.speed * (np.pi / h) ** 2 - seen.place - seen.well
+    level = (
+        0.5 * step_constants.speed * (np.pi / h) ** 2
+        - step_constants.displacement
+        - step_constants.well
+    )
     if level < 0.0:
         return float("nan")
-    lower = 0.5 * seen.speed * _gram(rates, weights) + level * _gram(inside, weights)
+    lower = 0.5 * step_constants.speed * _gram(rates, weights) + level * _gram(inside, weights)
     return float(eigvalsh(A, lower, subset_by_index=[0, 0])[0])
 
 
@@ -116,7 +120,7 @@ def _at(run: Trajectory, psi: Array, slope: Array) -> tuple[Array, Array]:
 def _seconds(function: Any, run: Trajectory, xi: Array, eta: Array) -> Array:
     """Second derivatives (k, 6, 6) by (xi, xi') at k points, (k, 3) each."""
     z = np.concatenate([xi, eta], axis=1).astype(complex)
-    found = np.empty((len(z), 6, 6))
+    hessians = np.empty((len(z), 6, 6))
     for i in range(6):
         for j in range(6):
             ahead, behind = z.copy(), z.copy()
@@ -125,8 +129,8 @@ def _seconds(function: Any, run: Trajectory, xi: Array, eta: Array) -> Array:
             ahead[:, j] += 1j * TINY
             behind[:, j] += 1j * TINY
             change = function(run, ahead).imag - function(run, behind).imag
-            found[:, i, j] = change / (2.0 * NUDGE * TINY)
-    return 0.5 * (found + np.swapaxes(found, 1, 2))
+            hessians[:, i, j] = change / (2.0 * NUDGE * TINY)
+    return 0.5 * (hessians + np.swapaxes(hessians, 1, 2))
 
 
 def _kinetic(run: Trajectory, z: Array) -> Array:
@@ -161,12 +165,12 @@ def _potential(run: Trajectory, z: Array) -> Array:
 
 def _turned(square: Array) -> tuple[Array, Array, Array]:
     """sin a / a, (1 - cos a) / a^2 and (a - sin a) / a^3 of a^2, by series near 0."""
-    near = np.abs(square) < 1e-2
-    a = np.sqrt(np.where(near, 1.0, square))
-    far = np.sin(a) / a, (1.0 - np.cos(a)) / a**2, (a - np.sin(a)) / a**3
+    small = np.abs(square) < 1e-2
+    a = np.sqrt(np.where(small, 1.0, square))
+    closed_forms = np.sin(a) / a, (1.0 - np.cos(a)) / a**2, (a - np.sin(a)) / a**3
     series = (
         1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0))),
         0.5 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0))),
         (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0))) / 6.0,
     )
-    return tuple(np.where(near, s, f) for s, f in zip(series, far, strict=True))
+    return tuple(np.where(small, s, f) for s, f in zip(series, closed_forms, strict=True))

@@ -16,7 +16,7 @@ from galvi.spaces import SPACES
 from galvi.spaces.space import Space
 
 OF_ONE_DEGREE = tuple(make for make in SPACES if not hasattr(make(1), "degrees"))
-MANY = 24  # points sufficient to integrate the waves of SPACES to 1e-13
+SUFFICIENT_POINTS = 24  # points sufficient to integrate the waves of SPACES to 1e-13
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ class Pair:
 def kind_of(make_space: Any) -> str:
     """The name of one of SPACES, with its bound arguments."""
     bound = getattr(make_space, "keywords", {})
-    words = (f"{name}={value:g}" for name, value in bound.items())
-    return ", ".join((type(make_space(1)).__name__, *words))
+    arguments = (f"{name}={value:g}" for name, value in bound.items())
+    return ", ".join((type(make_space(1)).__name__, *arguments))
 
 
 def family_of(make_rule: Callable[[int], Rule]) -> str:
@@ -67,9 +67,14 @@ def pairs(numbers: Iterable[int], points: Iterable[int]) -> Iterator[Pair]:
                         rule = make_rule(many)
                     except ValueError:  # no such rule: one point with both ends, or a weight < 0
                         continue
-                    whole = composite(rule, getattr(space, "pieces", 1))
+                    composite_rule = composite(rule, getattr(space, "pieces", 1))
                     yield Pair(
-                        kind_of(make_space), number, space, family_of(make_rule), many, whole
+                        kind_of(make_space),
+                        number,
+                        space,
+                        family_of(make_rule),
+                        many,
+                        composite_rule,
                     )
 
 

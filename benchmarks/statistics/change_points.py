@@ -14,12 +14,13 @@ import numpy as np
 
 LEVEL = 0.05
 SIZE = 0.05  # relative to the earlier median
-LEAST = 4  # fewest points in a part
+FEWEST_POINTS = 4  # fewest points in a part
 TEXT = (
     "A change is marked where a rank test between the values before and after it, corrected for "
     f"the number of candidates, gives p below {LEVEL}, and the medians differ by more than "
-    f"{100 * SIZE:.0f} %, with at least {LEAST} runs on either side. Counts are exact: every "
-    "difference is marked. Errors: every difference beyond the benchmark's tolerance is marked."
+    f"{100 * SIZE:.0f} %, with at least {FEWEST_POINTS} runs on either side. Counts are exact: "
+    "every difference is marked. Errors: every difference beyond the benchmark's tolerance is "
+    "marked."
 )
 
 
@@ -36,7 +37,7 @@ def _changes(series: np.ndarray, first: int = 0) -> list[int]:
     """Of a segment of finite values that begins at index `first`."""
     from scipy.stats import mannwhitneyu  # a sixth of the import of a report
 
-    splits = range(LEAST, len(series) - LEAST + 1)
+    splits = range(FEWEST_POINTS, len(series) - FEWEST_POINTS + 1)
     if not splits or np.ptp(series) == 0.0:
         return []
     p, split = min((mannwhitneyu(series[:k], series[k:]).pvalue, k) for k in splits)

@@ -37,8 +37,8 @@ import numpy as np
 
 from galvi.arrays import Array
 
-LEAST = 3
-SEVERAL = 5  # points from which on a curved line is fitted
+FEWEST_POINTS = 3
+CURVED_POINTS = 5  # points from which on a curved line is fitted
 
 
 @dataclass(frozen=True)
@@ -86,9 +86,9 @@ class Fit:
     def evaluate(self, x: Any) -> Array:
         """The fitted error at n or h, of any shape."""
         x = np.asarray(x, dtype=np.float64)
-        known = x**-self.power if self.power else 1.0
+        known_factor = x**-self.power if self.power else 1.0
         bent = x**self.rate * np.exp(self.bend * x)
-        fall = known * self.rate**x if self.kind == "geometric" else bent
+        fall = known_factor * self.rate**x if self.kind == "geometric" else bent
         return self.coefficient * fall
 
 
@@ -143,18 +143,18 @@ def geometric(
         g, and the error with which it is known
     """
     x = np.asarray(n, dtype=np.float64)
-    known, known_to = power
-    fit = _best(x, errors, floor, ceiling, known)
+    exponent, exponent_error = power
+    fit = _best(x, errors, floor, ceiling, exponent)
     if fit is None:
-        return replace(_none("geometric", errors, ceiling), power=known)
+        return replace(_none("geometric", errors, ceiling), power=exponent)
     slope, spread, constant, window, points = fit
-    if known_to:
+    if exponent_error:
         inside = x[(window[0] <= x) & (x <= window[1])]
-        spread = float(np.hypot(spread, known_to * _line(inside, np.log(inside))[0]))
+        spread = float(np.hypot(spread, exponent_error * _line(inside, np.log(inside))[0]))
     base = float(np.exp(slope))
     constant, back = float(np.exp(constant)), relapses(errors, ceiling)
     return Fit(
-        "geometric", base, base * spread, window, points, constant, relapse=back, power=known
+        "geometric", base, base * spread, window, points, constant, relapse=back, power=exponent
     )
 
 
@@ -169,7 +169,7 @@ def algebraic(
     slope, spread, constant, (first, last), points = fit
     inside = (last <= np.log(h)) & (np.log(h) <= first)
     x, y = np.log(h[inside]), np.log(np.asarray(errors, dtype=np.float64)[inside])
-    half = (points + 1) // 2 if points >= SEVERAL else 2
+    half = (points + 1) // 2 if points >= CURVED_POINTS else 2
     late = float(np.polyfit(x[-half:], y[-half:], 1)[0])
     bend, p, error, tends = _bent(x, y)
     if bend:
@@ -198,7 +198,7 @@ def halves(
     allowed = window(errors, floor=floor, ceiling=ceiling)
     x, e = np.asarray(n, dtype=np.float64)[allowed], np.asarray(errors, dtype=np.float64)[allowed]
     half = (x.size + 1) // 2
-    if half < LEAST:
+    if half < FEWEST_POINTS:
         return (_none("geometric", errors, ceiling),) * 2
     parts = []
     for part in (slice(None, half), slice(x.size - half, None)):
@@ -210,14 +210,14 @@ def halves(
 
 
 def slope(sizes: Sequence[float], errors: Sequence[float]) -> float:
-    """That of the line nearest to all errors over all sizes, in logarithms, without a window."""
+    """Slope of the least-squares line through the logarithms of all errors and sizes."""
     return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
 
 
 def worst_ratio(errors: Sequence[float], *, floor: float, ceiling: float = 0.1) -> float:
     """The largest ratio of successive errors inside the window; NaN with fewer than 3 errors."""
     e = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor, ceiling=ceiling)]
-    return float(np.max(e[1:] / e[:-1])) if e.size >= LEAST else float("nan")
+    return float(np.max(e[1:] / e[:-1])) if e.size >= FEWEST_POINTS else float("nan")
 
 
 def relapses(errors: Sequence[float], ceiling: float = 0.1) -> bool:
@@ -225,7 +225,7 @@ def relapses(errors: Sequence[float], ceiling: float = 0.1) -> bool:
     run = 0
     for error in errors:
         small = error < ceiling
-        if run >= LEAST and not small:
+        if run >= FEWEST_POINTS and not small:
             return True
         run = run + 1 if small else 0
     return False
@@ -252,30 +252,30 @@ def _best(
         raise ValueError("n must increase, or h decrease, from each error to the next.")
     allowed = window(errors, floor=floor, ceiling=ceiling)
     x, e = x[allowed], np.asarray(errors, dtype=np.float64)[allowed]
-    if x.size < LEAST:
+    if x.size < FEWEST_POINTS:
         return None
     y = np.log(e) + (power * np.log(x) if power else 0.0)
-    starts = range(x.size - max(LEAST, (x.size + 1) // 2) + 1)
+    starts = range(x.size - max(FEWEST_POINTS, (x.size + 1) // 2) + 1)
     lines = np.array([_line(x[start:], y[start:]) for start in starts])
     slopes, spreads, constants = lines.T
     points = x.size - np.array(starts)
     widths = np.maximum(spreads * stdtrit(points - 2, 0.975), np.finfo(float).tiny)
     k = int(np.argmin(widths))
-    other = np.average((slopes - slopes[k]) ** 2, weights=(widths[k] / widths) ** 2)
-    uncertainty = float(np.hypot(spreads[k], np.sqrt(other)))
+    variance = np.average((slopes - slopes[k]) ** 2, weights=(widths[k] / widths) ** 2)
+    uncertainty = float(np.hypot(spreads[k], np.sqrt(variance)))
     ends = float(x[starts[k]]), float(x[-1])
     return float(slopes[k]), uncertainty, float(constants[k]), ends, int(points[k])
 
 
 def _bent(x: Array, y: Array) -> tuple[float, float, float, float]:
     """c, p, the standard error of p, and a, of y = a + p x + c exp(x); all 0 with fewer than
-    SEVERAL points or where c is within two of its standard errors."""
-    if x.size < SEVERAL:
+    CURVED_POINTS points or where c is within two of its standard errors."""
+    if x.size < CURVED_POINTS:
         return 0.0, 0.0, 0.0, 0.0
     columns = np.stack([np.ones_like(x), x, np.exp(x - x[0])], axis=1)
     (a, p, c), *_ = np.linalg.lstsq(columns, y, rcond=None)
-    rest = y - columns @ [a, p, c]
-    covariance = np.linalg.inv(columns.T @ columns) * (rest @ rest) / (x.size - 3)
+    residuals = y - columns @ [a, p, c]
+    covariance = np.linalg.inv(columns.T @ columns) * (residuals @ residuals) / (x.size - 3)
     if not abs(c) > 2.0 * np.sqrt(covariance[2, 2]):
         return 0.0, 0.0, 0.0, 0.0
     return float(c * np.exp(-x[0])), float(p), float(np.sqrt(covariance[1, 1])), float(a)
@@ -286,13 +286,13 @@ def _line(x: Array, y: Array) -> tuple[float, float, float]:
     centred = x - x.mean()
     slope = float(centred @ y / (centred @ centred))
     constant = float(y.mean() - slope * x.mean())
-    rest = y - (constant + slope * x)
-    spread = float(np.sqrt(rest @ rest / (x.size - 2) / (centred @ centred)))
+    residuals = y - (constant + slope * x)
+    spread = float(np.sqrt(residuals @ residuals / (x.size - 2) / (centred @ centred)))
     return slope, spread, constant
 
 
 def _none(kind: str, errors: Sequence[float], ceiling: float) -> Fit:
     nan, e = float("nan"), np.asarray(errors, dtype=np.float64)
     finite = e[np.isfinite(e)]
-    stays_large = bool(finite.size >= LEAST and finite[-1] >= ceiling)
+    stays_large = bool(finite.size >= FEWEST_POINTS and finite[-1] >= ceiling)
     return Fit(kind, nan, nan, (nan, nan), 0, nan, stays_large, relapses(errors, ceiling))

@@ -20,7 +20,7 @@ from galvi.arrays import Array
 # and Politis 2001): its variance over all resamples is known in closed form, so that nothing is
 # drawn.
 
-LEAST = 40  # fewest times, and fewest segments where there are as many
+FEWEST_TIMES = 40  # fewest times, and fewest segments where there are as many
 SEGMENT = 10  # fewest times in a segment where there are as many
 WIDTH = 4  # segments over which means are taken
 BLOCKS = 10  # consecutive blocks of the bootstrap in a run
@@ -60,7 +60,7 @@ def drift(t: Array, errors: Array) -> Drift:
     from scipy.ndimage import maximum_filter1d  # half a second
 
     t, errors = np.asarray(t, dtype=np.float64), np.asarray(errors, dtype=np.float64)
-    if t.size < LEAST or not np.all(np.isfinite(errors)):
+    if t.size < FEWEST_TIMES or not np.all(np.isfinite(errors)):
         return Drift(math.nan, math.nan, math.nan, math.nan, math.nan)
     steps = np.diff(t)
     if not np.ptp(steps) <= EVEN * abs(float(np.mean(steps))):
@@ -69,7 +69,7 @@ def drift(t: Array, errors: Array) -> Drift:
     if largest == 0.0:
         return Drift(0.0, 0.0, 0.0, 0.0, 0.0)
     y = errors / largest
-    segment = min(max(math.ceil(period(y)), SEGMENT), t.size // LEAST)
+    segment = min(max(math.ceil(period(y)), SEGMENT), t.size // FEWEST_TIMES)
     maxima = maximum_filter1d(np.abs(y), segment)
     trend, growth = (
         [t.size / (segment * means.size) * x for x in change(means)]
@@ -89,8 +89,8 @@ def period(y: Array) -> float:
     """The period of the strongest line in the spectrum of y less its trend, in samples; its length
     where there is none."""
     x = np.linspace(-1.0, 1.0, y.size)
-    rest = y - np.mean(y) - x * (x @ y) / (x @ x)
-    lines = np.abs(np.fft.rfft(rest * np.hanning(y.size)))
+    detrended = y - np.mean(y) - x * (x @ y) / (x @ x)
+    lines = np.abs(np.fft.rfft(detrended * np.hanning(y.size)))
     return y.size / max(1, 1 + int(np.argmax(lines[1:])))
 
 
@@ -99,12 +99,12 @@ def change(y: Array) -> tuple[float, float]:
     x = (np.arange(y.size) - 0.5 * (y.size - 1)) / y.size
     weights = np.cos(np.pi * x)
     slope = weights * x / (weights @ x**2)
-    found = float(slope @ y)
-    rest = y - weights @ y / np.sum(weights) - found * x
+    total_change = float(slope @ y)
+    residuals = y - weights @ y / np.sum(weights) - total_change * x
     taper = np.hanning(max(3, y.size // BLOCKS) + 2)[1:-1]
     taper /= np.sqrt(taper @ taper)
-    variance = np.mean((sliding_window_view(rest, taper.size) @ taper) ** 2)  # of long sums
-    return found, float(np.sqrt(variance * (slope @ slope)))
+    variance = np.mean((sliding_window_view(residuals, taper.size) @ taper) ** 2)  # of long sums
+    return total_change, float(np.sqrt(variance * (slope @ slope)))
 
 
 # Growth of an error with time over an ensemble of runs: random walk or drift.

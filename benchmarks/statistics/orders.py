@@ -1,5 +1,5 @@
-"""The order of a method from its errors at decreasing steps: local orders, a fit, and what is left
-out of it and why."""
+"""The order of a method from its errors at decreasing steps: local orders, a fit, and why the
+fit leaves out an error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RESOLVED = 10.0  # least ratio of an error to that of the truth
 ROUNDING = 4.0 * float(np.finfo(float).eps)  # error of a truth of the size 1
 STILL = 0.5  # local order below which errors no longer fall with the step
 SMALL = 1e-8  # relative error below which they are round-off then
-FLAT, SEVERAL = 3.0, 3  # ratio and number of larger errors that no longer fall
+FLAT, FLAT_POINTS = 3.0, 3  # ratio and number of larger errors that no longer fall
 CLEAR = 4.0  # errors over the largest of those, which bend their line less
 COARSE = 0.1  # relative error of a step that shows no order yet
 BOUND = "below ten times the truth's own error: a bound"
@@ -45,9 +45,9 @@ class Orders:
         orders between each error and the one before; NaN for the first, and where one of the two is
         no error of the method
     used
-        (k,) whether the fit rests on it
+        (k,) whether the fit uses the error
     notes
-        why it does not; "" where it does
+        why the fit does not use the error; "" where it does
     """
 
     local: Array
@@ -102,11 +102,11 @@ def _level(steps: Array, errors: Array, size: float) -> tuple[float, str]:
     small = errors < SMALL * size
     for k in range(1, errors.size):
         fall = (steps[k - 1] / steps[k]) ** STILL
-        rest = errors[k - 1 :][np.isfinite(errors[k - 1 :])]
+        finite = errors[k - 1 :][np.isfinite(errors[k - 1 :])]
         if not (errors[k - 1] > 0.0 and errors[k] * fall > errors[k - 1]):
             continue
         if small[k] and np.all(small[k:] | np.isnan(errors[k:])):
             return CLEAR * float(np.nanmax(errors[k:])), ROUND_OFF
-        if rest.size >= SEVERAL and rest.max() <= FLAT * rest.min():
-            return CLEAR * float(rest.max()), STALLED
+        if finite.size >= FLAT_POINTS and finite.max() <= FLAT * finite.min():
+            return CLEAR * float(finite.max()), STALLED
     return 0.0, ""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 COVERAGE = 0.95  # least, of an interval
 FASTER, SLOWER, TIE = "galvi faster", "galvi slower", "tie"
-UNRESOLVED = "within noise"  # how a tie is called whose own interval does not hold 1
+UNRESOLVED = "within noise"  # a tie whose own interval does not contain 1
 
 
 class Interval(NamedTuple):
@@ -24,9 +24,10 @@ UNKNOWN = Interval(math.nan, math.nan, math.nan)
 
 
 def interval(values: Sequence[float]) -> Interval:
-    """Of values drawn independently from any distribution: those of the ranks k and n + 1 - k,
-    with the largest k that covers the median in COVERAGE of cases (e.g. David and Nagaraja, Order
-    Statistics, 7.1). Without such a k, for fewer than six values, the bounds are NaN."""
+    """The median of values drawn independently from any distribution, with the values of ranks k
+    and n + 1 - k as bounds: k is the largest rank whose interval covers the true median in COVERAGE
+    of cases (e.g. David and Nagaraja, Order Statistics, 7.1). For fewer than six values there is no
+    such k and the bounds are NaN."""
     if not values:
         return UNKNOWN
     ordered = sorted(values)
@@ -49,34 +50,34 @@ def _rank(n: int) -> int:
     return rank
 
 
-def ratio(theirs: Sequence[float], ours: Sequence[float]) -> Interval:
-    """Of the times of two calls, in seconds, round by round: what disturbs a round disturbs both.
+def ratio(rival_seconds: Sequence[float], own_seconds: Sequence[float]) -> Interval:
+    """The ratio of the times of two calls, in seconds, round by round: a disturbance affects both.
 
     Raises
     ------
     ValueError
         For different numbers of rounds.
     """
-    return interval([a / b for a, b in zip(theirs, ours, strict=True)])
+    return interval([a / b for a, b in zip(rival_seconds, own_seconds, strict=True)])
 
 
-def outcome(found: Interval, noise: Interval) -> str:
-    """What a ratio of a rival's time to one's own says: FASTER or SLOWER, where its interval and
-    that of the same call against itself, `noise`, leave out each other; else TIE, and '' where
-    either is unknown. Either may have missed 1 by chance: both are widened to hold it."""
-    bounds = (found.low, found.high, noise.low, noise.high)
-    if any(math.isnan(one) for one in bounds):
+def outcome(speed_ratio: Interval, noise: Interval) -> str:
+    """FASTER or SLOWER where the interval of the ratio of a rival's time to one's own does not
+    overlap `noise`, that of the own call against itself; else TIE, and '' where a bound is NaN.
+    Both intervals are widened to contain 1, which either may have missed by chance."""
+    bounds = (speed_ratio.low, speed_ratio.high, noise.low, noise.high)
+    if any(math.isnan(bound) for bound in bounds):
         return ""
-    if found.low > max(1.0, noise.high):
+    if speed_ratio.low > max(1.0, noise.high):
         return FASTER
-    return SLOWER if found.high < min(1.0, noise.low) else TIE
+    return SLOWER if speed_ratio.high < min(1.0, noise.low) else TIE
 
 
 def written(seconds: Sequence[float]) -> str:
-    """The rounds as a text, for a table."""
-    return " ".join(f"{one:.6g}" for one in seconds)
+    """The seconds of the rounds as text, for a table."""
+    return " ".join(f"{duration:.6g}" for duration in seconds)
 
 
 def read(text: object) -> list[float]:
-    """The rounds of such a text; none of an empty or a missing one."""
-    return [float(one) for one in text.split()] if isinstance(text, str) else []
+    """The seconds in a text of `written`; [] for an empty or a missing text."""
+    return [float(word) for word in text.split()] if isinstance(text, str) else []

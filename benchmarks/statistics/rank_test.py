@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 LEVEL = 0.002  # probability of any false alarm by rank alone
-LEAST = 7  # fewest samples per side
+FEWEST_SAMPLES = 7  # per side
 SPARE = 10.0  # margin of the least possible p below the level of Holm's first step
 POWER, DRAWS = 0.9, 40  # share of the draws in which a visible growth counts
 GROWTHS = np.concatenate(
@@ -27,7 +27,7 @@ def p_value(base: Sequence[float], head: Sequence[float]) -> float:
     bound where times are equal, as a coarse clock gives them, since each such pair counts as one
     in which the head is faster.
 
-    1.0 for fewer than LEAST samples per side.
+    1.0 for fewer than FEWEST_SAMPLES samples per side.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def p_value(base: Sequence[float], head: Sequence[float]) -> float:
                 f"times of the {name} must be positive and finite; received {wrong[0]!r}. "
                 "Leave out a sample that failed."
             )
-    return float(_p_values(base, head)) if min(len(base), len(head)) >= LEAST else 1.0
+    return float(_p_values(base, head)) if min(len(base), len(head)) >= FEWEST_SAMPLES else 1.0
 
 
 def _p_values(base: np.ndarray | Sequence[float], head: np.ndarray | Sequence[float]) -> np.ndarray:
@@ -74,7 +74,7 @@ def holm(p_values: Mapping[str, float], level: float = LEVEL) -> set[str]:
 
 def samples_needed(benchmarks: int, level: float = LEVEL) -> int:
     """Samples per side with which complete separation passes Holm's first step by SPARE."""
-    count = LEAST
+    count = FEWEST_SAMPLES
     while 1.0 / math.comb(2 * count, count) >= level / (max(1, benchmarks) * SPARE):
         count += 1
     return count

@@ -67,7 +67,7 @@ def largest(numbers: Array) -> float:
     return float(np.max(numbers)) if len(numbers) else float("nan")
 
 
-def least(numbers: Array) -> float:
+def smallest(numbers: Array) -> float:
     """The least number; NaN when one is NaN or there are none."""
     return float(np.min(numbers)) if len(numbers) else float("nan")
 
@@ -77,6 +77,6 @@ def largest_of(table: pd.DataFrame, **where: Any) -> float:
     return largest(values(table, **where))
 
 
-def least_of(table: pd.DataFrame, **where: Any) -> float:
+def smallest_of(table: pd.DataFrame, **where: Any) -> float:
     """The least value of these rows."""
-    return least(values(table, **where))
+    return smallest(values(table, **where))

@@ -48,7 +48,7 @@ def repeated_run(
     duration: float,
     setting: Mapping[str, Any],
     seconds: float,
-    least: float,
+    least_seconds: float,
 ) -> RepeatedRun:
     """A run of at least about `least` seconds, by a contender that has run before. A setting's
     ``save_every`` must be the number of steps of the original run.
@@ -60,7 +60,7 @@ def repeated_run(
     """
     times = 1
     for _ in range(TRIALS):
-        times = max(times, round(times * least / max(seconds, 1e-7)))
+        times = max(times, round(times * least_seconds / max(seconds, 1e-7)))
         longer = dict(setting)
         if "save_every" in longer:
             longer["save_every"] *= times
@@ -78,7 +78,7 @@ def repeated_run(
 # one step at the same setting is timed in turn with it, and subtracted; of the steps, one is
 # missing then, which the ratio n / (n - 1) makes up for.
 
-FEWEST, ENOUGH = 5, 0.02  # repeats, fewer where they take so many seconds together
+FEWEST_REPEATS, ENOUGH_SECONDS = 5, 0.02  # repeats, fewer where they take so many seconds together
 BRIEF = 1e-6  # of the duration: one step of a contender that chooses its own
 
 
@@ -109,12 +109,12 @@ class NetTime:
         return self.call()
 
     def seconds(self, repeats: int) -> float:
-        """From the fastest of the repeats, FEWEST or more unless they take more than ENOUGH, as
-        load only adds to them, and to the longer run more; NaN where it is not positive.
+        """Net seconds from the fastest of the repeats, since load only adds to a time: at least
+        FEWEST_REPEATS unless they take more than ENOUGH_SECONDS. NaN where not positive.
         """
         runs: list[float] = []
         steps: list[float] = []
-        while len(runs) < max(repeats, FEWEST) and sum(runs) < ENOUGH:
+        while len(runs) < max(repeats, FEWEST_REPEATS) and sum(runs) < ENOUGH_SECONDS:
             runs.append(seconds_of(self.call))
             steps.append(seconds_of(self.short))
         run, step = min(runs), min(steps)
@@ -125,7 +125,7 @@ class NetTime:
 def net_time(
     contender: Contender, problem: Problem, duration: float, setting: Mapping[str, Any], steps: int
 ) -> NetTime:
-    """Of a contender's run at a setting that saves its last state only, which took these steps."""
+    """The net time of a run of `steps` steps, at a setting that saves its last state only."""
     short = one_step(contender, problem, duration, setting)
     short()  # what it compiles or builds is not part of the time
     return NetTime(call_of(contender, problem, duration, setting), short, steps)

@@ -20,7 +20,7 @@ from references import Contender
 from references.engine_clock import heard
 
 PARTS = 3
-LONG, ENOUGH = 0.3, 2  # seconds, and rounds of calls that take longer
+LONG_SECONDS, LONG_ROUNDS = 0.3, 2  # seconds, and rounds of calls that take longer
 LONGEST = 1.0  # seconds of a call that is made in all of many rounds
 
 
@@ -46,7 +46,7 @@ class Timing:
 def interleaved(
     calls: Sequence[Callable[[], Any]],
     rounds: int,
-    least: float,
+    least_seconds: float,
     warm: Sequence[float] | None = None,
     counted: Sequence[bool] | None = None,
 ) -> list[Timing]:
@@ -56,43 +56,43 @@ def interleaved(
     ----------
     least
         seconds for which a call is repeated within a round; the mean counts. One that takes longer
-        than LONG is timed in two rounds at most: its own fluctuations average out
+        than LONG_SECONDS is timed in two rounds at most: its own fluctuations average out
     warm
         seconds of an earlier, warming call of each; None makes these calls here
     counted
-        whether that call was warm itself: where it took as long as a round, it is the first
+        whether that call was warm itself: it is then the first round, if it took as long as one
     """
     first = [seconds_of(call, 1) for call in calls] if warm is None else list(warm)
-    repeats = [max(1, round(least / max(seconds, 1e-7))) for seconds in first]
-    taken = counted or [False] * len(calls)
+    repeats = [max(1, round(least_seconds / max(seconds, 1e-7))) for seconds in first]
+    counted = counted or [False] * len(calls)
     samples = [
-        [seconds] if one and times == 1 else []
-        for one, seconds, times in zip(taken, first, repeats, strict=True)
+        [seconds] if is_counted and times == 1 else []
+        for is_counted, seconds, times in zip(counted, first, repeats, strict=True)
     ]
     for turn in range(rounds):
         for k, call in enumerate(calls):
-            enough = ENOUGH if turn and samples[k][0] > LONG else rounds
+            enough = LONG_ROUNDS if turn and samples[k][0] > LONG_SECONDS else rounds
             if len(samples[k]) < enough:
                 samples[k].append(seconds_of(call, repeats[k]))
     return [_timing(seconds) for seconds in samples]
 
 
 def seconds_in_turn(
-    calls: Sequence[Callable[[], Any]], rounds: int, least: float
+    calls: Sequence[Callable[[], Any]], rounds: int, least_seconds: float
 ) -> list[list[float]]:
     """Seconds of each warm call in each of the rounds, A B C ... A B C ..., every second round
     backwards, so that what comes after what differs. Of the PARTS of a round, each of them repeats
     for a share of `least` seconds, the fastest counts, as load only adds. A call that takes more
-    than LONGEST seconds is made in the first ENOUGH rounds alone."""
+    than LONGEST seconds is made in the first LONG_ROUNDS rounds only."""
     repeats = [1] * len(calls)
     samples: list[list[float]] = [[] for _ in calls]
     for turn in range(rounds):
         for k in range(len(calls))[:: -1 if turn % 2 else 1]:
-            if turn >= ENOUGH and max(samples[k]) > LONGEST:
+            if turn >= LONG_ROUNDS and max(samples[k]) > LONGEST:
                 continue
             if turn == 0:
                 seconds = seconds_of(calls[k])
-                repeats[k] = max(1, round(least / PARTS / seconds)) if seconds > 0.0 else 1
+                repeats[k] = max(1, round(least_seconds / PARTS / seconds)) if seconds > 0.0 else 1
             if turn or repeats[k] > 1:
                 parts = PARTS if repeats[k] > 1 else 1
                 seconds = min(seconds_of(calls[k], repeats[k]) for _ in range(parts))
@@ -102,7 +102,7 @@ def seconds_in_turn(
 
 def _timing(seconds: Sequence[float]) -> Timing:
     """The timing of the rounds; all NaN when one of them has no time."""
-    if any(math.isnan(one) for one in seconds):
+    if any(math.isnan(duration) for duration in seconds):
         return Timing(math.nan, math.nan, math.nan)
     return Timing(statistics.median(seconds), min(seconds), max(seconds))
 
@@ -115,20 +115,20 @@ def seconds_of(call: Callable[[], Any], repeats: int = 1) -> float:
         start = time.perf_counter()
         for _ in range(repeats):
             call()
-        whole = time.perf_counter() - start
-    return (spent.seconds or whole) / repeats
+        wall_seconds = time.perf_counter() - start
+    return (spent.seconds or wall_seconds) / repeats
 
 
 def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
     """The result of a call, and its seconds, or those of a second, warm call if that is shorter."""
-    result, seconds = once(call)
-    return result, min(seconds, seconds_of(call, 1)) if seconds < LONG else seconds
+    returned, seconds = once(call)
+    return returned, min(seconds, seconds_of(call, 1)) if seconds < LONG_SECONDS else seconds
 
 
 def once(call: Callable[[], Any]) -> tuple[Any, float]:
     """The result of a call and its seconds; NaN where its own clock failed."""
     with heard() as spent:
         start = time.perf_counter()
-        result = call()
+        returned = call()
         seconds = spent.seconds or time.perf_counter() - start
-    return result, float(getattr(call, "took", seconds))
+    return returned, float(getattr(call, "took", seconds))

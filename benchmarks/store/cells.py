@@ -12,26 +12,26 @@ import pandas as pd
 from benchmarks.store.foreign_texts import guarded, unguarded
 
 
-def as_csv(frame: pd.DataFrame) -> str:
+def as_csv(table: pd.DataFrame) -> str:
     """CSV text with harmless texts, and numbers in full precision: they are read back unchanged."""
-    return _with_texts(frame, guarded).to_csv(index=False, lineterminator="\n")
+    return _with_texts(table, guarded).to_csv(index=False, lineterminator="\n")
 
 
 def read_csv(source: Path | io.StringIO, **options: Any) -> pd.DataFrame:
-    """What `as_csv` wrote, by pandas with these options."""
+    """The table that `as_csv` wrote; options of pandas.read_csv."""
     return _with_texts(pd.read_csv(source, **options), unguarded)
 
 
-def _with_texts(frame: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
-    """The frame with its texts changed; itself where none is."""
-    result = frame
-    for k, kind in enumerate(frame.dtypes):
+def _with_texts(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
+    """The table with its texts changed; the table itself where no text changes."""
+    changed_table = table
+    for k, kind in enumerate(table.dtypes):
         if pd.api.types.is_numeric_dtype(kind):
             continue
-        cells = list(frame.iloc[:, k])
-        new = {text: change(text) for text in {one for one in cells if isinstance(one, str)}}
+        cells = list(table.iloc[:, k])
+        new = {text: change(text) for text in {cell for cell in cells if isinstance(cell, str)}}
         if any(before != after for before, after in new.items()):
-            changed = [new[one] if isinstance(one, str) else one for one in cells]
-            result = frame.copy() if result is frame else result
-            result.isetitem(k, pd.Series(changed, frame.index, dtype=kind))
-    return result
+            changed = [new[cell] if isinstance(cell, str) else cell for cell in cells]
+            changed_table = table.copy() if changed_table is table else changed_table
+            changed_table.isetitem(k, pd.Series(changed, table.index, dtype=kind))
+    return changed_table

@@ -32,9 +32,9 @@ def environment(requirement: str, folder: Path) -> Iterator[Path]:
     Raises NotHere when it cannot be created.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{requirement}-", dir=folder.absolute()) as place:
-        finished([sys.executable, "-I", "-m", "venv", place])
-        interpreter = interpreter_in(Path(place))
+    with tempfile.TemporaryDirectory(prefix=f".{requirement}-", dir=folder.absolute()) as path:
+        finished([sys.executable, "-I", "-m", "venv", path])
+        interpreter = interpreter_in(Path(path))
         pip = [str(interpreter), "-I", "-m", "pip", "install", "--quiet", "--only-binary=:all:"]
         finished([*pip, "--disable-pip-version-check", requirement])
         yield interpreter
@@ -48,10 +48,10 @@ def interpreter_in(environment: Path) -> Path:
 def finished(
     command: Sequence[str], text: str = "", variables: Mapping[str, str] | None = None
 ) -> str:
-    """The output of a command with this text as input and these variables of the environment
-    besides. Raises NotHere when it fails."""
+    """The output of a command, with `text` as its input and `variables` added to the environment.
+    Raises NotHere when it fails."""
     try:
-        done = subprocess.run(
+        completed = subprocess.run(
             command,
             input=text,
             capture_output=True,
@@ -62,14 +62,14 @@ def finished(
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise NotHere(f"{type(error).__name__}: {_readable(str(error))}") from None
-    if done.returncode:
-        lines = [line for line in done.stderr.splitlines() if line.strip()]
+    if completed.returncode:
+        lines = [line for line in completed.stderr.splitlines() if line.strip()]
         errors = [line for line in lines if "error" in line.lower()]  # pip gives text alone
-        raise NotHere(_readable((errors or lines or [f"exit status {done.returncode}"])[-1]))
-    return done.stdout
+        raise NotHere(_readable((errors or lines or [f"exit status {completed.returncode}"])[-1]))
+    return completed.stdout
 
 
 def _readable(text: str) -> str:
     """The text without addresses and folders, which mean nothing to the reader of a page."""
-    kept = re.sub(r"\S*(?:://|[\\/])\S*", "...", text.strip())
-    return kept.removeprefix("ERROR: ")[:200]
+    readable = re.sub(r"\S*(?:://|[\\/])\S*", "...", text.strip())
+    return readable.removeprefix("ERROR: ")[:200]

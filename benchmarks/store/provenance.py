@@ -63,19 +63,19 @@ def today() -> str:
 
 def versions() -> dict[str, str]:
     """The installed version of each engine, or 'not installed'."""
-    found = {"galvi": galvi_version()}
+    installed = {"galvi": galvi_version()}
     for name in ENGINES:
         try:
-            found[name] = metadata.version(name)
+            installed[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            installed[name] = "not installed"
+    return installed
 
 
 def commit() -> str:
     """Hash of the checked-out commit, with '+dirty' for changed files.
 
-    Of an installation the digits that its version has of it, 'unknown' where it has none.
+    For an installed package, the digits of the commit in its version; 'unknown' without them.
     """
     head = _git("rev-parse", "HEAD") if (ROOT / ".git").exists() else None
     if head is None:
@@ -97,19 +97,19 @@ def compiled_for() -> str:
     """The processor that numba compiles for, as LLVM calls it, with its widest vectors."""
     named = config.CPU_NAME
     features = {} if named else binding.get_host_cpu_features()
-    known = {"avx512f": "AVX-512", "avx2": "AVX2", "neon": "NEON"}
-    widest = [text for flag, text in known.items() if features.get(flag)][:1]
+    vector_sets = {"avx512f": "AVX-512", "avx2": "AVX2", "neon": "NEON"}
+    widest = [text for flag, text in vector_sets.items() if features.get(flag)][:1]
     return ", ".join([named or binding.get_host_cpu_name(), *widest])
 
 
 def _git(*arguments: str) -> str | None:
     try:
-        done = subprocess.run(
+        completed = subprocess.run(
             ["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True, timeout=30
         )
     except (OSError, subprocess.SubprocessError):
         return None
-    return done.stdout.strip()
+    return completed.stdout.strip()
 
 
 def _command() -> str:

@@ -138,7 +138,7 @@ def asked(run: OwnRun) -> list[dict[str, Any]]:
     """Every integrator at every step."""
     counts = [round(DURATION / step) for step in STEPS]
     return [
-        {**run.asked(steps=count), "integrator": integrator}
+        {**run.request(steps=count), "integrator": integrator}
         for integrator in INTEGRATORS
         for count in counts
     ]

@@ -16,7 +16,7 @@ import pandas as pd
 
 import galvi
 from benchmarks.checks.claim import MakeMethod, Report
-from benchmarks.measures.space_rule_pairs import MANY, Pair, pairs
+from benchmarks.measures.space_rule_pairs import SUFFICIENT_POINTS, Pair, pairs
 from benchmarks.measures.symplectic_form import canonical_defect
 from benchmarks.statistics import convergence_fits
 from galvi.arrays import Array
@@ -26,7 +26,7 @@ from references.closed_forms.kepler import KEPLER
 METHOD, ILL_POSED, INCONSISTENT = "method", "ill-posed", "inconsistent"
 MOST = {"Polynomials": 4}  # largest constructor argument of a kind of space, else FEW
 FEW, QUICK_FEW = 2, 1
-POINTS, QUICK_POINTS = (1, 2, 3, 4, 5, 6, MANY), (1, 2, 3, MANY)
+POINTS, QUICK_POINTS = (1, 2, 3, 4, 5, 6, SUFFICIENT_POINTS), (1, 2, 3, SUFFICIENT_POINTS)
 ORBIT, DURATION = galvi.problems.kepler(eccentricity=0.3), 4.0
 SAMPLES = 4  # times of the errors: at a single one leading terms may cancel
 CHAOS, STEP = galvi.problems.henon_heiles(), 0.5

@@ -44,7 +44,7 @@ def _midpoint(
 
 # Newton's and Euler's equations of several bodies, solved twice over, without galvi.
 #
-# With w = J^-1 p for each body:  p' = p x w + torque,  R' = R hat(w),  and rest' as given.
+# With w = J^-1 p for each body:  p' = p x w + torque,  R' = R hat(w),  and extra' from `pull`.
 
 Pull = Callable[[Array, Array], tuple[Array, Array]]
 State = tuple[Array, Array, Array]
@@ -61,20 +61,20 @@ class NewtonEuler:
     inertias, attitudes : array, shape (b, 3, 3)
     momenta : array, shape (b, 3)
         in the bodies' frames
-    rest : array, shape (k,)
+    extra : array, shape (k,)
         what else moves
     pull
-        (attitudes, rest) -> torques (b, 3) in the bodies' frames, rest'
+        (attitudes, extra) -> torques (b, 3) in the bodies' frames, extra'
 
     Notes
     -----
-    Both solvers return (attitudes, momenta, rest) at `duration`.
+    Both solvers return (attitudes, momenta, extra) at `duration`.
     """
 
     inertias: Array
     attitudes: Array
     momenta: Array
-    rest: Array
+    extra: Array
     pull: Pull
 
     def by_extrapolation(self, duration: float) -> State:
@@ -83,13 +83,13 @@ class NewtonEuler:
         inverse = np.linalg.inv(self.inertias).astype(np.longdouble)
 
         def slope(y: Array) -> Array:
-            R, p, rest = y[: 9 * b].reshape(b, 3, 3), y[9 * b : 12 * b].reshape(b, 3), y[12 * b :]
+            R, p, extra = y[: 9 * b].reshape(b, 3, 3), y[9 * b : 12 * b].reshape(b, 3), y[12 * b :]
             w = np.einsum("bij,bj->bi", inverse, p)
-            torques, moved = self.pull(R, rest)
+            torques, moved = self.pull(R, extra)
             turned = cross(R, w[:, None, :])  # row by row: R_i x w
             return np.concatenate([turned.ravel(), (cross(p, w) + torques).ravel(), moved])
 
-        start = np.concatenate([self.attitudes.ravel(), self.momenta.ravel(), self.rest])
+        start = np.concatenate([self.attitudes.ravel(), self.momenta.ravel(), self.extra])
         steps = max(1, round(duration / SPAN))
         y = extrapolated(slope, start.astype(np.longdouble), duration, steps)
         return y[: 9 * b].reshape(b, 3, 3), y[9 * b : 12 * b].reshape(b, 3), y[12 * b :]
@@ -99,14 +99,14 @@ class NewtonEuler:
         b, inverse = len(self.inertias), np.linalg.inv(self.inertias)
 
         def slope(t: float, y: Array) -> Array:
-            turns, p, rest = y[: 4 * b].reshape(b, 4), y[4 * b : 7 * b].reshape(b, 3), y[7 * b :]
+            turns, p, extra = y[: 4 * b].reshape(b, 4), y[4 * b : 7 * b].reshape(b, 3), y[7 * b :]
             w = np.einsum("bij,bj->bi", inverse, p)
-            torques, moved = self.pull(self.attitudes @ rotation(turns), rest)
+            torques, moved = self.pull(self.attitudes @ rotation(turns), extra)
             rates = [quaternion_slope(turn, u) for turn, u in zip(turns, w, strict=True)]
             return np.concatenate([*rates, (cross(p, w) + torques).ravel(), moved])
 
         unit = np.tile([1.0, 0.0, 0.0, 0.0], b)
-        start = np.concatenate([unit, self.momenta.ravel(), self.rest])
+        start = np.concatenate([unit, self.momenta.ravel(), self.extra])
         states, _, _ = solve("DOP853", slope, np.array([0.0, duration]), start, TIGHT)
         y = states[-1]
         attitudes = self.attitudes @ rotation(y[: 4 * b].reshape(b, 4))
@@ -127,7 +127,7 @@ class Coupled:
     motion
         (q, mu) -> that motion from q and the left-trivialised momentum mu
     state
-        (attitudes, momenta, rest) of the motion -> (q, mu)
+        (attitudes, momenta, extra) of the motion -> (q, mu)
     """
 
     problem: Callable[[], Problem]

@@ -32,9 +32,9 @@ def lagrangian(q: Array, v: Array) -> float:
         j, k = (i + 1) % 3, (i + 2) % 3
         u = v[3 + i] + v[j] * CENTRE[k] - v[k] * CENTRE[j]
         y = q[i, 3] + q[i, 0] * HOOK[0] + q[i, 1] * HOOK[1] + q[i, 2] * HOOK[2]
-        place = q[i, 3] + q[i, 0] * CENTRE[0] + q[i, 1] * CENTRE[1] + q[i, 2] * CENTRE[2]
+        centre = q[i, 3] + q[i, 0] * CENTRE[0] + q[i, 1] * CENTRE[1] + q[i, 2] * CENTRE[2]
         twice += INERTIA[i, i] * v[i] * v[i] + MASS * u * u - SPRING * y * y
-        weight += MASS * G[i] * place
+        weight += MASS * G[i] * centre
     return 0.5 * twice + weight
 
 
@@ -62,25 +62,25 @@ def problem() -> Problem:
     return Problem(system, np.eye(4), start, name="body hung by a spring on SE(3)")
 
 
-def pull(R: Array, rest: Array) -> tuple[Array, Array]:
-    """Torque about the centre (1, 3) in the body's frame; (u, force / m) of rest = (place, u)."""
+def pull(R: Array, extra: Array) -> tuple[Array, Array]:
+    """Torque about the centre (1, 3) in the body's frame; (u, force / m) of extra = (place, u)."""
     arm = HOOK - CENTRE
-    force = -SPRING * (rest[:3] + R[0] @ arm)
-    return cross(arm, force @ R[0])[None], np.concatenate([rest[3:], force / MASS + G])
+    force = -SPRING * (extra[:3] + R[0] @ arm)
+    return cross(arm, force @ R[0])[None], np.concatenate([extra[3:], force / MASS + G])
 
 
 def motion(q: Array, mu: Array) -> NewtonEuler:
     """The same motion by Newton's and Euler's equations about the centre, from momenta (6,)."""
     R, u = q[:3, :3], mu[3:] / MASS
     turning = mu[:3] - cross(CENTRE, mu[3:])
-    rest = np.concatenate([q[:3, 3] + R @ CENTRE, R @ u])
-    return NewtonEuler(INERTIA[None], R[None], turning[None], rest, pull)
+    extra = np.concatenate([q[:3, 3] + R @ CENTRE, R @ u])
+    return NewtonEuler(INERTIA[None], R[None], turning[None], extra, pull)
 
 
-def state(R: Array, turning: Array, rest: Array) -> tuple[Array, Array]:
+def state(R: Array, turning: Array, extra: Array) -> tuple[Array, Array]:
     """(q, mu) of attitudes (1, 3, 3), angular momenta (1, 3) and (place, velocity) (6,)."""
-    q, momentum = np.eye(4), MASS * (rest[3:] @ R[0])
-    q[:3, :3], q[:3, 3] = R[0], rest[:3] - R[0] @ CENTRE
+    q, momentum = np.eye(4), MASS * (extra[3:] @ R[0])
+    q[:3, :3], q[:3, 3] = R[0], extra[:3] - R[0] @ CENTRE
     return q, np.concatenate([turning[0] + cross(CENTRE, momentum), momentum]).astype(float)
 
 

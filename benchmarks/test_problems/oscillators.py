@@ -28,9 +28,9 @@ TERMS = 12  # |x| <= 1: the next is below 1e-25
 
 @dataclass(frozen=True)
 class SingularDrive:
-    """place  t*;  b  the exponent;  spring  whether k is 1."""
+    """singularity  t*;  b  the exponent;  spring  whether k is 1."""
 
-    place: float
+    singularity: float
     b: float
     spring: bool = False
 
@@ -52,7 +52,7 @@ class SingularDrive:
 
     def motion(self, t: Array) -> tuple[Array, Array]:
         """Exact u and u' at times t, of t's shape."""
-        x = np.asarray(t, dtype=np.float64)[..., None] - self.place
+        x = np.asarray(t, dtype=np.float64)[..., None] - self.singularity
         terms = self.coefficients * abs(x) ** self.powers
         u = np.sum(terms * abs(x) / (self.powers + 1.0), axis=-1)
         return u, np.sum(np.sign(x) * terms, axis=-1)
@@ -61,7 +61,7 @@ class SingularDrive:
         """The problem from time t on."""
 
         def drive(q: Array, v: Array, s: float) -> Array:
-            return np.full(1, abs(s - self.place) ** -self.b)
+            return np.full(1, abs(s - self.singularity) ** -self.b)
 
         u, v = self.motion(np.array([t]))
         system = Canonical(1.0, LinearSpring(float(self.spring)), force=drive, timed_force=True)
@@ -173,10 +173,10 @@ class NonlinearOscillator:
 
     def places(self, size: int) -> Array:
         """Places in the interval, (samples, size): random ones, and those where |V''| is K."""
-        far = min(self.radius, math.pi)
-        found = np.random.default_rng(0).uniform(-far, far, (SAMPLES, size))
+        reach = min(self.radius, math.pi)
+        positions = np.random.default_rng(0).uniform(-reach, reach, (SAMPLES, size))
         steepest = 0.0 if math.isinf(self.radius) else self.radius
-        return np.vstack([found, np.full((1, size), steepest)])
+        return np.vstack([positions, np.full((1, size), steepest)])
 
 
 RADIUS = 1.5

@@ -40,13 +40,13 @@ def many_planets(bodies: int, massive: int | None = None) -> Problem:
         [np.random.default_rng([SEED, int(k)]).uniform(0.0, math.tau, 3) for k in numbers]
     )
     planets = [_orbit(axis, sun, angle) for axis, angle in zip(axes, angles, strict=True)]
-    q = np.vstack([np.zeros(3), *(place for place, _ in planets)])
+    q = np.vstack([np.zeros(3), *(position for position, _ in planets)])
     v = np.vstack([np.zeros(3), *(velocity for _, velocity in planets)])
-    every = np.append(sun, masses)
-    every[massive:] = 0.0 if massive else every[massive:]
-    q -= every @ q / every.sum()
-    v -= every @ v / every.sum()
-    return Problem(NBody(every), q, v, name=f"{bodies} bodies", units=giants.units)
+    all_masses = np.append(sun, masses)
+    all_masses[massive:] = 0.0 if massive else all_masses[massive:]
+    q -= all_masses @ q / all_masses.sum()
+    v -= all_masses @ v / all_masses.sum()
+    return Problem(NBody(all_masses), q, v, name=f"{bodies} bodies", units=giants.units)
 
 
 def innermost_period(problem: Problem) -> float:

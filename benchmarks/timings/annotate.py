@@ -15,33 +15,36 @@ from benchmarks.statistics import calibration
 from benchmarks.store.provenance import commit, versions
 
 TIMER = time.process_time
-LEAST = 0.01  # least seconds of a round
+ROUND_SECONDS = 0.01  # least seconds of a round
 BUDGET = 0.5  # seconds per benchmark, without first calls
-ROUNDS, FEWEST = 9, 3
+ROUNDS, FEWEST_ROUNDS = 9, 3
 
 
 def timed(benchmark: Any, call: Callable[[], Any]) -> Any:
-    """Time a call when it is warm, recording the first, compiling call separately; its result."""
+    """Time a call that is warm, and store the seconds of its first, compiling call.
+
+    Returns what the call returns.
+    """
     clock = time.perf_counter()
     call()
     first = time.perf_counter() - clock
     clock = time.perf_counter()  # under `ulimit -t` the other stands still for milliseconds
     call()
     seconds = max(time.perf_counter() - clock, 1e-6)
-    repeats = max(1, math.ceil(LEAST / seconds))
-    rounds = min(ROUNDS, max(FEWEST, int(BUDGET / (repeats * seconds))))
-    result = timed_warm(benchmark, call, rounds, repeats)
+    repeats = max(1, math.ceil(ROUND_SECONDS / seconds))
+    rounds = min(ROUNDS, max(FEWEST_ROUNDS, int(BUDGET / (repeats * seconds))))
+    returned = timed_warm(benchmark, call, rounds, repeats)
     benchmark.extra_info.update(first_call=first)
-    return result
+    return returned
 
 
 def timed_warm(benchmark: Any, call: Callable[[], Any], rounds: int, repeats: int = 1) -> Any:
-    """The same for a warm call; the yardstick is timed before and after."""
+    """Time a warm call, with the yardstick before and after; returns what the call returns."""
     before = calibration.yardstick(3)
-    result = benchmark.pedantic(call, rounds=rounds, iterations=repeats)
+    returned = benchmark.pedantic(call, rounds=rounds, iterations=repeats)
     seconds = statistics.median(before + calibration.yardstick(3))
     benchmark.extra_info.update(yardstick={"name": calibration.NAME, "seconds": seconds})
-    return result
+    return returned
 
 
 def annotate(
@@ -52,7 +55,7 @@ def annotate(
     counts: Mapping[str, int],
     status: str,
     settings: Mapping[str, Any],
-    **more: Any,
+    **columns: Any,
 ) -> None:
     """Add problem, error, counts, status and settings to the benchmark's row.
 
@@ -71,5 +74,5 @@ def annotate(
         settings={key: str(value) for key, value in settings.items()},
         versions=versions(),
         commit=commit(),
-        **more,
+        **columns,
     )

@@ -9,17 +9,17 @@ from typing import Any
 STEP, TRAJECTORY, ROUND_OFF, LONG = "step", "trajectory", "round-off", "long"
 UNTIMED = (ROUND_OFF, LONG)
 DISCRETE, ROUNDED = 0.01, 3.0  # tolerances for an error, see Case
-LEAST_ERROR = 1e-13  # of a motion of size 1, of which smaller ones are rounding
+LEAST_ERROR = 1e-13  # of a motion of size 1; smaller errors are rounding
 
 
 @dataclass(frozen=True)
 class Thresholds:
-    """What counts as worse in an integrator of one's own; see `Case`.
+    """Growths of times and errors of an integrator that count as worse; see `Case`.
 
     Attributes
     ----------
     slower
-        relative growth of a median time; over all its benchmarks together, half of it
+        relative growth of a median time; half of it for all benchmarks together
     less_accurate
         relative growth of an error
     """

@@ -13,7 +13,7 @@ import galvi
 from references.rebound import extras
 
 STEP, MOMENT = 200.0, 0.01  # days, and seconds of the arm
-ELSEWHERE: Mapping[str, tuple[float, dict[str, Any]]] = {
+OTHER_COORDINATES: Mapping[str, tuple[float, dict[str, Any]]] = {
     "Kepler frame": (400.0, {"chart": galvi.KeplerFrame()}),  # days
     "clock": (0.4, {"clock": galvi.DynamicalTime()}),
 }
@@ -39,7 +39,7 @@ ACTUATORS = {
 
 
 def of_position() -> dict[str, Any]:
-    """Forces of the outer planets that lanes add to gravity."""
+    """Forces of positions, which SIMD kernels add to the gravity of the outer planets."""
     return {
         NONE: (),
         "J2": galvi.Oblateness(0, 2e-7, 4.65e-3),
@@ -49,7 +49,7 @@ def of_position() -> dict[str, Any]:
 
 
 def of_velocity() -> dict[str, Any]:
-    """Forces of the outer planets that know velocities, built in and a function of a user's."""
+    """Forces of velocities on the outer planets: built-in ones and a user's function."""
     few, masses = [0.0, *[1e-12] * 5], forced(()).system.masses[:, None]
     return {
         "one source": galvi.Relativity(SPEED),
@@ -62,7 +62,7 @@ def of_velocity() -> dict[str, Any]:
 
 
 def forced(forces: Any) -> galvi.Problem:
-    """The outer planets with these."""
+    """The outer planets with these forces."""
     outer: Any = galvi.problems.outer_solar_system()
     system = galvi.NBody(outer.system.masses, outer.system.G, forces)
     return galvi.Problem(system, outer.q0, outer.v0)
@@ -80,29 +80,29 @@ def _run(problem: galvi.Problem, step: float, steps: int, degree: int = 8, **whe
 
 
 def _whfast(steps: int, *force: Any) -> Any:
-    """By WHFast, whose warning of forces of velocity is not for here."""
+    """States by WHFast, without its warning about forces of velocities."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         return extras.states(forced(()), "whfast", STEP, np.array([0.0, STEP * steps]), *force)
 
 
 def calls() -> Mapping[str, Mapping[str, Call]]:
-    """group -> name -> a run, and how many steps it takes."""
-    ours: dict[str, Call] = {
+    """group -> name -> (call of the run, number of steps)."""
+    galvi_calls: dict[str, Call] = {
         name: (partial(_run, forced(force), STEP, STEPS), STEPS)
         for name, force in {**of_position(), **of_velocity()}.items()
     }
-    groups: dict[str, dict[str, Call]] = {"galvi, outer planets": ours}
-    for place, (step, where) in ELSEWHERE.items():
-        groups[f"galvi, {place}"] = {
+    groups: dict[str, dict[str, Call]] = {"galvi, outer planets": galvi_calls}
+    for label, (step, where) in OTHER_COORDINATES.items():
+        groups[f"galvi, {label}"] = {
             name: (partial(_run, forced(force), step, STEPS, **where), STEPS)
             for name, force in of_position().items()
         }
     dragged = forced(of_velocity()["drag"])
-    step, where = ELSEWHERE["clock"]
+    step, where = OTHER_COORDINATES["clock"]
     groups["galvi, clock"]["drag"] = (partial(_run, dragged, step, SLOW_STEPS, **where), SLOW_STEPS)
     if not extras.missing():
-        theirs: dict[str, tuple[Any, ...]] = {
+        rebound_forces: dict[str, tuple[Any, ...]] = {
             NONE: ("", {}, {}),
             "J2": ("gravitational_harmonics", {}, {0: {"J2": 2e-7, "R_eq": 4.65e-3}}),
             "potential": ("gr_potential", {"c": SPEED}, {}),
@@ -110,7 +110,7 @@ def calls() -> Mapping[str, Mapping[str, Call]]:
             "EIH": ("gr_full", {"c": SPEED}, {}),
         }
         groups["REBOUND WHFast, REBOUNDx"] = {
-            name: (partial(_whfast, STEPS, *force), STEPS) for name, force in theirs.items()
+            name: (partial(_whfast, STEPS, *force), STEPS) for name, force in rebound_forces.items()
         }
     groups["galvi, arm of three hinges"] = {
         name: (partial(_run, arm(xml), MOMENT, ARM_STEPS, 4), ARM_STEPS)

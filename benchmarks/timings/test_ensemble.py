@@ -42,11 +42,13 @@ def test_an_ensemble(benchmark: Any, case: str) -> None:
     def run(threads: int) -> tuple[galvi.Trajectory, ...]:
         return galvi.integrate_many(starts, METHOD, step, steps, save_every=steps, threads=threads)
 
-    alone = galvi.integrate(starts[-1], METHOD, step, steps, save_every=steps)
-    one, two = interleaved([functools.partial(run, n) for n in (1, 2)], ROUNDS, least=0.0)
+    single_run = galvi.integrate(starts[-1], METHOD, step, steps, save_every=steps)
+    one_thread, two_threads = interleaved(
+        [functools.partial(run, n) for n in (1, 2)], ROUNDS, least_seconds=0.0
+    )
     runs = timed_warm(benchmark, functools.partial(run, 2), 1)
     assert all(run.success for run in runs)
-    assert np.array_equal(runs[-1].q, alone.q)
+    assert np.array_equal(runs[-1].q, single_run.q)
     annotate(
         benchmark,
         problem=problem.name,
@@ -55,9 +57,9 @@ def test_an_ensemble(benchmark: Any, case: str) -> None:
         status=runs[0].status,
         settings={"threads": "2", "step": step, "steps": steps},
         kind="ensemble",
-        one_thread_over_two=one.seconds / two.seconds,
+        one_thread_over_two=one_thread.seconds / two_threads.seconds,
     )
-    print(f"{case}: one thread over two {one.seconds / two.seconds:.2f}")
+    print(f"{case}: one thread over two {one_thread.seconds / two_threads.seconds:.2f}")
 
 
 MEMBERS: dict[str, tuple[galvi.Problem, float, int, int]] = {
@@ -78,27 +80,29 @@ def test_members_of_an_ensemble(benchmark: Any, case: str) -> None:
                 problem, problem.q0, v, METHOD, step, steps, executor=pool
             )
 
-    def alone() -> tuple[galvi.Trajectory, ...]:
-        starts = [problem.with_initial_state(problem.q0, one) for one in v[: members // 50]]
+    def run_singly() -> tuple[galvi.Trajectory, ...]:
+        starts = [
+            problem.with_initial_state(problem.q0, velocity) for velocity in v[: members // 50]
+        ]
         return galvi.integrate_many(starts, METHOD, step, steps, save_every=steps, threads=1)
 
-    calls = [alone, functools.partial(run, 1), functools.partial(run, 2)]
-    single, one, two = interleaved(calls, ROUNDS, least=0.0)
-    result = timed_warm(benchmark, functools.partial(run, 2), 1)
-    assert result.success.all()
+    calls = [run_singly, functools.partial(run, 1), functools.partial(run, 2)]
+    single, one_thread, two_threads = interleaved(calls, ROUNDS, least_seconds=0.0)
+    ensemble = timed_warm(benchmark, functools.partial(run, 2), 1)
+    assert ensemble.success.all()
     annotate(
         benchmark,
         problem=problem.name,
         error=None,
-        counts={"steps": steps * members, "iterations": int(result.iterations.sum())},
-        status=result.status[0],
+        counts={"steps": steps * members, "iterations": int(ensemble.iterations.sum())},
+        status=ensemble.status[0],
         settings={"threads": "2", "step": step, "steps": steps},
         kind="ensemble",
-        one_thread_over_two=one.seconds / two.seconds,
-        single_runs_over_lanes=50.0 * single.seconds / one.seconds,
+        one_thread_over_two=one_thread.seconds / two_threads.seconds,
+        single_runs_over_lanes=50.0 * single.seconds / one_thread.seconds,
     )
     print(
-        f"{case}: {1e6 * one.seconds / members / steps:.2f} us a step, one thread over two "
-        f"{one.seconds / two.seconds:.2f}, single runs over lanes "
-        f"{50.0 * single.seconds / one.seconds:.1f}"
+        f"{case}: {1e6 * one_thread.seconds / members / steps:.2f} us a step, one thread over two "
+        f"{one_thread.seconds / two_threads.seconds:.2f}, single runs over lanes "
+        f"{50.0 * single.seconds / one_thread.seconds:.1f}"
     )

@@ -26,7 +26,7 @@ PERIODS = (0.5, 1.04, 2.13)  # years
 MASSES = (2e-5, 6e-5, 3e-5)
 PLANETS, STAR = (1, 2, 3), 0
 STEPS_A_REVOLUTION = 10.0
-EVERY = 0.05 * YEAR  # between outputs of IAS15
+OUTPUT_INTERVAL = 0.05 * YEAR  # between outputs of IAS15
 METHOD = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 TRANSITS = [galvi.events.transit(planet, STAR, (1.0, 0.0, 0.0)) for planet in PLANETS]
 
@@ -55,13 +55,13 @@ def by_events(duration: float) -> list[Array]:
     """Mid-transit times of each planet, by galvi's events."""
     steps = math.ceil(duration / (PERIODS[0] * YEAR / STEPS_A_REVOLUTION))
     run = galvi.integrate(three_planets(), METHOD, duration / steps, steps)
-    found = galvi.find_events(run, TRANSITS)
-    return [found.t[found.index == k] for k in range(len(PLANETS))]
+    transits = galvi.find_events(run, TRANSITS)
+    return [transits.t[transits.index == k] for k in range(len(PLANETS))]
 
 
 def with_ias15(duration: float) -> list[Array]:
     """Mid-transit times of each planet, to a second, by bisection with REBOUND's IAS15."""
-    return by_bisection.transits(three_planets(), PLANETS, STAR, duration, EVERY, SECOND)
+    return by_bisection.transits(three_planets(), PLANETS, STAR, duration, OUTPUT_INTERVAL, SECOND)
 
 
 WAYS: dict[str, tuple[str, Callable[[float], list[Array]], Callable[[], str]]] = {
@@ -77,8 +77,8 @@ def test_transits(benchmark: Any, name: str) -> None:
     settings, times, missing = WAYS[name]
     if missing():
         pytest.skip(missing())
-    found = timed(benchmark, lambda: times(YEARS * YEAR))
-    counts = {"transits": sum(map(len, found))}
+    transits = timed(benchmark, lambda: times(YEARS * YEAR))
+    counts = {"transits": sum(map(len, transits))}
     assert counts["transits"] == 69
     annotate(
         benchmark,
@@ -92,7 +92,7 @@ def test_transits(benchmark: Any, name: str) -> None:
 
 
 STEPS, STEP = 5000, 200.0  # days
-NEAR = [galvi.events.within(k, k + 1, 0.5) for k in (1, 2, 3)]  # au: none comes so near
+APPROACHES = [galvi.events.within(k, k + 1, 0.5) for k in (1, 2, 3)]  # au: none comes so near
 
 
 @pytest.mark.quick
@@ -100,7 +100,7 @@ NEAR = [galvi.events.within(k, k + 1, 0.5) for k in (1, 2, 3)]  # au: none comes
 @pytest.mark.parametrize("name", ["three events", "no events"])
 def test_events_that_do_not_occur(benchmark: Any, name: str) -> None:
     problem = galvi.problems.outer_solar_system()
-    events = NEAR if name == "three events" else ()
+    events = APPROACHES if name == "three events" else ()
     run = timed(benchmark, lambda: galvi.integrate(problem, METHOD, STEP, STEPS, events=events))
     assert run.success and not (events and len(run.events))
     annotate(

@@ -19,19 +19,19 @@ QUICK = "galvi, outer planets: J2"
 
 @pytest.mark.benchmark(timer=TIMER)
 @pytest.mark.parametrize(
-    "which", [pytest.param(one, marks=[pytest.mark.quick] * (one == QUICK)) for one in CALLS]
+    "which", [pytest.param(case, marks=[pytest.mark.quick] * (case == QUICK)) for case in CALLS]
 )
 def test_a_run_with_a_force(benchmark: Any, which: str) -> None:
     group, name, call, steps = CALLS[which]
-    found = timed(benchmark, call)
-    ours = group.startswith("galvi")
-    assert not ours or found.success, found.status
+    run = timed(benchmark, call)
+    is_galvi = group.startswith("galvi")
+    assert not is_galvi or run.success, run.status
     annotate(
         benchmark,
         problem=group,
         error=None,
-        counts=dict(found.counts) if ours else {"steps": steps},
-        status=found.status if ours else "",
+        counts=dict(run.counts) if is_galvi else {"steps": steps},
+        status=run.status if is_galvi else "",
         settings={"force": name, "steps": steps},
-        kind="trajectory" if ours else "reference",
+        kind="trajectory" if is_galvi else "reference",
     )

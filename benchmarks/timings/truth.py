@@ -29,8 +29,8 @@ def true_ends(case: Case) -> list[np.ndarray]:
         raise Unknown(truth.missing)
     setting = {"samples": 1} | ({"tolerance": case.truth_tolerance} if case.truth_tolerance else {})
     ends = []
-    made = getattr(galvi.problems, case.problem)(**case.arguments)
-    for problem in starts(made, case.starts):
+    unperturbed = getattr(galvi.problems, case.problem)(**case.arguments)
+    for problem in starts(unperturbed, case.starts):
         run = truth.run(problem, case.step * case.steps, setting)
         if not run.success:
             raise Unknown(run.status)

@@ -28,7 +28,7 @@ from typing import Any
 
 SPREAD = 1e-3  # difference between the starts of a case
 UNTIMED = ("round-off", "long")  # kinds of cases
-NEAR = 1e-9  # tolerance of the last time, relative to the duration
+TIME_TOLERANCE = 1e-9  # tolerance of the last time, relative to the duration
 ASIDE = 0.1  # time by which a problem's functions are evaluated away from the start
 
 
@@ -55,11 +55,13 @@ def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
     problems = starts(problem_of(case), case["starts"])
     if case.get("contender"):
         run, duration = contender_of(case).run, case["step"] * case["steps"]
-        return lambda: [run(one, duration, dict(case["setting"])) for one in problems]
+        return lambda: [run(problem, duration, dict(case["setting"])) for problem in problems]
     method, step, steps = method_of(case), case["step"], case["steps"]
 
     def call() -> list[Any]:
-        return [galvi.integrate(one, method, step, steps, save_every=steps) for one in problems]
+        return [
+            galvi.integrate(problem, method, step, steps, save_every=steps) for problem in problems
+        ]
 
     return call
 
@@ -67,22 +69,22 @@ def prepared(case: Mapping[str, Any]) -> Callable[[], list[Any]]:
 def contender_of(case: Mapping[str, Any]) -> Any:
     """The case's integrator, from its module "package.module:Class" on the path."""
     module, _, name = case["contender"].partition(":")
-    found = getattr(importlib.import_module(module), name)
-    return found() if isinstance(found, type) else found
+    contender = getattr(importlib.import_module(module), name)
+    return contender() if isinstance(contender, type) else contender
 
 
 def check_end(run: Any, start: float, duration: float) -> None:
     """Raise ValueError where a run succeeded and does not end so long after its start."""
     end = start + duration
-    if run.success and not abs(run.t[-1] - end) <= NEAR * abs(duration):
+    if run.success and not abs(run.t[-1] - end) <= TIME_TOLERANCE * abs(duration):
         raise ValueError(f"its last time must be {end:g}; received {run.t[-1]:g}")
 
 
 def offered(case: Mapping[str, Any]) -> Any:
     """The finest setting that the case's integrator offers, as text; "" where it offers none."""
-    if not case.get("contender") or not hasattr(found := contender_of(case), "settings"):
+    if not case.get("contender") or not hasattr(contender := contender_of(case), "settings"):
         return ""
-    settings = found.settings(problem_of(case), case["step"] * case["steps"])
+    settings = contender.settings(problem_of(case), case["step"] * case["steps"])
     return str(dict(list(settings)[-1]))
 
 
@@ -120,7 +122,7 @@ def probed(problem: Any) -> dict[str, list[float]]:
     q, v, t = problem.q0, problem.v0, getattr(problem, "t0", 0.0)
     system = getattr(problem, "system", None)
     aside = q + ASIDE * v if q.shape == v.shape else q
-    asked: tuple[tuple[str, tuple[Any, ...]], ...] = (
+    probes: tuple[tuple[str, tuple[Any, ...]], ...] = (
         ("momentum", (v,)),
         ("potential_energy", (aside[None], [t])),
         ("acceleration", (aside, t)),
@@ -131,7 +133,7 @@ def probed(problem: Any) -> dict[str, list[float]]:
         ("slopes", (aside, v)),
     )
     numbers = {"start": [float(t), *_flat(q), *_flat(v)]}
-    for name, arguments in asked:
+    for name, arguments in probes:
         try:
             numbers[name] = _flat(getattr(system, name)(*arguments))
         except Exception:
@@ -175,16 +177,16 @@ def run(case: Mapping[str, Any], calls: dict[str, Callable[[], Any]]) -> dict[st
     need = peak() - before
     problem = problem_of(case)
     if case.get("contender"):
-        for one in runs:
-            check_end(one, problem.t0, case["step"] * case["steps"])
+        for trajectory in runs:
+            check_end(trajectory, problem.t0, case["step"] * case["steps"])
     calls[case["name"]] = call
     # under `ulimit -t` the clock of processor time stands still for milliseconds
     warm = math.nan if case["kind"] in UNTIMED else sample(call, 1)["wall"]
     times = {"first_call": first, "warm": warm}
     module = sys.modules[case["contender"].partition(":")[0] if case.get("contender") else "galvi"]
     origin = {"code": module.__file__, "problem": probed(problem)}
-    found = described(runs, bool(case.get("contender"))) | {"offered": offered(case)}
-    return found | times | origin | {"need": need, "memory": memory()}
+    description = described(runs, bool(case.get("contender"))) | {"offered": offered(case)}
+    return description | times | origin | {"need": need, "memory": memory()}
 
 
 def memory() -> float:
@@ -233,10 +235,10 @@ def serve(pipe: Connection) -> None:
         except EOFError:
             return
         try:
-            found = json.dumps(answer(order, calls))
+            reply = json.dumps(answer(order, calls))
         except Exception as error:
-            found = json.dumps({"raised": f"{type(error).__name__}: {error}"})
-        pipe.send_bytes(found.encode())
+            reply = json.dumps({"raised": f"{type(error).__name__}: {error}"})
+        pipe.send_bytes(reply.encode())
 
 
 if __name__ == "__main__":

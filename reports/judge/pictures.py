@@ -64,7 +64,7 @@ def errors(axes: Axes, judgement: Judgement) -> None:
     axes.semilogy(shown["t"], shown["error"], color=COLOURS[1], label="your run")
     others = (COLOURS[0], *COLOURS[2:5])
     for agreement, color in zip(judgement.agreements, cycle(others), strict=False):
-        apart = np.where(agreement.apart > 0.0, agreement.apart, np.nan)
+        apart = np.where(agreement.distances > 0.0, agreement.distances, np.nan)
         label = f"truth against {agreement.source.label}"
         axes.semilogy(agreement.t, apart, color=color, linewidth=0.9, label=label)
     axes.axhline(judgement.error, color=GUIDE, linestyle=LONG_DASH, label="error asked for")

@@ -98,7 +98,7 @@ def truth(judgement: Judgement) -> str:
         if one.source.opinion and not one.stopped
     ]
     if len(judgement.engines) == 1:
-        how = f": {judgement.more}" if judgement.more else ""
+        how = f": {judgement.engine_hint}" if judgement.engine_hint else ""
         result.append(f"All of it rests on one engine, {judgement.engines[0]}{how}.")
     return " ".join(filter(None, (*result, _doubts(judgement, comparable))))
 

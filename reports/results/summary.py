@@ -70,7 +70,7 @@ class Summary:
         """Whether something was measured, so many percent of the verdicts are as expected, the
         stated errors of orders cover, and the papers' statements have the rows that they name."""
         measured = any(row.verdict != NOT_RUN for row in self.rows)
-        sound = coverage(self.rows).sound and not self.unfounded
+        sound = coverage(self.rows).is_plausible and not self.unfounded
         return measured and self.share >= fail_under and sound
 
     def __str__(self) -> str:
@@ -87,9 +87,8 @@ class Summary:
             return f"{checks}; nothing was measured."
         covered = coverage(self.rows)
         if covered.orders:
-            checks += (
-                f". The stated errors {'cover' if covered.sound else 'are too small'}: {covered}"
-            )
+            errors = "cover" if covered.is_plausible else "are too small"
+            checks += f". The stated errors {errors}: {covered}"
         if wrong := self.unfounded:
             checks += (
                 f". {many(len(wrong), 'printed statement')} unfounded: {wrong[0].removesuffix('.')}"

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.applications.releases.behaviour import FLOORS, ULPS
-from benchmarks.applications.releases.bounds import LEAST, MOST
+from benchmarks.applications.releases.bounds import FEWEST_FLOORS, MOST_FLOORS
 from benchmarks.applications.releases.own_run import SAMPLES, OwnRun
 from benchmarks.applications.releases.tolerance import (
     MOVED_RUNS,
@@ -53,8 +53,9 @@ def sentences(tolerance: Tolerance) -> Iterator[str]:
         )
     yield (
         f"A floor is the largest difference between your run and {tolerance.runs - 1} that differ "
-        f"from it by rounding alone. A bound is at least {LEAST:g} floors, since another machine "
-        f"may round worse, and at most {MOST:g}, so that it catches every error of {FLOORS:g}."
+        f"from it by rounding alone. A bound is at least {FEWEST_FLOORS:g} floors, since another "
+        f"machine may round worse, and at most {MOST_FLOORS:g}, so that it catches every error of "
+        f"{FLOORS:g}."
     )
     for variant in tolerance.variants:
         yield _compared(variant, tolerance)
@@ -68,12 +69,12 @@ def _at_end(tolerance: Tolerance, name: str) -> str:
     if bound.reason:
         return f"{end}: no bound, since {bound.reason} ({moved})."
     unequal = (
-        f"; more than {LEAST:g} floors, since the runs are unequal: half of them differ by less "
-        f"than {plain(bound.median, 2)}"
+        f"; more than {FEWEST_FLOORS:g} floors, since the runs are unequal: half of them differ by "
+        f"less than {plain(bound.median, 2)}"
     )
     return (
         f"{end}: a bound of {atol(tolerance, name, -1)}, {plain(bound.factor, 2)} floors ({moved}"
-        f"{unequal if bound.factor > LEAST else ''})."
+        f"{unequal if bound.factor > FEWEST_FLOORS else ''})."
     )
 
 

@@ -123,7 +123,11 @@ def _errors(versions: Versions) -> Iterator[str]:
     if truth is None:
         yield f"{versions.without.rstrip('. ')}."
         return
-    confirmed = f", which agrees with {truth.other} to {plain(truth.apart)}" if truth.other else ""
+    confirmed = (
+        f", which agrees with {truth.confirmed_by} to {plain(truth.disagreement)}"
+        if truth.confirmed_by
+        else ""
+    )
     yield f"The truth is {truth.source}{confirmed}."
     unit = truth.kind.unit(truth.trajectory.problem, "length")
     ran = [each for each in versions.behaviours.values() if each.motion is not None]
@@ -203,7 +207,7 @@ def truth_facts(versions: Versions) -> dict[str, Any]:
     truth = versions.truth
     if truth is None:
         return {"without": versions.without}
-    return {"source": truth.source, "confirmed_by": truth.other, "apart": truth.apart}
+    return {"source": truth.source, "confirmed_by": truth.confirmed_by, "apart": truth.disagreement}
 
 
 def write_versions(versions: Versions, folder: Path, origin: Mapping[str, str]) -> list[Path]:

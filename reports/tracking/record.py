@@ -31,7 +31,7 @@ STORE = "benchmarks"  # subfolder of the report
 PICTURED = ("step", "trajectory", "round-off")  # kinds of benchmarks with a picture
 PANELS = (TIME, "iterations", ERROR)
 RELATIVE = "time, relative"
-ENOUGH = 2 * change_points.LEAST  # benches, for a change of level to be seen
+ENOUGH = 2 * change_points.FEWEST_POINTS  # benches, for a change of level to be seen
 BENCH = ["date", "file", "commit"]
 TEXT = (
     "Times are medians of processor time, divided by those of a fixed workload, the yardstick, "

@@ -403,7 +403,8 @@ def test_the_own_data_begin_at_the_keyframe_or_at_what_is_given():
     problem, mujoco_model = reader.read(PLAIN, (), "home")
     mj_data = mujoco_model.start_data()
     assert mj_data.time == 3.0 and mj_data.mocap_pos[0].tolist() == [0.0, 0.0, 1.5]
-    assert mj_data is not mujoco_model.start_data() and mj_data.qvel[0] == 1.0 and problem.v0[0] == 1.0
+    assert mj_data is not mujoco_model.start_data()
+    assert mj_data.qvel[0] == 1.0 and problem.v0[0] == 1.0
     qpos = np.array([0.3, -0.1, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0])
     problem, mujoco_model = reader.read(PLAIN, (), "home", qpos)
     mj_data = mujoco_model.start_data()

@@ -22,7 +22,7 @@ DIAMETERS = (10e-6, 50e-6, 100e-6, 200e-6, 400e-6)  # m
 UNTIL = 6.0  # s; the rotor has come from 16 m down to 6.5 m
 CONSTANT, BY_REYNOLDS = "C_d = 0.44", "Schiller-Naumann"
 DRAG = {CONSTANT: DRAG_COEFFICIENT, BY_REYNOLDS: None}
-PILOT, SEEN = (2.0, 4.5), (15.0, 0.0)  # r and z in m: the eye, and what it looks at on the ground
+PILOT, TARGET = (2.0, 4.5), (15.0, 0.0)  # r and z in m: the eye, and what it looks at on the ground
 BLUR = 0.25  # m, half the width of the pencil of rays
 EXTINCTION = 2.0  # cross-sections that a grain removes from a ray, much larger than a wavelength
 
@@ -96,16 +96,16 @@ def optical_depth(q: Array, diameter: float) -> Array:
 
     The model is axisymmetric, so that a super-particle stands for a ring. A ray in a plane through
     the axis sees tau = sum m / (m_grain 2 pi r) 2 (pi d^2 / 4) delta(distance to the ray), with a
-    triangle of half width BLUR for delta. Grains on the ground are none in the air.
+    triangle of half width BLUR for delta. Grains on the ground do not count.
     """
     r, z = np.hypot(q[:, 0], q[:, 1]), q[:, 2]
-    along = np.subtract(SEEN, PILOT)
+    along = np.subtract(TARGET, PILOT)
     length = float(np.hypot(*along))
     e = along / length
     ahead = (r - PILOT[0]) * e[0] + (z - PILOT[1]) * e[1]
     aside = np.abs((r - PILOT[0]) * e[1] - (z - PILOT[1]) * e[0])
-    near = np.maximum(0.0, 1.0 - aside / BLUR) / BLUR
-    seen = near * ((ahead > 0.0) & (ahead < length) & (z > 0.0))
+    triangle = np.maximum(0.0, 1.0 - aside / BLUR) / BLUR
+    weight = triangle * ((ahead > 0.0) & (ahead < length) & (z > 0.0))
     grain = SAND * math.pi * diameter**3 / 6.0
     area = EXTINCTION * math.pi * diameter**2 / 4.0
-    return area / grain * seen / (2.0 * np.pi * np.maximum(r, 1e-9))
+    return area / grain * weight / (2.0 * np.pi * np.maximum(r, 1e-9))

@@ -1,4 +1,4 @@
-"""What a step of a grain costs, in the cloud and in a run of its own."""
+"""The time of a step of a grain, in the cloud and in a single run."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ ROUNDS = 3
 GRAINS, QUICK_GRAINS = 6000, 1000
 MILLION, FOLDER = 1_000_000, "brownout-cloud"
 CLOUD = "cloud"
-BESIDE = (100e-6, 400e-6)  # m, diameters of single runs
-OTHERS = (1, 4)  # degrees beside 2, at 100 micrometres
+SINGLE_DIAMETERS = (100e-6, 400e-6)  # m, diameters of single runs
+OTHER_DEGREES = (1, 4)  # degrees beside 2, at 100 micrometres
 EXPLANATION = (
     "Grains of sand in the wind of a landing rotor, from where the wind lifts them to the end or "
     "to the ground: eight to an instruction, each in a lane, step and iteration of its own, and "
@@ -61,20 +61,22 @@ def cost_of_clouds(
     """
     n = QUICK_GRAINS if quick else GRAINS
     cases = [(drag, d, 2) for drag in (CONSTANT, BY_REYNOLDS) for d in DIAMETERS]
-    cases += [(BY_REYNOLDS, 100e-6, s) for s in OTHERS]
+    cases += [(BY_REYNOLDS, 100e-6, s) for s in OTHER_DEGREES]
     calls: list[Callable[[], Any]] = []
-    runs, alone = [], []
+    runs, singles = [], []
     for drag, diameter, degree in cases:
         report(f"{drag}, {diameter * 1e6:g} micrometres, degree {degree}")
         cloud = Cloud(diameter, drag, np.arange(n))
         flown = partial(cloud.flights, _gauss(degree), STEPS, threads=1)
         runs.append(flown())
         calls += [flown, cloud.starts]
-        alone.append(None if diameter not in BESIDE or degree != 2 else _single(drag, diameter))
-        calls += [alone[-1]] if alone[-1] else []
-    times = iter([one.seconds for one in interleaved(calls, ROUNDS, 0.02)])
+        singles.append(
+            None if diameter not in SINGLE_DIAMETERS or degree != 2 else _single(drag, diameter)
+        )
+        calls += [singles[-1]] if singles[-1] else []
+    times = iter([timing.seconds for timing in interleaved(calls, ROUNDS, 0.02)])
     rows = []
-    for (drag, diameter, degree), run, single in zip(cases, runs, alone, strict=True):
+    for (drag, diameter, degree), run, single in zip(cases, runs, singles, strict=True):
         steps = int(run.steps.sum())
         seconds = (next(times) - next(times)) / steps
         by_itself = next(times) / STEPS if single else math.nan
@@ -95,7 +97,7 @@ def _gauss(degree: int) -> galvi.Galerkin:
 
 
 def _single(drag: str, diameter: float) -> Callable[[], Any]:
-    """A run of STEPS steps that meets no ground, without Python's part of it."""
+    """A call of a single run of STEPS steps that does not reach the ground."""
     problem = galvi.problems.brownout(diameter, drag_coefficient=DRAG[drag])
     problem = problem.with_initial_state([12.0, 0.0, 3.0], [0.0, 0.0, 1.0])
     return partial(galvi.integrate, problem, _gauss(2), UNTIL / STEPS, STEPS, save_every=STEPS)
@@ -142,15 +144,15 @@ class Part:
         cloud = Cloud(self.diameter, grains=np.arange(MILLION // len(DIAMETERS)))
         replace(cloud, grains=np.arange(8)).flights(_gauss(2), STEPS)
         run, seconds = once(lambda: cloud.flights(_gauss(2), STEPS))
-        seen = total(answers({self.diameter: cloud}, _gauss(2), STEPS).depth)
+        depth = total(answers({self.diameter: cloud}, _gauss(2), STEPS).depth)
         row = {
             **_row(BY_REYNOLDS, self.diameter, 2, run),
             "runs": CLOUD,
             "threads": processors(),
             "microseconds": 1e6 * seconds / int(run.steps.sum()),
             "single": math.nan,
-            "optical_depth": seen.value,
-            "uncertainty": seen.uncertainty,
+            "optical_depth": depth.value,
+            "uncertainty": depth.uncertainty,
             "commit": self.code,
             "date": today(),
         }

@@ -10,7 +10,7 @@ from benchmarks.statistics.estimate import Estimate
 from galvi.arrays import Array
 
 
-def cost_at(level: float, costs: Array, errors: Array, own: Array) -> Estimate:
+def cost_at(level: float, costs: Array, errors: Array, standard_errors: Array) -> Estimate:
     """The cost from which on the size of the errors stays at or below a level.
 
     Parameters
@@ -19,7 +19,7 @@ def cost_at(level: float, costs: Array, errors: Array, own: Array) -> Estimate:
         increasing
     errors : array, shape (k,)
         signed
-    own : array, shape (k,)
+    standard_errors : array, shape (k,)
         standard errors of them
 
     Notes
@@ -36,12 +36,14 @@ def cost_at(level: float, costs: Array, errors: Array, own: Array) -> Estimate:
     part = (errors[k] - sign * level) / fall
     slope = math.log(costs[k + 1] / costs[k]) / abs(fall)
     cost = costs[k] * (costs[k + 1] / costs[k]) ** part
-    error = cost * slope * math.hypot((1.0 - part) * own[k], part * own[k + 1])
+    error = (
+        cost * slope * math.hypot((1.0 - part) * standard_errors[k], part * standard_errors[k + 1])
+    )
     return Estimate(float(cost), float(error))
 
 
 def over(first: Estimate, second: Estimate) -> Estimate:
-    """A ratio, of errors that are independent."""
+    """The ratio of two estimates whose errors are independent."""
     ratio = first.value / second.value
-    errors = ((one.uncertainty or 0.0) / one.value for one in (first, second))
+    errors = ((estimate.uncertainty or 0.0) / estimate.value for estimate in (first, second))
     return Estimate(ratio, ratio * math.hypot(*errors))

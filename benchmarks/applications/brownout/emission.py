@@ -54,8 +54,8 @@ def threshold(diameter: float) -> float:
 
 def upward_flux(speed: Any, diameter: float, alpha: float = ALPHA) -> Any:
     """alpha Q in kg / (m^2 s) at a friction speed; 0 below the threshold."""
-    least = threshold(diameter)
-    ratio = least / np.maximum(speed, least)
+    threshold_speed = threshold(diameter)
+    ratio = threshold_speed / np.maximum(speed, threshold_speed)
     return alpha * WHITE * AIR / GRAVITY * speed**3 * (1.0 - ratio) * (1.0 + ratio) ** 2
 
 
@@ -98,17 +98,21 @@ class Emission:
             Where nothing is lifted.
         """
         grains = np.asarray(grains, dtype=np.uint64)
-        most = 1.02 * float(np.max(_on_grid(self)))
+        peak = 1.02 * float(np.max(_on_grid(self)))
         r, t, angle = (np.full(grains.shape, np.nan) for _ in range(3))
         z = LEVEL * uniforms(grains, ATTEMPTS, seed)[0]
         left = np.arange(grains.size)
         for attempt in range(ATTEMPTS):
             u = uniforms(grains[left], attempt, seed)
             tried_r, tried_t = INNER + (OUTER - INNER) * u[0], self.until * u[1]
-            kept = u[2] * most < self.density(tried_r, tried_t)
-            now = left[kept]
-            r[now], t[now], angle[now] = tried_r[kept], tried_t[kept], 2.0 * np.pi * u[3][kept]
-            left = left[~kept]
+            accepted = u[2] * peak < self.density(tried_r, tried_t)
+            now = left[accepted]
+            r[now], t[now], angle[now] = (
+                tried_r[accepted],
+                tried_t[accepted],
+                2.0 * np.pi * u[3][accepted],
+            )
+            left = left[~accepted]
             if not left.size:
                 break
         else:

@@ -18,10 +18,10 @@ constants  (n, 2)    those of the drag law        counts  (n, 2)  the first step
 numbers              as in benchmarks.applications.brownout.grain_pass
 rules      (3,)      e, below 0: grains stay; the speed up to which they stay; whether the root of
                      the step's end is found
-every                steps between saved places
+save_every           steps between saved places
 ends       (n, 13)   q, v, time, impulses of the drag and of contacts over the mass
 codes      (n, 4)    how it ended, contacts, steps, passes
-saved      (n, r, 3) places at times every step k, k = 0, 1, ...; NaN before the start, after a
+saved      (n, r, 3) places after save_every k steps, k = 0, 1, ...; NaN before the start, after a
            failure, and of a grain that does not start
 """
 
@@ -37,18 +37,18 @@ from benchmarks.applications.brownout.grain_pass import (
     DRAG,
     END,
     GOES_ON,
+    HAS_EARLIER,
     INDEX,
-    KNOWN,
-    LEFT,
     LOWEST,
     PASSES,
+    PASSES_DONE,
     PUSH,
     SOLVED,
     STATE,
     STEP,
-    TAKEN,
+    STEPS_TAKEN,
     TIME,
-    TRIED,
+    TIME_LEFT,
     TRIES,
     H,
     Q,
@@ -67,20 +67,20 @@ SOLVES = 8  # most solves of one contact
 CONTACTS = 1000  # most of one grain
 DISTURBED = 2 + CONTACTS * (SOLVES + 2)  # more solves than the contacts of one grain can ask for
 SEARCH = 80  # halvings that find a root of the curve
-CLOSE = 1e-15  # of the way down, at the root of the step's end
-NOBODY = -1
+ROOT_TOLERANCE = 1e-15  # of the way down, at the root of the step's end
+NO_GRAIN = -1
 WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
 END_TIME, IMPULSE, CONTACT = 6, 7, 10  # columns of ends
-WHO, PHASE, ROOTS, TRIED_TWICE, MOST = range(5)  # rows of `lane`; MOST: passes, then it fails
+WHO, PHASE, ROOTS, TRIED_TWICE, MOST_PASSES = range(5)  # rows of `lane`
 
 
 @jit_inline
 def value_at(coefficients, tau):
     """sum_l coefficients_l tau^l."""
-    result = 0.0
+    total = 0.0
     for l in range(coefficients.size - 1, -1, -1):
-        result = result * tau + coefficients[l]
-    return result
+        total = total * tau + coefficients[l]
+    return total
 
 
 @jit_inline
@@ -92,7 +92,7 @@ def first_root(coefficients, scratch):
     """
     n = coefficients.size
     derivative, roots, new = scratch[0], scratch[1], scratch[2]
-    known = 0
+    root_count = 0
     for order in range(n - 1, -1, -1):
         for l in range(n - order):
             factor = 1.0
@@ -100,9 +100,9 @@ def first_root(coefficients, scratch):
                 factor *= k
             derivative[l] = factor * coefficients[l + order]
         part = derivative[: n - order]
-        found, low = 0, 0.0
-        for piece in range(known + 1):
-            high = roots[piece] if piece < known else 1.0
+        new_count, low = 0, 0.0
+        for piece in range(root_count + 1):
+            high = roots[piece] if piece < root_count else 1.0
             at_low, at_high = value_at(part, low), value_at(part, high)
             if (at_low > 0.0) != (at_high > 0.0):
                 a, b = low, high
@@ -112,13 +112,13 @@ def first_root(coefficients, scratch):
                         a = middle
                     else:
                         b = middle
-                new[found] = b
-                found += 1
+                new[new_count] = b
+                new_count += 1
             low = high
-        for k in range(found):
+        for k in range(new_count):
             roots[k] = new[k]
-        known = found
-    return roots[0] if known > 0 else 2.0
+        root_count = new_count
+    return roots[0] if root_count > 0 else 2.0
 
 
 @jit_inline
@@ -160,20 +160,20 @@ def set_step(work, l, h, numbers, s):
 
 @jit_inline
 def set_guess(work, l, s):
-    """All accelerations <- 0, with nothing known of a step before."""
-    work[KNOWN, l] = 0.0
+    """Set all accelerations to 0, without those of an earlier step."""
+    work[HAS_EARLIER, l] = 0.0
     for k in range(3 * s):
         work[DECAY + 2 * s + k, l] = 0.0
 
 
 @jit_inline
 def take(work, l):
-    """To the end of the solved step."""
+    """Move the state to the end of the solved step."""
     for i in range(3):
         work[Q + i, l], work[V + i, l] = work[END + i, l], work[END + 3 + i, l]
         work[PUSH + i, l] += work[DRAG + i, l]
     if work[H, l] > 0.0:
-        work[TAKEN, l] += 1.0
+        work[STEPS_TAKEN, l] += 1.0
 
 
 @jit_inline
@@ -184,19 +184,19 @@ def enter(work, l, start, t, step, index, constants, numbers, s):
         work[Q + i, l] = start[i]
     work[CONSTANTS, l], work[CONSTANTS + 1, l] = constants[0], constants[1]
     work[INDEX, l], work[STEP, l] = index, step
-    work[TIME, l], work[LEFT, l] = t, index * step - t
+    work[TIME, l], work[TIME_LEFT, l] = t, index * step - t
     rate, nodes = numbers[rate_at(s)], nodes_at(s)
     for j in range(s):
         work[DECAY + s + j, l] = math.exp(rate * numbers[nodes + j] * step)
-    set_step(work, l, work[LEFT, l], numbers, s)
+    set_step(work, l, work[TIME_LEFT, l], numbers, s)
 
 
 @jit_inline
 def leave(work, lane, l, how, ends, codes):
-    """Keep what became of a grain, and free its lane."""
+    """Write the end of a grain and its counts, and free its lane."""
     who = lane[WHO, l]
     codes[who, 0] = how
-    codes[who, 2], codes[who, 3] = int(work[TAKEN, l]), int(work[TRIED, l])
+    codes[who, 2], codes[who, 3] = int(work[STEPS_TAKEN, l]), int(work[PASSES_DONE, l])
     for i in range(3):
         ends[who, i], ends[who, 3 + i] = work[Q + i, l], work[V + i, l]
         ends[who, IMPULSE + i] = work[PUSH + i, l]
@@ -209,21 +209,21 @@ def empty(work, lane, l):
     """Idle lanes integrate a resting particle with h = 0."""
     work[:, l] = 0.0
     work[Q + 2, l] = 1.0
-    lane[WHO, l] = NOBODY
+    lane[WHO, l] = NO_GRAIN
 
 
 @jit_inline
-def keep(saved, who, index, every, x, y, z):
-    """Keep a place at a time that is kept."""
-    if saved.shape[1] and index % every == 0 and index // every < saved.shape[1]:
-        row = index // every
+def keep(saved, who, index, save_every, x, y, z):
+    """Save a position if the end of step `index` is a saved time."""
+    if saved.shape[1] and index % save_every == 0 and index // save_every < saved.shape[1]:
+        row = index // save_every
         saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
 
 
 @jit_inline
-def fill(saved, who, index, every, x, y, z):
-    """Keep a place at all times from a step's end on."""
-    for row in range((index + every - 1) // every, saved.shape[1]):
+def fill(saved, who, index, save_every, x, y, z):
+    """Save a position at all saved times from the end of step `index` on."""
+    for row in range((index + save_every - 1) // save_every, saved.shape[1]):
         saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
 
 
@@ -250,12 +250,12 @@ def after_step(work, lane, l, numbers, s, polish, scratch):
         return DOWN if work[END + 2, l] <= 0.0 else ABOVE
     lane[ROOTS, l] += 1
     z, speed = work[END + 2, l], work[END + 5, l]
-    near = abs(z) <= CLOSE * (work[Q + 2, l] + h * abs(speed))
-    if polish > 0.0 and not near and lane[ROOTS, l] < SOLVES and speed < 0.0:
+    on_ground = abs(z) <= ROOT_TOLERANCE * (work[Q + 2, l] + h * abs(speed))
+    if polish > 0.0 and not on_ground and lane[ROOTS, l] < SOLVES and speed < 0.0:
         longer = h - z / speed
-        if longer >= work[LEFT, l]:  # not within the step
+        if longer >= work[TIME_LEFT, l]:  # not within the step
             lane[PHASE, l] = LAST_TRY
-            set_step(work, l, work[LEFT, l], numbers, s)
+            set_step(work, l, work[TIME_LEFT, l], numbers, s)
             return AGAIN
         if longer > 0.0:
             set_step(work, l, longer, numbers, s)
@@ -271,7 +271,7 @@ def touch(work, who, l, rules, ends, codes):
     if h > 0.0:
         take(work, l)
     work[TIME, l] += h
-    work[LEFT, l] -= h
+    work[TIME_LEFT, l] -= h
     if h > 0.0 and work[V + 2, l] > 0.0:  # the curve came down, the step does not
         work[Q + 2, l] = max(work[Q + 2, l], 0.0)
         return FLYING
@@ -289,27 +289,27 @@ def touch(work, who, l, rules, ends, codes):
 
 
 @jit_inline
-def go_on(work, lane, l, numbers, s, rules, every, last, scratch, results):
+def go_on(work, lane, l, numbers, s, rules, save_every, last, scratch, records):
     """After a pass that ends a lane's solve: FLYING, or how its grain has ended."""
-    ends, codes, saved = results
+    ends, codes, saved = records
     who, index, solved = lane[WHO, l], int(work[INDEX, l]), work[STATE, l] == SOLVED
     if not solved and lane[TRIED_TWICE, l] == 0:  # without what was extrapolated
         lane[TRIED_TWICE, l] = 1
         set_guess(work, l, s)
         set_step(work, l, work[H, l], numbers, s)
         return FLYING
-    if not solved or work[TRIED, l] > lane[MOST, l]:
+    if not solved or work[PASSES_DONE, l] > lane[MOST_PASSES, l]:
         for i in range(6):
             work[Q + i, l] = np.nan
-        fill(saved, who, index, every, np.nan, np.nan, np.nan)
+        fill(saved, who, index, save_every, np.nan, np.nan, np.nan)
         return FAILED
     lane[TRIED_TWICE, l] = 0
-    found = after_step(work, lane, l, numbers, s, rules[2], scratch)
-    if found == AGAIN:
+    event = after_step(work, lane, l, numbers, s, rules[2], scratch)
+    if event == AGAIN:
         return FLYING
     lane[PHASE, l] = WHOLE
-    if found == ABOVE:
-        keep(saved, who, index, every, work[END, l], work[END + 1, l], work[END + 2, l])
+    if event == ABOVE:
+        keep(saved, who, index, save_every, work[END, l], work[END + 1, l], work[END + 2, l])
         if index < last:
             return FLYING  # the next pass begins the next step
         take(work, l)
@@ -318,19 +318,19 @@ def go_on(work, lane, l, numbers, s, rules, every, last, scratch, results):
     how = touch(work, who, l, rules, ends, codes)
     if how == FLYING:
         set_guess(work, l, s)
-        set_step(work, l, work[LEFT, l], numbers, s)  # the rest, which may be 0
+        set_step(work, l, work[TIME_LEFT, l], numbers, s)  # the rest, which may be 0
     elif how == LANDED:
-        fill(saved, who, index, every, work[Q, l], work[Q + 1, l], 0.0)
+        fill(saved, who, index, save_every, work[Q, l], work[Q + 1, l], 0.0)
     else:
-        fill(saved, who, index, every, np.nan, np.nan, np.nan)
+        fill(saved, who, index, save_every, np.nan, np.nan, np.nan)
     return how
 
 
 @jit
-def fly(law, grains, s, numbers, rules, every, work, results):
+def fly(law, grains, s, numbers, rules, save_every, work, records):
     """Do all flights of a batch, into ends, codes and saved."""
     starts, clocks, constants, counts = grains
-    ends, codes, saved = results
+    ends, codes, saved = records
     n = starts.shape[0]
     lane, scratch = np.zeros((5, LANES), np.int64), np.zeros((4, s + 2))
     for l in range(LANES):
@@ -339,7 +339,7 @@ def fly(law, grains, s, numbers, rules, every, work, results):
     while True:
         if busy < LANES and following < n:
             for l in range(LANES):
-                while lane[WHO, l] == NOBODY and following < n:
+                while lane[WHO, l] == NO_GRAIN and following < n:
                     who = following
                     following += 1
                     t, step = clocks[who, 0], clocks[who, 1]
@@ -354,13 +354,16 @@ def fly(law, grains, s, numbers, rules, every, work, results):
                             saved,
                             who,
                             index - 1,
-                            every,
+                            save_every,
                             starts[who, 0],
                             starts[who, 1],
                             starts[who, 2],
                         )
                     lane[:, l] = 0
-                    lane[WHO, l], lane[MOST, l] = who, (last - index + 1 + DISTURBED) * 2 * PASSES
+                    lane[WHO, l], lane[MOST_PASSES, l] = (
+                        who,
+                        (last - index + 1 + DISTURBED) * 2 * PASSES,
+                    )
                     enter(work, l, starts[who], t, step, index, constants[who], numbers, s)
                     busy += 1
         if busy == 0:
@@ -368,10 +371,10 @@ def fly(law, grains, s, numbers, rules, every, work, results):
         call_void(law[0], work, numbers)
         for l in range(LANES):
             who = lane[WHO, l]
-            if who == NOBODY or work[STATE, l] == GOES_ON:
+            if who == NO_GRAIN or work[STATE, l] == GOES_ON:
                 continue
             last = counts[who, 1]
-            how = go_on(work, lane, l, numbers, s, rules, every, last, scratch, results)
+            how = go_on(work, lane, l, numbers, s, rules, save_every, last, scratch, records)
             if how != FLYING:
                 leave(work, lane, l, how, ends, codes)
                 busy -= 1

@@ -43,7 +43,7 @@ def grain_pass_DIGEST(work, numbers):
 ROTOR = "from galvi.kernels.forces.rotor_wind import rotor_wind as wind\n"
 BATCH = 4096  # grains of one call of the kernel
 TOLERANCE = 1e-14  # change of one more pass, relative to the velocities
-FEW = 2  # points up to which the accelerations of two steps are extrapolated to the next
+FEW_POINTS = 2  # points up to which the accelerations of two steps are extrapolated to the next
 POINTS = 8  # most: the end of the curve in powers of the time errs by 4e-13 with 8, 2e-4 with 20
 STEPS = 10**9  # most
 WAITING, ALOFT, LANDED, FAILED, BOUNCING = range(5)
@@ -92,7 +92,7 @@ class Ground:
 
 @dataclass(frozen=True, eq=False)
 class Flights:
-    """What became of n grains.
+    """The ends of the flights of n grains.
 
     Attributes
     ----------
@@ -186,8 +186,8 @@ def follow(
     A grain's numbers do not depend on the other grains, their order, lanes or threads.
     """
     _check_method(method)
-    given = {"q0": q0, "v0": v0, "t0": t0, "rates": rates}
-    q0, v0, t0, rates = (input_checks.array(name, values) for name, values in given.items())
+    arrays = {"q0": q0, "v0": v0, "t0": t0, "rates": rates}
+    q0, v0, t0, rates = (input_checks.array(name, values) for name, values in arrays.items())
     if not isinstance(ground, Ground):
         raise TypeError(f"ground must be a Ground; received {shown(ground)}.")
     gravity = input_checks.real("gravity", gravity)
@@ -213,14 +213,14 @@ def follow(
 
     def batch(part: Any) -> None:
         (work,) = aligned((rows_of_grains(method.stages), LANES))
-        every = int(steps[part][0]) // saves if saves else 1
+        save_every = int(steps[part][0]) // saves if saves else 1
         kernel(
             law,
             (starts[part], clocks[part], constants[part], counts[part]),
             method.stages,
             numbers,
             rules,
-            every,
+            save_every,
             work,
             (ends[part], codes[part], places[part]),
         )
@@ -245,12 +245,12 @@ def _do(batch: Callable[[Any], None], parts: list[Any], threads: int | None) -> 
     """Do all batches; after Ctrl-C no new one begins."""
     with defer_interrupts() as pressed:
 
-        def one(part: Any) -> None:
+        def run_batch(part: Any) -> None:
             if not pressed():
                 batch(part)
 
         with ThreadPoolExecutor(threads or processors()) as pool:
-            list(pool.map(one, parts))
+            list(pool.map(run_batch, parts))
         if pressed():
             raise KeyboardInterrupt
 
@@ -296,9 +296,9 @@ def _steps(step: float | Array, until: float, saves: int, n: int) -> Codes:
         )
     sizes = np.broadcast_to(sizes, (n,))
     counts = np.rint(until / sizes).astype(np.int64)
-    whole = np.abs(counts * sizes - until) <= 1e-9 * until
-    if not np.all(whole & (counts % max(1, saves) == 0)):
-        wrong = float(sizes[~(whole & (counts % max(1, saves) == 0))][0])
+    fits = np.abs(counts * sizes - until) <= 1e-9 * until
+    if not np.all(fits & (counts % max(1, saves) == 0)):
+        wrong = float(sizes[~(fits & (counts % max(1, saves) == 0))][0])
         raise ValueError(
             f"step must be a whole fraction of until and of its {max(1, saves)} saved parts; "
             f"received {wrong!r} for {until!r}. Take until / n with n a multiple of saves."
@@ -349,7 +349,7 @@ def _check_method(method: Galerkin) -> None:
 
 @lru_cache(maxsize=32)
 def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
-    """The address of a pass, and the function, which must exist as long."""
+    """The address of a compiled pass, and the function, which must outlive the address."""
     lines = f"from galvi.kernels.forces.rotor_wind import {drag} as drag\n"
     function = compiled_grain_pass(wind, lines, s)
     return addresses((function, PASS_OF_GRAINS)), function
@@ -364,18 +364,18 @@ def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
     powers = np.linalg.inv(np.vander(table.c, increasing=True)) / np.arange(1, s + 1)[:, None]
     once = _extrapolation(table.c, 1.0 + table.c)
     twice = np.concatenate([np.zeros((s, s)), once], axis=1)
-    if s <= FEW:
+    if s <= FEW_POINTS:
         twice = _extrapolation(np.append(table.c - 1.0, table.c), 1.0 + table.c)
     parts = B, A @ B, table.c, table.b, [-gravity, tolerance, -1.0 / DESCENT], powers, once, twice
     return np.concatenate([np.ravel(part) for part in parts])
 
 
-def _extrapolation(known: Array, asked: Array) -> Array:
+def _extrapolation(times: Array, new_times: Array) -> Array:
     """Values of a polynomial at the times asked for, from those at as many times as it has
     coefficients."""
-    n = len(known)
-    return np.vander(asked, n, increasing=True) @ np.linalg.inv(
-        np.vander(known, n, increasing=True)
+    n = len(times)
+    return np.vander(new_times, n, increasing=True) @ np.linalg.inv(
+        np.vander(times, n, increasing=True)
     )
 
 

@@ -40,15 +40,16 @@ from galvi.lanes.functions import Reciprocals
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import LANES, Lanes
 
-Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, KNOWN = 0, 3, 6, 7, 9, 10, 11, 12  # first rows
+Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, HAS_EARLIER = 0, 3, 6, 7, 9, 10, 11, 12  # first rows
 END = 13  # q and v at the step's end
 DRAG = 19  # impulse of the drag over the mass
 LOWEST = 22  # a height that no point of the curve is below
 INDEX, STEP = 23, 24  # the step's end is at their product
-TIME, LEFT = 25, 26  # at the state, and from there to the step's end
-TAKEN, TRIED, PUSH = 27, 28, 29  # steps and passes so far, and the sum of DRAG over the steps
+TIME, TIME_LEFT = 25, 26  # at the state, and from there to the step's end
+STEPS_TAKEN, PASSES_DONE, PUSH = 27, 28, 29  # and the sum of DRAG over the steps
 DECAY = 32  # exp(-t / DESCENT) at the stages, then its ratio to that at the start of a whole step,
-# s each; then accelerations at the stages, and those of the step before where KNOWN is 1, 3 s each
+# s each; then accelerations at the stages, and where HAS_EARLIER is 1 those of the step before,
+# 3 s each
 GOES_ON, SOLVED, GIVEN_UP = 0.0, 1.0, 2.0  # of STATE
 PASSES = 64  # of one step
 PART = 0.999  # of a step: what is shorter is the rest of one
@@ -114,7 +115,7 @@ def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
     """
     B, AB, c, b, g = tables
     axes, stages = range(3), range(s)
-    w, found, rates, slopes = [], [], [], []
+    w, forced, rates, slopes = [], [], [], []
     for j in stages:
         Vj = [v[i] + h * total(B[j], [a[k][i] for k in stages]) for i in axes]
         Qj = [q[i] + h * (c[j] * v[i] + h * total(AB[j], [a[k][i] for k in stages])) for i in axes]
@@ -124,14 +125,14 @@ def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
         w.append(wj)
         rates.append(rate)
         slopes.append(slope)
-        found.append([-rate * wj[0], -rate * wj[1], g - rate * wj[2]])
+        forced.append([-rate * wj[0], -rate * wj[1], g - rate * wj[2]])
     mean = [total(b, [w[j][i] for j in stages]) for i in axes]
     across, steeper = h * total(b, rates), h * total(b, slopes)
     share = inverse(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2] + TINY)
-    missing = [[found[j][i] - a[j][i] for i in axes] for j in stages]
+    missing = [[forced[j][i] - a[j][i] for i in axes] for j in stages]
     along = [share * total(mean, missing[j]) for j in stages]
-    rest = [[missing[j][i] - along[j] * mean[i] for j in stages] for i in axes]
-    aside = solved(B, across, rest)
+    crosswise = [[missing[j][i] - along[j] * mean[i] for j in stages] for i in axes]
+    aside = solved(B, across, crosswise)
     (ahead,) = solved(B, across + steeper, [along])
     new, change = [], 0.0
     for j in stages:
@@ -141,7 +142,7 @@ def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
     size = abs(h) * abs(g) + TINY
     for i in axes:
         size = size + (abs(v[i]) + abs(mean[i]))
-    return new, found, abs(h) * change * inverse(size)
+    return new, forced, abs(h) * change * inverse(size)
 
 
 def outcome(s, q, v, h, a, forced, tables, curve):
@@ -175,16 +176,16 @@ def state_of(change, last, tries, tolerance):
     shrunk = (change <= SMALL) & (change * change <= tolerance * last)
     stands = (change <= ROUNDING) & (change >= 0.5 * last)
     solved = (change <= tolerance) | ((tries > 1.0) & (shrunk | stands))
-    tried = (change < math.inf) & (tries < PASSES)
-    return where(solved, SOLVED, where(tried, GOES_ON, GIVEN_UP))
+    may_go_on = (change < math.inf) & (tries < PASSES)
+    return where(solved, SOLVED, where(may_go_on, GOES_ON, GIVEN_UP))
 
 
 def total(factors, values):
     """The sum of products."""
-    result = factors[0] * values[0]
+    accumulator = factors[0] * values[0]
     for factor, value in zip(factors[1:], values[1:], strict=True):
-        result = result + factor * value
-    return result
+        accumulator = accumulator + factor * value
+    return accumulator
 
 
 class Rows:
@@ -213,8 +214,8 @@ class Rows:
         self.put(k, [x.where(condition, self.at(k + i)) for i, x in enumerate(values)])
 
     def number(self, k):
-        place = ir.Constant(self.row, k)
-        return Lane(self.builder, self.lanes.spread(self.lanes.number(self.numbers, place)))
+        index = ir.Constant(self.row, k)
+        return Lane(self.builder, self.lanes.spread(self.lanes.number(self.numbers, index)))
 
     def block(self, k, columns):
         return [[self.number(k + columns * j + i) for i in range(columns)] for j in range(self.s)]
@@ -232,30 +233,34 @@ def begin_next_step(rows, ready, rate, once, twice):
         part of a step those at its last stage are taken
     """
     s = rows.s
-    last, before, known = rows.stages(DECAY + 2 * s), rows.stages(DECAY + 5 * s), rows.at(KNOWN)
+    last, before, has_earlier = (
+        rows.stages(DECAY + 2 * s),
+        rows.stages(DECAY + 5 * s),
+        rows.at(HAS_EARLIER),
+    )
     h, index, step = rows.at(H), rows.at(INDEX), rows.at(STEP)
-    whole, time = h > PART * step, index * step
+    full_step, time = h > PART * step, index * step
     left = (index + 1.0) * step - time
     start = exp(rate * time)
     ratios = [rows.at(DECAY + s + j) for j in range(s)]
     guess = [
         total(twice[j], [a[i] for a in before + last])
-        .where(known > 0.0, total(once[j], [a[i] for a in last]))
-        .where(whole, last[-1][i])
+        .where(has_earlier > 0.0, total(once[j], [a[i] for a in last]))
+        .where(full_step, last[-1][i])
         for j in range(s)
         for i in range(3)
     ]
-    taken = rows.at(TAKEN) + known.same(1.0).where(h > 0.0, 0.0)
+    steps_taken = rows.at(STEPS_TAKEN) + has_earlier.same(1.0).where(h > 0.0, 0.0)
     push = [x + y for x, y in zip(rows.axes(PUSH), rows.axes(DRAG), strict=True)]
     new = {
         Q: rows.axes(END),
         V: rows.axes(END + 3),
         H: [left],
-        TRIES: [known.same(0.0)],
-        KNOWN: [known.same(1.0).where(whole, 0.0)],
+        TRIES: [has_earlier.same(0.0)],
+        HAS_EARLIER: [has_earlier.same(1.0).where(full_step, 0.0)],
         INDEX: [index + 1.0],
         TIME: [time, left],
-        TAKEN: [taken],
+        STEPS_TAKEN: [steps_taken],
         PUSH: push,
         DECAY: [start * x for x in ratios],
         DECAY + 2 * s: guess,
@@ -294,7 +299,7 @@ def grain_pass(wind, drag, s):
                 once, twice = block(curve + s * s, s), block(curve + 2 * s * s, 2 * s)
                 begin_next_step(rows, ready, rate, once, twice)
             q, v, h = rows.axes(Q), rows.axes(V), at(H)
-            new, found, change = corrected(
+            new, forced, change = corrected(
                 wind,
                 drag,
                 s,
@@ -310,9 +315,9 @@ def grain_pass(wind, drag, s):
             tries = at(TRIES) + 1.0
             state = state_of(change, at(CHANGE), tries, tolerance)
             rows.put(STATE, [state, tries, change])
-            rows.put(TRIED, [at(TRIED) + 1.0])
+            rows.put(PASSES_DONE, [at(PASSES_DONE) + 1.0])
             with builder.if_then((state > GOES_ON).any):
-                end, lowest = outcome(s, q, v, h, new, found, tables, block(curve, s))
+                end, lowest = outcome(s, q, v, h, new, forced, tables, block(curve, s))
                 rows.put(END, [*end, lowest])
             return context.get_dummy_value()
 

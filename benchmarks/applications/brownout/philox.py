@@ -36,5 +36,5 @@ def uniforms(grains: Any, attempt: int, seed: int) -> Array:
     """Four numbers (4, n) in (0, 1) for each grain (n,) by its number, and an attempt."""
     grain = np.asarray(grains, dtype=np.uint64)
     zero = np.zeros_like(grain)
-    words = philox((grain & LOW, grain >> HALF, zero + np.uint64(attempt), zero), (seed, 0))
-    return (words.astype(np.float64) + 0.5) / 2.0**32
+    draws = philox((grain & LOW, grain >> HALF, zero + np.uint64(attempt), zero), (seed, 0))
+    return (draws.astype(np.float64) + 0.5) / 2.0**32

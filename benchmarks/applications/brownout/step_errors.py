@@ -38,24 +38,28 @@ def step_errors(
     clouds = {diameter: Cloud(diameter, grains=np.arange(grains)) for diameter in DIAMETERS}
     s, steps = QUICK_FINEST if quick else FINEST
     report(f"statistics, degree {s} in {steps} steps")
-    best, found = answers(clouds, collocation(make_method, s), steps), []
+    best, rows = answers(clouds, collocation(make_method, s), steps), []
     for quantity in (DEPTH, HEIGHT):
-        seen = total(best.of(quantity))
-        values = {quantity: seen.value, SAMPLING: seen.uncertainty or 0.0, GRAINS: best.grains}
-        found += rows_of(values, study=quantity)
+        statistic = total(best.of(quantity))
+        values = {
+            quantity: statistic.value,
+            SAMPLING: statistic.uncertainty or 0.0,
+            GRAINS: best.grains,
+        }
+        rows += rows_of(values, study=quantity)
     for s, steps in (*compared(), *TOO_LONG.items()):
         report(f"statistics, degree {s} in {steps} steps")
         run = answers(clouds, collocation(make_method, s), steps)
         where = {"n": s + 1, "steps": steps, "step": UNTIL / steps}
-        found.append(row(study=UNSOLVED, quantity=UNSOLVED, value=run.unsolved, **where))
+        rows.append(row(study=UNSOLVED, quantity=UNSOLVED, value=run.unsolved, **where))
         if TOO_LONG.get(s) == steps:
             continue
         where["status"] = f"{run.unsolved} grains failed" if run.unsolved else ""
         for quantity in (DEPTH, HEIGHT):
-            found += _error_of_step(quantity, run, best, where)
+            rows += _error_of_step(quantity, run, best, where)
         work = run.work / (grains * len(DIAMETERS))
-        found.append(row(study=WORK, quantity=WORK, value=work, **where))
-    return found
+        rows.append(row(study=WORK, quantity=WORK, value=work, **where))
+    return rows
 
 
 def compared() -> list[tuple[int, int]]:
@@ -67,8 +71,8 @@ def _error_of_step(
     quantity: str, run: Answers, best: Answers, where: dict[str, Any]
 ) -> list[dict[str, Any]]:
     """The error of the step, and its own standard error."""
-    apart = total(run.of(quantity) - best.of(quantity))
-    values = {OF_STEP: apart.value, f"{SAMPLING} of it": apart.uncertainty or 0.0}
+    difference = total(run.of(quantity) - best.of(quantity))
+    values = {OF_STEP: difference.value, f"{SAMPLING} of it": difference.uncertainty or 0.0}
     return rows_of(values, study=quantity, **where)
 
 
@@ -89,5 +93,5 @@ def cost_of(table: pd.DataFrame, quantity: str, s: int, level: float) -> Estimat
             (quantity, f"{SAMPLING} of it"),
         )
     ]
-    costs, errors, own = several
-    return cost_at(level, costs, errors, own)
+    costs, errors, standard_errors = several
+    return cost_at(level, costs, errors, standard_errors)

@@ -21,7 +21,7 @@ from references.contender import refusal_reason
 from references.setting import WHOLE
 
 DEGREES = (2, 4, 8)  # of galvi's methods where none are named
-FEWEST = 20  # steps of an integrator that offers its settings
+FEWEST_STEPS = 20  # steps of an integrator that offers its settings
 FEW_COUNTS = 6  # numbers of steps that were tried, to which those between are added
 HALVINGS = 12  # of a step in a clock, until a run comes to its end
 
@@ -61,7 +61,7 @@ def opened(request: ConvergenceRequest, timeout: float = LIMIT) -> Iterator[Meth
 
 
 def label(contender: Contender) -> str:
-    """Its name and its options here, such as "REBOUND leapfrog, order 8"."""
+    """The contender's name and its options in the tables, such as "REBOUND leapfrog, order 8"."""
     options = {k: v for k, v in FIXED.get(contender.name, {}).items() if k != "safe_mode"}
     return ", ".join([contender.name, *(f"{name} {value}" for name, value in options.items())])
 
@@ -112,7 +112,7 @@ def _settings(request: ConvergenceRequest, contender: Any, truth: Truth) -> Sequ
         return [{"step": h} for h in _clock_steps(request, contender)]
     options = FIXED.get(contender.name, {})
     if hasattr(contender, "settings"):
-        offered = contender.settings(problem, duration, FEWEST)
+        offered = contender.settings(problem, duration, FEWEST_STEPS)
         if not offered:
             raise ContenderError(f"{contender.name} offers no settings")
         if "step" not in offered[-1]:
@@ -123,8 +123,8 @@ def _settings(request: ConvergenceRequest, contender: Any, truth: Truth) -> Sequ
     counts = _counts(request)
     if counts:
         return [{**fixed(duration, count), **options} for count in counts]
-    tried = ladder(problem, duration, contender, truth, options=options)
-    counts = [setting["save_every"] for setting in tried]
+    rungs = ladder(problem, duration, contender, truth, options=options)
+    counts = [setting["save_every"] for setting in rungs]
     while 1 < len(counts) < FEW_COUNTS:  # a high order falls to round-off in a few halvings
         counts = sorted({*counts, *(round((a * b) ** 0.5) for a, b in pairwise(counts))})
     return [{**fixed(duration, count), **options} for count in counts]
@@ -147,7 +147,7 @@ def _clock_steps(request: ConvergenceRequest, contender: InClock) -> Sequence[fl
     """Steps in the clock, decreasing: those asked for, or about as many as were asked for."""
     if request.sizes:
         return request.sizes
-    counts = request.counts or tuple(FEWEST * 2**k for k in range(6))
+    counts = request.counts or tuple(FEWEST_STEPS * 2**k for k in range(6))
     problem, duration = request.problem, request.duration
     rate = float(contender.method.clock.rate(problem)(problem.q0.ravel()))
     step = duration / rate / counts[-1]

@@ -24,36 +24,36 @@ class OwnIntegrator:
     `external.integrator.ExternalIntegrator`; one that raises has a failed run."""
 
     name: str
-    given: Any
+    integrator: Any
     exact: bool = False
     missing: str = ""
 
     @classmethod
-    def of(cls, name: str, given: Any) -> OwnIntegrator:
+    def of(cls, name: str, integrator: Any) -> OwnIntegrator:
         """Raises ContenderError for a class that cannot be made, or lacks a required member."""
-        if isinstance(given, type):
+        if isinstance(integrator, type):
             try:
-                given = given()
+                integrator = integrator()
             except Exception as error:
                 raise ContenderError(
                     f"the integrator {name!r} raised {describe_error(error)}"
                 ) from None
-        lacking = [word for word in METHODS if not callable(getattr(given, word, None))]
+        lacking = [word for word in METHODS if not callable(getattr(integrator, word, None))]
         if lacking:
             raise ContenderError(
                 f"the integrator {name!r} lacks {' and '.join(map(repr, lacking))}; it must have "
                 "supports(problem) and run(problem, duration, setting)"
             )
-        return cls(name, given)
+        return cls(name, integrator)
 
     @property
     def order(self) -> float | None:
-        """As it declares; None where it does not."""
-        order = getattr(self.given, "order", None)
+        """The declared order; None where there is none."""
+        order = getattr(self.integrator, "order", None)
         return float(order) if is_positive(order) else None
 
     def supports(self, problem: Problem) -> bool:
-        """What it says.
+        """Whether the integrator supports the problem.
 
         Raises
         ------
@@ -61,7 +61,7 @@ class OwnIntegrator:
             Where it raises.
         """
         try:
-            return bool(self.given.supports(problem))
+            return bool(self.integrator.supports(problem))
         except Exception as error:
             raise ContenderError(
                 f"the integrator {self.name!r}, asked whether it supports the problem, raised "
@@ -71,17 +71,17 @@ class OwnIntegrator:
     def settings(
         self, problem: Problem, duration: float, fewest: int
     ) -> Sequence[Mapping[str, Any]]:
-        """Its own, coarse to fine; `fewest` equal steps where it offers none."""
-        if not hasattr(self.given, "settings"):
+        """The offered settings, coarse to fine; `fewest` equal steps where none are offered."""
+        if not hasattr(self.integrator, "settings"):
             return [{"step": duration / fewest, "save_every": fewest}]
-        return valid_settings(list(self.given.settings(problem, duration)), duration)
+        return valid_settings(list(self.integrator.settings(problem, duration)), duration)
 
     def timed(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> TimedRun:
         """A run that measures its own time."""
 
         def ask(repeats: int) -> Any:
             try:
-                return timed_run(self.given, problem, duration, setting, repeats)
+                return timed_run(self.integrator, problem, duration, setting, repeats)
             except ContenderError:
                 raise
             except Exception as error:

@@ -34,10 +34,14 @@ COLUMNS = (
     "note",
 )  # fmt: skip
 STATES = 128  # states, at most, in which changes of invariants are looked for
-ROUNDS, LEAST, QUICK_LEAST = 3, 0.05, 0.01  # rounds of timing, and seconds of a setting in each
+ROUNDS, ROUND_SECONDS, QUICK_ROUND_SECONDS = (
+    3,
+    0.05,
+    0.01,
+)  # rounds of timing, and seconds of a setting in each
 COMPLETED, FAILED = "completed", "failed"
-FAR = 0.25  # of an order from that of theory
-ITSELF = "the truth"  # note of the run that it is
+ORDER_DISTANCE = 0.25  # of an order from that of theory
+TRUTH_NOTE = "the truth"  # note of the run that is the truth
 
 
 @dataclass
@@ -82,27 +86,29 @@ def order_table(
     outcome        completed or failed
     setting        as text; steps, the number of steps; fit, whether the fit rests on the row
     theory         the method's order as it is known or declared; NaN where it is not
-    note           why it does not, or why the run failed
+    note           why the fit does not rest on the row, or why the run failed
     """
     motion = accurate_motion(problem, duration, truth)
-    kept = {} if motion is None else kept_components(motion)
-    lengthened = bool(kept.get("energy", np.array([False]))[0])
+    conserved = {} if motion is None else kept_components(motion)
+    lengthened = bool(conserved.get("energy", np.array([False]))[0])
     measured = []
-    for one in participants:
-        for setting in one.settings:
-            report(f"{one.label}, {readable_setting(setting)}")
-            measured.append(_first_run(problem, duration, one, setting, lengthened, quick))
+    for participant in participants:
+        for setting in participant.settings:
+            report(f"{participant.label}, {readable_setting(setting)}")
+            measured.append(_first_run(problem, duration, participant, setting, lengthened, quick))
     report("times")
     _time(measured, quick)
     away = state_distance(problem, (truth.end, truth.momenta), motion)
     rows = []
-    for each in measured:
-        report(f"{each.participant.label}, {readable_setting(each.setting)}: structure")
-        row = _row(problem, duration, each, kept)
-        if truth.source == (each.participant.contender.name, row["setting"]):
-            row["note"] = ITSELF
-        elif each.run.success:
-            row["error"] = away((each.run.q[-1], each.run.p[-1]))
+    for measurement in measured:
+        report(
+            f"{measurement.participant.label}, {readable_setting(measurement.setting)}: structure"
+        )
+        row = _row(problem, duration, measurement, conserved)
+        if truth.source == (measurement.participant.contender.name, row["setting"]):
+            row["note"] = TRUTH_NOTE
+        elif measurement.run.success:
+            row["error"] = away((measurement.run.q[-1], measurement.run.p[-1]))
         rows.append(row)
     frame = pd.DataFrame(rows, columns=list(COLUMNS))
     return _with_orders(frame, size_of(problem, truth.end), truth.error)
@@ -113,7 +119,7 @@ def remarks(frame: pd.DataFrame) -> list[str]:
     sentences = []
     for name, rows in frame.groupby("method", sort=False):
         order, error, theory = rows[["fitted", "fitted_se", "theory"]].iloc[0]
-        if abs(order - theory) > max(FAR, 5.0 * error):
+        if abs(order - theory) > max(ORDER_DISTANCE, 5.0 * error):
             sentences.append(
                 f"{name} has the order {theory:g} at small steps, by theory, and {order:.2f} at "
                 "these: they may be too long, or its error small by chance at this end."
@@ -124,7 +130,7 @@ def remarks(frame: pd.DataFrame) -> list[str]:
 def _first_run(
     problem: Problem,
     duration: float,
-    one: Participant,
+    participant: Participant,
     setting: Setting,
     lengthened: bool,
     quick: bool,
@@ -136,10 +142,10 @@ def _first_run(
     lengthened
         whether a short run is timed by a longer one, since its later parts take as long
     """
-    contender = one.contender
+    contender = participant.contender
     call = call_of(contender, problem, duration, setting)
     last, warm = warmed(call)
-    measured = _Measured(one, setting, last, call, warm)
+    measured = _Measured(participant, setting, last, call, warm)
     if not last.success:
         measured.why = last.status
         return measured
@@ -149,8 +155,8 @@ def _first_run(
         if run.success:
             measured.run = replace(run, counts=last.counts)
     if lengthened:
-        least = QUICK_LEAST if quick else LEAST
-        longer = repeated_run(contender, problem, duration, setting, warm, least)
+        least_seconds = QUICK_ROUND_SECONDS if quick else ROUND_SECONDS
+        longer = repeated_run(contender, problem, duration, setting, warm, least_seconds)
         if not longer.failure:
             measured.call, measured.warm, measured.times = longer.call, longer.seconds, longer.times
     return measured
@@ -164,56 +170,66 @@ def _with_states(contender: Any, setting: Setting) -> Setting:
     if "step" not in setting:
         return setting
     count = setting["save_every"]
-    every = next(k for k in range(1, count + 1) if count % k == 0 and count // k <= STATES)
-    return {**setting, "save_every": every}
+    save_every = next(k for k in range(1, count + 1) if count % k == 0 and count // k <= STATES)
+    return {**setting, "save_every": save_every}
 
 
 def _time(measured: Sequence[_Measured], quick: bool) -> None:
-    timed = [one for one in measured if not one.why]
+    timed = [measurement for measurement in measured if not measurement.why]
     timings = interleaved(
-        [one.call for one in timed],
+        [measurement.call for measurement in timed],
         ROUNDS,
-        QUICK_LEAST if quick else LEAST,
-        [one.warm for one in timed],
-        [one.times > 1 for one in timed],
+        QUICK_ROUND_SECONDS if quick else ROUND_SECONDS,
+        [measurement.warm for measurement in timed],
+        [measurement.times > 1 for measurement in timed],
     )
-    for one, timing in zip(timed, timings, strict=True):
-        one.timing = timing
+    for measurement, timing in zip(timed, timings, strict=True):
+        measurement.timing = timing
 
 
 def _row(
-    problem: Problem, duration: float, one: _Measured, kept: Mapping[str, Array]
+    problem: Problem, duration: float, measurement: _Measured, conserved: Mapping[str, Array]
 ) -> dict[str, Any]:
     """All columns but the error and what follows from it."""
-    run, contender, counts = one.run, one.participant.contender, one.run.counts
-    equal_steps = "step" in one.setting
+    run, contender, counts = (
+        measurement.run,
+        measurement.participant.contender,
+        measurement.run.counts,
+    )
+    equal_steps = "step" in measurement.setting
     row: dict[str, Any] = {
-        "method": one.participant.label,
-        "h": one.setting["step"] if equal_steps else math.nan,
+        "method": measurement.participant.label,
+        "h": measurement.setting["step"] if equal_steps else math.nan,
         "outcome": COMPLETED if run.success else FAILED,
-        "setting": readable_setting(one.setting),
-        "theory": _theory(contender, one.setting) if equal_steps else math.nan,
-        "steps": float(counts.get("steps", one.setting.get("save_every", math.nan))),
+        "setting": readable_setting(measurement.setting),
+        "theory": _theory(contender, measurement.setting) if equal_steps else math.nan,
+        "steps": float(counts.get("steps", measurement.setting.get("save_every", math.nan))),
         "evaluations": float(counts.get("force_evaluations", math.nan)),
-        "seconds": one.timing.seconds / one.times if one.timing else math.nan,
-        "note": one.why,
+        "seconds": measurement.timing.seconds / measurement.times
+        if measurement.timing
+        else math.nan,
+        "note": measurement.why,
     }
     if not run.success:
         return row
-    row["energy"], row["momentum"] = largest_changes(run, kept)
+    row["energy"], row["momentum"] = largest_changes(run, conserved)
     if isinstance(contender, InClock):
         row["symmetry"] = _or_nan(
-            galvi.round_trip_error, problem, contender.method, one.setting["step"], len(run.t) - 1
+            galvi.round_trip_error,
+            problem,
+            contender.method,
+            measurement.setting["step"],
+            len(run.t) - 1,
         )
     elif equal_steps:
-        row["symmetry"] = _round_trip(problem, duration, one)
+        row["symmetry"] = _round_trip(problem, duration, measurement)
     if equal_steps:
-        row["symplecticity"] = _symplecticity(problem, one)
+        row["symplecticity"] = _symplecticity(problem, measurement)
     return row
 
 
 def _theory(contender: Any, setting: Setting) -> float:
-    """The order that is known of a method, with its options: "order" where that is one."""
+    """The theoretical order of a method, its option "order" where it has one; NaN if unknown."""
     if isinstance(contender, InClock):
         return float(contender.method.order)
     if setting.keys() - {"step", "save_every"}:
@@ -222,38 +238,38 @@ def _theory(contender: Any, setting: Setting) -> float:
 
 
 def _or_nan(measure: Callable[..., float], *arguments: Any) -> float:
-    """Its value; NaN where it has none, as it says by a ValueError."""
+    """The value of a measure; NaN where it raises ValueError."""
     try:
         return measure(*arguments)
     except ValueError:
         return math.nan
 
 
-def _round_trip(problem: Problem, duration: float, one: _Measured) -> float:
-    """Distance from the start after a run from the end and back; NaN where it is not taken."""
+def _round_trip(problem: Problem, duration: float, measurement: _Measured) -> float:
+    """Distance from the start after a run from the end and back; NaN where that fails."""
     _, distance = measure_of(problem)
-    contender: Any = one.participant.contender
-    setting = {**one.setting, "step": -one.setting["step"]}
-    run = one.run
+    contender: Any = measurement.participant.contender
+    setting = {**measurement.setting, "step": -measurement.setting["step"]}
+    run = measurement.run
     back = replace(problem, q0=run.q[-1], v0=run.v[-1], t0=problem.t0 + duration)
 
     def away() -> float:
-        tried = getattr(contender, "tried", contender.run)  # a failure is no fault
-        returned = tried(back, -duration, setting)
+        run_back = getattr(contender, "trial", contender.run)  # a failure is no fault
+        returned = run_back(back, -duration, setting)
         return distance(returned.q[-1], problem.q0) if returned.success else math.nan
 
     return _or_nan(away)
 
 
-def _symplecticity(problem: Problem, one: _Measured) -> float:
-    """Of a step from the start: by galvi in clocks, of which the phase space has the time too, and
-    in frames, whose runs take longer; else by differences of runs."""
-    contender, h = one.participant.contender, one.setting["step"]
+def _symplecticity(problem: Problem, measurement: _Measured) -> float:
+    """The defect of a step from the start: by galvi in clocks, whose phase space includes the time,
+    and in frames, whose runs take longer; otherwise by differences of runs."""
+    contender, h = measurement.participant.contender, measurement.setting["step"]
     if isinstance(contender, InClock) or (
         isinstance(contender, Variational) and contender.method.in_frame
     ):
         return _or_nan(galvi.symplecticity_defect, problem, contender.method, h)
-    single = {**one.setting, "save_every": 1}
+    single = {**measurement.setting, "save_every": 1}
 
     def step(start: Problem) -> tuple[Any, Any]:
         run = contender.run(start, h, single)

@@ -38,23 +38,29 @@ def truth_of_request(request: ConvergenceRequest, methods: Methods, report: Repo
         For a truth of another shape, of a code that does not reach the end, and where there is
         none.
     """
-    problem, duration, given = request.problem, request.duration, request.truth
-    if isinstance(given, str):
-        return _of_code(problem, duration, given, report)
-    if given is not None:
-        end = _given(problem, given, problem.t0 + duration)
+    problem, duration, truth = request.problem, request.duration, request.truth
+    if isinstance(truth, str):
+        return _of_code(problem, duration, truth, report)
+    if truth is not None:
+        end = _stated_end(problem, truth, problem.t0 + duration)
         return Truth(end, EPS * max(1.0, float(np.max(np.abs(end)))), "as given, taken as exact")
-    ours = [one.method for one in methods.values() if isinstance(one, Variational)]
-    usable = [one for one in (*ours, gauss_collocation(DEGREE).method) if not one.in_frame]
-    method = max(usable, key=lambda one: one.order)
+    galvi_methods = [
+        contender.method for contender in methods.values() if isinstance(contender, Variational)
+    ]
+    usable = [
+        candidate
+        for candidate in (*galvi_methods, gauss_collocation(DEGREE).method)
+        if not candidate.in_frame
+    ]
+    method = max(usable, key=lambda candidate: candidate.order)
     return best_truth(problem, duration, method, report)
 
 
-def _given(problem: Problem, given: Array | Callable[[float], Any], end: float) -> Array:
-    if not callable(given):
-        return given
+def _stated_end(problem: Problem, truth: Array | Callable[[float], Any], end: float) -> Array:
+    if not callable(truth):
+        return truth
     try:
-        value = given(end)
+        value = truth(end)
     except Exception as error:  # a user's function may raise anything
         raise ValueError(f"truth({end:g}) raised {describe_error(error)}.") from None
     remedy = "It is a function of the time that returns a configuration."
@@ -73,8 +79,8 @@ def _of_code(problem: Problem, duration: float, name: str, report: Report) -> Tr
             "chooses its steps, or give the configuration at the end."
         )
     report(f"truth: {contender.name}")
-    known = contender.name in TRUTHS
-    tight = truth_setting(contender, problem) if known else tolerances(contender)[-1]
+    has_setting = contender.name in TRUTHS
+    tight = truth_setting(contender, problem) if has_setting else tolerances(contender)[-1]
     looser = {k: LOOSER * v for k, v in tight.items() if k in ("tolerance", "rtol", "epsilon")}
     runs = []
     for setting in ({**tight, **looser}, tight):

@@ -42,7 +42,7 @@ class CheckProblem:
     ordered
         the least order of convergence that its errors show: any of a nonlinear motion on one time
         scale; infinite for none
-    kept
+    conserved
         which of `benchmarks.applications.external.loading.CONSERVED` the motion conserves
     long
         duration of the conservation run: some twenty periods, never a whole number
@@ -59,7 +59,7 @@ class CheckProblem:
     size: float = 1.0
     floor: float = 1e-11
     ordered: float = 0.0
-    kept: tuple[str, ...] = ("energy",)
+    conserved: tuple[str, ...] = ("energy",)
     long: float = 123.0
     watched: Problem | None = None
     energy: Callable[[Problem, Array, Array], Array] = independent_invariants.hamiltonian
@@ -71,23 +71,23 @@ class CheckProblem:
 
 BOTH = ("energy", "angular momentum")
 CHECK_PROBLEMS = (
-    CheckProblem(galvi.problems.kepler(0.3), 5.0, KEPLER, kept=BOTH),
+    CheckProblem(galvi.problems.kepler(0.3), 5.0, KEPLER, conserved=BOTH),
     CheckProblem(galvi.problems.harmonic_oscillator(0.5), 5.0, OSCILLATOR, ordered=np.inf),
     # Tight is within 1e-12 of itself with a tenth of the tolerance.
-    CheckProblem(galvi.problems.driven_oscillator(), 5.0, DOP853, TIGHT, kept=()),
+    CheckProblem(galvi.problems.driven_oscillator(), 5.0, DOP853, TIGHT, conserved=()),
     CheckProblem(galvi.problems.planar_pendulum(rate=0.5), 5.0, PENDULUM),
     CheckProblem(
         galvi.problems.henon_heiles(), 5.0, DOP853, TIGHT,
         energy=independent_invariants.henon_heiles,
     ),
-    CheckProblem(PAIR, 5.0, KEPLER, kept=BOTH),
+    CheckProblem(PAIR, 5.0, KEPLER, conserved=BOTH),
     # After eight turns of Jupiter low orders need short steps, and rounding is up to 1e-10 in 1e5
     # steps; the truth is within 4e-12 of `references.stored.planets`, which has no state half way.
     CheckProblem(
         galvi.problems.outer_solar_system(), 36_525.0, DOP853, TIGHT, floor=1e-9, ordered=6.0,
-        kept=BOTH, long=20.3 * 4332.6,
+        conserved=BOTH, long=20.3 * 4332.6,
     ),
-    CheckProblem(galvi.problems.free_rigid_body(), 5.0, FREE_TOP, kept=BOTH),
+    CheckProblem(galvi.problems.free_rigid_body(), 5.0, FREE_TOP, conserved=BOTH),
     CheckProblem(galvi.problems.pendulum_3d(), 5.0, STORED_ATTITUDE),
     CheckProblem(
         galvi.problems.double_pendulum(rates=(0.5, -0.7)), 1.0, CHAIN_DOP853, TIGHT, long=40.3,

@@ -63,9 +63,11 @@ class Runs:
     _long: dict[CheckProblem, LongRun | None] = field(default_factory=dict)
 
     def anew(self) -> Runs:
-        """For a measurement apart: only truths and long runs that were made are kept."""
-        made = {check: long for check, long in self._long.items() if long and long.done.asked}
-        return replace(self, _settings={}, _coarsest={}, _long=made)
+        """Runs for a separate measurement, with the truths and the long runs made so far."""
+        long_runs = {
+            check: long for check, long in self._long.items() if long and long.checked.requested
+        }
+        return replace(self, _settings={}, _coarsest={}, _long=long_runs)
 
     def settings(self, check: CheckProblem) -> Sequence[Mapping[str, Any]]:
         """Its settings on the problem, from coarse to fine; empty, and a fault, for no answer."""
@@ -74,8 +76,8 @@ class Runs:
         return self._settings[check]
 
     def answers(self, check: CheckProblem) -> Rows:
-        """No rows: what fails when it is asked about the problem, and run at its coarsest setting,
-        is in `failures`."""
+        """No rows; asks about the problem and makes the coarsest run, whose failures are counted in
+        `failures`."""
         if self.external.supports(check.problem) and self.settings(check):
             self.coarsest(check)
         yield from ()
@@ -104,14 +106,16 @@ class Runs:
         truth = self._truth(check)
         chosen = sorted({0, len(settings) // 2, len(settings) - 1})
         halved = [sampled(duration, settings[k], 2) for k in chosen]
-        for label, setting in {readable_setting(one): one for one in halved}.items():
+        for label, setting in {
+            readable_setting(chosen_setting): chosen_setting for chosen_setting in halved
+        }.items():
             first = setting is halved[0]
-            done = (
+            checked = (
                 self.coarsest(check)[1]
                 if first
                 else (self.external.checked(problem, duration, setting))
             )
-            run = done.run
+            run = checked.run
             where = {"study": problem.name, "label": label, "t": duration}
             off = float(np.max(np.abs(run.q[-1] - truth.q[-1]))) if run.success else float("nan")
             yield row(quantity=ERROR, value=off, status=failure(run), **where)
@@ -128,22 +132,22 @@ class Runs:
         """Rows REPEAT and ELSEWHERE."""
         if not self.settings(check):
             return
-        setting, done = self.coarsest(check)
-        run = done.run
+        setting, checked = self.coarsest(check)
+        run = checked.run
         if not run.success:
             return
         both = ((REPEAT, self.external), (ELSEWHERE, self.external.twin()))
         for quantity, external in both:
             again = external.checked(check.problem, check.duration, setting).run
-            apart = np.inf
+            difference = np.inf
             if again.success and again.q.shape == run.q.shape:
-                apart = max(np.max(np.abs(run.q - again.q)), np.max(np.abs(run.p - again.p)))
+                difference = max(np.max(np.abs(run.q - again.q)), np.max(np.abs(run.p - again.p)))
             yield row(
                 study=check.problem.name,
                 quantity=quantity,
                 label=readable_setting(setting),
                 t=check.duration,
-                value=apart,
+                value=difference,
                 status=failure(again),
             )
 
@@ -161,10 +165,10 @@ class Runs:
         """Row GROWTH."""
         if not self.settings(check):
             return
-        setting, done = self.coarsest(check)
-        if not done.run.success:
+        setting, checked = self.coarsest(check)
+        if not checked.run.success:
             return
-        in_time = done.seconds < SHARE * self.external.limit  # two at least are made
+        in_time = checked.seconds < SHARE * self.external.limit  # two at least are made
         growth = (
             float("nan")
             if not in_time
@@ -204,13 +208,13 @@ class Runs:
         return self._long[check]
 
 
-def _off(problem: Problem, found: Array, truth: Array) -> float:
+def _off(problem: Problem, states: Array, truth: Array) -> float:
     """Largest distance from the truth over the truth's largest distance from the start; of a body
     that rests, over that of the system, or the system's size where all rest."""
     bodies = truth.shape[1] if isinstance(problem.system, NBody) else 1
     off, way = (
-        np.max(np.abs(apart.reshape(len(truth), bodies, -1)), axis=(0, 2))
-        for apart in (found - truth, truth - truth[0])
+        np.max(np.abs(offset.reshape(len(truth), bodies, -1)), axis=(0, 2))
+        for offset in (states - truth, truth - truth[0])
     )
     rests = RESTS * float(np.max(np.abs(truth)))
     system = float(np.max(way)) if np.max(way) > rests else rests / RESTS or 1.0

@@ -40,18 +40,18 @@ from benchmarks.checks import bounds
 from benchmarks.checks.claim import AGREEMENT as SOURCE
 from benchmarks.checks.claim import Claim, MakeMethod, Report, Row
 from benchmarks.checks.series_bounds import NoGrowth
-from benchmarks.statistics.convergence_fits import LEAST, algebraic, window
+from benchmarks.statistics.convergence_fits import FEWEST_POINTS, algebraic, window
 from benchmarks.statistics.drift import Drift, drift
 from benchmarks.store.frames import frame, number, pick, row
 
 PRINTED = "printed"  # number of lines that it printed, of no problem; status has the first ones
 GAIN = 0.7  # largest ratio of the errors at the finest and the coarsest setting
 RIGHT = 1e-8  # relative error that needs no such gain
-FAR = 0.1  # largest relative error at the finest setting
+LARGEST_ERROR = 0.1  # largest relative error at the finest setting
 SHARE = 0.05  # relative tolerance of an order, in addition to `bounds.ORDER_RESOLUTION`
 CLEAR = 4.0  # errors over those of an own level of round-off, which bends their line less
 ROUND_OFF = 1e-12  # smaller relative changes may grow, in the longest run those below
-LEFT = 4.0  # MB that repeated runs may leave in memory: a run of `track`, too
+MEMORY_LEFT = 4.0  # MB that repeated runs may leave in memory: a run of `track`, too
 ROUND_OFF_OF_MANY = MANY * np.finfo(float).eps
 SAME_BITS = (
     "Two runs that were asked for alike, also in another process, must have the same bits; else it "
@@ -77,8 +77,8 @@ NOT_DECLARED = "Not declared: the number is for information."
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """Judges the rows of `external.check_runs`; callable, returns rows of claims.csv. Its methods
-    judge the rows of one check, of one problem or of all."""
+    """Turns measured rows of `external.check_runs` into rows of claims.csv, when called for all
+    checks; its methods do so for the rows of one check, on one problem or on all."""
 
     id: str
     external: ExternalIntegrator
@@ -90,22 +90,24 @@ class Judge:
         for problem in self.check_problems:
             rows_of_it = pick(table, study=problem.problem.name)
             if not rows_of_it.empty:
-                each = (check.judged(self, problem, rows_of_it) for check in (FAILURES, *CHECKS))
-                rows += [row for judged in each for row in judged]
+                row_groups = (
+                    check.judged(self, problem, rows_of_it) for check in (FAILURES, *CHECKS)
+                )
+                rows += [row for judged in row_groups for row in judged]
         rows += [row for check in CHECKS for row in check.judged_jointly(self, table)]
         return [*rows, *self._printed(table)]
 
     def _row(
-        self, check: CheckProblem, quantity: str, measured: float, verdict: str, **more: str
+        self, check: CheckProblem, quantity: str, measured: float, verdict: str, **texts: str
     ) -> Row:
-        more = {
+        texts = {
             "claimed": "the same motion",
             "bound": "none",
             "expected": bounds.HOLDS,
             "reason": DECLARED,
             "reference": check.truth.name,
             "setup": f"{check.problem.name}; T = {check.duration:g}",
-            **more,
+            **texts,
         }
         return Row(
             id=self.id,
@@ -114,11 +116,11 @@ class Judge:
             measured=measured if np.isfinite(measured) else None,
             uncertainty=None,
             verdict=verdict,
-            **more,
+            **texts,
         )
 
     def _not_run(
-        self, check: CheckProblem, quantity: str, seen: pd.DataFrame, instead: str
+        self, check: CheckProblem, quantity: str, table: pd.DataFrame, instead: str
     ) -> list[Row]:
         """A row for a quantity that could not be measured, as the row `instead` says."""
         return [
@@ -131,10 +133,10 @@ class Judge:
                 reason=why,
                 reference="the protocol",
             )
-            for why in pick(seen, quantity=instead)["status"]
+            for why in pick(table, quantity=instead)["status"]
         ]
 
-    def _least(self, quantity: str, count: int, why: str) -> Row:
+    def _at_least_one(self, quantity: str, count: int, why: str) -> Row:
         return Row(
             id=self.id,
             quantity=quantity,
@@ -153,20 +155,20 @@ class Judge:
     def declarations(self, table: pd.DataFrame) -> list[Row]:
         """Rows for problems that it must support: any, and one with each quantity that it declares
         to conserve."""
-        asked = self._asked(table)
-        if not asked:
-            names = ", ".join(one.problem.name for one in self.check_problems)
-            return [self._least("problems that it supports", 0, f"Asked were {names}.")]
+        tested = self._tested(table)
+        if not tested:
+            names = ", ".join(check.problem.name for check in self.check_problems)
+            return [self._at_least_one("problems that it supports", 0, f"Asked were {names}.")]
         why = "It declares that it conserves this: a problem that it supports must have it."
         return [
-            self._least(f"problems where its {kept} is looked at", count, why)
-            for kept in self.external.conserves
-            for count in [sum(kept in problem.kept for problem in asked)]
+            self._at_least_one(f"problems where its {quantity} is looked at", count, why)
+            for quantity in self.external.conserves
+            for count in [sum(quantity in problem.conserved for problem in tested)]
         ]
 
-    def _asked(self, table: pd.DataFrame) -> list[CheckProblem]:
+    def _tested(self, table: pd.DataFrame) -> list[CheckProblem]:
         """The problems that have rows."""
-        return [one for one in self.check_problems if one.problem.name in set(table["study"])]
+        return [check for check in self.check_problems if check.problem.name in set(table["study"])]
 
     def orders(self, table: pd.DataFrame) -> list[Row]:
         """The rows of its order on each problem, and the number of those that show it.
@@ -174,12 +176,12 @@ class Judge:
         An order is that of the worst motion: where one shows the declared order, others may be
         steeper.
         """
-        if self.external.order is None or not self._asked(table):
+        if self.external.order is None or not self._tested(table):
             return []
         orders = [
             row
-            for one in self.check_problems
-            for row in self._order(one, pick(table, study=one.problem.name))
+            for check in self.check_problems
+            for row in self._order(check, pick(table, study=check.problem.name))
         ]
         attained = any(row.verdict == bounds.ATTAINED for row in orders)
         rows = [
@@ -191,7 +193,7 @@ class Judge:
             for row in orders
         ]
         count = sum(row.verdict != bounds.NOT_RUN for row in rows)
-        found = self._least("problems where its order is seen", count, ORDER_SEEN)
+        count_row = self._at_least_one("problems where its order is seen", count, ORDER_SEEN)
         if not count:
             failures = [text for text in pick(table, quantity=FAILED)["status"] if text]
             why = NO_STEPS if not orders else UNSEEN
@@ -199,41 +201,43 @@ class Judge:
             ended = measured["value"].notna() & (measured["status"] == "")
             if failures and not ended.any():
                 why = f"It declares its order, and no run came to its end: {failures[0]}"
-            found = replace(found, verdict=bounds.NOT_RUN, expected=bounds.NOT_RUN, reason=why)
-        return [*rows, found]
+            count_row = replace(
+                count_row, verdict=bounds.NOT_RUN, expected=bounds.NOT_RUN, reason=why
+            )
+        return [*rows, count_row]
 
-    def longest(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+    def longest(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
         ends = [
             self._row(
                 check,
-                LONG if one["steps"] else "duration of its longest run",
-                one["value"],
-                bounds.HOLDS if np.isfinite(one["value"]) else bounds.CONTRADICTED,
+                LONG if row["steps"] else "duration of its longest run",
+                row["value"],
+                bounds.HOLDS if np.isfinite(row["value"]) else bounds.CONTRADICTED,
                 claimed="it comes to its end",
                 bound=f"{MANY:,} where the time limit allows",
-                reason=one["status"] or "States at all times are finite.",
+                reason=row["status"] or "States at all times are finite.",
                 reference="the protocol",
-                setup=f"{check.problem.name}; T = {one['t']:g}; {one['label']}",
+                setup=f"{check.problem.name}; T = {row['t']:g}; {row['label']}",
             )
-            for _, one in pick(seen, quantity=LONG).iterrows()
+            for _, row in pick(table, quantity=LONG).iterrows()
         ]
-        return [*ends, *self.conserved(check, seen, LONGER)]
+        return [*ends, *self.conserved(check, table, LONGER)]
 
-    def restarted(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        not_run = self._not_run(check, CUT, seen, NOT_CUT)
+    def restarted(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
+        not_run = self._not_run(check, CUT, table, NOT_CUT)
         return not_run + [
             self._row(
                 check,
                 CUT,
-                one["value"],
-                bounds.HOLDS if one["value"] <= FAR else bounds.CONTRADICTED,
+                row["value"],
+                bounds.HOLDS if row["value"] <= LARGEST_ERROR else bounds.CONTRADICTED,
                 claimed="the same end",
-                bound=f"at most {FAR:g} of the way from the start",
-                reason=one["status"] or CLOCK,
+                bound=f"at most {LARGEST_ERROR:g} of the way from the start",
+                reason=row["status"] or CLOCK,
                 reference="the run from the start",
-                setup=f"{check.problem.name}; T = {one['t']:g}; {one['label']}",
+                setup=f"{check.problem.name}; T = {row['t']:g}; {row['label']}",
             )
-            for _, one in pick(seen, quantity=CUT).iterrows()
+            for _, row in pick(table, quantity=CUT).iterrows()
         ]
 
     def _printed(self, table: pd.DataFrame) -> list[Row]:
@@ -244,17 +248,17 @@ class Judge:
                 source=SOURCE,
                 setup="all runs",
                 bound="none",
-                measured=one["value"],
+                measured=row["value"],
                 expected=bounds.FINDING,
                 verdict=bounds.FINDING,
-                reason=f"The first lines: {one['status']}",
+                reason=f"The first lines: {row['status']}",
             )
-            for _, one in pick(table, quantity=PRINTED).iterrows()
-            if one["value"]
+            for _, row in pick(table, quantity=PRINTED).iterrows()
+            if row["value"]
         ]
 
-    def failures(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        count, (why, *_) = number(seen, quantity=FAILED), pick(seen, quantity=FAILED)["status"]
+    def failures(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
+        count, (why, *_) = number(table, quantity=FAILED), pick(table, quantity=FAILED)["status"]
         return [
             self._row(
                 check,
@@ -268,31 +272,31 @@ class Judge:
             )
         ]
 
-    def reversed(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        rounding = number(seen, quantity=ROUNDING)
-        not_run = self._not_run(check, REVERSED, seen, NOT_REVERSED)
+    def reversed(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
+        rounding = number(table, quantity=ROUNDING)
+        not_run = self._not_run(check, REVERSED, table, NOT_REVERSED)
         return not_run + [
             self._row(
                 check,
                 REVERSED,
-                one["value"],
-                bounds.HOLDS if one["value"] <= rounding else bounds.CONTRADICTED,
+                row["value"],
+                bounds.HOLDS if row["value"] <= rounding else bounds.CONTRADICTED,
                 claimed="the start",
                 bound=f"at most {rounding:.2g} of the states' size"
                 if rounding > 0.0
                 else "rounding",
-                reason=one["status"] or BACK,
+                reason=row["status"] or BACK,
                 reference="its start",
-                setup=f"{check.problem.name}; T = {one['t']:g}; {one['steps']:g} steps and back",
+                setup=f"{check.problem.name}; T = {row['t']:g}; {row['steps']:g} steps and back",
             )
-            for _, one in pick(seen, quantity=REVERSED).iterrows()
+            for _, row in pick(table, quantity=REVERSED).iterrows()
         ]
 
-    def memory(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+    def memory(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
         rows = []
-        for _, one in pick(seen, quantity=GROWTH).iterrows():
-            measured = float(one["value"])
-            verdict = bounds.AtMost(LEFT).verdict(measured)
+        for _, reading in pick(table, quantity=GROWTH).iterrows():
+            measured = float(reading["value"])
+            verdict = bounds.AtMost(MEMORY_LEFT).verdict(measured)
             rows.append(
                 self._row(
                     check,
@@ -301,60 +305,60 @@ class Judge:
                     bounds.NOT_RUN if np.isnan(measured) else verdict,
                     expected=bounds.NOT_RUN if np.isnan(measured) else bounds.HOLDS,
                     claimed="no more than before",
-                    bound=f"at most {LEFT:g}",
+                    bound=f"at most {MEMORY_LEFT:g}",
                     reference="its process before",
                     reason=SLOW
                     if np.isnan(measured)
                     else LEAK
-                    if measured > LEFT
+                    if measured > MEMORY_LEFT
                     else "Further runs of a warm process leave nothing.",
-                    setup=f"{check.problem.name}; T = {check.duration:g}; {one['label']}",
+                    setup=f"{check.problem.name}; T = {check.duration:g}; {reading['label']}",
                 )
             )
         return rows
 
-    def repeated(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+    def repeated(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
         return [
             self._row(
                 check,
                 quantity,
-                one["value"],
-                bounds.AtMost(0.0).verdict(one["value"]),
+                row["value"],
+                bounds.AtMost(0.0).verdict(row["value"]),
                 claimed="the same numbers",
                 bound="at most 0",
                 reference="the first run",
-                reason=one["status"] or SAME_BITS,
+                reason=row["status"] or SAME_BITS,
             )
             for quantity in (REPEAT, ELSEWHERE)
-            for _, one in pick(seen, quantity=quantity).iterrows()
+            for _, row in pick(table, quantity=quantity).iterrows()
         ]
 
-    def errors(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        rows, errors = [], pick(seen, quantity=ERROR)
-        for _, one in errors.iterrows():
-            limit = number(seen, quantity=CLAIMED, label=one["label"])
-            measured, claims = float(one["value"]), np.isfinite(limit)
+    def errors(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
+        rows, errors = [], pick(table, quantity=ERROR)
+        for _, reading in errors.iterrows():
+            limit = number(table, quantity=CLAIMED, label=reading["label"])
+            measured, claims = float(reading["value"]), np.isfinite(limit)
             expected = bounds.HOLDS if claims else bounds.FINDING
-            kept = np.isfinite(measured) and not (claims and measured > limit)
+            is_met = np.isfinite(measured) and not (claims and measured > limit)
             rows.append(
                 self._row(
                     check,
-                    f"error at {one['label'] or 'its setting'}",
+                    f"error at {reading['label'] or 'its setting'}",
                     measured,
-                    expected if kept else bounds.CONTRADICTED,
+                    expected if is_met else bounds.CONTRADICTED,
                     expected=expected,
                     bound=f"at most {limit:g}" if claims else "none",
-                    reason=one["status"] or (DECLARED if claims else NOT_DECLARED),
+                    reason=reading["status"] or (DECLARED if claims else NOT_DECLARED),
                 )
             )
-        return [*rows, *self._way(check, seen)] if rows else []
+        return [*rows, *self._way(check, table)] if rows else []
 
-    def _way(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
+    def _way(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
         """Rows for the states at the finest setting, against the truth and the coarsest setting."""
-        off = {what: list(pick(seen, quantity=name)["value"]) for what, name in OFF.items()}
-        failures = list(pick(seen, quantity=ERROR)["status"])
+        off = {part: list(pick(table, quantity=name)["value"]) for part, name in OFF.items()}
+        failures = list(pick(table, quantity=ERROR)["status"])
         coarse, fine = (float(np.max([values[k] for values in off.values()])) for k in (0, -1))
-        worst = max(off, key=lambda what: np.nan_to_num(off[what][-1], nan=np.inf))
+        worst = max(off, key=lambda part: np.nan_to_num(off[part][-1], nan=np.inf))
         single = len(off[worst]) == 1
         better = fine <= max(RIGHT, 0.0 if single else GAIN * coarse)
         unknown = single and not better and np.isfinite(fine)
@@ -374,8 +378,8 @@ class Judge:
                 check,
                 "error at its finest over the way from the start",
                 fine,
-                bounds.HOLDS if fine <= FAR else bounds.CONTRADICTED,
-                bound=f"at most {FAR:g}",
+                bounds.HOLDS if fine <= LARGEST_ERROR else bounds.CONTRADICTED,
+                bound=f"at most {LARGEST_ERROR:g}",
                 reason=furthest,
             ),
             self._row(
@@ -388,8 +392,8 @@ class Judge:
             ),
         ]
 
-    def _order(self, check: CheckProblem, seen: pd.DataFrame) -> list[Row]:
-        runs, order = pick(seen, quantity=ORDER), self.external.order
+    def _order(self, check: CheckProblem, table: pd.DataFrame) -> list[Row]:
+        runs, order = pick(table, quantity=ORDER), self.external.order
         if runs.empty or order is None:
             return []
         floor = max(check.floor, _own_floor(runs["value"], check.floor))
@@ -413,7 +417,7 @@ class Judge:
         else:
             verdict, reason = bounds.NOT_RUN, "Its errors fall, but by no power of the step yet."
         unseen = verdict == bounds.NOT_RUN
-        found = self._row(
+        order_row = self._row(
             check,
             "order in the step",
             fit.rate,
@@ -423,38 +427,42 @@ class Judge:
             expected=bounds.NOT_RUN if unseen else bounds.ATTAINED,
             reason=reason,
         )
-        return [replace(found, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else found]
-
-    def conserved(self, check: CheckProblem, seen: pd.DataFrame, name: str = "{}") -> list[Row]:
         return [
-            self._kept(check, kept, name.format(kept), series)
-            for kept in CONSERVED
-            if not (series := pick(seen, quantity=name.format(kept))).empty
+            replace(order_row, uncertainty=fit.uncertainty) if np.isfinite(fit.rate) else order_row
         ]
 
-    def _kept(self, check: CheckProblem, kept: str, name: str, series: pd.DataFrame) -> Row:
+    def conserved(self, check: CheckProblem, table: pd.DataFrame, name: str = "{}") -> list[Row]:
+        return [
+            self._conserved_row(check, quantity, name.format(quantity), series)
+            for quantity in CONSERVED
+            if not (series := pick(table, quantity=name.format(quantity))).empty
+        ]
+
+    def _conserved_row(
+        self, check: CheckProblem, quantity: str, name: str, series: pd.DataFrame
+    ) -> Row:
         """The row of a conserved quantity in a long run."""
-        round_off = ROUND_OFF if name == kept else ROUND_OFF_OF_MANY
+        round_off = ROUND_OFF if name == quantity else ROUND_OFF_OF_MANY
         both = [
             drift(rows["t"].to_numpy(), rows["value"].to_numpy()) for _, rows in series.groupby("n")
         ]
-        found, limit = both[0], self.external.conserves.get(kept)
+        worst, limit = both[0], self.external.conserves.get(quantity)
         expected, verdict, why = bounds.FINDING, bounds.FINDING, NOT_DECLARED
         if limit is not None:
-            limit = limit if name == kept else max(limit, round_off)
+            limit = limit if name == quantity else max(limit, round_off)
             expected, verdict, why = bounds.HOLDS, bounds.HOLDS, DECLARED
-            faults = [_growth(limit, one, round_off) for one in both]
-            found = max(both, key=lambda one: one.largest)
-            if all(faults) or found.largest > limit:  # a drift alone may be a beat
-                fault = _growth(limit, found, round_off) or faults[0]
+            faults = [_growth(limit, seed_drift, round_off) for seed_drift in both]
+            worst = max(both, key=lambda seed_drift: seed_drift.largest)
+            if all(faults) or worst.largest > limit:  # a drift alone may be a beat
+                fault = _growth(limit, worst, round_off) or faults[0]
                 verdict, why = bounds.CONTRADICTED, f"{DECLARED} {fault}"
-        if not np.isfinite(found.largest):
+        if not np.isfinite(worst.largest):
             verdict = bounds.CONTRADICTED
         first, last = series.iloc[0], series["t"].iloc[-1]
         return self._row(
             check,
             f"relative change of {name}",
-            found.largest,
+            worst.largest,
             verdict,
             claimed="none" if limit is None else "it stays",
             expected=expected,
@@ -465,21 +473,21 @@ class Judge:
         )
 
 
-def _growth(limit: float, found: Drift, round_off: float = ROUND_OFF) -> str:
+def _growth(limit: float, measured: Drift, round_off: float = ROUND_OFF) -> str:
     """Which of the tests of a quantity that should stay fails, and by how much; "" if none does."""
-    kept = NoGrowth(limit, round_off, conclusive=False)
-    if kept.verdict(found) == bounds.HOLDS:
+    no_growth = NoGrowth(limit, round_off, conclusive=False)
+    if no_growth.verdict(measured) == bounds.HOLDS:
         return ""
-    _, *beyond = kept.comparisons(found)
-    if not found.largest <= limit:
-        return f"It changes by {found.largest:.3g}, more than {limit:g}."
+    _, *beyond = no_growth.comparisons(measured)
+    if not measured.largest <= limit:
+        return f"It changes by {measured.largest:.3g}, more than {limit:g}."
     tests = (
-        ("its mean changes", found.trend, found.trend_error),
-        ("the maxima of its periods change", found.growth, found.growth_error),
+        ("its mean changes", measured.trend, measured.trend_error),
+        ("the maxima of its periods change", measured.growth, measured.growth_error),
     )
-    what, size, error = tests[int(np.argmax([one.number for one in beyond]))]
+    description, size, error = tests[int(np.argmax([comparison.number for comparison in beyond]))]
     return (
-        f"Over the run {what} by {100.0 * size:+.1f} % of the largest, "
+        f"Over the run {description} by {100.0 * size:+.1f} % of the largest, "
         f"{abs(size) / error if error else np.inf:.1f} standard errors."
     )
 
@@ -496,10 +504,10 @@ def _own_floor(errors: Sequence[float], floor: float) -> float:
     rising = np.flatnonzero(np.diff(measured) > 0.0)
     if not rising.size:
         return 0.0
-    rest = measured[rising[0] :]
-    level = CLEAR * float(np.max(rest))
-    own = level > CLEAR * SINGLE and np.any(np.diff(rest[1:]) < 0.0)
-    return level if own and np.sum(measured > level) >= LEAST else 0.0
+    tail = measured[rising[0] :]
+    level = CLEAR * float(np.max(tail))
+    is_round_off = level > CLEAR * SINGLE and np.any(np.diff(tail[1:]) < 0.0)
+    return level if is_round_off and np.sum(measured > level) >= FEWEST_POINTS else 0.0
 
 
 @dataclass(frozen=True)
@@ -535,7 +543,7 @@ class Check:
     ) -> list[CheckProblem]:
         """Those on which it is measured."""
         problems = [problem for problem in supported if self.applies(external, problem)]
-        first = sorted(problems, key=lambda problem: not problem.kept)[:1]
+        first = sorted(problems, key=lambda problem: not problem.conserved)[:1]
         return first if self.once else problems
 
     def judged(self, judge: Judge, problem: CheckProblem, rows: pd.DataFrame) -> list[Row]:
@@ -547,7 +555,7 @@ class Check:
         return [] if self.jointly is None else self.jointly(judge, rows)
 
 
-def _nothing(runs: Runs, problem: CheckProblem) -> Iterator[dict[str, Any]]:
+def _no_rows(runs: Runs, problem: CheckProblem) -> Iterator[dict[str, Any]]:
     return iter(())
 
 
@@ -566,7 +574,7 @@ CHECKS = (
     Check("determinism", Runs.repeated, Judge.repeated),
     Check("accuracy", Runs.errors, Judge.errors),
     Check("order", Runs.order, jointly=Judge.orders, applies=_shows_order),
-    Check("declarations", _nothing, jointly=Judge.declarations),
+    Check("declarations", _no_rows, jointly=Judge.declarations),
     Check(
         "time reversal",
         Runs.reversed,
@@ -578,7 +586,7 @@ CHECKS = (
         "conservation",
         Runs.conserved,
         Judge.conserved,
-        applies=lambda external, problem: bool(problem.kept),
+        applies=lambda external, problem: bool(problem.conserved),
     ),
     Check("longest run", Runs.longest, Judge.longest, once=True),
     Check("restart half way", Runs.restarted, Judge.restarted, applies=_has_clock),
@@ -589,9 +597,9 @@ def supported_and_faulty(
     external: ExternalIntegrator, check_problems: Sequence[CheckProblem]
 ) -> tuple[list[CheckProblem], list[CheckProblem]]:
     """The problems that it supports, and those about which it does not answer."""
-    supported = [one for one in check_problems if external.supports(one.problem)]
-    others = [one for one in check_problems if one not in supported]
-    return supported, [one for one in others if external.faults_on(one.problem)]
+    supported = [check for check in check_problems if external.supports(check.problem)]
+    unsupported = [check for check in check_problems if check not in supported]
+    return supported, [check for check in unsupported if external.faults_on(check.problem)]
 
 
 def check_runs(

@@ -37,21 +37,21 @@ class CheckedRun:
 
     Attributes
     ----------
-    asked
-        False where no run was asked for, since answers before were late
+    requested
+        False where the run was not requested, since earlier answers were late
     """
 
     run: Trajectory
     seconds: float
-    asked: bool = True
+    requested: bool = True
 
 
 class Fault(NamedTuple):
-    """A problem's name and the reason; asked is False where no answer was asked for."""
+    """A problem's name and the reason; `requested` is False where the request was not made."""
 
     problem: str
     why: str
-    asked: bool
+    requested: bool
 
 
 @dataclass(eq=False)
@@ -127,8 +127,8 @@ class ExternalIntegrator:
         return self._twin
 
     def supports(self, problem: Problem) -> bool:
-        """Whether it solves the problem; False, and a fault, when it does not answer. Of problems
-        that it is not asked about any more the first alone is a fault."""
+        """Whether it solves the problem; False, and a fault, when it does not answer. Of the
+        problems that it is no longer asked about, only the first is a fault."""
         if self._late[False] >= PATIENCE and self._unasked():
             return False
         return bool(
@@ -173,59 +173,58 @@ class ExternalIntegrator:
         """One run in its process; a failed trajectory when it returned none."""
         return self.timed(problem, duration, setting)()
 
-    def tried(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """A run whose failure is no fault, as at a setting that it did not offer."""
-        return self.timed(problem, duration, setting, tried=True)()
+    def trial(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
+        """A run at a setting that it did not offer; its failure is no fault."""
+        return self.timed(problem, duration, setting, is_trial=True)()
 
     def timed(
         self,
         problem: Problem,
         duration: float,
         setting: Mapping[str, Any],
-        tried: bool = False,
+        is_trial: bool = False,
     ) -> TimedRun:
         """A run that measures its own time; see `benchmarks.statistics.timing`.
 
         Parameters
         ----------
-        tried
-            whether the setting is one that it did not offer: a failure is then no fault
+        is_trial
+            whether the setting is not among the offered ones, so that a failure is no fault
         """
-        words = " ".join(
+        setting_text = " ".join(
             f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
             for name, value in setting.items()
         )
 
         def ask(repeats: int) -> Any:
             run = problem, duration, dict(setting), repeats
-            return self._ask("timed run", *run, tried=tried)
+            return self._ask("timed run", *run, is_trial=is_trial)
 
         def report(error: ContenderError) -> None:
-            if not tried:
-                self.add_fault(problem, f"T = {duration:g}, {words}", error)
+            if not is_trial:
+                self.add_fault(problem, f"T = {duration:g}, {setting_text}", error)
 
         return TimedRun(self.name, problem, duration, dict(setting), ask, report)
 
     def checked(
-        self, problem: Problem, duration: float, setting: Mapping[str, Any], tried: bool = False
+        self, problem: Problem, duration: float, setting: Mapping[str, Any], is_trial: bool = False
     ) -> CheckedRun:
-        """A run that should succeed: a failure is a fault even where the contender reports it,
-        unless the setting is one that was `tried`."""
-        asked = self._late[tried] < PATIENCE
-        call = self.timed(problem, duration, setting, tried)
+        """A run that should succeed: unless `is_trial`, its failure is a fault, reported or not."""
+        requested = self._late[is_trial] < PATIENCE
+        call = self.timed(problem, duration, setting, is_trial)
         run = call()
-        if not (run.success or call.failure or tried):
+        if not (run.success or call.failure or is_trial):
             self.add_fault(problem, f"T = {duration:g}, {readable_setting(setting)}", run.status)
-        return CheckedRun(run, call.took, asked)
+        return CheckedRun(run, call.took, requested)
 
     @property
     def faults(self) -> list[str]:
-        """A sentence for each problem and kind of fault; one for all that it was not asked."""
+        """A sentence for each problem and kind of fault; one for all requests not made."""
         unasked = self._unasked()
         sentences = [
             f"{self.name}, {fault.problem}, {_first(doings)}: {fault.why}"
             for fault, doings in self._failed.items()
-            if fault.asked
+            if fault.requested
         ]
         if unasked:
             requests = [doing for fault in unasked for doing in self._failed[fault]]
@@ -248,8 +247,8 @@ class ExternalIntegrator:
 
     def add_fault(self, problem: Problem, doing: str, why: str | ContenderError) -> None:
         """Record a fault: the request (`doing`) and the reason (`why`)."""
-        asked = not isinstance(why, NotAsked)
-        fault = Fault(problem.name or NAMELESS, visible(str(why)), asked)
+        requested = not isinstance(why, NotAsked)
+        fault = Fault(problem.name or NAMELESS, visible(str(why)), requested)
         self._failed.setdefault(fault, []).append(visible(doing))
 
     def forget_faults(self) -> None:
@@ -259,13 +258,13 @@ class ExternalIntegrator:
 
     @property
     def only_unasked(self) -> str:
-        """Why nothing that failed was asked, as answers before were late; "" where there are other
+        """Why requests were not made, where these are the only faults; "" where there are other
         faults, or none."""
         return self._unasked()[0].why if len(self._unasked()) == len(self._failed) > 0 else ""
 
     def _unasked(self) -> list[Fault]:
-        """Those of the requests that were not made as earlier answers were late."""
-        return [fault for fault in self._failed if not fault.asked]
+        """Faults of requests that were not made, since earlier answers were late."""
+        return [fault for fault in self._failed if not fault.requested]
 
     def close(self) -> None:
         """End its processes and their child processes; the next request starts another."""
@@ -290,15 +289,16 @@ class ExternalIntegrator:
             self.add_fault(problem, doing, error)
             return None
 
-    def _ask(self, question: str, *arguments: Any, tried: bool = False) -> Any:
+    def _ask(self, question: str, *arguments: Any, is_trial: bool = False) -> Any:
         """The answer of the process. Raises ContenderError.
 
         Parameters
         ----------
-        tried
-            whether late answers are counted apart: to requests that it did not offer to answer
+        is_trial
+            whether the setting is not among the offered ones; late answers to these requests are
+            counted separately
         """
-        if self._late[tried] >= PATIENCE:
+        if self._late[is_trial] >= PATIENCE:
             raise NotAsked(
                 f"It was not asked: {PATIENCE} answers before took longer than {self.limit:g} s. "
                 f"Give a longer {self.limit_option}, in seconds, if it is only slow."
@@ -306,11 +306,11 @@ class ExternalIntegrator:
         try:
             if self._pool is None:
                 self._start()
-            asked = (self.path, question, *arguments)
-            return self._pool.schedule(answer, asked, timeout=self.limit).result()
+            request = (self.path, question, *arguments)
+            return self._pool.schedule(answer, request, timeout=self.limit).result()
         except TimeoutError:
             self.close()
-            self._late[tried] += 1
+            self._late[is_trial] += 1
             why = f"It did not answer within {self.limit:g} s, and was stopped."
         except ProcessExpired as end:
             self.close()
@@ -330,5 +330,5 @@ class ExternalIntegrator:
 
 
 def _first(doings: Sequence[str]) -> str:
-    first, *others = doings
-    return f"{first} and {len(others)} more" if others else first
+    first, *following = doings
+    return f"{first} and {len(following)} more" if following else first

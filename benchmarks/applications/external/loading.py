@@ -15,8 +15,8 @@ from references import REFERENCES
 
 METHODS = ("supports", "run")
 CONSERVED = ("energy", "angular momentum")
-OURS = "galvi"
-PACKAGES = (OURS, "benchmarks", "references", "reports")
+RESERVED_NAME = "galvi"
+PACKAGES = (RESERVED_NAME, "benchmarks", "references", "reports")
 LONGEST, MARKUP = (
     60,
     "<>$|`",
@@ -56,15 +56,16 @@ def load_class(path: str) -> Any:
     if not (isinstance(contender.name, str) and _is_name(plain_text(contender.name))):
         raise ContenderError(
             f"the name of {path} must be words in one line, of {LONGEST} letters at most, none of "
-            f"{MARKUP}, that do not begin with {OURS!r}, which are galvi's own methods, nor with a "
-            f"formula's {' '.join(STARTS[:4])}, and that no other code of the suite has; received "
-            f"{contender.name!r}"
+            f"{MARKUP}, that do not begin with {RESERVED_NAME!r}, which are galvi's own methods, "
+            f"nor with a formula's {' '.join(STARTS[:4])}, "
+            "and that no other code of the suite has; "
+            f"received {contender.name!r}"
         )
     return contender
 
 
 def object_at(path: str, kind: str, noun: str) -> Any:
-    """What a module has at "package.module:name"; kind and noun are for messages.
+    """The object at "package.module:name"; kind and noun are for messages.
 
     Raises
     ------
@@ -96,10 +97,11 @@ def object_at(path: str, kind: str, noun: str) -> Any:
             ) from None
         raise ContenderError(f"importing {module_name} raised {describe_error(error)}") from None
     if not hasattr(module, name):
-        known = [word for word in vars(module) if not word.startswith("_")]
-        near = difflib.get_close_matches(name, known, n=1)
+        public_names = [word for word in vars(module) if not word.startswith("_")]
+        similar = difflib.get_close_matches(name, public_names, n=1)
         raise ContenderError(
-            f"module {module_name} has no {name!r}{f'; did you mean {near[0]!r}?' if near else ''}"
+            f"module {module_name} has no {name!r}"
+            f"{f'; did you mean {similar[0]!r}?' if similar else ''}"
         )
     return getattr(module, name)
 
@@ -119,9 +121,12 @@ def _suggested_path(path: str, noun: str) -> str:
 def _is_name(name: str) -> bool:
     one_line = name.strip() and name.isprintable() and len(name) <= LONGEST
     word = " ".join(name.casefold().split())
-    ours = word.startswith((OURS, *STARTS))
-    taken = {code.name.casefold() for code in REFERENCES} & {word, word.partition(",")[0].rstrip()}
-    return bool(one_line) and not set(name) & set(MARKUP) and not ours and not taken
+    is_reserved = word.startswith((RESERVED_NAME, *STARTS))
+    same_names = {code.name.casefold() for code in REFERENCES} & {
+        word,
+        word.partition(",")[0].rstrip(),
+    }
+    return bool(one_line) and not set(name) & set(MARKUP) and not is_reserved and not same_names
 
 
 def metadata(contender: Any) -> tuple[str, float | None, dict[str, float], bool]:
@@ -138,7 +143,7 @@ def metadata(contender: Any) -> tuple[str, float | None, dict[str, float], bool]
     if order is not None and not is_positive(order):
         raise ContenderError(f"its order must be a positive number; received {order!r}")
     if not isinstance(conserves, Mapping) or not all(
-        name in CONSERVED and is_positive(most) for name, most in conserves.items()
+        name in CONSERVED and is_positive(limit) for name, limit in conserves.items()
     ):
         raise ContenderError(
             "what it conserves must be a mapping of "
@@ -150,8 +155,8 @@ def metadata(contender: Any) -> tuple[str, float | None, dict[str, float], bool]
             "whether it is symmetric, that is, returns to its start in a run back, must be True or "
             f"False; received {symmetric!r}"
         )
-    kept = {plain_text(name): float(most) for name, most in conserves.items()}
-    return plain_text(contender.name), None if order is None else float(order), kept, symmetric
+    limits = {plain_text(name): float(limit) for name, limit in conserves.items()}
+    return plain_text(contender.name), None if order is None else float(order), limits, symmetric
 
 
 def definition(contender: Any) -> tuple[str, int]:
@@ -174,8 +179,8 @@ def is_positive(value: Any) -> bool:
 
 
 def plain_text(value: Any) -> str:
-    """Its words, of no class of its own, so that they are unpickled without the contender's code;
-    "" where it has none."""
+    """The value as a plain str, which is unpickled without the contender's code; "" where it has no
+    text."""
     try:
         return str.__str__(value if isinstance(value, str) else str(value))
     except Exception:
@@ -184,5 +189,5 @@ def plain_text(value: Any) -> str:
 
 def describe_error(error: BaseException) -> str:
     """Type and message of an exception, on one line, without control characters and full stop."""
-    words = " ".join(plain_text(error).split()).rstrip(".")
-    return visible(f"{type(error).__name__}: {words}" if words else type(error).__name__)
+    message = " ".join(plain_text(error).split()).rstrip(".")
+    return visible(f"{type(error).__name__}: {message}" if message else type(error).__name__)

@@ -42,7 +42,7 @@ class LongRun:
 
     Attributes
     ----------
-    done
+    checked
         the run and its time
     steps
         number of equal steps; 0 where it has none
@@ -50,23 +50,23 @@ class LongRun:
 
     check: CheckProblem
     setting: Mapping[str, Any]
-    done: CheckedRun
+    checked: CheckedRun
     steps: int
 
     @property
     def problem(self) -> Problem:
-        """The one that was run."""
+        """The problem that is run."""
         return self.check.watched or self.check.problem
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Relative changes of what the motion conserves."""
         yield from _changes(
-            self.check, self.problem, self.done.run, self.setting, "{}", self.check.kept
+            self.check, self.problem, self.checked.run, self.setting, "{}", self.check.conserved
         )
 
 
 def long_run(external: ExternalIntegrator, check: CheckProblem) -> LongRun | None:
-    """None where it does not take part."""
+    """The long run on a problem; None where the integrator offers no settings for it."""
     problem = check.watched or check.problem
     offered = offered_settings(external, problem, check.long, PARTS)
     if not offered:
@@ -82,14 +82,14 @@ def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[s
     """Rows of the run that goes on from this one, in the sense of the same step: LONG, the number
     of steps, or its time for one without steps, and the changes of what it declares to conserve.
     Where this one failed, the first row alone, with its status."""
-    if not first.done.run.success:
+    if not first.checked.run.success:
         yield row(
             study=first.check.problem.name,
             quantity=LONG,
             t=first.check.long,
             steps=first.steps,
             label=readable_setting(first.setting),
-            status=failure(first.done.run),
+            status=failure(first.checked.run),
         )
         return
     wanted = MANY / first.steps if first.steps else float(OVER)
@@ -99,12 +99,12 @@ def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[s
         if longer == wanted or wanted <= 1.0
         else ("More would take over a third of the time limit, by the time of its shorter run.")
     )
-    steps, duration, run, setting = first.steps, first.check.long, first.done.run, first.setting
+    steps, duration, run, setting = first.steps, first.check.long, first.checked.run, first.setting
     if longer > 1.0:
         setting, steps, duration = _lengthened(first, longer)
         run = external.checked(first.problem, duration, setting).run
-        kept = [name for name in first.check.kept if name in external.conserves]
-        yield from _changes(first.check, first.problem, run, setting, LONGER, kept)
+        conserved = [name for name in first.check.conserved if name in external.conserves]
+        yield from _changes(first.check, first.problem, run, setting, LONGER, conserved)
     yield row(
         study=first.check.problem.name,
         quantity=LONG,
@@ -117,9 +117,9 @@ def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[s
 
 
 def _in_time(external: ExternalIntegrator, first: LongRun, factor: float) -> float:
-    """So many times as long, or as the limit of time allows."""
+    """By which factor to lengthen a run: `factor`, or less where the time limit requires it."""
     # the time of states that are copied at each step grows with the square of their number
-    in_time = external.limit / max(first.done.seconds, 1e-9)
+    in_time = external.limit / max(first.checked.seconds, 1e-9)
     return min(factor, SHARE * in_time, in_time**0.5)
 
 
@@ -133,17 +133,17 @@ def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[
     the motion.
     """
     first = long_run(external, replace(check, long=check.duration, watched=None))
-    if not (first and first.done.run.success):
+    if not (first and first.checked.run.success):
         return
     wanted = CUT_STEPS * MANY / first.steps if first.steps else OVER * check.long / check.duration
     longer = _in_time(external, first, wanted)
     setting, steps, duration = first.setting, first.steps, check.duration
     if longer > 1.0:
         setting, steps, duration = _lengthened(first, longer)
-    each = {"save_every": steps // 2} if steps else {"samples": 2}
+    saving = {"save_every": steps // 2} if steps else {"samples": 2}
     problem, half = first.problem, duration / 2.0
-    run = external.checked(problem, duration, {**setting, **each}).run
-    apart, why = float("nan"), failure(run)
+    run = external.checked(problem, duration, {**setting, **saving}).run
+    difference, why = float("nan"), failure(run)
     if run.success:
         system: Any = problem.system
         later = replace(problem, q0=run.q[1], v0=system.velocity(run.p[1]), t0=problem.t0 + half)
@@ -151,13 +151,13 @@ def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[
             why = NO_START.format(later.t0)
             yield row(study=check.problem.name, quantity=NOT_CUT, t=duration, status=why)
             return
-        each = {"save_every": steps // 2} if steps else {"samples": 1}
-        again = external.checked(later, half, {**setting, **each}).run
-        why, way = failure(again), first.done.run
+        saving = {"save_every": steps // 2} if steps else {"samples": 1}
+        again = external.checked(later, half, {**setting, **saving}).run
+        why, way = failure(again), first.checked.run
         if again.success:
-            apart = max(
-                float(np.max(np.abs(end - other[-1])) / np.max(np.abs(states - states[0])))
-                for end, other, states in ((again.q[-1], run.q, way.q), (again.p[-1], run.p, way.p))
+            difference = max(
+                float(np.max(np.abs(end - uncut[-1])) / np.max(np.abs(states - states[0])))
+                for end, uncut, states in ((again.q[-1], run.q, way.q), (again.p[-1], run.p, way.p))
             )
     yield row(
         study=check.problem.name,
@@ -165,7 +165,7 @@ def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[
         label=readable_setting(setting),
         t=duration,
         steps=steps,
-        value=apart,
+        value=difference,
         status=why,
     )
 
@@ -175,9 +175,9 @@ def _lengthened(first: LongRun, factor: float) -> tuple[Mapping[str, Any], int, 
     if not first.steps:
         return {**first.setting, "samples": PARTS * FINER}, 0, factor * first.check.long
     parts = PARTS * max(1, min(FINER, round(factor * first.steps) // PARTS))
-    every = max(1, round(factor * first.steps / parts))
-    setting = {**first.setting, "save_every": every}
-    return setting, parts * every, parts * every * first.setting["step"]
+    save_every = max(1, round(factor * first.steps / parts))
+    setting = {**first.setting, "save_every": save_every}
+    return setting, parts * save_every, parts * save_every * first.setting["step"]
 
 
 def _changes(
@@ -186,19 +186,19 @@ def _changes(
     run: Trajectory,
     setting: Mapping[str, Any],
     name: str,
-    kept: Iterable[str],
+    quantities: Iterable[str],
 ) -> Iterator[dict[str, Any]]:
     q, p = (
         np.concatenate([start[None], states])
         for start, states in ((problem.q0, run.q), (problem.p0, run.p))
     )
     formulas = {"energy": check.energy, "angular momentum": angular_momentum}
-    for quantity in kept:
+    for quantity in quantities:
         start, *values = formulas[quantity](problem, q, p).reshape(len(q), -1)
         change, size = np.linalg.norm(values - start, axis=-1), np.linalg.norm(start)
         for seed in SEEDS:
-            t, seen = at_random(run.t, change / size, seed)
-            for time, error in zip(t, seen, strict=True):
+            t, changes = at_random(run.t, change / size, seed)
+            for time, error in zip(t, changes, strict=True):
                 yield row(
                     study=check.problem.name,
                     quantity=name.format(quantity),

@@ -2,9 +2,9 @@
 
 It offers steps as short as it likes; the order p that it declares shows where errors are above
 round-off and fall as a power of the step. The search starts from its longest step and doubles or
-halves it until the error is between the one that is LEAST^p times the floor and COARSE. The errors
-that the order is fitted to begin there, and end where the declared order would reach the floor, or
-at its shortest step. Where errors rise repeatedly on the way, as in lower precision, the order is
+halves it until the error is between SMALLEST_SPAN^p times the floor and COARSE. The errors that the
+order is fitted to begin there, and end where the declared order would reach the floor, or at its
+shortest step. Where errors rise repeatedly on the way, as in lower precision, the order is
 looked for again from COARSE on.
 """
 
@@ -23,11 +23,14 @@ from benchmarks.store.frames import failure, row
 from galvi.arrays import Array
 
 ORDER = "error in between"
-POINTS, MOST = 9, 2.0  # step sizes: number, and largest ratio
-LEAST, FURTHER = 4.0, 8.0  # factor between first and last step: at least, and where errors allow
+POINTS, LARGEST_RATIO = 9, 2.0  # step sizes: number, and largest ratio
+SMALLEST_SPAN, LARGEST_SPAN = (
+    4.0,
+    8.0,
+)  # factor between first and last step: at least, and where errors allow
 COARSE, SMALL = 1e-2, 1e-6  # largest error, and smallest, from which the order is looked for
-ROOM = 10.0  # of the first error above LEAST^p times the floor
-FEW = 10  # fewest steps
+ROOM = 10.0  # of the first error above SMALLEST_SPAN^p times the floor
+FEWEST_STEPS = 10  # of a run
 RISES = 2  # rises of the error with shorter steps that count as erratic; one is a change of sign
 SINGLE = 1e-8  # error above which those that rise and fall may be round-off of single precision
 HIGHEST = 100.0  # order from which on the powers above are those of this order
@@ -50,11 +53,13 @@ def order_runs(
     order = min(external.order, HIGHEST)
     longest, shortest = offered_steps(check, equal)
     error = errors_at(external, check, equal, end)
-    most = max(shortest, round(FURTHER * longest))
-    least = min(COARSE, max(SMALL, ROOM * check.floor * LEAST**order))
-    numbers = _numbers(error, fewest(error, longest, most, least), shortest, order, check.floor)
+    most_steps = max(shortest, round(LARGEST_SPAN * longest))
+    least_error = min(COARSE, max(SMALL, ROOM * check.floor * SMALLEST_SPAN**order))
+    numbers = _numbers(
+        error, fewest(error, longest, most_steps, least_error), shortest, order, check.floor
+    )
     if rises([error(steps)[0] for steps in numbers], max(check.floor, SINGLE)) >= RISES:
-        few = fewest(error, longest, most, COARSE)
+        few = fewest(error, longest, most_steps, COARSE)
         numbers = _numbers(error, few, few, order, check.floor)
     for steps in numbers:
         value, status = error(steps)
@@ -89,8 +94,8 @@ def errors_at(
     @cache
     def error(steps: int) -> tuple[float, str]:
         setting = {**equal[-1], "step": check.duration / steps, "save_every": steps}
-        tried = not longest <= steps <= shortest
-        run = external.checked(check.problem, check.duration, setting, tried=tried).run
+        is_trial = not longest <= steps <= shortest
+        run = external.checked(check.problem, check.duration, setting, is_trial=is_trial).run
         off = float(np.max(np.abs(run.q[-1] - end))) if run.success else float("nan")
         return off / check.size, failure(run)
 
@@ -109,24 +114,24 @@ def _numbers(error: Errors, few: int, shortest: int, order: float, floor: float)
     if np.isnan(first):
         return (few,)
     reach = 2.0 * few * max(first / floor, 1.0) ** (1.0 / order) if first > 0.0 else few
-    many = max(LEAST * few, min(reach, max(FURTHER * few, shortest)))
-    ratio = min(MOST, (many / few) ** (1.0 / (POINTS - 1)))
+    many = max(SMALLEST_SPAN * few, min(reach, max(LARGEST_SPAN * few, shortest)))
+    ratio = min(LARGEST_RATIO, (many / few) ** (1.0 / (POINTS - 1)))
     return tuple(dict.fromkeys(round(few * ratio**k) for k in range(POINTS)))
 
 
-def fewest(error: Errors, longest: int, most: int, least: float) -> int:
+def fewest(error: Errors, longest: int, most_steps: int, least_error: float) -> int:
     """The number of steps to begin with, of an error of at least `least`; that of its longest step
     where this fails, or is too long and so are all up to `most`."""
     few, now = longest, error(longest)[0]
-    while now < least and few >= 2 * FEW:
+    while now < least_error and few >= 2 * FEWEST_STEPS:
         longer = error(few // 2)[0]
         if np.isnan(longer):
             return few
-        if longer >= least:  # between the two
-            part = np.log(longer / least) / np.log(longer / now) if now > 0.0 else 0.0
+        if longer >= least_error:  # between the two
+            part = np.log(longer / least_error) / np.log(longer / now) if now > 0.0 else 0.0
             return round((few // 2) * 2.0 ** min(part, 1.0))
         few, now = few // 2, longer
-    while now > COARSE and 2 * few <= most:
+    while now > COARSE and 2 * few <= most_steps:
         shorter = error(2 * few)[0]
         if np.isnan(shorter):
             break

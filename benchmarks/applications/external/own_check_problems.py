@@ -44,7 +44,7 @@ def own_check_problem(path: str) -> CheckProblem:
     run = contender.run(problem, duration, {"samples": SAMPLES, **setting})
     size = float(np.max(np.abs(run.q))) or 1.0
     error = max(truth.error / size, ROUND_OFF)
-    kept = [
+    conserved = [
         word
         for word, values in invariants(run).items()
         if word in CONSERVED and np.any(values[0]) and np.all(kept_components(run)[word])
@@ -57,7 +57,7 @@ def own_check_problem(path: str) -> CheckProblem:
         size=size,
         floor=max(1e-11, FLOOR * error),
         ordered=np.inf if name == LINEAR else 0.0,
-        kept=tuple(kept),
+        conserved=tuple(conserved),
         long=duration,
         energy=energy,
     )

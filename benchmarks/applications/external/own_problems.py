@@ -13,7 +13,7 @@ KIND = "problem", "function"
 
 def load_problem(path: str, duration: float | None = None) -> tuple[Problem, float]:
     """The problem and its duration, of the function at the path: () -> (galvi.Problem, duration),
-    or () -> galvi.Problem where a duration is given, which wins.
+    or () -> galvi.Problem where a duration is given, which takes precedence.
 
     A problem without a name gets that of the function.
 
@@ -22,22 +22,24 @@ def load_problem(path: str, duration: float | None = None) -> tuple[Problem, flo
     ContenderError
         For anything else.
     """
-    found = object_at(path, *KIND)
-    if not callable(found):
-        raise ContenderError(f"{path} must be a function; received a {type(found).__name__}")
+    function = object_at(path, *KIND)
+    if not callable(function):
+        raise ContenderError(f"{path} must be a function; received a {type(function).__name__}")
     try:
-        made = found()
+        returned = function()
     except Exception as error:
         raise ContenderError(f"it raised {describe_error(error)}") from None
     if duration is not None:
-        made = (made[0] if isinstance(made, tuple) and made else made), duration
-    if not (isinstance(made, tuple) and len(made) == 2 and isinstance(made[0], Problem)):
+        returned = (returned[0] if isinstance(returned, tuple) and returned else returned), duration
+    if not (
+        isinstance(returned, tuple) and len(returned) == 2 and isinstance(returned[0], Problem)
+    ):
         raise ContenderError(
-            f"the function must return a galvi.Problem and its duration; received {made!r}"
+            f"the function must return a galvi.Problem and its duration; received {returned!r}"
         )
-    problem, given = made
+    problem, stated_duration = returned
     try:
-        duration = input_checks.positive("its duration", given)
+        duration = input_checks.positive("its duration", stated_duration)
     except (ValueError, TypeError) as error:
         raise ContenderError(str(error).rstrip(".")) from None
     name = problem.name or path.rpartition(":")[2].replace("_", " ")

@@ -41,7 +41,7 @@ class Printed:
             self._readers.pop().join(1.0)
 
     def forget(self) -> None:
-        """Count from here on."""
+        """Reset the number of lines and the first lines."""
         self.lines, self.first = 0, []
 
     def sentence(self) -> str:
@@ -55,10 +55,10 @@ class Printed:
         line = b""  # the unfinished one
         with pipe:
             while block := _block(pipe):
-                *ended, rest = (line + block).split(b"\n")
+                *ended, unfinished = (line + block).split(b"\n")
                 self.lines += len(ended)
                 self.first += map(_text, ended[: FIRST - len(self.first)])
-                line = rest[: 8 * LONGEST]  # more bytes than are shown
+                line = unfinished[: 8 * LONGEST]  # more bytes than are shown
         if line:
             self.lines += 1
             self.first += [_text(line)] if len(self.first) < FIRST else []

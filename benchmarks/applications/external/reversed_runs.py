@@ -19,7 +19,7 @@ from benchmarks.applications.external.check_problems import CheckProblem
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.order_runs import (
     COARSE,
-    FURTHER,
+    LARGEST_SPAN,
     errors_at,
     fewest,
     offered_steps,
@@ -65,30 +65,34 @@ def reversed_runs(
         return
     few, many = offered_steps(check, equal)
     error = errors_at(external, check, equal, end)
-    steps = fewest(error, few, max(many, round(FURTHER * few)), NOT_SMALL)
+    steps = fewest(error, few, max(many, round(LARGEST_SPAN * few)), NOT_SMALL)
     steps = steps if error(steps)[0] <= COARSE else many
     step, duration, problem = check.duration / steps, check.duration, check.problem
     setting = {**equal[-1], "step": step, "save_every": steps}
     where = {"study": problem.name, "step": step, "steps": steps, "t": duration}
 
     def run(start: Problem, sense: float = 1.0) -> Trajectory:
-        asked = {**setting, "step": sense * step}
-        return external.checked(start, sense * duration, asked, tried=True).run
+        run_setting = {**setting, "step": sense * step}
+        return external.checked(start, sense * duration, run_setting, is_trial=True).run
 
-    there = run(problem)
-    if not there.success:
-        yield row(quantity=REVERSED, status=failure(there), **where)
+    forwards = run(problem)
+    if not forwards.success:
+        yield row(quantity=REVERSED, status=failure(forwards), **where)
         return
-    system, t = problem.system, float(there.t[-1])
-    v = velocity_at(system, there.q[-1], there.p[-1], t, problem.v0)
+    system, t = problem.system, float(forwards.t[-1])
+    v = velocity_at(system, forwards.q[-1], forwards.p[-1], t, problem.v0)
     timed = any(getattr(system, name, False) for name in ("explicit_time", "timed_force"))
-    turned = replace(problem, q0=there.q[-1], v0=v, t0=t if timed else problem.t0)
+    turned = replace(problem, q0=forwards.q[-1], v0=v, t0=t if timed else problem.t0)
     if not external.supports(turned):
         yield row(quantity=NOT_REVERSED, status=NO_START.format(turned.t0), **where)
         return
     back, nearby = run(turned, -1.0), run(_moved(problem, duration))
-    missed = _apart(back, problem.q0, problem.p0, there) if back.success else float("nan")
-    growth = _apart(nearby, there.q[-1], there.p[-1], there) / NEARBY if nearby.success else 1.0
+    missed = _distance(back, problem.q0, problem.p0, forwards) if back.success else float("nan")
+    growth = (
+        _distance(nearby, forwards.q[-1], forwards.p[-1], forwards) / NEARBY
+        if nearby.success
+        else 1.0
+    )
     yield row(quantity=REVERSED, value=missed, status=failure(back), **where)
     rounding = ROOM * float(np.finfo(float).eps) * steps * max(1.0, growth)
     yield row(quantity=ROUNDING, value=rounding, **where)
@@ -101,9 +105,9 @@ def _moved(problem: Problem, duration: float) -> Problem:
     return replace(problem, v0=problem.v0 + NEARBY * size * change)
 
 
-def _apart(run: Trajectory, q: Array, p: Array, there: Trajectory) -> float:
+def _distance(run: Trajectory, q: Array, p: Array, forwards: Trajectory) -> float:
     """How far the end of a run is from (q, p), over the size of the states there."""
     return max(
         float(np.max(np.abs(end - state)) / (np.max(np.abs(states)) or 1.0))
-        for end, state, states in ((run.q[-1], q, there.q), (run.p[-1], p, there.p))
+        for end, state, states in ((run.q[-1], q, forwards.q), (run.p[-1], p, forwards.p))
     )

@@ -44,7 +44,9 @@ from benchmarks.store.frames import frame, pick
 PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
 CONTENDER, PROBLEM, LIMIT = "--galvi", "--galvi-problem", "--galvi-timeout"  # options of pytest
 SHOWN = 5  # first lines of what an integrator printed in an item that failed
-NOTHING = "It gives nothing to measure here, as its run or its settings failed, or has no step."
+NOTHING_MEASURED = (
+    "It gives nothing to measure here, as its run or its settings failed, or has no step."
+)
 Item = Mapping[str, str]
 
 
@@ -67,7 +69,9 @@ class ServedChecks:
     limit: float
     _open: dict[str, ExternalIntegrator] = field(default_factory=dict)
     _runs: dict[str, Runs] = field(default_factory=dict)
-    _asked: dict[str, tuple[list[CheckProblem], list[CheckProblem]]] = field(default_factory=dict)
+    _problem_lists: dict[str, tuple[list[CheckProblem], list[CheckProblem]]] = field(
+        default_factory=dict
+    )
 
     def items(self) -> list[Item]:
         """What `measured` takes, in the order of `verify`."""
@@ -142,10 +146,10 @@ class ServedChecks:
     def _problems_of(
         self, external: ExternalIntegrator
     ) -> tuple[list[CheckProblem], list[CheckProblem]]:
-        """Those that it supports, and those about which it does not answer."""
-        if external.path not in self._asked:
-            self._asked[external.path] = supported_and_faulty(external, self._problems)
-        return self._asked[external.path]
+        """The problems that it supports, and those for which it does not answer."""
+        if external.path not in self._problem_lists:
+            self._problem_lists[external.path] = supported_and_faulty(external, self._problems)
+        return self._problem_lists[external.path]
 
     def _items_of(self, path: str) -> list[Item]:
         external = self._external(path)
@@ -179,8 +183,8 @@ class ServedChecks:
 
 
 def outcome(rows: Sequence[Row]) -> tuple[str, str]:
-    """That of an item with these rows of claims.csv, and why: a paragraph for each that is not as
-    expected."""
+    """The outcome of an item with these rows of claims.csv, and why: a paragraph for each row that
+    is not as expected."""
     differing = [row for row in rows if row.verdict != row.expected]
     if differing:
         return FAILED, "\n".join(map(_paragraph, differing))
@@ -189,7 +193,7 @@ def outcome(rows: Sequence[Row]) -> tuple[str, str]:
     reasons = [
         row.reason for verdict in (NOT_RUN, FINDING) for row in rows if row.verdict == verdict
     ]
-    return SKIPPED, reasons[-1] if reasons else NOTHING
+    return SKIPPED, reasons[-1] if reasons else NOTHING_MEASURED
 
 
 def _paragraph(row: Row) -> str:
@@ -208,12 +212,12 @@ def _name(problem: CheckProblem) -> str:
 
 
 def serve() -> None:
-    """Answer requests until there are no more. Code of the user's reads nothing, and what it prints
-    is no answer."""
+    """Answer requests until there are no more. The user's code has an empty standard input, and its
+    output goes to the standard error."""
     requests = os.fdopen(os.dup(sys.stdin.fileno()), encoding="utf-8")
-    nothing = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(nothing, sys.stdin.fileno())
-    os.close(nothing)
+    empty_input = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(empty_input, sys.stdin.fileno())
+    os.close(empty_input)
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # without a traceback; integrators end with it

@@ -25,7 +25,7 @@ from references.setting import fixed_steps, sample_times
 MOST_STEPS, MOST_STATES = 10**10, 10**7  # limits of a run
 # Tolerances: of a time, relative to the duration; of the first state, relative to the largest
 # component of the start.
-NEAR = 1e-9
+TOLERANCE = 1e-9
 
 
 def saved_times(problem: Problem, duration: float, setting: Mapping[str, Any]) -> Array:
@@ -40,20 +40,20 @@ def saved_times(problem: Problem, duration: float, setting: Mapping[str, Any]) -
 
 def valid_settings(offered: Sequence[Any], duration: float) -> list[dict[str, Any]]:
     """The settings: at least one, of plain values, within bounds, from coarse to fine."""
-    if not offered or not all(isinstance(one, Mapping) for one in offered):
+    if not offered or not all(isinstance(mapping, Mapping) for mapping in offered):
         raise ContenderError(f"Its settings must be mappings, one at least; received {offered!r}.")
     settings = [
-        {plain_text(name): _plain(plain_text(name), value) for name, value in one.items()}
-        for one in offered
+        {plain_text(name): _plain(plain_text(name), value) for name, value in mapping.items()}
+        for mapping in offered
     ]
     for setting in settings:
         _check_bounds(setting, duration)
-    steps = [one["step"] for one in settings if "step" in one]
-    others = {
-        repr(sorted((k, v) for k, v in one.items() if k not in ("step", "save_every")))
-        for one in settings
+    steps = [mapping["step"] for mapping in settings if "step" in mapping]
+    other_options = {
+        repr(sorted((k, v) for k, v in mapping.items() if k not in ("step", "save_every")))
+        for mapping in settings
     }
-    if len(steps) == len(settings) and len(others) == 1 and steps[-1] > steps[0]:
+    if len(steps) == len(settings) and len(other_options) == 1 and steps[-1] > steps[0]:
         raise ContenderError(
             f"Its settings must go from coarse to fine; received steps from {steps[0]:g} to "
             f"{steps[-1]:g}."
@@ -74,7 +74,7 @@ def _plain(name: str, value: Any) -> Any:
 def _check_bounds(setting: Mapping[str, Any], duration: float) -> None:
     states = setting.get("samples", 0)
     if "step" in setting:
-        step, every = setting["step"], setting.get("save_every", 1)
+        step, save_every = setting["step"], setting.get("save_every", 1)
         if not is_positive(step):
             raise ContenderError(
                 f"Its settings' step must be a positive number; received {step!r}."
@@ -84,7 +84,7 @@ def _check_bounds(setting: Mapping[str, Any], duration: float) -> None:
                 f"Its settings may ask for {MOST_STEPS:,} steps at most; received a step of "
                 f"{step!r} for a duration of {duration:g}."
             )
-        states = abs(duration) / step / every if is_positive(every) else 0
+        states = abs(duration) / step / save_every if is_positive(save_every) else 0
     if isinstance(states, (int, float)) and states > MOST_STATES:
         raise ContenderError(
             f"Its settings may ask for {MOST_STATES:,} states at most; received {dict(setting)!r}."
@@ -130,12 +130,12 @@ def valid_run(
 
 
 def _numbers(name: str, part: Any) -> Array:
-    """A copy, float64.
+    """The array as a copy, float64.
 
     Raises
     ------
     ContenderError
-        For what are no real numbers.
+        For anything but real numbers.
     """
     try:
         kind = np.asarray(part).dtype
@@ -155,7 +155,9 @@ def _check_times(t: Array, problem: Problem, duration: float, setting: Mapping[s
             "Its settings must say at which times a run has states, as step and save_every or as "
             f"samples; received {dict(setting)!r} ({describe_error(error)})."
         ) from None
-    if t.shape != times.shape or not np.allclose(t, times, rtol=0.0, atol=NEAR * abs(duration)):
+    if t.shape != times.shape or not np.allclose(
+        t, times, rtol=0.0, atol=TOLERANCE * abs(duration)
+    ):
         received = (
             f"{len(t)} from {t[0]:g} to {t[-1]:g}"
             if t.ndim == 1 and t.size
@@ -173,7 +175,7 @@ def _check_states(q: Array, p: Array, problem: Problem) -> None:
         raise ContenderError("It says that it succeeded, and its states are not finite.")
     for name, states, start in (("q", q, problem.q0), ("p", p, problem.p0)):
         off = np.max(np.abs(states[0] - start))
-        if off > NEAR * max(np.max(np.abs(states)), np.max(np.abs(start))):
+        if off > TOLERANCE * max(np.max(np.abs(states)), np.max(np.abs(start))):
             raise ContenderError(
                 f"Its first {name} must be the problem's start, {_one_line(start)}; received "
                 f"{_one_line(states[0])}."
@@ -181,5 +183,5 @@ def _check_states(q: Array, p: Array, problem: Problem) -> None:
 
 
 def _one_line(state: Array) -> str:
-    words = np.array2string(np.ravel(state), precision=6, threshold=6, separator=", ")
-    return words.replace("\n", "")
+    text = np.array2string(np.ravel(state), precision=6, threshold=6, separator=", ")
+    return text.replace("\n", "")

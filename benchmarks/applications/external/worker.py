@@ -148,10 +148,10 @@ def memory_growth(
 
     process = psutil.Process()
     seconds(1)  # it may compile
-    one = seconds(1)
-    if one > SLOW:
+    run_seconds = seconds(1)
+    if run_seconds > SLOW:
         return math.nan
-    runs = max(1, min(MOST_RUNS, int(ROUND / max(one, 1e-9))))
+    runs = max(1, min(MOST_RUNS, int(ROUND / max(run_seconds, 1e-9))))
     seconds(runs)
     levels = [memory()]
     for _ in range(ROUNDS):

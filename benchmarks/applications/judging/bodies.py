@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 import galvi
-from benchmarks.applications.judging.candidate import Candidate, Model, Own, Source
+from benchmarks.applications.judging.candidate import Candidate, Model, Source, UserSetting
 from benchmarks.applications.judging.truth import time_text
 from benchmarks.work_precision.galvi_methods import gauss_collocation, in_clock
 from benchmarks.work_precision.problem import galvi_label
@@ -58,14 +58,14 @@ ADAPTIVE = ("ias15", "bs")
 CENTRED = ("whfast", "whfast512", "saba", "mercurius", "trace")  # their first particle is the star
 LIGHT = 0.1  # share of the heaviest body's mass up to which two bodies have a mutual Hill radius
 PART, ENGINE, ANOTHER = "body", "rebound", ""
-MORE = "install the extra peers (pip install heyoka) for heyoka as a second"
+ENGINE_HINT = "install the extra peers (pip install heyoka) for heyoka as a second"
 COARSEST = 6.0 + 1.0 / 3.0  # steps to a revolution of the fastest body; a whole number resonates
-OURS, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
+GALVI_COARSEST, IN_FRAME = {8: 3.3, 12: 1.7, 16: 1.3}, {8: 1.7, 16: 1.1}  # degree: the same
 IN_CLOCK = {8: (1.0, 0.7, 0.5, 0.35, 0.2), 16: (1.6, 1.2, 0.9, 0.6)}  # degree: steps in tau
 
 
 def model(problem: Problem) -> Model:
-    """That of a problem alone: the simulation that it came from or would be, in its order."""
+    """The model of a problem alone, with the simulation that it came from or that is made of it."""
     return Model(problem, simulation_of(problem))
 
 
@@ -78,9 +78,9 @@ def shortest_period(problem: Problem) -> float:
         gap, speed = (np.delete(x - x[i], i, axis=0) for x in (problem.q0, problem.v0))
         r = np.linalg.norm(gap, axis=1)
         inverse = 2.0 / r - np.sum(speed**2, axis=1) / gm  # of the semi-major axis
-        for axes, found in ((r, circles), (1.0 / inverse[inverse > 0.0], bound)):
-            own = gm if found is circles else gm[inverse > 0.0]
-            found += (2.0 * math.pi * np.sqrt(axes**3 / own)).tolist()
+        for axes, periods in ((r, circles), (1.0 / inverse[inverse > 0.0], bound)):
+            pair_gm = gm if periods is circles else gm[inverse > 0.0]
+            periods += (2.0 * math.pi * np.sqrt(axes**3 / pair_gm)).tolist()
     return float(min(bound or circles))
 
 
@@ -94,22 +94,22 @@ def span(duration: float, step: float) -> float:
     return -abs(duration) if step < 0.0 or duration < 0.0 else duration
 
 
-def own(model: Model, name: str) -> Contender:
-    """This one of INTEGRATORS on the user's own simulation, as it is."""
-    found = INTEGRATORS[name]
-    return found if model.own is None else of_user(found, model.own, model.problem)
+def own_contender(model: Model, name: str) -> Contender:
+    """The integrator of this name on the user's own simulation, with its options."""
+    contender = INTEGRATORS[name]
+    return contender if model.native is None else of_user(contender, model.native, model.problem)
 
 
 def label(contender: Contender, options: Mapping[str, Any]) -> str:
     """The integrator with those of its options that are not REBOUND's defaults; coordinates always,
     where it has a choice."""
     usual = defaults(contender.integrator)
-    words = [
+    option_texts = [
         f"{name} {value}".lower()
         for name, value in options.items()
         if name == "coordinates" or usual.get(name) != value
     ]
-    return ", ".join([contender.name, *words])
+    return ", ".join([contender.name, *option_texts])
 
 
 def states(problem: Problem, duration: float) -> int:
@@ -119,73 +119,74 @@ def states(problem: Problem, duration: float) -> int:
     return min(math.ceil(PER_ORBIT * abs(duration) / shortest_period(problem)), MOST_STATES)
 
 
-def sources(model: Model, duration: float, own: Own) -> list[Source]:
+def sources(model: Model, duration: float, user_setting: UserSetting) -> list[Source]:
     """IAS15 on the user's own simulation, with another epsilon first where that is the own setting;
     then other engines, unless they would run forces that are not read to rounding, and galvi's
     opinion."""
     problem = model.problem
-    mine: Any = ias15.IAS15
-    if model.own is not None:
-        mine = of_user(mine, model.own, problem, keep_settings=False)
+    radau: Any = ias15.IAS15
+    if model.native is not None:
+        radau = of_user(radau, model.native, problem, keep_settings=False)
     read_alike = not _inexact(model)
     tight = {**ias15.DEFAULT, "epsilon": 1e-10}
-    found = [
-        Source("REBOUND IAS15", "REBOUND", mine, dict(ias15.DEFAULT)),
-        Source("REBOUND IAS15, epsilon 1e-10", "REBOUND", mine, tight),
+    all_sources = [
+        Source("REBOUND IAS15", "REBOUND", radau, dict(ias15.DEFAULT)),
+        Source("REBOUND IAS15, epsilon 1e-10", "REBOUND", radau, tight),
         Source("SciPy DOP853, rtol 3e-14", "SciPy", DOP853, dict(TIGHT)),
         Source("heyoka", "heyoka", HEYOKA, {}),
         Source("galvi degree 16", "", gauss_collocation(16), {}, 0.125 * shortest_period(problem)),
     ]
-    if getattr(own.contender, "integrator", "") == "ias15":
-        found[:2] = found[1::-1]
+    if getattr(user_setting.contender, "integrator", "") == "ias15":
+        all_sources[:2] = all_sources[1::-1]
     return [
-        one
-        for one in found
-        if (read_alike or one.engine in ("REBOUND", ""))
-        and not one.contender.missing
-        and one.contender.supports(problem)
+        source
+        for source in all_sources
+        if (read_alike or source.engine in ("REBOUND", ""))
+        and not source.contender.missing
+        and source.contender.supports(problem)
     ]
 
 
-def more(model: Model) -> str:
-    """None where forces are not read to rounding: other engines have them as read."""
-    return "" if _inexact(model) else MORE
+def engine_hint(model: Model) -> str:
+    """How to install a second engine; "" where forces are not read to rounding, as other engines
+    would run them as read."""
+    return "" if _inexact(model) else ENGINE_HINT
 
 
 def _inexact(model: Model) -> str:
-    return inexact(model.own, model.problem) if isinstance(model.own, Forced) else ""
+    return inexact(model.native, model.problem) if isinstance(model.native, Forced) else ""
 
 
 def check(model: Model, truth: Trajectory) -> None:
     """ValueError where REBOUND's accelerations at states of the truth are not the problem's."""
-    if model.own is not None:
+    if model.native is not None:
         for k in np.linspace(0, len(truth.t) - 1, 4).astype(int):
-            check_reading(model.own, model.problem, truth.q[k], truth.v[k])
+            check_reading(model.native, model.problem, truth.q[k], truth.v[k])
 
 
-def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
+def notes(model: Model, user_setting: UserSetting, truth: Trajectory) -> list[str]:
     """On units that are not set, on forces that are not read to rounding, on the order of the
     particles, and on the distances at which the user's run ends."""
-    problem, found = model.problem, []
+    problem, remarks = model.problem, []
     if not _named(problem, "length"):
-        found.append(
+        remarks.append(
             f"Lengths and times are in the units of the simulation, in which G = "
             f"{problem.system.G:g}: sim.units is not set."
         )
     if difference := _inexact(model):
-        found.append(
+        remarks.append(
             f"{difference}: runs of galvi are of the motion as read, and no other engine is a "
             f"source of the truth."
         )
     masses, labels = problem.system.masses, names(problem)
     star = int(np.argmax(masses))
-    integrator = getattr(own.contender, "integrator", "")
-    other = "what it is compared with has it first"
+    integrator = getattr(user_setting.contender, "integrator", "")
+    comparison_order = "what it is compared with has it first"
     if star and integrator in CENTRED:
-        found.append(
-            f"The heaviest body, {labels[star]}, is particle {star}, but {own.contender.name} "
-            f"expects it first. Your run keeps your order; "
-            f"{'all of REBOUND does' if isinstance(model.own, Forced) else other}."
+        remarks.append(
+            f"The heaviest body, {labels[star]}, is particle {star}, but "
+            f"{user_setting.contender.name} expects it first. Your run keeps your order; "
+            f"{'all of REBOUND does' if isinstance(model.native, Forced) else comparison_order}."
         )
     for name, sizes, beyond in (
         ("exit_max_distance", np.linalg.norm(truth.q, axis=2).max(axis=1), np.greater),
@@ -200,8 +201,8 @@ def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
             if over.size
             else ("never reaches it")
         )
-        found.append(f"{name} = {distance:g} is ignored here: your own run {ends}.")
-    return found
+        remarks.append(f"{name} = {distance:g} is ignored here: your own run {ends}.")
+    return remarks
 
 
 def _nearest(q: Array) -> Array:
@@ -213,28 +214,32 @@ def _nearest(q: Array) -> Array:
     return np.min(pairs, axis=0)
 
 
-def candidates(model: Model, duration: float, own: Own) -> Iterator[list[Candidate]]:
+def candidates(
+    model: Model, duration: float, user_setting: UserSetting
+) -> Iterator[list[Candidate]]:
     """For each integrator its settings from coarse to fine, or the steps to begin with, on a
     simulation that is made anew, with the heaviest body first, or on the user's own, where it has
     forces of REBOUNDx."""
-    problem, forced = model.problem, isinstance(model.own, Forced)
+    problem, forced = model.problem, isinstance(model.native, Forced)
 
     def on_it(contender: Any) -> Any:
-        return of_user(contender, model.own, problem, keep_settings=False) if forced else contender
+        if forced:
+            return of_user(contender, model.native, problem, keep_settings=False)
+        return contender
 
     revolutions = abs(duration) / shortest_period(problem)
     frame = galvi.KeplerFrame()
-    charts = [("", None, OURS)]
+    charts = [("", None, GALVI_COARSEST)]
     charts += [] if frame.refusal(problem) else [(", Kepler frame", frame, IN_FRAME)]
-    for words, chart, degrees in charts:
+    for suffix, chart, degrees in charts:
         for degree, coarsest in degrees.items():
             steps = round(revolutions * coarsest) or 1
             method = gauss_collocation(degree, chart)
-            yield [Candidate(galvi_label(degree) + words, method, {}, steps)]
+            yield [Candidate(galvi_label(degree) + suffix, method, {}, steps)]
     for degree, sizes in IN_CLOCK.items():
-        ours = in_clock(degree, galvi.DynamicalTime())
-        if ours.supports(problem):
-            yield [Candidate(clock_label(degree), ours, {"step": h}, None) for h in sizes]
+        clocked = in_clock(degree, galvi.DynamicalTime())
+        if clocked.supports(problem):
+            yield [Candidate(clock_label(degree), clocked, {"step": h}, None) for h in sizes]
     kinds: list[tuple[str, Any, Mapping[str, Any]]] = [
         ("REBOUND WHFast512, corrector 17", whfast512.WHFAST512, whfast512.BEST),
         ("REBOUND WHFast, corrector 17, LAZY", whfast.WHFAST, whfast.BEST),
@@ -282,15 +287,15 @@ def unit(problem: Problem, dimension: str) -> str:
 
 
 def _named(problem: Problem, dimension: str) -> str:
-    words = [part.split(" ") for part in problem.units.split(", ")]
-    return next((word[1] for word in words if len(word) == 2 and word[0] == dimension), "")
+    units = [part.split(" ") for part in problem.units.split(", ")]
+    return next((word[1] for word in units if len(word) == 2 and word[0] == dimension), "")
 
 
 def names(problem: Problem) -> list[str]:
     """The names of the bodies."""
-    known = problem.parameters.get("bodies", ())
+    body_names = problem.parameters.get("bodies", ())
     count = problem.q0.shape[0]
-    return [str(known[k]) if k < len(known) else str(k) for k in range(count)]
+    return [str(body_names[k]) if k < len(body_names) else str(k) for k in range(count)]
 
 
 def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
@@ -299,7 +304,7 @@ def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
     system = run.problem.system
     centre = int(np.argmax(system.masses))
     lead = np.zeros(off.shape[1])
-    turned = [galvi.orbital_elements(one).mean_longitude[-1] for one in (run, truth)]
+    turned = [galvi.orbital_elements(trajectory).mean_longitude[-1] for trajectory in (run, truth)]
     lead[np.arange(lead.size) != centre] = np.angle(np.exp(1j * (turned[0] - turned[1])))
     return pd.DataFrame(
         {
@@ -334,7 +339,7 @@ def encounters(truth: Trajectory) -> pd.DataFrame:
     hill_radii      that distance over the mutual Hill radius
     outputs         states of the user's archive that fall into it, where output goes on as there
     """
-    every = truth.problem.parameters.get("output_every")
+    output_every = truth.problem.parameters.get("output_every")
     system = truth.problem.system
     masses, centre = system.masses, int(np.argmax(system.masses))
     labels, rows = names(truth.problem), []
@@ -353,27 +358,27 @@ def encounters(truth: Trajectory) -> pd.DataFrame:
             -gap_time,
             gap_time,
         )
-        near = np.linalg.norm(gap + after[:, None] * speed, axis=1) / hill
-        inside = near < NEAR
+        separation = np.linalg.norm(gap + after[:, None] * speed, axis=1) / hill
+        inside = separation < NEAR
         if np.all(inside):  # a moon, or a double planet
             continue
         edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
         for first, last in zip(edges[::2], edges[1::2], strict=True):
-            k = first + int(np.argmin(near[first:last]))
+            k = first + int(np.argmin(separation[first:last]))
             time = truth.t[k] + after[k]
-            row = [time, f"{labels[i]} and {labels[j]}", near[k] * hill[k], near[k]]
-            if every:
-                half = np.sqrt((NEAR**2 - near[k] ** 2) / moving[k]) * hill[k]
+            row = [time, f"{labels[i]} and {labels[j]}", separation[k] * hill[k], separation[k]]
+            if output_every:
+                half = np.sqrt((NEAR**2 - separation[k] ** 2) / moving[k]) * hill[k]
                 ends = (*truth.t[[first, last - 1]], time - half, time + half)
-                row.append(_outputs(np.array(ends) - truth.t[0], every, float(truth.t[-1])))
+                row.append(_outputs(np.array(ends) - truth.t[0], output_every, float(truth.t[-1])))
             rows.append(row)
-    columns = ["time", "bodies", "distance", "hill_radii", *(["outputs"] if every else [])]
-    found = pd.DataFrame(rows, columns=columns)
-    return found.sort_values("hill_radii", kind="stable").reset_index(drop=True)
+    columns = ["time", "bodies", "distance", "hill_radii", *(["outputs"] if output_every else [])]
+    passages = pd.DataFrame(rows, columns=columns)
+    return passages.sort_values("hill_radii", kind="stable").reset_index(drop=True)
 
 
-def _outputs(ends: Array, every: float, last: float) -> int:
+def _outputs(ends: Array, output_every: float, last: float) -> int:
     """How many whole multiples of a time, the start with them, lie between the outermost of some
     times since the start, in a run that ends at ``last``."""
-    parts = np.clip(np.sort(np.abs(ends))[[0, -1]], 0.0, abs(last)) / every
+    parts = np.clip(np.sort(np.abs(ends))[[0, -1]], 0.0, abs(last)) / output_every
     return int(np.floor(parts[1]) - np.ceil(parts[0])) + 1

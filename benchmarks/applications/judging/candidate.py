@@ -13,7 +13,7 @@ from galvi import Problem, Trajectory
 from galvi.arrays import Array
 from references import Contender
 
-FEWEST = 20  # states at which a run is compared
+FEWEST_STATES = 20  # states at which a run is compared
 TOLERANCES = ("epsilon", "eps_rel", "step")  # that a setting is told by; the step in a clock
 
 
@@ -25,16 +25,15 @@ class Model:
     ----------
     problem
         as galvi reads it
-    own
-        the user's own, which its engine steps: a `rebound.Simulation`, or what
-        `galvi.interop.from_mujoco.read` returns; None where there is the problem alone, from which
-        the engine's is rebuilt
+    native
+        the user's model in its engine: a `rebound.Simulation`, or what
+        `galvi.interop.from_mujoco.read` returns; None where it is rebuilt from the problem
     notes
-        what of it was left out or is read otherwise, in sentences
+        sentences on what was left out or is read differently
     """
 
     problem: Problem
-    own: Any = None
+    native: Any = None
     notes: tuple[str, ...] = ()
 
 
@@ -58,20 +57,24 @@ class Source:
 
     @property
     def opinion(self) -> bool:
-        """Whether it is galvi's."""
+        """Whether it is a run of galvi."""
         return not self.engine
 
     def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
         """The run with so many states after the start."""
         if self.step is None:
             return self.contender.run(problem, duration, {"samples": samples, **self.setting})
-        every = math.ceil(abs(duration) / (samples * self.step))
-        setting = {"step": duration / (samples * every), "save_every": every, **self.setting}
+        save_every = math.ceil(abs(duration) / (samples * self.step))
+        setting = {
+            "step": duration / (samples * save_every),
+            "save_every": save_every,
+            **self.setting,
+        }
         return self.contender.run(problem, duration, setting)
 
 
 @dataclass(frozen=True)
-class Own:
+class UserSetting:
     """The user's integrator; ``step``, negative backwards, is None where it chooses its own."""
 
     name: str
@@ -95,29 +98,32 @@ class Candidate:
     steps: int | None
 
     def states(self, samples: int) -> int:
-        """How many are kept: so many, or FEWEST at least of them where it takes fewer steps."""
+        """The number of saved states: `samples`, or its largest divisor from FEWEST_STATES to the
+        number of steps."""
         if self.steps is None or self.steps >= samples:
             return samples
-        return max((k for k in range(FEWEST, self.steps + 1) if samples % k == 0), default=samples)
+        return max(
+            (k for k in range(FEWEST_STATES, self.steps + 1) if samples % k == 0), default=samples
+        )
 
     def count(self, samples: int) -> int:
-        """Of its steps, rounded up to a multiple of its states; 0 where it chooses them."""
-        kept = self.states(samples)
-        return -(-(self.steps or 0) // kept) * kept
+        """The number of steps, rounded up to a multiple of `states`; 0 where it chooses them."""
+        states = self.states(samples)
+        return -(-(self.steps or 0) // states) * states
 
     def setting(self, duration: float, samples: int) -> dict[str, Any]:
-        """With these states."""
-        kept, count = self.states(samples), self.count(samples)
+        """The contender's setting that saves `states(samples)` states."""
+        states, count = self.states(samples), self.count(samples)
         if not count:
-            return {"samples": kept, **self.options}
-        return {"step": duration / count, "save_every": count // kept, **self.options}
+            return {"samples": states, **self.options}
+        return {"step": duration / count, "save_every": count // states, **self.options}
 
     def text(self, duration: float, samples: int) -> str:
         """The step, or what stands for it."""
         if self.steps is not None:
             return f"dt = {duration / self.count(samples):.4g}"
-        given = [f"{k} = {v:g}" for k, v in self.options.items() if k in TOLERANCES]
-        return ", ".join(["in tau" if "step" in self.options else "adaptive", *given])
+        tolerances = [f"{k} = {v:g}" for k, v in self.options.items() if k in TOLERANCES]
+        return ", ".join(["in tau" if "step" in self.options else "adaptive", *tolerances])
 
     def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
         """The run with these states."""
@@ -125,7 +131,7 @@ class Candidate:
 
 
 class Kind(Protocol):
-    """What a judgement needs to know of a kind of model: a module."""
+    """The interface of a module for a kind of model."""
 
     INTEGRATORS: Mapping[str, Contender]  # by their names in the user's engine
     ADAPTIVE: Sequence[str]  # those that choose their steps
@@ -134,17 +140,17 @@ class Kind(Protocol):
     ANOTHER: str  # how to choose another start, after a sentence that ends with "another"
 
     def model(self, problem: Problem) -> Model:
-        """That of a problem alone, whose integrator and step are among its parameters."""
+        """The model of a problem alone, whose integrator and step are among its parameters."""
 
     def default_duration(self, problem: Problem) -> float:
-        """Where none is asked for."""
+        """The duration where none is given."""
 
     def span(self, duration: float, step: float) -> float:
         """The duration, negative where the own step, or the duration, is; ValueError where a model
         cannot go backwards."""
 
-    def own(self, model: Model, name: str) -> Contender:
-        """This one of INTEGRATORS on the user's own model, as it is."""
+    def own_contender(self, model: Model, name: str) -> Contender:
+        """The integrator of this name on the user's own model, with its options."""
 
     def label(self, contender: Contender, options: Mapping[str, Any]) -> str:
         """The integrator with those of its options that are not the engine's defaults."""
@@ -152,26 +158,28 @@ class Kind(Protocol):
     def states(self, problem: Problem, duration: float) -> int:
         """How many states of the truth are needed."""
 
-    def sources(self, model: Model, duration: float, own: Own) -> list[Source]:
-        """Solvers that are fit to be the truth, best first, not the own setting; opinions last."""
+    def sources(self, model: Model, duration: float, user_setting: UserSetting) -> list[Source]:
+        """Solvers that may be the truth, the best first, without the user's setting; galvi last."""
 
-    def more(self, model: Model) -> str:
-        """What adds another engine, and how to install it, where all sources are of one; "" where
-        none runs the model."""
+    def engine_hint(self, model: Model) -> str:
+        """How to install a second engine where all sources are of one; "" where no other runs the
+        model."""
 
     def check(self, model: Model, truth: Trajectory) -> None:
         """ValueError, with both numbers, where at states of the truth the engine's accelerations of
         the user's own model are not those of the problem."""
 
     def unit(self, problem: Problem, dimension: str) -> str:
-        """That of "length", in which errors are, or of "time", with a space before it."""
+        """The unit of "length", in which errors are, or of "time", with a space before it."""
 
-    def notes(self, model: Model, own: Own, truth: Trajectory) -> list[str]:
+    def notes(self, model: Model, user_setting: UserSetting, truth: Trajectory) -> list[str]:
         """What a reader should know of the run and of what is compared with it, in sentences."""
 
-    def candidates(self, model: Model, duration: float, own: Own) -> Iterator[list[Candidate]]:
-        """For each integrator but one that the own setting is of in all its options, its settings
-        from coarse to fine, or the steps to begin with."""
+    def candidates(
+        self, model: Model, duration: float, user_setting: UserSetting
+    ) -> Iterator[list[Candidate]]:
+        """For each integrator its settings from coarse to fine, or the steps to begin with; without
+        the integrator of the user's setting where all its options are the same."""
 
     def shifted(self, problem: Problem, amount: float, signs: Any) -> Problem:
         """The problem from a start whose coordinates differ by this amount, relatively.
@@ -186,10 +194,10 @@ class Kind(Protocol):
         """How far each part is from the truth, (saved, parts)."""
 
     def size(self, truth: Trajectory) -> float:
-        """Of the motion, against which an error is small."""
+        """The size of the motion, with which errors are compared."""
 
     def by_part(self, run: Trajectory, truth: Trajectory) -> pd.DataFrame:
         """Of each part, its largest and its last error, and more."""
 
     def encounters(self, truth: Trajectory) -> pd.DataFrame:
-        """Close passages; no columns where there is no such thing."""
+        """Close passages; a table without columns for a kind of model without them."""

@@ -1,4 +1,4 @@
-"""What runs of a judgement take: how long a run will be, and what it took, with its spread."""
+"""Times of the runs of a judgement: predicted before a run, and measured with their spread."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from benchmarks.statistics.timing import once
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
 
-FEWEST, ROUNDS = 5, 9  # timings of one run: a spread needs so many; no more are taken
-SEEN = 0.05  # share of what may be spent that a look at a run takes before it is believed
+FEWEST_TIMINGS, ROUNDS = 5, 9  # timings of one run: a spread needs so many; no more are taken
+TRIAL_SHARE = 0.05  # share of what may be spent that a look at a run takes before it is believed
 
 
-def expected(run: Callable[[int], object], whole: int, enough: float) -> float:
-    """The seconds of ``whole`` steps, from runs of n and of 2n: their difference has no set-up in
+def expected(run: Callable[[int], object], steps: int, enough: float) -> float:
+    """The seconds of ``steps`` steps, from runs of n and of 2n: their difference has no set-up in
     it. n grows until steps outweigh set-up.
 
     Parameters
@@ -33,16 +33,16 @@ def expected(run: Callable[[int], object], whole: int, enough: float) -> float:
         once, twice = _pair(run, count)
         if _prevail(once, twice, enough):  # unless the machine was busy for a moment
             once, twice = map(min, (once, twice), _pair(run, count))
-        bound = twice * max(1.0, whole / (2 * count))
-        by_difference = twice + max(twice - once, 0.0) * max(0.0, whole / count - 2.0)
-        if bound <= enough or _prevail(once, twice, enough) or 8 * count > whole:
+        bound = twice * max(1.0, steps / (2 * count))
+        by_difference = twice + max(twice - once, 0.0) * max(0.0, steps / count - 2.0)
+        if bound <= enough or _prevail(once, twice, enough) or 8 * count > steps:
             return min(bound, by_difference)
         count *= 4
 
 
 def _prevail(once: float, twice: float, enough: float) -> bool:
     """Whether steps outweigh set-up in a run that is long enough to tell."""
-    return twice - once > 0.5 * once and twice > SEEN * enough
+    return twice - once > 0.5 * once and twice > TRIAL_SHARE * enough
 
 
 def _pair(run: Callable[[int], object], count: int) -> tuple[float, float]:
@@ -83,9 +83,9 @@ def race(
     samples: int,
     limit: float,
 ) -> list[Array]:
-    """The seconds of these, run in turns, so that all meet the same load: of each FEWEST to ROUNDS
-    timings, and none of the slowest where ``limit`` seconds do not suffice; the first has
-    precedence.
+    """The seconds of the candidates, run in turns so that all meet the same load: FEWEST_TIMINGS to
+    ROUNDS timings of each, none of the slowest where ``limit`` seconds do not suffice. The first
+    candidate has precedence.
 
     Parameters
     ----------
@@ -94,15 +94,19 @@ def race(
     """
     times: list[list[float]] = [[] for _ in candidates]
     by_time = sorted(range(len(walls)), key=lambda k: (k > 0, walls[k]))
-    planned = np.cumsum([FEWEST * walls[k] for k in by_time if FEWEST * walls[k] <= limit])
-    entered = [k for k in by_time if FEWEST * walls[k] <= limit][: int(np.sum(planned <= limit))]
+    planned = np.cumsum(
+        [FEWEST_TIMINGS * walls[k] for k in by_time if FEWEST_TIMINGS * walls[k] <= limit]
+    )
+    entered = [k for k in by_time if FEWEST_TIMINGS * walls[k] <= limit][
+        : int(np.sum(planned <= limit))
+    ]
     begun = time.perf_counter()
     for turn in range(ROUNDS if entered else 0):
-        if turn >= FEWEST and time.perf_counter() - begun > limit:
+        if turn >= FEWEST_TIMINGS and time.perf_counter() - begun > limit:
             break
         for k in entered:
             times[k].append(timed(candidates[k], problem, span, samples)[1])
-    return [np.array(one) for one in times]
+    return [np.array(seconds) for seconds in times]
 
 
 def quartiles(times: Array) -> tuple[float, float, float]:

@@ -12,13 +12,13 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.applications.judging import bodies, trees
-from benchmarks.applications.judging.candidate import Candidate, Kind, Model, Own, Source
+from benchmarks.applications.judging.candidate import Candidate, Kind, Model, Source, UserSetting
 from benchmarks.applications.judging.clock import expected, steps_of, timed
 from benchmarks.applications.judging.neighbours import horizons
 from benchmarks.applications.judging.scan import (
     COLUMNS,
     Limits,
-    Tried,
+    ScanRow,
     energy_change,
     momentum_change,
     scan,
@@ -30,15 +30,15 @@ from galvi import Multibody, NBody, Problem, Trajectory, input_checks
 YOURS = " (yours)"  # after the name of the own integrator in the table
 PIECES = 20  # times at which sources of the truth are compared
 SAMPLES = 100  # states of the user's own run and of the candidates, at most
-PARTS, AWAITED = 50, 10.0  # of the time, of which the first is looked at; seconds of a truth
-LOOKED = 4 * PARTS  # parts of the time, of which a few tell how long the truth will take
-FINER, LONG = 20, 2.0  # times as many of the own run at most; seconds of one with fewer
-LOST = 1e-3  # share of the motion by which sources differ where there is no truth any more
+PARTS, EARLY_SECONDS = 50, 10.0  # of the time, of which the first is looked at; seconds of a truth
+EARLY_PARTS = 4 * PARTS  # parts of the time, of which a few tell how long the truth will take
+FINER, LONG_SECONDS = 20, 2.0  # times as many of the own run at most; seconds of one with fewer
+LOST_SHARE = 1e-3  # share of the motion by which sources differ where there is no truth any more
 
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """What is found of a model.
+    """The judgement of a model.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Judgement:
     problem
         the model, and its duration
     error
-        that is asked for, largest distance from the truth of any part at any time
+        that is required: largest distance from the truth of any part at any time
     source
         of the truth
     agreements
@@ -75,8 +75,8 @@ class Judgement:
         what a reader should know of the run, in sentences
     samples
         times at which the candidates are compared with the truth
-    more
-        what adds another engine to the sources, and how; "" where none does
+    engine_hint
+        how to install another engine as a source of the truth; "" where there is none
     """
 
     kind: Kind
@@ -94,32 +94,35 @@ class Judgement:
     truth: Trajectory
     notes: tuple[str, ...] = field(default=())
     samples: int = SAMPLES
-    more: str = ""
+    engine_hint: str = ""
 
     @property
     def truth_agreement(self) -> float:
         """The largest distance between two sources of the truth; NaN with one source only."""
-        counted = (one.largest for one in self.agreements if not one.source.opinion)
+        counted = (
+            agreement.largest for agreement in self.agreements if not agreement.source.opinion
+        )
         return max(counted, default=math.nan)
 
     @property
     def trusted_until(self) -> float:
-        """The last time before two sources differ by LOST of the motion; inf where they do not."""
+        """The last time before two sources differ by LOST_SHARE of the motion; inf without one."""
         size, ends = self.kind.size(self.truth), []
-        for one in self.agreements:
-            parted = np.flatnonzero(~(one.apart < LOST * size))
-            ends += [float(one.t[parted[0] - 1])] if parted.size and not one.source.opinion else []
+        for agreement in self.agreements:
+            parted = np.flatnonzero(~(agreement.distances < LOST_SHARE * size))
+            if parted.size and not agreement.source.opinion:
+                ends.append(float(agreement.t[parted[0] - 1]))
         return min(ends, key=lambda t: abs(t - self.problem.t0), default=math.inf)
 
     @property
     def engines(self) -> tuple[str, ...]:
-        """Those that the truth rests on."""
-        every = (self.source, *(one.source for one in self.agreements))
-        return tuple(dict.fromkeys(one.engine for one in every if not one.opinion))
+        """The engines of the truth and of the sources that confirm it."""
+        sources = (self.source, *(agreement.source for agreement in self.agreements))
+        return tuple(dict.fromkeys(source.engine for source in sources if not source.opinion))
 
     @property
     def recommended(self) -> Mapping[str, Any] | None:
-        """The cheapest that reaches the error, be it the own run; None where none does."""
+        """The fastest row that reaches the error, perhaps the user's; None without one."""
         reached = self.table[self.table["reached"]]
         return None if reached.empty else reached.iloc[0].to_dict()
 
@@ -136,7 +139,7 @@ def judge(
     own: Mapping[str, Any] | None = None,
     report: Callable[[str], None] = lambda sentence: None,
     quick: bool = False,
-    first: Callable[[Judgement], None] = lambda found: None,
+    first: Callable[[Judgement], None] = lambda judgement: None,
 ) -> Judgement:
     """Judge a model of point masses, or a tree of rigid bodies.
 
@@ -167,7 +170,7 @@ def judge(
     problem = model.problem if isinstance(model, Model) else model
     kind = kind_of(problem)
     model = model if isinstance(model, Model) else kind.model(problem)
-    mine = own_setting(kind, model, own or {})
+    user_setting = own_setting(kind, model, own or {})
     span = (
         kind.default_duration(problem)
         if duration is None
@@ -177,76 +180,85 @@ def judge(
         raise ValueError("duration must not be 0; received 0. Give the time to cover.")
     span = kind.span(span, float((own or {}).get("dt") or problem.parameters.get("dt", 0.0)))
     samples, steps = SAMPLES, SAMPLES
-    if mine.step is not None:
-        samples, steps = _samples(abs(mine.step), span)
-        span = math.copysign(steps * abs(mine.step), span)
-        mine = replace(mine, step=math.copysign(mine.step, span))
+    if user_setting.step is not None:
+        samples, steps = _samples(abs(user_setting.step), span)
+        span = math.copysign(steps * abs(user_setting.step), span)
+        user_setting = replace(user_setting, step=math.copysign(user_setting.step, span))
         report(f"duration {span:g}, {steps} steps")
     if error is not None:
         error = input_checks.positive("error", error)
-    every = kind.sources(model, span, mine)
+    all_sources = kind.sources(model, span, user_setting)
     finer = max(k for k in range(1, FINER + 1) if (steps // samples) % k == 0)
     dense = finer * -(-kind.states(problem, span) // (samples * finer))
-    _say_early(kind, mine, problem, span, every, report)
+    _say_early(kind, user_setting, problem, span, all_sources, report)
     began = time.perf_counter()
-    truth, source, stopped = _truth(kind, problem, span, samples * dense, every, report)
+    truth, source, stopped = _truth(kind, problem, span, samples * dense, all_sources, report)
     limits = Limits.of(time.perf_counter() - began, quick)
     thin = thinned(truth, dense)
     kind.check(model, thin)
-    report(f"own: {mine.label}")
-    found, over_time, parts, tried = _own(
-        kind, mine, problem, span, thinned(truth, dense // finer), samples
+    report(f"own: {user_setting.label}")
+    findings, over_time, parts, own_row = _user_run(
+        kind, user_setting, problem, span, thinned(truth, dense // finer), samples
     )
-    nothing = pd.DataFrame(columns=list(COLUMNS)).astype({"reached": bool})
-    known = found["error"] if error is None else error
+    empty_table = pd.DataFrame(columns=list(COLUMNS)).astype({"reached": bool})
+    first_error = findings["error"] if error is None else error
     before = Judgement(
-        kind, problem, span, known, source, (), found, over_time, parts, nothing,
+        kind, problem, span, first_error, source, (), findings, over_time, parts, empty_table,
         kind.encounters(truth), pd.DataFrame(columns=["start_known_to", "until"]), truth,
-        (*model.notes, *kind.notes(model, mine, truth)), samples, kind.more(model),
+        (*model.notes, *kind.notes(model, user_setting, truth)), samples, kind.engine_hint(model),
     )  # fmt: skip
     first(before)
-    others = [one for one in every if one is not source and one not in stopped]
-    checks = agreements(thin, others, kind.errors, min(PIECES, samples), report, limits.source)
-    checks += [Agreement(one, thin.t[:1], np.zeros(1), "its run fails") for one in stopped]
-    apart = max((one.largest for one in checks if not one.source.opinion), default=0.0)
-    wanted = float(np.fmax(found["error"], 10.0 * apart)) if error is None else error
+    other_sources = [x for x in all_sources if x is not source and x not in stopped]
+    checks = agreements(
+        thin, other_sources, kind.errors, min(PIECES, samples), report, limits.source
+    )
+    checks += [Agreement(failing, thin.t[:1], np.zeros(1), "its run fails") for failing in stopped]
+    disagreement = max(
+        (agreement.largest for agreement in checks if not agreement.source.opinion), default=0.0
+    )
+    wanted = float(np.fmax(findings["error"], 10.0 * disagreement)) if error is None else error
     ends = before.horizons
     if limits.neighbours:
         report("neighbouring starts")
         ends = horizons(kind, source, thin, wanted)
-    groups = list(kind.candidates(model, span, mine))
-    table, spread = scan(kind, groups, span, thin, wanted, report, limits, tried)
-    found = found | dict(zip(("seconds", "seconds_low", "seconds_high"), spread, strict=True))
+    groups = list(kind.candidates(model, span, user_setting))
+    table, spread = scan(kind, groups, span, thin, wanted, report, limits, own_row)
+    findings = findings | dict(zip(("seconds", "seconds_low", "seconds_high"), spread, strict=True))
     return replace(
-        before, error=wanted, own=found, agreements=tuple(checks), horizons=ends, table=table
+        before, error=wanted, own=findings, agreements=tuple(checks), horizons=ends, table=table
     )
 
 
 def _say_early(
     kind: Kind,
-    own: Own,
+    user_setting: UserSetting,
     problem: Problem,
     span: float,
-    every: list[Source],
+    all_sources: list[Source],
     report: Callable[[str], None],
 ) -> None:
-    """Where the truth will take long, how long, and what is found of a first part of the time."""
-    source = next((one for one in every if not one.opinion), None)
+    """Where the truth takes long, report how long, and the error in a first part of the time."""
+    source = next((candidate for candidate in all_sources if not candidate.opinion), None)
     if source is None:
         return
-    steps = max(1, round(span / own.step / PARTS)) if own.step else None
-    part = steps * own.step if steps and own.step else span / PARTS
-    seconds = expected(lambda n: source.run(problem, n * span / LOOKED, 1), LOOKED, enough=AWAITED)
-    if seconds < AWAITED:
+    steps = max(1, round(span / user_setting.step / PARTS)) if user_setting.step else None
+    part = steps * user_setting.step if steps and user_setting.step else span / PARTS
+    seconds = expected(
+        lambda n: source.run(problem, n * span / EARLY_PARTS, 1), EARLY_PARTS, enough=EARLY_SECONDS
+    )
+    if seconds < EARLY_SECONDS:
         return
     truth = source.run(problem, part, 1)
     if not truth.success:
         return
-    run = Candidate(own.label, own.contender, own.options, steps).run(problem, part, 1)
+    run = Candidate(user_setting.label, user_setting.contender, user_setting.options, steps).run(
+        problem, part, 1
+    )
     off = float(np.max(kind.errors(run, truth)))
     report(
-        f"First answer: after {part:g} of {span:g} your run ({own.label}) is off by {off:.2g}. The "
-        f"truth of the whole run takes about {seconds:.0f} s, everything else several times that"
+        f"First answer: after {part:g} of {span:g} your run ({user_setting.label}) is off by "
+        f"{off:.2g}. The truth of the whole run takes about {seconds:.0f} s, everything else "
+        "several times that"
     )
 
 
@@ -255,11 +267,11 @@ def _truth(
     problem: Problem,
     span: float,
     samples: int,
-    every: list[Source],
+    all_sources: list[Source],
     report: Callable[[str], None],
 ) -> tuple[Trajectory, Source, list[Source]]:
     """The run of the first source that reaches the end, that source, and those that did not."""
-    sources = [one for one in every if not one.opinion]
+    sources = [candidate for candidate in all_sources if not candidate.opinion]
     if not sources:
         raise RuntimeError(f"no source of the truth can be run: install {kind.ENGINE}.")
     stopped = []
@@ -277,7 +289,7 @@ def _truth(
 
 
 def kind_of(problem: Problem) -> Kind:
-    """What is known of a kind of model; ValueError for one that cannot be judged."""
+    """The module for the kind of a model; ValueError for a model that cannot be judged."""
     if isinstance(problem.system, NBody):
         if problem.system.masses.size < 2:
             raise ValueError("judge needs at least two bodies; received one.")
@@ -290,7 +302,7 @@ def kind_of(problem: Problem) -> Kind:
     )
 
 
-def own_setting(kind: Kind, model: Model, asked: Mapping[str, Any]) -> Own:
+def own_setting(kind: Kind, model: Model, requested: Mapping[str, Any]) -> UserSetting:
     """The user's own integrator and step, as asked for or as the model has them.
 
     Raises
@@ -299,32 +311,32 @@ def own_setting(kind: Kind, model: Model, asked: Mapping[str, Any]) -> Own:
         For an integrator that is unknown, and for a fixed step that is not given.
     """
     parameters = model.problem.parameters
-    kept = {key: parameters[key] for key in ("integrator", "dt") if key in parameters}
-    given = {**kept, **asked}
-    name = str(given.pop("integrator", next(iter(kind.INTEGRATORS)))).lower()
+    of_model = {key: parameters[key] for key in ("integrator", "dt") if key in parameters}
+    setting = {**of_model, **requested}
+    name = str(setting.pop("integrator", next(iter(kind.INTEGRATORS)))).lower()
     if name not in kind.INTEGRATORS:
-        whose = "own" if "integrator" in asked else "the model's own"
+        whose = "own" if "integrator" in requested else "the model's own"
         first = next(iter(kind.INTEGRATORS))
         raise ValueError(
             f"{whose} integrator must be one of {', '.join(kind.INTEGRATORS)}; received {name!r}. "
             f"Choose one to judge: --own integrator={first}, in galvi.judge "
             f"own={{'integrator': {first!r}}}."
         )
-    step = given.pop("dt", None)
-    contender = kind.own(model, name)
-    if name == kept.get("integrator", "").lower():  # with the options that the model has
-        known = {*getattr(contender, "options", ()), *getattr(contender, "defaults", ())}
+    step = setting.pop("dt", None)
+    contender = kind.own_contender(model, name)
+    if name == of_model.get("integrator", "").lower():  # with the options that the model has
+        option_names = {*getattr(contender, "options", ()), *getattr(contender, "defaults", ())}
         options = parameters.get("options", {})
-        given = {key: value for key, value in options.items() if key in known} | given
-    label = kind.label(contender, given)
+        setting = {key: value for key, value in options.items() if key in option_names} | setting
+    label = kind.label(contender, setting)
     if name in kind.ADAPTIVE:
-        return Own(label, contender, given, None)
+        return UserSetting(label, contender, setting, None)
     if step is None:
         raise ValueError(f"own integrator {name} takes equal steps: give dt=... with it.")
     step = input_checks.real("own dt", step)
     if step == 0.0:
         raise ValueError("own dt must not be 0; received 0.")
-    return Own(label, contender, given, step)
+    return UserSetting(label, contender, setting, step)
 
 
 def _samples(step: float, span: float) -> tuple[int, int]:
@@ -339,37 +351,44 @@ def _samples(step: float, span: float) -> tuple[int, int]:
     if step > abs(span):
         raise ValueError(f"own dt must be at most the duration {abs(span):g}; received {step:g}.")
     steps = abs(span) / step
-    whole = round(steps) or 1
-    least = whole if abs(whole - steps) < 1e-9 * steps else math.ceil(steps)
-    few = range(min(least, SAMPLES // 2), min(least, SAMPLES) + 1)
-    return min(((k, -(-least // k) * k) for k in few), key=lambda pair: (pair[1], -pair[0]))
+    nearest = round(steps) or 1
+    fewest_steps = nearest if abs(nearest - steps) < 1e-9 * steps else math.ceil(steps)
+    few = range(min(fewest_steps, SAMPLES // 2), min(fewest_steps, SAMPLES) + 1)
+    return min(((k, -(-fewest_steps // k) * k) for k in few), key=lambda pair: (pair[1], -pair[0]))
 
 
-def _own(
-    kind: Kind, own: Own, problem: Problem, span: float, truth: Trajectory, samples: int
-) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame, Tried]:
-    """The findings of the user's setting, over time, and by part: at the states of the truth, or
-    where that takes long at ``samples`` of them. And as a row of the table."""
-    steps = None if own.step is None else round(span / own.step)
-    mine = Candidate(f"{own.name}{YOURS}", own.contender, own.options, steps)
+def _user_run(
+    kind: Kind,
+    user_setting: UserSetting,
+    problem: Problem,
+    span: float,
+    truth: Trajectory,
+    samples: int,
+) -> tuple[dict[str, Any], pd.DataFrame, pd.DataFrame, ScanRow]:
+    """Findings on the user's run, its errors over time and by part, and its row of the table; at
+    the states of the truth, or at ``samples`` of them where the run takes long."""
+    steps = None if user_setting.step is None else round(span / user_setting.step)
+    candidate = Candidate(
+        f"{user_setting.name}{YOURS}", user_setting.contender, user_setting.options, steps
+    )
     if steps is not None:  # what a first call costs is not its speed
-        steps_of(mine, problem, span, samples, 2)
-    run, seconds, wall = timed(mine, problem, span, samples)
+        steps_of(candidate, problem, span, samples, 2)
+    run, seconds, wall = timed(candidate, problem, span, samples)
     finer = (len(truth.t) - 1) // samples
-    if finer > 1 and seconds < LONG:
-        run = mine.run(problem, span, samples * finer)
+    if finer > 1 and seconds < LONG_SECONDS:
+        run = candidate.run(problem, span, samples * finer)
     else:
         truth = thinned(truth, finer)
     worst = kind.errors(run, truth).max(axis=1)
-    whole = slice(len(np.flatnonzero(np.isfinite(worst))))  # up to where it failed
+    before_failure = slice(len(np.flatnonzero(np.isfinite(worst))))  # up to where it failed
     error, last, energy = float(np.max(worst)), float(worst[-1]), energy_change(run)
     unstopped = math.nan
     if steps is None and run.success:
-        unstopped = unstopped_error(kind, mine, span, truth)
+        unstopped = unstopped_error(kind, candidate, span, truth)
         error = max(error, unstopped)
-    found = {
-        "integrator": own.label,
-        "setting": mine.text(span, samples),
+    findings = {
+        "integrator": user_setting.label,
+        "setting": candidate.text(span, samples),
         "error": error,
         "last_error": last,
         "unstopped_error": unstopped,
@@ -383,10 +402,10 @@ def _own(
         "remarks": list(run.outcome.notes),
     }
     status = "" if run.success else run.status
-    row = Tried(
-        mine.label,
-        mine.text(span, samples),
-        mine,
+    row = ScanRow(
+        candidate.label,
+        candidate.text(span, samples),
+        candidate,
         error,
         last,
         seconds,
@@ -395,4 +414,9 @@ def _own(
         wall=wall,
     )
     over_time = pd.DataFrame({"t": run.t, "error": worst})
-    return found, over_time, kind.by_part(states_of(run, whole), states_of(truth, whole)), row
+    return (
+        findings,
+        over_time,
+        kind.by_part(states_of(run, before_failure), states_of(truth, before_failure)),
+        row,
+    )

@@ -1,4 +1,4 @@
-"""What reaches an error, and how cheaply: other integrators from coarse steps to fine."""
+"""Settings of integrators that reach an error, tried from coarse to fine, and their times."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from galvi.recommend.scan import failure, reached_limit
 from galvi.run.energies import conserves_energy
 
 MOST_RUNS = 12  # of one integrator
-LEAST, MOST = 1.4, 4.0  # factors between the steps of two runs
+SMALLEST_FACTOR, LARGEST_FACTOR = 1.4, 4.0  # factors between the steps of two runs
 LOW = 4  # orders up to this try twice the step wherever they reach the error
 AIM = 0.8  # of the error, so that one more run is not needed for a last percent
 Spread = tuple[float, float, float]  # median and quartiles of seconds
@@ -59,7 +59,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Tried:
+class ScanRow:
     """A row of the table, but for the spread of its times.
 
     Attributes
@@ -71,7 +71,7 @@ class Tried:
     seconds
         of one run
     wall
-        of it with what is beside the engine
+        seconds of the run with conversions outside the engine
     hard
         whether Newton's method did steps, so that more of them may take less time
     stopped
@@ -114,23 +114,25 @@ def scan(
     wanted: float,
     report: Callable[[str], None],
     limits: Limits,
-    own: Tried,
+    own_row: ScanRow,
 ) -> tuple[pd.DataFrame, Spread]:
     """The user's own run, its integrator at other steps, and each other integrator, as far as its
     time goes: the rows in order of usefulness, with times measured in turns; and those of the own
     run."""
     search = Search(kind, span, truth, wanted)
-    rows = [replace(own, reached=own.error <= wanted, status=own.status or search.word(own.error))]
-    if own.candidate is not None and own.candidate.steps is not None:
-        report(f"{own.integrator}, with other steps")
+    status = own_row.status or search.word(own_row.error)
+    rows = [replace(own_row, reached=own_row.error <= wanted, status=status)]
+    if own_row.candidate is not None and own_row.candidate.steps is not None:
+        report(f"{own_row.integrator}, with other steps")
         rows = search.of([], limits.integrator, rows)
     left = limits.candidates
-    for place, settings in enumerate(groups):
+    for index, settings in enumerate(groups):
         report(f"{settings[0].label} (at most {max(left, 0.0):.0f} s more, beside compilation)")
-        share = min(limits.integrator, left / (len(groups) - place))
-        found = search.of(settings, share)
-        left -= min(share, sum(row.wall for row in found))  # what compiles is no loss to others
-        rows += found
+        share = min(limits.integrator, left / (len(groups) - index))
+        group_rows = search.of(settings, share)
+        # compilation is not taken from the time of the integrators that follow
+        left -= min(share, sum(row.wall for row in group_rows))
+        rows += group_rows
     again = [k for k, row in enumerate(rows) if row.candidate and (k == 0 or row.reached)]
     report("times, in turns")
     times = race(
@@ -141,20 +143,22 @@ def scan(
         search.samples,
         limits.spread,
     )
-    taken = {k: quartiles(one) for k, one in zip(again, times, strict=True) if one.size}
+    spreads = {
+        k: quartiles(seconds) for k, seconds in zip(again, times, strict=True) if seconds.size
+    }
     once = [(row.seconds, math.nan, math.nan) for row in rows]
     table = pd.DataFrame([
-        (row.integrator, row.setting, row.error, row.last_error, *taken.get(k, once[k]),
+        (row.integrator, row.setting, row.error, row.last_error, *spreads.get(k, once[k]),
          row.energy, row.reached, row.status)
         for k, row in enumerate(rows)
     ], columns=list(COLUMNS))  # fmt: skip
     keys = [~table["reached"], table["seconds"].where(table["reached"], table["error"])]
-    return table.iloc[np.lexsort(keys[::-1])].reset_index(drop=True), taken.get(0, once[0])
+    return table.iloc[np.lexsort(keys[::-1])].reset_index(drop=True), spreads.get(0, once[0])
 
 
 @dataclass(frozen=True)
 class Search:
-    """For settings of an integrator that reach the error."""
+    """The search for settings of an integrator that reach the error."""
 
     kind: Kind
     span: float
@@ -170,15 +174,15 @@ class Search:
         return REACHED if error <= self.wanted else MISSED
 
     def of(
-        self, waiting: list[Candidate], limit: float, known: Sequence[Tried] = ()
-    ) -> list[Tried]:
-        """Its rows after these: coarser while they reach the error, else finer, for so many
-        seconds."""
-        rows, waiting = list(known), list(waiting)
+        self, waiting: list[Candidate], limit: float, earlier: Sequence[ScanRow] = ()
+    ) -> list[ScanRow]:
+        """The rows of an integrator after `earlier`: coarser settings while they reach the error,
+        else finer ones, for `limit` seconds."""
+        rows, waiting = list(earlier), list(waiting)
         while True:
             candidate, why = waiting.pop(0) if not rows else None, ""
             if candidate is None:
-                spent = sum(row.wall for row in rows[len(known) :])
+                spent = sum(row.wall for row in rows[len(earlier) :])
                 candidate, why = self._next(rows, waiting, limit - spent)
             if candidate is None:
                 return explained(rows, why)
@@ -191,10 +195,10 @@ class Search:
                     seconds = self._expected(candidate, enough)
                     if seconds > enough:
                         why = f"not tried: it would take about {_rounded(seconds)} s"
-                        return [Tried(label, setting, status=why)]
-                rows.append(self._tried(candidate))
+                        return [ScanRow(label, setting, status=why)]
+                rows.append(self._run_row(candidate))
             except ValueError as refused:
-                return [*rows, Tried(label, "", status=str(refused))]
+                return [*rows, ScanRow(label, "", status=str(refused))]
 
     def _expected(self, candidate: Candidate, enough: float) -> float:
         problem = self.truth.problem
@@ -204,9 +208,9 @@ class Search:
             enough,
         )
 
-    def _tried(self, candidate: Candidate) -> Tried:
+    def _run_row(self, candidate: Candidate) -> ScanRow:
         run, seconds, wall = timed(candidate, self.truth.problem, self.span, self.samples)
-        found = Tried(
+        row = ScanRow(
             candidate.label,
             candidate.text(self.span, self.samples),
             candidate,
@@ -215,13 +219,13 @@ class Search:
             status=run.status,
         )
         if not run.success:
-            return replace(found, stopped=_end(run) if reached_limit(run) else math.inf)
+            return replace(row, stopped=_end(run) if reached_limit(run) else math.inf)
         off = self.kind.errors(run, thinned(self.truth, self.samples // (len(run.t) - 1)))
         worst, doubt = float(np.max(off)), failure(run)
         if worst <= self.wanted and candidate.steps is None:
             worst = max(worst, unstopped_error(self.kind, candidate, self.span, self.truth))
         return replace(
-            found,
+            row,
             error=worst,
             last_error=float(np.max(off[-1])),
             energy=energy_change(run),
@@ -231,15 +235,15 @@ class Search:
         )
 
     def _next(
-        self, rows: list[Tried], waiting: list[Candidate], rest: float
+        self, rows: list[ScanRow], waiting: list[Candidate], seconds_left: float
     ) -> tuple[Candidate | None, str]:
-        """What to try next in so many seconds; or None, and why nothing."""
+        """The candidate to run next in the seconds left; or None, and the reason."""
         last = rows[-1]
         many = last.candidate.count(self.samples) if last.candidate.steps is not None else 0
         if any(row.reached for row in rows):
-            goes_on = many and rest >= 0.0 and all(row.reached for row in rows)
+            goes_on = many and seconds_left >= 0.0 and all(row.reached for row in rows)
             coarser = self._coarser(last, many) if goes_on else None
-            return coarser or self._finer(rows, rest), ""
+            return coarser or self._finer(rows, seconds_left), ""
         if len(rows) >= MOST_RUNS:
             return None, f"{MOST_RUNS} settings were tried"
         if len(rows) > 1 and _alike(rows[-2].stopped, last.stopped):
@@ -247,17 +251,17 @@ class Search:
         if not many:
             if not waiting:
                 return None, "no finer one is offered"
-            return (waiting.pop(0), "") if rest > 0.0 else (None, "its time was over")
+            return (waiting.pop(0), "") if seconds_left > 0.0 else (None, "its time was over")
         order = _order(rows, self.samples)
         factor = _factor(last.error, order, self.wanted)
-        within = rest / max(last.wall, 1e-9)
-        if min(factor, within) < LEAST:
+        within = seconds_left / max(last.wall, 1e-9)
+        if min(factor, within) < SMALLEST_FACTOR:
             needed = last.seconds * (last.error / self.wanted) ** (1.0 / (order or math.inf))
-            more = f", and as it converges it needs {_rounded(needed)} s a run" if order else ""
-            return None, f"its time was over{more}"
+            forecast = f", and as it converges it needs {_rounded(needed)} s a run" if order else ""
+            return None, f"its time was over{forecast}"
         return replace(last.candidate, steps=math.ceil(min(factor, within) * many)), ""
 
-    def _coarser(self, last: Tried, many: int) -> Candidate | None:
+    def _coarser(self, last: ScanRow, many: int) -> Candidate | None:
         """Half as many steps as the last run's, unless it is hopeless."""
         candidate = last.candidate
         coarser = replace(candidate, steps=-(-many // 2))
@@ -265,15 +269,17 @@ class Search:
         hopeless = order > LOW and 2.0**order * last.error > self.wanted
         return None if hopeless or last.hard or coarser.count(self.samples) >= many else coarser
 
-    def _finer(self, rows: list[Tried], rest: float) -> Candidate | None:
+    def _finer(self, rows: list[ScanRow], seconds_left: float) -> Candidate | None:
         """Twice as many steps as the most so far, where Newton's method did some of these."""
-        most = max(
+        finest = max(
             (row for row in rows if row.candidate is not None),
             key=lambda row: row.candidate.count(self.samples),
         )
-        if not (most.hard and most.reached and rest > most.wall and len(rows) < MOST_RUNS):
+        if not (
+            finest.hard and finest.reached and seconds_left > finest.wall and len(rows) < MOST_RUNS
+        ):
             return None
-        candidate = most.candidate
+        candidate = finest.candidate
         return replace(candidate, steps=2 * candidate.count(self.samples))
 
 
@@ -289,14 +295,16 @@ def unstopped_error(kind: Kind, candidate: Candidate, span: float, truth: Trajec
 
 def _end(run: Trajectory) -> float:
     """The time of the last state that a run which stopped has."""
-    known = np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)
-    return abs(float(run.t[known][-1] - run.t[0]))
+    finite = np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)
+    return abs(float(run.t[finite][-1] - run.t[0]))
 
 
-def _alike(one: float, other: float) -> bool:
+def _alike(first: float, second: float) -> bool:
     """Whether two runs stopped at about the same time."""
     return (
-        math.isfinite(one) and math.isfinite(other) and abs(one - other) <= 0.05 * max(one, other)
+        math.isfinite(first)
+        and math.isfinite(second)
+        and abs(first - second) <= 0.05 * max(first, second)
     )
 
 
@@ -304,27 +312,27 @@ def _rounded(number: float) -> str:
     return f"{float(f'{number:.2g}'):g}"
 
 
-def explained(rows: list[Tried], why: str) -> list[Tried]:
-    """Where none reaches the error, with the reason in words, both at the finest setting and at the
-    most accurate, which tables show."""
-    known = [row for row in rows if not math.isnan(row.error)]
-    if any(row.reached for row in rows) or not known:
+def explained(rows: list[ScanRow], why: str) -> list[ScanRow]:
+    """The rows; where none reaches the error, those at the finest and at the most accurate setting,
+    which tables show, have the reason as their status."""
+    measured = [row for row in rows if not math.isnan(row.error)]
+    if any(row.reached for row in rows) or not measured:
         return rows
-    best, last = min(known, key=lambda row: row.error), rows[-1]
+    best, last = min(measured, key=lambda row: row.error), rows[-1]
     error = "failed" if math.isnan(last.error) else f"error {last.error:.2g}"
     text = f"not reached with the finest setting tried, {last.setting}, {error}: {why}"
-    told = [best] if math.isnan(last.error) else [best, last]
-    return [replace(row, status=text) if row in told else row for row in rows]
+    explained_rows = [best] if math.isnan(last.error) else [best, last]
+    return [replace(row, status=text) if row in explained_rows else row for row in rows]
 
 
-def _order(rows: list[Tried], samples: int) -> float:
-    """Of convergence, as the errors of the last two runs suggest; 0 where they do not converge."""
+def _order(rows: list[ScanRow], samples: int) -> float:
+    """The order of convergence by the errors of the last two runs; 0 where they do not converge."""
     if len(rows) < 2:
         return 0.0
     before, last = rows[-2:]
     if not before.error > 1.5 * last.error > 0.0:
         return 0.0
-    counts = [one.candidate.count(samples) for one in (before, last) if one.candidate is not None]
+    counts = [row.candidate.count(samples) for row in (before, last) if row.candidate is not None]
     return math.log(before.error / last.error) / math.log(counts[1] / counts[0])
 
 
@@ -332,7 +340,9 @@ def _factor(error: float, order: float, wanted: float) -> float:
     """By how many times more steps to take next; cautiously where the order is low."""
     if not (math.isfinite(error) and error > 0.0):
         return 2.0
-    return min(max((error / (AIM * wanted)) ** (1.0 / max(order, 2.0)), LEAST), MOST)
+    return min(
+        max((error / (AIM * wanted)) ** (1.0 / max(order, 2.0)), SMALLEST_FACTOR), LARGEST_FACTOR
+    )
 
 
 def energy_change(run: Trajectory) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.applications.judging.candidate import Candidate, Model, Own, Source
+from benchmarks.applications.judging.candidate import Candidate, Model, Source, UserSetting
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.problem import galvi_label
 from galvi import Problem, Trajectory
@@ -38,9 +38,9 @@ INTEGRATORS = {  # by their names in MuJoCo, in lower case
 }
 ADAPTIVE: tuple[str, ...] = ()
 PART, ENGINE = "joint", "mujoco-core"
-MORE = "install the extra trees (pip install pin) for Pinocchio as a second"
+ENGINE_HINT = "install the extra trees (pip install pin) for Pinocchio as a second"
 UNITS = {"length": " rad or m", "time": " s"}
-STILL = 1e-9  # rad or m by which a joint that rests moves at most
+REST_LIMIT = 1e-9  # rad or m by which a joint that rests moves at most
 ANOTHER = (
     ", with --key 0 for the first keyframe, where the model has one, or --qpos and --qvel, in "
     "galvi.judge key=0, qpos=..., qvel=..."
@@ -48,8 +48,8 @@ ANOTHER = (
 TIGHT, LOOSER = 1e-13, 1e-11  # tolerances
 FINE = 30_000  # steps of the second source
 COARSEST = 200  # steps of MuJoCo's integrators in the whole time, to begin with
-OURS = (4, 8)  # degrees
-OURS_COARSEST = 100
+GALVI_DEGREES = (4, 8)  # degrees
+GALVI_COARSEST = 100
 ENTRIES = {"hinge": 1, "slide": 1, "ball": 4, "free": 7}
 
 
@@ -65,7 +65,7 @@ def default_duration(problem: Problem) -> float:
 
 
 def states(problem: Problem, duration: float) -> int:
-    """Those at which errors are measured are enough."""
+    """No more than the states at which errors are measured."""
     return 1
 
 
@@ -79,30 +79,30 @@ def span(duration: float, step: float) -> float:
     return duration
 
 
-def own(model: Model, name: str) -> Contender:
-    """This one of INTEGRATORS on the user's own model, with all its options."""
+def own_contender(model: Model, name: str) -> Contender:
+    """The integrator of this name on the user's own model, with all its options."""
     return _on(model, INTEGRATORS[name])
 
 
 def _on(model: Model, contender: Any) -> Any:
-    return contender if model.own is None else of_user(contender, model.own, model.problem)
+    return contender if model.native is None else of_user(contender, model.native, model.problem)
 
 
 def label(contender: Contender, options: Mapping[str, Any]) -> str:
-    """The integrator."""
+    """The integrator's name."""
     return contender.name
 
 
-def more(model: Model) -> str:
-    """For trees without forces beside springs and damping of joints, which Pinocchio runs alone."""
-    return MORE if model.problem.system.given_force[0] is None else ""
+def engine_hint(model: Model) -> str:
+    """How to install Pinocchio; "" for forces beside springs and damping, which it does not run."""
+    return ENGINE_HINT if model.problem.system.given_force[0] is None else ""
 
 
 def check(model: Model, truth: Trajectory) -> None:
     """ValueError where MuJoCo's accelerations at states of the truth are not the problem's."""
-    if model.own is not None:
+    if model.native is not None:
         rows = np.linspace(0, len(truth.t) - 1, 4).astype(int)
-        check_reading(model.own, model.problem, [(truth.q[k], truth.v[k]) for k in rows])
+        check_reading(model.native, model.problem, [(truth.q[k], truth.v[k]) for k in rows])
 
 
 def unit(problem: Problem, dimension: str) -> str:
@@ -110,11 +110,11 @@ def unit(problem: Problem, dimension: str) -> str:
     return UNITS[dimension]
 
 
-def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
+def notes(model: Model, user_setting: UserSetting, truth: Trajectory) -> list[str]:
     """That a floating model falls, or drifts, as one rigid body."""
     system = truth.problem.system
     inner = np.array([joint.type != "free" for joint in system.tree.joints])
-    if inner.all() or not inner.any() or _moved(truth)[inner].max() > STILL:
+    if inner.all() or not inner.any() or _moved(truth)[inner].max() > REST_LIMIT:
         return []
     return [
         "Warning: from this start the model moves as one rigid body, and nothing moves in its "
@@ -123,20 +123,24 @@ def notes(model: Model, own: Own, truth: Trajectory) -> list[str]:
     ]
 
 
-def sources(model: Model, duration: float, own: Own) -> list[Source]:
+def sources(model: Model, duration: float, user_setting: UserSetting) -> list[Source]:
     """DOP853 on MuJoCo's accelerations of the user's own model and on Pinocchio's, or without that
     at two tolerances; MuJoCo's RK4 at a small step."""
-    problem, alone = model.problem, bool(PINOCCHIO_ACCELERATIONS.missing)
+    problem, no_pinocchio = model.problem, bool(PINOCCHIO_ACCELERATIONS.missing)
     accelerations = _on(model, MUJOCO_ACCELERATIONS)
-    found = [
+    all_sources = [
         _dop853("MuJoCo", accelerations, TIGHT),
         _dop853("MuJoCo", accelerations, LOOSER)
-        if alone
+        if no_pinocchio
         else _dop853("Pinocchio", PINOCCHIO_ACCELERATIONS, TIGHT),
         Source("MuJoCo RK4, small steps", "MuJoCo", _on(model, MUJOCO_RK4), {}, duration / FINE),
         Source("galvi degree 8", "", gauss_collocation(8), {}, duration / 2000),
     ]
-    return [one for one in found if not one.contender.missing and one.contender.supports(problem)]
+    return [
+        source
+        for source in all_sources
+        if not source.contender.missing and source.contender.supports(problem)
+    ]
 
 
 def _dop853(engine: str, contender: Contender, tolerance: float) -> Source:
@@ -144,15 +148,17 @@ def _dop853(engine: str, contender: Contender, tolerance: float) -> Source:
     return Source(label, engine, contender, {"tolerance": tolerance})
 
 
-def candidates(model: Model, duration: float, own: Own) -> Iterator[list[Candidate]]:
+def candidates(
+    model: Model, duration: float, user_setting: UserSetting
+) -> Iterator[list[Candidate]]:
     """For each integrator but the own one the steps to begin with; MuJoCo's on the user's model."""
-    for degree in OURS:
-        yield [Candidate(galvi_label(degree), gauss_collocation(degree), {}, OURS_COARSEST)]
+    for degree in GALVI_DEGREES:
+        yield [Candidate(galvi_label(degree), gauss_collocation(degree), {}, GALVI_COARSEST)]
     for contender in INTEGRATORS.values():
-        theirs = _on(model, contender)
-        usable = not theirs.missing and theirs.supports(model.problem)
-        if usable and contender.name != own.name:
-            yield [Candidate(contender.name, theirs, {}, COARSEST)]
+        on_model = _on(model, contender)
+        usable = not on_model.missing and on_model.supports(model.problem)
+        if usable and contender.name != user_setting.name:
+            yield [Candidate(contender.name, on_model, {}, COARSEST)]
 
 
 def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
@@ -171,16 +177,16 @@ def errors(run: Trajectory, truth: Trajectory) -> Array:
 def joint_errors(system: Any, q: Array, true_q: Array) -> Array:
     """The same of configurations of a tree, (saved, ...)."""
     rates = np.zeros((len(q), system.group.dimension))  # any, which do not matter
-    one, other = (system.to_mujoco(each, rates)[0] for each in (q, true_q))
+    qpos, true_qpos = (system.to_mujoco(configurations, rates)[0] for configurations in (q, true_q))
     columns, at = [], 0
     for joint in system.tree.joints:
-        mine, theirs = (x[:, at : at + ENTRIES[joint.type]] for x in (one, other))
+        part, true_part = (x[:, at : at + ENTRIES[joint.type]] for x in (qpos, true_qpos))
         at += ENTRIES[joint.type]
         if joint.type in ("hinge", "slide"):
-            columns.append(np.abs(mine - theirs)[:, 0])
+            columns.append(np.abs(part - true_part)[:, 0])
             continue
-        turned = _angle(mine[:, -4:], theirs[:, -4:])
-        moved = np.linalg.norm(mine[:, :-4] - theirs[:, :-4], axis=1)
+        turned = _angle(part[:, -4:], true_part[:, -4:])
+        moved = np.linalg.norm(part[:, :-4] - true_part[:, :-4], axis=1)
         columns.append(np.maximum(turned, moved))
     return np.stack(columns, axis=1)
 
@@ -196,17 +202,17 @@ def _moved(truth: Trajectory) -> Array:
     return errors(truth, start).max(axis=0)
 
 
-def _angle(one: Array, other: Array) -> Array:
+def _angle(left: Array, right: Array) -> Array:
     """The angle between rotations given by unit quaternions (saved, 4)."""
-    along = np.sum(one * other, axis=1)
-    across = np.linalg.norm(one - np.copysign(1.0, along)[:, None] * other, axis=1)
+    along = np.sum(left * right, axis=1)
+    across = np.linalg.norm(left - np.copysign(1.0, along)[:, None] * right, axis=1)
     return 4.0 * np.arcsin(np.minimum(0.5 * across, 1.0))
 
 
 def names(problem: Problem) -> list[str]:
     """The joints by their names, or where they have none by their links."""
     system = problem.system
-    found = []
+    labels = []
     for k, link in enumerate(system.links):
         of = link.name or f"link {k}"
         many = Counter(joint.type for joint in link.joints if not joint.name)
@@ -214,19 +220,19 @@ def names(problem: Problem) -> list[str]:
         for joint in link.joints:
             number[joint.type] += 1
             which = f" {number[joint.type]}" if many[joint.type] > 1 else ""
-            found.append(joint.name or f"{joint.type}{which} of {of}")
-    return found
+            labels.append(joint.name or f"{joint.type}{which} of {of}")
+    return labels
 
 
 def entries(problem: Problem) -> list[str]:
     """The entries of qpos by their joints."""
     system = problem.system
-    found = []
+    labels = []
     for joint, name in zip(system.tree.joints, names(problem), strict=True):
         count = ENTRIES[joint.type]
         letters = ("x", "y", "z", "qw", "qx", "qy", "qz")[-count:]
-        found += [name] if count == 1 else [f"{name} {letter}" for letter in letters]
-    return found
+        labels += [name] if count == 1 else [f"{name} {letter}" for letter in letters]
+    return labels
 
 
 def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:

@@ -25,22 +25,22 @@ class Agreement:
     Attributes
     ----------
     source
-        the other one
+        that is compared with the truth
     t : array, shape (times,)
-    apart : array, shape (times,)
+    distances : array, shape (times,)
     stopped
         why it did not reach the end, in words; "" where it did
     """
 
     source: Source
     t: Array
-    apart: Array
+    distances: Array
     stopped: str = ""
 
     @property
     def largest(self) -> float:
         """Over all times."""
-        return float(np.max(self.apart))
+        return float(np.max(self.distances))
 
 
 def in_pieces(
@@ -50,18 +50,18 @@ def in_pieces(
     between steps; it ends with the last one that is a success, or after ``limit`` seconds. And why
     it ended early, or ""."""
     t, q, v, stopped = [problem.t0], [problem.q0], [problem.v0], ""
-    here, begun = problem, math.inf  # the first piece may compile
+    piece, begun = problem, math.inf  # the first piece may compile
     for end in ends.tolist():
         if time.perf_counter() - begun > limit:
             stopped = "it was given up as slow"
             break
-        run = source.run(here, end - here.t0, 1)
+        run = source.run(piece, end - piece.t0, 1)
         if not run.success:
             stopped = "its run fails"
             break
         begun = min(begun, time.perf_counter())
         t, q, v = [*t, end], [*q, run.q[-1]], [*v, run.v[-1]]
-        here = Problem(problem.system, run.q[-1], run.v[-1], end)
+        piece = Problem(problem.system, run.q[-1], run.v[-1], end)
     places, speeds, times = np.stack(q), np.stack(v), np.array(t)
     momenta = momentum_at(problem.system, places, speeds, times)
     return Trajectory(problem, times, places, momenta, velocities=speeds), stopped
@@ -69,13 +69,13 @@ def in_pieces(
 
 def agreements(
     truth: Trajectory,
-    others: Iterable[Source],
+    sources: Iterable[Source],
     errors: Errors,
     pieces: int,
     report: Callable[[str], None],
     limit: float = math.inf,
 ) -> list[Agreement]:
-    """Of the truth with each other source, at the ends of ``pieces`` of its time.
+    """The agreement of the truth with each source, at the ends of ``pieces`` of its time.
 
     Parameters
     ----------
@@ -85,15 +85,15 @@ def agreements(
     problem = truth.problem
     rows = np.unique(np.linspace(0, len(truth.t) - 1, pieces + 1).round().astype(int))
     few = states_of(truth, rows)
-    found = []
-    for source in others:
+    compared = []
+    for source in sources:
         report(f"truth: {source.label}")
         run, stopped = in_pieces(source, problem, few.t[1:], limit)
         reached = len(run.t)  # fewer where it stopped
         until = states_of(few, slice(reached))
-        apart = errors(run, until).reshape(reached, -1).max(axis=1)
-        found.append(Agreement(source, until.t, apart, stopped))
-    return found
+        distances = errors(run, until).reshape(reached, -1).max(axis=1)
+        compared.append(Agreement(source, until.t, distances, stopped))
+    return compared
 
 
 def states_of(run: Trajectory, rows: Any) -> Trajectory:
@@ -108,13 +108,13 @@ def states_of(run: Trajectory, rows: Any) -> Trajectory:
     )
 
 
-def thinned(run: Trajectory, every: int) -> Trajectory:
-    """Its first state, and every so many."""
-    return states_of(run, slice(None, None, every))
+def thinned(run: Trajectory, stride: int) -> Trajectory:
+    """The first state of a run, and every `stride`-th one after it."""
+    return states_of(run, slice(None, None, stride))
 
 
 def time_text(truth: Trajectory, t: float) -> str:
     """A time with the digits that tell apart a hundred-thousandth of the run, also at an epoch."""
-    whole = abs(float(truth.t[-1] - truth.t[0]))
+    duration = abs(float(truth.t[-1] - truth.t[0]))
     size = max(abs(float(truth.t[0])), abs(float(truth.t[-1])))
-    return f"{t:.{max(6, math.ceil(math.log10(size / whole)) + 5 if size else 0)}g}"
+    return f"{t:.{max(6, math.ceil(math.log10(size / duration)) + 5 if size else 0)}g}"

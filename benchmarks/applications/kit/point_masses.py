@@ -38,7 +38,11 @@ CLOSED = sampled(KEPLER, "Kepler's equation in closed form, in double-double ari
 STORED = sampled(STORED_TRUTH, "heyoka's Taylor series in quadruple precision, stored with galvi")
 GAUSS_RADAU = sampled(IAS15, "REBOUND IAS15")
 RUNGE_KUTTA = restarted(DOP853, "SciPy DOP853, relative tolerance 3e-14", TIGHT)
-EXACT, KEPT, TWO = (CLOSED, GAUSS_RADAU), (STORED, GAUSS_RADAU), (GAUSS_RADAU, RUNGE_KUTTA)
+CLOSED_PAIR, STORED_PAIR, NUMERICAL_PAIR = (
+    (CLOSED, GAUSS_RADAU),
+    (STORED, GAUSS_RADAU),
+    (GAUSS_RADAU, RUNGE_KUTTA),
+)
 
 INTEGRATORS: Mapping[str, tuple[Method, ...]] = {  # each of a tuple must have the order
     "leapfrog": (Method(STORMER_VERLET, {}), Method(LEAPFROG, {})),
@@ -80,7 +84,7 @@ class PointMasses:
         return agreed(self.problem, self.duration, self.sources, moved)
 
     def orders(self, truth: Truth) -> dict[str, Convergence | None]:
-        """By the names of integrators."""
+        """Measured orders by the names of integrators."""
         orders = {
             name: convergence(self.problem, truth, methods[0].contender.order, methods)
             for name, methods in INTEGRATORS.items()
@@ -98,12 +102,12 @@ def two_bodies(e: float, anomaly: float = 0.0) -> Problem:
         hyperbolic eccentric anomaly at the start of a flyby, e > 1
     """
     if e < 1.0:
-        place, speed = (1.0 - e, 0.0), (0.0, math.sqrt((1.0 + e) / (1.0 - e)))
+        position, speed = (1.0 - e, 0.0), (0.0, math.sqrt((1.0 + e) / (1.0 - e)))
     else:
         c, s, root = math.cosh(anomaly), math.sinh(anomaly), math.sqrt(e * e - 1.0)
         rate = 1.0 / (e * c - 1.0)
-        place, speed = (e - c, root * s), (-s * rate, root * c * rate)
-    q, v = _tilted(place), _tilted(speed)
+        position, speed = (e - c, root * s), (-s * rate, root * c * rate)
+    q, v = _tilted(position), _tilted(speed)
     masses = np.array([0.75, 0.25])
     shares = np.array([-0.25, 0.75])[:, None]
     return Problem(
@@ -187,7 +191,7 @@ DE421 = (
 def _stored(name: str, case: str, share: float, start: str = WRITTEN) -> PointMasses:
     """One of the stored truths, over this share of its time: 1 or 0.1."""
     problem, horizon = CASES[case]
-    return PointMasses(name, problem, horizon * share, KEPT, start)
+    return PointMasses(name, problem, horizon * share, STORED_PAIR, start)
 
 
 def all_point_masses() -> tuple[PointMasses, ...]:
@@ -196,14 +200,14 @@ def all_point_masses() -> tuple[PointMasses, ...]:
     belt = problems.outer_solar_system(particles=6)
     triangle = Source("similar triangles, whose side is " + CLOSED.label, _similar_triangles)
     return (
-        PointMasses("two_bodies_e00", two_bodies(0.0), turn, EXACT),
-        PointMasses("two_bodies_e03", two_bodies(0.3), 2.0 * turn, EXACT),
-        PointMasses("two_bodies_e06", two_bodies(0.6), 2.0 * turn, EXACT),
-        PointMasses("two_bodies_e09", two_bodies(0.9), turn, EXACT),
-        PointMasses("hyperbolic_flyby", two_bodies(1.5, -2.0), 10.0, TWO),
-        PointMasses("light_body_first", PAIR, 10.0, EXACT),
+        PointMasses("two_bodies_e00", two_bodies(0.0), turn, CLOSED_PAIR),
+        PointMasses("two_bodies_e03", two_bodies(0.3), 2.0 * turn, CLOSED_PAIR),
+        PointMasses("two_bodies_e06", two_bodies(0.6), 2.0 * turn, CLOSED_PAIR),
+        PointMasses("two_bodies_e09", two_bodies(0.9), turn, CLOSED_PAIR),
+        PointMasses("hyperbolic_flyby", two_bodies(1.5, -2.0), 10.0, NUMERICAL_PAIR),
+        PointMasses("light_body_first", PAIR, 10.0, CLOSED_PAIR),
         PointMasses(
-            "figure_eight", figure_eight(), 10.0, TWO,
+            "figure_eight", figure_eight(), 10.0, NUMERICAL_PAIR,
             "Chenciner and Montgomery, Annals of Mathematics 152 (2000) 881, digits by C. Simo",
         ),
         PointMasses("lagrange_triangle", lagrange_triangle(), 4.0, (triangle, GAUSS_RADAU),
@@ -221,14 +225,15 @@ def all_point_masses() -> tuple[PointMasses, ...]:
         _stored("sitnikov", "sitnikov", 0.1,
                 "Sitnikov, Doklady Akademii Nauk 133 (1960) 303; numbers " + WRITTEN),
         PointMasses(
-            "arenstorf", arenstorf(), PERIOD, TWO,
+            "arenstorf", arenstorf(), PERIOD, NUMERICAL_PAIR,
             "Arenstorf 1963, with the digits of Hairer, Norsett and Wanner, Solving Ordinary "
             "Differential Equations I, II.0; here in an inertial frame",
         ),
-        PointMasses("retrograde_planet", retrograde_planet(), 30.0, TWO),
+        PointMasses("retrograde_planet", retrograde_planet(), 30.0, NUMERICAL_PAIR),
         _stored("binary_meets_star", "binary_meets_star", 1.0),
         _stored("sixteen_stars", "sixteen_stars", 0.1),
-        PointMasses("massless_belt", belt, 36525.0, TWO, DE421 + "; massless bodies " + WRITTEN),
-        PointMasses("many_planets", planets, 10.0 * innermost_period(planets), TWO,
+        PointMasses("massless_belt", belt, 36525.0, NUMERICAL_PAIR,
+                    DE421 + "; massless bodies " + WRITTEN),
+        PointMasses("many_planets", planets, 10.0 * innermost_period(planets), NUMERICAL_PAIR,
                     "written for galvi, with the GM of DE421, that of planets times 1e-3"),
     )  # fmt: skip

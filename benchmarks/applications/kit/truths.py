@@ -57,9 +57,9 @@ class Truth:
     error_v: Array
 
 
-def distances(states: Array, others: Array) -> Array:
-    """Of points or velocities from others, both (rows, bodies, d): (rows, bodies)."""
-    return np.linalg.norm(states - others, axis=-1)
+def distances(states: Array, reference_states: Array) -> Array:
+    """Distances (rows, bodies) of points or velocities from reference ones, (rows, bodies, d)."""
+    return np.linalg.norm(states - reference_states, axis=-1)
 
 
 def agreed(
@@ -109,7 +109,7 @@ def agreed(
 
 
 def largest(differences: Array) -> Array:
-    """Of each row, (rows,)."""
+    """The largest size of an entry of each row, (rows,)."""
     return np.max(np.abs(differences.reshape(len(differences), -1)), axis=1)
 
 

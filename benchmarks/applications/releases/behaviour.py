@@ -1,4 +1,4 @@
-"""What one release of an engine makes of a user's own run, and what of it rounding may move."""
+"""A user's run in one release of an engine, and the differences that rounding may cause."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ULPS = 2.0  # of the largest entry, by which each entry of a start is moved
 MOVED = 4  # starts that are moved
 FLOORS = 20.0  # differences above so many floors are changes
 COARSER, LEVELS = 3, 7  # halvings of the step: from eight times the user's to an eighth
-SURE = 0.1  # largest standard error of an order that is seen
+LARGEST_ORDER_ERROR = 0.1  # largest standard error of an order that is seen
 STATES = (2, 5, 9)  # samples at which accelerations are compared, beside the start
 
 
@@ -35,14 +35,14 @@ class Quantity:
 
 @dataclass(frozen=True, eq=False)
 class Behaviour:
-    """What a release does.
+    """A user's run in one release.
 
     Attributes
     ----------
     version
         such as "4.0.1"
     missing
-        why it cannot be had or cannot do the run, in a sentence; "" where it does
+        a sentence why it cannot be installed or cannot do the run; "" where it can
     failure
         how the run fails in it: it diverges; "" where it comes to its end
     motion
@@ -67,7 +67,7 @@ class Behaviour:
 
 @dataclass(frozen=True, eq=False)
 class Questions:
-    """What every release is asked, the same of all.
+    """The runs and states that each release is asked for.
 
     Attributes
     ----------
@@ -83,9 +83,9 @@ class Questions:
 
     @classmethod
     def of(cls, run: OwnRun) -> Questions:
-        """Those of a run, by the installed release; of its start alone where it diverges. Raises
-        NotHere where the release cannot do it, ValueError where nothing moves."""
-        (motion,) = run.answer([run.asked()]).motions
+        """The questions of a run, by the installed release; at its start only where the run
+        diverges. Raises NotHere where the release cannot do it, ValueError where nothing moves."""
+        (motion,) = run.answer([run.request()]).motions
         start = run.positions, run.velocities
         if _divergence(motion):
             return cls(run, [start], (_size(start[0]) or 1.0, _size(start[1]) or 1.0))
@@ -109,39 +109,44 @@ class Questions:
         return [coarsest * 2**k for k in range(LEVELS)]
 
     def answered(self, version: str, python: Path) -> Behaviour:
-        """What a release does, by this interpreter. Raises NotHere where it fails."""
+        """The behaviour of a release, by this interpreter. Raises NotHere where it fails."""
         run, signs = self.run, np.random.default_rng(0)
         own_start = run.positions, run.velocities
         starts = [moved(own_start, self.sizes, signs) for _ in range(MOVED)]
-        near = [[moved(each, self.sizes, signs) for _ in range(MOVED)] for each in self.states]
+        moved_states = [
+            [moved(state, self.sizes, signs) for _ in range(MOVED)] for state in self.states
+        ]
         states = [
             state
-            for each, others in zip(self.states, near, strict=True)
-            for state in (each, *others)
+            for plain, nearby in zip(self.states, moved_states, strict=True)
+            for state in (plain, *nearby)
         ]
         part = run.duration / SAMPLES
         levels: list[dict[str, Any]] = [
-            {**run.asked(), "step": part / count, "steps": count, "every": count}
+            {**run.request(), "step": part / count, "steps": count, "every": count}
             for count in self.counts
         ]
-        runs = [run.asked(), *(run.asked(*start) for start in starts), *levels]
-        answer = run.answer(runs, [run.asked(*state) for state in states], python)
-        own, neighbours = answer.motions[0], answer.motions[1 : 1 + MOVED]
-        failure = _divergence(own)
+        runs = [run.request(), *(run.request(*start) for start in starts), *levels]
+        answer = run.answer(runs, [run.request(*state) for state in states], python)
+        own_motion, neighbours = answer.motions[0], answer.motions[1 : 1 + MOVED]
+        failure = _divergence(own_motion)
         if failure:
             return Behaviour(version, failure=failure)
-        spreads = {name: [each.quantities[name] for each in neighbours] for name in own.quantities}
+        spreads = {
+            name: [neighbour.quantities[name] for neighbour in neighbours]
+            for name in own_motion.quantities
+        }
         motion = {
-            name: self._floored(values, spreads[name], own.steps_taken)
-            for name, values in own.quantities.items()
+            name: self._floored(values, spreads[name], own_motion.steps_taken)
+            for name, values in own_motion.quantities.items()
         }
         order, unsure = self._order(answer.motions[1 + MOVED :], motion)
-        energies = np.array([answer.energies[0], *own.energy])
+        energies = np.array([answer.energies[0], *own_motion.energy])
         return Behaviour(
             version,
             "",
             "",
-            own,
+            own_motion,
             {**motion, "accelerations": _accelerations(answer.accelerations)},
             order,
             unsure,
@@ -149,8 +154,8 @@ class Questions:
         )
 
     def _floored(self, values: Array, neighbours: Sequence[Array], steps_taken: int) -> Quantity:
-        """Of a run: the floor of each sample is the largest spread and size until then, infinite
-        where a moved run diverges.
+        """The values of a run, with a floor at each sample: the largest spread and size until then,
+        infinite where a moved run diverges.
 
         A release that rounds otherwise is off by a new error in each step. No such error grows
         to more than the spread, and together they grow as the root of the number of steps: FLOORS
@@ -159,7 +164,9 @@ class Questions:
         without the root to 60.
         """
         size = np.abs(values).max(axis=1)
-        spread = np.max([np.abs(each - values).max(axis=1) for each in neighbours], axis=0)
+        spread = np.max(
+            [np.abs(neighbour - values).max(axis=1) for neighbour in neighbours], axis=0
+        )
         spread = np.where(np.isfinite(spread), spread, np.inf)
         steps = steps_taken if self.run.step is None else self.run.steps
         grown = max(1.0, math.sqrt(steps) / FLOORS)
@@ -177,16 +184,16 @@ class Questions:
         ends = np.stack(
             [
                 np.concatenate(
-                    [_row(each.quantities[name][0], size) for name, size in names.items()]
+                    [_row(level.quantities[name][0], size) for name, size in names.items()]
                 )
-                for each in levels
+                for level in levels
             ]
         )
         floor = max(_ratio(motion[name].floors[0], size) for name, size in names.items())
         gaps = np.abs(np.diff(ends, axis=0)).max(axis=1)
         steps = [1.0 / count for count in self.counts[:-1]]
         fit = orders(steps, gaps.tolist(), truth_error=floor).fit
-        if not fit.points or not fit.uncertainty <= SURE:
+        if not fit.points or not fit.uncertainty <= LARGEST_ORDER_ERROR:
             return math.nan, math.nan
         return fit.rate, fit.uncertainty
 
@@ -214,13 +221,13 @@ def moved(
 
 
 def _accelerations(rows: Sequence[Array]) -> Quantity:
-    """Of each state the accelerations, and how far those of its neighbours are from them."""
+    """The accelerations at each state; their floors are the differences from its neighbours."""
     values, floors = [], []
     for k in range(0, len(rows), 1 + MOVED):
-        here, *near = rows[k : k + 1 + MOVED]
-        spread = max(float(np.abs(each - here).max()) for each in near)
-        values.append(here)
-        floors.append(max(spread, ULPS * EPSILON * _size(here)))
+        plain, *neighbours = rows[k : k + 1 + MOVED]
+        spread = max(float(np.abs(neighbour - plain).max()) for neighbour in neighbours)
+        values.append(plain)
+        floors.append(max(spread, ULPS * EPSILON * _size(plain)))
     return Quantity(np.stack(values), np.array(floors))
 
 

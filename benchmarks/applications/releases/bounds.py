@@ -11,15 +11,15 @@ import numpy as np
 from benchmarks.applications.releases.behaviour import FLOORS
 from galvi.arrays import Array
 
-# What LEAST and MOST rest on is printed by
+# What FEWEST_FLOORS and MOST_FLOORS rest on is printed by
 # pytest -m slow -s tests/suite/benchmarks/test_tolerance.py -k limits
 UPPER = 0.95  # quantile that gives the spread, with the median
 DEVIATIONS = 4.0  # to which the tail is extrapolated
-LEAST = 5.0  # floors that a bound has
-MOST = FLOORS / 2.0  # a run within such a bound, displaced by FLOORS, is outside
-FEW = 4.0  # ulp of the size, below which no floor is
+FEWEST_FLOORS = 5.0  # least number of floors of a bound
+MOST_FLOORS = FLOORS / 2.0  # a run within such a bound, displaced by FLOORS, is outside
+FEWEST_ULPS = 4.0  # ulp of the size, below which no floor is
 LARGEST = 700.0  # logarithm of a factor
-EATEN = 1e-3  # share of the motion, above which a floor is no longer rounding
+CHAOS_SHARE = 1e-3  # share of the motion, above which a floor is no longer rounding
 
 FAILED = "runs from starts moved by rounding fail"
 CHAOS = "rounding has grown to more than a thousandth of the motion"
@@ -40,7 +40,7 @@ class Bound:
     factor
         floors that hold the tail; NaN where a run failed
     median
-        of the differences, none taken as less than FEW ulp; NaN where a run failed
+        of the differences, none taken as less than FEWEST_ULPS ulp; NaN where a run failed
     reason
         why there is no bound; "" where there is one
     """
@@ -65,7 +65,7 @@ def bound_of(differences: Array, ulp: float, motion: float) -> Bound:
     differences : array, shape (runs,)
         the largest of an entry of each run from the plain one
     ulp
-        of the size of the quantity; differences below FEW are taken as these
+        of the size of the quantity; differences below FEWEST_ULPS are taken as these
     motion
         how far the quantity moves; 0 where that is unknown
 
@@ -75,10 +75,12 @@ def bound_of(differences: Array, ulp: float, motion: float) -> Bound:
     """
     if not np.isfinite(differences).all():
         return Bound(math.inf, math.nan, math.nan, FAILED)
-    least = max(FEW * ulp, float(np.finfo(float).tiny))
-    median, upper, floor = np.quantile(np.maximum(differences, least), (0.5, UPPER, 1.0)).tolist()
+    smallest = max(FEWEST_ULPS * ulp, float(np.finfo(float).tiny))
+    median, upper, floor = np.quantile(
+        np.maximum(differences, smallest), (0.5, UPPER, 1.0)
+    ).tolist()
     exponent = math.log(upper / median) * DEVIATIONS / NormalDist().inv_cdf(UPPER)
-    factor = max(LEAST, math.exp(min(math.log(median / floor) + exponent, LARGEST)))
-    if motion and floor > max(EATEN * motion, least):
+    factor = max(FEWEST_FLOORS, math.exp(min(math.log(median / floor) + exponent, LARGEST)))
+    if motion and floor > max(CHAOS_SHARE * motion, smallest):
         return Bound(floor, factor, median, CHAOS)
-    return Bound(floor, factor, median, SPREAD if factor > MOST else "")
+    return Bound(floor, factor, median, SPREAD if factor > MOST_FLOORS else "")

@@ -55,14 +55,14 @@ class Motion:
     @property
     def quantities(self) -> dict[str, Array]:
         """What a test would compare, by name, (saved, values of it)."""
-        every = {"positions": self.positions, "velocities": self.velocities}
-        return {**every, "energy": self.energy[:, None]}
+        states = {"positions": self.positions, "velocities": self.velocities}
+        return {**states, "energy": self.energy[:, None]}
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What an engine's release makes of a user's run: the release, a motion for each that was asked
-    for, and the accelerations (n,) and the energy at each state."""
+    """The answer of an engine: its release, a motion for each requested run, and the accelerations
+    (n,) and the energy at each requested state."""
 
     release: str
     motions: tuple[Motion, ...]
@@ -72,7 +72,7 @@ class Answer:
 
 @dataclass(frozen=True, eq=False)
 class OwnRun:
-    """What a user runs, without the engine.
+    """A user's run as data, without the engine.
 
     Attributes
     ----------
@@ -103,20 +103,20 @@ class OwnRun:
 
     @property
     def times(self) -> Array:
-        """Those after the start at which it is compared, (SAMPLES,)."""
+        """The times after the start at which the run is compared, (SAMPLES,)."""
         return self.duration * np.arange(1, SAMPLES + 1) / SAMPLES
 
     @property
     def steps(self) -> int:
-        """Of the whole run; the integrator must take equal ones."""
+        """The number of steps of the run; the integrator must take equal steps."""
         assert self.step is not None
         return round(self.duration / self.step)
 
-    def asked(
+    def request(
         self, positions: Array | None = None, velocities: Array | None = None, steps: int = 0
     ) -> dict[str, Any]:
-        """A run of the job: from this start in place of the user's, in so many steps, a multiple of
-        SAMPLES, in place of the user's."""
+        """A run of the job; positions, velocities and steps (a multiple of SAMPLES) replace the
+        user's."""
         start = self._start(
             self.positions if positions is None else positions,
             self.velocities if velocities is None else velocities,
@@ -149,7 +149,7 @@ class OwnRun:
         Parameters
         ----------
         runs, states
-            see `asked`
+            see `request`
         python
             the interpreter of the environment with the release
         environment
@@ -163,13 +163,13 @@ class OwnRun:
             Where the program fails.
         """
         job = {**self.job, "runs": list(runs), "threads": threads}
-        starts = [each if self.package == "mujoco" else each["particles"] for each in states]
+        starts = [state if self.package == "mujoco" else state["particles"] for state in states]
         command = [str(python), "-I", str(self.program)]
         reply = json.loads(finished(command, json.dumps({**job, "states": starts}), environment))
         return Answer(
             f"{self.package} {reply['release']}",
-            tuple(self._motion(each) for each in reply["runs"]),
-            tuple(np.ravel(each) for each in reply["accelerations"]),
+            tuple(self._motion(run) for run in reply["runs"]),
+            tuple(np.ravel(accelerations) for accelerations in reply["accelerations"]),
             tuple(reply["energies"]),
         )
 
@@ -177,14 +177,14 @@ class OwnRun:
         if self.package == "mujoco":
             states = rows["qpos"], rows["qvel"]
         else:
-            particles = [np.array(each) for each in rows["particles"]]
+            particles = [np.array(state) for state in rows["particles"]]
             states = [x[:, 1:4].ravel() for x in particles], [x[:, 4:].ravel() for x in particles]
         positions, velocities = (
-            _filled(each, SAMPLES, start.size)
-            for each, start in zip(states, (self.positions, self.velocities), strict=True)
+            _filled(saved, SAMPLES, start.size)
+            for saved, start in zip(states, (self.positions, self.velocities), strict=True)
         )
         energy, kinetic = (
-            _filled([[each] for each in rows[name]], SAMPLES, 1)[:, 0]
+            _filled([[number] for number in rows[name]], SAMPLES, 1)[:, 0]
             for name in ("energy", "kinetic")
         )
         steps_taken = rows.get("taken", 0)
@@ -223,21 +223,21 @@ def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
     if request.key is not None:
         job["key"] = from_mujoco.keyframe_number(model, request.key)
     for name, size in (("qpos", model.nq), ("qvel", model.nv), ("ctrl", model.nu)):
-        given = getattr(request, name)
-        if given is not None:
-            job[name] = input_checks.array(name, given, (size,)).tolist()
+        entries = getattr(request, name)
+        if entries is not None:
+            job[name] = input_checks.array(name, entries, (size,)).tolist()
     name = from_mujoco.integrator_name(model)
     options_of = dict.fromkeys(trees.INTEGRATORS, ())
-    integrator, step = _own(request, name, model.opt.timestep, options_of)
+    integrator, step = _integrator_and_step(request, name, model.opt.timestep, options_of)
     if step is not None and step < 0.0:
         raise ValueError(f"own dt of a MuJoCo model must be positive; received {step:g}.")
     job["integrator"] = integrator
     span = trees.DURATION if request.duration is None else request.duration
-    duration, step = _whole(trees.span(span, 0.0), step)
+    duration, step = _in_full_steps(trees.span(span, 0.0), step)
     start = own_model.at_start(model, job)
     try:
-        mine = request.key, request.qpos, request.qvel, request.ctrl
-        read, unread = Model(*from_mujoco.read(model, (), *mine)), ""
+        start_options = request.key, request.qpos, request.qvel, request.ctrl
+        read, unread = Model(*from_mujoco.read(model, (), *start_options)), ""
     except ValueError as error:
         lines = str(error).partition("\nLeave them out")[0].splitlines()
         read, unread = None, f"{lines[0]} {'; '.join(line.strip() for line in lines[1:])}"
@@ -256,8 +256,8 @@ def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
 
 
 def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
-    mine = (request.key, request.qpos, request.qvel, request.ctrl)
-    if any(value is not None for value in mine):
+    start_options = (request.key, request.qpos, request.qvel, request.ctrl)
+    if any(value is not None for value in start_options):
         raise ValueError(
             f"--key, --qpos, --qvel and --ctrl are for MuJoCo models; received {file}."
         )
@@ -267,7 +267,9 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
     if problem.q0.shape[1] != 3:
         raise ValueError("a simulation must have three dimensions.")
     parameters = problem.parameters
-    integrator, step = _own(request, parameters["integrator"], parameters.get("dt"), OPTIONS_OF)
+    integrator, step = _integrator_and_step(
+        request, parameters["integrator"], parameters.get("dt"), OPTIONS_OF
+    )
     integrator = integrator.lower()
     options = {**parameters.get("options", {})} if integrator == parameters["integrator"] else {}
     usual = defaults(integrator)  # of this release: the others have theirs
@@ -275,7 +277,7 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
     options |= {name: value for name, value in request.own.items() if name not in OWN}
     span = bodies.default_duration(problem) if request.duration is None else request.duration
     input_checks.positive("duration", abs(span))
-    duration, step = (span, None) if integrator in bodies.ADAPTIVE else _whole(span, step)
+    duration, step = (span, None) if integrator in bodies.ADAPTIVE else _in_full_steps(span, step)
     masses = np.array([particle.m for particle in sim.particles])
     particles = np.hstack([masses[:, None], problem.q0, problem.v0])
     job = {
@@ -305,8 +307,8 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
 
 
 def _settings(sim: Any) -> dict[str, Any]:
-    """What of a simulation changes its run besides integrator, step and particles; `read` refuses
-    all but these."""
+    """Settings of a simulation that change its run besides integrator, step and particles; `read`
+    refuses all others."""
     if sim.gravity == "tree":
         raise ValueError(
             "gravity by a tree cannot be run from its particles alone; set sim.gravity = 'basic'."
@@ -315,7 +317,7 @@ def _settings(sim: Any) -> dict[str, Any]:
     return active | ({"gravity": sim.gravity} if sim.gravity == "compensated" else {})
 
 
-def _own(
+def _integrator_and_step(
     request: JudgeRequest,
     integrator: str,
     step: float | None,
@@ -326,12 +328,12 @@ def _own(
     Parameters
     ----------
     options_of
-        each integrator
+        names of the options of each integrator
 
     Raises
     ------
     ValueError
-        For an integrator that is not among them, and an option that it has not.
+        For an integrator that is not among them, and an option that it does not have.
     """
     name = str(request.own.get("integrator", integrator))
     if name.lower() not in options_of:
@@ -339,17 +341,17 @@ def _own(
             f"own integrator must be one of {', '.join(options_of)}; received {name!r}."
         )
     options = options_of[name.lower()]
-    wrong = [each for each in request.own if each not in (*OWN, *options)]
+    wrong = [option for option in request.own if option not in (*OWN, *options)]
     if wrong:
         raise ValueError(
             f"options of your run must be among {', '.join((*OWN, *options))} with {name}; "
             f"received {wrong[0]!r}."
         )
-    asked = request.own.get("dt", step)
-    return name, None if asked is None else input_checks.real("own dt", asked)
+    dt = request.own.get("dt", step)
+    return name, None if dt is None else input_checks.real("own dt", dt)
 
 
-def _whole(duration: float, step: float | None) -> tuple[float, float]:
+def _in_full_steps(duration: float, step: float | None) -> tuple[float, float]:
     """The duration, lengthened to a multiple of SAMPLES steps, and the step; both are negative
     where one of them is."""
     if not step:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from benchmarks.store.isolated_environment import NotHere, environment, finished
 
-# Those that are compared where none are named, with the installed one.
+# Compared with the installed release where none are named.
 USUAL = {
     "mujoco": ("3.6.0", "3.10.0", "3.11.0", "3.13.0", "3.17.0"),
     "rebound": ("3.28.4", "4.0.3", "4.6.0", "5.0.1"),
@@ -56,8 +56,8 @@ def asked_releases(package: str, texts: Sequence[str]) -> tuple[list[str], bool]
     """
     is_range = len(texts) == 1 and RANGE in texts[0]
     versions = texts[0].split(RANGE) if is_range else list(texts or USUAL[package])
-    versions = [each.strip() for each in versions]
-    wrong = [each for each in versions if not PATTERN.fullmatch(each)]
+    versions = [version.strip() for version in versions]
+    wrong = [version for version in versions if not PATTERN.fullmatch(version)]
     if wrong or (is_range and len(versions) != 2):
         raise ValueError(
             f"--releases expects releases as 3.17.0,4.0.1, or two ends as 3.6.0{RANGE}4.0.1; "
@@ -76,7 +76,7 @@ def listed(package: str) -> list[str]:
         line = re.search("^Available versions: (.*)$", printed, re.MULTILINE)
         if line is None:
             raise NotHere(f"pip lists no releases of {name}.")
-        versions |= {each for each in line[1].split(", ") if PATTERN.fullmatch(each)}
+        versions |= {version for version in line[1].split(", ") if PATTERN.fullmatch(version)}
     return sorted(versions, key=by_age)
 
 

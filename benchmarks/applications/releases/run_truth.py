@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.applications.judging.candidate import Kind, Model
-from benchmarks.applications.judging.judgement import LOST, kind_of, own_setting
+from benchmarks.applications.judging.judgement import LOST_SHARE, kind_of, own_setting
 from benchmarks.applications.judging.truth import states_of
 from benchmarks.applications.releases.own_run import SAMPLES, Motion, OwnRun
 from galvi import Trajectory
@@ -22,17 +22,17 @@ class RunTruth:
     ----------
     trajectory
         of the best source, after the start
-    source, other
-        what it is from, and what confirms it, "" where nothing does
-    apart
-        the largest distance of a part of the model between the two; NaN with one
+    source, confirmed_by
+        labels of the best source and of the second one; "" where no second one reaches the end
+    disagreement
+        the largest distance of a part of the model between the two; NaN without a second one
     """
 
     kind: Kind
     trajectory: Trajectory
     source: str
-    other: str
-    apart: float
+    confirmed_by: str
+    disagreement: float
 
     def error(self, motion: Motion) -> float:
         """The largest distance of a part of the model from its true place, at any sample."""
@@ -58,12 +58,16 @@ def truth_of(run: OwnRun) -> tuple[RunTruth | None, str]:
 
 
 def _truth(run: OwnRun, model: Model) -> RunTruth:
-    """Raises ValueError for what cannot be judged and where sources part, RuntimeError where none
-    runs it."""
+    """Raises ValueError for a model that cannot be judged and where sources disagree, RuntimeError
+    where none reaches the end."""
     kind = kind_of(model.problem)
-    asked = {"integrator": run.integrator, **({} if run.step is None else {"dt": run.step})}
-    own = own_setting(kind, model, asked)
-    sources = [each for each in kind.sources(model, run.duration, own) if not each.opinion]
+    setting = {"integrator": run.integrator, **({} if run.step is None else {"dt": run.step})}
+    user_setting = own_setting(kind, model, setting)
+    sources = [
+        candidate
+        for candidate in kind.sources(model, run.duration, user_setting)
+        if not candidate.opinion
+    ]
     reached = []
     for source in sources:
         trajectory = source.run(model.problem, run.duration, SAMPLES)
@@ -74,12 +78,13 @@ def _truth(run: OwnRun, model: Model) -> RunTruth:
     if not reached:
         raise RuntimeError("no source of it reaches the end of the run.")
     kind.check(model, reached[0][1])
-    (label, truth), (other, confirming) = reached[0], reached[-1]
+    (label, truth), (confirmed_by, confirming) = reached[0], reached[-1]
     if len(reached) == 1:
         return RunTruth(kind, truth, label, "", float("nan"))
-    apart = float(np.max(kind.errors(confirming, truth)))
-    if not apart < LOST * kind.size(truth):
+    disagreement = float(np.max(kind.errors(confirming, truth)))
+    if not disagreement < LOST_SHARE * kind.size(truth):
         raise ValueError(
-            f"its sources, {label} and {other}, part by {apart:.3g}. Take a shorter --duration."
+            f"its sources, {label} and {confirmed_by}, part by {disagreement:.3g}. Take a shorter "
+            "--duration."
         )
-    return RunTruth(kind, truth, label, other, apart)
+    return RunTruth(kind, truth, label, confirmed_by, disagreement)

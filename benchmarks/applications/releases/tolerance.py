@@ -23,9 +23,9 @@ from galvi.kernels.constants import EPSILON
 STATES = ("positions", "velocities")  # that a test compares
 QUANTITIES = (*STATES, "energy")
 STARTS = 64  # of runs that round differently, half of them without fused products
-STILL = 1e-6  # share of the size, below which a motion is rest
+REST_SHARE = 1e-6  # share of the size, below which a motion is rest
 MOVED_RUNS = "rounding at every step"
-LONG = 60.0  # seconds of the plain run, above which it is said how long all takes
+LONG_SECONDS = 60.0  # seconds of the plain run, above which it is said how long all takes
 PART = SECONDS / 3.0  # seconds of runs in one process
 # glibc's functions without fused products and wide vectors; nothing elsewhere.
 UNFUSED = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX512F"}
@@ -105,7 +105,7 @@ class Tolerance:
 
     @property
     def runs(self) -> int:
-        """Those that are in the bounds."""
+        """The number of runs that the bounds rest on."""
         return sum(len(variant.differences) for variant in self.variants if variant.is_rounding)
 
 
@@ -121,7 +121,7 @@ def measure(
     folder
         in which their environments are made, and removed
     report
-        is told what is being done
+        called with each step of the work
     seed
         of the starts
 
@@ -136,26 +136,26 @@ def measure(
         raise ValueError("nothing can move in your model: it has no joints.")
     report("your run")
     begin = perf_counter()
-    (motion,) = run.answer([run.asked()]).motions
+    (motion,) = run.answer([run.request()]).motions
     seconds = perf_counter() - begin
     if motion.failure or not np.isfinite(differences(motion, [motion])).all():
         why = motion.failure or "its states are not finite."
         raise NotHere(f"your run fails, so that there is nothing to compare: {why}")
-    if seconds > LONG:
+    if seconds > LONG_SECONDS:
         count = STARTS + 5 + len(releases)
         minutes = seconds * count / 60.0
         report(f"your run takes {seconds:.0f} s, the {count} to come about {minutes:.0f} minutes")
     at_once = max(1, int(PART / seconds))
-    variants = [*_here(run, motion, at_once, seed, report)]
+    variants = [*_moved_variants(run, motion, at_once, seed, report)]
     first = bounds_of(run, motion, [variants[0].differences])
     floors = np.array([[bound.floor for bound in bounds] for bounds in first.values()])
-    variants += _others(run, motion, releases, folder, report)
+    variants += _unmoved_variants(run, motion, releases, folder, report)
     variants = [_in_floors(variant, floors) for variant in variants]
     measured = [variant.differences for variant in variants if variant.is_rounding]
     return Tolerance(run, motion, bounds_of(run, motion, measured), variants, seed)
 
 
-def _here(
+def _moved_variants(
     run: OwnRun, motion: Motion, at_once: int, seed: int, report: Report
 ) -> Iterator[Variant]:
     """Runs that are moved, with fused products and without, where this machine has both."""
@@ -171,16 +171,16 @@ def _here(
     yield moved_variant(name, run, motion, runs[share:], at_once, report, UNFUSED)
 
 
-def _others(
+def _unmoved_variants(
     run: OwnRun, motion: Motion, releases: Sequence[str], folder: Path, report: Report
 ) -> Iterator[Variant]:
-    """What starts from the same bits: the run again, two at once or without stops, releases."""
+    """Runs from the same bits: repeated, in two threads, without stops, and by releases."""
     report("repeated")
-    repeated = [run.answer([run.asked()]).motions[0] for _ in range(2)]
+    repeated = [run.answer([run.request()]).motions[0] for _ in range(2)]
     yield Variant("repeated", differences(motion, repeated))
     if run.package == "mujoco":
         report("two threads")
-        threads = run.answer([run.asked()] * 2, threads=2).motions
+        threads = run.answer([run.request()] * 2, threads=2).motions
         yield Variant("two threads", differences(motion, threads))
     if run.step is None:
         report("without stops")
@@ -197,7 +197,7 @@ def moved_runs(run: OwnRun, motion: Motion, count: int, seed: int) -> list[dict[
     sizes = [_sizes(run, motion)[name][0] for name in STATES]
     return [
         {
-            **run.asked(*moved((run.positions, run.velocities), sizes, signs)),
+            **run.request(*moved((run.positions, run.velocities), sizes, signs)),
             "rounding": int(signs.integers(2**32)),
         }
         for _ in range(count)
@@ -208,13 +208,13 @@ def moved_variant(
     name: str,
     run: OwnRun,
     motion: Motion,
-    others: Sequence[Mapping[str, Any]],
+    requests: Sequence[Mapping[str, Any]],
     at_once: int,
     report: Report,
     environment: Mapping[str, str] | None = None,
 ) -> Variant:
-    """The user's run, which is the first, and these, so many in a process."""
-    runs = [run.asked(), *others]
+    """The user's run, which is the first, and these requests, `at_once` of them in a process."""
+    runs = [run.request(), *requests]
     motions: list[Motion] = []
     for first in range(0, len(runs), at_once):
         report(f"{name}, {first} of {len(runs)} runs")
@@ -230,8 +230,8 @@ def has_unfused() -> bool:
 
 def _straight(run: OwnRun) -> Motion:
     """The run from its start to each of its times, without a stop at the others."""
-    asked: dict[str, Any] = run.asked()
-    parts = run.answer([{**asked, "times": [time]} for time in asked["times"]]).motions
+    request: dict[str, Any] = run.request()
+    parts = run.answer([{**request, "times": [time]} for time in request["times"]]).motions
     failures = [part.failure for part in parts if part.failure]
     rows = {
         name: np.stack([getattr(part, name)[0] for part in parts])
@@ -244,24 +244,24 @@ def _of_release(run: OwnRun, motion: Motion, version: str, folder: Path) -> Vari
     name = f"{run.package} {version}"
     try:
         with interpreter(run.package, version, folder) as python:
-            (other,) = run.answer([run.asked()], python=python).motions
-        if other.failure:
-            raise NotHere(other.failure)
-        return Variant(name, differences(motion, [other]), is_release=True)
+            (release_motion,) = run.answer([run.request()], python=python).motions
+        if release_motion.failure:
+            raise NotHere(release_motion.failure)
+        return Variant(name, differences(motion, [release_motion]), is_release=True)
     except (NotHere, ValueError) as error:  # ValueError: other coordinates, no JSON
         why = " ".join(str(error).split())
         return Variant(name, np.empty((0, 3, SAMPLES)), why, is_release=True)
 
 
-def differences(motion: Motion, others: Sequence[Motion]) -> Array:
-    """Of other runs: the largest of an entry, (runs, 3, SAMPLES); NaN past a failure."""
+def differences(motion: Motion, motions: Sequence[Motion]) -> Array:
+    """The largest difference of an entry from `motion`, (runs, 3, SAMPLES); NaN past a failure."""
     return np.array(
         [
             [
-                np.abs(other.quantities[name] - motion.quantities[name]).max(axis=1)
+                np.abs(compared.quantities[name] - motion.quantities[name]).max(axis=1)
                 for name in QUANTITIES
             ]
-            for other in others
+            for compared in motions
         ]
     )
 
@@ -286,15 +286,16 @@ def _sizes(run: OwnRun, motion: Motion) -> dict[str, tuple[float, float]]:
     """Of each of QUANTITIES its size, and how far it moves; 0 for an energy that is always 0.
 
     At rest there is no speed to measure rounding by: then it is that which covers the size of the
-    positions in the run, they move by STILL of it, and they have size 1 where all of them are 0.
+    positions in the run, they move by REST_SHARE of it, and they have size 1 where all
+    of them are 0.
     """
     q = np.vstack([run.positions, motion.positions])
     v = np.vstack([run.velocities, motion.velocities])
     size, extent = float(np.abs(q).max()) or 1.0, float(np.abs(q - q[0]).max())
     speed = float(np.abs(v).max())
     energy = float(max(np.abs(motion.energy).max(), motion.kinetic.max()))
-    if extent < STILL * size:
-        extent, speed = STILL * size, max(speed, size / abs(run.duration))
+    if extent < REST_SHARE * size:
+        extent, speed = REST_SHARE * size, max(speed, size / abs(run.duration))
     return {
         "positions": (size, extent),
         "velocities": (speed, speed),
@@ -303,7 +304,7 @@ def _sizes(run: OwnRun, motion: Motion) -> dict[str, tuple[float, float]]:
 
 
 def _in_floors(variant: Variant, floors: Array) -> Variant:
-    """With how many floors its unmoved run is off."""
+    """The variant with the largest difference of its unmoved run, in floors."""
     if variant.failure:
         return variant
     unmoved = variant.differences[0]

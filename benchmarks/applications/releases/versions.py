@@ -1,4 +1,4 @@
-"""Between which releases of its engine a user's own run changed, and what of it."""
+"""The releases of an engine between which a user's own run changed, and the changes."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from benchmarks.applications.releases.run_truth import RunTruth, truth_of
 from benchmarks.store.isolated_environment import NotHere
 from galvi.arrays import Array
 
-APART = 0.5  # by which orders differ that are not the same
+ORDER_CHANGE = 0.5  # by which orders differ that are not the same
 OF_ONE_RELEASE = (".mjb", ".mjz")  # compiled models, and archives that older releases cannot read
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Of one quantity in two releases: the largest, of those that are changes where there are any.
+    """The largest difference of a quantity between two releases, of its changes if there are any.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Step:
 
     @property
     def differences(self) -> list[Difference]:
-        """Of all quantities; none where one of the two fails."""
+        """The difference of each quantity; none where one of the two fails."""
         before, after = self.earlier.quantities, self.later.quantities
         if before is None or after is None:
             return []
@@ -80,8 +80,8 @@ class Step:
 
     @property
     def order_changed(self) -> bool:
-        """Whether both show an order, and not the same."""
-        return abs(self.earlier.order - self.later.order) > APART
+        """Whether both show an order and the orders differ."""
+        return abs(self.earlier.order - self.later.order) > ORDER_CHANGE
 
     @property
     def failure_changed(self) -> bool:
@@ -90,8 +90,8 @@ class Step:
 
     @property
     def changed(self) -> bool:
-        """Whether the run did. An order without a change of it is none: runs at other steps."""
-        return self.failure_changed or any(each.is_change for each in self.differences)
+        """Whether the run changed; a changed order, of other steps, does not count alone."""
+        return self.failure_changed or any(difference.is_change for difference in self.differences)
 
 
 def _difference(quantity: str, before: Array, after: Array, floors: Array) -> Difference:
@@ -107,7 +107,7 @@ def _difference(quantity: str, before: Array, after: Array, floors: Array) -> Di
 
 @dataclass(frozen=True, eq=False)
 class Versions:
-    """What the releases do.
+    """The behaviours of the compared releases.
 
     Attributes
     ----------
@@ -125,17 +125,17 @@ class Versions:
 
     @property
     def newest(self) -> Behaviour:
-        """Of the installed release."""
+        """The behaviour of the installed release."""
         return self.behaviours[installed(self.run.package)]
 
     @property
     def steps(self) -> list[Step]:
         """Between each release that is not missing and the next."""
-        present = [each for each in self.behaviours.values() if not each.missing]
+        present = [behaviour for behaviour in self.behaviours.values() if not behaviour.missing]
         return [Step(*pair) for pair in pairwise(present)]
 
     def error(self, behaviour: Behaviour) -> float:
-        """Of the user's own run, against the truth; NaN without."""
+        """The error of the user's own run; NaN without a truth."""
         if self.truth is None or behaviour.motion is None:
             return math.nan
         return self.truth.error(behaviour.motion)
@@ -171,9 +171,9 @@ def compare_releases(
             f"other releases cannot read {file.name}, which holds what one of them compiled; give "
             f"the .xml or .urdf that it was made from."
         )
-    every = sorted({*versions, installed(run.package)}, key=by_age)
-    if len(every) < 2:
-        raise ValueError(f"name a release besides the installed one, {every[0]}.")
+    all_versions = sorted({*versions, installed(run.package)}, key=by_age)
+    if len(all_versions) < 2:
+        raise ValueError(f"name a release besides the installed one, {all_versions[0]}.")
     report(f"{run.package} {installed(run.package)}: your run")
     questions = Questions.of(run)
     behaviours: dict[str, Behaviour] = {}
@@ -184,11 +184,13 @@ def compare_releases(
             behaviours[version] = _behaviour(questions, version, folder)
         return behaviours[version]
 
-    for version in every:
+    for version in all_versions:
         behaviour_of(version)
     notes = _halve(run.package, versions, behaviour_of) if halved else []
     ordered = {version: behaviours[version] for version in sorted(behaviours, key=by_age)}
-    missing = [f"{name}: {each.missing}" for name, each in ordered.items() if each.missing]
+    missing = [
+        f"{name}: {behaviour.missing}" for name, behaviour in ordered.items() if behaviour.missing
+    ]
     if len(ordered) - len(missing) < 2:
         raise ValueError("; ".join(["fewer than two releases can do your run", *missing]))
     report("truth")
@@ -203,7 +205,7 @@ def compare_releases(
 
 
 def _behaviour(questions: Questions, version: str, folder: Path) -> Behaviour:
-    """What a release does, or why it does not."""
+    """The behaviour of a release, or the reason why it is missing."""
     try:
         with interpreter(questions.run.package, version, folder) as python:
             return questions.answered(version, python)
@@ -217,7 +219,7 @@ def _halve(
     """Try releases between the two, until each change is between neighbours that can be tried;
     returns a note where an end is missing, so that there is nothing to halve."""
     earlier, later = behaviour_of(ends[0]), behaviour_of(ends[-1])
-    missing = [each for each in (earlier, later) if each.missing]
+    missing = [behaviour for behaviour in (earlier, later) if behaviour.missing]
     if missing:
         return [f"No releases between the ends were tried, since {missing[0].version} is left out."]
     versions = listed(package)
@@ -225,7 +227,7 @@ def _halve(
     while open_steps:
         step = open_steps.pop()
         first, last = by_age(step.earlier.version), by_age(step.later.version)
-        between = [each for each in versions if first < by_age(each) < last]
+        between = [version for version in versions if first < by_age(version) < last]
         while between and step.changed:
             middle = behaviour_of(between.pop(len(between) // 2))
             if not middle.missing:

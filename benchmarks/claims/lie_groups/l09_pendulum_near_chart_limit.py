@@ -163,7 +163,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     done = [weight for weight, numbers in scan.items() if numbers[DONE] == STEPS]
     return read_steps(table) | {
         ORACLES: number(table, quantity=ORACLES),
-        f"least {GROWTH}, {UPSIDE_DOWN}": readings.least_of(table, study=UPSIDE_DOWN),
+        f"least {GROWTH}, {UPSIDE_DOWN}": readings.smallest_of(table, study=UPSIDE_DOWN),
         **{
             f"largest {GROWTH}, {name}": readings.largest_of(table, study=name)
             for name in (HANGING, SYMMETRIC)

@@ -39,9 +39,9 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
         least, minimum, coercive, form = np.transpose([of_step(start, method, s) for s in h])
         below, form = least[h < minimum], form[np.isfinite(form)]
         numbers |= {
-            f"least eigenvalue over all steps below the bound, {name}": readings.least(below),
+            f"least eigenvalue over all steps below the bound, {name}": readings.smallest(below),
             "second variation over H's lower form, least over all steps below the coercive bound, "
-            f"{name}": readings.least(form),
+            f"{name}": readings.smallest(form),
         }
     numbers |= {
         "zero": first_zero(h, least),

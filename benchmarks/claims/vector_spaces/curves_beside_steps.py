@@ -86,7 +86,7 @@ def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
         gains.append(Estimate(momentum.value - curve.value, refuted=lost))
     return numbers | {
         "largest curve error over that of step ends in h-refinement, least over n": (
-            readings.least(np.array(own))
+            readings.smallest(np.array(own))
         ),
         "order of the angular momentum's error along the curve over the curve's own, largest over "
         "n": max(gains, key=_or_lost),

@@ -125,7 +125,7 @@ def opposed(power: int) -> tuple[float, float, float, float]:
     seen, q = grams(functions, *gauss_points(1)), 2.0**-power
     steepness = (2.0 * power * q) ** 2 / (q * (1.0 - q))
     first, last = values(functions, np.array([0.0, 1.0])).T
-    weak = np.column_stack([seen.slope + steepness * seen.place, -last])
+    weak = np.column_stack([seen.slope + steepness * seen.values, -last])
     sizes = np.linalg.svd(np.vstack([weak, np.append(first, 0.0)]), compute_uv=False)
     return (
         inf_sup(functions, seen),

@@ -8,7 +8,7 @@ import numpy as np
 
 import galvi
 from benchmarks.claims.kit import Fault, MakeMethod, Problem, Report, readings, with_arguments
-from benchmarks.measures.space_rule_pairs import MANY, kinds, methods
+from benchmarks.measures.space_rule_pairs import SUFFICIENT_POINTS, kinds, methods
 from benchmarks.measures.symplectic_form import canonical_defect, map_derivative
 from galvi.arrays import Array
 
@@ -33,7 +33,11 @@ FAULTS = {
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
     """The largest defect for each problem and kind of space; how far DF is from central differences
     at most, for the first method with each family of rules; and how many methods each kind has."""
-    pairs = ((2,), (1, 2, 3, MANY)) if quick else ((1, 2, 3, 4), (1, 2, 3, 4, 5, 6, MANY))
+    pairs = (
+        ((2,), (1, 2, 3, SUFFICIENT_POINTS))
+        if quick
+        else ((1, 2, 3, 4), (1, 2, 3, 4, 5, 6, SUFFICIENT_POINTS))
+    )
     of_kind: dict[str, list[Any]] = {kind: [] for kind in kinds()}
     firsts: dict[tuple[str, str], Any] = {}
     for pair, method in methods(make_method, *pairs):

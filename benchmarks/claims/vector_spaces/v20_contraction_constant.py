@@ -50,7 +50,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
     return measured | {
         "departure of that from 1 / sqrt(2)": abs(constant - math.sqrt(0.5)),
         "z0 from Friedrichs' inequality, polynomials of degree 16": eigvalsh(
-            exact.place, exact.energy
+            exact.values, exact.energy
         )[-1]
         ** -0.5,
     }
@@ -64,7 +64,7 @@ def numbers_of(method: Any, rule: str, degree: int, t: Array, b: Array) -> dict[
     square = 3.0 * constant**2 / z0() ** 2  # eta C_N^2 at h^2 K / m = 1
     root = np.linalg.cholesky(starts.T @ gram.energy @ starts).T
     left = ends.T @ gram.slope @ starts
-    linear = np.linalg.solve(left, ends.T @ gram.place @ starts)  # M (5), u = starts x
+    linear = np.linalg.solve(left, ends.T @ gram.values @ starts)  # M (5), u = starts x
     slopes = table.slope.T @ (table.b[:, None] * table.slope)
     of_table = np.linalg.cholesky(slopes + np.outer(table.end, table.end)).T
     contracted = size(of_table @ table.C @ table.psi, of_table)

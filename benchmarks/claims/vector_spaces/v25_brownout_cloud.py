@@ -195,7 +195,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     ]
     return {
         "thrown": thrown(),
-        HIGHEST: readings.least_of(table, study=REBOUND, quantity=HIGHEST),
+        HIGHEST: readings.smallest_of(table, study=REBOUND, quantity=HIGHEST),
         **{
             name: readings.largest_of(table, quantity=name) for name in (ALONE, LOST, PUSHED, FATES)
         },

@@ -87,14 +87,14 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 def in_step(drive: SingularDrive, method: Any, degree: int, count: int) -> list[dict[str, Any]]:
     """Of `count` subintervals of [0, 1], and of the step through t*."""
     edges = np.linspace(0.0, 1.0, count + 1)
-    k = int(drive.place * count)
+    k = int(drive.singularity * count)
     errors = best_errors(drive.motion, edges, degree)
-    errors[k] = quadrature_error(drive.motion, drive.place, edges[k], edges[k + 1], degree)
+    errors[k] = quadrature_error(drive.motion, drive.singularity, edges[k], edges[k + 1], degree)
     run = galvi.integrate(drive.problem(float(edges[k])), method, 1.0 / count, 1)
-    path = path_error(run, drive.motion, drive.place) if run.success else np.nan
+    path = path_error(run, drive.motion, drive.singularity) if run.success else np.nan
     return rows(
         {LARGEST: np.max(errors), PATH: path},
-        study=named(drive.place, drive.b),
+        study=named(drive.singularity, drive.b),
         n=degree + 1,
         step=1.0 / count,
         steps=count,
@@ -106,7 +106,7 @@ def from_integral(drive: SingularDrive) -> float:
     """Largest distance of u and u' from int f(x - r) r^-b dr, f = sin, cos, by QUADPACK's QAWS."""
     apart = []
     for t in (0.1, 0.4, 0.9):
-        x = abs(t - drive.place)
+        x = abs(t - drive.singularity)
         for part, f in zip(drive.motion(np.array(t)), (np.sin, np.cos), strict=True):
             integral = quad(lambda r, f=f, x=x: f(x - r), 0.0, x, weight="alg", wvar=(-drive.b, 0))
             apart.append(abs(abs(part) - integral[0]))

@@ -129,7 +129,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     def work(label: str, **where: int) -> float:
         """Force evaluations in a step; NaN where none were counted."""
         runs = pick(table, quantity=ERROR, label=label, **where)
-        return readings.least((runs["force_evaluations"] / runs["steps"]).to_numpy())
+        return readings.smallest((runs["force_evaluations"] / runs["steps"]).to_numpy())
 
     def cost(label: str, n: int) -> float:
         """Evaluations of the Galerkin method over those of another with its error."""
@@ -137,8 +137,8 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
     visible = VISIBLE * mean_distance(galvi.problems.solar_system())
     step = longest(table, GALERKIN, visible, n=N)
-    best = readings.least(np.array([of_one_error(label, N) for label in (EIGHT, WISDOM)]))
-    either = readings.least(np.array([work(GALERKIN, n=N), work(NEWTON)]))
+    best = readings.smallest(np.array([of_one_error(label, N) for label in (EIGHT, WISDOM)]))
+    either = readings.smallest(np.array([work(GALERKIN, n=N), work(NEWTON)]))
     over, evaluations = "log10 of the Galerkin step over", "force evaluations"
     one_error = ((LEAP, N), (KUTTA, N), (KUTTA, FINE))
     logarithms = {

@@ -33,7 +33,7 @@ class Inside(ExternalIntegrator):
         external._declare(metadata(contender))
         return external
 
-    def _ask(self, question: str, *arguments: Any, tried: bool = False) -> Any:
+    def _ask(self, question: str, *arguments: Any, is_trial: bool = False) -> Any:
         if question == "memory growth" and not self.watched:
             return 0.0  # of this process, and a second or two
         try:

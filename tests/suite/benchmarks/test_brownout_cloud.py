@@ -20,7 +20,7 @@ from benchmarks.applications.brownout.cloud import (
     CONSTANT,
     DIAMETERS,
     PILOT,
-    SEEN,
+    TARGET,
     UNTIL,
     Cloud,
     optical_depth,
@@ -148,7 +148,7 @@ def test_the_optical_depth_is_that_of_a_uniform_slab() -> None:
     random, n = np.random.default_rng(3), 400_000
     r, z = np.sqrt(random.uniform(0.0, 400.0, n)), random.uniform(-3.0, 8.0, n)
     q = np.stack([r, 0.0 * r, z], axis=1)
-    length = math.hypot(SEEN[0] - PILOT[0], SEEN[1] - PILOT[1])
+    length = math.hypot(TARGET[0] - PILOT[0], TARGET[1] - PILOT[1])
     mass = 2650.0 * math.pi * 1e-12 / 6.0
     tau = 2.0 * math.pi * 1e-8 / 4.0 * length / (math.pi * 400.0 * 11.0) / mass
     depths = optical_depth(q, 100e-6)

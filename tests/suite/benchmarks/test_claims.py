@@ -108,14 +108,14 @@ SLOW = (
         pytest.param(
             claim,
             fault,
-            id=f"{claim.id}: {fault.what}",
+            id=f"{claim.id}: {fault.name}",
             marks=[pytest.mark.slow] * (claim.id in SLOW),
         )
         for claim, fault in FAULTS
     ],
 )
 def test_a_planted_fault_is_caught(claim: Claim, fault: Fault) -> None:
-    assert fault.seen <= contradicted(claim, fault) | not_run_for_want_of_an_engine(claim)
+    assert fault.contradicted <= contradicted(claim, fault) | not_run_for_want_of_an_engine(claim)
 
 
 def not_run_for_want_of_an_engine(claim: Claim) -> set[str]:
@@ -126,4 +126,4 @@ def not_run_for_want_of_an_engine(claim: Claim) -> set[str]:
 
 def test_every_claim_declares_a_fault_and_tells_them_apart() -> None:
     assert [claim.id for claim in CLAIMS if not claim.caught] == []
-    assert len({(claim.id, fault.what) for claim, fault in FAULTS}) == len(FAULTS)
+    assert len({(claim.id, fault.name) for claim, fault in FAULTS}) == len(FAULTS)

@@ -14,7 +14,12 @@ import galvi
 from benchmarks.applications.external import long_runs
 from benchmarks.applications.external.check_problems import CHECK_PROBLEMS
 from benchmarks.applications.external.check_runs import GROWTH, Runs
-from benchmarks.applications.external.checks import FAR, LEFT, Judge, contender_checks
+from benchmarks.applications.external.checks import (
+    LARGEST_ERROR,
+    MEMORY_LEFT,
+    Judge,
+    contender_checks,
+)
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError, metadata
 from benchmarks.applications.external.reversed_runs import REVERSED
@@ -198,7 +203,7 @@ def test_a_body_at_rest_is_measured_by_the_way_of_the_system():
         (hanging, 1.0, "holds"),
     ):
         contender = with_parts(Stepped(), strength=strength, conserves={}, order=None)
-        check = replace(ORBIT, problem=problem, truth=DOP853, setting=TIGHT, kept=())
+        check = replace(ORBIT, problem=problem, truth=DOP853, setting=TIGHT, conserved=())
         external = Inside.of(contender)
         rows = Judge("A", external, (check,)).errors(check, frame(Runs(external).errors(check)))
         assert [row.verdict for row in rows if "over the way" in row.quantity] == [verdict]
@@ -507,7 +512,7 @@ class LateClock(Clocked):
 def test_a_clock_that_goes_wrong_after_many_steps_is_seen(monkeypatch):
     monkeypatch.setattr(long_runs, "MANY", 40_000)
     (row,) = long_runs.cut_run(Inside.of(LateClock()), DRIVEN)
-    assert row["steps"] == 8000 and row["value"] > FAR
+    assert row["steps"] == 8000 and row["value"] > LARGEST_ERROR
     symmetric = [
         Compiled(name, numbers=(100,), **METHODS[name]) for name in ("leapfrog", "Yoshida 6")
     ]
@@ -665,8 +670,8 @@ def growth(contender):
 def test_memory_that_each_run_keeps_is_caught_and_what_is_taken_once_is_not(monkeypatch):
     monkeypatch.setattr("benchmarks.applications.external.worker.MOST_RUNS", 1)
     steady, leaking = growth(Keeping(0)), growth(Keeping(LEAK))
-    assert steady.verdict == "holds" and steady.measured < LEFT
-    assert leaking.verdict == "contradicted" and leaking.measured > LEFT
+    assert steady.verdict == "holds" and steady.measured < MEMORY_LEFT
+    assert leaking.verdict == "contradicted" and leaking.measured > MEMORY_LEFT
     assert steady.quantity == f"{GROWTH}, MB, {ORBIT.problem.name}"
 
 

@@ -344,14 +344,14 @@ def test_one_that_hangs_dies_or_exits_is_a_sentence_and_the_next_run_goes_on(
 ) -> None:
     external = ExternalIntegrator.open("trouble:Trouble", limit=20.0)
 
-    def run(action: str = "", limit: float = 20.0, tried: bool = False) -> galvi.Trajectory:
+    def run(action: str = "", limit: float = 20.0, is_trial: bool = False) -> galvi.Trajectory:
         external.limit = limit
-        return external.timed(ORBIT, 1.0, {"samples": 1, "what": action}, tried=tried)()
+        return external.timed(ORBIT, 1.0, {"samples": 1, "what": action}, is_trial=is_trial)()
 
     try:
         assert run().success
-        for action, tried in (("sleeps", True), ("holds the interpreter", False)):
-            hung = run(action, 1.0, tried)
+        for action, is_trial in (("sleeps", True), ("holds the interpreter", False)):
+            hung = run(action, 1.0, is_trial)
             assert hung.status == "It did not answer within 1 s, and was stopped."
             assert np.isnan(hung.q).all() and hung.q.shape == (2, 2) and not hung.success
             assert left(folder) == []

@@ -204,8 +204,8 @@ def test_planted_faults_are_arrays_of_the_table_or_names_of_the_module(claim: An
     faults = {"a wrong sign": Fault()}
     numbers = {"one": 1.0, "two": 1.0}
     arrays, sign = claim(table, numbers, FAULTS=faults).caught
-    assert arrays.what == "b 1e-6 beta 1e-6" and arrays.seen == {"one"}
-    assert sign.what == "a wrong sign" and sign.seen == {"one", "two"}
+    assert arrays.name == "b 1e-6 beta 1e-6" and arrays.contradicted == {"one"}
+    assert sign.name == "a wrong sign" and sign.contradicted == {"one", "two"}
     method = arrays.make(galvi.Polynomials(2), galvi.gauss(2))
     correct = galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2))
     assert method.table.b == pytest.approx(correct.table.b * (1.0 + 1e-6), rel=1e-15)
@@ -234,7 +234,9 @@ def test_planted_faults_are_arrays_of_the_table_or_names_of_the_module(claim: An
         ("finding: order 3", bounds.Finding(bounds.Order(3.0))),
         (
             "order 2 or at least 4; errors up to 1",
-            bounds.Reported(bounds.Order(2.0), bounds.AtLeast(4.0, uncertainty=0.0, most=1.0)),
+            bounds.Reported(
+                bounds.Order(2.0), bounds.AtLeast(4.0, uncertainty=0.0, largest_tolerance=1.0)
+            ),
         ),
     ],
 )

@@ -32,7 +32,7 @@ def test_a_geometric_rate_is_found_also_beside_a_known_factor(
     n = np.arange(1.0, 150.0)
     errors = size * n**-power * base**n * noise(n.size, seed)
     fit = convergence_fits.geometric(n, errors, floor=FLOOR, power=(power, 0.0))
-    assert fit.points >= convergence_fits.LEAST and fit.power == power
+    assert fit.points >= convergence_fits.FEWEST_POINTS and fit.power == power
     assert abs(fit.rate - base) <= max(10.0 * fit.uncertainty, 1e-9)
 
 

@@ -19,7 +19,7 @@ def test_runs_with_forces_are_timed_with_what_they_name(monkeypatch) -> None:
     assert {run.engine for run in in_lanes.values()} == {"lanes"}
     framed, clocked = (
         {name: call() for name, (call, _) in groups[f"galvi, {engine}"].items()}
-        for engine in forced_runs.ELSEWHERE
+        for engine in forced_runs.OTHER_COORDINATES
     )
     assert {run.engine for run in framed.values()} == {"frame"}
     assert {run.engine for run in clocked.values()} == {"clock"}

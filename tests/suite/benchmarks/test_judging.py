@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 
 import galvi
 from benchmarks.applications.judging import bodies, clock, neighbours
-from benchmarks.applications.judging.candidate import Candidate, Kind, Model, Own, Source
+from benchmarks.applications.judging.candidate import Candidate, Kind, Model, Source, UserSetting
 from benchmarks.applications.judging.judgement import YOURS, Judgement, judge, own_setting
-from benchmarks.applications.judging.scan import Limits, Search, Tried, explained, scan
+from benchmarks.applications.judging.scan import Limits, ScanRow, Search, explained, scan
 from benchmarks.applications.judging.truth import agreements, in_pieces
 from galvi import Problem, Trajectory
 from galvi.interop.rebound import read
@@ -69,7 +69,7 @@ def planets(**overrides) -> Problem:
 
 
 def sources(problem: Problem, span: float) -> list[Source]:
-    return bodies.sources(Model(problem), span, Own("", KEPLER, {}, None))
+    return bodies.sources(Model(problem), span, UserSetting("", KEPLER, {}, None))
 
 
 def star_last() -> Any:
@@ -113,7 +113,7 @@ def test_particles_keep_their_order_and_a_ruined_run_is_not_called_good(monkeypa
     assert any(expected in note for note in judgement.notes)
     assert judgement.recommended is not None  # candidates have the star first
     # Planted: the run of a simulation that was built from the problem, the heaviest first.
-    monkeypatch.setattr(bodies, "own", lambda model, name: bodies.INTEGRATORS[name])
+    monkeypatch.setattr(bodies, "own_contender", lambda model, name: bodies.INTEGRATORS[name])
     planted = judged(sim, 10.0).own_errors["error"].iloc[-1]
     assert planted != pytest.approx(off_by_hand(sim, 200), rel=1e-2)
 
@@ -271,7 +271,7 @@ def test_what_does_not_agree_is_not_said_to() -> None:
     )
     assert not stopped.stopped or "up to t = " in truth
     disagreeing = replace(
-        judgement.agreements[0], apart=np.full_like(judgement.agreements[0].apart, 8.5e-4)
+        judgement.agreements[0], distances=np.full_like(judgement.agreements[0].distances, 8.5e-4)
     )
     parted = replace(judgement, agreements=(disagreeing,), error=1e-6)
     assert "REBOUND IAS15 differs from it by up to 8.50·10⁻⁴" in _of_truth(
@@ -332,7 +332,7 @@ def test_where_a_truth_takes_long_something_is_said_first(monkeypatch: pytest.Mo
     messages: list[str] = []
     judge(Model(problem, engine_sim), 100.0, 1e-3, report=messages.append, quick=True)
     assert not any("First answer" in message for message in messages)
-    monkeypatch.setattr("benchmarks.applications.judging.judgement.AWAITED", 0.0)
+    monkeypatch.setattr("benchmarks.applications.judging.judgement.EARLY_SECONDS", 0.0)
     messages.clear()
     judge(Model(problem, engine_sim), 100.0, 1e-3, report=messages.append, quick=True)
     first = next(
@@ -473,7 +473,7 @@ def test_a_clock_reaches_an_error_through_close_passages_and_the_cheapest_is_rec
 def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monkeypatch):
     problem, span = planet(), 40 * YEAR
     source, truth = sources(problem, span)[0], IAS15.run(problem, span, {"samples": 40})
-    grown = neighbours.apart(bodies, source, truth, 1e-9)
+    grown = neighbours.deviations(bodies, source, truth, 1e-9)
     assert 30.0 < grown[40] / grown[1] < 60.0
     # From starts closer than can be told apart it is in proportion: a millionth from 1e-15.
     ends, later = (
@@ -483,12 +483,12 @@ def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monke
     assert ends.iloc[1] <= 1.01 * YEAR and math.isnan(ends.iloc[-1])
     assert later.iloc[-1] > 30 * YEAR
     # Where the runs that are measured have parted, closer starts are not said to stay together.
-    monkeypatch.setattr(neighbours, "apart", lambda *_: np.linspace(0.0, 1.5, 41))
+    monkeypatch.setattr(neighbours, "deviations", lambda *_: np.linspace(0.0, 1.5, 41))
     ends = neighbours.horizons(bodies, source, truth, 1e-2)["until"]
     assert ends.iloc[-1] == ends.iloc[-2] <= 1.01 * YEAR
     monkeypatch.undo()
     wild = IAS15.run(burrau(), 62.0, {"samples": 40})
-    chaos = neighbours.apart(bodies, sources(burrau(), 62.0)[0], wild, 1e-12)
+    chaos = neighbours.deviations(bodies, sources(burrau(), 62.0)[0], wild, 1e-12)
     assert chaos.max() / 1e-12 > 1e4 * grown.max() / 1e-9
 
 
@@ -497,7 +497,7 @@ def test_a_source_that_stops_does_not_end_the_judgement():
     problem = Problem(burrau().system, burrau().q0, burrau().v0, parameters={"integrator": "ias15"})
     judgement = judge(problem, duration=2.5, error=1e-6)
     assert judgement.passed and judgement.truth_agreement < 1e-6
-    assert all(np.all(np.isfinite(agreement.apart)) for agreement in judgement.agreements)
+    assert all(np.all(np.isfinite(agreement.distances)) for agreement in judgement.agreements)
     assert min(agreement.t[-1] for agreement in judgement.agreements) < 2.5 and math.isinf(
         judgement.trusted_until
     )
@@ -623,7 +623,7 @@ def test_a_long_set_up_keeps_no_integrator_from_being_tried() -> None:
 def test_an_integrator_is_tried_with_finer_steps_until_its_time_is_over() -> None:
     """Even where another reaches the error in a microsecond."""
     tight_search = search(1e-5)
-    users_row = Tried("mine", "dt = 1", error=1e-6, seconds=1e-6)
+    users_row = ScanRow("mine", "dt = 1", error=1e-6, seconds=1e-6)
     table, _ = scan(
         tight_search.kind,
         [[leapfrog(100)]],
@@ -646,7 +646,7 @@ def test_what_does_not_reach_the_error_says_how_fine_it_was_tried() -> None:
     prefix = f"not reached with the finest setting tried, {last.setting}, error {last.error:.2g}: "
     assert last.status.startswith(prefix) and len(last.status) > len(prefix)
     assert all(row.status for row in rows)
-    best = Tried("one", "dt = 2", rows[0].candidate, error=0.1, status="missed")
+    best = ScanRow("one", "dt = 2", rows[0].candidate, error=0.1, status="missed")
     worse = replace(best, setting="dt = 1", error=0.2)
     failed = replace(best, setting="dt = 1", error=math.nan, status="It failed.")
     for finest, word in ((worse, "error 0.2"), (failed, "failed")):
@@ -676,8 +676,8 @@ def test_times_are_taken_in_turns_and_have_a_spread() -> None:
     ran: list[str] = []
     pair = [leapfrog(100, Slow(0.0, label, ran)) for label in "ab"]
     times = clock.race([*pair, leapfrog(100)], [1e-3, 1e-3, 1e3], orbit(), SPAN, 100, 1.0)
-    assert "".join(ran).replace("ab", "") == "" and len(ran) >= 2 * clock.FEWEST
-    assert times[0].size == times[1].size >= clock.FEWEST and times[2].size == 0
+    assert "".join(ran).replace("ab", "") == "" and len(ran) >= 2 * clock.FEWEST_TIMINGS
+    assert times[0].size == times[1].size >= clock.FEWEST_TIMINGS and times[2].size == 0
     middle, low, high = clock.quartiles(np.array([5.0, 1.0, 2.0, 4.0, 3.0]))
     assert (low, middle, high) == (2.0, 3.0, 4.0)
 
@@ -757,7 +757,7 @@ def test_units_that_are_not_set_are_those_of_the_simulation(judgement: Judgement
     sim = pytest.importorskip("rebound").Simulation()
     sim.add(m=1.0)
     sim.add(a=1.0)
-    setting = Own("", LEAPFROG, {}, 0.1)
+    setting = UserSetting("", LEAPFROG, {}, 0.1)
     read = Model(galvi.from_rebound(sim))
     assert bodies.unit(read.problem, "length") == " units of length"
     assert units_note in bodies.notes(read, setting, judgement.truth)[0]
@@ -769,8 +769,8 @@ def test_units_that_are_not_set_are_those_of_the_simulation(judgement: Judgement
     assert not judge(named, duration=SPAN, error=0.5, quick=True).notes
 
 
-def trial(steps: int, **fields: Any) -> Tried:
-    return Tried("leapfrog", "", leapfrog(steps), 1e-9, 1e-9, wall=1e-3, **fields)
+def trial(steps: int, **fields: Any) -> ScanRow:
+    return ScanRow("leapfrog", "", leapfrog(steps), 1e-9, 1e-9, wall=1e-3, **fields)
 
 
 def test_where_newtons_method_does_steps_more_of_them_are_tried() -> None:

@@ -63,7 +63,7 @@ def test_where_sources_part_nothing_is_judged(judgement: Judgement) -> None:
     """Planted: a source that leaves the truth after 4 s."""
     assert math.isinf(judgement.trusted_until) and "part" not in sentences(judgement)[1]
     agreement = judgement.agreements[0]
-    parted = replace(agreement, apart=np.where(agreement.t > 4.0, 0.1, agreement.apart))
+    parted = replace(agreement, distances=np.where(agreement.t > 4.0, 0.1, agreement.distances))
     wrong = replace(judgement, agreements=(parted, *judgement.agreements[1:]))
     assert wrong.trusted_until == 4.0
     assert "After t = 4 the sources part, and nothing can be judged" in sentences(wrong)[1]
@@ -195,7 +195,7 @@ def test_a_damped_hinge_is_judged_with_the_damping_of_its_integrator(
 
 def test_a_rebuilt_model_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: the run of a model that was built from the problem, without implicit damping."""
-    monkeypatch.setattr(trees, "own", lambda model, name: trees.INTEGRATORS[name])
+    monkeypatch.setattr(trees, "own_contender", lambda model, name: trees.INTEGRATORS[name])
     document = body.document
     monkeypatch.setattr(
         body, "document", lambda gravity, links, off: document(gravity, links, (*off, "eulerdamp"))

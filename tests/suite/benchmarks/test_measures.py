@@ -17,7 +17,7 @@ from scipy.stats import rankdata
 import galvi
 from benchmarks.measures import independent_invariants, matrix_group, orbit_shape, rigid_invariants
 from benchmarks.statistics.rank_test import (
-    LEAST,
+    FEWEST_SAMPLES,
     LEVEL,
     holm,
     p_value,
@@ -202,7 +202,7 @@ def test_equal_code_on_a_coarse_clock_looks_slower_no_more_often_than_stated(slo
 
 
 def test_too_few_samples_and_equal_ones_decide_nothing() -> None:
-    too_few = LEAST - 1
+    too_few = FEWEST_SAMPLES - 1
     assert p_value([1.0] * too_few, [2.0 + k for k in range(20)]) == 1.0
     assert p_value([1.0] * 10, [1.0] * 10) == 1.0
 
@@ -217,8 +217,8 @@ def test_a_time_that_is_none_is_refused(wrong: float) -> None:
 def test_so_many_samples_are_enough_and_one_less_is_not(benchmarks: int) -> None:
     count = samples_needed(benchmarks)
     assert 1.0 / math.comb(2 * count, count) < LEVEL / benchmarks
-    assert count >= LEAST
-    if count > LEAST:
+    assert count >= FEWEST_SAMPLES
+    if count > FEWEST_SAMPLES:
         assert 1.0 / math.comb(2 * count - 2, count - 1) > LEVEL / (20 * benchmarks)
 
 

@@ -220,13 +220,13 @@ def test_a_hang_is_red_where_it_hangs_and_items_that_are_not_asked_then_are_skip
 ):
     ask = Inside._ask
 
-    def impatient(self: Inside, question: str, *arguments: Any, tried: bool = False) -> Any:
-        if self._late[tried] >= PATIENCE:
+    def impatient(self: Inside, question: str, *arguments: Any, is_trial: bool = False) -> Any:
+        if self._late[is_trial] >= PATIENCE:
             raise NotAsked("Answers before took longer.")
         try:
-            return ask(self, question, *arguments, tried=tried)
+            return ask(self, question, *arguments, is_trial=is_trial)
         except ContenderError as error:
-            self._late[tried] += "TimeoutError" in str(error)
+            self._late[is_trial] += "TimeoutError" in str(error)
             raise
 
     monkeypatch.setattr(Inside, "_ask", impatient)
@@ -287,8 +287,8 @@ def test_a_problem_of_ones_own_keeps_what_its_truth_keeps(folder):
     problems = {
         name: own_check_problem(f"{folder}:{name}") for name in ("galaxy", "damped", "spring")
     }
-    assert problems["galaxy"].kept == ("energy", "angular momentum")
-    assert problems["damped"].kept == () and problems["spring"].kept == ("energy",)
+    assert problems["galaxy"].conserved == ("energy", "angular momentum")
+    assert problems["damped"].conserved == () and problems["spring"].conserved == ("energy",)
     assert (
         problems["spring"].size == pytest.approx(1e11, rel=0.1) and problems["spring"].floor < 1e-9
     )

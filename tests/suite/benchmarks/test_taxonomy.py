@@ -8,7 +8,13 @@ import pytest
 
 import galvi
 from benchmarks.checks.faults import faulty
-from benchmarks.measures.space_rule_pairs import MANY, OF_ONE_DEGREE, kind_of, kinds, pairs
+from benchmarks.measures.space_rule_pairs import (
+    OF_ONE_DEGREE,
+    SUFFICIENT_POINTS,
+    kind_of,
+    kinds,
+    pairs,
+)
 from benchmarks.studies.taxonomy import COLUMNS, ILL_POSED, INCONSISTENT, METHOD, taxonomy
 from galvi.rules import RULES
 
@@ -36,7 +42,7 @@ def test_every_kind_of_space_meets_every_family_of_rules(table: pd.DataFrame) ->
     assert set(methods_of(table)["kind"]) == set(kinds())
     names = methods_of(table).set_index(["kind", "family", "points"])["name"]
     assert names["Polynomials", "Lobatto", 2] == "Stormer-Verlet"
-    assert names["Polynomials", "Gauss", MANY] == ""
+    assert names["Polynomials", "Gauss", SUFFICIENT_POINTS] == ""
 
 
 def test_measured_orders_are_the_predicted_ones(table: pd.DataFrame) -> None:

@@ -15,7 +15,13 @@ from hypothesis.extra.numpy import arrays
 from benchmarks.applications.releases import bounds as limits
 from benchmarks.applications.releases import tolerance as tolerances
 from benchmarks.applications.releases.behaviour import FLOORS
-from benchmarks.applications.releases.bounds import CHAOS, LEAST, MOST, SPREAD, bound_of
+from benchmarks.applications.releases.bounds import (
+    CHAOS,
+    FEWEST_FLOORS,
+    MOST_FLOORS,
+    SPREAD,
+    bound_of,
+)
 from benchmarks.applications.releases.own_run import SAMPLES, read_own_run
 from benchmarks.applications.releases.tolerance import (
     QUANTITIES,
@@ -55,14 +61,14 @@ def test_runs_further_apart_than_most_never_lower_the_bound(sizes, stretch, from
 @given(SAMPLED)
 def test_a_bound_is_5_to_10_floors_or_none(sizes):
     bound = bound_of(sizes, ULP, 1e9)
-    assert bound.floor == sizes.max() and bound.factor >= LEAST
-    assert math.isnan(bound.value) == (bound.factor > MOST) == (bound.reason == SPREAD)
+    assert bound.floor == sizes.max() and bound.factor >= FEWEST_FLOORS
+    assert math.isnan(bound.value) == (bound.factor > MOST_FLOORS) == (bound.reason == SPREAD)
     assert bound_of(sizes, ULP, 0.999e3 * bound.floor).reason == CHAOS
 
 
 @pytest.mark.parametrize("sizes", [np.zeros(64), np.full(64, 3.0 * ULP)], ids=["0", "3 ulp"])
 def test_a_floor_is_at_least_four_ulp_also_where_nothing_moves(sizes):
-    assert bound_of(sizes, ULP, 0.0).value == LEAST * 4.0 * ULP
+    assert bound_of(sizes, ULP, 0.0).value == FEWEST_FLOORS * 4.0 * ULP
 
 
 DISTRIBUTIONS = {
@@ -283,21 +289,26 @@ def alarms_and_gaps(sizes, ulps, extents, draws=200):
 def test_the_limits_of_a_bound_give_no_alarm_and_few_times_without_one(name, run_of, monkeypatch):
     """Prints, with -s, what other limits would give."""
     run = run_of(name)
-    (motion,) = run.answer([run.asked()]).motions
+    (motion,) = run.answer([run.request()]).motions
     sizes = differences(motion, reruns(run, motion, 2000))
     ulps, extents = np.array([*tolerances._sizes(run, motion).values()]).T * [[ULP], [1.0]]
     measured_limits = {}
-    for lower, upper in [(1.0, MOST), (2.0, MOST), (LEAST, 18.0), (LEAST, MOST)]:
-        monkeypatch.setattr(limits, "LEAST", lower)
-        monkeypatch.setattr(limits, "MOST", upper)
+    for lower, upper in [
+        (1.0, MOST_FLOORS),
+        (2.0, MOST_FLOORS),
+        (FEWEST_FLOORS, 18.0),
+        (FEWEST_FLOORS, MOST_FLOORS),
+    ]:
+        monkeypatch.setattr(limits, "FEWEST_FLOORS", lower)
+        monkeypatch.setattr(limits, "MOST_FLOORS", upper)
         alarms, gaps = measured_limits[lower, upper] = alarms_and_gaps(sizes, ulps, extents)
         print(
             f"\n{name}, {lower:g} to {upper:g} floors: {alarms:.1f} alarms in a million, "
             f"{gaps:.2%} without a bound"
         )
-    alarms, gaps = measured_limits[LEAST, MOST]
+    alarms, gaps = measured_limits[FEWEST_FLOORS, MOST_FLOORS]
     assert alarms == 0.0 and gaps < 2e-3
-    assert measured_limits[1.0, MOST][0] > 0.0
+    assert measured_limits[1.0, MOST_FLOORS][0] > 0.0
 
 
 @pytest.mark.parametrize(
@@ -337,7 +348,7 @@ def test_massless_bodies_have_bounds(run_of, tmp_path):
 def test_floors_of_other_seeds_are_alike(run_of, tmp_path):
     """The floors of five seeds, within a factor of 3."""
     run = run_of("double pendulum")
-    (motion,) = run.answer([run.asked()]).motions
+    (motion,) = run.answer([run.request()]).motions
     floors = np.array(
         [
             differences(motion, run.answer(moved_runs(run, motion, 64, seed)).motions).max(axis=0)
@@ -351,7 +362,7 @@ def test_without_moved_runs_the_bound_raises_false_alarms(run_of, tmp_path, monk
     run = run_of("double pendulum")
 
     def unmoved(run, motion, count, seed):
-        return [run.asked()] * count
+        return [run.request()] * count
 
     with monkeypatch.context() as patch:
         patch.setattr(tolerances, "moved_runs", unmoved)
@@ -412,7 +423,7 @@ def test_all_differences_are_those_of_the_runs(run_of, tmp_path):
     model = mujoco.MjModel.from_xml_path(run.job["file"])
     ends = []
     moved = moved_runs(run, tolerance.motion, tolerances.STARTS, 0)
-    for request in [run.asked(), *moved[: 32 if has_unfused() else 64]]:
+    for request in [run.request(), *moved[: 32 if has_unfused() else 64]]:
         state = mujoco.MjData(model)
         state.qpos[:], state.qvel[:] = request["qpos"], request["qvel"]
         signs = np.random.default_rng(request["rounding"]) if "rounding" in request else None
@@ -458,7 +469,7 @@ def test_a_run_that_fails_has_no_tolerance_and_failing_neighbours_no_bound(run_o
     with pytest.raises(NotHere, match="your run fails, so that there is nothing to compare"):
         measured(blown, tmp_path)
     run = run_of("box")
-    (motion,) = run.answer([run.asked()]).motions
+    (motion,) = run.answer([run.request()]).motions
     sizes = np.full((64, len(QUANTITIES), SAMPLES), 1e-14)
     sizes[3, :, 5:] = np.nan
     bounds = tolerances.bounds_of(run, motion, [sizes])["positions"]
@@ -478,7 +489,7 @@ def test_a_long_run_says_how_long_all_takes_and_shares_it_between_processes(
     run_of, tmp_path, monkeypatch
 ):
     run, sentences = run_of("whfast", duration=2.0), []
-    monkeypatch.setattr(tolerances, "LONG", 0.0)
+    monkeypatch.setattr(tolerances, "LONG_SECONDS", 0.0)
     monkeypatch.setattr(tolerances, "PART", 1e-9)
     monkeypatch.setattr(tolerances, "STARTS", 4)
     in_parts = measure(run, (), tmp_path, sentences.append)

@@ -175,7 +175,7 @@ def test_a_release_that_cannot_be_had_is_a_row_with_its_reason_and_one_alone_is_
     run = run_of_model(tmp_path, BODY, duration=2.0, qvel=SPIN)
     newest = installed("mujoco")
     comparison = compared(monkeypatch, tmp_path, run, {"3.0.0": SAME})
-    assert comparison.truth is not None and comparison.truth.apart < 1e-7
+    assert comparison.truth is not None and comparison.truth.disagreement < 1e-7
     errors = [comparison.error(behaviour) for behaviour in comparison.behaviours.values()]
     assert errors[0] == errors[1] == pytest.approx(errors[0]) and 0.0 < errors[0] < 1e-6
     with pytest.raises(ValueError, match="name a release besides the installed one"):
@@ -250,7 +250,7 @@ def test_a_run_keeps_what_of_a_simulation_changes_it(tmp_path):
     sim.integrator.coordinates, sim.dt = "whds", -0.05
     sim.steps(200)
     sim.synchronize()
-    motion = run.answer([run.asked()]).motions[0]
+    motion = run.answer([run.request()]).motions[0]
     assert motion.positions[-1].tolist() == [x for p in sim.particles for x in p.xyz]
     sim.gravity = "tree"
     sim.root_size = 100.0

@@ -199,7 +199,7 @@ def test_calls_take_turns_and_short_ones_are_repeated(
     called: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     call, order = called
-    monkeypatch.setattr(timing, "LONG", 1.0)
+    monkeypatch.setattr(timing, "LONG_SECONDS", 1.0)
     first, second = timing.interleaved(
         [call("A", 1.0, 5.0, 3.0), call("B", 0.5)], 3, 1.0, warm=[1.0, 0.5]
     )
@@ -228,7 +228,7 @@ def test_all_calls_take_turns_in_the_same_rounds_and_long_ones_in_the_first_of_t
     calls = [call(name, duration, slower=0.1) for name, duration in seconds.items()]
     rounds = timing.seconds_in_turn(calls, 4, 0.1)
     assert "".join(order) == "ABC" + "CBA" + "AC" + "CA"
-    assert [len(samples) for samples in rounds] == [4, timing.ENOUGH, 4]
+    assert [len(samples) for samples in rounds] == [4, timing.LONG_ROUNDS, 4]
     order.clear()
     (short,) = timing.seconds_in_turn([call("A", 0.01, slower=0.1)], 2, 0.06)
     assert len(order) == 1 + 2 * timing.PARTS * 2 and len(short) == 2

@@ -142,10 +142,10 @@ def test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal(
 class Hanging(Inside):
     """Its process is stopped whenever it is to run."""
 
-    def _ask(self, question, *arguments, tried=False):
+    def _ask(self, question, *arguments, is_trial=False):
         if question == "timed run":
             raise ContenderError("It did not answer within 60 s, and was stopped.")
-        return super()._ask(question, *arguments, tried=tried)
+        return super()._ask(question, *arguments, is_trial=is_trial)
 
 
 @pytest.fixture
