@@ -77,11 +77,11 @@ def table(methods, steps=COUNTS, problem=KEPLER, duration=5.0, **options):
     return galvi.convergence(problem, methods, steps, duration, quick=True, **options)
 
 
-def fitted(frame):
+def fitted(rows):
     """Method -> (order, standard error)."""
     return {
         name: tuple(rows[["fitted", "fitted_se"]].iloc[0])
-        for name, rows in frame.groupby("method", sort=False)
+        for name, rows in rows.groupby("method", sort=False)
     }
 
 
@@ -104,19 +104,19 @@ def test_orders_of_galvi_and_of_others_in_one_table(of_kepler, name, order):
 
 
 def test_each_run_of_the_table_has_what_it_kept_and_how_it_ended(of_kepler):
-    frame = of_kepler
-    equal, adaptive = frame[frame["h"].notna()], frame[frame["h"].isna()]
+    rows = of_kepler
+    equal, adaptive = rows[rows["h"].notna()], rows[rows["h"].isna()]
     assert set(equal["h"]) == {5.0 / n for n in (40, 80, 160, 320)}
     assert (
         set(adaptive["method"]) == {"DOP853"}
         and adaptive["order"].isna().all()
         and len(adaptive) >= 4
     )
-    assert (frame["outcome"] == "completed").all() and (frame["seconds"] > 0.0).all()
+    assert (rows["outcome"] == "completed").all() and (rows["seconds"] > 0.0).all()
     assert equal["momentum"].max() < 1e-12 and equal["symplecticity"].max() < 1e-10
     assert equal["symmetry"].max() < 1e-11
-    assert frame.attrs["truth"].startswith("Kepler, closed form") and not frame.attrs["faults"]
-    energies = frame[frame["method"] == "Verlet"]["energy"].to_numpy()
+    assert rows.attrs["truth"].startswith("Kepler, closed form") and not rows.attrs["faults"]
+    energies = rows[rows["method"] == "Verlet"]["energy"].to_numpy()
     assert np.all(np.diff(energies) < 0.0)
 
 
@@ -128,22 +128,22 @@ def test_the_columns_are_those_of_the_documentation(of_kepler):
 
 def test_a_wrong_constant_has_order_two_and_a_false_symmetry_is_seen():
     methods = {"wrong": WrongConstant(), "not": NotSymmetric(), "right": ForestRuth()}
-    frame = table(methods, [100, 200, 400])
-    assert fitted(frame)["wrong"][0] == pytest.approx(2.0, abs=0.2)
-    assert frame[frame["method"] == "not"]["symmetry"].min() > 1e-4
-    assert frame[frame["method"] == "wrong"]["symmetry"].max() < 1e-11
-    (remark,) = frame.attrs["remarks"]
+    rows = table(methods, [100, 200, 400])
+    assert fitted(rows)["wrong"][0] == pytest.approx(2.0, abs=0.2)
+    assert rows[rows["method"] == "not"]["symmetry"].min() > 1e-4
+    assert rows[rows["method"] == "wrong"]["symmetry"].max() < 1e-11
+    (remark,) = rows.attrs["remarks"]
     assert remark.startswith("wrong has the order 4 at small steps, by theory, and 2.")
 
 
 def test_a_potential_of_ones_own_has_a_truth_that_another_code_confirms():
-    frame = table({"degree 3": gauss(3), "mine": ForestRuth()}, [50, 100, 200, 400], GALAXY, 20.0)
-    assert "agrees" in frame.attrs["truth"] or "quadruple" in frame.attrs["truth"]
-    assert frame.attrs["truth_error"] < 1e-11
+    rows = table({"degree 3": gauss(3), "mine": ForestRuth()}, [50, 100, 200, 400], GALAXY, 20.0)
+    assert "agrees" in rows.attrs["truth"] or "quadruple" in rows.attrs["truth"]
+    assert rows.attrs["truth_error"] < 1e-11
     for name, order in (("degree 3", 6.0), ("mine", 4.0)):
-        value, error = fitted(frame)[name]
+        value, error = fitted(rows)[name]
         assert abs(value - order) < max(0.2, 3.0 * error)
-    assert frame["momentum"].isna().all()  # no rotation leaves this potential as it is
+    assert rows["momentum"].isna().all()  # no rotation leaves this potential as it is
 
 
 def test_on_groups_frames_and_clocks():
@@ -170,8 +170,8 @@ def test_a_truth_that_is_given():
 
 
 def test_a_method_that_raises_is_failed_and_the_others_go_on():
-    frame = table({"bad": Raises, "good": gauss(2)})
-    bad, good = (frame[frame["method"] == name] for name in ("bad", "good"))
+    rows = table({"bad": Raises, "good": gauss(2)})
+    bad, good = (rows[rows["method"] == name] for name in ("bad", "good"))
     assert (bad["outcome"] == "failed").all() and bad["note"].str.contains("no luck").all()
     assert bad[["error", "energy", "seconds"]].isna().all(axis=None)
     assert (good["outcome"] == "completed").all()
@@ -192,8 +192,8 @@ def test_steps_are_numbers_or_sizes_and_methods_have_the_names_that_they_are_giv
 
 
 def test_steps_are_found_by_trying():
-    frame = table({"degree 4": gauss(4)}, None)
-    assert fitted(frame)["degree 4"][0] == pytest.approx(8.0, abs=0.5)
+    rows = table({"degree 4": gauss(4)}, None)
+    assert fitted(rows)["degree 4"][0] == pytest.approx(8.0, abs=0.5)
 
 
 def raises(t):
@@ -236,21 +236,21 @@ def test_what_cannot_be_asked_is_refused_in_a_sentence(arguments, error, fragmen
 
 def test_the_run_that_is_the_truth_has_no_error():
     outer = galvi.problems.outer_solar_system()
-    frame = table({"IAS15": "rebound.ias15", "mine": gauss(2)}, [25, 50, 100], outer, 3652.5)
-    assert "IAS15" in frame.attrs["truth"] and frame.attrs["truth_error"] < 1e-13
-    itself = frame[frame["note"] == "the truth"]
+    rows = table({"IAS15": "rebound.ias15", "mine": gauss(2)}, [25, 50, 100], outer, 3652.5)
+    assert "IAS15" in rows.attrs["truth"] and rows.attrs["truth_error"] < 1e-13
+    itself = rows[rows["note"] == "the truth"]
     assert len(itself) == 1 and itself["error"].isna().all() and (itself["seconds"] > 0.0).all()
-    assert fitted(frame)["mine"][0] == pytest.approx(4.0, abs=0.05)
-    assert frame["symplecticity"].max() < 1e-9
+    assert fitted(rows)["mine"][0] == pytest.approx(4.0, abs=0.05)
+    assert rows["symplecticity"].max() < 1e-9
 
 
 def test_an_end_at_a_turning_point_does_not_double_the_order():
     spring = galvi.problems.harmonic_oscillator()
     methods = {"Verlet": "textbook.stormer_verlet", "Gauss 2": gauss(2)}
-    frame = table(methods, [40, 80, 160, 320], spring, 2.0 * np.pi)
-    assert fitted(frame)["Verlet"][0] == pytest.approx(2.0, abs=0.1)
-    assert fitted(frame)["Gauss 2"][0] == pytest.approx(4.0, abs=0.1)
-    assert not frame.attrs["remarks"]
+    rows = table(methods, [40, 80, 160, 320], spring, 2.0 * np.pi)
+    assert fitted(rows)["Verlet"][0] == pytest.approx(2.0, abs=0.1)
+    assert fitted(rows)["Gauss 2"][0] == pytest.approx(4.0, abs=0.1)
+    assert not rows.attrs["remarks"]
 
 
 def damped(q, v):
@@ -261,5 +261,5 @@ def test_what_the_motion_keeps_does_not_depend_on_the_methods_of_the_table():
     system = galvi.Canonical(1.0, potential, gradient, force=damped)
     problem = galvi.Problem(system, [0.9, 0.0], [0.0, 0.8])
     for methods in ({"one": gauss(1)}, {"one": gauss(1), "four": gauss(4)}):
-        frame = table(methods, [10, 20], problem, 3.0)
-        assert frame[["energy", "momentum"]].isna().all(axis=None)
+        rows = table(methods, [10, 20], problem, 3.0)
+        assert rows[["energy", "momentum"]].isna().all(axis=None)

@@ -54,9 +54,9 @@ def test_times_outside_the_run_are_refused(orbit):
 
 
 def test_a_frame_has_one_column_for_each_component(orbit):
-    frame = orbit.to_frame()
-    assert list(frame.columns) == ["t", "q[0]", "q[1]", "p[0]", "p[1]"]
-    assert np.array_equal(frame["p[1]"], orbit.p[:, 1])
+    table = orbit.to_frame()
+    assert list(table.columns) == ["t", "q[0]", "q[1]", "p[0]", "p[1]"]
+    assert np.array_equal(table["p[1]"], orbit.p[:, 1])
     assert list(galvi.integrate(SUN, EIGHT, 10.0, 1).to_frame().columns[:4]) == [
         "t",
         "q[0,0]",

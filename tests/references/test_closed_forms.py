@@ -336,14 +336,14 @@ def test_long_times_by_mpmaths_integral_of_the_third_kind(t):
         third = (u - mp.ellippi(1 - ratio, phi, m)) / (ratio - 1)  # of sn^2 / (1 - n sn^2)
         psi = size * (mp.mpf(t) / Ia + (1 / Ib - 1 / Ia) * ratio * third / rate)
         momentum = [a * cn, b * sn, c * dn]
-        back = frame([a, 0, c], size) * about_third(psi) * frame(momentum, size).T
+        back = chosen_axes([a, 0, c], size) * about_third(psi) * chosen_axes(momentum, size).T
         q = np.array(back.tolist(), dtype=np.float64)
         p = np.array([float(x) for x in momentum])
     np.testing.assert_allclose(run.q[-1], q, rtol=3e-16, atol=1e-18)  # 0
     np.testing.assert_allclose(run.p[-1], p, rtol=3e-16, atol=1e-18)  # 0
 
 
-def frame(m, size):
+def chosen_axes(m, size):
     a, b, c = (x / size for x in m)
     h = mp.hypot(a, b)
     return mp.matrix([[a * c / h, -b / h, a], [b * c / h, a / h, b], [-h, 0, c]])

@@ -311,9 +311,9 @@ def fault_of_run(run: galvi.Trajectory) -> str:
 
 def is_refusal(error: Exception) -> bool:
     """Whether galvi itself raised this, with a sentence."""
-    *_, frame = traceback.extract_tb(error.__traceback__)
-    raised = "raise" in linecache.getline(frame.filename, frame.lineno or 0)
-    text, in_galvi = str(error), FOLDER in Path(frame.filename).parents
+    *_, innermost = traceback.extract_tb(error.__traceback__)
+    raised = "raise" in linecache.getline(innermost.filename, innermost.lineno or 0)
+    text, in_galvi = str(error), FOLDER in Path(innermost.filename).parents
     sentence = text.endswith((".", "?")) and "\n" not in text and len(text) <= LONGEST
     return isinstance(error, KINDS) and in_galvi and raised and sentence
 
