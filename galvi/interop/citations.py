@@ -12,8 +12,7 @@ from galvi.method import Galerkin
 from galvi.problems.planets import EPHEMERIS as DE421
 from galvi.trajectory import Trajectory
 
-# A word in the name of another code's method, which is all that a run records of it -> keys of what
-# to cite.
+# A word in the name of another code's method, which is all that a run records -> keys to cite.
 CODES = {
     "REBOUND": ("ReinLiu2012",),
     "IAS15": ("ReinSpiegel2015",),

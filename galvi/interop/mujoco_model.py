@@ -252,7 +252,7 @@ def check_reading(user_model: UserModel, problem: Problem, states: States) -> No
             f"galvi misreads this model: MuJoCo accelerates joint {joint.name or joint.id} by "
             f"{qacc[k]:.10g}, galvi by {system.acceleration(q, v)[k]:.10g}. If the model was "
             f"changed after it was compiled, call mujoco.mj_setConst(model, data) first; else "
-            f"something acts that was not seen: please report it."
+            f"a force acts that galvi does not read: please report it."
         )
 
 

@@ -202,8 +202,8 @@ def _compare(system: NBody, q: Array, expected: Array, bodies: Sequence[Any]) ->
     k = int(np.argmax(off))
     raise ValueError(
         f"galvi misreads this simulation: REBOUND accelerates {bodies[k]} by "
-        f"{expected[k].tolist()}, galvi by {computed[k].tolist()}. Something acts that was not "
-        f"seen; please report it."
+        f"{expected[k].tolist()}, galvi by {computed[k].tolist()}. A force acts that galvi "
+        f"does not read; please report it."
     )
 
 
