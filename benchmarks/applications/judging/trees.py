@@ -94,7 +94,7 @@ def label(contender: Contender, options: Mapping[str, Any]) -> str:
 
 
 def engine_hint(model: Model) -> str:
-    """How to install Pinocchio; "" for forces besides springs and damping, which it does not run."""
+    """How to install Pinocchio; "" with forces besides springs and damping, which it lacks."""
     return ENGINE_HINT if model.problem.system.given_force[0] is None else ""
 
 
