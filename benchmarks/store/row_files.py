@@ -42,9 +42,9 @@ class RowFiles:
         """The path of a file by its name."""
         return self.folder / f"{name}{kind}"
 
-    def write(self, name: str, frame: pd.DataFrame) -> None:
-        """Write the frame, replacing an earlier one."""
-        text = as_csv(frame[list(self.columns)])
+    def write(self, name: str, table: pd.DataFrame) -> None:
+        """Write the table, replacing an earlier one."""
+        text = as_csv(table[list(self.columns)])
         write(self.path(name), f"{text}{MARK}{digest_of(text)}\n")
 
     def read(self, name: str) -> pd.DataFrame | None:
@@ -60,22 +60,22 @@ class RowFiles:
         if not text or digest.strip() != digest_of(text):
             self.set_aside(path, "its contents are not what was written")
             return None
-        frame = read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
-        if tuple(frame.columns) != tuple(self.columns):
+        table = read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
+        if tuple(table.columns) != tuple(self.columns):
             self.set_aside(path, "it has other columns")
             return None
         for column, kind in self.columns.items():
             if kind is not str:
-                frame[column] = [kind(text or "nan") for text in frame[column]]
-        return frame
+                table[column] = [kind(text or "nan") for text in table[column]]
+        return table
 
     def all(self) -> pd.DataFrame:
         """The rows of every undamaged file."""
         names = sorted(path.stem for path in self.folder.glob("*.csv"))
-        frames = [frame for frame in map(self.read, names) if frame is not None]
-        if not frames:
+        tables = [table for table in map(self.read, names) if table is not None]
+        if not tables:
             return pd.DataFrame(columns=list(self.columns))
-        return pd.concat(frames, ignore_index=True)
+        return pd.concat(tables, ignore_index=True)
 
     def set_aside(self, path: Path, why: str) -> None:
         """Rename a damaged file, so that it is neither read again nor lost."""

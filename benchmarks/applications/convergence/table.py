@@ -110,14 +110,14 @@ def order_table(
         elif measurement.run.success:
             row["error"] = away((measurement.run.q[-1], measurement.run.p[-1]))
         rows.append(row)
-    frame = pd.DataFrame(rows, columns=list(COLUMNS))
-    return _with_orders(frame, size_of(problem, truth.end), truth.error)
+    table = pd.DataFrame(rows, columns=list(COLUMNS))
+    return _with_orders(table, size_of(problem, truth.end), truth.error)
 
 
-def remarks(frame: pd.DataFrame) -> list[str]:
+def remarks(table: pd.DataFrame) -> list[str]:
     """A sentence for each method whose order is not that of theory."""
     sentences = []
-    for name, rows in frame.groupby("method", sort=False):
+    for name, rows in table.groupby("method", sort=False):
         order, error, theory = rows[["fitted", "fitted_se", "theory"]].iloc[0]
         if abs(order - theory) > max(ORDER_DISTANCE, 5.0 * error):
             sentences.append(
@@ -190,7 +190,7 @@ def _time(measured: Sequence[_Measured], quick: bool) -> None:
 def _row(
     problem: Problem, duration: float, measurement: _Measured, conserved: Mapping[str, Array]
 ) -> dict[str, Any]:
-    """All columns but the error and what follows from it."""
+    """All columns but the error and the orders."""
     run, contender, counts = (
         measurement.run,
         measurement.participant.contender,
@@ -254,8 +254,8 @@ def _round_trip(problem: Problem, duration: float, measurement: _Measured) -> fl
     back = replace(problem, q0=run.q[-1], v0=run.v[-1], t0=problem.t0 + duration)
 
     def away() -> float:
-        run_back = getattr(contender, "trial", contender.run)  # a failure is no fault
-        returned = run_back(back, -duration, setting)
+        # a failure is no fault
+        returned = getattr(contender, "trial", contender.run)(back, -duration, setting)
         return distance(returned.q[-1], problem.q0) if returned.success else math.nan
 
     return _or_nan(away)
@@ -278,21 +278,21 @@ def _symplecticity(problem: Problem, measurement: _Measured) -> float:
     return _or_nan(map_symplecticity_defect, problem, step)
 
 
-def _with_orders(frame: pd.DataFrame, size: float, truth_error: float) -> pd.DataFrame:
-    """The frame with the columns of orders of each method's equal steps."""
-    frame["fit"] = False
-    frame[["order", "fitted", "fitted_se"]] = np.nan
-    bound = frame["h"].isna() & (frame["error"] <= RESOLVED * truth_error) & (frame["note"] == "")
-    frame.loc[bound, "note"] = BOUND
-    for _, rows in frame.groupby("method", sort=False):
+def _with_orders(table: pd.DataFrame, size: float, truth_error: float) -> pd.DataFrame:
+    """The table with the columns of orders of each method's equal steps."""
+    table["fit"] = False
+    table[["order", "fitted", "fitted_se"]] = np.nan
+    bound = table["h"].isna() & (table["error"] <= RESOLVED * truth_error) & (table["note"] == "")
+    table.loc[bound, "note"] = BOUND
+    for _, rows in table.groupby("method", sort=False):
         fine = rows[rows["h"].notna()].sort_values("h", ascending=False)
         if fine.empty:
             continue
         series = orders(list(fine["h"]), list(fine["error"]), size, truth_error)
-        frame.loc[fine.index, "order"] = series.local
-        frame.loc[fine.index, "fit"] = series.used
-        frame.loc[fine.index, "fitted"] = series.fit.rate
-        frame.loc[fine.index, "fitted_se"] = series.fit.uncertainty
-        notes = frame.loc[fine.index, "note"].where(fine["note"] != "", list(series.notes))
-        frame.loc[fine.index, "note"] = notes
-    return frame
+        table.loc[fine.index, "order"] = series.local
+        table.loc[fine.index, "fit"] = series.used
+        table.loc[fine.index, "fitted"] = series.fit.rate
+        table.loc[fine.index, "fitted_se"] = series.fit.uncertainty
+        notes = table.loc[fine.index, "note"].where(fine["note"] != "", list(series.notes))
+        table.loc[fine.index, "note"] = notes
+    return table
