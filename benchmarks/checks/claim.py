@@ -116,7 +116,7 @@ def _slopes(measured: Measurement) -> str:
 
 
 def _misses(bound: Bound, expected: str, measured: Measurement) -> float | None:
-    """Of a fit whose bound names the order that is expected of it."""
+    """The misses of a fit whose bound names the expected order; None for others."""
     if isinstance(bound, Reported):
         bound = bound.reported if expected == bound.reported.met else bound.instead
     elif isinstance(bound, Finding) and bound.our_bound is not None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from benchmarks.checks.claim import Row
 
 SIGMAS, SHARE = 2.0, 0.05  # standard errors, and the share of orders farther off than that
-CHANCE = 1e-3  # of so many by luck, below which the stated errors are too small
+CHANCE = 1e-3  # probability of as many misses, below which the stated errors are too small
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,7 @@ def step_error(run: Trajectory, motion: Motion, kinks: Sequence[float] = ()) -> 
 
 
 def error_at(run: Trajectory, motion: Motion, t: Array, w: Array) -> float:
-    """The same by quadrature with nodes t and weights w."""
+    """`step_error` by quadrature with nodes t and weights w."""
     gap = motion(t)[1] - run.velocity(t)[:, 0]
     end = float(motion(run.t[1:2])[0][0]) - run.q[1, 0]
     return float(np.sqrt(np.sum(w * gap**2) + end**2 / (run.t[1] - run.t[0])))

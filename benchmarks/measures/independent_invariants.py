@@ -22,7 +22,7 @@ from references.closed_forms.double_double import DoubleDouble
 
 # Energy and angular momentum by textbook formulas, term by term.
 #
-# Conservation by a run is judged with these, independently of galvi's own functions. q and v have
+# Conservation by a run is measured with these, independently of galvi's own functions. q and v have
 # shape (k, ...), results (k,) or (k, 3); for rigid bodies, q are rotations or rigid motions and v
 # the body velocities.
 
@@ -115,7 +115,7 @@ def _mass(problem: Problem) -> float:
 
 # Energies as functions of q and p, (k, ...) each, by textbook formulas; results (k,).
 #
-# Conservation by a contender is judged with these, independently of galvi's own functions.
+# Conservation by a contender is measured with these, independently of galvi's own functions.
 
 
 def hamiltonian(problem: Problem, q: Array, p: Array) -> Array:

@@ -29,10 +29,7 @@ def powers(degree: int) -> Functions:
 
 def waves(harmonics: int, frequency: float = 2.0 * np.pi) -> Functions:
     """cos k w t and sin k w t."""
-    functions: Functions = []
-    for k in range(1, harmonics + 1):
-        functions += _wave(k * frequency)
-    return functions
+    return [pair for k in range(1, harmonics + 1) for pair in _wave(k * frequency)]
 
 
 def broken_powers(degree: int, pieces: int, smooth: int) -> Functions:
@@ -93,7 +90,7 @@ def values(functions: Array, t: Array) -> Array:
 
 
 def slopes(functions: Array, t: Array) -> Array:
-    """Their derivatives by t, (functions, times)."""
+    """Derivatives by t, (functions, times)."""
     return np.asarray(2.0 * legendre.legval(2.0 * t - 1.0, legendre.legder(functions.T)))
 
 

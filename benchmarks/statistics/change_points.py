@@ -34,7 +34,7 @@ def change_points(values: Sequence[float]) -> list[int]:
 
 
 def _changes(series: np.ndarray, first: int = 0) -> list[int]:
-    """Of a segment of finite values that begins at index `first`."""
+    """The change points of a segment of finite values that begins at index `first`."""
     from scipy.stats import mannwhitneyu  # a sixth of the import of a report
 
     splits = range(FEWEST_POINTS, len(series) - FEWEST_POINTS + 1)

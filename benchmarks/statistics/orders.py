@@ -37,7 +37,7 @@ RULE = (
 
 @dataclass(frozen=True, eq=False)
 class Orders:
-    """Of k errors, coarse to fine.
+    """The orders of k errors, coarse to fine.
 
     Attributes
     ----------

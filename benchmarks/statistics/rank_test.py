@@ -45,7 +45,7 @@ def p_value(base: Sequence[float], head: Sequence[float]) -> float:
 
 
 def _p_values(base: np.ndarray | Sequence[float], head: np.ndarray | Sequence[float]) -> np.ndarray:
-    """Of samples along the last axis."""
+    """The p-values of samples along the last axis."""
     from scipy.stats import mannwhitneyu  # a sixth of the import of a report
 
     # the exact distribution holds for ranks without ties; a stable sort puts the head's times first

@@ -1,4 +1,4 @@
-"""Statistics of the series in a tidy frame: orders, bases, decays, drifts and extremes.
+"""Statistics of the series in a tidy table: orders, bases, decays, drifts and extremes.
 
 ``where`` selects the rows of a series by column, e.g. study="n-refinement".
 """

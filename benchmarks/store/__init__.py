@@ -1,1 +1,1 @@
-"""Tidy frames, row files, the result cache and provenance."""
+"""Tidy tables, row files, the result cache and provenance."""

@@ -1,4 +1,4 @@
-"""The tidy frame that studies return and judges, tables and figures read."""
+"""The tidy table that studies return and that claims, tables and figures read."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def failure(run: Any) -> str:
 
 
 def frame(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
-    """A frame of the rows with exactly the COLUMNS, in their order and with their types."""
+    """A table of the rows with exactly the COLUMNS, in their order and with their types."""
     table = pd.DataFrame(list(rows), columns=list(COLUMNS))
     return table.astype({name: kind for name, (_, kind) in COLUMNS.items()})
 

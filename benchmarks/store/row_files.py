@@ -43,7 +43,7 @@ class RowFiles:
         return self.folder / f"{name}{kind}"
 
     def write(self, name: str, table: pd.DataFrame) -> None:
-        """Write the frame, replacing an earlier one."""
+        """Write the table, replacing an earlier one."""
         text = as_csv(table[list(self.columns)])
         write(self.path(name), f"{text}{MARK}{digest_of(text)}\n")
 
@@ -72,10 +72,10 @@ class RowFiles:
     def all(self) -> pd.DataFrame:
         """The rows of every undamaged file."""
         names = sorted(path.stem for path in self.folder.glob("*.csv"))
-        frames = [table for table in map(self.read, names) if table is not None]
-        if not frames:
+        tables = [table for table in map(self.read, names) if table is not None]
+        if not tables:
             return pd.DataFrame(columns=list(self.columns))
-        return pd.concat(frames, ignore_index=True)
+        return pd.concat(tables, ignore_index=True)
 
     def set_aside(self, path: Path, why: str) -> None:
         """Rename a damaged file, so that it is neither read again nor lost."""

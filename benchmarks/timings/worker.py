@@ -99,8 +99,8 @@ def starts(problem: Any, count: int) -> list[Any]:
 
 
 def described(runs: list[Any], momenta: bool = False) -> dict[str, Any]:
-    """The results of the runs: flat final configurations, with momenta where asked for, summed
-    counts, the first failure."""
+    """Flat final configurations of the runs, with momenta if requested, summed counts, and the
+    first failure."""
     failed = [run for run in runs if not run.success]
     counts: dict[str, int] = {}
     for run in runs:
@@ -196,7 +196,7 @@ def memory() -> float:
 
 
 def peak(anew: bool = False) -> float:
-    """The most memory this process has had, in bytes; `anew`: begin with what it has now."""
+    """The largest memory of this process so far, in bytes; `anew`: from now on."""
     if anew:
         gc.collect()
         try:

@@ -128,7 +128,7 @@ class Emission:
 
 @lru_cache(maxsize=32)
 def _on_grid(emission: Emission) -> Array:
-    """Its density at the middles of PANELS x PANELS rectangles of radius and time."""
+    """The emission's density at the middles of PANELS x PANELS rectangles of radius and time."""
     middles = (np.arange(PANELS) + 0.5) / PANELS
     r = INNER + (OUTER - INNER) * middles
     return emission.density(r[:, None], emission.until * middles[None, :])

@@ -229,7 +229,7 @@ def fill(saved, who, index, save_every, x, y, z):
 
 @jit_inline
 def after_step(work, lane, l, numbers, s, polish, scratch):
-    """What a solved step leads to: ABOVE, DOWN, or AGAIN where a step up to the ground is begun."""
+    """ABOVE or DOWN after a solved step, or AGAIN where a step up to the ground has begun."""
     h, phase = work[H, l], lane[PHASE, l]
     if phase == WHOLE:
         tau = 2.0

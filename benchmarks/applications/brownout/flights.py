@@ -58,7 +58,7 @@ STATUSES = (
 
 @dataclass(frozen=True)
 class Ground:
-    """What a contact with z = 0 does.
+    """The effect of a contact with z = 0.
 
     Attributes
     ----------
@@ -166,13 +166,13 @@ def follow(
         s, one for all or (n,), each a whole fraction of ``until`` and of its saved parts: steps end
         at its multiples, so that the first one is shorter
     saves
-        places are kept at so many equal parts of ``until``, and at 0
+        positions are saved at the ends of this number of equal parts of ``until``, and at 0
     tolerance
         of the iteration: the change of the last pass, or that expected of one more, relative to the
         velocities; it also ends where a change below 1e-11 is more than half the last
     wind
-        the lines that define ``wind`` in lanes, see brownout.grain_pass; also asked for below the
-        ground, where a step leads that is done anew up to the contact
+        the lines that define ``wind`` in lanes, see brownout.grain_pass; also evaluated below the
+        ground, to which a step may lead before it is repeated up to the contact
 
     Raises
     ------
@@ -371,8 +371,7 @@ def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
 
 
 def _extrapolation(times: Array, new_times: Array) -> Array:
-    """Values of a polynomial at the times asked for, from those at as many times as it has
-    coefficients."""
+    """Values of a polynomial at new times, from those at as many times as coefficients."""
     n = len(times)
     return np.vander(new_times, n, increasing=True) @ np.linalg.inv(
         np.vander(times, n, increasing=True)

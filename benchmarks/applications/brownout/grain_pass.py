@@ -66,19 +66,19 @@ def rows_of_grains(s):
 
 @jit_inline
 def nodes_at(s):
-    """Where c is in numbers."""
+    """Index of c in numbers."""
     return 2 * s * s
 
 
 @jit_inline
 def rate_at(s):
-    """Where -1 / DESCENT is in numbers."""
+    """Index of -1 / DESCENT in numbers."""
     return 2 * s * s + 2 * s + 2
 
 
 @jit_inline
 def curve_at(s):
-    """Where the curve's coefficients are in numbers; starts for the next step follow them."""
+    """Index of the curve's coefficients in numbers; starts for the next step follow them."""
     return 2 * s * s + 2 * s + 3
 
 
@@ -146,7 +146,7 @@ def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
 
 
 def outcome(s, q, v, h, a, forced, tables, curve):
-    """What a solved step leads to.
+    """The end of a solved step.
 
     a, forced (s, 3): accelerations at the stages, and those by the forces before a was corrected
 

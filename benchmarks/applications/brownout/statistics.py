@@ -1,4 +1,4 @@
-"""What is asked of a cloud: optical depth and height, with the errors of sampling and of the step.
+"""Statistics of a cloud: optical depth and height, with the errors of sampling and of the step.
 
 A cloud of n super-particles of each size gives a mean, whose sampling error is its standard
 deviation over sqrt(n). The error of the step is the mean of the same particles' differences from a
@@ -25,7 +25,7 @@ DEPTH, HEIGHT = "optical depth", "height of the centre of mass [m]"
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """What a run gives for each super-particle: (sizes, n), whose sums over n are the answers.
+    """The shares of the super-particles in the statistics, (sizes, n), to be summed.
 
     Attributes
     ----------
@@ -46,12 +46,12 @@ class Answers:
         return float(self.depth.size)
 
     def of(self, quantity: str) -> Array:
-        """The shares in one of them."""
+        """The shares in DEPTH or HEIGHT."""
         return self.depth if quantity == DEPTH else self.height
 
 
 def answers(clouds: Mapping[float, Cloud], method: Any, steps: int) -> Answers:
-    """Of clouds by diameter, with the same number of super-particles each."""
+    """The answers of clouds by diameter, with the same number of super-particles each."""
     runs = {diameter: cloud.flights(method, steps) for diameter, cloud in clouds.items()}
     return Answers(
         np.array([_depth(run, clouds[d]) for d, run in runs.items()]),
@@ -67,7 +67,7 @@ def _depth(run: Flights, cloud: Cloud) -> Array:
 
 
 def _height(run: Flights, cloud: Cloud) -> Array:
-    """All that was lifted counts, with 0 on the ground."""
+    """Shares in the height of all lifted mass, 0 for grains on the ground."""
     masses = [Emission(d, UNTIL, 1.0 / len(DIAMETERS)).mass for d in DIAMETERS]
     return cloud.emission.mass / sum(masses) / len(run.t) * run.q[:, 2]
 

@@ -77,7 +77,7 @@ def _error_of_step(
 
 
 def sampling_error(table: pd.DataFrame, quantity: str, grains: float | None = None) -> float:
-    """The standard error that so many grains leave; None: those of the study."""
+    """The standard error with a number of grains; None: with those of the study."""
     n = number(table, study=quantity, quantity=GRAINS)
     error = number(table, study=quantity, quantity=SAMPLING)
     return error * float(np.sqrt(n / (grains or n)))
@@ -93,5 +93,4 @@ def cost_of(table: pd.DataFrame, quantity: str, s: int, level: float) -> Estimat
             (quantity, f"{SAMPLING} of it"),
         )
     ]
-    costs, errors, standard_errors = several
-    return cost_at(level, costs, errors, standard_errors)
+    return cost_at(level, *several)

@@ -144,7 +144,7 @@ def _counts(request: ConvergenceRequest) -> Sequence[int]:
 
 
 def _clock_steps(request: ConvergenceRequest, contender: InClock) -> Sequence[float]:
-    """Steps in the clock, decreasing: those asked for, or about as many as were asked for."""
+    """Steps in the clock, decreasing: the requested ones, or about as many as requested."""
     if request.sizes:
         return request.sizes
     counts = request.counts or tuple(FEWEST_STEPS * 2**k for k in range(6))

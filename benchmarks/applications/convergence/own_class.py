@@ -90,5 +90,5 @@ class OwnIntegrator:
         return TimedRun(self.name, problem, duration, dict(setting), ask, lambda why: None)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """One run."""
+        """A run at a setting."""
         return self.timed(problem, duration, setting)()

@@ -190,7 +190,7 @@ def _time(measured: Sequence[_Measured], quick: bool) -> None:
 def _row(
     problem: Problem, duration: float, measurement: _Measured, conserved: Mapping[str, Array]
 ) -> dict[str, Any]:
-    """All columns but the error and what follows from it."""
+    """All columns but the error and the orders."""
     run, contender, counts = (
         measurement.run,
         measurement.participant.contender,
@@ -254,8 +254,8 @@ def _round_trip(problem: Problem, duration: float, measurement: _Measured) -> fl
     back = replace(problem, q0=run.q[-1], v0=run.v[-1], t0=problem.t0 + duration)
 
     def away() -> float:
-        run_back = getattr(contender, "trial", contender.run)  # a failure is no fault
-        returned = run_back(back, -duration, setting)
+        # a failure is no fault
+        returned = getattr(contender, "trial", contender.run)(back, -duration, setting)
         return distance(returned.q[-1], problem.q0) if returned.success else math.nan
 
     return _or_nan(away)
@@ -279,7 +279,7 @@ def _symplecticity(problem: Problem, measurement: _Measured) -> float:
 
 
 def _with_orders(table: pd.DataFrame, size: float, truth_error: float) -> pd.DataFrame:
-    """The frame with the columns of orders of each method's equal steps."""
+    """The table with the columns of orders of each method's equal steps."""
     table["fit"] = False
     table[["order", "fitted", "fitted_se"]] = np.nan
     bound = table["h"].isna() & (table["error"] <= RESOLVED * truth_error) & (table["note"] == "")

@@ -1,6 +1,6 @@
 """Runs of an external integrator on the problems of `external.check_problems`, for its checks.
 
-Rows of the tidy frame, the problem in `study` and the setting in `label`:
+Rows of the tidy table, the problem in `study` and the setting in `label`:
 
 ERROR     largest component of the configuration's error at the end, at the coarsest, a middle and
           the finest of its settings; status when the run failed

@@ -171,7 +171,7 @@ class Judge:
         return [check for check in self.check_problems if check.problem.name in set(table["study"])]
 
     def orders(self, table: pd.DataFrame) -> list[Row]:
-        """The rows of its order on each problem, and the number of those that show it.
+        """The rows of its order on each problem, and the number of problems that show it.
 
         An order is that of the worst motion: where one shows the declared order, others may be
         steeper.
@@ -519,7 +519,7 @@ class Check:
     name
         as in the item of the plugin of pytest
     measure
-        (runs, problem) -> rows of the tidy frame
+        (runs, problem) -> rows of the tidy table
     judge
         (judge, problem, its rows) -> rows of claims.csv; None where all problems are judged
         together
@@ -528,7 +528,7 @@ class Check:
     applies
         (integrator, problem that it supports) -> whether it is measured there
     once
-        whether it is measured on one problem alone, the first that conserves something
+        whether it is measured on one problem only, the first that conserves something
     """
 
     name: str
@@ -541,7 +541,7 @@ class Check:
     def problems(
         self, external: ExternalIntegrator, supported: Sequence[CheckProblem]
     ) -> list[CheckProblem]:
-        """Those on which it is measured."""
+        """The problems on which it is measured."""
         problems = [problem for problem in supported if self.applies(external, problem)]
         first = sorted(problems, key=lambda problem: not problem.conserved)[:1]
         return first if self.once else problems
@@ -567,7 +567,7 @@ def _has_clock(external: ExternalIntegrator, problem: CheckProblem) -> bool:
     return bool(getattr(problem.problem.system, "explicit_time", False))
 
 
-# Of what any check asked for: `verify` measures it last, and it comes with each check on its own.
+# Failures of all requests: `verify` measures them last, the plugin of pytest with each check.
 FAILURES = Check("runs and answers", Runs.answers, Judge.failures)
 # The quick ones first: after two late answers it is not asked again.
 CHECKS = (

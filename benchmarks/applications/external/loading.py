@@ -58,8 +58,8 @@ def load_class(path: str) -> Any:
             f"the name of {path} must be words in one line, of {LONGEST} letters at most, none of "
             f"{MARKUP}, that do not begin with {RESERVED_NAME!r}, which are galvi's own methods, "
             f"nor with a formula's {' '.join(STARTS[:4])}, "
-            "and that no other code of the suite has; "
-            f"received {contender.name!r}"
+            "and that no other code of the suite "
+            f"has; received {contender.name!r}"
         )
     return contender
 

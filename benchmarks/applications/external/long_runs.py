@@ -81,7 +81,7 @@ def long_run(external: ExternalIntegrator, check: CheckProblem) -> LongRun | Non
 def longest_run(external: ExternalIntegrator, first: LongRun) -> Iterator[dict[str, Any]]:
     """Rows of the run that goes on from this one, in the sense of the same step: LONG, the number
     of steps, or its time for one without steps, and the changes of what it declares to conserve.
-    Where this one failed, the first row alone, with its status."""
+    Where the first run failed, only the first row, with its status."""
     if not first.checked.run.success:
         yield row(
             study=first.check.problem.name,
@@ -171,7 +171,7 @@ def cut_run(external: ExternalIntegrator, check: CheckProblem) -> Iterator[dict[
 
 
 def _lengthened(first: LongRun, factor: float) -> tuple[Mapping[str, Any], int, float]:
-    """The setting, the number of steps and the duration of a run so many times as long."""
+    """The setting, the number of steps and the duration of a run `factor` times as long."""
     if not first.steps:
         return {**first.setting, "samples": PARTS * FINER}, 0, factor * first.check.long
     parts = PARTS * max(1, min(FINER, round(factor * first.steps) // PARTS))
@@ -211,7 +211,7 @@ def _changes(
 
 
 def at_random(t: Array, values: Array, seed: int) -> tuple[Array, Array]:
-    """One of each CHOICE successive values at random, and the middle of their times; all values
+    """A random one of each CHOICE successive values, and the middle of their times; all values
     where there are fewer than CHOICE in a part."""
     groups = (t.size - 1) // CHOICE  # the first is the start
     if groups * CHOICE <= PARTS:

@@ -87,8 +87,8 @@ def errors_at(
     equal: Sequence[Mapping[str, Any]],
     end: Array,
 ) -> Errors:
-    """The error of a run of so many steps, over the problem's size; each is run once. Outside of
-    the offered settings (`equal`, each with a step) a failure is no fault."""
+    """The error of a run by its number of steps, over the problem's size; each is run once. Outside
+    of the offered settings (`equal`, each with a step) a failure is no fault."""
     longest, shortest = offered_steps(check, equal)
 
     @cache
@@ -103,13 +103,13 @@ def errors_at(
 
 
 def rises(errors: Sequence[float], floor: float) -> int:
-    """How often an error above round-off is larger than that of the next longer step."""
+    """The number of errors above round-off that are larger than that of the next longer step."""
     measured = np.asarray(errors, dtype=np.float64)[window(errors, floor=floor)]
     return int(np.sum(np.diff(measured) > 0.0))
 
 
 def _numbers(error: Errors, few: int, shortest: int, order: float, floor: float) -> tuple[int, ...]:
-    """Increasing numbers of steps from `few` on; that alone where its run fails."""
+    """Increasing numbers of steps from `few` on; only `few` where its run fails."""
     first = error(few)[0]
     if np.isnan(first):
         return (few,)

@@ -45,7 +45,7 @@ class Printed:
         self.lines, self.first = 0, []
 
     def sentence(self) -> str:
-        """How much was printed; empty for nothing."""
+        """The number of printed lines and the first one; empty without lines."""
         if not self.lines:
             return ""
         many = f"{self.lines:,} lines, the first of them" if self.lines > 1 else "a line:"

@@ -55,7 +55,7 @@ def reversed_runs(
     Parameters
     ----------
     settings
-        those that it offers
+        the offered ones
     end
         the true configuration at the end
     """
@@ -106,7 +106,7 @@ def _moved(problem: Problem, duration: float) -> Problem:
 
 
 def _distance(run: Trajectory, q: Array, p: Array, forwards: Trajectory) -> float:
-    """How far the end of a run is from (q, p), over the size of the states there."""
+    """The distance of a run's end from (q, p), over the size of the states of `forwards`."""
     return max(
         float(np.max(np.abs(end - state)) / (np.max(np.abs(states)) or 1.0))
         for end, state, states in ((run.q[-1], q, forwards.q), (run.p[-1], p, forwards.p))

@@ -74,7 +74,7 @@ class ServedChecks:
     )
 
     def items(self) -> list[Item]:
-        """What `measured` takes, in the order of `verify`."""
+        """The items that `measured` takes, in the order of `verify`."""
         names = [self._external(path).name for path in self.contenders]
         for name in names:
             if names.count(name) > 1:

@@ -70,7 +70,7 @@ def _end_after(parent: Any) -> None:
 
 
 def answer(path: str, question: str, *arguments: Any) -> Any:
-    """One of ANSWERS by the integrator at the path. Raises only ContenderError."""
+    """The integrator's answer to a question of ANSWERS. Raises only ContenderError."""
     try:
         return ANSWERS[question](contender_at(path), *arguments)
     except ContenderError as error:  # perhaps of a class of the integrator's own
@@ -83,7 +83,7 @@ def answer(path: str, question: str, *arguments: Any) -> Any:
 
 
 def supports(contender: Any, problem: Problem) -> bool:
-    """Whether it solves the problem."""
+    """Whether the integrator solves the problem."""
     return bool(contender.supports(problem))
 
 

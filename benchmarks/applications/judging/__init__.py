@@ -1,1 +1,1 @@
-"""How wrong is a model's own run, and which integrator and step reach an error."""
+"""The error of a model's own run, and the integrators and steps that reach an error."""

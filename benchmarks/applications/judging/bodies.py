@@ -28,7 +28,7 @@ from references.rebound.trace import TRACE
 from references.rebound.users import defaults, of_user
 from references.scipy.ivp import DOP853, TIGHT
 
-ORBITS = 100  # revolutions of the fastest body, where no duration is asked for
+ORBITS = 100  # revolutions of the fastest body, where no duration is given
 NEAR = 3.0  # mutual Hill radii within which a passage is an encounter
 PER_ORBIT = 48  # states of the truth a revolution of the fastest body, to find encounters
 MOST_STATES = 20_000
@@ -113,7 +113,7 @@ def label(contender: Contender, options: Mapping[str, Any]) -> str:
 
 
 def states(problem: Problem, duration: float) -> int:
-    """How many states of the truth are needed to find encounters."""
+    """The number of states of the truth that are needed to find encounters."""
     if not meeting(problem.system.masses):
         return 1
     return min(math.ceil(PER_ORBIT * abs(duration) / shortest_period(problem)), MOST_STATES)
@@ -165,8 +165,8 @@ def check(model: Model, truth: Trajectory) -> None:
 
 
 def notes(model: Model, user_setting: UserSetting, truth: Trajectory) -> list[str]:
-    """On units that are not set, on forces that are not read to rounding, on the order of the
-    particles, and on the distances at which the user's run ends."""
+    """Sentences on units that are not set, on forces that are not read to rounding, on the order of
+    the particles, and on the distances at which the user's run ends."""
     problem, remarks = model.problem, []
     if not _named(problem, "length"):
         remarks.append(
@@ -218,7 +218,7 @@ def candidates(
     model: Model, duration: float, user_setting: UserSetting
 ) -> Iterator[list[Candidate]]:
     """For each integrator its settings from coarse to fine, or the steps to begin with, on a
-    simulation that is made anew, with the heaviest body first, or on the user's own, where it has
+    new simulation, with the heaviest body first, or on the user's own, where it has
     forces of REBOUNDx."""
     problem, forced = model.problem, isinstance(model.native, Forced)
 
@@ -299,7 +299,7 @@ def names(problem: Problem) -> list[str]:
 
 
 def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
-    """Of each body, its largest and its last error, and by how much of a turn it is ahead."""
+    """The largest and the last error of each body, and the angle by which it is ahead."""
     off = errors(run, truth)
     system = run.problem.system
     centre = int(np.argmax(system.masses))
@@ -378,7 +378,7 @@ def encounters(truth: Trajectory) -> pd.DataFrame:
 
 
 def _outputs(ends: Array, output_every: float, last: float) -> int:
-    """How many whole multiples of a time, the start with them, lie between the outermost of some
+    """The number of whole multiples of a time, including 0, that lie between the outermost of some
     times since the start, in a run that ends at ``last``."""
     parts = np.clip(np.sort(np.abs(ends))[[0, -1]], 0.0, abs(last)) / output_every
     return int(np.floor(parts[1]) - np.ceil(parts[0])) + 1

@@ -14,12 +14,12 @@ from galvi.arrays import Array
 from references import Contender
 
 FEWEST_STATES = 20  # states at which a run is compared
-TOLERANCES = ("epsilon", "eps_rel", "step")  # that a setting is told by; the step in a clock
+TOLERANCES = ("epsilon", "eps_rel", "step")  # shown as the text of a setting; the step in a clock
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """What is judged.
+    """A model to be judged.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Source:
         return not self.engine
 
     def run(self, problem: Problem, duration: float, samples: int) -> Trajectory:
-        """The run with so many states after the start."""
+        """The run with `samples` states after the start."""
         if self.step is None:
             return self.contender.run(problem, duration, {"samples": samples, **self.setting})
         save_every = math.ceil(abs(duration) / (samples * self.step))
@@ -84,13 +84,13 @@ class UserSetting:
 
     @property
     def label(self) -> str:
-        """With its step."""
+        """The integrator with its step."""
         return f"{self.name}, as it is" if self.step is None else f"{self.name}, dt = {self.step:g}"
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One setting of an integrator; ``steps`` of the whole duration, None where it chooses them."""
+    """A setting of an integrator; ``steps`` of the whole duration, None where it chooses them."""
 
     label: str
     contender: Contender
@@ -156,7 +156,7 @@ class Kind(Protocol):
         """The integrator with those of its options that are not the engine's defaults."""
 
     def states(self, problem: Problem, duration: float) -> int:
-        """How many states of the truth are needed."""
+        """The number of states of the truth that are needed."""
 
     def sources(self, model: Model, duration: float, user_setting: UserSetting) -> list[Source]:
         """Solvers that may be the truth, the best first, without the user's setting; galvi last."""
@@ -173,7 +173,7 @@ class Kind(Protocol):
         """The unit of "length", in which errors are, or of "time", with a space before it."""
 
     def notes(self, model: Model, user_setting: UserSetting, truth: Trajectory) -> list[str]:
-        """What a reader should know of the run and of what is compared with it, in sentences."""
+        """Sentences on the run and on the integrators that are compared with it."""
 
     def candidates(
         self, model: Model, duration: float, user_setting: UserSetting
@@ -191,13 +191,13 @@ class Kind(Protocol):
         """
 
     def errors(self, run: Trajectory, truth: Trajectory) -> Array:
-        """How far each part is from the truth, (saved, parts)."""
+        """The distance of each part from the truth, (saved, parts)."""
 
     def size(self, truth: Trajectory) -> float:
         """The size of the motion, with which errors are compared."""
 
     def by_part(self, run: Trajectory, truth: Trajectory) -> pd.DataFrame:
-        """Of each part, its largest and its last error, and more."""
+        """The largest and the last error of each part, and other columns."""
 
     def encounters(self, truth: Trajectory) -> pd.DataFrame:
         """Close passages; a table without columns for a kind of model without them."""

@@ -63,12 +63,12 @@ class Judgement:
     parts
         the errors of each part in that run
     table
-        the own run and all that was tried, those that reach the error first, by their time
+        the own run and all settings that were run; first those that reach the error, by their time
     encounters
         close passages
     horizons
-        until when a start known to so many digits predicts the motion to ``error``; empty where
-        that was not asked for
+        until when a start of each accuracy predicts the motion to ``error``; empty where
+        neighbouring starts are not run
     truth
         the trajectory of the truth
     notes
@@ -303,7 +303,7 @@ def kind_of(problem: Problem) -> Kind:
 
 
 def own_setting(kind: Kind, model: Model, requested: Mapping[str, Any]) -> UserSetting:
-    """The user's own integrator and step, as asked for or as the model has them.
+    """The user's own integrator and step, as requested or else as in the model.
 
     Raises
     ------
@@ -340,8 +340,8 @@ def own_setting(kind: Kind, model: Model, requested: Mapping[str, Any]) -> UserS
 
 
 def _samples(step: float, span: float) -> tuple[int, int]:
-    """How many states of a run in own steps are kept, SAMPLES at most, and the number of steps,
-    which are as few more than fit as that number of states allows.
+    """The number of saved states of a run in own steps, SAMPLES at most, and the number of steps,
+    the least multiple of that number that covers the duration.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from galvi.arrays import Array
 
 START_ACCURACIES = (1e-6, 1e-9, 1e-12, 1e-15)  # relative accuracies of a start
 # shifts of a start that are run; from others the distances are in proportion, as long as they are
-# small, which an error that is asked for is
+# small, as a required error is
 SHIFTS = {1e-6: 1e-9, 1e-9: 1e-9, 1e-12: 1e-12, 1e-15: 1e-12}
 SMALL = 0.01  # of the motion: distances up to this are in proportion to a shift
 SEED = 20_260_101

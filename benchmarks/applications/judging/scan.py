@@ -37,9 +37,9 @@ class Limits:
     integrator
         the settings of one integrator, once it is compiled
     candidates
-        all of them, in equal shares; what one leaves is for those that follow
+        all of them, in equal shares; time left by an integrator is for the following ones
     spread
-        timings of those that reach the error
+        timings of the settings that reach the error
     neighbours
         whether neighbouring starts are run
     """
@@ -52,7 +52,7 @@ class Limits:
 
     @classmethod
     def of(cls, truth: float, quick: bool) -> Limits:
-        """Where the truth took so many seconds."""
+        """The limits after a run of the truth of `truth` seconds."""
         if quick:
             return cls(max(0.5, 0.25 * truth), max(0.3, 0.25 * truth), max(2.0, truth), 1.0, False)
         return cls(max(0.7, truth), max(1.0, truth), max(20.0, 4.0 * truth), max(1.0, truth))
@@ -270,7 +270,7 @@ class Search:
         return None if hopeless or last.hard or coarser.count(self.samples) >= many else coarser
 
     def _finer(self, rows: list[ScanRow], seconds_left: float) -> Candidate | None:
-        """Twice as many steps as the most so far, where Newton's method did some of these."""
+        """Twice the largest number of steps, where Newton's method solved some of these."""
         finest = max(
             (row for row in rows if row.candidate is not None),
             key=lambda row: row.candidate.count(self.samples),
@@ -337,7 +337,7 @@ def _order(rows: list[ScanRow], samples: int) -> float:
 
 
 def _factor(error: float, order: float, wanted: float) -> float:
-    """By how many times more steps to take next; cautiously where the order is low."""
+    """The factor on the number of steps for the next run; cautious where the order is low."""
     if not (math.isfinite(error) and error > 0.0):
         return 2.0
     return min(

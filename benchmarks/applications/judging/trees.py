@@ -54,7 +54,7 @@ ENTRIES = {"hinge": 1, "slide": 1, "ball": 4, "free": 7}
 
 
 def model(problem: Problem) -> Model:
-    """That of a problem alone: MuJoCo's is rebuilt from it, with MuJoCo's defaults."""
+    """The model of a problem alone, from which MuJoCo's is rebuilt with MuJoCo's defaults."""
     note = "MuJoCo's model was made from the problem, with MuJoCo's default options."
     return Model(problem, notes=(note,))
 
@@ -94,7 +94,7 @@ def label(contender: Contender, options: Mapping[str, Any]) -> str:
 
 
 def engine_hint(model: Model) -> str:
-    """How to install Pinocchio; "" for forces beside springs and damping, which it does not run."""
+    """How to install Pinocchio; "" with forces beside springs and damping, which it lacks."""
     return ENGINE_HINT if model.problem.system.given_force[0] is None else ""
 
 
@@ -111,7 +111,7 @@ def unit(problem: Problem, dimension: str) -> str:
 
 
 def notes(model: Model, user_setting: UserSetting, truth: Trajectory) -> list[str]:
-    """That a floating model falls, or drifts, as one rigid body."""
+    """A warning where a floating model falls or drifts as one rigid body."""
     system = truth.problem.system
     inner = np.array([joint.type != "free" for joint in system.tree.joints])
     if inner.all() or not inner.any() or _moved(truth)[inner].max() > REST_LIMIT:
@@ -151,7 +151,7 @@ def _dop853(engine: str, contender: Contender, tolerance: float) -> Source:
 def candidates(
     model: Model, duration: float, user_setting: UserSetting
 ) -> Iterator[list[Candidate]]:
-    """For each integrator but the own one the steps to begin with; MuJoCo's on the user's model."""
+    """The steps to begin with for each integrator but the user's; MuJoCo's on the user's model."""
     for degree in GALVI_DEGREES:
         yield [Candidate(galvi_label(degree), gauss_collocation(degree), {}, GALVI_COARSEST)]
     for contender in INTEGRATORS.values():
@@ -170,12 +170,12 @@ def shifted(problem: Problem, amount: float, signs: Any) -> Problem:
 
 
 def errors(run: Trajectory, truth: Trajectory) -> Array:
-    """How far each joint is off, (saved, joints): an angle, a length, or the larger of both."""
+    """The error of each joint, (saved, joints): an angle, a length, or the larger of both."""
     return joint_errors(run.problem.system, run.q, truth.q)
 
 
 def joint_errors(system: Any, q: Array, true_q: Array) -> Array:
-    """The same of configurations of a tree, (saved, ...)."""
+    """The errors (saved, joints) of configurations of a tree, (saved, ...)."""
     rates = np.zeros((len(q), system.group.dimension))  # any, which do not matter
     qpos, true_qpos = (system.to_mujoco(configurations, rates)[0] for configurations in (q, true_q))
     columns, at = [], 0
@@ -236,7 +236,7 @@ def entries(problem: Problem) -> list[str]:
 
 
 def by_part(run: Trajectory, truth: Trajectory) -> pd.DataFrame:
-    """Of each joint, its largest and its last error."""
+    """The largest and the last error of each joint."""
     off = errors(run, truth)
     columns: dict[str, Any] = {"joint": names(run.problem), "largest_error": off.max(axis=0)}
     return pd.DataFrame({**columns, "last_error": off[-1]})

@@ -153,7 +153,7 @@ class Model:
 
     @cached_property
     def mjcf(self) -> str:
-        """Its XML."""
+        """The XML of the model."""
         return (FOLDER / f"{self.name}.xml").read_text(encoding="ascii")
 
     @cached_property
@@ -162,7 +162,7 @@ class Model:
 
     @property
     def problem(self) -> Problem:
-        """As galvi reads it, from MuJoCo's own start."""
+        """The problem that galvi reads, from MuJoCo's own start."""
         return self._read[0]
 
     def start(self) -> dict[str, list[float]]:
@@ -172,7 +172,7 @@ class Model:
 
     @property
     def sources(self) -> tuple[Source, Source]:
-        """Of the tree's configurations and velocities."""
+        """Two sources of the tree's configurations and velocities."""
         if self.name in INDEPENDENT:
             label, motion = INDEPENDENT[self.name]
 
@@ -197,7 +197,7 @@ class Model:
         return agreed(self.problem, DURATION, self.sources, moved, differences)
 
     def orders(self, truth: Truth) -> dict[str, Convergence | None]:
-        """By the names of MuJoCo's integrators."""
+        """Measured orders by the names of MuJoCo's integrators."""
         orders = {}
         for name, key in MUJOCO.items():
             method = Method(self._on(INTEGRATORS[key]), {})

@@ -56,7 +56,7 @@ ADAPTIVE = ("ias15",)  # choose their own steps
 
 @dataclass(frozen=True, eq=False)
 class PointMasses:
-    """One problem.
+    """A problem of the kit.
 
     Attributes
     ----------
@@ -189,7 +189,7 @@ DE421 = (
 
 
 def _stored(name: str, case: str, share: float, start: str = WRITTEN) -> PointMasses:
-    """One of the stored truths, over this share of its time: 1 or 0.1."""
+    """A problem with a stored truth, over this share of its time: 1 or 0.1."""
     problem, horizon = CASES[case]
     return PointMasses(name, problem, horizon * share, STORED_PAIR, start)
 

@@ -1,1 +1,1 @@
-"""How wrong is a model's own run, and which integrator and step reach an error."""
+"""Which releases of an engine change a user's run, and the bound of a regression test of it."""

@@ -199,7 +199,7 @@ class Questions:
 
 
 def _divergence(motion: Motion) -> str:
-    """How a run diverges, in a sentence; "" where it does not. Raises NotHere where the release
+    """A sentence on how a run diverges; "" where it does not. Raises NotHere where the release
     could not do it."""
     if motion.failure.startswith(WARNED):
         return motion.failure

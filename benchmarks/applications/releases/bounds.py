@@ -31,7 +31,7 @@ SPREAD = (
 
 @dataclass(frozen=True)
 class Bound:
-    """Of one quantity at one time.
+    """The bound of a quantity at a time.
 
     Attributes
     ----------

@@ -54,7 +54,7 @@ class Motion:
 
     @property
     def quantities(self) -> dict[str, Array]:
-        """What a test would compare, by name, (saved, values of it)."""
+        """The quantities that a test would compare, by name, (saved, values)."""
         states = {"positions": self.positions, "velocities": self.velocities}
         return {**states, "energy": self.energy[:, None]}
 
@@ -323,7 +323,7 @@ def _integrator_and_step(
     step: float | None,
     options_of: Mapping[str, Sequence[str]],
 ) -> tuple[str, float | None]:
-    """The user's integrator and step: as asked for, else the file's.
+    """The user's integrator and step: as requested, or else as in the file.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ def by_age(version: str) -> tuple[int, ...]:
 
 
 def requirement(package: str, version: str) -> str:
-    """What pip is asked to install."""
+    """The requirement for pip."""
     of_core = package == "mujoco" and by_age(version) >= (4,)
     return f"{CORE if of_core else package}=={version}"
 

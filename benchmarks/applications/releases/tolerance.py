@@ -60,7 +60,7 @@ class Variant:
 
     @property
     def is_rounding(self) -> bool:
-        """Whether it differs by no more than FLOORS floors; what does is not in the bound."""
+        """Whether it differs by no more than FLOORS floors; other variants are not in the bound."""
         return not self.failure and self.floors <= FLOORS
 
     @property
@@ -71,7 +71,7 @@ class Variant:
 
 @dataclass(frozen=True, eq=False)
 class Tolerance:
-    """What a regression test may allow.
+    """The differences that a regression test may allow.
 
     Attributes
     ----------
@@ -283,7 +283,7 @@ def bounds_of(
 
 
 def _sizes(run: OwnRun, motion: Motion) -> dict[str, tuple[float, float]]:
-    """Of each of QUANTITIES its size, and how far it moves; 0 for an energy that is always 0.
+    """The size of each of QUANTITIES, and how far it moves; 0 for an energy that is always 0.
 
     At rest there is no speed to measure rounding by: then it is that which covers the size of the
     positions in the run, they move by REST_SHARE of it, and they have size 1 where all

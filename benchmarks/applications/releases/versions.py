@@ -85,7 +85,7 @@ class Step:
 
     @property
     def failure_changed(self) -> bool:
-        """Whether the run fails in one of the two alone."""
+        """Whether the run fails in one of the two only."""
         return bool(self.earlier.failure) != bool(self.later.failure)
 
     @property
@@ -148,7 +148,7 @@ def compare_releases(
     folder: Path,
     report: Callable[[str], None] = lambda sentence: None,
 ) -> Versions:
-    """What these releases and the installed one make of a user's run.
+    """A user's run in these releases and in the installed one.
 
     Parameters
     ----------
