@@ -27,7 +27,7 @@ from galvi.systems.nbody import NBody
 from galvi.systems.user_functions import returned_array
 
 Rate = Callable[[Any], Any]  # g of one configuration
-WRONG = 1e-4  # difference of a given gradient from differences, relative to the largest of these
+GRADIENT_TOLERANCE = 1e-4  # of a user's gradient against differences, relative to the largest entry
 
 
 @runtime_checkable
@@ -231,7 +231,7 @@ class Clock:
             return returned_array("gradient", values, shape, f"an array of shape {shape}").ravel()
 
         received, expected = slope(q0.copy()), differenced(q0.copy())
-        if not np.max(np.abs(received - expected)) <= WRONG * np.max(np.abs(expected)):
+        if not np.max(np.abs(received - expected)) <= GRADIENT_TOLERANCE * np.max(np.abs(expected)):
             raise ValueError(
                 f"gradient must be dg/dq of the clock's function; received {received.tolist()} at "
                 f"q0, where differences give {expected.tolist()}. Leave it out, or correct it."

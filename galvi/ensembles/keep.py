@@ -19,7 +19,7 @@ from galvi.events.event import several_events
 from galvi.events.search import find_events
 from galvi.input_checks import shown
 
-WHOLE = 1e-6  # of a step, by which a time may differ from a whole number of steps
+TIME_SLACK = 1e-6  # of a step, by which a time may differ from a whole number of steps
 
 
 class TimeGrid(NamedTuple):
@@ -152,7 +152,7 @@ class StatesAt:
         with np.errstate(over="ignore"):
             ratio = (np.array(self.times) - plan.t0) / plan.step[:, None]
         numbers = np.rint(np.clip(ratio, -1.0, plan.steps + 1.0))
-        wrong = (np.abs(ratio - numbers) > WHOLE) | (numbers < 0) | (numbers > plan.steps)
+        wrong = (np.abs(ratio - numbers) > TIME_SLACK) | (numbers < 0) | (numbers > plan.steps)
         if np.any(wrong):
             member, k = np.argwhere(wrong)[0]
             raise ValueError(
@@ -224,12 +224,12 @@ class _Extremes:
     def see(self, k: int, t: Array, q: Array, p: Array) -> None:
         x = q if self.quantity is None else _values(self.quantity, t, q, p)
         if k == 0:
-            self.least, self.most = np.array(x), np.array(x)
+            self.smallest, self.largest = np.array(x), np.array(x)
         else:
-            self.least, self.most = np.minimum(self.least, x), np.maximum(self.most, x)
+            self.smallest, self.largest = np.minimum(self.smallest, x), np.maximum(self.largest, x)
 
     def result(self) -> tuple[Array, ...]:
-        return self.least, self.most
+        return self.smallest, self.largest
 
 
 @dataclass(frozen=True)

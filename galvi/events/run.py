@@ -41,8 +41,8 @@ from galvi.run.stepper import Stepper
 from galvi.systems.lagrangian import momentum_at
 from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
-CHATTERS = 1000  # actions in one step
-TOO_NEAR = 1e-6  # of a step, between two actions
+MOST_ACTIONS_IN_STEP = 1000  # actions in one step
+LEAST_ACTION_GAP = 1e-6  # of a step, between two actions
 FIRST_BLOCK_STEPS = 8  # steps of the first block
 BLOCK_NUMBERS = 2**21  # numbers of a block and its curves, at most
 TOO_MANY = f"more than {MOST_EVENTS} events"
@@ -239,12 +239,12 @@ class BlockRun:
         length = self.remainder
         if length is None:
             length = self.request.step
-            self.too_near = TOO_NEAR * abs(grid - float(part.t[full_steps]))
+            self.too_near = LEAST_ACTION_GAP * abs(grid - float(part.t[full_steps]))
         restarts = self.recorded.restarts
         too_close = bool(restarts) and abs(t - restarts[-1][0]) <= self.too_near
         restarts.append((t, q, v))
         self.actions_in_step += 1
-        if self.actions_in_step > CHATTERS or too_close:
+        if self.actions_in_step > MOST_ACTIONS_IN_STEP or too_close:
             name = self.search.events[events.index[0]].name
             event = f"the event {name}" if name else "an event"
             self.end = self._failed(

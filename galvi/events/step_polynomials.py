@@ -25,7 +25,7 @@ from galvi.spaces.polynomials import ComponentPolynomials, Polynomials
 
 # In a frame, one after the other: with x the fraction in time or the place among nodes, to which
 # eccentric orbits are smooth, at so many points.
-TRIED = ((False, 11), (True, 24), (True, 48))
+INTERPOLATIONS = ((False, 11), (True, 24), (True, 48))
 SMOOTH = 1e-10  # last coefficients of a body's places, relative to the largest, that are small
 STEPS_TOGETHER = 1024  # steps in a frame that are interpolated at once
 
@@ -192,7 +192,7 @@ def _in_frame(curves: FrameCurves, rows: slice, begin: Array, lengths: Array) ->
     left, shape = np.flatnonzero(~rough), curves.path.problem.q0.shape
     D, d = shape[-1], math.prod(shape)
     series, lapses = np.zeros((n, d, 1)), 0.5 * np.stack([lengths, lengths], axis=1)
-    for among_nodes, points in TRIED:
+    for among_nodes, points in INTERPOLATIONS:
         if not left.size:
             break
         parts = [

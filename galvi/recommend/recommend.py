@@ -24,7 +24,8 @@ ROUGH_SEARCH_SHARE = 1 / 16  # share of the measured part that a first, rough se
 ROUNDS = 5  # rounds of interleaved runs
 CONFIRMATIONS = 4
 HIGHEST_DEGREE = 60  # that may be asked for
-UNEVEN = 5.0  # steps because of the closest passage over those of a clock, from which on it is said
+# Equal steps that the closest passage needs over those of a clock, from which a clock is advised.
+UNEVEN_RATIO = 5.0
 
 
 def recommend(
@@ -319,7 +320,7 @@ def _answer(
         status = "Its error was measured over the whole duration."
     else:
         status = f"Its error was measured over the first {measured:.4g} and extrapolated."
-    if scan.uneven >= UNEVEN:
+    if scan.uneven >= UNEVEN_RATIO:
         status += (
             f" The closest passage sets all steps, about {scan.uneven:.0f} times as many as the "
             f"motion needs in the mean: try clock=galvi.DynamicalTime()."

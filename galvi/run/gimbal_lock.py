@@ -15,7 +15,7 @@ from galvi.systems.multibody import Multibody
 LOCKED = "three hinges of one body pass gimbal lock, where steps err whatever their size"
 BALL_JOINT = "Use a ball joint in place of the hinges"
 MOST_STATES = 512  # states that are looked at
-WAY = np.linspace(0.0, 1.0, 17)  # shares of a step
+STEP_SHARES = np.linspace(0.0, 1.0, 17)  # shares of a step
 
 
 def is_locked(problem: Problem, states: Callable[[], tuple[Array, Array]], step: float) -> bool:
@@ -46,7 +46,7 @@ def is_locked_ahead(problem: Problem, q: Array, v: Array, step: float) -> bool:
     system = problem.system
     if not isinstance(system, Multibody) or not (threes := list(_threes(system))):
         return False
-    way = (place(CHART, system.group, q, share * step * v) for share in WAY)
+    way = (place(CHART, system.group, q, share * step * v) for share in STEP_SHARES)
     return any(
         _near_lock(system.tree.mass(configuration), v, step, threes) for configuration in way
     )

@@ -16,7 +16,7 @@ from galvi.systems.nbody import NBody
 from galvi.systems.traces import Traces, traces
 from galvi.systems.user_functions import arguments
 
-ALIKE = 1e-10  # relative: values that differ by less come from rounding
+FUNCTION_TOLERANCE = 1e-10  # relative: values that differ by less come from rounding
 State = tuple[Array, Array, float]  # q, v, t
 
 
@@ -55,7 +55,7 @@ class SameFunctions:
             now = _values(self.problem, self.clock, state)
             if values is None or (now is None and not np.all(np.isfinite(values))):
                 continue
-            if now is None or not np.allclose(values, now, ALIKE, 0.0, equal_nan=True):
+            if now is None or not np.allclose(values, now, FUNCTION_TOLERANCE, 0.0, equal_nan=True):
                 raise ValueError(
                     "this run keeps no curves, so that its steps are done again, and the functions "
                     "of its system do not return what they did: a number to which they refer has "
