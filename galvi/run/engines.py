@@ -21,7 +21,7 @@ from galvi.run.stepper import Declined, Engine, Formulation, Stepper, first_offe
 
 
 def general_stepper(request: RunRequest) -> Stepper | ClockStepper | Declined:
-    """A stepper for every run but one in a moving frame: `GENERAL_EQUAL_STEPS`, or in a clock one in
+    """A stepper for every run but one in a moving frame: `GENERAL_EQUAL_STEPS`, in a clock one in
     transformed time."""
     if request.method.clock is not None:
         reason = "GALVI_FAST=0 leaves the clock's lanes out"

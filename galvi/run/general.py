@@ -1,6 +1,6 @@
 """The general kernel: Newton's method, or fixed-point iteration, for any functions.
 
-It does what the other engines decline, and is the oracle of all of them.
+It runs what the other engines decline, and is the oracle of all of them.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ NO_OTHER_ENGINE = "" if FAST else "with GALVI_FAST=0 there is no other engine"
 
 
 def inertial_formulation(problem: Problem, method: Galerkin) -> Formulation:
-    """What the state of a run is, without a frame or a clock; ValueError for component degrees that
-    do not match."""
+    """The formulation of a run without a frame or a clock; ValueError for component degrees that do
+    not match."""
     return VECTOR_SPACE if group_system(problem, method) is None else ON_GROUP
 
 

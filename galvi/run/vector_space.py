@@ -61,7 +61,7 @@ def reaching(request: RunRequest) -> Callable[..., None]:
 
 @lru_cache(maxsize=32)
 def _force(system: Any, dimension: int) -> tuple[ForceKernel, tuple[Any, ...]]:
-    """The force of a system, which owns the functions, and as the kernel takes it."""
+    """The force of a system, which owns the functions, and its tuple for the kernel."""
     field = system.force_kernel(dimension)
     return field, tuple(
         Force(

@@ -287,8 +287,8 @@ def _table(errors: Array, ruining: Array, sizes: Array, *potentials: Array) -> A
 
 def _of_states(request: RunRequest, work: RunArrays, states: States) -> tuple[Array, Array]:
     """Of all steps up to watched states, where dampers are all there is: that it rises, or falls by
-    more than DISSIPATION_MARGIN times what the fastest damping takes of the largest kinetic energy. Of
-    other forces only the work in some steps is known: they may act between these."""
+    more than DISSIPATION_MARGIN times what the fastest damping takes of the largest kinetic energy.
+    Of other forces only the work in some steps is known: they may act between these."""
     problem, start = request.problem, request.checkpoint
     numbers = np.append(start.first, steps_of(start, work))
     chosen = np.unique(np.linspace(0, len(numbers) - 1, WORK_STATES).astype(np.int64))

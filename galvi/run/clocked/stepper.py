@@ -107,10 +107,10 @@ class ClockStepper:
         """Returns ``code``: a step in a clock is not retried."""
         return code
 
-    @np.errstate(all="ignore")  # states that are not finite fail the step
+    @np.errstate(all="ignore")  # such steps fail
     def advance(self, n: int) -> int:
-        """Does n steps, or fewer where the requested time or a failure comes first; returns a code of
-        galvi.kernels.nystrom.solve."""
+        """Does n steps, or fewer where the requested time or a failure comes first; returns a code
+        of galvi.kernels.nystrom.solve."""
         keep = self.first_state.keeps_curves
         if keep:
             n = min(

@@ -78,8 +78,8 @@ def inertial_curves(problem: Problem, step: float, t: float, q: Array, v: Array)
 
 
 def in_parts(start: Problem, step: float, *, curves: bool = False) -> RunArrays | None:
-    """The step from a start in the fewest parts that end as a quarter of them do, in the inertial
-    frame; None where there are none."""
+    """The step from a start in the inertial frame, in the fewest parts whose end agrees with that
+    of a quarter as many; None where no number of parts does."""
     last: Array | None = None
     total = np.zeros(0, dtype=np.int64)
     for parts in PARTS:

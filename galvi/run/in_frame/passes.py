@@ -27,11 +27,12 @@ FURTHER_PASS_RATIO = 100.0  # of the last change to that at the start, above whi
 def checks_of(
     problem: Problem, method: Galerkin, step: float, tolerance: float
 ) -> tuple[float, float, float, float]:
-    """Passes of a step, the usual change in the last of them, and what further ones may leave.
+    """The checks of galvi.lanes.frames.collocation: passes of a step, the usual change in the last
+    of them, and what further ones may leave.
 
-    Unless the frame says how many, the fewest with which the first `PROBED` steps end, each from
-    the same state, within the tolerance of one that has converged, in their mean. They depend on
-    the problem's start alone, so that they are the same in each part of a continued run.
+    Unless the frame prescribes their number, it is the least with which the mean error of the
+    first `PROBED` steps is within the tolerance, each from the state of a converged step. It
+    depends on the problem's start alone, so that it is the same in each part of a continued run.
     """
     left = FRAME_TOLERANCE if tolerance == ROUND_OFF else tolerance
     converged = _probed(problem, method, step, CONVERGED)
@@ -65,7 +66,7 @@ class Probe(NamedTuple):
     passes
         that it took
     change
-        the last one that was measured
+        of the last pass
     end : array, shape (2, 2 n)
         the state in the frame after it and its low part, over their sizes
     """

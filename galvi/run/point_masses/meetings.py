@@ -14,8 +14,8 @@ from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
 ORBIT_MARGIN = 0.1  # share by which orbits may change before `can_meet` is asked again
-MOST_PAIRS = 16  # pairs whose orbits are looked at; of more, some may meet
-ORBIT_POINTS = (128, 512)  # places on an orbit; more where these do not tell
+MOST_PAIRS = 16  # whose orbits are compared; of more, some are assumed to meet
+ORBIT_POINTS = (128, 512)  # on an orbit; the larger number where the smaller does not decide
 BEND_HILL_RADII = 0.7  # Hill radii by which two orbits bend each other before they pass
 
 
@@ -27,7 +27,7 @@ def can_meet(
     method: Galerkin,
     step: float,
 ) -> bool:
-    """Whether two bodies may pass each other so close that `may_pass` looks at them, on the
+    """Whether two bodies may pass each other so close that `may_pass` examines them, on the
     orbits about the heaviest one of a state, wherever they are on these, up to ``ORBIT_MARGIN``."""
     system = problem.system
     if not isinstance(system, NBody):
