@@ -10,7 +10,7 @@ from numpy.polynomial.chebyshev import chebder, chebpts1, chebvander
 
 from galvi.arrays import Array
 
-INTERVAL_HALVINGS = 40  # of a step, to tell roots apart
+INTERVAL_HALVINGS = 40  # of a step, to isolate roots
 TRAILING_COEFFICIENT = 1e-16  # of the largest coefficient, up to which the last ones are left out
 # Of the largest coefficient, up to which a part of a series is 0; and the least of it.
 ZERO_SERIES, LEAST_COEFFICIENT = 4e-16, 1e-300

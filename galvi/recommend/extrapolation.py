@@ -1,4 +1,4 @@
-"""Whether an error that was measured over the first part of a duration holds for all of it."""
+"""Checks that an error measured over the first part of a duration holds for all of it."""
 
 from __future__ import annotations
 

@@ -16,14 +16,14 @@ from galvi.recommend.extrapolation import extrapolation_objection
 from galvi.recommend.recommendation import Candidate, Recommendation
 
 DEGREES = (8, 12, 6, 16, 4)
-ALLOWED = {scans.TIME: 10.0, scans.EVALUATIONS: 2e7}
+ALLOWED = {scans.TIME: 10.0, scans.EVALUATIONS: 2e7}  # default budgets: seconds, evaluations
 ERROR_SHARE = 0.7  # share of the required error that a candidate may use
 RUNS = 8  # expected number of runs of one degree
 FOR_SEARCH = 0.6  # share of the budget for the search
 ROUGH_SEARCH_SHARE = 1 / 16  # share of the measured part that a first, rough search integrates
 ROUNDS = 5  # rounds of interleaved runs
 CONFIRMATIONS = 4
-HIGHEST_DEGREE = 60  # that may be asked for
+HIGHEST_DEGREE = 60  # that is accepted
 # Equal steps that the closest passage needs over those of a clock, from which a clock is advised.
 UNEVEN_RATIO = 5.0
 
@@ -246,7 +246,8 @@ def _confirmed(
 
 
 def _most_accurate(scan: scans.Scan, compared: Collection[tuple[int, int]] = ()) -> Candidate:
-    """The most accurate candidate not yet known, compared twice over the same length as others."""
+    """The most accurate candidate whose degree and steps are not in ``compared``, itself compared
+    twice over the same length as the others."""
     ranked = sorted(scan.candidates, key=lambda candidate: (candidate.error, -candidate.steps))
     best = ranked[0]
     judged: list[Candidate] = []
@@ -267,7 +268,7 @@ def _named(degrees: list[int]) -> str:
 
 
 def _parting(scan: scans.Scan) -> str:
-    """Until when any run predicts a motion on which neighbouring starts part."""
+    """A sentence on the time up to which a run predicts a motion whose neighbouring starts part."""
     until = (
         max(candidate.parted for candidate in scan.candidates if math.isfinite(candidate.parted))
         / scan.unit
@@ -287,7 +288,7 @@ def _answer(
     Parameters
     ----------
     whys
-        why the error was not reached -> the degrees it is said of; empty where of no single one
+        reason why the error was not reached -> its degrees; [] for no degree in particular
     """
     why = "; ".join(
         f"{reason.value}{f' for {_named(degrees)}' if degrees else ''}"

@@ -46,7 +46,7 @@ FLAT_REFINEMENTS = 2
 
 
 class Ended(Enum):
-    """Why no number of steps reached the error, as the status says it."""
+    """Why no number of steps reached the error, in the words of the status."""
 
     BUDGET = "the budget ended"
     PARTED = "neighbouring starts part"  # see `_parting` of galvi.recommend.recommend
@@ -60,9 +60,9 @@ def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int
     """The fewest steps within the error, searched from ``steps``, or the last number tried.
 
     Also why the search ended without reaching the error, else None. Each next number is
-    the one for which an error of order 2 s would be as required, kept between those known to be too
-    few and enough. Where only Newton's method solves the steps, twice as many are tried until they
-    need it no more, or cost far more.
+    the one for which an error of order 2 s would be as required, kept between those that are too
+    few and those that are enough. Where only Newton's method solves the steps, twice as many are
+    tried until they need it no more, or cost far more.
     """
     enough, why = _within(scan, degree, steps, error)
     last = next(
@@ -126,7 +126,7 @@ def _bracketed(scan: Scan, low: int, high: int) -> bool:
 
 
 def _next(candidate: Candidate, low: int, high: int, error: float) -> int:
-    """The next number of steps; ``low`` are known to be too few and ``high`` enough."""
+    """The next number of steps; ``low`` are too few and ``high`` enough, or 0."""
     if candidate.error == math.inf:
         wanted = 2.0
     else:
@@ -158,7 +158,7 @@ def _no_better(before: Candidate, after: Candidate) -> bool:
     return math.log(before.error / after.error) < 0.5 * promised
 
 
-# Step of a first run in a clock, most and least of them.
+# Step of a first run in a clock, the most steps and the least.
 PACE, PACED_STEPS, AT_LEAST = 0.25, 4096, 16
 LEAST_PACE = 1e-300  # in place of a g of 0, which `integrate` then refuses
 LENGTH_MARGIN = 1.001  # of scans in a clock over the duration, so that they do not end too early
@@ -239,17 +239,17 @@ class Scan:
         total cost of runs allowed
     spent
         cost so far
-    tried
-        candidates tried so far
+    candidates
+        that were tried, in order
     size
-        largest coordinate seen
+        largest coordinate of all runs
     clock
         of the steps; None for equal ones
     unit
         length in the clock of a unit of time, in the mean
     uneven
-        of point masses in equal steps: how often the shortest time of `DynamicalTime` that was
-        seen, for which steps must be short, goes into its mean
+        of point masses in equal steps: the mean of `DynamicalTime` over its smallest value, for
+        which steps must be short
     """
 
     problem: Problem
@@ -430,7 +430,7 @@ class Scan:
         return error, growth, "", math.inf
 
     def _watch(self, run: Trajectory) -> None:
-        """Note how uneven the motion of point masses is."""
+        """Update ``uneven`` by a run of point masses."""
         system = run.problem.system
         if self.clock is None and isinstance(system, NBody) and system.masses.size > 1:
             flat = run.q.reshape(len(run.t), -1).T
