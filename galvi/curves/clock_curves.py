@@ -22,7 +22,7 @@ from galvi.kernels.constants import EPSILON
 from galvi.method import Galerkin
 from galvi.tableau import Tableau
 
-TIME_PASSES = 60  # of a bracketed Newton iteration
+TIME_ITERATIONS = 60  # of a bracketed Newton iteration
 TIME_PLACES = 9  # places of a step at which the growth of t is checked
 
 
@@ -111,7 +111,7 @@ class ClockCurves:
         lengths = self.times[index + 1] - self.times[index]
         x = np.clip(since / lengths, 0.0, 1.0)
         low, high = np.zeros_like(x), np.ones_like(x)
-        for _ in range(TIME_PASSES):
+        for _ in range(TIME_ITERATIONS):
             t, rate = self._time(index, x)
             off = (since - t) * np.sign(lengths)
             low, high = np.where(off > 0.0, x, low), np.where(off > 0.0, high, x)

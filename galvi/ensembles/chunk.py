@@ -123,7 +123,7 @@ class Batch:
 
     @property
     def passes(self) -> Any:
-        """(n,) passes of the iterations so far."""
+        """(n,) passes of the iterations of all steps."""
         return self.field("passes")[:, 0].astype(np.int64)
 
     def _in_lanes(self, values: Array) -> Array:

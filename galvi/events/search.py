@@ -88,7 +88,7 @@ class Found:
         return getattr(self, key)
 
     def to_frame(self) -> pandas.DataFrame:
-        """A tidy pandas frame: t, name, step, value and index."""
+        """A tidy pandas.DataFrame: t, name, step, value and index."""
         import pandas
 
         columns = ("t", "name", "step", "value", "index")

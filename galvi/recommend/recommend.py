@@ -250,17 +250,19 @@ def _most_accurate(scan: scans.Scan, compared: Collection[tuple[int, int]] = ())
     twice over the same length as the others."""
     ranked = sorted(scan.candidates, key=lambda candidate: (candidate.error, -candidate.steps))
     best = ranked[0]
-    judged: list[Candidate] = []
+    checked: list[Candidate] = []
     for candidate in ranked:
-        dear = judged and not scan.affords(candidate.degree, candidate.steps, scans.WITH_CHECK)
-        if dear or not math.isfinite(candidate.error) or len(judged) == CONFIRMATIONS:
+        dear = checked and not scan.affords(candidate.degree, candidate.steps, scans.WITH_CHECK)
+        if dear or not math.isfinite(candidate.error) or len(checked) == CONFIRMATIONS:
             break
         if (candidate.degree, candidate.steps) not in compared:
             again = candidate
             if candidate.measured < scan.length(candidate.degree, candidate.steps):
                 again = scan.measure(candidate.degree, candidate.steps)
-            judged.append(replace(again, error=max(again.error, scan.half_step_error(again))))
-    return min(judged, key=lambda candidate: candidate.error, default=replace(best, error=math.inf))
+            checked.append(replace(again, error=max(again.error, scan.half_step_error(again))))
+    return min(
+        checked, key=lambda candidate: candidate.error, default=replace(best, error=math.inf)
+    )
 
 
 def _named(degrees: list[int]) -> str:

@@ -238,7 +238,7 @@ class Scan:
     budget
         total cost of runs allowed
     spent
-        cost so far
+        cost of the runs, in the unit of ``by``
     candidates
         that were tried, in order
     size

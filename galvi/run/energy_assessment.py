@@ -80,7 +80,7 @@ class EnergyReport(NamedTuple):
     Attributes
     ----------
     error
-        largest error of the energy so far, over its measure
+        largest error of the energy, over its measure
     measure
         that measure
     worst
@@ -130,7 +130,7 @@ def assess_energy(
     step: Callable[[], float],
     kept_before: Callable[[int], Samples] | None = None,
 ) -> EnergyReport:
-    """The report on a run so far.
+    """The energy report of a run.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ NOT_POSITIVE = (
     "the clock is not positive at a stage of the step, or its time does not grow. Use a smaller "
     "step, or another clock"
 )
-LAST_STEP_PASSES = 20  # iterations for the length of the last step
+LAST_STEP_ITERATIONS = 20  # iterations for the length of the last step
 FULL = "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
 
 
@@ -229,7 +229,7 @@ class ClockStepper:
         q = self.checkpoint.state[0, : self.problem.q0.size]
         x, low_x, high_x = (min(1.0, wanted / (h * float(rate(q)))), 0.0, 2.0)
         best: tuple[float, ClockSteps | None, float] = (math.inf, None, 0.0)
-        for _ in range(LAST_STEP_PASSES):
+        for _ in range(LAST_STEP_ITERATIONS):
             advanced = self.motion.advance(
                 self.checkpoint, x * h, 1, None, self.first_state.keeps_curves
             )
