@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import galvi
 from galvi.curves.clock_curves import ClockCurves
 from galvi.curves.curves import FrameCurves
-from galvi.events import asked
+from galvi.events import bound_events
 from galvi.run.states import Reaching
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
@@ -317,7 +317,7 @@ def test_no_place_is_sought_and_no_state_reached_by_itself(
 @fast
 def test_pairs_that_stay_apart_cost_bounds_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     run = galvi.integrate(planets(1.5, 8), CLOCK, 0.2, duration=40.0)
-    monkeypatch.setattr(asked.Function, "__init__", lambda *given: pytest.fail("a pair by itself"))
+    monkeypatch.setattr(bound_events.Function, "__init__", lambda *given: pytest.fail("a pair by itself"))
     assert len(galvi.find_events(run, galvi.events.within("any", "any", 0.05))) == 0
 
 
