@@ -86,7 +86,7 @@ class EnergyReport(NamedTuple):
     worst
         number of the step where it is, since the problem's start
     ruined
-        number of the first ruined sample; None without one
+        number of the step of the first ruined sample; None without one
     unknown
         whether the energy is not a number at some step; if it was one at the start, such a step is
         ruined

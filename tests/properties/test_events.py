@@ -317,7 +317,9 @@ def test_no_place_is_sought_and_no_state_reached_by_itself(
 @fast
 def test_pairs_that_stay_apart_cost_bounds_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     run = galvi.integrate(planets(1.5, 8), CLOCK, 0.2, duration=40.0)
-    monkeypatch.setattr(bound_events.Function, "__init__", lambda *given: pytest.fail("a pair by itself"))
+    monkeypatch.setattr(
+        bound_events.Function, "__init__", lambda *given: pytest.fail("a pair by itself")
+    )
     assert len(galvi.find_events(run, galvi.events.within("any", "any", 0.05))) == 0
 
 
