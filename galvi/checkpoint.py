@@ -19,7 +19,7 @@ class Checkpoint:
     Attributes
     ----------
     first
-        steps done so far; times are t0 + k h in every part of a continued run
+        number of completed steps; times are t0 + k h in every part of a continued run
     state : array, shape (4, d)
         q, its low part, v, its low part; on a group see galvi.kernels.on_group.advance, in a moving
         frame (8, m), see galvi.lanes.frames.collocation
@@ -38,13 +38,13 @@ class Checkpoint:
     curves
         whether curves are kept; None: only when save_every is 1
     energies : array, shape (4,)
-        of the steps so far, see galvi.kernels.energy_errors; empty before the first
+        of the completed steps, see galvi.kernels.energy_errors; empty before the first
     passage : array, shape (5,)
-        of the steps so far, see galvi.kernels.forces.passages; empty likewise
+        of the completed steps, see galvi.kernels.forces.passages; empty likewise
     clock : array, shape (4,)
         in a clock: the time, its low part, the energy at the start, its low part, of point masses
-        in lanes in the frame of their centre of mass; else empty. Without a state it tells the
-        clock an energy other than that of the problem's start
+        in lanes in the frame of their centre of mass; else empty. Without a state it prescribes an
+        energy other than that of the problem's start
     """
 
     first: int

@@ -1,4 +1,4 @@
-"""The command ``galvi``: the suite that stands around the integrators.
+"""The command ``galvi``, which runs the suite.
 
 In a wheel the suite's folders lie in ``galvi/_suite``, in a checkout beside ``galvi``. That place
 comes first on the path, so that a user's own folders of these names are not imported instead, and
@@ -20,11 +20,11 @@ from galvi.repository import repository_of
 HERE = Path(__file__).parent
 SUITE = HERE / "_suite"
 INSTALL = "pip install 'galvi[suite]'"
-CANNOT = 2  # exit status of what cannot be carried out
+CANNOT = 2  # exit status of a command that cannot be carried out
 
 
 def called(program: str) -> list[str]:
-    """The words by which this was called, as usage and provenance name it."""
+    """The command by which this was called, for usage and provenance."""
     path = Path(program)
     return ["python", "-m", path.parent.name] if path.name == "__main__.py" else [path.stem]
 
@@ -58,7 +58,7 @@ def serve_checks() -> None:
 
 
 def missing_package(error: ModuleNotFoundError) -> str:
-    """A sentence on the package that is not installed, and how it is."""
+    """A sentence on the package that is not installed, and the command that installs it."""
     return (
         f"The command needs the packages of the suite, of which {error.name} is not installed. "
         f"Install them: {INSTALL}."
@@ -66,7 +66,7 @@ def missing_package(error: ModuleNotFoundError) -> str:
 
 
 def put_suite_first() -> None:
-    """The suite's place comes first on the path, last those of the caller's own modules."""
+    """Put the suite's folder first on sys.path, and the folders of the caller's modules last."""
     suite_folder, folder = str(SUITE if SUITE.is_dir() else HERE.parent), Path.cwd()
     top = repository_of(folder)
     search_paths = places_in(top, folder.relative_to(top))
@@ -80,5 +80,5 @@ def put_suite_first() -> None:
 
 
 def places_in(top: Path, inner: Path) -> tuple[Path, ...]:
-    """Where modules of a repository are looked for, called from a folder in it."""
+    """The folders of a repository in which modules are sought, called from its folder ``inner``."""
     return tuple(dict.fromkeys((top / inner, top / inner / "src", top, top / "src")))

@@ -74,8 +74,8 @@ def flag(name: str, value: Any) -> bool:
 
 
 def has_items(value: Any) -> bool:
-    """Whether one can iterate over the value: not over what has no length, such as an array without
-    dimensions or a single Rotation of SciPy's."""
+    """Whether one can iterate over the value: not over an array without dimensions, or a single
+    Rotation of SciPy, which have no length."""
     try:
         return isinstance(value, Iterable) and (not isinstance(value, Sized) or len(value) >= 0)
     except TypeError:
@@ -137,7 +137,7 @@ def shown(value: Any) -> str:
     """A value in a message: on one line, its middle left out when it is long."""
     try:
         text = " ".join(repr(value).split())
-    except Exception:  # a user's own, or that of a number of thousands of digits
+    except Exception:  # of a user's class, or of a number of thousands of digits
         text = f"an object of type {type(value).__name__}"
     return text if len(text) <= SHOWN else f"{text[: SHOWN // 2]} ... {text[-SHOWN // 2 :]}"
 

@@ -1,4 +1,4 @@
-"""How a run ended, as a value, and the sentence that says it."""
+"""The outcome of a run, as a value and as a sentence."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ class Outcome:
     notes
         further sentences
     steps
-        how many steps were asked for; None where a time was
+        number of requested steps; None for a run to a time
     remedy
         what to do about the reason, without a full stop; "" where the reason names it
     event
         the name of the event that ended the run
     sentence
-        of a method that is not galvi's, in place of the one that is written here
+        of another method than galvi's, in place of the one composed here
 
     Raises
     ------
@@ -92,7 +92,7 @@ class Outcome:
 
     @property
     def success(self) -> bool:
-        """Whether the run did what was asked for: completed, in doubt or not, or up to an event."""
+        """Whether the run was completed, in doubt or not, or ended by an event."""
         return self.end in (End.COMPLETED, End.DOUBTFUL, End.STOPPED_BY_EVENT)
 
     @property

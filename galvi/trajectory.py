@@ -50,12 +50,12 @@ class Ending(NamedTuple):
 
 
 class DeferredEnding:
-    """The ending of a run, assessed when it is first asked for: once, by one thread at a time.
+    """The ending of a run, assessed when it is first read: once, by one thread at a time.
 
     Parameters
     ----------
     settings
-        see `Ending`; known without assessing the run
+        see `Ending`; available without assessing the run
     """
 
     def __init__(self, assess: Callable[[], Ending], settings: Checkpoint | None) -> None:
@@ -77,7 +77,7 @@ class DeferredEnding:
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryFields:
-    """What a trajectory is made of, see `Trajectory`.
+    """The fields of a `Trajectory`.
 
     ``success``, ``status`` and ``failed_step`` of another method's run become its ``ending``.
     """
@@ -142,8 +142,8 @@ class Trajectory(TrajectoryFields):
         two point masses that passed each other too fast for a step, which the energy of all bodies
         need not show
     failed_step
-        number, counted from 1, of the first step not completed, or if all are, of the first one
-        seen to be ruined; None on success
+        number, counted from 1, of the first step that was not completed, or else of the first
+        ruined one; None on success
     counts
         steps, iterations, force_evaluations, hessian_evaluations, linear_solves, and for N bodies
         pair_evaluations, including those of two-body iterations; and newton_steps, where
@@ -159,15 +159,15 @@ class Trajectory(TrajectoryFields):
     checkpoint
         the state from which `galvi.resume` continues; None for references
     ending
-        outcome and checkpoint, found when they are asked for
+        outcome and checkpoint, assessed when they are first read
     interrupted
         whether Ctrl-C ended the run, which can then be resumed
     again
-        finds the curves again where they were not kept; None for references
+        computes the curves again where they were not kept; None for references
     engine
-        what did its steps, or began them: "general", "lanes", "frame", "clock"; "" for references
+        that did its steps, or began them: "general", "lanes", "frame", "clock"; "" for references
     engine_reason
-        why that engine did them
+        why that engine was chosen
     velocities : array, shape (saved, ...)
         those of point masses some of which are massless, whose p is 0 at any velocity; else None.
         See ``v``
@@ -177,7 +177,7 @@ class Trajectory(TrajectoryFields):
     events
         the `galvi.Found` of the events that `galvi.integrate` was given; None without
     asked
-        those events, which `galvi.resume` goes on with
+        these events, with which `galvi.resume` goes on
     restarts
         the states to which actions changed the run; None without
     origin
@@ -275,7 +275,7 @@ class Trajectory(TrajectoryFields):
         return plot(self)
 
     def to_frame(self) -> pandas.DataFrame:
-        """A tidy pandas frame: t (and tau), then a column for each component of q and of p."""
+        """A tidy pandas.DataFrame: t (and tau), then a column for each component of q and of p."""
         import pandas
 
         def columns(name: str, states: Array) -> dict[str, Array]:

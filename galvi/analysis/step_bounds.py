@@ -22,7 +22,7 @@ most (h / z0)^2 times that of |u'|^2 plus |u(h)|^2 / h, with equality for cos(z0
 2)."""
 INTEGRATION_POINTS = 64  # Gauss points on each part of a step for M's exact integrals: degree 127
 PARTS = 4  # parts of each smooth piece
-DEPENDENT = 1e11  # condition number of a normalised basis above which constants are not known
+DEPENDENT = 1e11  # condition number of a normalised basis above which there are no constants
 ZERO_EIGENVALUE = 1e-12  # eigenvalues below this share of the largest count as 0
 
 

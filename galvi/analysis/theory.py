@@ -1,4 +1,4 @@
-"""What theory says of a method: order, symmetry, constants, its classical name, and its steps."""
+"""A-priori properties of a method: order, symmetry, constants, classical names, step bounds."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Theory:
     frame
         what holds in a moving frame, a sentence; "" for other methods
     problem, step
-        as given; what follows is in the problem's units
+        as given; the fields below are in the problem's units
     lipschitz
         K, of dV/dq; the theorems ask for one that holds everywhere
     source
@@ -76,7 +76,7 @@ class Theory:
 
     Notes
     -----
-    A field that does not apply, or cannot be told in float64, is None.
+    A field that does not apply, or that float64 cannot decide, is None.
 
     Examples
     --------
@@ -306,7 +306,7 @@ def _in_frame(report: Theory, method: Any) -> Theory:
 
 def _stiffness(problem: Problem, lipschitz: float | None) -> tuple[float, float] | str:
     """The Lipschitz constant K of dV/dq, given or that of the start, and the square of the largest
-    frequency, at most K over the least mass; or why they are not known."""
+    frequency, at most K over the least mass; or the reason why there is no bound."""
     system: Any = problem.system
     if not hasattr(system, "acceleration_jacobian"):
         return (

@@ -27,7 +27,7 @@ from galvi.systems.nbody import NBody
 from galvi.systems.user_functions import returned_array
 
 Rate = Callable[[Any], Any]  # g of one configuration
-WRONG = 1e-4  # difference of a given gradient from differences, relative to the largest of these
+GRADIENT_TOLERANCE = 1e-4  # of a user's gradient against differences, relative to the largest entry
 
 
 @runtime_checkable
@@ -182,7 +182,7 @@ class Clock:
     ----------
     function
         q -> positive number; smooth, of about the time in which q changes by its size. On a group q
-        is a matrix. Traced where it does not branch, called otherwise
+        is a matrix. Traced where it does not branch, else called
     gradient
         q -> dg/dq of q's shape; differenced when missing and not traced
 
@@ -231,7 +231,7 @@ class Clock:
             return returned_array("gradient", values, shape, f"an array of shape {shape}").ravel()
 
         received, expected = slope(q0.copy()), differenced(q0.copy())
-        if not np.max(np.abs(received - expected)) <= WRONG * np.max(np.abs(expected)):
+        if not np.max(np.abs(received - expected)) <= GRADIENT_TOLERANCE * np.max(np.abs(expected)):
             raise ValueError(
                 f"gradient must be dg/dq of the clock's function; received {received.tolist()} at "
                 f"q0, where differences give {expected.tolist()}. Leave it out, or correct it."
@@ -243,7 +243,8 @@ class Clock:
 
 
 def check_step(problem: Problem, clock: AnyClock, step: float) -> None:
-    """ValueError for a clock without a g at the start, or a step that cannot be one of its."""
+    """ValueError for a clock whose g is not positive and finite at the start, and for a step that
+    does not change the time or is too long for the clock."""
     g = float(clock.rate(problem)(problem.q0.ravel()))
     if not (math.isfinite(g) and g > 0.0):
         raise ValueError(
@@ -263,6 +264,6 @@ def check_step(problem: Problem, clock: AnyClock, step: float) -> None:
 
 
 def units_of_steps(problem: Problem, clock: AnyClock) -> str:
-    """In which units the steps of a clock are, as a clause."""
+    """A clause on the unit of a clock's steps."""
     g = float(clock.rate(problem)(problem.q0.ravel()))
     return f"steps are in units of the clock {clock}, {g:.3g} of time at the start"

@@ -22,8 +22,8 @@ from galvi.kernels.constants import EPSILON
 from galvi.method import Galerkin
 from galvi.tableau import Tableau
 
-TIME_PASSES = 60  # of a bracketed Newton iteration
-TIME_PLACES = 9  # places of a step at which its t is seen to grow
+TIME_ITERATIONS = 60  # of a bracketed Newton iteration
+TIME_PLACES = 9  # places of a step at which the growth of t is checked
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class ClockCurves:
     method
         with its clock
     step
-        h, but of the last step
+        length h of all steps but the last in tau
     last
         length of the last step in tau
     times : array, shape (steps + 1,)
@@ -111,7 +111,7 @@ class ClockCurves:
         lengths = self.times[index + 1] - self.times[index]
         x = np.clip(since / lengths, 0.0, 1.0)
         low, high = np.zeros_like(x), np.ones_like(x)
-        for _ in range(TIME_PASSES):
+        for _ in range(TIME_ITERATIONS):
             t, rate = self._time(index, x)
             off = (since - t) * np.sign(lengths)
             low, high = np.where(off > 0.0, x, low), np.where(off > 0.0, high, x)
@@ -143,9 +143,9 @@ class JoinedCurves:
     Attributes
     ----------
     times : array, shape (parts + 1,)
-        from which, and until which, each is the run's
+        limits of the parts
     parts
-        the curves; that of the last step of one may go on beyond its time
+        the curves; that of a part's last step may go on beyond its limit
     """
 
     times: Array
@@ -189,7 +189,7 @@ def cut(curves: Any, n: int) -> Any:
 
 
 def merged(parts: list[Any]) -> Any:
-    """Curves one after another as one."""
+    """Consecutive curves as one."""
     names = ("bases", "coefficients", "rates")[: 3 if isinstance(parts[0], ClockCurves) else 2]
     merged_fields: dict[str, Any] = {
         name: read_only(np.concatenate([getattr(part, name) for part in parts])) for name in names

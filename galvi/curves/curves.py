@@ -1,4 +1,4 @@
-"""The Galerkin curves of a run, also in a moving frame: kept, or done again from a saved state."""
+"""The Galerkin curves of a run, also in a moving frame."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class GroupChart:
 
 
 class OverTime:
-    """Curves of steps of one length, asked by the time."""
+    """Curves of steps of one length, evaluated at times."""
 
     t0: float
     step: float
@@ -141,7 +141,7 @@ def times_asked(t: Any) -> tuple[Array, bool]:
 
 
 def refuse_outside(inside: Any, first: float, last: float, t: Any) -> None:
-    """ValueError unless all times were inside a run between two others."""
+    """ValueError unless all entries of ``inside`` are true: t between ``first`` and ``last``."""
     if not np.all(inside):
         raise ValueError(
             f"t must lie inside the run, from {first!r} to {last!r}; received "

@@ -1,4 +1,4 @@
-"""The curves of a run that kept none: its steps are done again, from states that it passed."""
+"""The curves of a run that kept none: its steps are repeated from checkpoints."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from galvi.problem import Problem
 
 
 def unchecked() -> None:
-    """Of a run whose functions are not compared, as of one from a file."""
+    """The check of a run from a file, whose functions are not compared."""
 
 
 Evaluate = Callable[[int, Any], Array]  # (a piece, rows of the times in it) -> values (rows, ...)
@@ -24,7 +24,7 @@ Evaluate = Callable[[int, Any], Array]  # (a piece, rows of the times in it) -> 
 
 @dataclass(frozen=True, eq=False)
 class RedoneCurves:
-    """As those that the run would have kept: bit for bit, but for velocities in a clock, which
+    """The curves that the run would have kept: bit for bit, but for velocities in a clock, which
     differ by round-off.
 
     Attributes

@@ -14,7 +14,7 @@ from galvi.kernels.constants import TWO_PI
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-KEPLER_PASSES = 100
+KEPLER_ITERATIONS = 100
 LEAST_DIVISOR = 1e-300  # in place of an e - 1 of 0
 
 
@@ -257,7 +257,7 @@ def _anomaly(e: Array, mean: Array, bound: Any) -> Array:
     linear_bound = np.arcsinh(size / np.maximum(e - 1.0, LEAST_DIVISOR))
     cubic_bound = np.cbrt(6.0 * size / np.where(bound, 1.0, e))  # sinh H - H >= H^3 / 6
     anomaly = np.where(bound, np.minimum(size + e, np.pi), np.minimum(linear_bound, cubic_bound))
-    for _ in range(KEPLER_PASSES):
+    for _ in range(KEPLER_ITERATIONS):
         value = (
             np.where(bound, anomaly - e * np.sin(anomaly), e * np.sinh(anomaly) - anomaly) - size
         )

@@ -67,7 +67,7 @@ def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
 
 
 def stages_along(curves: Curves, table: Tableau) -> tuple[Array, Array, Array, Array]:
-    """As `stage_states`, of any curves."""
+    """`stage_states` of any curves."""
     coefficients, step = curves.coefficients, curves.step
     xi = np.einsum("kdi,si->ksd", coefficients, table.psi)
     rate = np.einsum("kdi,si->ksd", coefficients, table.slope) / step
@@ -337,7 +337,7 @@ def clock_step_derivative(
     """D(eta1, t1, mu1, e1)/D(eta0, t0, mu0, e0) of a step, (2 d + 2, 2 d + 2), and mu0, mu1 (d,).
 
     q moves to q exp(hat(eta)) on a group, to q + eta else; e = -E is the momentum of the time, E
-    the energy that the clock is told. By central differences of order eight, to about 1e-11.
+    the energy of the clock. By central differences of order eight, to about 1e-11.
 
     Raises
     ------

@@ -1,5 +1,5 @@
-"""A few members of an ensemble, run by one thread: the unit of work that travels; which these are,
-and who runs them: threads, or an executor of the caller."""
+"""Chunks of an ensemble: a few members, run by one thread of this process or by an executor of the
+caller."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Batch:
 
     Notes
     -----
-    Nothing that is computed for a member depends on the others.
+    No number of a member depends on the others.
     """
 
     def __init__(
@@ -123,7 +123,7 @@ class Batch:
 
     @property
     def passes(self) -> Any:
-        """(n,) passes of the iterations so far."""
+        """(n,) passes of the iterations of all steps."""
         return self.field("passes")[:, 0].astype(np.int64)
 
     def _in_lanes(self, values: Array) -> Array:
@@ -132,7 +132,7 @@ class Batch:
         return values[index].reshape(self.blocks, LANES, -1).transpose(0, 2, 1)
 
 
-INTERRUPT_SECONDS = 0.1  # of a call of the kernel, after which Ctrl-C is looked at
+INTERRUPT_SECONDS = 0.1  # of a call of the kernel, between two checks for Ctrl-C
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +180,7 @@ class ChunkRun(NamedTuple):
 
 
 class Stopped(Exception):
-    """A chunk was not finished, since ``stopped`` said so."""
+    """A chunk was ended by ``stopped``."""
 
 
 def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> ChunkRun:
@@ -189,7 +189,7 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> ChunkR
     Parameters
     ----------
     stopped
-        says whether to end at once, by `Stopped`
+        returns whether to raise `Stopped`
     """
     plan, law = chunk.plan, chunk.law
     n, d = len(chunk.q), law.dimension
@@ -222,21 +222,21 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> ChunkR
 
 PROBE = 8 * LANES  # members of the first chunk, which is measured
 SECONDS = 1.0  # of a chunk
-SHARES = 4  # chunks for each worker, so that none waits long for the last,
-LEAST_CHUNK_SECONDS = 2e-3  # unless they take fewer seconds than this
+SHARES = 4  # least number of chunks for each worker, so that none waits long for the last
+LEAST_CHUNK_SECONDS = 2e-3  # of a chunk, for which there may be fewer
 CHUNK_BYTES = 2**26  # bytes that a chunk's arrays may have
 CHUNKS_AHEAD = 2  # chunks that wait, for each worker
 
 
 def members_of_a_chunk(seconds: float, size: float, members: int, workers: int) -> int:
-    """How many members make a chunk.
+    """The number of members of a chunk.
 
     Parameters
     ----------
     seconds
-        that one member takes
+        for one member
     size
-        bytes that one member needs
+        bytes for one member
     """
     shares = min(SHARES, max(1, int(seconds * members / (LEAST_CHUNK_SECONDS * workers))))
     limit = min(SECONDS / max(seconds, 1e-12), CHUNK_BYTES / size, members / (shares * workers))
@@ -246,7 +246,7 @@ def members_of_a_chunk(seconds: float, size: float, members: int, workers: int) 
 def run_chunks(
     chunks: Iterator[Chunk], executor: Any, workers: int
 ) -> Iterator[tuple[Chunk, ChunkRun]]:
-    """Each chunk with what it leaves, in order; chunks are made as they are needed.
+    """Each chunk with its run, in order; chunks are made as they are needed.
 
     Parameters
     ----------

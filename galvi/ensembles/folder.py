@@ -34,12 +34,12 @@ Rows = tuple[tuple[Array, ...], Any, dict[int, Outcome]]  # values, passes and o
 
 
 def identity(value: Any, version: str | None) -> Any:
-    """A value as nested tuples of numbers and texts that tell it from others.
+    """A value as nested tuples of numbers and texts, equal for equal values alone.
 
     Parameters
     ----------
     version
-        of the caller's functions and classes, of which only names and values are looked at
+        of the caller's functions and classes, of which only names and values are compared
 
     Raises
     ------
@@ -77,9 +77,9 @@ def identity(value: Any, version: str | None) -> Any:
 
 
 def _values(value: Any) -> Any:
-    """What a function or an object holds, which its version does not tell.
+    """The values that a function or an object holds, beside its version.
 
-    Its own bytecode is among that, since two functions may have one name, such as <lambda>.
+    Its bytecode is one of them, since two functions may have one name, such as <lambda>.
     """
     if isinstance(value, type | BuiltinFunctionType | np.ufunc):
         return None
@@ -125,19 +125,19 @@ class Folder:
         digest of the law, method, times and what is kept, of the members' starts and numbers, and
         of the code that computes
     loaded, damaged
-        how many files `load` has read, and how many of them it did not believe
+        numbers of files that `load` read, and that it found damaged
 
     Raises
     ------
     TypeError, ValueError
         For another path than that of a folder.
     ValueError
-        For facts that cannot be told from others.
+        For facts that have no `identity`.
 
     Notes
     -----
     A file is named by the request and its members, and has a digest of both and of its arrays,
-    without which it is not believed. Processes that compute one file each write the same bits.
+    without which it counts as damaged. Processes that compute one file each write the same bits.
     """
 
     def __init__(
@@ -172,8 +172,7 @@ class Folder:
             ) from error
 
     def members_of_a_file(self) -> int:
-        """How many members a file of this ensemble has, but for the last one; 0 where there is
-        none."""
+        """The number of members in each file of this ensemble but the last; 0 without files."""
         names = (path.name for path in self.path.glob(f"{self.request}-*"))
         matches = (re.fullmatch(r"\w+-(\d+)-(\d+)\.npz", name) for name in names)
         ranges = (slice(int(match[1]), int(match[2])) for match in matches if match)
@@ -184,12 +183,12 @@ class Folder:
         return 0
 
     def summary(self, computed: int) -> str:
-        """What was loaded and computed, in words."""
+        """A clause on the numbers of files that were loaded and computed."""
         again = f", {self.damaged} of them again, since a file was damaged" if self.damaged else ""
         return f"files: {self.loaded} loaded, {computed} computed{again}"
 
     def load(self, members: slice) -> Rows | None:
-        """What `save` wrote of these members; None where nothing is, or it is damaged."""
+        """The rows that `save` wrote of these members; None without a file or for a damaged one."""
         path = self._file(members)
         if not os.path.lexists(path):
             return None
@@ -217,7 +216,7 @@ class Folder:
     def save(
         self, members: slice, values: tuple[Array, ...], passes: Any, outcomes: dict[int, Outcome]
     ) -> None:
-        """Write what some members left, completely or not at all.
+        """Write the rows of some members, completely or not at all.
 
         Parameters
         ----------
@@ -242,7 +241,7 @@ class Folder:
             ) from error
 
     def _digest(self, members: slice, arrays: Mapping[str, Array]) -> str:
-        """A digest of what a file answers, and of all that it holds."""
+        """A digest of a file's name and arrays."""
         digest = hashlib.sha256(self._file(members).name.encode())
         for name, array in sorted(arrays.items()):
             digest.update(f"{name}{array.dtype.str}{array.shape}".encode() + array.tobytes())

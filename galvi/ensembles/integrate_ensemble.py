@@ -73,28 +73,27 @@ def integrate_ensemble(
         Python function of a `Trajectory`, with which members run one by one, some hundred times
         slower
     executor
-        what has a method ``submit``, such as Dask's ``Client``; None: one thread for each processor
+        an object with ``submit``, such as Dask's ``Client``; None: one thread for each processor
     folder
-        keeps what is done in this folder, one .npz file for each chunk of members, and computes
-        only what is not there
+        where members are stored, one .npz file for each chunk; those that are there are loaded
     progress
         True shows a progress bar of members
     tolerance
         as for `galvi.integrate`
     version
-        of your functions, for a folder: a text that you change with their code. Asked for where a
-        function is called (``keep``, or one of the system that could not be traced), since what it
-        calls in turn cannot be known
+        of your functions, for a folder: a text that you change with their code. Needed where a
+        function is called (``keep``, or one of the system that could not be traced), since the
+        code that it calls is not compared
 
     Returns
     -------
     Ensemble
         A member is equal to a run of `galvi.integrate` up to round-off, and has the
         same bits in every ensemble, order, thread and process on one kind of processor. One whose
-        step the vector code cannot do is run again by itself, as are all where the system has none
-        (its equations as generated code) or the method works in a frame; their status says so. A
+        step the vector code cannot do is run again by itself, as are all members of a system
+        without generated code, or with a method in a moving frame; their status says so. A
         member that fails, or that `galvi.Problem` then refuses, is NaN from there on, its status
-        says why, and the others go on. Energies are not judged, whoever runs the member. Ctrl-C
+        says why, and the others go on. Energies are not assessed, whoever runs the member. Ctrl-C
         raises KeyboardInterrupt; what is in the folder stays there, and the next call goes on.
 
     Raises
@@ -194,7 +193,7 @@ class _Work:
             )
 
     def _use_lanes(self, first: Problem) -> None:
-        """Take the law by which lanes run the members, or note why they do not."""
+        """Take the law of the members for lanes, or note why there is none."""
         law_or_reason = law_in_lanes(first, self.method)
         if isinstance(law_or_reason, str):
             self.why_alone = law_or_reason
@@ -204,7 +203,7 @@ class _Work:
         self.tolerance = max(self.tolerance, finest_tolerance(self.law, self.method))
 
     def identity(self) -> tuple[Any, dict[str, Array]]:
-        """What files are named by: what all members share, and what each has."""
+        """The facts that all members share and the arrays of each, by which files are named."""
         keep = self.function if self.keep is None else self.keep
         system: Any = self.parameters.problem.system
         if self.law is not None:  # its text says all of a function that was traced
@@ -235,8 +234,8 @@ class _Work:
     def first_size(
         self, executor: Any, workers: int, store: Folder | None, count: Count
     ) -> tuple[int, int]:
-        """Members of a chunk: from the time of a first one, or as in the folder; and how many are
-        done, which is the first one where there is no folder."""
+        """The number of members of a chunk, from the time of a first one or as in the folder, and
+        the number of members that are done: those of the first one where there is no folder."""
         if store is not None and (size := store.members_of_a_file()):
             return size, 0
         if self.law is None:
@@ -260,7 +259,7 @@ class _Work:
     def computed(
         self, pieces: Sequence[slice], executor: Any, workers: int
     ) -> Iterator[tuple[slice, ChunkRun | None]]:
-        """Members with what lanes leave of them; None where lanes cannot run them."""
+        """Members with their run in lanes; None where lanes cannot run them."""
         if self.law is None:
             yield from ((members, None) for members in pieces)
             return
@@ -268,7 +267,7 @@ class _Work:
             yield slice(chunk.first, chunk.first + len(chunk.q)), chunk_run
 
     def chunk(self, members: slice) -> Chunk:
-        """What is needed to run some members."""
+        """The chunk of some members."""
         assert self.law is not None and self.keep is not None
         numbers, plan = self.numbers.rows(members), self.plan._replace(step=self.step[members])
         return Chunk(
@@ -284,7 +283,7 @@ class _Work:
         )
 
     def take(self, members: slice, chunk_run: ChunkRun | None, count: Count) -> None:
-        """Keep what some members left, and run those by themselves that lanes did not."""
+        """Store the values of some members, and run those by themselves that lanes did not."""
         single_members: Sequence[int] = range(members.start, members.stop)
         if chunk_run is not None:
             self.store_values(members, chunk_run.values)
@@ -319,7 +318,7 @@ class _Work:
             rows[members] = value
 
     def loaded(self, store: Folder | None, members: slice, count: Count) -> bool:
-        """Whether some members are in the folder; they are taken from there."""
+        """Load some members; returns whether they are in the folder."""
         rows = None if store is None else store.load(members)
         if rows is None:
             return False

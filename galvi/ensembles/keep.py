@@ -1,7 +1,7 @@
-"""What an ensemble keeps of each run: values that see the states at some steps.
+"""The values that an ensemble keeps of each run.
 
-A value to keep has two methods. ``steps(plan)`` returns the numbers of the steps at which it wants
-to see all members, increasing; ``begin(plan)`` returns a `Record` for the members of a plan.
+A value to keep has two methods. ``steps(plan)`` returns the increasing numbers of the steps whose
+states it needs; ``begin(plan)`` returns a `Record`, which receives them, for the members of a plan.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from galvi.events.event import several_events
 from galvi.events.search import find_events
 from galvi.input_checks import shown
 
-WHOLE = 1e-6  # of a step, by which a time may differ from a whole number of steps
+TIME_SLACK = 1e-6  # of a step, by which a time may differ from a whole number of steps
 
 
 class TimeGrid(NamedTuple):
@@ -39,20 +39,20 @@ class TimeGrid(NamedTuple):
 
 
 class Record(Protocol):
-    """What is kept of some members while they run."""
+    """The record of some members while they run."""
 
     def see(self, k: int, t: Array, q: Array, p: Array) -> None:
-        """All members after step k, at times (n,): (n, *q_shape) and (n, *p_shape)."""
+        """Receive all members after step k: t (n,), q (n, *q_shape) and p (n, *p_shape)."""
 
     def result(self) -> tuple[Array, ...]:
-        """What is kept, arrays with the members in front."""
+        """The kept arrays, with the members in front."""
 
 
 class Keep(Protocol):
     """A value to keep."""
 
     def steps(self, plan: TimeGrid) -> Sequence[int]:
-        """Steps, from 0 to plan.steps, after which the members are seen."""
+        """Steps, from 0 to plan.steps, whose states the record receives."""
 
     def begin(self, plan: TimeGrid) -> Record:
         """A record for the members of the plan."""
@@ -82,7 +82,7 @@ def _values(quantity: Quantity, t: Array, q: Array, p: Array) -> Array:
 
 
 class _AtEachStep:
-    """Of what sees the members at the start and after each step."""
+    """A value that needs the states at the start and after each step."""
 
     def steps(self, plan: TimeGrid) -> Sequence[int]:
         return range(plan.steps + 1)
@@ -152,7 +152,7 @@ class StatesAt:
         with np.errstate(over="ignore"):
             ratio = (np.array(self.times) - plan.t0) / plan.step[:, None]
         numbers = np.rint(np.clip(ratio, -1.0, plan.steps + 1.0))
-        wrong = (np.abs(ratio - numbers) > WHOLE) | (numbers < 0) | (numbers > plan.steps)
+        wrong = (np.abs(ratio - numbers) > TIME_SLACK) | (numbers < 0) | (numbers > plan.steps)
         if np.any(wrong):
             member, k = np.argwhere(wrong)[0]
             raise ValueError(
@@ -224,12 +224,12 @@ class _Extremes:
     def see(self, k: int, t: Array, q: Array, p: Array) -> None:
         x = q if self.quantity is None else _values(self.quantity, t, q, p)
         if k == 0:
-            self.least, self.most = np.array(x), np.array(x)
+            self.smallest, self.largest = np.array(x), np.array(x)
         else:
-            self.least, self.most = np.minimum(self.least, x), np.maximum(self.most, x)
+            self.smallest, self.largest = np.minimum(self.smallest, x), np.maximum(self.largest, x)
 
     def result(self) -> tuple[Array, ...]:
-        return self.least, self.most
+        return self.smallest, self.largest
 
 
 @dataclass(frozen=True)
@@ -342,7 +342,7 @@ class Events:
     events
         one `galvi.Event` or several; none that ends or changes a run
     at_most
-        how many are kept of each member
+        number of events kept of each member
 
     Notes
     -----

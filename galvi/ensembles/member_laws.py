@@ -1,5 +1,5 @@
-"""The law of a system for lanes of members, as text and numbers that can travel, and the kernel of
-a law and a method, with its tables."""
+"""The law of a system for lanes of members, as text and numbers that can be pickled, and the kernel
+of a law and a method, with its tables."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Law:
     in_velocity
         whether the law's momenta are velocities, and the system's M v
     of_places
-        whether its forces know no velocities, besides
+        whether, besides, its forces do not depend on velocities
     layout
         of a group with rotations, as galvi.kernels.lie.product takes it; () on R^d
     """
@@ -94,7 +94,7 @@ class LawNumbers:
     mass: Array | None = None
 
     def rows(self, members: slice) -> LawNumbers:
-        """Those of some members."""
+        """The numbers of some members."""
         mass = None if self.mass is None else _rows(self.mass, members)
         return LawNumbers(_rows(self.constants, members), mass)
 
@@ -160,7 +160,7 @@ def _of_canonical(system: Canonical, d: int) -> tuple[Law, LawNumbers] | None:
 
 
 def law_in_lanes(problem: Problem, method: Galerkin) -> tuple[Law, LawNumbers] | str:
-    """The law by which lanes run members of a problem with a method; else why they do not."""
+    """The law of a problem's members for lanes, and its numbers; else why there is none."""
     if method.in_frame:
         return "methods in a frame run one member at a time"
     law_and_numbers = law_of(problem.system, problem.v0.size)
@@ -191,7 +191,7 @@ def is_iterated(law: Law, numbers: LawNumbers, method: Galerkin) -> bool:
 
 
 def iterates_places(law: Law, method: Galerkin) -> bool:
-    """Whether places alone are iterated."""
+    """Whether positions alone are iterated."""
     return law.of_places and component_degrees(method) is None
 
 
@@ -208,7 +208,7 @@ FEW_COORDINATES, FEW_STAGES = 6, 12
 
 @dataclass(frozen=True, eq=False)
 class MemberKernel:
-    """What runs members of a law with a method.
+    """The kernel of members of a law with a method.
 
     Attributes
     ----------
@@ -222,8 +222,8 @@ class MemberKernel:
         of the method
     velocities
         first row of work for velocities, or accelerations, at the stages
-    alone
-        whether places alone are iterated
+    positions_only
+        whether positions alone are iterated
     memory
         (q (n, r), p (n, d)) -> more fields of the records at the start
     """

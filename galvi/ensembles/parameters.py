@@ -83,7 +83,7 @@ class Parameters:
         return np.shape(getattr(owner, path[-1])) or None
 
     def check(self) -> None:
-        """Raise what a system raises for some member's values, with a note that names it."""
+        """Raise the error of a system for a member's values, with a note that names the member."""
         for member in range(self.members if self.values else 0):
             self._checked_system(member)
 
@@ -106,7 +106,7 @@ class Parameters:
         return system
 
     def numbers(self, law: Law, problem_numbers: LawNumbers) -> LawNumbers:
-        """What of the law differs between the members; ``problem_numbers`` is the problem's.
+        """The law's numbers of the members; ``problem_numbers`` are the problem's.
 
         Raises
         ------
@@ -146,7 +146,7 @@ class Parameters:
         )
 
     def _symbolic_numbers(self, problem_numbers: LawNumbers) -> LawNumbers:
-        """Of a law from SymPy, whose constants are its parameters, then those of its force."""
+        """The numbers of a law from SymPy: its parameters, then those of its force."""
         system: Any = self.problem.system
         constants = np.tile(problem_numbers.constants, (self.members, 1))
         first = 0
@@ -160,7 +160,7 @@ class Parameters:
 
 
 def _places(system: Any) -> dict[str, list[Path]]:
-    """Where each name is found in a system."""
+    """The paths of each name in a system."""
     paths: dict[str, list[Path]] = {}
     for path in _paths(system, ()):
         paths.setdefault(path[-1], []).append(path)

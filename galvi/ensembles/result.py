@@ -1,4 +1,4 @@
-"""What an ensemble leaves."""
+"""The result of an ensemble."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from galvi.outcome import Outcome
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """What was kept of n members, and how each ended.
+    """The kept values of n members, and how each ended.
 
     Attributes
     ----------
     kept
         arrays with the members in front; NaN for a member that failed, from there on
     outcomes
-        member -> how it ended; those that are not in it completed their steps
+        member -> its outcome; members without one completed their steps
     iterations : array, shape (n,)
         passes of the iterations of all steps
     files
-        how many files of a folder were loaded, computed or damaged; "" without a folder
+        a clause on the files that were loaded, computed or damaged; "" without a folder
 
     Notes
     -----
-    ``np.asarray(result)`` is the array that was kept, with the members in front; several are put
-    side by side, along a second axis if they have the same shape. ``result[k]`` is the k-th of
-    several, or what was kept of the k-th member.
+    ``np.asarray(result)`` is the kept array, with the members in front; several arrays are put side
+    by side, along a second axis if they have the same shape. ``result[k]`` is the k-th of several
+    arrays, or of one array the row of the k-th member.
 
     Examples
     --------
@@ -66,7 +66,7 @@ class Ensemble:
 
     @property
     def members(self) -> int:
-        """How many there are."""
+        """Number of members."""
         return len(self.iterations)
 
     @cached_property

@@ -24,11 +24,11 @@ from galvi.run.states import states_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-LONG_RUN = 10**4  # steps from which on curves are found again where a function asks for them
+LONG_RUN = 10**4  # steps, from which on curves are not kept but computed again
 
 
 class Single(NamedTuple):
-    """What a run by itself leaves: values without the members' axis, and how it ended."""
+    """The values of a run by itself, without the members' axis, and its outcome."""
 
     values: tuple[Array, ...]
     outcome: Outcome
@@ -63,8 +63,8 @@ class Singles:
         self.keep, self.function, self.limits = keep, function, limits
 
     def run_members(self, members: Iterable[int]) -> Iterator[Single]:
-        """Each of some members, one after another; several at a time in a clock of point masses,
-        unless a function of Python sees them. Exceptions carry the member's number."""
+        """Run members one after another; in a clock of point masses several at a time, unless a
+        Python function evaluates them. Exceptions carry the member's number."""
         compiled = isinstance(self.parameters.problem.system, NBody) and self.function is None
         if self.method.clock is None or not compiled:
             yield from map(self._numbered, members)
@@ -80,7 +80,8 @@ class Singles:
             raise
 
     def _single(self, member: int) -> Single:
-        """One that cannot be begun failed at its first step, unless a function sees it."""
+        """Run one member; a start that is refused counts as a failure at its first step, unless a
+        function evaluates the run, which then raises."""
         try:
             begin = self._prepared(member)
         except ValueError as error:
@@ -119,7 +120,7 @@ class Singles:
         return run if in_clock else lambda: run(watched=False)
 
     def _recorded(self, member: int, q: Array, p: Array) -> tuple[Array, ...]:
-        """What is kept of a member with these states (steps + 1, ...)."""
+        """The kept values of a member with these states (steps + 1, ...)."""
         assert self.keep is not None
         plan = self.plan._replace(step=self.plan.step[member : member + 1])
         record = self.keep.begin(plan)
@@ -128,7 +129,7 @@ class Singles:
         return tuple(value[0] for value in record.result())
 
     def _unknown(self, member: int) -> tuple[Array, ...]:
-        """What is kept of a member whose states are not known."""
+        """The kept values of a member without states: NaN."""
         shapes = self.plan.q_shape, self.plan.p_shape
         if self.method.clock is None:
             rows = self.plan.steps + 1
@@ -148,7 +149,7 @@ class Singles:
 
 
 def _numbers(value: Any) -> Array:
-    """What a function of a run returned; TypeError unless it is numbers."""
+    """The numbers that a function of a run returned; TypeError for others."""
     try:
         return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):

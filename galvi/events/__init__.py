@@ -1,8 +1,8 @@
-"""Events that galvi brings: ``galvi.events.closest_approach(i, j)`` and others.
+"""Ready events: ``galvi.events.closest_approach(i, j)`` and others.
 
 Bodies are given by number or by the names in ``problem.parameters["bodies"]``, joints by their
 entry of q or by the names that a tree gives its hinges and slides.
-Each returns a `galvi.Event`, for `galvi.find_events`; the value of a found one is given.
+Each returns a `galvi.Event`, for `galvi.find_events`; the value that it reports is stated.
 
 An example:
 
@@ -45,11 +45,10 @@ def within(
     Parameters
     ----------
     i, j
-        bodies; "any" for each that there is: all pairs are looked at together, and events are named
-        by theirs
+        bodies; "any" for all: pairs are searched together, and each event is named by its pair
     hill_radii
         instead of the distance: so many of their Hill radii at that time, which are ((m_i + m_j) /
-        (3 M))^(1/3) (r_i + r_j) / 2 about the heaviest body, of mass M; that is then in no pair
+        (3 M))^(1/3) (r_i + r_j) / 2 about the heaviest body, of mass M, which is then in no pair
     """
     if (distance is None) == (hill_radii is None):
         raise ValueError("give either distance or hill_radii.")

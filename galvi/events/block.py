@@ -1,5 +1,5 @@
-"""The steps of a run with their curves and states, kept or done again, and what is known of a
-function on each of many: a sign that it keeps, or an interpolant."""
+"""The steps of a run with their curves and states, kept or computed again, and on each step the
+sign or an interpolant of a function."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class Piece(NamedTuple):
         row k of them is that of step k
     times : array, shape (n + 1,)
         at which the steps begin and end
-    known
-        whether the states of the run are those at these times
+    has_states
+        whether the run has the states at these times
     first
         number of steps of the run before
     after, until
@@ -81,7 +81,7 @@ def _grid(curves: Any) -> Array:
 
 
 def pieces(run: Trajectory) -> Iterator[Piece]:
-    """The steps of a run, up to a failure; ValueError where its curves are not to be had."""
+    """The steps of a run, up to a failure; ValueError where it has no curves."""
     curves: Any = run.curves
     if isinstance(curves, JoinedCurves):
         first = 0
@@ -120,7 +120,7 @@ def _redone(run: Trajectory, again: RedoneCurves) -> Iterator[Piece]:
 
 
 CHUNK = 8192  # steps searched at once
-SAMPLED = 512  # and sampled
+SAMPLED = 512  # steps sampled at once
 RESOLVED = 1e-9  # last coefficients of an interpolant, relative to its largest, that are small
 POINT_DOUBLINGS = 3  # of the points of a step whose interpolant is not resolved
 ZERO_BOUND = 1e-12  # of a bound, within which it is 0
@@ -136,12 +136,12 @@ class Block:
 
     @cached_property
     def polynomials(self) -> StepPolynomials | None:
-        """Those of the steps, where they have any."""
+        """The polynomials of the steps; None for curves that have none."""
         return step_polynomials(self.piece.curves, self.first, self.begin, self.end)
 
     @cached_property
     def rough(self) -> Any:
-        """Whether a step has none (n,)."""
+        """Whether a step has no polynomials (n,)."""
         none = np.ones(len(self.begin), dtype=bool)
         return none if self.polynomials is None else self.polynomials.rough
 
@@ -166,8 +166,8 @@ class Block:
         start
             the value, or the sign, at the end of the steps before; 0 where there are none
         sure
-            the sign (n,) that the function keeps on each step, 0 where that is not known; None: to
-            be found
+            the sign (n,) that the function keeps on each step, 0 where it may change; None: from
+            bounds
         """
         if sure is None:
             has_bounds = self.bounded and not function.refusal
@@ -197,8 +197,8 @@ class Block:
         return interpolants, steps, joint, int(np.sum(~is_resolved(interpolants)))
 
     def _joint(self, function: Function, sure: Array) -> Array | None:
-        """The function at the ends of steps, where it is known, and its sign at those of steps that
-        are sure; those that such an end belies are so no longer."""
+        """The function at the ends of steps that are not sure, and its sign at the other ends; None
+        without states. ``sure`` becomes 0 where the value at an end contradicts it."""
         run, times = self.piece.run, self.piece.times
         if not self.piece.has_states:
             return None
@@ -222,8 +222,8 @@ class Block:
 
     @cached_property
     def bounds(self) -> Callable[[bool], tuple[Array, Array]]:
-        """Bounds (d, n) of the coordinates on each step, or of the velocities, by whether it is
-        these; kept. It must not hold this block, which would outlive its search."""
+        """A cached function: False -> bounds (d, n) of the coordinates on each step, True -> of the
+        velocities. It holds no reference to this block, which would outlive its search."""
         steps, points = cast(StepPolynomials, self.polynomials), 4 * self.method.stages
         return cache(lambda fast: steps.bounds(fast, points))
 

@@ -1,4 +1,4 @@
-"""Functions of one problem's states: called for many at once, and checked."""
+"""Events bound to a problem, and their functions: called for many states at once, and checked."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from galvi.events.entries import Entry, computed, later_entries
 from galvi.events.event import Distances, Event, Value
 from galvi.problem import Problem
 
-ENTRY_TOLERANCE = 1e-9  # of a function's values, to which those of entries are its own
-BOUNDS_AT_ONCE = 2**20  # numbers that bounds of pairs take
-TRIED_STATES = 3  # states at which that is seen
+ENTRY_TOLERANCE = 1e-9  # relative, between values by entries and one by one
+BOUNDS_AT_ONCE = 2**20  # numbers in the bounds of pairs at once
+TRIED_STATES = 3  # states at which these are compared
 
 Row = Callable[[int], Array]  # from the number of an entry to its values
 
@@ -29,7 +29,7 @@ class Function:
     Attributes
     ----------
     refusal
-        why it is called for one after another; "" for a function that could be traced
+        why it is called for one state after another; "" for a function of entries
     """
 
     def __init__(self, value: Value, problem: Problem, name: str) -> None:
@@ -61,8 +61,8 @@ class Function:
         return self.at_later(q.__getitem__, v.__getitem__, t)
 
     def at_later(self, coordinate: Row, velocity: Row, t: Array) -> Array:
-        """As ``at``, with functions from the number of an entry to its values, of which those that
-        are used are called."""
+        """As ``at``, with functions from the number of an entry to its values; they are called for
+        those entries that are used."""
         if self.refusal:
             q, v = (
                 np.stack([row(k).ravel() for k in range(math.prod(shape))])
@@ -112,7 +112,7 @@ class Function:
 
 
 def _twice(find: Row, k: int) -> tuple[Array, Array]:
-    """Of a value both bounds."""
+    """The values as lower and upper bound."""
     values = find(k)
     return values, values
 
@@ -130,12 +130,12 @@ class BoundEvent:
         self.reported = reported or self.function
 
     def name_of(self, part: int) -> str:
-        """Of what it found."""
+        """The name that found events carry."""
         return self.event.name
 
 
 class BoundPairs:
-    """An event of many pairs of bodies of one problem; that of a pair is made when it is needed."""
+    """An event of many pairs of bodies of one problem; ``of_pair`` makes that of one."""
 
     def __init__(self, event: Event, problem: Problem, number: int) -> None:
         self.event, self.number, self.problem = event, number, problem
@@ -149,13 +149,13 @@ class BoundPairs:
         return BoundEvent(pair_event, self.problem, self.number)
 
     def name_of(self, part: int) -> str:
-        """Of a pair."""
+        """The name that found events of a pair carry."""
         i, j = self.pairs[part].tolist()
         return self.many.name_of(self.names[i], self.names[j])
 
     def bounds(self, low: Array, high: Array) -> Iterator[tuple[Any, Array, Array]]:
-        """Some of the pairs (k,) and bounds (k, steps) of their functions, from those (d, steps) of
-        coordinates."""
+        """Numbers of pairs (k,) and bounds (k, steps) of their functions, chunk by chunk, from
+        bounds (d, steps) of coordinates."""
         shape = (*self.problem.q0.shape, -1)
         low, high = low.reshape(shape), high.reshape(shape)
         at_once = max(1, BOUNDS_AT_ONCE // low[0].size)

@@ -100,11 +100,11 @@ class Entry:
     deg2rad, rad2deg = _monotone(np.deg2rad), _monotone(np.rad2deg)
 
     def sqrt(self) -> Entry:
-        """The root; that of what may be negative from 0 on."""
+        """The root; of bounds below 0 that of 0."""
         return self**0.5
 
     def sin(self) -> Entry:
-        """The sine, 1 or -1 where the argument passes such a place."""
+        """The sine; its bounds are 1 or -1 where the argument passes an extremum."""
         if self.exact:
             return _exactly(np.sin(self.low))
         ends, (top, bottom) = (
@@ -128,7 +128,7 @@ class Entry:
         return self
 
     def arctan2(self, x: Any) -> Entry:
-        """The angle; bounds of it are not sought."""
+        """The angle; its bounds are -pi and pi."""
         right = _entry(x)
         if self.exact and right.exact:
             return _exactly(np.arctan2(self.low, right.low))
@@ -155,7 +155,7 @@ class Entry:
 
 
 class LaterEntry(Entry):
-    """Number k of values, or bounds, that are found when a function uses it."""
+    """Entry number k, whose values or bounds are found when a function uses it."""
 
     def __init__(self, find: Callable[[int], tuple[Array, Array]], k: int) -> None:
         self._find, self._k = find, k
@@ -168,7 +168,7 @@ class LaterEntry(Entry):
 
 
 def later_entries(find: Callable[[int], tuple[Array, Array]], n: int) -> Any:
-    """(n,) such entries."""
+    """n entries, each found when a function uses it, (n,)."""
     entries = np.empty(n, dtype=object)
     entries[:] = [LaterEntry(find, k) for k in range(n)]
     return entries
@@ -190,7 +190,7 @@ def _entry(value: Any) -> Entry:
 def computed(
     function: Callable[..., Any], q: Any, v: Any, t: Any, shape: tuple[int, ...]
 ) -> tuple[Array, Array]:
-    """What a function of one state makes of entries, of the states' shape: values, or bounds."""
+    """The values of a function of entries, or their bounds: two arrays of the states' ``shape``."""
     with np.errstate(all="ignore"):
         value = function(q, v, t)
         if isinstance(value, np.ndarray) and value.ndim == 0:

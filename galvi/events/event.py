@@ -24,12 +24,12 @@ Change = Callable[[Any, Any, float], tuple[Any, Any]]  # (q, v, t) -> (q, v)
 
 @runtime_checkable
 class Quantity(Protocol):
-    """A function of states that galvi brings, once it knows the problem."""
+    """A function of states that galvi provides, made for a problem."""
 
     def of(self, problem: Problem) -> tuple[Value, Value | None, Value | None]:
         """The function; what an event reports, None: the function itself; and what must be
         positive at an event, None: nothing. Entries are summed one by one, so that they may be
-        those of many states. ValueError for bodies or joints that are not there."""
+        those of many states. ValueError for bodies or joints that the problem does not have."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +77,11 @@ class Event:
 
     @property
     def ends_or_acts(self) -> bool:
-        """Whether a run does not go on as before."""
+        """Whether the event ends or changes a run."""
         return self.terminal or self.action is not None
 
     def functions(self, problem: Problem) -> tuple[Value, Value | None, Value | None]:
-        """As those of a `Quantity`."""
+        """The functions that `Quantity.of` returns."""
         if isinstance(self.function, Quantity):
             return self.function.of(problem)
         return cast(Value, self.function), None, None
@@ -100,7 +100,7 @@ def several_events(events: Any) -> tuple[Event, ...]:
 
 
 def _body(problem: Problem, body: Any) -> int:
-    """As `_number`, of point masses."""
+    """The number of a point mass, see `_number`."""
     if not isinstance(problem.system, NBody):
         raise ValueError(f"this event is of point masses; received {shown(problem)}.")
     return _number("a body", body, list(problem.body_names()))
@@ -155,15 +155,15 @@ class Approach:
 
 @dataclass(frozen=True)
 class Distance:
-    """The square of two bodies' distance, relative to that of a number, less 1.
+    """The square of two bodies' distance over that of a threshold, less 1.
 
     Attributes
     ----------
-    far
-        the distance, or how many Hill radii that is
+    threshold
+        the distance, or a number of Hill radii
     hill
-        whether it is in Hill radii: ((m_i + m_j) / (3 M))^(1/3) (r_i + r_j) / 2 with M the largest
-        mass, from whose body r are the distances
+        whether the threshold is in Hill radii: ((m_i + m_j) / (3 M))^(1/3) (r_i + r_j) / 2 with M
+        the largest mass, from whose body r are the distances
     """
 
     first: Any
@@ -193,7 +193,7 @@ class Distance:
 
 
 def _hill_shares(problem: Problem, pairs: Any) -> tuple[Array, int]:
-    """The Hill radii of pairs over the sum of both distances from the heaviest body, and that."""
+    """The Hill radii of pairs over the sum of both distances from the heaviest body; its number."""
     masses = cast(NBody, problem.system).masses
     star = int(np.argmax(masses))
     return 0.5 * np.cbrt(masses[pairs].sum(axis=1) / (3.0 * masses[star])), star
@@ -204,12 +204,12 @@ ANY = "any"
 
 @dataclass(frozen=True)
 class Distances:
-    """As `Distance`, of all pairs of bodies, or of one body from all others, that are looked at
-    together: see `galvi.events.within`.
+    """`Distance` of all pairs of bodies, or of one body and all others, searched together: see
+    `galvi.events.within`.
 
     Attributes
     ----------
-    one, other
+    first, second
         bodies, or ANY
     """
 
@@ -219,7 +219,7 @@ class Distances:
     hill: bool
 
     def pairs(self, problem: Problem) -> Any:
-        """The numbers (n, 2) of the bodies of each; ValueError for bodies that are not there."""
+        """The numbers (n, 2) of the bodies; ValueError for bodies that are not in the problem."""
         _body(problem, 0)
         masses = cast(NBody, problem.system).masses
         pairs = np.argwhere(np.triu(np.ones((masses.size, masses.size), dtype=bool), 1))
@@ -233,7 +233,7 @@ class Distances:
         return pairs
 
     def one_of(self, i: int, j: int) -> Quantity:
-        """That of two bodies."""
+        """The `Distance` of two bodies."""
         return Distance(i, j, self.threshold, self.hill)
 
     def name_of(self, i: Any, j: Any) -> str:
@@ -241,7 +241,7 @@ class Distances:
         return f"{i} and {j} at {self.threshold:g}{' Hill radii' * self.hill}"
 
     def bounds(self, problem: Problem, pairs: Any, low: Array, high: Array) -> tuple[Array, Array]:
-        """Bounds (n, steps) of their functions, from those of the places (bodies, D, steps)."""
+        """Bounds (n, steps) of the pairs' functions, from those of positions (bodies, D, steps)."""
         i, j = pairs.T
         low_square, high_square = _squares(low[i] - high[j], high[i] - low[j])
         low_limit: Any = self.threshold**2

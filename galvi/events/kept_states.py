@@ -1,4 +1,4 @@
-"""What a run that is done in blocks keeps of them."""
+"""The states, checkpoints and curves that a run in blocks keeps."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from galvi.trajectory import Restarts, Trajectory
 
 
 class KeptStates:
-    """What a run keeps while it is done.
+    """The record of a run in blocks.
 
     Attributes
     ----------
     begin
         the time of its first state
-    known
-        states from which its curves can be found again
+    checkpoints
+        states from which its curves are computed again
     curves
         those of its parts, and when each begins
     restarts
@@ -63,7 +63,7 @@ class KeptStates:
             self.curves[-1] = begin, cut(curves, n)
 
     def states(self) -> list[Array]:
-        """Numbers, t, q, p and v of the states to be saved, and of the last one."""
+        """Numbers, t, q, p and v of the saved states, the last one among them."""
         arrays = [np.concatenate(x) for x in zip(*self._rows, strict=True)]
         rows = np.flatnonzero(
             np.append(arrays[0][:-1] % self.request.checkpoint.save_every == 0, True)
@@ -71,7 +71,7 @@ class KeptStates:
         return [array[rows] for array in arrays]
 
     def all_restarts(self) -> Restarts | None:
-        """Those of the actions; None without any."""
+        """The states to which actions led; None without actions."""
         if not self.restarts:
             return None
         return Restarts(*(np.array(x) for x in zip(*self.restarts, strict=True)))
@@ -87,8 +87,8 @@ class KeptStates:
     def curves_again(
         self, steps: int, last: float, states: tuple[Array, Array, Array]
     ) -> RedoneCurves:
-        """What finds the curves of so many steps, until a time, again; of a run that saved these
-        q, p and t."""
+        """The curves of ``steps`` steps until time ``last``, computed again when evaluated;
+        ``states`` are the saved q, p and t."""
         problem, method, step = self.request[:3]
         check = SameFunctions(problem, *states, cast(Any, method.clock), False)
         checkpoints = tuple(self.checkpoints)

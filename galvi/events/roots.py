@@ -10,11 +10,14 @@ from numpy.polynomial.chebyshev import chebder, chebpts1, chebvander
 
 from galvi.arrays import Array
 
-INTERVAL_HALVINGS = 40  # of a step, to tell roots apart
+INTERVAL_HALVINGS = 40  # of a step, to isolate roots
 TRAILING_COEFFICIENT = 1e-16  # of the largest coefficient, up to which the last ones are left out
 # Of the largest coefficient, up to which a part of a series is 0; and the least of it.
 ZERO_SERIES, LEAST_COEFFICIENT = 4e-16, 1e-300
-ROOT_PASSES, ROOT_CHANGE = 60, 1e-10  # of Newton's method for a root of an interpolant, and its end
+ROOT_ITERATIONS, ROOT_CHANGE = (
+    60,
+    1e-10,
+)  # of Newton's method for a root of an interpolant, and its end
 
 
 def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, Array]:
@@ -113,7 +116,7 @@ def _places(series: Array, slopes: Any, starts: Array) -> tuple[Array, Array]:
     places, slope = np.zeros(len(series)), np.zeros(len(series))
     rows, low, high = np.arange(len(places)), places - 1.0, places + 1.0
     degrees = np.arange(series.shape[1])
-    for _ in range(ROOT_PASSES):
+    for _ in range(ROOT_ITERATIONS):
         if not rows.size:
             break
         x = places[rows]

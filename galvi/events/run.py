@@ -41,8 +41,8 @@ from galvi.run.stepper import Stepper
 from galvi.systems.lagrangian import momentum_at
 from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
-CHATTERS = 1000  # actions in one step
-TOO_NEAR = 1e-6  # of a step, between two actions
+MOST_ACTIONS_IN_STEP = 1000  # beyond which an event chatters
+LEAST_ACTION_GAP = 1e-6  # of a step, between two actions that can be told apart
 FIRST_BLOCK_STEPS = 8  # steps of the first block
 BLOCK_NUMBERS = 2**21  # numbers of a block and its curves, at most
 TOO_MANY = f"more than {MOST_EVENTS} events"
@@ -121,14 +121,14 @@ class BlockRun:
     ----------
     problem, start, before
         of its present part, the state from which it goes on, and the run whose end that is
-    rest
-        what is left of a step after an action, in the units of steps; None: nothing
+    remainder
+        what is left of a step after an action, in the units of steps; None: no action in the step
     too_near
         the time between two actions in the step below which they cannot be told apart
     after
-        the time after which events are not known yet
+        the time up to which events were searched
     end
-        how the run ended before its last step or at its time; None: it did not
+        the outcome of a run that ended before its last step, or at its time; else None
     """
 
     def __init__(
@@ -161,12 +161,12 @@ class BlockRun:
         return isinstance(self.stepper, ClockStepper)
 
     def goes_on(self) -> bool:
-        """Whether there is more to do."""
+        """Whether a step is left to do."""
         self.interrupted = self.interrupted or self.stopped()
         return self.steps_done < self.most_steps and self.end is None and not self.interrupted
 
     def block(self) -> None:
-        """Some steps, up to an event that ends or changes the run."""
+        """Do some steps, up to an event that ends or changes the run."""
         part = self._steps(
             min(self.chunk, self.most_steps - self.steps_done) if self.remainder is None else 1
         )
@@ -186,7 +186,7 @@ class BlockRun:
         self._take(part)
 
     def _take(self, part: Trajectory) -> None:
-        """A block without an event that ends or changes the run."""
+        """Take a block without an event that ends or changes the run."""
         outcome = self.verdict.add(part, self.steps_done)
         reached = self.clocked and part.t[-1] == self.request.until
         if self.remainder is None:
@@ -205,12 +205,12 @@ class BlockRun:
         self.chunk = min(2 * self.chunk, self.at_once)
 
     def _stop(self, part: Trajectory, events: Rows, k: int) -> None:
-        """An event that ends or changes the run, and others at its time."""
+        """Stop at an event that ends or changes the run, and at others at its time."""
         t, full_steps = float(events.t[k]), int(events.step[k]) - self.steps_done - 1
         length = part.t[full_steps + 1] - part.t[full_steps]
         since = (events.t - t) * np.sign(self.request.step)
         last = int(np.count_nonzero(since <= START * abs(length)))
-        self.search.keep(last)  # the others are found anew
+        self.search.keep(last)  # later events are searched again
         self.recorded.cut(full_steps + 1)
         if self.remainder is None and full_steps:
             steps = self._steps(full_steps)
@@ -239,12 +239,12 @@ class BlockRun:
         length = self.remainder
         if length is None:
             length = self.request.step
-            self.too_near = TOO_NEAR * abs(grid - float(part.t[full_steps]))
+            self.too_near = LEAST_ACTION_GAP * abs(grid - float(part.t[full_steps]))
         restarts = self.recorded.restarts
         too_close = bool(restarts) and abs(t - restarts[-1][0]) <= self.too_near
         restarts.append((t, q, v))
         self.actions_in_step += 1
-        if self.actions_in_step > CHATTERS or too_close:
+        if self.actions_in_step > MOST_ACTIONS_IN_STEP or too_close:
             name = self.search.events[events.index[0]].name
             event = f"the event {name}" if name else "an event"
             self.end = self._failed(
@@ -295,7 +295,7 @@ class BlockRun:
         )
 
     def _keep(self, part: Trajectory, steps: int) -> None:
-        """Keep what a part of whole steps did, and go on from its end."""
+        """Keep the states of a part of whole steps, and go on from its end."""
         self.recorded.add_part(part, self.steps_done)
         self.steps_done, self.before = self.steps_done + steps, part
         self.start = cast(Checkpoint, part.checkpoint)
@@ -308,7 +308,7 @@ class BlockRun:
         return Outcome(End.STEP_FAILED, step, t, reason, steps=self.request.steps, remedy=remedy)
 
     def _ended(self, t: float) -> Outcome:
-        """What ended the run, at time t."""
+        """The outcome of the run, which ended at time t."""
         if self.end is not None:
             return self.end
         if self.interrupted:
@@ -318,7 +318,7 @@ class BlockRun:
         return Outcome(steps=self.request.steps)
 
     def trajectory(self) -> Trajectory:
-        """What was done."""
+        """The trajectory of the run."""
         request, problem, recorded = self.request, self.request.problem, self.recorded
         numbers, t, q, p, v = recorded.states()
         last = float(t[np.isfinite(q.reshape(len(t), -1)).all(axis=1)][-1])
@@ -348,7 +348,7 @@ class BlockRun:
 
 
 def _share(part: Trajectory, full_steps: int, t: float) -> float:
-    """How much of its step in a clock is done at a time; of a step in time any fraction."""
+    """The share of a step in a clock at time t; of an equal step 0.5, as any fraction will do."""
     curves = part.curves
     if isinstance(curves, ClockCurves):
         since = np.array([t - curves.times[full_steps]])

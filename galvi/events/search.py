@@ -88,7 +88,7 @@ class Found:
         return getattr(self, key)
 
     def to_frame(self) -> pandas.DataFrame:
-        """A tidy pandas frame: t, name, step, value and index."""
+        """A tidy pandas.DataFrame: t, name, step, value and index."""
         import pandas
 
         columns = ("t", "name", "step", "value", "index")
@@ -111,12 +111,12 @@ class Rows(NamedTuple):
     value: Array
 
     def at(self, rows: Any) -> Rows:
-        """Some of them."""
+        """The selected events."""
         return Rows(*(array[rows] for array in self))
 
 
 def joined(parts: list[Rows]) -> Rows:
-    """All rows of several."""
+    """The rows of several tables as one."""
     return Rows(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
@@ -184,8 +184,8 @@ class Search:
         self.unresolved = self.count = 0
 
     def over(self, run: Iterable[Piece]) -> float | None:
-        """Seek the events of all pieces; the time after which none are sought, if they are too
-        many."""
+        """Search all pieces; returns the time after which the search stopped because there are too
+        many events, or None."""
         for piece in run:
             self.on(piece)
             if self.count > MOST_EVENTS:
@@ -193,7 +193,7 @@ class Search:
         return None
 
     def on(self, piece: Piece) -> Rows:
-        """The events of a piece, which are kept."""
+        """Search a piece; returns its events, which are kept."""
         reaching, starts = (
             Reaching(piece.run),
             [np.zeros(_parts(event)) for event in self.bound_events],
@@ -216,7 +216,7 @@ class Search:
     def _of_pairs(
         self, bound_event: BoundPairs, block: Block, reaching: Reaching, starts: Array
     ) -> list[Rows]:
-        """As ``_of``, of those pairs whose bounds on all steps do not exclude them."""
+        """As ``_of``, for the pairs whose bounds on the steps do not exclude a root."""
         parts, n = [], len(block.begin)
         signs: Any = [(np.arange(len(starts)), np.zeros((len(starts), n)))]
         if block.bounded:
@@ -240,8 +240,8 @@ class Search:
         start: Array,
         sure: Array | None = None,
     ) -> Rows:
-        """Those of one event in a block; ``start`` (1,) has its value at the block's begin, or 0,
-        and then that at its end. ``sure`` as of `Block.series`."""
+        """The rows of one event in a block. ``start`` (1,), its value at the block's begin or 0, is
+        set to that at the block's end; ``sure`` as for `Block.series`."""
         series, steps, joint, lost = block.series(bound_event.function, float(start[0]), sure)
         start[0] = joint[-1]
         self.unresolved += lost
@@ -316,7 +316,7 @@ class Search:
 
     @property
     def status(self) -> str:
-        """A sentence on functions that were sampled; "" for none."""
+        """A sentence on functions that were sampled, and on steps that were not resolved; or ""."""
         sampled = [
             f"{event.name} ({why})"
             for event in self.bound_events

@@ -23,7 +23,7 @@ from galvi.systems.lagrangian import velocity_at
 
 
 class Shortened(NamedTuple):
-    """Of n steps, some of them more than once.
+    """Shortened steps of n steps, some of which occur more than once.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Shortened(NamedTuple):
     low, high : array, shape (n,)
         limits of u: a time, or in a clock a length in tau
     begin, pace : array, shape (n,)
-        u and dt/du at the places that were asked for
+        u and dt/du at the requested places
     """
 
     after: Callable[[Array, Any], tuple[Array, Array, Array]]
@@ -44,8 +44,8 @@ class Shortened(NamedTuple):
 
 
 def shortened_steps(block: Block, steps: Any, x: Array) -> Shortened | None:
-    """Those of some steps (n,) of a block, at places x (n,) in [-1, 1]; None where each state is to
-    be reached by itself."""
+    """Shortened steps of the ``steps`` (n,) of a block, near places x (n,) in [-1, 1]; None where
+    states must be reached one by one."""
     curves = block.piece.curves
     if isinstance(curves, FrameCurves):
         return _in_frame(block, curves, steps, x)
@@ -105,7 +105,7 @@ def _in_clock(block: Block, curves: ClockCurves, steps: Any, x: Array) -> Shorte
 def _one_by_one(
     motion: Motion, problem: Problem, states: list[Checkpoint], lengths: Array
 ) -> tuple[Array, Array, Array, Any]:
-    """As ``each`` of a `Motion`."""
+    """As ``single_steps`` of a `Motion`, by its ``advance``."""
     n, codes = len(states), np.full(len(states), SOLVED)
     q, v, t = np.empty((n, problem.q0.size)), np.empty((n, problem.v0.size)), np.empty(n)
     for k, length in enumerate(lengths.tolist()):

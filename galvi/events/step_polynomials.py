@@ -25,7 +25,7 @@ from galvi.spaces.polynomials import ComponentPolynomials, Polynomials
 
 # In a frame, one after the other: with x the fraction in time or the place among nodes, to which
 # eccentric orbits are smooth, at so many points.
-TRIED = ((False, 11), (True, 24), (True, 48))
+INTERPOLATIONS = ((False, 11), (True, 24), (True, 48))
 SMOOTH = 1e-10  # last coefficients of a body's places, relative to the largest, that are small
 STEPS_TOGETHER = 1024  # steps in a frame that are interpolated at once
 
@@ -144,7 +144,7 @@ class StepPolynomials(NamedTuple):
 
 
 def step_polynomials(curves: Any, first: int, begin: Array, end: Array) -> StepPolynomials | None:
-    """Those of n steps from ``first`` on, between times (n,); None for curves of another kind."""
+    """The polynomials of n steps from ``first`` on, between times (n,), or None."""
     n, lengths = len(begin), end - begin
     rows = slice(first, first + n)
     lapses = 0.5 * np.stack([lengths, lengths], axis=1)
@@ -192,7 +192,7 @@ def _in_frame(curves: FrameCurves, rows: slice, begin: Array, lengths: Array) ->
     left, shape = np.flatnonzero(~rough), curves.path.problem.q0.shape
     D, d = shape[-1], math.prod(shape)
     series, lapses = np.zeros((n, d, 1)), 0.5 * np.stack([lengths, lengths], axis=1)
-    for among_nodes, points in TRIED:
+    for among_nodes, points in INTERPOLATIONS:
         if not left.size:
             break
         parts = [
@@ -221,7 +221,7 @@ def _in_frame(curves: FrameCurves, rows: slice, begin: Array, lengths: Array) ->
 
 
 def _padded(series: Array, points: int) -> Array:
-    """With zeros, for so many coefficients at least."""
+    """Padded with zeros to at least ``points`` coefficients."""
     missing = max(points - series.shape[-1], 0)
     return np.pad(series, [(0, 0)] * (series.ndim - 1) + [(0, missing)])
 
@@ -264,8 +264,8 @@ def _basis(space: Any, n: int) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=16)
 def _spans(space: Any, n: int) -> tuple[Array, Array]:
-    """Of each of them two numbers (2, m): how far it is, at most, from the one by the other. These
-    are its first Chebyshev coefficient and the sum of the other ones' sizes."""
+    """Centre and radius (2, m) of an interval that contains each basis function of `_basis`, and
+    each derivative: its first Chebyshev coefficient and the sum of the sizes of the others."""
     both = (values @ points_of(n)[1].T for values in _basis(space, n))
     places, rates = (np.stack([x[:, 0], np.abs(x[:, 1:]).sum(axis=1)]) for x in both)
     return places, rates

@@ -1,4 +1,4 @@
-"""How a run that is done in blocks ended: from the outcomes of its blocks."""
+"""The outcome of a run in blocks, from the outcomes of its blocks."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from galvi.trajectory import Trajectory
 
 
 class Verdict:
-    """What the blocks of a run say of it so far.
+    """The outcome of a run in blocks, so far.
 
     Attributes
     ----------
     outcome
-        of the first block that was no success, or else of the last one in doubt or with a note;
-        None: of none
+        of the first block that was no success, else of the last one in doubt or with a note; else
+        None
     passage
         of two point masses in a clock, see `galvi.kernels.forces.passages`
     """
@@ -48,7 +48,7 @@ class Verdict:
         return outcome
 
     def on(self, end: Outcome, counts: Mapping[str, int]) -> Outcome:
-        """The outcome of the run whose last step, or event, ended it in this way."""
+        """The outcome of the run that ended with ``end``."""
         verdict = self.outcome or end
         if not end.success:
             if verdict.end is not End.RUINED:

@@ -16,20 +16,20 @@ EVEN = (0.0, -1.0, 0.0)  # the clock of nodes that are not moved
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A frame on a problem, for steps of one size: what the kernel of collocation takes of it.
+    """The arguments of galvi.lanes.frames.collocation for a frame on a problem and one step size.
 
     Attributes
     ----------
     functions : array, shape (3,)
         addresses of RATES, DRIFT and LEAVE (galvi.lanes.frames.collocation)
     alive
-        what must exist as long as these
+        the functions that must outlive these addresses
     numbers : array, shape (c,)
         their constants
     work
         rows of scratch that they need
     guesses
-        rows that they keep from pass to pass, which a pass at other nodes can interpolate
+        rows that they keep between passes; a pass at other nodes can interpolate them
     sizes : array, shape (2 n,)
         of the places and velocities in the frame, to which changes are relative
     clock
@@ -89,11 +89,11 @@ class Frame(Hashable, Protocol):
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
         """q (k, *shape) at times t (k,) after w (k, 2, m), also for complex w and t: analytic.
 
-        w (k, 4, m) has what rounding lost of it in its last two rows.
+        w (k, 4, m) has its low parts in the last two rows.
         """
 
     def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
-        """D phi_t(w), and the derivative by w of what is left, w' at the time t, at w (2, m).
+        """D phi_t(w), and the derivative by w of the collocated rate w' at the time t, at w (2, m).
 
         Both (2 d, 2 d), of (x, x') with the d entries that a state has in the frame.
         """

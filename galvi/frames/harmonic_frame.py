@@ -43,14 +43,13 @@ class HarmonicFrame:
     ----------
     stiffness : array, shape (d, d)
         symmetric, the frame's part of d2V/dq2; None: d2V/dq2 at q = 0, without its negative
-        eigenvalues. Any choice leaves the equations exact: what it does not hold is left to the
-        collocation
+        eigenvalues. The equations are exact for any choice: collocation solves the remainder
     passes
         of a step's iteration; None: as many as the tolerance needs at the start
 
     Notes
     -----
-    Steps may be much longer than the fast periods, where what is left is small or slow.
+    Steps may be much longer than the fast periods where the remainder is small or slow.
 
     Examples
     --------

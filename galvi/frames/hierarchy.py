@@ -21,7 +21,7 @@ CORRECTIONS = 60
 
 
 class Orbits(NamedTuple):
-    """Places and velocities (k, D, n) after a time, and what a pull-back takes (k, n)."""
+    """Positions and velocities (k, D, n) after a time, and terms (k, n) for `pulled_back`."""
 
     places: Array
     speeds: Array
@@ -121,14 +121,15 @@ class Hierarchy(NamedTuple):
 
     @property
     def share(self) -> Array:
-        """The second side's share of them, (n,)."""
+        """The second side's share of the pairs' masses, (n,)."""
         return self.masses[1 + 2 * len(self.pairs) :]
 
 
 def nested_in(problem: Problem, hierarchy: Nested) -> tuple[Nested, str]:
-    """The hierarchy in numbers of bodies, with massless ones that it leaves out; or what is wrong.
+    """The hierarchy in numbers of bodies, with the massless ones that it leaves out, and ""; else
+    () and what is wrong with it.
 
-    They move about the first part, ahead of parts that are farther from it.
+    Massless bodies move about the first part, ahead of parts that are farther from it.
     """
     names, system = problem.body_names(), problem.system
     masses: Array = system.masses  # type: ignore[attr-defined]
@@ -179,8 +180,8 @@ def leaves(part: Nested) -> list[Any]:
 
 @lru_cache(maxsize=32)
 def held_pairs(nested: Nested) -> Array:
-    """1 for pairs of bodies of which one is in the first part of the smallest part that has both:
-    others move about that, and not about each other; (bodies, bodies)."""
+    """1 for pairs of bodies of which one is in the first part of the smallest part that has both,
+    else 0, (bodies, bodies): other bodies move about that part, and not about each other."""
     count = len(leaves(nested))
     held = np.zeros((count, count))
 
@@ -198,7 +199,7 @@ def held_pairs(nested: Nested) -> Array:
 
 @lru_cache(maxsize=32)
 def about_the_heaviest(problem: Problem) -> Nested:
-    """Its heaviest body and the others in the order of their orbits about it."""
+    """A problem's heaviest body, then the others in the order of their orbits about it."""
     system: Any = problem.system
     masses, q, v = system.G * system.masses, problem.q0, problem.v0
     star = int(np.argmax(masses))
@@ -275,7 +276,7 @@ def jacobi(problem: Problem, bodies: list[int], pairs: Array, x: Array) -> Any:
 
 
 def mean_anomaly(hierarchy: Hierarchy, pair: int) -> float:
-    """That of a pair at the start, over 2 pi."""
+    """The mean anomaly of a pair at the start, over 2 pi."""
     Q, V = (
         np.array(exact[1 + pair], dtype=float) for exact in (hierarchy.places, hierarchy.speeds)
     )

@@ -54,8 +54,8 @@ LARGEST_ARGUMENT = 4.0**ARGUMENT_HALVINGS
 class KeplerFrame:
     """Kepler's orbits of `NBody` systems about their heaviest body, done exactly.
 
-    In Jacobi coordinates, planets in the order of their orbits at the start: the frame holds the
-    attraction of all that is inside each orbit, and collocation what is left.
+    In Jacobi coordinates, planets in the order of their orbits at the start: the frame has the
+    attraction of the bodies inside each orbit, and collocation solves the remainder.
 
     Parameters
     ----------
@@ -280,13 +280,13 @@ class KeplerFrame:
 
 
 def _holds_all_forces(problem: Problem) -> bool:
-    """Whether the frame holds all that acts."""
+    """Whether the frame's orbits are the exact motion: two bodies without further forces."""
     system: Any = problem.system
     return bool(system.masses.size == 2 and not system.forces)
 
 
 def _terms(problem: Problem, hierarchy: Hierarchy) -> tuple[Array, Array]:
-    """Where the terms of each pair begin (n + 1,), and these in the frame's order."""
+    """The first term of each pair (n + 1,), and the terms in the frame's order."""
     system, n = cast(NBody, problem.system), len(hierarchy.pairs)
     rows = system.acting.terms.copy()
     rows[:, [SOURCE, TARGET]] = np.argsort(hierarchy.bodies)[rows[:, [SOURCE, TARGET]].astype(int)]
@@ -305,7 +305,7 @@ def _bound(hierarchy: Hierarchy) -> Array:
 
 
 def _above(problem: Problem, hierarchy: Hierarchy, limit: float) -> str:
-    """The largest eccentricity, and of what, if it is above ``limit``; else ""."""
+    """The largest eccentricity and its bodies, if it is above ``limit``; else ""."""
     k = int(np.argmax(hierarchy.eccentricities))
     e = hierarchy.eccentricities[k]
     return f"{e:.12g} of {_named(problem, hierarchy, k)}" if e > limit else ""
@@ -337,7 +337,7 @@ def _bodies(hierarchy: Hierarchy, Q: Array, centre: Array) -> Array:
 
 
 class Kind(NamedTuple):
-    """What differs between planets about a star and other hierarchies.
+    """The functions and numbers of planets about a star, or of other hierarchies.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Whether an error that was measured over the first part of a duration holds for all of it."""
+"""Checks that an error measured over the first part of a duration holds for all of it."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from galvi.trajectory import Trajectory
 LARGEST_EXTRAPOLATION = 100.0
 TURNS = 6  # turning points of a coordinate, two a revolution, that the part must contain
 MOVES = 1e-3  # smallest range of a coordinate, over the largest range, whose turning points count
-FASTER = 2.0  # ratio of speeds to those in the part above which the rest is a different motion
-WORSE = 10.0  # largest ratio of the energy error to that in the part, per unit of time
+LARGEST_SPEED_RATIO = 2.0  # of later speeds to those in the measured part
+LARGEST_ENERGY_RATIO = 10.0  # of later energy errors per unit of time to those in the measured part
 ENERGY_ROUNDING = 1e-12  # relative energy error that counts as round-off
 FAST = 1e-3  # speeds below this share of the fastest body's are not compared
 # Saved states; total number of pairs of coordinates.
-MOST_SAMPLES, FEWEST_SAMPLES, ROOM = 4096, 256, 2**24
+MOST_SAMPLES, FEWEST_SAMPLES, MOST_PAIR_NUMBERS = 4096, 256, 2**24
 
 
 def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
@@ -37,7 +37,7 @@ def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
         return f"the error grew as t^{choice.growth:.1f}, too fast to extrapolate"
     if scan.spent + choice.cost(scan.by) > scan.budget:
         return "a run over the whole duration does not fit into the budget"
-    samples = min(MOST_SAMPLES, max(FEWEST_SAMPLES, ROOM // scan.problem.v0.size**2))
+    samples = min(MOST_SAMPLES, max(FEWEST_SAMPLES, MOST_PAIR_NUMBERS // scan.problem.v0.size**2))
     run, _, _ = scan.run(choice.degree, choice.steps, choice.steps, samples=samples)
     if not run.success:
         return f"a run over the whole duration failed. {run.status.rstrip('.')}"
@@ -49,11 +49,13 @@ def extrapolation_objection(scan: Scan, choice: Candidate) -> str:
     speeds = speeds.reshape(len(run.t), -1)
     before = np.maximum(np.max(speeds[:part], axis=0), FAST * np.max(speeds))
     faster = float(np.max(np.max(speeds, axis=0) / np.where(before > 0.0, before, 1.0)))
-    if not faster <= FASTER:
+    if not faster <= LARGEST_SPEED_RATIO:
         return f"later a body is {faster:.1f} times as fast"
     energies = _energies(run)
     off = np.abs(energies - energies[0])
-    allowed = WORSE * times * np.max(off[:part]) + ENERGY_ROUNDING * np.max(np.abs(energies))
+    allowed = LARGEST_ENERGY_RATIO * times * np.max(off[:part]) + ENERGY_ROUNDING * np.max(
+        np.abs(energies)
+    )
     if not np.max(off) <= allowed:
         return f"later the energy error is {np.max(off):.1e}, in that part {np.max(off[:part]):.1e}"
     return ""

@@ -16,15 +16,16 @@ from galvi.recommend.extrapolation import extrapolation_objection
 from galvi.recommend.recommendation import Candidate, Recommendation
 
 DEGREES = (8, 12, 6, 16, 4)
-ALLOWED = {scans.TIME: 10.0, scans.EVALUATIONS: 2e7}
+ALLOWED = {scans.TIME: 10.0, scans.EVALUATIONS: 2e7}  # default budgets: seconds, evaluations
 ERROR_SHARE = 0.7  # share of the required error that a candidate may use
 RUNS = 8  # expected number of runs of one degree
 FOR_SEARCH = 0.6  # share of the budget for the search
 ROUGH_SEARCH_SHARE = 1 / 16  # share of the measured part that a first, rough search integrates
 ROUNDS = 5  # rounds of interleaved runs
 CONFIRMATIONS = 4
-HIGHEST_DEGREE = 60  # that may be asked for
-UNEVEN = 5.0  # steps because of the closest passage over those of a clock, from which on it is said
+HIGHEST_DEGREE = 60  # that is accepted
+# Equal steps that the closest passage needs over those of a clock, from which a clock is advised.
+UNEVEN_RATIO = 5.0
 
 
 def recommend(
@@ -245,20 +246,23 @@ def _confirmed(
 
 
 def _most_accurate(scan: scans.Scan, compared: Collection[tuple[int, int]] = ()) -> Candidate:
-    """The most accurate candidate not yet known, compared twice over the same length as others."""
+    """The most accurate candidate whose degree and steps are not in ``compared``, itself compared
+    twice over the same length as the others."""
     ranked = sorted(scan.candidates, key=lambda candidate: (candidate.error, -candidate.steps))
     best = ranked[0]
-    judged: list[Candidate] = []
+    checked: list[Candidate] = []
     for candidate in ranked:
-        dear = judged and not scan.affords(candidate.degree, candidate.steps, scans.WITH_CHECK)
-        if dear or not math.isfinite(candidate.error) or len(judged) == CONFIRMATIONS:
+        dear = checked and not scan.affords(candidate.degree, candidate.steps, scans.WITH_CHECK)
+        if dear or not math.isfinite(candidate.error) or len(checked) == CONFIRMATIONS:
             break
         if (candidate.degree, candidate.steps) not in compared:
             again = candidate
             if candidate.measured < scan.length(candidate.degree, candidate.steps):
                 again = scan.measure(candidate.degree, candidate.steps)
-            judged.append(replace(again, error=max(again.error, scan.half_step_error(again))))
-    return min(judged, key=lambda candidate: candidate.error, default=replace(best, error=math.inf))
+            checked.append(replace(again, error=max(again.error, scan.half_step_error(again))))
+    return min(
+        checked, key=lambda candidate: candidate.error, default=replace(best, error=math.inf)
+    )
 
 
 def _named(degrees: list[int]) -> str:
@@ -266,7 +270,7 @@ def _named(degrees: list[int]) -> str:
 
 
 def _parting(scan: scans.Scan) -> str:
-    """Until when any run predicts a motion on which neighbouring starts part."""
+    """A sentence on the time up to which a run predicts a motion whose neighbouring starts part."""
     until = (
         max(candidate.parted for candidate in scan.candidates if math.isfinite(candidate.parted))
         / scan.unit
@@ -286,7 +290,7 @@ def _answer(
     Parameters
     ----------
     whys
-        why the error was not reached -> the degrees it is said of; empty where of no single one
+        reason why the error was not reached -> its degrees; [] for no degree in particular
     """
     why = "; ".join(
         f"{reason.value}{f' for {_named(degrees)}' if degrees else ''}"
@@ -319,7 +323,7 @@ def _answer(
         status = "Its error was measured over the whole duration."
     else:
         status = f"Its error was measured over the first {measured:.4g} and extrapolated."
-    if scan.uneven >= UNEVEN:
+    if scan.uneven >= UNEVEN_RATIO:
         status += (
             f" The closest passage sets all steps, about {scan.uneven:.0f} times as many as the "
             f"motion needs in the mean: try clock=galvi.DynamicalTime()."

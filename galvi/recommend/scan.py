@@ -35,16 +35,18 @@ from galvi.trajectory import Trajectory
 TRIES = 14  # numbers of steps tried
 BRACKET_RATIO = 1.06  # ratio of upper to lower number of steps at which the search ends
 COARSER_RATIO = 0.9  # ratio to the next number when all so far were within the error
-DEARER = 4.0  # it also ends where fewer steps cost this much more, being hard to solve
-HARD = 0.1  # share of steps by Newton's method from which on smaller steps may cost less
+LARGEST_COST_RATIO = (
+    4.0  # the search also ends where fewer steps cost this much more, being hard to solve
+)
+NEWTON_SHARE = 0.1  # of steps by Newton's method, above which smaller steps may cost less
 PERHAPS_ROUNDING = 1e-5  # largest error, over the largest coordinate, that may be round-off
-LONGER = 1.05  # ratio of times of use below which smaller steps did not help
+PARTING_GAIN = 1.05  # ratio of times of use below which smaller steps did not help
 # Consecutive refinements without gain after which the error counts as round-off.
 FLAT_REFINEMENTS = 2
 
 
 class Ended(Enum):
-    """Why no number of steps reached the error, as the status says it."""
+    """Why no number of steps reached the error, in the words of the status."""
 
     BUDGET = "the budget ended"
     PARTED = "neighbouring starts part"  # see `_parting` of galvi.recommend.recommend
@@ -58,21 +60,21 @@ def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int
     """The fewest steps within the error, searched from ``steps``, or the last number tried.
 
     Also why the search ended without reaching the error, else None. Each next number is
-    the one for which an error of order 2 s would be as required, kept between those known to be too
-    few and enough. Where only Newton's method solves the steps, twice as many are tried until they
-    need it no more, or cost far more.
+    the one for which an error of order 2 s would be as required, kept between those that are too
+    few and those that are enough. Where only Newton's method solves the steps, twice as many are
+    tried until they need it no more, or cost far more.
     """
     enough, why = _within(scan, degree, steps, error)
     last = next(
         (candidate for candidate in reversed(scan.candidates) if candidate.steps == enough), None
     )
     cheapest = last.cost(scan.by) if last is not None else 0.0
-    while last is not None and last.degree == degree and last.newton > HARD:
+    while last is not None and last.degree == degree and last.newton > NEWTON_SHARE:
         finer = 2 * last.steps
         if finer > scan.most_steps or not scan.affords(degree, finer):
             break
         last = scan.measure(degree, finer)
-        if last.cost(scan.by) > DEARER * cheapest:
+        if last.cost(scan.by) > LARGEST_COST_RATIO * cheapest:
             break
         cheapest = min(cheapest, last.cost(scan.by))
     return enough, why
@@ -90,7 +92,7 @@ def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, End
             best = min(
                 earlier.cost(scan.by) for earlier in scan.candidates if earlier.error <= error
             )
-            if cost > DEARER * (best if candidate.newton > HARD else cheapest):
+            if cost > LARGEST_COST_RATIO * (best if candidate.newton > NEWTON_SHARE else cheapest):
                 break
             cheapest = min(cheapest, cost)
         else:
@@ -124,7 +126,7 @@ def _bracketed(scan: Scan, low: int, high: int) -> bool:
 
 
 def _next(candidate: Candidate, low: int, high: int, error: float) -> int:
-    """The next number of steps; ``low`` are known to be too few and ``high`` enough."""
+    """The next number of steps; ``low`` are too few and ``high`` enough, or 0."""
     if candidate.error == math.inf:
         wanted = 2.0
     else:
@@ -145,9 +147,9 @@ def _no_better(before: Candidate, after: Candidate) -> bool:
     if after.steps <= before.steps:
         return False
     if math.isfinite(before.stopped) and math.isfinite(after.stopped):
-        return before.stopped / LONGER <= after.stopped <= LONGER * before.stopped
+        return before.stopped / PARTING_GAIN <= after.stopped <= PARTING_GAIN * before.stopped
     if math.isfinite(before.parted) and math.isfinite(after.parted):
-        return after.parted <= LONGER * before.parted
+        return after.parted <= PARTING_GAIN * before.parted
     if not (math.isfinite(before.error) and after.error > 0.0):
         return False
     if not math.isfinite(after.error):
@@ -156,12 +158,12 @@ def _no_better(before: Candidate, after: Candidate) -> bool:
     return math.log(before.error / after.error) < 0.5 * promised
 
 
-# Step of a first run in a clock, most and least of them.
+# Step of a first run in a clock, the most steps and the least.
 PACE, PACED_STEPS, AT_LEAST = 0.25, 4096, 16
 LEAST_PACE = 1e-300  # in place of a g of 0, which `integrate` then refuses
-BEYOND = 1.001  # length of scans in a clock over that, so that they do not end too early
+LENGTH_MARGIN = 1.001  # of scans in a clock over the duration, so that they do not end too early
 STEP_HALVINGS = 12  # of that step, where a run with it is impossible
-MORE = 4  # additional degrees of the run used for comparison
+CHECK_DEGREES = 4  # additional degrees of the run used for comparison
 COMPARED_TIMES = 64  # times at which two runs are compared
 POWERS = (1.5, 3.0)  # range of the power of time with which an unmeasured error may grow
 WITH_CHECK = 2.5  # cost of a run and its comparison over that of the run
@@ -170,7 +172,7 @@ LEAST_STAGES = 512  # least stages in the measured part: some 4 to 10 periods
 MOST_STEPS = 2**50  # largest number of steps in a duration
 # Largest ratio of the duration to the measured part: its powers must not overflow.
 LARGEST_DURATION_RATIO = 1e100
-USELESS = 0.1  # error over the size of the motion above which a run is unusable
+USELESS_SHARE = 0.1  # error over the size of the motion above which a run is unusable
 ROUNDED = 1e-8  # relative position error below which an error may be round-off
 TIME, EVALUATIONS = "time", "evaluations"
 
@@ -193,7 +195,7 @@ def length_in(clock: AnyClock, problem: Problem, duration: float) -> float:
             integrate(problem, method, step, PACED_STEPS, duration=duration, curves=False)
         )
         if run.tau is not None and (run.success or run.counts["steps"] == PACED_STEPS):
-            return BEYOND * float(run.tau[-1]) * duration / abs(float(run.t[-1] - run.t[0]))
+            return LENGTH_MARGIN * float(run.tau[-1]) * duration / abs(float(run.t[-1] - run.t[0]))
         step *= 0.5
     raise ValueError(f"no run in this clock was possible: {run.status}")
 
@@ -236,18 +238,18 @@ class Scan:
     budget
         total cost of runs allowed
     spent
-        cost so far
-    tried
-        candidates tried so far
+        cost of the runs, in the unit of ``by``
+    candidates
+        that were tried, in order
     size
-        largest coordinate seen
+        largest coordinate of all runs
     clock
         of the steps; None for equal ones
     unit
         length in the clock of a unit of time, in the mean
     uneven
-        of point masses in equal steps: how often the shortest time of `DynamicalTime` that was
-        seen, for which steps must be short, goes into its mean
+        of point masses in equal steps: the mean of `DynamicalTime` over its smallest value, for
+        which steps must be short
     """
 
     problem: Problem
@@ -335,7 +337,9 @@ class Scan:
         plain = self.clock is None and iterates(self.problem, method)
         solver = "fixed_point" if plain else "auto"
         for _ in range(STEP_DOUBLINGS):
-            run, check = (self.run(s, steps, 1, solver=solver)[0] for s in (degree, degree + MORE))
+            run, check = (
+                self.run(s, steps, 1, solver=solver)[0] for s in (degree, degree + CHECK_DEGREES)
+            )
             if run.success and check.success:
                 off = float(np.max(distances(run.q, at_times_of(run, check))))
                 if off * steps <= error or off <= 1e-14 * size:
@@ -371,7 +375,7 @@ class Scan:
         if run.counts["steps"] < part and reached_limit(run):
             stopped = run.counts["steps"] * abs(run.step or 0.0)
         if not status:
-            check, _, _ = self.run(degree + MORE, steps, part)
+            check, _, _ = self.run(degree + CHECK_DEGREES, steps, part)
             error, growth, status, parted = self._error(run, check)
         self._per_step[degree] = (self.spent - before) / part
         scale, length = steps / part, self.length(degree, steps)
@@ -415,7 +419,7 @@ class Scan:
         growth = math.nan
         if 0.0 < early <= error and last > quarter:
             growth = math.log(error / early) / math.log(t[last] / t[quarter])
-        useless = max(USELESS * extent, ROUNDED * self.size)
+        useless = max(USELESS_SHARE * extent, ROUNDED * self.size)
         if error > useless:
             sentence = f"It is off by {error:.1e}, where bodies move by {extent:.1e}."
             return math.inf, growth, sentence, float(t[np.argmax(gaps > useless)])
@@ -426,7 +430,7 @@ class Scan:
         return error, growth, "", math.inf
 
     def _watch(self, run: Trajectory) -> None:
-        """Note how uneven the motion of point masses is."""
+        """Update ``uneven`` by a run of point masses."""
         system = run.problem.system
         if self.clock is None and isinstance(system, NBody) and system.masses.size > 1:
             flat = run.q.reshape(len(run.t), -1).T

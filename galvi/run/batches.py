@@ -9,17 +9,17 @@ from typing import Protocol
 
 from tqdm import tqdm
 
-BATCH_SECONDS = 0.05  # that a call takes, once it is known how long a step does
-STEPS_BETWEEN_STATES = 1024  # steps between states from which curves can be found again
+BATCH_SECONDS = 0.05  # intended length of a call of ``advance``
+STEPS_BETWEEN_STATES = 1024  # steps between checkpoints, from which curves are computed again
 BATCH_GROWTH = 64.0  # largest ratio of the number of steps in a call to that in the call before
 
 
 class Steps(Protocol):
-    """What does steps, as far as this loop needs it."""
+    """The part of a stepper that this loop uses."""
 
     @property
     def steps_done(self) -> int:
-        """Steps done so far."""
+        """Number of completed steps."""
 
     def advance(self, n: int) -> int:
         """Does n more steps; returns 0, or the code of a step that failed."""
@@ -39,7 +39,7 @@ def step_in_batches(
     Parameters
     ----------
     recover
-        (code) retries a step that failed in another way and returns its code
+        (code) -> the code of the failed step after a retry
     stopped
         returns whether to stop
     note

@@ -29,7 +29,7 @@ COMPARED_STATES = 4  # states of a run at which a traced Lagrangian's function i
 # Relative changes of a position whose effect on the energy is not an error: the larger one at rest,
 # where V may be 0 and a motion grows from round-off.
 POSITION_CHANGE, POSITION_CHANGE_AT_REST = 2.0**-46, 2.0**-26
-WAY_HALVINGS = 128  # of a way on which a potential is looked at
+WAY_HALVINGS = 128  # of a way on which a potential is evaluated
 Raised = dict[int, Exception]  # by row of the states
 
 
@@ -98,8 +98,8 @@ def energies(
         solves for a Lagrangian's velocities, instead of taking those given where they nearly have
         the momentum: the energy p . v - L(q, v) is stationary in v where dL/dv = p
     raised
-        receives what the user's functions raised, NaN there; None: it passes through. An arithmetic
-        or a value error means that the energy is not defined
+        receives the exceptions of user functions, whose energies are NaN; None: they pass through.
+        An ArithmeticError or ValueError means that the energy is not defined
     forces
         V has the energy of forces with a potential
 
@@ -139,7 +139,7 @@ class Start(NamedTuple):
 
 
 def start_energies(problem: Problem, forces: bool = False) -> Start:
-    """The energies at the start; what a user's functions raise passes through.
+    """The energies at the start; exceptions of user functions pass through.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def start_energies(problem: Problem, forces: bool = False) -> Start:
 
 @lru_cache(maxsize=32)
 def asks_functions(system: Any) -> bool:
-    """Whether an energy is made of a user's functions, which may change after the run."""
+    """Whether the energy depends on user functions, which may change after the run."""
     if not isinstance(system, WithFunctions) or system.explicit_time:
         return False
     if isinstance(system, RigidBody | FreeBody):
@@ -166,16 +166,16 @@ def asks_functions(system: Any) -> bool:
 
 
 def asks_force(system: Any) -> bool:
-    """Whether the work of a force is that of a user's function, which may change after the run."""
+    """Whether the work of a force depends on a user function, which may change after the run."""
     force = working_force(system)
     return force is not None and not isinstance(force, BuiltinForce)
 
 
 @lru_cache(maxsize=32)
 def _is_fixed(system: Any, system_traces: Traces) -> bool:
-    """Whether the energy is not made of a user's functions that may refer to numbers that change.
+    """Whether the energy does not depend on user functions that may change.
 
-    Where the energy was traced, its trace was found again, or anew, when the run began.
+    Where the energy was traced, its trace was checked when the run began.
     """
     if isinstance(system, NBody):
         return True
@@ -254,9 +254,9 @@ def mass_matrix(problem: Problem, q: Array, v: Array, t: float) -> Array:
 
 
 def _fall(problem: Problem, way: Any) -> float:
-    """By how much V falls at most on a straight way from the start; infinite where V is not known.
+    """By how much V falls at most on a straight way from the start; infinite where V is not finite.
 
-    V is looked at where the way ends, and at each of its WAY_HALVINGS.
+    V is evaluated at the end of the way, and at each of its WAY_HALVINGS.
     """
     shares = np.append(0.0, 0.5 ** np.arange(WAY_HALVINGS)).reshape(-1, *(1,) * way.ndim)
     states = States(
@@ -358,7 +358,7 @@ def potentials(system: Any, q: Array, t: Array, raised: Raised | None) -> Array:
     if body and system.lagrangian.builtin is not None:
         return _of_builtin_at_rest(system.lagrangian, q, t, raised)
     system = cast(VectorSystem, system)
-    with suppress(Exception):  # what is raised here is raised again below, state by state
+    with suppress(Exception):  # raised again below, state by state
         return np.asarray(system.potential_energy(q, t), dtype=np.float64)
     potential = np.full(len(t), np.nan)
     for k in range(len(t)):

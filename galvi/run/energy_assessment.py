@@ -75,18 +75,18 @@ class Samples(NamedTuple):
 
 
 class EnergyReport(NamedTuple):
-    """What the energies say of a run.
+    """The assessment of a run by its energies.
 
     Attributes
     ----------
     error
-        largest error of the energy so far, over its measure
+        largest error of the energy, over its measure
     measure
         that measure
     worst
         number of the step where it is, since the problem's start
     ruined
-        number of the first step seen to be ruined; None: none is
+        number of the step of the first ruined sample; None without one
     unknown
         whether the energy is not a number at some step; if it was one at the start, such a step is
         ruined
@@ -119,7 +119,7 @@ class EnergyReport(NamedTuple):
 
     @property
     def is_doubtful(self) -> bool:
-        """Whether an error is to be reported."""
+        """Whether the error is reported."""
         return not self.error <= TOLERATED or self.unknown
 
 
@@ -130,14 +130,14 @@ def assess_energy(
     step: Callable[[], float],
     kept_before: Callable[[int], Samples] | None = None,
 ) -> EnergyReport:
-    """The report on a run so far.
+    """The energy report of a run.
 
     Parameters
     ----------
     so_far
         `Checkpoint.energies` of the steps before the samples; empty before the first
     step
-        () -> the first one, in time
+        () -> length of the first step, in time
     kept_before
         (a ruined step) -> further samples before it, among which the first ruined one is looked for
 
@@ -176,13 +176,13 @@ def _assess(
     start: Start,
     excused: tuple[float, float] | None = None,
 ) -> EnergyReport:
-    """As `assess_energy`.
+    """The report with or without what is excused.
 
     Parameters
     ----------
     excused
         errors up to which are round-off, and the kinetic energy that the force at the start gives
-        in a step; None: not yet known, and nearly right velocities will do
+        in a step; None: nothing is excused, and nearly right velocities suffice
     """
     raised: Raised = {}
     kinetic, potential = energies(
@@ -220,7 +220,7 @@ def assess_steps(
     problem: Problem, steps: Any, table: Array, so_far: Array, step: float
 ) -> EnergyReport:
     """The report on the errors of single steps, see galvi.kernels.energy_errors, after the steps
-    ``so_far``; what the user's functions raise passes through.
+    ``so_far``; exceptions of user functions pass through.
 
     Parameters
     ----------

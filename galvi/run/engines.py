@@ -1,4 +1,4 @@
-"""The engines that can do a run, in the order in which they are asked."""
+"""The engines of runs, in the order of their offers."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from galvi.run.stepper import Declined, Engine, Formulation, Stepper, first_offe
 
 
 def general_stepper(request: RunRequest) -> Stepper | ClockStepper | Declined:
-    """A stepper for what the others decline, all runs but those in moving frames:
-    `GENERAL_EQUAL_STEPS`, in a clock in transformed time."""
+    """A stepper for every run but one in a moving frame: `GENERAL_EQUAL_STEPS`, in a clock one in
+    transformed time."""
     if request.method.clock is not None:
         reason = "GALVI_FAST=0 leaves the clock's lanes out"
         return in_transformed_time(request, GENERAL.name, reason, energy_at_start(request))
@@ -30,7 +30,7 @@ def general_stepper(request: RunRequest) -> Stepper | ClockStepper | Declined:
 
 
 GENERAL = Engine("general", general_stepper)
-# The first that offers a stepper does the run. With GALVI_FAST=0 the general one is alone.
+# The first that offers a stepper does the run.
 ENGINES: tuple[Engine, ...] = (CLOCK, FRAME, LANES, GENERAL) if FAST else (GENERAL,)
 
 
@@ -49,7 +49,7 @@ def iterates(problem: Problem, method: Galerkin) -> bool:
 
 
 def formulation_of(problem: Problem, method: Galerkin) -> Formulation:
-    """What the state of a run of equal steps is."""
+    """The formulation of a run of equal steps."""
     return IN_FRAME if method.in_frame else inertial_formulation(problem, method)
 
 
@@ -61,7 +61,7 @@ def motion_in_clock(
     Parameters
     ----------
     energy
-        that the clock is told; None: that of the start
+        E of the clock; None: the energy at the start
     """
     start = from_start(solver, tolerance)
     if energy is not None:

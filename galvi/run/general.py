@@ -1,6 +1,6 @@
 """The general kernel: Newton's method, or fixed-point iteration, for any functions.
 
-It does what the other engines decline, and is the oracle of all of them.
+It runs what the other engines decline, and is the oracle of all of them.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from galvi.run.request import RunRequest
 from galvi.run.stepper import Declined, Engine, Formulation, Stepper
 from galvi.run.vector_space import VECTOR_SPACE, GeneralVectorKernel
 
-WHY = "" if FAST else "with GALVI_FAST=0 there is no other engine"
+NO_OTHER_ENGINE = "" if FAST else "with GALVI_FAST=0 there is no other engine"
 
 
 def inertial_formulation(problem: Problem, method: Galerkin) -> Formulation:
-    """What the state of a run is, without a frame or a clock; ValueError for component degrees that
-    do not match."""
+    """The formulation of a run without a frame or a clock; ValueError for component degrees that do
+    not match."""
     return VECTOR_SPACE if group_system(problem, method) is None else ON_GROUP
 
 
@@ -32,7 +32,9 @@ def general_equal_steps(request: RunRequest) -> Stepper | Declined:
         return Declined("moving frames need the lanes, which GALVI_FAST=0 leaves out.")
     formulation, name = inertial_formulation(problem, method), GENERAL_EQUAL_STEPS.name
     if formulation is VECTOR_SPACE:
-        return Stepper(request, formulation, name, WHY, GeneralVectorKernel, GeneralVectorKernel)
+        return Stepper(
+            request, formulation, name, NO_OTHER_ENGINE, GeneralVectorKernel, GeneralVectorKernel
+        )
     if solver == "fixed_point":
         reason = getattr(problem.system, "untraced", "")
         return Declined(
@@ -42,7 +44,9 @@ def general_equal_steps(request: RunRequest) -> Stepper | Declined:
             f"{method.name}{f' ({reason})' if reason else ''}. Use the solver auto"
             f"{'' if FAST else ', or leave out GALVI_FAST=0'}."
         )
-    return Stepper(request, formulation, name, WHY, GeneralGroupKernel, GeneralGroupKernel)
+    return Stepper(
+        request, formulation, name, NO_OTHER_ENGINE, GeneralGroupKernel, GeneralGroupKernel
+    )
 
 
 GENERAL_EQUAL_STEPS = Engine("general", general_equal_steps)

@@ -14,18 +14,18 @@ from galvi.systems.multibody import Multibody
 
 LOCKED = "three hinges of one body pass gimbal lock, where steps err whatever their size"
 BALL_JOINT = "Use a ball joint in place of the hinges"
-MOST_STATES = 512  # states that are looked at
-WAY = np.linspace(0.0, 1.0, 17)  # shares of a step
+MOST_STATES = 512  # states that are examined
+STEP_SHARES = np.linspace(0.0, 1.0, 17)  # shares of a step
 
 
 def is_locked(problem: Problem, states: Callable[[], tuple[Array, Array]], step: float) -> bool:
     """Whether three hinges of a body come nearer to gimbal lock at some of the states than the
-    second one turns in a step; MOST_STATES of them are looked at.
+    second one turns in a step; MOST_STATES of them are examined.
 
     Parameters
     ----------
     states
-        () -> their configurations and momenta, (n, ...) each; asked for a tree alone
+        () -> their configurations and momenta, (n, ...) each; called for a `Multibody` only
     """
     system = problem.system
     if not isinstance(system, Multibody) or not (threes := list(_threes(system))):
@@ -42,11 +42,11 @@ def is_locked(problem: Problem, states: Callable[[], tuple[Array, Array]], step:
 
 
 def is_locked_ahead(problem: Problem, q: Array, v: Array, step: float) -> bool:
-    """As `is_locked`, about on the way of a step from a state."""
+    """As `is_locked`, at approximate states along one step from (q, v)."""
     system = problem.system
     if not isinstance(system, Multibody) or not (threes := list(_threes(system))):
         return False
-    way = (place(CHART, system.group, q, share * step * v) for share in WAY)
+    way = (place(CHART, system.group, q, share * step * v) for share in STEP_SHARES)
     return any(
         _near_lock(system.tree.mass(configuration), v, step, threes) for configuration in way
     )

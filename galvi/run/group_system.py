@@ -48,13 +48,13 @@ def group_system(problem: Problem, method: Galerkin | None = None) -> GroupSyste
     return None
 
 
-STATES_BESIDE_START, STATE_DISTANCE = 3, 0.5  # looked at beside the start, and how far from it
+STATES_BESIDE_START, STATE_DISTANCE = 3, 0.5  # sampled beside the start, and how far from it
 COUPLING = 1e-9  # least entry off the diagonal of a mass, over the geometric mean of its masses
 
 
 def coupled_layout(system: Any, problem: Problem) -> npt.NDArray[np.int64]:
     """The layout of the group of a problem's system with one more column: a number that coupled
-    factors share, 0 for all where the mass is not known."""
+    factors share, 0 for all where the system has no mass matrix."""
     layout = system.group.layout
     if len(layout) == 1 or not hasattr(system, "mass"):
         extended_layout = np.zeros((len(layout), COUPLED + 1), dtype=np.int64)
@@ -65,7 +65,7 @@ def coupled_layout(system: Any, problem: Problem) -> npt.NDArray[np.int64]:
 
 @lru_cache(maxsize=256)
 def _coupled_layout(problem: Problem, system_traces: Any) -> npt.NDArray[np.int64]:
-    """As above for a Lagrangian on several factors; ``system_traces`` are its traces."""
+    """`coupled_layout` of a Lagrangian on several factors, cached with its traces."""
     layout = problem.system.group.layout  # type: ignore[attr-defined]
     numbers = np.arange(len(layout))
     owner = np.repeat(numbers, layout[:, DIMENSION])
@@ -84,7 +84,7 @@ def _coupled_layout(problem: Problem, system_traces: Any) -> npt.NDArray[np.int6
 
 
 def _masses(problem: Problem, layout: Any) -> Array:
-    """The largest |d2L/dv2| at the start and some other states; infinite where it is not known."""
+    """The largest |d2L/dv2| at the start and some other states; infinite where it is not finite."""
     system: Any = problem.system
     generator, q, v = np.random.default_rng(0), problem.q0, problem.v0
     chart, largest = Exponential().number, np.zeros((v.size, v.size))

@@ -66,9 +66,9 @@ def integrate(
     Trajectory
         Also when a step fails (see ``success`` and ``status``) or Ctrl-C stops the
         run. A run whose energy, less the work of its forces, is ruined goes on to its end and keeps
-        its states, but is no success. A success has a status that says so where the energy, a
-        velocity under fast damping, a passage of two point masses or the motion of a body without
-        mass is in doubt, or where the energy is not known since a user's function raises.
+        its states, but is no success. The status of a success says where the energy, a velocity
+        under fast damping, a passage of two point masses or the motion of a massless body is in
+        doubt, or that the energy cannot be evaluated because a user function raises.
 
     Raises
     ------
@@ -94,10 +94,10 @@ def integrate(
 
 
 def prepared(request: RunRequest, events: Any = ()) -> Callable[..., Trajectory]:
-    """The run that is asked for, of ``progress`` and ``interrupted``, by the first engine that
-    offers its steps; ValueError where none does, or for what are no events."""
+    """A function of ``progress`` and ``interrupted`` that does the run, by the first engine that
+    offers its steps. ValueError where none does, TypeError for what is no event."""
     if has_events(events):
-        from galvi.events.run import with_events  # events stand on runs
+        from galvi.events.run import with_events  # galvi.events imports this module
 
         return with_events(request, events)
     stepper = stepper_for(request)
@@ -107,7 +107,7 @@ def prepared(request: RunRequest, events: Any = ()) -> Callable[..., Trajectory]
 
 
 def has_events(events: Any) -> bool:
-    """Whether there are any: not in an empty list or array, nor in None."""
+    """False for None and for an empty list or array; else True."""
     if isinstance(events, Sized) and input_checks.has_items(events):
         return len(events) > 0
     return events is not None

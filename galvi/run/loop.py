@@ -41,7 +41,7 @@ from galvi.run.stepper import RunCurves, Stepper, solve_steps
 from galvi.run.work_of_forces import assess_work, has_work
 from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
-MOST_CHECKPOINTS = 512  # states from which curves can be found again
+MOST_CHECKPOINTS = 512  # states from which curves are computed again
 
 
 def run_steps(
@@ -59,9 +59,9 @@ def run_steps(
     Parameters
     ----------
     stepper
-        `Stepper`, or in a clock `ClockStepper`. What else does steps must have what is used of both
-        here: begin, advance, retry and finish; done, over and reached; states, counted, curves and
-        checkpoint; request, engine, engine_reason and traced
+        `Stepper`, or in a clock `ClockStepper`. This function uses begin, advance, retry and
+        finish; steps_done, over and reached; states, counted, curves and checkpoint; request,
+        engine, engine_reason and traced
     watched
         whether its energy can be assessed
     interrupted
@@ -70,14 +70,14 @@ def run_steps(
     Raises
     ------
     Interrupted
-        For Ctrl-C after the last step or one that failed; a run that was being assessed is then
-        assessed when it is asked.
+        For Ctrl-C after the last step or one that failed. An interrupted assessment is repeated
+        when the outcome is read.
     """
     stepper.begin(watched=watched)
     request = stepper.request
     problem, steps, note_every = request.problem, request.steps, 0
     if not request.checkpoint.keeps_curves or (watched and has_massless(problem)):
-        ahead = 0 if request.until is not None else steps or 0  # of which there may be fewer
+        ahead = 0 if request.until is not None else steps or 0  # in a clock there may be fewer
         note_every = max(STEPS_BETWEEN_STATES, -(-ahead // MOST_CHECKPOINTS))
     checkpoints = [stepper.checkpoint]
     with defer_interrupts() as pressed:
@@ -108,12 +108,12 @@ def run_steps(
 def _trajectory(
     stepper: Stepper | ClockStepper, code: int, checkpoints: list[Checkpoint]
 ) -> Trajectory:
-    """The trajectory of a run whose last kernel call returned ``code``, to be assessed when asked.
+    """The trajectory of a run whose last kernel call returned ``code``, assessed when first read.
 
     Parameters
     ----------
     checkpoints
-        states from which its curves, and the error of bodies without mass, can be found
+        states from which its curves, and the error of massless bodies, can be computed
     """
     problem, method, step, steps, start = stepper.request[:5]
     states, curves, again = stepper.states(), stepper.curves, None
@@ -187,7 +187,7 @@ def unwatched(request: RunRequest) -> Trajectory:
 
 
 def _massless_error(stepper: Stepper, checkpoints: list[Checkpoint]) -> MasslessError | None:
-    """The estimate for bodies without mass; None without any, or where the run is not watched."""
+    """The error of massless bodies; None without such bodies, and where the run is not watched."""
     request, work = stepper.request, stepper.work
     if work.watch == UNWATCHED or not has_massless(request.problem):
         return None

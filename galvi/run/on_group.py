@@ -77,13 +77,8 @@ class CountedByNewton:
 
 @lru_cache(maxsize=32)
 def _law(system: Any, system_traces: Traces) -> tuple[LagrangianKernel, tuple[Any, ...]]:
-    """The Lagrangian of a system, which owns the functions, and as the kernel takes it.
-
-    Parameters
-    ----------
-    found
-        the system's traces, on which it depends
-    """
+    """The Lagrangian of a system, which owns the functions, and its tuple for the kernel; cached
+    with the system's traces."""
     field = system.lagrangian_kernel()
     return field, tuple(
         Law(
@@ -128,7 +123,7 @@ def _system(problem: Problem, method: Galerkin) -> GroupSystem:
 
 @lru_cache(maxsize=32)
 def _start_of(problem: Problem, stages: int, system_traces: Traces) -> State:
-    """The state before the first step, which depends on the system's traces."""
+    """The state before the first step, cached with the system's traces."""
     p0, g = problem.p0.ravel(), problem.q0.ravel()
     layout = getattr(problem.system, "group", Rn(p0.size)).layout
     turns = bool(np.any(layout[:, product.ROTATIONS]))

@@ -1,4 +1,4 @@
-"""What a run is asked to do: a value, with its arguments checked."""
+"""The request for a run: a value with checked arguments."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ ROUND_OFF = 2.0**-64
 SOLVERS = ("auto", "fixed_point", "newton")
 NO_ROWS = read_only(np.zeros((0, 0)))
 NO_STATE: tuple[Array, Array, Any] = NO_ROWS, NO_ROWS, read_only(np.zeros(0, dtype=np.int64))
-ALWAYS_FREE = 2.0**28  # bytes; what needs no more is not compared with the memory that is free
+ALWAYS_FREE = 2.0**28  # bytes, up to which a run is not compared with the free memory
 _TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # with which p0 was computed
 _ANNOUNCED: WeakSet[WithFunctions | NBody] = WeakSet()
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
 
 class RunRequest(NamedTuple):
-    """What a run is asked to do.
+    """The problem, method, steps and start of a run.
 
     Attributes
     ----------
@@ -52,8 +52,8 @@ class RunRequest(NamedTuple):
     until
         the time at which a run in a clock ends; None: after ``steps``
     continues
-        the run whose end that state is: in a clock and with events its last state is the first of
-        this one
+        the run that ends at that state: in a clock and with events its last saved state is the
+        first of this one
     """
 
     problem: Problem
@@ -83,8 +83,8 @@ class RunRequest(NamedTuple):
         Raises
         ------
         ValueError, TypeError
-            For all but what an engine refuses, see `galvi.run.engines`, and what does not fit in
-            memory, see `check_memory`.
+            For bad arguments. What an engine refuses, see `galvi.run.engines`, and the memory, see
+            `check_memory`, are not checked here.
         """
         check_types(problem, method, "integrate(problem, method, step, steps), or give a duration")
         h = input_checks.real(
@@ -141,7 +141,7 @@ def from_start(
 
 
 def check_types(problem: object, method: object, call: str) -> None:
-    """TypeError unless they are a problem and a method; ``call`` shows how."""
+    """TypeError unless they are a problem and a method; its message shows ``call``."""
     for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
         if not isinstance(value, kind):
             raise TypeError(
@@ -218,8 +218,8 @@ def steps_until(until: float, t0: float, step: float, first: int) -> int:
 
 
 def check_memory(requests: Sequence[RunRequest]) -> None:
-    """ValueError when runs of a known number of steps, which differ in their problems, would keep
-    more data than the memory that is free."""
+    """ValueError when runs that differ in their problems alone would keep more data than the free
+    memory; not checked where the number of steps is open."""
     _, method, _, steps, start, until, *_ = requests[0]
     if steps is None or until is not None:
         return
@@ -256,9 +256,9 @@ def trace_anew(problem: Problem) -> None:
 
 
 def announce(problem: Problem) -> None:
-    """Log once, as a warning of logger ``galvi``, that a system runs without a law.
+    """Log a warning of logger ``galvi``, once for each system that could not be traced.
 
-    Not that of a compiled gradient without an external force: it takes few microseconds a step.
+    There is none for a compiled gradient without an external force, which takes microseconds.
     """
     system = problem.system
     if not isinstance(system, WithFunctions | NBody):

@@ -114,12 +114,12 @@ def resume(
 
 
 def _continuation(run: Trajectory) -> Checkpoint | None:
-    """A state of a run with the settings of its continuation, without judging the run."""
+    """A checkpoint with the settings of a run's continuation; it does not assess the run."""
     return run.ending.settings
 
 
 def _check_resumed(run: Any) -> None:
-    """ValueError for what is no run to be continued."""
+    """ValueError unless ``run`` is one that can be continued."""
     is_run = isinstance(run, Trajectory) and run.step is not None
     if not is_run or _continuation(run) is None:
         raise ValueError(
@@ -140,7 +140,7 @@ def _with_controls(
     curves: bool | None,
     progress: bool | None,
 ) -> Trajectory:
-    """`resume` with other controls: a run of its own from that state, with what is compiled."""
+    """`resume` with other controls: a new run from the last state, with the compiled kernels."""
     problem, method, step = run.origin or run.problem, run.method, cast(float, run.step)
     if not isinstance(problem.system, Multibody):
         raise ValueError(

@@ -136,7 +136,7 @@ class RunArrays(NamedTuple):
 
     @property
     def steps_done(self) -> int:
-        """Steps done so far."""
+        """Number of completed steps."""
         return int(self.solver_state[DONE])
 
     @property
@@ -165,7 +165,7 @@ def has_massless(problem: Problem) -> bool:
 
 
 def passage_record(problem: Problem, passage: Array) -> Array:
-    """What notes the passages of point masses, see galvi.kernels.forces.passages, from the
+    """The array that notes passages of point masses, see galvi.kernels.forces.passages, with the
     worst one of earlier steps, which may be empty; (0,) without point masses."""
     system = problem.system
     if not isinstance(system, NBody) or system.masses.size < 2:

@@ -2,7 +2,7 @@
 
 Energies are evaluated at each step of up to 127, at 16 to 2047 evenly spread steps of a longer run,
 whichever states it keeps, and at its end; where a run is ruined, also at the kept states before
-that. An error that comes and goes between two of these steps is not seen.
+that. An error that comes and goes between two of these steps is not noticed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ VELOCITIES = 2  # the row of the state that has them
 
 
 def assess_run(formulation: Formulation, request: RunRequest, work: RunArrays) -> EnergyReport:
-    """The report on a run so far; nothing of a system that does not conserve its energy."""
+    """The energy report of a run; empty for a system that does not conserve its energy."""
     problem, start = request.problem, request.checkpoint
     if work.steps_done == 0 or work.watch == UNWATCHED or not conserves_energy(problem.system):
         return EnergyReport(energies=start.energies)
@@ -47,7 +47,7 @@ def assess_run(formulation: Formulation, request: RunRequest, work: RunArrays) -
 
 
 def samples_of(formulation: Formulation, request: RunRequest, work: RunArrays) -> Samples:
-    """Those of the watched steps, and the last."""
+    """The samples at the watched steps and the last."""
     problem, rows = request.problem, watched_rows(formulation, request, work)
     states = states_of(formulation, problem, rows)
     if isinstance(problem.system, Lagrangian):

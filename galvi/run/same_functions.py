@@ -1,4 +1,4 @@
-"""Whether the functions of a problem still are those of a run, whose steps are done again."""
+"""Checks that the functions of a problem are unchanged, before steps of a run are repeated."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from galvi.systems.nbody import NBody
 from galvi.systems.traces import Traces, traces
 from galvi.systems.user_functions import arguments
 
-ALIKE = 1e-10  # relative: values that differ by less come from rounding
+FUNCTION_TOLERANCE = 1e-10  # relative: values that differ by less come from rounding
 State = tuple[Array, Array, float]  # q, v, t
 
 
 class SameFunctions:
-    """Raises ValueError, when called, once the problem's functions do not return what they did when
-    this was made, at the start or at the last finite state of the run: there may be no force at
-    the start.
+    """A check that raises ValueError, when called, if the problem's functions return other values
+    than when it was made, at the start and at the last finite state of the run: there may be no
+    force at the start.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class SameFunctions:
     clock
         of the run's method
     traced
-        whether the run is that of what tracing them found, which is kept with the system
+        whether the run used the traced functions, which the system keeps
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class SameFunctions:
             now = _values(self.problem, self.clock, state)
             if values is None or (now is None and not np.all(np.isfinite(values))):
                 continue
-            if now is None or not np.allclose(values, now, ALIKE, 0.0, equal_nan=True):
+            if now is None or not np.allclose(values, now, FUNCTION_TOLERANCE, 0.0, equal_nan=True):
                 raise ValueError(
                     "this run keeps no curves, so that its steps are done again, and the functions "
                     "of its system do not return what they did: a number to which they refer has "
@@ -64,7 +64,7 @@ class SameFunctions:
 
 
 def _values(problem: Problem, clock: Any, state: State) -> Array | None:
-    """What the functions return at a state, (n,); None where there are none or they raise."""
+    """The values (n,) of the functions at a state; None where there are none or they raise."""
     system: Any = problem.system
     q, v, t = state
     values: list[Any] = []

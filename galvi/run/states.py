@@ -27,9 +27,9 @@ from galvi.systems.lagrangian import momentum_at, velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-# Of a place: a step in a frame that ends so far from the curve missed a passage.
+# Relative distance from the curve, beyond which a shortened step in a frame missed a passage.
 FAR_FROM_CURVE = 1e-9
-PARTS = (1, 4, 16)  # of a step there: the first, which has no guess, may fail where it did not
+PARTS = (1, 4, 16)  # of a shortened step: it has no guess, and may fail where the run did not
 
 
 def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
@@ -92,8 +92,8 @@ class Reaching:
         self.grid, self.last = self.sign * run.t[:good], float(run.t[good - 1])
 
     def __call__(self, times: Array, stages: Array | None = None) -> tuple[Array, Array, Array]:
-        """At times (k,); ``stages`` (k, d, s) are those of the last step, from the call before with
-        nearby times, or 0, and are kept there."""
+        """The states at times (k,); ``stages`` (k, d, s), the stages of the last step at nearby
+        times or 0, are updated in place."""
         run, wanted = self.run, self.sign * times
         rows = np.searchsorted(self.grid, wanted, side="right") - 1
         t, q, p, v = self.grid[rows], run.q[rows], run.p[rows], saved_velocities(run, rows)
@@ -126,10 +126,11 @@ class Reaching:
         since: Array,
         times: Array,
     ) -> tuple[Array, Array, Array]:
-        """The states at some times, from (begin, speeds) at others.
+        """``states`` at ``times``, with the lost ones replaced.
 
-        Where no shortened step could be done, or one in a frame does not know of a passage that the
-        run did in parts, they are those of such parts, else those on the run's curves.
+        A state is lost where no shortened step could be done, and where one in a frame missed a
+        passage that the run did in parts. It is then reached in parts from (begin, speeds) at
+        ``since``, or else taken from the run's curves.
         """
         (q, p, v), run = states, self.run
         lost = ~np.isfinite(q.reshape(len(times), -1)).all(axis=1)
@@ -165,7 +166,7 @@ class Reaching:
 
 
 def finite_states(run: Trajectory) -> int:
-    """How many states a run has until it fails."""
+    """The number of states of a run before it fails."""
     if np.all(np.isfinite(run.q[-1])):
         return len(run.t)
     return int(np.count_nonzero(np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)))
@@ -175,7 +176,7 @@ def saved_velocities(run: Trajectory, rows: Any) -> Array:
     """The velocities of some saved states (k, ...)."""
     if run.velocities is not None:
         return run.velocities[rows]
-    distinct, inverse = np.unique(rows, return_inverse=True)  # each is sought from the one before
+    distinct, inverse = np.unique(rows, return_inverse=True)  # each the guess of the next
     q, p, t, guess = run.q[distinct], run.p[distinct], run.t[distinct], run.problem.v0
     return velocity_at(run.problem.system, q, p, t, guess)[inverse]
 
@@ -202,7 +203,7 @@ def _together(
     times: Array,
     stages: Array | None = None,
 ) -> tuple[Array, Array, Array]:
-    """On vector spaces: by one call of a kernel; where a step fails, as one by one."""
+    """`_one_by_one` on a vector space: by one call of a kernel, but for states whose steps fail."""
     step, end, n = cast(float, run.step), cast(Checkpoint, run.checkpoint), len(t)
     kernel = reaching(RunRequest(run.problem, run.method, step, 1, end))
     states, codes = np.zeros((n, 4, run.problem.q0.size)), np.zeros(n, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""How a run ended, as a value, and whether it can be used."""
+"""The outcome of a run: how it ended, and whether its states can be used."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def outcome_of(
     Parameters
     ----------
     report
-        what its energies say
+        the assessment of its energy
     massless
-        () -> what a step does to bodies without mass; asked where all else is well
+        () -> the error of massless bodies; called where all else is well
     """
     request, work = stepper.request, stepper.work
     problem, step, steps = request.problem, request.step, cast(int, request.steps)
@@ -64,7 +64,7 @@ def outcome_of(
 
 
 def notes_on_exceptions(formulation: Formulation, counts: Mapping[str, int]) -> tuple[str, ...]:
-    """Of a run some of whose steps were done in another way than the others: how many."""
+    """A note on the number of steps that the second kernel did; () for none."""
     name, text = formulation.in_other_way
     return (text.format(left=counts[name], steps=counts["steps"]),) if name in counts else ()
 
@@ -90,7 +90,7 @@ def completed(
     remedy
         where the report has none
     exceptions
-        notes where all is well
+        notes of a run without doubts
     """
     clauses = _wrong(report)
     if report.unknown:
@@ -100,7 +100,7 @@ def completed(
         clauses.append(undefined)
     clauses += [passage] if passage else []
     clauses = clauses or off_without_mass(problem, massless())
-    unassessed = f"energy could not be judged {report.unassessed}" if report.unassessed else ""
+    unassessed = f"energy could not be assessed {report.unassessed}" if report.unassessed else ""
     if not clauses:
         return (
             Outcome(End.DOUBTFUL, reason=f"the {unassessed}", steps=steps)
@@ -122,7 +122,7 @@ def completed(
 def notes_on_energy(
     report: EnergyReport, first: int, time_of: Callable[[int], float]
 ) -> tuple[str, ...]:
-    """What a run that ended early says of its energy.
+    """Notes on the energy of a run that ended early.
 
     Parameters
     ----------
@@ -136,12 +136,12 @@ def notes_on_energy(
         t = time_of(max(report.ruined, first + 1))
         notes.append(f"It was ruined from t = {t:.10g} on: {'; '.join(_wrong(report))}.")
     if report.unassessed:
-        notes.append(f"Its energy could not be judged {report.unassessed}.")
+        notes.append(f"Its energy could not be assessed {report.unassessed}.")
     return tuple(notes)
 
 
 def _wrong(report: EnergyReport) -> list[str]:
-    """What is wrong with a run, in clauses."""
+    """Clauses on what is wrong with a run."""
     return [*([_energy_clause(report)] if report.error > TOLERATED else []), *report.clauses]
 
 
@@ -158,7 +158,7 @@ def _energy_clause(report: EnergyReport) -> str:
 
 
 def off_without_mass(problem: Problem, error: encounters.MasslessError | None) -> list[str]:
-    """That steps change the energy of a body without mass, or nothing."""
+    """A clause on the massless body whose energy steps change too much; [] for none."""
     if error is None or not error.share > encounters.RESOLVED_ENERGY_CHANGE:
         return []
     body = encounters.body_names(problem, len(problem.q0))[error.body]

@@ -1,7 +1,7 @@
-"""What does the equal steps of a run: a `Stepper`, made of a `Formulation` and a `Kernel`.
+"""The equal steps of a run: a `Stepper`, made of a `Formulation` and a `Kernel`.
 
-A formulation says what the state of a run is and what it means: on vector spaces, on Lie groups, in
-moving frames. A kernel does steps of it: the general one, or one in lanes.
+A formulation defines the arrays of a run's state: on vector spaces, on Lie groups, in moving
+frames. A kernel does steps of it: the general one, or one in lanes.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ MakeKernel = Callable[[RunRequest, RunArrays], Kernel]
 
 
 class Formulation(Protocol):
-    """What the state of a run is. The values are `VECTOR_SPACE`, `ON_GROUP` and `IN_FRAME`.
+    """The meaning of a run's state arrays: `VECTOR_SPACE`, `ON_GROUP` or `IN_FRAME`.
 
     Attributes
     ----------
@@ -47,8 +47,7 @@ class Formulation(Protocol):
     guess_kind
         the kernels' code for the kind of guess that ``guess`` gives
     in_other_way
-        the name in a run's counts of steps that were done in another way, and what its status says
-        of them
+        the name in a run's counts of the steps that the second kernel did, and the note on them
     """
 
     velocity_row: int
@@ -73,8 +72,8 @@ class Formulation(Protocol):
         """The curves with coefficients x of a run that starts at t0."""
 
     def guess(self, substeps: Substeps, request: RunRequest, work: RunArrays) -> Array | None:
-        """Where the second kernel begins the next step: a guess (d, s) of its stages from smaller
-        steps, or the stages as they are where it needs none; None: the step is not tried again."""
+        """The stages (d, s) from which the second kernel iterates the next step: a guess from
+        smaller steps, or the present stages where it needs none. None: the step is not retried."""
 
     def failure(self, request: RunRequest, code: int, work: RunArrays) -> str:
         """Why the next step failed, and the remedy."""
@@ -109,16 +108,16 @@ class Stepper:
     Parameters
     ----------
     request
-        what the run is asked to do
+        of the run
     formulation
-        what its state is
+        of its state
     engine
         the ``name`` of one of `galvi.run.engines.ENGINES`
 
     Attributes
     ----------
     engine_reason
-        why this engine does it, and why those do not that were asked before
+        why this engine does the run, and why earlier ones declined
     work
         its arrays, once begun
     """
@@ -141,7 +140,7 @@ class Stepper:
 
     @property
     def steps_done(self) -> int:
-        """Steps done so far."""
+        """Number of completed steps."""
         return self.work.steps_done
 
     def begin(self, *, watched: bool = True) -> None:
@@ -185,12 +184,12 @@ class Stepper:
 
     @property
     def traced(self) -> bool:
-        """Whether the run is that of what tracing the user's functions found."""
+        """Whether the run used traced functions."""
         return self.work.in_lanes
 
     @property
     def curves(self) -> Any:
-        """The `RunCurves` of the steps done so far; None where they are not kept."""
+        """The `RunCurves` of the completed steps; None where they are not kept."""
         problem, method, step, _, start = self.request[:5]
         if not start.keeps_curves:
             return None
@@ -211,7 +210,7 @@ class Stepper:
         )
 
     def counted(self) -> dict[str, int]:
-        """What was counted, by name."""
+        """The counts of the run, by name."""
         *counted, pairs, left, in_lanes = self.work.counts.tolist()
         system: Any = self.request.problem.system
         counts = {"steps": self.steps_done, **dict(zip(COUNTED, counted, strict=True))}
@@ -237,21 +236,21 @@ class Stepper:
 
 
 class Declined(NamedTuple):
-    """That an engine does not do a run, and why; "" where such runs are not its own."""
+    """An engine's refusal of a run, with its reason; "" for a run of another kind."""
 
     reason: str = ""
 
 
 class Engine(NamedTuple):
-    """Who can do runs: see `galvi.run.engines.ENGINES`.
+    """One of `galvi.run.engines.ENGINES`.
 
     Attributes
     ----------
     name
         for `galvi.Trajectory.engine`
     offer
-        what does the steps of a run, a `Stepper` or in a clock a `ClockStepper`, or why this engine
-        does not, a `Declined`; ValueError for a request that no engine can do
+        (request) -> a `Stepper`, in a clock a `ClockStepper`, or `Declined`; ValueError for a
+        request that no engine can do
     """
 
     name: str

@@ -61,7 +61,7 @@ def reaching(request: RunRequest) -> Callable[..., None]:
 
 @lru_cache(maxsize=32)
 def _force(system: Any, dimension: int) -> tuple[ForceKernel, tuple[Any, ...]]:
-    """The force of a system, which owns the functions, and as the kernel takes it."""
+    """The force of a system, which owns the functions, and its tuple for the kernel."""
     field = system.force_kernel(dimension)
     return field, tuple(
         Force(
@@ -93,7 +93,7 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
 
 
 SUBSTEPS = (4, 16, 64, 256)
-TRIED = {
+FAILED_SOLVERS = {
     "auto": "neither fixed-point iteration nor Newton's method solved",
     "fixed_point": "fixed-point iteration did not solve",
     "newton": "Newton's method did not solve",
@@ -192,7 +192,7 @@ class VectorSpace:
                 "from the force's singularity."
             )
         return (
-            f"{TRIED[solver]} the stage equations. Use a smaller step or a higher degree"
+            f"{FAILED_SOLVERS[solver]} the stage equations. Use a smaller step or a higher degree"
             f"{'' if solver == 'auto' else ', or the solver auto'}."
         )
 

@@ -45,17 +45,17 @@ from galvi.systems.multibody import Multibody
 from galvi.tableau import Tableau
 from galvi.trajectory import Trajectory
 
-STEPS, FIRST_STEPS, WORK_STATES = 6, 2, 64  # that are looked at
-RATES_AT = 2  # of these steps, in which rates of damping are found
-DAMPED_AT, AMPLE = 8, 10.0  # states at which damping is looked at, see `_of_states`
+EXAMINED_STEPS, FIRST_STEPS, WORK_STATES = 6, 2, 64  # numbers of steps, and of states
+STEPS_WITH_RATES = 2  # of these steps, in which rates of damping are computed
+STATES_WITH_DAMPING, DISSIPATION_MARGIN = 8, 10.0  # see `_of_states`
 MORE_NODES = 3  # than a method's rule has
-SHORT = 2.0**-6  # a step that resolves a rate, times that rate
-BEFORE = "the steps before these had ruined it"
+RESOLVED_STEP = 2.0**-6  # a step that resolves a rate, times that rate
+RUINED_EARLIER = "the steps before these had ruined it"
 Redo = Callable[[RunRequest], Trajectory]
 
 
 def has_work(system: Any) -> bool:
-    """Whether a system has forces whose work is known: not those on point masses."""
+    """Whether a system has forces whose work can be integrated: not those on point masses."""
     if not isinstance(system, WithFunctions) or system.explicit_time:
         return False
     return working_force(system) is not None
@@ -64,12 +64,12 @@ def has_work(system: Any) -> bool:
 def assess_work(
     formulation: Formulation, request: RunRequest, work: RunArrays, redo: Redo
 ) -> EnergyReport:
-    """The report on a run so far, with forces that do work.
+    """The energy report of a run whose forces do work.
 
     Parameters
     ----------
     redo
-        does a run of one step again
+        runs a request of one step
     """
     so_far = request.checkpoint.energies
     if work.steps_done == 0 or work.watch == UNWATCHED:
@@ -121,7 +121,7 @@ class Steps(NamedTuple):
 def _steps(
     formulation: Formulation, request: RunRequest, work: RunArrays, states: States, redo: Redo
 ) -> Steps:
-    """Some steps: of curves that were kept, or done again from watched states."""
+    """Some steps: on curves that were kept, or repeated from watched states."""
     problem, start, tau = (
         request.problem,
         request.checkpoint,
@@ -194,7 +194,7 @@ def _again(
     k: int,
     redo: Redo,
 ) -> Trajectory:
-    """The step from a watched state."""
+    """The run of one step from watched state ``k``."""
     q, v = states.q[k], states.v[k].reshape(request.problem.v0.shape)
     t = request.problem.t0 + int(first_steps[k]) * request.step
     return _one_step(formulation, request, request.problem.moved(q, v, t), request.step, True, redo)
@@ -213,7 +213,7 @@ def _one_step(
 
 
 def _velocities(problem: Problem, states: States, guess: Array, t: Array) -> Array:
-    """The velocities (n, d) of momenta, each near one."""
+    """The velocities (n, d) of momenta, found from guesses (n, d)."""
     system = problem.system
     if not isinstance(system, Lagrangian):
         return system.velocity(states.p).reshape(guess.shape)
@@ -233,13 +233,13 @@ def _nodes(stages: int) -> tuple[Array, Array]:
 
 
 def _some(n: int) -> Any:
-    """Numbers below n, the first ones among them."""
-    spread = np.linspace(0, n - 1, STEPS - FIRST_STEPS).astype(np.int64)
+    """Up to EXAMINED_STEPS indices below n: the first FIRST_STEPS, and others evenly spread."""
+    spread = np.linspace(0, n - 1, EXAMINED_STEPS - FIRST_STEPS).astype(np.int64)
     return np.unique(np.append(np.arange(min(n, FIRST_STEPS)), spread))
 
 
 def _watched(formulation: Formulation, request: RunRequest, work: RunArrays) -> States:
-    """The state at the begin of a run, and the watched ones."""
+    """The first state of a run and the watched ones."""
     problem, r, d = request.problem, request.problem.q0.size, request.problem.v0.size
     rows, first = (
         watched_rows(formulation, request, work),
@@ -287,8 +287,8 @@ def _table(errors: Array, ruining: Array, sizes: Array, *potentials: Array) -> A
 
 def _of_states(request: RunRequest, work: RunArrays, states: States) -> tuple[Array, Array]:
     """Of all steps up to watched states, where dampers are all there is: that it rises, or falls by
-    more than AMPLE times what the fastest damping seen takes of the largest kinetic energy. Of
-    other forces only the work in some steps is known: they may act between these."""
+    more than DISSIPATION_MARGIN times what the fastest damping takes of the largest kinetic energy.
+    Of other forces only the work in some steps is known: they may act between these."""
     problem, start = request.problem, request.checkpoint
     numbers = np.append(start.first, steps_of(start, work))
     chosen = np.unique(np.linspace(0, len(numbers) - 1, WORK_STATES).astype(np.int64))
@@ -296,10 +296,10 @@ def _of_states(request: RunRequest, work: RunArrays, states: States) -> tuple[Ar
     kinetic, potential = energies(problem, states, forces=True)
     rates = [
         float(np.max(damping_rates(problem, states.q[k], states.v[k], 0.0)[0]))
-        for k in np.unique(np.linspace(0, len(numbers) - 1, DAMPED_AT).astype(np.int64))
+        for k in np.unique(np.linspace(0, len(numbers) - 1, STATES_WITH_DAMPING).astype(np.int64))
     ]
     lasted = np.abs(numbers - numbers[0]) * abs(request.step)
-    takes = AMPLE * 2.0 * max(rates) * np.maximum.accumulate(np.abs(kinetic)) * lasted
+    takes = DISSIPATION_MARGIN * 2.0 * max(rates) * np.maximum.accumulate(np.abs(kinetic)) * lasted
     risen = np.sign(request.step) * (kinetic + potential - kinetic[0] - potential[0])
     errors = np.maximum(np.maximum(risen, -risen - takes), 0.0)
     table = _table(errors, errors, np.abs(kinetic), potential, potential)
@@ -334,8 +334,7 @@ class Unresolved(NamedTuple):
 def unresolved_rate(
     formulation: Formulation, request: RunRequest, steps: Steps, states: States, redo: Redo
 ) -> Unresolved | None:
-    """The velocity that is most in error since its damping is too fast for the steps; None for
-    none.
+    """The velocity with the largest error because its damping is too fast for the steps, or None.
 
     Near a state v' = -M^-1 D (v - w), D = -df/dv. Modes of a rate r with |h r| above the number of
     stages are not resolved: their part of v - w changes by R(-h r), see ``growth``, and not by
@@ -346,7 +345,7 @@ def unresolved_rate(
     system: Any = problem.system
     largest = float(np.max(np.abs(energies(problem, states)[0])))
     fastest = np.max(np.abs(states.v), axis=0)
-    chosen = np.unique(np.linspace(0, len(steps.t) - 1, RATES_AT).astype(np.int64))
+    chosen = np.unique(np.linspace(0, len(steps.t) - 1, STEPS_WITH_RATES).astype(np.int64))
     for k in chosen if len(steps.t) else ():
         t, q, v = steps.t[k], steps.begins.q[k], steps.begins.v[k].reshape(problem.v0.shape)
         rates, modes = damping_rates(problem, q, v, t)
@@ -354,7 +353,7 @@ def unresolved_rate(
         if not fast.any():
             continue
         rate = float(rates[np.argmax(np.abs(rates))])
-        moved, short = problem.moved(q, v, t), math.copysign(SHORT / rate, request.step)
+        moved, short = problem.moved(q, v, t), math.copysign(RESOLVED_STEP / rate, request.step)
         after = _one_step(formulation, request, moved, short, False, redo)
         velocity_after = velocity_at(system, after.q[-1], after.p[-1], t, v.ravel())
         parts = np.linalg.solve(modes, np.ravel(v - velocity_after) / short)
@@ -392,7 +391,7 @@ def damping_rates(problem: Problem, q: Array, v: Array, t: float) -> tuple[Array
 
 
 def growth(table: Tableau, z: float) -> float:
-    """R(-z): by what a step multiplies a velocity that is damped at the rate z / h."""
+    """R(-z), the factor of a velocity in a step when it is damped at the rate z / h."""
     b, psi, slope, end = table.b, table.psi, table.slope, table.end
     matrix = (slope - z * psi).T @ (b[:, None] * slope) + z * np.outer(end, b @ slope)
     y = np.linalg.solve(matrix, end)
@@ -402,10 +401,10 @@ def growth(table: Tableau, z: float) -> float:
 def _explained(
     request: RunRequest, report: EnergyReport, fast: Unresolved | None, locked: bool
 ) -> EnergyReport:
-    """A report in words, with what is fast or locked."""
+    """The report with its clauses and remedy: energy, unresolved damping, gimbal lock."""
     begin, clauses, remedy = request.problem.t0, [], ""
     if report.ruined == 0:
-        clauses.append(BEFORE)
+        clauses.append(RUINED_EARLIER)
     elif report.error > TOLERATED:
         which = "before it" if report.ruined == report.worst else "up to there"
         end = begin + cast(int, report.worst) * request.step

@@ -175,4 +175,4 @@ def test_what_a_lagrangian_raises_after_the_run_is_said():
     end.append(float(right.q[-1, 0]))
     run = galvi.integrate(spring, gauss(3, NEAR), 0.3, 5)
     assert run.outcome.end is End.DOUBTFUL and np.max(np.abs(run.q - right.q)) < 1e-14
-    assert "could not be judged at t = " in run.status and "out of the table" in run.status
+    assert "could not be assessed at t = " in run.status and "out of the table" in run.status

@@ -219,7 +219,7 @@ def test_a_run_that_stops_after_it_was_ruined_and_could_not_be_judged_says_all()
     run = galvi.integrate(galvi.Problem(system, [1.0], [0.5]), FOUR, 0.1, STEPS)
     assert run.outcome.end is galvi.End.STEP_FAILED
     assert run.outcome.notes[0].startswith("It was ruined from t = ")
-    assert "ts energy could not be judged at t = " in run.outcome.notes[-1]
+    assert "ts energy could not be assessed at t = " in run.outcome.notes[-1]
     assert run.failed_step == run.counts["steps"] + 1  # the first without a state
     with pytest.raises(ValueError, match="a run that failed cannot be resumed"):
         galvi.resume(run, 1)

@@ -208,10 +208,10 @@ def test_curves_follow_the_motion_through_the_inertial_frame() -> None:
 
 def test_without_it_the_run_ends_and_names_the_bodies(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fallback that never agrees with itself is the planted fault."""
-    monkeypatch.setattr(inertial, "SAME", -1.0)
+    monkeypatch.setattr(inertial, "PARTS_TOLERANCE", -1.0)
     run = galvi.integrate(CROSSING, FRAME, 0.4, duration=40.0)
     assert not run.success and "bodies 1 and 2 pass" in run.status
-    monkeypatch.setattr(inertial, "SAME", 1e-12)
+    monkeypatch.setattr(inertial, "PARTS_TOLERANCE", 1e-12)
     monkeypatch.setattr(inertial, "PARTS", (1, 1))  # so that parts always agree
     wrong = galvi.integrate(CROSSING, FRAME, 1.0, duration=40.0)
     assert not wrong.success or np.ptp(galvi.energy(wrong)) > 1e-11  # 6e-13 otherwise

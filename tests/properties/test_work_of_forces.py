@@ -186,7 +186,7 @@ def test_a_force_that_raises_when_it_is_judged_is_no_crash() -> None:
     used, calls[0] = calls[0], 0
     limit = used - 3
     run = galvi.integrate(problem, method(2), 0.1, 5, solver="newton")
-    assert "could not be judged" in run.status and "no more" in run.status
+    assert "could not be assessed" in run.status and "no more" in run.status
 
 
 @pytest.mark.parametrize(("s", "z"), [(1, 7.0), (2, 0.1), (4, 1000.0)])

@@ -57,7 +57,7 @@ def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) ->
     Parameters
     ----------
     energy
-        that the clock is told; None: that of the start, in double-double
+        E of the clock; None: the energy at the start, in double-double
     """
     system, s = problem.system, method.stages
     if method.clock != DynamicalTime() or not isinstance(system, NBody) or system.pairs == 0:
@@ -73,7 +73,7 @@ def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) ->
 
 @lru_cache(maxsize=32)
 def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
-    """As `motion_in_lanes`, which has checked that there is one."""
+    """`motion_in_lanes`, after its checks."""
     system, s = cast(NBody, problem.system), method.stages
     shape, d, lanes = problem.q0.shape, problem.q0.size, lanes_for(s)
     dimension = shape[1]

@@ -32,12 +32,12 @@ class ClockSteps(NamedTuple):
     rates : array, shape (n, s)
         g at the stages
     counts : array, shape (4,)
-        passes and others, as in galvi.run.run_arrays.COUNTED, of all steps
+        of all steps, as in galvi.run.run_arrays.COUNTED
     number : array, shape (n,)
-        of steps since the problem's start; of a shortened step its share counts
+        of steps since the problem's start; a shortened step counts as its share
     energy : array, shape (n,)
-        that of the start and the work of forces since then, as the clock integrates it; None where
-        it is that of the start
+        that of the start plus the work of forces since then, as the clock integrates it; None
+        where it is constant
     """
 
     q: Array
@@ -66,9 +66,9 @@ def joined(parts: Sequence[ClockSteps]) -> ClockSteps:
 
 
 class Advanced(NamedTuple):
-    """Up to n steps from a state: they, the state after them, and a code of kernels.nystrom.solve.
+    """Up to n steps from a state, the state after them, and a code of galvi.kernels.nystrom.solve.
 
-    With fewer steps and code SOLVED the next step would pass the time asked for. ``reason`` says
+    Fewer steps with the code SOLVED: the next one would pass the requested time. ``reason`` says
     why a step failed.
     """
 
@@ -78,8 +78,8 @@ class Advanced(NamedTuple):
     reason: str = ""
 
 
-# (state, h, n, time, keep) -> up to n steps of length h, none beyond a time unless that is None;
-# ``keep`` their curves. The same bits in any portions; the state is not changed.
+# (state, h, n, time, keep) -> up to n steps of length h, none beyond ``time`` unless it is None,
+# with their curves if ``keep``. Bit-identical in any portions; the state is not changed.
 Advance = Callable[[Checkpoint, float, int, float | None, bool], Advanced]
 
 
@@ -92,13 +92,13 @@ class Motion:
     advance
         does steps
     at
-        (q, v, t) -> a state that moves with the energy of the problem's start
+        (q, v, t) -> a state with the energy of the problem's start
     rate
         g of a flat configuration
     chart
         of the Galerkin curves
     reason
-        why it is done so, for `galvi.Trajectory.engine_reason`
+        for `galvi.Trajectory.engine_reason`
     single_steps
         (states, lengths (k,)) -> one step of its own length from each of k states: q, v (k, d),
         times and codes (k,); None: by ``advance``, one after another

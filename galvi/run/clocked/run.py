@@ -41,8 +41,8 @@ TOO_LONG = "the step is too large for the clock"
 
 
 def energy_at_start(request: RunRequest) -> float:
-    """The energy at the problem's start; ValueError for a clock that is not one of the problem's,
-    or without an energy."""
+    """The energy at the problem's start; ValueError where the clock does not apply to the problem,
+    and where the energy is not finite."""
     request.method.clock.rate(request.problem)
     total = start_energies(request.problem).total
     if not math.isfinite(total):
@@ -53,7 +53,7 @@ def energy_at_start(request: RunRequest) -> float:
 
 
 def prescribed_energy(request: RunRequest) -> float | None:
-    """The energy that a request's clock is told; None: that of the start."""
+    """The energy E that a request prescribes for its clock; None: that of the start."""
     start = request.checkpoint
     return float(start.clock[2]) if start.clock.size and not start.state.size else None
 
@@ -146,7 +146,7 @@ def at_step_limit(steps_done: int, t: float, steps: int, time: float) -> Outcome
 
 
 def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | None:
-    """What a step does to bodies without mass, at some of the kept states; None without any."""
+    """The error of massless bodies at some of the saved states; None without such bodies."""
     if not has_massless(stepper.problem):
         return None
 
@@ -174,18 +174,17 @@ def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | N
 
 
 def _samples(stepper: ClockStepper) -> Samples | None:
-    """Some steps, the last one among them, by whose energies a run is assessed; None: there are
-    none."""
+    """The states by whose energies a run is assessed, the last one among them, or None."""
     problem, last = stepper.problem, stepper.end if stepper.end is not None else stepper.last
     if last is None or not stepper.watched:
         return None
-    is_seen = stepper.end is None and stepper.steps_done % stepper.stride == 0
-    steps = joined(stepper.samples if is_seen else [*stepper.samples, last.rows([0])])
+    is_sampled = stepper.end is None and stepper.steps_done % stepper.stride == 0
+    steps = joined(stepper.samples if is_sampled else [*stepper.samples, last.rows([0])])
     n, t, v = len(steps.t), steps.t[:, 0], steps.v
     q, p = steps.q.reshape(n, *problem.q0.shape), steps.p.reshape(n, *problem.v0.shape)
     if v is None:
         try:
             v = velocity_at(problem.system, q, p, t, problem.v0).reshape(n, -1)
-        except Exception:  # `assess_energy` seeks them one by one, and says where that is
+        except Exception:  # `assess_energy` solves for them one by one, and reports where
             v = np.repeat(problem.v0.reshape(1, -1), n, axis=0)
     return Samples(np.ceil(steps.number).astype(np.int64), States(q, p, v, t), steps.energy)

@@ -22,41 +22,41 @@ from galvi.run.stepper import Engine, SavedStates
 from galvi.systems.nbody import NBody
 
 STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
-SEEN = 1024  # most states by whose energies a run is assessed
+MOST_ENERGY_SAMPLES = 1024  # states by whose energies a run is assessed
 CHUNK_NUMBERS = 2**22  # numbers of curves in a chunk of steps
 NOT_POSITIVE = (
     "the clock is not positive at a stage of the step, or its time does not grow. Use a smaller "
     "step, or another clock"
 )
-LAST_STEP_PASSES = 20  # iterations for the length of the last step
+LAST_STEP_ITERATIONS = 20  # iterations for the length of the last step
 FULL = "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
 
 
 class ClockStepper:
-    """The steps of one run in a clock, and what they gave.
+    """The steps of one run in a clock, and their records.
 
     Parameters
     ----------
     motion
-        how they are done
+        does the steps
     engine
-        "clock", or "general" where that is alone
+        "clock", or "general" with GALVI_FAST=0
 
     Attributes
     ----------
     first_state
-        that from which they begin; ``checkpoint`` is that after them
+        the state before the first step; ``checkpoint`` is the current one
     recorded
         all steps, where curves are kept; else the states at every save_every-th one
     samples
         states by which the energy is assessed, after every ``stride``-th step
     last
-        the last one
+        the last step
     failure_reason
         why a step failed; "" where none did
     end
-        the shortened step to the time asked for, and ``share``, how much of a step it is; None
-        without one
+        the shortened step to the requested time, and ``share``, its length over that of a step;
+        None without one
     passage
         of point masses, as galvi.kernels.forces.passages has it; else empty
     """
@@ -76,7 +76,7 @@ class ClockStepper:
         return isinstance(self.problem.system, NBody)
 
     def begin(self, *, watched: bool = True) -> None:
-        """Make what the steps are kept in; ``watched``: keep states by which to assess energies."""
+        """Set the first state and empty records; ``watched``: keep samples for the energy."""
         problem, start = self.problem, self.request.checkpoint
         state, fresh = start, self.motion.at(problem.q0, problem.v0, problem.t0)
         if not start.state.size:
@@ -104,12 +104,13 @@ class ClockStepper:
         self.passage = passage_record(problem, state.passage)
 
     def retry(self, engines: Sequence[Engine], code: int) -> int:
-        """The code of a step that failed, which is not tried again."""
+        """Returns ``code``: a step in a clock is not retried."""
         return code
 
-    @np.errstate(all="ignore")  # what is not finite is said
+    @np.errstate(all="ignore")  # such steps fail
     def advance(self, n: int) -> int:
-        """Does n more steps, or as many as there are."""
+        """Does n steps, or fewer where the requested time or a failure comes first; returns a code
+        of galvi.kernels.nystrom.solve."""
         keep = self.first_state.keeps_curves
         if keep:
             n = min(
@@ -148,7 +149,7 @@ class ClockStepper:
         return advanced.code
 
     def note_passages(self, steps: ClockSteps) -> None:
-        """Passages of two point masses that these steps do not resolve."""
+        """Note passages of two point masses that these steps do not resolve."""
         if not self.passage.size or not len(steps.t):
             return
         d, system = self.problem.v0.size, cast(NBody, self.problem.system)
@@ -174,7 +175,7 @@ class ClockStepper:
         self.recorded.append(steps if keep else steps.rows(self._is_saved(steps)))
         self.last = steps.rows([-1])
         if self.watched:
-            self._see(steps)
+            self._sample(steps)
         self.bytes += sum(getattr(array, "nbytes", 0) for array in self.recorded[-1])
         if self.bytes > ALWAYS_FREE and self.bytes > 0.5 * (self.bytes + free_memory()):
             self.over, self.failure_reason = True, FULL
@@ -182,17 +183,17 @@ class ClockStepper:
 
     @property
     def first_length(self) -> float:
-        """The time that a step takes at the problem's start, about."""
+        """The approximate length in time of a step at the problem's start."""
         return float(self.motion.rate(self.problem.q0.ravel())) * self.step
 
     def _is_saved(self, steps: ClockSteps) -> Any:
         """Whether the states after some steps are saved, (n,)."""
         return (steps.number - self.first_state.first) % self.first_state.save_every == 0
 
-    def _see(self, steps: ClockSteps) -> None:
-        """Keep the states after every 2^k-th step, at most ``SEEN``, whatever the portions."""
+    def _sample(self, steps: ClockSteps) -> None:
+        """Keep the states after every 2^k-th step, at most MOST_ENERGY_SAMPLES of them."""
         self.samples.append(self._every_so_many(steps))
-        while sum(len(part.t) for part in self.samples) > SEEN:
+        while sum(len(part.t) for part in self.samples) > MOST_ENERGY_SAMPLES:
             self.stride *= 2
             self.samples = [self._every_so_many(joined(self.samples))]
 
@@ -201,7 +202,7 @@ class ClockStepper:
 
     @property
     def reached(self) -> bool:
-        """Whether the time asked for is reached, or would be passed by the next step."""
+        """Whether the requested time is reached, or would be passed by the next step."""
         if self.time is None or self.failure_reason:
             return False
         t, low = self.checkpoint.clock[:2].tolist()
@@ -211,7 +212,7 @@ class ClockStepper:
 
     @np.errstate(all="ignore")
     def finish(self) -> None:
-        """Does the shortened step to the time, if that is near."""
+        """Does the shortened step to the requested time, where the next step would pass it."""
         if self.reached:
             self.end, self.share = self.to_time()
         if self.end is not None:
@@ -219,7 +220,7 @@ class ClockStepper:
 
     def to_time(self) -> tuple[ClockSteps | None, float]:
         """The shortened step from the last grid point to the time, by Newton's method for its share
-        of a step; None where the grid point is there, or with a ``reason``."""
+        of a step; None where the grid point is at the time, or with a ``failure_reason``."""
         t, low = self.checkpoint.clock[:2].tolist()
         time, rate, h = cast(float, self.time), self.motion.rate, self.step
         wanted, fine = (time - t) - low, 2.0 * math.ulp(max(abs(time), abs(t)))
@@ -228,7 +229,7 @@ class ClockStepper:
         q = self.checkpoint.state[0, : self.problem.q0.size]
         x, low_x, high_x = (min(1.0, wanted / (h * float(rate(q)))), 0.0, 2.0)
         best: tuple[float, ClockSteps | None, float] = (math.inf, None, 0.0)
-        for _ in range(LAST_STEP_PASSES):
+        for _ in range(LAST_STEP_ITERATIONS):
             advanced = self.motion.advance(
                 self.checkpoint, x * h, 1, None, self.first_state.keeps_curves
             )
@@ -299,7 +300,7 @@ class ClockStepper:
         return SavedStates(t, q, p, velocities if has_massless(problem) else None, tau)
 
     def counted(self) -> dict[str, int]:
-        """What was counted, by name."""
+        """The counts of the run, by name."""
         counts = {
             "steps": self.steps_done,
             **dict(zip(COUNTED, map(int, self.counts), strict=True)),

@@ -1,4 +1,4 @@
-"""Steps in a clock of what the clock's lanes do not take: in transformed time, as equal steps.
+"""Steps in a clock, of problems for which it has no lanes: equal steps in transformed time.
 
 With u = dq/dtau, the energy E and an external force F, these are steps of
 
@@ -77,7 +77,7 @@ class StageClock:
         self.set(np.outer([t, energy], np.ones(nodes.size)), 1.0)
 
     def set(self, values: Array, step: float) -> None:
-        """Those of another step."""
+        """Set the values of another step, of length ``step`` in tau."""
         self.values, self.step = values, step
 
     def at(self, tau: float = 0.0) -> tuple[float, float]:
@@ -92,7 +92,7 @@ class LagrangianInTau:
     Attributes
     ----------
     base
-        the Lagrangian L; ``base_slopes`` are its slopes, None where they are not known
+        the Lagrangian L; ``base_slopes`` are its slopes, or None
     start
         q and u
     """
@@ -210,7 +210,7 @@ class TransformedTime:
         self.at_once = iterates and solver != "newton"
 
     def at(self, q: Array, v: Array, t: float) -> Checkpoint:
-        """As of `Motion`; where the energy changes, with that of the state."""
+        """See `Motion`; of a driven problem with the energy of the state."""
         energy, q = self.energy, q.reshape(self.inner.q0.shape)
         if self.driven:
             energy = float(self.in_tau.base.energy(q, v.ravel(), t))
@@ -224,7 +224,7 @@ class TransformedTime:
     def advance(
         self, state: Checkpoint, h: float, n: int, time: float | None, keep: bool
     ) -> Advanced:
-        """As `galvi.run.clocked.motion.Advance`."""
+        """See `galvi.run.clocked.motion.Advance`."""
         if not self.driven:
             return self._block(state, h, n, time, keep)
         (m, s), r, d = self.table.C.shape, self.problem.q0.size, self.problem.v0.size
@@ -286,7 +286,7 @@ class TransformedTime:
 
     def _by_kernel(self, state: Checkpoint, h: float) -> Advanced | str:
         """One step of a driven problem by passes over y = (t, E), in each of which the engine finds
-        the curve; why there is none."""
+        the curve; else the reason why it failed."""
         q0, attempts = state.state[:1, : self.problem.q0.size], []
 
         def slopes(y: Array) -> tuple[Array, float]:
@@ -310,8 +310,8 @@ class TransformedTime:
         return Advanced(last, replace(after, clock=clock), SOLVED)
 
     def _by_passes(self, state: Checkpoint, h: float) -> Advanced | str:
-        """One step of a driven problem of constant mass by passes over all of y = (q, p, t, E); why
-        there is none.
+        """One step of a driven problem of constant mass by passes over all of y = (q, p, t, E);
+        else the reason why it failed.
 
         The rows of its state are q, p and their low parts; the kernel has none of q.
         """
@@ -371,7 +371,7 @@ class TransformedTime:
     def _collocated(
         self, slopes: Callable[[Array], tuple[Array, float]], y: Array, guess: Array, h: float
     ) -> tuple[Array, Array, int] | None:
-        """y after a step, y' at its stages, and after how many passes they settled; None if not.
+        """y after a step, y' at its stages, and the number of passes; None if they do not settle.
 
         Parameters
         ----------
@@ -418,12 +418,12 @@ class TransformedTime:
 def motion_in_transformed_time(
     problem: Problem, method: Galerkin, energy: float, solver: str, tolerance: float
 ) -> Motion:
-    """The motion of a problem in a method's clock without lanes of its own.
+    """The motion of a problem in a method's clock, in transformed time.
 
     Parameters
     ----------
     energy
-        that the clock is told
+        E of the clock
     """
     motion = TransformedTime(problem, method, energy, solver, tolerance)
     group, chart = getattr(problem.system, "group", None), IdentityChart(problem.q0.shape)
@@ -469,7 +469,7 @@ def _refuse(problem: Problem, driven_by: Galerkin | None) -> None:
 
 
 def _no_fixed_point(problem: Problem, method: Galerkin, driven: bool) -> str:
-    """Why fixed-point iteration is not there, and the remedy."""
+    """The refusal of fixed-point iteration, with the remedy."""
     if not driven:
         return (
             "in this clock the solver fixed_point needs functions that can be traced. Use the "

@@ -58,7 +58,7 @@ class Path:
         time = t_0 + tau * (t_1 - t_0)
         u = u_0 + tau * (u_1 - u_0)
         low, high, moves = np.minimum(u_0, u_1), np.maximum(u_0, u_1), np.ones(u.shape, dtype=bool)
-        for _ in range(50):  # each place by itself, whatever others are asked for
+        for _ in range(50):  # each anomaly by itself, whatever the others
             new = u - (u - e * np.sin(u) - time) / (1.0 - e * np.cos(u))
             new = np.where(moves, np.clip(new, low, high), u)
             moves, u = moves & (np.abs(new - u) > SETTLED_ANOMALY * np.abs(new)), new
@@ -119,7 +119,7 @@ class Path:
 
     def states(self, bases: Array, numbers: Any, lengths: Array) -> tuple[Array, Array, Any] | None:
         """q and v (k, d), and codes (k,) that are 0 where they are right, after times ``lengths``
-        (k,) since the starts of steps with these bases and numbers; None: not known here."""
+        (k,) since the starts of steps with these bases and numbers; None but in a `KeplerFrame`."""
         if not isinstance(self.method.chart, KeplerFrame):
             return None
         motion = motion_of(self.problem, self.method, self.step)
@@ -142,6 +142,6 @@ class Path:
         return states[0], states[1], codes
 
     def curves(self, number: int, base: Array) -> Curves:
-        """Those of a step that was done in the inertial frame, from time 0 on."""
+        """The curves of a step that was done in the inertial frame, from time 0 on."""
         t, q, v = self.problem.t0 + number * self.step, *base[:2, : self.problem.q0.size]
         return inertial_curves(self.problem, self.step, t, q, v)

@@ -22,7 +22,7 @@ from galvi.run.run_arrays import RunArrays, State
 from galvi.run.stepper import Declined, Engine, Stepper, Substeps
 from galvi.systems.nbody import NBody
 
-ELSEWHERE = (
+IN_INERTIAL_FRAME = (
     "{left} of {steps} steps were done in the inertial frame, in parts, since what the moving "
     "frame leaves was too strong there, or an orbit too eccentric for it."
 )
@@ -40,7 +40,7 @@ class InFrame:
     """The state is that of galvi.lanes.frames.collocation."""
 
     velocity_row, guess_kind = 2, 0
-    in_other_way = "inertial_steps", ELSEWHERE
+    in_other_way = "inertial_steps", IN_INERTIAL_FRAME
 
     def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""

@@ -26,7 +26,7 @@ from galvi.run.stepper import solve_steps
 from galvi.spaces.polynomials import Polynomials
 
 PARTS = (1, 4, 16, 64, 256, 1024, 4096, 16384)
-SAME = 1e-12  # of the largest place or velocity
+PARTS_TOLERANCE = 1e-12  # of the largest place or velocity
 PLAIN = Galerkin(Polynomials(8), gauss(8), chart=Cayley())
 
 
@@ -78,8 +78,8 @@ def inertial_curves(problem: Problem, step: float, t: float, q: Array, v: Array)
 
 
 def in_parts(start: Problem, step: float, *, curves: bool = False) -> RunArrays | None:
-    """The step from a start in the fewest parts that end as a quarter of them do, in the inertial
-    frame; None where there are none."""
+    """The step from a start in the inertial frame, in the fewest parts whose end agrees with that
+    of a quarter as many; None where no number of parts does."""
     last: Array | None = None
     total = np.zeros(0, dtype=np.int64)
     for parts in PARTS:
@@ -95,7 +95,7 @@ def in_parts(start: Problem, step: float, *, curves: bool = False) -> RunArrays 
         end = work.state[[0, 2]] + work.state[[1, 3]]
         if last is not None:
             sizes = np.max(np.abs(end), axis=1)
-            if np.all(np.max(np.abs(end - last), axis=1) <= SAME * sizes):
+            if np.all(np.max(np.abs(end - last), axis=1) <= PARTS_TOLERANCE * sizes):
                 return work._replace(counts=total)
         last = end
     return None

@@ -183,8 +183,8 @@ class FrameKernel:
 
 
 def scratch_of(motion: Motion, tables: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
-    """Rows of the stages, of those of the first pass, what the functions need, and a state of that
-    shape."""
+    """Rows of the stages, rows of the stages of the first pass, work of the functions, and a state
+    of that shape."""
     rows, width, few = motion.sizes.size, tables[1].size, tables[-1][2].size
     arrays = aligned(
         *(

@@ -18,25 +18,26 @@ from galvi.run.run_arrays import RunArrays
 
 PROBED = 16  # first steps, from which the passes of all are chosen
 FRAME_TOLERANCE = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
-CONVERGED_CHANGE = 2.0**-80  # what they leave of a step that is said to have converged
+CONVERGED_CHANGE = 2.0**-80  # share of the state that passes leave in a converged step
 CONVERGED = (2.0, -1.0, CONVERGED_CHANGE, 0.0)  # checks of a step whose passes converge
-USUAL = 100.0  # a change larger than so many times that at the start calls for further passes
+FURTHER_PASS_RATIO = 100.0  # of the last change to that at the start, above which passes are added
 
 
 @lru_cache(maxsize=32)
 def checks_of(
     problem: Problem, method: Galerkin, step: float, tolerance: float
 ) -> tuple[float, float, float, float]:
-    """Passes of a step, the usual change in the last of them, and what further ones may leave.
+    """The checks of galvi.lanes.frames.collocation: passes of a step, the usual change in the last
+    of them, and what further ones may leave.
 
-    Unless the frame says how many, the fewest with which the first `PROBED` steps end, each from
-    the same state, within the tolerance of one that has converged, in their mean. They depend on
-    the problem's start alone, so that they are the same in each part of a continued run.
+    Unless the frame prescribes their number, it is the least with which the mean error of the
+    first `PROBED` steps is within the tolerance, each from the state of a converged step. It
+    depends on the problem's start alone, so that it is the same in each part of a continued run.
     """
     left = FRAME_TOLERANCE if tolerance == ROUND_OFF else tolerance
     converged = _probed(problem, method, step, CONVERGED)
     if not converged:
-        return 2.0, -1.0, left, 0.0  # the run finds the same, and says it
+        return 2.0, -1.0, left, 0.0  # the run fails likewise and reports it
     prescribed, largest = frame_of(method).passes, max(probe.passes for probe in converged)
     few = (
         range(2, largest + 1) if prescribed is None else (min(prescribed, collocation.MAX_PASSES),)
@@ -52,7 +53,7 @@ def checks_of(
         if np.mean(np.max(np.abs(np.sum(gaps, axis=1)), axis=1)) <= left:
             break
     change = max(probe.change for probe in measured)
-    return float(passes), max(USUAL * change, collocation.ROUNDING_CHANGE), left, 0.0
+    return float(passes), max(FURTHER_PASS_RATIO * change, collocation.ROUNDING_CHANGE), left, 0.0
 
 
 class Probe(NamedTuple):
@@ -65,7 +66,7 @@ class Probe(NamedTuple):
     passes
         that it took
     change
-        the last one that was measured
+        of the last pass
     end : array, shape (2, 2 n)
         the state in the frame after it and its low part, over their sizes
     """

@@ -52,7 +52,7 @@ def lane_law(system: Any, d: int) -> LawCode | None:
 
 @lru_cache(maxsize=32)
 def _lane_law(system: Any, d: int, system_traces: Traces) -> LawCode | None:
-    """The law for lanes of a system, which depends on the traces that were found."""
+    """The law for lanes of a system, cached with its traces."""
     return law_of(CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system)
 
 
@@ -113,8 +113,8 @@ def group_law_kernel(request: RunRequest, work: RunArrays) -> LawKernel:
 
 
 def group_kernel(request: RunRequest) -> MakeKernel | str:
-    """What makes the kernel in lanes of a run on a group, or of a Lagrangian; else why there is
-    none."""
+    """The constructor of the kernel in lanes on a group, or for a Lagrangian; else the reason why
+    there is none."""
     problem, method = request.problem, request.method
     if has_law(problem, method):
         return partial(WithNewton, law_kernel)
@@ -133,7 +133,7 @@ class WithNewton:
         self._in_lanes, self._request, self._work = kernel(request, work), request, work
 
     @cached_property
-    def _general(self) -> Kernel:  # when it is first needed: compiling it takes long
+    def _general(self) -> Kernel:  # made when first needed: compiling it takes long
         return CountedByNewton(self._request, self._work)
 
     def advance(self, n: int) -> int:

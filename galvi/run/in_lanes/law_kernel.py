@@ -130,7 +130,7 @@ def words_of(
 
 
 class LawKernel:
-    """Steps of a law in lanes; it owns what its addresses point to.
+    """Steps of a law in lanes; it owns the arrays that its addresses point to.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Steps of point masses and canonical systems in vector instructions, and the tables of lanes."""
+"""Steps of point masses and canonical systems in vector instructions."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ LANE_TOLERANCE = 2.0**-68
 
 
 def vector_kernel(request: RunRequest) -> MakeKernel | str:
-    """What makes the kernel in lanes of a run on a vector space; else why there is none."""
+    """The constructor of the kernel in lanes on a vector space; else why there is none."""
     system: Any = request.problem.system
     if isinstance(system, Canonical):
         if _unit_mass_law(system, request.problem.q0.size, traces(system)) is None:
@@ -98,7 +98,7 @@ class PointMassKernel:
 
 @lru_cache(maxsize=32)
 def _unit_mass_law(system: Canonical, d: int, system_traces: Traces) -> LawCode | None:
-    """The law of unit mass, or None; found are the system's traces, on which it depends."""
+    """The law of unit mass, cached with the system's traces, or None."""
     inverse_mass, slopes = system.inverse_mass(d), slopes_of(system)
     coupled = inverse_mass.shape[1] > 1
     if slopes is None or not fits(d, coupled):

@@ -16,8 +16,8 @@ from galvi.tableau import Tableau
 
 
 class LawTables(NamedTuple):
-    """Tables, complement and growth of galvi.lanes.layouts, what a law says of the complement: its
-    rows, or the number of functions Y; and the nodes (P,)."""
+    """Tables, complement and growth of galvi.lanes.layouts; ``extra``, the rows of the complement
+    or the number of functions Y; and the nodes (P,)."""
 
     tables: Array
     complement: Array
@@ -27,7 +27,7 @@ class LawTables(NamedTuple):
 
 
 class Form(NamedTuple):
-    """For which steps tables are.
+    """The step and the vectors that tables are made for.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ MEMBERS = Form(1.0, 0)
 def tables_on_space(
     table: Tableau, degrees: tuple[int, ...] | None, form: Form = MEMBERS
 ) -> LawTables:
-    """Those of a law on R^d.
+    """The tables of a law on R^d.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def tables_on_space(
 
 @lru_cache(maxsize=64)
 def nystrom_tables(table: Tableau, form: Form = MEMBERS) -> LawTables:
-    """As ``tables_on_space``, for places alone."""
+    """The tables of a Nystrom method, for laws whose positions alone are iterated."""
     s = table.c.size
     P = in_lanes(s, form)
     A, beta = np.stack([table.A.T, table.low_parts[3].T]), np.zeros((2, s, P))
@@ -78,7 +78,7 @@ def nystrom_tables(table: Tableau, form: Form = MEMBERS) -> LawTables:
 
 @lru_cache(maxsize=64)
 def tables_on_group(table: Tableau, form: Form = MEMBERS) -> LawTables:
-    """As ``tables_on_space``, on a group: the first lane beyond the stages has the step's end."""
+    """The tables of a law on a group: the first lane beyond the stages has the step's end."""
     s, m = table.slope.shape
     P = in_lanes(s, form)
     A, B = np.zeros((2, 2, s, P))

@@ -1,7 +1,7 @@
 """Names the point masses for which a step could not be solved, or is too long.
 
-And what single steps say of bodies without mass, which the energy of the whole does not see: at
-some states of a run the last step is done again backwards, and in two halves. The difference gives
+It also estimates the error of massless bodies, to which the energy of the system is blind: at some
+states of a run the last step is repeated backwards, and in two halves. The difference gives
 a body the energy v . dv + G M / r^2 dr, here relative to v^2 / 2 + G M / r, where M attracts it
 most: an estimate of what a step does to it. Other steps may err more, and errors of many steps may
 cancel, as they do for a symplectic method.
@@ -36,7 +36,7 @@ def encounter(
     Parameters
     ----------
     framed
-        whether the run is in a frame already
+        whether the run is in a moving frame
 
     Notes
     -----
@@ -84,7 +84,7 @@ def encounter(
 
 
 def _pericentres(mu: Array, gap: Array, speed: Array) -> Array:
-    """The least distances of pairs of bodies that nothing else moves."""
+    """The least distances of pairs of bodies that move under their own attraction."""
     separation, inward = np.linalg.norm(gap, axis=1), np.sum(gap * speed, axis=1)
     across = speed - (inward / separation**2)[:, None] * gap
     square = separation**2 * np.sum(across**2, axis=1)  # of the angular momentum
@@ -111,7 +111,7 @@ def unresolved_passage(
     step
         of the run; None in a clock, where the passage has its time
     framed
-        whether it was one in a frame
+        whether the run is in a moving frame
     """
     if passage.size == 0 or not passage[0] > (UNRESOLVED_IN_A_FRAME if framed else UNRESOLVED):
         return ""
@@ -132,15 +132,15 @@ def body_names(problem: Problem, bodies: int) -> Sequence[Any]:
     return names
 
 
-LONG_RUN_STATES = 6  # that are looked at in a long run, the last one and others before it
-# Steps of a run for each further state: there three steps are done again, without a guess. In a
+LONG_RUN_STATES = 6  # that are examined in a long run, the last one and others before it
+# Steps of a run for each further state, at which three steps are repeated without a guess. In a
 # clock these are as long as a body's motion allows, and err most near a pericentre.
 STEPS_PER_STATE, STEPS_PER_STATE_IN_A_CLOCK = 32768, 256
 RESOLVED_ENERGY_CHANGE = 1e-3  # a step that resolves a body's motion changes less of its energy
 
 
 class MasslessError(NamedTuple):
-    """The body without mass whose energy a step changes by most, at one of some states.
+    """The massless body whose energy a step changes most, among the examined states.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ class MasslessError(NamedTuple):
     share
         that change, relative
     states
-        how many were looked at; at others the step could not be done again
+        number of examined states at which the step could be repeated
     """
 
     body: int
@@ -160,15 +160,15 @@ class MasslessError(NamedTuple):
 def examined_states(
     states: int, steps: int, steps_per_state: int, *, start: bool = False
 ) -> list[int]:
-    """Which of the ``states`` states of a run, its start the first, are looked at: the last one, a
-    further one for ``steps_per_state`` of its steps, and the ``start``, if so."""
+    """Indices of the examined ones of ``states`` states of a run: the last one, a further one for
+    every ``steps_per_state`` of its steps, and with ``start`` the first."""
     parts = min(LONG_RUN_STATES - start, 1 + steps // steps_per_state)
     return list(dict.fromkeys(round((states - 1) * k / parts) for k in range(parts, -start, -1)))
 
 
 @np.errstate(all="ignore")
 def massless_error(problem: Problem, ends: Callable[[int], Array]) -> MasslessError | None:
-    """The estimate for a run from k of its states; None where nothing can be told.
+    """The estimate for a run from k of its states; None where no step could be repeated.
 
     Parameters
     ----------
@@ -188,7 +188,8 @@ def massless_error(problem: Problem, ends: Callable[[int], Array]) -> MasslessEr
 
 
 def _energy_changes(system: Any, light: Any, full_steps: Array, halves: Array) -> Array:
-    """What a step changes of the energy of the ``light`` bodies (n,) beside its halves, (k, n)."""
+    """Relative difference (k, n) in energy of the ``light`` bodies (n,) between a step and its two
+    halves."""
     light_states, off = halves[:, :, light], (full_steps - halves)[:, :, light]
     pull, puller = (
         np.zeros(light_states.shape[1:3]),

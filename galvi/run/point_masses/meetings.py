@@ -14,8 +14,8 @@ from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
 ORBIT_MARGIN = 0.1  # share by which orbits may change before `can_meet` is asked again
-MOST_PAIRS = 16  # pairs whose orbits are looked at; of more, some may meet
-AROUND = (128, 512)  # places on an orbit; more where these do not tell
+MOST_PAIRS = 16  # whose orbits are compared; of more, some are assumed to meet
+ORBIT_POINTS = (128, 512)  # on an orbit; the larger number where the smaller does not decide
 BEND_HILL_RADII = 0.7  # Hill radii by which two orbits bend each other before they pass
 
 
@@ -27,7 +27,7 @@ def can_meet(
     method: Galerkin,
     step: float,
 ) -> bool:
-    """Whether two bodies may pass each other so close that `may_pass` looks at them, on the
+    """Whether two bodies may pass each other so close that `may_pass` examines them, on the
     orbits about the heaviest one of a state, wherever they are on these, up to ``ORBIT_MARGIN``."""
     system = problem.system
     if not isinstance(system, NBody):
@@ -71,7 +71,7 @@ def _orbits_near(mu: Array, q: Array, v: Array, i: int, j: int, time: float, pul
         * np.cbrt(pull / (3.0 * mu[i]))
     )
     bent += np.cbrt(2.0 * pull * time**2)
-    for places in AROUND:
+    for places in ORBIT_POINTS:
         first, second = (_ellipse(float(mu[k]), q[k], v[k], places) for k in (i, j))
         square, fast = (
             np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1) - 2.0 * a @ b.T

@@ -11,7 +11,7 @@ from galvi.arrays import Array, read_only
 from galvi.problem import Problem
 
 COSTLY = 10.0  # times as many steps because of one pair, from which on it is named
-PACED_STATES, SPARSELY = 32, 8  # states, of up to 1024, at which the pair is looked for: every 8th
+PACED_STATES, PACED_STRIDE = 32, 8  # samples at which the pair is sought, and the least stride
 
 
 def paces(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
@@ -41,7 +41,7 @@ def closest_pair(problem: Problem, q: Array) -> tuple[Any, Any]:
 
 def costly_pair(problem: Problem, q: Array) -> str:
     """A sentence on the one pair because of which steps are ``COSTLY`` times as many, or none."""
-    i, j, pace = paces(problem, q[:: max(SPARSELY, -(-len(q) // PACED_STATES))])
+    i, j, pace = paces(problem, q[:: max(PACED_STRIDE, -(-len(q) // PACED_STATES))])
     if len(pace) < 2:
         return ""
     pair = int(np.bincount(np.argmax(pace, axis=0)).argmax())

@@ -307,7 +307,7 @@ def _curves(problem: Problem, method: Any, facts: dict[str, Any], arrays: dict[s
 def _curves_again(
     problem: Problem, method: Any, facts: dict[str, Any], arrays: dict[str, Any]
 ) -> RedoneCurves | None:
-    """What finds curves that were not kept again; None where they were."""
+    """The curves of a run that did not keep them, computed again; None where it did."""
     if "again" not in facts:
         return None
     about, solver, tolerance = facts["again"], facts["solver"], facts["tolerance"]
