@@ -23,7 +23,8 @@ def timings() -> pd.DataFrame:
         patch.setattr(study, "ROUNDS", 1)
         patch.setattr(study, "LEAST", 0.0)
         for build in (study.free_bodies, study.kepler_orbits):
-            rows += study.compared(build(16))
+            # A target that DOP853 reaches with any processor's roundings: it is at 1e-12 here.
+            rows += study.compared(build(16)._replace(target=1e-11))
         patch.setattr(study, "workers", lambda: nullcontext({}))
         rows += study.scaling(study.kepler_orbits(64))
     return pd.DataFrame(rows, columns=list(study.COLUMNS))
