@@ -124,7 +124,9 @@ def _copies(revision: str, top: Path) -> Iterator[tuple[Checkout, Checkout]]:
         git(top, "read-tree", commit.decode(), GIT_INDEX_FILE=index)
         git(top, "checkout-index", "--all", f"--prefix={base}/", GIT_INDEX_FILE=index)
         copy_working_tree(top, head)
-        changed = bool(git(top, "status", "--porcelain"))
+        # What a run leaves, such as its output and compiled modules, is no change of the code.
+        new_modules = git(top, "ls-files", "--others", "--exclude-standard", "--", "*.py")
+        changed = bool(git(top, "status", "--porcelain", "--untracked-files=no") or new_modules)
         latest = git(top, "rev-parse", "HEAD").decode().strip()
         yield Checkout(base, commit.decode()), Checkout(head, latest, changed)
 
