@@ -48,9 +48,9 @@ WEIGHT = 98.1
 FLOOR, END_FLOOR = 2e-13, 3e-13  # ten times what the oracles differ by, and more
 
 
-def by_newton(sound: Callable[..., Any]) -> Callable[..., Any]:
+def by_newton(original: Callable[..., Any]) -> Callable[..., Any]:
     """`galvi.integrate`, its stages solved by Newton's method."""
-    return partial(sound, solver="newton")
+    return partial(original, solver="newton")
 
 
 FAULTS = {

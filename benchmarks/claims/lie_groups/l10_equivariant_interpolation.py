@@ -75,8 +75,8 @@ def of_runs(body: Problem, method: Any, rng: np.random.Generator) -> float | str
     moved = replace(body, q0=from_left(matrices, g, body.q0[None])[0])
     first, second = (galvi.integrate(start, method, STEP, STEPS) for start in (body, moved))
     t = np.linspace(0.0, STEP * STEPS, 20 * STEPS + 1)
-    apart = second(t) - from_left(matrices, g, first(t))
-    return failure(first) or failure(second) or np.max(abs(apart))
+    difference = second(t) - from_left(matrices, g, first(t))
+    return failure(first) or failure(second) or np.max(abs(difference))
 
 
 def interpolated(chart: Chart, group: Group, points: Array, t: Array) -> Array:

@@ -60,17 +60,17 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         report(f"steps by scaled charts, {name}")
         problem = make_problem()
         L = lagrangian_of(problem)
-        known, *others = (
+        unscaled, *scaled = (
             Galerkin(N, *gauss_points(N), chart).run(L, problem.q0, problem.v0, STEP, STEPS)
             for chart in (Rotations(), *map(ScaledRotations, SCALES))
         )
         run = galvi.integrate(problem, method_on_group(make_method, N), STEP, STEPS)
         numbers |= {
             f"largest distance between steps by Phi(s xi) and by Phi(xi), {name}": max(
-                distance(other, known) for other in others
+                distance(motion, unscaled) for motion in scaled
             ),
             f"largest distance between galvi's steps and those by H's Phi(xi), {name}": distance(
-                run, known
+                run, unscaled
             ),
         }
         if name == "free":
@@ -141,9 +141,9 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     return numbers
 
 
-def turned_back(sound: Callable[..., Array]) -> Callable[..., Array]:
+def turned_back(original: Callable[..., Array]) -> Callable[..., Array]:
     """The formula with the other sign of its cross product."""
-    return lambda first, point: -sound(-np.array(first), -np.array(point))
+    return lambda first, point: -original(-np.array(first), -np.array(point))
 
 
 FORMULAS = "benchmarks.claims.lie_groups.printed_formulas"
@@ -163,5 +163,5 @@ FAULTS = {
     "another chart": Fault(
         make=lambda space, rule, chart: galvi.Galerkin(space, rule, galvi.Exponential()), wrong=FEW
     ),
-    **{name: Fault(wrong={place: change, **FEW}) for name, (place, change) in WRONG.items()},
+    **{name: Fault(wrong={target: change, **FEW}) for name, (target, change) in WRONG.items()},
 }

@@ -88,15 +88,17 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         where = {"n": degree + 1, "step": DURATION[start] / (PIECES * size), **outcome(run)}
         table.append(row(study=study, quantity=ERROR, value=error_of(run, start), **where))
     for start in STARTS:
-        apart = np.max(abs(truth(start, RADAU) - truth(start)))
-        table.append(row(study=f"{APART}, {start}", quantity=ERROR, value=apart))
+        distance = np.max(abs(truth(start, RADAU) - truth(start)))
+        table.append(row(study=f"{APART}, {start}", quantity=ERROR, value=distance))
     kinks = [kink_error(DURATION[ACROSS] / 64, 12, theta) for theta in np.linspace(0.0, 1.0, 2001)]
     table.append(row(study=KINK, value=np.max(np.abs(kinks))))
     for degree, firsts in SHORTER.items():
         report(f"{PLACED}, N = {degree}")
         for first in firsts:
             if not quick or first.bit_count() == 1:
-                table += _placed(make_method, degree, range(first, first + (8 if quick else 13)))
+                table += _largest_of_placements(
+                    make_method, degree, range(first, first + (8 if quick else 13))
+                )
     return frame(table)
 
 
@@ -105,7 +107,9 @@ def stopped_at(tolerance: float) -> str:
     return f"{AWAY}, tolerance {tolerance:.0e}"
 
 
-def _placed(make_method: MakeMethod, degree: int, sizes: range) -> list[dict[str, Any]]:
+def _largest_of_placements(
+    make_method: MakeMethod, degree: int, sizes: range
+) -> list[dict[str, Any]]:
     """The largest numbers of a group of runs; the step is that of the largest error."""
     group = []
     for size in sizes:
@@ -176,7 +180,9 @@ FAULTS = {
     ),
     "a solve that never stops early": Fault(
         wrong={
-            "galvi.integrate": lambda sound: lambda *these, tolerance, **how: sound(*these, **how)
+            "galvi.integrate": lambda original: (
+                lambda *arguments, tolerance, **options: original(*arguments, **options)
+            )
         }
     ),
     "the term of another rule": Fault(

@@ -85,12 +85,12 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
     }
 
 
-def without_slope(sound: Any) -> Any:
+def without_slope(original: Any) -> Any:
     """L_tau with g held where it is differentiated: an adaptive step chosen from outside."""
 
     def wrong(in_tau: Any, driven: bool, t0: float) -> Problem:
         if in_tau.base_slopes is None:
-            return sound(in_tau, driven, t0)
+            return original(in_tau, driven, t0)
         in_tau.slope = np.zeros_like
         system = galvi.Lagrangian(in_tau.value, in_tau.base.group, in_tau.slopes, check=False)
         q, u = in_tau.start
@@ -99,8 +99,8 @@ def without_slope(sound: Any) -> Any:
     return wrong
 
 
-def other_energy(problem: Problem, method: Any, energy: float, *more: Any) -> tuple[Any, ...]:
-    return problem, method, energy * (1.0 + 1e-6), *more
+def other_energy(problem: Problem, method: Any, energy: float, *options: Any) -> tuple[Any, ...]:
+    return problem, method, energy * (1.0 + 1e-6), *options
 
 
 CLOCKED = "galvi.run.clocked"
@@ -111,7 +111,8 @@ FAULTS = {
     "the energy off by 1e-6": Fault(
         wrong={
             f"{CLOCKED}.in_lanes.energy_of": scaled(1.0 + 1e-6),
-            f"{CLOCKED}.in_lanes._motion": lambda sound: sound.__wrapped__,  # without its cache
+            # without its cache
+            f"{CLOCKED}.in_lanes._motion": lambda original: original.__wrapped__,
             f"{CLOCKED}.run.motion_in_transformed_time": with_arguments(other_energy),
             **fewer(__name__, FEW=400),
         }
