@@ -29,8 +29,8 @@ def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
         for _ in finished:
             if time.perf_counter() - begun > PATIENCE:
                 break
-    checked = check([claim for claim in suite.claims if claim.id in cache.results], True, cache)
-    shown = {name for one in HEADLINES for name in one.options["panels"]}
+    checked = check([claim for claim in suite.claims if claim.id in cache.entries], True, cache)
+    shown = {name for headline in HEADLINES for name in headline.options["panels"]}
     frames = []
     for problem in shown.intersection(suite.problems(True)):
         with suppress(Exception):
@@ -39,14 +39,14 @@ def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
     return checked, Comparison(runs, None)
 
 
-def remembering(each: Callable[..., Iterable[Any]]) -> Callable[..., list[Any]]:
+def remembering(map_figures: Callable[..., Iterable[Any]]) -> Callable[..., list[Any]]:
     """The same map over (figure, frame), in which nothing is drawn twice."""
     drawn: dict[tuple[str, int], tuple[Any, Any]] = {}  # the frame too, so that it keeps its id
 
     def draw(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
         keys = [(figure.name, id(frame)) for figure, frame in jobs]
         new = [key_job for key_job in zip(keys, jobs, strict=True) if key_job[0] not in drawn]
-        pictures = each(function, [job for _, job in new])
+        pictures = map_figures(function, [job for _, job in new])
         for (key, (_, frame)), picture in zip(new, pictures, strict=True):
             drawn[key] = frame, picture
         return [drawn[key][1] for key in keys]

@@ -30,18 +30,18 @@ ROW = ["claim", "source", "quantity", "bound", "measured", "verdict"]
 NUMBERS = ("measured", "error", "target")  # aligned to the right
 
 
-def show(results: Summary) -> None:
+def show(summary: Summary) -> None:
     """Print the rows, with the reasons of unexpected verdicts and of rows that were not run."""
-    table = claims_frame(results.rows)
+    table = claims_frame(summary.rows)
     differing = table["verdict"] != table["expected"]
     table["verdict"] += np.where(differing, ", expected " + table["expected"], "")
     table["bound"] = [shorten(text, BOUND, placeholder="...") for text in table["bound"]]
     table["measured"] = [plain(number) or "-" for number in table["measured"]]
     _show_table(table.rename(columns={"id": "claim"})[ROW], np.flatnonzero(differing))
-    for row in results.rows:
+    for row in summary.rows:
         if row.verdict == NOT_RUN and row.reason:
             print(visible(f"{row.id} {row.quantity} was not run: {row.reason}"))
-    print(results)
+    print(summary)
 
 
 def show_changes(changed: pd.DataFrame) -> None:
@@ -59,7 +59,12 @@ def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame) -> None:
     the headlines alone."""
     problems = list(ratios["problem"].unique()) if len(ratios) else []
     if len(problems) > FEW:
-        problems = [name for one in HEADLINES for name in one.options["panels"] if name in problems]
+        problems = [
+            name
+            for headline in HEADLINES
+            for name in headline.options["panels"]
+            if name in problems
+        ]
         print("Other problems are in tables/ratios.md and on the page.")
     for problem in problems:
         times = readable_ratios(ratios, ends, problem)

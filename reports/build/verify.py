@@ -40,7 +40,7 @@ from reports.results.rows import marked, merged, read_marked, read_rows
 from reports.results.suite import Suite
 from reports.results.summary import Summary, summary, write_job_summary
 from reports.tables.claims_table import READ, claims_frame, convergence_frame
-from reports.tables.number_format import known, plain
+from reports.tables.number_format import is_finite, plain
 from reports.tables.writing import as_markdown, write_table
 
 IN_SUMMARY = ["id", "quantity", "bound", "measured", "uncertainty", "verdict", "expected"]
@@ -95,9 +95,13 @@ class Verified:
         and for what else makes `verify` fail."""
         rows = self.summary.rows
         cases = [
-            _case(row, result.seconds / len(result.rows), self.definitions.get(row.id, ("", 0)))
-            for result in self.checked
-            for row in result.rows
+            _case(
+                row,
+                claim_result.seconds / len(claim_result.rows),
+                self.definitions.get(row.id, ("", 0)),
+            )
+            for claim_result in self.checked
+            for row in claim_result.rows
         ]
         cases += [_engine(name, self.engines) for name in self.engines.absence]
         wrong = [("printed statement", sentence) for sentence in self.summary.unfounded]
@@ -207,18 +211,18 @@ def verify(
             progress.finished(study.label, study.title, seconds)
     checked = check(claims, options.quick, cache)
     changed = _write(checked, suite, options)
-    results = Verified(tuple(checked), engines, changed, options.fail_under, suite.definitions)
-    text, cases, title = results.markdown(), results.cases(), f"{options.called} verify"
+    verified = Verified(tuple(checked), engines, changed, options.fail_under, suite.definitions)
+    text, cases, title = verified.markdown(), verified.cases(), f"{options.called} verify"
     write(options.out / "verify.xml", junit_xml(title, {title: cases}))
     write(options.out / "verify.md", text)
-    write_metrics(options.out, "verify", row_metrics(results.summary.rows))
+    write_metrics(options.out, "verify", row_metrics(verified.summary.rows))
     write_job_summary(text)
-    show(results.summary)
+    show(verified.summary)
     show_changes(changed)
-    annotations = [] if results.passed else github_annotations(cases)
-    for line in filter(None, [*engines.sentences(), results.share_sentence, *annotations]):
+    annotations = [] if verified.passed else github_annotations(cases)
+    for line in filter(None, [*engines.sentences(), verified.share_sentence, *annotations]):
         print(line)
-    return results
+    return verified
 
 
 def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd.DataFrame:
@@ -226,13 +230,16 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
     provenance, tables = suite.provenance(options.command), options.out / "tables"
     origin = {**provenance, "setting": "quick" if options.quick else "default"}
     origin_before = read_origins(options.out).get(CLAIMS, {})
-    dates = {result.claim.id: result.run or origin.get("date", "") for result in checked}
+    dates = {
+        claim_result.claim.id: claim_result.run or origin.get("date", "")
+        for claim_result in checked
+    }
     ids = [claim.id for claim in suite.claims]
 
     def marks(table: pd.DataFrame, key: str) -> pd.DataFrame:
         return marked(table.assign(date=[dates[name] for name in table[key]]), origin)
 
-    now = marks(claims_frame(row for result in checked for row in result.rows), "id")
+    now = marks(claims_frame(row for claim_result in checked for row in claim_result.rows), "id")
     before = read_marked(options.out / CLAIMS, "id", origin_before)
     claims = merged(before, now, "id", dates, ids)
     write(options.out / CLAIMS, as_csv(claims))
@@ -243,14 +250,18 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
     write_table(
         tables, "convergence", merged(fits_before, fits, "claim", dates, ids), origin=origin
     )
-    for result in checked:
-        path = options.out / "frames" / f"{result.claim.id}.csv"
-        if result.frame is None:
+    for claim_result in checked:
+        path = options.out / "frames" / f"{claim_result.claim.id}.csv"
+        if claim_result.frame is None:
             path.unlink(missing_ok=True)
         else:
-            write(path, as_csv(result.frame))
+            write(path, as_csv(claim_result.frame))
     if not options.quick:  # whose runs are shorter, and say nothing of the others
-        seconds = {one.claim.id: one.seconds for one in checked if one.frame is not None}
+        seconds = {
+            claim_result.claim.id: claim_result.seconds
+            for claim_result in checked
+            if claim_result.frame is not None
+        }
         lines = (durations(options.out) | seconds).items()
         write(options.out / DURATIONS, as_csv(pd.DataFrame(lines, columns=["claim", "seconds"])))
     return changes(before, now)
@@ -286,9 +297,9 @@ def _by_check(rows: pd.DataFrame) -> dict[tuple[str, str], pd.Series]:
 
 def moved(old: float, old_error: float, new: float, new_error: float) -> bool:
     """Whether two numbers differ by more than their uncertainties, NaN or None where unknown."""
-    if not (known(old) and known(new)):
-        return known(old) != known(new)
-    errors = [error for error in (old_error, new_error) if known(error)]
+    if not (is_finite(old) and is_finite(new)):
+        return is_finite(old) != is_finite(new)
+    errors = [error for error in (old_error, new_error) if is_finite(error)]
     allowed = SIGMAS * math.hypot(*errors) if errors else WITHOUT * max(abs(old), abs(new))
     return abs(new - old) > allowed
 

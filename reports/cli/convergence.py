@@ -86,14 +86,14 @@ def order_table(request: ConvergenceRequest, timeout: float | None, command: str
         frame = rows.order_table(
             request.problem, request.duration, participants, truth, request.quick, progress
         )
-        faults = [fault for each in methods.values() for fault in getattr(each, "faults", ())]
+        faults = [fault for method in methods.values() for fault in getattr(method, "faults", ())]
     progress("")
     return OrderTable(frame, request.problem, request.duration, truth, faults, provenance(command))
 
 
 def write_json(table: OrderTable, out: Path) -> int:
     """What `galvi.convergence` reads: the columns, and `attrs` of the frame."""
-    data = {
+    document = {
         "problem": table.problem.name,
         "duration": table.duration,
         "truth": table.truth.description,
@@ -103,7 +103,7 @@ def write_json(table: OrderTable, out: Path) -> int:
         "faults": table.faults,
         "table": table.frame.to_dict("list"),
     }
-    write(out / f"{COMMAND}.json", json.dumps(data) + "\n")
+    write(out / f"{COMMAND}.json", json.dumps(document) + "\n")
     return 0
 
 

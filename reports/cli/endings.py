@@ -58,7 +58,7 @@ def _interrupts_raised() -> Iterator[None]:
     if before is not signal.default_int_handler:
         yield
         return
-    signal.signal(signal.SIGINT, lambda *given: signal.default_int_handler(*given))
+    signal.signal(signal.SIGINT, lambda *arguments: signal.default_int_handler(*arguments))
     try:
         yield
     finally:
@@ -88,8 +88,8 @@ def _ending(error: BaseException) -> tuple[int, str]:
 def usage(error: Any) -> str:
     """The sentence of a usage error, which says where a wrong value is from the project's table."""
     parameter = getattr(error, "param", None)
-    ours = isinstance(error, typer.BadParameter) and parameter is None
-    message = str(error.message if ours else error.format_message()).rstrip().rstrip(".")
+    from_galvi = isinstance(error, typer.BadParameter) and parameter is None
+    message = str(error.message if from_galvi else error.format_message()).rstrip().rstrip(".")
     message = message.replace("Value error, ", "")  # of pydantic's
     if "\n  " not in message:  # else it has one line an item
         message = " ".join(message.split())

@@ -46,12 +46,16 @@ def tables(out: Path) -> dict[str, Path]:
 
 def figures(suite: Suite, out: Path) -> Figures:
     """All figures of a report by name, each with its rows, None where these are not kept."""
-    kept = kept_claims(out, suite.claims), kept_comparison(out), kept_sections(out, suite.sections)
-    return {figure.name: (figure, frame) for figure, frame in drawable(*kept)}
+    stored = (
+        kept_claims(out, suite.claims),
+        kept_comparison(out),
+        kept_sections(out, suite.sections),
+    )
+    return {figure.name: (figure, frame) for figure, frame in drawable(*stored)}
 
 
 def export_figures(
-    known: Figures, out: Path, name: str, form: str, width: str, to: Path | None
+    catalogue: Figures, out: Path, name: str, form: str, width: str, to: Path | None
 ) -> None:
     """Draw the figure `name`, or for "" every one whose rows are kept, in the width of a column or
     a page, and print the paths.
@@ -70,17 +74,19 @@ def export_figures(
             f"{name!r} is a table: add --format csv, latex, markdown or parquet."
         )
     if name:
-        check_known("figure", name, known)
-    kept = {key: (figure, frame) for key, (figure, frame) in known.items() if frame is not None}
-    if not kept or (name and name not in kept):
+        check_known("figure", name, catalogue)
+    with_rows = {
+        key: (figure, frame) for key, (figure, frame) in catalogue.items() if frame is not None
+    }
+    if not with_rows or (name and name not in with_rows):
         raise typer.BadParameter(
             f"The rows of {repr(name) if name else 'the figures'} are not kept in {out}; run build "
             "first."
         )
-    for key in [name] if name else kept:
+    for key in [name] if name else with_rows:
         path = to or out / "figures" / f"{key}-{width}.{form}"
         try:
-            write_figure(*kept[key], path, form, width)
+            write_figure(*with_rows[key], path, form, width)
         except NoData as error:
             if name:
                 raise typer.BadParameter(f"{name!r} cannot be drawn: {error}") from None

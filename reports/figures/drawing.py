@@ -94,7 +94,7 @@ def draw(
     checked: Sequence[ClaimResult],
     comparison: Comparison,
     sections: Sequence[SectionResult] = (),
-    each: Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]] = map,
+    map_figures: Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]] = map,
 ) -> Gallery:
     """Draw the figures of the claims, of the studies, and of each compared problem.
 
@@ -106,7 +106,9 @@ def draw(
     wanted = list(drawable(checked, comparison, sections))
     measured = [(figure, frame) for figure, frame in wanted if frame is not None]
     pictures = {figure.name: "what it shows was not run." for figure, _ in wanted}
-    pictures |= zip((figure.name for figure, _ in measured), each(_drawn, measured), strict=True)
+    pictures |= zip(
+        (figure.name for figure, _ in measured), map_figures(_drawn, measured), strict=True
+    )
     return Gallery(
         {name: drawn for name, drawn in pictures.items() if isinstance(drawn, Picture)},
         {
@@ -132,9 +134,9 @@ def drawable(
             yield comparison_figure(str(problem), runs), runs
     for headline in (*HEADLINES, *PROFILES):
         yield headline, table
-    for result in sections:
-        for figure in result.section.figures:
-            yield figure, result.frame
+    for section_result in sections:
+        for figure in section_result.section.figures:
+            yield figure, section_result.frame
 
 
 def save(gallery: Gallery, folder: Path) -> None:

@@ -70,7 +70,7 @@ def picture(figure: Figure, frame: pd.DataFrame) -> Picture:
         canvas = drawn(figure, frame)
         png, description = saved(canvas, "png"), describe(canvas)
         files = svg_and_size(canvas)
-        if figure.least < NARROW:
+        if figure.min_width < NARROW:
             files += svg_and_size(drawn(figure, frame, NARROW))
     title = f"{figure.source}: {figure.title}" if figure.source else figure.title
     alternative = f"{figure.title}. {description}".strip()
@@ -98,8 +98,8 @@ def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes
 
 def drawn(figure: Figure, frame: pd.DataFrame, width: float = 0.0) -> Canvas:
     """The canvas of a figure in the current style, `width` inches wide, or of its own size."""
-    if 0.0 < width < figure.least:
-        raise NoData(f"it needs {figure.least:g} inches; {width:g} were asked for.")
+    if 0.0 < width < figure.min_width:
+        raise NoData(f"it needs {figure.min_width:g} inches; {width:g} were asked for.")
     canvas = Canvas(figure.size, width or figure.size[0])
     figure.draw(canvas.add_subplot(), frame, **figure.options)
     finish(canvas)

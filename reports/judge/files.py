@@ -24,7 +24,7 @@ from reports.judge.pictures import pictures
 from reports.judge.sentences import own_run, sentences, truth
 from reports.results.junit import JUnitCase, Outcome
 from reports.tables.html import html_table
-from reports.tables.number_format import known, readable, seconds
+from reports.tables.number_format import is_finite, readable, seconds
 from reports.tables.number_format import plain as plain_number
 from reports.tables.study_table import readable_table
 
@@ -55,12 +55,12 @@ def as_json(judgement: Judgement) -> dict[str, Any]:
             **{name: getattr(judgement, name) for name in fields},
             "sources": [
                 {
-                    "source": one.source.label,
-                    "largest": one.largest,
-                    "until": one.t[-1],
-                    "stopped": one.stopped,
+                    "source": agreement.source.label,
+                    "largest": agreement.largest,
+                    "until": agreement.t[-1],
+                    "stopped": agreement.stopped,
                 }
-                for one in judgement.agreements
+                for agreement in judgement.agreements
             ],
             "summary": sentences(judgement),
         }
@@ -159,13 +159,16 @@ def junit_suites(
             case,
             defined_at=at,
             properties=(
-                ("measured", f"{plain_number(measured)}{length}" if known(measured) else "nothing"),
-                ("bound", f"at most {plain_number(most)}{length}" if known(most) else "none"),
+                (
+                    "measured",
+                    f"{plain_number(measured)}{length}" if is_finite(measured) else "nothing",
+                ),
+                ("bound", f"at most {plain_number(limit)}{length}" if is_finite(limit) else "none"),
                 ("verdict", case.outcome),
                 ("source", engines),
                 ("reason", case.details),
             ),
         )
-        for case, measured, most, engines in numbers
+        for case, measured, limit, engines in numbers
     ]
     return {file: cases}

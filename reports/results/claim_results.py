@@ -74,25 +74,29 @@ def check(
     return [
         ClaimResult(claim, None, _spoiled(claim, errors[claim.id]), 0.0)
         if claim.id in errors
-        else _judged(claim, cache.results[claim.id])
+        else _judged(claim, cache.entries[claim.id])
         for claim in claims
     ]
 
 
 def first_measured(checked: Iterable[ClaimResult], claims: Sequence[str]) -> ClaimResult | None:
     """The first of these claims whose study returned a frame; None if there is none."""
-    measured = {one.claim.id: one for one in checked if one.frame is not None}
+    measured = {
+        claim_result.claim.id: claim_result
+        for claim_result in checked
+        if claim_result.frame is not None
+    }
     return next((measured[name] for name in claims if name in measured), None)
 
 
-def _judged(claim: Claim, result: CachedResult) -> ClaimResult:
+def _judged(claim: Claim, measurement: CachedResult) -> ClaimResult:
     try:
-        rows = tuple(_explained(row, result.frame) for row in claim.judge(result.frame))
+        rows = tuple(_explained(row, measurement.frame) for row in claim.judge(measurement.frame))
         if not rows:
             raise ValueError("its judge gave no row, so that nothing of it was checked")
     except Exception as error:
         rows = _spoiled(claim, error)
-    return ClaimResult(claim, result.frame, rows, result.seconds, result.run)
+    return ClaimResult(claim, measurement.frame, rows, measurement.seconds, measurement.run)
 
 
 def _explained(row: Row, measured: pd.DataFrame) -> Row:

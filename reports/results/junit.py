@@ -92,9 +92,9 @@ def _command_properties(case: JUnitCase) -> str:
     return ",".join(f"{name}={_escaped(text, ':,')}" for name, text in texts.items() if text)
 
 
-def _escaped(text: str, more: str = "") -> str:
+def _escaped(text: str, extra: str = "") -> str:
     """As GitHub's workflow commands want it; `more` signs are escaped in a property."""
-    signs = f"%\r\n{more}"
+    signs = f"%\r\n{extra}"
     return visible("".join(f"%{ord(sign):02X}" if sign in signs else sign for sign in text))
 
 

@@ -34,7 +34,7 @@ class Figure:
         explanation for the reader
     size
         width and height in inches, where there is room
-    least
+    min_width
         inches, below which it cannot be read and is not drawn
     """
 
@@ -46,7 +46,7 @@ class Figure:
     options: Mapping[str, Any] = field(default_factory=dict)
     caption: str = ""
     size: tuple[float, float] = (6.4, 4.0)
-    least: float = 0.0
+    min_width: float = 0.0
 
 
 Measure = Callable[..., pd.DataFrame]  # (quick, report) -> frame

@@ -66,10 +66,10 @@ def measure_sections(
     cache = cache or BuildCache()
     present = [section for section in sections if not section.absent()]
     errors = cache.measure(section_studies(present, options.quick))
-    results = []
+    section_results = []
     for section in sections:
-        result, note = cache.results.get(section.title), section.absent()
-        frames = [_dated(result.frame, suite, options, result.run)] if result else []
+        cached, note = cache.entries.get(section.title), section.absent()
+        frames = [_dated(cached.frame, suite, options, cached.run)] if cached else []
         if section.long_form is not None:
             frames.append(section.long_form.stored(options.out / FOLDER, say))
             if not (len(frames[-1]) or note):
@@ -78,8 +78,8 @@ def measure_sections(
         rows = pd.concat(frames, ignore_index=True) if frames else None
         error = errors.get(section.title)
         failure = not_run(section.title, error) if error else ""
-        results.append(SectionResult(section, rows, note, failure))
-    return results
+        section_results.append(SectionResult(section, rows, note, failure))
+    return section_results
 
 
 def _dated(frame: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.DataFrame:

@@ -67,7 +67,7 @@ class Report:
     provenance: Mapping[str, str]
     gallery: Gallery = NO_PICTURES
     history: History | None = None
-    kept: bool = False
+    from_rows: bool = False
     left: Sequence[str] = ()
 
     @property
@@ -98,13 +98,13 @@ class Report:
     @cached_property
     def unchecked(self) -> list[str]:
         """Ids of the suite's claims that have no rows."""
-        checked = {result.claim.id for result in self.checked}
+        checked = {claim_result.claim.id for claim_result in self.checked}
         return [claim.id for claim in self.suite.claims if claim.id not in checked]
 
     @cached_property
     def claims(self) -> list[ClaimSection]:
         """A section for each claim with rows."""
-        return [claim_section(result, self.gallery) for result in self.checked]
+        return [claim_section(claim_result, self.gallery) for claim_result in self.checked]
 
     @cached_property
     def claim_groups(self) -> list[ClaimGroup]:
@@ -135,8 +135,8 @@ class Report:
         """How many statements of each paper have each status."""
         pairs = pd.DataFrame(
             {
-                "status": [one.status for one in self.statements],
-                "paper": [one.where[0] for one in self.statements],
+                "status": [statement.status for statement in self.statements],
+                "paper": [statement.where[0] for statement in self.statements],
             }
         )
         counts = pd.crosstab(pairs["status"], pairs["paper"])
@@ -211,13 +211,15 @@ class Report:
     @property
     def studies(self) -> list[SectionResult]:
         """The studies with rows."""
-        return [result for result in self.sections if result.frame is not None]
+        return [
+            section_result for section_result in self.sections if section_result.frame is not None
+        ]
 
     @property
     def studies_left_out(self) -> list[tuple[str, str]]:
         """The title of each study without rows, and why it did not run, or ""."""
         return [
-            (result.section.title, result.failure or result.note)
-            for result in self.sections
-            if result.frame is None
+            (section_result.section.title, section_result.failure or section_result.note)
+            for section_result in self.sections
+            if section_result.frame is None
         ]

@@ -21,7 +21,7 @@ from reports.figures.style.identities import GUIDE, identity, in_order
 from reports.figures.style.layout import NoData
 from reports.results.section import Figure, LongForm, Section
 from reports.tables.comparison_tables import is_ours
-from reports.tables.number_format import TIMES, known, readable, seconds
+from reports.tables.number_format import TIMES, is_finite, readable, seconds
 from reports.tables.study_table import readable_table
 
 START_UP_COLUMNS = {
@@ -111,7 +111,7 @@ def _over_bodies(axes: Axes, frame: pd.DataFrame, column: str, unit: float = 1.0
 
 def as_multiple(ratio: float) -> str:
     """E.g. 9.8 ×; "" when unknown."""
-    return f"{readable(ratio, 2)}{TIMES}" if known(ratio) else ""
+    return f"{readable(ratio, 2)}{TIMES}" if is_finite(ratio) else ""
 
 
 SCALING_COLUMNS = {
@@ -138,20 +138,22 @@ def scaling_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     relative to the first galvi method's with as many heavy bodies. Where no run reaches the error,
     why: the status when all failed.
     """
-    ours, lines = next(filter(is_ours, frame["contender"]), ""), []
+    galvi_name, lines = next(filter(is_ours, frame["contender"]), ""), []
     key = ["bodies", "contender"]
     times = frame[frame["matched"]].set_index(key)["seconds_per_orbit"]
     by_contender = frame.sort_values("bodies", kind="stable").groupby(key, sort=False)
     for (bodies, name), rows in by_contender:
         if (bodies, name) in times:
             line = rows[rows["matched"]].iloc[0].to_dict()
-            least = times.get((bodies, ours + FEW_HEAVY * name.endswith(FEW_HEAVY)), math.nan)
-            lines.append(line | {"relative": line["seconds_per_orbit"] / least})
+            galvi_seconds = times.get(
+                (bodies, galvi_name + FEW_HEAVY * name.endswith(FEW_HEAVY)), math.nan
+            )
+            lines.append(line | {"relative": line["seconds_per_orbit"] / galvi_seconds})
         else:
             failed = rows["error"].isna() & (rows["status"] != "")
             why = rows["status"].iloc[0] if failed.all() else NOT_REACHED
             lines.append({"bodies": bodies, "contender": name, "seconds_per_orbit": why})
-    headings = SCALING_COLUMNS | {"relative": f"relative to {ours}"}
+    headings = SCALING_COLUMNS | {"relative": f"relative to {galvi_name}"}
     return readable_table(pd.DataFrame(lines), headings, SCALING_FORMATS)
 
 
@@ -223,10 +225,10 @@ def ensembles_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     frame = frame.sort_values(
         "part", key=lambda part: part != SCALING, kind="stable", ignore_index=True
     )
-    each, is_scaling = 1e-6 * frame["microseconds"], frame["part"] == SCALING
+    per_unit, is_scaling = 1e-6 * frame["microseconds"], frame["part"] == SCALING
     table = frame.assign(
-        per_member=each.mask(is_scaling),
-        per_step=each.where(is_scaling),
+        per_member=per_unit.mask(is_scaling),
+        per_step=per_unit.where(is_scaling),
         gain=[_gain(row) for row in frame.to_dict("records")],
     )
     return readable_table(table, ENSEMBLES_COLUMNS, ENSEMBLES_FORMATS)

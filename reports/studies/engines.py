@@ -157,8 +157,8 @@ def sky_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     in_frame = (frame["contender"] == ephemeris.IN_FRAME) & (frame["status"] == "")
     errors = frame[in_frame].set_index(["body", "days"])["integration_error_au"]
     table = frame[~in_frame].join(errors.rename("in_frame"), on=["body", "days"])
-    ours = table["contender"] == table["contender"].iloc[0]
-    return readable_table(table.assign(in_frame=table["in_frame"].where(ours)), SKY_COLUMNS)
+    is_first = table["contender"] == table["contender"].iloc[0]
+    return readable_table(table.assign(in_frame=table["in_frame"].where(is_first)), SKY_COLUMNS)
 
 
 EPHEMERIS = Section(

@@ -20,7 +20,7 @@ from reports.figures.style.layout import (
     split,
 )
 from reports.results.section import Figure, LongForm, Section
-from reports.tables.number_format import capital, known, readable, with_uncertainty
+from reports.tables.number_format import capital, is_finite, readable, with_uncertainty
 from reports.tables.study_table import readable_table
 
 
@@ -41,7 +41,9 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     if not resolved:
         raise NoData("no ensemble of runs is complete.")
     names = in_order(about["contender"] for about, _, _ in resolved)
-    for about, t, errors in sorted(resolved, key=lambda one: names.index(one[0]["contender"])):
+    for about, t, errors in sorted(
+        resolved, key=lambda ensemble: names.index(ensemble[0]["contender"])
+    ):
         look, label = identity(about["contender"]), f"{about['contender']}\n{about['settings']}"
         axes.plot(t, np.abs(errors).T, color=look.color, linewidth=0.4, alpha=0.13)
         axes.plot(t, rms(errors), markersize=3.5, zorder=3, label=label, **look.style)
@@ -108,7 +110,7 @@ def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
 
 def drift_text(growth: Growth) -> str:
     """Whether the energy drifts, in a few words."""
-    if not known(growth.sigmas):
+    if not is_finite(growth.sigmas):
         return "not judged"
     if growth.drifts and growth.exponent + SIGMAS * growth.uncertainty < GROWS:
         return "alike in all runs, no growth"  # truncation error, not round-off

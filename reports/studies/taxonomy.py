@@ -17,7 +17,7 @@ from benchmarks.studies import taxonomy
 from benchmarks.studies.taxonomy import ILL_POSED, INCONSISTENT, METHOD
 from reports.figures.style.layout import NoData, split
 from reports.results.section import Figure, Section
-from reports.tables.number_format import known, readable
+from reports.tables.number_format import is_finite, readable
 
 CODES = {
     "implicit midpoint": "IM",
@@ -45,9 +45,9 @@ def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
         raise NoData("no method has a measured order.")
     spaces = list(frame["space"].unique())
     families = list(frame.groupby("family", sort=False))
-    most = frame.groupby("family")["points"].nunique().max()
+    widest = frame.groupby("family")["points"].nunique().max()
     canvas = axes.get_figure(root=True)
-    columns = max(1, int((canvas.get_figwidth() - LABELS) / (CELL * most)))
+    columns = max(1, int((canvas.get_figwidth() - LABELS) / (CELL * widest)))
     rows = math.ceil(len(families) / columns)
     matrices = split(axes, len(families), columns=math.ceil(len(families) / rows))
     canvas.set_figheight(rows * (CELL * len(spaces) + ABOVE_AND_BELOW))
@@ -59,7 +59,7 @@ def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
         matrix.set(
             title=family,
             xlabel="points of the rule",
-            xlim=(0, most),
+            xlim=(0, widest),
             ylim=(len(spaces), 0),
             xticks=np.arange(len(numbers)) + 0.5,
             xticklabels=numbers,
@@ -140,7 +140,7 @@ def _cell(row: pd.Series) -> str:
     if row["verdict"] != METHOD:
         return str(row["verdict"])
     order, predicted = row["measured"], row["predicted"]
-    text = f"{order:.1f}" if known(order) else "not measured"
+    text = f"{order:.1f}" if is_finite(order) else "not measured"
     if not abs(order - predicted) <= APART:
         text += f", predicted {predicted}"
     return " ".join(filter(None, (text, short_name(row["name"]))))
@@ -177,7 +177,7 @@ TAXONOMY = Section(
             "SV Stormer-Verlet, SE symplectic Euler, G Gauss collocation, L Lobatto IIIA-IIIB, R "
             "Radau IIA-II; 3IM, 3G: three steps of it in one.",
             size=(11.0, 5.8),
-            least=6.9,
+            min_width=6.9,
         ),
     ),
     table=taxonomy_table,

@@ -28,7 +28,7 @@ from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from benchmarks.work_precision.targets import Target
 from benchmarks.work_precision.targets_met import targets_met
 from references.mujoco.steps import MUJOCO_RK4
-from reports.tables.number_format import TIMES, known, readable, seconds
+from reports.tables.number_format import TIMES, is_finite, readable, seconds
 from reports.tables.targets_table import readable_targets
 from reports.tables.writing import write_table
 
@@ -152,7 +152,9 @@ NOISE = "galvi against itself"
 
 def interval_text(low: float, high: float) -> str:
     """E.g. 0.97 to 1.04; "" where unknown."""
-    return f"{readable(low, 3)} to {readable(high, 3)}" if known(low) and known(high) else ""
+    return (
+        f"{readable(low, 3)} to {readable(high, 3)}" if is_finite(low) and is_finite(high) else ""
+    )
 
 
 def heading(error: float) -> str:
@@ -169,20 +171,20 @@ def fastest_cells(table: pd.DataFrame, problem: str) -> list[tuple[int, str]]:
     """(line, column) of the least time in each column of `readable_ratios`."""
     rows = compared(table, problem)
     lines = list(rows["contender"].unique())
-    least = rows.loc[rows.dropna(subset="seconds").groupby("error")["seconds"].idxmin()]
+    fastest_rows = rows.loc[rows.dropna(subset="seconds").groupby("error")["seconds"].idxmin()]
     return [
         (lines.index(name), heading(error))
-        for name, error in zip(least["contender"], least["error"], strict=True)
+        for name, error in zip(fastest_rows["contender"], fastest_rows["error"], strict=True)
     ]
 
 
 def _cell(row: Mapping[str, Any]) -> str:
-    if not known(row["seconds"]):
+    if not is_finite(row["seconds"]):
         return NOT_REACHED
-    close = f", {readable(row['closer'], 1)}{TIMES} closer" if known(row["closer"]) else ""
+    close = f", {readable(row['closer'], 1)}{TIMES} closer" if is_finite(row["closer"]) else ""
     if row["contender"] == OURS:
         return f"{seconds(row['seconds'])}{close}"
-    if not known(row["ratio"]):
+    if not is_finite(row["ratio"]):
         return f"{seconds(row['seconds'])} ({row['ratio']})"
     tie = f"{TIE if row['low'] <= 1.0 <= row['high'] else UNRESOLVED}, " * (row["outcome"] == TIE)
     interval = interval_text(row["low"], row["high"])
@@ -288,8 +290,8 @@ def of_mujoco(table: pd.DataFrame, problem: str) -> str:
     rows = table[(table["problem"] == problem) & (table["of"] == ENGINE)]
     errors = rows["asked"].map(heading).groupby(rows["contender"], sort=False).agg(", ".join)
     parts = [
-        f"none reaches {asked}" if name == NOBODY else f"{name} for {asked}"
-        for name, asked in errors.items()
+        f"none reaches {listed}" if name == NOBODY else f"{name} for {listed}"
+        for name, listed in errors.items()
     ]
     return f"Of MuJoCo's integrators, the fastest at an error: {'; '.join(parts)}." if parts else ""
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from reports.tables.number_format import capital, known, siunitx
+from reports.tables.number_format import capital, is_finite, siunitx
 
 NEEDS = (
     r"% needs \usepackage{booktabs,siunitx,tabularx,xltabular,pdflscape}; "
@@ -121,7 +121,7 @@ def _table(columns: Sequence[_Column], rows: slice, caption: str, label: str) ->
 def _column(name: str, values: pd.Series, uncertainties: pd.Series | None, piece: int) -> _Column:
     """piece  letters of a word after which it may go on in the next line"""
     errors = [None] * len(values) if uncertainties is None else uncertainties
-    numbers = [known(value) and not isinstance(value, bool) for value in values]
+    numbers = [is_finite(value) and not isinstance(value, bool) for value in values]
     texts = ["" if pd.isna(value) else " ".join(str(value).split()) for value in values]
     heading = [escape(word) for word in re.split("[ _]", name)]
     stacked = rf"\shortstack{{{LINE_END.join(heading)}}}"

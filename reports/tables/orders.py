@@ -13,7 +13,7 @@ from benchmarks.statistics.orders import ROUND_OFF
 from benchmarks.work_precision.problem import Truth
 from galvi import Problem
 from reports.tables.latex import caption_of
-from reports.tables.number_format import concise, known, plain
+from reports.tables.number_format import concise, is_finite, plain
 from reports.tables.writing import write_table
 
 DEFECTS = {"symmetry": "symmetry defect", "symplecticity": "symplectic defect"}
@@ -69,9 +69,9 @@ def sentences(table: OrderTable) -> Iterator[str]:
         f"({plain(table.truth.error, 2)})."
     )
     for _, line in table.fits().iterrows():
-        if known(line["fitted"]):
+        if is_finite(line["fitted"]):
             order = concise(line["fitted"], line["fitted_se"])
-            theory = f" (of theory {line['theory']:g})" if known(line["theory"]) else ""
+            theory = f" (of theory {line['theory']:g})" if is_finite(line["theory"]) else ""
             yield (
                 f"{line['method']}: order {order}{theory}, steps {line['steps']}, "
                 f"{line['points']} points"
@@ -82,12 +82,12 @@ def sentences(table: OrderTable) -> Iterator[str]:
     yield from table.faults
 
 
-def caption(table: OrderTable, what: str) -> str:
+def caption(table: OrderTable, subject: str) -> str:
     """What a table or a figure shows, on which problem, against which truth, and measured where."""
     name = table.problem.name or "a problem"
     origin = caption_of("", table.origin).removeprefix(". ")
     return (
-        f"{what} on {name}, T = {table.duration:g}; errors of the state at the end. Truth: "
+        f"{subject} on {name}, T = {table.duration:g}; errors of the state at the end. Truth: "
         f"{table.truth.description}. {origin}"
     ).strip()
 

@@ -28,7 +28,7 @@ def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
         for code, rows in table.groupby("code", sort=False):
             if len(rows) < FEWEST:
                 continue
-            fastest, near = profile(rows["ratio"], FACTORS)
+            fastest, within_ten = profile(rows["ratio"], FACTORS)
             solved = int((rows["cost"] < float("inf")).sum())
             outcomes = [str((rows["outcome"] == name).sum()) for name in (FASTER, TIE, SLOWER)]
             lines.append(
@@ -37,7 +37,7 @@ def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
                     "code": str(code),
                     "problems": str(len(rows)),
                     "solved": _percent(share(solved, len(rows))),
-                    "within 10 times the fastest": _percent(near),
+                    "within 10 times the fastest": _percent(within_ten),
                     "fastest": _percent(fastest),
                     "galvi faster, tie, slower": ", ".join(outcomes) * (code != "galvi"),
                 }

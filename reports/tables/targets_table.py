@@ -6,7 +6,7 @@ import pandas as pd
 
 from benchmarks.work_precision.fronts import NOT_REACHED
 from benchmarks.work_precision.labels import label_of
-from reports.tables.number_format import TIMES, known, readable
+from reports.tables.number_format import TIMES, is_finite, readable
 
 OF_GALVI = "of galvi"
 HEADINGS = (
@@ -60,7 +60,7 @@ def summary(frame: pd.DataFrame) -> str:
 
 def _target(ratio: float) -> str:
     """The target as text; without a ratio, the error is to be reached."""
-    if not known(ratio):
+    if not is_finite(ratio):
         return "reached"
     digits = 2 if float(f"{ratio:.2g}") == ratio else 3
     return f"at least {_times(ratio, digits)}"
@@ -70,4 +70,4 @@ def _times(ratio: float | str, digits: int) -> str:
     """A ratio as text, e.g. 18×; texts are unchanged; "" when unknown."""
     if isinstance(ratio, str):
         return ratio
-    return f"{readable(ratio, digits)}{TIMES}" if known(ratio) else ""
+    return f"{readable(ratio, digits)}{TIMES}" if is_finite(ratio) else ""

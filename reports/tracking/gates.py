@@ -98,7 +98,7 @@ def _finding(pair: Pair, truth: Truth, slow: tuple[set[str], set[str]], timed: i
         *_runs(pair),
         *_repeats(pair),
         *_memory(pair),
-        *_results(pair, errors, truth),
+        *_ends(pair, errors, truth),
         *_times(pair, growth, p, slow),
     ]
     alarms = {gate: sentence for gate, sentence in sentences if gate != NOTE}
@@ -118,8 +118,8 @@ def _repeats(pair: Pair) -> Sentences:
     again = [side for side in pair.reached if pair.differs(side, SECOND)]
     for side in again:
         first, second = (run["ends"] for run in pair.runs[side][:2])
-        far = plain(_largest_difference(first, second), 2) or "a number that is not finite"
-        sentence = f"Two runs of the {side} differ by {far}: it is not deterministic."
+        difference = plain(_largest_difference(first, second), 2) or "a number that is not finite"
+        sentence = f"Two runs of the {side} differ by {difference}: it is not deterministic."
         yield REPEATS if again == ["head"] else NOTE, sentence
     elsewhere = [side for side in pair.reached if pair.differs(side, FURTHER_PROCESSES)]
     for side in elsewhere if not again else ():
@@ -143,7 +143,7 @@ def _memory(pair: Pair) -> Sentences:
         yield MEMORY, f"A run needs up to {head_peak:.0f} MB, up from {peak:.0f} MB."
 
 
-def _results(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
+def _ends(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
     """What the runs of both sides reached."""
     if not pair.complete:
         return

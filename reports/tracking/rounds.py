@@ -89,8 +89,8 @@ class Pair:
 
     def differs(self, side: str, runs: slice) -> bool:
         """Whether one of these runs reached another end than the first one, by any bit."""
-        first, others = self.runs[side][0]["ends"], self.runs[side][runs]
-        return any(not np.array_equal(first, run["ends"], True) for run in others)
+        first, further = self.runs[side][0]["ends"], self.runs[side][runs]
+        return any(not np.array_equal(first, run["ends"], True) for run in further)
 
 
 SECOND, FURTHER_PROCESSES = slice(1, 2), slice(2, None)  # of the runs of a side

@@ -91,7 +91,7 @@ def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) 
                 if external.faults:
                     raise CannotCompare(external.faults[0])
                 if setting is not None:
-                    mine = replace(
+                    contender_case = replace(
                         case,
                         name=f"{external.name}, {problem.name}",
                         contender=path,
@@ -100,7 +100,7 @@ def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) 
                         slower=thresholds.slower,
                         error_tolerance=thresholds.less_accurate,
                     )
-                    cases.append(mine)
+                    cases.append(contender_case)
         finally:
             external.close()
     if not cases:

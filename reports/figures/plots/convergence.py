@@ -18,7 +18,7 @@ from benchmarks.statistics.orders import BOUND, ROUND_OFF
 from benchmarks.store.frames import series
 from reports.figures.style.identities import COLOURS, GUIDE, MARKERS
 from reports.figures.style.layout import legend, split
-from reports.tables.number_format import concise, known
+from reports.tables.number_format import concise, is_finite
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Rate:
     def text(self, fit: Fit) -> str:
         """The label with the fitted and the claimed rate, as far as there are."""
         text = self.label
-        if known(fit.rate):
+        if is_finite(fit.rate):
             factor = f"n^{{-{fit.power:g}}}" if fit.power else ""
             rate = self.refinement.rate.format(concise(fit.rate, fit.uncertainty))
             text += f"  ${rate}{factor}$"
@@ -181,7 +181,7 @@ def convergence(
         for large in np.flatnonzero(error > top):
             axes.plot(x[large], top, "^", color=style["color"], mfc="white", clip_on=False)
             beyond[x[large], f"{np.log10(error[large]):.0f}"] = None
-        if known(fit.rate):
+        if is_finite(fit.rate):
             along = np.linspace(*fit.window, 50)
             axes.plot(along, fit.evaluate(along), color=style["color"])
             if rate.claimed is not None:
@@ -233,7 +233,7 @@ def orders(axes: Axes, frame: pd.DataFrame, *, ylabel: str, unit: str = "unit of
         rows of `benchmarks.applications.convergence.table`
     """
     measured = frame[frame["error"] > 0.0]
-    by_step, by_cost = split(axes, 2, ylabel=ylabel, least=2.9, xscale="log", yscale="log")
+    by_step, by_cost = split(axes, 2, ylabel=ylabel, min_width=2.9, xscale="log", yscale="log")
     by_cost.sharey(by_step)
     by_step.set_xlabel(f"step size $h$ [{unit}]")
     by_cost.set_xlabel("time of a run [s]")
@@ -249,7 +249,7 @@ def orders(axes: Axes, frame: pd.DataFrame, *, ylabel: str, unit: str = "unit of
         points(by_step, steps["h"], steps["error"], used, style, UNUSED)
         points(by_cost, timed["seconds"], timed["error"], resolved, style, UNUSED)
         order, text = rows["fitted"].iloc[0], str(method).replace("$", r"\$")
-        if known(order):
+        if is_finite(order):
             text += f", order {concise(order, rows['fitted_se'].iloc[0])}"
             h, errors = steps.loc[used, "h"], steps.loc[used, "error"]
             middle = np.exp(np.mean(np.log(errors / h**order)))

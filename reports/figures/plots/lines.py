@@ -32,8 +32,8 @@ def curve(
     """
     rows = pick(frame, study=study, quantity=quantity).sort_values(["t", "steps"])
     if against not in rows:
-        others = pick(frame, study=study, quantity=against).set_index("steps")["value"]
-        rows[against] = others.reindex(rows["steps"]).to_numpy()
+        abscissae = pick(frame, study=study, quantity=against).set_index("steps")["value"]
+        rows[against] = abscissae.reindex(rows["steps"]).to_numpy()
     x, y = rows[[against, "value"]].to_numpy(float).T
     finite = np.isfinite(x) & np.isfinite(y)
     return x[finite], y[finite]
@@ -50,7 +50,7 @@ def lines(
     against: str = TIME,
     between: tuple[str, ...] = (),
     xscale: str = "log",
-    least: float = 0.0,
+    floor: float = 0.0,
     unit: float = 1.0,
     signed: bool = False,
 ) -> None:
@@ -63,7 +63,7 @@ def lines(
         time, the step, which falls to the right, or a quantity of the same runs
     between
         quantities of the same runs, from which to which there is a bar; none where empty
-    least
+    floor
         drawn in place of smaller sizes
     unit
         of the horizontal axis, in the frame's
@@ -73,7 +73,7 @@ def lines(
     axes.set(xscale=xscale, yscale="linear" if signed else "log", xlabel=xlabel, ylabel=ylabel)
     for k, (study, text) in enumerate(labels.items()):
         x, y = curve(frame, study, quantity, against)
-        x, y = x / unit, y if signed else np.maximum(np.abs(y), least)
+        x, y = x / unit, y if signed else np.maximum(np.abs(y), floor)
         shown = (signed | (y > 0.0)) & ((x > 0.0) | (xscale != "log"))
         color = line_color(study, k)
         marker = "" if against == TIME else MARKERS[k]
@@ -170,8 +170,10 @@ def departures(
     axes: Axes, frame: pd.DataFrame, *, quantities: Sequence[str], labels: Mapping[str, str]
 ) -> None:
     """A panel for each quantity, both axes logarithmic, times from the second sample on."""
-    for panel, quantity in zip(split(axes, len(quantities), least=3.0), quantities, strict=True):
-        lines(panel, frame, quantity=quantity, labels=labels, xlabel="time $t$", least=LEAST)
+    for panel, quantity in zip(
+        split(axes, len(quantities), min_width=3.0), quantities, strict=True
+    ):
+        lines(panel, frame, quantity=quantity, labels=labels, xlabel="time $t$", floor=LEAST)
         panel.set_title(quantity)
         mark_rounding(panel)
 
@@ -197,7 +199,7 @@ def jumps(
     limit
         an angle to mark, and its label
     """
-    left, right = split(axes, 2, least=3.0)
+    left, right = split(axes, 2, min_width=3.0)
     lines(
         left,
         frame,
@@ -206,7 +208,7 @@ def jumps(
         xlabel="time $t$",
         ylabel=f"relative {quantity}",
         xscale="linear",
-        least=LEAST,
+        floor=LEAST,
     )
     for k, (study, (text, color)) in enumerate(steps.items()):
         rows = pick(frame, study=study)

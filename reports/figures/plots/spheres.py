@@ -142,11 +142,11 @@ def exact_curve(y: np.ndarray, inertia: Sequence[float]) -> np.ndarray:
     order = np.argsort(inertia)
     middle = reciprocal[order[1]]
     c = order[0] if np.sum(reciprocal * y**2) > middle else order[2]
-    others = [k for k in range(3) if k != c]
+    ellipse_axes = [k for k in range(3) if k != c]
     gaps = reciprocal - reciprocal[c]
-    half_axes = np.sqrt(np.sum(gaps * y**2) / gaps[others])
+    half_axes = np.sqrt(np.sum(gaps * y**2) / gaps[ellipse_axes])
     curve = np.zeros((SMOOTH, 3))
-    curve[:, others] = half_axes * _circle()
+    curve[:, ellipse_axes] = half_axes * _circle()
     curve[:, c] = np.copysign(np.sqrt(np.maximum(1.0 - np.sum(curve**2, axis=1), 0.0)), y[c])
     return curve
 
@@ -201,6 +201,6 @@ def _directions(points: int) -> np.ndarray:
 
 def _line(axes: Axes, y: np.ndarray, **style: Any) -> None:
     """A line or dots, faint where they are on the far side."""
-    near = np.where((y @ EYE >= 0.0)[:, None], y, np.nan)
+    visible = np.where((y @ EYE >= 0.0)[:, None], y, np.nan)
     axes.plot(*y.T, alpha=HIDDEN, zorder=2, **style)
-    axes.plot(*near.T, zorder=3, **style)
+    axes.plot(*visible.T, zorder=3, **style)

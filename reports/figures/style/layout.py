@@ -70,11 +70,11 @@ def split(
     count: int,
     *,
     ylabel: str = "",
-    least: float = 2.6,
+    min_width: float = 2.6,
     columns: int = 0,
     **keywords: Any,
 ) -> list[Axes]:
-    """`count` panels in place of an axes: side by side as far as each is `least` inches wide, else
+    """`count` panels in place of an axes: side by side as far as each is `min_width` inches wide, else
     in rows; in so many columns at any width where these are given.
 
     Parameters
@@ -87,10 +87,10 @@ def split(
     canvas = axes.get_figure(root=True)
     wide, high = canvas.natural
     across = canvas.get_figwidth()
-    rows = math.ceil(count / (columns or max(1, min(count, int(across / least)))))
+    rows = math.ceil(count / (columns or max(1, min(count, int(across / min_width)))))
     side_by_side = columns or math.ceil(count / rows)
-    each = _height((wide / count, high), across / side_by_side)
-    canvas.set_figheight(max(high, canvas.get_figheight()) if columns else rows * each)
+    panel_height = _height((wide / count, high), across / side_by_side)
+    canvas.set_figheight(max(high, canvas.get_figheight()) if columns else rows * panel_height)
     axes.remove()
     grid = canvas.add_gridspec(rows, side_by_side)
     panels = [canvas.add_subplot(grid[k], **keywords) for k in range(count)]
@@ -206,11 +206,11 @@ def _legend(canvas: Canvas) -> tuple[float, float]:
     return 0.0, height
 
 
-def _break(text: Text, room: float, side: str) -> None:
+def _break(text: Text, limit: float, side: str) -> None:
     """Into lines that fit in so many inches."""
     length = getattr(text.get_window_extent(), side) / text.get_figure(root=True).dpi
-    if length > room:
-        text.set_text(wrapped(text.get_text(), int(0.95 * len(text.get_text()) * room / length)))
+    if length > limit:
+        text.set_text(wrapped(text.get_text(), int(0.95 * len(text.get_text()) * limit / length)))
 
 
 def wrapped(text: str, letters: int) -> str:
