@@ -76,7 +76,7 @@ class Part:
         """The name of its file: the version and a digest of the job."""
         return f"{self.title.replace(' ', '-')}_{_digest()}"
 
-    def done(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether its rows exist."""
         frame = self.files.read(self.name)
         return frame is not None and bool((frame["status"] == "").any())
@@ -113,15 +113,17 @@ def engine_versions(quick: bool = False, report: Report = lambda sentence: None)
 def parts(studies: Path, report: Report, versions: Sequence[str] = ()) -> list[Part]:
     """A part for each version: older ones and the installed one."""
     files = RowFiles(studies / FOLDER, COLUMNS, report)
-    every = versions or (*USUAL["mujoco"], installed("mujoco"))
-    return [Part(version, files) for version in every if version]
+    selected = versions or (*USUAL["mujoco"], installed("mujoco"))
+    return [Part(version, files) for version in selected if version]
 
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:
     """The stored rows of the current job; none when the study was not run."""
     frames = [part.files.read(part.name) for part in parts(studies, report)]
-    known = [frame for frame in frames if frame is not None]
-    return pd.concat(known, ignore_index=True) if known else pd.DataFrame(columns=list(COLUMNS))
+    existing = [frame for frame in frames if frame is not None]
+    return (
+        pd.concat(existing, ignore_index=True) if existing else pd.DataFrame(columns=list(COLUMNS))
+    )
 
 
 def engine_of(version: str) -> str:
@@ -131,10 +133,10 @@ def engine_of(version: str) -> str:
 
 def answers(python: str | Path = sys.executable) -> dict[str, Answer]:
     """What the MuJoCo of this interpreter makes of each body. Raises NotHere where it fails."""
-    return {joint: run.answer(asked(run), python=python) for joint, run in _runs().items()}
+    return {joint: run.answer(specifications(run), python=python) for joint, run in _runs().items()}
 
 
-def asked(run: OwnRun) -> list[dict[str, Any]]:
+def specifications(run: OwnRun) -> list[dict[str, Any]]:
     """Every integrator at every step."""
     counts = [round(DURATION / step) for step in STEPS]
     return [
@@ -201,13 +203,13 @@ def _runs() -> dict[str, OwnRun]:
 
 def _nested(mjcf: str) -> str:
     """The same body, with half of its mass and moments in a body that is fixed in it."""
-    (whole,) = re.findall(r"<inertial [^>]*/>", mjcf)
+    (inertial,) = re.findall(r"<inertial [^>]*/>", mjcf)
 
-    def halved(found: re.Match[str]) -> str:
-        return f'{found[1]}="{" ".join(repr(0.5 * float(one)) for one in found[2].split())}"'
+    def halved(match: re.Match[str]) -> str:
+        return f'{match[1]}="{" ".join(repr(0.5 * float(number)) for number in match[2].split())}"'
 
-    half = re.sub(r'(mass|diaginertia)="([^"]*)"', halved, whole)
-    return mjcf.replace(whole, f"{half}<body>{half}</body>")
+    half = re.sub(r'(mass|diaginertia)="([^"]*)"', halved, inertial)
+    return mjcf.replace(inertial, f"{half}<body>{half}</body>")
 
 
 @cache
@@ -218,5 +220,5 @@ def _truth() -> Array:
 
 @cache
 def _digest() -> str:
-    job = [[run.job, asked(run)] for run in _runs().values()]
+    job = [[run.job, specifications(run)] for run in _runs().values()]
     return hashlib.sha256(PROGRAM.read_bytes() + json.dumps(job).encode()).hexdigest()[:8]

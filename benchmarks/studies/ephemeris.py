@@ -49,8 +49,8 @@ def path(gm: float, q0: Array, v0: Array, times: Array, light: float = LIGHT) ->
 
 def displacement(gm: float, q0: Array, v0: Array, times: Array) -> Array:
     """Distance between the relativistic and the Newtonian path from the same start, (times,)."""
-    apart = path(gm, q0, v0, times) - path(gm, q0, v0, times, np.inf)
-    return np.linalg.norm(apart, axis=-1)
+    gap = path(gm, q0, v0, times) - path(gm, q0, v0, times, np.inf)
+    return np.linalg.norm(gap, axis=-1)
 
 
 COLUMNS = (
@@ -131,14 +131,14 @@ def _rows(
     if not run.success:
         return [(label, "", *[np.nan] * 5, run.status)]
     away, wrong = _length(run.q - sky), _length(run.q - truth)
-    seen = _angle(run.q - run.q[:, :1], sky - sky[:, :1]) / ARC_SECOND
-    seen[:, 0] = np.nan
+    sky_angle = _angle(run.q - run.q[:, :1], sky - sky[:, :1]) / ARC_SECOND
+    sky_angle[:, 0] = np.nan
     shown = [days // DAYS[0] for days in DAYS]
     return [
         (label, body, *values, "")
         for k, body in enumerate(run.problem.parameters["bodies"])
         for values in zip(
-            DAYS, away[shown, k], seen[shown, k], relativity[k], wrong[shown, k], strict=True
+            DAYS, away[shown, k], sky_angle[shown, k], relativity[k], wrong[shown, k], strict=True
         )
     ]
 

@@ -120,5 +120,5 @@ def _order(method: Any, predicted: int, truth: Array) -> tuple[convergence_fits.
 
 
 if __name__ == "__main__":
-    found = taxonomy(False, print).drop(columns=["kind", "number", "family", "points"])
-    print(found.to_string(index=False, max_colwidth=60, float_format="{:.2g}".format))
+    table = taxonomy(False, print).drop(columns=["kind", "number", "family", "points"])
+    print(table.to_string(index=False, max_colwidth=60, float_format="{:.2g}".format))

@@ -11,8 +11,8 @@ ERRORS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # from what is asked for to the
 
 def errors_of(runs: pd.DataFrame) -> tuple[float, ...]:
     """The errors at which one problem's codes are compared; none that its truth cannot tell."""
-    least = resolution(runs)
-    return tuple(error for error in ERRORS if error >= least)
+    limit = resolution(runs)
+    return tuple(error for error in ERRORS if error >= limit)
 
 
 def code_of(contender: str) -> str:

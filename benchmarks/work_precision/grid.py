@@ -34,7 +34,7 @@ Add = Callable[[str, Setting], None]
 
 def fine(setting: Setting) -> tuple[str, float]:
     """The key that says how fine a setting is, and its value; ('', NaN) without one."""
-    key = next((one for one in KEYS if one in setting), "")
+    key = next((name for name in KEYS if name in setting), "")
     return key, float(setting[key]) if key else math.nan
 
 
@@ -57,10 +57,10 @@ def neighbour(key: str, value: float, line: Sequence[float], finer: bool) -> flo
     """Halfway from a value to the next of its line, or beyond its end; 0 where it is close."""
     further = [v for v in line if (v < value if finer else v > value)]
     if further:
-        near = max(further) if finer else min(further)
-        return math.sqrt(value * near) if abs(math.log(near / value)) > CLOSEST else 0.0
-    apart = COARSER if key == "step" else 10.0**GAP
-    return value / apart if finer else value * apart
+        adjacent = max(further) if finer else min(further)
+        return math.sqrt(value * adjacent) if abs(math.log(adjacent / value)) > CLOSEST else 0.0
+    factor = COARSER if key == "step" else 10.0**GAP
+    return value / factor if finer else value * factor
 
 
 def wanted(
@@ -73,24 +73,24 @@ def wanted(
     runs
         its rows so far, with `dependable` errors; a row's index is a key of `settings`
     """
-    lines = {index: (who, line_of(one)) for index, (who, one) in settings.items()}
-    have = {(lines[index], fine(one)) for index, (_, one) in settings.items()}
-    found: list[tuple[str, Setting]] = []
+    lines = {index: (who, line_of(setting)) for index, (who, setting) in settings.items()}
+    have = {(lines[index], fine(setting)) for index, (_, setting) in settings.items()}
+    additions: list[tuple[str, Setting]] = []
 
     def offer(index: Any, finer: bool) -> None:
         """Its new neighbour, where that is affordable and not there yet."""
-        who, one = settings[index]
-        key, value = fine(one)
-        others = [fine(settings[k][1])[1] for k, line in lines.items() if line == lines[index]]
+        who, setting = settings[index]
+        key, value = fine(setting)
+        values = [fine(settings[k][1])[1] for k, line in lines.items() if line == lines[index]]
         if not key or runs["seconds"][index] > BRIEF:
             return
-        new = neighbour(key, value, others, finer)
+        new = neighbour(key, value, values, finer)
         if new <= 0.0 or (key != "step" and new < TIGHTEST):
             return
-        added = with_fineness(one, new, duration)
+        added = with_fineness(setting, new, duration)
         if (lines[index], fine(added)) not in have:
             have.add((lines[index], fine(added)))
-            found.append((who, added))
+            additions.append((who, added))
 
     errors, points = runs["error"], front_indices(runs)
     widest = sorted(_holes(errors, points, lines), key=lambda hole: -hole[2])
@@ -102,7 +102,7 @@ def wanted(
         offer(points[0], finer=False)
     if points and errors[points[-1]] > ERRORS[-1]:
         offer(points[-1], finer=True)
-    return found
+    return additions
 
 
 def _holes(
@@ -138,9 +138,9 @@ def refined(
         codes = rows["contender"].map(code_of)
         idle = True
         for code in codes.drop_duplicates():
-            mine = rows[codes == code]
-            known = {index: settings[index] for index in mine.index}
-            for who, setting in wanted(mine, known, duration):
+            of_code = rows[codes == code]
+            code_settings = {index: settings[index] for index in of_code.index}
+            for who, setting in wanted(of_code, code_settings, duration):
                 if spent.get(code, 0.0) > PATIENCE or added.get(code, 0) >= MOST:
                     break
                 begun = time.process_time()
@@ -172,10 +172,10 @@ def gaps(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["problem", "code", "settings", "gap", "above"])
 
 
-def unequal(table: pd.DataFrame, most: float = 2.0 * GAP) -> Sequence[str]:
+def unequal(table: pd.DataFrame, widest: float = 2.0 * GAP) -> Sequence[str]:
     """A sentence for each code whose settings leave a wider gap than `most` decades."""
     return [
         f"{row['code']} has no setting in {row['gap']:.1f} decades above {row['above']:.0e}."
         for row in gaps(table).to_dict("records")
-        if row["gap"] > most
+        if row["gap"] > widest
     ]

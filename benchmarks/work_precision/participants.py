@@ -35,8 +35,8 @@ def with_externals(
     case: WorkPrecisionProblem, externals: Sequence[ExternalContender]
 ) -> WorkPrecisionProblem:
     """The case with the external integrators that support its problem and offer settings."""
-    taken = [one.label for one in case.participants]
-    offered = [setting for one in case.participants for setting in one.settings]
+    labels = [participant.label for participant in case.participants]
+    offered = [setting for participant in case.participants for setting in participant.settings]
     steps = [setting["save_every"] for setting in offered if "save_every" in setting]
     fewest = min(steps, default=FEWEST)
     participants: list[Participant] = []
@@ -46,7 +46,7 @@ def with_externals(
             for setting in offered_settings(external, case.problem, case.duration, fewest)
         ]
         if settings:
-            participants.append(Participant(label_beside(external, taken), external, settings))
+            participants.append(Participant(label_beside(external, labels), external, settings))
     return replace(case, participants=(*case.participants, *participants))
 
 
@@ -107,9 +107,9 @@ def ensemble(
             return
 
 
-def label_beside(external: ExternalContender, taken: Collection[str]) -> str:
+def label_beside(external: ExternalContender, labels: Collection[str]) -> str:
     """Its name, marked where one in the same table has it, in whatever case."""
-    same = external.name.casefold() in {label.casefold() for label in taken}
+    same = external.name.casefold() in {label.casefold() for label in labels}
     return f"{external.name}, external" if same else external.name
 
 

@@ -125,7 +125,7 @@ def orbit(mu, w, t):
 
 
 def kepler_frame(m):
-    """The flow and the perturbation of planets 1, 2, .. about a star 0, and their Jacobi coordinates.
+    """Flow and perturbation of planets 1, 2, .. about a star 0, and their Jacobi coordinates.
 
     Rows of (Q_1, .., Q_n, barycentre), each (D,), are the matrix returned times those of bodies.
     """

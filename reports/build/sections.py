@@ -60,7 +60,7 @@ def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str,
         if section.name not in wanted:
             continue
         runs = studies_of[section.name].runs(folder, say)
-        missing = [run for run in runs if not run.done()]
+        missing = [run for run in runs if not run.is_complete()]
         print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are there.")
         errors = BuildCache().measure(
             Study(run.title, section.name, run.title, run.run) for run in missing

@@ -60,7 +60,7 @@ class LongForm:
     Attributes
     ----------
     runs
-        (folder, report) -> runs, each with title, done() and run(report)
+        (folder, report) -> runs, each with title, is_complete() and run(report)
     stored
         (folder, report) -> the rows of the finished runs
     """

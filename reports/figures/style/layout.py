@@ -74,8 +74,8 @@ def split(
     columns: int = 0,
     **keywords: Any,
 ) -> list[Axes]:
-    """`count` panels in place of an axes: side by side as far as each is `min_width` inches wide, else
-    in rows; in so many columns at any width where these are given.
+    """`count` panels in place of an axes: side by side where each is `min_width` inches wide, else
+    in rows; in `columns` columns at any width where that is not 0.
 
     Parameters
     ----------

@@ -424,7 +424,7 @@ def test_only_galvi_s_lines_that_a_target_names_count_and_a_rival_may_be_galvi_s
     points = {GALVI: [(1e-8, 1.0)], kernel: [(1e-8, 6.0)], other: [(1e-8, 2.0)]}
     runs = table({**points, PEER: [(1e-8, 8.0)]})
     asked = [
-        Target("p", (rival,), 1e-6, 5.0, ours=ours)
+        Target("p", (rival,), 1e-6, 5.0, galvi_contenders=ours)
         for rival in (PEER, kernel)
         for ours in ((), (other,))
     ]
@@ -462,10 +462,10 @@ def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> Non
         for case in (work_precision_problems(True) if quick else cases)
     }
     for target in TARGETS:
-        assert {*target.contenders, *target.ours} <= known[target.problem]
+        assert {*target.contenders, *target.galvi_contenders} <= known[target.problem]
         assert target.ratio is None or target.ratio > 0.0
         assert (target.note != "") == ("general kernel" in target.contenders[0])
-    asked = [(one.problem, one.contenders[0], one.ours, one.error) for one in TARGETS]
+    asked = [(one.problem, one.contenders[0], one.galvi_contenders, one.error) for one in TARGETS]
     assert len(set(asked)) == len(asked)
     for target in TARGETS:  # of orbits and rotations, the rival's own error too
         assert target.source == VECTORS or target.problem in {

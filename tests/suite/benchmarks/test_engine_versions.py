@@ -89,9 +89,9 @@ def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_
     said: list[str] = []
     assert stored(tmp_path, said.append).empty
     for part in parts(tmp_path, said.append):
-        assert not part.done()
+        assert not part.is_complete()
         part.run(said.append)
-    assert [part.done() for part in parts(tmp_path, said.append)] == [False, True]
+    assert [part.is_complete() for part in parts(tmp_path, said.append)] == [False, True]
     rows = stored(tmp_path, said.append)
     assert "mujoco 3.6.0: No matching distribution found." in said
     assert rows["status"].iloc[0] == "No matching distribution found."
@@ -121,7 +121,7 @@ def test_rk4_turned_bodies_with_order_2_before_version_4(tmp_path):
     (part,) = parts(tmp_path, print, ["3.17.0"])
     part.run(print)
     frame = part.files.read(part.name)
-    if not part.done():
+    if not part.is_complete():
         pytest.skip(frame["status"].iloc[0])
     assert order(frame, "ball", "RK4") == pytest.approx(2.0, abs=0.01)
     assert not list(tmp_path.rglob("pyvenv.cfg"))

@@ -77,7 +77,7 @@ def study(folder: Path, told: list[str], stop: int | None = None) -> pd.DataFram
             raise Stop
 
     for part in round_off.parts(folder, report, 200.0, 1, (gauss(6, 10),), code="0123456789ab"):
-        if not part.done():
+        if not part.is_complete():
             part.run(report)
     frame = round_off.stored(folder, print).drop(columns="date")
     return frame.sort_values("sample", ignore_index=True)
