@@ -25,7 +25,7 @@ is a measured number, and its name may hold a list, as in `{law_{50; 500}}`.
 What measures, a module or "module:object", has one function, or two:
 
 measure(make_method, quick, report) -> {quantity: number, why there is none, or a Number}
-study(make_method, quick, report) -> tidy frame, and read(frame) -> {quantity: measurement}
+study(make_method, quick, report) -> tidy table, and read(table) -> {quantity: measurement}
 
 Every quantity needs a line of the table, and every line its quantity; numbers that `{name}` speaks
 of need none.
@@ -423,7 +423,7 @@ def measuring(section: Section) -> Any:
 def _measured(
     module: Any, id: str, make_method: MakeMethod, quick: bool, report: Report
 ) -> pd.DataFrame:
-    """The tidy frame of a module's numbers."""
+    """The tidy table of a module's numbers."""
     rows = []
     for quantity, number in module.measure(make_method, quick, report).items():
         if isinstance(number, str):
@@ -453,7 +453,7 @@ def _float(location: str, number: Any) -> float:
 
 
 def numbers_of(table: pd.DataFrame) -> dict[str, Number]:
-    """The numbers of a frame by quantity."""
+    """The numbers of a table by quantity."""
     return {
         line.quantity: Number(line.value, line.label, line.absent, line.status)
         for line in table.itertuples()

@@ -78,8 +78,8 @@ class Part:
 
     def is_complete(self) -> bool:
         """Whether its rows exist."""
-        frame = self.files.read(self.name)
-        return frame is not None and bool((frame["status"] == "").any())
+        table = self.files.read(self.name)
+        return table is not None and bool((table["status"] == "").any())
 
     def run(self, report: Report) -> None:
         """Install it if necessary, run the bodies, evaluate the results and write the rows."""
@@ -91,8 +91,8 @@ class Part:
         except NotHere as error:
             report(f"{self.title}: {error}")
             rows = [_absent(self.title, str(error))]
-        frame = pd.DataFrame(rows).assign(commit=version(), date=today())
-        self.files.write(self.name, frame)
+        table = pd.DataFrame(rows).assign(commit=version(), date=today())
+        self.files.write(self.name, table)
 
 
 def engine_versions(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
@@ -119,8 +119,8 @@ def parts(studies: Path, report: Report, versions: Sequence[str] = ()) -> list[P
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:
     """The stored rows of the current job; none when the study was not run."""
-    frames = [part.files.read(part.name) for part in parts(studies, report)]
-    existing = [frame for frame in frames if frame is not None]
+    tables = [part.files.read(part.name) for part in parts(studies, report)]
+    existing = [table for table in tables if table is not None]
     return (
         pd.concat(existing, ignore_index=True) if existing else pd.DataFrame(columns=list(COLUMNS))
     )

@@ -398,7 +398,7 @@ SHORT = {
 }
 
 
-def matrix(frame: pd.DataFrame) -> pd.DataFrame:
+def matrix(rows: pd.DataFrame) -> pd.DataFrame:
     """A line for each force and eccentricity, a column for each contender: the verdict, and by how
     much it is wrong at a quarter of the step."""
 
@@ -409,7 +409,7 @@ def matrix(frame: pd.DataFrame) -> pd.DataFrame:
         return f"wrong by {last:.{0 if last >= 10.0 else 1}f} %"
 
     lines: dict[tuple[str, float], dict[str, Any]] = {}
-    for row in frame.to_dict("records"):
+    for row in rows.to_dict("records"):
         where = row["force"], row["eccentricity"]
         line = lines.setdefault(where, {"force": where[0], "e": f"{where[1]:g}"})
         contender = str(row["contender"]).removeprefix("REBOUND ")

@@ -90,10 +90,10 @@ def rows() -> Iterator[dict[str, Any]]:
     """A row for each method: what theory says, the fit, and the largest defects in its window."""
     for case in cases():
         for name, (method, counts) in case.methods.items():
-            frame = galvi.convergence(
+            table = galvi.convergence(
                 case.problem, {name: method}, counts, case.duration, quick=True
             )
-            used = frame[frame["fit"]]
+            used = table[table["fit"]]
             yield {
                 "on, in": case.where,
                 "method": name,

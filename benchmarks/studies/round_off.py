@@ -165,13 +165,15 @@ def brouwer(
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any, Any]]:
+def ensembles(observations: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any, Any]]:
     """(contender, settings, years, commit, date, status), times (k,) and errors (runs, k) of each
     ensemble.
 
     Incomplete runs are omitted; a failed one is NaN after its failure.
     """
-    for keys, rows in frame.groupby(["contender", "settings", "years", "commit"], sort=False):
+    for keys, rows in observations.groupby(
+        ["contender", "settings", "years", "commit"], sort=False
+    ):
         table = rows.pivot(index="member", columns="t", values="error").sort_index(axis=1)
         counts = rows.groupby("member")["sample"].nunique()
         broken = set(rows.loc[rows["status"] != "", "member"])
@@ -183,20 +185,20 @@ def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any, Any]]:
             yield about, table.columns.to_numpy(float), table.loc[complete].to_numpy(float)
 
 
-def reading_floor(frame: pd.DataFrame) -> float:
+def reading_floor(table: pd.DataFrame) -> float:
     """RMS energy error caused by rounding a state to float64; 0 where no contender reports it."""
-    differences = (frame["error"] - frame["error_of_rounded"]).to_numpy(float)
+    differences = (table["error"] - table["error_of_rounded"]).to_numpy(float)
     differences = differences[np.isfinite(differences) & (differences != 0.0)]
     return float(rms(differences)) if differences.size else 0.0
 
 
-def growths(frame: pd.DataFrame) -> list[tuple[dict[str, Any], Growth]]:
+def growths(table: pd.DataFrame) -> list[tuple[dict[str, Any], Growth]]:
     """The growth of each ensemble's errors; rounded states are fitted where they resolve it."""
-    floor = reading_floor(frame)
+    floor = reading_floor(table)
     fits = []
-    for about, t, errors in ensembles(frame):
-        rows = frame[
-            (frame["contender"] == about["contender"]) & (frame["years"] == about["years"])
+    for about, t, errors in ensembles(table):
+        rows = table[
+            (table["contender"] == about["contender"]) & (table["years"] == about["years"])
         ]
         rounded = bool((rows["error"] == rows["error_of_rounded"]).all())
         fits.append((about, growth(t, errors, floor=COARSE * floor if rounded else 0.0)))
@@ -268,8 +270,8 @@ class Part:
             report(f"{self.title}: {rows[-1]['t']:g} years")
 
     def _rows(self) -> list[dict[str, Any]]:
-        frame = self.files.read(self.name)
-        return [] if frame is None else frame.to_dict("records")
+        table = self.files.read(self.name)
+        return [] if table is None else table.to_dict("records")
 
     def _row(self, sample: Sample) -> dict[str, Any]:
         columns = row(self.participant, self.years, self.member, sample)

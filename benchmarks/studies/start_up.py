@@ -241,8 +241,8 @@ class Part:
         """Compile in an empty cache, and write the row."""
         report(self.title)
         row = {"problem": self.title, "cold": _compiling(self.start)}
-        frame = pd.DataFrame([row], columns=list(COLUMNS))
-        self.files.write(self.name, frame)
+        table = pd.DataFrame([row], columns=list(COLUMNS))
+        self.files.write(self.name, table)
 
 
 def parts(studies: Path, report: Callable[[str], None]) -> list[Part]:

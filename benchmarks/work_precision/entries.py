@@ -66,7 +66,7 @@ class Entry(NamedTuple):
 
 
 def galvi_entries(counts: Mapping[int, Sequence[int]], **fields: Any) -> list[Entry]:
-    """Gauss collocation by its degree, with numbers of steps; `more` of every Entry."""
+    """Gauss collocation by its degree, with numbers of steps; `fields` of every Entry."""
     return [
         Entry(gauss_collocation(degree), steps, galvi_label(degree), **fields)
         for degree, steps in counts.items()

@@ -167,7 +167,7 @@ def _cell(row: pd.Series | None, galvi_run: pd.Series | None) -> dict[str, Any]:
 
 
 def _in_shared_rounds(row: pd.Series, name: str, galvi_run: pd.Series) -> Interval:
-    """The ratio of its times, in the column of this name, to ours in the rounds of both."""
+    """The ratio of its times, in the column of this name, to galvi's in the rounds of both."""
     pairs = list(zip(read(row.get(name)), read(galvi_run.get("rounds")), strict=False))
     return ratio(*zip(*pairs, strict=True)) if pairs else UNKNOWN
 

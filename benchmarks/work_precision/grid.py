@@ -28,7 +28,7 @@ KEYS = ("step", "epsilon", "tolerance")  # of which the first in a setting says 
 TURNS, MOST = 5, 20  # of adding, and settings added to a code
 PATIENCE, BRIEF = 1.5, 0.3  # seconds of the runs added to a code, and of a run beside which one is
 
-Frame = Callable[[], pd.DataFrame]
+CurrentRows = Callable[[], pd.DataFrame]
 Add = Callable[[str, Setting], None]
 
 
@@ -120,13 +120,16 @@ def _holes(
 
 
 def refined(
-    frame: Frame, settings: Mapping[Any, tuple[str, Setting]], duration: float, add: Add
+    current_rows: CurrentRows,
+    settings: Mapping[Any, tuple[str, Setting]],
+    duration: float,
+    add: Add,
 ) -> None:
     """Add settings to each code until nothing is wanted, or its share is used up.
 
     Parameters
     ----------
-    frame
+    current_rows
         () -> the rows so far, of which the index is a key of `settings`
     add
         (contender, setting): runs it and enters it in both
@@ -134,7 +137,7 @@ def refined(
     spent: dict[str, float] = {}
     added: dict[str, int] = {}
     for _ in range(TURNS):
-        rows = dependable(frame())
+        rows = dependable(current_rows())
         codes = rows["contender"].map(code_of)
         idle = True
         for code in codes.drop_duplicates():
@@ -173,7 +176,7 @@ def gaps(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def unequal(table: pd.DataFrame, widest: float = 2.0 * GAP) -> Sequence[str]:
-    """A sentence for each code whose settings leave a wider gap than `most` decades."""
+    """A sentence for each code whose settings leave a wider gap than `widest` decades."""
     return [
         f"{row['code']} has no setting in {row['gap']:.1f} decades above {row['above']:.0e}."
         for row in gaps(table).to_dict("records")

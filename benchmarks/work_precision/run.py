@@ -167,7 +167,7 @@ def _refine(
         if measurement.run is not None
     }
 
-    def frame() -> pd.DataFrame:
+    def current_rows() -> pd.DataFrame:
         rows = [_row(case, measured[k], truth) for k in settings]
         seconds = [measured[k].warm / measured[k].times for k in settings]
         return pd.DataFrame(rows, index=list(settings)).assign(seconds=seconds)
@@ -183,7 +183,7 @@ def _refine(
             )
             del settings[len(measured) - 1]
 
-    refined(frame, settings, case.duration, add)
+    refined(current_rows, settings, case.duration, add)
     order = {label: k for k, label in enumerate(contenders)}
     measured.sort(key=lambda measurement: order[measurement.contender])
 

@@ -53,7 +53,7 @@ CLAIMS, DURATIONS = "claims.csv", "durations.csv"
 
 
 def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
-    """Every claim with rows in claims.csv, and its frame; the rows as they were judged then.
+    """Every claim with rows in claims.csv, and its table; the rows as they were checked then.
 
     First `claims`, in their order, then those of external integrators that are not among them.
     Rows of other claims are left out, with a sentence.
@@ -76,11 +76,11 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
         claim_rows = rows[rows["id"] == claim.id]
         if len(claim_rows):
             path = out / "frames" / f"{claim.id}.csv"
-            frame = read_rows(path)
+            table = read_rows(path)
             judged = tuple(_row(line) for line in claim_rows.to_dict("records"))
             date = str(claim_rows["date"].iloc[0])
             claim_results.append(
-                ClaimResult(claim, frame, judged, times.get(claim.id, float("nan")), date)
+                ClaimResult(claim, table, judged, times.get(claim.id, float("nan")), date)
             )
     return claim_results
 
@@ -101,9 +101,9 @@ def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]
     """Each study with the rows that were written."""
     section_results = []
     for section in sections:
-        frame = read_rows(out / f"{section.name}.csv")
-        note = "" if frame is not None else "No rows of it are kept."
-        section_results.append(SectionResult(section, frame, note))
+        table = read_rows(out / f"{section.name}.csv")
+        note = "" if table is not None else "No rows of it are kept."
+        section_results.append(SectionResult(section, table, note))
     return section_results
 
 

@@ -27,12 +27,12 @@ def study(
     """
     section_results = measure_sections(suite, options, sections, cache)
     for section_result in section_results:
-        if section_result.frame is not None:
+        if section_result.table is not None:
             name = section_result.section.name
-            write(options.out / f"{name}.csv", as_csv(section_result.frame))
+            write(options.out / f"{name}.csv", as_csv(section_result.table))
             origin = suite.provenance(options.command)
             note_origin(options.out, f"{name}.csv", origin, options.quick)
-            table = section_result.section.table(section_result.frame)[0]
+            table = section_result.section.table(section_result.table)[0]
             write_table(options.out / "tables", name, table, origin=origin)
     return section_results
 

@@ -72,15 +72,15 @@ def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame) -> None:
         _show_table(times.map(lambda cell: cell.partition(" (")[0]))
 
 
-def show_targets(frame: pd.DataFrame) -> None:
+def show_targets(targets: pd.DataFrame) -> None:
     """Print the targets with their remarks; nothing when there are none."""
-    if frame.empty:
+    if targets.empty:
         return
-    table = readable_targets(frame)[0][[*PRINTED]]
+    table = readable_targets(targets)[0][[*PRINTED]]
     _show_table(table, [k for k, verdict in enumerate(table["verdict"]) if verdict == MISSED])
-    for _, row in frame[frame["remark"] != ""].iterrows():
+    for _, row in targets[targets["remark"] != ""].iterrows():
         print(visible(f"{row['problem']}, {row['against']}, own error: {row['remark']}"))
-    print(summary(frame))
+    print(summary(targets))
 
 
 def _show_table(table: pd.DataFrame, red: Collection[int] = ()) -> None:

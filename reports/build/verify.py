@@ -5,7 +5,7 @@ durations.csv seconds that the study of each claim took
 verify.xml    JUnit XML for CI services
 verify.md     the same in Markdown; also appended to the CI job summary
 verify-*.json measured errors, for services that plot them over time
-frames/       the studies' frames
+frames/       the studies' tables
 tables/       claims and convergence
 """
 
@@ -226,7 +226,7 @@ def verify(
 
 
 def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd.DataFrame:
-    """Write tables and frames; return the changes."""
+    """Write the tables; returns the changes."""
     provenance, tables = suite.provenance(options.command), options.out / "tables"
     origin = {**provenance, "setting": "quick" if options.quick else "default"}
     origin_before = read_origins(options.out).get(CLAIMS, {})
@@ -252,15 +252,15 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
     )
     for claim_result in checked:
         path = options.out / "frames" / f"{claim_result.claim.id}.csv"
-        if claim_result.frame is None:
+        if claim_result.table is None:
             path.unlink(missing_ok=True)
         else:
-            write(path, as_csv(claim_result.frame))
+            write(path, as_csv(claim_result.table))
     if not options.quick:  # whose runs are shorter, and say nothing of the others
         seconds = {
             claim_result.claim.id: claim_result.seconds
             for claim_result in checked
-            if claim_result.frame is not None
+            if claim_result.table is not None
         }
         lines = (durations(options.out) | seconds).items()
         write(options.out / DURATIONS, as_csv(pd.DataFrame(lines, columns=["claim", "seconds"])))

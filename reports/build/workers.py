@@ -47,8 +47,8 @@ def study_in_workers(
         delayed(_timed)(name, missing[name].measure) for name in from_both_ends
     )
     try:
-        for name, frame, seconds in filter(None, measurements):
-            cache.keep(name, frame, seconds)
+        for name, table, seconds in filter(None, measurements):
+            cache.keep(name, table, seconds)
             yield missing[name], seconds
     except BrokenProcessPool:
         return

@@ -51,7 +51,7 @@ def figures(suite: Suite, out: Path) -> Figures:
         kept_comparison(out),
         kept_sections(out, suite.sections),
     )
-    return {figure.name: (figure, frame) for figure, frame in drawable(*stored)}
+    return {figure.name: (figure, table) for figure, table in drawable(*stored)}
 
 
 def export_figures(
@@ -76,7 +76,7 @@ def export_figures(
     if name:
         check_known("figure", name, catalogue)
     with_rows = {
-        key: (figure, frame) for key, (figure, frame) in catalogue.items() if frame is not None
+        key: (figure, table) for key, (figure, table) in catalogue.items() if table is not None
     }
     if not with_rows or (name and name not in with_rows):
         raise typer.BadParameter(
@@ -95,10 +95,10 @@ def export_figures(
             print_path(path)
 
 
-def write_figure(figure: Figure, frame: pd.DataFrame, path: Path, form: str, width: str) -> Path:
+def write_figure(figure: Figure, table: pd.DataFrame, path: Path, form: str, width: str) -> Path:
     """Draw a figure, fonts embedded, into a file, with its caption beside it; returns its path.
     Raises NoData where there is nothing to draw."""
-    write(path, sized(figure, frame, form, WIDTHS[width]))
+    write(path, sized(figure, table, form, WIDTHS[width]))
     if path.is_file() and open_descriptor(path) is None:  # else a pipe, or standard output
         caption = f"{figure.title.rstrip('.')}. {figure.caption}".strip()
         label = f"\\label{{fig:{figure.name}}}"

@@ -106,7 +106,7 @@ def options_of(
     require: Sequence[str] | None = None,
     **fields: Any,
 ) -> Options:
-    """The options of a command on the suite, whose output folder is made; `more` as in Options.
+    """The options of a command on the suite, whose output folder is made; `fields` as in Options.
 
     Raises typer.BadParameter for claims and engines that are not there.
     """
@@ -152,7 +152,7 @@ def choose_claims(selection: Sequence[str], claims: Sequence[Claim]) -> tuple[st
 
     Parameters
     ----------
-    asked
+    selection
         ids, places of the papers such as "H fig. 3.5", and CONTENDERS_CLAIMS for all that belong to
         external integrators; words that make up a place that has a comma are this place
 

@@ -100,11 +100,11 @@ def draw(
 
     Parameters
     ----------
-    each
+    map_figures
         map, or one that does the same in several processes
     """
     wanted = list(drawable(checked, comparison, sections))
-    measured = [(figure, frame) for figure, frame in wanted if frame is not None]
+    measured = [(figure, table) for figure, table in wanted if table is not None]
     pictures = {figure.name: "what it shows was not run." for figure, _ in wanted}
     pictures |= zip(
         (figure.name for figure, _ in measured), map_figures(_drawn, measured), strict=True
@@ -124,10 +124,10 @@ def drawable(
     comparison: Comparison,
     sections: Sequence[SectionResult] = (),
 ) -> Iterator[tuple[Figure, pd.DataFrame | None]]:
-    """Every figure with the frame it is drawn from; None where that was not measured."""
+    """Every figure with the table it is drawn from; None where that was not measured."""
     for figure in FIGURES:
         source = first_measured(checked, figure.claims)
-        yield figure, None if source is None else source.frame
+        yield figure, None if source is None else source.table
     table = comparison.work_precision
     if table is not None:
         for problem, runs in table.groupby("problem", sort=False):
@@ -136,7 +136,7 @@ def drawable(
         yield headline, table
     for section_result in sections:
         for figure in section_result.section.figures:
-            yield figure, section_result.frame
+            yield figure, section_result.table
 
 
 def save(gallery: Gallery, folder: Path) -> None:

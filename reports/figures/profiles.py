@@ -17,7 +17,7 @@ MOST = 6  # codes in a figure: those with most problems
 POINTS = 160  # of a line
 
 
-def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> None:
+def profiles(axes: Axes, runs: pd.DataFrame, *, value: str, xlabel: str) -> None:
     """A panel for each error: shares of problems with their bands, one look per code.
 
     Parameters
@@ -25,7 +25,7 @@ def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> Non
     value
         "ratio", from 1, or "cost", in seconds
     """
-    tables = {error: table for error, table in costs_at(frame).items() if len(table)}
+    tables = {error: table for error, table in costs_at(runs).items() if len(table)}
     costs = pd.concat(tables)
     by_error = costs.groupby([costs.index.get_level_values(0), "code"], sort=False)
     run = by_error["problem"].nunique().unstack()

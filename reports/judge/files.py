@@ -108,14 +108,14 @@ def rendered(judgement: Judgement, name: str, facts: Mapping[str, Any]) -> str:
 
 
 def table(
-    frame: pd.DataFrame,
+    rows: pd.DataFrame,
     caption: str,
     formats: Mapping[str, Callable[[float], str]],
     **headings: str,
 ) -> Markup:
     """The columns as HTML, the heading of each that is not named its own name in words."""
-    names = {column: headings.get(column, column.replace("_", " ")) for column in frame}
-    text, kinds = readable_table(frame, names, formats)
+    names = {column: headings.get(column, column.replace("_", " ")) for column in rows}
+    text, kinds = readable_table(rows, names, formats)
     return html_table(text, caption, kinds)
 
 

@@ -48,7 +48,7 @@ class Study:
     label, title
         shown while it runs
     measure
-        report -> frame
+        report -> table
     timed
         whether it measures times
     """
@@ -62,10 +62,10 @@ class Study:
 
 @dataclass(frozen=True, eq=False)
 class CachedResult:
-    """A frame, its measuring time in seconds, and the start date of the earlier run that measured
+    """A table, its measuring time in seconds, and the start date of the earlier run that measured
     it; empty for this run."""
 
-    frame: pd.DataFrame
+    table: pd.DataFrame
     seconds: float
     run: str = ""
 
@@ -83,8 +83,8 @@ class CachedResult:
         return {
             "run": run,
             "seconds": self.seconds,
-            "types": self.frame.dtypes.astype(str).to_dict(),
-            "columns": self.frame.to_dict("list"),
+            "types": self.table.dtypes.astype(str).to_dict(),
+            "columns": self.table.to_dict("list"),
         }
 
 
@@ -100,7 +100,7 @@ class BuildCache:
         start date of this run
     sources
         digest of the sources when this run began; "" to look for no changes
-    results
+    entries
         of interrupted runs and of this one
     edited
         whether the sources changed since this run began; nothing is stored from then on
@@ -134,15 +134,15 @@ class BuildCache:
                 start = time.perf_counter()
                 try:
                     with progress(study.label, study.title) as report:
-                        frame = study.measure(report)
-                        self.keep(study.name, frame, time.perf_counter() - start)
+                        table = study.measure(report)
+                        self.keep(study.name, table, time.perf_counter() - start)
                 except Exception as error:
                     errors[study.name] = error
         return errors
 
-    def keep(self, name: str, frame: pd.DataFrame, seconds: float) -> None:
+    def keep(self, name: str, table: pd.DataFrame, seconds: float) -> None:
         """Store a result; when that fails, print a warning and continue."""
-        self.entries[name] = CachedResult(frame, seconds)
+        self.entries[name] = CachedResult(table, seconds)
         if self.folder is None:
             return
         self.look()

@@ -23,12 +23,12 @@ from reports.results.cache import BuildCache, CachedResult, Study
 
 @dataclass(frozen=True, eq=False)
 class ClaimResult:
-    """A claim with its frame and rows.
+    """A claim with its table and rows.
 
     Attributes
     ----------
-    frame
-        the study's tidy frame; None when the study raised
+    table
+        the study's tidy table; None when the study raised
     rows
         the judge's rows; "not run", with the exception as reason, when the study raised
     seconds
@@ -38,7 +38,7 @@ class ClaimResult:
     """
 
     claim: Claim
-    frame: pd.DataFrame | None
+    table: pd.DataFrame | None
     rows: tuple[Row, ...]
     seconds: float
     run: str = ""
@@ -80,23 +80,23 @@ def check(
 
 
 def first_measured(checked: Iterable[ClaimResult], claims: Sequence[str]) -> ClaimResult | None:
-    """The first of these claims whose study returned a frame; None if there is none."""
+    """The first of these claims whose study returned a table; None if there is none."""
     measured = {
         claim_result.claim.id: claim_result
         for claim_result in checked
-        if claim_result.frame is not None
+        if claim_result.table is not None
     }
     return next((measured[name] for name in claims if name in measured), None)
 
 
 def _judged(claim: Claim, measurement: CachedResult) -> ClaimResult:
     try:
-        rows = tuple(_explained(row, measurement.frame) for row in claim.judge(measurement.frame))
+        rows = tuple(_explained(row, measurement.table) for row in claim.judge(measurement.table))
         if not rows:
             raise ValueError("its judge gave no row, so that nothing of it was checked")
     except Exception as error:
         rows = _spoiled(claim, error)
-    return ClaimResult(claim, measurement.frame, rows, measurement.seconds, measurement.run)
+    return ClaimResult(claim, measurement.table, rows, measurement.seconds, measurement.run)
 
 
 def _explained(row: Row, measured: pd.DataFrame) -> Row:

@@ -41,9 +41,9 @@ def measure_comparison(
     errors = cache.measure(
         [*studies, Study(COST, "cost", COST, partial(suite.cost, options.quick))]
     )
-    frames = [cache.entries[title].frame for title in measures if title not in errors]
+    tables = [cache.entries[title].table for title in measures if title not in errors]
     return Comparison(
-        pd.concat(frames, ignore_index=True) if frames else None,
-        None if COST in errors else cache.entries[COST].frame,
+        pd.concat(tables, ignore_index=True) if tables else None,
+        None if COST in errors else cache.entries[COST].table,
         (*(not_run(title, error) for title, error in errors.items()), *suite.faults()),
     )

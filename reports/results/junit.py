@@ -93,7 +93,7 @@ def _command_properties(case: JUnitCase) -> str:
 
 
 def _escaped(text: str, extra: str = "") -> str:
-    """As GitHub's workflow commands want it; `more` signs are escaped in a property."""
+    """As GitHub's workflow commands want it; a property escapes the `extra` signs, too."""
     signs = f"%\r\n{extra}"
     return visible("".join(f"%{ord(sign):02X}" if sign in signs else sign for sign in text))
 

@@ -23,11 +23,11 @@ class Figure:
     title
         one line
     draw
-        (axes, frame, **options)
+        (axes, table, **options)
     source
         the paper's figure, e.g. "H fig. 2.3"
     claims
-        ids of claims; the frame of the first that was measured is drawn
+        ids of claims; the table of the first that was measured is drawn
     options
         further arguments of `draw`: quantities, labels, claimed rates
     caption
@@ -49,7 +49,7 @@ class Figure:
     min_width: float = 0.0
 
 
-Measure = Callable[..., pd.DataFrame]  # (quick, report) -> frame
+Measure = Callable[..., pd.DataFrame]  # (quick, report) -> table
 Table = tuple[pd.DataFrame, Mapping[str, str]]  # as text, and the class of its columns
 
 
@@ -82,13 +82,13 @@ class Section:
     text
         an introduction of a few sentences
     measure
-        (quick, report) -> frame
+        (quick, report) -> table
     table
-        frame -> the table as text, and the CSS classes of its columns
+        table -> the table as text, and the CSS classes of its columns
     summary
-        frame -> sentences on what its rows show, or ""
+        table -> sentences on what its rows show, or ""
     figures
-        figures of the frame
+        figures of the table
     long_form
         None when it has none
     open
@@ -106,7 +106,7 @@ class Section:
     text: str
     measure: Measure
     table: Callable[[pd.DataFrame], Table]
-    summary: Callable[[pd.DataFrame], str] = lambda frame: ""
+    summary: Callable[[pd.DataFrame], str] = lambda table: ""
     figures: tuple[Figure, ...] = ()
     long_form: LongForm | None = None
     open: bool = False

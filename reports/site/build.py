@@ -151,7 +151,7 @@ def broken(
     ----------
     files
         the built pages
-    results
+    anchors_by_file
         as `anchors_of_results`
     """
     folder = folder.resolve()

@@ -1,6 +1,6 @@
 """Moving pictures from galvi's own curves: planets in 100-day steps, a tumbling body.
 
-Both come from the frames of claims V9 and L9, so that nothing is integrated for the page.
+Both come from the tables of claims V9 and L9, so that nothing is integrated for the page.
 """
 
 from __future__ import annotations
@@ -58,22 +58,22 @@ class Motion:
 
 def motions(checked: Sequence[ClaimResult]) -> list[Motion]:
     """The moving pictures whose claims were measured."""
-    frames = {
-        claim_result.claim.id: claim_result.frame
+    tables = {
+        claim_result.claim.id: claim_result.table
         for claim_result in checked
-        if claim_result.frame is not None
+        if claim_result.table is not None
     }
     pictures = []
-    if "V9" in frames:
-        pictures.append(_planets(frames["V9"]))
-    if "L9" in frames:
-        pictures.append(_body(frames["L9"]))
+    if "V9" in tables:
+        pictures.append(_planets(tables["V9"]))
+    if "L9" in tables:
+        pictures.append(_body(tables["L9"]))
     return [picture for picture in pictures if picture is not None]
 
 
-def _planets(frame) -> Motion | None:  # type: ignore[no-untyped-def]
-    curves = [_places(pick(frame, quantity=CURVE, label=body), "xy") for body in v09.INNER]
-    ends = [_places(pick(frame, quantity=ENDS, label=body), "xy") for body in v09.INNER]
+def _planets(table) -> Motion | None:  # type: ignore[no-untyped-def]
+    curves = [_places(pick(table, quantity=CURVE, label=body), "xy") for body in v09.INNER]
+    ends = [_places(pick(table, quantity=ENDS, label=body), "xy") for body in v09.INNER]
     if not all(map(len, (*curves, *ends))):
         return None
     half = max(float(np.abs(curve).max()) for curve in curves)
@@ -102,8 +102,8 @@ def _name(path: Path, body: str) -> Markup:
     return Markup(text).format(x, max(y - 4.0, 11.0), path.color, body)
 
 
-def _body(frame) -> Motion | None:  # type: ignore[no-untyped-def]
-    rows = pick(frame, study=l09.named(l09.DRAWN, "Cayley"))
+def _body(table) -> Motion | None:  # type: ignore[no-untyped-def]
+    rows = pick(table, study=l09.named(l09.DRAWN, "Cayley"))
     curve, stops = (_places(pick(rows, quantity=name), "xyz") for name in (l09.CURVE, l09.ENDS))
     if not (len(curve) and len(stops)):
         return None

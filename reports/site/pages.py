@@ -140,15 +140,15 @@ def _environment() -> Environment:
         targets_summary=targets_summary,
         stored_truths=truths,
         truth_headings=HEADINGS,
-        frame=pd.DataFrame,
+        DataFrame=pd.DataFrame,
     )
     environment.tests.update(known=is_finite)
     return environment
 
 
-def in_text(frame: pd.DataFrame) -> pd.DataFrame:
-    """The frame with numbers as text."""
-    return frame.map(lambda cell: readable(cell) if isinstance(cell, float) else str(cell))
+def in_text(table: pd.DataFrame) -> pd.DataFrame:
+    """The table with numbers as text."""
+    return table.map(lambda cell: readable(cell) if isinstance(cell, float) else str(cell))
 
 
 def plain(text: str) -> Markup:

@@ -52,9 +52,9 @@ class Report:
     provenance
         of the pages
     history
-        the kept benches; None without any
-    kept
-        the pages show kept rows; nothing was measured for them
+        the stored benches; None without any
+    from_rows
+        whether the pages show stored rows, and nothing was measured for them
     left
         what is still being measured
     """
@@ -212,7 +212,7 @@ class Report:
     def studies(self) -> list[SectionResult]:
         """The studies with rows."""
         return [
-            section_result for section_result in self.sections if section_result.frame is not None
+            section_result for section_result in self.sections if section_result.table is not None
         ]
 
     @property
@@ -221,5 +221,5 @@ class Report:
         return [
             (section_result.section.title, section_result.failure or section_result.note)
             for section_result in self.sections
-            if section_result.frame is None
+            if section_result.table is None
         ]

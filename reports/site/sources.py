@@ -46,13 +46,13 @@ def sources(
     parts = []
     if checked:
         parts.append(Source("Claims", _of_claims(out, checked, origins.get(CLAIMS, {}))))
-    for part, file, frame in (
+    for part, file, table in (
         ("Comparisons", "work_precision.csv", comparison.work_precision),
         ("Cost of a step", "cost.csv", comparison.cost),
     ):
-        if frame is not None:
+        if table is not None:
             parts.append(Source(part, (origins.get(file, {}),)))
-    files = [f"{study.section.name}.csv" for study in sections if study.frame is not None]
+    files = [f"{study.section.name}.csv" for study in sections if study.table is not None]
     if files:
         parts.append(Source("Studies", tuple(origins.get(file, {}) for file in files)))
     return parts

@@ -24,13 +24,13 @@ from reports.tables.number_format import capital, is_finite, readable, with_unce
 from reports.tables.study_table import readable_table
 
 
-def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
+def energy_growth(axes: Axes, table: pd.DataFrame) -> None:
     """The RMS of each ensemble with its single runs, a guide that grows as t^1/2, and the error
     made by rounding one state to float64.
 
     Where several versions of the code were run, the newest is drawn.
     """
-    ensembles = round_off.ensembles(frame) if len(frame) else ()
+    ensembles = round_off.ensembles(table) if len(table) else ()
     newest = {
         (about["contender"], about["years"]): (about, t, errors)
         for about, t, errors in sorted(ensembles, key=lambda ensemble: ensemble[0]["date"])
@@ -55,7 +55,7 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     below = 0.5 * np.nanmin(sizes / np.sqrt(times))  # through the lowest first point
     guide = {"color": GUIDE, "linewidth": 1.0}
     axes.plot(ends, below * np.sqrt(ends), linestyle=LONG_DASH, label="$t^{1/2}$", **guide)
-    floor = round_off.reading_floor(frame)
+    floor = round_off.reading_floor(table)
     if floor > 0.0:
         axes.axhline(floor, linestyle=DOTS, label="rounding of one state", **guide)
     top = max(np.nanmax(np.abs(errors)) for _, _, errors in resolved)
@@ -92,7 +92,7 @@ ROUND_OFF_FORMATS = {
 }
 
 
-def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def round_off_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each ensemble, and the CSS classes of the columns."""
     lines = [
         ensemble
@@ -103,7 +103,7 @@ def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
             "sigmas": growth.sigmas,
             "verdict": drift_text(growth),
         }
-        for ensemble, growth in round_off.growths(frame)
+        for ensemble, growth in round_off.growths(table)
     ]
     return readable_table(pd.DataFrame(lines), ROUND_OFF_COLUMNS, ROUND_OFF_FORMATS)
 
@@ -150,13 +150,13 @@ PANELS = {
 }
 
 
-def errors_over_turns(axes: Axes, frame: pd.DataFrame, *, problem: str) -> None:
+def errors_over_turns(axes: Axes, table: pd.DataFrame, *, problem: str) -> None:
     """The largest error since the previous mark against the number of turns, both logarithmic.
 
     Of several runs of a contender the longest is drawn, the newest of those; a failed run ends with
     a cross.
     """
-    rows = frame[frame["problem"] == problem] if len(frame) else frame
+    rows = table[table["problem"] == problem] if len(table) else table
     turned = rows[rows["energy_error"].notna()] if len(rows) else rows
     if turned.empty:
         raise NoData("no body turned.")
@@ -204,14 +204,14 @@ FEWEST = 4  # marks needed to fit a growth
 WALK = 1e-13  # smaller energy errors may be one random walk, which has no exponent
 
 
-def free_body_drift_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def free_body_drift_table(observations: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each run, and the CSS classes of the columns.
 
     Errors are those of the last mark, for a failed run the last one it reached (see its turns).
     The energy error grows as turns^x, fitted over the later half of the marks, where it is not
     round-off.
     """
-    runs = frame.groupby(KEYS, sort=False, dropna=False)
+    runs = observations.groupby(KEYS, sort=False, dropna=False)
     table = pd.DataFrame([_end(rows.sort_values("turn")) for _, rows in runs])
     one_engine = (table.groupby("contender")["engine"].nunique() == 1).all()
     return readable_table(

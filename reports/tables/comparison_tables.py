@@ -35,7 +35,7 @@ from reports.tables.writing import write_table
 
 @dataclass(frozen=True, eq=False)
 class ComparisonTables:
-    """Empty frames where nothing was compared.
+    """Empty tables where nothing was compared.
 
     Attributes
     ----------
@@ -96,17 +96,17 @@ def is_ours(contender: str) -> bool:
     return contender.startswith(OURS_BEGIN)
 
 
-def matched(frame: pd.DataFrame) -> pd.DataFrame:
+def matched(table: pd.DataFrame) -> pd.DataFrame:
     """problem, contender, error, seconds, ratio; see `benchmarks.work_precision.fronts.ratios`."""
-    parts = [ratios(runs, errors_of(runs)) for _, runs in frame.groupby("problem", sort=False)]
-    return pd.concat(parts, ignore_index=True) if parts else ratios(frame, ())
+    parts = [ratios(runs, errors_of(runs)) for _, runs in table.groupby("problem", sort=False)]
+    return pd.concat(parts, ignore_index=True) if parts else ratios(table, ())
 
 
-def smallest(frame: pd.DataFrame) -> pd.DataFrame:
+def smallest(table: pd.DataFrame) -> pd.DataFrame:
     """The same at the smallest error of each contender, and whether that is a `bound` alone; see
     `benchmarks.work_precision.fronts.at_smallest`."""
-    ends = at_smallest(frame)
-    return ends.assign(bound=bounds(ends, frame))
+    ends = at_smallest(table)
+    return ends.assign(bound=bounds(ends, table))
 
 
 def compared(table: pd.DataFrame, problem: str) -> pd.DataFrame:

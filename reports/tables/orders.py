@@ -32,7 +32,7 @@ class OrderTable:
         versions, machine and date
     """
 
-    frame: pd.DataFrame
+    rows: pd.DataFrame
     problem: Problem
     duration: float
     truth: Truth
@@ -42,7 +42,7 @@ class OrderTable:
     def fits(self) -> pd.DataFrame:
         """A line for each method with equal steps: its order, and the window of the fit."""
         lines = []
-        for method, rows in self.frame[self.frame["h"].notna()].groupby("method", sort=False):
+        for method, rows in self.rows[self.rows["h"].notna()].groupby("method", sort=False):
             used = rows[rows["fit"]]
             steps = f"{plain(used['h'].max())} to {plain(used['h'].min())}" if len(used) else ""
             lines.append(
@@ -78,7 +78,7 @@ def sentences(table: OrderTable) -> Iterator[str]:
             )
         else:
             yield f"{line['method']}: too few errors show an order; `note` says why"
-    yield from remarks(table.frame)
+    yield from remarks(table.rows)
     yield from table.faults
 
 
@@ -96,11 +96,11 @@ def write_orders(table: OrderTable, folder: Path) -> list[Path]:
     """Write convergence.csv with every row, and orders.csv with a line for each method, both as
     Markdown and LaTeX too, where columns without a number are left out; returns the paths."""
     fits = table.fits()
-    rows = table.frame.assign(fit=["yes" if used else "" for used in table.frame["fit"]])
+    rows = table.rows.assign(fit=["yes" if used else "" for used in table.rows["fit"]])
     methods = rows[list(READ)].dropna(axis="columns", how="all")
     orders = fits.drop(columns="points").rename(columns=DEFECTS).dropna(axis="columns", how="all")
     files = write_table(
-        folder, "convergence", table.frame, methods, caption=caption(table, "Methods")
+        folder, "convergence", table.rows, methods, caption=caption(table, "Methods")
     )
     return files + write_table(
         folder, "orders", fits, orders, caption=caption(table, "Orders of methods")

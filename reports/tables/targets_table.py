@@ -24,7 +24,7 @@ TEXT = (
 )
 
 
-def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def readable_targets(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each row of `benchmarks.work_precision.targets_met`, and the CSS classes.
 
     The column of remarks is present when a row has one.
@@ -43,19 +43,19 @@ def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]
             "fastest of each": " / ".join(filter(None, (row["galvi"], row["contender"]))),
             "remark": " ".join(filter(None, (row["remark"], row["note"]))),
         }
-        for _, row in frame.iterrows()
+        for _, row in table.iterrows()
     ]
     shown = pd.DataFrame(lines, columns=[*HEADINGS, "remark"])
     shown = shown if shown["remark"].any() else shown.drop(columns="remark")
     return shown, dict.fromkeys(NUMBERS, "number")
 
 
-def summary(frame: pd.DataFrame) -> str:
+def summary(table: pd.DataFrame) -> str:
     """Sentences with the number of targets met and their sources."""
-    counts = ", ".join(f"{n} {name}" for name, n in frame["verdict"].value_counts().items())
-    sources = frame["source"].drop_duplicates()
+    counts = ", ".join(f"{n} {name}" for name, n in table["verdict"].value_counts().items())
+    sources = table["source"].drop_duplicates()
     name = "Sources" if len(sources) > 1 else "Source"
-    return f"{len(frame)} targets: {counts}. {name}: {'; '.join(sources)}."
+    return f"{len(table)} targets: {counts}. {name}: {'; '.join(sources)}."
 
 
 def _target(ratio: float) -> str:

@@ -219,5 +219,5 @@ def truth_facts(versions: Versions) -> dict[str, Any]:
 
 def write_versions(versions: Versions, folder: Path, origin: Mapping[str, str]) -> list[Path]:
     """Write versions.csv with every column, and as Markdown and LaTeX; returns the paths."""
-    frame = rows(versions)
-    return write_table(folder, "versions", frame, frame[list(READ)], origin)
+    table = rows(versions)
+    return write_table(folder, "versions", table, table[list(READ)], origin)

@@ -82,9 +82,9 @@ class History:
 def history(out: Path) -> History | None:
     """The benches below `out`; None without any. Writes history.csv and the pictures."""
     sentences: list[str] = []
-    frame = read_history(out / STORE, sentences.append)
-    write(out / "history.csv", as_csv(frame))
-    groups = frame.groupby(list(PLACE), sort=False)
+    table = read_history(out / STORE, sentences.append)
+    write(out / "history.csv", as_csv(table))
+    groups = table.groupby(list(PLACE), sort=False)
     places = tuple(
         _record_of_machine(key, rows, k) for k, (key, rows) in enumerate(groups, start=1)
     )

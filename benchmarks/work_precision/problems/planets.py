@@ -70,7 +70,7 @@ def planets(
         period of the fastest planet, likewise, to which numbers of steps refer
     few
         fewer settings of the references, including their defaults and their best
-    others
+    extra
         (label, contender, steps per period, options), for this problem only
     """
 
@@ -99,13 +99,8 @@ def planets(
         for epsilon in ((1e-5,) if few else (1e-5, fine))
     ]
     taylor = [heyoka_taylor.DEFAULT, heyoka_taylor.BEST]
-    taylor += (
-        []
-        if few
-        else [
-            {**heyoka_taylor.DEFAULT, "tolerance": tolerance} for tolerance in (1e-6, 1e-9, 1e-12)
-        ]
-    )
+    tolerances = () if few else (1e-6, 1e-9, 1e-12)
+    taylor += [{**heyoka_taylor.DEFAULT, "tolerance": tolerance} for tolerance in tolerances]
     by_rebound = [
         Participant("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
         Participant("REBOUND WHFast, best", whfast.WHFAST, open_to("REBOUND WHFast", *WISDOM)),

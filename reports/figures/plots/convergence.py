@@ -50,7 +50,7 @@ class Rate:
     Attributes
     ----------
     study, quantity
-        which rows of the claim's frame
+        which rows of the claim's table
     label
         text in the legend
     floor
@@ -85,17 +85,17 @@ class Rate:
         """Of n, of h, or of the degree N, which is drawn as 1 / N."""
         return IN_H if self.n is not None else IN_DEGREE if self.algebraic else IN_N
 
-    def measured(self, frame: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+    def measured(self, table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
         """(n, h or 1 / N, error), coarse to fine; runs that failed have the error NaN."""
         where = {"study": self.study, "quantity": self.quantity}
         if self.n is not None:
-            return series(frame, "step", n=self.n, **where)
-        n, error = series(frame, "n", **where)
+            return series(table, "step", n=self.n, **where)
+        n, error = series(table, "n", **where)
         return (1.0 / (n - 1.0) if self.algebraic else n), error
 
-    def fit(self, frame: pd.DataFrame) -> Fit:
+    def fit(self, table: pd.DataFrame) -> Fit:
         """The fit that the claim's verdict rests on."""
-        x, error = self.measured(frame)
+        x, error = self.measured(table)
         used = (self.start <= x) & (x <= self.until)
         if self.refinement is IN_N:
             return geometric(x[used], error[used], floor=self.floor, power=self.power)
@@ -141,7 +141,7 @@ DASHES = ("-", (0, (4, 2)), (0, (1, 1.4)))
 
 def convergence(
     axes: Axes,
-    frame: pd.DataFrame,
+    table: pd.DataFrame,
     *,
     rates: Sequence[Rate],
     ylabel: str,
@@ -168,10 +168,10 @@ def convergence(
         axes.minorticks_off()
     beyond: dict[tuple[float, str], None] = {}
     for k, rate in enumerate(rates):
-        x, error = rate.measured(frame)
+        x, error = rate.measured(table)
         if not np.any(error > 0.0):
             continue
-        fit = rate.fit(frame)
+        fit = rate.fit(table)
         style = {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k], "linestyle": "-"}
         low, high = min(fit.window), max(fit.window)
         used = (x >= low * (1.0 - 1e-9)) & (x <= high * (1.0 + 1e-9)) & (error > 0.0)
@@ -211,7 +211,7 @@ def points(axes: Axes, x: Any, y: Any, filled: Any, style: Mapping[str, Any], ho
     Parameters
     ----------
     x, y, filled
-        arrays, or columns of one frame
+        arrays, or columns of one table
     hollow
         what that means, for the legend
     """
@@ -223,16 +223,16 @@ def points(axes: Axes, x: Any, y: Any, filled: Any, style: Mapping[str, Any], ho
         legend(axes, [Line2D([], [], **HOLLOW)], [hollow])
 
 
-def orders(axes: Axes, frame: pd.DataFrame, *, ylabel: str, unit: str = "unit of time") -> None:
+def orders(axes: Axes, table: pd.DataFrame, *, ylabel: str, unit: str = "unit of time") -> None:
     """Two panels with a common axis of errors: against the step, with the fitted slopes in the
     legend, and against the time of a run. Hollow points are not in the fit, or not resolved.
 
     Parameters
     ----------
-    frame
+    table
         rows of `benchmarks.applications.convergence.table`
     """
-    measured = frame[frame["error"] > 0.0]
+    measured = table[table["error"] > 0.0]
     by_step, by_cost = split(axes, 2, ylabel=ylabel, min_width=2.9, xscale="log", yscale="log")
     by_cost.sharey(by_step)
     by_step.set_xlabel(f"step size $h$ [{unit}]")

@@ -23,7 +23,7 @@ from reports.tables.number_format import readable
 
 
 class NoData(Exception):
-    """The frame has no finite number for what a figure shows; the message says which."""
+    """The table has no finite number for what a figure shows; the message says which."""
 
 
 LEAST, MOST = 0.62, 0.8  # height of a panel over its width where the figure is narrow

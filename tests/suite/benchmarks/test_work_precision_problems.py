@@ -90,9 +90,7 @@ def test_the_arenas_name_each_contender_once_and_use_whole_steps(quick: bool) ->
 # ---- who takes part
 
 ON_BODIES = {TEXTBOOK_RK4, TEXTBOOK_DOP853, *(engine.name for engine in MUJOCO)}
-ON_BODIES |= {
-    label for chart in CHARTS for label in gauss(4, 6, 8, 10, 12, options=f", {chart.name}")
-}
+ON_BODIES |= {label for chart in CHARTS for label in gauss(4, 6, 8, 10, 12, more=f", {chart.name}")}
 MORE = {f"galvi degree {s}, Gauss {s + 1}, Cayley" for s in (6, 8, 10)}
 ON_CHAINS = {
     "MuJoCo RK4",
@@ -123,8 +121,8 @@ TAKE_PART: dict[Make, tuple[set[str], set[str], int | None, str]] = {
     henon_heiles: (ON_COORDINATES, set(), 6, COORDINATES),
     fermi_pasta_ulam_tsingou: (ON_COORDINATES, set(), 6, COORDINATES),
     kepler_polar: (ON_COORDINATES, set(), 6, COORDINATES),
-    free_body_se3: (gauss(5, options=", general kernel"), set(), None, MOTION),
-    brownout: (gauss(4, options=", general kernel"), set(), None, COORDINATES),
+    free_body_se3: (gauss(5, more=", general kernel"), set(), None, MOTION),
+    brownout: (gauss(4, more=", general kernel"), set(), None, COORDINATES),
     outer_solar_system: (IN_SPACE | {SCIPY}, {WIDE}, None, ""),
     solar_system: (IN_SPACE | {SCIPY, WIDE}, set(), None, ""),
     applegate: (IN_SPACE, {SCIPY, WIDE}, None, ""),
@@ -160,7 +158,7 @@ def test_contenders_take_part_at_their_defaults_and_at_their_best() -> None:
             assert all(one["safe_mode"] == mode for one in settings[f"REBOUND WHFast, {name}"])
     for make, degree in ((free_body_se3, 5), (brownout, 4)):
         ours, general = (
-            by_label(make(False))[next(iter(gauss(degree, options=more)))]
+            by_label(make(False))[next(iter(gauss(degree, more=more)))]
             for more in ("", ", general kernel")
         )
         assert general.contender == ours.contender

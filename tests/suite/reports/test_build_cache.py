@@ -47,9 +47,9 @@ def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, frame):
     cache_of(tmp_path).keep("V1", frame, 0.1 + 0.2)
     back = cache_of(tmp_path).entries["V1"]
     assert (back.seconds, back.run) == (0.1 + 0.2, "monday")
-    pd.testing.assert_frame_equal(back.frame, frame, check_exact=True)
+    pd.testing.assert_frame_equal(back.table, frame, check_exact=True)
     for name in frame.select_dtypes("float"):
-        assert back.frame[name].to_numpy().tobytes() == frame[name].to_numpy().tobytes()
+        assert back.table[name].to_numpy().tobytes() == frame[name].to_numpy().tobytes()
 
 
 def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
@@ -105,7 +105,7 @@ def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch
     monkeypatch.setattr("reports.results.cache.write", full)
     frame, cache = FRAMES[0], cache_of(tmp_path)
     assert cache.measure([Study("V1", "V1", "title", lambda report: frame)]) == {}
-    assert cache.entries["V1"].frame is frame
+    assert cache.entries["V1"].table is frame
     assert "V1 is not kept for a build that is resumed: is read only." in capsys.readouterr().err
 
 
@@ -124,7 +124,7 @@ def test_claims_with_results_are_judged_and_the_others_are_studied(tmp_path, cap
     claims = [claim(), claim("V2", raises=RuntimeError("not here")), claim("V3")]
     results = check(claims, True, cache)
     assert [result.claim.id for result in results] == ["V1", "V2", "V3"]
-    assert results[1].seconds == 7.0 and list(results[1].frame) == ["there"]
+    assert results[1].seconds == 7.0 and list(results[1].table) == ["there"]
     studied = capsys.readouterr().err.splitlines()
     assert [line.partition(":")[0] for line in studied] == [
         "[1/2] V1 title of V1",
@@ -151,7 +151,7 @@ def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd, tm
     seconds = {one.name: seconds for one, seconds in study_in_workers(studies, cache)}
     assert set(seconds) == set(cache.entries) == {"a", "c", "d"}
     assert capfd.readouterr() == ("", "")
-    frames = [result.frame for result in cache.entries.values()]
+    frames = [result.table for result in cache.entries.values()]
     processes = {int(frame["process"][0]) for frame in frames}
     assert len(processes) == 2 and os.getpid() not in processes
     assert seconds["c"] >= 0.3 and all(frame["quick"].all() for frame in frames)
