@@ -89,10 +89,10 @@ class Pair(Protocol):
 
     @property
     def references(self) -> Sequence[Any]:
-        """Those whose engines are needed; what was held against is the last."""
+        """The references whose engines are needed; the last is compared against."""
 
     def difference(self, make_method: MakeMethod) -> Number:
-        """Of the configurations."""
+        """The largest difference of the configurations."""
 
 
 @dataclass(frozen=True, eq=False)

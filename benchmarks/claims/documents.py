@@ -90,7 +90,7 @@ class Number:
     Attributes
     ----------
     reference
-        what it was held against, in place of the document's words
+        what it was compared with, in place of the document's words
     absent
         the package for want of which there is none, as `why` says: its row is then expected not to
         run
@@ -328,8 +328,8 @@ def bound_of(text: str) -> Bound:
         errors           two standard errors are tolerated; `errors 0.1`, of the bound itself, too
         errors up to 1   at most that much of them
         either side      a better order or base contradicts, too
-        even if short    a run that is too short to tell growth is judged by what it tells
-        in words: about  said before the number
+        even if short    a run that is too short to tell growth has a verdict all the same
+        in words: about  a text before the number
 
     `A or B` is A, which the source measured, or else B, our own value; `finding` alone, or
     `finding: A`, is what the source does not say. ValueError for anything else.

@@ -87,7 +87,7 @@ class Part:
             report(f"{self.title}: installing")
             with interpreter("mujoco", self.version, self.files.folder) as python:
                 report(f"{self.title}: moving")
-                rows = judged(answers(python))
+                rows = rows_of(answers(python))
         except NotHere as error:
             report(f"{self.title}: {error}")
             rows = [_absent(self.title, str(error))]
@@ -106,7 +106,7 @@ def engine_versions(quick: bool = False, report: Report = lambda sentence: None)
         rows = [_absent("mujoco", MUJOCO_RK4.missing)]
     else:
         report(f"mujoco {installed('mujoco')}")
-        rows = judged(answers())
+        rows = rows_of(answers())
     return pd.DataFrame(rows, columns=list(COLUMNS)).assign(commit="", date="")
 
 
@@ -132,12 +132,12 @@ def engine_of(version: str) -> str:
 
 
 def answers(python: str | Path = sys.executable) -> dict[str, Answer]:
-    """What the MuJoCo of this interpreter makes of each body. Raises NotHere where it fails."""
+    """Run each body by the MuJoCo of this interpreter. Raises NotHere where it fails."""
     return {joint: run.answer(specifications(run), python=python) for joint, run in _runs().items()}
 
 
 def specifications(run: OwnRun) -> list[dict[str, Any]]:
-    """Every integrator at every step."""
+    """The runs to make: every integrator at every step."""
     counts = [round(DURATION / step) for step in STEPS]
     return [
         {**run.asked(steps=count), "integrator": integrator}
@@ -146,7 +146,7 @@ def specifications(run: OwnRun) -> list[dict[str, Any]]:
     ]
 
 
-def judged(answers: Mapping[str, Answer]) -> list[dict[str, Any]]:
+def rows_of(answers: Mapping[str, Answer]) -> list[dict[str, Any]]:
     """A row for each body, integrator that the version has, and step."""
     settings = [(integrator, step) for integrator in INTEGRATORS for step in STEPS]
     return [

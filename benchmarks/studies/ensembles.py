@@ -71,7 +71,7 @@ class Candidate(NamedTuple):
     Attributes
     ----------
     calls
-        (words, call that returns the final configurations), made when asked for
+        (setting as text, call that returns the final configurations), made when asked for
     in_parallel
         whether a call runs all members; else it runs LOOKED_AT of them, in one thread
     """

@@ -235,12 +235,12 @@ class Orbit:
 
     @property
     def times(self) -> Array:
-        """(orbits samples + 1,)."""
+        """Times of the samples, (orbits samples + 1,)."""
         samples = SETTINGS[self.e][0]
         return PERIOD * np.arange(ORBITS * samples + 1) / samples
 
     def rates(self, q: Array, v: Array) -> Array:
-        """Of states at the times."""
+        """Rates of the mean elements of states at the times."""
         return slopes(mean_elements(q, v, SETTINGS[self.e][0], self.case.pull))
 
     def truth(self) -> tuple[Array, Array]:
@@ -301,13 +301,13 @@ def forces_table(quick: bool = False, report: Report = lambda sentence: None) ->
     for name, case in CASES.items():
         for e in case.eccentricities[: 1 if quick else None] if name in QUICK or not quick else ():
             report(f"{name}, e = {e:g}")
-            for row in judged(Orbit(case, e)):
+            for row in rows_of(Orbit(case, e)):
                 rows.append({"force": name, "eccentricity": e, **row})
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
 def verdict(errors: Array, bound: float) -> str:
-    """Of an error, or of that and the one at a quarter of the step; nan is none."""
+    """The verdict on an error, or on that and the one at a quarter of the step; NaN: no error."""
     if np.all(errors <= bound):
         return RIGHT
     if errors[-1] <= bound or FINER**ORDER * errors[-1] <= errors[0]:
@@ -319,7 +319,7 @@ def _first_sentence(text: str) -> str:
     return " ".join(text.split()).partition(". ")[0].rstrip(".") + "."
 
 
-def judged(orbit: Orbit) -> list[dict[str, Any]]:
+def rows_of(orbit: Orbit) -> list[dict[str, Any]]:
     """The rows of one force and eccentricity."""
     case, in_clock = orbit.case, SETTINGS[0.2][2]
     _, rebound_steps, galvi_steps = SETTINGS[orbit.e]

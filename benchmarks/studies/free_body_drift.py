@@ -231,7 +231,7 @@ def _rows(
 
 
 def _unbound(problem: Problem) -> Problem:
-    """The same body free to translate."""
+    """The body, free to translate too."""
     body = galvi.FreeBody(1.0, problem.system.inertia)
     start = np.eye(4)
     start[:3, :3] = problem.q0

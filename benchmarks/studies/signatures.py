@@ -1,4 +1,4 @@
-"""How each peer moves, in a few numbers, so that a new version that moves otherwise is told.
+"""How each peer moves, in a few numbers, so that a new version that moves otherwise is noticed.
 
     python -m benchmarks.studies.signatures --write FILE     what the installed engines do
     python -m benchmarks.studies.signatures FILE             the same, compared with a file

@@ -93,7 +93,7 @@ def tree_study(quick: bool = False, report: Report = lambda sentence: None) -> p
 
 
 def truth(tree: Tree) -> tuple[Array, float]:
-    """Configurations at the samples, and what they differ by from those at a looser tolerance."""
+    """Configurations at the samples, and their largest difference from a looser tolerance."""
     positions, looser = (
         MUJOCO_ACCELERATIONS.run(
             tree.problem, tree.duration, {"samples": SAMPLES, "tolerance": tolerance}

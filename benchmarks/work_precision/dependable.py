@@ -11,7 +11,7 @@ FINENESS = r"\b(?:step|epsilon|tolerance)=([\d.e+-]+)"  # the first of a setting
 
 
 def dependable(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of a comparison with the `error` that counts; those that have it are left as are.
+    """The rows of a comparison with the `error` that counts; unchanged where they have it.
 
     An error at one time may be small by chance. It counts as the larger of `own_error`, that of the
     run, and that of the next finer setting, which differs by a smaller step (or tolerance) alone;
@@ -33,8 +33,8 @@ def dependable(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def resolution(runs: pd.DataFrame) -> float:
-    """The error below which one problem's truth cannot tell them apart: ten times its own; 0 where
-    that is unknown."""
+    """The least error that one problem's truth resolves: ten times its own error; 0 where that is
+    unknown."""
     truth_error = float(runs["truth_error"].max()) if "truth_error" in runs else math.nan
     return 0.0 if math.isnan(truth_error) else 10.0 * truth_error
 

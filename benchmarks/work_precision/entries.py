@@ -74,7 +74,7 @@ def galvi_entries(counts: Mapping[int, Sequence[int]], **fields: Any) -> list[En
 
 
 def general_kernel(degree: int, counts: Sequence[int]) -> Entry:
-    """The same method by Newton's method alone."""
+    """The entry of this degree, solved by Newton's method alone."""
     label = f"{galvi_label(degree)}, general kernel"
     return Entry(gauss_collocation(degree), counts, label, options={"solver": "newton"})
 

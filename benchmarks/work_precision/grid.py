@@ -48,7 +48,7 @@ def with_fineness(setting: Setting, value: float, duration: float) -> Setting:
 
 
 def line_of(setting: Setting) -> tuple[Any, ...]:
-    """What it has in common with the other settings of its line."""
+    """What the settings of a line share: all entries but the step or the tolerance."""
     key, _ = fine(setting)
     return tuple(sorted((k, v) for k, v in setting.items() if k not in (key, "save_every")))
 
@@ -66,7 +66,7 @@ def neighbour(key: str, value: float, line: Sequence[float], finer: bool) -> flo
 def wanted(
     runs: pd.DataFrame, settings: Mapping[Any, tuple[str, Setting]], duration: float
 ) -> list[tuple[str, Setting]]:
-    """What to add to one code: (contender, setting), each new.
+    """New settings for one code, each as (contender, setting).
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def wanted(
     additions: list[tuple[str, Setting]] = []
 
     def offer(index: Any, finer: bool) -> None:
-        """Its new neighbour, where that is affordable and not there yet."""
+        """Add a setting's neighbour, where it is affordable and new."""
         who, setting = settings[index]
         key, value = fine(setting)
         values = [fine(settings[k][1])[1] for k, line in lines.items() if line == lines[index]]

@@ -1,4 +1,4 @@
-"""Work-precision of a problem of one's own: participants, settings and truth are found for it."""
+"""Work-precision of a user's problem: find its participants, settings and truth."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def own_problem(
 
 
 def peers(problem: Problem) -> list[Contender]:
-    """Every code here, but galvi, that takes the problem."""
+    """Every code but galvi that is installed and takes the problem."""
     contenders = (reference(name) for name in (*FIXED, *ADAPTIVE))
     return [contender for contender in contenders if can_run(contender, problem)]
 

@@ -53,7 +53,7 @@ def with_externals(
 def offered_settings(
     external: ExternalContender, problem: Problem, duration: float, fewest: int = FEWEST
 ) -> Sequence[Setting]:
-    """Its settings, from coarse to fine; empty when it does not support the problem."""
+    """The integrator's settings, coarse to fine; none where it does not support the problem."""
     if not external.supports(problem):
         return []
     return external.settings(problem, duration, fewest)
@@ -89,7 +89,7 @@ def ensemble(
     parts: int,
     fewest: int,
 ) -> Iterator[tuple[Setting, Trajectory]]:
-    """Its runs from each start at its finest setting, until one fails or PATIENCE is exceeded.
+    """Runs from each start at the finest setting, until one fails or PATIENCE is exceeded.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def ensemble(
 
 
 def label_beside(external: ExternalContender, labels: Collection[str]) -> str:
-    """Its name, marked where one in the same table has it, in whatever case."""
+    """The integrator's name, marked where one of the labels is the same up to case."""
     same = external.name.casefold() in {label.casefold() for label in labels}
     return f"{external.name}, external" if same else external.name
 

@@ -210,7 +210,7 @@ def _time(measured: Sequence[_Measurement], round_seconds: float) -> None:
 
 
 def _fastest_of_codes(table: pd.DataFrame) -> set[Any]:
-    """Of each code the fastest setting at each error: its place in the table."""
+    """Indices of the rows that are the fastest of their code at an error."""
     codes = [runs for _, runs in table.groupby(table["contender"].map(code_of), sort=False)]
     best = [fastest(runs, error) for error in errors_of(table) for runs in codes]
     return {row.name for row in best if row is not None}

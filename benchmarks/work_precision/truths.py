@@ -1,4 +1,4 @@
-"""The truth of a problem of one's own, and how good it is."""
+"""The reference solution of a user's problem, and its error."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def measure_of(problem: Problem) -> tuple[str, Callable[[Array, Array], float]]:
 
 
 def can_run(contender: Contender, problem: Problem) -> bool:
-    """Whether its engine is here and it solves the problem."""
+    """Whether its engine is installed and it solves the problem."""
     return not contender.missing and contender.supports(problem)
 
 
@@ -158,7 +158,7 @@ def state_distance(
 
 
 def size_of(problem: Problem, end: Array) -> float:
-    """Of the configurations at start and end."""
+    """The largest entry of the configurations at start and end; 1 where all are 0."""
     return max(largest(end), largest(problem.q0)) or 1.0
 
 

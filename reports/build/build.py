@@ -87,7 +87,7 @@ def publish(
 ) -> list[str]:
     """Figures and site from the rows that earlier commands wrote; nothing is measured.
 
-    Verdicts are those that were judged then. Returns the warnings of Sphinx.
+    Verdicts are those of the earlier runs. Returns the warnings of Sphinx.
 
     Parameters
     ----------

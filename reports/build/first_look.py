@@ -23,7 +23,7 @@ PATIENCE = 75.0  # seconds for claims
 def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
     """The untimed claims that finish soon and the headlines' comparisons, in their quick form.
 
-    Nothing is kept of them, and what fails is left to the whole build to report."""
+    They are not stored; failures are reported by the build itself."""
     begun, cache = time.perf_counter(), BuildCache()
     with closing(study_in_workers(claim_studies(suite.claims, quick=True), cache)) as finished:
         for _ in finished:
@@ -40,7 +40,7 @@ def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
 
 
 def remembering(map_figures: Callable[..., Iterable[Any]]) -> Callable[..., list[Any]]:
-    """The same map over (figure, table), in which nothing is drawn twice."""
+    """Wrap `map_figures` so that it draws each (figure, table) once."""
     drawn: dict[tuple[str, int], tuple[Any, Any]] = {}  # the table too, so that it keeps its id
 
     def draw(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:

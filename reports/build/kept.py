@@ -53,7 +53,7 @@ CLAIMS, DURATIONS = "claims.csv", "durations.csv"
 
 
 def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
-    """Every claim with rows in claims.csv, and its table; the rows as they were checked then.
+    """The claims with rows in claims.csv, with their tables and the verdicts of that time.
 
     First `claims`, in their order, then those of external integrators that are not among them.
     Rows of other claims are left out, with a sentence.
@@ -77,16 +77,16 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
         if len(claim_rows):
             path = out / "frames" / f"{claim.id}.csv"
             table = read_rows(path)
-            judged = tuple(_row(line) for line in claim_rows.to_dict("records"))
+            checked = tuple(_row(line) for line in claim_rows.to_dict("records"))
             date = str(claim_rows["date"].iloc[0])
             claim_results.append(
-                ClaimResult(claim, table, judged, times.get(claim.id, float("nan")), date)
+                ClaimResult(claim, table, checked, times.get(claim.id, float("nan")), date)
             )
     return claim_results
 
 
 def _without_study(id: str) -> Claim:
-    """A claim of an external integrator, of which rows are kept and nothing else is known."""
+    """A claim of an external integrator, known by its stored rows alone."""
     title = "an external integrator and the truth"
     return Claim(id, title, lambda *arguments: pd.DataFrame(), lambda measured: [])
 

@@ -76,13 +76,13 @@ class Verified:
         return summary(self.checked)
 
     @property
-    def passed(self) -> bool:
+    def holds(self) -> bool:
         """Whether enough verdicts are the expected ones, and every required engine is there."""
-        return self.summary.passes(self.fail_under) and not self.engines.wanting
+        return self.summary.holds(self.fail_under) and not self.engines.wanting
 
     @property
     def share_sentence(self) -> str:
-        """How many checks came out as expected, where fewer than all are enough; else ""."""
+        """The share of the checks as expected, where `fail_under` is below 100; else ""."""
         if self.fail_under == 100.0:
             return ""
         return (
@@ -91,8 +91,8 @@ class Verified:
         )
 
     def cases(self) -> list[JUnitCase]:
-        """A case for each row, for each engine, of which an absent one fails where it is required,
-        and for what else makes `verify` fail."""
+        """A case for each row, for each engine (one that is required and absent fails), and for
+        every other reason for which `verify` fails."""
         rows = self.summary.rows
         cases = [
             _case(
@@ -114,7 +114,7 @@ class Verified:
     def markdown(self) -> str:
         """Passed or failed, unexpected verdicts, changes, and all rows in a collapsed section."""
         rows, differing = self.summary.rows, self.summary.differing
-        parts = [f"## verify: {'passed' if self.passed else 'failed'}", str(self.summary)]
+        parts = [f"## verify: {'passed' if self.holds else 'failed'}", str(self.summary)]
         parts += filter(None, [self.share_sentence])
         parts += [f"- {sentence}" for sentence in self.engines.sentences()]
         if differing:
@@ -176,7 +176,7 @@ def _texts(claim: Claim) -> list[str]:
     """What names each check of a claim; only its title, where just a measurement shows them."""
     try:
         rows = claim.judge(pd.DataFrame())
-    except Exception:  # it is judged, and told, when it has been measured
+    except Exception:  # reported when the claim is measured
         rows = []
     names = [(row.quantity, row.source) for row in rows] or [(claim.title,)]
     return [" ".join((claim.id, *texts)).lower() for texts in names]
@@ -219,7 +219,7 @@ def verify(
     write_job_summary(text)
     show(verified.summary)
     show_changes(changed)
-    annotations = [] if verified.passed else github_annotations(cases)
+    annotations = [] if verified.holds else github_annotations(cases)
     for line in filter(None, [*engines.sentences(), verified.share_sentence, *annotations]):
         print(line)
     return verified
@@ -256,7 +256,7 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
             path.unlink(missing_ok=True)
         else:
             write(path, as_csv(claim_result.table))
-    if not options.quick:  # whose runs are shorter, and say nothing of the others
+    if not options.quick:  # whose shorter runs do not replace the times of full ones
         seconds = {
             claim_result.claim.id: claim_result.seconds
             for claim_result in checked

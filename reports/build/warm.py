@@ -16,8 +16,8 @@ from galvi.charts import CHARTS
 from reports.build.workers import parallel
 
 SOLVERS = ("auto", "newton")
-# Of one vector of stages and of several, of four lanes and of eight: a law on a group has code for
-# each of the kinds that the processor uses.
+# Of one vector of stages and of several, of four lanes and of eight: a force on a group has code
+# for each of the kinds that the processor uses.
 POINTS = (4, 8, 12, 16)
 
 

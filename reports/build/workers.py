@@ -27,9 +27,8 @@ FEWEST_STUDIES, FEWEST_FIGURES = 4, 16  # fewer do not repay the start of the pr
 def study_in_workers(
     studies: Sequence[Study], cache: BuildCache
 ) -> Generator[tuple[Study, float], None, None]:
-    """Measure those without timings that have no result yet, and store it; yields each with its
-    seconds as it finishes. Studies that raise are left out, and those that are left when a worker
-    dies.
+    """Measure and store the untimed studies that the cache lacks; yield each with its seconds as
+    it finishes. A study that raises is skipped, and so are the remaining ones when a worker dies.
 
     Does nothing for fewer than FEWEST_STUDIES or on a single processor. A worker ends with this
     process, and where the iterator is closed before its end.

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def number_or_text(text: str) -> Any:
-    """The whole number, the number or the text that it is."""
+    """The text as an int, else as a float, else unchanged."""
     for kind in (int, float):
         with suppress(ValueError):
             return kind(text)
@@ -34,7 +34,7 @@ def number_or_text(text: str) -> Any:
 
 
 def numbers(text: str) -> list[Any]:
-    """[1, 0.5] from 1,0.5. Raises typer.BadParameter for other words."""
+    """[1, 0.5] from 1,0.5. Raises typer.BadParameter for a text that is no number."""
     parsed = [number_or_text(word) for word in comma_separated(text)]
     if any(isinstance(entry, str) for entry in parsed):
         raise typer.BadParameter(f"Expected numbers, separated by commas; received {text!r}.")

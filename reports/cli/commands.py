@@ -29,7 +29,7 @@ from reports.cli.options import Invocation
 from reports.cli.project import defaults
 
 PROGRAM = ("python", "-m", "reports")
-NO_COMMAND = ("--help", "--version")  # what is answered without one
+NO_COMMAND = ("--help", "--version")  # options without a command
 COMMANDS: Mapping[str, Callable[..., int]] = {
     "verify": measure.verify_claims,
     "compare": measure.compare_methods,

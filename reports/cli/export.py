@@ -109,7 +109,7 @@ def write_figure(figure: Figure, table: pd.DataFrame, path: Path, form: str, wid
 
 
 def print_path(path: Path) -> None:
-    """Say what was written, unless it is in standard output."""
+    """Print the path of a written file; nothing for standard output."""
     if open_descriptor(path) != 1:
         print(path)
 
@@ -169,7 +169,7 @@ def with_bounds(table: pd.DataFrame, columns: Sequence[str]) -> Sequence[str]:
 def selected(
     table: pd.DataFrame, where: Sequence[str], columns: Sequence[str], sort: Sequence[str]
 ) -> pd.DataFrame:
-    """Rows and columns as of `export_table`."""
+    """The rows and columns that `export_table` writes."""
     for condition in where:
         column, equals, value = condition.partition("=")
         if not equals:

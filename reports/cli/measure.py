@@ -63,7 +63,7 @@ def verify_claims(
         options = options_of(
             context, suite, out, claims, require, quick=quick, fail_under=fail_under
         )
-        passed = verify(suite, selected(suite, options, matching, failed)).passed
+        passed = verify(suite, selected(suite, options, matching, failed)).holds
         at_fault = _print_failures(suite.faults())
     return int(not passed or (at_fault and fail_under == 100.0))
 
@@ -169,7 +169,7 @@ def build_all(
         verified, comparison, sections = build(suite, options, single)
         of_sections = [section.failure for section in sections]
         failures = [*comparison.failures, *of_sections, *suite.faults()]
-    return int(_print_failures(failures) or not verified.passed)
+    return int(_print_failures(failures) or not verified.holds)
 
 
 def long_studies(

@@ -25,7 +25,7 @@ LISTED = 20  # words that are listed where another one is typed
 
 @dataclass(frozen=True)
 class Invocation:
-    """What a command is given besides its options, as `obj` of its context.
+    """The context's `obj`: what a command gets besides its options.
 
     Attributes
     ----------
@@ -43,8 +43,8 @@ class Invocation:
 
 
 def comma_separated(text: str) -> tuple[str, ...]:
-    """The words of a list with commas, as the parser of an option. Raises typer.BadParameter where
-    there are none."""
+    """Parser of an option: the entries of a list with commas. Raises typer.BadParameter where there
+    are none."""
     entries = tuple(" ".join(word.split()) for word in text.split(",") if word.strip())
     if not entries:
         raise typer.BadParameter(f"Expected words, separated by commas; received {text!r}.")
@@ -93,7 +93,7 @@ Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="Output folder."
 
 
 def typed(context: typer.Context, parameter: str) -> bool:
-    """Whether it stands on the command line, and is neither a default nor the project's table's."""
+    """Whether the parameter is from the command line, not a default or from the project's table."""
     source = context.get_parameter_source(parameter)
     return source is not None and source.name == "COMMANDLINE"
 
@@ -125,8 +125,8 @@ def options_of(
 
 
 def output_folder(out: Path, option: str = "--out") -> Path:
-    """The folder that an option names, made. Raises typer.BadParameter where nothing can be written
-    in it."""
+    """Make the folder that an option names, and return it. Raises typer.BadParameter where nothing
+    can be written in it."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=out).close()
@@ -140,7 +140,7 @@ def output_folder(out: Path, option: str = "--out") -> Path:
 
 
 def check_known(kind: str, word: str, choices: Collection[str]) -> None:
-    """Raises typer.BadParameter for another word than the known ones, with the nearest of them."""
+    """Raise typer.BadParameter, naming the nearest choice, for a word that is no choice."""
     if word not in choices:
         among = f" among {', '.join(choices)}" if 0 < len(choices) <= LISTED else ""
         hint = f"did you mean {nearest(word, choices)!r}?" if choices else "there are none here."
@@ -148,13 +148,13 @@ def check_known(kind: str, word: str, choices: Collection[str]) -> None:
 
 
 def choose_claims(selection: Sequence[str], claims: Sequence[Claim]) -> tuple[str, ...]:
-    """The ids that the words of --claims name, in the order of the claims; without words, all.
+    """The ids that --claims selects, in the order of the claims; all for an empty selection.
 
     Parameters
     ----------
     selection
         ids, places of the papers such as "H fig. 3.5", and CONTENDERS_CLAIMS for all that belong to
-        external integrators; words that make up a place that has a comma are this place
+        external integrators; the parts of a place that has a comma are joined again
 
     Notes
     -----

@@ -69,7 +69,7 @@ def comparison_figure(problem: str, runs: pd.DataFrame) -> Figure:
 
 
 def _of_drawn(runs: pd.DataFrame) -> str:
-    """Sentences of the caption on what not every such figure shows."""
+    """Caption sentences on features that only some of these figures show."""
     measured = runs[(runs["error"] > 0) & (runs["seconds"] > 0)]
     names = list(measured["contender"].unique())
     sentences = {

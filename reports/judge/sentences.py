@@ -38,7 +38,7 @@ def unit(judgement: Judgement, dimension: str) -> str:
 
 
 def own_run(judgement: Judgement) -> list[str]:
-    """What is found of the user's own run."""
+    """Sentences on the user's own run: its errors, energy, time and status."""
     run, length = judgement.own, unit(judgement, "length")
     if math.isnan(run["error"]):
         return [f"Your run ({run['integrator']}) does not reach the end. {run['status']}"]
@@ -135,7 +135,7 @@ def _doubts(judgement: Judgement, comparable: list[Agreement]) -> str:
 
 
 def cheapest(judgement: Judgement) -> list[str]:
-    """The cheapest that reaches the error, and what is as fast."""
+    """A sentence on the cheapest code that reaches the error, and on those as fast."""
     run, best = judgement.own, judgement.recommended
     error = f"an error of {readable(judgement.error)}{unit(judgement, 'length')}"
     if best is None:
@@ -162,7 +162,7 @@ def cheapest(judgement: Judgement) -> list[str]:
 
 
 def _gain(run: Mapping[str, Any], best: Mapping[str, Any]) -> str:
-    """How often the best run, where it is faster, fits into the own one, between quartiles."""
+    """The clause on how many times as fast as the user's run the best is, between quartiles."""
     if not run["seconds"] > best["seconds"] or math.isnan(run["error"]):
         return ""
     if run["seconds_low"] <= best["seconds_high"]:

@@ -1,4 +1,4 @@
-"""Run the studies of the claims and judge them; an exception affects only its own claim.
+"""Run the studies of the claims and check them; an exception affects only its own claim.
 
 A row whose engine is missing is expected not to run: it is listed with the reason, and
 `verify --require` turns the missing engine into a failure.
@@ -30,7 +30,7 @@ class ClaimResult:
     table
         the study's tidy table; None when the study raised
     rows
-        the judge's rows; "not run", with the exception as reason, when the study raised
+        its checks; "not run", with the exception as reason, when the study raised
     seconds
         run time of the study; 0 when it raised
     run
@@ -61,8 +61,8 @@ def claim_studies(claims: Iterable[Claim], quick: bool) -> list[Study]:
 def check(
     claims: Sequence[Claim], quick: bool, cache: BuildCache | None = None
 ) -> list[ClaimResult]:
-    """Judge each claim, and before it study those without a result in the cache, where claims with
-    timings are the last; progress goes to stderr.
+    """Check each claim; first run the studies that the cache lacks, those with timings last.
+    Progress goes to stderr.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def _judged(claim: Claim, measurement: CachedResult) -> ClaimResult:
 
 
 def _explained(row: Row, measured: pd.DataFrame) -> Row:
-    """Give a row that could not be judged the statuses of its study's runs as reason."""
+    """Give a row without a verdict the statuses of its study's runs as reason."""
     if row.verdict != NOT_RUN or row.expected == NOT_RUN:
         return row
     statuses = dict.fromkeys(text for text in measured.get("status", ()) if text)

@@ -16,7 +16,7 @@ COST = "cost of a step"
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Frames of `benchmarks.work_precision.run` and `benchmarks.work_precision.cost`; None where
+    """Tables of `benchmarks.work_precision.run` and `benchmarks.work_precision.cost`; None where
     one raised, with a sentence in `failures`.
     """
 

@@ -31,7 +31,7 @@ def read_origins(folder: Path) -> dict[str, dict[str, str]]:
 
 
 def described(origins: Iterable[Mapping[str, str]]) -> str:
-    """Of at least one: e.g. "2026-01-02 03:04 UTC, commit 0123456789ab, in the quick setting"."""
+    """At least one as text: "2026-01-02 03:04 UTC, commit 0123456789ab, in the quick setting"."""
     entries = list(origins)
     dates = sorted({origin.get("date") or "at an unknown time" for origin in entries})
     commits = list(dict.fromkeys(short(origin.get("commit") or "unknown") for origin in entries))

@@ -1,4 +1,4 @@
-"""What users bring: integrators, problems; and which engines are there."""
+"""Integrators and problems of users; which optional engines are installed."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def _compared(
     problem: str,
     **options: Any,
 ) -> pd.DataFrame:
-    """The measurements on one of them."""
+    """The measurements on one of the user's problems."""
     case = own_problem(*by_name[problem], quick, report)
     return measure(quick, report, problem=problem, cases=(case,), **options)
 

@@ -116,5 +116,5 @@ class Section:
 
     @property
     def anchor(self) -> str:
-        """Its place on the page."""
+        """The id of its heading on the page."""
         return self.name.replace("_", "-")

@@ -94,5 +94,5 @@ def _dated(table: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.
 
 
 def say(text: str) -> None:
-    """On stderr."""
+    """Print on stderr."""
     print(text, file=sys.stderr)

@@ -66,7 +66,7 @@ class Summary:
         complete = needed <= {row.id for row in self.rows} - not_run
         return unfounded(statements(), self.rows) if complete and not self.differing else []
 
-    def passes(self, fail_under: float = 100.0) -> bool:
+    def holds(self, fail_under: float = 100.0) -> bool:
         """Whether something was measured, so many percent of the verdicts are as expected, the
         stated errors of orders cover, and the papers' statements have the rows that they name."""
         measured = any(row.verdict != NOT_RUN for row in self.rows)

@@ -106,7 +106,7 @@ class SiteBuilder:
         return [*text.splitlines(), *links]
 
     def settings(self) -> dict[str, Any]:
-        """Of Sphinx, in place of those of docs/conf.py."""
+        """Sphinx's settings, in place of those of docs/conf.py."""
         if not self.tutorials:
             return {"nb_execution_mode": "off"}
         cache = DOCS / GENERATED / ".cache"

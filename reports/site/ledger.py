@@ -42,7 +42,7 @@ class Place(NamedTuple):
     claims: tuple[str, ...]
 
     def holds(self, statement: Statement) -> bool:
-        """Whether it takes this statement."""
+        """Whether the statement is at this place."""
         remainder = statement.where[len(self.where) :]
         return (
             statement.where.startswith(self.where)

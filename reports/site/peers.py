@@ -68,7 +68,7 @@ class Peer:
 
     @property
     def steps(self) -> str:
-        """Equal or adaptive ones, or both."""
+        """Kinds of steps: "equal", "adaptive" or both."""
         settings = (
             setting
             for ran in self.runs.values()
@@ -92,7 +92,7 @@ class Peer:
         ]
 
     def settings(self, problem: str) -> list[str]:
-        """Of each participant of a comparison, e.g. "best: 5 settings: step 361 to 1083 d"."""
+        """Each participant's settings on a problem, e.g. "best: 5 settings: step 361 to 1083 d"."""
         unit = label_of(problem).time
         return [
             f"{self._short(participant)}{_settings(participant.settings, unit)}"

@@ -38,7 +38,7 @@ def readable(number: Any, digits: int = 3) -> str:
 
 
 def in_full(number: float) -> str:
-    """The same; whole numbers have all digits, and settings, as 0.1 or 0.9999, those they need."""
+    """As `readable`, but whole numbers and settings such as 0.9999 have all digits they need."""
     if not is_finite(number):
         return ""
     if float(number).is_integer() and abs(number) < 10.0**DECIMALS:
@@ -63,7 +63,7 @@ def with_uncertainty(number: Any, uncertainty: Any) -> str:
 def concise(number: float, uncertainty: Any, digits: int = 1, max_decimals: int = 3) -> str:
     """Text such as 3.97(2): so many digits of the uncertainty, in units of the last decimal.
 
-    At most so many decimals; a smaller uncertainty is shown as (1). Without one two decimals.
+    At most `max_decimals`; a smaller uncertainty is shown as (1). Without one two decimals.
     """
     if not is_finite(uncertainty) or not uncertainty > 0:
         return f"{number:.2f}"
@@ -72,7 +72,7 @@ def concise(number: float, uncertainty: Any, digits: int = 1, max_decimals: int 
 
 
 def siunitx(number: Any, uncertainty: Any = None) -> str:
-    """As siunitx reads it: 0.553(12) with two digits of the uncertainty, 3.10e-10, 12.4, and whole
+    """A number for siunitx: 0.553(12) with two digits of the uncertainty, 3.10e-10, 12.4, and whole
     numbers in full; "" for None, NaN and infinities."""
     if not is_finite(number):
         return ""

@@ -211,7 +211,7 @@ def _choice(rows: pd.DataFrame) -> str:
 
 
 def evidence(out: Path) -> str:
-    """What speaks for galvi's numbers, counted: claims, checks, truths, planted faults."""
+    """Markdown table: numbers of claims, checks, truths and planted faults."""
     claims = read_csv(out / "claims.csv")
     differing = int((claims["verdict"] != claims["expected"]).sum())
     faults = sum(len(claim.caught) for claim in CLAIMS)
@@ -247,8 +247,8 @@ def with_table(page: str, name: str, table: str) -> str:
 
 def renew(root: Path, out: Path) -> list[str]:
     """Write the tables of the report in ``out`` into README.md and docs/ of the checkout ``root``,
-    and update their pictures; tables of rows that ``out`` does not hold stay. The names of those
-    that were written.
+    and update their pictures; tables of rows that ``out`` does not hold stay. Returns the
+    names of the written tables.
 
     Raises
     ------

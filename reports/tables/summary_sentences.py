@@ -51,7 +51,7 @@ def _ranges(rows: pd.DataFrame) -> list[str]:
 
 
 def _outcome(galvi_seconds: float | None, best: pd.Series | None) -> tuple[str, str, float]:
-    """What is said at an error, a remark with a place for the factor, and the factor."""
+    """(outcome, remark with {} for the factor, factor) at one error."""
     if best is None:
         return (WON if is_finite(galvi_seconds) else NOBODY), "", math.nan
     if not is_finite(galvi_seconds):
@@ -80,7 +80,7 @@ def _ends(first: str, last: str) -> str:
     return first if first == last else f"{first} to {last}"
 
 
-OVERHEAD = 0.02  # share of a timed call, above which it is said
+OVERHEAD = 0.02  # share of a timed call, from which it is reported
 
 
 def chances(runs: pd.DataFrame) -> tuple[str, ...]:
@@ -91,7 +91,7 @@ def chances(runs: pd.DataFrame) -> tuple[str, ...]:
 
 
 def overheads(runs: pd.DataFrame) -> str:
-    """Where what a call costs besides its steps is more than OVERHEAD of the time, a sentence."""
+    """A sentence on codes whose calls cost more than OVERHEAD besides their steps; or ""."""
     if "overhead" not in runs:
         return ""
     shares = runs["overhead"].groupby(runs["contender"].map(code_of), sort=False).max()

@@ -74,7 +74,7 @@ def suspects(pairs: Iterable[Pair], at: int) -> set[str]:
     return slower(samples, {pair.case.name: pair.case.slower for pair in timed})
 
 
-def judge(pairs: Sequence[Pair], truths: Mapping[str, Truth]) -> tuple[Finding, ...]:
+def assess(pairs: Sequence[Pair], truths: Mapping[str, Truth]) -> tuple[Finding, ...]:
     """A finding for each pair; truths are by the names of the benchmarks."""
     slow = (suspects(pairs, 0), suspects(pairs, 1))
     timed = sum(pair.timed for pair in pairs)

@@ -53,14 +53,14 @@ class Outcome:
     yardstick: float = math.nan
 
     @property
-    def judged(self) -> tuple[Finding | Together, ...]:
+    def assessed(self) -> tuple[Finding | Together, ...]:
         """The findings, and the times together: each has a name, alarms and notes."""
         return (*self.findings, *self.together)
 
     @property
     def red(self) -> bool:
         """Whether anything got worse."""
-        return any(item.alarms for item in self.judged)
+        return any(item.alarms for item in self.assessed)
 
     @property
     def worse(self) -> tuple[Finding, ...]:
@@ -121,8 +121,8 @@ class Outcome:
 
     def report(self) -> str:
         """Markdown: the table, then alarms and notes with the names of their benchmarks."""
-        lines = [(item.name, *alarm) for item in self.judged for alarm in item.alarms.items()]
-        lines += [(item.name, NOTE, note) for item in self.judged for note in item.notes]
+        lines = [(item.name, *alarm) for item in self.assessed for alarm in item.alarms.items()]
+        lines += [(item.name, NOTE, note) for item in self.assessed for note in item.notes]
         return "\n".join(
             [
                 as_markdown(self.table()),

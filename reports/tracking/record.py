@@ -203,7 +203,7 @@ def _extremes(commits: pd.DataFrame) -> str:
 
 
 def track(out: Path, tell: Callable[[str], None] = print) -> None:
-    """Write the history's files, and tell its sentences."""
+    """Write the history's files, and report its sentences."""
     record = history(out) or History(TEXT, (), ())
     changes = [f"{change}." for machine in record.places for change in machine.changes]
     for sentence in (*record.sentences, *changes):

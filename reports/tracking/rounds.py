@@ -25,7 +25,7 @@ SAMPLES = 14  # least per side: two disturbed ones do not hide a slower head
 LONG_STEPS = 100_000
 DRIVEN = "driven_oscillator"
 LONG_RUNS = 50  # times the ordinary duration, of an integrator without a step
-LONG_SECONDS = 10.0  # of a long run, judged on the speed of the ordinary one
+LONG_SECONDS = 10.0  # of a long run, estimated from the ordinary one
 LONG_ROUNDING = 1e-3  # of the floor of errors, times steps^1.5: a phase that errs at random
 LEAST_LONGER = 2  # times the ordinary duration; a shorter one would show nothing
 

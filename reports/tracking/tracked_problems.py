@@ -66,7 +66,7 @@ FEWEST = 100  # steps of an integrator that offers no settings
 
 
 def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) -> tuple[Case, ...]:
-    """Its finest setting on each problem that an integrator supports, in the working tree.
+    """A case for each integrator and problem that it supports, at its finest setting.
 
     Parameters
     ----------

@@ -108,7 +108,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def distance(first: Any, second: Any) -> float:
-    """The largest of R and p."""
+    """The largest difference of R and of p."""
     return np.max([np.max(abs(first.q - second.q)), np.max(abs(first.p - second.p))])
 
 

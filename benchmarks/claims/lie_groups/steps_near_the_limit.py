@@ -103,7 +103,7 @@ def read_steps(table: pd.DataFrame) -> dict[str, Measurement]:
 
 
 def power(steps: pd.DataFrame) -> Estimate:
-    """Of DISTANCE with which CHANGE grows."""
+    """The power of DISTANCE with which CHANGE grows."""
     if len(steps) < 4:
         return Estimate(np.nan)
     line, spread = np.polyfit(np.log(steps[DISTANCE]), np.log(steps[CHANGE]), 1, cov=True)

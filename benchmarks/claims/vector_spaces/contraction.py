@@ -19,7 +19,7 @@ LOST = 1e9
 
 
 def extremes(numbers: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Of the numbers of one name the least, if it begins so, or the largest; NaN if one is."""
+    """For each name the least number, where it begins so, else the largest; NaN if one is."""
     by_name = {name: [of[name] for of in numbers if name in of] for of in numbers for name in of}
     return {
         name: (np.min if name.startswith("least") else np.max)(sequence)
@@ -90,7 +90,7 @@ class Iteration:
 
 
 def wrong_theory(original: Callable[..., Any]) -> Callable[..., Any]:
-    """Constants a millionth off."""
+    """`galvi.theory` with constants a millionth off."""
 
     def wrong(*method: Any, **of: Any) -> Any:
         theory = original(*method, **of)

@@ -94,7 +94,7 @@ def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
 
 
 def _or_lost(fitted: Estimate) -> tuple[bool, float]:
-    """A key for the largest number, or one that is not known."""
+    """A key for `max`: a number that is not known, or else the largest."""
     return fitted.refuted or math.isnan(fitted.value), fitted.value
 
 

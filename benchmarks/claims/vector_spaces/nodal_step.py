@@ -79,7 +79,7 @@ def grams(points: Array) -> tuple[Any, Any]:
 
 
 def inverse(matrix: Any) -> Any:
-    """By elimination."""
+    """The inverse of a matrix of Fractions, by elimination."""
     n = len(matrix)
     rows = np.hstack([matrix * Fraction(1), np.eye(n, dtype=int)])
     for k in range(n):

@@ -69,7 +69,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 
 
 def gram(functions: Array, b: Array) -> Array:
-    """Of columns of values, with weights b."""
+    """The Gram matrix of columns of values, with weights b."""
     return functions.T @ (b[:, None] * functions)
 
 

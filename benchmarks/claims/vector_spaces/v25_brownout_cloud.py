@@ -244,7 +244,7 @@ def array(name: str, change: Callable[[Any], Any]) -> dict[str, Any]:
 
 
 def no_rows(*arguments: Any) -> list[Any]:
-    """Of a part of the study."""
+    """No rows, in place of a part of the study."""
     return []
 
 

@@ -124,8 +124,8 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         for singularity in (*INSIDE, END)
         for b in EXPONENTS
     }
-    law = 1.5 - np.array(EXPONENTS)
-    *inside, at_end = np.array([fit.rate for fit in powers.values()]).reshape(-1, len(law))
+    claimed = 1.5 - np.array(EXPONENTS)
+    *inside, at_end = np.array([fit.rate for fit in powers.values()]).reshape(-1, len(claimed))
     gaps = [
         Estimate(
             powers[singularity, b].rate - SingularDrive(singularity, b).smoothness + 1.0,
@@ -146,15 +146,15 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         },
         **{
             f"largest power of 1 / N over b, s = 2, t* = {singularity:g}": float(
-                np.max(rates[law < 2.0])
+                np.max(rates[claimed < 2.0])
             )
             for singularity, rates in zip(INSIDE[1:], inside[1:], strict=True)
         },
         "largest departure of the power of 1 / N from 3/2 - b, t* inside": float(
-            np.max(abs(inside - law))
+            np.max(abs(inside - claimed))
         ),
         "largest departure of the power of 1 / N from 3 - 2 b, t* = 0": float(
-            np.max(abs(at_end - 2.0 * law))
+            np.max(abs(at_end - 2.0 * claimed))
         ),
         "least of the power of 1 / N less s - 1, t* inside": min(gaps, key=lambda gap: gap.value),
         "least order of e_max, all b and N": np.min(largest),

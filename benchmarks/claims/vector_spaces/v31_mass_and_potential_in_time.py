@@ -91,7 +91,7 @@ def exact(timed: TimedOscillator) -> Array:
 
 
 def distance_of_references(timed: TimedOscillator) -> float:
-    """Of u and p at T, from DOP853."""
+    """The distance of u and p at T from those of DOP853."""
 
     def rates(t: Any, y: Any) -> Any:
         return [y[1] / timed.mass(t), -timed.slope(t, y[0])]

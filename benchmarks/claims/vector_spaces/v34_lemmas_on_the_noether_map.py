@@ -166,7 +166,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         return Estimate(distance.value - rate.value - 1.0, scatter, refuted)
 
     def farthest(several: Sequence[Estimate], size: Callable[[float], float]) -> Estimate:
-        """Or one that is not known."""
+        """The estimate of the largest size, or one that is not known."""
         return max(
             several,
             key=lambda fitted: (fitted.refuted, math.isnan(fitted.value), size(fitted.value)),

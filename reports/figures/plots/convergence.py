@@ -82,7 +82,7 @@ class Rate:
 
     @property
     def refinement(self) -> Refinement:
-        """Of n, of h, or of the degree N, which is drawn as 1 / N."""
+        """The refinement: of n, of h, or of the degree N, drawn as 1 / N."""
         return IN_H if self.n is not None else IN_DEGREE if self.algebraic else IN_N
 
     def measured(self, table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
@@ -102,7 +102,7 @@ class Rate:
         return algebraic(x[used], error[used], floor=self.floor)
 
     def text(self, fit: Fit) -> str:
-        """The label with the fitted and the claimed rate, as far as there are."""
+        """The label with the fitted and the claimed rate, where known."""
         text = self.label
         if is_finite(fit.rate):
             factor = f"n^{{-{fit.power:g}}}" if fit.power else ""

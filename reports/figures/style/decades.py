@@ -45,7 +45,7 @@ def readable(axis: Axis) -> None:
 
 
 def choose_ticks(axes: Axes) -> None:
-    """Of logarithmic axes that have none of their own: readable ones of x, decades of y."""
+    """Set ticks of logarithmic axes that have none: readable ones on x, decades on y."""
     for axis, ticks in ((axes.xaxis, readable), (axes.yaxis, decades)):
         if axis.get_scale() == "log" and axis.isDefault_majloc:
             ticks(axis)

@@ -60,7 +60,7 @@ class Canvas(Figure):
 
 
 def _height(natural: tuple[float, float], width: float) -> float:
-    """Of a panel so wide: in proportion, but not too flat or tall where it is made narrower."""
+    """Height of a panel of this width: in proportion, within limits where it is narrower."""
     ratio = natural[1] / natural[0]
     return width * (ratio if width >= natural[0] else min(max(ratio, LEAST), MOST))
 
@@ -100,13 +100,13 @@ def split(
 
 
 def legend(axes: Axes, handles: Iterable[Any], labels: Iterable[str]) -> None:
-    """Entries of the figure's legend, beside those of labelled lines."""
+    """Add entries to the figure's legend, beside those of labelled lines."""
     axes.get_figure(root=True).entries.update(zip(labels, handles, strict=True))
 
 
 def contender_legend(axes: Axes, names: Iterable[str]) -> None:
-    """Entries of `grouped`; one of several names shows some of their markers, of galvi's one for
-    each degree."""
+    """Add the entries of `grouped`; one of several names shows some of their markers, galvi's one
+    for each degree."""
     for label, members in grouped(names):
         looks = [identity(name).style for name in reversed(members)]
         styles = list({(look["color"], look["marker"]): look for look in looks}.values())[::-1]
@@ -115,7 +115,7 @@ def contender_legend(axes: Axes, names: Iterable[str]) -> None:
 
 
 def mark_rounding(axes: Axes) -> None:
-    """A line at the machine epsilon, below which errors are rounding, and its entry."""
+    """Draw a line at the machine epsilon, below which errors are rounding, and its entry."""
     epsilon = float(np.finfo(float).eps)
     axes.axhline(
         epsilon,
@@ -207,7 +207,7 @@ def _legend(canvas: Canvas) -> tuple[float, float]:
 
 
 def _break(text: Text, limit: float, side: str) -> None:
-    """Into lines that fit in so many inches."""
+    """Break a text into lines that fit in `limit` inches."""
     length = getattr(text.get_window_extent(), side) / text.get_figure(root=True).dpi
     if length > limit:
         text.set_text(wrapped(text.get_text(), int(0.95 * len(text.get_text()) * limit / length)))

@@ -16,7 +16,7 @@ from benchmarks.applications.releases.requirements import installed
 from benchmarks.statistics.convergence_fits import algebraic
 from benchmarks.store.isolated_environment import NotHere, finished
 from benchmarks.studies import engine_versions
-from benchmarks.studies.engine_versions import COLUMNS, STEPS, judged, parts, stored
+from benchmarks.studies.engine_versions import COLUMNS, STEPS, parts, rows_of, stored
 from references.mujoco.own_model import NO_INTEGRATOR
 from references.mujoco.steps import MUJOCO_RK4
 
@@ -40,7 +40,7 @@ def order(frame: pd.DataFrame, joint: str, integrator: str) -> float:
 @needs_mujoco
 @pytest.mark.parametrize("joint", ["ball", "free"])
 def test_the_installed_version_turns_bodies_with_order_4_by_rk4_and_1_by_the_others(answers, joint):
-    frame = pd.DataFrame(judged(answers))
+    frame = pd.DataFrame(rows_of(answers))
     assert set(frame["status"]) == {""}
     assert order(frame, joint, "RK4") == pytest.approx(4.0, abs=0.05)  # 4.001
     for integrator in ("Euler", "implicit", "implicitfast", "discrete"):
@@ -57,8 +57,8 @@ def test_a_wrong_attitude_is_seen_though_its_energy_is_right_and_a_failure_is_a_
     ended = np.full_like(right.velocities, np.nan)
     motions[first + 1] = replace(right, velocities=ended, failure="MuJoCo warned.")
     motions[first + 2] = replace(right, failure=f"{NO_INTEGRATOR} RK4.")
-    before = judged({"ball": answers["ball"]})
-    after = judged({"ball": replace(answers["ball"], motions=tuple(motions))})
+    before = rows_of({"ball": answers["ball"]})
+    after = rows_of({"ball": replace(answers["ball"], motions=tuple(motions))})
     assert len(after) == len(before) - 1
     good, wrong, none = before[first], after[first], after[first + 1]
     assert good["attitude_error"] < 1e-5 and wrong["attitude_error"] > 0.1

@@ -317,9 +317,9 @@ def test_orders_whose_stated_errors_are_too_small_are_no_success():
         for first, misses in ((0, 1.0), (10, 3.0))
     )
     seen = Summary((*sound, off[0]))
-    assert seen.passes() and "The stated errors cover: of 11 fitted orders" in str(seen)
+    assert seen.holds() and "The stated errors cover: of 11 fitted orders" in str(seen)
     seen = Summary((*sound, *off))
-    assert not seen.passes() and not seen.differing
+    assert not seen.holds() and not seen.differing
 
 
 UNFOUNDED = Statement("H fig. 2.4", "figure", "It is so.", "reproduced", "", ("V1",), "", "")
@@ -339,7 +339,7 @@ def test_a_statement_that_its_rows_do_not_found_is_no_success(monkeypatch, state
     """Only where every claim that statements name has rows, and all are as expected."""
     monkeypatch.setattr(outcome, "statements", lambda: (statement,))
     seen = Summary(some)
-    assert seen.passes(fail_under=90.0) == passes
+    assert seen.holds(fail_under=90.0) == passes
     said = "1 printed statement unfounded: H fig. 2.4 (It is so.) is called reproduced; no row"
     assert (said in str(seen)) != passes
 
