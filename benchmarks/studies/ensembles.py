@@ -27,7 +27,7 @@ from references import DOP853, FREE_TOP, KEPLER, RIGID_DOP853
 from references.heyoka.taylor import HEYOKA_BATCHES, HEYOKA_ENSEMBLE
 from references.mujoco.rollout import MUJOCO_ROLLOUT
 
-ROUNDS, LEAST = 3, 0.05
+ROUNDS, ROUND_SECONDS = 3, 0.05
 MEMBERS, QUICK_MEMBERS = 1000, 200
 LOOKED_AT = 3  # members whose error is measured
 DEGREES = 6, 8, 9  # of galvi
@@ -206,7 +206,7 @@ def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
                 break
         else:
             missed[candidate.name] = setting, error
-    times = interleaved([call for *_, call in chosen], ROUNDS, LEAST)
+    times = interleaved([call for *_, call in chosen], ROUNDS, ROUND_SECONDS)
     name, members = ensemble.problem.name, len(ensemble.q)
     on_all_processors = LOOKED_AT * processors()  # members in the time of LOOKED_AT on one thread
     fastest: dict[str, tuple[str, float, Timing, float]] = {}
@@ -263,7 +263,9 @@ def scaling(ensemble: Ensemble) -> list[tuple[Any, ...]]:
             calls |= {
                 label: partial(run, executor=executor) for label, executor in executors.items()
             }
-            times = dict(zip(calls, interleaved(list(calls.values()), ROUNDS, LEAST), strict=True))
+            times = dict(
+                zip(calls, interleaved(list(calls.values()), ROUNDS, ROUND_SECONDS), strict=True)
+            )
         serial = times[first].seconds / few
         for label, timing in times.items():
             per_member = serial if label == first else timing.seconds / len(q)

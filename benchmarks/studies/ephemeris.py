@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.work_precision.galvi_methods import gauss_collocation
-from benchmarks.work_precision.participants import FEWEST, finest
+from benchmarks.work_precision.participants import FEWEST_STEPS, finest
 from benchmarks.work_precision.problem import frame_label
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
@@ -114,7 +114,7 @@ def ephemeris_table(
     framed = gauss_collocation(STAGES, galvi.KeplerFrame()).run(problem, duration, longer)
     runs.append((IN_FRAME, framed))
     for external in externals:
-        offered = finest(external, problem, duration, samples, FEWEST)
+        offered = finest(external, problem, duration, samples, FEWEST_STEPS)
         if offered is not None:
             report(f"10,000 days of the planets, {external.name}")
             runs.append((external.name, external.run(problem, duration, offered)))

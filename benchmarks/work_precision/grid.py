@@ -25,7 +25,7 @@ GAP = 0.5  # decades of error between neighbours
 CLOSEST = 0.03  # logarithm of the ratio of steps below which none are put between
 COARSER, TIGHTEST = math.sqrt(2.0), 1e-14  # at the ends: ratio of steps, and least tolerance
 KEYS = ("step", "epsilon", "tolerance")  # of which the first in a setting says how fine it is
-TURNS, MOST = 5, 20  # of adding, and settings added to a code
+TURNS, MAX_ADDED = 5, 20  # of adding, and settings added to a code
 PATIENCE, BRIEF = 1.5, 0.3  # seconds of the runs added to a code, and of a run beside which one is
 
 CurrentRows = Callable[[], pd.DataFrame]
@@ -144,7 +144,7 @@ def refined(
             of_code = rows[codes == code]
             code_settings = {index: settings[index] for index in of_code.index}
             for who, setting in wanted(of_code, code_settings, duration):
-                if spent.get(code, 0.0) > PATIENCE or added.get(code, 0) >= MOST:
+                if spent.get(code, 0.0) > PATIENCE or added.get(code, 0) >= MAX_ADDED:
                     break
                 begun = time.process_time()
                 add(who, setting)

@@ -27,7 +27,7 @@ class ExternalContender(Contender, Protocol):
         """Its settings, from coarse to fine."""
 
 
-FEWEST = 100  # steps, where no other contender takes equal steps
+FEWEST_STEPS = 100  # steps, where no other contender takes equal steps
 PATIENCE = 120.0  # seconds after which no further run of an ensemble is started
 
 
@@ -38,7 +38,7 @@ def with_externals(
     labels = [participant.label for participant in case.participants]
     offered = [setting for participant in case.participants for setting in participant.settings]
     steps = [setting["save_every"] for setting in offered if "save_every" in setting]
-    fewest = min(steps, default=FEWEST)
+    fewest = min(steps, default=FEWEST_STEPS)
     participants: list[Participant] = []
     for external in externals:
         settings = [
@@ -51,7 +51,7 @@ def with_externals(
 
 
 def offered_settings(
-    external: ExternalContender, problem: Problem, duration: float, fewest: int = FEWEST
+    external: ExternalContender, problem: Problem, duration: float, fewest: int = FEWEST_STEPS
 ) -> Sequence[Setting]:
     """The integrator's settings, coarse to fine; none where it does not support the problem."""
     if not external.supports(problem):
@@ -64,7 +64,7 @@ def finest(
     problem: Problem,
     duration: float,
     parts: int,
-    fewest: int = FEWEST,
+    fewest: int = FEWEST_STEPS,
 ) -> Setting | None:
     """The last of its settings, `sampled`; None when it does not take part."""
     offered = offered_settings(external, problem, duration, fewest)

@@ -59,7 +59,7 @@ NUMBERS = (
     *("error", "own_error", "seconds", "seconds_low", "seconds_high", "overhead", "energy"),
     *("evaluations", "steps", "truth_error"),
 )
-LEAST, QUICK_LEAST = 0.012, 0.005  # seconds of each setting in a round
+ROUND_SECONDS, QUICK_ROUND_SECONDS = 0.012, 0.005  # seconds of each setting in a round
 ROUNDS = 7
 BOUND = "Its error is a bound: the truth tells no smaller one, ten times its own."
 
@@ -135,7 +135,7 @@ def problems(quick: bool = False) -> tuple[str, ...]:
 
 
 def _study(case: WorkPrecisionProblem, report: Callable[[str], None], quick: bool) -> pd.DataFrame:
-    round_seconds = QUICK_LEAST if quick else LEAST
+    round_seconds = QUICK_ROUND_SECONDS if quick else ROUND_SECONDS
     try:
         truth = case.truth()
     except ModuleNotFoundError as error:

@@ -22,8 +22,8 @@ from reports.tables.number_format import plain
 from reports.tables.targets_table import HEADINGS, readable_targets, summary
 
 PRINTED = HEADINGS[:-1]  # columns of the targets table that fit in a terminal
-MOST = 20  # changes printed
-FEW = 6  # problems whose times are all printed
+MAX_CHANGES = 20  # changes printed
+MAX_PROBLEMS = 6  # problems whose times are all printed
 WIDTHS = {"quantity": 60}  # columns in which longer texts are wrapped
 BOUND = 28  # characters of a bound
 ROW = ["claim", "source", "quantity", "bound", "measured", "verdict"]
@@ -45,20 +45,20 @@ def show(summary: Summary) -> None:
 
 
 def show_changes(changed: pd.DataFrame) -> None:
-    """Print the changes since the earlier rows, at most MOST of them."""
+    """Print the changes since the earlier rows, at most MAX_CHANGES of them."""
     if changed.empty:
         return
     print("Changed since the rows before")
-    _show_table(changed.head(MOST))
-    if len(changed) > MOST:
-        print(f"and {len(changed) - MOST} more, in verify.md.")
+    _show_table(changed.head(MAX_CHANGES))
+    if len(changed) > MAX_CHANGES:
+        print(f"and {len(changed) - MAX_CHANGES} more, in verify.md.")
 
 
 def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame) -> None:
-    """Print a table of times at matched error for each problem; of more than FEW problems those of
-    the headlines alone."""
+    """Print a table of times at matched error for each problem; of more than MAX_PROBLEMS
+    those of the headlines alone."""
     problems = list(ratios["problem"].unique()) if len(ratios) else []
-    if len(problems) > FEW:
+    if len(problems) > MAX_PROBLEMS:
         problems = [
             name
             for headline in HEADLINES

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 
-MOST = 8  # entries of the legend that are listed
+MAX_ENTRIES = 8  # entries of the legend that are listed
 SIGNS = {
     r"\pi": "pi",
     r"\infty": "infinity",
@@ -27,12 +27,12 @@ def describe(canvas: Canvas) -> str:
     """Sentences on axes, ranges and legend of every panel; no mathematics."""
     panels = [sentence for axes in canvas.axes if (sentence := _panel(axes))]
     entries = [plain(text.get_text()) for drawn in canvas.legends for text in drawn.get_texts()]
-    omitted = f"; and {len(entries) - MOST} more" if len(entries) > MOST else ""
+    omitted = f"; and {len(entries) - MAX_ENTRIES} more" if len(entries) > MAX_ENTRIES else ""
     return " ".join(
         [
             *([f"{len(canvas.axes)} panels."] if len(canvas.axes) > 1 else []),
             *panels,
-            *([f"Legend: {'; '.join(entries[:MOST])}{omitted}."] if entries else []),
+            *([f"Legend: {'; '.join(entries[:MAX_ENTRIES])}{omitted}."] if entries else []),
         ]
     )
 

@@ -62,7 +62,7 @@ PAGES = (
     "provenance",
 )
 SMALL = 1e-4  # relative uncertainty below which a number is not shown to its digits
-MANY = 1e5  # counts below this are shown in full
+LARGE_COUNT = 1e5  # counts below this are shown in full
 MARKDOWN = re.compile(r"([\\`*_{}\[\]<>$|#~&])")
 FIGURES = "figures"
 SETTINGS = {  # of docutils; lines are as long as the pictures in them
@@ -180,7 +180,7 @@ def measured(row: Row) -> str:
         is_finite(number)
         and not is_finite(error)
         and float(number).is_integer()
-        and abs(number) < MANY
+        and abs(number) < LARGE_COUNT
     ):
         return readable(number, len(f"{abs(number):.0f}"))
     return with_uncertainty(number, error) or "not run"

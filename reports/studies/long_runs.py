@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from benchmarks.statistics.drift import Growth, rms
 from benchmarks.studies import free_body_drift, round_off
-from reports.figures.plots.lines import DOTS, LEAST, LONG_DASH
+from reports.figures.plots.lines import DOTS, LONG_DASH, SMALLEST_DRAWN
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import CHART_LEGEND, GUIDE, identity, in_order
 from reports.figures.style.layout import (
@@ -167,7 +167,7 @@ def errors_over_turns(axes: Axes, table: pd.DataFrame, *, problem: str) -> None:
         for name in names:
             run, look = _longest_run(rows[rows["contender"] == name]), identity(name)
             reached = run[run[column].notna()]
-            size = np.maximum(np.abs(reached[column]), LEAST)
+            size = np.maximum(np.abs(reached[column]), SMALLEST_DRAWN)
             panel.plot(reached["turn"], size, markersize=4.0, **look.style)
             if 0 < len(reached) < len(run):
                 panel.plot(reached["turn"].iloc[-1], size.iloc[-1], "x", ms=11.0, color=look.color)
@@ -200,7 +200,7 @@ FREE_BODY_COLUMNS = {
 ERRORS = ("energy_error", "momentum_error", "attitude_error")
 FREE_BODY_FORMATS = dict.fromkeys((*ERRORS, "growth"), partial(readable, digits=2))
 KEYS = ["problem", "contender", "engine", "step", "turns", "commit"]
-FEWEST = 4  # marks needed to fit a growth
+MIN_MARKS = 4  # marks needed to fit a growth
 WALK = 1e-13  # smaller energy errors may be one random walk, which has no exponent
 
 
@@ -233,7 +233,7 @@ def _growth(run: pd.DataFrame) -> float | str:
     """The log-log slope over the later half of the marks."""
     later = run.iloc[len(run) // 2 :]
     size = np.abs(later["energy_error"].to_numpy(float))
-    if len(later) < FEWEST:
+    if len(later) < MIN_MARKS:
         return ""
     if not np.max(size) > WALK:
         return "round-off"

@@ -104,7 +104,7 @@ def short_name(name: str) -> str:
 
 
 EVERY_RULE, ONE_RULE = "Polynomials", "Gauss"
-APART = 0.3  # difference of measured and predicted order from which both are shown
+ORDER_GAP = 0.3  # difference of measured and predicted order from which both are shown
 
 
 def taxonomy_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
@@ -141,7 +141,7 @@ def _cell(row: pd.Series) -> str:
         return str(row["verdict"])
     order, predicted = row["measured"], row["predicted"]
     text = f"{order:.1f}" if is_finite(order) else "not measured"
-    if not abs(order - predicted) <= APART:
+    if not abs(order - predicted) <= ORDER_GAP:
         text += f", predicted {predicted}"
     return " ".join(filter(None, (text, short_name(row["name"]))))
 

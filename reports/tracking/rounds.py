@@ -18,7 +18,7 @@ from benchmarks.work_precision.participants import sampled
 from reports.tracking.worker import Failed, Worker
 
 SIDES = ("base", "head")
-LEAST = 0.01  # shortest attempt in seconds
+SHORTEST_ATTEMPT = 0.01  # shortest attempt in seconds
 ATTEMPTS = 3  # per sample, of which the fastest counts
 ONE_ATTEMPT = 0.05  # seconds of a call from which one attempt suffices: disturbances are shorter
 SAMPLES = 14  # least per side: two disturbed ones do not hide a slower head
@@ -163,7 +163,10 @@ def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Rep
 
 def _sample(worker: Worker, pair: Pair, side: str) -> None:
     seconds = max(min(reached["warm"] for reached in pair.reached.values()), 1e-7)
-    repeats, attempts = max(1, math.ceil(LEAST / seconds)), 1 if seconds > ONE_ATTEMPT else ATTEMPTS
+    repeats, attempts = (
+        max(1, math.ceil(SHORTEST_ATTEMPT / seconds)),
+        1 if seconds > ONE_ATTEMPT else ATTEMPTS,
+    )
     try:
         pair.rounds[-1][side].append(worker.time(pair.case, repeats, attempts))
     except Failed as error:

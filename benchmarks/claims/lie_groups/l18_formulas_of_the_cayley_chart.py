@@ -147,7 +147,7 @@ def turned_back(original: Callable[..., Array]) -> Callable[..., Array]:
 
 
 FORMULAS = "benchmarks.claims.lie_groups.printed_formulas"
-FEW = fewer(__name__, SCALES=(10.0,), STEPS=1, STATES=10, BODY_STEPS=1, SIZES=())
+SHORTENED = fewer(__name__, SCALES=(10.0,), STEPS=1, STATES=10, BODY_STEPS=1, SIZES=())
 SLOPES = with_arguments(lambda xi, rate, value, slope: (xi, rate, (1.0 + 1e-9) * value, slope))
 WRONG: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
     "a cross product in lambda": (f"{FORMULAS}.composed", turned_back),
@@ -159,9 +159,12 @@ WRONG: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
     "T off by 1e-9": (f"{FORMULAS}.ScaledRotations.tangent", scaled(1.0 + 1e-9)),
 }
 FAULTS = {
-    "integral off by 1e-9": of_table(integral=1.0 + 1e-9, wrong=FEW),
+    "integral off by 1e-9": of_table(integral=1.0 + 1e-9, wrong=SHORTENED),
     "another chart": Fault(
-        make=lambda space, rule, chart: galvi.Galerkin(space, rule, galvi.Exponential()), wrong=FEW
+        make=lambda space, rule, chart: galvi.Galerkin(space, rule, galvi.Exponential()),
+        wrong=SHORTENED,
     ),
-    **{name: Fault(wrong={target: change, **FEW}) for name, (target, change) in WRONG.items()},
+    **{
+        name: Fault(wrong={target: change, **SHORTENED}) for name, (target, change) in WRONG.items()
+    },
 }

@@ -26,7 +26,7 @@ from benchmarks.measures.best_approximation import Motion, error_at, misses
 from benchmarks.measures.independent_space import gauss_points
 
 gauss_once = lru_cache(maxsize=64)(gauss_points)
-LEAST = 1e-9
+RESOLUTION = 1e-9
 GRADE = 4  # nodes at t* + L s^4 make powers of |t - t*| smoother in s
 
 
@@ -43,7 +43,7 @@ def closed_errors(
     Notes
     -----
     |u'|^2 less the squares of its Legendre coefficients. NaN where this difference, of which about
-    1e-15 of |u'|^2 is rounding, is below LEAST of it.
+    1e-15 of |u'|^2 is rounding, is below RESOLUTION of it.
     """
     power = 1.0 - b
     half, y = 0.5 * (stop - start), (2.0 * singularity - start - stop) / (stop - start)
@@ -53,7 +53,7 @@ def closed_errors(
     twice = 2.0 * power + 1.0
     total = ((stop - singularity) ** twice + (singularity - start) ** twice) / (twice * power**2)
     left = total - np.cumsum(squares)[np.asarray(degrees) - 1]
-    return np.sqrt(np.where(left > LEAST * total, left, np.nan))
+    return np.sqrt(np.where(left > RESOLUTION * total, left, np.nan))
 
 
 def _side(k: Any, a: float, y: float) -> Array:

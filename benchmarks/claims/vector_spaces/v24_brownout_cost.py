@@ -39,7 +39,7 @@ DEGREES = (1, 2, 4, 6)
 SECONDS, FASTEST, SLOWEST = "seconds", "seconds, fastest round", "seconds, slowest round"
 CLOCKS = ((SECONDS, SECONDS), (FASTEST, SLOWEST), (SLOWEST, FASTEST))  # of Euler, of the degrees
 EVALUATIONS = "force evaluations"
-APART = "distance between the two references [m]"
+REFERENCE_DISTANCE = "distance between the two references [m]"
 ASKED = 2e-4  # m, a small error, reached at low order with 65,536 steps
 FINE = 1e-7  # m, out of reach at low order
 COARSE = 2e-2  # m, a hundred times ASKED
@@ -61,7 +61,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     runs, seconds = zip(*map(warmed, calls), strict=True)
     timings = interleaved(calls, 3, 0.003 if quick else 0.03, seconds)
     distance = np.max(abs(truth(AWAY, RADAU) - truth(AWAY)))
-    table = [row(quantity=APART, value=distance)]
+    table = [row(quantity=REFERENCE_DISTANCE, value=distance)]
     for (degree, size), run, timing in zip(cases, runs, timings, strict=True):
         values = {
             ERROR: error_of(run, AWAY),
@@ -117,7 +117,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         f"{EVALUATIONS} of N = 2 over those of N = 6 at {FINE:g} m": low / high,
         f"time of {EULER} over that of the best N at {ASKED:g} m": timed(partial(ratio, ASKED)),
         f"error below which high order is cheaper in time than {EULER} [m]": timed(crossing),
-        APART: number(table, quantity=APART),
+        REFERENCE_DISTANCE: number(table, quantity=REFERENCE_DISTANCE),
     }
 
 

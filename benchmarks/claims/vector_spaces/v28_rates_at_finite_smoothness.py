@@ -36,7 +36,7 @@ from benchmarks.claims.vector_spaces.singular_approximation import (
 from benchmarks.measures.best_approximation import best_errors
 from benchmarks.test_problems.oscillators import SingularDrive
 
-BEST, APART = "error of the best polynomial", "relative distance of its closed form"
+BEST, CLOSED_FORM_DISTANCE = "error of the best polynomial", "relative distance of its closed form"
 LARGEST, PATH = "e_max", "error along the path"
 INSIDE, END = (0.5, 0.3, 0.1), 0.0  # t* in [0, 1]
 EXPONENTS = (0.49, 0.45, 0.25, -0.25, -0.55)
@@ -66,7 +66,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             motion = SingularDrive(singularity, b).motion
             best = np.array([quadrature_error(motion, singularity, 0.0, 1.0, N) for N in degrees])
             distances = abs(closed_errors(singularity, b, 0.0, 1.0, degrees) / best - 1.0)
-            for quantity, values in ((BEST, best), (APART, distances)):
+            for quantity, values in ((BEST, best), (CLOSED_FORM_DISTANCE, distances)):
                 for N, value in zip(degrees, values, strict=True):
                     observations.append(
                         row(study=named(singularity, b), quantity=quantity, n=N + 1, value=value)
@@ -135,7 +135,9 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         for b in EXPONENTS
     ]
     largest = np.array([[order(LARGEST, b, N).rate for b in ROUGH] for N in DEGREES])
-    distances = readings.values(table, quantity=APART)  # NaN where the closed form has no digits
+    distances = readings.values(
+        table, quantity=CLOSED_FORM_DISTANCE
+    )  # NaN where the closed form has no digits
     distance = readings.largest(distances[np.isfinite(distances)])
     motion = readings.largest_of(table, quantity=ORACLES)
     return {

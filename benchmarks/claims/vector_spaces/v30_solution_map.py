@@ -163,34 +163,41 @@ def faster(u0: Array, v0: Array, t: Array) -> tuple[Array, Array]:
     return u, 2.0 * v
 
 
-FEW = fewer(__name__, DEGREES=(1, 4), THIRD_DEGREES=(1, 4))
+SHORTENED = fewer(__name__, DEGREES=(1, 4), THIRD_DEGREES=(1, 4))
 STEEP = galvi.Canonical(1.0, galvi.CosinePotential(4.0))
 FAULTS = {
-    "C and projection larger by a fiftieth": Fault(make=faulty(C=1.02, projection=1.02), wrong=FEW),
-    "a curve from elsewhere": of_motion(
-        lambda problem: replace(problem, q0=problem.q0 + 1e-3), wrong=FEW
+    "C and projection larger by a fiftieth": Fault(
+        make=faulty(C=1.02, projection=1.02), wrong=SHORTENED
     ),
-    "a norm that is too small": Fault(wrong={f"{__name__}.exact_sizes": scaled(0.99), **FEW}),
+    "a curve from elsewhere": of_motion(
+        lambda problem: replace(problem, q0=problem.q0 + 1e-3), wrong=SHORTENED
+    ),
+    "a norm that is too small": Fault(wrong={f"{__name__}.exact_sizes": scaled(0.99), **SHORTENED}),
     "another motion of the pendulum": Fault(
         wrong={
             f"{__name__}.swings": with_arguments(lambda u, v, t: (u, v, (1.0 + 1e-11) * t)),
-            **FEW,
+            **SHORTENED,
         }
     ),
     "a wrong constant of a general space": Fault(
-        wrong={f"{opposed.__module__}.farthest": scaled(1.0 + 1e-9), **FEW}
+        wrong={f"{opposed.__module__}.farthest": scaled(1.0 + 1e-9), **SHORTENED}
     ),
     "dp counts for a third": Fault(
         wrong={
             f"{__name__}.bounds": with_arguments(
                 lambda h, du, dp, *constant: (h, du, dp / 3.0, *constant)
             ),
-            **FEW,
+            **SHORTENED,
         }
     ),
-    "half of the pull of d on dp_h": Fault(wrong={f"{bounds.__module__}.pull": scaled(0.5), **FEW}),
+    "half of the pull of d on dp_h": Fault(
+        wrong={f"{bounds.__module__}.pull": scaled(0.5), **SHORTENED}
+    ),
     "a force steeper than its constant": of_motion(
         lambda problem: replace(problem, system=STEEP),
-        wrong={f"{__name__}.MOTIONS": always({"oscillator": faster, "pendulum": swings}), **FEW},
+        wrong={
+            f"{__name__}.MOTIONS": always({"oscillator": faster, "pendulum": swings}),
+            **SHORTENED,
+        },
     ),
 }

@@ -61,7 +61,7 @@ GLOBAL, FIRST = "(2.23), left over right", "|I(local motion) - I(start)| in the 
 KEPT, GENERATED = "change of p . a(q)", "distance of -D1 and D2 of the action from p"
 SIDES = (PRINTED, PROVED, NOETHER, RULE, SECOND)
 ROUND_OFF = 1e-13  # of numbers of size 1
-APART = 1e-3  # of a difference, whose order is 6
+DIFFERENCE_STEP = 1e-3  # of a difference, whose order is 6
 STENCIL = ((1, 0.75), (2, -0.15), (3, 1.0 / 60.0))
 
 
@@ -138,13 +138,13 @@ def of_exact_motion(start: Problem, h: float) -> dict[str, float]:
     momentum, slopes = np.sum(p * generator(q), axis=1), np.zeros((2, 2))
     for index in np.ndindex(2, 2):
         shifts = np.zeros((2, 2))
-        shifts[index] = APART
+        shifts[index] = DIFFERENCE_STEP
         for k, weight in STENCIL:
             after, before = (
                 kepler_action(1.0, q[0] + x * shifts[0], q[-1] + x * shifts[1], h) for x in (k, -k)
             )
             slopes[index] += weight * (after - before)
-    gaps = slopes * [[-1.0], [1.0]] / APART - p[[0, -1]]
+    gaps = slopes * [[-1.0], [1.0]] / DIFFERENCE_STEP - p[[0, -1]]
     return {KEPT: np.ptp(momentum), GENERATED: np.max(abs(gaps))}
 
 
@@ -193,21 +193,21 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     }
 
 
-FEW = fewer(__name__, NS=(4,))
+SHORTENED = fewer(__name__, NS=(4,))
 MAP = Step.__module__
 NO_SYMMETRY = always(lambda q: q * np.array([1.0, 0.0]))
 FAULTS = {
-    "H (2.4) without the minus": Fault(wrong={f"{MAP}.momentum": scaled(-1.0), **FEW}),
+    "H (2.4) without the minus": Fault(wrong={f"{MAP}.momentum": scaled(-1.0), **SHORTENED}),
     "another force": of_motion(
         lambda start: replace(start, system=galvi.Canonical(1.0, galvi.CentralForce(1.0 + 1e-9))),
-        wrong=FEW,
+        wrong=SHORTENED,
     ),
     "the action of another motion": Fault(
         wrong={
             f"{__name__}.kepler_action": with_arguments(
                 lambda gm, *ends: (gm * (1.0 + 1e-9), *ends)
             ),
-            **FEW,
+            **SHORTENED,
         }
     ),
     "a phi_1 that does not vanish at the end": Fault(
@@ -215,7 +215,7 @@ FAULTS = {
             f"{__name__}.functions": lambda original: (
                 lambda n: {name: phi + 1e-3 * np.eye(n)[0] for name, phi in original(n).items()}
             ),
-            **FEW,
+            **SHORTENED,
         }
     ),
     "Lagrange's phi_1 for the straight line": Fault(
@@ -223,11 +223,11 @@ FAULTS = {
             f"{__name__}.functions": lambda original: (
                 lambda n: dict.fromkeys((HATS, LINE), original(n)[HATS])
             ),
-            **FEW,
+            **SHORTENED,
         }
     ),
     "a(q) of no symmetry": Fault(
-        wrong={f"{MAP}.generator": NO_SYMMETRY, f"{__name__}.generator": NO_SYMMETRY, **FEW}
+        wrong={f"{MAP}.generator": NO_SYMMETRY, f"{__name__}.generator": NO_SYMMETRY, **SHORTENED}
     ),
     "local motions of another momentum": Fault(table=times(1e5, quantity=GLOBAL)),
     "ends that are exact": Fault(table=times(0.0, quantity=FIRST)),

@@ -16,7 +16,7 @@ from reports.figures.style.identities import BAND, COLOURS, GUIDE, MARKERS, line
 from reports.figures.style.layout import NoData, mark_rounding, split
 
 TIME, STEP = "t", "step"  # columns of the horizontal axis; else it is a quantity of the same runs
-LEAST = 1e-17  # drawn in place of an error of 0
+SMALLEST_DRAWN = 1e-17  # drawn in place of an error of 0
 LONG_DASH, DOTS = (0, (5, 3)), (0, (1, 1.5))
 
 
@@ -121,7 +121,7 @@ def energies(
 
 
 PERIODS = "time $t$ [unit of time; the period is $2\\pi$]"
-MANY = 300  # above this many, points are not joined
+MAX_JOINED = 300  # above this many, points are not joined
 
 
 def history(
@@ -159,7 +159,9 @@ def history(
         axes.axhspan(
             first.min(), first.max(), color=BAND, zorder=0, label="range over the first half"
         )
-    style = {"markersize": 2.0, "linestyle": "none", "rasterized": True} if len(t) > MANY else {}
+    style = (
+        {"markersize": 2.0, "linestyle": "none", "rasterized": True} if len(t) > MAX_JOINED else {}
+    )
     axes.plot(t, value, **{"marker": ".", "linewidth": 0.6, "color": COLOURS[0], **style})
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.ticklabel_format(axis="x", style="plain")
@@ -173,7 +175,9 @@ def departures(
     for panel, quantity in zip(
         split(axes, len(quantities), min_width=3.0), quantities, strict=True
     ):
-        lines(panel, table, quantity=quantity, labels=labels, xlabel="time $t$", floor=LEAST)
+        lines(
+            panel, table, quantity=quantity, labels=labels, xlabel="time $t$", floor=SMALLEST_DRAWN
+        )
         panel.set_title(quantity)
         mark_rounding(panel)
 
@@ -208,7 +212,7 @@ def jumps(
         xlabel="time $t$",
         ylabel=f"relative {quantity}",
         xscale="linear",
-        floor=LEAST,
+        floor=SMALLEST_DRAWN,
     )
     for k, (study, (text, color)) in enumerate(steps.items()):
         rows = pick(table, study=study)
@@ -217,7 +221,7 @@ def jumps(
             raise NoData(f"{study}: no step was done.")
         right.plot(
             wide[turn],
-            np.maximum(wide[change], LEAST),
+            np.maximum(wide[change], SMALLEST_DRAWN),
             color=color,
             marker=MARKERS[k],
             markersize=3.5,
@@ -244,7 +248,7 @@ def limits(
         xlabel="rotation angle of one step [rad]",
         ylabel="error of the attitude [1]",
         yscale="log",
-        ylim=(LEAST, 10.0),
+        ylim=(SMALLEST_DRAWN, 10.0),
     )
     for k, study in enumerate(charts):
         rows = pick(table, study=study, quantity=quantity).sort_values("step")
@@ -252,7 +256,7 @@ def limits(
         ended = ~np.isfinite(error)
         axes.plot(
             turn,
-            np.maximum(error, LEAST),
+            np.maximum(error, SMALLEST_DRAWN),
             color=COLOURS[k],
             marker=MARKERS[k],
             linewidth=0.8,

@@ -26,7 +26,7 @@ class NoData(Exception):
     """The table has no finite number for what a figure shows; the message says which."""
 
 
-LEAST, MOST = 0.62, 0.8  # height of a panel over its width where the figure is narrow
+MIN_ASPECT, MAX_ASPECT = 0.62, 0.8  # height of a panel over its width where the figure is narrow
 PAD = 0.06  # inches around the axes
 WIDE, BESIDE = 5.0, 0.26  # inches from which a legend may take this part of the width,
 PANEL = 2.7  # inches, and leaves as much to each panel
@@ -62,7 +62,7 @@ class Canvas(Figure):
 def _height(natural: tuple[float, float], width: float) -> float:
     """Height of a panel of this width: in proportion, within limits where it is narrower."""
     ratio = natural[1] / natural[0]
-    return width * (ratio if width >= natural[0] else min(max(ratio, LEAST), MOST))
+    return width * (ratio if width >= natural[0] else min(max(ratio, MIN_ASPECT), MAX_ASPECT))
 
 
 def split(

@@ -21,7 +21,7 @@ def frame() -> pd.DataFrame:
     rows = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "ROUNDS", 1)
-        patch.setattr(study, "LEAST", 0.0)
+        patch.setattr(study, "ROUND_SECONDS", 0.0)
         for made in (study.free_bodies, study.kepler_orbits):
             rows += study.compared(made(16))
         patch.setattr(study, "workers", lambda: nullcontext({}))
