@@ -172,11 +172,11 @@ def _errors(joint: str, motion: Motion) -> dict[str, Any]:
         energy = problem.system.kinetic_energy(v[:, :3])
         start = problem.system.kinetic_energy(problem.v0)
         lost = float(np.max(np.abs(energy / start - 1.0)))
-    good = np.isfinite(attitude) and np.isfinite(lost)
+    finite = np.isfinite(attitude) and np.isfinite(lost)
     return {
-        "attitude_error": attitude if good else float("nan"),
-        "energy_error": lost if good else float("nan"),
-        "status": "" if good else motion.failure or "The states are not finite.",
+        "attitude_error": attitude if finite else float("nan"),
+        "energy_error": lost if finite else float("nan"),
+        "status": "" if finite else motion.failure or "The states are not finite.",
     }
 
 

@@ -211,18 +211,18 @@ def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
     on_all_processors = LOOKED_AT * processors()  # members in the time of LOOKED_AT on one thread
     fastest: dict[str, tuple[str, float, Timing, float]] = {}
     for (candidate, setting, error, _), timing in zip(chosen, times, strict=True):
-        who, per_member = (
+        code, per_member = (
             candidate.name,
             timing.seconds / (members if candidate.in_parallel else on_all_processors),
         )
-        if who not in fastest or per_member < fastest[who][-1]:
-            fastest[who] = setting, error, timing, per_member
+        if code not in fastest or per_member < fastest[code][-1]:
+            fastest[code] = setting, error, timing, per_member
     first = "peers", f"{members} of {name}"
     galvi_per_member = fastest["galvi"][-1] if "galvi" in fastest else math.nan
     rows: list[tuple[Any, ...]] = [
         (
             *first,
-            who,
+            code,
             setting,
             error,
             ensemble.target,
@@ -232,12 +232,12 @@ def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
             1e6 * per_member,
             per_member / galvi_per_member,
         )
-        for who, (setting, error, timing, per_member) in fastest.items()
+        for code, (setting, error, timing, per_member) in fastest.items()
     ]
     rows += [
-        (*first, who, f"not reached, {setting}", error, ensemble.target, *(math.nan,) * 5)
-        for who, (setting, error) in missed.items()
-        if who not in fastest
+        (*first, code, f"not reached, {setting}", error, ensemble.target, *(math.nan,) * 5)
+        for code, (setting, error) in missed.items()
+        if code not in fastest
     ]
     return rows
 

@@ -130,7 +130,7 @@ def _rows(
     """The rows of one run, in the order of COLUMNS; states (samples + 1, bodies, 3)."""
     if not run.success:
         return [(label, "", *[np.nan] * 5, run.status)]
-    away, wrong = _length(run.q - sky), _length(run.q - truth)
+    difference, integration_error = _length(run.q - sky), _length(run.q - truth)
     sky_angle = _angle(run.q - run.q[:, :1], sky - sky[:, :1]) / ARC_SECOND
     sky_angle[:, 0] = np.nan
     shown = [days // DAYS[0] for days in DAYS]
@@ -138,7 +138,12 @@ def _rows(
         (label, body, *values, "")
         for k, body in enumerate(run.problem.parameters["bodies"])
         for values in zip(
-            DAYS, away[shown, k], sky_angle[shown, k], relativity[k], wrong[shown, k], strict=True
+            DAYS,
+            difference[shown, k],
+            sky_angle[shown, k],
+            relativity[k],
+            integration_error[shown, k],
+            strict=True,
         )
     ]
 

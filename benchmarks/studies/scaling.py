@@ -257,13 +257,13 @@ def _rows(
     firsts = [once(participant.call(problem, orbits)) for participant in able]
     runs = {participant: run for participant, (run, _) in zip(able, firsts, strict=True)}
     succeeded = [
-        (participant, took)
-        for participant, (run, took) in zip(able, firsts, strict=True)
+        (participant, seconds)
+        for participant, (run, seconds) in zip(able, firsts, strict=True)
         if run.success
     ]
     calls, spans = [], []
-    for participant, took in succeeded:
-        call, span = participant.timed(problem, orbits, took, round_seconds)
+    for participant, seconds in succeeded:
+        call, span = participant.timed(problem, orbits, seconds, round_seconds)
         calls.append(call)
         spans.append(span)
     limit, pairs = call_and_pairs()
@@ -328,28 +328,28 @@ def _row(
     truth: Trajectory | None,
 ) -> dict[str, Any]:
     """run: over the orbits of the error comparison; last: over the timed orbits."""
-    nan, good = float("nan"), run.success and last.success
+    nan, finished = float("nan"), run.success and last.success
     forces = float(last.counts.get("force_evaluations", nan))
     pairs = float(last.counts.get("pair_evaluations", forces * (bodies * (bodies - 1) / 2)))
-    comparable = good and truth is not None and truth.success and run is not truth
+    comparable = finished and truth is not None and truth.success and run is not truth
     status = next((trajectory.status for trajectory in (run, last) if not trajectory.success), "")
     return {
         "contender": participant.label,
         "settings": participant.settings,
         "bodies": bodies,
         "orbits": orbits,
-        "seconds_per_orbit": timing.seconds / orbits if good else nan,
-        "seconds_low": timing.low / orbits if good else nan,
-        "seconds_high": timing.high / orbits if good else nan,
+        "seconds_per_orbit": timing.seconds / orbits if finished else nan,
+        "seconds_low": timing.low / orbits if finished else nan,
+        "seconds_high": timing.high / orbits if finished else nan,
         "error": float(np.max(np.linalg.norm(run.q[-1] - truth.q[-1], axis=-1)))
         if comparable
         else nan,
         "matched": False,
         "evaluations_per_orbit": forces / orbits,
-        "pairs_per_second": pairs / timing.seconds if good else nan,
+        "pairs_per_second": pairs / timing.seconds if finished else nan,
         "limit_pairs_per_second": nan,
         "share": nan,
-        "status": "truth" if good and run is truth else status or _untimed(timing),
+        "status": "truth" if finished and run is truth else status or _untimed(timing),
     }
 
 

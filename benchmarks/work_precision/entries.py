@@ -85,12 +85,12 @@ def compared(
     quick: bool,
     entries: Sequence[Entry],
     truth: Callable[[], Truth],
-    **how: Any,
+    **fields: Any,
 ) -> WorkPrecisionProblem:
-    """The entries on one problem; `how` are further fields of WorkPrecisionProblem."""
+    """The entries on one problem; `fields` are further fields of WorkPrecisionProblem."""
     participants = tuple(entry.participant(duration, quick) for entry in entries)
-    how = {"distance": largest_difference, **how}
-    return WorkPrecisionProblem(problem, duration, participants, truth, **how)
+    fields = {"distance": largest_difference, **fields}
+    return WorkPrecisionProblem(problem, duration, participants, truth, **fields)
 
 
 def rounded(

@@ -46,10 +46,12 @@ def fastest(rows: pd.DataFrame, target: float) -> pd.Series | None:
     """The row of least `seconds` among those that were run and reach the error; of contenders that
     do not, that of the run that is the truth; None without either."""
     seconds, error = rows["seconds"].to_numpy(float), rows["error"].to_numpy(float)
-    good = (seconds > 0.0) & (error > 0.0) & (error <= target)
-    if not good.any():
-        good = (seconds > 0.0) & rows["is_truth"].to_numpy(bool)
-    return rows.iloc[int(np.argmin(np.where(good, seconds, np.inf)))] if good.any() else None
+    eligible = (seconds > 0.0) & (error > 0.0) & (error <= target)
+    if not eligible.any():
+        eligible = (seconds > 0.0) & rows["is_truth"].to_numpy(bool)
+    return (
+        rows.iloc[int(np.argmin(np.where(eligible, seconds, np.inf)))] if eligible.any() else None
+    )
 
 
 def seconds_at(errors: Sequence[float], seconds: Sequence[float], target: float) -> float:
@@ -84,7 +86,7 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
             )
             if _took_part(part)
         }
-        ours_all = of_problem[
+        galvi_rows = of_problem[
             (of_problem["seconds"] > 0.0) & of_problem["contender"].str.startswith("galvi")
         ]
         for target in errors if parts else ():
@@ -98,7 +100,7 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
                     "contender": name,
                     "error": target,
                     **_cell(row, galvi_run),
-                    "closer": _closer(parts.get(name, ours_all), target),
+                    "closer": _closer(parts.get(name, galvi_rows), target),
                 }
                 for name, row in {OURS: galvi_run, **best}.items()
             ]

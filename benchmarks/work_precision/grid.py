@@ -73,13 +73,15 @@ def wanted(
     runs
         its rows so far, with `dependable` errors; a row's index is a key of `settings`
     """
-    lines = {index: (who, line_of(setting)) for index, (who, setting) in settings.items()}
+    lines = {
+        index: (contender, line_of(setting)) for index, (contender, setting) in settings.items()
+    }
     have = {(lines[index], fine(setting)) for index, (_, setting) in settings.items()}
     additions: list[tuple[str, Setting]] = []
 
     def offer(index: Any, finer: bool) -> None:
         """Add a setting's neighbour, where it is affordable and new."""
-        who, setting = settings[index]
+        contender, setting = settings[index]
         key, value = fine(setting)
         values = [fine(settings[k][1])[1] for k, line in lines.items() if line == lines[index]]
         if not key or runs["seconds"][index] > BRIEF:
@@ -90,7 +92,7 @@ def wanted(
         added = with_fineness(setting, new, duration)
         if (lines[index], fine(added)) not in have:
             have.add((lines[index], fine(added)))
-            additions.append((who, added))
+            additions.append((contender, added))
 
     errors, points = runs["error"], front_indices(runs)
     widest = sorted(_holes(errors, points, lines), key=lambda hole: -hole[2])
@@ -143,12 +145,12 @@ def refined(
         for code in codes.drop_duplicates():
             of_code = rows[codes == code]
             code_settings = {index: settings[index] for index in of_code.index}
-            for who, setting in wanted(of_code, code_settings, duration):
+            for contender, setting in wanted(of_code, code_settings, duration):
                 if spent.get(code, 0.0) > PATIENCE or added.get(code, 0) >= MAX_ADDED:
                     break
-                begun = time.process_time()
-                add(who, setting)
-                spent[code] = spent.get(code, 0.0) + time.process_time() - begun
+                start = time.process_time()
+                add(contender, setting)
+                spent[code] = spent.get(code, 0.0) + time.process_time() - start
                 added[code] = added.get(code, 0) + 1
                 idle = False
         if idle:

@@ -157,16 +157,16 @@ class _Ladder:
         _, distance = measure_of(self.problem)
         size = size_of(self.problem, self.truth.end)
         floor = max(self.truth.error, FINE * size)
-        begun, count, setting = math.inf, COARSEST, dict[str, Any]()
+        start, count, setting = math.inf, COARSEST, dict[str, Any]()
         elsewhere = hasattr(self.contender, "timed")  # in another process
         now = time.perf_counter if elsewhere else time.process_time
-        while now() - begun < PATIENCE:
+        while now() - start < PATIENCE:
             setting = {**fixed(self.duration, count), **self.options}
             try:
                 run = self.contender.run(self.problem, self.duration, setting)
             except ValueError:  # steps that it does not take
                 break
-            begun = min(begun, now())  # from the end of the first run: it may compile
+            start = min(start, now())  # from the end of the first run: it may compile
             off = distance(run.q[-1], self.truth.end) if run.success else math.inf
             usable = off <= COARSE * size
             self.usable_settings += [setting] if usable else []

@@ -96,14 +96,14 @@ def ensemble(
     problems
         equal except for their initial states
     """
-    began, setting = time.perf_counter(), None
+    start, setting = time.perf_counter(), None
     for problem in problems:
         setting = setting or finest(external, problem, duration, parts, fewest)
         if setting is None:
             return
         run = external.run(problem, duration, setting)
         yield setting, run
-        if not run.success or time.perf_counter() - began > PATIENCE:
+        if not run.success or time.perf_counter() - start > PATIENCE:
             return
 
 

@@ -64,9 +64,9 @@ def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
     times = ratios(fronts, [error])
     rivals = _fastest(times[times["contender"].isin(target.contenders)])
     names = times["contender"]
-    is_ours = names.str.startswith("galvi") & ~names.isin((OURS, *target.contenders))
+    is_galvi = names.str.startswith("galvi") & ~names.isin((OURS, *target.contenders))
     galvi_row = _fastest(
-        times[names.isin(target.galvi_contenders) if target.galvi_contenders else is_ours]
+        times[names.isin(target.galvi_contenders) if target.galvi_contenders else is_galvi]
     )
     row |= {"contender": rivals.get("contender", ""), "galvi": galvi_row.get("contender", "")}
     if not galvi_row:

@@ -148,13 +148,13 @@ def state_distance(
         else (largest(motion.q), largest(motion.p))
     )
 
-    def away(state: State) -> float:
+    def from_end(state: State) -> float:
         difference = distance(state[0], q)
         if p is None or state[1] is None or not unit:
             return difference
         return max(difference, size / unit * largest(state[1] - p))
 
-    return away
+    return from_end
 
 
 def size_of(problem: Problem, end: Array) -> float:
@@ -190,8 +190,8 @@ def best_truth(problem: Problem, duration: float, method: galvi.Galerkin, report
     pair = Truth(run.q[-1], error, f"{text}, by their difference", None, run.p[-1])
     if independent is None:
         return replace(pair, description=f"{pair.description}; no other code here solves it")
-    away = state_distance(problem, (independent.end, independent.momenta), run)
-    difference = away((run.q[-1], run.p[-1]))
+    from_end = state_distance(problem, (independent.end, independent.momenta), run)
+    difference = from_end((run.q[-1], run.p[-1]))
     if reference(name).exact:
         agreement = max(difference, error)
         description = f"{name}; by its difference from {text}"
@@ -229,8 +229,8 @@ def _pair(
         if not run.success:
             runs, differences = [], []
             continue
-        away = state_distance(problem, (run.q[-1], run.p[-1]), run)
-        differences += [away((coarser.q[-1], coarser.p[-1])) for coarser in runs[-1:]]
+        from_end = state_distance(problem, (run.q[-1], run.p[-1]), run)
+        differences += [from_end((coarser.q[-1], coarser.p[-1])) for coarser in runs[-1:]]
         runs.append(run)
         small = len(differences) > 1 and differences[-2] < ALIKE * size_of(problem, run.q[-1])
         if small and differences[-1] > 0.25 * differences[-2]:

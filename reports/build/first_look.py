@@ -24,10 +24,10 @@ def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
     """The untimed claims that finish soon and the headlines' comparisons, in their quick form.
 
     They are not stored; failures are reported by the build itself."""
-    begun, cache = time.perf_counter(), BuildCache()
+    start, cache = time.perf_counter(), BuildCache()
     with closing(study_in_workers(claim_studies(suite.claims, quick=True), cache)) as finished:
         for _ in finished:
-            if time.perf_counter() - begun > PATIENCE:
+            if time.perf_counter() - start > PATIENCE:
                 break
     checked = check([claim for claim in suite.claims if claim.id in cache.entries], True, cache)
     shown = {name for headline in HEADLINES for name in headline.options["panels"]}

@@ -66,10 +66,10 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
     ids = {claim.id for claim in claims}
     unknown = [id for id in rows["id"].unique() if id not in ids]
     of_contenders = [id for id in unknown if id.startswith(OF_CONTENDERS)]
-    if gone := [id for id in unknown if id not in of_contenders]:
+    if dropped := [id for id in unknown if id not in of_contenders]:
         print(
             f"{out / CLAIMS} must hold rows of claims of this version; received some of "
-            f"{', '.join(gone)}, which are left out. `verify` writes a file without them.",
+            f"{', '.join(dropped)}, which are left out. `verify` writes a file without them.",
             file=sys.stderr,
         )
     for claim in (*claims, *map(_without_study, of_contenders)):

@@ -286,8 +286,8 @@ def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> pd.DataFrame:
             lines.append((*key, "verdict", old["verdict"], new["verdict"]))
         if moved(old["measured"], old["uncertainty"], new["measured"], new["uncertainty"]):
             lines.append((*key, "measured", _number(old), _number(new)))
-    gone = [key for key in old_rows if key not in new_rows]
-    lines += [(*key, "gone", old_rows[key]["verdict"], "") for key in gone]
+    removed = [key for key in old_rows if key not in new_rows]
+    lines += [(*key, "gone", old_rows[key]["verdict"], "") for key in removed]
     return pd.DataFrame(lines, columns=CHANGES)
 
 

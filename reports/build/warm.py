@@ -24,12 +24,12 @@ POINTS = (4, 8, 12, 16)
 def warm(report: Callable[[str], None] = print) -> None:
     """Run two steps of each of galvi's problems with each kernel, side by side, and report the
     times."""
-    names, began = known_problems(), time.perf_counter()
+    names, start = known_problems(), time.perf_counter()
     processes = parallel(min(cpu_count(), len(names)), return_as="generator_unordered")
     timings = processes(delayed(warm_problem)(name) for name in names)
     for k, (name, seconds) in enumerate(timings, 1):
         report(f"{k} of {len(names)}: {name}, {seconds:.1f} s")
-    report(f"All these kernels are compiled; it took {time.perf_counter() - began:.0f} s.")
+    report(f"All these kernels are compiled; it took {time.perf_counter() - start:.0f} s.")
 
 
 def known_problems() -> dict[str, Callable[[], galvi.Problem]]:

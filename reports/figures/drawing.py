@@ -21,7 +21,7 @@ from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.comparison import Comparison
 from reports.results.section import Figure
 from reports.results.section_result import SectionResult
-from reports.tables.comparison_tables import is_ours, matched
+from reports.tables.comparison_tables import is_galvi, matched
 from reports.tables.summary_sentences import summary_sentences
 
 
@@ -77,7 +77,7 @@ def _of_drawn(runs: pd.DataFrame) -> str:
             measured["error_is_bound"].any()
         ),
         "Dotted stars and crosses: 2 passes of the iteration.": any(
-            is_ours(name) and "passes" in name for name in names
+            is_galvi(name) and "passes" in name for name in names
         ),
         'The general kernel is galvi\'s with solver="newton".': any(
             name.endswith("general kernel") for name in names

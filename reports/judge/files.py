@@ -138,12 +138,12 @@ def junit_suites(
     length = judgement.kind.unit(judgement.problem, "length")
     bound = "its error" if error is None else f"an error of at most {readable(error)}{length}"
     name = f"{judgement.own['integrator']}: {bound}"
-    took = judgement.own["seconds"] if math.isfinite(judgement.own["seconds"]) else 0.0
+    run_seconds = judgement.own["seconds"] if math.isfinite(judgement.own["seconds"]) else 0.0
     outcome: Outcome = "passed" if judgement.passed else "failure"
     if error is None:
-        run = JUnitCase(file, name, took, "skipped", "No --error was asked for.", text)
+        run = JUnitCase(file, name, run_seconds, "skipped", "No --error was asked for.", text)
     else:
-        run = JUnitCase(file, name, took, outcome, "" if judgement.passed else text, text)
+        run = JUnitCase(file, name, run_seconds, outcome, "" if judgement.passed else text, text)
     text, name = truth(judgement), "the truth is confirmed by a second source"
     if judgement.truth_agreement <= judgement.error and math.isinf(judgement.trusted_until):
         source = JUnitCase(file, name, 0.0, "passed", "", text)

@@ -14,7 +14,7 @@ from benchmarks.work_precision.labels import label_of
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
 from reports.figures.work_precision import at_step
 from reports.results.summary import many
-from reports.tables.comparison_tables import AMONG, fastest_lines, heading, is_ours
+from reports.tables.comparison_tables import AMONG, fastest_lines, heading, is_galvi
 from reports.tables.number_format import TIMES, readable, seconds
 
 ENGINES = {
@@ -130,7 +130,7 @@ def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
         if reached is None:
             continue
         error, time = reached
-        galvi_run = fastest(rows[rows["contender"].map(is_ours)], error)
+        galvi_run = fastest(rows[rows["contender"].map(is_galvi)], error)
         best = float("nan") if galvi_run is None else float(galvi_run["seconds"])
         title = label_of(str(problem)).title
         errors[title] = error

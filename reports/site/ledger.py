@@ -99,11 +99,11 @@ def _line(statement: Statement, up: str) -> str:
     links = " ".join(f'<a href="{where_is(name, up)}">{name}</a>' for name in statement.claims)
     kind = statement.status.replace(" ", "-")
     status = f"{statement.status}, {statement.effect}" if statement.effect else statement.status
-    became = [f'<strong class="{kind}">{escape(status)}</strong>', links, _typeset(statement.why)]
+    cell = [f'<strong class="{kind}">{escape(status)}</strong>', links, _typeset(statement.why)]
     return (
         f'<tr><th scope="row">{typeset(statement.where)}</th>'
         f"<td>{_typeset(statement.statement)}</td>"
-        f"<td>{' '.join(part for part in became if part)}</td></tr>"
+        f"<td>{' '.join(part for part in cell if part)}</td></tr>"
     )
 
 

@@ -71,8 +71,8 @@ class Peer:
         """Kinds of steps: "equal", "adaptive" or both."""
         settings = (
             setting
-            for ran in self.runs.values()
-            for participant in ran
+            for participants in self.runs.values()
+            for participant in participants
             for setting in participant.settings
         )
         return " and ".join(
@@ -82,7 +82,11 @@ class Peer:
     @property
     def agreements(self) -> list[str]:
         """Ids of the agreements with galvi that its contenders take part in."""
-        names = {participant.contender.name for ran in self.runs.values() for participant in ran}
+        names = {
+            participant.contender.name
+            for participants in self.runs.values()
+            for participant in participants
+        }
         return [
             section.id
             for part in all_documents()[-1].parts

@@ -20,7 +20,7 @@ from reports.figures.style.decades import readable as ticks
 from reports.figures.style.identities import GUIDE, identity, in_order
 from reports.figures.style.layout import NoData
 from reports.results.section import Figure, LongForm, Section
-from reports.tables.comparison_tables import is_ours
+from reports.tables.comparison_tables import is_galvi
 from reports.tables.number_format import TIMES, is_finite, readable, seconds
 from reports.tables.study_table import readable_table
 
@@ -138,7 +138,7 @@ def scaling_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     relative to the first galvi method's with as many heavy bodies. Where no run reaches the error,
     why: the status when all failed.
     """
-    galvi_name, lines = next(filter(is_ours, table["contender"]), ""), []
+    galvi_name, lines = next(filter(is_galvi, table["contender"]), ""), []
     key = ["bodies", "contender"]
     times = table[table["matched"]].set_index(key)["seconds_per_orbit"]
     by_contender = table.sort_values("bodies", kind="stable").groupby(key, sort=False)

@@ -100,8 +100,8 @@ def engine_versions_table(observations: pd.DataFrame) -> tuple[pd.DataFrame, dic
     rows = observations.drop_duplicates(KEYS, keep="last").sort_values(
         "step", ascending=False, kind="stable"
     )
-    ran = rows["integrator"] != ""
-    rows = rows[ran | ~rows["engine"].isin(rows.loc[ran, "engine"])]
+    was_run = rows["integrator"] != ""
+    rows = rows[was_run | ~rows["engine"].isin(rows.loc[was_run, "engine"])]
     lines = []
     for (engine, integrator), runs in rows.groupby(["engine", "integrator"], sort=False):
         line = {"engine": engine, "integrator": integrator}

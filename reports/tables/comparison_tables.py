@@ -91,7 +91,7 @@ SMALLEST = "its smallest error"
 OURS_BEGIN = "galvi"
 
 
-def is_ours(contender: str) -> bool:
+def is_galvi(contender: str) -> bool:
     """Whether this is one of galvi's own methods."""
     return contender.startswith(OURS_BEGIN)
 
@@ -112,7 +112,7 @@ def smallest(table: pd.DataFrame) -> pd.DataFrame:
 def compared(table: pd.DataFrame, problem: str) -> pd.DataFrame:
     """The rows of one problem in a table of `ratios`; of galvi's methods the best alone."""
     rows = table[table["problem"] == problem]
-    return rows[(rows["contender"] == OURS) | ~rows["contender"].map(is_ours).astype(bool)]
+    return rows[(rows["contender"] == OURS) | ~rows["contender"].map(is_galvi).astype(bool)]
 
 
 def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
@@ -302,7 +302,7 @@ def energies(runs: pd.DataFrame) -> pd.DataFrame:
     energy at the end of the run that is the fastest to reach it. Empty where none was measured."""
     if "energy" not in runs or not runs["energy"].notna().any():
         return pd.DataFrame()
-    names = runs["contender"].map(lambda name: OURS if is_ours(name) else name)
+    names = runs["contender"].map(lambda name: OURS if is_galvi(name) else name)
     lines = [
         {"contender": str(name)}
         | {heading(error): _energy(fastest(rows, error)) for error in errors_of(runs)}

@@ -27,7 +27,7 @@ from reports.tables.comparison_tables import (
     NOISE,
     fastest_per_error,
     heading,
-    is_ours,
+    is_galvi,
     matched,
 )
 from reports.tables.number_format import is_finite, plain, seconds, with_uncertainty
@@ -205,7 +205,7 @@ def _choice(rows: pd.DataFrame) -> str:
     }
     if ALL not in texts:
         return NOBODY
-    if is_ours(texts[ALL]):
+    if is_galvi(texts[ALL]):
         return f"**{texts[ALL]}**"
     return "; ".join(texts[of] for of in (ALL, GALVI) if of in texts)
 

@@ -13,7 +13,7 @@ from benchmarks.work_precision.asked import code_of
 from benchmarks.work_precision.fronts import OURS
 from benchmarks.work_precision.grid import gaps, unequal
 from benchmarks.work_precision.labels import label_of
-from reports.tables.comparison_tables import heading, is_ours
+from reports.tables.comparison_tables import heading, is_galvi
 from reports.tables.number_format import is_finite, readable
 
 LEVEL = 1.1  # smaller ratios of times without an interval: neither wins
@@ -31,7 +31,7 @@ def summary_sentences(table: pd.DataFrame) -> list[str]:
 def _ranges(rows: pd.DataFrame) -> list[str]:
     """For each outcome the ranges of errors at which it is so, galvi's successes last."""
     galvi_seconds = rows[rows["contender"] == OURS].set_index("error")["seconds"]
-    competitors = rows[~rows["contender"].map(is_ours) & rows["seconds"].notna()]
+    competitors = rows[~rows["contender"].map(is_galvi) & rows["seconds"].notna()]
     best = competitors.sort_values("seconds").drop_duplicates("error").set_index("error")
     outcomes = [
         (

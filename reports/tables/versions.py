@@ -64,8 +64,8 @@ def change(step: Step, run: OwnRun) -> str:
     """What changed between two releases, and what did not."""
     between = f"Between {step.earlier.version} and {step.later.version}"
     if step.failure_changed:
-        went = "began to fail" if step.later.failure else "ceased to fail"
-        return f"{between} your run {went}: {step.later.failure or step.earlier.failure}"
+        transition = "began to fail" if step.later.failure else "ceased to fail"
+        return f"{between} your run {transition}: {step.later.failure or step.earlier.failure}"
     parts, same = [], []
     before, after = step.earlier.order, step.later.order
     if step.order_changed:
@@ -126,9 +126,11 @@ def _errors(versions: Versions) -> Iterator[str]:
     confirmed = f", which agrees with {truth.other} to {plain(truth.apart)}" if truth.other else ""
     yield f"The truth is {truth.source}{confirmed}."
     unit = truth.kind.unit(truth.trajectory.problem, "length")
-    ran = [behaviour for behaviour in versions.behaviours.values() if behaviour.motion is not None]
+    with_motion = [
+        behaviour for behaviour in versions.behaviours.values() if behaviour.motion is not None
+    ]
     parts = []
-    for error, group in groupby(ran, lambda behaviour: plain(versions.error(behaviour))):
+    for error, group in groupby(with_motion, lambda behaviour: plain(versions.error(behaviour))):
         names = [behaviour.version for behaviour in group]
         parts.append(f"{error}{unit} in {' to '.join(dict.fromkeys((names[0], names[-1])))}")
     yield f"At its own step your run is off by up to {', '.join(parts)}."

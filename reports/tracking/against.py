@@ -52,14 +52,16 @@ def compare(
             seconds += yardstick(count)
             long = long_runs(workers, pairs, limit, report)
         with studies("track", "further rounds") as report:
-            again = [pair for pair in pairs if pair.repeatable]
+            repeatable = [pair for pair in pairs if pair.repeatable]
             slow = suspects(pairs, 0) | suspected(pairs)
             for _ in range(FURTHER):
                 for worker in workers.values():
                     worker.stop()  # the next process has another memory layout
-                run_pairs(workers, again, report, further=True)
+                run_pairs(workers, repeatable, report, further=True)
                 interleave(workers, [pair for pair in pairs if pair.case.name in slow], report)
-                again = [pair for pair in again if pair.repeatable and pair.depends_on_process]
+                repeatable = [
+                    pair for pair in repeatable if pair.repeatable and pair.depends_on_process
+                ]
                 slow = suspected(pairs)
     with studies("track", "truths") as report:
         truths = {pair.case.name: _truth(pair.case) for pair in (*pairs, *long)}

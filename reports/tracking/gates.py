@@ -115,19 +115,19 @@ def _runs(pair: Pair) -> Sentences:
 
 
 def _repeats(pair: Pair) -> Sentences:
-    again = [side for side in pair.reached if pair.differs(side, SECOND)]
-    for side in again:
+    differing = [side for side in pair.reached if pair.differs(side, SECOND)]
+    for side in differing:
         first, second = (run["ends"] for run in pair.runs[side][:2])
         difference = plain(_largest_difference(first, second), 2) or "a number that is not finite"
         sentence = f"Two runs of the {side} differ by {difference}: it is not deterministic."
-        yield REPEATS if again == ["head"] else NOTE, sentence
-    elsewhere = [side for side in pair.reached if pair.differs(side, FURTHER_PROCESSES)]
-    for side in elsewhere if not again else ():
+        yield REPEATS if differing == ["head"] else NOTE, sentence
+    process_dependent = [side for side in pair.reached if pair.differs(side, FURTHER_PROCESSES)]
+    for side in process_dependent if not differing else ():
         sentence = (
             f"Runs of the {side} in two processes differ: its result depends on the process, for "
             "example on the hash of a string, the order of a set, or an address."
         )
-        yield REPEATS if elsewhere == ["head"] else NOTE, sentence
+        yield REPEATS if process_dependent == ["head"] else NOTE, sentence
 
 
 def _memory(pair: Pair) -> Sentences:

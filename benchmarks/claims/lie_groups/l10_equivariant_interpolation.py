@@ -44,9 +44,9 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
         label = f"{name}, {type(chart).__name__}"
         report(label)
         curves = [of_random_points(group, chart, rng) for _ in range(5 if quick else 20)]
-        defect, missed = np.max(curves, axis=0)
+        defect, distance = np.max(curves, axis=0)
         numbers[f"largest defect of the interpolating curve, {label}"] = defect
-        numbers[f"largest distance to the points, of the curve, {label}"] = missed
+        numbers[f"largest distance to the points, of the curve, {label}"] = distance
     for (name, body), chart in product(BODIES.items(), CHARTS):
         method = make_method(galvi.Polynomials(N - 1), galvi.gauss(N), chart)
         label = f"{name}, {type(chart).__name__}"

@@ -62,8 +62,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         measured.append(row(quantity=INVERSE, step=gap, value=2.0 / np.linalg.norm(xi)))
     method = make_method(galvi.Polynomials(7), galvi.gauss(8))
     body = galvi.problems.free_rigid_body(velocity=(0.0, 0.0, 1.0))
-    missed = sum(galvi.integrate(body, method, h, 1).success != TURNS[h] for h in TURNS)
-    return frame([*measured, row(quantity=MISSED, value=missed)])
+    unexpected = sum(galvi.integrate(body, method, h, 1).success != TURNS[h] for h in TURNS)
+    return frame([*measured, row(quantity=MISSED, value=unexpected)])
 
 
 def largest_ratios(

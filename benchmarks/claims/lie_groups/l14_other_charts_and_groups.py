@@ -80,8 +80,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     ladder = [round(2.0 ** (j / 4)) for j in range(10, 26 if quick else 30)]
     measured: list[dict[str, Any]] = []
     for name, (problem, *oracles) in MOTIONS.items():
-        exact, *again = [end(DURATION) for end in oracles]
-        distances = [np.max(abs(end - exact)) for end in again]
+        exact, *second = [end(DURATION) for end in oracles]
+        distances = [np.max(abs(end - exact)) for end in second]
         measured += [row(study=name, quantity=ORACLES, value=distance) for distance in distances]
         for chart, ns in NS[name].items():
             cases = at_fixed_time(ns, DURATION, ladder)

@@ -105,11 +105,11 @@ def consistency(case: Comparison, rule: tuple[Array, Array], degree: int, h: flo
     (s, w), (t, b) = gauss_points(POINTS), rule
     slope, at_nodes = slopes(functions, s), slopes(functions, t)
     onto = dual(functions, (slope * w) @ slope.T)
-    missed = (slope * (w * case.mass(case.t0 + h * s))) @ slope.T
-    missed -= (at_nodes * (b * case.mass(case.t0 + h * t))) @ at_nodes.T
+    mass_error = (slope * (w * case.mass(case.t0 + h * s))) @ slope.T
+    mass_error -= (at_nodes * (b * case.mass(case.t0 + h * t))) @ at_nodes.T
     (u, rate), end = case.motion(case.t0 + h * s), case.motion(np.array([case.t0 + h]))[0]
     last = values(functions, np.ones(1)).T
-    left = np.vstack([np.sqrt(w)[:, None] * slope.T, last, onto @ missed]) / math.sqrt(h)
+    left = np.vstack([np.sqrt(w)[:, None] * slope.T, last, onto @ mass_error]) / math.sqrt(h)
     right = np.concatenate([np.sqrt(h * w) * rate, end / math.sqrt(h), np.zeros(degree)])
     best = np.linalg.lstsq(left, right, rcond=None)[0]
     by_rule, exact = (

@@ -188,7 +188,7 @@ FAULTS = {
     "a path across the jump that is one order worse": of_another_order("rough", -1),
     "approximations of degree 1": Fault(
         wrong={
-            f"{__name__}.refine": always(lambda *these: []),
+            f"{__name__}.refine": always(lambda *arguments: []),
             f"{__name__}.best_errors": with_arguments(
                 lambda exact, edges, degree, kinks: (exact, edges, 1, kinks)
             ),

@@ -87,8 +87,8 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
     def least_cost(error: float, cost: str, *degrees: int) -> float:
         """Of runs that reach the error; NaN where none does."""
-        several = runs.loc[list(map(label_of, degrees))]
-        return seconds_at(several[ERROR], several[cost], error)
+        of_degrees = runs.loc[list(map(label_of, degrees))]
+        return seconds_at(of_degrees[ERROR], of_degrees[cost], error)
 
     def ratio(error: float, euler: str = EVALUATIONS, high: str = EVALUATIONS) -> float:
         return least_cost(error, euler, 0) / least_cost(error, high, *DEGREES)

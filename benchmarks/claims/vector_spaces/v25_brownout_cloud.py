@@ -103,8 +103,8 @@ def paths(make_method: MakeMethod, quick: bool, report: Report) -> list[dict[str
             restitution=cloud.ground.restitution,
             slowest=cloud.ground.slowest,
         )
-        several = (384, 576, 768, 1152) if quick else (192, 288, 384, 576, 768, 1152, 1536)
-        for s, steps in product((1, 2), several):
+        step_counts = (384, 576, 768, 1152) if quick else (192, 288, 384, 576, 768, 1152, 1536)
+        for s, steps in product((1, 2), step_counts):
             run = cloud.flights(collocation(make_method, s), steps)
             values = {
                 ERROR: float(np.median(np.linalg.norm(run.q - truth.q, axis=1))),

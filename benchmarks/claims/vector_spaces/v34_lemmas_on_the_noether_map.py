@@ -94,17 +94,20 @@ def of_step(step: Step, phi: Array) -> dict[str, float]:
     """Lemmas 2.3.3 and 2.3.4, and norms of the curve's distance."""
     size, norms = float(np.linalg.norm(step.a)), step.norms
     curve, exact = (step.noether(name, phi) for name in (CURVE, LOCAL))
-    missed = step.rule_error(LOCAL, phi)
-    error, change = np.linalg.norm(missed), np.linalg.norm(step.rule_error(CURVE, phi) - missed)
-    both = norms["q in L^1"] + norms["q' in L^1"]
+    rule_error = step.rule_error(LOCAL, phi)
+    error, change = (
+        np.linalg.norm(rule_error),
+        np.linalg.norm(step.rule_error(CURVE, phi) - rule_error),
+    )
+    w11_norm = norms["q in L^1"] + norms["q' in L^1"]
     q, p = step.motions[LOCAL](step.h * np.array([0.0, 0.5, 1.0]))
     momentum = np.sum(p * generator(q), axis=1)
     sides = {
         PRINTED: abs(curve - exact) / (size * math.prod(step.right(phi))),
         PROVED: abs(curve - exact) / (size * (step.lipschitz * norms["q in L^1"] + change)),
         NOETHER: abs(curve - step.run.p[0] @ step.a),
-        RULE: change / both,
-        WHOLE: both,
+        RULE: change / w11_norm,
+        WHOLE: w11_norm,
         RATE: norms["q'"],
         LIPSCHITZ: (norms["q"] + norms["q'"]) / norms["q''"],
     }
@@ -116,16 +119,16 @@ def of_step(step: Step, phi: Array) -> dict[str, float]:
 def in_a_run(make_method: MakeMethod, steps: int) -> list[dict[str, Any]]:
     """(2.23) step by step, n = 4 and h = 0.5; C and C_a are the largest along the run."""
     method, phi = make_method(galvi.Polynomials(3), galvi.gauss(8)), functions(4)[HATS]
-    now, sides = problem(), []
-    momentum = now.v0 @ generator(now.q0)
+    current, sides = problem(), []
+    momentum = current.v0 @ generator(current.q0)
     for _ in range(steps):
-        run = galvi.integrate(now, method, 0.5, 1)
-        step = step_of(now, run, 8)
+        run = galvi.integrate(current, method, 0.5, 1)
+        step = step_of(current, run, 8)
         if step is None:
             return rows({GLOBAL: math.nan, FIRST: math.nan}, status=failure(run))
         left = abs(step.exact.p[0] @ step.a - momentum)
         sides.append((left, np.linalg.norm(step.a), *step.right(phi)))
-        now = replace(now, q0=run.q[1], v0=run.p[1])
+        current = replace(current, q0=run.q[1], v0=run.p[1])
     left, size, constant, norms = np.array(sides).T
     over = left / (4.0 * np.max(constant) * np.max(size) * norms)
     return rows({GLOBAL: np.max(over), FIRST: left[0]})

@@ -107,8 +107,8 @@ def rigid_body(
             Entry(RIGID_DOP853, (1e-6, 1e-9, 1e-12), few=MIDDLE),
         ]
     rounded_truth = rounded(truth, problem, DURATION, "entries", 1.0)
-    how: dict[str, Any] = {"quantity": ATTITUDE, "repeated_run": True}
-    return compared(problem, DURATION, quick, entries, rounded_truth, **how)
+    fields: dict[str, Any] = {"quantity": ATTITUDE, "repeated_run": True}
+    return compared(problem, DURATION, quick, entries, rounded_truth, **fields)
 
 
 def free_body(quick: bool) -> WorkPrecisionProblem:
