@@ -39,7 +39,7 @@ version = release["version_in_git"](TOP) or (
 )
 
 everything = find_packages(
-    include=[f"{name}{rest}" for name in ("galvi", *SUITE) for rest in ("", ".*")]
+    include=[f"{name}{ending}" for name in ("galvi", *SUITE) for ending in ("", ".*")]
 )
 if "editable_wheel" in sys.argv:
     folders = {"": ".", "pytest_galvi": PLUGIN.replace(".", "/")}

@@ -89,10 +89,10 @@ class Pair(Protocol):
 
     @property
     def references(self) -> Sequence[Any]:
-        """Those whose engines are needed; what was held against is the last."""
+        """The references whose engines are needed; the last is compared against."""
 
     def difference(self, make_method: MakeMethod) -> Number:
-        """Of the configurations."""
+        """The largest difference of the configurations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,8 +101,8 @@ class WithGalvi:
 
     Attributes
     ----------
-    given
-        the problem, or what makes it, over `duration` in its unit of time
+    problem_or_maker
+        a problem, or a function that makes it, over `duration` in its unit of time
     steps
         number of galvi's steps, by polynomials of degree 12 with 12 Gauss points
     setting
@@ -110,7 +110,7 @@ class WithGalvi:
     """
 
     contender: Contender
-    given: Problem | Callable[[], Problem]
+    problem_or_maker: Problem | Callable[[], Problem]
     duration: float
     steps: int = 20
     setting: Mapping[str, Any] = field(default_factory=dict)
@@ -118,7 +118,11 @@ class WithGalvi:
     @cached_property
     def problem(self) -> Problem:
         """The problem."""
-        return self.given if isinstance(self.given, Problem) else self.given()
+        return (
+            self.problem_or_maker
+            if isinstance(self.problem_or_maker, Problem)
+            else self.problem_or_maker()
+        )
 
     @property
     def quantity(self) -> str:
@@ -178,7 +182,9 @@ class TwoTruths:
 
 def largest_difference(run: Trajectory, reference: Trajectory, difference: Array) -> Number:
     """The largest component of a difference; why there is none where a run failed."""
-    failed = " ".join(each.status for each in (run, reference) if not each.success)
+    failed = " ".join(
+        trajectory.status for trajectory in (run, reference) if not trajectory.success
+    )
     if failed:
         return Number(why=failed)
     return Number(float(np.max(np.abs(difference))), reference=str(reference.method))

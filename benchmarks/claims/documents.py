@@ -25,7 +25,7 @@ is a measured number, and its name may hold a list, as in `{law_{50; 500}}`.
 What measures, a module or "module:object", has one function, or two:
 
 measure(make_method, quick, report) -> {quantity: number, why there is none, or a Number}
-study(make_method, quick, report) -> tidy frame, and read(frame) -> {quantity: measurement}
+study(make_method, quick, report) -> tidy table, and read(table) -> {quantity: measurement}
 
 Every quantity needs a line of the table, and every line its quantity; numbers that `{name}` speaks
 of need none.
@@ -90,7 +90,7 @@ class Number:
     Attributes
     ----------
     reference
-        what it was held against, in place of the document's words
+        what it was compared with, in place of the document's words
     absent
         the package for want of which there is none, as `why` says: its row is then expected not to
         run
@@ -184,19 +184,19 @@ def read_document(path: Path) -> Document:
 
 
 def _part(title: str, text: str) -> Part:
-    before, *rest = SECTION.split(text)
+    before, *headed = SECTION.split(text)
     prose, *tables = _tables(before)
     _prose(title, "".join(tables[1::2]))
-    sections = zip(rest[::3], rest[1::3], rest[2::3], strict=True)
+    sections = zip(headed[::3], headed[1::3], headed[2::3], strict=True)
     statements = tuple(cells for table in tables[::2] for cells in table_in(title, table))
     return Part(title, _prose(title, prose), statements, tuple(starmap(_section, sections)))
 
 
-def _prose(place: str, text: str) -> str:
+def _prose(location: str, text: str) -> str:
     """The text on one line. ValueError for a line that is no prose."""
     if line := NO_PROSE.search(text):
         raise ValueError(
-            f"{place}: a line is prose, a heading '### V1: title', a default '- name: text', of "
+            f"{location}: a line is prose, a heading '### V1: title', a default '- name: text', of "
             f"which a name is of {(*FIELDS, *OPTIONS)}, or of a table; received {line[0]!r}."
         )
     return " ".join(text.split())
@@ -274,9 +274,9 @@ def _defaults(id: str, text: str) -> dict[str, str]:
     return dict(defaults)
 
 
-def table_in(place: str, text: str) -> Iterator[dict[str, str]]:
+def table_in(location: str, text: str) -> Iterator[dict[str, str]]:
     """The lines of a Markdown table by column; a quotation mark is the cell above. ValueError,
-    naming the place, for what is none."""
+    naming the location, for another text."""
     head, *below = [
         [cell.strip().replace(r"\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
         for line in text.splitlines()
@@ -284,14 +284,14 @@ def table_in(place: str, text: str) -> Iterator[dict[str, str]]:
     ruled = below and all(re.fullmatch(":?-+:?", cell) for cell in below[0])
     if not ruled or len({*head}) < len(head):
         raise ValueError(
-            f"{place}: a table has a head of different names and below it '| --- |' for each; "
+            f"{location}: a table has a head of different names and below it '| --- |' for each; "
             f"received {text.splitlines()[:2]}."
         )
     above: dict[str, str] = {}
     for cells in below[1:]:
         if len(cells) != len(head) or ('"' in cells and not above):
             raise ValueError(
-                f"{place}: a line has a cell for each of {head}, of which one of a quotation mark "
+                f"{location}: a line has a cell for each of {head}; a cell of a quotation mark "
                 f"repeats the one above, and a bar in a text is '\\|'; received {cells}."
             )
         above = {
@@ -305,12 +305,12 @@ def _repeated(cells: Mapping[str, str]) -> Iterator[dict[str, str]]:
     """A line for each combination of the lists in its cells."""
     lists = [match[1].split(";") for cell in cells.values() for match in LIST.finditer(cell)]
     lengths = list(dict.fromkeys(map(len, lists)))
-    for places in product(*map(range, lengths)):
-        place = dict(zip(lengths, places, strict=True))
+    for choice in product(*map(range, lengths)):
+        index = dict(zip(lengths, choice, strict=True))
 
-        def chosen(match: re.Match[str], place: Mapping[int, int] = place) -> str:
+        def chosen(match: re.Match[str], index: Mapping[int, int] = index) -> str:
             items = match[1].split(";")
-            return items[place[len(items)]].strip()
+            return items[index[len(items)]].strip()
 
         yield {name: LIST.sub(chosen, cell) for name, cell in cells.items()}
 
@@ -328,8 +328,8 @@ def bound_of(text: str) -> Bound:
         errors           two standard errors are tolerated; `errors 0.1`, of the bound itself, too
         errors up to 1   at most that much of them
         either side      a better order or base contradicts, too
-        even if short    a run that is too short to tell growth is judged by what it tells
-        in words: about  said before the number
+        even if short    a run that is too short to tell growth has a verdict all the same
+        in words: about  a text before the number
 
     `A or B` is A, which the source measured, or else B, our own value; `finding` alone, or
     `finding: A`, is what the source does not say. ValueError for anything else.
@@ -369,8 +369,8 @@ def _term(text: str) -> dict[str, Any]:
             return {"round_off": _number(size)}
         case ["errors"]:
             return {"uncertainty": 0.0}
-        case ["errors", "up", "to", most]:
-            return {"uncertainty": 0.0, "largest_tolerance": _number(most)}
+        case ["errors", "up", "to", largest]:
+            return {"uncertainty": 0.0, "largest_tolerance": _number(largest)}
         case ["errors", size]:
             return {"uncertainty": _number(size)}
         case ["either", "side"]:
@@ -423,7 +423,7 @@ def measuring(section: Section) -> Any:
 def _measured(
     module: Any, id: str, make_method: MakeMethod, quick: bool, report: Report
 ) -> pd.DataFrame:
-    """The tidy frame of a module's numbers."""
+    """The tidy table of a module's numbers."""
     rows = []
     for quantity, number in module.measure(make_method, quick, report).items():
         if isinstance(number, str):
@@ -443,17 +443,17 @@ def _measured(
     return frame(rows)
 
 
-def _float(place: str, number: Any) -> float:
+def _float(location: str, number: Any) -> float:
     try:
         return float(number)
     except TypeError:
         raise TypeError(
-            f"{place}: measure gives numbers, sentences or Numbers; received {number!r}."
+            f"{location}: measure gives numbers, sentences or Numbers; received {number!r}."
         ) from None
 
 
 def numbers_of(table: pd.DataFrame) -> dict[str, Number]:
-    """The numbers of a frame by quantity."""
+    """The numbers of a table by quantity."""
     return {
         line.quantity: Number(line.value, line.label, line.absent, line.status)
         for line in table.itertuples()
@@ -503,21 +503,21 @@ def _filled(text: str, numbers: Mapping[str, Any], plain: str) -> str:
 
 def _faults(section: Section, module: Any) -> Iterator[Fault]:
     """The planted faults of a section, each with the quantities of the lines that name it."""
-    seen: dict[str, set[str]] = {}
+    quantities_of: dict[str, set[str]] = {}
     for line in section.lines:
         for name in filter(None, line.get("caught", "").split("; ")):
-            seen.setdefault(name, set()).add(line["quantity"])
-    for name, quantities in seen.items():
+            quantities_of.setdefault(name, set()).add(line["quantity"])
+    for name, quantities in quantities_of.items():
         if ARRAYS.fullmatch(name):
-            words = name.split()
-            scale = {array: 1.0 + float(by) for array, by in zip(*[iter(words)] * 2, strict=True)}
+            fields = name.split()
+            scale = {array: 1.0 + float(by) for array, by in zip(*[iter(fields)] * 2, strict=True)}
             yield Fault(faulty(**scale), name=name, contradicted=quantities)
-        elif name in (known := getattr(module, "FAULTS", {})):
-            yield replace(known[name], name=name, contradicted=quantities)
+        elif name in (by_name := getattr(module, "FAULTS", {})):
+            yield replace(by_name[name], name=name, contradicted=quantities)
         else:
             raise ValueError(
                 f"{section.id}: what is caught is an array and by how much it is wrong, as "
-                f"'C 1e-7', or one of FAULTS, {[*known]}; received {name!r}."
+                f"'C 1e-7', or one of FAULTS, {[*by_name]}; received {name!r}."
             )
 
 

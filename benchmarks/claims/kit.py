@@ -1,4 +1,4 @@
-"""The names of the suite that claims share: frames, fits, refinements, planted faults."""
+"""The names of the suite that claims share: tables, fits, refinements, planted faults."""
 
 from pandas import DataFrame
 

@@ -63,33 +63,33 @@ def compile_times() -> tuple[float, float, pd.DataFrame]:
     """
     with tempfile.TemporaryDirectory() as cache:
         environment = os.environ | {"NUMBA_CACHE_DIR": cache}
-        done = subprocess.run(
+        completed = subprocess.run(
             [sys.executable, "-c", COLD], env=environment, cwd=ROOT, capture_output=True, text=True
         )
-    if done.returncode:
-        raise RuntimeError(f"the first run failed: {done.stderr.strip()}")
-    imported, whole, own = json.loads(done.stdout)
+    if completed.returncode:
+        raise RuntimeError(f"the first run failed: {completed.stderr.strip()}")
+    imported, total, own_seconds = json.loads(completed.stdout)
     rows: dict[str, dict[str, float]] = {}
-    for name, seconds in own.items():
+    for name, seconds in own_seconds.items():
         step, _, function = name.rstrip("]").partition(" [")
         row = rows.setdefault(function, dict.fromkeys(COLUMNS[1:], 0.0))
         row[PASSES.get(step, ANALYSIS)] += seconds
         row["seconds"] += seconds
-    found = [{"function": function, **row} for function, row in rows.items()]
-    table = pd.DataFrame(found, columns=list(COLUMNS))
-    return imported, whole, table.sort_values("seconds", ascending=False, ignore_index=True)
+    records = [{"function": function, **row} for function, row in rows.items()]
+    table = pd.DataFrame(records, columns=list(COLUMNS))
+    return imported, total, table.sort_values("seconds", ascending=False, ignore_index=True)
 
 
 def main() -> None:
     """Print the seconds, the functions that take longest, and the sums of others and of all."""
-    imported, whole, table = compile_times()
+    imported, total, table = compile_times()
     numbers = list(COLUMNS[1:])
     sums = {f"{len(table) - SHOWN} others": table[SHOWN:], f"all {len(table)}": table}
     lines = [
         table[:SHOWN],
         *(pd.DataFrame([{"function": name, **part[numbers].sum()}]) for name, part in sums.items()),
     ]
-    print(f"import galvi {imported:.2f} s, first run {whole:.2f} s of processor time, of which")
+    print(f"import galvi {imported:.2f} s, first run {total:.2f} s of processor time, of which")
     print(pd.concat(lines).to_markdown(index=False, floatfmt=".2f"))
 
 

@@ -76,10 +76,10 @@ class Part:
         """The name of its file: the version and a digest of the job."""
         return f"{self.title.replace(' ', '-')}_{_digest()}"
 
-    def done(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether its rows exist."""
-        frame = self.files.read(self.name)
-        return frame is not None and bool((frame["status"] == "").any())
+        table = self.files.read(self.name)
+        return table is not None and bool((table["status"] == "").any())
 
     def run(self, report: Report) -> None:
         """Install it if necessary, run the bodies, evaluate the results and write the rows."""
@@ -87,12 +87,12 @@ class Part:
             report(f"{self.title}: installing")
             with interpreter("mujoco", self.version, self.files.folder) as python:
                 report(f"{self.title}: moving")
-                rows = judged(answers(python))
+                rows = rows_of(answers(python))
         except NotHere as error:
             report(f"{self.title}: {error}")
             rows = [_absent(self.title, str(error))]
-        frame = pd.DataFrame(rows).assign(commit=version(), date=today())
-        self.files.write(self.name, frame)
+        table = pd.DataFrame(rows).assign(commit=version(), date=today())
+        self.files.write(self.name, table)
 
 
 def engine_versions(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
@@ -106,22 +106,24 @@ def engine_versions(quick: bool = False, report: Report = lambda sentence: None)
         rows = [_absent("mujoco", MUJOCO_RK4.missing)]
     else:
         report(f"mujoco {installed('mujoco')}")
-        rows = judged(answers())
+        rows = rows_of(answers())
     return pd.DataFrame(rows, columns=list(COLUMNS)).assign(commit="", date="")
 
 
 def parts(studies: Path, report: Report, versions: Sequence[str] = ()) -> list[Part]:
     """A part for each version: older ones and the installed one."""
     files = RowFiles(studies / FOLDER, COLUMNS, report)
-    every = versions or (*USUAL["mujoco"], installed("mujoco"))
-    return [Part(version, files) for version in every if version]
+    selected = versions or (*USUAL["mujoco"], installed("mujoco"))
+    return [Part(version, files) for version in selected if version]
 
 
 def stored(studies: Path, report: Report) -> pd.DataFrame:
     """The stored rows of the current job; none when the study was not run."""
-    frames = [part.files.read(part.name) for part in parts(studies, report)]
-    known = [frame for frame in frames if frame is not None]
-    return pd.concat(known, ignore_index=True) if known else pd.DataFrame(columns=list(COLUMNS))
+    tables = [part.files.read(part.name) for part in parts(studies, report)]
+    existing = [table for table in tables if table is not None]
+    return (
+        pd.concat(existing, ignore_index=True) if existing else pd.DataFrame(columns=list(COLUMNS))
+    )
 
 
 def engine_of(version: str) -> str:
@@ -130,12 +132,12 @@ def engine_of(version: str) -> str:
 
 
 def answers(python: str | Path = sys.executable) -> dict[str, Answer]:
-    """What the MuJoCo of this interpreter makes of each body. Raises NotHere where it fails."""
-    return {joint: run.answer(asked(run), python=python) for joint, run in _runs().items()}
+    """Run each body by the MuJoCo of this interpreter. Raises NotHere where it fails."""
+    return {joint: run.answer(specifications(run), python=python) for joint, run in _runs().items()}
 
 
-def asked(run: OwnRun) -> list[dict[str, Any]]:
-    """Every integrator at every step."""
+def specifications(run: OwnRun) -> list[dict[str, Any]]:
+    """The runs to make: every integrator at every step."""
     counts = [round(DURATION / step) for step in STEPS]
     return [
         {**run.request(steps=count), "integrator": integrator}
@@ -144,7 +146,7 @@ def asked(run: OwnRun) -> list[dict[str, Any]]:
     ]
 
 
-def judged(answers: Mapping[str, Answer]) -> list[dict[str, Any]]:
+def rows_of(answers: Mapping[str, Answer]) -> list[dict[str, Any]]:
     """A row for each body, integrator that the version has, and step."""
     settings = [(integrator, step) for integrator in INTEGRATORS for step in STEPS]
     return [
@@ -170,11 +172,11 @@ def _errors(joint: str, motion: Motion) -> dict[str, Any]:
         energy = problem.system.kinetic_energy(v[:, :3])
         start = problem.system.kinetic_energy(problem.v0)
         lost = float(np.max(np.abs(energy / start - 1.0)))
-    good = np.isfinite(attitude) and np.isfinite(lost)
+    finite = np.isfinite(attitude) and np.isfinite(lost)
     return {
-        "attitude_error": attitude if good else float("nan"),
-        "energy_error": lost if good else float("nan"),
-        "status": "" if good else motion.failure or "The states are not finite.",
+        "attitude_error": attitude if finite else float("nan"),
+        "energy_error": lost if finite else float("nan"),
+        "status": "" if finite else motion.failure or "The states are not finite.",
     }
 
 
@@ -201,13 +203,13 @@ def _runs() -> dict[str, OwnRun]:
 
 def _nested(mjcf: str) -> str:
     """The same body, with half of its mass and moments in a body that is fixed in it."""
-    (whole,) = re.findall(r"<inertial [^>]*/>", mjcf)
+    (inertial,) = re.findall(r"<inertial [^>]*/>", mjcf)
 
-    def halved(found: re.Match[str]) -> str:
-        return f'{found[1]}="{" ".join(repr(0.5 * float(one)) for one in found[2].split())}"'
+    def halved(match: re.Match[str]) -> str:
+        return f'{match[1]}="{" ".join(repr(0.5 * float(number)) for number in match[2].split())}"'
 
-    half = re.sub(r'(mass|diaginertia)="([^"]*)"', halved, whole)
-    return mjcf.replace(whole, f"{half}<body>{half}</body>")
+    half = re.sub(r'(mass|diaginertia)="([^"]*)"', halved, inertial)
+    return mjcf.replace(inertial, f"{half}<body>{half}</body>")
 
 
 @cache
@@ -218,5 +220,5 @@ def _truth() -> Array:
 
 @cache
 def _digest() -> str:
-    job = [[run.job, asked(run)] for run in _runs().values()]
+    job = [[run.job, specifications(run)] for run in _runs().values()]
     return hashlib.sha256(PROGRAM.read_bytes() + json.dumps(job).encode()).hexdigest()[:8]

@@ -27,7 +27,7 @@ from references import DOP853, FREE_TOP, KEPLER, RIGID_DOP853
 from references.heyoka.taylor import HEYOKA_BATCHES, HEYOKA_ENSEMBLE
 from references.mujoco.rollout import MUJOCO_ROLLOUT
 
-ROUNDS, LEAST = 3, 0.05
+ROUNDS, ROUND_SECONDS = 3, 0.05
 MEMBERS, QUICK_MEMBERS = 1000, 200
 LOOKED_AT = 3  # members whose error is measured
 DEGREES = 6, 8, 9  # of galvi
@@ -71,7 +71,7 @@ class Candidate(NamedTuple):
     Attributes
     ----------
     calls
-        (words, call that returns the final configurations), made when asked for
+        (setting as text, call that returns the final configurations), made when asked for
     in_parallel
         whether a call runs all members; else it runs LOOKED_AT of them, in one thread
     """
@@ -85,8 +85,8 @@ def ensembles(quick: bool, say: Callable[[str], None]) -> pd.DataFrame:
     """All parts of the study."""
     members = QUICK_MEMBERS if quick else MEMBERS
     rows = []
-    for made in (free_bodies, pendulums, kepler_orbits):
-        ensemble = made(members)
+    for make in (free_bodies, pendulums, kepler_orbits):
+        ensemble = make(members)
         say(f"{len(ensemble.q)} of {ensemble.problem.name}")
         rows += compared(ensemble)
     say("scaling")
@@ -94,7 +94,7 @@ def ensembles(quick: bool, say: Callable[[str], None]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def _near(problem: galvi.Problem, members: int, size: float) -> tuple[Any, Any]:
+def _perturbed(problem: galvi.Problem, members: int, size: float) -> tuple[Any, Any]:
     off = size * np.random.default_rng(SEED).standard_normal((2, members, *problem.q0.shape))
     return problem.q0 * (1.0 + off[0]), problem.v0 * (1.0 + off[1])
 
@@ -133,7 +133,7 @@ def pendulums(members: int) -> Ensemble:
 def kepler_orbits(members: int) -> Ensemble:
     """Orbits of eccentricity 0.3 or near it, three revolutions."""
     problem = galvi.problems.kepler(0.3)
-    q, v = _near(problem, members, 0.02)
+    q, v = _perturbed(problem, members, 0.02)
     duration = 6.0 * math.pi
     return Ensemble(problem, q, v, duration, 1e-12, _truth(KEPLER, problem, q, v, duration))
 
@@ -141,15 +141,15 @@ def kepler_orbits(members: int) -> Ensemble:
 def candidates(ensemble: Ensemble) -> list[Candidate]:
     """The codes that run an ensemble here; galvi once for each degree."""
     problem = ensemble.problem
-    found = [Candidate("galvi", _of_galvi(ensemble, degree)) for degree in DEGREES]
+    codes = [Candidate("galvi", _of_galvi(ensemble, degree)) for degree in DEGREES]
     if MUJOCO_ROLLOUT.supports(problem) and not MUJOCO_ROLLOUT.missing:
-        found.append(Candidate(MUJOCO_ROLLOUT.name, _of_mujoco(ensemble)))
+        codes.append(Candidate(MUJOCO_ROLLOUT.name, _of_mujoco(ensemble)))
     for heyoka in (HEYOKA_BATCHES, HEYOKA_ENSEMBLE):
         if heyoka.supports(problem) and not heyoka.missing:
-            found.append(Candidate(heyoka.name, _of_heyoka(heyoka, ensemble)))
+            codes.append(Candidate(heyoka.name, _of_heyoka(heyoka, ensemble)))
     if HEYOKA_BATCHES.supports(problem):
-        found.append(Candidate("SciPy DOP853", _of_scipy(ensemble), in_parallel=False))
-    return found
+        codes.append(Candidate("SciPy DOP853", _of_scipy(ensemble), in_parallel=False))
+    return codes
 
 
 def _of_galvi(ensemble: Ensemble, degree: int) -> Iterator[tuple[str, Call]]:
@@ -159,8 +159,8 @@ def _of_galvi(ensemble: Ensemble, degree: int) -> Iterator[tuple[str, Call]]:
     run, few = partial(galvi.integrate_ensemble, problem, tolerance=1e-4 * target), len(truth)
     for steps in STEPS:
         arguments = method, duration / steps, steps
-        found = run(q[:few], v[:few], *arguments)[0]
-        if np.abs(found - truth).max() <= target or steps == STEPS[-1]:
+        ends = run(q[:few], v[:few], *arguments)[0]
+        if np.abs(ends - truth).max() <= target or steps == STEPS[-1]:
             yield f"degree {degree}, {steps} steps", lambda a=arguments: run(q, v, *a)[0]
 
 
@@ -198,43 +198,46 @@ def compared(ensemble: Ensemble) -> list[tuple[Any, ...]]:
     chosen: list[tuple[Candidate, str, float, Call]] = []
     missed: dict[str, tuple[str, float]] = {}
     for candidate in candidates(ensemble):
-        error, words = math.inf, ""
-        for words, call in candidate.calls:
+        error, setting = math.inf, ""
+        for setting, call in candidate.calls:
             error = float(np.abs(call()[:LOOKED_AT] - ensemble.truth).max())
             if error <= ensemble.target:
-                chosen.append((candidate, words, error, call))
+                chosen.append((candidate, setting, error, call))
                 break
         else:
-            missed[candidate.name] = words, error
-    times = interleaved([call for *_, call in chosen], ROUNDS, LEAST)
+            missed[candidate.name] = setting, error
+    times = interleaved([call for *_, call in chosen], ROUNDS, ROUND_SECONDS)
     name, members = ensemble.problem.name, len(ensemble.q)
-    alone = LOOKED_AT * processors()  # members that one thread's time is worth on all processors
+    on_all_processors = LOOKED_AT * processors()  # members in the time of LOOKED_AT on one thread
     fastest: dict[str, tuple[str, float, Timing, float]] = {}
-    for (candidate, words, error, _), timing in zip(chosen, times, strict=True):
-        who, each = candidate.name, timing.seconds / (members if candidate.in_parallel else alone)
-        if who not in fastest or each < fastest[who][-1]:
-            fastest[who] = words, error, timing, each
+    for (candidate, setting, error, _), timing in zip(chosen, times, strict=True):
+        code, per_member = (
+            candidate.name,
+            timing.seconds / (members if candidate.in_parallel else on_all_processors),
+        )
+        if code not in fastest or per_member < fastest[code][-1]:
+            fastest[code] = setting, error, timing, per_member
     first = "peers", f"{members} of {name}"
-    ours = fastest["galvi"][-1] if "galvi" in fastest else math.nan
+    galvi_per_member = fastest["galvi"][-1] if "galvi" in fastest else math.nan
     rows: list[tuple[Any, ...]] = [
         (
             *first,
-            who,
-            words,
+            code,
+            setting,
             error,
             ensemble.target,
             timing.seconds,
             timing.low,
             timing.high,
-            1e6 * each,
-            each / ours,
+            1e6 * per_member,
+            per_member / galvi_per_member,
         )
-        for who, (words, error, timing, each) in fastest.items()
+        for code, (setting, error, timing, per_member) in fastest.items()
     ]
     rows += [
-        (*first, who, f"not reached, {words}", error, ensemble.target, *(math.nan,) * 5)
-        for who, (words, error) in missed.items()
-        if who not in fastest
+        (*first, code, f"not reached, {setting}", error, ensemble.target, *(math.nan,) * 5)
+        for code, (setting, error) in missed.items()
+        if code not in fastest
     ]
     return rows
 
@@ -254,28 +257,32 @@ def scaling(ensemble: Ensemble) -> list[tuple[Any, ...]]:
         return galvi.integrate_many(starts, *arguments, save_every=steps, threads=1)
 
     first, rows = f"one by one, {few} members", list[tuple[Any, ...]]()
-    for made in (threads, workers):
-        with made() as executors:
+    for make_executors in (threads, workers):
+        with make_executors() as executors:
             calls: dict[str, Call] = {first: one_by_one}
-            calls |= {words: partial(run, executor=one) for words, one in executors.items()}
-            times = dict(zip(calls, interleaved(list(calls.values()), ROUNDS, LEAST), strict=True))
-        alone = times[first].seconds / few
-        for words, timing in times.items():
-            each = alone if words == first else timing.seconds / len(q)
-            if words != first or not rows:
+            calls |= {
+                label: partial(run, executor=executor) for label, executor in executors.items()
+            }
+            times = dict(
+                zip(calls, interleaved(list(calls.values()), ROUNDS, ROUND_SECONDS), strict=True)
+            )
+        serial = times[first].seconds / few
+        for label, timing in times.items():
+            per_member = serial if label == first else timing.seconds / len(q)
+            if label != first or not rows:
                 rows.append(
                     (
                         "scaling",
                         f"{len(q)} of {problem.name}",
-                        words,
+                        label,
                         f"{steps} steps",
                         math.nan,
                         math.nan,
                         timing.seconds,
                         timing.low,
                         timing.high,
-                        1e6 * each / steps,
-                        alone / each,
+                        1e6 * per_member / steps,
+                        serial / per_member,
                     )
                 )
     return rows
@@ -318,8 +325,8 @@ def workers() -> Iterator[dict[str, Any]]:
     with (
         LocalCluster(
             n_workers=n, threads_per_worker=1, dashboard_address=":0", silence_logs=50
-        ) as made,
-        Client(made) as client,
+        ) as cluster,
+        Client(cluster) as client,
     ):
         yield {"lanes, 1 Dask worker": OneWorker(client)} | (
             {f"lanes, {n} Dask workers": client} if n > 1 else {}

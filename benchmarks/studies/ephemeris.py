@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import galvi
 from benchmarks.applications.external.integrator import ExternalIntegrator
 from benchmarks.work_precision.galvi_methods import gauss_collocation
-from benchmarks.work_precision.participants import FEWEST, finest
+from benchmarks.work_precision.participants import FEWEST_STEPS, finest
 from benchmarks.work_precision.problem import frame_label
 from galvi import Problem, Trajectory
 from galvi.arrays import Array
@@ -49,8 +49,8 @@ def path(gm: float, q0: Array, v0: Array, times: Array, light: float = LIGHT) ->
 
 def displacement(gm: float, q0: Array, v0: Array, times: Array) -> Array:
     """Distance between the relativistic and the Newtonian path from the same start, (times,)."""
-    apart = path(gm, q0, v0, times) - path(gm, q0, v0, times, np.inf)
-    return np.linalg.norm(apart, axis=-1)
+    gap = path(gm, q0, v0, times) - path(gm, q0, v0, times, np.inf)
+    return np.linalg.norm(gap, axis=-1)
 
 
 COLUMNS = (
@@ -114,7 +114,7 @@ def ephemeris_table(
     framed = gauss_collocation(STAGES, galvi.KeplerFrame()).run(problem, duration, longer)
     runs.append((IN_FRAME, framed))
     for external in externals:
-        offered = finest(external, problem, duration, samples, FEWEST)
+        offered = finest(external, problem, duration, samples, FEWEST_STEPS)
         if offered is not None:
             report(f"10,000 days of the planets, {external.name}")
             runs.append((external.name, external.run(problem, duration, offered)))
@@ -130,15 +130,20 @@ def _rows(
     """The rows of one run, in the order of COLUMNS; states (samples + 1, bodies, 3)."""
     if not run.success:
         return [(label, "", *[np.nan] * 5, run.status)]
-    away, wrong = _length(run.q - sky), _length(run.q - truth)
-    seen = _angle(run.q - run.q[:, :1], sky - sky[:, :1]) / ARC_SECOND
-    seen[:, 0] = np.nan
+    difference, integration_error = _length(run.q - sky), _length(run.q - truth)
+    sky_angle = _angle(run.q - run.q[:, :1], sky - sky[:, :1]) / ARC_SECOND
+    sky_angle[:, 0] = np.nan
     shown = [days // DAYS[0] for days in DAYS]
     return [
         (label, body, *values, "")
         for k, body in enumerate(run.problem.parameters["bodies"])
         for values in zip(
-            DAYS, away[shown, k], seen[shown, k], relativity[k], wrong[shown, k], strict=True
+            DAYS,
+            difference[shown, k],
+            sky_angle[shown, k],
+            relativity[k],
+            integration_error[shown, k],
+            strict=True,
         )
     ]
 

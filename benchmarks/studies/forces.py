@@ -92,7 +92,9 @@ class Case:
     ----------
     rates
         (a, e, i) of mean elements -> rates of ln a, e, node and argument, to first order
-    other
+    parameters
+        of REBOUNDx's force; of_bodies: those of its bodies
+    sign_changed
         galvi's with the sign changed, None where it can have none
     pull
         of the star at rest, as a share of gravity, with which elements are osculating
@@ -101,9 +103,9 @@ class Case:
     force: Any
     name: str
     rates: Formula
-    own: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
     of_bodies: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
-    other: Any = None
+    sign_changed: Any = None
     pull: float = 1.0
     eccentricities: tuple[float, ...] = (0.2,)
 
@@ -181,9 +183,9 @@ QUICK = ("J2", "relativity, one source")
 
 def problem(e: float, forces: Any = ()) -> galvi.Problem:
     """The star and its planet at apocentre."""
-    far, slow = 1.0 + e, np.sqrt(MU * (1.0 - e) / (1.0 + e))
+    distance, speed = 1.0 + e, np.sqrt(MU * (1.0 - e) / (1.0 + e))
     turn = _about(2, NODE) @ _about(0, TILT) @ _about(2, ARGUMENT)
-    x, v = turn @ [-far, 0.0, 0.0], turn @ [0.0, -slow, 0.0]
+    x, v = turn @ [-distance, 0.0, 0.0], turn @ [0.0, -speed, 0.0]
     share = np.array([[-MASS / MU], [1.0 / MU]])
     return galvi.Problem(galvi.NBody([1.0, MASS], forces=forces), share * x, share * v)
 
@@ -209,14 +211,14 @@ def mean_elements(q: Array, v: Array, samples: int, pull: float = 1.0) -> Array:
     along, across = np.sum(vector * n, axis=1), np.sum(vector * np.cross(unit, n), axis=1)
     a = 1.0 / (2.0 / r - np.sum(w * w, axis=1) / mu)
     a[a < 0.0] = np.nan  # not bound
-    each = [
+    elements = [
         np.log(a),
         np.hypot(along, across),
         node,
         np.unwrap(np.arctan2(across, along)),
         np.arccos(unit[:, 2]),
     ]
-    return np.array(each)[:, :-1].reshape(5, -1, samples).mean(axis=2).T
+    return np.array(elements)[:, :-1].reshape(5, -1, samples).mean(axis=2).T
 
 
 def slopes(means: Array) -> Array:
@@ -233,12 +235,12 @@ class Orbit:
 
     @property
     def times(self) -> Array:
-        """(orbits samples + 1,)."""
+        """Times of the samples, (orbits samples + 1,)."""
         samples = SETTINGS[self.e][0]
         return PERIOD * np.arange(ORBITS * samples + 1) / samples
 
     def rates(self, q: Array, v: Array) -> Array:
-        """Of states at the times."""
+        """Rates of the mean elements of states at the times."""
         return slopes(mean_elements(q, v, SETTINGS[self.e][0], self.case.pull))
 
     def truth(self) -> tuple[Array, Array]:
@@ -252,7 +254,7 @@ class Orbit:
         return slopes(means), np.array(theory)
 
     def by_galvi(
-        self, force: Any, finer: int, place: Mapping[str, Any], steps: int | None = None
+        self, force: Any, finer: int, options: Mapping[str, Any], steps: int | None = None
     ) -> Array:
         """Its rates, with a force that may be a fault, and the method's frame or clock.
 
@@ -261,7 +263,7 @@ class Orbit:
         steps
             an orbit; None: those of galvi in ``SETTINGS``
         """
-        method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), **place)
+        method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8), **options)
         steps = steps or SETTINGS[self.e][2]
         step, start = PERIOD / (steps * finer), problem(self.e, force)
         run = galvi.integrate(start, method, step, duration=ORBITS * PERIOD)
@@ -274,7 +276,7 @@ class Orbit:
         """The rates with REBOUNDx's force less those without, which are the integrator's own."""
         case, dt = self.case, PERIOD / (SETTINGS[self.e][1] * finer)
         q, v = extras.states(
-            problem(self.e), integrator, dt, self.times, case.name, case.own, case.of_bodies
+            problem(self.e), integrator, dt, self.times, case.name, case.parameters, case.of_bodies
         )
         return self.rates(q, v) - self.rates(*_without(self.e, integrator, dt))
 
@@ -299,13 +301,13 @@ def forces_table(quick: bool = False, report: Report = lambda sentence: None) ->
     for name, case in CASES.items():
         for e in case.eccentricities[: 1 if quick else None] if name in QUICK or not quick else ():
             report(f"{name}, e = {e:g}")
-            for row in judged(Orbit(case, e)):
+            for row in rows_of(Orbit(case, e)):
                 rows.append({"force": name, "eccentricity": e, **row})
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
 def verdict(errors: Array, bound: float) -> str:
-    """Of an error, or of that and the one at a quarter of the step; nan is none."""
+    """The verdict on an error, or on that and the one at a quarter of the step; NaN: no error."""
     if np.all(errors <= bound):
         return RIGHT
     if errors[-1] <= bound or FINER**ORDER * errors[-1] <= errors[0]:
@@ -317,9 +319,10 @@ def _first_sentence(text: str) -> str:
     return " ".join(text.split()).partition(". ")[0].rstrip(".") + "."
 
 
-def judged(orbit: Orbit) -> list[dict[str, Any]]:
+def rows_of(orbit: Orbit) -> list[dict[str, Any]]:
     """The rows of one force and eccentricity."""
-    case, (_, theirs, ours), in_clock = orbit.case, SETTINGS[orbit.e], SETTINGS[0.2][2]
+    case, in_clock = orbit.case, SETTINGS[0.2][2]
+    _, rebound_steps, galvi_steps = SETTINGS[orbit.e]
     true, theory = orbit.truth()
     largest = float(np.max(np.abs(true)))
     bound = SHARE * largest * PERIOD / (2.0 * np.pi)
@@ -331,50 +334,57 @@ def judged(orbit: Orbit) -> list[dict[str, Any]]:
         refusals: Any = (),
         lengths: tuple[int, ...] = (1, FINER),
     ) -> dict[str, Any]:
-        own = {"contender": contender, "steps": steps, "bound": bound}
+        columns = {"contender": contender, "steps": steps, "bound": bound}
         with warnings.catch_warnings(record=True) as warned:
             warnings.simplefilter("always")
             try:
-                found = np.array([run(finer) for finer in (lengths if steps else (1,))])
+                rates = np.array([run(finer) for finer in (lengths if steps else (1,))])
             except refusals as error:
-                return {**own, "verdict": REFUSED, "status": _first_sentence(str(error))}
-        said = dict.fromkeys(_first_sentence(str(one.message)) for one in warned)
-        if np.all(np.abs(found) <= bound * largest):
-            said["The force does not act."] = None
-        if not np.all(np.isfinite(found)):
-            said["The planet is lost."] = None
-        errors = np.max(np.abs(found - true), axis=1) / largest
+                return {**columns, "verdict": REFUSED, "status": _first_sentence(str(error))}
+        remarks = dict.fromkeys(_first_sentence(str(warning.message)) for warning in warned)
+        if np.all(np.abs(rates) <= bound * largest):
+            remarks["The force does not act."] = None
+        if not np.all(np.isfinite(rates)):
+            remarks["The planet is lost."] = None
+        errors = np.max(np.abs(rates - true), axis=1) / largest
         ends = dict(zip(("error", "error_quarter"), errors, strict=False))
-        return {**own, "verdict": verdict(errors, bound), **ends, "status": " ".join(said)}
+        return {**columns, "verdict": verdict(errors, bound), **ends, "status": " ".join(remarks)}
 
     def in_time(finer: int) -> Array:
         return orbit.by_galvi(case.force, finer, IN_CLOCK, in_clock)
 
     rows = [
         row(THEORY, 0, lambda finer: theory),
-        row(GALVI, ours, lambda finer: orbit.by_galvi(case.force, finer, {}))
+        row(GALVI, galvi_steps, lambda finer: orbit.by_galvi(case.force, finer, {}))
         | {"versions": f"galvi {galvi.__version__}"},
-        row(FRAME, ours, lambda finer: orbit.by_galvi(case.force, finer, IN_FRAME), ValueError),
+        row(
+            FRAME,
+            galvi_steps,
+            lambda finer: orbit.by_galvi(case.force, finer, IN_FRAME),
+            ValueError,
+        ),
         row(CLOCK, in_clock, in_time, lengths=(1,)) | {"status": ONCE}
         if case.force.takes_velocity
         else row(CLOCK, in_clock, in_time),
-        row(NO_KICK, ours, lambda finer: orbit.by_galvi((), finer, {})),
+        row(NO_KICK, galvi_steps, lambda finer: orbit.by_galvi((), finer, {})),
     ]
-    if case.other is not None:
-        rows.append(row(WRONG_SIGN, ours, lambda finer: orbit.by_galvi(case.other, finer, {})))
+    if case.sign_changed is not None:
+        rows.append(
+            row(WRONG_SIGN, galvi_steps, lambda finer: orbit.by_galvi(case.sign_changed, finer, {}))
+        )
     why = extras.missing()
-    for one in REBOUND:
+    for integrator in REBOUND:
         if why:
-            rows.append({"contender": f"REBOUND {one}", "verdict": ABSENT, "status": why})
+            rows.append({"contender": f"REBOUND {integrator}", "verdict": ABSENT, "status": why})
             continue
-        adaptive = one in extras.ADAPTIVE
-        found = row(
-            f"REBOUND {one}",
-            0 if adaptive else theirs,
-            lambda finer, one=one: orbit.by_rebound(one, finer),
+        adaptive = integrator in extras.ADAPTIVE
+        line = row(
+            f"REBOUND {integrator}",
+            0 if adaptive else rebound_steps,
+            lambda finer, integrator=integrator: orbit.by_rebound(integrator, finer),
             REFUSALS,
         )
-        rows.append(found | {"versions": extras.versions()})
+        rows.append(line | {"versions": extras.versions()})
     return rows
 
 
@@ -388,7 +398,7 @@ SHORT = {
 }
 
 
-def matrix(frame: pd.DataFrame) -> pd.DataFrame:
+def matrix(rows: pd.DataFrame) -> pd.DataFrame:
     """A line for each force and eccentricity, a column for each contender: the verdict, and by how
     much it is wrong at a quarter of the step."""
 
@@ -399,14 +409,14 @@ def matrix(frame: pd.DataFrame) -> pd.DataFrame:
         return f"wrong by {last:.{0 if last >= 10.0 else 1}f} %"
 
     lines: dict[tuple[str, float], dict[str, Any]] = {}
-    for row in frame.to_dict("records"):
+    for row in rows.to_dict("records"):
         where = row["force"], row["eccentricity"]
         line = lines.setdefault(where, {"force": where[0], "e": f"{where[1]:g}"})
         contender = str(row["contender"]).removeprefix("REBOUND ")
         line[SHORT.get(contender, contender)] = cell(row)
     table = pd.DataFrame(lines.values())
-    own = [name for name in SHORT.values() if name in table]
-    first = ["force", "e", *own]
+    ordered = [name for name in SHORT.values() if name in table]
+    first = ["force", "e", *ordered]
     return table[[*first, *(name for name in table if name not in first)]].fillna("")
 
 

@@ -88,7 +88,7 @@ class DriftParticipant:
         return mujoco_engine.version() if mujoco else "galvi"
 
 
-def _ours(degree: int, step: float) -> list[DriftParticipant]:
+def _galvi(degree: int, step: float) -> list[DriftParticipant]:
     return [
         DriftParticipant(
             f"galvi degree {degree}, Gauss {degree}, {chart.name}",
@@ -100,11 +100,14 @@ def _ours(degree: int, step: float) -> list[DriftParticipant]:
 
 
 def _mujoco(joint: str, step: float) -> list[DriftParticipant]:
-    return [DriftParticipant(f"{one.name}, {joint} joint", one, step, joint) for one in MUJOCO]
+    return [
+        DriftParticipant(f"{contender.name}, {joint} joint", contender, step, joint)
+        for contender in MUJOCO
+    ]
 
 
-PARTICIPANTS = (*_ours(4, 0.125), *_ours(8, 0.4), *_mujoco("free", OWN_STEP))
-ON_BOX = (*_ours(4, BOX_STEP), *_mujoco("free", BOX_STEP), *_mujoco("ball", BOX_STEP))
+PARTICIPANTS = (*_galvi(4, 0.125), *_galvi(8, 0.4), *_mujoco("free", OWN_STEP))
+ON_BOX = (*_galvi(4, BOX_STEP), *_mujoco("free", BOX_STEP), *_mujoco("ball", BOX_STEP))
 
 
 def free_spin(
@@ -132,10 +135,10 @@ def free_spin(
     for participant in participants:
         report(f"{participant.label}, {turns} turns")
         rows += body_rows(participant, turns)
-    taken = [one.label for one in (*participants, *on_box)]
+    labels = [participant.label for participant in (*participants, *on_box)]
     for external in externals:
         report(f"{external.name}, {turns} turns")
-        rows += external_rows(external, label_beside(external, taken), turns)
+        rows += external_rows(external, label_beside(external, labels), turns)
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -160,14 +163,14 @@ def external_rows(external: ExternalIntegrator, label: str, turns: int) -> list[
     body, box = galvi.problems.free_rigid_body(), galvi.problems.free_box()
     turn = round(period(body) / GRID) * GRID
     rows = []
-    for problem, duration, parts, fewest, kept in (
+    for problem, duration, parts, fewest, indices in (
         (box, BOX_STEPS * BOX_STEP, 1, BOX_STEPS, [1]),
         (body, turns * turn, turns, turns * STEPS_A_TURN, marks(turns)),
     ):
         setting = finest(external, problem, duration, parts, fewest)
         if setting is not None:
             participant = DriftParticipant(label, external, float("nan"), origin=external.path)
-            rows += _rows(participant, problem, setting, duration, kept)
+            rows += _rows(participant, problem, setting, duration, indices)
     return rows
 
 
@@ -187,7 +190,7 @@ def _rows(
     problem: Problem,
     setting: Mapping[str, Any],
     duration: float,
-    kept: Sequence[int],
+    indices: Sequence[int],
 ) -> list[dict[str, Any]]:
     """The rows of a run at this setting, at the saved states with these indices."""
     turn, nan = period(problem), float("nan")
@@ -212,7 +215,7 @@ def _rows(
     R, w = run.q[:, :3, :3], run.problem.system.velocity(run.p)[:, :3]
     energy, momentum = _energy_errors(problem, R, w), _momentum_errors(problem, R, w)
     rows = []
-    for first, last in zip([0, *kept[:-1]], kept, strict=True):
+    for first, last in zip([0, *indices[:-1]], indices, strict=True):
         rows.append(
             {
                 **shared,
@@ -228,7 +231,7 @@ def _rows(
 
 
 def _unbound(problem: Problem) -> Problem:
-    """The same body free to translate."""
+    """The body, free to translate too."""
     body = galvi.FreeBody(1.0, problem.system.inertia)
     start = np.eye(4)
     start[:3, :3] = problem.q0
@@ -282,10 +285,10 @@ class Part:
     @property
     def name(self) -> str:
         """The name of its file: contender, turns, engine and version."""
-        words = f"{self.title} {self.participant.engine}"
-        return f"{re.sub(r'[^a-z0-9.]+', '-', words.lower()).strip('-')}_{self.code}"
+        text = f"{self.title} {self.participant.engine}"
+        return f"{re.sub(r'[^a-z0-9.]+', '-', text.lower()).strip('-')}_{self.code}"
 
-    def done(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether its rows exist."""
         return self.files.read(self.name) is not None
 
@@ -308,7 +311,11 @@ def parts(
     for participant in participants:
         if participant.contender.missing:
             report(f"{participant.label}: {participant.contender.missing}")
-    return [Part(one, turns, files, code) for one in participants if not one.contender.missing]
+    return [
+        Part(participant, turns, files, code)
+        for participant in participants
+        if not participant.contender.missing
+    ]
 
 
 stored = stored_rows(FOLDER, COLUMNS)

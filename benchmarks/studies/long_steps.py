@@ -70,9 +70,9 @@ class LongSteps:
         report("IAS15")
         duration, n = self.step * self.steps, self.ns[0]
         truth = ias15.IAS15.run(self.problem, duration, {"samples": self.samples})
-        other = ias15.IAS15.run(self.problem, duration, {"samples": 1, **ias15.GLOBAL})
-        gap = np.linalg.norm(truth.q[-1] - other.q[-1], axis=-1)
-        found = [
+        by_global = ias15.IAS15.run(self.problem, duration, {"samples": 1, **ias15.GLOBAL})
+        gap = np.linalg.norm(truth.q[-1] - by_global.q[-1], axis=-1)
+        observations = [
             row(study="reference", quantity=AT_END, label=body, value=gap[k])
             for k, body in enumerate(self.bodies)
         ]
@@ -82,10 +82,10 @@ class LongSteps:
         for name, (k, method, where) in {**methods, "frame": (n, in_frame, IN_FRAME)}.items():
             report(f"{name}, {self.steps} steps of {self.step:g} d")
             run = galvi.integrate(self.problem, method, self.step, self.steps)
-            found += self._errors(run, truth, where, study=name, n=k)
+            observations += self._errors(run, truth, where, study=name, n=k)
             if name == f"n = {n}":
-                found += self._orbits(run) + self._shapes(run, truth)
-        return frame(found)
+                observations += self._orbits(run) + self._shapes(run, truth)
+        return frame(observations)
 
     def _errors(
         self, run: Trajectory, truth: Trajectory, where: str, **settings: Any
@@ -93,26 +93,26 @@ class LongSteps:
         settings |= {"step": self.step, "steps": self.steps, **outcome(run)}
         distance = np.linalg.norm(run.q - truth.q[:: self.samples // self.steps], axis=-1)
         energy = float(np.max(np.abs(energy_errors(run))))
-        found = [row(quantity=ENERGY + where, value=energy, **settings)]
+        observations = [row(quantity=ENERGY + where, value=energy, **settings)]
         for k, body in enumerate(self.bodies):
             values = {DISTANCE + where: np.max(distance[:, k]), AT_END + where: distance[-1, k]}
-            found += rows(values, label=body, **settings)
-        return found
+            observations += rows(values, label=body, **settings)
+        return observations
 
     def _orbits(self, run: Trajectory) -> list[dict[str, Any]]:
         times = curve_times(run, PER_STEP)
         return [
-            one
+            observation
             for quantity, t, q in ((CURVE, times, run(times)), (ENDS, run.t, run.q))
             for k, body in enumerate(self.bodies)
-            for one in history(
+            for observation in history(
                 quantity, t, q[:, k] - q[:, 0], study="orbit", n=self.ns[0], label=body
             )
         ]
 
     def _shapes(self, run: Trajectory, truth: Trajectory) -> list[dict[str, Any]]:
         q, end = run(truth.t), float(truth.t[-1])
-        found = []
+        observations = []
         for body in self.watched:
             k = self.bodies.index(body)
             year = period(self.problem, k)
@@ -120,8 +120,8 @@ class LongSteps:
                 np.array(extent(truth.t, places, k, start, start + year))
                 for places, start in ((q, 0.0), (q, end - year), (truth.q, end - year))
             )
-            towards, there = perihelion(run, k)[-1], perihelion(truth, k)[-1]
-            turned = angle(towards, there)
+            towards, exact_direction = perihelion(run, k)[-1], perihelion(truth, k)[-1]
+            turned = angle(towards, exact_direction)
             values = {
                 "closest distance, first revolution": first[0],
                 "farthest distance, first revolution": first[1],
@@ -130,12 +130,12 @@ class LongSteps:
                 CHANGE: np.max(np.abs(last - first)) / np.mean(first),
                 DIFFERENCE: np.max(np.abs(last - exact)),
                 TURN: turned,
-                SHIFT: turned * np.linalg.norm(there),
+                SHIFT: turned * np.linalg.norm(exact_direction),
                 MEAN: np.mean(first),
                 ALONG: np.max(np.linalg.norm(q[:, k] - truth.q[:, k], axis=-1)),
             }
-            found += rows(values, study="shape", n=self.ns[0], label=body)
-        return found
+            observations += rows(values, study="shape", n=self.ns[0], label=body)
+        return observations
 
 
 def worst(

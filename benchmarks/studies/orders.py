@@ -23,9 +23,9 @@ BEGIN, END = "<!-- orders: python -m benchmarks.studies.orders -->", "<!-- end o
 DAYS = 36_525.0  # of the outer planets: 100 years
 
 
-def gauss(points: int, **more: Any) -> Galerkin:
+def gauss(points: int, **options: Any) -> Galerkin:
     """Collocation at Gauss nodes."""
-    return Galerkin(galvi.Polynomials(points), galvi.gauss(points), **more)
+    return Galerkin(galvi.Polynomials(points), galvi.gauss(points), **options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class Case:
 def cases() -> tuple[Case, ...]:
     """On vector spaces, on Lie groups, in moving frames and in clocks."""
     square = Galerkin(galvi.Polynomials(2), galvi.lobatto(3))
-    more = Galerkin(galvi.Polynomials(3), galvi.gauss(6))
+    six_points = Galerkin(galvi.Polynomials(3), galvi.gauss(6))
     frame, sundman, dynamical = galvi.KeplerFrame(), galvi.Sundman(), galvi.DynamicalTime()
     pair = galvi.Problem(
         galvi.NBody([0.6, 0.4]),
@@ -56,7 +56,7 @@ def cases() -> tuple[Case, ...]:
             "degree 3, Gauss 3": (gauss(3), (20, 30, 45, 68, 100)),
             "degree 4, Gauss 4": (gauss(4), (14, 20, 28, 40, 56)),
             "degree 2, Lobatto 3": (square, (40, 80, 160, 320)),
-            "degree 3, Gauss 6": (more, (20, 30, 45, 68, 100)),
+            "degree 3, Gauss 6": (six_points, (20, 30, 45, 68, 100)),
         }),
         Case("Lie group", galvi.problems.free_rigid_body(), 5.0, {
             "degree 1, Gauss 1, Cayley": (gauss(1), (50, 100, 200, 400)),
@@ -90,10 +90,10 @@ def rows() -> Iterator[dict[str, Any]]:
     """A row for each method: what theory says, the fit, and the largest defects in its window."""
     for case in cases():
         for name, (method, counts) in case.methods.items():
-            frame = galvi.convergence(
+            table = galvi.convergence(
                 case.problem, {name: method}, counts, case.duration, quick=True
             )
-            used = frame[frame["fit"]]
+            used = table[table["fit"]]
             yield {
                 "on, in": case.where,
                 "method": name,
@@ -109,7 +109,7 @@ def rows() -> Iterator[dict[str, Any]]:
 
 def as_markdown(table: pd.DataFrame) -> str:
     """The table of a page, with the fit and its standard error in one column."""
-    fits = [f"{one.fitted:.3f} ± {one.fitted_se:.3f}" for one in table.itertuples()]
+    fits = [f"{row.fitted:.3f} ± {row.fitted_se:.3f}" for row in table.itertuples()]
     shown = table.assign(fitted=fits).drop(columns="fitted_se")
     for name in ("symmetry", "symplecticity", "momentum"):
         shown[name] = [f"{value:.0e}" if value == value else "-" for value in table[name]]
@@ -126,8 +126,8 @@ def main() -> None:
     if page is None:
         print(table, end="")
         return
-    before, begin, rest = page.read_text(encoding="utf-8").partition(BEGIN)
-    _, end, after = rest.partition(END)
+    before, begin, remainder = page.read_text(encoding="utf-8").partition(BEGIN)
+    _, end, after = remainder.partition(END)
     if not end:
         raise SystemExit(f"{page} has no lines {BEGIN} and {END} to put the table between.")
     write(page, f"{before}{begin}\n{table}{end}{after}")

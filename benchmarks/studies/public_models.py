@@ -49,27 +49,33 @@ def _root(path: Path) -> str:
 
 def row(path: Path) -> dict[str, Any]:
     """Of one model: velocities, what was left out, the difference, or why it is not read."""
-    nothing = {"velocities": 0, "left_out": "", "difference": np.nan}
+    blank = {"velocities": 0, "left_out": "", "difference": np.nan}
     try:
         model, left_out = from_mujoco.model_of(path), ()
     except ValueError:
-        return {**nothing, "why_not": "MuJoCo cannot read it"}
+        return {**blank, "why_not": "MuJoCo cannot read it"}
     try:
         from_mujoco.read(model)
-    except BeyondTrees as more:
-        left_out = more.names
+    except BeyondTrees as refusal:
+        left_out = refusal.names
     except ValueError:
         pass
-    found = {**nothing, "velocities": int(model.nv), "left_out": ", ".join(left_out)}
+    columns = {**blank, "velocities": int(model.nv), "left_out": ", ".join(left_out)}
     off = 0.0
     try:
         for key in (None, *range(model.nkey)):
-            problem, own = from_mujoco.read(model, left_out, key)
+            problem, own_model = from_mujoco.read(model, left_out, key)
             states = sample_states(problem.system, problem.q0, problem.v0)
-            off = max(off, *(float(np.max(one)) for one, _ in misfits(own, problem, states)))
+            off = max(
+                off,
+                *(
+                    float(np.max(difference))
+                    for difference, _ in misfits(own_model, problem, states)
+                ),
+            )
     except ValueError as error:
-        return {**found, "why_not": str(error).replace(str(path), path.name)}
-    return {**found, "difference": off, "why_not": ""}
+        return {**columns, "why_not": str(error).replace(str(path), path.name)}
+    return {**columns, "difference": off, "why_not": ""}
 
 
 def table() -> pd.DataFrame:
@@ -92,8 +98,10 @@ def _rows(root: Path, folder: Path, version: str) -> list[dict[str, Any]]:
 if __name__ == "__main__":
     argparse.ArgumentParser(description=__doc__).parse_args()
     logging.getLogger("galvi").setLevel(logging.ERROR)
-    found = table()
-    write(TABLE, found.to_csv(index=False, float_format="%.0e"))
-    read = found[found["why_not"] == ""]
-    print(f"{len(read)} of {len(found)} models are read; of {(read['left_out'] != '').sum()} parts")
+    models = table()
+    write(TABLE, models.to_csv(index=False, float_format="%.0e"))
+    read = models[models["why_not"] == ""]
+    print(
+        f"{len(read)} of {len(models)} models are read; of {(read['left_out'] != '').sum()} parts"
+    )
     print(f"are left out; largest difference {read['difference'].max():.0e}; see {TABLE}")

@@ -141,7 +141,9 @@ def brouwer(
     """
     years, runs = (QUICK_YEARS, QUICK_RUNS) if quick else (YEARS, RUNS)
     rows = []
-    spans = [(one, years) for one in participants] + [(one, LONGER * years) for one in longer]
+    spans = [(participant, years) for participant in participants] + [
+        (participant, LONGER * years) for participant in longer
+    ]
     for participant, span in spans:
         if isinstance(participant, ReferenceParticipant) and participant.contender.missing:
             report(f"{participant.label}: {participant.contender.missing}")
@@ -149,56 +151,58 @@ def brouwer(
         for number in range(runs):
             report(f"{participant.label}, {participant.settings}, {span:g} years, run {number + 1}")
             start = member(number, participant.bodies)
-            seen = participant.samples(start, span, None, report)
-            rows += [row(participant, span, number, sample) for sample in seen]
-    taken = [one.label for one in participants]
+            samples = participant.samples(start, span, None, report)
+            rows += [row(participant, span, number, sample) for sample in samples]
+    labels = [participant.label for participant in participants]
     for external in externals:
-        label, starts = label_beside(external, taken), map(member, range(runs))
+        label, starts = label_beside(external, labels), map(member, range(runs))
         report(f"{label}, {years:g} years")
         fewest = round(years * STEPS_A_YEAR)
-        found = ensemble(external, starts, years * YEAR, SAMPLES, fewest)
-        for number, (setting, run) in enumerate(found):
-            words = readable_setting(setting)
-            rows += [line(label, words, years, number, sample) for sample in rounded(run)]
+        external_runs = ensemble(external, starts, years * YEAR, SAMPLES, fewest)
+        for number, (setting, run) in enumerate(external_runs):
+            settings = readable_setting(setting)
+            rows += [line(label, settings, years, number, sample) for sample in rounded(run)]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def ensembles(frame: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any, Any]]:
+def ensembles(observations: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any, Any]]:
     """(contender, settings, years, commit, date, status), times (k,) and errors (runs, k) of each
     ensemble.
 
     Incomplete runs are omitted; a failed one is NaN after its failure.
     """
-    for keys, rows in frame.groupby(["contender", "settings", "years", "commit"], sort=False):
+    for keys, rows in observations.groupby(
+        ["contender", "settings", "years", "commit"], sort=False
+    ):
         table = rows.pivot(index="member", columns="t", values="error").sort_index(axis=1)
         counts = rows.groupby("member")["sample"].nunique()
         broken = set(rows.loc[rows["status"] != "", "member"])
-        whole = [n for n in table.index if counts[n] == len(KEPT) or n in broken]
-        if whole:
+        complete = [n for n in table.index if counts[n] == len(KEPT) or n in broken]
+        if complete:
             names = dict(zip(("contender", "settings", "years", "commit"), keys, strict=True))
             why = "; ".join(dict.fromkeys(text for text in rows["status"] if text))
-            known = {**names, "date": rows["date"].max(), "status": why}
-            yield known, table.columns.to_numpy(float), table.loc[whole].to_numpy(float)
+            about = {**names, "date": rows["date"].max(), "status": why}
+            yield about, table.columns.to_numpy(float), table.loc[complete].to_numpy(float)
 
 
-def reading_floor(frame: pd.DataFrame) -> float:
+def reading_floor(table: pd.DataFrame) -> float:
     """RMS energy error caused by rounding a state to float64; 0 where no contender reports it."""
-    apart = (frame["error"] - frame["error_of_rounded"]).to_numpy(float)
-    apart = apart[np.isfinite(apart) & (apart != 0.0)]
-    return float(rms(apart)) if apart.size else 0.0
+    differences = (table["error"] - table["error_of_rounded"]).to_numpy(float)
+    differences = differences[np.isfinite(differences) & (differences != 0.0)]
+    return float(rms(differences)) if differences.size else 0.0
 
 
-def growths(frame: pd.DataFrame) -> list[tuple[dict[str, Any], Growth]]:
+def growths(table: pd.DataFrame) -> list[tuple[dict[str, Any], Growth]]:
     """The growth of each ensemble's errors; rounded states are fitted where they resolve it."""
-    floor = reading_floor(frame)
-    found = []
-    for known, t, errors in ensembles(frame):
-        rows = frame[
-            (frame["contender"] == known["contender"]) & (frame["years"] == known["years"])
+    floor = reading_floor(table)
+    fits = []
+    for about, t, errors in ensembles(table):
+        rows = table[
+            (table["contender"] == about["contender"]) & (table["years"] == about["years"])
         ]
         rounded = bool((rows["error"] == rows["error_of_rounded"]).all())
-        found.append((known, growth(t, errors, floor=COARSE * floor if rounded else 0.0)))
-    return found
+        fits.append((about, growth(t, errors, floor=COARSE * floor if rounded else 0.0)))
+    return fits
 
 
 # The long form of the Brouwer study, a million years, in parts that survive an interruption.
@@ -231,8 +235,8 @@ class Part:
     @property
     def name(self) -> str:
         """The name of its files: contender, settings, years, run and version."""
-        words = f"{self.participant.label} {self.participant.settings}"
-        slug = re.sub(r"[^a-z0-9]+", "-", words.lower()).strip("-")
+        text = f"{self.participant.label} {self.participant.settings}"
+        slug = re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-")
         return f"{slug}_{self.years:.0f}-years_run-{self.member:02d}_{self.version}"
 
     @property
@@ -240,7 +244,7 @@ class Part:
         """The title for progress output."""
         return f"{self.participant.label}, {self.years:g} years, run {self.member + 1}"
 
-    def done(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether all rows exist."""
         return _complete(self._rows())
 
@@ -255,8 +259,8 @@ class Part:
 
         start = member(self.member, self.participant.bodies)
         for sample in self.participant.samples(start, self.years, saved, start_anew):
-            earlier = [each for each in rows if each["sample"] < sample.number]
-            if [each["sample"] for each in earlier] != list(KEPT[: KEPT.index(sample.number)]):
+            earlier = [entry for entry in rows if entry["sample"] < sample.number]
+            if [entry["sample"] for entry in earlier] != list(KEPT[: KEPT.index(sample.number)]):
                 saved.unlink(missing_ok=True)  # the rows before it are lost: restart the run
                 return self.run(report)
             rows = [*earlier, self._row(sample)]
@@ -266,12 +270,12 @@ class Part:
             report(f"{self.title}: {rows[-1]['t']:g} years")
 
     def _rows(self) -> list[dict[str, Any]]:
-        frame = self.files.read(self.name)
-        return [] if frame is None else frame.to_dict("records")
+        table = self.files.read(self.name)
+        return [] if table is None else table.to_dict("records")
 
     def _row(self, sample: Sample) -> dict[str, Any]:
-        known = row(self.participant, self.years, self.member, sample)
-        return {**known, "commit": self.version, "date": today()}
+        columns = row(self.participant, self.years, self.member, sample)
+        return {**columns, "commit": self.version, "date": today()}
 
 
 def _complete(rows: Sequence[dict[str, Any]]) -> bool:

@@ -29,14 +29,14 @@ class Bodies:
 
     Attributes
     ----------
-    words
-        that follow a label
+    label_suffix
+        text that follows a label
     clock
         the place of that planet among the bodies, and its name
     """
 
     make: Callable[[], Problem]
-    words: str
+    label_suffix: str
     clock: tuple[int, str]
 
 
@@ -110,7 +110,7 @@ class GalerkinParticipant:
         stages = self.method.stages
         plain = f"galvi degree {self.method.space.degree}, Gauss {stages}"
         label = frame_label(stages, None) if self.method.in_frame else plain
-        return f"{label}{self.bodies.words}"
+        return f"{label}{self.bodies.label_suffix}"
 
     @property
     def settings(self) -> str:
@@ -122,31 +122,34 @@ class GalerkinParticipant:
     ) -> Iterator[Sample]:
         """See `RoundOffParticipant`; the state's low parts are those of `galvi.checkpoint`."""
         length = years * YEAR / SAMPLES
-        each = max(1, round(length * self.per_orbit / period(problem, self.bodies.clock[0])))
-        run, done = self._kept(problem, length / each, each, resume, report), 0
+        steps_per_sample = max(
+            1, round(length * self.per_orbit / period(problem, self.bodies.clock[0]))
+        )
+        step, completed = length / steps_per_sample, 0
+        run = self._saved_run(problem, step, steps_per_sample, resume, report)
         if run is not None:
-            done = run.checkpoint.first // each
-            yield _sample(done, run)
-        for number in KEPT[KEPT.index(done) + 1 if done else 0 :]:
-            steps = (number - done) * each
+            completed = run.checkpoint.first // steps_per_sample
+            yield _sample(completed, run)
+        for number in KEPT[KEPT.index(completed) + 1 if completed else 0 :]:
+            steps = (number - completed) * steps_per_sample
             if run is None:
-                run = galvi.integrate(problem, self.method, length / each, steps, save_every=steps)
+                run = galvi.integrate(problem, self.method, step, steps, save_every=steps)
             else:
                 run = galvi.resume(run, steps, save_every=steps)
             if run.interrupted:
                 raise KeyboardInterrupt
-            done = number
+            completed = number
             yield _sample(number, run)
             if not run.success:
                 return
             if resume is not None and number != KEPT[-1]:
                 galvi.save(run, resume)
 
-    def _kept(
+    def _saved_run(
         self,
         problem: Problem,
         step: float,
-        each: int,
+        steps_per_sample: int,
         path: Path | None,
         report: Callable[[str], None],
     ) -> Any:
@@ -158,9 +161,9 @@ class GalerkinParticipant:
         except ValueError as error:
             report(f"{error} The run starts anew.")
             return None
-        number, rest = divmod(run.checkpoint.first, each)
+        number, remainder = divmod(run.checkpoint.first, steps_per_sample)
         same = run.step == step and run.method == self.method
-        if same and run.success and not rest and number in KEPT:
+        if same and run.success and not remainder and number in KEPT:
             return run
         report(f"{path.name} holds another run; this one starts anew.")
         return None
@@ -177,7 +180,7 @@ class ReferenceParticipant:
     @property
     def label(self) -> str:
         """See `RoundOffParticipant`."""
-        return f"{self.contender.name}{self.bodies.words}"
+        return f"{self.contender.name}{self.bodies.label_suffix}"
 
     @property
     def settings(self) -> str:

@@ -41,12 +41,12 @@ def pull(typingctx, squares, pulls, chunk):
 
     def generate(context, builder, signature, arguments):
         offset = builder.mul(arguments[2], ir.Constant(arguments[2].type, LANES))
-        places = []
+        addresses = []
         for kind, argument in zip(signature.args[:2], arguments[:2], strict=True):
-            data = context.make_array(kind)(context, builder, argument).data
-            place = builder.gep(data, [offset])
-            places.append(builder.bitcast(place, VECTOR.as_pointer()))
-        x = builder.load(places[0])
+            base = context.make_array(kind)(context, builder, argument).data
+            address = builder.gep(base, [offset])
+            addresses.append(builder.bitcast(address, VECTOR.as_pointer()))
+        x = builder.load(addresses[0])
         x.align = 8
         name = f"llvm.sqrt.v{LANES}f64"
         module = builder.module
@@ -54,8 +54,8 @@ def pull(typingctx, squares, pulls, chunk):
             module, ir.FunctionType(VECTOR, [VECTOR]), name
         )
         cube = builder.fmul(x, builder.call(root, [x]))
-        one = ir.Constant(VECTOR, [ir.Constant(DOUBLE, 1.0)] * LANES)
-        builder.store(builder.fdiv(one, cube), places[1]).align = 8
+        ones = ir.Constant(VECTOR, [ir.Constant(DOUBLE, 1.0)] * LANES)
+        builder.store(builder.fdiv(ones, cube), addresses[1]).align = 8
         return context.get_dummy_value()
 
     return signature, generate
@@ -141,7 +141,7 @@ class ScalingParticipant:
         return lambda: self.contender.run(problem, duration, setting)
 
     def timed(
-        self, problem: Problem, orbits: int, seconds: float, least: float
+        self, problem: Problem, orbits: int, seconds: float, round_seconds: float
     ) -> tuple[Callable[[], Trajectory], int]:
         """A run long enough to be timed, and its number of revolutions.
 
@@ -149,8 +149,8 @@ class ScalingParticipant:
         ----------
         seconds
             time of the run over `orbits`
-        least
-            seconds of a round
+        round_seconds
+            least seconds of a round
         """
         longer = max(orbits, WORK // len(problem.q0))
         return self.call(problem, longer), longer
@@ -174,11 +174,13 @@ class ExternalParticipant:
         return call_of(self.contender, problem, orbits * innermost_period(problem), self.setting)
 
     def timed(
-        self, problem: Problem, orbits: int, seconds: float, least: float
+        self, problem: Problem, orbits: int, seconds: float, round_seconds: float
     ) -> tuple[Callable[[], Trajectory], int]:
         """See `ScalingParticipant`; a run that is long already is not lengthened."""
         duration = orbits * innermost_period(problem)
-        longer = repeated_run(self.contender, problem, duration, self.setting, seconds, least)
+        longer = repeated_run(
+            self.contender, problem, duration, self.setting, seconds, round_seconds
+        )
         return longer.call, orbits * longer.times
 
 
@@ -222,8 +224,10 @@ def scaling(
     for number in bodies:
         for heavy in (None, HEAVY) if number == max(bodies) > HEAVY else (None,):
             report(f"{number} bodies{f', {heavy} heavy' if heavy else ''}")
-            more, seen = _rows(number, orbits, 0.01 if quick else 0.05, externals, heavy)
-            rows, limit = rows + more, max(limit, seen)
+            number_rows, measured_limit = _rows(
+                number, orbits, 0.01 if quick else 0.05, externals, heavy
+            )
+            rows, limit = rows + number_rows, max(limit, measured_limit)
     table = pd.DataFrame(rows, columns=list(COLUMNS))
     table["limit_pairs_per_second"] = limit
     table["share"] = table["pairs_per_second"] / limit
@@ -233,7 +237,7 @@ def scaling(
 def _rows(
     bodies: int,
     orbits: int,
-    least: float,
+    round_seconds: float,
     externals: Sequence[ExternalIntegrator],
     heavy: int | None = None,
 ) -> tuple[list[dict[str, Any]], float]:
@@ -241,48 +245,62 @@ def _rows(
     problem = many_planets(bodies, heavy)
     participants = (*PARTICIPANTS, *_external_participants(problem, orbits, externals))
     if heavy:
-        participants = tuple(replace(one, label=f"{one.label}{FEW_HEAVY}") for one in participants)
-    truth = next((one for one in participants if one.settings == TRUTH.settings), TRUTH)
-    able = [one for one in participants if not one.contender.missing]
-    firsts = [once(one.call(problem, orbits)) for one in able]
-    runs = {one: run for one, (run, _) in zip(able, firsts, strict=True)}
-    sound = [(one, took) for one, (run, took) in zip(able, firsts, strict=True) if run.success]
+        participants = tuple(
+            replace(participant, label=f"{participant.label}{FEW_HEAVY}")
+            for participant in participants
+        )
+    truth = next(
+        (participant for participant in participants if participant.settings == TRUTH.settings),
+        TRUTH,
+    )
+    able = [participant for participant in participants if not participant.contender.missing]
+    firsts = [once(participant.call(problem, orbits)) for participant in able]
+    runs = {participant: run for participant, (run, _) in zip(able, firsts, strict=True)}
+    succeeded = [
+        (participant, seconds)
+        for participant, (run, seconds) in zip(able, firsts, strict=True)
+        if run.success
+    ]
     calls, spans = [], []
-    for one, took in sound:
-        call, span = one.timed(problem, orbits, took, least)
+    for participant, seconds in succeeded:
+        call, span = participant.timed(problem, orbits, seconds, round_seconds)
         calls.append(call)
         spans.append(span)
     limit, pairs = call_and_pairs()
     last, warm = zip(*map(once, calls), warmed(limit), strict=True)
-    *timings, machine = interleaved([*calls, limit], ROUNDS, least, warm)
-    found = {
-        one: _row(one, bodies, span, runs[one], end, timing, runs.get(truth))
-        for (one, _), span, end, timing in zip(sound, spans, last[:-1], timings, strict=True)
+    *timings, machine = interleaved([*calls, limit], ROUNDS, round_seconds, warm)
+    row_of = {
+        participant: _row(
+            participant, bodies, span, runs[participant], end, timing, runs.get(truth)
+        )
+        for (participant, _), span, end, timing in zip(
+            succeeded, spans, last[:-1], timings, strict=True
+        )
     }
-    for label in {one.label for one in able}:
+    for label in {participant.label for participant in able}:
         reached = [
             row
-            for one, row in found.items()
-            if one.label == label
-            and (row["error"] <= TARGET or one == truth)
+            for participant, row in row_of.items()
+            if participant.label == label
+            and (row["error"] <= TARGET or participant == truth)
             and row["seconds_per_orbit"] > 0.0
         ]
         if reached:
             min(reached, key=lambda row: row["seconds_per_orbit"])["matched"] = True
     blank = {**dict.fromkeys(COLUMNS, float("nan")), "matched": False}
     rows = [
-        found.get(
-            one,
+        row_of.get(
+            participant,
             {
                 **blank,
-                "contender": one.label,
-                "settings": one.settings,
+                "contender": participant.label,
+                "settings": participant.settings,
                 "bodies": bodies,
                 "orbits": orbits,
-                "status": one.contender.missing or runs[one].status,
+                "status": participant.contender.missing or runs[participant].status,
             },
         )
-        for one in participants
+        for participant in participants
     ]
     return rows, pairs / machine.low
 
@@ -291,10 +309,10 @@ def _external_participants(
     problem: Problem, orbits: int, externals: Sequence[ExternalIntegrator]
 ) -> list[ExternalParticipant]:
     """Every setting of every external integrator."""
-    taken = [one.label for one in PARTICIPANTS]
+    labels = [participant.label for participant in PARTICIPANTS]
     duration, fewest = orbits * innermost_period(problem), orbits * STEPS_AN_ORBIT
     return [
-        ExternalParticipant(label_beside(external, taken), external, setting)
+        ExternalParticipant(label_beside(external, labels), external, setting)
         for external in externals
         for setting in offered_settings(external, problem, duration, fewest)
     ]
@@ -310,26 +328,28 @@ def _row(
     truth: Trajectory | None,
 ) -> dict[str, Any]:
     """run: over the orbits of the error comparison; last: over the timed orbits."""
-    nan, good = float("nan"), run.success and last.success
+    nan, finished = float("nan"), run.success and last.success
     forces = float(last.counts.get("force_evaluations", nan))
     pairs = float(last.counts.get("pair_evaluations", forces * (bodies * (bodies - 1) / 2)))
-    known = good and truth is not None and truth.success and run is not truth
-    status = next((one.status for one in (run, last) if not one.success), "")
+    comparable = finished and truth is not None and truth.success and run is not truth
+    status = next((trajectory.status for trajectory in (run, last) if not trajectory.success), "")
     return {
         "contender": participant.label,
         "settings": participant.settings,
         "bodies": bodies,
         "orbits": orbits,
-        "seconds_per_orbit": timing.seconds / orbits if good else nan,
-        "seconds_low": timing.low / orbits if good else nan,
-        "seconds_high": timing.high / orbits if good else nan,
-        "error": float(np.max(np.linalg.norm(run.q[-1] - truth.q[-1], axis=-1))) if known else nan,
+        "seconds_per_orbit": timing.seconds / orbits if finished else nan,
+        "seconds_low": timing.low / orbits if finished else nan,
+        "seconds_high": timing.high / orbits if finished else nan,
+        "error": float(np.max(np.linalg.norm(run.q[-1] - truth.q[-1], axis=-1)))
+        if comparable
+        else nan,
         "matched": False,
         "evaluations_per_orbit": forces / orbits,
-        "pairs_per_second": pairs / timing.seconds if good else nan,
+        "pairs_per_second": pairs / timing.seconds if finished else nan,
         "limit_pairs_per_second": nan,
         "share": nan,
-        "status": "truth" if good and run is truth else status or _untimed(timing),
+        "status": "truth" if finished and run is truth else status or _untimed(timing),
     }
 
 

@@ -1,4 +1,4 @@
-"""How each peer moves, in a few numbers, so that a new version that moves otherwise is told.
+"""How each peer moves, in a few numbers, so that a new version that moves otherwise is noticed.
 
     python -m benchmarks.studies.signatures --write FILE     what the installed engines do
     python -m benchmarks.studies.signatures FILE             the same, compared with a file
@@ -56,26 +56,26 @@ def signatures() -> pd.DataFrame:
             except Exception as error:  # whatever a new version does
                 row["status"] = f"{type(error).__name__}: {error}"
             rows.append(row)
-    found = {name: text for name, text in versions().items() if name in ENGINES}
-    text = ", ".join(f"{name} {version}" for name, version in found.items())
+    engines = {name: text for name, text in versions().items() if name in ENGINES}
+    text = ", ".join(f"{name} {version}" for name, version in engines.items())
     return pd.DataFrame(rows).assign(engines=text)
 
 
-def differences(here: pd.DataFrame, other: pd.DataFrame) -> Iterator[str]:
+def differences(current: pd.DataFrame, reference: pd.DataFrame) -> Iterator[str]:
     """A sentence for each peer that another environment's engines do not have, or that fails or
     moves otherwise there."""
-    there = other.set_index(KEYS)
-    for row in here.to_dict("records"):
+    indexed = reference.set_index(KEYS)
+    for row in current.to_dict("records"):
         name = ", ".join(row[key] for key in KEYS)
         key = tuple(row[key] for key in KEYS)
-        if key not in there.index:
+        if key not in indexed.index:
             yield f"{name}: not there."
             continue
-        before, now = (max(one, ROUNDING) for one in (row["error"], there.loc[key, "error"]))
-        if bool(row["status"]) != bool(there.loc[key, "status"]):
-            yield f"{name}: '{row['status']}' became '{there.loc[key, 'status']}'."
+        before, now = (max(error, ROUNDING) for error in (row["error"], indexed.loc[key, "error"]))
+        if bool(row["status"]) != bool(indexed.loc[key, "status"]):
+            yield f"{name}: '{row['status']}' became '{indexed.loc[key, 'status']}'."
         elif max(before / now, now / before) > OTHERWISE:
-            yield f"{name}: the error {row['error']:.3g} became {there.loc[key, 'error']:.3g}."
+            yield f"{name}: the error {row['error']:.3g} became {indexed.loc[key, 'error']:.3g}."
 
 
 def main(arguments: list[str]) -> int:
@@ -84,18 +84,18 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=formatter)
     parser.add_argument("file", type=Path)
     parser.add_argument("--write", action="store_true", help="write the file")
-    given = parser.parse_args(arguments)
-    if given.write:
-        write(given.file, signatures().to_csv(index=False))
+    options = parser.parse_args(arguments)
+    if options.write:
+        write(options.file, signatures().to_csv(index=False))
         return 0
-    if not given.file.is_file():
-        parser.error(f"file must be one that --write has written; there is no {given.file}.")
-    other = pd.read_csv(given.file, dtype={"status": str}).fillna({"status": ""})
-    here = signatures()
-    said = list(differences(here, other))
-    print(f"{here['engines'].iloc[0]}\n{other['engines'].iloc[0]}")
-    print("\n".join(said) or f"{len(here)} signatures are the same.")
-    return int(bool(said))
+    if not options.file.is_file():
+        parser.error(f"file must be one that --write has written; there is no {options.file}.")
+    reference = pd.read_csv(options.file, dtype={"status": str}).fillna({"status": ""})
+    current = signatures()
+    changes = list(differences(current, reference))
+    print(f"{current['engines'].iloc[0]}\n{reference['engines'].iloc[0]}")
+    print("\n".join(changes) or f"{len(current)} signatures are the same.")
+    return int(bool(changes))
 
 
 if __name__ == "__main__":

@@ -180,12 +180,12 @@ def started(start: Start, folder: Path, steps: tuple[int, ...] = (), cache: str 
     )
     paths = [str(folder), str(ROOT)]
     code = f"import sys; sys.path[:0] = {paths!r}\n{code}"
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True
     )
-    if done.returncode:
-        raise RuntimeError(f"{start.label} could not be started: {done.stderr.strip()}")
-    *seconds, peaks = json.loads(done.stdout)
+    if completed.returncode:
+        raise RuntimeError(f"{start.label} could not be started: {completed.stderr.strip()}")
+    *seconds, peaks = json.loads(completed.stdout)
     return Started(*seconds, tuple(peaks))
 
 
@@ -233,7 +233,7 @@ class Part:
         """The name of its file: what is compiled, and the version."""
         return f"{re.sub('[^a-z0-9]+', '-', self.start.label.lower())}_{version()}"
 
-    def done(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether its row exists."""
         return self.files.read(self.name) is not None
 
@@ -241,8 +241,8 @@ class Part:
         """Compile in an empty cache, and write the row."""
         report(self.title)
         row = {"problem": self.title, "cold": _compiling(self.start)}
-        frame = pd.DataFrame([row], columns=list(COLUMNS))
-        self.files.write(self.name, frame)
+        table = pd.DataFrame([row], columns=list(COLUMNS))
+        self.files.write(self.name, table)
 
 
 def parts(studies: Path, report: Callable[[str], None]) -> list[Part]:
@@ -272,8 +272,8 @@ def own_folder() -> Iterator[Path]:
 def _row(start: Start, folder: Path, cold: float) -> dict[str, Any]:
     warm = [started(start, folder) for _ in range(TIMES - 1)]
     warm.append(started(start, folder, (STEPS, max(STEPS, round(MANY_STEPS * start.share)))))
-    imported = min(warm, key=lambda one: one.imported)
-    first = min(warm, key=lambda one: one.first)
+    imported = min(warm, key=lambda process: process.imported)
+    first = min(warm, key=lambda process: process.first)
     few_steps, many_steps = warm[-1].peaks
     return {
         "problem": start.label,

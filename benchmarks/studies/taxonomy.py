@@ -24,8 +24,10 @@ from galvi.properties.properties import classical_names
 from references.closed_forms.kepler import KEPLER
 
 METHOD, ILL_POSED, INCONSISTENT = "method", "ill-posed", "inconsistent"
-MOST = {"Polynomials": 4}  # largest constructor argument of a kind of space, else FEW
-FEW, QUICK_FEW = 2, 1
+MAX_ARGUMENT = {
+    "Polynomials": 4
+}  # largest constructor argument of a kind of space, else DEFAULT_ARGUMENT
+DEFAULT_ARGUMENT, QUICK_ARGUMENT = 2, 1
 POINTS, QUICK_POINTS = (1, 2, 3, 4, 5, 6, SUFFICIENT_POINTS), (1, 2, 3, SUFFICIENT_POINTS)
 ORBIT, DURATION = galvi.problems.kepler(eccentricity=0.3), 4.0
 SAMPLES = 4  # times of the errors: at a single one leading terms may cancel
@@ -60,9 +62,9 @@ def taxonomy(quick: bool, report: Report, make_method: MakeMethod = galvi.Galerk
     exact = KEPLER.run(ORBIT, DURATION, {"samples": SAMPLES})
     truth = np.hstack([exact.q, exact.p])
     lines, kind = [], ""
-    few = QUICK_FEW if quick else FEW
+    few = QUICK_ARGUMENT if quick else DEFAULT_ARGUMENT
     for pair in pairs(range(1, 5), QUICK_POINTS if quick else POINTS):
-        if pair.number > (few if quick else MOST.get(pair.kind, few)):
+        if pair.number > (few if quick else MAX_ARGUMENT.get(pair.kind, few)):
             continue
         if pair.kind != kind:
             kind = pair.kind
@@ -120,5 +122,5 @@ def _order(method: Any, predicted: int, truth: Array) -> tuple[convergence_fits.
 
 
 if __name__ == "__main__":
-    found = taxonomy(False, print).drop(columns=["kind", "number", "family", "points"])
-    print(found.to_string(index=False, max_colwidth=60, float_format="{:.2g}".format))
+    table = taxonomy(False, print).drop(columns=["kind", "number", "family", "points"])
+    print(table.to_string(index=False, max_colwidth=60, float_format="{:.2g}".format))

@@ -67,12 +67,14 @@ def trees() -> tuple[Tree, ...]:
 
 def participants(tree: Tree) -> list[tuple[str, Contender, int, tuple[int, ...]]]:
     """Label, contender, order and numbers of steps."""
-    ours = [
+    galvi_entries = [
         (galvi_label(degree), gauss_collocation(degree), 2 * degree, counts)
         for degree, counts in tree.counts.items()
     ]
-    theirs = ((MUJOCO_EULER, FIRST), (MUJOCO_IMPLICITFAST, FIRST), (MUJOCO_RK4, RK4))
-    return ours + [(one.name, one, one.order, counts) for one, counts in theirs]
+    mujoco = ((MUJOCO_EULER, FIRST), (MUJOCO_IMPLICITFAST, FIRST), (MUJOCO_RK4, RK4))
+    return galvi_entries + [
+        (contender.name, contender, contender.order, counts) for contender, counts in mujoco
+    ]
 
 
 def tree_study(quick: bool = False, report: Report = lambda sentence: None) -> pd.DataFrame:
@@ -91,14 +93,14 @@ def tree_study(quick: bool = False, report: Report = lambda sentence: None) -> p
 
 
 def truth(tree: Tree) -> tuple[Array, float]:
-    """Configurations at the samples, and what they differ by from those at a looser tolerance."""
-    found, looser = (
+    """Configurations at the samples, and their largest difference from a looser tolerance."""
+    positions, looser = (
         MUJOCO_ACCELERATIONS.run(
             tree.problem, tree.duration, {"samples": SAMPLES, "tolerance": tolerance}
         ).q
         for tolerance in (TIGHT, SECOND)
     )
-    return found, largest_difference(found, looser)
+    return positions, largest_difference(positions, looser)
 
 
 def row(
@@ -123,13 +125,13 @@ def row(
 
 def _rows(tree: Tree, timed: tuple[int, float], report: Report) -> list[dict[str, Any]]:
     report(tree.problem.name)
-    known, rows, calls = truth(tree), [], []
+    reference, rows, calls = truth(tree), [], []
     for label, contender, order, counts in participants(tree):
-        rows += [row(tree, label, contender, order, steps, *known) for steps in counts]
+        rows += [row(tree, label, contender, order, steps, *reference) for steps in counts]
         setting = fixed(tree.duration, counts[-1])
         calls.append(net_time(contender, tree.problem, tree.duration, setting, counts[-1]))
     timings = iter(interleaved(calls, *timed))
-    for one, following in zip(rows, [*rows[1:], {}], strict=True):
-        if following.get("contender") != one["contender"]:  # the finest of its contender
-            one["seconds_per_step"] = next(timings).seconds / one["steps"]
+    for line, following in zip(rows, [*rows[1:], {}], strict=True):
+        if following.get("contender") != line["contender"]:  # the finest of its contender
+            line["seconds_per_step"] = next(timings).seconds / line["steps"]
     return rows

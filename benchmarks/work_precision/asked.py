@@ -10,11 +10,11 @@ ERRORS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # from what is asked for to the
 
 
 def errors_of(runs: pd.DataFrame) -> tuple[float, ...]:
-    """The errors at which one problem's codes are compared; none that its truth cannot tell."""
-    least = resolution(runs)
-    return tuple(error for error in ERRORS if error >= least)
+    """The errors at which one problem's codes are compared, none below its `resolution`."""
+    limit = resolution(runs)
+    return tuple(error for error in ERRORS if error >= limit)
 
 
 def code_of(contender: str) -> str:
-    """The code that a contender is a named choice of options of: galvi for all its methods."""
+    """The code behind a label, without its named options; "galvi" for all its methods."""
     return "galvi" if contender.startswith("galvi") else contender.partition(",")[0]

@@ -71,8 +71,8 @@ def _solver(cost: Cost) -> str:
 
 
 def _seconds(cost: Cost) -> float:
-    done = max(1, cost.run.counts["steps"])
-    return cost.seconds / done if cost.run.success else math.nan
+    steps = max(1, cost.run.counts["steps"])
+    return cost.seconds / steps if cost.run.success else math.nan
 
 
 def _count(name: str) -> Column:
@@ -172,9 +172,9 @@ def _clocks_events_and_forces(steps: int) -> Iterator[Case]:
     eight, outer = _gauss(8), galvi.problems.outer_solar_system()
     yield Case(encounters.burrau(), replace(eight, clock=galvi.DynamicalTime()), 0.4, 400)
     yield Case(galvi.problems.kepler(0.99), replace(eight, clock=galvi.Sundman()), 0.4, steps // 10)
-    apart = [galvi.events.within(k, k + 1, 0.5) for k in (1, 2, 3)]
-    near = replace(outer, name=f"{outer.name}, three events")
-    yield Case(near, eight, 200.0, steps, apart)
+    events = [galvi.events.within(k, k + 1, 0.5) for k in (1, 2, 3)]
+    with_events = replace(outer, name=f"{outer.name}, three events")
+    yield Case(with_events, eight, 200.0, steps, events)
     sun = (galvi.Oblateness(0, 2e-7, 0.00465), galvi.Relativity(173.145, form="potential"))
     for force in sun:
         system = replace(outer.system, forces=[force])
@@ -185,25 +185,25 @@ def _clocks_events_and_forces(steps: int) -> Iterator[Case]:
 
 def _lagrangians_and_bodies(steps: int) -> Iterator[tuple[Problem, galvi.Galerkin, float, int]]:
     """Other Lagrangians on R^d, and bodies, with as many points as the degree and with one more."""
-    known = galvi.problems
+    models = galvi.problems
     for problem, h in (
-        (known.elastic_pendulum(), 0.1),
-        (known.skew_arm(), 0.02),
-        (known.skew_arm(floating=True), 0.1),
-        (known.kepler_polar(), 0.5),
-        (known.henon_heiles(), 1.0),
-        (known.fermi_pasta_ulam_tsingou(), 2.0),
-        (known.double_pendulum(), 0.03),
-        (known.planar_chain(), 0.02),
-        (known.heavy_top(), 0.15),
+        (models.elastic_pendulum(), 0.1),
+        (models.skew_arm(), 0.02),
+        (models.skew_arm(floating=True), 0.1),
+        (models.kepler_polar(), 0.5),
+        (models.henon_heiles(), 1.0),
+        (models.fermi_pasta_ulam_tsingou(), 2.0),
+        (models.double_pendulum(), 0.03),
+        (models.planar_chain(), 0.02),
+        (models.heavy_top(), 0.15),
     ):
         yield problem, _gauss(8), h, steps // 5
-    body, thrown = known.free_rigid_body(), known.free_body_se3()
+    body, thrown = models.free_rigid_body(), models.free_body_se3()
     yield body, _gauss(6), 0.5, steps
     yield body, galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(7)), 0.5, steps // 10
     yield thrown, _gauss(5), 0.25, steps // 10
-    yield known.brownout(), _gauss(4), 0.02, 100
-    yield known.brownout(drag_coefficient=None), _gauss(4), 0.02, 100
+    yield models.brownout(), _gauss(4), 0.02, 100
+    yield models.brownout(drag_coefficient=None), _gauss(4), 0.02, 100
 
 
 def _gauss(degree: int, *chart: Any) -> galvi.Galerkin:

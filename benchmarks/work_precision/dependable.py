@@ -11,7 +11,7 @@ FINENESS = r"\b(?:step|epsilon|tolerance)=([\d.e+-]+)"  # the first of a setting
 
 
 def dependable(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of a comparison with the `error` that counts; those that have it are left as are.
+    """The rows of a comparison with the `error` that counts; unchanged where they have it.
 
     An error at one time may be small by chance. It counts as the larger of `own_error`, that of the
     run, and that of the next finer setting, which differs by a smaller step (or tolerance) alone;
@@ -28,24 +28,26 @@ def dependable(table: pd.DataFrame) -> pd.DataFrame:
     rows = rows[rows["error"].notna() & rows["fineness"].notna()].sort_values("fineness")
     finer = rows.groupby(["problem", "contender", "others"], sort=False)["error"].shift(1)
     counted = np.fmax(table["error"], finer.reindex(table.index))
-    counted = table.assign(error=np.maximum(counted, _least(table, table)))
+    counted = table.assign(error=np.maximum(counted, _resolutions(table, table)))
     return counted.assign(error_is_bound=bounds(counted, table), own_error=table["error"])
 
 
 def resolution(runs: pd.DataFrame) -> float:
-    """The error below which one problem's truth cannot tell them apart: ten times its own; 0 where
-    that is unknown."""
-    own = float(runs["truth_error"].max()) if "truth_error" in runs else math.nan
-    return 0.0 if math.isnan(own) else 10.0 * own
+    """The least error that one problem's truth resolves: ten times its own error; 0 where that is
+    unknown."""
+    truth_error = float(runs["truth_error"].max()) if "truth_error" in runs else math.nan
+    return 0.0 if math.isnan(truth_error) else 10.0 * truth_error
 
 
 def bounds(table: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
     """Whether each `error` of a table is a bound alone: no larger than its problem's `resolution`
     in these runs."""
-    return table["error"] <= _least(table, runs)
+    return table["error"] <= _resolutions(table, runs)
 
 
-def _least(table: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
+def _resolutions(table: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
     """The `resolution` in these runs, of the problem of each row of a table."""
-    least = {name: resolution(own) for name, own in runs.groupby("problem", sort=False)}
-    return table["problem"].map(least)
+    by_problem = {
+        name: resolution(problem_runs) for name, problem_runs in runs.groupby("problem", sort=False)
+    }
+    return table["problem"].map(by_problem)

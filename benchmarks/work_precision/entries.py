@@ -53,28 +53,28 @@ class Entry(NamedTuple):
     def participant(self, duration: float, quick: bool) -> Participant:
         """With its settings, from coarse to fine."""
         values = self.values[self.few] or self.values if quick else self.values
-        steps = all(isinstance(one, int) for one in values)
+        steps = all(isinstance(number, int) for number in values)
         settings: list[Setting] = (
-            [fixed(duration, int(one)) for one in values]
+            [fixed(duration, int(number)) for number in values]
             if steps
             else adaptive("tolerance", values)
         )
-        settings = [{**one, **self.options} for one in settings]
+        settings = [{**setting, **self.options} for setting in settings]
         if self.early and not quick:
             settings = stopped_early_too(settings)
         return Participant(self.label or self.contender.name, self.contender, settings)
 
 
-def ours(counts: Mapping[int, Sequence[int]], **more: Any) -> list[Entry]:
-    """Gauss collocation by its degree, with numbers of steps; `more` of every Entry."""
+def galvi_entries(counts: Mapping[int, Sequence[int]], **fields: Any) -> list[Entry]:
+    """Gauss collocation by its degree, with numbers of steps; `fields` of every Entry."""
     return [
-        Entry(gauss_collocation(degree), steps, galvi_label(degree), **more)
+        Entry(gauss_collocation(degree), steps, galvi_label(degree), **fields)
         for degree, steps in counts.items()
     ]
 
 
 def general_kernel(degree: int, counts: Sequence[int]) -> Entry:
-    """The same method by Newton's method alone."""
+    """The entry of this degree, solved by Newton's method alone."""
     label = f"{galvi_label(degree)}, general kernel"
     return Entry(gauss_collocation(degree), counts, label, options={"solver": "newton"})
 
@@ -85,12 +85,12 @@ def compared(
     quick: bool,
     entries: Sequence[Entry],
     truth: Callable[[], Truth],
-    **how: Any,
+    **fields: Any,
 ) -> WorkPrecisionProblem:
-    """The entries on one problem; `how` are further fields of WorkPrecisionProblem."""
-    participants = tuple(one.participant(duration, quick) for one in entries)
-    how = {"distance": largest_difference, **how}
-    return WorkPrecisionProblem(problem, duration, participants, truth, **how)
+    """The entries on one problem; `fields` are further fields of WorkPrecisionProblem."""
+    participants = tuple(entry.participant(duration, quick) for entry in entries)
+    fields = {"distance": largest_difference, **fields}
+    return WorkPrecisionProblem(problem, duration, participants, truth, **fields)
 
 
 def rounded(
@@ -109,7 +109,7 @@ def rounded(
     def truth() -> Truth:
         run = reference.run(problem, duration, {"samples": 1})
         largest = float(np.max(np.abs(run.q[-1]))) if size is None else size
-        known = run.method.removesuffix(" samples=1")  # which closed forms tell
-        return Truth(run.q[-1], 0.5 * EPS * largest, f"{known}; to the rounding of the {of}")
+        description = run.method.removesuffix(" samples=1")  # which closed forms tell
+        return Truth(run.q[-1], 0.5 * EPS * largest, f"{description}; to the rounding of the {of}")
 
     return truth

@@ -31,8 +31,8 @@ def front(table: pd.DataFrame) -> pd.DataFrame:
     """
     usable = table[(table["error"] > 0.0) & (table["seconds"] > 0.0)]
     groups = usable.groupby(["problem", "contender"], sort=False)
-    kept = [index for _, rows in groups for index in front_indices(rows)]
-    return usable.loc[kept].reset_index(drop=True)
+    on_front = [index for _, rows in groups for index in front_indices(rows)]
+    return usable.loc[on_front].reset_index(drop=True)
 
 
 def front_indices(rows: pd.DataFrame) -> list[Any]:
@@ -46,10 +46,12 @@ def fastest(rows: pd.DataFrame, target: float) -> pd.Series | None:
     """The row of least `seconds` among those that were run and reach the error; of contenders that
     do not, that of the run that is the truth; None without either."""
     seconds, error = rows["seconds"].to_numpy(float), rows["error"].to_numpy(float)
-    good = (seconds > 0.0) & (error > 0.0) & (error <= target)
-    if not good.any():
-        good = (seconds > 0.0) & rows["is_truth"].to_numpy(bool)
-    return rows.iloc[int(np.argmin(np.where(good, seconds, np.inf)))] if good.any() else None
+    eligible = (seconds > 0.0) & (error > 0.0) & (error <= target)
+    if not eligible.any():
+        eligible = (seconds > 0.0) & rows["is_truth"].to_numpy(bool)
+    return (
+        rows.iloc[int(np.argmin(np.where(eligible, seconds, np.inf)))] if eligible.any() else None
+    )
 
 
 def seconds_at(errors: Sequence[float], seconds: Sequence[float], target: float) -> float:
@@ -76,27 +78,31 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
     truth has that run's time at errors that no other run of it reaches.
     """
     rows = []
-    for problem, here in table.groupby("problem", sort=False):
+    for problem, of_problem in table.groupby("problem", sort=False):
         parts = {
             str(name): part
-            for name, part in here[here["seconds"] > 0.0].groupby("contender", sort=False)
+            for name, part in of_problem[of_problem["seconds"] > 0.0].groupby(
+                "contender", sort=False
+            )
             if _took_part(part)
         }
-        ours_all = here[(here["seconds"] > 0.0) & here["contender"].str.startswith("galvi")]
+        galvi_rows = of_problem[
+            (of_problem["seconds"] > 0.0) & of_problem["contender"].str.startswith("galvi")
+        ]
         for target in errors if parts else ():
             best = {name: fastest(part, target) for name, part in parts.items()}
-            known = [row for row in best.values() if row is not None]
-            mine = [row for row in known if row["contender"].startswith("galvi")]
-            ours = min(mine, key=lambda row: row["seconds"], default=None)
+            reached = [row for row in best.values() if row is not None]
+            by_galvi = [row for row in reached if row["contender"].startswith("galvi")]
+            galvi_run = min(by_galvi, key=lambda row: row["seconds"], default=None)
             rows += [
                 {
                     "problem": problem,
                     "contender": name,
                     "error": target,
-                    **_cell(row, ours),
-                    "closer": _closer(parts.get(name, ours_all), target),
+                    **_cell(row, galvi_run),
+                    "closer": _closer(parts.get(name, galvi_rows), target),
                 }
-                for name, row in {OURS: ours, **best}.items()
+                for name, row in {OURS: galvi_run, **best}.items()
             ]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
@@ -106,20 +112,20 @@ def at_smallest(table: pd.DataFrame) -> pd.DataFrame:
 
     Columns as of `ratios`; ``error`` differs from row to row, and so does galvi's time.
     """
-    found = []
+    tables = []
     for problem in table["problem"].drop_duplicates():
-        here = table[table["problem"] == problem]
-        ends = front(here).groupby("contender", sort=False)["error"].min().to_dict()
-        ours = [error for name, error in ends.items() if name.startswith("galvi")]
-        ends |= {OURS: min(ours)} if ours else {}
-        times = ratios(here, sorted(set(ends.values())))
-        found.append(times[times["error"] == times["contender"].map(ends)])
-    return pd.concat(found, ignore_index=True) if found else ratios(table, ())
+        of_problem = table[table["problem"] == problem]
+        ends = front(of_problem).groupby("contender", sort=False)["error"].min().to_dict()
+        galvi_errors = [error for name, error in ends.items() if name.startswith("galvi")]
+        ends |= {OURS: min(galvi_errors)} if galvi_errors else {}
+        times = ratios(of_problem, sorted(set(ends.values())))
+        tables.append(times[times["error"] == times["contender"].map(ends)])
+    return pd.concat(tables, ignore_index=True) if tables else ratios(table, ())
 
 
 def unfounded(cells: pd.DataFrame, table: pd.DataFrame) -> list[str]:
     """A sentence for each cell of `ratios` whose setting was not run, or misses its error."""
-    said = []
+    sentences = []
     for cell in cells[cells["seconds"].notna()].to_dict("records"):
         runs = table[
             (table["problem"] == cell["problem"])
@@ -127,11 +133,11 @@ def unfounded(cells: pd.DataFrame, table: pd.DataFrame) -> list[str]:
             & ((table["contender"] == cell["contender"]) | (cell["contender"] == OURS))
         ]
         if fastest(runs, cell["error"]) is None:
-            said.append(
+            sentences.append(
                 f"{cell['problem']}: {cell['contender']} at {cell['error']:g} names the setting "
                 f"{cell['settings'] or 'without a name'}, which no run that reaches it had."
             )
-    return said
+    return sentences
 
 
 def _took_part(rows: pd.DataFrame) -> bool:
@@ -139,33 +145,35 @@ def _took_part(rows: pd.DataFrame) -> bool:
     return bool(((timed["error"] > 0.0) | timed["is_truth"]).any())
 
 
-def _cell(row: pd.Series | None, ours: pd.Series | None) -> dict[str, Any]:
+def _cell(row: pd.Series | None, galvi_run: pd.Series | None) -> dict[str, Any]:
     nan = math.nan
     cell: dict[str, Any] = dict.fromkeys(COLUMNS[3:], nan) | {"settings": "", "outcome": ""}
     if row is None:
         return cell | {"ratio": NOT_REACHED}
     cell |= {"settings": row.get("settings", ""), "seconds": float(row["seconds"])}
-    if ours is None:
+    if galvi_run is None:
         return cell | {"ratio": f"galvi: {NOT_REACHED}"}
-    found = UNKNOWN if row.name == ours.name else _in_shared_rounds(row, "rounds", ours)
-    noise = _in_shared_rounds(ours, "again", ours)
-    of_medians = math.isnan(found.median) or str(row["contender"]).startswith("galvi")
+    interval = (
+        UNKNOWN if row.name == galvi_run.name else _in_shared_rounds(row, "rounds", galvi_run)
+    )
+    noise = _in_shared_rounds(galvi_run, "again", galvi_run)
+    of_medians = math.isnan(interval.median) or str(row["contender"]).startswith("galvi")
     return cell | {
-        "ratio": cell["seconds"] / ours["seconds"] if of_medians else found.median,
-        "low": found.low,
-        "high": found.high,
+        "ratio": cell["seconds"] / galvi_run["seconds"] if of_medians else interval.median,
+        "low": interval.low,
+        "high": interval.high,
         "noise_low": noise.low,
         "noise_high": noise.high,
-        "outcome": outcome(found, noise),
+        "outcome": outcome(interval, noise),
     }
 
 
-def _in_shared_rounds(row: pd.Series, name: str, ours: pd.Series) -> Interval:
-    """The ratio of its times, in the column of this name, to ours in the rounds of both."""
-    pairs = list(zip(read(row.get(name)), read(ours.get("rounds")), strict=False))
+def _in_shared_rounds(row: pd.Series, name: str, galvi_run: pd.Series) -> Interval:
+    """The ratio of its times, in the column of this name, to galvi's in the rounds of both."""
+    pairs = list(zip(read(row.get(name)), read(galvi_run.get("rounds")), strict=False))
     return ratio(*zip(*pairs, strict=True)) if pairs else UNKNOWN
 
 
-def _closer(runs: pd.DataFrame, asked: float) -> float:
-    loosest = runs["error"][(runs["error"] > 0.0) & (runs["error"] <= asked)].max()
-    return asked / loosest if asked / loosest > CLOSER else math.nan
+def _closer(runs: pd.DataFrame, error: float) -> float:
+    loosest = runs["error"][(runs["error"] > 0.0) & (runs["error"] <= error)].max()
+    return error / loosest if error / loosest > CLOSER else math.nan

@@ -25,16 +25,16 @@ GAP = 0.5  # decades of error between neighbours
 CLOSEST = 0.03  # logarithm of the ratio of steps below which none are put between
 COARSER, TIGHTEST = math.sqrt(2.0), 1e-14  # at the ends: ratio of steps, and least tolerance
 KEYS = ("step", "epsilon", "tolerance")  # of which the first in a setting says how fine it is
-TURNS, MOST = 5, 20  # of adding, and settings added to a code
+TURNS, MAX_ADDED = 5, 20  # of adding, and settings added to a code
 PATIENCE, BRIEF = 1.5, 0.3  # seconds of the runs added to a code, and of a run beside which one is
 
-Frame = Callable[[], pd.DataFrame]
+CurrentRows = Callable[[], pd.DataFrame]
 Add = Callable[[str, Setting], None]
 
 
 def fine(setting: Setting) -> tuple[str, float]:
     """The key that says how fine a setting is, and its value; ('', NaN) without one."""
-    key = next((one for one in KEYS if one in setting), "")
+    key = next((name for name in KEYS if name in setting), "")
     return key, float(setting[key]) if key else math.nan
 
 
@@ -48,7 +48,7 @@ def with_fineness(setting: Setting, value: float, duration: float) -> Setting:
 
 
 def line_of(setting: Setting) -> tuple[Any, ...]:
-    """What it has in common with the other settings of its line."""
+    """What the settings of a line share: all entries but the step or the tolerance."""
     key, _ = fine(setting)
     return tuple(sorted((k, v) for k, v in setting.items() if k not in (key, "save_every")))
 
@@ -57,40 +57,42 @@ def neighbour(key: str, value: float, line: Sequence[float], finer: bool) -> flo
     """Halfway from a value to the next of its line, or beyond its end; 0 where it is close."""
     further = [v for v in line if (v < value if finer else v > value)]
     if further:
-        near = max(further) if finer else min(further)
-        return math.sqrt(value * near) if abs(math.log(near / value)) > CLOSEST else 0.0
-    apart = COARSER if key == "step" else 10.0**GAP
-    return value / apart if finer else value * apart
+        adjacent = max(further) if finer else min(further)
+        return math.sqrt(value * adjacent) if abs(math.log(adjacent / value)) > CLOSEST else 0.0
+    factor = COARSER if key == "step" else 10.0**GAP
+    return value / factor if finer else value * factor
 
 
 def wanted(
     runs: pd.DataFrame, settings: Mapping[Any, tuple[str, Setting]], duration: float
 ) -> list[tuple[str, Setting]]:
-    """What to add to one code: (contender, setting), each new.
+    """New settings for one code, each as (contender, setting).
 
     Parameters
     ----------
     runs
         its rows so far, with `dependable` errors; a row's index is a key of `settings`
     """
-    lines = {index: (who, line_of(one)) for index, (who, one) in settings.items()}
-    have = {(lines[index], fine(one)) for index, (_, one) in settings.items()}
-    found: list[tuple[str, Setting]] = []
+    lines = {
+        index: (contender, line_of(setting)) for index, (contender, setting) in settings.items()
+    }
+    have = {(lines[index], fine(setting)) for index, (_, setting) in settings.items()}
+    additions: list[tuple[str, Setting]] = []
 
     def offer(index: Any, finer: bool) -> None:
-        """Its new neighbour, where that is affordable and not there yet."""
-        who, one = settings[index]
-        key, value = fine(one)
-        others = [fine(settings[k][1])[1] for k, line in lines.items() if line == lines[index]]
+        """Add a setting's neighbour, where it is affordable and new."""
+        contender, setting = settings[index]
+        key, value = fine(setting)
+        values = [fine(settings[k][1])[1] for k, line in lines.items() if line == lines[index]]
         if not key or runs["seconds"][index] > BRIEF:
             return
-        new = neighbour(key, value, others, finer)
+        new = neighbour(key, value, values, finer)
         if new <= 0.0 or (key != "step" and new < TIGHTEST):
             return
-        added = with_fineness(one, new, duration)
+        added = with_fineness(setting, new, duration)
         if (lines[index], fine(added)) not in have:
             have.add((lines[index], fine(added)))
-            found.append((who, added))
+            additions.append((contender, added))
 
     errors, points = runs["error"], front_indices(runs)
     widest = sorted(_holes(errors, points, lines), key=lambda hole: -hole[2])
@@ -102,7 +104,7 @@ def wanted(
         offer(points[0], finer=False)
     if points and errors[points[-1]] > ERRORS[-1]:
         offer(points[-1], finer=True)
-    return found
+    return additions
 
 
 def _holes(
@@ -120,13 +122,16 @@ def _holes(
 
 
 def refined(
-    frame: Frame, settings: Mapping[Any, tuple[str, Setting]], duration: float, add: Add
+    current_rows: CurrentRows,
+    settings: Mapping[Any, tuple[str, Setting]],
+    duration: float,
+    add: Add,
 ) -> None:
     """Add settings to each code until nothing is wanted, or its share is used up.
 
     Parameters
     ----------
-    frame
+    current_rows
         () -> the rows so far, of which the index is a key of `settings`
     add
         (contender, setting): runs it and enters it in both
@@ -134,18 +139,18 @@ def refined(
     spent: dict[str, float] = {}
     added: dict[str, int] = {}
     for _ in range(TURNS):
-        rows = dependable(frame())
+        rows = dependable(current_rows())
         codes = rows["contender"].map(code_of)
         idle = True
         for code in codes.drop_duplicates():
-            mine = rows[codes == code]
-            known = {index: settings[index] for index in mine.index}
-            for who, setting in wanted(mine, known, duration):
-                if spent.get(code, 0.0) > PATIENCE or added.get(code, 0) >= MOST:
+            of_code = rows[codes == code]
+            code_settings = {index: settings[index] for index in of_code.index}
+            for contender, setting in wanted(of_code, code_settings, duration):
+                if spent.get(code, 0.0) > PATIENCE or added.get(code, 0) >= MAX_ADDED:
                     break
-                begun = time.process_time()
-                add(who, setting)
-                spent[code] = spent.get(code, 0.0) + time.process_time() - begun
+                start = time.process_time()
+                add(contender, setting)
+                spent[code] = spent.get(code, 0.0) + time.process_time() - start
                 added[code] = added.get(code, 0) + 1
                 idle = False
         if idle:
@@ -172,10 +177,10 @@ def gaps(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["problem", "code", "settings", "gap", "above"])
 
 
-def unequal(table: pd.DataFrame, most: float = 2.0 * GAP) -> Sequence[str]:
-    """A sentence for each code whose settings leave a wider gap than `most` decades."""
+def unequal(table: pd.DataFrame, widest: float = 2.0 * GAP) -> Sequence[str]:
+    """A sentence for each code whose settings leave a wider gap than `widest` decades."""
     return [
         f"{row['code']} has no setting in {row['gap']:.1f} decades above {row['above']:.0e}."
         for row in gaps(table).to_dict("records")
-        if row["gap"] > most
+        if row["gap"] > widest
     ]

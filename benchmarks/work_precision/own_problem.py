@@ -1,4 +1,4 @@
-"""Work-precision of a problem of one's own: participants, settings and truth are found for it."""
+"""Work-precision of a user's problem: find its participants, settings and truth."""
 
 from __future__ import annotations
 
@@ -106,16 +106,16 @@ def own_problem(
 
 
 def peers(problem: Problem) -> list[Contender]:
-    """Every code here, but galvi, that takes the problem."""
-    known = (reference(name) for name in (*FIXED, *ADAPTIVE))
-    return [contender for contender in known if can_run(contender, problem)]
+    """Every code but galvi that is installed and takes the problem."""
+    contenders = (reference(name) for name in (*FIXED, *ADAPTIVE))
+    return [contender for contender in contenders if can_run(contender, problem)]
 
 
 def tolerances(contender: Contender, quick: bool = False) -> list[Setting]:
     """Settings of a code that chooses its steps, from loose to tight."""
     if contender is ias15.IAS15:
-        looser = [] if quick else [{**ias15.GLOBAL, "epsilon": one} for one in (1e-2, 1e-4)]
-        return [{"samples": 1, **one} for one in (*looser, ias15.DEFAULT)]
+        looser = [] if quick else [{**ias15.GLOBAL, "epsilon": epsilon} for epsilon in (1e-2, 1e-4)]
+        return [{"samples": 1, **options} for options in (*looser, ias15.DEFAULT)]
     return adaptive("tolerance", TOLERANCES[1::2] if quick else TOLERANCES)
 
 
@@ -150,29 +150,29 @@ class _Ladder:
     options: Mapping[str, Any]
     truth: Truth
     quick: bool
-    found: list[Setting] = field(default_factory=list)
+    usable_settings: list[Setting] = field(default_factory=list)
 
     def settings(self) -> list[Setting]:
         """From coarse to fine; the finest that was tried where all are too coarse."""
         _, distance = measure_of(self.problem)
         size = size_of(self.problem, self.truth.end)
         floor = max(self.truth.error, FINE * size)
-        begun, count, tried = math.inf, COARSEST, dict[str, Any]()
+        start, count, setting = math.inf, COARSEST, dict[str, Any]()
         elsewhere = hasattr(self.contender, "timed")  # in another process
         now = time.perf_counter if elsewhere else time.process_time
-        while now() - begun < PATIENCE:
-            tried = {**fixed(self.duration, count), **self.options}
+        while now() - start < PATIENCE:
+            setting = {**fixed(self.duration, count), **self.options}
             try:
-                run = self.contender.run(self.problem, self.duration, tried)
+                run = self.contender.run(self.problem, self.duration, setting)
             except ValueError:  # steps that it does not take
                 break
-            begun = min(begun, now())  # from the end of the first run: it may compile
+            start = min(start, now())  # from the end of the first run: it may compile
             off = distance(run.q[-1], self.truth.end) if run.success else math.inf
             usable = off <= COARSE * size
-            self.found += [tried] if usable else []
+            self.usable_settings += [setting] if usable else []
             if off <= floor:
                 break
             count *= 2 if usable else 4
         if self.quick:
-            return self.found[1:4:2] or self.found or [tried]
-        return self.found or [tried]
+            return self.usable_settings[1:4:2] or self.usable_settings or [setting]
+        return self.usable_settings or [setting]

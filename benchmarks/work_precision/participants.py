@@ -27,7 +27,7 @@ class ExternalContender(Contender, Protocol):
         """Its settings, from coarse to fine."""
 
 
-FEWEST = 100  # steps, where no other contender takes equal steps
+FEWEST_STEPS = 100  # steps, where no other contender takes equal steps
 PATIENCE = 120.0  # seconds after which no further run of an ensemble is started
 
 
@@ -35,10 +35,10 @@ def with_externals(
     case: WorkPrecisionProblem, externals: Sequence[ExternalContender]
 ) -> WorkPrecisionProblem:
     """The case with the external integrators that support its problem and offer settings."""
-    taken = [one.label for one in case.participants]
-    offered = [setting for one in case.participants for setting in one.settings]
+    labels = [participant.label for participant in case.participants]
+    offered = [setting for participant in case.participants for setting in participant.settings]
     steps = [setting["save_every"] for setting in offered if "save_every" in setting]
-    fewest = min(steps, default=FEWEST)
+    fewest = min(steps, default=FEWEST_STEPS)
     participants: list[Participant] = []
     for external in externals:
         settings = [
@@ -46,14 +46,14 @@ def with_externals(
             for setting in offered_settings(external, case.problem, case.duration, fewest)
         ]
         if settings:
-            participants.append(Participant(label_beside(external, taken), external, settings))
+            participants.append(Participant(label_beside(external, labels), external, settings))
     return replace(case, participants=(*case.participants, *participants))
 
 
 def offered_settings(
-    external: ExternalContender, problem: Problem, duration: float, fewest: int = FEWEST
+    external: ExternalContender, problem: Problem, duration: float, fewest: int = FEWEST_STEPS
 ) -> Sequence[Setting]:
-    """Its settings, from coarse to fine; empty when it does not support the problem."""
+    """The integrator's settings, coarse to fine; none where it does not support the problem."""
     if not external.supports(problem):
         return []
     return external.settings(problem, duration, fewest)
@@ -64,7 +64,7 @@ def finest(
     problem: Problem,
     duration: float,
     parts: int,
-    fewest: int = FEWEST,
+    fewest: int = FEWEST_STEPS,
 ) -> Setting | None:
     """The last of its settings, `sampled`; None when it does not take part."""
     offered = offered_settings(external, problem, duration, fewest)
@@ -89,27 +89,27 @@ def ensemble(
     parts: int,
     fewest: int,
 ) -> Iterator[tuple[Setting, Trajectory]]:
-    """Its runs from each start at its finest setting, until one fails or PATIENCE is exceeded.
+    """Runs from each start at the finest setting, until one fails or PATIENCE is exceeded.
 
     Parameters
     ----------
     problems
         equal except for their initial states
     """
-    began, setting = time.perf_counter(), None
+    start, setting = time.perf_counter(), None
     for problem in problems:
         setting = setting or finest(external, problem, duration, parts, fewest)
         if setting is None:
             return
         run = external.run(problem, duration, setting)
         yield setting, run
-        if not run.success or time.perf_counter() - began > PATIENCE:
+        if not run.success or time.perf_counter() - start > PATIENCE:
             return
 
 
-def label_beside(external: ExternalContender, taken: Collection[str]) -> str:
-    """Its name, marked where one in the same table has it, in whatever case."""
-    same = external.name.casefold() in {label.casefold() for label in taken}
+def label_beside(external: ExternalContender, labels: Collection[str]) -> str:
+    """The integrator's name, marked where one of the labels is the same up to case."""
+    same = external.name.casefold() in {label.casefold() for label in labels}
     return f"{external.name}, external" if same else external.name
 
 

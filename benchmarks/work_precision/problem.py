@@ -122,7 +122,11 @@ def stopped_early_too(settings: Sequence[Setting]) -> list[Setting]:
     """The settings, from coarse to fine, and again with galvi's iterations stopped at STOPS."""
     return [
         *settings,
-        *({**one, "tolerance": stop} for stop, part in STOPS.items() for one in settings[part]),
+        *(
+            {**setting, "tolerance": stop}
+            for stop, part in STOPS.items()
+            for setting in settings[part]
+        ),
     ]
 
 

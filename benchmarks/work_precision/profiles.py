@@ -39,10 +39,12 @@ def share(solved: int, problems: int) -> Share:
     where such a result still has the probability (1 - COVERAGE) / 2. NaN without problems."""
     if not problems:
         return Share(math.nan, math.nan, math.nan)
-    tail, found = 0.5 * (1.0 - COVERAGE), solved / problems
-    low, high = (float(binom.ppf(one, problems, found)) / problems for one in (tail, 1.0 - tail))
+    tail, fraction = 0.5 * (1.0 - COVERAGE), solved / problems
+    low, high = (
+        float(binom.ppf(quantile, problems, fraction)) / problems for quantile in (tail, 1.0 - tail)
+    )
     end = tail ** (1.0 / problems)
-    return Share(end if solved == problems else low, found, 1.0 - end if solved == 0 else high)
+    return Share(end if solved == problems else low, fraction, 1.0 - end if solved == 0 else high)
 
 
 def costs(runs: pd.DataFrame, cells: pd.DataFrame, error: float) -> pd.DataFrame:
@@ -58,31 +60,33 @@ def costs(runs: pd.DataFrame, cells: pd.DataFrame, error: float) -> pd.DataFrame
     runs   of `benchmarks.work_precision.run`, errors `dependable`
     cells  of `fronts.ratios`
     """
-    asked = [name for name, rows in runs.groupby("problem", sort=False) if error in errors_of(rows)]
-    left = [name for name in TRACES if name in runs]
-    tried = runs[runs["problem"].isin(asked) & runs[left].notna().any(axis=1)]
-    found = tried[["problem"]].assign(code=tried["contender"].map(code_of)).drop_duplicates()
-    here = cells[(cells["error"] == error) & (cells["contender"] != OURS)]
-    here = here.assign(code=here["contender"].map(code_of)).dropna(subset="seconds")
-    best = here.loc[here.groupby(["problem", "code"])["seconds"].idxmin()]
-    found = found.merge(best[["problem", "code", "seconds", "outcome"]], how="left")
-    found["cost"] = found.pop("seconds").fillna(FAILED)
-    least = found.groupby("problem")["cost"].transform("min")
-    found["ratio"] = found["cost"] / least.where(np.isfinite(least), 1.0)
-    ours = found[found["code"] == "galvi"].set_index("problem")["cost"]
-    found["outcome"] = [
-        _outcome(row.code, row.cost, ours.get(row.problem), row.outcome)
-        for row in found.itertuples()
+    with_error = [
+        name for name, rows in runs.groupby("problem", sort=False) if error in errors_of(rows)
     ]
-    return found
+    left = [name for name in TRACES if name in runs]
+    measured = runs[runs["problem"].isin(with_error) & runs[left].notna().any(axis=1)]
+    table = measured[["problem"]].assign(code=measured["contender"].map(code_of)).drop_duplicates()
+    at_error = cells[(cells["error"] == error) & (cells["contender"] != OURS)]
+    at_error = at_error.assign(code=at_error["contender"].map(code_of)).dropna(subset="seconds")
+    best = at_error.loc[at_error.groupby(["problem", "code"])["seconds"].idxmin()]
+    table = table.merge(best[["problem", "code", "seconds", "outcome"]], how="left")
+    table["cost"] = table.pop("seconds").fillna(FAILED)
+    least_cost = table.groupby("problem")["cost"].transform("min")
+    table["ratio"] = table["cost"] / least_cost.where(np.isfinite(least_cost), 1.0)
+    galvi_costs = table[table["code"] == "galvi"].set_index("problem")["cost"]
+    table["outcome"] = [
+        _outcome(row.code, row.cost, galvi_costs.get(row.problem), row.outcome)
+        for row in table.itertuples()
+    ]
+    return table
 
 
-def _outcome(code: str, theirs: float, ours: float | None, told: object) -> str:
-    if code == "galvi" or ours is None or theirs == ours:
+def _outcome(code: str, code_cost: float, galvi_cost: float | None, by_intervals: object) -> str:
+    if code == "galvi" or galvi_cost is None or code_cost == galvi_cost:
         return ""
-    if isinstance(told, str) and told:
-        return told
-    return FASTER if ours < theirs else SLOWER
+    if isinstance(by_intervals, str) and by_intervals:
+        return by_intervals
+    return FASTER if galvi_cost < code_cost else SLOWER
 
 
 def profile(values: pd.Series, bounds: Sequence[float]) -> list[Share]:

@@ -59,7 +59,7 @@ NUMBERS = (
     *("error", "own_error", "seconds", "seconds_low", "seconds_high", "overhead", "energy"),
     *("evaluations", "steps", "truth_error"),
 )
-LEAST, QUICK_LEAST = 0.012, 0.005  # seconds of each setting in a round
+ROUND_SECONDS, QUICK_ROUND_SECONDS = 0.012, 0.005  # seconds of each setting in a round
 ROUNDS = 7
 BOUND = "Its error is a bound: the truth tells no smaller one, ten times its own."
 
@@ -121,8 +121,8 @@ def work_precision(
     reference     the truth and its accuracy
     truth_error   the truth's own error, measured like `error`
     """
-    known = cases or work_precision_problems(quick)
-    chosen = [case for case in known if problem in ("", case.problem.name)]
+    suite = cases or work_precision_problems(quick)
+    chosen = [case for case in suite if problem in ("", case.problem.name)]
     if not chosen:
         raise ValueError(f"there is no problem {problem!r} to compare on; known: {problems(quick)}")
     tables = [_study(with_externals(case, externals), report, quick) for case in chosen]
@@ -135,7 +135,7 @@ def problems(quick: bool = False) -> tuple[str, ...]:
 
 
 def _study(case: WorkPrecisionProblem, report: Callable[[str], None], quick: bool) -> pd.DataFrame:
-    least = QUICK_LEAST if quick else LEAST
+    round_seconds = QUICK_ROUND_SECONDS if quick else ROUND_SECONDS
     try:
         truth = case.truth()
     except ModuleNotFoundError as error:
@@ -144,102 +144,120 @@ def _study(case: WorkPrecisionProblem, report: Callable[[str], None], quick: boo
     for label, contender, settings in case.participants:
         for setting in settings:
             report(f"{case.problem.name}: {label}, {readable_setting(setting)}")
-            measured.append(_first_run(case, label, contender, setting, least))
+            measured.append(_first_run(case, label, contender, setting, round_seconds))
     if not quick:
         report(f"{case.problem.name}: settings between those")
-        _refine(case, measured, truth, least)
+        _refine(case, measured, truth, round_seconds)
     report(f"{case.problem.name}: {ROUNDS} rounds")
-    _time(measured, least)
+    _time(measured, round_seconds)
     table = _table(case, measured, truth)
     for k in _fastest_of_codes(table):
         measured[k].overhead = _overhead(case, measured[k])
-    return table.assign(overhead=[one.overhead for one in measured])
+    return table.assign(overhead=[measurement.overhead for measurement in measured])
 
 
 def _refine(
-    case: WorkPrecisionProblem, measured: list[_Measurement], truth: Truth, least: float
+    case: WorkPrecisionProblem, measured: list[_Measurement], truth: Truth, round_seconds: float
 ) -> None:
     """Settings where the fronts have gaps; those of a contender stay together, coarse to fine."""
     contenders = {label: contender for label, contender, _ in case.participants}
-    known = {
-        k: (one.contender, one.setting) for k, one in enumerate(measured) if one.run is not None
+    settings = {
+        k: (measurement.contender, measurement.setting)
+        for k, measurement in enumerate(measured)
+        if measurement.run is not None
     }
 
-    def frame() -> pd.DataFrame:
-        rows = [_row(case, measured[k], truth) for k in known]
-        seconds = [measured[k].warm / measured[k].times for k in known]
-        return pd.DataFrame(rows, index=list(known)).assign(seconds=seconds)
+    def current_rows() -> pd.DataFrame:
+        rows = [_row(case, measured[k], truth) for k in settings]
+        seconds = [measured[k].warm / measured[k].times for k in settings]
+        return pd.DataFrame(rows, index=list(settings)).assign(seconds=seconds)
 
     def add(label: str, setting: Setting) -> None:
-        known[len(measured)] = (label, setting)
+        settings[len(measured)] = (label, setting)
         try:
-            measured.append(_first_run(case, label, contenders[label], setting, least))
+            measured.append(_first_run(case, label, contenders[label], setting, round_seconds))
         except ValueError as error:  # a step that it does not take
             why = str(error)
             measured.append(
                 _Measurement(label, readable_setting(setting), lambda: None, setting, why=why)  # type: ignore[arg-type,return-value]
             )
-            del known[len(measured) - 1]
+            del settings[len(measured) - 1]
 
-    refined(frame, known, case.duration, add)
+    refined(current_rows, settings, case.duration, add)
     order = {label: k for k, label in enumerate(contenders)}
-    measured.sort(key=lambda one: order[one.contender])
+    measured.sort(key=lambda measurement: order[measurement.contender])
 
 
-def _time(measured: Sequence[_Measurement], least: float) -> None:
+def _time(measured: Sequence[_Measurement], round_seconds: float) -> None:
     """Rounds in which all settings take turns, those of galvi twice."""
-    timed = [one for one in measured if one.run is not None and one.run.success and not one.why]
-    ours = [one for one in timed if code_of(one.contender) == "galvi"]
-    samples = seconds_in_turn([one.call for one in (*timed, *ours)], ROUNDS, least)
-    seconds = [
-        [call / one.times for call in calls]
-        for one, calls in zip((*timed, *ours), samples, strict=True)
+    timed = [
+        measurement
+        for measurement in measured
+        if measurement.run is not None and measurement.run.success and not measurement.why
     ]
-    for one, rounds in zip(timed, seconds[: len(timed)], strict=True):
-        one.rounds, one.why = rounds, getattr(one.call, "failure", "")
-    for one, rounds in zip(ours, seconds[len(timed) :], strict=True):
-        one.again = rounds
+    by_galvi = [measurement for measurement in timed if code_of(measurement.contender) == "galvi"]
+    samples = seconds_in_turn(
+        [measurement.call for measurement in (*timed, *by_galvi)], ROUNDS, round_seconds
+    )
+    seconds = [
+        [call / measurement.times for call in calls]
+        for measurement, calls in zip((*timed, *by_galvi), samples, strict=True)
+    ]
+    for measurement, rounds in zip(timed, seconds[: len(timed)], strict=True):
+        measurement.rounds, measurement.why = rounds, getattr(measurement.call, "failure", "")
+    for measurement, rounds in zip(by_galvi, seconds[len(timed) :], strict=True):
+        measurement.again = rounds
 
 
 def _fastest_of_codes(table: pd.DataFrame) -> set[Any]:
-    """Of each code the fastest setting at each error: its place in the table."""
+    """Indices of the rows that are the fastest of their code at an error."""
     codes = [runs for _, runs in table.groupby(table["contender"].map(code_of), sort=False)]
     best = [fastest(runs, error) for error in errors_of(table) for runs in codes]
     return {row.name for row in best if row is not None}
 
 
-def _overhead(case: WorkPrecisionProblem, one: _Measurement) -> float:
+def _overhead(case: WorkPrecisionProblem, measurement: _Measurement) -> float:
     """The share of the timed call that a call of one step takes."""
-    if isinstance(one.call, NetTime):
-        short, whole = one.call.short, seconds_of(one.call.call)
+    if isinstance(measurement.call, NetTime):
+        short, full_seconds = measurement.call.short, seconds_of(measurement.call.call)
     else:
-        contender = next(c for label, c, _ in case.participants if label == one.contender)
-        short = one_step(contender, case.problem, case.duration, one.setting)
+        contender = next(c for label, c, _ in case.participants if label == measurement.contender)
+        short = one_step(contender, case.problem, case.duration, measurement.setting)
         short()
-        whole = one.warm
-    return min(seconds_of(short) for _ in range(3)) / whole
+        full_seconds = measurement.warm
+    return min(seconds_of(short) for _ in range(3)) / full_seconds
 
 
 def _first_run(
-    case: WorkPrecisionProblem, label: str, contender: Contender, setting: Setting, least: float
+    case: WorkPrecisionProblem,
+    label: str,
+    contender: Contender,
+    setting: Setting,
+    round_seconds: float,
 ) -> _Measurement:
     """The first run of a setting, with the call to be timed, lengthened where the case says so."""
     call = call_of(contender, case.problem, case.duration, setting)
-    one = _Measurement(label, readable_setting(setting), call, setting)
-    one.stops_early = isinstance(contender, Variational) and contender.stops_early(setting)
+    measurement = _Measurement(label, readable_setting(setting), call, setting)
+    measurement.stops_early = isinstance(contender, Variational) and contender.stops_early(setting)
     if contender.missing:
-        one.why = contender.missing
-        return one
-    one.run, one.warm = warmed(call)
-    one.why = getattr(call, "failure", "")
-    if case.repeated_run and one.run.success and not one.why:
-        longer = repeated_run(contender, case.problem, case.duration, setting, one.warm, least)
-        one.call, one.warm, one.times = longer.call, longer.seconds, longer.times
-        one.why = longer.failure and f"Not timed, it fails later: {longer.failure}"
-    steps = one.run.counts.get("steps", 0)
-    if case.net_time and one.run.success and not one.why and steps > 1:
-        one.call = net_time(contender, case.problem, case.duration, setting, steps)
-    return one
+        measurement.why = contender.missing
+        return measurement
+    measurement.run, measurement.warm = warmed(call)
+    measurement.why = getattr(call, "failure", "")
+    if case.repeated_run and measurement.run.success and not measurement.why:
+        longer = repeated_run(
+            contender, case.problem, case.duration, setting, measurement.warm, round_seconds
+        )
+        measurement.call, measurement.warm, measurement.times = (
+            longer.call,
+            longer.seconds,
+            longer.times,
+        )
+        measurement.why = longer.failure and f"Not timed, it fails later: {longer.failure}"
+    steps = measurement.run.counts.get("steps", 0)
+    if case.net_time and measurement.run.success and not measurement.why and steps > 1:
+        measurement.call = net_time(contender, case.problem, case.duration, setting, steps)
+    return measurement
 
 
 def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
@@ -263,10 +281,16 @@ def _without_truth(case: WorkPrecisionProblem, why: str) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(COLUMNS)).astype(numbers)
 
 
-def _energy(case: WorkPrecisionProblem, one: _Measurement) -> float:
-    if one.run is None or not isinstance(case.problem.system, NBody) or not one.run.success:
+def _energy(case: WorkPrecisionProblem, measurement: _Measurement) -> float:
+    if (
+        measurement.run is None
+        or not isinstance(case.problem.system, NBody)
+        or not measurement.run.success
+    ):
         return math.nan
-    error = relative_energy_error(case.problem, exactly(one.run.q[-1]), exactly(one.run.v[-1]))
+    error = relative_energy_error(
+        case.problem, exactly(measurement.run.q[-1]), exactly(measurement.run.v[-1])
+    )
     return abs(float(np.ravel(error)[0]))
 
 
@@ -274,39 +298,41 @@ def _table(
     case: WorkPrecisionProblem, measured: Sequence[_Measurement], truth: Truth
 ) -> pd.DataFrame:
     """The rows, with the errors that count."""
-    rows = pd.DataFrame([_row(case, one, truth) for one in measured])
+    rows = pd.DataFrame([_row(case, measurement, truth) for measurement in measured])
     table = dependable(rows)[list(COLUMNS)]
-    said = (BOUND + " " + table["status"]).str.strip()
-    return table.assign(status=table["status"].mask(table["error_is_bound"], said))
+    remark = (BOUND + " " + table["status"]).str.strip()
+    return table.assign(status=table["status"].mask(table["error_is_bound"], remark))
 
 
-def _row(case: WorkPrecisionProblem, one: _Measurement, truth: Truth) -> dict[str, Any]:
+def _row(case: WorkPrecisionProblem, measurement: _Measurement, truth: Truth) -> dict[str, Any]:
     nan = float("nan")
-    counts: Mapping[str, int] = one.run.counts if one.run is not None else {}
-    rounds = one.rounds if all(math.isfinite(seconds) for seconds in one.rounds) else []
-    error, status, is_truth = nan, one.why, False
-    if one.run is not None and not one.run.success:
-        status = one.run.status
-    elif one.run is not None:
-        is_truth = truth.source == (one.contender, one.settings)
-        error = nan if is_truth else case.distance(one.run.q[-1], truth.end)
-        if one.rounds and not rounds:
+    counts: Mapping[str, int] = measurement.run.counts if measurement.run is not None else {}
+    rounds = (
+        measurement.rounds if all(math.isfinite(seconds) for seconds in measurement.rounds) else []
+    )
+    error, status, is_truth = nan, measurement.why, False
+    if measurement.run is not None and not measurement.run.success:
+        status = measurement.run.status
+    elif measurement.run is not None:
+        is_truth = truth.source == (measurement.contender, measurement.settings)
+        error = nan if is_truth else case.distance(measurement.run.q[-1], truth.end)
+        if measurement.rounds and not rounds:
             status = "Not timed: its steps took no longer than what a call costs besides them."
-        status = " ".join(filter(None, (status, case.notes.get(one.contender, ""))))
+        status = " ".join(filter(None, (status, case.notes.get(measurement.contender, ""))))
     return {
         "problem": case.problem.name,
-        "contender": one.contender,
-        "settings": one.settings,
-        "stops_early": one.stops_early,
+        "contender": measurement.contender,
+        "settings": measurement.settings,
+        "stops_early": measurement.stops_early,
         "quantity": case.quantity,
         "error": error,
         "seconds": statistics.median(rounds) if rounds else nan,
         "seconds_low": min(rounds, default=nan),
         "seconds_high": max(rounds, default=nan),
         "rounds": written(rounds),
-        "again": written(one.again if rounds else []),
-        "overhead": one.overhead,
-        "energy": _energy(case, one),
+        "again": written(measurement.again if rounds else []),
+        "overhead": measurement.overhead,
+        "energy": _energy(case, measurement),
         "evaluations": float(counts.get("force_evaluations", nan)),
         "steps": float(counts.get("steps", nan)),
         "is_truth": is_truth,

@@ -51,7 +51,7 @@ class Target:
         least ratio of the contenders' time to galvi's; None when galvi only has to reach the error
     source
         origin of the target
-    ours
+    galvi_contenders
         galvi's labels that count; () for all but the contenders
     note
         a sentence on what has changed since it was set
@@ -62,7 +62,7 @@ class Target:
     error: float | None
     ratio: float | None
     source: str = ORBITS
-    ours: tuple[str, ...] = ()
+    galvi_contenders: tuple[str, ...] = ()
     note: str = ""
 
     @property
@@ -73,95 +73,102 @@ class Target:
     @property
     def counted(self) -> str:
         """Which of galvi's methods count, in words."""
-        return COUNTED.get(self.ours) or ", ".join(self.ours).replace("galvi ", "")
+        return COUNTED.get(self.galvi_contenders) or ", ".join(self.galvi_contenders).replace(
+            "galvi ", ""
+        )
 
 
-def _each(
-    problem: str, contender: str, asked: tuple[tuple[float | None, float | None], ...], **more: Any
+def _targets(
+    problem: str,
+    contender: str,
+    errors_and_ratios: tuple[tuple[float | None, float | None], ...],
+    **fields: Any,
 ) -> tuple[Target, ...]:
-    return tuple(Target(problem, (contender,), error, ratio, **more) for error, ratio in asked)
+    return tuple(
+        Target(problem, (contender,), error, ratio, **fields) for error, ratio in errors_and_ratios
+    )
 
 
 TARGETS = (
     Target(OUTER, IAS15, 1e-9, 18.0),
-    *_each(OUTER, "heyoka", ((1e-9, 6.0),)),
-    *_each(
+    *_targets(OUTER, "heyoka", ((1e-9, 6.0),)),
+    *_targets(
         OUTER,
         "REBOUND WHFast, best",  # "at 1e-7 and below": at each decade of the comparison
         ((1e-6, 1.7), (1e-7, 2.5), (1e-8, 2.5), (1e-9, 2.5), (1e-10, 2.5)),
     ),
     Target(OUTER, IAS15[:1], None, None),
     Target(WHOLE, IAS15, 5e-11, 12.0),
-    *_each(WHOLE, "heyoka", ((1e-9, 7.0),)),
-    *_each(
+    *_targets(WHOLE, "heyoka", ((1e-9, 7.0),)),
+    *_targets(
         WHOLE,
         "REBOUND WHFast, best",
         ((1e-6, 0.6), (1e-7, 1.0), (1e-8, 1.0), (1e-9, 1.0), (1e-10, 1.0)),
     ),
-    *_each(WHOLE, "REBOUND WHFast512", ((1e-9, 0.4),)),
+    *_targets(WHOLE, "REBOUND WHFast512", ((1e-9, 0.4),)),
     Target(WHOLE, IAS15[:1], None, None),
-    *_each(
+    *_targets(
         WHOLE, "REBOUND WHFast512", ((1e-4, 1.3), (1e-6, 1.25), (1e-8, 1.15), (1e-9, 1.3)),
-        source=FRAMES, ours=FAST,
+        source=FRAMES, galvi_contenders=FAST,
     ),
     Target(WHOLE, ("REBOUND WHFast512",), 1e-11, None, FRAMES, CALM + FAST),
-    *_each(  # "at every error": at each decade of the comparison
+    *_targets(  # "at every error": at each decade of the comparison
         WHOLE, "REBOUND WHFast, best",
         tuple((10.0**-k, 5.0) for k in range(5, 11)),
-        source=FRAMES, ours=CALM,
+        source=FRAMES, galvi_contenders=CALM,
     ),
     *(
         Target(OUTER, PLAIN, error, ratio, FRAMES, CALM + FAST)
         for error, ratio in ((1e-7, 3.0), (1e-9, 1.8), (1e-10, 1.5))
     ),
-    *_each(
+    *_targets(
         FREE_BODY,
         "MuJoCo RK4",
         ((7e-6, 3.0), (1e-8, 10.0), (2e-11, 30.0), (1e-12, 40.0), (None, None)),
         source=TURNS,
     ),
-    *_each(
+    *_targets(
         FREE_BODY,
         "DOP853 on quaternions, compiled",
         ((1e-11, 1.0), (1e-12, 1.0), (1e-13, 1.0)),  # "ahead at 1e-11 and below"
         source=TURNS,
     ),
-    *_each(
+    *_targets(
         FREE_BODY,
         "DOP853 on quaternions, compiled",
         ((1e-10, 1.0),),
         source=VECTORS,
     ),
-    *_each(
+    *_targets(
         FREE_BODY,
         "heyoka, rigid bodies",
         ((1e-10, 1.0), (1e-11, 1.0), (1e-12, 1.0), (1e-13, 1.0)),
         source=VECTORS,
     ),
-    *_each(
+    *_targets(
         FREE_BODY,
         "MuJoCo RK4",
         ((7e-6, 6.0), (1e-8, 30.0), (2e-11, 150.0)),  # H's rule: n points for n functions
         source=VECTORS,
-        ours=MORE_POINTS,
+        galvi_contenders=MORE_POINTS,
     ),
-    *_each(DOUBLE, "heyoka, chains", ((1e-6, 1.1), (1e-10, 1.8), (1e-12, 2.5)), source=VECTORS),
-    *_each(FIVE, "heyoka, chains", ((1e-6, 6.0), (1e-10, 9.0), (1e-12, 11.0)), source=VECTORS),
-    *_each(FIVE, "MuJoCo RK4", ((1e-4, 1.0), (1e-6, 1.0), (None, 1.0)), source=VECTORS),
+    *_targets(DOUBLE, "heyoka, chains", ((1e-6, 1.1), (1e-10, 1.8), (1e-12, 2.5)), source=VECTORS),
+    *_targets(FIVE, "heyoka, chains", ((1e-6, 6.0), (1e-10, 9.0), (1e-12, 11.0)), source=VECTORS),
+    *_targets(FIVE, "MuJoCo RK4", ((1e-4, 1.0), (1e-6, 1.0), (None, 1.0)), source=VECTORS),
     *(
         target
         for problem in COORDINATES
-        for target in _each(
+        for target in _targets(
             problem, "heyoka, Lagrangians", ((1e-6, 1.0), (1e-10, 1.0), (1e-12, 1.0)),
             source=VECTORS,
         )
     ),
-    *_each(
+    *_targets(
         THROWN, "galvi degree 5, Gauss 5, general kernel", ((1e-7, 45.0),),
-        source=VECTORS, ours=("galvi degree 5, Gauss 5",), note=GENERAL,
+        source=VECTORS, galvi_contenders=("galvi degree 5, Gauss 5",), note=GENERAL,
     ),
-    *_each(
+    *_targets(
         GRAIN, "galvi degree 4, Gauss 4, general kernel", ((1e-9, 15.0),),
-        source=VECTORS, ours=("galvi degree 4, Gauss 4",), note=GENERAL,
+        source=VECTORS, galvi_contenders=("galvi degree 4, Gauss 4",), note=GENERAL,
     ),
 )  # fmt: skip

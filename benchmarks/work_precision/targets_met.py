@@ -41,8 +41,8 @@ def targets_met(table: pd.DataFrame, targets: Iterable[Target]) -> pd.DataFrame:
 
 def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
     fronts = front(table[table["problem"] == target.problem])
-    theirs = fronts[fronts["contender"].isin(target.contenders)]
-    error = target.error if target.error is not None else theirs["error"].min()
+    rival_fronts = fronts[fronts["contender"].isin(target.contenders)]
+    error = target.error if target.error is not None else rival_fronts["error"].min()
     row = {
         "problem": target.problem,
         "against": target.against,
@@ -57,26 +57,28 @@ def _row(table: pd.DataFrame, target: Target) -> dict[str, Any]:
         "note": target.note,
         "source": target.source,
     }
-    if theirs.empty:
+    if rival_fronts.empty:
         return row
     if target.error is None:
-        row["remark"] = theirs.loc[theirs["error"].idxmin(), "status"]
+        row["remark"] = rival_fronts.loc[rival_fronts["error"].idxmin(), "status"]
     times = ratios(fronts, [error])
     rivals = _fastest(times[times["contender"].isin(target.contenders)])
     names = times["contender"]
-    is_ours = names.str.startswith("galvi") & ~names.isin((OURS, *target.contenders))
-    ours = _fastest(times[names.isin(target.ours) if target.ours else is_ours])
-    row |= {"contender": rivals.get("contender", ""), "galvi": ours.get("contender", "")}
-    if not ours:
+    is_galvi = names.str.startswith("galvi") & ~names.isin((OURS, *target.contenders))
+    galvi_row = _fastest(
+        times[names.isin(target.galvi_contenders) if target.galvi_contenders else is_galvi]
+    )
+    row |= {"contender": rivals.get("contender", ""), "galvi": galvi_row.get("contender", "")}
+    if not galvi_row:
         return row | {"ratio": f"galvi: {NOT_REACHED}", "verdict": MISSED}
     if not rivals:
         return row | {"ratio": NOT_REACHED, "verdict": MET if target.ratio is None else NOT_REACHED}
-    ratio = float(rivals["seconds"] / ours["seconds"])
+    ratio = float(rivals["seconds"] / galvi_row["seconds"])
     met = target.ratio is None or ratio >= target.ratio
     return row | {"ratio": ratio, "verdict": MET if met else MISSED}
 
 
 def _fastest(times: pd.DataFrame) -> dict[str, Any]:
     """The row of least time; empty when no row has a time."""
-    known = times[times["seconds"].notna()]
-    return {} if known.empty else known.loc[known["seconds"].idxmin()].to_dict()
+    timed = times[times["seconds"].notna()]
+    return {} if timed.empty else timed.loc[timed["seconds"].idxmin()].to_dict()

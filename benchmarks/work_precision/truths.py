@@ -1,4 +1,4 @@
-"""The truth of a problem of one's own, and how good it is."""
+"""The reference solution of a user's problem, and its error."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def measure_of(problem: Problem) -> tuple[str, Callable[[Array, Array], float]]:
 
 
 def can_run(contender: Contender, problem: Problem) -> bool:
-    """Whether its engine is here and it solves the problem."""
+    """Whether its engine is installed and it solves the problem."""
     return not contender.missing and contender.supports(problem)
 
 
@@ -78,7 +78,7 @@ def truth_of(problem: Problem, duration: float, report: Report) -> Truth:
     looser tolerance."""
     _, distance = measure_of(problem)
     ends: list[tuple[str, Mapping[str, Any], Array, Array]] = []
-    said = ""
+    reason = ""
     for name in TRUTHS:
         if len(ends) == 2 or not can_run(reference(name), problem):
             continue
@@ -87,18 +87,18 @@ def truth_of(problem: Problem, duration: float, report: Report) -> Truth:
         try:
             run = reference(name).run(problem, duration, {"samples": 1, **setting})
         except ValueError as error:  # a truth that knows some starts or durations only
-            said = str(error)
+            reason = str(error)
             continue
         if run.success:
             ends.append((name, setting, run.q[-1], run.p[-1]))
-        said = run.status
+        reason = run.status
     if not ends:
         raise ValueError(
             f"{problem.name} needs a truth that is not galvi's; received a "
             f"{type(problem.system).__name__}, which "
             + (
-                f"no other code here carries to the end: {said}"
-                if said
+                f"no other code here carries to the end: {reason}"
+                if reason
                 else "no other code here solves."
             )
         )
@@ -106,17 +106,17 @@ def truth_of(problem: Problem, duration: float, report: Report) -> Truth:
     source = (name, readable_setting(setting))
     rounding = _rounding(end)
     if len(ends) == 2:
-        other = ends[1]
-        apart = distance(other[2], end)
-        text = f"{name}; by its difference from {other[0]}"
-        return Truth(end, max(apart, rounding), text, source, momenta)
+        second = ends[1]
+        difference = distance(second[2], end)
+        text = f"{name}; by its difference from {second[0]}"
+        return Truth(end, max(difference, rounding), text, source, momenta)
     looser = {key: LOOSER * value for key, value in setting.items() if key in ("tolerance", "rtol")}
     if not looser:
         return Truth(end, rounding, f"{name}; to rounding", source, momenta)
     run = reference(name).run(problem, duration, {"samples": 1, **setting, **looser})
-    apart = distance(run.q[-1], end)
+    difference = distance(run.q[-1], end)
     text = f"{name}; by its difference from itself at {LOOSER:g} times the tolerance"
-    return Truth(end, max(apart, rounding), text, source, momenta)
+    return Truth(end, max(difference, rounding), text, source, momenta)
 
 
 LEAST_STEPS, DOUBLINGS = 16, 10  # of the coarsest run for a pair, and how often it is refined
@@ -148,17 +148,17 @@ def state_distance(
         else (largest(motion.q), largest(motion.p))
     )
 
-    def away(state: State) -> float:
-        apart = distance(state[0], q)
+    def from_end(state: State) -> float:
+        difference = distance(state[0], q)
         if p is None or state[1] is None or not unit:
-            return apart
-        return max(apart, size / unit * largest(state[1] - p))
+            return difference
+        return max(difference, size / unit * largest(state[1] - p))
 
-    return away
+    return from_end
 
 
 def size_of(problem: Problem, end: Array) -> float:
-    """Of the configurations at start and end."""
+    """The largest entry of the configurations at start and end; 1 where all are 0."""
     return max(largest(end), largest(problem.q0)) or 1.0
 
 
@@ -173,31 +173,37 @@ def best_truth(problem: Problem, duration: float, method: galvi.Galerkin, report
         Where there is none.
     """
     try:
-        other = truth_of(problem, duration, report)
+        independent = truth_of(problem, duration, report)
     except ValueError:
-        other = None
-    name = other.source[0] if other and other.source else ""
-    if other and CLOSED in name:
-        return replace(other, error=_rounding(other.end), description=f"{name}, to rounding")
+        independent = None
+    name = independent.source[0] if independent and independent.source else ""
+    if independent and CLOSED in name:
+        return replace(
+            independent, error=_rounding(independent.end), description=f"{name}, to rounding"
+        )
     try:
         run, error, text = _pair(problem, duration, method, report)
     except ValueError:
-        if other is None:
+        if independent is None:
             raise
-        return other
+        return independent
     pair = Truth(run.q[-1], error, f"{text}, by their difference", None, run.p[-1])
-    if other is None:
+    if independent is None:
         return replace(pair, description=f"{pair.description}; no other code here solves it")
-    away = state_distance(problem, (other.end, other.momenta), run)
-    apart = away((run.q[-1], run.p[-1]))
+    from_end = state_distance(problem, (independent.end, independent.momenta), run)
+    difference = from_end((run.q[-1], run.p[-1]))
     if reference(name).exact:
-        near = max(apart, error)
+        agreement = max(difference, error)
         description = f"{name}; by its difference from {text}"
-        return replace(other, error=near, description=description) if near < other.error else other
-    if apart > 3.0 * other.error:
-        description = f"{text}; by its difference from {other.description}"
-        return replace(pair, error=max(apart, error), description=description)
-    return replace(pair, description=f"{pair.description}; {name} agrees to {apart:.1g}")
+        return (
+            replace(independent, error=agreement, description=description)
+            if agreement < independent.error
+            else independent
+        )
+    if difference > 3.0 * independent.error:
+        description = f"{text}; by its difference from {independent.description}"
+        return replace(pair, error=max(difference, error), description=description)
+    return replace(pair, description=f"{pair.description}; {name} agrees to {difference:.1g}")
 
 
 def _pair(
@@ -213,29 +219,29 @@ def _pair(
         Where no pair comes to its end.
     """
     runs: list[Trajectory] = []
-    apart: list[float] = []
+    differences: list[float] = []
     status = ""
     for count in (LEAST_STEPS * 2**k for k in range(DOUBLINGS + 1)):
         report(f"truth: {method.name}, {count} steps")
-        every = count // LEAST_STEPS
-        run = galvi.integrate(problem, method, duration / count, count, save_every=every)
+        save_every = count // LEAST_STEPS
+        run = galvi.integrate(problem, method, duration / count, count, save_every=save_every)
         status = run.status
         if not run.success:
-            runs, apart = [], []
+            runs, differences = [], []
             continue
-        away = state_distance(problem, (run.q[-1], run.p[-1]), run)
-        apart += [away((one.q[-1], one.p[-1])) for one in runs[-1:]]
+        from_end = state_distance(problem, (run.q[-1], run.p[-1]), run)
+        differences += [from_end((coarser.q[-1], coarser.p[-1])) for coarser in runs[-1:]]
         runs.append(run)
-        small = len(apart) > 1 and apart[-2] < ALIKE * size_of(problem, run.q[-1])
-        if small and apart[-1] > 0.25 * apart[-2]:
+        small = len(differences) > 1 and differences[-2] < ALIKE * size_of(problem, run.q[-1])
+        if small and differences[-1] > 0.25 * differences[-2]:
             break
-    if not apart:
+    if not differences:
         raise ValueError(
             f"{problem.name or 'the problem'} needs a truth; galvi's runs for one do not come to "
             f"their end, the last of them: {status} Give truth=, the configuration at the end."
         )
     text = f"galvi's {method.name} at {count // 2:,} and {count:,} steps (a Richardson pair)"
-    return runs[-1], max(*apart[-2:], _rounding(runs[-1].q[-1])), text
+    return runs[-1], max(*differences[-2:], _rounding(runs[-1].q[-1])), text
 
 
 def accurate_motion(problem: Problem, duration: float, truth: Truth) -> Trajectory | None:
@@ -250,8 +256,8 @@ def accurate_motion(problem: Problem, duration: float, truth: Truth) -> Trajecto
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
     for count in (2 * SAMPLES * 4**k for k in range(5)):
         run = galvi.integrate(problem, method, duration / count, count, save_every=count // SAMPLES)
-        near = ALIKE * size_of(problem, truth.end)
-        if run.success and distance(run.q[-1], truth.end) <= near:
+        tolerance = ALIKE * size_of(problem, truth.end)
+        if run.success and distance(run.q[-1], truth.end) <= tolerance:
             return run
     return None
 

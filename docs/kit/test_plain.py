@@ -14,9 +14,9 @@ def accelerations(G, masses, positions):
     return [
         [
             sum(
-                G * mass * (other[axis] - position[axis]) / math.dist(other, position) ** 3
-                for mass, other in zip(masses, positions, strict=True)
-                if other is not position
+                G * mass * (source[axis] - position[axis]) / math.dist(source, position) ** 3
+                for mass, source in zip(masses, positions, strict=True)
+                if source is not position
             )
             for axis in range(3)
         ]

@@ -66,9 +66,9 @@ def group_step(b, basis, J, torque, R, mu, h):
 
     w = np.linalg.solve(J, mu)
     line = np.linalg.solve(slope.T @ (b[:, None] * slope), end)
-    found = root(lambda x: carried(x)[2].ravel(), np.outer(line, -0.5 * h * w), tol=1e-15)
-    ahead, after, _ = carried(found.x)
-    return R @ ahead, after, found.x.reshape(-1, 3)
+    solution = root(lambda x: carried(x)[2].ravel(), np.outer(line, -0.5 * h * w), tol=1e-15)
+    ahead, after, _ = carried(solution.x)
+    return R @ ahead, after, solution.x.reshape(-1, 3)
 
 
 def hat(x):
@@ -81,31 +81,31 @@ def cayley(x):
     return (np.eye(3) - hat(x)) @ np.linalg.inv(np.eye(3) + hat(x))
 
 
-def frame_step(rule, flow, rest, w, h):
+def frame_step(rule, flow, perturbation, w, h):
     """A step in the frame of a flow, from w = (x, x'), (2, n), at its start to its end.
 
-    flow(w, t) is analytic; rest(x) are the accelerations that it leaves.
+    flow(w, t) is analytic; perturbation(x) are the accelerations that it leaves.
     """
     c, b = rule
     A = collocation(c)
     w, k = flow(w, 0.5 * h), np.zeros((c.size, *w.shape))
     for _ in range(PASSES):
         stages = zip(w + np.tensordot(A, k, 1), (c - 0.5) * h, strict=True)
-        k = np.stack([h * pulled_back(flow, rest, W, t) for W, t in stages])
+        k = np.stack([h * pulled_back(flow, perturbation, W, t) for W, t in stages])
     return flow(w + np.tensordot(b, k, 1), 0.5 * h)
 
 
-def pulled_back(flow, rest, W, t):
-    """D phi_-t(Z) (0, rest), Z = phi_t(W), by a complex step."""
+def pulled_back(flow, perturbation, W, t):
+    """D phi_-t(Z) (0, perturbation), Z = phi_t(W), by a complex step."""
     x, rate = flow(W, t)
-    return np.imag(flow(np.stack([x, rate + 1j * TINY * rest(x)]), -t)) / TINY
+    return np.imag(flow(np.stack([x, rate + 1j * TINY * perturbation(x)]), -t)) / TINY
 
 
 def collocation(c):
     """A_jl, the integral from 0 to c_j of the polynomial that is 1 at c_l, 0 at other nodes."""
     of_nodes = np.linalg.inv(legendre.legvander(2.0 * c - 1.0, c.size - 1))
     up = [legendre.legint(column, scl=0.5, lbnd=-1.0) for column in of_nodes.T]
-    return np.stack([legendre.legval(2.0 * c - 1.0, one) for one in up], axis=1)
+    return np.stack([legendre.legval(2.0 * c - 1.0, primitive) for primitive in up], axis=1)
 
 
 def orbit(mu, w, t):
@@ -125,7 +125,7 @@ def orbit(mu, w, t):
 
 
 def kepler_frame(m):
-    """The flow and the rest of planets 1, 2, .. about a star 0, and their Jacobi coordinates.
+    """Flow and perturbation of planets 1, 2, .. about a star 0, and their Jacobi coordinates.
 
     Rows of (Q_1, .., Q_n, barycentre), each (D,), are the matrix returned times those of bodies.
     """
@@ -137,7 +137,7 @@ def kepler_frame(m):
         moved = [orbit(mu, w[:, i], t) for i, mu in enumerate(total[1:])]
         return np.stack([*moved, np.stack([w[0, -1] + t * w[1, -1], w[1, -1]])], axis=1)
 
-    def rest(Q):
+    def perturbation(Q):
         x = np.linalg.solve(into, Q)
         gap = x[None] - x[:, None]
         cube = np.sum(gap * gap, axis=2) + np.eye(m.size)
@@ -145,4 +145,4 @@ def kepler_frame(m):
         held = total[1:, None] * Q[:-1] / np.sum(Q[:-1] ** 2, axis=1)[:, None] ** 1.5
         return pull + np.vstack([held, np.zeros(Q.shape[1])])
 
-    return flow, rest, into
+    return flow, perturbation, into

@@ -11,7 +11,7 @@ from benchmarks.store.atomic import write
 from reports.build.compare import compare
 from reports.build.first_look import CLAIMS as ALL_CLAIMS
 from reports.build.first_look import COMPARISONS, STUDIES, first_look, remembering
-from reports.build.kept import CLAIMS, alone, kept_claims, kept_comparison, kept_sections
+from reports.build.kept import CLAIMS, kept_claims, kept_comparison, kept_sections, locked
 from reports.build.sections import study
 from reports.build.verify import Verified, verify
 from reports.build.workers import map_in_workers
@@ -49,16 +49,18 @@ def build(
     single
         write all results as one self-contained file, too
     """
-    with alone(options.out), SiteBuilder() as site:
+    with locked(options.out), SiteBuilder() as site:
         cache = open_cache(suite, options)
-        if cache.taken:
+        if cache.resumed:
             print(cache.greeting(), flush=True)
 
         def provenance(command: str) -> dict[str, str]:
             return {**suite.provenance(command), **cache.provenance()}
 
         try:
-            results = _build(replace(suite, provenance=provenance), options, cache, site, single)
+            verified, comparison, sections = _build(
+                replace(suite, provenance=provenance), options, cache, site, single
+            )
         except KeyboardInterrupt:
             if cache.folder is not None:
                 print(
@@ -67,7 +69,7 @@ def build(
                 )
             raise
         cache.forget()
-    return results
+    return verified, comparison, sections
 
 
 def build_kept(
@@ -85,14 +87,14 @@ def publish(
 ) -> list[str]:
     """Figures and site from the rows that earlier commands wrote; nothing is measured.
 
-    Verdicts are those that were judged then. Returns the warnings of Sphinx.
+    Verdicts are those of the earlier runs. Returns the warnings of Sphinx.
 
     Parameters
     ----------
     tutorials
         run their code for the pages
     """
-    with alone(options.out), SiteBuilder(tutorials) as site:
+    with locked(options.out), SiteBuilder(tutorials) as site:
         return write_pages(kept_report(suite, options), site, single)
 
 
@@ -108,7 +110,7 @@ def kept_report(suite: Suite, options: Options) -> Report:
         kept_comparison(out),
         kept_sections(out, suite.sections),
         {name: text for name, text in origin.items() if name != "setting"},
-        kept=True,
+        from_rows=True,
     )
 
 
@@ -132,7 +134,7 @@ def _build(
     studies = section_studies(runnable(suite.sections), options.quick)
     headlines = Comparison(None, None)
     part = 0 < len(options.claims) < len(suite.claims)
-    if not (options.quick or part or options.contenders or cache.taken):
+    if not (options.quick or part or options.contenders or cache.resumed):
         checked, headlines = first_look(suite)
         pages(checked, headlines, left=(ALL_CLAIMS, COMPARISONS, STUDIES))
     verified = verify(suite, options, cache, studies)
@@ -149,11 +151,11 @@ def _build(
 
 
 def write_pages(
-    report: Report, site: SiteBuilder, single: bool = False, each: Draw = map_in_workers
+    report: Report, site: SiteBuilder, single: bool = False, map_figures: Draw = map_in_workers
 ) -> list[str]:
     """Draw the figures and write the site; returns the warnings of Sphinx."""
     out, left = report.out, report.left
-    gallery = draw(report.checked, report.comparison, report.sections, each)
+    gallery = draw(report.checked, report.comparison, report.sections, map_figures)
     save(gallery, out / "figures")
     report = replace(report, gallery=gallery, history=history(out))
     write(out / "cite.bib", bibliography())

@@ -25,9 +25,9 @@ def compare(suite: Suite, options: Options, cache: BuildCache | None = None) -> 
     """
     measured = measure_comparison(suite, options, cache)
     origin = suite.provenance(options.command)
-    for name, frame in (("work_precision", measured.work_precision), ("cost", measured.cost)):
-        if frame is not None:
-            write(options.out / f"{name}.csv", as_csv(frame))
+    for name, table in (("work_precision", measured.work_precision), ("cost", measured.cost)):
+        if table is not None:
+            write(options.out / f"{name}.csv", as_csv(table))
             note_origin(options.out, f"{name}.csv", origin, options.quick)
     targets = () if options.quick else suite.targets
     tables = comparison_tables(measured.work_precision, targets)

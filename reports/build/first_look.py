@@ -23,32 +23,32 @@ PATIENCE = 75.0  # seconds for claims
 def first_look(suite: Suite) -> tuple[list[ClaimResult], Comparison]:
     """The untimed claims that finish soon and the headlines' comparisons, in their quick form.
 
-    Nothing is kept of them, and what fails is left to the whole build to report."""
-    begun, cache = time.perf_counter(), BuildCache()
+    They are not stored; failures are reported by the build itself."""
+    start, cache = time.perf_counter(), BuildCache()
     with closing(study_in_workers(claim_studies(suite.claims, quick=True), cache)) as finished:
         for _ in finished:
-            if time.perf_counter() - begun > PATIENCE:
+            if time.perf_counter() - start > PATIENCE:
                 break
-    checked = check([claim for claim in suite.claims if claim.id in cache.results], True, cache)
-    shown = {name for one in HEADLINES for name in one.options["panels"]}
-    frames = []
+    checked = check([claim for claim in suite.claims if claim.id in cache.entries], True, cache)
+    shown = {name for headline in HEADLINES for name in headline.options["panels"]}
+    tables = []
     for problem in shown.intersection(suite.problems(True)):
         with suppress(Exception):
-            frames.append(suite.work_precision(True, lambda sentence: None, problem=problem))
-    runs = pd.concat(frames, ignore_index=True) if frames else None
+            tables.append(suite.work_precision(True, lambda sentence: None, problem=problem))
+    runs = pd.concat(tables, ignore_index=True) if tables else None
     return checked, Comparison(runs, None)
 
 
-def remembering(each: Callable[..., Iterable[Any]]) -> Callable[..., list[Any]]:
-    """The same map over (figure, frame), in which nothing is drawn twice."""
-    drawn: dict[tuple[str, int], tuple[Any, Any]] = {}  # the frame too, so that it keeps its id
+def remembering(map_figures: Callable[..., Iterable[Any]]) -> Callable[..., list[Any]]:
+    """Wrap `map_figures` so that it draws each (figure, table) once."""
+    drawn: dict[tuple[str, int], tuple[Any, Any]] = {}  # the table too, so that it keeps its id
 
     def draw(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
-        keys = [(figure.name, id(frame)) for figure, frame in jobs]
+        keys = [(figure.name, id(table)) for figure, table in jobs]
         new = [key_job for key_job in zip(keys, jobs, strict=True) if key_job[0] not in drawn]
-        pictures = each(function, [job for _, job in new])
-        for (key, (_, frame)), picture in zip(new, pictures, strict=True):
-            drawn[key] = frame, picture
+        pictures = map_figures(function, [job for _, job in new])
+        for (key, (_, table)), picture in zip(new, pictures, strict=True):
+            drawn[key] = table, picture
         return [drawn[key][1] for key in keys]
 
     return draw

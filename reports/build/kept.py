@@ -21,13 +21,13 @@ from reports.results.section import Section
 from reports.results.section_result import SectionResult
 from reports.tables.claims_table import COLUMNS as OF_ROWS
 from reports.tables.claims_table import NUMBERS
-from reports.tables.number_format import known
+from reports.tables.number_format import is_finite
 
 LOCK = ".build"  # in the folder
 
 
 @contextmanager
-def alone(folder: Path) -> Iterator[None]:
+def locked(folder: Path) -> Iterator[None]:
     """Lock the folder until the context or the process ends.
 
     Raises typer.BadParameter while another process holds the lock, and when the folder is not
@@ -53,7 +53,7 @@ CLAIMS, DURATIONS = "claims.csv", "durations.csv"
 
 
 def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
-    """Every claim with rows in claims.csv, and its frame; the rows as they were judged then.
+    """The claims with rows in claims.csv, with their tables and the verdicts of that time.
 
     First `claims`, in their order, then those of external integrators that are not among them.
     Rows of other claims are left out, with a sentence.
@@ -62,31 +62,33 @@ def kept_claims(out: Path, claims: Sequence[Claim]) -> list[ClaimResult]:
     if rows is None:
         return []
     times = durations(out)
-    found = []
-    known = {claim.id for claim in claims}
-    others = [id for id in rows["id"].unique() if id not in known]
-    theirs = [id for id in others if id.startswith(OF_CONTENDERS)]
-    if gone := [id for id in others if id not in theirs]:
+    claim_results = []
+    ids = {claim.id for claim in claims}
+    unknown = [id for id in rows["id"].unique() if id not in ids]
+    of_contenders = [id for id in unknown if id.startswith(OF_CONTENDERS)]
+    if dropped := [id for id in unknown if id not in of_contenders]:
         print(
             f"{out / CLAIMS} must hold rows of claims of this version; received some of "
-            f"{', '.join(gone)}, which are left out. `verify` writes a file without them.",
+            f"{', '.join(dropped)}, which are left out. `verify` writes a file without them.",
             file=sys.stderr,
         )
-    for claim in (*claims, *map(_without_study, theirs)):
-        own = rows[rows["id"] == claim.id]
-        if len(own):
+    for claim in (*claims, *map(_without_study, of_contenders)):
+        claim_rows = rows[rows["id"] == claim.id]
+        if len(claim_rows):
             path = out / "frames" / f"{claim.id}.csv"
-            frame = read_rows(path)
-            judged = tuple(_row(line) for line in own.to_dict("records"))
-            date = str(own["date"].iloc[0])
-            found.append(ClaimResult(claim, frame, judged, times.get(claim.id, float("nan")), date))
-    return found
+            table = read_rows(path)
+            checked = tuple(_row(line) for line in claim_rows.to_dict("records"))
+            date = str(claim_rows["date"].iloc[0])
+            claim_results.append(
+                ClaimResult(claim, table, checked, times.get(claim.id, float("nan")), date)
+            )
+    return claim_results
 
 
 def _without_study(id: str) -> Claim:
-    """A claim of an external integrator, of which rows are kept and nothing else is known."""
+    """A claim of an external integrator, known by its stored rows alone."""
     title = "an external integrator and the truth"
-    return Claim(id, title, lambda *given: pd.DataFrame(), lambda measured: [])
+    return Claim(id, title, lambda *arguments: pd.DataFrame(), lambda measured: [])
 
 
 def kept_comparison(out: Path) -> Comparison:
@@ -97,12 +99,12 @@ def kept_comparison(out: Path) -> Comparison:
 
 def kept_sections(out: Path, sections: Sequence[Section]) -> list[SectionResult]:
     """Each study with the rows that were written."""
-    found = []
+    section_results = []
     for section in sections:
-        frame = read_rows(out / f"{section.name}.csv")
-        note = "" if frame is not None else "No rows of it are kept."
-        found.append(SectionResult(section, frame, note))
-    return found
+        table = read_rows(out / f"{section.name}.csv")
+        note = "" if table is not None else "No rows of it are kept."
+        section_results.append(SectionResult(section, table, note))
+    return section_results
 
 
 def durations(out: Path) -> dict[str, float]:
@@ -113,6 +115,6 @@ def durations(out: Path) -> dict[str, float]:
 
 def _row(line: dict[str, object]) -> Row:
     """The row of a line; empty numbers are None."""
-    numbers = {name: line[name] if known(line.get(name)) else None for name in NUMBERS}
+    numbers = {name: line[name] if is_finite(line.get(name)) else None for name in NUMBERS}
     texts = {name: str(line[name]) for name in OF_ROWS if name in line and name not in numbers}
     return Row(**texts, **numbers)  # type: ignore[arg-type]

@@ -25,16 +25,16 @@ def study(
     cache
         the build's result cache; None stores nothing
     """
-    results = measure_sections(suite, options, sections, cache)
-    for one in results:
-        if one.frame is not None:
-            name = one.section.name
-            write(options.out / f"{name}.csv", as_csv(one.frame))
+    section_results = measure_sections(suite, options, sections, cache)
+    for section_result in section_results:
+        if section_result.table is not None:
+            name = section_result.section.name
+            write(options.out / f"{name}.csv", as_csv(section_result.table))
             origin = suite.provenance(options.command)
             note_origin(options.out, f"{name}.csv", origin, options.quick)
-            table = one.section.table(one.frame)[0]
+            table = section_result.section.table(section_result.table)[0]
             write_table(options.out / "tables", name, table, origin=origin)
-    return results
+    return section_results
 
 
 def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str, ...]:
@@ -47,19 +47,23 @@ def run_long_forms(suite: Suite, options: Options, only: str = "") -> tuple[str,
     """
     failures: list[str] = []
     folder = options.out / FOLDER
-    studies_of = {one.name: one.long_form for one in suite.sections if one.long_form is not None}
+    studies_of = {
+        section.name: section.long_form
+        for section in suite.sections
+        if section.long_form is not None
+    }
     wanted = [name.strip() for name in only.split(",") if name.strip()] or list(studies_of)
     if unknown := [name for name in wanted if name not in studies_of]:
-        known = ", ".join(studies_of)
-        raise ValueError(f"expected some of {known}; received {', '.join(unknown)}.")
+        names = ", ".join(studies_of)
+        raise ValueError(f"expected some of {names}; received {', '.join(unknown)}.")
     for section in suite.sections:
         if section.name not in wanted:
             continue
         runs = studies_of[section.name].runs(folder, say)
-        missing = [one for one in runs if not one.done()]
+        missing = [run for run in runs if not run.is_complete()]
         print(f"{section.title}: {len(runs) - len(missing)} of {len(runs)} runs are there.")
         errors = BuildCache().measure(
-            Study(one.title, section.name, one.title, one.run) for one in missing
+            Study(run.title, section.name, run.title, run.run) for run in missing
         )
         failures += [not_run(title, error) for title, error in errors.items()]
     print(f"The rows are in {folder}; build shows them.")

@@ -22,44 +22,49 @@ from reports.tables.number_format import plain
 from reports.tables.targets_table import HEADINGS, readable_targets, summary
 
 PRINTED = HEADINGS[:-1]  # columns of the targets table that fit in a terminal
-MOST = 20  # changes printed
-FEW = 6  # problems whose times are all printed
+MAX_CHANGES = 20  # changes printed
+MAX_PROBLEMS = 6  # problems whose times are all printed
 WIDTHS = {"quantity": 60}  # columns in which longer texts are wrapped
 BOUND = 28  # characters of a bound
 ROW = ["claim", "source", "quantity", "bound", "measured", "verdict"]
 NUMBERS = ("measured", "error", "target")  # aligned to the right
 
 
-def show(results: Summary) -> None:
+def show(summary: Summary) -> None:
     """Print the rows, with the reasons of unexpected verdicts and of rows that were not run."""
-    table = claims_frame(results.rows)
+    table = claims_frame(summary.rows)
     differing = table["verdict"] != table["expected"]
     table["verdict"] += np.where(differing, ", expected " + table["expected"], "")
     table["bound"] = [shorten(text, BOUND, placeholder="...") for text in table["bound"]]
     table["measured"] = [plain(number) or "-" for number in table["measured"]]
     _show_table(table.rename(columns={"id": "claim"})[ROW], np.flatnonzero(differing))
-    for row in results.rows:
+    for row in summary.rows:
         if row.verdict == NOT_RUN and row.reason:
             print(visible(f"{row.id} {row.quantity} was not run: {row.reason}"))
-    print(results)
+    print(summary)
 
 
 def show_changes(changed: pd.DataFrame) -> None:
-    """Print the changes since the earlier rows, at most MOST of them."""
+    """Print the changes since the earlier rows, at most MAX_CHANGES of them."""
     if changed.empty:
         return
     print("Changed since the rows before")
-    _show_table(changed.head(MOST))
-    if len(changed) > MOST:
-        print(f"and {len(changed) - MOST} more, in verify.md.")
+    _show_table(changed.head(MAX_CHANGES))
+    if len(changed) > MAX_CHANGES:
+        print(f"and {len(changed) - MAX_CHANGES} more, in verify.md.")
 
 
 def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame) -> None:
-    """Print a table of times at matched error for each problem; of more than FEW problems those of
-    the headlines alone."""
+    """Print a table of times at matched error for each problem; of more than MAX_PROBLEMS
+    those of the headlines alone."""
     problems = list(ratios["problem"].unique()) if len(ratios) else []
-    if len(problems) > FEW:
-        problems = [name for one in HEADLINES for name in one.options["panels"] if name in problems]
+    if len(problems) > MAX_PROBLEMS:
+        problems = [
+            name
+            for headline in HEADLINES
+            for name in headline.options["panels"]
+            if name in problems
+        ]
         print("Other problems are in tables/ratios.md and on the page.")
     for problem in problems:
         times = readable_ratios(ratios, ends, problem)
@@ -67,15 +72,15 @@ def show_ratios(ratios: pd.DataFrame, ends: pd.DataFrame) -> None:
         _show_table(times.map(lambda cell: cell.partition(" (")[0]))
 
 
-def show_targets(frame: pd.DataFrame) -> None:
+def show_targets(targets: pd.DataFrame) -> None:
     """Print the targets with their remarks; nothing when there are none."""
-    if frame.empty:
+    if targets.empty:
         return
-    table = readable_targets(frame)[0][[*PRINTED]]
+    table = readable_targets(targets)[0][[*PRINTED]]
     _show_table(table, [k for k, verdict in enumerate(table["verdict"]) if verdict == MISSED])
-    for _, row in frame[frame["remark"] != ""].iterrows():
+    for _, row in targets[targets["remark"] != ""].iterrows():
         print(visible(f"{row['problem']}, {row['against']}, own error: {row['remark']}"))
-    print(summary(frame))
+    print(summary(targets))
 
 
 def _show_table(table: pd.DataFrame, red: Collection[int] = ()) -> None:

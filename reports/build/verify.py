@@ -5,7 +5,7 @@ durations.csv seconds that the study of each claim took
 verify.xml    JUnit XML for CI services
 verify.md     the same in Markdown; also appended to the CI job summary
 verify-*.json measured errors, for services that plot them over time
-frames/       the studies' frames
+frames/       the studies' tables
 tables/       claims and convergence
 """
 
@@ -40,7 +40,7 @@ from reports.results.rows import marked, merged, read_marked, read_rows
 from reports.results.suite import Suite
 from reports.results.summary import Summary, summary, write_job_summary
 from reports.tables.claims_table import READ, claims_frame, convergence_frame
-from reports.tables.number_format import known, plain
+from reports.tables.number_format import is_finite, plain
 from reports.tables.writing import as_markdown, write_table
 
 IN_SUMMARY = ["id", "quantity", "bound", "measured", "uncertainty", "verdict", "expected"]
@@ -76,13 +76,13 @@ class Verified:
         return summary(self.checked)
 
     @property
-    def passed(self) -> bool:
+    def holds(self) -> bool:
         """Whether enough verdicts are the expected ones, and every required engine is there."""
-        return self.summary.passes(self.fail_under) and not self.engines.wanting
+        return self.summary.holds(self.fail_under) and not self.engines.wanting
 
     @property
     def share_sentence(self) -> str:
-        """How many checks came out as expected, where fewer than all are enough; else ""."""
+        """The share of the checks as expected, where `fail_under` is below 100; else ""."""
         if self.fail_under == 100.0:
             return ""
         return (
@@ -91,13 +91,17 @@ class Verified:
         )
 
     def cases(self) -> list[JUnitCase]:
-        """A case for each row, for each engine, of which an absent one fails where it is required,
-        and for what else makes `verify` fail."""
+        """A case for each row, for each engine (one that is required and absent fails), and for
+        every other reason for which `verify` fails."""
         rows = self.summary.rows
         cases = [
-            _case(row, result.seconds / len(result.rows), self.definitions.get(row.id, ("", 0)))
-            for result in self.checked
-            for row in result.rows
+            _case(
+                row,
+                claim_result.seconds / len(claim_result.rows),
+                self.definitions.get(row.id, ("", 0)),
+            )
+            for claim_result in self.checked
+            for row in claim_result.rows
         ]
         cases += [_engine(name, self.engines) for name in self.engines.absence]
         wrong = [("printed statement", sentence) for sentence in self.summary.unfounded]
@@ -110,7 +114,7 @@ class Verified:
     def markdown(self) -> str:
         """Passed or failed, unexpected verdicts, changes, and all rows in a collapsed section."""
         rows, differing = self.summary.rows, self.summary.differing
-        parts = [f"## verify: {'passed' if self.passed else 'failed'}", str(self.summary)]
+        parts = [f"## verify: {'passed' if self.holds else 'failed'}", str(self.summary)]
         parts += filter(None, [self.share_sentence])
         parts += [f"- {sentence}" for sentence in self.engines.sentences()]
         if differing:
@@ -172,7 +176,7 @@ def _texts(claim: Claim) -> list[str]:
     """What names each check of a claim; only its title, where just a measurement shows them."""
     try:
         rows = claim.judge(pd.DataFrame())
-    except Exception:  # it is judged, and told, when it has been measured
+    except Exception:  # reported when the claim is measured
         rows = []
     names = [(row.quantity, row.source) for row in rows] or [(claim.title,)]
     return [" ".join((claim.id, *texts)).lower() for texts in names]
@@ -207,32 +211,35 @@ def verify(
             progress.finished(study.label, study.title, seconds)
     checked = check(claims, options.quick, cache)
     changed = _write(checked, suite, options)
-    results = Verified(tuple(checked), engines, changed, options.fail_under, suite.definitions)
-    text, cases, title = results.markdown(), results.cases(), f"{options.called} verify"
+    verified = Verified(tuple(checked), engines, changed, options.fail_under, suite.definitions)
+    text, cases, title = verified.markdown(), verified.cases(), f"{options.called} verify"
     write(options.out / "verify.xml", junit_xml(title, {title: cases}))
     write(options.out / "verify.md", text)
-    write_metrics(options.out, "verify", row_metrics(results.summary.rows))
+    write_metrics(options.out, "verify", row_metrics(verified.summary.rows))
     write_job_summary(text)
-    show(results.summary)
+    show(verified.summary)
     show_changes(changed)
-    annotations = [] if results.passed else github_annotations(cases)
-    for line in filter(None, [*engines.sentences(), results.share_sentence, *annotations]):
+    annotations = [] if verified.holds else github_annotations(cases)
+    for line in filter(None, [*engines.sentences(), verified.share_sentence, *annotations]):
         print(line)
-    return results
+    return verified
 
 
 def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd.DataFrame:
-    """Write tables and frames; return the changes."""
+    """Write the tables; returns the changes."""
     provenance, tables = suite.provenance(options.command), options.out / "tables"
     origin = {**provenance, "setting": "quick" if options.quick else "default"}
     origin_before = read_origins(options.out).get(CLAIMS, {})
-    dates = {result.claim.id: result.run or origin.get("date", "") for result in checked}
+    dates = {
+        claim_result.claim.id: claim_result.run or origin.get("date", "")
+        for claim_result in checked
+    }
     ids = [claim.id for claim in suite.claims]
 
     def marks(table: pd.DataFrame, key: str) -> pd.DataFrame:
         return marked(table.assign(date=[dates[name] for name in table[key]]), origin)
 
-    now = marks(claims_frame(row for result in checked for row in result.rows), "id")
+    now = marks(claims_frame(row for claim_result in checked for row in claim_result.rows), "id")
     before = read_marked(options.out / CLAIMS, "id", origin_before)
     claims = merged(before, now, "id", dates, ids)
     write(options.out / CLAIMS, as_csv(claims))
@@ -243,14 +250,18 @@ def _write(checked: Sequence[ClaimResult], suite: Suite, options: Options) -> pd
     write_table(
         tables, "convergence", merged(fits_before, fits, "claim", dates, ids), origin=origin
     )
-    for result in checked:
-        path = options.out / "frames" / f"{result.claim.id}.csv"
-        if result.frame is None:
+    for claim_result in checked:
+        path = options.out / "frames" / f"{claim_result.claim.id}.csv"
+        if claim_result.table is None:
             path.unlink(missing_ok=True)
         else:
-            write(path, as_csv(result.frame))
-    if not options.quick:  # whose runs are shorter, and say nothing of the others
-        seconds = {one.claim.id: one.seconds for one in checked if one.frame is not None}
+            write(path, as_csv(claim_result.table))
+    if not options.quick:  # whose shorter runs do not replace the times of full ones
+        seconds = {
+            claim_result.claim.id: claim_result.seconds
+            for claim_result in checked
+            if claim_result.table is not None
+        }
         lines = (durations(options.out) | seconds).items()
         write(options.out / DURATIONS, as_csv(pd.DataFrame(lines, columns=["claim", "seconds"])))
     return changes(before, now)
@@ -275,8 +286,8 @@ def changes(before: pd.DataFrame | None, now: pd.DataFrame) -> pd.DataFrame:
             lines.append((*key, "verdict", old["verdict"], new["verdict"]))
         if moved(old["measured"], old["uncertainty"], new["measured"], new["uncertainty"]):
             lines.append((*key, "measured", _number(old), _number(new)))
-    gone = [key for key in old_rows if key not in new_rows]
-    lines += [(*key, "gone", old_rows[key]["verdict"], "") for key in gone]
+    removed = [key for key in old_rows if key not in new_rows]
+    lines += [(*key, "gone", old_rows[key]["verdict"], "") for key in removed]
     return pd.DataFrame(lines, columns=CHANGES)
 
 
@@ -286,9 +297,9 @@ def _by_check(rows: pd.DataFrame) -> dict[tuple[str, str], pd.Series]:
 
 def moved(old: float, old_error: float, new: float, new_error: float) -> bool:
     """Whether two numbers differ by more than their uncertainties, NaN or None where unknown."""
-    if not (known(old) and known(new)):
-        return known(old) != known(new)
-    errors = [error for error in (old_error, new_error) if known(error)]
+    if not (is_finite(old) and is_finite(new)):
+        return is_finite(old) != is_finite(new)
+    errors = [error for error in (old_error, new_error) if is_finite(error)]
     allowed = SIGMAS * math.hypot(*errors) if errors else WITHOUT * max(abs(old), abs(new))
     return abs(new - old) > allowed
 

@@ -16,28 +16,28 @@ from galvi.charts import CHARTS
 from reports.build.workers import parallel
 
 SOLVERS = ("auto", "newton")
-# Of one vector of stages and of several, of four lanes and of eight: a law on a group has code for
-# each of the kinds that the processor uses.
+# Of one vector of stages and of several, of four lanes and of eight: a force on a group has code
+# for each of the kinds that the processor uses.
 POINTS = (4, 8, 12, 16)
 
 
 def warm(report: Callable[[str], None] = print) -> None:
     """Run two steps of each of galvi's problems with each kernel, side by side, and report the
     times."""
-    names, began = known_problems(), time.perf_counter()
+    names, start = known_problems(), time.perf_counter()
     processes = parallel(min(cpu_count(), len(names)), return_as="generator_unordered")
-    results = processes(delayed(warm_problem)(name) for name in names)
-    for k, (name, seconds) in enumerate(results, 1):
+    timings = processes(delayed(warm_problem)(name) for name in names)
+    for k, (name, seconds) in enumerate(timings, 1):
         report(f"{k} of {len(names)}: {name}, {seconds:.1f} s")
-    report(f"All these kernels are compiled; it took {time.perf_counter() - began:.0f} s.")
+    report(f"All these kernels are compiled; it took {time.perf_counter() - start:.0f} s.")
 
 
 def known_problems() -> dict[str, Callable[[], galvi.Problem]]:
     """Makers of galvi's problems, and of two in plain Python, by name."""
-    known = {name: getattr(galvi.problems, name) for name in galvi.problems.__all__}
-    known["functions in Python"] = in_python
-    known["a force in Python"] = partial(in_python, force=lambda q, v: -0.1 * v)
-    return known
+    makers = {name: getattr(galvi.problems, name) for name in galvi.problems.__all__}
+    makers["functions in Python"] = in_python
+    makers["a force in Python"] = partial(in_python, force=lambda q, v: -0.1 * v)
+    return makers
 
 
 def warm_problem(name: str) -> tuple[str, float]:

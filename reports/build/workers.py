@@ -27,32 +27,33 @@ FEWEST_STUDIES, FEWEST_FIGURES = 4, 16  # fewer do not repay the start of the pr
 def study_in_workers(
     studies: Sequence[Study], cache: BuildCache
 ) -> Generator[tuple[Study, float], None, None]:
-    """Measure those without timings that have no result yet, and store it; yields each with its
-    seconds as it finishes. Studies that raise are left out, and those that are left when a worker
-    dies.
+    """Measure and store the untimed studies that the cache lacks; yield each with its seconds as
+    it finishes. A study that raises is skipped, and so are the remaining ones when a worker dies.
 
     Does nothing for fewer than FEWEST_STUDIES or on a single processor. A worker ends with this
     process, and where the iterator is closed before its end.
     """
-    missing = {one.name: one for one in studies if not (one.timed or one.name in cache.results)}
+    missing = {
+        study.name: study for study in studies if not (study.timed or study.name in cache.entries)
+    }
     if len(missing) < FEWEST_STUDIES or processors() < WORKERS:
         return
     # Neighbours need the same kernels, and would wait for each other where these are not compiled.
     from_both_ends = dict.fromkeys(
         name for pair in zip(missing, reversed(missing), strict=True) for name in pair
     )
-    results = parallel(WORKERS, return_as="generator_unordered", batch_size=1)(
+    measurements = parallel(WORKERS, return_as="generator_unordered", batch_size=1)(
         delayed(_timed)(name, missing[name].measure) for name in from_both_ends
     )
     try:
-        for name, frame, seconds in filter(None, results):
-            cache.keep(name, frame, seconds)
+        for name, table, seconds in filter(None, measurements):
+            cache.keep(name, table, seconds)
             yield missing[name], seconds
     except BrokenProcessPool:
         return
     finally:
         with warnings.catch_warnings(action="ignore"):  # joblib says that it cancels studies
-            results.close()
+            measurements.close()
 
 
 def map_in_workers(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:

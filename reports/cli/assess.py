@@ -14,10 +14,10 @@ from reports.cli.options import (
     Out,
     Quick,
     Timeout,
+    comma_separated,
     options_of,
     output_folder,
     typed,
-    words,
 )
 from reports.results.options import OUT, Options
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def number_or_text(text: str) -> Any:
-    """The whole number, the number or the text that it is."""
+    """The text as an int, else as a float, else unchanged."""
     for kind in (int, float):
         with suppress(ValueError):
             return kind(text)
@@ -34,24 +34,24 @@ def number_or_text(text: str) -> Any:
 
 
 def numbers(text: str) -> list[Any]:
-    """[1, 0.5] from 1,0.5. Raises typer.BadParameter for other words."""
-    result = [number_or_text(word) for word in words(text)]
-    if any(isinstance(each, str) for each in result):
+    """[1, 0.5] from 1,0.5. Raises typer.BadParameter for a text that is no number."""
+    parsed = [number_or_text(word) for word in comma_separated(text)]
+    if any(isinstance(entry, str) for entry in parsed):
         raise typer.BadParameter(f"Expected numbers, separated by commas; received {text!r}.")
-    return result
+    return parsed
 
 
 def setting(text: str) -> dict[str, Any]:
     """{"integrator": "whfast", "dt": 0.1} from integrator=whfast,dt=0.1; numbers, true and false
     where they are. Raises typer.BadParameter for a part that is not name=value."""
-    result: dict[str, Any] = {}
-    for part in words(text):
+    settings: dict[str, Any] = {}
+    for part in comma_separated(text):
         name, _, value = (word.strip() for word in part.partition("="))
         if not (name and value):
             raise typer.BadParameter(f"Expected name=value, not {part!r}, separated by commas.")
         flag = {"true": True, "false": False}.get(value.lower())
-        result[name] = number_or_text(value) if flag is None else flag
-    return result
+        settings[name] = number_or_text(value) if flag is None else flag
+    return settings
 
 
 ModelFile = Annotated[
@@ -89,7 +89,10 @@ Key = Annotated[
 Ignore = Annotated[
     Any,
     typer.Option(
-        "--ignore", metavar="contacts,limits", parser=words, help="Parts of a model to leave out."
+        "--ignore",
+        metavar="contacts,limits",
+        parser=comma_separated,
+        help="Parts of a model to leave out.",
     ),
 ]
 Positions = Annotated[
@@ -188,7 +191,7 @@ def judge_model(
         float | None,
         typer.Option(metavar="E", help="Largest acceptable error; exit 1 if your run exceeds it."),
     ] = None,
-    own: OwnSetting = None,
+    own_setting: OwnSetting = None,
     snapshot: Snapshot = -1,
     key: Key = None,
     ignore: Ignore = None,
@@ -212,10 +215,10 @@ def judge_model(
     from galvi.interop.judge import JudgeRequest
     from reports.cli.judge import REFUSALS, judgement_of, report_judgement
 
-    asked = JudgeRequest(
+    judge_request = JudgeRequest(
         duration,
         error,
-        own or {},
+        own_setting or {},
         snapshot,
         ignore or (),
         key,
@@ -226,12 +229,12 @@ def judge_model(
         extras=extras,
     )
     if request is not None:
-        asked = JudgeRequest.from_json(request.read_text(encoding="utf-8"))
+        judge_request = JudgeRequest.from_json(request.read_text(encoding="utf-8"))
     command, called = context.obj.command, context.obj.called
     folder = output_folder(out)
     with as_usage_error(*REFUSALS):
-        judgement = judgement_of(file, asked)
-    return report_judgement(judgement, file, asked.error, folder, command, called)
+        judgement = judgement_of(file, judge_request)
+    return report_judgement(judgement, file, judge_request.error, folder, command, called)
 
 
 def compare_versions(
@@ -241,13 +244,13 @@ def compare_versions(
         Any,
         typer.Option(
             metavar="3.17.0,4.0.1",
-            parser=words,
+            parser=comma_separated,
             help="Releases of the engine; 3.6.0..4.0.1 finds where between them something changed. "
             "By default some, with the installed one.",
         ),
     ] = None,
     duration: Duration = None,
-    own: OwnSetting = None,
+    own_setting: OwnSetting = None,
     snapshot: Snapshot = -1,
     key: Key = None,
     qpos: Positions = None,
@@ -262,8 +265,8 @@ def compare_versions(
     start = {"snapshot": snapshot, "key": key, "qpos": qpos, "qvel": qvel, "ctrl": ctrl}
     folder = output_folder(out)
     with as_usage_error(*REFUSALS):
-        asked = JudgeRequest(duration, own=own or {}, **start)
-        versions = versions_of(file, asked, releases or (), folder)
+        request = JudgeRequest(duration, own=own_setting or {}, **start)
+        versions = versions_of(file, request, releases or (), folder)
     return report_versions(versions, file.name, folder, context.obj.command)
 
 
@@ -274,12 +277,12 @@ def measure_tolerance(
         Any,
         typer.Option(
             metavar="3.17.0,4.0.1",
-            parser=words,
+            parser=comma_separated,
             help="Releases of the engine that the test is to pass with, too.",
         ),
     ] = None,
     duration: Duration = None,
-    own: OwnSetting = None,
+    own_setting: OwnSetting = None,
     snapshot: Snapshot = -1,
     key: Key = None,
     qpos: Positions = None,
@@ -294,8 +297,8 @@ def measure_tolerance(
     start = {"snapshot": snapshot, "key": key, "qpos": qpos, "qvel": qvel, "ctrl": ctrl}
     folder = output_folder(out)
     with as_usage_error(*REFUSALS):
-        asked = JudgeRequest(duration, own=own or {}, **start)
-        tolerance = tolerance_of(file, asked, releases or (), folder)
+        request = JudgeRequest(duration, own=own_setting or {}, **start)
+        tolerance = tolerance_of(file, request, releases or (), folder)
     return report_tolerance(tolerance, file.name, folder, context.obj.command)
 
 
@@ -345,12 +348,12 @@ def tabulate_convergence(
         raise typer.BadParameter("Expected --problem package.module:function.")
     folder = output_folder(out)
     with as_usage_error(*REFUSALS):
-        asked = (
+        convergence_request = (
             request_of(problem, method or (), contender or (), steps, duration, truth, quick)
             if request is None
             else handed_over(request, "galvi.convergence")
         )
-        table = order_table(asked, timeout, context.obj.command)
+        table = order_table(convergence_request, timeout, context.obj.command)
     if request is not None:
         return write_json(table, folder)
     return write_results(table, folder)

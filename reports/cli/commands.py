@@ -29,7 +29,7 @@ from reports.cli.options import Invocation
 from reports.cli.project import defaults
 
 PROGRAM = ("python", "-m", "reports")
-NO_COMMAND = ("--help", "--version")  # what is answered without one
+NO_COMMAND = ("--help", "--version")  # options without a command
 COMMANDS: Mapping[str, Callable[..., int]] = {
     "verify": measure.verify_claims,
     "compare": measure.compare_methods,
@@ -47,12 +47,12 @@ COMMANDS: Mapping[str, Callable[..., int]] = {
 }
 
 
-def show_version(asked: bool) -> None:
+def show_version(requested: bool) -> None:
     """Print the versions that results depend on, and end."""
-    if asked:
-        others = (f"{name} {metadata.version(name)}" for name in ("numpy", "numba"))
+    if requested:
+        versions = (f"{name} {metadata.version(name)}" for name in ("numpy", "numba"))
         print(f"galvi {galvi_version()}")
-        print(", ".join([f"Python {platform.python_version()}", *others]))
+        print(", ".join([f"Python {platform.python_version()}", *versions]))
         raise typer.Exit
 
 
@@ -95,19 +95,21 @@ def run(load: Callable[[], Any], arguments: Sequence[str], called: Sequence[str]
 
 def _run(load: Callable[[], Any], arguments: list[str], called: Sequence[str]) -> int:
     command = shlex.join([*called, *arguments]).encode(errors="replace").decode()
-    given = Invocation(load, command, " ".join(called))
+    invocation = Invocation(load, command, " ".join(called))
     builds = not arguments or (arguments[0][:1] == "-" and arguments[0] not in NO_COMMAND)
-    words = ["build", *arguments] if builds else arguments
-    table = {} if {*NO_COMMAND} & {*words} else defaults(Path.cwd())
+    command_line = ["build", *arguments] if builds else arguments
+    table = {} if {*NO_COMMAND} & {*command_line} else defaults(Path.cwd())
     group = typer.main.get_command(application())
     try:
-        with group.make_context(given.called, words, obj=given, default_map=table) as context:
+        with group.make_context(
+            invocation.called, command_line, obj=invocation, default_map=table
+        ) as context:
             return group.invoke(context)
     except typer.Exit as end:
         return end.exit_code
     except UsageError as error:
         names = [word for word in arguments if word in COMMANDS]
         if builds and names and "unexpected extra argument" in error.message:
-            example = f"{given.called} {names[0]} {arguments[0]}"
+            example = f"{invocation.called} {names[0]} {arguments[0]}"
             raise typer.BadParameter(f"Options follow the command, as in: {example}.") from None
         raise

@@ -83,27 +83,27 @@ def order_table(request: ConvergenceRequest, timeout: float | None, command: str
     with opened(request, timeout or LIMIT) as methods:
         truth = truth_of_request(request, methods, progress)
         participants = with_settings(methods, request, truth)
-        frame = rows.order_table(
+        table = rows.order_table(
             request.problem, request.duration, participants, truth, request.quick, progress
         )
-        faults = [fault for each in methods.values() for fault in getattr(each, "faults", ())]
+        faults = [fault for method in methods.values() for fault in getattr(method, "faults", ())]
     progress("")
-    return OrderTable(frame, request.problem, request.duration, truth, faults, provenance(command))
+    return OrderTable(table, request.problem, request.duration, truth, faults, provenance(command))
 
 
 def write_json(table: OrderTable, out: Path) -> int:
-    """What `galvi.convergence` reads: the columns, and `attrs` of the frame."""
-    data = {
+    """What `galvi.convergence` reads: the columns, and `attrs` of the table."""
+    document = {
         "problem": table.problem.name,
         "duration": table.duration,
         "truth": table.truth.description,
         "truth_error": table.truth.error,
         "rule": RULE,
-        "remarks": rows.remarks(table.frame),
+        "remarks": rows.remarks(table.rows),
         "faults": table.faults,
-        "table": table.frame.to_dict("list"),
+        "table": table.rows.to_dict("list"),
     }
-    write(out / f"{COMMAND}.json", json.dumps(data) + "\n")
+    write(out / f"{COMMAND}.json", json.dumps(document) + "\n")
     return 0
 
 
@@ -113,7 +113,7 @@ def write_results(table: OrderTable, out: Path) -> int:
     for sentence in sentences(table):
         print(visible(sentence))
     print(f"Tables and figures: {', '.join(map(str, files))}.")
-    return int((table.frame["outcome"] == rows.FAILED).any() or bool(table.faults))
+    return int((table.rows["outcome"] == rows.FAILED).any() or bool(table.faults))
 
 
 def _figures(table: OrderTable, folder: Path) -> list[Path]:
@@ -131,5 +131,5 @@ def _figures(table: OrderTable, folder: Path) -> list[Path]:
         for form in PICTURES:
             with suppress(NoData):
                 path = folder / f"{name}.{form}"
-                files.append(write_figure(figure, table.frame, path, form, width))
+                files.append(write_figure(figure, table.rows, path, form, width))
     return files

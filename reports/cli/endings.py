@@ -28,7 +28,7 @@ LONGEST = 500  # characters of an exception's message that are shown
 
 
 def ended(command: Callable[[], int]) -> int:
-    """The exit status of a command, whatever it raises; then a sentence says why on stderr.
+    """The exit status of a command; an exception becomes a sentence on stderr.
 
     Characters that standard output cannot encode are replaced by "?".
     """
@@ -58,7 +58,7 @@ def _interrupts_raised() -> Iterator[None]:
     if before is not signal.default_int_handler:
         yield
         return
-    signal.signal(signal.SIGINT, lambda *given: signal.default_int_handler(*given))
+    signal.signal(signal.SIGINT, lambda *arguments: signal.default_int_handler(*arguments))
     try:
         yield
     finally:
@@ -66,7 +66,7 @@ def _interrupts_raised() -> Iterator[None]:
 
 
 def _ending(error: BaseException) -> tuple[int, str]:
-    """The exit status and the sentence for what a command raised."""
+    """The exit status and the sentence for an exception of a command."""
     if isinstance(error, UsageError):
         return CANNOT, usage(error)
     if isinstance(error, KeyboardInterrupt | typer.Abort):
@@ -86,10 +86,10 @@ def _ending(error: BaseException) -> tuple[int, str]:
 
 
 def usage(error: Any) -> str:
-    """The sentence of a usage error, which says where a wrong value is from the project's table."""
+    """The sentence of a usage error; it names the project's table where the value is from there."""
     parameter = getattr(error, "param", None)
-    ours = isinstance(error, typer.BadParameter) and parameter is None
-    message = str(error.message if ours else error.format_message()).rstrip().rstrip(".")
+    from_galvi = isinstance(error, typer.BadParameter) and parameter is None
+    message = str(error.message if from_galvi else error.format_message()).rstrip().rstrip(".")
     message = message.replace("Value error, ", "")  # of pydantic's
     if "\n  " not in message:  # else it has one line an item
         message = " ".join(message.split())
@@ -103,7 +103,7 @@ def usage(error: Any) -> str:
 
 @contextmanager
 def as_usage_error(*errors: type[Exception], before: str = "") -> Iterator[None]:
-    """Such an exception is raised as a usage error instead, with its message, after `before`."""
+    """Raise these exceptions as usage errors, with `before` in front of their message."""
     try:
         yield
     except errors as error:
@@ -111,7 +111,7 @@ def as_usage_error(*errors: type[Exception], before: str = "") -> Iterator[None]
 
 
 def _lost_its_reader(error: BaseException) -> bool:
-    """Whether this was raised as nobody reads standard output, or stderr, any more."""
+    """Whether the exception says that the reader of stdout or of stderr is gone."""
     if isinstance(error, SystemExit):  # of rich
         return isinstance(error.__context__, BrokenPipeError)
     streams = (sys.stdout, sys.stderr)
@@ -128,7 +128,7 @@ def _is_unread(stream: TextIO) -> bool:
 
 
 def _discard_output() -> None:
-    """What cannot be written of standard output goes nowhere, else Python says so at its exit."""
+    """Redirect standard output to nowhere; else Python reports unwritten text at its exit."""
     for stream in filter(None, (sys.stdout, sys.stderr)):
         try:
             stream.flush()

@@ -46,12 +46,16 @@ def tables(out: Path) -> dict[str, Path]:
 
 def figures(suite: Suite, out: Path) -> Figures:
     """All figures of a report by name, each with its rows, None where these are not kept."""
-    kept = kept_claims(out, suite.claims), kept_comparison(out), kept_sections(out, suite.sections)
-    return {figure.name: (figure, frame) for figure, frame in drawable(*kept)}
+    stored = (
+        kept_claims(out, suite.claims),
+        kept_comparison(out),
+        kept_sections(out, suite.sections),
+    )
+    return {figure.name: (figure, table) for figure, table in drawable(*stored)}
 
 
 def export_figures(
-    known: Figures, out: Path, name: str, form: str, width: str, to: Path | None
+    catalogue: Figures, out: Path, name: str, form: str, width: str, to: Path | None
 ) -> None:
     """Draw the figure `name`, or for "" every one whose rows are kept, in the width of a column or
     a page, and print the paths.
@@ -70,17 +74,19 @@ def export_figures(
             f"{name!r} is a table: add --format csv, latex, markdown or parquet."
         )
     if name:
-        check_known("figure", name, known)
-    kept = {key: (figure, frame) for key, (figure, frame) in known.items() if frame is not None}
-    if not kept or (name and name not in kept):
+        check_known("figure", name, catalogue)
+    with_rows = {
+        key: (figure, table) for key, (figure, table) in catalogue.items() if table is not None
+    }
+    if not with_rows or (name and name not in with_rows):
         raise typer.BadParameter(
             f"The rows of {repr(name) if name else 'the figures'} are not kept in {out}; run build "
             "first."
         )
-    for key in [name] if name else kept:
+    for key in [name] if name else with_rows:
         path = to or out / "figures" / f"{key}-{width}.{form}"
         try:
-            write_figure(*kept[key], path, form, width)
+            write_figure(*with_rows[key], path, form, width)
         except NoData as error:
             if name:
                 raise typer.BadParameter(f"{name!r} cannot be drawn: {error}") from None
@@ -89,10 +95,10 @@ def export_figures(
             print_path(path)
 
 
-def write_figure(figure: Figure, frame: pd.DataFrame, path: Path, form: str, width: str) -> Path:
+def write_figure(figure: Figure, table: pd.DataFrame, path: Path, form: str, width: str) -> Path:
     """Draw a figure, fonts embedded, into a file, with its caption beside it; returns its path.
     Raises NoData where there is nothing to draw."""
-    write(path, sized(figure, frame, form, WIDTHS[width]))
+    write(path, sized(figure, table, form, WIDTHS[width]))
     if path.is_file() and open_descriptor(path) is None:  # else a pipe, or standard output
         caption = f"{figure.title.rstrip('.')}. {figure.caption}".strip()
         label = f"\\label{{fig:{figure.name}}}"
@@ -103,7 +109,7 @@ def write_figure(figure: Figure, frame: pd.DataFrame, path: Path, form: str, wid
 
 
 def print_path(path: Path) -> None:
-    """Say what was written, unless it is in standard output."""
+    """Print the path of a written file; nothing for standard output."""
     if open_descriptor(path) != 1:
         print(path)
 
@@ -163,7 +169,7 @@ def with_bounds(table: pd.DataFrame, columns: Sequence[str]) -> Sequence[str]:
 def selected(
     table: pd.DataFrame, where: Sequence[str], columns: Sequence[str], sort: Sequence[str]
 ) -> pd.DataFrame:
-    """Rows and columns as of `export_table`."""
+    """The rows and columns that `export_table` writes."""
     for condition in where:
         column, equals, value = condition.partition("=")
         if not equals:

@@ -1,4 +1,4 @@
-"""What a command that Python starts, as `galvi.judge` does, is handed over, and its progress."""
+"""The argument and the progress of a command that Python starts, as `galvi.judge` does."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def read_model(file: Path, request: JudgeRequest) -> Model:
         if request.snapshot != -1 or request.extras:
             raise ValueError(f"--snapshot and --extras are for REBOUND files; received {file}.")
         problem, model = from_mujoco.read(file, request.ignore, *start)
-        left_out = "; ".join(f"{name}, {how}" for name, how in model.differences.items())
+        left_out = "; ".join(f"{name}, {change}" for name, change in model.differences.items())
         return Model(problem, model, (f"Left out, as asked for: {left_out}.",) if left_out else ())
     if request.ignore or any(value is not None for value in start):
         raise ValueError(

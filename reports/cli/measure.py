@@ -63,7 +63,7 @@ def verify_claims(
         options = options_of(
             context, suite, out, claims, require, quick=quick, fail_under=fail_under
         )
-        passed = verify(suite, selected(suite, options, matching, failed)).passed
+        passed = verify(suite, selected(suite, options, matching, failed)).holds
         at_fault = _print_failures(suite.faults())
     return int(not passed or (at_fault and fail_under == 100.0))
 
@@ -94,15 +94,15 @@ def compare_methods(
     from reports.results.own_problems import joined, narrowed, with_problems
     from reports.results.section_result import runnable
 
-    known = context.obj.load()
+    full_suite = context.obj.load()
     if problem:
-        known = with_problems(known, problem, bool(contender))
+        full_suite = with_problems(full_suite, problem, bool(contender))
     if only:
         with as_usage_error(ValueError, before="--only: "):
-            known = narrowed(known, only, quick)
+            full_suite = narrowed(full_suite, only, quick)
     if not typed(context, "out"):
         out /= "only" if only else "own" if problem else ""  # full results stay
-    with joined(known, contender or (), timeout) as suite:
+    with joined(full_suite, contender or (), timeout) as suite:
         options = options_of(context, suite, out, quick=quick)
         chosen = runnable([section for section in suite.sections if section.compared])
         failures = [
@@ -124,7 +124,7 @@ def build_all(
     anew: Annotated[
         bool, typer.Option("--anew", help="Start over instead of resuming an interrupted build.")
     ] = False,
-    kept: Annotated[
+    from_rows: Annotated[
         bool,
         typer.Option(
             "--kept", help="Measure nothing: draw and write pages from rows of earlier runs."
@@ -146,14 +146,16 @@ def build_all(
     from reports.build.build import build, build_kept
     from reports.results.own_problems import joined
 
-    known = context.obj.load()
-    if kept:
+    full_suite = context.obj.load()
+    if from_rows:
         with as_usage_error(ValueError, before="--kept: "):
-            warnings = build_kept(known, options_of(context, known, out), single, tutorials)
+            warnings = build_kept(
+                full_suite, options_of(context, full_suite, out), single, tutorials
+            )
         return int(tutorials and bool(warnings))
     if tutorials:
         raise typer.BadParameter("--tutorials requires --kept.")
-    with joined(known, contender or (), timeout) as suite:
+    with joined(full_suite, contender or (), timeout) as suite:
         options = options_of(
             context,
             suite,
@@ -167,7 +169,7 @@ def build_all(
         verified, comparison, sections = build(suite, options, single)
         of_sections = [section.failure for section in sections]
         failures = [*comparison.failures, *of_sections, *suite.faults()]
-    return int(_print_failures(failures) or not verified.passed)
+    return int(_print_failures(failures) or not verified.holds)
 
 
 def long_studies(

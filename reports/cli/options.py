@@ -25,7 +25,7 @@ LISTED = 20  # words that are listed where another one is typed
 
 @dataclass(frozen=True)
 class Invocation:
-    """What a command is given besides its options, as `obj` of its context.
+    """The context's `obj`: what a command gets besides its options.
 
     Attributes
     ----------
@@ -42,13 +42,13 @@ class Invocation:
     called: str
 
 
-def words(text: str) -> tuple[str, ...]:
-    """The words of a list with commas, as the parser of an option. Raises typer.BadParameter where
-    there are none."""
-    result = tuple(" ".join(word.split()) for word in text.split(",") if word.strip())
-    if not result:
+def comma_separated(text: str) -> tuple[str, ...]:
+    """Parser of an option: the entries of a list with commas. Raises typer.BadParameter where there
+    are none."""
+    entries = tuple(" ".join(word.split()) for word in text.split(",") if word.strip())
+    if not entries:
         raise typer.BadParameter(f"Expected words, separated by commas; received {text!r}.")
-    return result
+    return entries
 
 
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer and shorter runs.")]
@@ -57,7 +57,7 @@ Claims = Annotated[
     typer.Option(
         "--claims",
         metavar="V3,V5",
-        parser=words,
+        parser=comma_separated,
         help='Check only these claims, or those about a place in a paper, as "H fig. 3.5"; '
         '"contenders" stands for the claims of the external integrators.',
     ),
@@ -67,7 +67,7 @@ Require = Annotated[
     typer.Option(
         "--require",
         metavar="rebound,mujoco",
-        parser=words,
+        parser=comma_separated,
         help="Engines whose absence is a failure.",
     ),
 ]
@@ -93,7 +93,7 @@ Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="Output folder."
 
 
 def typed(context: typer.Context, parameter: str) -> bool:
-    """Whether it stands on the command line, and is neither a default nor the project's table's."""
+    """Whether the parameter is from the command line, not a default or from the project's table."""
     source = context.get_parameter_source(parameter)
     return source is not None and source.name == "COMMANDLINE"
 
@@ -104,9 +104,9 @@ def options_of(
     out: Path,
     claims: Sequence[str] | None = None,
     require: Sequence[str] | None = None,
-    **more: Any,
+    **fields: Any,
 ) -> Options:
-    """The options of a command on the suite, whose output folder is made; `more` as in Options.
+    """The options of a command on the suite, whose output folder is made; `fields` as in Options.
 
     Raises typer.BadParameter for claims and engines that are not there.
     """
@@ -120,13 +120,13 @@ def options_of(
         out=output_folder(out),
         command=context.obj.command,
         called=context.obj.called,
-        **more,
+        **fields,
     )
 
 
 def output_folder(out: Path, option: str = "--out") -> Path:
-    """The folder that an option names, made. Raises typer.BadParameter where nothing can be written
-    in it."""
+    """Make the folder that an option names, and return it. Raises typer.BadParameter where nothing
+    can be written in it."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=out).close()
@@ -139,22 +139,22 @@ def output_folder(out: Path, option: str = "--out") -> Path:
     return out
 
 
-def check_known(kind: str, word: str, known: Collection[str]) -> None:
-    """Raises typer.BadParameter for another word than the known ones, with the nearest of them."""
-    if word not in known:
-        among = f" among {', '.join(known)}" if 0 < len(known) <= LISTED else ""
-        near = f"did you mean {nearest(word, known)!r}?" if known else "there are none here."
-        raise typer.BadParameter(f"There is no {kind} {word!r}{among}; {near}")
+def check_known(kind: str, word: str, choices: Collection[str]) -> None:
+    """Raise typer.BadParameter, naming the nearest choice, for a word that is no choice."""
+    if word not in choices:
+        among = f" among {', '.join(choices)}" if 0 < len(choices) <= LISTED else ""
+        hint = f"did you mean {nearest(word, choices)!r}?" if choices else "there are none here."
+        raise typer.BadParameter(f"There is no {kind} {word!r}{among}; {hint}")
 
 
-def choose_claims(asked: Sequence[str], claims: Sequence[Claim]) -> tuple[str, ...]:
-    """The ids that the words of --claims name, in the order of the claims; without words, all.
+def choose_claims(selection: Sequence[str], claims: Sequence[Claim]) -> tuple[str, ...]:
+    """The ids that --claims selects, in the order of the claims; all for an empty selection.
 
     Parameters
     ----------
-    asked
+    selection
         ids, places of the papers such as "H fig. 3.5", and CONTENDERS_CLAIMS for all that belong to
-        external integrators; words that make up a place that has a comma are this place
+        external integrators; the parts of a place that has a comma are joined again
 
     Notes
     -----
@@ -166,11 +166,11 @@ def choose_claims(asked: Sequence[str], claims: Sequence[Claim]) -> tuple[str, .
     ids = [claim.id for claim in claims]
     of_contenders = {id for id in ids if id.startswith(OF_CONTENDERS)}
     names = {id: {id} for id in ids} | {CONTENDERS_CLAIMS: of_contenders}
-    if not set(asked) <= set(names):
+    if not set(selection) <= set(names):
         names |= claims_by_place(claims)
-    together = ", ".join(asked)
+    together = ", ".join(selection)
     chosen = set[str]()
-    for word in [together] if together in names else asked:
+    for word in [together] if together in names else selection:
         if word.startswith((OF_CONTENDERS, CONTENDERS_CLAIMS)) and not of_contenders:
             raise typer.BadParameter(
                 f"There is no claim {word!r}; such claims belong to an external integrator: add it "
@@ -182,4 +182,4 @@ def choose_claims(asked: Sequence[str], claims: Sequence[Claim]) -> tuple[str, .
                 f"No claim checks what is printed at {word!r} ({why_unchecked(word)})."
             )
         chosen |= names[word]
-    return tuple(id for id in ids if id in chosen or not asked)
+    return tuple(id for id in ids if id in chosen or not selection)

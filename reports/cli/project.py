@@ -44,17 +44,17 @@ FOLDERS = {  # command -> its folder in the output folder
 }
 
 
-def defaults(here: Path) -> dict[str, dict[str, Any]]:
+def defaults(directory: Path) -> dict[str, dict[str, Any]]:
     """Command -> parameter -> default, from the table of the project that this folder is in.
 
     That is the folder's own pyproject.toml or, where this has no [tool.galvi], that of the
     repository's root. Raises typer.BadParameter for a file that cannot be read, an unknown key, and
     a value of another type.
     """
-    for folder in dict.fromkeys((here, repository_of(here))):
+    for folder in dict.fromkeys((directory, repository_of(directory))):
         table = read_table(folder / FILE)
         if table is not None:
-            return _by_command(table, Path() if folder == here else folder)
+            return _by_command(table, Path() if folder == directory else folder)
     return {}
 
 
@@ -64,13 +64,13 @@ def _by_command(table: Mapping[str, Any], folder: Path) -> dict[str, dict[str, A
         for key, value in table.items()
     }
     out = values.pop("out", None)
-    result = {command: dict(values) for command in COMMANDS}
+    by_command = {command: dict(values) for command in COMMANDS}
     if "contenders" in table:  # the papers' claims are not this project's
-        result["verify"].setdefault("claims", CONTENDERS_CLAIMS)
+        by_command["verify"].setdefault("claims", CONTENDERS_CLAIMS)
     if out is not None:
         for command, below in FOLDERS.items():
-            result.setdefault(command, {})["out"] = folder / out / below
-    return result
+            by_command.setdefault(command, {})["out"] = folder / out / below
+    return by_command
 
 
 def read_table(file: Path) -> Mapping[str, Any] | None:
@@ -87,8 +87,8 @@ def read_table(file: Path) -> Mapping[str, Any] | None:
         raise typer.BadParameter(f"{where} expects a table; received {table!r}.")
     for key, value in (table or {}).items():
         if key not in KINDS:
-            near = nearest(key, KINDS)
-            raise typer.BadParameter(f"{where} has no key {key!r}; did you mean {near!r}?")
+            closest = nearest(key, KINDS)
+            raise typer.BadParameter(f"{where} has no key {key!r}; did you mean {closest!r}?")
         if not _fits(value, KINDS[key]):
             expected = EXPECTED[KINDS[key]]
             raise typer.BadParameter(f"{where}: {key} expects {expected}; received {value!r}.")
@@ -98,5 +98,5 @@ def read_table(file: Path) -> Mapping[str, Any] | None:
 def _fits(value: Any, kind: type) -> bool:
     """Whether a value of TOML is of this type; a list has texts, and a number may be whole."""
     if isinstance(value, list):
-        return kind is list and bool(value) and all(isinstance(each, str) for each in value)
+        return kind is list and bool(value) and all(isinstance(text, str) for text in value)
     return type(value) is kind or (kind is float and type(value) is int)

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from reports.cli.endings import as_usage_error
-from reports.cli.options import Out, check_known, output_folder, typed, words
+from reports.cli.options import Out, check_known, comma_separated, output_folder, typed
 from reports.results.options import OUT
 
 STDOUT = Path("/dev/stdout")
@@ -29,7 +29,7 @@ def export(
         ),
     ] = "",
     listed: Annotated[bool, typer.Option("--list", help="List the tables and figures.")] = False,
-    every: Annotated[
+    export_all: Annotated[
         bool, typer.Option("--all", help="Export all tables, or all figures.")
     ] = False,
     where: Annotated[
@@ -40,7 +40,9 @@ def export(
     ] = None,
     columns: Annotated[
         Any,
-        typer.Option(metavar="error,seconds", parser=words, help="Columns to keep, in this order."),
+        typer.Option(
+            metavar="error,seconds", parser=comma_separated, help="Columns to keep, in this order."
+        ),
     ] = None,
     form: Annotated[
         Literal["csv", "parquet", "latex", "markdown", "pdf", "svg", "png"],
@@ -50,7 +52,7 @@ def export(
         Any,
         typer.Option(
             metavar="error,-seconds",
-            parser=words,
+            parser=comma_separated,
             help="Columns to sort by; - for descending order.",
         ),
     ] = None,
@@ -74,9 +76,9 @@ def export(
 
     if to and to.is_dir():
         raise typer.BadParameter(f"--to expects a file; received the folder {str(to)!r}.")
-    if bool(name) + listed + every != 1:
+    if bool(name) + listed + export_all != 1:
         raise typer.BadParameter("Expected exactly one of NAME, --list and --all.")
-    if every and to:
+    if export_all and to:
         raise typer.BadParameter("--all does not take --to.")
     is_picture = form in work.PICTURES
     if any((where, columns, sort)) and (is_picture or not name):
@@ -124,11 +126,11 @@ def _check_tables(context: typer.Context, out: Path, names: Sequence[str], form:
     tables = [*work.tables(out)]
     if not tables:
         raise typer.BadParameter(f"{out} holds no table yet; run compare or build first.")
-    known = [*tables, work.NUMBERS] if form == "latex" else tables
+    exportable = [*tables, work.NUMBERS] if form == "latex" else tables
     for name in names:
-        if name not in known and name in work.figures(context.obj.load(), out):
+        if name not in exportable and name in work.figures(context.obj.load(), out):
             raise typer.BadParameter(f"{name!r} is a figure: add --format pdf, svg or png.")
-        check_known("table", name, known)
+        check_known("table", name, exportable)
 
 
 def merge_reports(

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 
-MOST = 8  # entries of the legend that are listed
+MAX_ENTRIES = 8  # entries of the legend that are listed
 SIGNS = {
     r"\pi": "pi",
     r"\infty": "infinity",
@@ -27,12 +27,12 @@ def describe(canvas: Canvas) -> str:
     """Sentences on axes, ranges and legend of every panel; no mathematics."""
     panels = [sentence for axes in canvas.axes if (sentence := _panel(axes))]
     entries = [plain(text.get_text()) for drawn in canvas.legends for text in drawn.get_texts()]
-    more = f"; and {len(entries) - MOST} more" if len(entries) > MOST else ""
+    omitted = f"; and {len(entries) - MAX_ENTRIES} more" if len(entries) > MAX_ENTRIES else ""
     return " ".join(
         [
             *([f"{len(canvas.axes)} panels."] if len(canvas.axes) > 1 else []),
             *panels,
-            *([f"Legend: {'; '.join(entries[:MOST])}{more}."] if entries else []),
+            *([f"Legend: {'; '.join(entries[:MAX_ENTRIES])}{omitted}."] if entries else []),
         ]
     )
 
@@ -48,10 +48,10 @@ def plain(text: str) -> str:
 def _panel(axes: Axes) -> str:
     title = plain(axes.get_title(loc="left") or axes.get_title())
     if hasattr(axes, "get_zlim"):
-        what = "in three dimensions" if title else ""
+        coordinates = "in three dimensions" if title else ""
     else:
-        what = " against ".join(filter(None, map(_axis, (axes.yaxis, axes.xaxis))))
-    sentence = ": ".join(filter(None, (title, what)))
+        coordinates = " against ".join(filter(None, map(_axis, (axes.yaxis, axes.xaxis))))
+    sentence = ": ".join(filter(None, (title, coordinates)))
     return f"{sentence}." if sentence else ""
 
 

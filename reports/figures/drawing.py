@@ -21,7 +21,7 @@ from reports.results.claim_results import ClaimResult, first_measured
 from reports.results.comparison import Comparison
 from reports.results.section import Figure
 from reports.results.section_result import SectionResult
-from reports.tables.comparison_tables import is_ours, matched
+from reports.tables.comparison_tables import is_galvi, matched
 from reports.tables.summary_sentences import summary_sentences
 
 
@@ -69,7 +69,7 @@ def comparison_figure(problem: str, runs: pd.DataFrame) -> Figure:
 
 
 def _of_drawn(runs: pd.DataFrame) -> str:
-    """Sentences of the caption on what not every such figure shows."""
+    """Caption sentences on features that only some of these figures show."""
     measured = runs[(runs["error"] > 0) & (runs["seconds"] > 0)]
     names = list(measured["contender"].unique())
     sentences = {
@@ -77,7 +77,7 @@ def _of_drawn(runs: pd.DataFrame) -> str:
             measured["error_is_bound"].any()
         ),
         "Dotted stars and crosses: 2 passes of the iteration.": any(
-            is_ours(name) and "passes" in name for name in names
+            is_galvi(name) and "passes" in name for name in names
         ),
         'The general kernel is galvi\'s with solver="newton".': any(
             name.endswith("general kernel") for name in names
@@ -94,19 +94,21 @@ def draw(
     checked: Sequence[ClaimResult],
     comparison: Comparison,
     sections: Sequence[SectionResult] = (),
-    each: Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]] = map,
+    map_figures: Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]] = map,
 ) -> Gallery:
     """Draw the figures of the claims, of the studies, and of each compared problem.
 
     Parameters
     ----------
-    each
+    map_figures
         map, or one that does the same in several processes
     """
     wanted = list(drawable(checked, comparison, sections))
-    measured = [(figure, frame) for figure, frame in wanted if frame is not None]
+    measured = [(figure, table) for figure, table in wanted if table is not None]
     pictures = {figure.name: "what it shows was not run." for figure, _ in wanted}
-    pictures |= zip((figure.name for figure, _ in measured), each(_drawn, measured), strict=True)
+    pictures |= zip(
+        (figure.name for figure, _ in measured), map_figures(_drawn, measured), strict=True
+    )
     return Gallery(
         {name: drawn for name, drawn in pictures.items() if isinstance(drawn, Picture)},
         {
@@ -122,19 +124,19 @@ def drawable(
     comparison: Comparison,
     sections: Sequence[SectionResult] = (),
 ) -> Iterator[tuple[Figure, pd.DataFrame | None]]:
-    """Every figure with the frame it is drawn from; None where that was not measured."""
+    """Every figure with the table it is drawn from; None where that was not measured."""
     for figure in FIGURES:
         source = first_measured(checked, figure.claims)
-        yield figure, None if source is None else source.frame
+        yield figure, None if source is None else source.table
     table = comparison.work_precision
     if table is not None:
         for problem, runs in table.groupby("problem", sort=False):
             yield comparison_figure(str(problem), runs), runs
     for headline in (*HEADLINES, *PROFILES):
         yield headline, table
-    for result in sections:
-        for figure in result.section.figures:
-            yield figure, result.frame
+    for section_result in sections:
+        for figure in section_result.section.figures:
+            yield figure, section_result.table
 
 
 def save(gallery: Gallery, folder: Path) -> None:

@@ -23,7 +23,7 @@ def in_frame(artists: Iterable[Artist], frame: int, frames: int) -> None:
 
 
 def show_all_frames(figure: Figure) -> None:
-    """Before an SVG is written that is then animated."""
+    """Make all frames visible, before an SVG is written that is then animated."""
     for artist in figure.findobj(lambda artist: (artist.get_gid() or "").startswith("frame-")):
         artist.set_visible(True)
 

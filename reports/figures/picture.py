@@ -64,14 +64,14 @@ class Picture:
     narrow_size: tuple[int, int] = (0, 0)
 
 
-def picture(figure: Figure, frame: pd.DataFrame) -> Picture:
-    """Draw a figure from its claim's or its study's frame."""
+def picture(figure: Figure, table: pd.DataFrame) -> Picture:
+    """Draw a figure from its claim's or its study's table."""
     with matplotlib.style.context(STYLE):
-        canvas = drawn(figure, frame)
+        canvas = drawn(figure, table)
         png, description = saved(canvas, "png"), describe(canvas)
         files = svg_and_size(canvas)
-        if figure.least < NARROW:
-            files += svg_and_size(drawn(figure, frame, NARROW))
+        if figure.min_width < NARROW:
+            files += svg_and_size(drawn(figure, table, NARROW))
     title = f"{figure.source}: {figure.title}" if figure.source else figure.title
     alternative = f"{figure.title}. {description}".strip()
     return Picture(figure.name, title, figure.caption, alternative, png, *files)
@@ -84,7 +84,7 @@ def svg_and_size(canvas: Canvas) -> tuple[bytes, tuple[int, int]]:
     return animated(saved(canvas, "svg")), (round(width), round(height))
 
 
-def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes:
+def sized(figure: Figure, table: pd.DataFrame, form: str, width: float) -> bytes:
     """The file of a figure that is `width` inches wide.
 
     Parameters
@@ -93,15 +93,15 @@ def sized(figure: Figure, frame: pd.DataFrame, form: str, width: float) -> bytes
         pdf, svg or png
     """
     with matplotlib.style.context([STYLE, PRINTED, SMALL if width < 3.6 else {}]):
-        return saved(drawn(figure, frame, width), form)
+        return saved(drawn(figure, table, width), form)
 
 
-def drawn(figure: Figure, frame: pd.DataFrame, width: float = 0.0) -> Canvas:
+def drawn(figure: Figure, table: pd.DataFrame, width: float = 0.0) -> Canvas:
     """The canvas of a figure in the current style, `width` inches wide, or of its own size."""
-    if 0.0 < width < figure.least:
-        raise NoData(f"it needs {figure.least:g} inches; {width:g} were asked for.")
+    if 0.0 < width < figure.min_width:
+        raise NoData(f"it needs {figure.min_width:g} inches; {width:g} were asked for.")
     canvas = Canvas(figure.size, width or figure.size[0])
-    figure.draw(canvas.add_subplot(), frame, **figure.options)
+    figure.draw(canvas.add_subplot(), table, **figure.options)
     finish(canvas)
     return canvas
 

@@ -11,13 +11,13 @@ from reports.figures.style.identities import OURS, blue, identity, in_order
 from reports.figures.style.layout import NoData, split
 from reports.results.section import Figure
 from reports.tables.comparison_tables import heading
-from reports.tables.profiles import FEWEST, costs_at
+from reports.tables.profiles import MIN_PROBLEMS, costs_at
 
-MOST = 6  # codes in a figure: those with most problems
+MAX_CODES = 6  # codes in a figure: those with most problems
 POINTS = 160  # of a line
 
 
-def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> None:
+def profiles(axes: Axes, runs: pd.DataFrame, *, value: str, xlabel: str) -> None:
     """A panel for each error: shares of problems with their bands, one look per code.
 
     Parameters
@@ -25,14 +25,14 @@ def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> Non
     value
         "ratio", from 1, or "cost", in seconds
     """
-    tables = {error: table for error, table in costs_at(frame).items() if len(table)}
+    tables = {error: table for error, table in costs_at(runs).items() if len(table)}
     costs = pd.concat(tables)
     by_error = costs.groupby([costs.index.get_level_values(0), "code"], sort=False)
     run = by_error["problem"].nunique().unstack()
     solves = costs.loc[np.isfinite(costs["cost"]), "code"]
     names = drawn(run.min(skipna=False).filter(solves.unique()))
     if not names:
-        raise NoData(f"no code solves any of {FEWEST} problems.")
+        raise NoData(f"no code solves any of {MIN_PROBLEMS} problems.")
     shares = split(axes, len(tables), ylabel="share of a code's problems [1]")
     finite = costs.loc[np.isfinite(costs[value]), value]
     bounds = np.geomspace(finite.min(), 1.2 * finite.max(), POINTS)
@@ -57,14 +57,16 @@ def profiles(axes: Axes, frame: pd.DataFrame, *, value: str, xlabel: str) -> Non
 
 
 def drawn(counts: pd.Series) -> list[str]:
-    """The codes with FEWEST problems or more, at most MOST, in the order of legends.
+    """The codes with MIN_PROBLEMS problems or more, at most MAX_CODES, in the order of legends.
 
     Parameters
     ----------
     counts
         code -> number of problems on which it was run
     """
-    chosen = counts[counts >= FEWEST].sort_values(ascending=False, kind="stable").index[:MOST]
+    chosen = (
+        counts[counts >= MIN_PROBLEMS].sort_values(ascending=False, kind="stable").index[:MAX_CODES]
+    )
     return in_order(map(str, chosen))
 
 

@@ -16,7 +16,7 @@ from reports.figures.style.layout import split
 COMMITS = 12  # more are not all named
 
 
-def track_record(axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Any]) -> None:
+def track_record(axes: Axes, table: pd.DataFrame, *, panels: Sequence[Any]) -> None:
     """Stacked panels over the same benchmark runs, in order.
 
     Parameters
@@ -24,7 +24,7 @@ def track_record(axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Any]) -> N
     panels
         (label, values, changes, logarithmic)
     """
-    commits = [commit[:8] for commit in frame["commit"]]
+    commits = [commit[:8] for commit in table["commit"]]
     stride = -(-len(commits) // COMMITS)
     named = range(0, len(commits), stride)
     stacked = split(axes, len(panels), columns=1)

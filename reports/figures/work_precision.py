@@ -18,17 +18,17 @@ from reports.figures.style.layout import NoData, contender_legend, legend, split
 TIME = "time to solution [s]"
 
 
-def work_precision(axes: Axes, frame: pd.DataFrame, *, ylabel: str) -> None:
+def work_precision(axes: Axes, table: pd.DataFrame, *, ylabel: str) -> None:
     """One problem: the front of each code in error and time, of galvi one for each degree, with the
     intervals of times. Errors are those that count in tables too; bounds have a mark of their own.
     The run that is the truth has a time only, a dotted line in its colour."""
     axes.set(xscale="log", yscale="log", xlabel=TIME, ylabel=ylabel)
-    fronts = front(frame.assign(contender=frame["contender"].map(line_of)))
+    fronts = front(table.assign(contender=table["contender"].map(line_of)))
     names = in_order(fronts["contender"])
     for name in names:
         plot_front(axes, fronts[fronts["contender"] == name], name, linewidth=1.2)
     contender_legend(axes, names)
-    for _, truth in frame[frame["is_truth"] & (frame["seconds"] > 0)].iterrows():
+    for _, truth in table[table["is_truth"] & (table["seconds"] > 0)].iterrows():
         color = identity(truth["contender"]).color
         line = axes.axvline(
             truth["seconds"], color=color, linestyle=(0, (1, 2)), linewidth=0.9, zorder=1
@@ -70,7 +70,7 @@ def plot_front(axes: Axes, runs: pd.DataFrame, name: str, **line: Any) -> None:
 
 def headline(
     axes: Axes,
-    frame: pd.DataFrame,
+    table: pd.DataFrame,
     *,
     panels: Mapping[str, str],
     shown: Mapping[str, str],
@@ -85,7 +85,7 @@ def headline(
     marked
         (contender, step, label): a circle on its line where that step would be
     """
-    runs = frame[frame["problem"].isin(panels)]
+    runs = table[table["problem"].isin(panels)]
     lines = [
         runs[runs["contender"].str.startswith(begins)].assign(contender=label)
         for label, begins in shown.items()

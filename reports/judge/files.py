@@ -24,7 +24,7 @@ from reports.judge.pictures import pictures
 from reports.judge.sentences import own_run, sentences, truth
 from reports.results.junit import JUnitCase, Outcome
 from reports.tables.html import html_table
-from reports.tables.number_format import known, readable, seconds
+from reports.tables.number_format import is_finite, readable, seconds
 from reports.tables.number_format import plain as plain_number
 from reports.tables.study_table import readable_table
 
@@ -55,12 +55,12 @@ def as_json(judgement: Judgement) -> dict[str, Any]:
             **{name: getattr(judgement, name) for name in fields},
             "sources": [
                 {
-                    "source": one.source.label,
-                    "largest": one.largest,
-                    "until": one.t[-1],
-                    "stopped": one.stopped,
+                    "source": agreement.source.label,
+                    "largest": agreement.largest,
+                    "until": agreement.t[-1],
+                    "stopped": agreement.stopped,
                 }
-                for one in judgement.agreements
+                for agreement in judgement.agreements
             ],
             "summary": sentences(judgement),
         }
@@ -108,14 +108,14 @@ def rendered(judgement: Judgement, name: str, facts: Mapping[str, Any]) -> str:
 
 
 def table(
-    frame: pd.DataFrame,
+    rows: pd.DataFrame,
     caption: str,
     formats: Mapping[str, Callable[[float], str]],
     **headings: str,
 ) -> Markup:
     """The columns as HTML, the heading of each that is not named its own name in words."""
-    names = {column: headings.get(column, column.replace("_", " ")) for column in frame}
-    text, kinds = readable_table(frame, names, formats)
+    names = {column: headings.get(column, column.replace("_", " ")) for column in rows}
+    text, kinds = readable_table(rows, names, formats)
     return html_table(text, caption, kinds)
 
 
@@ -138,12 +138,12 @@ def junit_suites(
     length = judgement.kind.unit(judgement.problem, "length")
     bound = "its error" if error is None else f"an error of at most {readable(error)}{length}"
     name = f"{judgement.own['integrator']}: {bound}"
-    took = judgement.own["seconds"] if math.isfinite(judgement.own["seconds"]) else 0.0
+    run_seconds = judgement.own["seconds"] if math.isfinite(judgement.own["seconds"]) else 0.0
     outcome: Outcome = "passed" if judgement.passed else "failure"
     if error is None:
-        run = JUnitCase(file, name, took, "skipped", "No --error was asked for.", text)
+        run = JUnitCase(file, name, run_seconds, "skipped", "No --error was asked for.", text)
     else:
-        run = JUnitCase(file, name, took, outcome, "" if judgement.passed else text, text)
+        run = JUnitCase(file, name, run_seconds, outcome, "" if judgement.passed else text, text)
     text, name = truth(judgement), "the truth is confirmed by a second source"
     if judgement.truth_agreement <= judgement.error and math.isinf(judgement.trusted_until):
         source = JUnitCase(file, name, 0.0, "passed", "", text)
@@ -159,13 +159,16 @@ def junit_suites(
             case,
             defined_at=at,
             properties=(
-                ("measured", f"{plain_number(measured)}{length}" if known(measured) else "nothing"),
-                ("bound", f"at most {plain_number(most)}{length}" if known(most) else "none"),
+                (
+                    "measured",
+                    f"{plain_number(measured)}{length}" if is_finite(measured) else "nothing",
+                ),
+                ("bound", f"at most {plain_number(limit)}{length}" if is_finite(limit) else "none"),
                 ("verdict", case.outcome),
                 ("source", engines),
                 ("reason", case.details),
             ),
         )
-        for case, measured, most, engines in numbers
+        for case, measured, limit, engines in numbers
     ]
     return {file: cases}

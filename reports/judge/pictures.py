@@ -49,9 +49,9 @@ def orbits(axes: Axes, judgement: Judgement) -> None:
     problem, q = judgement.problem, judgement.truth.q
     by_mass = np.argsort(-problem.system.masses, kind="stable")
     axes.plot(*q[-1, by_mass[NAMED:], :2].T, ".", color=GUIDE, markersize=2, zorder=0)
-    labels, every = names(problem), max(1, len(q) // POINTS)
+    labels, stride = names(problem), max(1, len(q) // POINTS)
     for k, color in zip(by_mass[:NAMED], COLOURS, strict=False):
-        axes.plot(*q[::every, k, :2].T, color=color, linewidth=0.5, alpha=0.7)
+        axes.plot(*q[::stride, k, :2].T, color=color, linewidth=0.5, alpha=0.7)
         axes.plot(*q[-1, k, :2], "o", color=color, markersize=4, label=labels[k])
     length = unit(judgement, "length")
     axes.set(xlabel=f"x{length}", ylabel=f"y{length}")
@@ -62,11 +62,11 @@ def errors(axes: Axes, judgement: Judgement) -> None:
     """Of the user's run, and the distances between the sources of the truth."""
     shown = judgement.own_errors[judgement.own_errors["error"] > 0.0]
     axes.semilogy(shown["t"], shown["error"], color=COLOURS[1], label="your run")
-    others = (COLOURS[0], *COLOURS[2:5])
-    for agreement, color in zip(judgement.agreements, cycle(others), strict=False):
-        apart = np.where(agreement.distances > 0.0, agreement.distances, np.nan)
+    remaining_colors = (COLOURS[0], *COLOURS[2:5])
+    for agreement, color in zip(judgement.agreements, cycle(remaining_colors), strict=False):
+        distance = np.where(agreement.distances > 0.0, agreement.distances, np.nan)
         label = f"truth against {agreement.source.label}"
-        axes.semilogy(agreement.t, apart, color=color, linewidth=0.9, label=label)
+        axes.semilogy(agreement.t, distance, color=color, linewidth=0.9, label=label)
     axes.axhline(judgement.error, color=GUIDE, linestyle=LONG_DASH, label="error asked for")
     part = f"largest error of a {judgement.kind.PART}"
     axes.set(xlabel=f"t{unit(judgement, 'time')}", ylabel=f"{part}{unit(judgement, 'length')}")

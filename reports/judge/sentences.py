@@ -38,33 +38,33 @@ def unit(judgement: Judgement, dimension: str) -> str:
 
 
 def own_run(judgement: Judgement) -> list[str]:
-    """What is found of the user's own run."""
-    own, length = judgement.own, unit(judgement, "length")
-    if math.isnan(own["error"]):
-        return [f"Your run ({own['integrator']}) does not reach the end. {own['status']}"]
+    """Sentences on the user's own run: its errors, energy, time and status."""
+    run, length = judgement.own, unit(judgement, "length")
+    if math.isnan(run["error"]):
+        return [f"Your run ({run['integrator']}) does not reach the end. {run['status']}"]
     worst = judgement.parts.iloc[judgement.parts["largest_error"].argmax()]
-    energy = f"Its relative energy error is {readable(own['energy'])}."
-    if math.isnan(own["energy"]):
+    energy = f"Its relative energy error is {readable(run['energy'])}."
+    if math.isnan(run["energy"]):
         energy = "Its forces do work, so its energy is not conserved."
     backwards = ", backwards" if judgement.duration < 0.0 else ""
-    result = [
-        f"Your run ({own['integrator']}) is off by up to {readable(own['error'])}{length} over "
+    lines = [
+        f"Your run ({run['integrator']}) is off by up to {readable(run['error'])}{length} over "
         f"{readable(abs(judgement.duration))}{unit(judgement, 'time')}{backwards}, and by "
-        f"{readable(own['last_error'])} at the end (measured at {len(judgement.own_errors) - 1} "
+        f"{readable(run['last_error'])} at the end (measured at {len(judgement.own_errors) - 1} "
         f"times, not between them; the worst {judgement.kind.PART} is {worst.iloc[0]}). {energy} "
-        f"It takes {timing(own)}."
+        f"It takes {timing(run)}."
     ]
-    unstopped = own["unstopped_error"]
+    unstopped = run["unstopped_error"]
     if not math.isnan(unstopped):
         off = f"it is off by {readable(unstopped)}{length} there"
-        result.append(
+        lines.append(
             "Run without stops at these times, which shorten its steps, it fails."
             if math.isinf(unstopped)
             else f"Run to the end without stops at these times, which shorten its steps, {off}."
         )
-    if own["end"] != End.COMPLETED.value or own["remarks"]:
-        result.append(f"Its status: {own['status']}")
-    return result
+    if run["end"] != End.COMPLETED.value or run["remarks"]:
+        lines.append(f"Its status: {run['status']}")
+    return lines
 
 
 def timing(row: Mapping[str, Any]) -> str:
@@ -75,32 +75,32 @@ def timing(row: Mapping[str, Any]) -> str:
 
 def truth(judgement: Judgement) -> str:
     """What the truth is, and how well it is known."""
-    comparable = [one for one in judgement.agreements if one.t.size > 1]
-    agreeing = [one for one in comparable if one.largest <= judgement.error]
-    result = [f"The truth is {judgement.source.label}; runs of galvi are never the truth."]
-    others = "; with ".join(
-        f"{one.source.label}, to {_extent(judgement, one)}"
-        for one in agreeing
-        if not one.source.opinion
+    comparable = [agreement for agreement in judgement.agreements if agreement.t.size > 1]
+    agreeing = [agreement for agreement in comparable if agreement.largest <= judgement.error]
+    lines = [f"The truth is {judgement.source.label}; runs of galvi are never the truth."]
+    sources = "; with ".join(
+        f"{agreement.source.label}, to {_extent(judgement, agreement)}"
+        for agreement in agreeing
+        if not agreement.source.opinion
     )
-    result += [f"It agrees with {others}."] if others else []
-    for one in judgement.agreements:
-        if one.source.opinion or one in agreeing:
+    lines += [f"It agrees with {sources}."] if sources else []
+    for agreement in judgement.agreements:
+        if agreement.source.opinion or agreement in agreeing:
             continue
-        result.append(
-            f"{one.source.label} differs from it by up to {_extent(judgement, one)}."
-            if one in comparable
-            else f"{one.source.label} ends too early to be compared."
+        lines.append(
+            f"{agreement.source.label} differs from it by up to {_extent(judgement, agreement)}."
+            if agreement in comparable
+            else f"{agreement.source.label} ends too early to be compared."
         )
-    result += [
-        f"{one.source.label} agrees too, to {_extent(judgement, one)}."
-        for one in agreeing
-        if one.source.opinion and not one.stopped
+    lines += [
+        f"{agreement.source.label} agrees too, to {_extent(judgement, agreement)}."
+        for agreement in agreeing
+        if agreement.source.opinion and not agreement.stopped
     ]
     if len(judgement.engines) == 1:
         how = f": {judgement.engine_hint}" if judgement.engine_hint else ""
-        result.append(f"All of it rests on one engine, {judgement.engines[0]}{how}.")
-    return " ".join(filter(None, (*result, _doubts(judgement, comparable))))
+        lines.append(f"All of it rests on one engine, {judgement.engines[0]}{how}.")
+    return " ".join(filter(None, (*lines, _doubts(judgement, comparable))))
 
 
 def _extent(judgement: Judgement, agreement: Agreement) -> str:
@@ -118,7 +118,7 @@ def _doubts(judgement: Judgement, comparable: list[Agreement]) -> str:
     problem, agreement = judgement.problem, judgement.truth_agreement
     if math.isfinite(judgement.trusted_until):
         elapsed = abs(judgement.trusted_until - problem.t0)
-        first = min((one.t[1] for one in comparable), key=lambda t: abs(t - problem.t0))
+        first = min((agreement.t[1] for agreement in comparable), key=lambda t: abs(t - problem.t0))
         return (
             f"After t = {time_text(judgement.truth, judgement.trusted_until)} the sources part, "
             f"and nothing can be judged: give --duration {elapsed:.6g}, in galvi.judge "
@@ -135,70 +135,70 @@ def _doubts(judgement: Judgement, comparable: list[Agreement]) -> str:
 
 
 def cheapest(judgement: Judgement) -> list[str]:
-    """The cheapest that reaches the error, and what is as fast."""
-    own, best = judgement.own, judgement.recommended
+    """A sentence on the cheapest code that reaches the error, and on those as fast."""
+    run, best = judgement.own, judgement.recommended
     error = f"an error of {readable(judgement.error)}{unit(judgement, 'length')}"
     if best is None:
         measurable = not judgement.truth_agreement > judgement.error
         return [f"Nothing that was tried reaches {error}."] if measurable else []
     reached = judgement.table[judgement.table["reached"]]
-    is_own = reached["integrator"].str.endswith(YOURS) & (reached["setting"] == own["setting"])
+    is_own = reached["integrator"].str.endswith(YOURS) & (reached["setting"] == run["setting"])
     if is_own.iloc[0]:
         text = f"Of all that was tried, your own run reaches {error} at the lowest cost"
     else:
         text = (
             f"The cheapest that reaches {error} is {best['integrator']}, {best['setting']}: error "
-            f"{readable(best['error'])}, in {timing(best)}{_gain(own, best)}"
+            f"{readable(best['error'])}, in {timing(best)}{_gain(run, best)}"
         )
     as_fast = reached["seconds_low"] <= best["seconds_high"]
-    others = reached["integrator"][
+    rivals = reached["integrator"][
         as_fast & ~is_own & (reached["integrator"] != best["integrator"])
     ]
-    names = list(others.unique())
+    names = list(rivals.unique())
     if names:
         listed = "; ".join(names) if len(names) <= MOST_NAMED else f"{len(names)} others"
         text += f". As fast, within quartiles: {listed}"
     return [f"{text}."]
 
 
-def _gain(own: Mapping[str, Any], best: Mapping[str, Any]) -> str:
-    """How often the best run, where it is faster, fits into the own one, between quartiles."""
-    if not own["seconds"] > best["seconds"] or math.isnan(own["error"]):
+def _gain(run: Mapping[str, Any], best: Mapping[str, Any]) -> str:
+    """The clause on how many times as fast as the user's run the best is, between quartiles."""
+    if not run["seconds"] > best["seconds"] or math.isnan(run["error"]):
         return ""
-    if own["seconds_low"] <= best["seconds_high"]:
+    if run["seconds_low"] <= best["seconds_high"]:
         return ", within quartiles no faster than your run"
-    ratios = [own["seconds_low"] / best["seconds_high"], own["seconds_high"] / best["seconds_low"]]
+    ratios = [run["seconds_low"] / best["seconds_high"], run["seconds_high"] / best["seconds_low"]]
     if any(math.isnan(ratio) for ratio in ratios):
-        ratios = [own["seconds"] / best["seconds"]]
+        ratios = [run["seconds"] / best["seconds"]]
     times = " to ".join(dict.fromkeys(plain(ratio, 2) for ratio in ratios))
     return f", {times} times as fast as your run"
 
 
 def encounters(judgement: Judgement) -> list[str]:
     """Close encounters, and whether fixed steps and the user's output resolve them."""
-    meetings, result = judgement.encounters, []
+    meetings, lines = judgement.encounters, []
     if len(judgement.truth.t) > MOST_STATES and len(meetings.columns):
-        result.append("The run is too long for a search of all of it: encounters may be missing.")
+        lines.append("The run is too long for a search of all of it: encounters may be missing.")
     if meetings.empty:
-        return result
+        return lines
     count, nearest = len(meetings), meetings.iloc[0]
     begin, them = "There is a close encounter; it", "it"
     if count > 1:
         begin, them = f"There are {count} close encounters; the closest", "them"
     fixed = judgement.table["reached"] & judgement.table["setting"].str.startswith("dt")
     unresolved = "" if fixed.any() else f", and no fixed step that was tried resolves {them}"
-    result.append(
+    lines.append(
         f"{begin} is that of {nearest['bodies']} at "
         f"t = {time_text(judgement.truth, nearest['time'])}, at {readable(nearest['hill_radii'])} "
         f"mutual Hill radii{unresolved}. {ENCOUNTERS}"
     )
     if "outputs" in meetings:
-        every = readable(judgement.problem.parameters["output_every"]) + unit(judgement, "time")
-        result.append(
-            f"Your output every {every} misses {(meetings['outputs'] == 0).sum()} of {count} "
+        interval = readable(judgement.problem.parameters["output_every"]) + unit(judgement, "time")
+        lines.append(
+            f"Your output every {interval} misses {(meetings['outputs'] == 0).sum()} of {count} "
             "encounters: no state of it falls into them. galvi.find_events sees each."
         )
-    return result
+    return lines
 
 
 def horizon(judgement: Judgement) -> list[str]:

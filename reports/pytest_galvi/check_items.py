@@ -110,16 +110,16 @@ def title(check: Mapping[str, Any]) -> str:
 class CheckItem(pytest.Item):
     """A check of an integrator on a problem, or on all."""
 
-    def __init__(self, *, asked: Mapping[str, str], process: OtherProcess, **more: Any) -> None:
-        super().__init__(**more)
-        self.asked, self.process = asked, process
-        self.extra_keyword_matches.add(asked["name"])
+    def __init__(self, *, entry: Mapping[str, str], process: OtherProcess, **options: Any) -> None:
+        super().__init__(**options)
+        self.entry, self.process = entry, process
+        self.extra_keyword_matches.add(entry["name"])
         self.add_marker("galvi")
 
     def runtest(self) -> None:
         """Measure it; a failure shows its sentences alone."""
         try:
-            answer = self.process.answer(self.asked)
+            answer = self.process.answer(self.entry)
         except pytest.UsageError as error:
             pytest.fail(str(error), pytrace=False)
         if answer["outcome"] == "skipped":
@@ -129,16 +129,16 @@ class CheckItem(pytest.Item):
 
     def reportinfo(self) -> tuple[Any, int | None, str]:
         """Its place in a listing, which is no file, and the heading of its failure."""
-        return self.nodeid.partition("::")[0], None, f"{self.asked['name']}: {self.name}"
+        return self.nodeid.partition("::")[0], None, f"{self.entry['name']}: {self.name}"
 
 
 def items_of(
     session: pytest.Session, listed: Iterable[dict[str, str]], process: OtherProcess
 ) -> Iterator[CheckItem]:
     """The items of what the other process listed."""
-    for asked in listed:
-        name = ", ".join(filter(None, (asked["check"], asked["problem"]))).replace("::", ": :")
-        place = f"galvi: {asked['name']}".replace("::", ": :")
+    for entry in listed:
+        name = ", ".join(filter(None, (entry["check"], entry["problem"]))).replace("::", ": :")
+        parent_id = f"galvi: {entry['name']}".replace("::", ": :")
         yield CheckItem.from_parent(
-            session, name=name, nodeid=f"{place}::{name}", asked=asked, process=process
+            session, name=name, nodeid=f"{parent_id}::{name}", entry=entry, process=process
         )

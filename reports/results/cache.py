@@ -48,7 +48,7 @@ class Study:
     label, title
         shown while it runs
     measure
-        report -> frame
+        report -> table
     timed
         whether it measures times
     """
@@ -62,10 +62,10 @@ class Study:
 
 @dataclass(frozen=True, eq=False)
 class CachedResult:
-    """A frame, its measuring time in seconds, and the start date of the earlier run that measured
+    """A table, its measuring time in seconds, and the start date of the earlier run that measured
     it; empty for this run."""
 
-    frame: pd.DataFrame
+    table: pd.DataFrame
     seconds: float
     run: str = ""
 
@@ -83,8 +83,8 @@ class CachedResult:
         return {
             "run": run,
             "seconds": self.seconds,
-            "types": self.frame.dtypes.astype(str).to_dict(),
-            "columns": self.frame.to_dict("list"),
+            "types": self.table.dtypes.astype(str).to_dict(),
+            "columns": self.table.to_dict("list"),
         }
 
 
@@ -100,7 +100,7 @@ class BuildCache:
         start date of this run
     sources
         digest of the sources when this run began; "" to look for no changes
-    results
+    entries
         of interrupted runs and of this one
     edited
         whether the sources changed since this run began; nothing is stored from then on
@@ -109,7 +109,7 @@ class BuildCache:
     folder: Path | None = None
     run: str = ""
     sources: str = ""
-    results: dict[str, CachedResult] = field(default_factory=dict)
+    entries: dict[str, CachedResult] = field(default_factory=dict)
     edited: bool = False
 
     def load(self) -> None:
@@ -117,39 +117,39 @@ class BuildCache:
         for path in self.folder.glob("*.json") if self.folder else ():
             with suppress(Exception):
                 name, stored = json.loads(path.read_text(encoding="utf-8"))
-                self.results[name] = CachedResult.from_json(stored)
+                self.entries[name] = CachedResult.from_json(stored)
 
     @property
-    def taken(self) -> list[CachedResult]:
+    def resumed(self) -> list[CachedResult]:
         """The results of interrupted runs."""
-        return [result for result in self.results.values() if result.run]
+        return [entry for entry in self.entries.values() if entry.run]
 
     def measure(self, studies: Iterable[Study]) -> dict[str, Exception]:
         """Measure and store those without a result, with progress on stderr; returns what those
         that failed raised."""
         errors = {}
-        missing = [study for study in studies if study.name not in self.results]
+        missing = [study for study in studies if study.name not in self.entries]
         with Studies(len(missing)) as progress:
             for study in missing:
                 start = time.perf_counter()
                 try:
                     with progress(study.label, study.title) as report:
-                        frame = study.measure(report)
-                        self.keep(study.name, frame, time.perf_counter() - start)
+                        table = study.measure(report)
+                        self.keep(study.name, table, time.perf_counter() - start)
                 except Exception as error:
                     errors[study.name] = error
         return errors
 
-    def keep(self, name: str, frame: pd.DataFrame, seconds: float) -> None:
+    def keep(self, name: str, table: pd.DataFrame, seconds: float) -> None:
         """Store a result; when that fails, print a warning and continue."""
-        self.results[name] = CachedResult(frame, seconds)
+        self.entries[name] = CachedResult(table, seconds)
         if self.folder is None:
             return
         self.look()
         why = "the sources changed since the build began" if self.edited else ""
         try:
             if not why:
-                text = json.dumps([name, self.results[name].as_json(self.run)])
+                text = json.dumps([name, self.entries[name].as_json(self.run)])
                 write(self.folder / f"{digest_of(name)[:32]}.json", text)
         except OSError as error:
             why = " ".join(str(error).split())
@@ -162,9 +162,9 @@ class BuildCache:
             return
         shutil.rmtree(self.folder, ignore_errors=True)
         with suppress(OSError):  # another process was faster, or others' results stay
-            for other in self.folder.parent.iterdir():
-                if time.time() - other.stat().st_mtime > WEEK:
-                    shutil.rmtree(other)
+            for sibling in self.folder.parent.iterdir():
+                if time.time() - sibling.stat().st_mtime > WEEK:
+                    shutil.rmtree(sibling)
             self.folder.parent.rmdir()
 
     def look(self) -> None:
@@ -175,7 +175,7 @@ class BuildCache:
     def provenance(self) -> dict[str, str]:
         """Provenance: results of earlier runs, and whether the sources changed meanwhile."""
         notes = {}
-        if self.taken:
+        if self.resumed:
             notes["resumed"] = f"{self._earlier()}; times compare within a result"
         if self.edited:
             notes["changed"] = "the sources, after this run began: results may be of either state"
@@ -183,10 +183,10 @@ class BuildCache:
 
     def greeting(self) -> str:
         """A sentence on the results that are reused; empty when there are none."""
-        return f"Resuming: {self._earlier()}; --anew starts over." if self.taken else ""
+        return f"Resuming: {self._earlier()}; --anew starts over." if self.resumed else ""
 
     def _earlier(self) -> str:
-        counts = Counter(result.run for result in self.taken)
+        counts = Counter(entry.run for entry in self.resumed)
         return " and ".join(
             f"{count} {'result' if count == 1 else 'results'} of the build of {run}, "
             "which was stopped"

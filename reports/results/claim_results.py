@@ -1,4 +1,4 @@
-"""Run the studies of the claims and judge them; an exception affects only its own claim.
+"""Run the studies of the claims and check them; an exception affects only its own claim.
 
 A row whose engine is missing is expected not to run: it is listed with the reason, and
 `verify --require` turns the missing engine into a failure.
@@ -23,14 +23,14 @@ from reports.results.cache import BuildCache, CachedResult, Study
 
 @dataclass(frozen=True, eq=False)
 class ClaimResult:
-    """A claim with its frame and rows.
+    """A claim with its table and rows.
 
     Attributes
     ----------
-    frame
-        the study's tidy frame; None when the study raised
+    table
+        the study's tidy table; None when the study raised
     rows
-        the judge's rows; "not run", with the exception as reason, when the study raised
+        its checks; "not run", with the exception as reason, when the study raised
     seconds
         run time of the study; 0 when it raised
     run
@@ -38,7 +38,7 @@ class ClaimResult:
     """
 
     claim: Claim
-    frame: pd.DataFrame | None
+    table: pd.DataFrame | None
     rows: tuple[Row, ...]
     seconds: float
     run: str = ""
@@ -61,8 +61,8 @@ def claim_studies(claims: Iterable[Claim], quick: bool) -> list[Study]:
 def check(
     claims: Sequence[Claim], quick: bool, cache: BuildCache | None = None
 ) -> list[ClaimResult]:
-    """Judge each claim, and before it study those without a result in the cache, where claims with
-    timings are the last; progress goes to stderr.
+    """Check each claim; first run the studies that the cache lacks, those with timings last.
+    Progress goes to stderr.
 
     Parameters
     ----------
@@ -74,29 +74,33 @@ def check(
     return [
         ClaimResult(claim, None, _spoiled(claim, errors[claim.id]), 0.0)
         if claim.id in errors
-        else _judged(claim, cache.results[claim.id])
+        else _judged(claim, cache.entries[claim.id])
         for claim in claims
     ]
 
 
 def first_measured(checked: Iterable[ClaimResult], claims: Sequence[str]) -> ClaimResult | None:
-    """The first of these claims whose study returned a frame; None if there is none."""
-    measured = {one.claim.id: one for one in checked if one.frame is not None}
+    """The first of these claims whose study returned a table; None if there is none."""
+    measured = {
+        claim_result.claim.id: claim_result
+        for claim_result in checked
+        if claim_result.table is not None
+    }
     return next((measured[name] for name in claims if name in measured), None)
 
 
-def _judged(claim: Claim, result: CachedResult) -> ClaimResult:
+def _judged(claim: Claim, measurement: CachedResult) -> ClaimResult:
     try:
-        rows = tuple(_explained(row, result.frame) for row in claim.judge(result.frame))
+        rows = tuple(_explained(row, measurement.table) for row in claim.judge(measurement.table))
         if not rows:
             raise ValueError("its judge gave no row, so that nothing of it was checked")
     except Exception as error:
         rows = _spoiled(claim, error)
-    return ClaimResult(claim, result.frame, rows, result.seconds, result.run)
+    return ClaimResult(claim, measurement.table, rows, measurement.seconds, measurement.run)
 
 
 def _explained(row: Row, measured: pd.DataFrame) -> Row:
-    """Give a row that could not be judged the statuses of its study's runs as reason."""
+    """Give a row without a verdict the statuses of its study's runs as reason."""
     if row.verdict != NOT_RUN or row.expected == NOT_RUN:
         return row
     statuses = dict.fromkeys(text for text in measured.get("status", ()) if text)

@@ -16,7 +16,7 @@ COST = "cost of a step"
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Frames of `benchmarks.work_precision.run` and `benchmarks.work_precision.cost`; None where
+    """Tables of `benchmarks.work_precision.run` and `benchmarks.work_precision.cost`; None where
     one raised, with a sentence in `failures`.
     """
 
@@ -41,9 +41,9 @@ def measure_comparison(
     errors = cache.measure(
         [*studies, Study(COST, "cost", COST, partial(suite.cost, options.quick))]
     )
-    frames = [cache.results[title].frame for title in measures if title not in errors]
+    tables = [cache.entries[title].table for title in measures if title not in errors]
     return Comparison(
-        pd.concat(frames, ignore_index=True) if frames else None,
-        None if COST in errors else cache.results[COST].frame,
+        pd.concat(tables, ignore_index=True) if tables else None,
+        None if COST in errors else cache.entries[COST].table,
         (*(not_run(title, error) for title, error in errors.items()), *suite.faults()),
     )

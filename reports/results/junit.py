@@ -13,7 +13,7 @@ from benchmarks.store.foreign_texts import visible
 
 FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
 
-MOST = 10  # annotations that GitHub shows of a step
+MAX_ANNOTATIONS = 10  # annotations that GitHub shows of a step
 
 Outcome = Literal["passed", "failure", "error", "skipped"]
 TOTALS: Mapping[str, Outcome] = {"failures": "failure", "errors": "error", "skipped": "skipped"}
@@ -75,14 +75,14 @@ def junit_xml(title: str, suites: Mapping[str, Sequence[JUnitCase]]) -> str:
 
 
 def github_annotations(cases: Sequence[JUnitCase]) -> list[str]:
-    """Lines by which a job on GitHub shows what failed, at most MOST; none in other places."""
+    """Lines by which a job on GitHub shows what failed, at most MAX_ANNOTATIONS; else none."""
     if os.environ.get("GITHUB_ACTIONS") != "true":
         return []
     return [
         f"::error {_command_properties(case)}::{_escaped(case.message)}"
         for case in cases
         if case.outcome in ("failure", "error")
-    ][:MOST]
+    ][:MAX_ANNOTATIONS]
 
 
 def _command_properties(case: JUnitCase) -> str:
@@ -92,9 +92,9 @@ def _command_properties(case: JUnitCase) -> str:
     return ",".join(f"{name}={_escaped(text, ':,')}" for name, text in texts.items() if text)
 
 
-def _escaped(text: str, more: str = "") -> str:
-    """As GitHub's workflow commands want it; `more` signs are escaped in a property."""
-    signs = f"%\r\n{more}"
+def _escaped(text: str, extra: str = "") -> str:
+    """As GitHub's workflow commands want it; a property escapes the `extra` signs, too."""
+    signs = f"%\r\n{extra}"
     return visible("".join(f"%{ord(sign):02X}" if sign in signs else sign for sign in text))
 
 

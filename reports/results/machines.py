@@ -63,10 +63,12 @@ class Machine:
 def machines(out: Path) -> list[Machine]:
     """The report's own machine first, then the merged ones of other processors, the newest first;
     rows without an origin are left out."""
-    here, *merged = (_read(folder) for folder in (out, *sorted((out / MACHINES).glob("*"))))
+    own_machine, *merged = (_read(folder) for folder in (out, *sorted((out / MACHINES).glob("*"))))
     by_age = sorted(filter(None, merged), key=lambda machine: machine.date, reverse=True)
-    others = [machine for machine in by_age if not here or machine.name != here.name]
-    return [here, *others] if here else others
+    different = [
+        machine for machine in by_age if not own_machine or machine.name != own_machine.name
+    ]
+    return [own_machine, *different] if own_machine else different
 
 
 def merge(out: Path, folders: Sequence[Path]) -> list[str]:

@@ -101,9 +101,9 @@ def _as_json(content: object) -> str:
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
-def _slug(words: str, taken: Collection[str]) -> str:
+def _slug(text: str, used: Collection[str]) -> str:
     """A name as Bencher has them, with a number where another measure took it."""
-    slug = re.sub(r"[^a-z0-9]+", "-", words.lower()).strip("-") or "measured"
-    endings = ("", *(f"-{number}" for number in range(2, len(taken) + 2)))
+    slug = re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "measured"
+    endings = ("", *(f"-{number}" for number in range(2, len(used) + 2)))
     names = (slug[: LONGEST_SLUG - len(ending)].rstrip("-") + ending for ending in endings)
-    return next(name for name in names if name not in taken)
+    return next(name for name in names if name not in used)

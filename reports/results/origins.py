@@ -16,32 +16,32 @@ NAME = "provenance.json"
 
 def note_origin(folder: Path, file: str, provenance: Mapping[str, str], quick: bool) -> None:
     """Record date, commit and command of a file; entries of other files are kept."""
-    known = read_origins(folder)
-    known[file] = {**provenance, "setting": "quick" if quick else "default"}
-    write(folder / NAME, json.dumps(known, indent=2) + "\n")
+    origins = read_origins(folder)
+    origins[file] = {**provenance, "setting": "quick" if quick else "default"}
+    write(folder / NAME, json.dumps(origins, indent=2) + "\n")
 
 
 def read_origins(folder: Path) -> dict[str, dict[str, str]]:
     """The recorded origins by file; empty when provenance.json is missing or unreadable."""
     try:
-        known = json.loads((folder / NAME).read_text(encoding="utf-8"))
+        origins = json.loads((folder / NAME).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    return known if isinstance(known, dict) else {}
+    return origins if isinstance(origins, dict) else {}
 
 
 def described(origins: Iterable[Mapping[str, str]]) -> str:
-    """Of at least one: e.g. "2026-01-02 03:04 UTC, commit 0123456789ab, in the quick setting"."""
-    found = list(origins)
-    dates = sorted({one.get("date") or "at an unknown time" for one in found})
-    commits = list(dict.fromkeys(short(one.get("commit") or "unknown") for one in found))
-    quick = [one.get("setting") == "quick" for one in found]
-    words = [
+    """At least one as text: "2026-01-02 03:04 UTC, commit 0123456789ab, in the quick setting"."""
+    entries = list(origins)
+    dates = sorted({origin.get("date") or "at an unknown time" for origin in entries})
+    commits = list(dict.fromkeys(short(origin.get("commit") or "unknown") for origin in entries))
+    quick = [origin.get("setting") == "quick" for origin in entries]
+    parts = [
         " to ".join(dict.fromkeys((dates[0], dates[-1]))),
         f"commit{'s' if len(commits) > 1 else ''} {' and '.join(commits)}",
     ]
-    words += [f"{'' if all(quick) else 'partly '}in the quick setting"] if any(quick) else []
-    return ", ".join(words)
+    parts += [f"{'' if all(quick) else 'partly '}in the quick setting"] if any(quick) else []
+    return ", ".join(parts)
 
 
 def short(commit: str) -> str:

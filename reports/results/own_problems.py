@@ -1,4 +1,4 @@
-"""What users bring: integrators, problems; and which engines are there."""
+"""Integrators and problems of users; which optional engines are installed."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def joined(suite: Suite, paths: Sequence[str], timeout: float | None = None) -> 
                 raise typer.BadParameter(f"--contender {path}: {error}") from None
             stack.callback(_say_printed, external)
             stack.callback(external.close)
-            if external.name in [one.name for one in externals]:
+            if external.name in [opened.name for opened in externals]:
                 raise typer.BadParameter(f"--contender: two are called {external.name!r}.")
             externals.append(external)
         claims = contender_checks(externals)
@@ -123,7 +123,7 @@ def with_problems(suite: Suite, paths: Sequence[str], sent: bool = False) -> Sui
     Raises typer.BadParameter for a path that cannot be loaded, for two problems of one name, and
     for one that must be sent and cannot be.
     """
-    own: dict[str, tuple[Problem, float]] = {}
+    by_name: dict[str, tuple[Problem, float]] = {}
     for path in dict.fromkeys(paths):
         try:
             problem, duration = load_problem(path)
@@ -131,25 +131,30 @@ def with_problems(suite: Suite, paths: Sequence[str], sent: bool = False) -> Sui
                 require_sendable(problem)
         except ContenderError as error:
             raise typer.BadParameter(f"--problem {path}: {error}.") from None
-        if problem.name in own:
+        if problem.name in by_name:
             raise typer.BadParameter(f"--problem: two are called {problem.name!r}.")
-        own[problem.name] = (problem, duration)
+        by_name[problem.name] = (problem, duration)
     return replace(
         suite,
-        problems=lambda quick: tuple(own),
-        work_precision=partial(_compared, suite.work_precision, own),
-        cost=lambda quick, report: pd.DataFrame(columns=[one.name for one in COLUMNS]),
+        problems=lambda quick: tuple(by_name),
+        work_precision=partial(_compared, suite.work_precision, by_name),
+        cost=lambda quick, report: pd.DataFrame(columns=[column.name for column in COLUMNS]),
         targets=(),
         sections=(),
     )
 
 
 def _compared(
-    measure: Any, own: Own, quick: bool, report: Callable[[str], None], problem: str, **more: Any
+    measure: Any,
+    by_name: Own,
+    quick: bool,
+    report: Callable[[str], None],
+    problem: str,
+    **options: Any,
 ) -> pd.DataFrame:
-    """The measurements on one of them."""
-    case = own_problem(*own[problem], quick, report)
-    return measure(quick, report, problem=problem, cases=(case,), **more)
+    """The measurements on one of the user's problems."""
+    case = own_problem(*by_name[problem], quick, report)
+    return measure(quick, report, problem=problem, cases=(case,), **options)
 
 
 def narrowed(suite: Suite, text: str, quick: bool) -> Suite:
@@ -165,17 +170,17 @@ def narrowed(suite: Suite, text: str, quick: bool) -> Suite:
     ValueError
         Without a part, or where one is in no name.
     """
-    known = suite.problems(quick)
-    asked = [word.strip() for word in text.split(",") if word.strip()]
-    if not asked:
+    names = suite.problems(quick)
+    parts = [word.strip() for word in text.split(",") if word.strip()]
+    if not parts:
         raise ValueError(f"give a part of a problem's name; received {text!r}.")
-    for word in asked:
-        if not any(word.casefold() in name.casefold() for name in known):
+    for word in parts:
+        if not any(word.casefold() in name.casefold() for name in names):
             raise ValueError(
                 f"there is no problem {word!r} to compare on; did you mean "
-                f"{nearest(word, known)!r} (known: {', '.join(known)})?"
+                f"{nearest(word, names)!r} (known: {', '.join(names)})?"
             )
-    chosen = [name for name in known if any(word.casefold() in name.casefold() for word in asked)]
+    chosen = [name for name in names if any(word.casefold() in name.casefold() for word in parts)]
     return replace(
         suite,
         problems=lambda quick: chosen,

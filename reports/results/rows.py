@@ -59,17 +59,17 @@ def merged(
     now: pd.DataFrame,
     key: str,
     checked: Collection[str],
-    known: Collection[str],
+    all_ids: Collection[str],
 ) -> pd.DataFrame:
-    """The new rows, and the old rows of claims that were not checked, in the order of `known`.
+    """The new rows, and the old rows of claims that were not checked, in the order of `all_ids`.
 
     Rows of claims that no longer exist are dropped.
     """
     if before is None:
         return now
-    stays = before[before[key].isin(set(known) - set(checked))]
+    stays = before[before[key].isin(set(all_ids) - set(checked))]
     if stays.empty:
         return now
     both = pd.concat([now, stays.reindex(columns=now.columns)] if len(now) else [stays])
-    order = {name: position for position, name in enumerate(known)}
+    order = {name: position for position, name in enumerate(all_ids)}
     return both.sort_values(key, key=lambda ids: ids.map(order), kind="stable", ignore_index=True)

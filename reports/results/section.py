@@ -23,18 +23,18 @@ class Figure:
     title
         one line
     draw
-        (axes, frame, **options)
+        (axes, table, **options)
     source
         the paper's figure, e.g. "H fig. 2.3"
     claims
-        ids of claims; the frame of the first that was measured is drawn
+        ids of claims; the table of the first that was measured is drawn
     options
         further arguments of `draw`: quantities, labels, claimed rates
     caption
         explanation for the reader
     size
         width and height in inches, where there is room
-    least
+    min_width
         inches, below which it cannot be read and is not drawn
     """
 
@@ -46,10 +46,10 @@ class Figure:
     options: Mapping[str, Any] = field(default_factory=dict)
     caption: str = ""
     size: tuple[float, float] = (6.4, 4.0)
-    least: float = 0.0
+    min_width: float = 0.0
 
 
-Measure = Callable[..., pd.DataFrame]  # (quick, report) -> frame
+Measure = Callable[..., pd.DataFrame]  # (quick, report) -> table
 Table = tuple[pd.DataFrame, Mapping[str, str]]  # as text, and the class of its columns
 
 
@@ -60,7 +60,7 @@ class LongForm:
     Attributes
     ----------
     runs
-        (folder, report) -> runs, each with title, done() and run(report)
+        (folder, report) -> runs, each with title, is_complete() and run(report)
     stored
         (folder, report) -> the rows of the finished runs
     """
@@ -82,13 +82,13 @@ class Section:
     text
         an introduction of a few sentences
     measure
-        (quick, report) -> frame
+        (quick, report) -> table
     table
-        frame -> the table as text, and the CSS classes of its columns
+        table -> the table as text, and the CSS classes of its columns
     summary
-        frame -> sentences on what its rows show, or ""
+        table -> sentences on what its rows show, or ""
     figures
-        figures of the frame
+        figures of the table
     long_form
         None when it has none
     open
@@ -106,7 +106,7 @@ class Section:
     text: str
     measure: Measure
     table: Callable[[pd.DataFrame], Table]
-    summary: Callable[[pd.DataFrame], str] = lambda frame: ""
+    summary: Callable[[pd.DataFrame], str] = lambda table: ""
     figures: tuple[Figure, ...] = ()
     long_form: LongForm | None = None
     open: bool = False
@@ -116,5 +116,5 @@ class Section:
 
     @property
     def anchor(self) -> str:
-        """Its place on the page."""
+        """The id of its heading on the page."""
         return self.name.replace("_", "-")

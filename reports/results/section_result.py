@@ -23,7 +23,7 @@ class SectionResult:
 
     Attributes
     ----------
-    frame
+    table
         its rows, those of the long form among them; None when there are none
     note
         a sentence on the long form, or on an absent engine for want of which it did not run; or ""
@@ -32,7 +32,7 @@ class SectionResult:
     """
 
     section: Section
-    frame: pd.DataFrame | None
+    table: pd.DataFrame | None
     note: str = ""
     failure: str = ""
 
@@ -66,23 +66,23 @@ def measure_sections(
     cache = cache or BuildCache()
     present = [section for section in sections if not section.absent()]
     errors = cache.measure(section_studies(present, options.quick))
-    results = []
+    section_results = []
     for section in sections:
-        result, note = cache.results.get(section.title), section.absent()
-        frames = [_dated(result.frame, suite, options, result.run)] if result else []
+        cached, note = cache.entries.get(section.title), section.absent()
+        tables = [_dated(cached.table, suite, options, cached.run)] if cached else []
         if section.long_form is not None:
-            frames.append(section.long_form.stored(options.out / FOLDER, say))
-            if not (len(frames[-1]) or note):
+            tables.append(section.long_form.stored(options.out / FOLDER, say))
+            if not (len(tables[-1]) or note):
                 note = "Short version: make studies runs the long one."
-        frames = [frame for frame in frames if len(frame)]
-        rows = pd.concat(frames, ignore_index=True) if frames else None
+        tables = [table for table in tables if len(table)]
+        rows = pd.concat(tables, ignore_index=True) if tables else None
         error = errors.get(section.title)
         failure = not_run(section.title, error) if error else ""
-        results.append(SectionResult(section, rows, note, failure))
-    return results
+        section_results.append(SectionResult(section, rows, note, failure))
+    return section_results
 
 
-def _dated(frame: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.DataFrame:
+def _dated(table: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.DataFrame:
     """Fill missing values of the commit and date columns, where present, with those of the run."""
     origin = suite.provenance(options.command)
     commit, plus, dirty = origin.get("commit", "").partition("+")
@@ -90,9 +90,9 @@ def _dated(frame: pd.DataFrame, suite: Suite, options: Options, run: str) -> pd.
         "commit": f"{commit[:12]}{plus}{dirty}",
         "date": (run or origin.get("date", "")).partition(" ")[0],
     }
-    return frame.assign(**{name: text for name, text in now.items() if name in frame})
+    return table.assign(**{name: text for name, text in now.items() if name in table})
 
 
 def say(text: str) -> None:
-    """On stderr."""
+    """Print on stderr."""
     print(text, file=sys.stderr)

@@ -61,17 +61,17 @@ class Summary:
         """What the rows do not say of the papers' statements; empty where a row differs from what
         was expected or was not run, as without an engine, or a claim that a statement names has
         none."""
-        needed = {claim for one in statements() for claim in one.claims}
+        needed = {claim for statement in statements() for claim in statement.claims}
         not_run = {row.id for row in self.rows if row.verdict == NOT_RUN}
         complete = needed <= {row.id for row in self.rows} - not_run
         return unfounded(statements(), self.rows) if complete and not self.differing else []
 
-    def passes(self, fail_under: float = 100.0) -> bool:
+    def holds(self, fail_under: float = 100.0) -> bool:
         """Whether something was measured, so many percent of the verdicts are as expected, the
         stated errors of orders cover, and the papers' statements have the rows that they name."""
         measured = any(row.verdict != NOT_RUN for row in self.rows)
-        sound = coverage(self.rows).is_plausible and not self.unfounded
-        return measured and self.share >= fail_under and sound
+        founded = coverage(self.rows).is_plausible and not self.unfounded
+        return measured and self.share >= fail_under and founded
 
     def __str__(self) -> str:
         agreements = {row.id for row in self.rows if row.source == AGREEMENT}
@@ -102,7 +102,7 @@ class Summary:
 
 def summary(checked: Sequence[ClaimResult]) -> Summary:
     """The summary of the rows of these claims."""
-    return Summary(tuple(row for one in checked for row in one.rows))
+    return Summary(tuple(row for claim_result in checked for row in claim_result.rows))
 
 
 def many(count: int, noun: str) -> str:

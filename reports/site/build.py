@@ -81,7 +81,7 @@ class SiteBuilder:
         from sphinx.application import Sphinx
         from sphinx.util.docutils import docutils_namespace, patch_docutils
 
-        told, token, pages = io.StringIO(), SHOWN.set(report), self.source.parent / "site" / "html"
+        log, token, pages = io.StringIO(), SHOWN.set(report), self.source.parent / "site" / "html"
         try:
             with patch_docutils(str(self.source)), docutils_namespace(), warnings.catch_warnings():
                 warnings.simplefilter("ignore")
@@ -93,20 +93,20 @@ class SiteBuilder:
                     "html",
                     self.settings(),
                     status=None,
-                    warning=told,
+                    warning=log,
                     keep_going=True,
                 )
                 site.build()
         finally:
             SHOWN.reset(token)
         shutil.copytree(pages, report.out, dirs_exist_ok=True)
-        text = COLOUR.sub("", told.getvalue()).replace(f"{self.source}{os.sep}", "")
+        text = COLOUR.sub("", log.getvalue()).replace(f"{self.source}{os.sep}", "")
         files = [report.out / f"{name}.html" for name in site.env.found_docs]
         links = broken(report.out, files, anchors_of_results(report.suite))
         return [*text.splitlines(), *links]
 
     def settings(self) -> dict[str, Any]:
-        """Of Sphinx, in place of those of docs/conf.py."""
+        """Sphinx's settings, in place of those of docs/conf.py."""
         if not self.tutorials:
             return {"nb_execution_mode": "off"}
         cache = DOCS / GENERATED / ".cache"
@@ -143,7 +143,7 @@ def anchors_of_results(suite: Suite) -> dict[str, set[str]]:
 
 
 def broken(
-    folder: Path, files: Collection[Path], results: Mapping[str, Collection[str]]
+    folder: Path, files: Collection[Path], anchors_by_file: Mapping[str, Collection[str]]
 ) -> list[str]:
     """A sentence for each link inside that leads nowhere; those outside go to OUTSIDE.
 
@@ -151,7 +151,7 @@ def broken(
     ----------
     files
         the built pages
-    results
+    anchors_by_file
         as `anchors_of_results`
     """
     folder = folder.resolve()
@@ -166,10 +166,12 @@ def broken(
                 continue
             file = (path.parent / unquote(parts.path)).resolve() if parts.path else path
             anchor = unquote(parts.fragment)
-            there = pages[file].anchors if file in pages else set()
+            anchors = pages[file].anchors if file in pages else set()
             if folder in file.parents:
-                there = there.union(results.get(file.relative_to(folder).as_posix(), ()))
-            if not file.is_file() or (anchor and file in pages and anchor not in there):
+                anchors = anchors.union(
+                    anchors_by_file.get(file.relative_to(folder).as_posix(), ())
+                )
+            if not file.is_file() or (anchor and file in pages and anchor not in anchors):
                 sentences.append(f"{path.relative_to(folder)}: the link to {target} leads nowhere.")
     write(folder / OUTSIDE, "".join(f"{target}\n" for target in sorted(outside)))
     return sentences
@@ -236,10 +238,10 @@ def picture_cards(app: Any, tree: Any, page: str) -> None:
 
 def label_toggles(app: Any, page: str, template: str, context: dict[str, Any], tree: Any) -> None:
     """Sphinx's `html-page-context`: names what opens the pages below one in the navigation."""
-    made = context.get("generate_toctree_html")
-    if made is not None:
+    generate = context.get("generate_toctree_html")
+    if generate is not None:
         context["generate_toctree_html"] = lambda *arguments, **options: str(
-            made(*arguments, **options)
+            generate(*arguments, **options)
         ).replace("<summary>", '<summary aria-label="Pages below">')
 
 

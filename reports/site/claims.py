@@ -64,8 +64,8 @@ class ClaimSection:
     @property
     def counts(self) -> tuple[tuple[str, int], ...]:
         """(verdict, number of rows), in the order of VERDICTS."""
-        seen = Counter(row.verdict for row, _ in self.checks)
-        return tuple((word, seen[word]) for word in VERDICTS if seen[word])
+        by_verdict = Counter(row.verdict for row, _ in self.checks)
+        return tuple((word, by_verdict[word]) for word in VERDICTS if by_verdict[word])
 
     @property
     def tolerances(self) -> tuple[str, ...]:
@@ -75,33 +75,34 @@ class ClaimSection:
     @property
     def command(self) -> str:
         """The command that repeats it."""
-        theirs = self.claim.id.startswith(OF_CONTENDERS)
-        more = " --contender package.module:Class" if theirs else ""
-        return f"galvi verify --claims {self.claim.id}{more}"
+        of_contender = self.claim.id.startswith(OF_CONTENDERS)
+        option = " --contender package.module:Class" if of_contender else ""
+        return f"galvi verify --claims {self.claim.id}{option}"
 
 
-def claim_section(one: ClaimResult, gallery: Gallery) -> ClaimSection:
+def claim_section(claim_result: ClaimResult, gallery: Gallery) -> ClaimSection:
     """The section of a claim, with the pictures drawn from it or named by it."""
     names = [
         figure.name
         for figure in FIGURES
-        if one.claim.id in figure.claims or figure.source in one.claim.figures
+        if claim_result.claim.id in figure.claims or figure.source in claim_result.claim.figures
     ]
-    shared, own = {}, {}
+    shared, columns = {}, {}
     for name, heading in HEADINGS.items():
-        same, texts = shared_parts([getattr(row, name) for row in one.rows])
+        same, texts = shared_parts([getattr(row, name) for row in claim_result.rows])
         if name in AGAIN:
             texts = [after(*pair) for pair in zip(texts, ["", *texts], strict=False)]
         shared |= {heading: same} if same else {}
-        own |= {heading: texts} if any(texts) else {}
+        columns |= {heading: texts} if any(texts) else {}
     return ClaimSection(
-        claim=one.claim,
-        headings=tuple(own),
+        claim=claim_result.claim,
+        headings=tuple(columns),
         checks=tuple(
-            (row, tuple(texts[k] for texts in own.values())) for k, row in enumerate(one.rows)
+            (row, tuple(texts[k] for texts in columns.values()))
+            for k, row in enumerate(claim_result.rows)
         ),
         shared=tuple(shared.items()),
-        seconds=one.seconds,
+        seconds=claim_result.seconds,
         pictures=tuple(gallery.pictures[name] for name in names if name in gallery.pictures),
         undrawn=tuple(gallery.missing[name] for name in names if name in gallery.missing),
     )
@@ -119,9 +120,15 @@ def after(text: str, last: str) -> str:
 def shared_parts(texts: Sequence[str]) -> tuple[str, list[str]]:
     """The semicolon-separated parts that all texts share, and the remainder of each text."""
     parts = [text.split("; ") for text in texts]
-    same = [part for part in parts[0] if all(part in other for other in parts)] if parts else []
-    rest = ["; ".join(part for part in one if part not in same) for one in parts]
-    return "; ".join(same), rest
+    same = (
+        [part for part in parts[0] if all(part in text_parts for text_parts in parts)]
+        if parts
+        else []
+    )
+    remainders = [
+        "; ".join(part for part in text_parts if part not in same) for text_parts in parts
+    ]
+    return "; ".join(same), remainders
 
 
 EXTERNAL = "Claims of external integrators", "Their agreement with the truth"

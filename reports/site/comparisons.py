@@ -14,7 +14,7 @@ from benchmarks.work_precision.labels import label_of
 from references.mujoco.steps import DEFAULT_STEP, MUJOCO_RK4
 from reports.figures.work_precision import at_step
 from reports.results.summary import many
-from reports.tables.comparison_tables import AMONG, fastest_lines, heading, is_ours
+from reports.tables.comparison_tables import AMONG, fastest_lines, heading, is_galvi
 from reports.tables.number_format import TIMES, readable, seconds
 
 ENGINES = {
@@ -51,8 +51,8 @@ class AbsentEngine:
 
 def installed_engines(origin: Mapping[str, str]) -> str:
     """Those of ENGINES that were installed, e.g. "REBOUND, MuJoCo and SciPy"."""
-    *most, last = [name for key, name in ENGINES.items() if origin.get(key) != NOT_INSTALLED]
-    return f"{', '.join(most)} and {last}" if most else last
+    *first, last = [name for key, name in ENGINES.items() if origin.get(key) != NOT_INSTALLED]
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def absent_engines(
@@ -79,8 +79,8 @@ def _absent(
 ) -> AbsentEngine:
     missing = ["its times"]
     if len(targets):
-        theirs = targets[[is_run_by(name, contender) for contender in targets["against"]]]
-        unmet = int((theirs["verdict"] == NOT_RUN).sum())
+        of_engine = targets[[is_run_by(name, contender) for contender in targets["against"]]]
+        unmet = int((of_engine["verdict"] == NOT_RUN).sum())
         missing += [many(unmet, "target")] if unmet else []
     ids = dict.fromkeys(row.id for row in rows if row.verdict == NOT_RUN and row.absent == package)
     missing += [f"rows of {', '.join(ids)}"] if ids else []
@@ -130,8 +130,8 @@ def default_step(runs: pd.DataFrame | None) -> DefaultStep | None:
         if reached is None:
             continue
         error, time = reached
-        ours = fastest(rows[rows["contender"].map(is_ours)], error)
-        best = float("nan") if ours is None else float(ours["seconds"])
+        galvi_run = fastest(rows[rows["contender"].map(is_galvi)], error)
+        best = float("nan") if galvi_run is None else float(galvi_run["seconds"])
         title = label_of(str(problem)).title
         errors[title] = error
         lines.append(
@@ -164,4 +164,4 @@ def _by_size(errors: Mapping[str, float]) -> str:
     for name, error in errors.items():
         group = sum(error >= limit for limit in LIMITS)
         list(groups.values())[group].append(f"{name} ({readable(error, 2)})")
-    return " ".join(f"{words}: {'; '.join(names)}." for words, names in groups.items() if names)
+    return " ".join(f"{title}: {'; '.join(names)}." for title, names in groups.items() if names)

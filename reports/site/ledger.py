@@ -41,42 +41,49 @@ class Place(NamedTuple):
     where: str
     claims: tuple[str, ...]
 
-    def holds(self, one: Statement) -> bool:
-        """Whether it takes this statement."""
-        rest = one.where[len(self.where) :]
+    def holds(self, statement: Statement) -> bool:
+        """Whether the statement is at this place."""
+        remainder = statement.where[len(self.where) :]
         return (
-            one.where.startswith(self.where)
-            and not rest[:1].isalnum()
-            and (not self.claims or not set(self.claims).isdisjoint(one.claims or (NONE,)))
+            statement.where.startswith(self.where)
+            and not remainder[:1].isalnum()
+            and (not self.claims or not set(self.claims).isdisjoint(statement.claims or (NONE,)))
         )
 
 
 def places(argument: str) -> list[Place]:
     """The places of a directive's argument; ValueError for what is none."""
-    found = []
+    locations = []
     for part in argument.split(";"):
         match = PLACE.fullmatch(part.strip())
         if match is None:
             raise ValueError(
                 f"a place of the ledger looks like 'H 2.3.4 [V4 V14]'; received {part!r}"
             )
-        found.append(Place(match[1], tuple((match[2] or "").split())))
-    return found
+        locations.append(Place(match[1], tuple((match[2] or "").split())))
+    return locations
 
 
 def chosen(argument: str, shown: Iterable[Statement] = ()) -> list[Statement]:
     """What a directive shows, in the ledger's order; ValueError for a place without a line."""
-    left, wanted = [one for one in statements() if one not in set(shown)], places(argument)
-    for place in wanted:
-        if not any(place.holds(one) for one in left):
-            raise ValueError(f"the ledger has no line at {place.where!r} that is not shown above")
-    return [one for one in left if any(place.holds(one) for place in wanted)]
+    left, wanted = (
+        [statement for statement in statements() if statement not in set(shown)],
+        places(argument),
+    )
+    for location in wanted:
+        if not any(location.holds(statement) for statement in left):
+            raise ValueError(
+                f"the ledger has no line at {location.where!r} that is not shown above"
+            )
+    return [
+        statement for statement in left if any(location.holds(statement) for location in wanted)
+    ]
 
 
-def table(found: Iterable[Statement], up: str) -> str:
+def table(selected: Iterable[Statement], up: str) -> str:
     """The lines as HTML; ``up`` is the way to the site's folder, '' or ending in '/'."""
     head = "".join(f'<th scope="col">{heading}</th>' for heading in HEADINGS)
-    body = "\n".join(_line(one, up) for one in found)
+    body = "\n".join(_line(statement, up) for statement in selected)
     return (
         f'<div class="ledger"><table>\n<thead><tr>{head}</tr></thead>\n'
         f"<tbody>\n{body}\n</tbody></table></div>"
@@ -88,14 +95,15 @@ def where_is(claim: str, up: str) -> str:
     return f"{up}{CLAIMS}#{claim}"
 
 
-def _line(one: Statement, up: str) -> str:
-    links = " ".join(f'<a href="{where_is(name, up)}">{name}</a>' for name in one.claims)
-    kind = one.status.replace(" ", "-")
-    status = f"{one.status}, {one.effect}" if one.effect else one.status
-    became = [f'<strong class="{kind}">{escape(status)}</strong>', links, _typeset(one.why)]
+def _line(statement: Statement, up: str) -> str:
+    links = " ".join(f'<a href="{where_is(name, up)}">{name}</a>' for name in statement.claims)
+    kind = statement.status.replace(" ", "-")
+    status = f"{statement.status}, {statement.effect}" if statement.effect else statement.status
+    cell = [f'<strong class="{kind}">{escape(status)}</strong>', links, _typeset(statement.why)]
     return (
-        f'<tr><th scope="row">{typeset(one.where)}</th><td>{_typeset(one.statement)}</td>'
-        f"<td>{' '.join(part for part in became if part)}</td></tr>"
+        f'<tr><th scope="row">{typeset(statement.where)}</th>'
+        f"<td>{_typeset(statement.statement)}</td>"
+        f"<td>{' '.join(part for part in cell if part)}</td></tr>"
     )
 
 
@@ -126,11 +134,11 @@ def setup(app: Any) -> dict[str, Any]:
         def run(self) -> list[Any]:
             shown = self.env.temp_data.setdefault("ledger", [])
             try:
-                found = chosen(self.arguments[0], shown)
+                selected = chosen(self.arguments[0], shown)
             except ValueError as wrong:
                 raise self.error(str(wrong)) from wrong
-            shown += found
-            return [nodes.raw("", table(found, up(self.env.docname)), format="html")]
+            shown += selected
+            return [nodes.raw("", table(selected, up(self.env.docname)), format="html")]
 
     class Claim(SphinxRole):
         """A claim's name, leading to its section."""

@@ -1,6 +1,6 @@
 """Moving pictures from galvi's own curves: planets in 100-day steps, a tumbling body.
 
-Both come from the frames of claims V9 and L9, so that nothing is integrated for the page.
+Both come from the tables of claims V9 and L9, so that nothing is integrated for the page.
 """
 
 from __future__ import annotations
@@ -58,18 +58,22 @@ class Motion:
 
 def motions(checked: Sequence[ClaimResult]) -> list[Motion]:
     """The moving pictures whose claims were measured."""
-    frames = {one.claim.id: one.frame for one in checked if one.frame is not None}
-    found = []
-    if "V9" in frames:
-        found.append(_planets(frames["V9"]))
-    if "L9" in frames:
-        found.append(_body(frames["L9"]))
-    return [one for one in found if one is not None]
+    tables = {
+        claim_result.claim.id: claim_result.table
+        for claim_result in checked
+        if claim_result.table is not None
+    }
+    pictures = []
+    if "V9" in tables:
+        pictures.append(_planets(tables["V9"]))
+    if "L9" in tables:
+        pictures.append(_body(tables["L9"]))
+    return [picture for picture in pictures if picture is not None]
 
 
-def _planets(frame) -> Motion | None:  # type: ignore[no-untyped-def]
-    curves = [_places(pick(frame, quantity=CURVE, label=body), "xy") for body in v09.INNER]
-    ends = [_places(pick(frame, quantity=ENDS, label=body), "xy") for body in v09.INNER]
+def _planets(table) -> Motion | None:  # type: ignore[no-untyped-def]
+    curves = [_places(pick(table, quantity=CURVE, label=body), "xy") for body in v09.INNER]
+    ends = [_places(pick(table, quantity=ENDS, label=body), "xy") for body in v09.INNER]
     if not all(map(len, (*curves, *ends))):
         return None
     half = max(float(np.abs(curve).max()) for curve in curves)
@@ -98,12 +102,17 @@ def _name(path: Path, body: str) -> Markup:
     return Markup(text).format(x, max(y - 4.0, 11.0), path.color, body)
 
 
-def _body(frame) -> Motion | None:  # type: ignore[no-untyped-def]
-    rows = pick(frame, study=l09.named(l09.DRAWN, "Cayley"))
+def _body(table) -> Motion | None:  # type: ignore[no-untyped-def]
+    rows = pick(table, study=l09.named(l09.DRAWN, "Cayley"))
     curve, stops = (_places(pick(rows, quantity=name), "xyz") for name in (l09.CURVE, l09.ENDS))
     if not (len(curve) and len(stops)):
         return None
-    path = Path(_points(_seen(curve), 1.0, 2 * POINTS), _points(_seen(stops), 1.0), COLOURS[0], 0.9)
+    path = Path(
+        _points(_projected(curve), 1.0, 2 * POINTS),
+        _points(_projected(stops), 1.0),
+        COLOURS[0],
+        0.9,
+    )
     middle, radius = SIZE / 2, SIZE / 2 - MARGIN
     globe = Markup('<circle cx="{0:g}" cy="{0:g}" r="{1:g}" fill="#eef3f7" stroke="#bbb"/>')
     equator = Markup(
@@ -130,7 +139,7 @@ def _places(rows, axes: str) -> Array:  # type: ignore[no-untyped-def]
     return places[np.all(np.isfinite(places), axis=1)]
 
 
-def _seen(places: Array) -> Array:
+def _projected(places: Array) -> Array:
     """Points of the sphere, z downwards, projected as in the figures."""
     x, y, z = places.T * np.array([1.0, 1.0, -1.0])[:, None]
     right = -np.sin(AROUND) * x + np.cos(AROUND) * y
@@ -138,8 +147,10 @@ def _seen(places: Array) -> Array:
     return np.column_stack((right, np.cos(UP) * z - np.sin(UP) * depth))
 
 
-def _points(places: Array, half: float, most: int | None = None) -> tuple[tuple[float, float], ...]:
+def _points(
+    places: Array, half: float, at_most: int | None = None
+) -> tuple[tuple[float, float], ...]:
     """In the picture's coordinates, y downwards; thinned to equal strides."""
-    chosen = places if most is None else places[:: max(1, len(places) // most)]
+    chosen = places if at_most is None else places[:: max(1, len(places) // at_most)]
     scaled = SIZE / 2 + (SIZE / 2 - MARGIN) * chosen / half * np.array([1.0, -1.0])
     return tuple((round(float(x), 1), round(float(y), 1)) for x, y in scaled)

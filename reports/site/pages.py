@@ -43,7 +43,7 @@ from reports.tables.comparison_tables import (
     readable_ratios,
 )
 from reports.tables.html import html_table
-from reports.tables.number_format import known, readable, with_uncertainty
+from reports.tables.number_format import is_finite, readable, with_uncertainty
 from reports.tables.study_table import readable_cost, without_common
 from reports.tables.summary_sentences import chances
 from reports.tables.targets_table import TEXT, readable_targets
@@ -62,7 +62,7 @@ PAGES = (
     "provenance",
 )
 SMALL = 1e-4  # relative uncertainty below which a number is not shown to its digits
-MANY = 1e5  # counts below this are shown in full
+LARGE_COUNT = 1e5  # counts below this are shown in full
 MARKDOWN = re.compile(r"([\\`*_{}\[\]<>$|#~&])")
 FIGURES = "figures"
 SETTINGS = {  # of docutils; lines are as long as the pictures in them
@@ -140,15 +140,15 @@ def _environment() -> Environment:
         targets_summary=targets_summary,
         stored_truths=truths,
         truth_headings=HEADINGS,
-        frame=pd.DataFrame,
+        DataFrame=pd.DataFrame,
     )
-    environment.tests.update(known=known)
+    environment.tests.update(known=is_finite)
     return environment
 
 
-def in_text(frame: pd.DataFrame) -> pd.DataFrame:
-    """The frame with numbers as text."""
-    return frame.map(lambda cell: readable(cell) if isinstance(cell, float) else str(cell))
+def in_text(table: pd.DataFrame) -> pd.DataFrame:
+    """The table with numbers as text."""
+    return table.map(lambda cell: readable(cell) if isinstance(cell, float) else str(cell))
 
 
 def plain(text: str) -> Markup:
@@ -158,25 +158,30 @@ def plain(text: str) -> Markup:
 
 def data_uri(picture: Picture) -> str:
     """A picture inside the page: as SVG, or as PNG where that is much shorter."""
-    kind, data = ("svg+xml", picture.svg)
+    kind, content = ("svg+xml", picture.svg)
     if 2 * len(picture.png) < len(picture.svg):
-        kind, data = "png", picture.png
-    return f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
+        kind, content = "png", picture.png
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
 
 
 def time_spent(number: Any) -> str:
     """A time in seconds with two digits, as minutes from two on; "" when unknown."""
-    if known(number) and number >= 120.0:
+    if is_finite(number) and number >= 120.0:
         return f"{readable(number / 60.0, 2)} min"
-    return f"{readable(number, 2)} s" if known(number) else ""
+    return f"{readable(number, 2)} s" if is_finite(number) else ""
 
 
 def measured(row: Row) -> str:
     """The number with its uncertainty, counts in full; "not run" where there is none."""
     number, error = row.measured, row.uncertainty
-    if known(number) and known(error) and 0.0 < error < SMALL * abs(number):
+    if is_finite(number) and is_finite(error) and 0.0 < error < SMALL * abs(number):
         return f"{readable(number, 4)} ± {readable(error, 1)}"
-    if known(number) and not known(error) and float(number).is_integer() and abs(number) < MANY:
+    if (
+        is_finite(number)
+        and not is_finite(error)
+        and float(number).is_integer()
+        and abs(number) < LARGE_COUNT
+    ):
         return readable(number, len(f"{abs(number):.0f}"))
     return with_uncertainty(number, error) or "not run"
 

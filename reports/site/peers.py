@@ -68,14 +68,25 @@ class Peer:
 
     @property
     def steps(self) -> str:
-        """Equal or adaptive ones, or both."""
-        settings = (one for ran in self.runs.values() for each in ran for one in each.settings)
-        return " and ".join(sorted({"equal" if "step" in one else "adaptive" for one in settings}))
+        """Kinds of steps: "equal", "adaptive" or both."""
+        settings = (
+            setting
+            for participants in self.runs.values()
+            for participant in participants
+            for setting in participant.settings
+        )
+        return " and ".join(
+            sorted({"equal" if "step" in setting else "adaptive" for setting in settings})
+        )
 
     @property
     def agreements(self) -> list[str]:
         """Ids of the agreements with galvi that its contenders take part in."""
-        names = {each.contender.name for ran in self.runs.values() for each in ran}
+        names = {
+            participant.contender.name
+            for participants in self.runs.values()
+            for participant in participants
+        }
         return [
             section.id
             for part in all_documents()[-1].parts
@@ -85,10 +96,11 @@ class Peer:
         ]
 
     def settings(self, problem: str) -> list[str]:
-        """Of each participant of a comparison, e.g. "best: 5 settings: step 361 to 1083 d"."""
+        """Each participant's settings on a problem, e.g. "best: 5 settings: step 361 to 1083 d"."""
         unit = label_of(problem).time
         return [
-            f"{self._short(each)}{_settings(each.settings, unit)}" for each in self.runs[problem]
+            f"{self._short(participant)}{_settings(participant.settings, unit)}"
+            for participant in self.runs[problem]
         ]
 
     def _short(self, participant: Participant) -> str:
@@ -103,10 +115,12 @@ def peers() -> tuple[Peer, ...]:
     with FACTS.open(encoding="utf-8", newline="") as file:
         by_family = {line["family"]: Peer(line) for line in csv.DictReader(file)}
     for case in work_precision_problems(quick=False):
-        for each in case.participants:
-            peer = by_family[identity(each.label).family]
-            peer.runs.setdefault(case.problem.name, []).append(each)
-            order = getattr(getattr(each.contender, "method", each.contender), "order", None)
+        for participant in case.participants:
+            peer = by_family[identity(participant.label).family]
+            peer.runs.setdefault(case.problem.name, []).append(participant)
+            order = getattr(
+                getattr(participant.contender, "method", participant.contender), "order", None
+            )
             peer.orders.update(() if order is None else (order,))
     return tuple(by_family.values())
 

@@ -52,9 +52,9 @@ class Report:
     provenance
         of the pages
     history
-        the kept benches; None without any
-    kept
-        the pages show kept rows; nothing was measured for them
+        the stored benches; None without any
+    from_rows
+        whether the pages show stored rows, and nothing was measured for them
     left
         what is still being measured
     """
@@ -67,7 +67,7 @@ class Report:
     provenance: Mapping[str, str]
     gallery: Gallery = NO_PICTURES
     history: History | None = None
-    kept: bool = False
+    from_rows: bool = False
     left: Sequence[str] = ()
 
     @property
@@ -82,7 +82,7 @@ class Report:
 
     @property
     def origin(self) -> Mapping[str, str]:
-        """That of the comparisons."""
+        """The origin of the comparisons' rows."""
         return self.origins.get(TIMES, self.provenance)
 
     @cached_property
@@ -92,28 +92,28 @@ class Report:
 
     @cached_property
     def summary(self) -> Summary:
-        """Of the rows of all claims."""
+        """The summary of the rows of all claims."""
         return summary(self.checked)
 
     @cached_property
     def unchecked(self) -> list[str]:
         """Ids of the suite's claims that have no rows."""
-        checked = {result.claim.id for result in self.checked}
+        checked = {claim_result.claim.id for claim_result in self.checked}
         return [claim.id for claim in self.suite.claims if claim.id not in checked]
 
     @cached_property
     def claims(self) -> list[ClaimSection]:
         """A section for each claim with rows."""
-        return [claim_section(result, self.gallery) for result in self.checked]
+        return [claim_section(claim_result, self.gallery) for claim_result in self.checked]
 
     @cached_property
     def claim_groups(self) -> list[ClaimGroup]:
-        """The same under the headings of the claims' documents."""
+        """The claims under the headings of their documents."""
         return claim_groups(self.claims)
 
     @cached_property
     def claim_ids(self) -> list[str]:
-        """V before L before A, each by number."""
+        """The ids of the claims: V before L before A, each by number."""
 
         def by_number(id: str) -> tuple[int, int]:
             return "VLA".find(id[:1]), int("".join(filter(str.isdigit, id)) or 0)
@@ -135,8 +135,8 @@ class Report:
         """How many statements of each paper have each status."""
         pairs = pd.DataFrame(
             {
-                "status": [one.status for one in self.statements],
-                "paper": [one.where[0] for one in self.statements],
+                "status": [statement.status for statement in self.statements],
+                "paper": [statement.where[0] for statement in self.statements],
             }
         )
         counts = pd.crosstab(pairs["status"], pairs["paper"])
@@ -145,7 +145,7 @@ class Report:
 
     @cached_property
     def tables(self) -> ComparisonTables:
-        """Of all comparisons; targets are for runs in full."""
+        """The tables of all comparisons; targets only for full runs."""
         return comparison_tables(self.runs, () if self.options.quick else self.suite.targets)
 
     @property
@@ -165,7 +165,7 @@ class Report:
 
     @cached_property
     def machines(self) -> list[Machine]:
-        """Others, whose rows were merged into this report."""
+        """Other machines, whose rows were merged into this report."""
         return machines(self.out)[1:]
 
     @cached_property
@@ -177,7 +177,7 @@ class Report:
 
     @cached_property
     def profiles(self) -> pd.DataFrame:
-        """All problems together."""
+        """The profile table of all problems."""
         return pd.DataFrame() if self.runs is None else profile_table(self.runs)
 
     @property
@@ -186,12 +186,12 @@ class Report:
         return summary_sentences(self.tables.ratios) if len(self.tables.ratios) else []
 
     def pictures(self, figures: Iterable[Figure]) -> list[Picture]:
-        """Those of these figures that were drawn."""
+        """The pictures of these figures, where they were drawn."""
         drawn = self.gallery.pictures
         return [drawn[figure.name] for figure in figures if figure.name in drawn]
 
     def picture_named(self, name: str) -> list[Picture]:
-        """It, where it was drawn."""
+        """The picture of this name, where it was drawn."""
         return [picture for picture in self.gallery.pictures.values() if picture.name == name]
 
     def undrawn(self, figures: Iterable[Figure]) -> list[str]:
@@ -200,7 +200,7 @@ class Report:
         return [missing[figure.name] for figure in figures if figure.name in missing]
 
     def remarks(self, rows: pd.DataFrame) -> list[str]:
-        """A sentence for each run that has a status, but those of absent engines."""
+        """A sentence for each run that has a status, except those of absent engines."""
         noted = rows[rows["status"] != ""]
         return [
             f"{row['contender']}, {row['settings']}: {row['status']}"
@@ -211,13 +211,15 @@ class Report:
     @property
     def studies(self) -> list[SectionResult]:
         """The studies with rows."""
-        return [result for result in self.sections if result.frame is not None]
+        return [
+            section_result for section_result in self.sections if section_result.table is not None
+        ]
 
     @property
     def studies_left_out(self) -> list[tuple[str, str]]:
         """The title of each study without rows, and why it did not run, or ""."""
         return [
-            (result.section.title, result.failure or result.note)
-            for result in self.sections
-            if result.frame is None
+            (section_result.section.title, section_result.failure or section_result.note)
+            for section_result in self.sections
+            if section_result.table is None
         ]

@@ -46,13 +46,13 @@ def sources(
     parts = []
     if checked:
         parts.append(Source("Claims", _of_claims(out, checked, origins.get(CLAIMS, {}))))
-    for part, file, frame in (
+    for part, file, table in (
         ("Comparisons", "work_precision.csv", comparison.work_precision),
         ("Cost of a step", "cost.csv", comparison.cost),
     ):
-        if frame is not None:
+        if table is not None:
             parts.append(Source(part, (origins.get(file, {}),)))
-    files = [f"{study.section.name}.csv" for study in sections if study.frame is not None]
+    files = [f"{study.section.name}.csv" for study in sections if study.table is not None]
     if files:
         parts.append(Source("Studies", tuple(origins.get(file, {}) for file in files)))
     return parts
@@ -65,7 +65,7 @@ def _of_claims(
     rows = read_marked(out / CLAIMS, "id", last)
     if rows is None:
         return (last,)
-    rows = rows[rows["id"].isin([result.claim.id for result in checked])]
+    rows = rows[rows["id"].isin([claim_result.claim.id for claim_result in checked])]
     marks = rows[list(MARKS)].drop_duplicates().astype(str).to_dict("records")
     command = last.get("command", "")
     return tuple(
@@ -82,8 +82,8 @@ def sentences(parts: Sequence[Source]) -> list[str]:
     if len(names) == 1 and len(parts) > 1:
         return [f"All numbers: {text}" for text in names]
     return [
-        f"{', '.join([first, *(name.lower() for name in others)])}: {text}"
-        for text, (first, *others) in names.items()
+        f"{', '.join([first, *(name.lower() for name in further)])}: {text}"
+        for text, (first, *further) in names.items()
     ]
 
 

@@ -20,8 +20,8 @@ from reports.figures.style.decades import readable as ticks
 from reports.figures.style.identities import GUIDE, identity, in_order
 from reports.figures.style.layout import NoData
 from reports.results.section import Figure, LongForm, Section
-from reports.tables.comparison_tables import is_ours
-from reports.tables.number_format import TIMES, known, readable, seconds
+from reports.tables.comparison_tables import is_galvi
+from reports.tables.number_format import TIMES, is_finite, readable, seconds
 from reports.tables.study_table import readable_table
 
 START_UP_COLUMNS = {
@@ -75,9 +75,9 @@ BROWNOUT_CLOUD = Section(
 )
 
 
-def seconds_per_orbit(axes: Axes, frame: pd.DataFrame) -> None:
+def seconds_per_orbit(axes: Axes, table: pd.DataFrame) -> None:
     """Time per orbit of each contender's representative run against the number of bodies."""
-    rows = _over_bodies(axes, frame, "seconds_per_orbit", unit=1e-3)
+    rows = _over_bodies(axes, table, "seconds_per_orbit", unit=1e-3)
     low, high = (1e3 * rows[name] for name in ("seconds_low", "seconds_high"))
     colors = [identity(name).color for name in rows["contender"]]
     axes.vlines(rows["bodies"], low, high, colors=colors, linewidth=0.9)
@@ -85,18 +85,18 @@ def seconds_per_orbit(axes: Axes, frame: pd.DataFrame) -> None:
     decades(axes.yaxis)
 
 
-def share_of_limit(axes: Axes, frame: pd.DataFrame) -> None:
+def share_of_limit(axes: Axes, table: pd.DataFrame) -> None:
     """Pairs per second relative to the limit set by the divide and square-root units."""
-    limit = _over_bodies(axes, frame, "share")["limit_pairs_per_second"].max()
+    limit = _over_bodies(axes, table, "share")["limit_pairs_per_second"].max()
     text = f"divisions and square roots alone: {limit / 1e9:.2f} billion pairs per second"
     axes.axhline(1.0, color=GUIDE, linestyle=LONG_DASH, linewidth=1.0, label=text)
     axes.set(ylabel="share of the limit [1]", ylim=(0.0, 1.08))
 
 
-def _over_bodies(axes: Axes, frame: pd.DataFrame, column: str, unit: float = 1.0) -> pd.DataFrame:
+def _over_bodies(axes: Axes, table: pd.DataFrame, column: str, unit: float = 1.0) -> pd.DataFrame:
     """Draw a column of each contender's representative runs, hollow where few bodies are heavy;
     returns the rows of these."""
-    rows = frame[(frame["matched"] == True) & (frame[column] > 0)] if len(frame) else frame  # noqa: E712
+    rows = table[(table["matched"] == True) & (table[column] > 0)] if len(table) else table  # noqa: E712
     if rows.empty:
         raise NoData("no run reaches the error of the comparison.")
     rows = rows.sort_values("bodies")
@@ -111,7 +111,7 @@ def _over_bodies(axes: Axes, frame: pd.DataFrame, column: str, unit: float = 1.0
 
 def as_multiple(ratio: float) -> str:
     """E.g. 9.8 ×; "" when unknown."""
-    return f"{readable(ratio, 2)}{TIMES}" if known(ratio) else ""
+    return f"{readable(ratio, 2)}{TIMES}" if is_finite(ratio) else ""
 
 
 SCALING_COLUMNS = {
@@ -131,27 +131,29 @@ SCALING_FORMATS = {
 }
 
 
-def scaling_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def scaling_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each number of bodies and contender, and the CSS classes of the columns.
 
     Its representative setting, its time for an orbit of the innermost planet, and that time
     relative to the first galvi method's with as many heavy bodies. Where no run reaches the error,
     why: the status when all failed.
     """
-    ours, lines = next(filter(is_ours, frame["contender"]), ""), []
+    galvi_name, lines = next(filter(is_galvi, table["contender"]), ""), []
     key = ["bodies", "contender"]
-    times = frame[frame["matched"]].set_index(key)["seconds_per_orbit"]
-    by_contender = frame.sort_values("bodies", kind="stable").groupby(key, sort=False)
+    times = table[table["matched"]].set_index(key)["seconds_per_orbit"]
+    by_contender = table.sort_values("bodies", kind="stable").groupby(key, sort=False)
     for (bodies, name), rows in by_contender:
         if (bodies, name) in times:
             line = rows[rows["matched"]].iloc[0].to_dict()
-            least = times.get((bodies, ours + FEW_HEAVY * name.endswith(FEW_HEAVY)), math.nan)
-            lines.append(line | {"relative": line["seconds_per_orbit"] / least})
+            galvi_seconds = times.get(
+                (bodies, galvi_name + FEW_HEAVY * name.endswith(FEW_HEAVY)), math.nan
+            )
+            lines.append(line | {"relative": line["seconds_per_orbit"] / galvi_seconds})
         else:
             failed = rows["error"].isna() & (rows["status"] != "")
             why = rows["status"].iloc[0] if failed.all() else NOT_REACHED
             lines.append({"bodies": bodies, "contender": name, "seconds_per_orbit": why})
-    headings = SCALING_COLUMNS | {"relative": f"relative to {ours}"}
+    headings = SCALING_COLUMNS | {"relative": f"relative to {galvi_name}"}
     return readable_table(pd.DataFrame(lines), headings, SCALING_FORMATS)
 
 
@@ -207,9 +209,9 @@ ENSEMBLES_FORMATS = {"error": readable} | dict.fromkeys(
 )
 
 
-def speed_ups(axes: Axes, frame: pd.DataFrame) -> None:
+def speed_ups(axes: Axes, table: pd.DataFrame) -> None:
     """Members per second relative to the first row of the part on scaling."""
-    rows = frame[frame["part"] == SCALING] if len(frame) else frame
+    rows = table[table["part"] == SCALING] if len(table) else table
     if rows.empty:
         raise NoData("nothing was measured.")
     axes.barh(rows["contender"], rows["relative"], height=0.6)
@@ -218,16 +220,16 @@ def speed_ups(axes: Axes, frame: pd.DataFrame) -> None:
     axes.set_xlabel("members per second, relative to one by one")
 
 
-def ensembles_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def ensembles_table(rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each way to run an ensemble, and the CSS classes of the columns."""
-    frame = frame.sort_values(
+    rows = rows.sort_values(
         "part", key=lambda part: part != SCALING, kind="stable", ignore_index=True
     )
-    each, is_scaling = 1e-6 * frame["microseconds"], frame["part"] == SCALING
-    table = frame.assign(
-        per_member=each.mask(is_scaling),
-        per_step=each.where(is_scaling),
-        gain=[_gain(row) for row in frame.to_dict("records")],
+    per_unit, is_scaling = 1e-6 * rows["microseconds"], rows["part"] == SCALING
+    table = rows.assign(
+        per_member=per_unit.mask(is_scaling),
+        per_step=per_unit.where(is_scaling),
+        gain=[_gain(row) for row in rows.to_dict("records")],
     )
     return readable_table(table, ENSEMBLES_COLUMNS, ENSEMBLES_FORMATS)
 

@@ -40,7 +40,7 @@ TREE_FORMATS = {
 }
 
 
-def orders(frame: pd.DataFrame) -> dict[tuple[str, str], Fit]:
+def orders(table: pd.DataFrame) -> dict[tuple[str, str], Fit]:
     """The fitted order of each integrator on each tree, above ten times the truth's own error."""
     return {
         (str(problem), str(contender)): algebraic(
@@ -48,17 +48,17 @@ def orders(frame: pd.DataFrame) -> dict[tuple[str, str], Fit]:
             list(rows["error"]),
             floor=10.0 * float(rows["unsure"].iloc[0]) + ROUND_OFF,
         )
-        for (problem, contender), rows in frame.groupby(["problem", "contender"], sort=False)
+        for (problem, contender), rows in table.groupby(["problem", "contender"], sort=False)
     }
 
 
-def trees_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def trees_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each tree and integrator, and the CSS classes of the columns."""
-    if frame["problem"].isna().all():
-        return frame[["status"]], {}
+    if table["problem"].isna().all():
+        return table[["status"]], {}
     lines = []
-    for (problem, contender), fit in orders(frame).items():
-        rows = frame[(frame["problem"] == problem) & (frame["contender"] == contender)]
+    for (problem, contender), fit in orders(table).items():
+        rows = table[(table["problem"] == problem) & (table["contender"] == contender)]
         fine = rows.iloc[-1]
         step = (ASKED / fit.coefficient) ** (1.0 / fit.rate) if fit.points else math.nan
         lines.append(
@@ -90,18 +90,18 @@ JOINTS = ("ball", "free", engine_versions.NESTED)
 KEYS = ["engine", "integrator", "joint", "step"]
 
 
-def engine_versions_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def engine_versions_table(observations: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each version and integrator, and the CSS classes of the columns.
 
     For each joint: the order of the attitude, fitted over the steps, and the errors at the step
     SHOWN. A missing version has a line with the reason. Where the same version ran twice, the
     stored rows are shown.
     """
-    rows = frame.drop_duplicates(KEYS, keep="last").sort_values(
+    rows = observations.drop_duplicates(KEYS, keep="last").sort_values(
         "step", ascending=False, kind="stable"
     )
-    ran = rows["integrator"] != ""
-    rows = rows[ran | ~rows["engine"].isin(rows.loc[ran, "engine"])]
+    was_run = rows["integrator"] != ""
+    rows = rows[was_run | ~rows["engine"].isin(rows.loc[was_run, "engine"])]
     lines = []
     for (engine, integrator), runs in rows.groupby(["engine", "integrator"], sort=False):
         line = {"engine": engine, "integrator": integrator}
@@ -151,14 +151,14 @@ SKY_COLUMNS = {
 }
 
 
-def sky_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def sky_table(rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each contender, body and time, with the error in the Kepler frame beside the first
     contender's, whose model it shares; and the CSS classes of the columns."""
-    in_frame = (frame["contender"] == ephemeris.IN_FRAME) & (frame["status"] == "")
-    errors = frame[in_frame].set_index(["body", "days"])["integration_error_au"]
-    table = frame[~in_frame].join(errors.rename("in_frame"), on=["body", "days"])
-    ours = table["contender"] == table["contender"].iloc[0]
-    return readable_table(table.assign(in_frame=table["in_frame"].where(ours)), SKY_COLUMNS)
+    in_frame = (rows["contender"] == ephemeris.IN_FRAME) & (rows["status"] == "")
+    errors = rows[in_frame].set_index(["body", "days"])["integration_error_au"]
+    table = rows[~in_frame].join(errors.rename("in_frame"), on=["body", "days"])
+    is_first = table["contender"] == table["contender"].iloc[0]
+    return readable_table(table.assign(in_frame=table["in_frame"].where(is_first)), SKY_COLUMNS)
 
 
 EPHEMERIS = Section(
@@ -173,17 +173,17 @@ EPHEMERIS = Section(
 )
 
 
-def force_matrix(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def force_matrix(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each force and eccentricity, a column for each contender."""
-    return forces.matrix(frame), {}
+    return forces.matrix(table), {}
 
 
-def versions_and_statuses(frame: pd.DataFrame) -> str:
+def versions_and_statuses(table: pd.DataFrame) -> str:
     """The versions, and what contenders reported or did beside being right or wrong."""
-    noted = frame[frame["status"].fillna("") != ""]
+    noted = table[table["status"].fillna("") != ""]
     pairs = noted[["contender", "status"]].drop_duplicates().itertuples(index=False)
     statuses = [f"{contender}: {status}" for contender, status in pairs]
-    return " ".join([*(f"{text}." for text in frame["versions"].dropna().unique()), *statuses])
+    return " ".join([*(f"{text}." for text in table["versions"].dropna().unique()), *statuses])
 
 
 FORCES = Section(

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from benchmarks.statistics.drift import Growth, rms
 from benchmarks.studies import free_body_drift, round_off
-from reports.figures.plots.lines import DOTS, LEAST, LONG_DASH
+from reports.figures.plots.lines import DOTS, LONG_DASH, SMALLEST_DRAWN
 from reports.figures.style.decades import decades
 from reports.figures.style.identities import CHART_LEGEND, GUIDE, identity, in_order
 from reports.figures.style.layout import (
@@ -20,17 +20,17 @@ from reports.figures.style.layout import (
     split,
 )
 from reports.results.section import Figure, LongForm, Section
-from reports.tables.number_format import capital, known, readable, with_uncertainty
+from reports.tables.number_format import capital, is_finite, readable, with_uncertainty
 from reports.tables.study_table import readable_table
 
 
-def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
+def energy_growth(axes: Axes, table: pd.DataFrame) -> None:
     """The RMS of each ensemble with its single runs, a guide that grows as t^1/2, and the error
     made by rounding one state to float64.
 
     Where several versions of the code were run, the newest is drawn.
     """
-    ensembles = round_off.ensembles(frame) if len(frame) else ()
+    ensembles = round_off.ensembles(table) if len(table) else ()
     newest = {
         (about["contender"], about["years"]): (about, t, errors)
         for about, t, errors in sorted(ensembles, key=lambda ensemble: ensemble[0]["date"])
@@ -41,7 +41,9 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     if not resolved:
         raise NoData("no ensemble of runs is complete.")
     names = in_order(about["contender"] for about, _, _ in resolved)
-    for about, t, errors in sorted(resolved, key=lambda one: names.index(one[0]["contender"])):
+    for about, t, errors in sorted(
+        resolved, key=lambda ensemble: names.index(ensemble[0]["contender"])
+    ):
         look, label = identity(about["contender"]), f"{about['contender']}\n{about['settings']}"
         axes.plot(t, np.abs(errors).T, color=look.color, linewidth=0.4, alpha=0.13)
         axes.plot(t, rms(errors), markersize=3.5, zorder=3, label=label, **look.style)
@@ -53,7 +55,7 @@ def energy_growth(axes: Axes, frame: pd.DataFrame) -> None:
     below = 0.5 * np.nanmin(sizes / np.sqrt(times))  # through the lowest first point
     guide = {"color": GUIDE, "linewidth": 1.0}
     axes.plot(ends, below * np.sqrt(ends), linestyle=LONG_DASH, label="$t^{1/2}$", **guide)
-    floor = round_off.reading_floor(frame)
+    floor = round_off.reading_floor(table)
     if floor > 0.0:
         axes.axhline(floor, linestyle=DOTS, label="rounding of one state", **guide)
     top = max(np.nanmax(np.abs(errors)) for _, _, errors in resolved)
@@ -90,7 +92,7 @@ ROUND_OFF_FORMATS = {
 }
 
 
-def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def round_off_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each ensemble, and the CSS classes of the columns."""
     lines = [
         ensemble
@@ -101,14 +103,14 @@ def round_off_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
             "sigmas": growth.sigmas,
             "verdict": drift_text(growth),
         }
-        for ensemble, growth in round_off.growths(frame)
+        for ensemble, growth in round_off.growths(table)
     ]
     return readable_table(pd.DataFrame(lines), ROUND_OFF_COLUMNS, ROUND_OFF_FORMATS)
 
 
 def drift_text(growth: Growth) -> str:
     """Whether the energy drifts, in a few words."""
-    if not known(growth.sigmas):
+    if not is_finite(growth.sigmas):
         return "not judged"
     if growth.drifts and growth.exponent + SIGMAS * growth.uncertainty < GROWS:
         return "alike in all runs, no growth"  # truncation error, not round-off
@@ -148,13 +150,13 @@ PANELS = {
 }
 
 
-def errors_over_turns(axes: Axes, frame: pd.DataFrame, *, problem: str) -> None:
+def errors_over_turns(axes: Axes, table: pd.DataFrame, *, problem: str) -> None:
     """The largest error since the previous mark against the number of turns, both logarithmic.
 
     Of several runs of a contender the longest is drawn, the newest of those; a failed run ends with
     a cross.
     """
-    rows = frame[frame["problem"] == problem] if len(frame) else frame
+    rows = table[table["problem"] == problem] if len(table) else table
     turned = rows[rows["energy_error"].notna()] if len(rows) else rows
     if turned.empty:
         raise NoData("no body turned.")
@@ -165,7 +167,7 @@ def errors_over_turns(axes: Axes, frame: pd.DataFrame, *, problem: str) -> None:
         for name in names:
             run, look = _longest_run(rows[rows["contender"] == name]), identity(name)
             reached = run[run[column].notna()]
-            size = np.maximum(np.abs(reached[column]), LEAST)
+            size = np.maximum(np.abs(reached[column]), SMALLEST_DRAWN)
             panel.plot(reached["turn"], size, markersize=4.0, **look.style)
             if 0 < len(reached) < len(run):
                 panel.plot(reached["turn"].iloc[-1], size.iloc[-1], "x", ms=11.0, color=look.color)
@@ -198,18 +200,18 @@ FREE_BODY_COLUMNS = {
 ERRORS = ("energy_error", "momentum_error", "attitude_error")
 FREE_BODY_FORMATS = dict.fromkeys((*ERRORS, "growth"), partial(readable, digits=2))
 KEYS = ["problem", "contender", "engine", "step", "turns", "commit"]
-FEWEST = 4  # marks needed to fit a growth
+MIN_MARKS = 4  # marks needed to fit a growth
 WALK = 1e-13  # smaller energy errors may be one random walk, which has no exponent
 
 
-def free_body_drift_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def free_body_drift_table(observations: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each run, and the CSS classes of the columns.
 
     Errors are those of the last mark, for a failed run the last one it reached (see its turns).
     The energy error grows as turns^x, fitted over the later half of the marks, where it is not
     round-off.
     """
-    runs = frame.groupby(KEYS, sort=False, dropna=False)
+    runs = observations.groupby(KEYS, sort=False, dropna=False)
     table = pd.DataFrame([_end(rows.sort_values("turn")) for _, rows in runs])
     one_engine = (table.groupby("contender")["engine"].nunique() == 1).all()
     return readable_table(
@@ -231,7 +233,7 @@ def _growth(run: pd.DataFrame) -> float | str:
     """The log-log slope over the later half of the marks."""
     later = run.iloc[len(run) // 2 :]
     size = np.abs(later["energy_error"].to_numpy(float))
-    if len(later) < FEWEST:
+    if len(later) < MIN_MARKS:
         return ""
     if not np.max(size) > WALK:
         return "round-off"

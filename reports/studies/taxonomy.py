@@ -17,7 +17,7 @@ from benchmarks.studies import taxonomy
 from benchmarks.studies.taxonomy import ILL_POSED, INCONSISTENT, METHOD
 from reports.figures.style.layout import NoData, split
 from reports.results.section import Figure, Section
-from reports.tables.number_format import known, readable
+from reports.tables.number_format import is_finite, readable
 
 CODES = {
     "implicit midpoint": "IM",
@@ -36,18 +36,18 @@ SHADES = ScalarMappable(Normalize(-1.5, 11.0), "Blues")  # of orders; without it
 DARK = 5.5  # order from which a shade needs white letters
 
 
-def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
+def taxonomy_matrix(axes: Axes, table: pd.DataFrame) -> None:
     """A panel for each family of rules: a row for each space, a column for each number of points.
 
     Colour and number are the measured order; letters below it the classical name.
     """
-    if frame.empty or frame["measured"].isna().all():
+    if table.empty or table["measured"].isna().all():
         raise NoData("no method has a measured order.")
-    spaces = list(frame["space"].unique())
-    families = list(frame.groupby("family", sort=False))
-    most = frame.groupby("family")["points"].nunique().max()
+    spaces = list(table["space"].unique())
+    families = list(table.groupby("family", sort=False))
+    widest = table.groupby("family")["points"].nunique().max()
     canvas = axes.get_figure(root=True)
-    columns = max(1, int((canvas.get_figwidth() - LABELS) / (CELL * most)))
+    columns = max(1, int((canvas.get_figwidth() - LABELS) / (CELL * widest)))
     rows = math.ceil(len(families) / columns)
     matrices = split(axes, len(families), columns=math.ceil(len(families) / rows))
     canvas.set_figheight(rows * (CELL * len(spaces) + ABOVE_AND_BELOW))
@@ -59,7 +59,7 @@ def taxonomy_matrix(axes: Axes, frame: pd.DataFrame) -> None:
         matrix.set(
             title=family,
             xlabel="points of the rule",
-            xlim=(0, most),
+            xlim=(0, widest),
             ylim=(len(spaces), 0),
             xticks=np.arange(len(numbers)) + 0.5,
             xticklabels=numbers,
@@ -104,19 +104,19 @@ def short_name(name: str) -> str:
 
 
 EVERY_RULE, ONE_RULE = "Polynomials", "Gauss"
-APART = 0.3  # difference of measured and predicted order from which both are shown
+ORDER_GAP = 0.3  # difference of measured and predicted order from which both are shown
 
 
-def taxonomy_table(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def taxonomy_table(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each space and family of rules, a column for each number of points; and the CSS
     classes of the columns. Polynomials have a line per family, other spaces one with Gauss's rules.
 
     A cell holds the measured order and the classical name, or why there is no method. The last
     columns are the range of C_N and the largest defects over the methods of the line.
     """
-    frame = frame[(frame["kind"] == EVERY_RULE) | (frame["family"] == ONE_RULE)]
-    lines, numbers = [], sorted(frame["points"].unique())
-    for (space, family), rows in frame.groupby(["space", "family"], sort=False):
+    table = table[(table["kind"] == EVERY_RULE) | (table["family"] == ONE_RULE)]
+    lines, numbers = [], sorted(table["points"].unique())
+    for (space, family), rows in table.groupby(["space", "family"], sort=False):
         cells = {row["points"]: _cell(row) for _, row in rows.iterrows()}
         methods = rows[rows["verdict"] == METHOD]
         lines.append(
@@ -140,8 +140,8 @@ def _cell(row: pd.Series) -> str:
     if row["verdict"] != METHOD:
         return str(row["verdict"])
     order, predicted = row["measured"], row["predicted"]
-    text = f"{order:.1f}" if known(order) else "not measured"
-    if not abs(order - predicted) <= APART:
+    text = f"{order:.1f}" if is_finite(order) else "not measured"
+    if not abs(order - predicted) <= ORDER_GAP:
         text += f", predicted {predicted}"
     return " ".join(filter(None, (text, short_name(row["name"]))))
 
@@ -177,7 +177,7 @@ TAXONOMY = Section(
             "SV Stormer-Verlet, SE symplectic Euler, G Gauss collocation, L Lobatto IIIA-IIIB, R "
             "Radau IIA-II; 3IM, 3G: three steps of it in one.",
             size=(11.0, 5.8),
-            least=6.9,
+            min_width=6.9,
         ),
     ),
     table=taxonomy_table,

@@ -48,9 +48,9 @@ READ = (
 
 def claims_frame(rows: Iterable[Row]) -> pd.DataFrame:
     """One line for each row; missing values are empty."""
-    frame = pd.DataFrame(list(rows), columns=list(COLUMNS))
-    frame[list(NUMBERS)] = frame[list(NUMBERS)].apply(pd.to_numeric)
-    return frame
+    table = pd.DataFrame(list(rows), columns=list(COLUMNS))
+    table[list(NUMBERS)] = table[list(NUMBERS)].apply(pd.to_numeric)
+    return table
 
 
 MEANING = {"geometric": "base of n", "algebraic": "power of h"}
@@ -64,7 +64,7 @@ def convergence_frame(checked: Sequence[ClaimResult], figures: Sequence[Figure])
         if source is None:
             continue
         for rate in figure.options.get("rates", ()):
-            fit = rate.fit(source.frame)
+            fit = rate.fit(source.table)
             lines.append(
                 {
                     "claim": source.claim.id,

@@ -28,14 +28,14 @@ from benchmarks.work_precision.problems.rigid_bodies import TEXTBOOK_RK4
 from benchmarks.work_precision.targets import Target
 from benchmarks.work_precision.targets_met import targets_met
 from references.mujoco.steps import MUJOCO_RK4
-from reports.tables.number_format import TIMES, known, readable, seconds
+from reports.tables.number_format import TIMES, is_finite, readable, seconds
 from reports.tables.targets_table import readable_targets
 from reports.tables.writing import write_table
 
 
 @dataclass(frozen=True, eq=False)
 class ComparisonTables:
-    """Empty frames where nothing was compared.
+    """Empty tables where nothing was compared.
 
     Attributes
     ----------
@@ -91,28 +91,28 @@ SMALLEST = "its smallest error"
 OURS_BEGIN = "galvi"
 
 
-def is_ours(contender: str) -> bool:
+def is_galvi(contender: str) -> bool:
     """Whether this is one of galvi's own methods."""
     return contender.startswith(OURS_BEGIN)
 
 
-def matched(frame: pd.DataFrame) -> pd.DataFrame:
+def matched(table: pd.DataFrame) -> pd.DataFrame:
     """problem, contender, error, seconds, ratio; see `benchmarks.work_precision.fronts.ratios`."""
-    parts = [ratios(runs, errors_of(runs)) for _, runs in frame.groupby("problem", sort=False)]
-    return pd.concat(parts, ignore_index=True) if parts else ratios(frame, ())
+    parts = [ratios(runs, errors_of(runs)) for _, runs in table.groupby("problem", sort=False)]
+    return pd.concat(parts, ignore_index=True) if parts else ratios(table, ())
 
 
-def smallest(frame: pd.DataFrame) -> pd.DataFrame:
+def smallest(table: pd.DataFrame) -> pd.DataFrame:
     """The same at the smallest error of each contender, and whether that is a `bound` alone; see
     `benchmarks.work_precision.fronts.at_smallest`."""
-    ends = at_smallest(frame)
-    return ends.assign(bound=bounds(ends, frame))
+    ends = at_smallest(table)
+    return ends.assign(bound=bounds(ends, table))
 
 
 def compared(table: pd.DataFrame, problem: str) -> pd.DataFrame:
     """The rows of one problem in a table of `ratios`; of galvi's methods the best alone."""
     rows = table[table["problem"] == problem]
-    return rows[(rows["contender"] == OURS) | ~rows["contender"].map(is_ours).astype(bool)]
+    return rows[(rows["contender"] == OURS) | ~rows["contender"].map(is_galvi).astype(bool)]
 
 
 def readable_ratios(table: pd.DataFrame, ends: pd.DataFrame, problem: str) -> pd.DataFrame:
@@ -152,7 +152,9 @@ NOISE = "galvi against itself"
 
 def interval_text(low: float, high: float) -> str:
     """E.g. 0.97 to 1.04; "" where unknown."""
-    return f"{readable(low, 3)} to {readable(high, 3)}" if known(low) and known(high) else ""
+    return (
+        f"{readable(low, 3)} to {readable(high, 3)}" if is_finite(low) and is_finite(high) else ""
+    )
 
 
 def heading(error: float) -> str:
@@ -169,20 +171,20 @@ def fastest_cells(table: pd.DataFrame, problem: str) -> list[tuple[int, str]]:
     """(line, column) of the least time in each column of `readable_ratios`."""
     rows = compared(table, problem)
     lines = list(rows["contender"].unique())
-    least = rows.loc[rows.dropna(subset="seconds").groupby("error")["seconds"].idxmin()]
+    fastest_rows = rows.loc[rows.dropna(subset="seconds").groupby("error")["seconds"].idxmin()]
     return [
         (lines.index(name), heading(error))
-        for name, error in zip(least["contender"], least["error"], strict=True)
+        for name, error in zip(fastest_rows["contender"], fastest_rows["error"], strict=True)
     ]
 
 
 def _cell(row: Mapping[str, Any]) -> str:
-    if not known(row["seconds"]):
+    if not is_finite(row["seconds"]):
         return NOT_REACHED
-    close = f", {readable(row['closer'], 1)}{TIMES} closer" if known(row["closer"]) else ""
+    close = f", {readable(row['closer'], 1)}{TIMES} closer" if is_finite(row["closer"]) else ""
     if row["contender"] == OURS:
         return f"{seconds(row['seconds'])}{close}"
-    if not known(row["ratio"]):
+    if not is_finite(row["ratio"]):
         return f"{seconds(row['seconds'])} ({row['ratio']})"
     tie = f"{TIE if row['low'] <= 1.0 <= row['high'] else UNRESOLVED}, " * (row["outcome"] == TIE)
     interval = interval_text(row["low"], row["high"])
@@ -288,8 +290,8 @@ def of_mujoco(table: pd.DataFrame, problem: str) -> str:
     rows = table[(table["problem"] == problem) & (table["of"] == ENGINE)]
     errors = rows["asked"].map(heading).groupby(rows["contender"], sort=False).agg(", ".join)
     parts = [
-        f"none reaches {asked}" if name == NOBODY else f"{name} for {asked}"
-        for name, asked in errors.items()
+        f"none reaches {listed}" if name == NOBODY else f"{name} for {listed}"
+        for name, listed in errors.items()
     ]
     return f"Of MuJoCo's integrators, the fastest at an error: {'; '.join(parts)}." if parts else ""
 
@@ -300,7 +302,7 @@ def energies(runs: pd.DataFrame) -> pd.DataFrame:
     energy at the end of the run that is the fastest to reach it. Empty where none was measured."""
     if "energy" not in runs or not runs["energy"].notna().any():
         return pd.DataFrame()
-    names = runs["contender"].map(lambda name: OURS if is_ours(name) else name)
+    names = runs["contender"].map(lambda name: OURS if is_galvi(name) else name)
     lines = [
         {"contender": str(name)}
         | {heading(error): _energy(fastest(rows, error)) for error in errors_of(runs)}

@@ -19,7 +19,7 @@ TEMPLATES = Environment(
 
 
 def html_table(
-    frame: pd.DataFrame,
+    table: pd.DataFrame,
     caption: str,
     numbers: Collection[str] = (),
     best: Iterable[tuple[int, str]] = (),
@@ -44,8 +44,8 @@ def html_table(
     """
     return Markup(
         TEMPLATES.get_template("table.html.j2").render(
-            columns=list(frame),
-            rows=frame.astype(object).where(frame.notna(), "").to_numpy().tolist(),
+            columns=list(table),
+            rows=table.astype(object).where(table.notna(), "").to_numpy().tolist(),
             caption=caption,
             numbers=list(numbers),
             best=list(best),

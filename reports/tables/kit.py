@@ -162,11 +162,11 @@ def files_of_point_masses(case: PointMasses) -> dict[str, str]:
         **_sources_and_orders(case, truth),
     }
     table = [
-        [t, system.G * mass, *place, *speed, *errors]
+        [t, system.G * mass, *position, *velocity, *errors]
         for t, places, speeds, *errors in zip(
             truth.t, q, v, truth.error_q, truth.error_v, strict=True
         )
-        for mass, place, speed in zip(system.masses, places, speeds, strict=True)
+        for mass, position, velocity in zip(system.masses, places, speeds, strict=True)
     ]
     path = f"{POINT_MASSES}/{case.name}"
     return {f"{path}.json": _json(content), f"{path}.txt": _table(table)}

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from reports.tables.number_format import capital, known, siunitx
+from reports.tables.number_format import capital, is_finite, siunitx
 
 NEEDS = (
     r"% needs \usepackage{booktabs,siunitx,tabularx,xltabular,pdflscape}; "
@@ -63,17 +63,17 @@ class _Column:
     weight: float = 0.0
 
 
-def as_latex(frame: pd.DataFrame, caption: str = "", label: str = "") -> str:
+def as_latex(table: pd.DataFrame, caption: str = "", label: str = "") -> str:
     """The table with few digits; numbers with an uncertainty have two digits of it.
 
     A column with a number is an S column of siunitx, in which texts stand in braces. What is too
     long for the memory of TeX is several tables.
     """
-    uncertainties = {name: PAIRS[name] for name in frame if PAIRS.get(name) in frame}
-    names = frame.columns.drop(list(uncertainties.values()))
+    uncertainties = {name: PAIRS[name] for name in table if PAIRS.get(name) in table}
+    names = table.columns.drop(list(uncertainties.values()))
     piece = WORD if len(names) <= SIDEWAYS else WORD // 2
     columns = [
-        _column(str(name), frame[name], frame.get(uncertainties.get(name)), piece) for name in names
+        _column(str(name), table[name], table.get(uncertainties.get(name)), piece) for name in names
     ]
     tables = [_table(columns, slice(0, PART), caption, label)]
     tables += [
@@ -83,7 +83,7 @@ def as_latex(frame: pd.DataFrame, caption: str = "", label: str = "") -> str:
             f"{caption} Continued from row {first + 1}.",
             f"{label}-{first + 1}",
         )
-        for first in range(PART, len(frame), PART)
+        for first in range(PART, len(table), PART)
     ]
     return "\n".join([NEEDS, *tables])
 
@@ -121,7 +121,7 @@ def _table(columns: Sequence[_Column], rows: slice, caption: str, label: str) ->
 def _column(name: str, values: pd.Series, uncertainties: pd.Series | None, piece: int) -> _Column:
     """piece  letters of a word after which it may go on in the next line"""
     errors = [None] * len(values) if uncertainties is None else uncertainties
-    numbers = [known(value) and not isinstance(value, bool) for value in values]
+    numbers = [is_finite(value) and not isinstance(value, bool) for value in values]
     texts = ["" if pd.isna(value) else " ".join(str(value).split()) for value in values]
     heading = [escape(word) for word in re.split("[ _]", name)]
     stacked = rf"\shortstack{{{LINE_END.join(heading)}}}"

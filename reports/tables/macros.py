@@ -17,7 +17,7 @@ from galvi.interop.citations import entries
 from galvi.interop.release import galvi_version
 from reports.results.origins import read_origins
 from reports.tables.latex import escape
-from reports.tables.number_format import known, siunitx
+from reports.tables.number_format import is_finite, siunitx
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 CLAIMS = "claims.csv"
@@ -73,7 +73,7 @@ def _of_claims(claims: pd.DataFrame) -> Iterator[Line]:
     for verdict, count in claims["verdict"].value_counts().items():
         yield macro("galvi", str(verdict)), f"{count}", f"checks: {verdict}"
     for row in claims.itertuples():
-        if known(row.measured):
+        if is_finite(row.measured):
             yield (
                 macro("claim", str(row.id), str(row.quantity)),
                 f"\\num{{{siunitx(row.measured, row.uncertainty)}}}",

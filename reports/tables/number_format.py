@@ -15,7 +15,7 @@ DECIMALS = 15  # most of a number with an uncertainty
 SHORT = 6  # digits that give a setting exactly, as no measured number
 
 
-def known(number: Any) -> bool:
+def is_finite(number: Any) -> bool:
     """Whether this is a finite number, of numpy too; None, NaN and infinities are not."""
     return isinstance(number, Real) and math.isfinite(number)
 
@@ -27,7 +27,7 @@ def capital(text: str) -> str:
 
 def plain(number: Any, digits: int = 3) -> str:
     """ASCII for terminals and Markdown: 0.553, 4, 1230, 3.1e-10; "" for None, NaN, infinities."""
-    return f"{float(f'{number:.{digits}g}'):.{max(6, digits)}g}" if known(number) else ""
+    return f"{float(f'{number:.{digits}g}'):.{max(6, digits)}g}" if is_finite(number) else ""
 
 
 def readable(number: Any, digits: int = 3) -> str:
@@ -38,19 +38,21 @@ def readable(number: Any, digits: int = 3) -> str:
 
 
 def in_full(number: float) -> str:
-    """The same; whole numbers have all digits, and settings, as 0.1 or 0.9999, those they need."""
-    if not known(number):
+    """As `readable`, but whole numbers and settings such as 0.9999 have all digits they need."""
+    if not is_finite(number):
         return ""
     if float(number).is_integer() and abs(number) < 10.0**DECIMALS:
         return f"{number:.0f}".replace("-", MINUS)
-    most = SHORT if _power(number) in EXPONENTS else 1
-    needed = (digits for digits in range(1, most + 1) if float(plain(number, digits)) == number)
+    max_digits = SHORT if _power(number) in EXPONENTS else 1
+    needed = (
+        digits for digits in range(1, max_digits + 1) if float(plain(number, digits)) == number
+    )
     return readable(number, next(needed, 3))
 
 
 def with_uncertainty(number: Any, uncertainty: Any) -> str:
     """Text such as 0.5534 ± 0.0012, rounded to the second digit of the uncertainty."""
-    if not known(number) or not known(uncertainty) or not uncertainty > 0:
+    if not is_finite(number) or not is_finite(uncertainty) or not uncertainty > 0:
         return readable(number)
     decimals = _decimals(uncertainty, 2)
     if not 0 <= decimals <= DECIMALS or (abs(number) < 10.0 ** EXPONENTS[0] and decimals > SHORT):
@@ -58,23 +60,23 @@ def with_uncertainty(number: Any, uncertainty: Any) -> str:
     return f"{number:.{decimals}f} ± {uncertainty:.{decimals}f}".replace("-", MINUS)
 
 
-def concise(number: float, uncertainty: Any, digits: int = 1, most: int = 3) -> str:
+def concise(number: float, uncertainty: Any, digits: int = 1, max_decimals: int = 3) -> str:
     """Text such as 3.97(2): so many digits of the uncertainty, in units of the last decimal.
 
-    At most so many decimals; a smaller uncertainty is shown as (1). Without one two decimals.
+    At most `max_decimals`; a smaller uncertainty is shown as (1). Without one two decimals.
     """
-    if not known(uncertainty) or not uncertainty > 0:
+    if not is_finite(uncertainty) or not uncertainty > 0:
         return f"{number:.2f}"
-    decimals = min(most, max(0, _decimals(uncertainty, digits)))
+    decimals = min(max_decimals, max(0, _decimals(uncertainty, digits)))
     return f"{number:.{decimals}f}({max(1, round(uncertainty * 10**decimals))})"
 
 
 def siunitx(number: Any, uncertainty: Any = None) -> str:
-    """As siunitx reads it: 0.553(12) with two digits of the uncertainty, 3.10e-10, 12.4, and whole
+    """A number for siunitx: 0.553(12) with two digits of the uncertainty, 3.10e-10, 12.4, and whole
     numbers in full; "" for None, NaN and infinities."""
-    if not known(number):
+    if not is_finite(number):
         return ""
-    if known(uncertainty) and uncertainty > 0:
+    if is_finite(uncertainty) and uncertainty > 0:
         power = _power(max(abs(number), uncertainty))
         power *= power not in EXPONENTS
         text = concise(number / 10.0**power, uncertainty / 10.0**power, 2, DECIMALS)
@@ -85,7 +87,7 @@ def siunitx(number: Any, uncertainty: Any = None) -> str:
 
 def seconds(number: Any) -> str:
     """A time in seconds as text with its unit: 3.2 ms, 1.25 s; "" when unknown."""
-    if not known(number):
+    if not is_finite(number):
         return ""
     units = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6))
     unit, size = next((pair for pair in units if abs(number) >= pair[1]), units[-1])
@@ -94,7 +96,7 @@ def seconds(number: Any) -> str:
 
 def _rounded(number: Any, digits: int) -> str:
     """E.g. 0.553, 12.4, 3.10e-10."""
-    if not known(number):
+    if not is_finite(number):
         return ""
     if number == 0:
         return "0"

@@ -13,7 +13,7 @@ from benchmarks.statistics.orders import ROUND_OFF
 from benchmarks.work_precision.problem import Truth
 from galvi import Problem
 from reports.tables.latex import caption_of
-from reports.tables.number_format import concise, known, plain
+from reports.tables.number_format import concise, is_finite, plain
 from reports.tables.writing import write_table
 
 DEFECTS = {"symmetry": "symmetry defect", "symplecticity": "symplectic defect"}
@@ -32,7 +32,7 @@ class OrderTable:
         versions, machine and date
     """
 
-    frame: pd.DataFrame
+    rows: pd.DataFrame
     problem: Problem
     duration: float
     truth: Truth
@@ -42,7 +42,7 @@ class OrderTable:
     def fits(self) -> pd.DataFrame:
         """A line for each method with equal steps: its order, and the window of the fit."""
         lines = []
-        for method, rows in self.frame[self.frame["h"].notna()].groupby("method", sort=False):
+        for method, rows in self.rows[self.rows["h"].notna()].groupby("method", sort=False):
             used = rows[rows["fit"]]
             steps = f"{plain(used['h'].max())} to {plain(used['h'].min())}" if len(used) else ""
             lines.append(
@@ -69,25 +69,25 @@ def sentences(table: OrderTable) -> Iterator[str]:
         f"({plain(table.truth.error, 2)})."
     )
     for _, line in table.fits().iterrows():
-        if known(line["fitted"]):
+        if is_finite(line["fitted"]):
             order = concise(line["fitted"], line["fitted_se"])
-            theory = f" (of theory {line['theory']:g})" if known(line["theory"]) else ""
+            theory = f" (of theory {line['theory']:g})" if is_finite(line["theory"]) else ""
             yield (
                 f"{line['method']}: order {order}{theory}, steps {line['steps']}, "
                 f"{line['points']} points"
             )
         else:
             yield f"{line['method']}: too few errors show an order; `note` says why"
-    yield from remarks(table.frame)
+    yield from remarks(table.rows)
     yield from table.faults
 
 
-def caption(table: OrderTable, what: str) -> str:
+def caption(table: OrderTable, subject: str) -> str:
     """What a table or a figure shows, on which problem, against which truth, and measured where."""
     name = table.problem.name or "a problem"
     origin = caption_of("", table.origin).removeprefix(". ")
     return (
-        f"{what} on {name}, T = {table.duration:g}; errors of the state at the end. Truth: "
+        f"{subject} on {name}, T = {table.duration:g}; errors of the state at the end. Truth: "
         f"{table.truth.description}. {origin}"
     ).strip()
 
@@ -96,11 +96,11 @@ def write_orders(table: OrderTable, folder: Path) -> list[Path]:
     """Write convergence.csv with every row, and orders.csv with a line for each method, both as
     Markdown and LaTeX too, where columns without a number are left out; returns the paths."""
     fits = table.fits()
-    rows = table.frame.assign(fit=["yes" if used else "" for used in table.frame["fit"]])
+    rows = table.rows.assign(fit=["yes" if used else "" for used in table.rows["fit"]])
     methods = rows[list(READ)].dropna(axis="columns", how="all")
     orders = fits.drop(columns="points").rename(columns=DEFECTS).dropna(axis="columns", how="all")
     files = write_table(
-        folder, "convergence", table.frame, methods, caption=caption(table, "Methods")
+        folder, "convergence", table.rows, methods, caption=caption(table, "Methods")
     )
     return files + write_table(
         folder, "orders", fits, orders, caption=caption(table, "Orders of methods")

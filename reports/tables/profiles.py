@@ -10,7 +10,7 @@ from benchmarks.work_precision.profiles import Share, costs, profile, share
 from reports.tables.comparison_tables import heading
 
 SHOWN = (1e-4, 1e-8)  # errors
-FEWEST = 5  # problems, of which a share is said
+MIN_PROBLEMS = 5  # problems, of which a share is said
 FACTORS = (1.0, 10.0)  # of the fastest
 
 
@@ -26,9 +26,9 @@ def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
     lines = []
     for error, table in costs_at(runs).items():
         for code, rows in table.groupby("code", sort=False):
-            if len(rows) < FEWEST:
+            if len(rows) < MIN_PROBLEMS:
                 continue
-            fastest, near = profile(rows["ratio"], FACTORS)
+            fastest, within_ten = profile(rows["ratio"], FACTORS)
             solved = int((rows["cost"] < float("inf")).sum())
             outcomes = [str((rows["outcome"] == name).sum()) for name in (FASTER, TIE, SLOWER)]
             lines.append(
@@ -37,7 +37,7 @@ def profile_table(runs: pd.DataFrame) -> pd.DataFrame:
                     "code": str(code),
                     "problems": str(len(rows)),
                     "solved": _percent(share(solved, len(rows))),
-                    "within 10 times the fastest": _percent(near),
+                    "within 10 times the fastest": _percent(within_ten),
                     "fastest": _percent(fastest),
                     "galvi faster, tie, slower": ", ".join(outcomes) * (code != "galvi"),
                 }

@@ -27,10 +27,10 @@ from reports.tables.comparison_tables import (
     NOISE,
     fastest_per_error,
     heading,
-    is_ours,
+    is_galvi,
     matched,
 )
-from reports.tables.number_format import known, plain, seconds, with_uncertainty
+from reports.tables.number_format import is_finite, plain, seconds, with_uncertainty
 
 SPEED, BODIES, STATEMENTS = "speed", "bodies", "statements"
 RESULTS, EVIDENCE, CHOICES = "results", "evidence", "choices"
@@ -89,7 +89,7 @@ TIMES = {
 }
 
 
-def results(claims: pd.DataFrame) -> str:
+def headline_table(claims: pd.DataFrame) -> str:
     """The headline rows of claims.csv as a Markdown table.
 
     Raises
@@ -132,9 +132,9 @@ def times(ratios: pd.DataFrame, quantity: str, codes: Sequence[str], systems: Sy
         code=ratios["contender"].map(code_of),
         ratio=pd.to_numeric(ratios["ratio"], errors="coerce"),
     )
-    least = rows.sort_values("ratio").drop_duplicates(["problem", "error", "code"])
-    least["cell"] = least.apply(_ratio, axis="columns")
-    cells = least.pivot(index="code", columns=["problem", "error"], values="cell")
+    best_ratios = rows.sort_values("ratio").drop_duplicates(["problem", "error", "code"])
+    best_ratios["cell"] = best_ratios.apply(_ratio, axis="columns")
+    cells = best_ratios.pivot(index="code", columns=["problem", "error"], values="cell")
     noise = rows.groupby(["problem", "error"]).agg({"noise_low": "min", "noise_high": "max"})
     cells.loc[NOISE] = noise.dropna().apply("{noise_low:.2f}-{noise_high:.2f}".format_map, axis=1)
     table = cells.reindex(index=[*codes, NOISE], columns=list(titles)).astype(object)
@@ -143,10 +143,10 @@ def times(ratios: pd.DataFrame, quantity: str, codes: Sequence[str], systems: Sy
 
 
 def _ratio(row: pd.Series) -> str:
-    if not known(row["ratio"]):
+    if not is_finite(row["ratio"]):
         return NOBODY
     tie = "tie, " if row["outcome"] == TIE else ""
-    bounds = [plain(row[name], 2) for name in ("low", "high") if known(row[name])]
+    bounds = [plain(row[name], 2) for name in ("low", "high") if is_finite(row[name])]
     return f"{tie}{plain(row['ratio'], 2)}" + (f" ({'-'.join(bounds)})" if bounds else "")
 
 
@@ -205,13 +205,13 @@ def _choice(rows: pd.DataFrame) -> str:
     }
     if ALL not in texts:
         return NOBODY
-    if is_ours(texts[ALL]):
+    if is_galvi(texts[ALL]):
         return f"**{texts[ALL]}**"
     return "; ".join(texts[of] for of in (ALL, GALVI) if of in texts)
 
 
 def evidence(out: Path) -> str:
-    """What speaks for galvi's numbers, counted: claims, checks, truths, planted faults."""
+    """Markdown table: numbers of claims, checks, truths and planted faults."""
     claims = read_csv(out / "claims.csv")
     differing = int((claims["verdict"] != claims["expected"]).sum())
     faults = sum(len(claim.caught) for claim in CLAIMS)
@@ -247,8 +247,8 @@ def with_table(page: str, name: str, table: str) -> str:
 
 def renew(root: Path, out: Path) -> list[str]:
     """Write the tables of the report in ``out`` into README.md and docs/ of the checkout ``root``,
-    and update their pictures; tables of rows that ``out`` does not hold stay. The names of those
-    that were written.
+    and update their pictures; tables of rows that ``out`` does not hold stay. Returns the
+    names of the written tables.
 
     Raises
     ------
@@ -271,7 +271,7 @@ def renew(root: Path, out: Path) -> list[str]:
     if problems >= set(PROBLEMS):
         tables[CHOICES] = choices(report[0].runs)
     if (out / "claims.csv").is_file():
-        tables |= {RESULTS: results(read_csv(out / "claims.csv")), EVIDENCE: evidence(out)}
+        tables |= {RESULTS: headline_table(read_csv(out / "claims.csv")), EVIDENCE: evidence(out)}
     for name, of_page in PAGES.items():
         page = (root / name).read_text(encoding="utf-8")
         for table in of_page & tables.keys():

@@ -15,7 +15,7 @@ from reports.tables.number_format import in_full, seconds
 
 
 def readable_table(
-    frame: pd.DataFrame,
+    table: pd.DataFrame,
     headings: Mapping[str, str],
     formats: Mapping[str, Callable[[float], str]] = MappingProxyType({}),
 ) -> tuple[pd.DataFrame, dict[str, str]]:
@@ -26,10 +26,10 @@ def readable_table(
     formats
         column -> how its numbers are written, where that is not in full; texts stay
     """
-    shown = frame[[name for name in headings if name in frame]].astype(object)
+    shown = table[[name for name in headings if name in table]].astype(object)
     text = shown.apply(lambda column: column.map(partial(_cell, formats.get(column.name, in_full))))
     text = text.loc[:, (text != "").any()]
-    numbers = [*frame.select_dtypes("number"), *formats]
+    numbers = [*table.select_dtypes("number"), *formats]
     return text.rename(columns=dict(headings)), {
         headings[name]: "number" for name in numbers if name in text
     }
@@ -53,14 +53,14 @@ def without_common(table: pd.DataFrame) -> tuple[pd.DataFrame, str]:
     return table.drop(columns=list(common)), f"Measured {', '.join(parts)}." if parts else ""
 
 
-def readable_cost(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def readable_cost(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """The same of the rows of `benchmarks.work_precision.cost`, times with their units."""
-    titles = [label_of(name).title for name in frame["problem"]]
+    titles = [label_of(name).title for name in table["problem"]]
     times = {
-        column.name: frame[column.name].map(seconds)
+        column.name: table[column.name].map(seconds)
         for column in COLUMNS
         if column.kind == "seconds"
     }
     headings = {column.name: column.heading for column in COLUMNS if column.heading}
-    text, numbers = readable_table(frame.assign(problem=titles, **times), headings)
+    text, numbers = readable_table(table.assign(problem=titles, **times), headings)
     return text, numbers | dict.fromkeys([headings[name] for name in times], "number")

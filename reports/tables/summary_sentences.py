@@ -13,8 +13,8 @@ from benchmarks.work_precision.asked import code_of
 from benchmarks.work_precision.fronts import OURS
 from benchmarks.work_precision.grid import gaps, unequal
 from benchmarks.work_precision.labels import label_of
-from reports.tables.comparison_tables import heading, is_ours
-from reports.tables.number_format import known, readable
+from reports.tables.comparison_tables import heading, is_galvi
+from reports.tables.number_format import is_finite, readable
 
 LEVEL = 1.1  # smaller ratios of times without an interval: neither wins
 WON, NOBODY = "galvi is fastest", "nobody reaches"
@@ -30,11 +30,14 @@ def summary_sentences(table: pd.DataFrame) -> list[str]:
 
 def _ranges(rows: pd.DataFrame) -> list[str]:
     """For each outcome the ranges of errors at which it is so, galvi's successes last."""
-    ours = rows[rows["contender"] == OURS].set_index("error")["seconds"]
-    others = rows[~rows["contender"].map(is_ours) & rows["seconds"].notna()]
-    best = others.sort_values("seconds").drop_duplicates("error").set_index("error")
+    galvi_seconds = rows[rows["contender"] == OURS].set_index("error")["seconds"]
+    competitors = rows[~rows["contender"].map(is_galvi) & rows["seconds"].notna()]
+    best = competitors.sort_values("seconds").drop_duplicates("error").set_index("error")
     outcomes = [
-        (*_outcome(ours.get(error), best.loc[error] if error in best.index else None), error)
+        (
+            *_outcome(galvi_seconds.get(error), best.loc[error] if error in best.index else None),
+            error,
+        )
         for error in sorted(rows["error"].unique(), reverse=True)
     ]
     ranges: dict[str, list[str]] = {}
@@ -47,15 +50,15 @@ def _ranges(rows: pd.DataFrame) -> list[str]:
     return [f"{outcome} {', '.join(ranges[outcome])}" for outcome in in_order]
 
 
-def _outcome(mine: float | None, best: pd.Series | None) -> tuple[str, str, float]:
-    """What is said at an error, a remark with a place for the factor, and the factor."""
+def _outcome(galvi_seconds: float | None, best: pd.Series | None) -> tuple[str, str, float]:
+    """(outcome, remark with {} for the factor, factor) at one error."""
     if best is None:
-        return (WON if known(mine) else NOBODY), "", math.nan
-    if not known(mine):
+        return (WON if is_finite(galvi_seconds) else NOBODY), "", math.nan
+    if not is_finite(galvi_seconds):
         return f"{best['contender']} wins", " (not reached by galvi)", math.nan
     factor, closer = 1.0 / best["ratio"], best.get("closer")
     beside = f" ({best['contender']} at its loosest is {{}} times as accurate as asked)"
-    remark, times = (beside, closer) if known(closer) else ("", factor)
+    remark, times = (beside, closer) if is_finite(closer) else ("", factor)
     if best["outcome"] == TIE:
         how = "tie" if best["low"] <= 1.0 <= best["high"] else f"are {UNRESOLVED} of each other"
         return f"galvi and {best['contender']} {how}", remark, times
@@ -77,18 +80,18 @@ def _ends(first: str, last: str) -> str:
     return first if first == last else f"{first} to {last}"
 
 
-OVERHEAD = 0.02  # share of a timed call, above which it is said
+OVERHEAD = 0.02  # share of a timed call, from which it is reported
 
 
 def chances(runs: pd.DataFrame) -> tuple[str, ...]:
     """Sentences on one problem's rows of `benchmarks.work_precision.run`."""
     table = gaps(runs)
-    each = ", ".join(f"{row['code']} {row['settings']}" for row in table.to_dict("records"))
-    return tuple(filter(None, (f"Settings: {each}.", " ".join(unequal(runs)), overheads(runs))))
+    settings = ", ".join(f"{row['code']} {row['settings']}" for row in table.to_dict("records"))
+    return tuple(filter(None, (f"Settings: {settings}.", " ".join(unequal(runs)), overheads(runs))))
 
 
 def overheads(runs: pd.DataFrame) -> str:
-    """Where what a call costs besides its steps is more than OVERHEAD of the time, a sentence."""
+    """A sentence on codes whose calls cost more than OVERHEAD besides their steps; or ""."""
     if "overhead" not in runs:
         return ""
     shares = runs["overhead"].groupby(runs["contender"].map(code_of), sort=False).max()

@@ -6,7 +6,7 @@ import pandas as pd
 
 from benchmarks.work_precision.fronts import NOT_REACHED
 from benchmarks.work_precision.labels import label_of
-from reports.tables.number_format import TIMES, known, readable
+from reports.tables.number_format import TIMES, is_finite, readable
 
 OF_GALVI = "of galvi"
 HEADINGS = (
@@ -24,7 +24,7 @@ TEXT = (
 )
 
 
-def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+def readable_targets(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """A line for each row of `benchmarks.work_precision.targets_met`, and the CSS classes.
 
     The column of remarks is present when a row has one.
@@ -43,24 +43,24 @@ def readable_targets(frame: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]
             "fastest of each": " / ".join(filter(None, (row["galvi"], row["contender"]))),
             "remark": " ".join(filter(None, (row["remark"], row["note"]))),
         }
-        for _, row in frame.iterrows()
+        for _, row in table.iterrows()
     ]
     shown = pd.DataFrame(lines, columns=[*HEADINGS, "remark"])
     shown = shown if shown["remark"].any() else shown.drop(columns="remark")
     return shown, dict.fromkeys(NUMBERS, "number")
 
 
-def summary(frame: pd.DataFrame) -> str:
+def summary(table: pd.DataFrame) -> str:
     """Sentences with the number of targets met and their sources."""
-    counts = ", ".join(f"{n} {name}" for name, n in frame["verdict"].value_counts().items())
-    sources = frame["source"].drop_duplicates()
+    counts = ", ".join(f"{n} {name}" for name, n in table["verdict"].value_counts().items())
+    sources = table["source"].drop_duplicates()
     name = "Sources" if len(sources) > 1 else "Source"
-    return f"{len(frame)} targets: {counts}. {name}: {'; '.join(sources)}."
+    return f"{len(table)} targets: {counts}. {name}: {'; '.join(sources)}."
 
 
 def _target(ratio: float) -> str:
     """The target as text; without a ratio, the error is to be reached."""
-    if not known(ratio):
+    if not is_finite(ratio):
         return "reached"
     digits = 2 if float(f"{ratio:.2g}") == ratio else 3
     return f"at least {_times(ratio, digits)}"
@@ -70,4 +70,4 @@ def _times(ratio: float | str, digits: int) -> str:
     """A ratio as text, e.g. 18×; texts are unchanged; "" when unknown."""
     if isinstance(ratio, str):
         return ratio
-    return f"{readable(ratio, digits)}{TIMES}" if known(ratio) else ""
+    return f"{readable(ratio, digits)}{TIMES}" if is_finite(ratio) else ""

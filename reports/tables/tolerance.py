@@ -223,5 +223,5 @@ def write_tolerance(tolerance: Tolerance, folder: Path, origin: Mapping[str, str
 
 def bounds_table(tolerance: Tolerance) -> pd.DataFrame:
     """The bound of each quantity at each time, to read."""
-    frame = rows(tolerance)
-    return frame[["t", *(f"{name}_bound" for name in QUANTITIES)]]
+    table = rows(tolerance)
+    return table[["t", *(f"{name}_bound" for name in QUANTITIES)]]

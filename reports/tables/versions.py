@@ -64,8 +64,8 @@ def change(step: Step, run: OwnRun) -> str:
     """What changed between two releases, and what did not."""
     between = f"Between {step.earlier.version} and {step.later.version}"
     if step.failure_changed:
-        went = "began to fail" if step.later.failure else "ceased to fail"
-        return f"{between} your run {went}: {step.later.failure or step.earlier.failure}"
+        transition = "began to fail" if step.later.failure else "ceased to fail"
+        return f"{between} your run {transition}: {step.later.failure or step.earlier.failure}"
     parts, same = [], []
     before, after = step.earlier.order, step.later.order
     if step.order_changed:
@@ -77,8 +77,8 @@ def change(step: Step, run: OwnRun) -> str:
             parts.append(_moved(difference, run))
         else:
             same.append(difference.quantity)
-    rest = f"; the same: {', '.join(same)}" if same else ""
-    return f"{between} {'; '.join(parts)}{rest}."
+    unchanged = f"; the same: {', '.join(same)}" if same else ""
+    return f"{between} {'; '.join(parts)}{unchanged}."
 
 
 def _moved(difference: Difference, run: OwnRun) -> str:
@@ -94,13 +94,13 @@ def _measured(versions: Versions) -> str:
     step = "steps of its own choice" if run.step is None else f"dt = {run.step:g}"
     measured = f"Measured on your run by {label(run)}, {step}, for {run.duration:g}{_second(run)}."
     floors = [
-        each.quantities["positions"].floors
-        for each in versions.behaviours.values()
-        if each.quantities
+        behaviour.quantities["positions"].floors
+        for behaviour in versions.behaviours.values()
+        if behaviour.quantities
     ]
     if not floors:
         return measured
-    first, last = (plain(FLOORS * max(each[k] for each in floors), 1) for k in (0, -1))
+    first, last = (plain(FLOORS * max(sizes[k] for sizes in floors), 1) for k in (0, -1))
     times = run.job.get("t", 0.0) + run.times
     return (
         f"{measured} A floor is how far rounding moves the run: starts that differ by {ULPS:g} ulp "
@@ -130,10 +130,12 @@ def _errors(versions: Versions) -> Iterator[str]:
     )
     yield f"The truth is {truth.source}{confirmed}."
     unit = truth.kind.unit(truth.trajectory.problem, "length")
-    ran = [each for each in versions.behaviours.values() if each.motion is not None]
+    with_motion = [
+        behaviour for behaviour in versions.behaviours.values() if behaviour.motion is not None
+    ]
     parts = []
-    for error, group in groupby(ran, lambda each: plain(versions.error(each))):
-        names = [each.version for each in group]
+    for error, group in groupby(with_motion, lambda behaviour: plain(versions.error(behaviour))):
+        names = [behaviour.version for behaviour in group]
         parts.append(f"{error}{unit} in {' to '.join(dict.fromkeys((names[0], names[-1])))}")
     yield f"At its own step your run is off by up to {', '.join(parts)}."
 
@@ -142,7 +144,10 @@ def rows(versions: Versions) -> pd.DataFrame:
     """A line for each release: see docs/judge.md for the columns."""
     before = {step.later.version: step for step in versions.steps}
     return pd.DataFrame(
-        [_row(each, before.get(each.version), versions) for each in versions.behaviours.values()]
+        [
+            _row(behaviour, before.get(behaviour.version), versions)
+            for behaviour in versions.behaviours.values()
+        ]
     )
 
 
@@ -155,7 +160,11 @@ def _row(behaviour: Behaviour, step: Step | None, versions: Versions) -> dict[st
         "energy_change": behaviour.energy_change,
         "acceleration_difference": _from_newest(behaviour, versions.newest),
     }
-    sizes = {} if step is None else {each.quantity: each.size for each in step.differences}
+    sizes = (
+        {}
+        if step is None
+        else {difference.quantity: difference.size for difference in step.differences}
+    )
     for quantity, column in DIFFERENCES.items():
         line[column] = sizes.get(quantity, math.nan)
     for quantity in DIFFERENCES:
@@ -172,9 +181,13 @@ def _from_newest(behaviour: Behaviour, newest: Behaviour) -> float:
     """The largest relative difference of accelerations at a state from the installed release's."""
     if behaviour.quantities is None or newest.quantities is None:
         return math.nan
-    mine, other = (each.quantities["accelerations"].values for each in (behaviour, newest))
-    sizes = np.abs(other).max(axis=1)
-    return float(np.max(np.abs(mine - other).max(axis=1) / np.where(sizes > 0.0, sizes, 1.0)))
+    accelerations, reference = (
+        release.quantities["accelerations"].values for release in (behaviour, newest)
+    )
+    sizes = np.abs(reference).max(axis=1)
+    return float(
+        np.max(np.abs(accelerations - reference).max(axis=1) / np.where(sizes > 0.0, sizes, 1.0))
+    )
 
 
 def changes(versions: Versions) -> list[dict[str, Any]]:
@@ -191,13 +204,13 @@ def changes(versions: Versions) -> list[dict[str, Any]]:
         entries += [
             {
                 **between,
-                "quantity": each.quantity,
-                "size": each.size,
-                "relative": each.relative,
-                "floors": each.floors,
+                "quantity": difference.quantity,
+                "size": difference.size,
+                "relative": difference.relative,
+                "floors": difference.floors,
             }
-            for each in step.differences
-            if each.is_change
+            for difference in step.differences
+            if difference.is_change
         ]
     return entries
 
@@ -212,5 +225,5 @@ def truth_facts(versions: Versions) -> dict[str, Any]:
 
 def write_versions(versions: Versions, folder: Path, origin: Mapping[str, str]) -> list[Path]:
     """Write versions.csv with every column, and as Markdown and LaTeX; returns the paths."""
-    frame = rows(versions)
-    return write_table(folder, "versions", frame, frame[list(READ)], origin)
+    table = rows(versions)
+    return write_table(folder, "versions", table, table[list(READ)], origin)

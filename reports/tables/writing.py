@@ -19,21 +19,21 @@ from reports.tables.latex import as_latex, caption_of
 from reports.tables.number_format import plain
 
 
-def as_markdown(frame: pd.DataFrame) -> str:
+def as_markdown(table: pd.DataFrame) -> str:
     """A GitHub Markdown table with few digits; characters that would end a cell or start a tag are
     escaped, and missing values are empty."""
-    return f"{frame.astype(object).map(_cell).to_markdown(index=False, disable_numparse=True)}\n"
+    return f"{table.astype(object).map(_cell).to_markdown(index=False, disable_numparse=True)}\n"
 
 
 def write_table(
     folder: Path,
     name: str,
-    frame: pd.DataFrame,
+    table: pd.DataFrame,
     read: pd.DataFrame | None = None,
     origin: Mapping[str, str] | None = None,
     caption: str = "",
 ) -> list[Path]:
-    """Write name.csv from `frame`; name.md and name.tex from `read`, by default `frame`; returns
+    """Write name.csv from `table`; name.md and name.tex from `read`, by default `table`; returns
     the paths.
 
     Parameters
@@ -43,10 +43,10 @@ def write_table(
     caption
         that of name.tex without an origin
     """
-    shown = frame if read is None else read
+    shown = table if read is None else read
     caption = caption_of(name, origin) if origin else caption
     return [
-        write(folder / f"{name}.csv", as_csv(frame)),
+        write(folder / f"{name}.csv", as_csv(table)),
         write(folder / f"{name}.md", as_markdown(shown)),
         write(folder / f"{name}.tex", as_latex(shown, caption, f"tab:{name}")),
     ]

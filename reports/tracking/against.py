@@ -1,4 +1,4 @@
-"""`track --against REV`: run base and head alternately, and judge whether head got worse."""
+"""`track --against REV`: run base and head alternately, and tell whether the head got worse."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from benchmarks.statistics.calibration import yardstick
 from benchmarks.timings.case import Case
 from benchmarks.timings.truth import true_ends
 from reports.tracking.checkouts import Checkout
-from reports.tracking.gates import Truth, judge, suspects
+from reports.tracking.gates import Truth, assess, suspects
 from reports.tracking.outcome import Outcome
 from reports.tracking.rounds import Pair, interleave, long_runs, run_pairs
 from reports.tracking.together import FURTHER, judge_together, suspected
@@ -52,18 +52,20 @@ def compare(
             seconds += yardstick(count)
             long = long_runs(workers, pairs, limit, report)
         with studies("track", "further rounds") as report:
-            again = [pair for pair in pairs if pair.repeatable]
+            repeatable = [pair for pair in pairs if pair.repeatable]
             slow = suspects(pairs, 0) | suspected(pairs)
             for _ in range(FURTHER):
                 for worker in workers.values():
                     worker.stop()  # the next process has another memory layout
-                run_pairs(workers, again, report, further=True)
+                run_pairs(workers, repeatable, report, further=True)
                 interleave(workers, [pair for pair in pairs if pair.case.name in slow], report)
-                again = [pair for pair in again if pair.repeatable and pair.depends_on_process]
+                repeatable = [
+                    pair for pair in repeatable if pair.repeatable and pair.depends_on_process
+                ]
                 slow = suspected(pairs)
     with studies("track", "truths") as report:
         truths = {pair.case.name: _truth(pair.case) for pair in (*pairs, *long)}
-    findings = judge([*pairs, *long], truths)
+    findings = assess([*pairs, *long], truths)
     middle = statistics.median(seconds) if seconds else math.nan
     return Outcome(base.name, head.name, findings, judge_together(pairs), middle)
 

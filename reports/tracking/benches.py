@@ -104,8 +104,8 @@ def read_history(folder: Path, tell: Callable[[str], None] = print) -> pd.DataFr
             rows += list(_rows(path.name, content))
         except (LookupError, TypeError, AttributeError) as error:
             tell(f"Failed to load {path}: {error!r}")
-    frame = pd.DataFrame(rows, columns=list(COLUMNS))
-    return frame.sort_values(["date", "file"], kind="stable", ignore_index=True)
+    table = pd.DataFrame(rows, columns=list(COLUMNS))
+    return table.sort_values(["date", "file"], kind="stable", ignore_index=True)
 
 
 def _rows(file: str, content: dict[str, Any]) -> Iterator[dict[str, Any]]:

@@ -69,12 +69,12 @@ def checkouts(revision: str, root: Path) -> Iterator[tuple[Checkout, Checkout]]:
     Raises CannotCompare for a revision that git does not know, for one without galvi, and when the
     current folder belongs to another repository, whose HEAD would be mistaken for galvi's.
     """
-    top, here = top_of(root), top_of(Path.cwd())
-    if top is None or top != here:
+    top, current = top_of(root), top_of(Path.cwd())
+    if top is None or top != current:
         raise CannotCompare(
             f"track --against expects to be run in {top or 'a git checkout of galvi'}; received "
-            f"{here or Path.cwd()}. Change to the former, or name an integrator of the latter with "
-            "--contender package.module:Class."
+            f"{current or Path.cwd()}. Change to the former, or name an integrator of the latter "
+            "with --contender package.module:Class."
         )
     with _copies(revision, top) as both:
         if not (both[0].folder / PACKAGE).is_dir():
@@ -87,22 +87,28 @@ def checkouts(revision: str, root: Path) -> Iterator[tuple[Checkout, Checkout]]:
 
 
 @contextmanager
-def project_checkouts(revision: str, here: Path) -> Iterator[tuple[Checkout, Checkout]]:
+def project_checkouts(revision: str, folder: Path) -> Iterator[tuple[Checkout, Checkout]]:
     """The same of the repository around a folder.
 
     Python imports galvi from where it is, and else from this folder, the repository's root and a
     ``src`` in either, as copied. Raises CannotCompare outside of a repository, and for a revision
     that git does not know.
     """
-    top = top_of(here)
+    top = top_of(folder)
     if top is None:
-        raise CannotCompare(f"track --against needs a git repository; {here} is in none.")
-    inner = here.resolve().relative_to(top.resolve())
-    with _copies(revision, top) as both, tempfile.TemporaryDirectory(prefix="galvi-track-") as ours:
+        raise CannotCompare(f"track --against needs a git repository; {folder} is in none.")
+    inner = folder.resolve().relative_to(top.resolve())
+    with (
+        _copies(revision, top) as both,
+        tempfile.TemporaryDirectory(prefix="galvi-track-") as galvi_folder,
+    ):
         # galvi alone, before a file of that name in the repository
-        (Path(ours) / PACKAGE).symlink_to(Path(galvi.__file__).parent, target_is_directory=True)
+        (Path(galvi_folder) / PACKAGE).symlink_to(
+            Path(galvi.__file__).parent, target_is_directory=True
+        )
         base, head = (
-            replace(side, places=(Path(ours), *places_in(side.folder, inner))) for side in both
+            replace(side, places=(Path(galvi_folder), *places_in(side.folder, inner)))
+            for side in both
         )
         yield base, head
 

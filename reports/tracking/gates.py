@@ -74,7 +74,7 @@ def suspects(pairs: Iterable[Pair], at: int) -> set[str]:
     return slower(samples, {pair.case.name: pair.case.slower for pair in timed})
 
 
-def judge(pairs: Sequence[Pair], truths: Mapping[str, Truth]) -> tuple[Finding, ...]:
+def assess(pairs: Sequence[Pair], truths: Mapping[str, Truth]) -> tuple[Finding, ...]:
     """A finding for each pair; truths are by the names of the benchmarks."""
     slow = (suspects(pairs, 0), suspects(pairs, 1))
     timed = sum(pair.timed for pair in pairs)
@@ -98,7 +98,7 @@ def _finding(pair: Pair, truth: Truth, slow: tuple[set[str], set[str]], timed: i
         *_runs(pair),
         *_repeats(pair),
         *_memory(pair),
-        *_results(pair, errors, truth),
+        *_ends(pair, errors, truth),
         *_times(pair, growth, p, slow),
     ]
     alarms = {gate: sentence for gate, sentence in sentences if gate != NOTE}
@@ -115,19 +115,19 @@ def _runs(pair: Pair) -> Sentences:
 
 
 def _repeats(pair: Pair) -> Sentences:
-    again = [side for side in pair.reached if pair.differs(side, SECOND)]
-    for side in again:
+    differing = [side for side in pair.reached if pair.differs(side, SECOND)]
+    for side in differing:
         first, second = (run["ends"] for run in pair.runs[side][:2])
-        far = plain(_largest_difference(first, second), 2) or "a number that is not finite"
-        sentence = f"Two runs of the {side} differ by {far}: it is not deterministic."
-        yield REPEATS if again == ["head"] else NOTE, sentence
-    elsewhere = [side for side in pair.reached if pair.differs(side, FURTHER_PROCESSES)]
-    for side in elsewhere if not again else ():
+        difference = plain(_largest_difference(first, second), 2) or "a number that is not finite"
+        sentence = f"Two runs of the {side} differ by {difference}: it is not deterministic."
+        yield REPEATS if differing == ["head"] else NOTE, sentence
+    process_dependent = [side for side in pair.reached if pair.differs(side, FURTHER_PROCESSES)]
+    for side in process_dependent if not differing else ():
         sentence = (
             f"Runs of the {side} in two processes differ: its result depends on the process, for "
             "example on the hash of a string, the order of a set, or an address."
         )
-        yield REPEATS if elsewhere == ["head"] else NOTE, sentence
+        yield REPEATS if process_dependent == ["head"] else NOTE, sentence
 
 
 def _memory(pair: Pair) -> Sentences:
@@ -143,7 +143,7 @@ def _memory(pair: Pair) -> Sentences:
         yield MEMORY, f"A run needs up to {head_peak:.0f} MB, up from {peak:.0f} MB."
 
 
-def _results(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
+def _ends(pair: Pair, errors: tuple[float, float], truth: Truth) -> Sentences:
     """What the runs of both sides reached."""
     if not pair.complete:
         return

@@ -15,7 +15,7 @@ from reports.tracking.gates import LEAK, NOTE, PEAK, Finding
 from reports.tracking.rounds import SIDES
 from reports.tracking.together import Together
 
-MOST = 100 * GROWTHS[-1]  # percent, of the growths that `smallest_visible` tries
+LARGEST_GROWTH = 100 * GROWTHS[-1]  # percent, of the growths that `smallest_visible` tries
 LEGEND = f"""
 - **time**: growth of the median processor time; samples of base and head are taken in turn. A time
   is worse when p is below {LEVEL} after Holm's correction and the growth exceeds the benchmark's
@@ -53,14 +53,14 @@ class Outcome:
     yardstick: float = math.nan
 
     @property
-    def judged(self) -> tuple[Finding | Together, ...]:
+    def assessed(self) -> tuple[Finding | Together, ...]:
         """The findings, and the times together: each has a name, alarms and notes."""
         return (*self.findings, *self.together)
 
     @property
     def red(self) -> bool:
         """Whether anything got worse."""
-        return any(item.alarms for item in self.judged)
+        return any(item.alarms for item in self.assessed)
 
     @property
     def worse(self) -> tuple[Finding, ...]:
@@ -117,12 +117,12 @@ class Outcome:
         """A row for each benchmark, the worse ones first; NaN where unknown."""
         ranked = sorted(self.findings, key=lambda finding: not finding.alarms)
         rows = pd.DataFrame([_row(finding) for finding in ranked])
-        return rows.replace(math.inf, f"> {MOST:.0f}")
+        return rows.replace(math.inf, f"> {LARGEST_GROWTH:.0f}")
 
     def report(self) -> str:
         """Markdown: the table, then alarms and notes with the names of their benchmarks."""
-        lines = [(item.name, *alarm) for item in self.judged for alarm in item.alarms.items()]
-        lines += [(item.name, NOTE, note) for item in self.judged for note in item.notes]
+        lines = [(item.name, *alarm) for item in self.assessed for alarm in item.alarms.items()]
+        lines += [(item.name, NOTE, note) for item in self.assessed for note in item.notes]
         return "\n".join(
             [
                 as_markdown(self.table()),
@@ -176,4 +176,4 @@ def _row(finding: Finding) -> dict[str, object]:
 
 def growth_in_words(size: float) -> str:
     """A relative growth in percent, as far as such growths were tried."""
-    return f"more than {MOST:.0f} %" if math.isinf(size) else f"{100 * size:.0f} %"
+    return f"more than {LARGEST_GROWTH:.0f} %" if math.isinf(size) else f"{100 * size:.0f} %"

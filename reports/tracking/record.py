@@ -82,22 +82,24 @@ class History:
 def history(out: Path) -> History | None:
     """The benches below `out`; None without any. Writes history.csv and the pictures."""
     sentences: list[str] = []
-    frame = read_history(out / STORE, sentences.append)
-    write(out / "history.csv", as_csv(frame))
-    groups = frame.groupby(list(PLACE), sort=False)
-    places = tuple(_place(key, rows, k) for k, (key, rows) in enumerate(groups, start=1))
+    table = read_history(out / STORE, sentences.append)
+    write(out / "history.csv", as_csv(table))
+    groups = table.groupby(list(PLACE), sort=False)
+    places = tuple(
+        _record_of_machine(key, rows, k) for k, (key, rows) in enumerate(groups, start=1)
+    )
     if len(places) > 1:
         sentences.append(
             f"Benchmark runs of {len(places)} machines or versions are shown separately, because "
             "their times cannot be compared."
         )
-    for drawn in (drawn for place in places for drawn in place.pictures):
+    for drawn in (drawn for machine in places for drawn in machine.pictures):
         write_files(drawn, out / "figures")
     text = TEXT + change_points.TEXT
     return History(text, places, tuple(sentences)) if places or sentences else None
 
 
-def _place(key: tuple[str, ...], rows: pd.DataFrame, number: int) -> Place:
+def _record_of_machine(key: tuple[str, ...], rows: pd.DataFrame, number: int) -> Place:
     machine, python, numba, numpy, yardstick = key
     last, changes, pictures = [], [], []
     for benchmark, runs in rows.groupby("benchmark", sort=False):
@@ -201,9 +203,9 @@ def _extremes(commits: pd.DataFrame) -> str:
 
 
 def track(out: Path, tell: Callable[[str], None] = print) -> None:
-    """Write the history's files, and tell its sentences."""
+    """Write the history's files, and report its sentences."""
     record = history(out) or History(TEXT, (), ())
-    changes = [f"{change}." for place in record.places for change in place.changes]
+    changes = [f"{change}." for machine in record.places for change in machine.changes]
     for sentence in (*record.sentences, *changes):
         tell(sentence)
     if not record.places:
@@ -211,4 +213,4 @@ def track(out: Path, tell: Callable[[str], None] = print) -> None:
             f"There is no benchmark run in {out / STORE} yet. Each `galvi track --against REV "
             "--contender package.module:Class` adds one, and in galvi's checkout `make bench`."
         )
-    tell(f"{many(sum(place.benches for place in record.places), 'benchmark run')}.")
+    tell(f"{many(sum(machine.benches for machine in record.places), 'benchmark run')}.")

@@ -18,14 +18,14 @@ from benchmarks.work_precision.participants import sampled
 from reports.tracking.worker import Failed, Worker
 
 SIDES = ("base", "head")
-LEAST = 0.01  # shortest attempt in seconds
+SHORTEST_ATTEMPT = 0.01  # shortest attempt in seconds
 ATTEMPTS = 3  # per sample, of which the fastest counts
 ONE_ATTEMPT = 0.05  # seconds of a call from which one attempt suffices: disturbances are shorter
 SAMPLES = 14  # least per side: two disturbed ones do not hide a slower head
 LONG_STEPS = 100_000
 DRIVEN = "driven_oscillator"
 LONG_RUNS = 50  # times the ordinary duration, of an integrator without a step
-LONG_SECONDS = 10.0  # of a long run, judged on the speed of the ordinary one
+LONG_SECONDS = 10.0  # of a long run, estimated from the ordinary one
 LONG_ROUNDING = 1e-3  # of the floor of errors, times steps^1.5: a phase that errs at random
 LEAST_LONGER = 2  # times the ordinary duration; a shorter one would show nothing
 
@@ -89,8 +89,8 @@ class Pair:
 
     def differs(self, side: str, runs: slice) -> bool:
         """Whether one of these runs reached another end than the first one, by any bit."""
-        first, others = self.runs[side][0]["ends"], self.runs[side][runs]
-        return any(not np.array_equal(first, run["ends"], True) for run in others)
+        first, further = self.runs[side][0]["ends"], self.runs[side][runs]
+        return any(not np.array_equal(first, run["ends"], True) for run in further)
 
 
 SECOND, FURTHER_PROCESSES = slice(1, 2), slice(2, None)  # of the runs of a side
@@ -163,7 +163,10 @@ def interleave(workers: Mapping[str, Worker], pairs: Sequence[Pair], report: Rep
 
 def _sample(worker: Worker, pair: Pair, side: str) -> None:
     seconds = max(min(reached["warm"] for reached in pair.reached.values()), 1e-7)
-    repeats, attempts = max(1, math.ceil(LEAST / seconds)), 1 if seconds > ONE_ATTEMPT else ATTEMPTS
+    repeats, attempts = (
+        max(1, math.ceil(SHORTEST_ATTEMPT / seconds)),
+        1 if seconds > ONE_ATTEMPT else ATTEMPTS,
+    )
     try:
         pair.rounds[-1][side].append(worker.time(pair.case, repeats, attempts))
     except Failed as error:

@@ -19,7 +19,7 @@ from reports.tables.number_format import plain
 from reports.tracking.gates import TIME, suspects
 from reports.tracking.rounds import Pair
 
-FEWEST = 3  # benchmarks
+MIN_BENCHMARKS = 3  # benchmarks
 SHARE = 0.5  # of the growth required of one benchmark
 FURTHER = 4  # rounds after a suspicious one
 CONFIRMS = 0.05  # largest p of a further round
@@ -105,7 +105,7 @@ def judge_together(pairs: Iterable[Pair]) -> tuple[Together, ...]:
             SHARE * max(pair.case.slower for pair in group),
         )
         for name, group in groups.items()
-        if len(group) >= FEWEST
+        if len(group) >= MIN_BENCHMARKS
     )
 
 

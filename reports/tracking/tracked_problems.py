@@ -62,11 +62,11 @@ PROBLEMS: tuple[Case, ...] = (
     tracked("pendulum_3d", 5.0, "stored truth, rigid bodies", accuracy=10.0),
     tracked("double_pendulum", 1.0, "SciPy DOP853, chains", {"rates": (0.5, -0.3)}, 1e-13, 30.0),
 )
-FEWEST = 100  # steps of an integrator that offers no settings
+FEWEST_STEPS = 100  # steps of an integrator that offers no settings
 
 
 def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) -> tuple[Case, ...]:
-    """Its finest setting on each problem that an integrator supports, in the working tree.
+    """A case for each integrator and problem that it supports, at its finest setting.
 
     Parameters
     ----------
@@ -87,11 +87,11 @@ def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) 
         try:
             for case in PROBLEMS:
                 problem = problem_of(vars(case))
-                setting = finest(external, problem, case.step, 1, FEWEST)
+                setting = finest(external, problem, case.step, 1, FEWEST_STEPS)
                 if external.faults:
                     raise CannotCompare(external.faults[0])
                 if setting is not None:
-                    mine = replace(
+                    contender_case = replace(
                         case,
                         name=f"{external.name}, {problem.name}",
                         contender=path,
@@ -100,7 +100,7 @@ def contender_cases(paths: Sequence[str], limit: float, thresholds: Thresholds) 
                         slower=thresholds.slower,
                         error_tolerance=thresholds.less_accurate,
                     )
-                    cases.append(mine)
+                    cases.append(contender_case)
         finally:
             external.close()
     if not cases:

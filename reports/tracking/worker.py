@@ -99,19 +99,19 @@ class Worker(AbstractContextManager["Worker"]):
         return answer
 
     def _start(self) -> subprocess.Popen[bytes]:
-        self.pipe, other = Pipe()
+        self.pipe, child_end = Pipe()
         places = self.checkout.places or (self.checkout.folder,)
         environment = {key: text for key, text in os.environ.items() if key not in CALLERS_OWN}
         environment |= dict.fromkeys(ONE_THREAD, "1")
-        environment["PYTHONPATH"] = os.pathsep.join(str(place.resolve()) for place in places)
-        with other:
+        environment["PYTHONPATH"] = os.pathsep.join(str(path.resolve()) for path in places)
+        with child_end:
             self.process = subprocess.Popen(
-                [self.checkout.python, "-P", str(worker.__file__), str(other.fileno())],
+                [self.checkout.python, "-P", str(worker.__file__), str(child_end.fileno())],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 env=environment,
-                pass_fds=[other.fileno()],
+                pass_fds=[child_end.fileno()],
                 start_new_session=True,
             )
         return self.process

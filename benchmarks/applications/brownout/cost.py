@@ -134,7 +134,7 @@ class Part:
         """The title for progress output."""
         return f"{MILLION // len(DIAMETERS)} grains of {self.diameter * 1e6:g} micrometres"
 
-    def done(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether its row exists."""
         return self.files.read(self.name) is not None
 

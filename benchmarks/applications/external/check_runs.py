@@ -36,7 +36,7 @@ from benchmarks.applications.external.long_runs import LongRun, cut_run, long_ru
 from benchmarks.applications.external.order_runs import order_runs
 from benchmarks.applications.external.reversed_runs import reversed_runs
 from benchmarks.store.frames import failure, row
-from benchmarks.work_precision.participants import FEWEST, readable_setting, sampled
+from benchmarks.work_precision.participants import FEWEST_STEPS, readable_setting, sampled
 from galvi import NBody, Problem, Trajectory
 from galvi.arrays import Array
 
@@ -72,7 +72,9 @@ class Runs:
     def settings(self, check: CheckProblem) -> Sequence[Mapping[str, Any]]:
         """Its settings on the problem, from coarse to fine; empty, and a fault, for no answer."""
         if check not in self._settings:
-            self._settings[check] = self.external.settings(check.problem, check.duration, FEWEST)
+            self._settings[check] = self.external.settings(
+                check.problem, check.duration, FEWEST_STEPS
+            )
         return self._settings[check]
 
     def answers(self, check: CheckProblem) -> Rows:

@@ -45,7 +45,7 @@ def scan(problem: Problem, make_method: MakeMethod, report: Report, prefix: str 
     return rows
 
 
-def n_stars(table: DataFrame, prefix: str = "", law: str = "law") -> dict[str, Measurement]:
+def n_stars(table: DataFrame, prefix: str = "", key: str = "law") -> dict[str, Measurement]:
     """n* of all but the shortest of DURATIONS, and as numbers `law_50` and so on what they should
     be: the curve's own error, over that of the ends at T = 5, falls like 5 / T."""
     excess = {duration: excess_of_curve(table, scan_of(duration, prefix)) for duration in DURATIONS}
@@ -53,7 +53,7 @@ def n_stars(table: DataFrame, prefix: str = "", law: str = "law") -> dict[str, M
     for duration in DURATIONS[1:]:
         name = f"n*, up to which the curves are as good as the ends, {prefix}T = {duration:g}"
         numbers[name] = crossing(excess[duration])
-        numbers[f"{law}_{duration:g}"] = crossing(excess[5.0] * 5.0 / duration)
+        numbers[f"{key}_{duration:g}"] = crossing(excess[5.0] * 5.0 / duration)
     return numbers
 
 

@@ -39,18 +39,23 @@ from references.closed_forms.pendulum import PENDULUM as PLANE_TRUTH
 from references.closed_forms.top_motion import FREE_TOP
 from references.scipy.ivp import DOP853, TIGHT
 
-NS, WITH_FEW = (3, 4, 5, 6), (3, 4, 5, 6, 7)
+NS, CLENSHAW_CURTIS_NS = (3, 4, 5, 6), (3, 4, 5, 6, 7)
 POINTS = ("n - 1", "n", "n + 1", "2 n")  # of Gauss's rule, which H leaves open; n - 1, the degree,
 # is the least that is well posed
 ERROR = "error at the end"
-BODY, FEW, PENDULUM, PLANE = "free body", "Clenshaw-Curtis", "3D pendulum", "plane pendulum"
+BODY, CLENSHAW_CURTIS, PENDULUM, PLANE = (
+    "free body",
+    "Clenshaw-Curtis",
+    "3D pendulum",
+    "plane pendulum",
+)
 WEIGHT = 98.1
 FLOOR, END_FLOOR = 2e-13, 3e-13  # ten times what the oracles differ by, and more
 
 
-def by_newton(sound: Callable[..., Any]) -> Callable[..., Any]:
+def by_newton(original: Callable[..., Any]) -> Callable[..., Any]:
     """`galvi.integrate`, its stages solved by Newton's method."""
-    return partial(sound, solver="newton")
+    return partial(original, solver="newton")
 
 
 FAULTS = {
@@ -64,7 +69,7 @@ FAULTS = {
     "a rule on V that is off": Fault(wrong={f"{__name__}.clenshaw_curtis_points": scaled(1.0001)}),
     **{
         f"five orders less, {study}": Fault(table=times(1.0, -5.0, study=study))
-        for study in (*POINTS, FEW, PLANE)
+        for study in (*POINTS, CLENSHAW_CURTIS, PLANE)
     },
 }
 
@@ -76,7 +81,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     counts = [round(2.0 ** (j / 2)) for j in range(3, 17)]
     cases = {
         **dict.fromkeys(POINTS, at_fixed_time(NS, 5.0, counts[3 : 12 if quick else 14])),
-        FEW: at_fixed_time(WITH_FEW, 5.0, counts[3:]),
+        CLENSHAW_CURTIS: at_fixed_time(CLENSHAW_CURTIS_NS, 5.0, counts[3:]),
         PENDULUM: at_fixed_time(NS, 5.0, [4 * k for k in counts[: 8 if quick else 14]]),
     }
     motions: dict[str, Any] = {
@@ -96,7 +101,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         name = PENDULUM if study == PENDULUM else BODY
         options = (refined, make_method, report, partial(method, study))
         rows += refine_at_end(study, ERROR, motions[name][0], ends[name], *options)
-    for case in cases[FEW]:
+    for case in cases[CLENSHAW_CURTIS]:
         rules = (gauss_points(case.n - 1), clenshaw_curtis_points(case.n - 1))
         q, _ = pendulum_after(2.0, 0.0, case.step, case.steps, case.n - 2, *rules)
         error = abs(q - float(ends[PLANE][0]))
@@ -106,7 +111,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 def method(study: str, make_method: MakeMethod, n: int) -> Any:
     """Polynomials and a rule in Cayley's chart."""
-    if study == FEW:
+    if study == CLENSHAW_CURTIS:
         return make_method(galvi.Polynomials(n - 2), galvi.clenshaw_curtis(n - 1), CAYLEY)
     points = {"n - 1": n - 1, "n + 1": n + 1, "2 n": 2 * n}.get(study, n)
     return make_method(galvi.Polynomials(n - 1), galvi.gauss(points), CAYLEY)
@@ -125,9 +130,9 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         numbers[f"order of the one-step error, n = {n}"] = order("n", n)
         numbers[f"least order over {', '.join(POINTS)} Gauss points, n = {n}"] = fits[lowest]
         numbers[f"order from both sides, n = {n}"] = order(PENDULUM, n, END_FLOOR)
-    for n in WITH_FEW:
+    for n in CLENSHAW_CURTIS_NS:
         name = "order with Clenshaw-Curtis n - 1"
-        numbers[f"{name}, degree n - 2, n = {n}"] = order(FEW, n)
+        numbers[f"{name}, degree n - 2, n = {n}"] = order(CLENSHAW_CURTIS, n)
         numbers[f"{name} on V alone, degree n - 2, n = {n}"] = order(PLANE, n, END_FLOOR)
     for name in (BODY, PENDULUM, PLANE):
         numbers[f"{ORACLES}, {name}"] = number(table, study=name, quantity=ORACLES)

@@ -48,7 +48,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def errors(run: Trajectory) -> Array:
-    """Of the energy, relative, from (R, p)."""
+    """Relative errors of the energy, from (R, p)."""
     start = rigid_invariants.energy(run.problem, run.q[:1], run.p[:1])
     return rigid_invariants.energy(run.problem, run.q, run.p) / start - 1.0
 

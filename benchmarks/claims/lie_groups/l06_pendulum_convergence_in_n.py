@@ -51,8 +51,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 def read(table: DataFrame) -> dict[str, Measurement]:
     """The decay of both errors, the smallest of them, and n*."""
     numbers: dict[str, Measurement] = {ORACLES: number(table, quantity=ORACLES)}
-    for law, weight in WEIGHTS.items():
-        numbers |= n_stars(table, f"m g = {weight:g}, ", law)
+    for key, weight in WEIGHTS.items():
+        numbers |= n_stars(table, f"m g = {weight:g}, ", key)
     for quantity in ENDS_AND_CURVE:
         decay = readings.decay(table, FLOOR, FROM, study="n-refinement", quantity=quantity)
         numbers |= {f"base of the {quantity}": decay, f"smallest {quantity}": decay.smallest}

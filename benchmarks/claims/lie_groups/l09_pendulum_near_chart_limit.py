@@ -134,24 +134,24 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             STEPS,
             **(LOOSE if chart == CAYLEY and weight != LIGHT else {}),
         )
-        done = int(np.sum(np.isfinite(run.p[:, 0]))) - 1
-        t, q = run.t[: done + 1], run.q[: done + 1]
-        fine = curve_times(run)[: min(done, SHOWN) * PER_STEP + 1]
+        completed = int(np.sum(np.isfinite(run.p[:, 0]))) - 1
+        t, q = run.t[: completed + 1], run.q[: completed + 1]
+        fine = curve_times(run)[: min(completed, SHOWN) * PER_STEP + 1]
         where = {"study": named(weight, chart.name), "status": failure(run)}
         observed += [
-            row(quantity=DONE, value=done, **where),
-            *history(ENERGY, t, energy_errors(run)[: done + 1], **where),
+            row(quantity=DONE, value=completed, **where),
+            *history(ENERGY, t, energy_errors(run)[: completed + 1], **where),
             *history(TURN, t[1:], turns(q[:-1], q[1:]), **where),
             *history(ENDS, t[: SHOWN + 1], q[: SHOWN + 1, :, 2], **where),
-            *(history(CURVE, fine, run(fine)[:, :, 2], **where) if done else ()),
+            *(history(CURVE, fine, run(fine)[:, :, 2], **where) if completed else ()),
         ]
     return frame(observed)
 
 
 def growth(start: Problem) -> float:
     """The factor by which a distance of 1e-9 of two starts grows in a time of 40."""
-    near = replace(start, v0=start.v0 + np.array([1e-9, 0.0, 0.0]))
-    first, second = (TRUTH.run(motion, 40.0, {"samples": 40}).q for motion in (start, near))
+    displaced = replace(start, v0=start.v0 + np.array([1e-9, 0.0, 0.0]))
+    first, second = (TRUTH.run(motion, 40.0, {"samples": 40}).q for motion in (start, displaced))
     return float(np.max(abs(second - first))) / 1e-9
 
 
@@ -159,8 +159,8 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     """H's statements, for weights for which they hold and others; their range; single steps."""
     runs = {run: read_run(table, run) for run in JUDGED}
     scan = {weight: read_run(table, named(weight, CAYLEY.name)) for weight in WEIGHTS}
-    near = [weight for weight, numbers in scan.items() if numbers[FARTHEST] > NEAR]
-    done = [weight for weight, numbers in scan.items() if numbers[DONE] == STEPS]
+    beyond = [weight for weight, numbers in scan.items() if numbers[FARTHEST] > NEAR]
+    complete = [weight for weight, numbers in scan.items() if numbers[DONE] == STEPS]
     return read_steps(table) | {
         ORACLES: number(table, quantity=ORACLES),
         f"least {GROWTH}, {UPSIDE_DOWN}": readings.smallest_of(table, study=UPSIDE_DOWN),
@@ -168,8 +168,8 @@ def read(table: DataFrame) -> dict[str, Measurement]:
             f"largest {GROWTH}, {name}": readings.largest_of(table, study=name)
             for name in (HANGING, SYMMETRIC)
         },
-        f"least m g of the scan with a step beyond {NEAR:.3g} rad": min(near, default=math.nan),
-        f"largest m g of the scan whose run does {STEPS} steps": max(done, default=math.nan),
+        f"least m g of the scan with a step beyond {NEAR:.3g} rad": min(beyond, default=math.nan),
+        f"largest m g of the scan whose run does {STEPS} steps": max(complete, default=math.nan),
         **{f"{name}, {run}": runs[run][name] for run, names in JUDGED.items() for name in names},
     }
 

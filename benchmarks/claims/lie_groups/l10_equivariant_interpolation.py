@@ -44,9 +44,9 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
         label = f"{name}, {type(chart).__name__}"
         report(label)
         curves = [of_random_points(group, chart, rng) for _ in range(5 if quick else 20)]
-        defect, missed = np.max(curves, axis=0)
+        defect, distance = np.max(curves, axis=0)
         numbers[f"largest defect of the interpolating curve, {label}"] = defect
-        numbers[f"largest distance to the points, of the curve, {label}"] = missed
+        numbers[f"largest distance to the points, of the curve, {label}"] = distance
     for (name, body), chart in product(BODIES.items(), CHARTS):
         method = make_method(galvi.Polynomials(N - 1), galvi.gauss(N), chart)
         label = f"{name}, {type(chart).__name__}"
@@ -75,8 +75,8 @@ def of_runs(body: Problem, method: Any, rng: np.random.Generator) -> float | str
     moved = replace(body, q0=from_left(matrices, g, body.q0[None])[0])
     first, second = (galvi.integrate(start, method, STEP, STEPS) for start in (body, moved))
     t = np.linspace(0.0, STEP * STEPS, 20 * STEPS + 1)
-    apart = second(t) - from_left(matrices, g, first(t))
-    return failure(first) or failure(second) or np.max(abs(apart))
+    difference = second(t) - from_left(matrices, g, first(t))
+    return failure(first) or failure(second) or np.max(abs(difference))
 
 
 def interpolated(chart: Chart, group: Group, points: Array, t: Array) -> Array:

@@ -36,18 +36,18 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
     ):
         report(name)
         method = make_method(galvi.Polynomials(15), galvi.gauss(16), chart)
-        least, minimum, coercive, form = np.transpose([of_step(start, method, s) for s in h])
-        below, form = least[h < minimum], form[np.isfinite(form)]
+        eigenvalue, minimum, coercive, form = np.transpose([of_step(start, method, s) for s in h])
+        below, form = eigenvalue[h < minimum], form[np.isfinite(form)]
         numbers |= {
             f"least eigenvalue over all steps below the bound, {name}": readings.smallest(below),
             "second variation over H's lower form, least over all steps below the coercive bound, "
             f"{name}": readings.smallest(form),
         }
     numbers |= {
-        "zero": first_zero(h, least),
+        "zero": first_zero(h, eigenvalue),
         "minimum": first_zero(h, minimum - h),
         "coercive": first_zero(h, coercive - h),
-        f"least eigenvalue at h = {LONG:g}, {name}": least[h == LONG].item(),
+        f"least eigenvalue at h = {LONG:g}, {name}": eigenvalue[h == LONG].item(),
     }
     for bound, word in (("minimum", ""), ("coercive", "coercive ")):
         quantity = f"step where the least eigenvalue is 0, over H's {word}bound on the step, {name}"
@@ -60,8 +60,8 @@ def of_step(start: Problem, method: Any, h: float) -> tuple[float, float, float,
     run = galvi.integrate(start, method, h, 1)
     if not run.success:
         return (np.nan,) * 4
-    known = constants(run)
-    return smallest(run), known.minimum, known.coercive, over_lower_form(run, known)
+    C = constants(run)
+    return smallest(run), C.minimum, C.coercive, over_lower_form(run, C)
 
 
 def first_zero(h: Array, values: Array) -> float:
@@ -77,12 +77,16 @@ VARIATION = "benchmarks.measures.second_variation"
 FAULTS = {
     "a larger C_xi'": Fault(
         wrong={
-            f"{VARIATION}.Constants": with_arguments(lambda speed, *others: (4.0 * speed, *others))
+            f"{VARIATION}.Constants": with_arguments(
+                lambda speed, *constants: (4.0 * speed, *constants)
+            )
         }
     ),
     "no C_V": Fault(
         wrong={
-            f"{VARIATION}.Constants": with_arguments(lambda speed, place, well: (speed, place, 0.0))
+            f"{VARIATION}.Constants": with_arguments(
+                lambda speed, configuration, well: (speed, configuration, 0.0)
+            )
         }
     ),
     "no potential": Fault(wrong={f"{VARIATION}._potential": scaled(0.0)}),

@@ -62,8 +62,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         measured.append(row(quantity=INVERSE, step=gap, value=2.0 / np.linalg.norm(xi)))
     method = make_method(galvi.Polynomials(7), galvi.gauss(8))
     body = galvi.problems.free_rigid_body(velocity=(0.0, 0.0, 1.0))
-    missed = sum(galvi.integrate(body, method, h, 1).success != TURNS[h] for h in TURNS)
-    return frame([*measured, row(quantity=MISSED, value=missed)])
+    unexpected = sum(galvi.integrate(body, method, h, 1).success != TURNS[h] for h in TURNS)
+    return frame([*measured, row(quantity=MISSED, value=unexpected)])
 
 
 def largest_ratios(
@@ -73,12 +73,12 @@ def largest_ratios(
     poles = {CAYLEY: 2.0, RODRIGUES: 4.0}  # k of |xi| = k tan(angle / k)
     size = poles[chart] * math.tan(angle / poles[chart]) if chart in poles else angle
     lengths = size * rng.random(pairs), size * 10.0 ** rng.uniform(-3.0, 0.0, pairs)
-    first, apart = (length[:, None] * directions(pairs, rng) for length in lengths)
-    second = first + apart
+    first, difference = (length[:, None] * directions(pairs, rng) for length in lengths)
+    second = first + difference
     second *= np.minimum(1.0, size / np.linalg.norm(second, axis=1))[:, None]
     axis = directions(1, rng)
-    near = 1e-4 * min(size, 1.0) * axis
-    xi = np.stack([np.vstack([first, near]), np.vstack([second, -near])])
+    near_zero = 1e-4 * min(size, 1.0) * axis
+    xi = np.stack([np.vstack([first, near_zero]), np.vstack([second, -near_zero])])
     rate = np.stack([np.vstack([rng.standard_normal((pairs, 3)), axis]) for _ in range(2)])
     R = place(chart, GROUP, np.eye(3), xi)
     w = np.einsum("ikab,ikb->ika", tangent(chart, GROUP, xi), rate)

@@ -54,6 +54,6 @@ def of_curves(run: Trajectory, n: int, kernel: str) -> dict[str, Array]:
 
 
 def change_in_space(R: Array, p: Array) -> Array:
-    """R p less that of the start, (k, 3)."""
+    """R p less its value at the start, (k, 3)."""
     body = problem()
     return spatial_momentum(R, p) - body.q0 @ body.p0

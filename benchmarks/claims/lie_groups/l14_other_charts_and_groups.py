@@ -80,9 +80,9 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     ladder = [round(2.0 ** (j / 4)) for j in range(10, 26 if quick else 30)]
     measured: list[dict[str, Any]] = []
     for name, (problem, *oracles) in MOTIONS.items():
-        exact, *again = [end(DURATION) for end in oracles]
-        apart = [np.max(abs(end - exact)) for end in again]
-        measured += [row(study=name, quantity=ORACLES, value=distance) for distance in apart]
+        exact, *second = [end(DURATION) for end in oracles]
+        distances = [np.max(abs(end - exact)) for end in second]
+        measured += [row(study=name, quantity=ORACLES, value=distance) for distance in distances]
         for chart, ns in NS[name].items():
             cases = at_fixed_time(ns, DURATION, ladder)
             method = partial(method_on_group, chart=chart)
@@ -127,8 +127,10 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     return numbers
 
 
-def off(label: str, quantity: str, problem: Problem, exact: Array, *others: Any) -> tuple[Any, ...]:
-    return label, quantity, problem, exact * (1.0 + 1e-6), *others
+def off(
+    label: str, quantity: str, problem: Problem, exact: Array, *arguments: Any
+) -> tuple[Any, ...]:
+    return label, quantity, problem, exact * (1.0 + 1e-6), *arguments
 
 
 FAULTS = {

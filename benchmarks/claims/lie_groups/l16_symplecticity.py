@@ -64,7 +64,7 @@ def step_from(
 
 
 def defect(step: StepMap, start: Problem) -> float:
-    """Of the form at a start; NaN where the step is."""
+    """The defect of the form at a start; NaN where the step is."""
     system: Any = start.system
     if np.any(np.isnan(step(start.q0, start.p0)[1])):
         return np.nan

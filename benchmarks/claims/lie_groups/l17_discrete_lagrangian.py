@@ -91,8 +91,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         for h in (step, *sizes[::4]):
             last = truth.run(problem, h, {"samples": 1}).q[-1]
             along, _ = action_along(problem, h, OTHER)
-            apart = abs(along - exact_lagrangian(problem, truth, last, h))
-            measured.append(row(study=name, quantity=ORACLES, step=h, value=apart))
+            distance = abs(along - exact_lagrangian(problem, truth, last, h))
+            measured.append(row(study=name, quantity=ORACLES, step=h, value=distance))
     return frame([*measured, *departures(make_method)])
 
 
@@ -167,7 +167,9 @@ FAULTS = {
     "another constant": Fault(wrong={f"{__name__}.RATES": always({3: 0.51, 5: 1.02})}),
     "distances to the third power": Fault(
         wrong={
-            f"{__name__}.distance_of_polynomials": lambda sound: lambda *curve: sound(*curve) ** 3
+            f"{__name__}.distance_of_polynomials": lambda original: (
+                lambda *curve: original(*curve) ** 3
+            )
         }
     ),
 }

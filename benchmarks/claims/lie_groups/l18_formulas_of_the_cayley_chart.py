@@ -60,17 +60,17 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         report(f"steps by scaled charts, {name}")
         problem = make_problem()
         L = lagrangian_of(problem)
-        known, *others = (
+        unscaled, *scaled = (
             Galerkin(N, *gauss_points(N), chart).run(L, problem.q0, problem.v0, STEP, STEPS)
             for chart in (Rotations(), *map(ScaledRotations, SCALES))
         )
         run = galvi.integrate(problem, method_on_group(make_method, N), STEP, STEPS)
         numbers |= {
             f"largest distance between steps by Phi(s xi) and by Phi(xi), {name}": max(
-                distance(other, known) for other in others
+                distance(motion, unscaled) for motion in scaled
             ),
             f"largest distance between galvi's steps and those by H's Phi(xi), {name}": distance(
-                run, known
+                run, unscaled
             ),
         }
         if name == "free":
@@ -108,7 +108,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def distance(first: Any, second: Any) -> float:
-    """The largest of R and p."""
+    """The largest difference of R and of p."""
     return np.max([np.max(abs(first.q - second.q)), np.max(abs(first.p - second.p))])
 
 
@@ -141,13 +141,13 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     return numbers
 
 
-def turned_back(sound: Callable[..., Array]) -> Callable[..., Array]:
+def turned_back(original: Callable[..., Array]) -> Callable[..., Array]:
     """The formula with the other sign of its cross product."""
-    return lambda first, point: -sound(-np.array(first), -np.array(point))
+    return lambda first, point: -original(-np.array(first), -np.array(point))
 
 
 FORMULAS = "benchmarks.claims.lie_groups.printed_formulas"
-FEW = fewer(__name__, SCALES=(10.0,), STEPS=1, STATES=10, BODY_STEPS=1, SIZES=())
+SHORTENED = fewer(__name__, SCALES=(10.0,), STEPS=1, STATES=10, BODY_STEPS=1, SIZES=())
 SLOPES = with_arguments(lambda xi, rate, value, slope: (xi, rate, (1.0 + 1e-9) * value, slope))
 WRONG: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
     "a cross product in lambda": (f"{FORMULAS}.composed", turned_back),
@@ -159,9 +159,12 @@ WRONG: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
     "T off by 1e-9": (f"{FORMULAS}.ScaledRotations.tangent", scaled(1.0 + 1e-9)),
 }
 FAULTS = {
-    "integral off by 1e-9": of_table(integral=1.0 + 1e-9, wrong=FEW),
+    "integral off by 1e-9": of_table(integral=1.0 + 1e-9, wrong=SHORTENED),
     "another chart": Fault(
-        make=lambda space, rule, chart: galvi.Galerkin(space, rule, galvi.Exponential()), wrong=FEW
+        make=lambda space, rule, chart: galvi.Galerkin(space, rule, galvi.Exponential()),
+        wrong=SHORTENED,
     ),
-    **{name: Fault(wrong={place: change, **FEW}) for name, (place, change) in WRONG.items()},
+    **{
+        name: Fault(wrong={target: change, **SHORTENED}) for name, (target, change) in WRONG.items()
+    },
 }

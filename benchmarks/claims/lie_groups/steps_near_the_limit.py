@@ -81,19 +81,21 @@ def read_steps(table: pd.DataFrame) -> dict[str, Measurement]:
     cayley = steps.loc[one_step(CAYLEY.name)]
     bins = pd.cut(cayley[TURN], np.linspace(2.6, 3.1, 6), right=False)  # below, it is rounding
     medians = cayley.groupby(bins, observed=False)[CHANGE].median().to_numpy()
-    far = cayley[(cayley[DISTANCE] > 1e-6) & (cayley[CHANGE] > 0.0)]
-    near = steps[CHANGE][steps[TURN] > NEAR]
+    above_rounding = cayley[(cayley[DISTANCE] > 1e-6) & (cayley[CHANGE] > 0.0)]
+    beyond = steps[CHANGE][steps[TURN] > NEAR]
     return {
         f"least growth of the median {CHANGE} from 0.1 rad to the next, 2.6 to 3.1, Cayley": float(
             np.min(medians[1:] / medians[:-1])
         ),
-        f"power of the distance of polynomials with which the {CHANGE} grows, Cayley": power(far),
+        f"power of the distance of polynomials with which the {CHANGE} grows, Cayley": power(
+            above_rounding
+        ),
         "least turn of a single step that is not solved [rad], Cayley": float(
             cayley[TURN][cayley[CHANGE].isna()].min()
         ),
         **{
             f"largest {CHANGE} that turns by more than {NEAR:.3g} rad, {chart}": readings.largest(
-                near.loc[one_step(chart)].to_numpy()
+                beyond.loc[one_step(chart)].to_numpy()
             )
             for chart in WIDE
         },
@@ -101,7 +103,7 @@ def read_steps(table: pd.DataFrame) -> dict[str, Measurement]:
 
 
 def power(steps: pd.DataFrame) -> Estimate:
-    """Of DISTANCE with which CHANGE grows."""
+    """The power of DISTANCE with which CHANGE grows."""
     if len(steps) < 4:
         return Estimate(np.nan)
     line, spread = np.polyfit(np.log(steps[DISTANCE]), np.log(steps[CHANGE]), 1, cov=True)

@@ -29,7 +29,7 @@ from benchmarks.claims.vector_spaces.brownout_particle import (
 )
 from benchmarks.measures.independent_space import gauss_points
 
-APART = 1e-4  # s, and m/s: of central differences, whose error is of its square
+DIFFERENCE_STEP = 1e-4  # s, and m/s: of central differences, whose error is of its square
 
 
 def kink_error(h: float, degree: int, theta: float) -> float:
@@ -41,13 +41,18 @@ def kink_error(h: float, degree: int, theta: float) -> float:
 def strength() -> float:
     """-2 (k / m) c |c| S, by central differences of the reference's runs [m / s^3]."""
     time, start = crossing_time(), problem_of(ACROSS)
-    before, after = (relative_velocity(carried(start, time + d)) for d in (-APART, APART))
+    before, after = (
+        relative_velocity(carried(start, time + d)) for d in (-DIFFERENCE_STEP, DIFFERENCE_STEP)
+    )
     crossing, system = carried(start, time), start.system
     low, high = (
         carried(replace(crossing, v0=crossing.v0 + np.array([0.0, 0.0, d])), DURATION[ACROSS]).q0[2]
-        for d in (-APART, APART)
+        for d in (-DIFFERENCE_STEP, DIFFERENCE_STEP)
     )
-    rate, sensitivity = (after - before) / (2.0 * APART), (high - low) / (2.0 * APART)
+    rate, sensitivity = (
+        (after - before) / (2.0 * DIFFERENCE_STEP),
+        (high - low) / (2.0 * DIFFERENCE_STEP),
+    )
     return float(-2.0 * system.force.factor / system.mass * rate * abs(rate) * sensitivity)
 
 

@@ -19,11 +19,11 @@ LOST = 1e9
 
 
 def extremes(numbers: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Of the numbers of one name the least, if it begins so, or the largest; NaN if one is."""
+    """For each name the least number, where it begins so, else the largest; NaN if one is."""
     by_name = {name: [of[name] for of in numbers if name in of] for of in numbers for name in of}
     return {
-        name: (np.min if name.startswith("least") else np.max)(every)
-        for name, every in by_name.items()
+        name: (np.min if name.startswith("least") else np.max)(sequence)
+        for name, sequence in by_name.items()
     }
 
 
@@ -89,13 +89,13 @@ class Iteration:
         }
 
 
-def wrong_theory(sound: Callable[..., Any]) -> Callable[..., Any]:
-    """Constants a millionth off."""
+def wrong_theory(original: Callable[..., Any]) -> Callable[..., Any]:
+    """`galvi.theory` with constants a millionth off."""
 
     def wrong(*method: Any, **of: Any) -> Any:
-        known = sound(*method, **of)
-        step = known.stage_step and known.stage_step * (1.0 + 1e-6)
-        return replace(known, friedrichs=known.friedrichs * (1.0 + 1e-6), stage_step=step)
+        theory = original(*method, **of)
+        step = theory.stage_step and theory.stage_step * (1.0 + 1e-6)
+        return replace(theory, friedrichs=theory.friedrichs * (1.0 + 1e-6), stage_step=step)
 
     return wrong
 

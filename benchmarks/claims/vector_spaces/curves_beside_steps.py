@@ -75,10 +75,10 @@ def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
     )
     numbers[f"{base}, nearest to 1 over the numbers of steps"] = max(plain, key=_or_lost)
     numbers["plain"] = slowest * math.exp(POWER[0] / FROM)
-    own, gains = [], []
+    curve_over_ends, gains = [], []
     for n in NS:
         *_, over = _both(table, "step", IN_H_FLOOR, study=fixed_number(10), n=n)
-        own.append(readings.largest(1.0 / over))
+        curve_over_ends.append(readings.largest(1.0 / over))
         where: Any = {"study": fixed_number(STEPS), "n": n}
         orders = (readings.order(table, IN_H_FLOOR, quantity=name, **where) for name in IN_H[STEPS])
         curve, momentum = map(estimate, orders)
@@ -86,16 +86,16 @@ def bases_and_orders(table: DataFrame) -> dict[str, Measurement]:
         gains.append(Estimate(momentum.value - curve.value, refuted=lost))
     return numbers | {
         "largest curve error over that of step ends in h-refinement, least over n": (
-            readings.smallest(np.array(own))
+            readings.smallest(np.array(curve_over_ends))
         ),
         "order of the angular momentum's error along the curve over the curve's own, largest over "
         "n": max(gains, key=_or_lost),
     }
 
 
-def _or_lost(one: Estimate) -> tuple[bool, float]:
-    """A key for the largest number, or one that is not known."""
-    return one.refuted or math.isnan(one.value), one.value
+def _or_lost(fitted: Estimate) -> tuple[bool, float]:
+    """A key for `max`: a number that is not known, or else the largest."""
+    return fitted.refuted or math.isnan(fitted.value), fitted.value
 
 
 def _both(table: DataFrame, by: str, floor: float, **where: Any) -> tuple[Any, Any, Any]:

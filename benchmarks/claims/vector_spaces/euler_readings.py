@@ -47,8 +47,8 @@ SOLVED = f"{NEAR}, solved steps, least over h, implicit Euler"
 
 def work(run: Any) -> tuple[Array, Array]:
     """<|a|^2> and <v . a> at each saved state, (k,), over the energy at the start."""
-    accelerated, rest = acceleration(run.problem), np.zeros(run.problem.v0.shape)
-    a = np.array([accelerated(place, rest, run.problem.t0) for place in run.q])
+    accelerated, zero_velocity = acceleration(run.problem), np.zeros(run.problem.v0.shape)
+    a = np.array([accelerated(q, zero_velocity, run.problem.t0) for q in run.q])
     size = abs(energy(run.problem, run.problem.q0[None], run.problem.v0[None])[0])
     weights = run.problem.system.masses[:, None] / size
     return np.sum(weights * a * a, axis=(1, 2)), np.sum(weights * run.v * a, axis=(1, 2))
@@ -84,10 +84,10 @@ def refined(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]]
                 errors["energy change beyond first order in h"] = abs(change)
             where = {"step": REFINED / steps, "steps": steps, "status": failure(run)}
             lines += rows(errors, study=label, **where)
-    apart = farthest(DOP853.run(system, duration, {"samples": 1, **TIGHT}), truth)
+    distance = farthest(DOP853.run(system, duration, {"samples": 1, **TIGHT}), truth)
     smallest = np.min([line["value"] for line in lines if line["quantity"] == ORDER])
     name = f"{ORACLES} after 0.02 years, over the smallest position error"
-    return lines + rows({name: apart / smallest})
+    return lines + rows({name: distance / smallest})
 
 
 def farthest(run: Trajectory, truth: Trajectory) -> float:
@@ -101,9 +101,9 @@ def energies(contenders: dict[str, Any], system: Problem) -> list[dict[str, Any]
     lines, rises, ratios = [], [], []
     for h, years in (*((h, YEARS) for h in HALVED), (PRINTED / DAYS, 1.0)):
         count, step = round(years / h), h * DAYS
-        every = max(1, count // 4000)
-        count -= count % every
-        setting = {"step": step, "save_every": every}
+        save_every = max(1, count // 4000)
+        count -= count % save_every
+        setting = {"step": step, "save_every": save_every}
         runs = [contenders[x].run(system, count * step, setting) for x in (EXPLICIT, SYMPLECTIC)]
         explicit, symplectic = (energy_errors(run) for run in runs)
         rises.append(np.mean(np.diff(explicit) > 0.0))
@@ -135,13 +135,13 @@ def stops(contender: Any, system: Any) -> list[dict[str, Any]]:
     mu = system.system.masses[0] + system.system.masses[1]
     for h in (*HALVED, PRINTED * UNIT):
         run = contender.run(system, round(0.5 / h) * h * DAYS, {"step": h * DAYS})
-        done = np.isfinite(run.q).all(axis=(1, 2))
-        drifted = (run.q + h * DAYS * run.v)[done]
+        finite = np.isfinite(run.q).all(axis=(1, 2))
+        drifted = (run.q + h * DAYS * run.v)[finite]
         sizes = np.linalg.norm(drifted[:, 1] - drifted[:, 0], axis=-1)
-        near = sizes / least_solvable(mu, h * DAYS)
-        rises.append(np.mean(np.diff(energy_errors(run)[done]) > 0.0))
-        solved.append(np.min(near[:-1]))
-        stopped.append(np.nan if run.success else near[-1])
+        margins = sizes / least_solvable(mu, h * DAYS)
+        rises.append(np.mean(np.diff(energy_errors(run)[finite]) > 0.0))
+        solved.append(np.min(margins[:-1]))
+        stopped.append(np.nan if run.success else margins[-1])
         if h == PRINTED:
             lines += motion(IMPLICIT, run)
     return lines + rows(
@@ -157,10 +157,10 @@ def stops(contender: Any, system: Any) -> list[dict[str, Any]]:
 
 def motion(label: str, run: Trajectory) -> list[dict[str, Any]]:
     """Energy errors of all completed steps, and the inner planets from the Sun at every second."""
-    done = np.isfinite(run.q).all(axis=(1, 2))
-    lines = history(ENERGY, run.t[done], energy_errors(run)[done], study=label)
+    finite = np.isfinite(run.q).all(axis=(1, 2))
+    lines = history(ENERGY, run.t[finite], energy_errors(run)[finite], study=label)
     lines[-1]["status"] = failure(run)
-    t, place = run.t[done][::2], (run.q - run.q[:, :1])[done][::2]
+    t, heliocentric = run.t[finite][::2], (run.q - run.q[:, :1])[finite][::2]
     for k, body in enumerate(INNER, start=1):
-        lines += history("position", t, place[:, k], study=label, label=body)
+        lines += history("position", t, heliocentric[:, k], study=label, label=body)
     return lines

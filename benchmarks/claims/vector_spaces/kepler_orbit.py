@@ -65,8 +65,8 @@ def convergence_of_polynomials(start: float, h: float) -> float:
 def oracles(study: str, duration: float, samples: int) -> list[dict[str, Any]]:
     """The row ORACLES: largest component by which IAS15 departs from the closed form."""
     ends = [c.run(problem(), duration, {"samples": samples}).q for c in (KEPLER, IAS15)]
-    apart = float(np.max(np.abs(ends[0] - ends[1])))
-    return [row(study=study, quantity=ORACLES, value=apart)]
+    distance = float(np.max(np.abs(ends[0] - ends[1])))
+    return [row(study=study, quantity=ORACLES, value=distance)]
 
 
 def n_refinement(

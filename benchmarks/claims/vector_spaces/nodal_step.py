@@ -39,10 +39,10 @@ def condition(points: Array) -> float:
 
 def lebesgue(points: Array) -> float:
     """The largest sum of |l_i(t)| over t in [0, 1], by barycentric weights."""
-    apart = points[:, None] - points
-    np.fill_diagonal(apart, 1.0)
+    differences = points[:, None] - points
+    np.fill_diagonal(differences, 1.0)
     middle = np.setdiff1d(np.linspace(0.0, 1.0, SAMPLES), points)
-    parts = 1.0 / np.prod(apart, axis=1) / (middle[:, None] - points)
+    parts = 1.0 / np.prod(differences, axis=1) / (middle[:, None] - points)
     return float(np.max(np.sum(abs(parts), axis=1) / abs(np.sum(parts, axis=1))))
 
 
@@ -73,19 +73,19 @@ def grams(points: Array) -> tuple[Any, Any]:
     """Gram matrices of slopes and of values on [0, 1], of Lagrange's polynomials by powers of t."""
     n = len(points)
     basis = inverse(np.array([[Fraction(t) ** k for k in range(n)] for t in points.tolist()]))
-    place = np.array([[Fraction(1, i + k + 1) for k in range(n)] for i in range(n)])
-    slope = np.array([[Fraction(i * k, max(i + k - 1, 1)) for k in range(n)] for i in range(n)])
-    return basis.T @ slope @ basis, basis.T @ place @ basis
+    of_values = np.array([[Fraction(1, i + k + 1) for k in range(n)] for i in range(n)])
+    of_slopes = np.array([[Fraction(i * k, max(i + k - 1, 1)) for k in range(n)] for i in range(n)])
+    return basis.T @ of_slopes @ basis, basis.T @ of_values @ basis
 
 
 def inverse(matrix: Any) -> Any:
-    """By elimination."""
+    """The inverse of a matrix of Fractions, by elimination."""
     n = len(matrix)
     rows = np.hstack([matrix * Fraction(1), np.eye(n, dtype=int)])
     for k in range(n):
         pivot = k + np.flatnonzero(rows[k:, k])[0]
         rows[[k, pivot]] = rows[[pivot, k]]
         rows[k] = rows[k] / rows[k, k]
-        others = np.arange(n) != k
-        rows[others] = rows[others] - np.outer(rows[others, k], rows[k])
+        other_rows = np.arange(n) != k
+        rows[other_rows] = rows[other_rows] - np.outer(rows[other_rows, k], rows[k])
     return rows[:, n:]

@@ -40,11 +40,11 @@ def force(q: Array) -> Array:
 
 def exact_motion(q0: Array, v0: Array) -> Motion:
     """The ellipse through (q0, v0), rounded once."""
-    known: Any = orbit(Decimal(1), *([Decimal(x) for x in y.tolist()] for y in (q0, v0)))
-    place, speed = (DoubleDouble(x, np.zeros_like(x)) for x in (q0, v0))
+    ellipse: Any = orbit(Decimal(1), *([Decimal(x) for x in y.tolist()] for y in (q0, v0)))
+    position, velocity = (DoubleDouble(x, np.zeros_like(x)) for x in (q0, v0))
 
     def at(t: Array) -> tuple[Array, Array]:
-        q, v = flow(known, place, speed, t)
+        q, v = flow(ellipse, position, velocity, t)
         return q.hi, v.hi
 
     return at
@@ -115,7 +115,7 @@ class Step:
         """
         t, weights = self.exact.t, self.h * gauss_points(FINE)[1]
         of_curve, of_motion = self.sampled[CURVE, FINE], self.sampled[LOCAL, FINE]
-        apart, rate = (
+        distance, rate = (
             np.linalg.norm(x - y, axis=1) for x, y in zip(of_curve, of_motion, strict=True)
         )
         q, v = self.motions[CURVE](t)
@@ -125,7 +125,7 @@ class Step:
             "q''": self._bend(t) - force(self.exact.q),
         }
         largest = {name: np.max(np.linalg.norm(gap, axis=1)) for name, gap in gaps.items()}
-        return {"q in L^1": weights @ apart, "q' in L^1": weights @ rate, **largest}
+        return {"q in L^1": weights @ distance, "q' in L^1": weights @ rate, **largest}
 
     def _bend(self, t: Array) -> Array:
         """q'' of the curve, from its values."""
@@ -137,8 +137,8 @@ class Step:
     @property
     def lipschitz(self) -> float:
         """L_1, the largest |V''| = 2 / r^3 on all segments between curve and motion."""
-        near = np.min(np.linalg.norm(self.exact.q, axis=1)) - self.norms["q"]
-        return float(2.0 / near**3) if near > 0.0 else math.inf
+        least_radius = np.min(np.linalg.norm(self.exact.q, axis=1)) - self.norms["q"]
+        return float(2.0 / least_radius**3) if least_radius > 0.0 else math.inf
 
     def right(self, phi: Array) -> tuple[float, float]:
         """H's C = max(L_1 + L_3, 2 L_2) |phi_1| + 1, with L_2 = m = 1 and the L_3 = L_1 of motions,

@@ -26,34 +26,34 @@ from benchmarks.measures.best_approximation import Motion, error_at, misses
 from benchmarks.measures.independent_space import gauss_points
 
 gauss_once = lru_cache(maxsize=64)(gauss_points)
-LEAST = 1e-9
+RESOLUTION = 1e-9
 GRADE = 4  # nodes at t* + L s^4 make powers of |t - t*| smoother in s
 
 
 def closed_errors(
-    place: float, b: float, start: float, stop: float, degrees: Sequence[int]
+    singularity: float, b: float, start: float, stop: float, degrees: Sequence[int]
 ) -> Array:
     """inf |u - v|_X over polynomials v of each degree on [start, stop], for u'' = |t - t*|^-b.
 
     Parameters
     ----------
-    place
+    singularity
         t*, in this interval, where u' = 0
 
     Notes
     -----
     |u'|^2 less the squares of its Legendre coefficients. NaN where this difference, of which about
-    1e-15 of |u'|^2 is rounding, is below LEAST of it.
+    1e-15 of |u'|^2 is rounding, is below RESOLUTION of it.
     """
     power = 1.0 - b
-    half, y = 0.5 * (stop - start), (2.0 * place - start - stop) / (stop - start)
+    half, y = 0.5 * (stop - start), (2.0 * singularity - start - stop) / (stop - start)
     k = np.arange(max(degrees))
     sides = _side(k, power, y) - (-1.0) ** k * _side(k, power, -y)
     squares = half * (k + 0.5) * (half**power / power * sides) ** 2
     twice = 2.0 * power + 1.0
-    whole = ((stop - place) ** twice + (place - start) ** twice) / (twice * power**2)
-    left = whole - np.cumsum(squares)[np.asarray(degrees) - 1]
-    return np.sqrt(np.where(left > LEAST * whole, left, np.nan))
+    total = ((stop - singularity) ** twice + (singularity - start) ** twice) / (twice * power**2)
+    left = total - np.cumsum(squares)[np.asarray(degrees) - 1]
+    return np.sqrt(np.where(left > RESOLUTION * total, left, np.nan))
 
 
 def _side(k: Any, a: float, y: float) -> Array:
@@ -64,23 +64,25 @@ def _side(k: Any, a: float, y: float) -> Array:
     )
 
 
-def quadrature_error(motion: Motion, place: float, start: float, stop: float, degree: int) -> float:
+def quadrature_error(
+    motion: Motion, singularity: float, start: float, stop: float, degree: int
+) -> float:
     """The same of one degree and any motion, by projection in quadrature graded towards t*."""
-    t, w = graded_nodes(place, start, stop, GRADE * degree + 60)
+    t, w = graded_nodes(singularity, start, stop, GRADE * degree + 60)
     return float(misses(motion, t[None], w[None], np.array([start]), np.array([stop]), degree)[0])
 
 
-def path_error(run: Trajectory, motion: Motion, place: float) -> float:
+def path_error(run: Trajectory, motion: Motion, singularity: float) -> float:
     """|u - u_N|_X of the first step of a run."""
-    return error_at(run, motion, *graded_nodes(place, run.t[0], run.t[1], 40))
+    return error_at(run, motion, *graded_nodes(singularity, run.t[0], run.t[1], 40))
 
 
-def graded_nodes(place: float, start: float, stop: float, points: int) -> tuple[Array, Array]:
+def graded_nodes(singularity: float, start: float, stop: float, points: int) -> tuple[Array, Array]:
     """Nodes and weights on [start, stop], graded towards t* where it is inside or at an end."""
     s, b = gauss_once(points)
-    if not start <= place <= stop:
+    if not start <= singularity <= stop:
         return start + (stop - start) * s, (stop - start) * b
     grown, weights = s**GRADE, GRADE * s ** (GRADE - 1) * b
-    parts = [end - place for end in (start, stop) if end != place]
-    t = np.concatenate([place + length * grown for length in parts])
+    parts = [end - singularity for end in (start, stop) if end != singularity]
+    t = np.concatenate([singularity + length * grown for length in parts])
     return t, np.concatenate([abs(length) * weights for length in parts])

@@ -90,9 +90,9 @@ def differences(count: int) -> tuple[Array, ...]:
     return u0, p0, du, dp
 
 
-def exact_sizes(motions: Motions, h: float, data: tuple[Array, ...]) -> tuple[Array, Array]:
+def exact_sizes(motions: Motions, h: float, pairs: tuple[Array, ...]) -> tuple[Array, Array]:
     """|d|_X and |dp_h| of exact solutions of mass 1."""
-    u0, p0, du, dp = data
+    u0, p0, du, dp = pairs
     s, w = gauss_points(POINTS)
     first, second = (
         np.array(motions(*start, h * np.append(s, 1.0))) for start in ((u0, p0), (u0 + du, p0 + dp))
@@ -101,10 +101,10 @@ def exact_sizes(motions: Motions, h: float, data: tuple[Array, ...]) -> tuple[Ar
     return np.sqrt(h * rate[:, :-1] ** 2 @ w + gap[:, -1] ** 2 / h), abs(rate[:, -1])
 
 
-def discrete_sizes(method: Any, h: float, data: tuple[Array, ...]) -> tuple[Array, Array]:
+def discrete_sizes(method: Any, h: float, pairs: tuple[Array, ...]) -> tuple[Array, Array]:
     """|d_N|_(X,N) and |dp_h| of the method's steps of the pendulum."""
     (t, b), system, sizes = nodes(method.rule), PENDULUM.problem().system, []
-    for u, p, du, dp in zip(*data, strict=True):
+    for u, p, du, dp in zip(*pairs, strict=True):
         first, second = (
             galvi.integrate(Problem(system, np.full(1, u0), np.full(1, p0)), method, h, 1)
             for u0, p0 in ((u, p), (u + du, p + dp))
@@ -122,14 +122,14 @@ def opposed(power: int) -> tuple[float, float, float, float]:
     the least singular value of (8) in (u, p_h) over the largest."""
     falling = legendre.poly2leg(polynomial.polypow([0.5, -0.5], power))
     functions = np.stack([np.eye(1, power + 1)[0], falling])
-    seen, q = grams(functions, *gauss_points(1)), 2.0**-power
+    by_rule, q = grams(functions, *gauss_points(1)), 2.0**-power
     steepness = (2.0 * power * q) ** 2 / (q * (1.0 - q))
     first, last = values(functions, np.array([0.0, 1.0])).T
-    weak = np.column_stack([seen.slope + steepness * seen.values, -last])
+    weak = np.column_stack([by_rule.slope + steepness * by_rule.values, -last])
     sizes = np.linalg.svd(np.vstack([weak, np.append(first, 0.0)]), compute_uv=False)
     return (
-        inf_sup(functions, seen),
-        farthest(functions, seen),
-        steepness * eta(1.0, friedrichs(seen)),
+        inf_sup(functions, by_rule),
+        farthest(functions, by_rule),
+        steepness * eta(1.0, friedrichs(by_rule)),
         float(sizes[-1] / sizes[0]),
     )

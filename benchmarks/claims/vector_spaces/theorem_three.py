@@ -63,8 +63,8 @@ def _swing(t: Array) -> tuple[Array, Array]:
 
 
 def _growing(h: float) -> tuple[float, float, float]:
-    least, most = math.exp(GROWTH), math.exp(GROWTH * (1.0 + h))
-    return FREQUENCY**2 * most, least, most
+    lightest, heaviest = math.exp(GROWTH), math.exp(GROWTH * (1.0 + h))
+    return FREQUENCY**2 * heaviest, lightest, heaviest
 
 
 COMPARISONS = (
@@ -105,18 +105,18 @@ def consistency(case: Comparison, rule: tuple[Array, Array], degree: int, h: flo
     (s, w), (t, b) = gauss_points(POINTS), rule
     slope, at_nodes = slopes(functions, s), slopes(functions, t)
     onto = dual(functions, (slope * w) @ slope.T)
-    missed = (slope * (w * case.mass(case.t0 + h * s))) @ slope.T
-    missed -= (at_nodes * (b * case.mass(case.t0 + h * t))) @ at_nodes.T
+    mass_error = (slope * (w * case.mass(case.t0 + h * s))) @ slope.T
+    mass_error -= (at_nodes * (b * case.mass(case.t0 + h * t))) @ at_nodes.T
     (u, rate), end = case.motion(case.t0 + h * s), case.motion(np.array([case.t0 + h]))[0]
     last = values(functions, np.ones(1)).T
-    left = np.vstack([np.sqrt(w)[:, None] * slope.T, last, onto @ missed]) / math.sqrt(h)
+    left = np.vstack([np.sqrt(w)[:, None] * slope.T, last, onto @ mass_error]) / math.sqrt(h)
     right = np.concatenate([np.sqrt(h * w) * rate, end / math.sqrt(h), np.zeros(degree)])
     best = np.linalg.lstsq(left, right, rcond=None)[0]
-    ruled, whole = (
-        (values(functions, x) * weights) @ case.slope(case.t0 + h * x, place)
-        for x, weights, place in ((t, b, case.motion(case.t0 + h * t)[0]), (s, w, u))
+    by_rule, exact = (
+        (values(functions, x) * weights) @ case.slope(case.t0 + h * x, positions)
+        for x, weights, positions in ((t, b, case.motion(case.t0 + h * t)[0]), (s, w, u))
     )
-    forced = h**1.5 * np.linalg.norm(onto @ (ruled - whole))
+    forced = h**1.5 * np.linalg.norm(onto @ (by_rule - exact))
     return float(np.linalg.norm(left @ best - right)), float(forced)
 
 
@@ -135,19 +135,19 @@ def terms(case: Comparison, method: Any, degree: int, h: float) -> tuple[float, 
     if error <= FLOOR:
         return None
     functions, (t, b) = all_of_degree(degree), nodes(method.rule)
-    lipschitz, least, most = case.constants(h)
-    seen, exact = grams(functions, t, b), grams(functions, *gauss_points(POINTS))
-    lower, *_, upper = np.sqrt(eigvalsh(seen.energy, exact.energy))  # lambda_N and Lambda_N
-    constant, onto = friedrichs(seen), 3.0 / (least * lower**2)
+    lipschitz, lightest, heaviest = case.constants(h)
+    by_rule, exact = grams(functions, t, b), grams(functions, *gauss_points(POINTS))
+    lower, *_, upper = np.sqrt(eigvalsh(by_rule.energy, exact.energy))  # lambda_N and Lambda_N
+    constant, onto = friedrichs(by_rule), 3.0 / (lightest * lower**2)
     best, forced = consistency(case, (t, b), degree, h)
-    ratio = error / ((1.0 + math.sqrt(2.0) + onto * most) * best + onto * forced)
-    share = lipschitz / least * eta(h)
+    ratio = error / ((1.0 + math.sqrt(2.0) + onto * heaviest) * best + onto * forced)
+    share = lipschitz / lightest * eta(h)
     times, end = case.t0 + h * t, case.motion(np.array([case.t0 + h]))[0][0]
     (u, rate), u_N = case.motion(times), run(times)[:, 0]
     gap = run.velocity(times)[:, 0] - rate
     size = math.sqrt(h * b @ gap**2 + (run.q[1, 0] - end) ** 2 / h)
     pulled = (values(functions, t) * b) @ (case.slope(times, u_N) - case.slope(times, u))
-    force = h**1.5 * float(np.linalg.norm(dual(functions, seen.energy) @ pulled))
+    force = h**1.5 * float(np.linalg.norm(dual(functions, by_rule.energy) @ pulled))
     return (
         (1.0 - upper * constant**2 * share) * ratio,
         (1.0 - constant * z0() * share / (math.sqrt(2.0) * lower)) * ratio,

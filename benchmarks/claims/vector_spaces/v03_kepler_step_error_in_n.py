@@ -54,7 +54,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 def read(table: DataFrame) -> dict[str, Measurement]:
     """The fitted bases of many steps and of one, and that of one by theory."""
-    apart = number(table, quantity=ORACLES)
+    distance = number(table, quantity=ORACLES)
     return {
         "base of the one-step error": readings.base(
             table, FLOOR, study=IN_N, quantity=QUANTITY, power=POWER
@@ -62,7 +62,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         "base of the error of one step about the pericentre": readings.base(
             table, 2e-14, study=CENTRED, quantity=QUANTITY
         ),
-        ORACLES: apart,
-        "apart": apart,
+        ORACLES: distance,
+        "apart": distance,
         "theory": convergence_of_polynomials(-STEP / 2, STEP) ** 2,
     }

@@ -65,10 +65,10 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     """Orders: of each n over one range of h, as h tends to 0, from another point, for a fixed
     time; and what the order of the angular momentum gains with n."""
 
-    def order(quantity: str, n: int, number: int, least: float, below: float = np.inf) -> Fit:
+    def order(quantity: str, n: int, number: int, above: float, below: float = np.inf) -> Fit:
         rows = pick(table, study=fixed_number(number), quantity=quantity, n=n)
         total = rows["step"] * number
-        return readings.order(rows[(total > least) & (total < below)], FLOOR)
+        return readings.order(rows[(total > above) & (total < below)], FLOOR)
 
     angular = {n: order(ANGULAR, n, 100, SINGULARITY) for n in NS}
     line, spread = np.polyfit(NS, [angular[n].rate for n in NS], 1, cov=True)

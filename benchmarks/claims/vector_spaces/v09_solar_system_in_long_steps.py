@@ -47,8 +47,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     problem = galvi.problems.solar_system()
     table = LongSteps(problem, STEP, STEPS, (N, *NS), INNER, SAMPLES).study(make_method, report)
     runs = [oracle.run(problem, STEP * STEPS, {"samples": 10}) for oracle in (IAS15, STORED_TRUTH)]
-    apart = np.linalg.norm(runs[0].q[:, MERCURY] - runs[1].q[:, MERCURY], axis=-1)
-    both = row(quantity=f"{ORACLES} [au], Mercury", value=float(np.max(apart)))
+    distances = np.linalg.norm(runs[0].q[:, MERCURY] - runs[1].q[:, MERCURY], axis=-1)
+    both = row(quantity=f"{ORACLES} [au], Mercury", value=float(np.max(distances)))
     return pd.concat([table, frame([both])], ignore_index=True)
 
 
@@ -76,8 +76,8 @@ def bounds() -> dict[str, float]:
     y = 2.0 * radian * (math.acosh(1.0 / e) - math.sqrt(1.0 - e * e)) / STEP
     base = (y + math.sqrt(1.0 + y * y)) ** -2
     total = abs(energy(problem, problem.q0[None], problem.v0[None])[0])
-    own = 0.5 * gm * masses[MERCURY] / axis
-    visible = VISIBLE / (1.5 * STEP * STEPS / radian) * float(own / total)
+    mercury_energy = 0.5 * gm * masses[MERCURY] / axis
+    visible = VISIBLE / (1.5 * STEP * STEPS / radian) * float(mercury_energy / total)
     left = np.max(masses[1:]) / masses[0]
     return {
         "visible_energy": visible,

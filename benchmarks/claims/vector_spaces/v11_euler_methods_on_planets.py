@@ -50,18 +50,22 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     lines = refined(METHODS, system) + energies(METHODS, system) + stops(METHODS[IMPLICIT], system)
     setting = {"step": PRINTED * DAYS, "accept_unconverged": True}
     q = IMPLICIT_EULER.run(system, 3.0 * DAYS, setting).q[-1]
-    far = np.linalg.norm(q[1:4] - q[0], axis=-1)
+    from_sun = np.linalg.norm(q[1:4] - q[0], axis=-1)
     gone = {
         "how many of Mercury, Venus and Earth are beyond 10 au after 3 years, unconverged steps "
-        "accepted, implicit Euler": np.sum(far > 10.0) if np.isfinite(far).all() else np.nan
+        "accepted, implicit Euler": np.sum(from_sun > 10.0)
+        if np.isfinite(from_sun).all()
+        else np.nan
     }
     return frame([*lines, *rows(escapes(system, 20 if quick else 200) | gone)])
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
     """Orders of what was measured at several steps, and the numbers without a series."""
-    alone = table[table["study"] == ""]
-    numbers: dict[str, Measurement] = dict(zip(alone["quantity"], alone["value"], strict=True))
+    without_series = table[table["study"] == ""]
+    numbers: dict[str, Measurement] = dict(
+        zip(without_series["quantity"], without_series["value"], strict=True)
+    )
     at_steps = table[table["step"].notna()]
     for (quantity, label), series in at_steps.groupby(["quantity", "study"]):
         numbers[f"order of the {quantity}, {label}"] = readings.order(series, 1e-13)
@@ -72,7 +76,7 @@ FAULTS = {
     "another truth": OTHER_TRUTH,
     "methods exchanged": Fault(
         wrong={
-            f"{__name__}.METHODS": lambda sound: {
+            f"{__name__}.METHODS": lambda original: {
                 EXPLICIT: SYMPLECTIC_EULER,
                 **dict.fromkeys((IMPLICIT, SYMPLECTIC), EXPLICIT_EULER),
             }
@@ -84,7 +88,9 @@ FAULTS = {
                 "references.textbook.nystrom.Nystrom.run",
                 "references.textbook.implicit_euler.ImplicitEuler.run",
             ),
-            with_arguments(lambda method, problem, *more: (method, reversed_clock(problem), *more)),
+            with_arguments(
+                lambda method, problem, *options: (method, reversed_clock(problem), *options)
+            ),
         )
     ),
     "another first-order term": Fault(
@@ -95,8 +101,8 @@ FAULTS = {
     ),
     "the smaller solutions": Fault(
         wrong={
-            f"{__package__}.implicit_euler_orbit.distances": lambda sound: (
-                lambda size, a: sound(size, a)[::-1]
+            f"{__package__}.implicit_euler_orbit.distances": lambda original: (
+                lambda size, a: original(size, a)[::-1]
             )
         }
     ),

@@ -69,15 +69,15 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
 
 
 def gram(functions: Array, b: Array) -> Array:
-    """Of columns of values, with weights b."""
+    """The Gram matrix of columns of values, with weights b."""
     return functions.T @ (b[:, None] * functions)
 
 
-def zero(place: Array, rate: Array, b: Array, ends: Array) -> float:
+def zero(values: Array, slopes: Array, b: Array, ends: Array) -> float:
     """The h at which the oscillator's least eigenvalue is 0, over pi, among functions with values
     and slopes on [0, 1] whose values `ends` are 0."""
     free = null_space(ends)
-    return float(np.sqrt(eigvalsh(gram(rate @ free, b), gram(place @ free, b))[0]) / np.pi)
+    return float(np.sqrt(eigvalsh(gram(slopes @ free, b), gram(values @ free, b))[0]) / np.pi)
 
 
 def along_step(method: Any, problem: Problem, second: Any, widest: float, h: float) -> list[float]:
@@ -89,19 +89,19 @@ def along_step(method: Any, problem: Problem, second: Any, widest: float, h: flo
         return [math.nan] * 4
     table, space, q = method.table, method.space, run(h * method.rule.nodes)[:, 0]
     free = null_space(table.end[None, :])
-    place, rate, b = table.psi @ free, table.slope @ free / h, h * table.b
-    stiffness = gram(rate, b)
-    whole = stiffness - gram(place, b * second(q))
-    eigenvalues, vectors = eigh(whole, stiffness)
+    values, slopes, b = table.psi @ free, table.slope @ free / h, h * table.b
+    stiffness = gram(slopes, b)
+    variation = stiffness - gram(values, b * second(q))
+    eigenvalues, vectors = eigh(variation, stiffness)
     form = norm = math.inf
     level = 0.5 * (np.pi / h) ** 2 - widest
     if level > 0.0:
-        form = eigvalsh(whole, 0.5 * stiffness + level * gram(place, b))[0]
-        random = np.random.default_rng(13).normal(size=(len(whole), DIRECTIONS))
+        form = eigvalsh(variation, 0.5 * stiffness + level * gram(values, b))[0]
+        random = np.random.default_rng(13).normal(size=(len(variation), DIRECTIONS))
         directions = np.hstack([vectors, random])
         tau = (np.arange(FINE) + 0.5) / FINE
         fine = space.basis(tau) - space.basis(np.zeros(1)), space.derivative(tau) / h
         sizes = h * sum(np.mean(abs(u[:, 1:] @ free @ directions), axis=0) for u in fine)
-        spent = np.sum(directions * (whole @ directions), axis=0)
+        spent = np.sum(directions * (variation @ directions), axis=0)
         norm = np.min(spent / (min(0.25 / h, 0.5 / h * level) * sizes**2))
     return [eigenvalues[0], form, norm, np.max(abs(q))]

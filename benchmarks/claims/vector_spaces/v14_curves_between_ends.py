@@ -65,7 +65,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         IN_H: (KEPLER, [problem()], NS, halves),
         COERCIVE: (OSCILLATOR, around, NS, quarters),
     }
-    found = oracles("oracles", STEP, 1)
+    observations = oracles("oracles", STEP, 1)
     for name, (truth, starts, ns, sizes) in series.items():
         for h in sizes:
             report(f"{name}, h = {h:.4g}")
@@ -74,7 +74,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
                 method = method_of(make_method, n)
                 runs = [galvi.integrate(start, method, h, 1) for start in starts]
                 errors = np.max(list(map(errors_of, motions, runs)), axis=0)
-                found += rows(
+                observations += rows(
                     dict(zip((*FLOOR, RATIO), errors, strict=True)),
                     study=name,
                     n=n,
@@ -82,7 +82,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
                     steps=1,
                     status=" ".join(filter(None, map(failure, runs))),
                 )
-    return frame(found)
+    return frame(observations)
 
 
 def errors_of(motion: BoundaryValueMotion, run: Trajectory) -> tuple[float, ...]:
@@ -91,8 +91,8 @@ def errors_of(motion: BoundaryValueMotion, run: Trajectory) -> tuple[float, ...]
     if motion.truth is OSCILLATOR:
         exact = OSCILLATOR.run(motion.problem, motion.step, {"samples": 1})
         missed = max(missed, abs(float(run.p[-1, 0] - exact.p[-1, 0])))
-    whole, largest = motion.distances(run)
-    return missed, whole, largest, largest / whole * min(motion.step, 1.0)
+    in_w11, largest = motion.distances(run)
+    return missed, in_w11, largest, largest / in_w11 * min(motion.step, 1.0)
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:

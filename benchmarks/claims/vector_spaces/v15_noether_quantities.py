@@ -65,7 +65,7 @@ def pair_on_a_line() -> Problem:
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     """Changes of momenta at step ends by kind of space, in units of rounding, and with degrees by
     component, there against h, too; a history of the largest errors along each step."""
-    found = []
+    observations = []
     pairs = (
         ((2,), (1, 2, 3, SUFFICIENT_POINTS))
         if quick
@@ -74,7 +74,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     for pair, method in methods(make_method, *pairs):
         report(f"{pair.kind} with {pair.family}")
         run = galvi.integrate(THREE_BODIES, method, 0.1, 100 if quick else 500)
-        found += rows(
+        observations += rows(
             changes_of_momenta(run),
             study=pair.kind,
             n=pair.space.dimension,
@@ -82,12 +82,12 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         )
     cases = at_fixed_time(MIXED, 25.0, [round(70 * 2 ** (k / 2)) for k in range(7)])
     options = (["angular momentum error"], make_method, report, by_component)
-    found += refine(ROTATION, galvi.problems.kepler(0.3), KEPLER, cases, *options)
+    observations += refine(ROTATION, galvi.problems.kepler(0.3), KEPLER, cases, *options)
     for n in MIXED:
         run = galvi.integrate(pair_on_a_line(), by_component(make_method, n), 25.0 / 70, 70)
         change = changes_of_momenta(run)[LINEAR]
-        found += rows({LINEAR: change}, study=TRANSLATION, n=n, status=failure(run))
-    return frame(found + along_a_run(method_of(make_method, 8)))
+        observations += rows({LINEAR: change}, study=TRANSLATION, n=n, status=failure(run))
+    return frame(observations + along_a_run(method_of(make_method, 8)))
 
 
 def by_component(make_method: MakeMethod, n: int) -> Any:
@@ -157,11 +157,11 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     return numbers
 
 
-def leaking(sound: Callable[..., Trajectory]) -> Callable[..., Trajectory]:
+def leaking(original: Callable[..., Trajectory]) -> Callable[..., Trajectory]:
     """The momentum grows by 1e-12 in all."""
 
     def run(*problem_and_method: Any, **options: Any) -> Trajectory:
-        motion = sound(*problem_and_method, **options)
+        motion = original(*problem_and_method, **options)
         growth = np.linspace(1.0, 1.0 + 1e-12, len(motion.t))
         return replace(motion, p=motion.p * growth.reshape(-1, *[1] * (motion.p.ndim - 1)))
 

@@ -88,7 +88,7 @@ def by_hand(functions: Functions, t: Array, b: Array) -> dict[str, float]:
     """M's problem (9) on [0, 1], m = 1, from u = 0 with p = 1, in functions of norm 1."""
     u, du = table(functions, gauss_points(60)[0])
     size = np.sqrt(np.mean(u**2, axis=0) + np.mean(du**2, axis=0))
-    place, slope = (values / size for values in table(functions, t))
+    at_nodes, slope = (values / size for values in table(functions, t))
     ends = table(functions, np.array([0.0, 1.0]))[0] / size
     stiff = slope.T @ (b[:, None] * slope)
     saddle = np.block([[stiff, -ends[1:].T], [ends[:1], np.zeros((1, 1))]])
@@ -99,7 +99,7 @@ def by_hand(functions: Functions, t: Array, b: Array) -> dict[str, float]:
     if unique:
         motion = np.linalg.solve(saddle, np.append(-ends[0], 0.0))[:-1]
         end = ends[1] @ motion
-        off = max(np.max(abs(place @ motion - t)), abs(end - 1.0))
+        off = max(np.max(abs(at_nodes @ motion - t)), abs(end - 1.0))
     return {"norm": norm, "unique": unique, "end": end, "off": off}
 
 
@@ -108,11 +108,11 @@ def by_galvi(make_method: MakeMethod, space: Any, rule: galvi.Rule) -> dict[str,
     theory = galvi.theory(space, rule)
     decided = {"well posed": theory.well_posed, "consistent": theory.consistent}
     try:
-        made = make_method(space, rule).table
+        tableau = make_method(space, rule).table
     except ValueError as refusal:
         return decided | {"accepted": False, "ill-posed": isinstance(refusal, IllPosed)}
-    stages = np.max(abs(made.psi @ made.velocity_coefficients - made.c))
-    defect = max(stages, abs(made.end @ made.velocity_coefficients - 1.0))
+    stages = np.max(abs(tableau.psi @ tableau.velocity_coefficients - tableau.c))
+    defect = max(stages, abs(tableau.end @ tableau.velocity_coefficients - 1.0))
     return decided | {"accepted": True, "ill-posed": False, "defect": defect}
 
 
@@ -133,9 +133,9 @@ def too_strict(space: Any, rule: galvi.Rule) -> galvi.Galerkin:
     return galvi.Galerkin(space, rule)
 
 
-def consistent(sound: Callable[..., Any]) -> Callable[..., Any]:
+def consistent(original: Callable[..., Any]) -> Callable[..., Any]:
     """A theory that takes every pair for consistent."""
-    return lambda *pair: replace(sound(*pair), consistent=True)
+    return lambda *pair: replace(original(*pair), consistent=True)
 
 
 FAULTS = {

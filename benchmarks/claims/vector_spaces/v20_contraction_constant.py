@@ -38,14 +38,14 @@ FAULTS = contraction.FAULTS
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, float]:
     """Extremes over all rules and degrees; z0 over polynomials of degree 16."""
-    every = []
-    for name, (rule, points, factor, more) in RULES.items():
+    numbers = []
+    for name, (rule, points, factor, offset) in RULES.items():
         for degree in DEGREES[1 if name == "Lobatto N" else 0 :]:
-            number = factor * degree + more
+            number = factor * degree + offset
             method = make_method(galvi.Polynomials(degree), rule(number))
-            every.append(numbers_of(method, name, degree, *points(number)))
+            numbers.append(numbers_of(method, name, degree, *points(number)))
     exact = grams(all_of_degree(16), *gauss_points(40))
-    measured = contraction.extremes(every)
+    measured = contraction.extremes(numbers)
     constant = measured["least inf-sup constant over all spaces and rules"]
     return measured | {
         "departure of that from 1 / sqrt(2)": abs(constant - math.sqrt(0.5)),

@@ -73,9 +73,9 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     steps = [round(2.0 ** (j / 2)) for j in range(5, 15 if quick else 20)]
     orbit = galvi.problems.kepler(eccentricity=0.3)
     cases = at_fixed_time([N + 1 for N in DEGREES[1:]], 4.0, steps)
-    apart = KEPLER.run(orbit, 4.0, {"samples": 1}).q[-1] - DOP853.run(orbit, 4.0, CHECK).q[-1]
+    difference = KEPLER.run(orbit, 4.0, {"samples": 1}).q[-1] - DOP853.run(orbit, 4.0, CHECK).q[-1]
     observations = [
-        row(study="Kepler", quantity=ORACLES, value=np.max(abs(apart))),
+        row(study="Kepler", quantity=ORACLES, value=np.max(abs(difference))),
         *of_integrals(),
     ]
     observations += [
@@ -172,12 +172,12 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     return numbers
 
 
-def of_another_order(study: str, more: int) -> Fault:
+def of_another_order(study: str, power: int) -> Fault:
     """Errors along the path multiplied by a power of the step."""
 
     def change(table: DataFrame) -> None:
         path = (table["study"] == study) & (table["quantity"] == PATH)
-        table.loc[path, "value"] *= table.loc[path, "step"] ** more
+        table.loc[path, "value"] *= table.loc[path, "step"] ** power
 
     return Fault(table=change)
 
@@ -188,7 +188,7 @@ FAULTS = {
     "a path across the jump that is one order worse": of_another_order("rough", -1),
     "approximations of degree 1": Fault(
         wrong={
-            f"{__name__}.refine": always(lambda *these: []),
+            f"{__name__}.refine": always(lambda *arguments: []),
             f"{__name__}.best_errors": with_arguments(
                 lambda exact, edges, degree, kinks: (exact, edges, 1, kinks)
             ),

@@ -47,7 +47,7 @@ from references.scipy.ivp import RADAU
 DEGREES = (1, 2, 3, 4)
 BESIDE = "error beside the derived h^3 term"
 OVER = f"{BESIDE}, over its largest in the group"
-APART = "distance between the two references [m], SciPy DOP853 and SciPy Radau"
+REFERENCE_DISTANCE = "distance between the two references [m], SciPy DOP853 and SciPy Radau"
 OWN = "distance to DOP853 [m], M's reference, N = 12"
 KINK = "largest error of the height by the derived h^3 term, N = 12 [m]"
 SOLVED = f"{AWAY}, solved to round-off"
@@ -68,7 +68,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     of each start, in `study`, N = 1 to 4 in h, and semi-implicit Euler with n = 1, as if N = 0;
     of 'w away from 0, tolerance 1e-03' and so on, N = 4 with a solve that stops there, and of
     'w away from 0, solved to round-off', the same to the end;
-    of OWN and APART, by start, distances to DOP853, and KINK, the bound on one of the former.
+    of OWN and REFERENCE_DISTANCE, by start, distances to DOP853; KINK, the bound on one of OWN.
     'w through 0, largest of 13 placements' is the upper envelope, for N = 2, 3, 4, of runs whose
     step through w = 0 is cut elsewhere, with what the derived h^3 term leaves of the height.
     """
@@ -88,15 +88,17 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         where = {"n": degree + 1, "step": DURATION[start] / (PIECES * size), **outcome(run)}
         table.append(row(study=study, quantity=ERROR, value=error_of(run, start), **where))
     for start in STARTS:
-        apart = np.max(abs(truth(start, RADAU) - truth(start)))
-        table.append(row(study=f"{APART}, {start}", quantity=ERROR, value=apart))
+        distance = np.max(abs(truth(start, RADAU) - truth(start)))
+        table.append(row(study=f"{REFERENCE_DISTANCE}, {start}", quantity=ERROR, value=distance))
     kinks = [kink_error(DURATION[ACROSS] / 64, 12, theta) for theta in np.linspace(0.0, 1.0, 2001)]
     table.append(row(study=KINK, value=np.max(np.abs(kinks))))
     for degree, firsts in SHORTER.items():
         report(f"{PLACED}, N = {degree}")
         for first in firsts:
             if not quick or first.bit_count() == 1:
-                table += _placed(make_method, degree, range(first, first + (8 if quick else 13)))
+                table += _largest_of_placements(
+                    make_method, degree, range(first, first + (8 if quick else 13))
+                )
     return frame(table)
 
 
@@ -105,7 +107,9 @@ def stopped_at(tolerance: float) -> str:
     return f"{AWAY}, tolerance {tolerance:.0e}"
 
 
-def _placed(make_method: MakeMethod, degree: int, sizes: range) -> list[dict[str, Any]]:
+def _largest_of_placements(
+    make_method: MakeMethod, degree: int, sizes: range
+) -> list[dict[str, Any]]:
     """The largest numbers of a group of runs; the step is that of the largest error."""
     group = []
     for size in sizes:
@@ -157,7 +161,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         ),
         **{
             f"{distance}, {start}": number(table, study=f"{distance}, {start}")
-            for distance in (OWN, APART)
+            for distance in (OWN, REFERENCE_DISTANCE)
             for start in STARTS
         },
     }
@@ -176,7 +180,9 @@ FAULTS = {
     ),
     "a solve that never stops early": Fault(
         wrong={
-            "galvi.integrate": lambda sound: lambda *these, tolerance, **how: sound(*these, **how)
+            "galvi.integrate": lambda original: (
+                lambda *arguments, tolerance, **options: original(*arguments, **options)
+            )
         }
     ),
     "the term of another rule": Fault(

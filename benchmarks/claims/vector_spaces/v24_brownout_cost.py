@@ -39,7 +39,7 @@ DEGREES = (1, 2, 4, 6)
 SECONDS, FASTEST, SLOWEST = "seconds", "seconds, fastest round", "seconds, slowest round"
 CLOCKS = ((SECONDS, SECONDS), (FASTEST, SLOWEST), (SLOWEST, FASTEST))  # of Euler, of the degrees
 EVALUATIONS = "force evaluations"
-APART = "distance between the two references [m]"
+REFERENCE_DISTANCE = "distance between the two references [m]"
 ASKED = 2e-4  # m, a small error, reached at low order with 65,536 steps
 FINE = 1e-7  # m, out of reach at low order
 COARSE = 2e-2  # m, a hundred times ASKED
@@ -60,8 +60,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     calls = [partial(run_of, make_method, AWAY, *case) for case in cases]
     runs, seconds = zip(*map(warmed, calls), strict=True)
     timings = interleaved(calls, 3, 0.003 if quick else 0.03, seconds)
-    apart = np.max(abs(truth(AWAY, RADAU) - truth(AWAY)))
-    table = [row(quantity=APART, value=apart)]
+    distance = np.max(abs(truth(AWAY, RADAU) - truth(AWAY)))
+    table = [row(quantity=REFERENCE_DISTANCE, value=distance)]
     for (degree, size), run, timing in zip(cases, runs, timings, strict=True):
         values = {
             ERROR: error_of(run, AWAY),
@@ -85,13 +85,13 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     between those of the slowest and the fastest round as their uncertainty."""
     runs = table.pivot(index=["study", "steps"], columns="quantity", values="value")
 
-    def least(error: float, cost: str, *degrees: int) -> float:
+    def least_cost(error: float, cost: str, *degrees: int) -> float:
         """Of runs that reach the error; NaN where none does."""
-        several = runs.loc[list(map(label_of, degrees))]
-        return seconds_at(several[ERROR], several[cost], error)
+        of_degrees = runs.loc[list(map(label_of, degrees))]
+        return seconds_at(of_degrees[ERROR], of_degrees[cost], error)
 
     def ratio(error: float, euler: str = EVALUATIONS, high: str = EVALUATIONS) -> float:
-        return least(error, euler, 0) / least(error, high, *DEGREES)
+        return least_cost(error, euler, 0) / least_cost(error, high, *DEGREES)
 
     def crossing(*costs: str) -> float:
         """The error below which high order is cheaper, at all errors that both reach; 0 where it
@@ -109,7 +109,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         return Estimate(median, 0.5 * abs(ends[0] - ends[1]) or None)
 
     growth = np.log(ratio(ASKED) / ratio(COARSE)) / np.log(COARSE / ASKED)
-    low, high = (least(FINE, EVALUATIONS, degree) for degree in (2, 6))
+    low, high = (least_cost(FINE, EVALUATIONS, degree) for degree in (2, 6))
     return {
         f"{EVALUATIONS} of {EULER} over those of the best N at {ASKED:g} m": ratio(ASKED),
         "power of the inverse error with which that ratio grows, from "
@@ -117,7 +117,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         f"{EVALUATIONS} of N = 2 over those of N = 6 at {FINE:g} m": low / high,
         f"time of {EULER} over that of the best N at {ASKED:g} m": timed(partial(ratio, ASKED)),
         f"error below which high order is cheaper in time than {EULER} [m]": timed(crossing),
-        APART: number(table, quantity=APART),
+        REFERENCE_DISTANCE: number(table, quantity=REFERENCE_DISTANCE),
     }
 
 

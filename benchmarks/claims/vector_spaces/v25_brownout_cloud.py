@@ -65,12 +65,12 @@ OWN = f"{SAMPLING} of it"
 ALONE = "numbers of a grain that depend on other grains"
 
 
-def words(diameter: float) -> str:
+def in_micrometres(diameter: float) -> str:
     """A diameter as text."""
     return f"{diameter * 1e6:g} micrometres"
 
 
-LABELS = tuple(map(words, DIAMETERS))
+LABELS = tuple(map(in_micrometres, DIAMETERS))
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
@@ -97,21 +97,21 @@ def paths(make_method: MakeMethod, quick: bool, report: Report) -> list[dict[str
     table, grains = [], np.arange(30 if quick else 100)
     clouds = [(law, Cloud(d, law, grains)) for law in (CONSTANT, BY_REYNOLDS) for d in DIAMETERS]
     for name, cloud in (*clouds, (REBOUND, Cloud(200e-6, grains=grains, ground=GROUNDS[REBOUND]))):
-        report(f"{name}, {words(cloud.diameter)}")
+        report(f"{name}, {in_micrometres(cloud.diameter)}")
         truth = landings(
             *(cloud.problem, *cloud.starts(), UNTIL),
             restitution=cloud.ground.restitution,
             slowest=cloud.ground.slowest,
         )
-        several = (384, 576, 768, 1152) if quick else (192, 288, 384, 576, 768, 1152, 1536)
-        for s, steps in product((1, 2), several):
+        step_counts = (384, 576, 768, 1152) if quick else (192, 288, 384, 576, 768, 1152, 1536)
+        for s, steps in product((1, 2), step_counts):
             run = cloud.flights(collocation(make_method, s), steps)
             values = {
                 ERROR: float(np.median(np.linalg.norm(run.q - truth.q, axis=1))),
                 FATES: float(np.sum((run.status == LANDED) != truth.landed)),
             }
             where = {"n": s + 1, "step": UNTIL / steps, "steps": steps}
-            table += rows(values, study=name, label=words(cloud.diameter), **where)
+            table += rows(values, study=name, label=in_micrometres(cloud.diameter), **where)
     return table
 
 
@@ -123,17 +123,17 @@ def balances(make_method: MakeMethod, grains: Any) -> list[dict[str, Any]]:
     for diameter, (name, ground) in product(DIAMETERS, GROUNDS.items()):
         cloud = Cloud(diameter, grains=grains, ground=ground)
         run = cloud.flights(method, 384, saves=FRAMES)
-        alone = replace(cloud, grains=grains[part]).flights(method, 384)
+        partial_run = replace(cloud, grains=grains[part]).flights(method, 384)
         _, v0, t0 = cloud.starts()
         weight = np.outer(run.t - t0, [0.0, 0.0, GRAVITY])
         left = np.sum(run.v - v0 + weight - run.drag - run.contact, axis=0)
         values = {
             LOST: np.sum((run.status != ALOFT) & (run.status != LANDED)),
             PUSHED: np.max(abs(left)) / (np.sum(abs(run.drag)) + np.sum(abs(run.contact))),
-            ALONE: np.sum(alone.q != run.q[part]) + np.sum(alone.v != run.v[part]),
+            ALONE: np.sum(partial_run.q != run.q[part]) + np.sum(partial_run.v != run.v[part]),
             HIGHEST: np.nanmax(run.places[:, :, 2]),
         }
-        table += rows(values, study=name, label=words(diameter))
+        table += rows(values, study=name, label=in_micrometres(diameter))
     return table
 
 
@@ -149,7 +149,7 @@ def places(make_method: MakeMethod) -> list[dict[str, Any]]:
                 q = run.places[:count, part]
                 flying = q[np.isfinite(q[:, 0]) & (q[:, 2] > 0.0)]
                 t_of = np.full(len(flying), t)
-                table += history(name, t_of, flying, study=name, label=words(diameter))
+                table += history(name, t_of, flying, study=name, label=in_micrometres(diameter))
     return table
 
 
@@ -168,12 +168,12 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         return number(table, quantity=UNSOLVED, n=s + 1, steps=steps)
 
     def in_samplings(s: int, steps: int) -> Estimate:
-        error, own = (
+        error, uncertainty = (
             number(table, study=HEIGHT, quantity=quantity, n=s + 1, steps=steps)
             / sampling_error(table, HEIGHT, 1e6)
             for quantity in (OF_STEP, OWN)
         )
-        return Estimate(abs(error), own)
+        return Estimate(abs(error), uncertainty)
 
     def gain(grains: float) -> Estimate:
         level = sampling_error(table, HEIGHT, grains)
@@ -181,11 +181,11 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         return over(first, min(higher, key=lambda cost: np.nan_to_num(cost.value, nan=np.inf)))
 
     fates = pick(table, quantity=FATES)
-    error, own = (
+    error, uncertainty = (
         pick(table, study=DEPTH, quantity=quantity).set_index(["n", "steps"])["value"]
         for quantity in (OF_STEP, OWN)
     )
-    limit = readings.largest((abs(error) + 2.0 * own).to_numpy())
+    limit = readings.largest((abs(error) + 2.0 * uncertainty).to_numpy())
     sampled = f"{OF_STEP} over the {SAMPLING} of"
     cost = f"evaluations with N = 1 over those of the cheapest higher N, for an {OF_STEP}"
     cases = [
@@ -236,28 +236,32 @@ def array(name: str, change: Callable[[Any], Any]) -> dict[str, Any]:
     def wrong(run: Flights) -> Flights:
         return replace(run, **{name: change(getattr(run, name))})
 
-    return {FOLLOW: lambda sound: lambda *these, **how: wrong(sound(*these, **how))}
+    return {
+        FOLLOW: lambda original: (
+            lambda *arguments, **options: wrong(original(*arguments, **options))
+        )
+    }
 
 
-def nothing(*these: Any) -> list[Any]:
-    """Of a part of the study."""
+def no_rows(*arguments: Any) -> list[Any]:
+    """No rows, in place of a part of the study."""
     return []
 
 
 FOLLOW = f"{Cloud.__module__}.follow"
 FLOWN = fewer(
-    __name__, DIAMETERS=(200e-6, 400e-6), balances=nothing, step_errors=nothing, places=nothing
+    __name__, DIAMETERS=(200e-6, 400e-6), balances=no_rows, step_errors=no_rows, places=no_rows
 )
-BALANCED = fewer(__name__, QUICK_SAMPLED=200, paths=nothing, step_errors=nothing, places=nothing)
+BALANCED = fewer(__name__, QUICK_SAMPLED=200, paths=no_rows, step_errors=no_rows, places=no_rows)
 FAULTS = {
     "weights larger by a thousandth": Fault(make=faulty(b=1.0 + 1e-3), wrong=FLOWN),
     "drag stronger by a thousandth": Fault(
         wrong=FLOWN
         | {
             FOLLOW: with_arguments(
-                lambda method, q, v, t, rates, *others: (
+                lambda method, q, v, t, rates, *options: (
                     *(method, q, v, t, rates * (1.0 + 1e-3 * np.eye(1, rates.shape[1]))),
-                    *others,
+                    *options,
                 )
             )
         }
@@ -266,16 +270,16 @@ FAULTS = {
         wrong=FLOWN
         | {
             FOLLOW: with_arguments(
-                lambda method, q, v, t, *others: (method, q, v, t + 1e-3, *others)
+                lambda method, q, v, t, *options: (method, q, v, t + 1e-3, *options)
             )
         }
     ),
     "contacts at the root of a step's curve": Fault(
         wrong=FLOWN
         | {
-            FOLLOW: lambda sound: (
-                lambda *these, ground, **how: sound(
-                    *these, ground=replace(ground, exact=False), **how
+            FOLLOW: lambda original: (
+                lambda *arguments, ground, **options: original(
+                    *arguments, ground=replace(ground, exact=False), **options
                 )
             )
         }

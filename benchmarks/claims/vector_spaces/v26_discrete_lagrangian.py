@@ -73,18 +73,18 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         IN_N: (orbit, KEPLER, method_of, range(6, 31, 3 if quick else 1), [long]),
     }
     observations = []
-    for name, (problem, truth, made, ns, sizes) in cases.items():
+    for name, (problem, truth, make, ns, sizes) in cases.items():
         report(name)
         for n in ns:
-            method = made(make_method, n)
+            method = make(make_method, n)
             for h in sizes:
                 run = galvi.integrate(problem, method, h, 1)
                 errors = errors_of(run, h, truth, name == "oscillator")
                 observations += rows(errors, study=name, n=n, step=h, steps=1, status=failure(run))
         for h in (long, *sizes[::4]):
             along, end = action_along(problem, h, truth)
-            apart = abs(along - exact_lagrangian(problem, problem.q0, end, h))
-            observations.append(row(study=name, quantity=ORACLES, step=h, value=apart))
+            distance = abs(along - exact_lagrangian(problem, problem.q0, end, h))
+            observations.append(row(study=name, quantity=ORACLES, step=h, value=distance))
     for n in (3, 4):
         for h in halved[4:15]:
             error = error_in_polar_coordinates(method_of(make_method, n), h)
@@ -115,8 +115,8 @@ def errors_of(run: Any, h: float, truth: Contender, squared: bool) -> dict[str, 
         return dict.fromkeys((ACTION, STEPPED), math.nan)
     error = abs(discrete_lagrangian(run) - exact_lagrangian(run.problem, run.q[0], run.q[1], h))
     end = truth.run(run.problem, h, {"samples": 1})
-    apart = np.max(abs(np.concatenate([run.q[1] - end.q[1], run.p[1] - end.p[1]])))
-    errors = {ACTION: error, STEPPED: float(apart)}
+    step_error = np.max(abs(np.concatenate([run.q[1] - end.q[1], run.p[1] - end.p[1]])))
+    errors = {ACTION: error, STEPPED: float(step_error)}
     if squared and error > 1e-10 and h < math.pi:
         motion = BoundaryValueMotion(run.problem, h, truth)
         errors[SQUARE] = error / motion.square_of_rates(run)
@@ -152,17 +152,17 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         numbers[f"order of the {DEPARTURE}, oscillator, n = {n}"] = algebraic(
             h[above].tolist(), departure[above].tolist(), floor=1e-3
         )
-    apart = readings.largest_of(table, quantity=ORACLES)
+    distance = readings.largest_of(table, quantity=ORACLES)
     return numbers | {
         f"largest {SQUARE}": readings.largest_of(table, quantity=SQUARE),
-        ORACLES: apart,
-        "apart": apart,
+        ORACLES: distance,
+        "apart": distance,
     }
 
 
-def with_energies(sound: Callable[..., Any]) -> Callable[..., Any]:
+def with_energies(original: Callable[..., Any]) -> Callable[..., Any]:
     """T + V for the Lagrangian: the potential's sign, which no step sees."""
-    return lambda problem, q, v, t: np.sum(v * v, axis=-1) - sound(problem, q, v, t)
+    return lambda problem, q, v, t: np.sum(v * v, axis=-1) - original(problem, q, v, t)
 
 
 FAULTS = {

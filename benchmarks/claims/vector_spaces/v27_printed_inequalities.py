@@ -49,7 +49,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
     means = closed_form, partial(discrete, *legendre), partial(discrete, *tabulated)
     poincare = np.array([[mean(h)[0] for h in LENGTHS] for mean in means])
     beta = np.array([[mean(h)[1:] for h in STEPS] for mean in means]).transpose(2, 0, 1)
-    whole, doubled = beta / np.sqrt(STEPS)
+    at_own_end, at_other_end = beta / np.sqrt(STEPS)
     over, short = beta[0, 0] / STEPS, STEPS <= 1.0
     printed, below = poincare[0] * np.pi**2 / LENGTHS**2, np.pi > LENGTHS
     return {
@@ -62,15 +62,17 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, f
         "poincare": np.max(abs(poincare[1] / poincare[0] - 1.0)),
         "least of beta / h, at the norm's own end, h <= 1": np.min(over[short]),
         "largest of beta / h, at the norm's own end, h > 1": np.max(over[~short]),
-        "largest |u(end)| / (sqrt(h) |u|_X), at the norm's own end, all h and means": np.max(whole),
+        "largest |u(end)| / (sqrt(h) |u|_X), at the norm's own end, all h and means": np.max(
+            at_own_end
+        ),
         "least |u(end)| / (sqrt(h) |u|_X) of the best u, at the norm's own end, all h and means": (
-            np.min(whole)
+            np.min(at_own_end)
         ),
         "largest departure of beta / sqrt(h) from 1, at the norm's own end, all h and means": (
-            np.max(abs(whole - 1.0))
+            np.max(abs(at_own_end - 1.0))
         ),
         "largest departure of beta / sqrt(2 h) from 1, at the other end, all h and means": np.max(
-            abs(doubled / np.sqrt(2.0) - 1.0)
+            abs(at_other_end / np.sqrt(2.0) - 1.0)
         ),
         "inf_sup": np.max(abs(beta[:, 1] / beta[:, 0] - 1.0)),
         **of_nodes(make_method, EXACTLY[:-1] if quick else EXACTLY),
@@ -114,7 +116,7 @@ def of_nodes(make_method: MakeMethod, exactly: Sequence[int]) -> dict[str, float
     )
     exact = np.array([[exact_condition(points(n)) for n in exactly] for points in kinds])
     compared = conditions[:, [NS.index(n) for n in exactly]] / exact
-    different, apart = [], []
+    different, distances = [], []
     for n in exactly:
         rational, again = (oscillator_step(points(n), Fraction(1)) for points in kinds)
         method = make_method(galvi.Polynomials(n - 1), galvi.gauss(n))
@@ -124,7 +126,7 @@ def of_nodes(make_method: MakeMethod, exactly: Sequence[int]) -> dict[str, float
         ]
         by_galvi = np.array([[run.q[-1, 0], run.p[-1, 0]] for run in runs]).T
         different.append(np.sum(rational != again))
-        apart.append(np.max(abs(by_galvi - rational.astype(float))))
+        distances.append(np.max(abs(by_galvi - rational.astype(float))))
     return {
         "least of condition of A on equispaced points over Chebyshev ones": np.min(
             conditions[1] / conditions[0]
@@ -137,5 +139,5 @@ def of_nodes(make_method: MakeMethod, exactly: Sequence[int]) -> dict[str, float
         ),
         "exact": np.max(abs(compared - 1.0)),
         "entries of the step's matrix that differ between the two nodes, all n": max(different),
-        "distance of galvi's step from it, all n": np.max(apart),
+        "distance of galvi's step from it, all n": np.max(distances),
     }

@@ -36,7 +36,7 @@ from benchmarks.claims.vector_spaces.singular_approximation import (
 from benchmarks.measures.best_approximation import best_errors
 from benchmarks.test_problems.oscillators import SingularDrive
 
-BEST, APART = "error of the best polynomial", "relative distance of its closed form"
+BEST, CLOSED_FORM_DISTANCE = "error of the best polynomial", "relative distance of its closed form"
 LARGEST, PATH = "e_max", "error along the path"
 INSIDE, END = (0.5, 0.3, 0.1), 0.0  # t* in [0, 1]
 EXPONENTS = (0.49, 0.45, 0.25, -0.25, -0.55)
@@ -49,9 +49,9 @@ COUNTS = (4, 7, 10, 16, 22, 31, 43, 64, 91, 127, 181, 256)  # the quick form has
 FLOOR = 1e-12
 
 
-def named(place: float, b: float) -> str:
+def named(singularity: float, b: float) -> str:
     """The study of a motion."""
-    return f"t* = {place:g}, b = {b:g}"
+    return f"t* = {singularity:g}, b = {b:g}"
 
 
 def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
@@ -59,17 +59,17 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     of subintervals, e_max, and the error of galvi's step through t*; the motion by two means.
     """
     observations: list[dict[str, Any]] = []
-    for place in (*INSIDE, END):
-        report(f"t* = {place:g}")
+    for singularity in (*INSIDE, END):
+        report(f"t* = {singularity:g}")
         for b in EXPONENTS:
-            degrees = AT_END if place == END else POWERS[:-1] if quick else POWERS
-            motion = SingularDrive(place, b).motion
-            best = np.array([quadrature_error(motion, place, 0.0, 1.0, N) for N in degrees])
-            apart = abs(closed_errors(place, b, 0.0, 1.0, degrees) / best - 1.0)
-            for quantity, values in ((BEST, best), (APART, apart)):
+            degrees = AT_END if singularity == END else POWERS[:-1] if quick else POWERS
+            motion = SingularDrive(singularity, b).motion
+            best = np.array([quadrature_error(motion, singularity, 0.0, 1.0, N) for N in degrees])
+            distances = abs(closed_errors(singularity, b, 0.0, 1.0, degrees) / best - 1.0)
+            for quantity, values in ((BEST, best), (CLOSED_FORM_DISTANCE, distances)):
                 for N, value in zip(degrees, values, strict=True):
                     observations.append(
-                        row(study=named(place, b), quantity=quantity, n=N + 1, value=value)
+                        row(study=named(singularity, b), quantity=quantity, n=N + 1, value=value)
                     )
     for b in ROUGH:
         report(f"K subintervals, b = {b:g}")
@@ -104,13 +104,13 @@ def in_step(drive: SingularDrive, method: Any, degree: int, count: int) -> list[
 
 def from_integral(drive: SingularDrive) -> float:
     """Largest distance of u and u' from int f(x - r) r^-b dr, f = sin, cos, by QUADPACK's QAWS."""
-    apart = []
+    distances = []
     for t in (0.1, 0.4, 0.9):
         x = abs(t - drive.singularity)
         for part, f in zip(drive.motion(np.array(t)), (np.sin, np.cos), strict=True):
             integral = quad(lambda r, f=f, x=x: f(x - r), 0.0, x, weight="alg", wvar=(-drive.b, 0))
-            apart.append(abs(abs(part) - integral[0]))
-    return float(np.max(apart))
+            distances.append(abs(abs(part) - integral[0]))
+    return float(np.max(distances))
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
@@ -120,39 +120,43 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         return readings.order(table, FLOOR, study=named(PLACE, b), quantity=quantity, n=N + 1)
 
     powers = {
-        (place, b): readings.power(table, FLOOR, study=named(place, b), quantity=BEST)
-        for place in (*INSIDE, END)
+        (singularity, b): readings.power(table, FLOOR, study=named(singularity, b), quantity=BEST)
+        for singularity in (*INSIDE, END)
         for b in EXPONENTS
     }
-    law = 1.5 - np.array(EXPONENTS)
-    *inside, at_end = np.array([fit.rate for fit in powers.values()]).reshape(-1, len(law))
+    claimed = 1.5 - np.array(EXPONENTS)
+    *inside, at_end = np.array([fit.rate for fit in powers.values()]).reshape(-1, len(claimed))
     gaps = [
         Estimate(
-            powers[place, b].rate - SingularDrive(place, b).smoothness + 1.0,
-            powers[place, b].uncertainty,
+            powers[singularity, b].rate - SingularDrive(singularity, b).smoothness + 1.0,
+            powers[singularity, b].uncertainty,
         )
-        for place in INSIDE
+        for singularity in INSIDE
         for b in EXPONENTS
     ]
     largest = np.array([[order(LARGEST, b, N).rate for b in ROUGH] for N in DEGREES])
-    distances = readings.values(table, quantity=APART)  # NaN where the closed form has no digits
-    apart = readings.largest(distances[np.isfinite(distances)])
+    distances = readings.values(
+        table, quantity=CLOSED_FORM_DISTANCE
+    )  # NaN where the closed form has no digits
+    distance = readings.largest(distances[np.isfinite(distances)])
     motion = readings.largest_of(table, quantity=ORACLES)
     return {
         **{
-            f"power of 1 / N, {named(place, b)}": powers[place, b]
-            for place in (INSIDE[0], END)
+            f"power of 1 / N, {named(singularity, b)}": powers[singularity, b]
+            for singularity in (INSIDE[0], END)
             for b in EXPONENTS
         },
         **{
-            f"largest power of 1 / N over b, s = 2, t* = {place:g}": float(np.max(rates[law < 2.0]))
-            for place, rates in zip(INSIDE[1:], inside[1:], strict=True)
+            f"largest power of 1 / N over b, s = 2, t* = {singularity:g}": float(
+                np.max(rates[claimed < 2.0])
+            )
+            for singularity, rates in zip(INSIDE[1:], inside[1:], strict=True)
         },
         "largest departure of the power of 1 / N from 3/2 - b, t* inside": float(
-            np.max(abs(inside - law))
+            np.max(abs(inside - claimed))
         ),
         "largest departure of the power of 1 / N from 3 - 2 b, t* = 0": float(
-            np.max(abs(at_end - 2.0 * law))
+            np.max(abs(at_end - 2.0 * claimed))
         ),
         "least of the power of 1 / N less s - 1, t* inside": min(gaps, key=lambda gap: gap.value),
         "least order of e_max, all b and N": np.min(largest),
@@ -164,9 +168,9 @@ def read(table: DataFrame) -> dict[str, Measurement]:
             for b in ROUGH
             for N in DEGREES
         },
-        "apart": apart,
+        "apart": distance,
         "motion": motion,
-        f"{ORACLES}, best approximation, relative": apart,
+        f"{ORACLES}, best approximation, relative": distance,
         f"{ORACLES}, motion": motion,
     }
 
@@ -175,7 +179,7 @@ FAULTS = {
     "a coarse quadrature": Fault(
         wrong={
             f"{singular_approximation.__name__}.graded_nodes": with_arguments(
-                lambda place, start, stop, points: (place, start, stop, points // 4)
+                lambda singularity, start, stop, points: (singularity, start, stop, points // 4)
             )
         }
     ),

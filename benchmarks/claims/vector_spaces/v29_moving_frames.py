@@ -114,6 +114,6 @@ def sheared(DF: Array) -> Array:
 
 FAULTS = {
     "a state sheared before the step": Fault(
-        wrong={"galvi.step_derivative": lambda sound: lambda *step: sheared(sound(*step))}
+        wrong={"galvi.step_derivative": lambda original: lambda *step: sheared(original(*step))}
     )
 }

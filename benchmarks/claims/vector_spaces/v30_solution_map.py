@@ -56,9 +56,9 @@ SIZES = (0.4, 0.2, 0.1, 0.05, 0.025)
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, Any]:
     """Differences of two solutions over their bounds, exact and by rule; the constants of
     {1, (1 - t)^k}; theorem 3, by rule and problem."""
-    data, third = differences(12 if quick else 24), []
+    pairs, third = differences(12 if quick else 24), []
     over = {
-        name: [over_bounds(h, data, exact_sizes(motions, h, data)) for h in STEPS]
+        name: [over_bounds(h, pairs, exact_sizes(motions, h, pairs)) for h in STEPS]
         for name, motions in MOTIONS.items()
     }
     for name, rule in RULES.items():
@@ -69,7 +69,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
             if N > 1 or name != "Lobatto N"
         }
         over[name] = [
-            ratios for N in DEGREES if N in methods for ratios in in_steps(methods[N], N, data)
+            ratios for N in DEGREES if N in methods for ratios in in_steps(methods[N], N, pairs)
         ]
         degrees = [N for N in THIRD_DEGREES if N in methods]
         third.append(
@@ -89,8 +89,8 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
     by_rule, by_case = np.max(third, axis=1), np.max(third, axis=0)
     return {
         **of_general_spaces(),
-        "apart": apart(),
-        f"{ORACLES}, pendulum": apart(),
+        "apart": distance_of_references(),
+        f"{ORACLES}, pendulum": distance_of_references(),
         "least of the largest quotient, times sqrt(h) / cos h": min(map(growth, STEPS)),
         **{
             f"largest of {size} over its bound, {name}": ratio
@@ -107,25 +107,25 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
         },
         "largest of the proof's bound on F, Gauss N": by_rule[0][2],
         **{
-            f"largest of |u - u_N|_(0,N) / (h |u - u_N|_X), {name}": place
-            for name, (*_, place) in zip(RULES, by_rule, strict=True)
+            f"largest of |u - u_N|_(0,N) / (h |u - u_N|_X), {name}": ratio
+            for name, (*_, ratio) in zip(RULES, by_rule, strict=True)
         },
     }
 
 
 def over_bounds(
-    h: float, data: tuple[Array, ...], sizes: tuple[Array, Array], *constant: float
+    h: float, pairs: tuple[Array, ...], sizes: tuple[Array, Array], *constant: float
 ) -> list[float]:
     """The largest |d|_X, |dp_h| and sum of both, over their bounds."""
-    limits = bounds(h, data[2], data[3], *constant)
+    limits = bounds(h, pairs[2], pairs[3], *constant)
     return [np.max(size / limit) for size, limit in zip((*sizes, sum(sizes)), limits, strict=True)]
 
 
-def in_steps(method: Any, degree: int, data: tuple[Array, ...]) -> list[list[float]]:
+def in_steps(method: Any, degree: int, pairs: tuple[Array, ...]) -> list[list[float]]:
     """The same of steps of the pendulum, without the sum, at SHARES of that with eta C_N^2 = 1."""
     constant = friedrichs(grams(all_of_degree(degree), *nodes(method.rule)))
     steps = [share * z0() / math.sqrt(3.0) / constant for share in SHARES]
-    return [over_bounds(h, data, discrete_sizes(method, h, data), constant)[:2] for h in steps]
+    return [over_bounds(h, pairs, discrete_sizes(method, h, pairs), constant)[:2] for h in steps]
 
 
 def growth(h: float) -> float:
@@ -149,7 +149,7 @@ def of_general_spaces() -> dict[str, Any]:
     }
 
 
-def apart() -> float:
+def distance_of_references() -> float:
     """The pendulum's closed form less DOP853, at the ends of the longest steps."""
     starts, h = (np.array([1.0, -2.0, 0.5]), np.array([1.0, 2.0, -1.5])), STEPS[-1]
     exact = EXACT_PENDULUM.run(Problem(PENDULUM.problem().system, *starts), h, {"samples": 1})
@@ -163,34 +163,41 @@ def faster(u0: Array, v0: Array, t: Array) -> tuple[Array, Array]:
     return u, 2.0 * v
 
 
-FEW = fewer(__name__, DEGREES=(1, 4), THIRD_DEGREES=(1, 4))
+SHORTENED = fewer(__name__, DEGREES=(1, 4), THIRD_DEGREES=(1, 4))
 STEEP = galvi.Canonical(1.0, galvi.CosinePotential(4.0))
 FAULTS = {
-    "C and projection larger by a fiftieth": Fault(make=faulty(C=1.02, projection=1.02), wrong=FEW),
-    "a curve from elsewhere": of_motion(
-        lambda problem: replace(problem, q0=problem.q0 + 1e-3), wrong=FEW
+    "C and projection larger by a fiftieth": Fault(
+        make=faulty(C=1.02, projection=1.02), wrong=SHORTENED
     ),
-    "a norm that is too small": Fault(wrong={f"{__name__}.exact_sizes": scaled(0.99), **FEW}),
+    "a curve from elsewhere": of_motion(
+        lambda problem: replace(problem, q0=problem.q0 + 1e-3), wrong=SHORTENED
+    ),
+    "a norm that is too small": Fault(wrong={f"{__name__}.exact_sizes": scaled(0.99), **SHORTENED}),
     "another motion of the pendulum": Fault(
         wrong={
             f"{__name__}.swings": with_arguments(lambda u, v, t: (u, v, (1.0 + 1e-11) * t)),
-            **FEW,
+            **SHORTENED,
         }
     ),
     "a wrong constant of a general space": Fault(
-        wrong={f"{opposed.__module__}.farthest": scaled(1.0 + 1e-9), **FEW}
+        wrong={f"{opposed.__module__}.farthest": scaled(1.0 + 1e-9), **SHORTENED}
     ),
     "dp counts for a third": Fault(
         wrong={
             f"{__name__}.bounds": with_arguments(
                 lambda h, du, dp, *constant: (h, du, dp / 3.0, *constant)
             ),
-            **FEW,
+            **SHORTENED,
         }
     ),
-    "half of the pull of d on dp_h": Fault(wrong={f"{bounds.__module__}.pull": scaled(0.5), **FEW}),
+    "half of the pull of d on dp_h": Fault(
+        wrong={f"{bounds.__module__}.pull": scaled(0.5), **SHORTENED}
+    ),
     "a force steeper than its constant": of_motion(
         lambda problem: replace(problem, system=STEEP),
-        wrong={f"{__name__}.MOTIONS": always({"oscillator": faster, "pendulum": swings}), **FEW},
+        wrong={
+            f"{__name__}.MOTIONS": always({"oscillator": faster, "pendulum": swings}),
+            **SHORTENED,
+        },
     ),
 }

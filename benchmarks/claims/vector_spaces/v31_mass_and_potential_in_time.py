@@ -57,8 +57,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
     lines = []
     for timed, name, N in product(TIMED, list(RULES)[:3], (1, 2, 3)):
         report(f"{timed.name}, {name}, N = {N}")
-        rule, _, more = RULES[name]
-        method = make_method(galvi.Polynomials(N), rule(N + more))
+        rule, _, offset = RULES[name]
+        method = make_method(galvi.Polynomials(N), rule(N + offset))
         for count in COUNTS[:11] if quick else COUNTS:
             run = galvi.integrate(timed.problem(), method, DURATION / count, count)
             q, p = exact(timed)[:, 1]
@@ -66,9 +66,9 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
             where = {"n": N + 1, "step": DURATION / count, "steps": count, "status": failure(run)}
             lines += rows(errors, study=f"{timed.name}, {name}, N = {N}", **where)
     constants = [
-        of_mass(N, points(N + more), g, h)
-        for (_, points, more), N in product(RULES.values(), (1, 2, 3, 4, 6, 8))
-        if N + more > 1 or points is gauss_points
+        of_mass(N, points(N + offset), g, h)
+        for (_, points, offset), N in product(RULES.values(), (1, 2, 3, 4, 6, 8))
+        if N + offset > 1 or points is gauss_points
         for g, h in product((0.5, 3.0, -3.0, 10.0), (0.05, 0.3, 1.0))
     ]
     contraction, below = np.max(constants, axis=0)[0], np.min(constants, axis=0)[1]
@@ -77,7 +77,10 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
         "least inf-sup constant over m": below,
         "least inf-sup constant over m, against 1 / sqrt(2)": below,
     }
-    return frame(lines + rows(extremes | {f"{ORACLES}, {of.name}": apart(of) for of in TIMED}))
+    return frame(
+        lines
+        + rows(extremes | {f"{ORACLES}, {of.name}": distance_of_references(of) for of in TIMED})
+    )
 
 
 def exact(timed: TimedOscillator) -> Array:
@@ -87,8 +90,8 @@ def exact(timed: TimedOscillator) -> Array:
     return np.array([u, timed.mass(t) * v])
 
 
-def apart(timed: TimedOscillator) -> float:
-    """Of u and p at T, from DOP853."""
+def distance_of_references(timed: TimedOscillator) -> float:
+    """The distance of u and p at T from those of DOP853."""
 
     def rates(t: Any, y: Any) -> Any:
         return [y[1] / timed.mass(t), -timed.slope(t, y[0])]
@@ -115,9 +118,11 @@ def of_mass(N: int, points: Any, growth: float, h: float) -> tuple[float, float]
 
 def read(table: DataFrame) -> dict[str, Measurement]:
     """Orders, and the numbers without a series."""
-    alone = table[table["study"] == ""]
-    numbers: dict[str, Measurement] = dict(zip(alone["quantity"], alone["value"], strict=True))
-    for (quantity, name), series in table.drop(alone.index).groupby(["quantity", "study"]):
+    without_series = table[table["study"] == ""]
+    numbers: dict[str, Measurement] = dict(
+        zip(without_series["quantity"], without_series["value"], strict=True)
+    )
+    for (quantity, name), series in table.drop(without_series.index).groupby(["quantity", "study"]):
         numbers[f"order of the {quantity}, {name}"] = readings.order(series, FLOOR)
     return numbers
 

@@ -40,28 +40,28 @@ RULES = {  # rule, the same in numpy, its number of points less N
 
 def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, Any]:
     """The largest distances over both cases."""
-    apart = defaultdict(list)
+    distances = defaultdict(list)
     for rule, N, (problem, mass, acceleration) in product(RULES, range(1, 5), CASES):
-        of, points, more = RULES[rule]
-        c, b = points(N + more)
+        of, points, offset = RULES[rule]
+        c, b = points(N + offset)
         a = collocation(c)
-        run = galvi.integrate(problem, make_method(galvi.Polynomials(N), of(N + more)), STEP, 1)
+        run = galvi.integrate(problem, make_method(galvi.Polynomials(N), of(N + offset)), STEP, 1)
         motion = acceleration, problem.q0, problem.v0
         q, v, places = runge_kutta(*motion, a, b)
         ends = {f", {rule}, N = {N}": (q, v)}
         if rule == "Gauss N":
-            apart["distance of the tableau from its partner, Gauss N, all N"].append(
+            distances["distance of the tableau from its partner, Gauss N, all N"].append(
                 abs(partner(a, b) - a)
             )
         elif N == 1:
             ends[" from Stormer-Verlet, Lobatto 2, N = 1"] = verlet(*motion)
             ends[" from Newmark, beta = 0, gamma = 1/2, Lobatto 2, N = 1"] = newmark(*motion)
         for name, (q, v) in ends.items():
-            apart[ENDS + name] += [abs(run.q[-1] - q), abs(run.p[-1] - mass * v)]
-        apart[f"distance of the curve from the stages, {rule}, N = {N}"].append(
+            distances[ENDS + name] += [abs(run.q[-1] - q), abs(run.p[-1] - mass * v)]
+        distances[f"distance of the curve from the stages, {rule}, N = {N}"].append(
             abs(run(STEP * c) - places)
         )
-    return {quantity: np.max([np.max(x) for x in sizes]) for quantity, sizes in apart.items()}
+    return {quantity: np.max([np.max(x) for x in sizes]) for quantity, sizes in distances.items()}
 
 
 def collocation(c: Array) -> Array:

@@ -90,9 +90,9 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def _distances(run: Trajectory, truth: Trajectory, **where: Any) -> list[dict[str, Any]]:
-    apart = np.max(np.linalg.norm(run.q - truth.q, axis=-1))
+    distance = np.max(np.linalg.norm(run.q - truth.q, axis=-1))
     away = np.max(np.linalg.norm(run.q[:, MERCURY] - run.q[:, 0], axis=-1))
-    values = {ERROR: apart, FARTHEST: away / mean_distance(run.problem)}
+    values = {ERROR: distance, FARTHEST: away / mean_distance(run.problem)}
     work = run.counts.get("force_evaluations", math.nan)  # REBOUND counts none
     return rows(values, status=failure(run), force_evaluations=work, **where)
 

@@ -61,7 +61,7 @@ GLOBAL, FIRST = "(2.23), left over right", "|I(local motion) - I(start)| in the 
 KEPT, GENERATED = "change of p . a(q)", "distance of -D1 and D2 of the action from p"
 SIDES = (PRINTED, PROVED, NOETHER, RULE, SECOND)
 ROUND_OFF = 1e-13  # of numbers of size 1
-APART = 1e-3  # of a difference, whose order is 6
+DIFFERENCE_STEP = 1e-3  # of a difference, whose order is 6
 STENCIL = ((1, 0.75), (2, -0.15), (3, 1.0 / 60.0))
 
 
@@ -94,38 +94,41 @@ def of_step(step: Step, phi: Array) -> dict[str, float]:
     """Lemmas 2.3.3 and 2.3.4, and norms of the curve's distance."""
     size, norms = float(np.linalg.norm(step.a)), step.norms
     curve, exact = (step.noether(name, phi) for name in (CURVE, LOCAL))
-    missed = step.rule_error(LOCAL, phi)
-    error, other = np.linalg.norm(missed), np.linalg.norm(step.rule_error(CURVE, phi) - missed)
-    both = norms["q in L^1"] + norms["q' in L^1"]
+    rule_error = step.rule_error(LOCAL, phi)
+    error, change = (
+        np.linalg.norm(rule_error),
+        np.linalg.norm(step.rule_error(CURVE, phi) - rule_error),
+    )
+    w11_norm = norms["q in L^1"] + norms["q' in L^1"]
     q, p = step.motions[LOCAL](step.h * np.array([0.0, 0.5, 1.0]))
-    kept = np.sum(p * generator(q), axis=1)
+    momentum = np.sum(p * generator(q), axis=1)
     sides = {
         PRINTED: abs(curve - exact) / (size * math.prod(step.right(phi))),
-        PROVED: abs(curve - exact) / (size * (step.lipschitz * norms["q in L^1"] + other)),
+        PROVED: abs(curve - exact) / (size * (step.lipschitz * norms["q in L^1"] + change)),
         NOETHER: abs(curve - step.run.p[0] @ step.a),
-        RULE: other / both,
-        WHOLE: both,
+        RULE: change / w11_norm,
+        WHOLE: w11_norm,
         RATE: norms["q'"],
         LIPSCHITZ: (norms["q"] + norms["q'"]) / norms["q''"],
     }
     if error >= 1e-11:  # round-off is 1e-15 of numbers of size 1
-        sides[SECOND] = np.max(abs(exact - kept)) / (size * error)
+        sides[SECOND] = np.max(abs(exact - momentum)) / (size * error)
     return sides
 
 
 def in_a_run(make_method: MakeMethod, steps: int) -> list[dict[str, Any]]:
     """(2.23) step by step, n = 4 and h = 0.5; C and C_a are the largest along the run."""
     method, phi = make_method(galvi.Polynomials(3), galvi.gauss(8)), functions(4)[HATS]
-    now, sides = problem(), []
-    kept = now.v0 @ generator(now.q0)
+    current, sides = problem(), []
+    momentum = current.v0 @ generator(current.q0)
     for _ in range(steps):
-        run = galvi.integrate(now, method, 0.5, 1)
-        step = step_of(now, run, 8)
+        run = galvi.integrate(current, method, 0.5, 1)
+        step = step_of(current, run, 8)
         if step is None:
             return rows({GLOBAL: math.nan, FIRST: math.nan}, status=failure(run))
-        left = abs(step.exact.p[0] @ step.a - kept)
+        left = abs(step.exact.p[0] @ step.a - momentum)
         sides.append((left, np.linalg.norm(step.a), *step.right(phi)))
-        now = replace(now, q0=run.q[1], v0=run.p[1])
+        current = replace(current, q0=run.q[1], v0=run.p[1])
     left, size, constant, norms = np.array(sides).T
     over = left / (4.0 * np.max(constant) * np.max(size) * norms)
     return rows({GLOBAL: np.max(over), FIRST: left[0]})
@@ -135,17 +138,17 @@ def of_exact_motion(start: Problem, h: float) -> dict[str, float]:
     """The change of p . a(q); the largest component of p_0 + D_1 L_d and p_1 - D_2 L_d, of the
     action between the ends."""
     q, p = exact_motion(start.q0, start.v0)(np.linspace(0.0, h, 9))
-    kept, slopes = np.sum(p * generator(q), axis=1), np.zeros((2, 2))
-    for place in np.ndindex(2, 2):
-        apart = np.zeros((2, 2))
-        apart[place] = APART
+    momentum, slopes = np.sum(p * generator(q), axis=1), np.zeros((2, 2))
+    for index in np.ndindex(2, 2):
+        shifts = np.zeros((2, 2))
+        shifts[index] = DIFFERENCE_STEP
         for k, weight in STENCIL:
             after, before = (
-                kepler_action(1.0, q[0] + x * apart[0], q[-1] + x * apart[1], h) for x in (k, -k)
+                kepler_action(1.0, q[0] + x * shifts[0], q[-1] + x * shifts[1], h) for x in (k, -k)
             )
-            slopes[place] += weight * (after - before)
-    gaps = slopes * [[-1.0], [1.0]] / APART - p[[0, -1]]
-    return {KEPT: np.ptp(kept), GENERATED: np.max(abs(gaps))}
+            slopes[index] += weight * (after - before)
+    gaps = slopes * [[-1.0], [1.0]] / DIFFERENCE_STEP - p[[0, -1]]
+    return {KEPT: np.ptp(momentum), GENERATED: np.max(abs(gaps))}
 
 
 def read(table: DataFrame) -> dict[str, Measurement]:
@@ -160,19 +163,22 @@ def read(table: DataFrame) -> dict[str, Measurement]:
 
     def share(n: int) -> Estimate:
         """The order of the distance in W^{1,1} over h times the largest of q'."""
-        whole, rate = order(WHOLE, n), order(RATE, n)
-        scatter = math.hypot(whole.uncertainty or 0.0, rate.uncertainty or 0.0)
-        refuted = whole.refuted or rate.refuted
-        return Estimate(whole.value - rate.value - 1.0, scatter, refuted)
+        distance, rate = order(WHOLE, n), order(RATE, n)
+        scatter = math.hypot(distance.uncertainty or 0.0, rate.uncertainty or 0.0)
+        refuted = distance.refuted or rate.refuted
+        return Estimate(distance.value - rate.value - 1.0, scatter, refuted)
 
     def farthest(several: Sequence[Estimate], size: Callable[[float], float]) -> Estimate:
-        """Or one that is not known."""
-        return max(several, key=lambda one: (one.refuted, math.isnan(one.value), size(one.value)))
+        """The estimate of the largest size, or one that is not known."""
+        return max(
+            several,
+            key=lambda fitted: (fitted.refuted, math.isnan(fitted.value), size(fitted.value)),
+        )
 
-    every = "all rules, phi_1, n and h"
+    scope = "all rules, phi_1, n and h"
     return {
-        f"largest of {PRINTED}, {every}": largest(PRINTED),
-        f"largest {NOETHER}, {every}": largest(NOETHER),
+        f"largest of {PRINTED}, {scope}": largest(PRINTED),
+        f"largest {NOETHER}, {scope}": largest(NOETHER),
         f"largest of {PROVED}, phi_1 = {LINE}, all rules, n and h": largest(PROVED, label=LINE),
         "order of (|d| + |d'|) / |d''| in L^infinity, farthest from 1 over n": (
             farthest([order(LIPSCHITZ, n) for n in NS], lambda value: abs(value - 1.0))
@@ -182,7 +188,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
         "order of |d|_W11 / (h |d'|_L^infinity), largest over n": (
             farthest([share(n) for n in NS], lambda value: value)
         ),
-        f"largest of {SECOND}, {every}": largest(SECOND),
+        f"largest of {SECOND}, {scope}": largest(SECOND),
         f"largest of {GLOBAL}": largest(GLOBAL),
         FIRST: largest(FIRST),
         f"largest {KEPT} on exact motions": largest(KEPT),
@@ -190,41 +196,41 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     }
 
 
-FEW = fewer(__name__, NS=(4,))
+SHORTENED = fewer(__name__, NS=(4,))
 MAP = Step.__module__
 NO_SYMMETRY = always(lambda q: q * np.array([1.0, 0.0]))
 FAULTS = {
-    "H (2.4) without the minus": Fault(wrong={f"{MAP}.momentum": scaled(-1.0), **FEW}),
+    "H (2.4) without the minus": Fault(wrong={f"{MAP}.momentum": scaled(-1.0), **SHORTENED}),
     "another force": of_motion(
         lambda start: replace(start, system=galvi.Canonical(1.0, galvi.CentralForce(1.0 + 1e-9))),
-        wrong=FEW,
+        wrong=SHORTENED,
     ),
     "the action of another motion": Fault(
         wrong={
             f"{__name__}.kepler_action": with_arguments(
                 lambda gm, *ends: (gm * (1.0 + 1e-9), *ends)
             ),
-            **FEW,
+            **SHORTENED,
         }
     ),
     "a phi_1 that does not vanish at the end": Fault(
         wrong={
-            f"{__name__}.functions": lambda sound: (
-                lambda n: {name: phi + 1e-3 * np.eye(n)[0] for name, phi in sound(n).items()}
+            f"{__name__}.functions": lambda original: (
+                lambda n: {name: phi + 1e-3 * np.eye(n)[0] for name, phi in original(n).items()}
             ),
-            **FEW,
+            **SHORTENED,
         }
     ),
     "Lagrange's phi_1 for the straight line": Fault(
         wrong={
-            f"{__name__}.functions": lambda sound: (
-                lambda n: dict.fromkeys((HATS, LINE), sound(n)[HATS])
+            f"{__name__}.functions": lambda original: (
+                lambda n: dict.fromkeys((HATS, LINE), original(n)[HATS])
             ),
-            **FEW,
+            **SHORTENED,
         }
     ),
     "a(q) of no symmetry": Fault(
-        wrong={f"{MAP}.generator": NO_SYMMETRY, f"{__name__}.generator": NO_SYMMETRY, **FEW}
+        wrong={f"{MAP}.generator": NO_SYMMETRY, f"{__name__}.generator": NO_SYMMETRY, **SHORTENED}
     ),
     "local motions of another momentum": Fault(table=times(1e5, quantity=GLOBAL)),
     "ends that are exact": Fault(table=times(0.0, quantity=FIRST)),

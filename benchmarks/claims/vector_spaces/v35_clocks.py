@@ -29,7 +29,7 @@ STARS = Problem(
     np.array([[0.0, -0.3, 0.0], [0.0, 0.7, 0.0], [-0.6, 0.0, 0.1]]),
     name="three stars, two of them close",
 )
-FEW = 250_000  # steps of a long run, when quick
+QUICK_STEPS = 250_000  # steps of a long run, when quick
 
 
 def facing(q: Any) -> Any:
@@ -73,7 +73,7 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
     )
     run = galvi.integrate(STARS, two, 0.5, 200)
     linear, angular = run.p.sum(axis=1), np.cross(run.q, run.p).sum(axis=1)
-    steps = FEW if quick else 2_500_000
+    steps = QUICK_STEPS if quick else 2_500_000
     run = galvi.integrate(kozai_triple(), eight, 0.4, steps, save_every=steps // 400)
     change = abs(galvi.energy(run) / galvi.energy(run)[0] - 1.0)
     first = np.max(change[:5])
@@ -85,12 +85,12 @@ def measure(make_method: MakeMethod, quick: bool, report: Report) -> dict[str, A
     }
 
 
-def without_slope(sound: Any) -> Any:
+def without_slope(original: Any) -> Any:
     """L_tau with g held where it is differentiated: an adaptive step chosen from outside."""
 
     def wrong(in_tau: Any, driven: bool, t0: float) -> Problem:
         if in_tau.base_slopes is None:
-            return sound(in_tau, driven, t0)
+            return original(in_tau, driven, t0)
         in_tau.slope = np.zeros_like
         system = galvi.Lagrangian(in_tau.value, in_tau.base.group, in_tau.slopes, check=False)
         q, u = in_tau.start
@@ -99,21 +99,22 @@ def without_slope(sound: Any) -> Any:
     return wrong
 
 
-def other_energy(problem: Problem, method: Any, energy: float, *more: Any) -> tuple[Any, ...]:
-    return problem, method, energy * (1.0 + 1e-6), *more
+def other_energy(problem: Problem, method: Any, energy: float, *options: Any) -> tuple[Any, ...]:
+    return problem, method, energy * (1.0 + 1e-6), *options
 
 
 CLOCKED = "galvi.run.clocked"
 FAULTS = {
     "g without its slope": Fault(
-        wrong={f"{CLOCKED}.transformed.in_clock": without_slope, **fewer(__name__, FEW=400)}
+        wrong={f"{CLOCKED}.transformed.in_clock": without_slope, **fewer(__name__, QUICK_STEPS=400)}
     ),
     "the energy off by 1e-6": Fault(
         wrong={
             f"{CLOCKED}.in_lanes.energy_of": scaled(1.0 + 1e-6),
-            f"{CLOCKED}.in_lanes._motion": lambda sound: sound.__wrapped__,  # without its cache
+            # without its cache
+            f"{CLOCKED}.in_lanes._motion": lambda original: original.__wrapped__,
             f"{CLOCKED}.run.motion_in_transformed_time": with_arguments(other_energy),
-            **fewer(__name__, FEW=400),
+            **fewer(__name__, QUICK_STEPS=400),
         }
     ),
 }

@@ -90,8 +90,8 @@ def on_a_line(method: Any) -> dict[str, Any]:
         for k, gap in enumerate(GAPS)
     ]
     return {
-        f"crossings {place}, found minus true": len(galvi.find_events(run, events)) - true
-        for place, events, true in (
+        f"crossings {kind}, found minus true": len(galvi.find_events(run, events)) - true
+        for kind, events, true in (
             ("at ends of steps", planes, 16),
             ("in nearly double pairs", pairs, 2 * len(GAPS)),
         )
@@ -106,12 +106,12 @@ def pair(q: Any, v: Any, t: float, middle: float, half: float) -> Any:
 def without(lost: Any) -> Fault:
     """Roots (rows, x), x in (-1, 1] of a row's step, are lost."""
 
-    def wrong(sound: Any) -> Any:
-        def others(*series: Any) -> Any:
-            roots = sound(*series)
+    def wrong(original: Any) -> Any:
+        def remaining(*series: Any) -> Any:
+            roots = original(*series)
             return tuple(array[~lost(*roots[:2])] for array in roots)
 
-        return others
+        return remaining
 
     return Fault(wrong={"galvi.events.search.roots": wrong})
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import galvi
-from benchmarks.work_precision.entries import Entry, compared, general_kernel, ours
+from benchmarks.work_precision.entries import Entry, compared, galvi_entries, general_kernel
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import (
     COORDINATES,
@@ -52,8 +52,10 @@ def _arm(
 
     def truth() -> Truth:
         end, coarser = (
-            MUJOCO_ACCELERATIONS.run(problem, duration, {"samples": 1, "tolerance": one}).q[-1]
-            for one in (TIGHT, SECOND)
+            MUJOCO_ACCELERATIONS.run(problem, duration, {"samples": 1, "tolerance": tolerance}).q[
+                -1
+            ]
+            for tolerance in (TIGHT, SECOND)
         )
         name = MUJOCO_ACCELERATIONS.name
         description = f"{name}, tolerance {TIGHT:g}; by its difference from {SECOND:g}"
@@ -62,9 +64,9 @@ def _arm(
         return Truth(end, largest_difference(end, coarser), description, source)
 
     entries = [
-        *ours(counts, early=True),
+        *galvi_entries(counts, early=True),
         Entry(MUJOCO_RK4, (*RK4_STEPS, round(duration / DEFAULT_STEP))),
-        *(Entry(one, FIRST_ORDER_STEPS) for one in FIRST_ORDER),
+        *(Entry(contender, FIRST_ORDER_STEPS) for contender in FIRST_ORDER),
         Entry(MUJOCO_ACCELERATIONS, (1e-6, 1e-9, 1e-11, TIGHT)),
     ]
     return compared(problem, duration, quick, entries, truth, quantity=of, net_time=True)
@@ -84,8 +86,8 @@ def brownout(quick: bool) -> WorkPrecisionProblem:
         return Truth(run.q[-1], ACCURACY, f"{DOP853.name} at rtol={TIGHTEST['rtol']:g}")
 
     entries = [
-        *ours(STEPS),
+        *galvi_entries(STEPS),
         general_kernel(4, STEPS[4]),
-        *(Entry(one, (1e-6, 1e-9), few=slice(1)) for one in (DOP853, ODE45)),
+        *(Entry(contender, (1e-6, 1e-9), few=slice(1)) for contender in (DOP853, ODE45)),
     ]
     return compared(problem, FALL, quick, entries, truth, quantity=COORDINATES, net_time=True)

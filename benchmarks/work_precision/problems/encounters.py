@@ -67,18 +67,18 @@ ECCENTRICITIES = (0.9, 0.99, 0.999, 0.9999)
 
 def encounter(case: str, quick: bool) -> WorkPrecisionProblem:
     """A problem whose truth is stored, as it needs quadruple precision."""
-    (problem, whole), chosen = STORED[case], CASES[case]
-    duration = chosen.share * whole
+    (problem, full_duration), chosen = STORED[case], CASES[case]
+    duration = chosen.share * full_duration
 
     def truth() -> Truth:
-        kept = STORED_TRUTH.run(problem, duration, {"samples": 1})
-        speed = float(np.max(np.abs(kept.v[-1])))
-        error = EPS * (float(np.max(np.abs(kept.q[-1]))) + duration * speed)
-        text = f"{kept.method}; to the rounding of positions and times, {error:.0e}"
-        return Truth(kept.q[-1], error, text)
+        stored = STORED_TRUTH.run(problem, duration, {"samples": 1})
+        speed = float(np.max(np.abs(stored.v[-1])))
+        error = EPS * (float(np.max(np.abs(stored.q[-1]))) + duration * speed)
+        text = f"{stored.method}; to the rounding of positions and times, {error:.0e}"
+        return Truth(stored.q[-1], error, text)
 
     maps = [fixed(duration, math.ceil(duration / step)) for step in chosen.maps]
-    others = (
+    by_maps = (
         [
             Participant("REBOUND TRACE", TRACE, maps),
             Participant("REBOUND MERCURIUS", MERCURIUS, maps),
@@ -86,16 +86,19 @@ def encounter(case: str, quick: bool) -> WorkPrecisionProblem:
         if maps
         else []
     )
-    return _case(problem, duration, others, truth, quick, chosen.loose)
+    return _case(problem, duration, by_maps, truth, quick, chosen.loose)
 
 
 def eccentric(e: float, quick: bool) -> WorkPrecisionProblem:
     """Two bodies of masses 0.7 and 0.3 on an orbit of eccentricity e, a = 1."""
-    apart, speed = 1.0 - e, math.sqrt((1.0 + e) / (1.0 - e))
+    distance, speed = 1.0 - e, math.sqrt((1.0 + e) / (1.0 - e))
     masses = np.array([0.7, 0.3])
     share = np.array([[-masses[1]], [masses[0]]])
     problem = Problem(
-        NBody(masses), share * [[apart, 0.0]], share * [[0.0, speed]], name=f"two bodies, e = {e:g}"
+        NBody(masses),
+        share * [[distance, 0.0]],
+        share * [[0.0, speed]],
+        name=f"two bodies, e = {e:g}",
     )
     duration = REVOLUTIONS * math.tau
 
@@ -109,7 +112,7 @@ def eccentric(e: float, quick: bool) -> WorkPrecisionProblem:
 def _case(
     problem: Problem,
     duration: float,
-    others: Sequence[Participant],
+    by_maps: Sequence[Participant],
     truth: Any,
     quick: bool,
     loose: bool,
@@ -140,7 +143,7 @@ def _case(
                 [once(**{**ias15.DEFAULT, "epsilon": 1e-5})],
             ),
             Participant("REBOUND BS", BULIRSCH_STOER, adaptive("tolerance", (1e-8, 1e-13))),
-            *others,
+            *by_maps,
             Participant("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
             Participant("SciPy DOP853", DOP853, adaptive("tolerance", tolerances)),
         ),

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import galvi
-from benchmarks.work_precision.entries import MIDDLE, Entry, compared, ours, rounded
+from benchmarks.work_precision.entries import MIDDLE, Entry, compared, galvi_entries, rounded
 from benchmarks.work_precision.problem import ANGLE, COORDINATES, Truth, WorkPrecisionProblem
 from galvi import Problem
 from references import Contender
@@ -38,9 +38,9 @@ def chain(
     MuJoCo's discrete and implicitfast equal its Euler without damping, so they are omitted.
     """
     entries = [
-        *ours(counts, early=True),
+        *galvi_entries(counts, early=True),
         Entry(MUJOCO_RK4, RK4_STEPS),
-        *(Entry(one, FIRST_ORDER_STEPS) for one in (MUJOCO_EULER, MUJOCO_IMPLICIT)),
+        *(Entry(contender, FIRST_ORDER_STEPS) for contender in (MUJOCO_EULER, MUJOCO_IMPLICIT)),
         Entry(CHAIN_DOP853, (1e-6, 1e-9, 1e-11)),
         Entry(HEYOKA_CHAIN, tolerances),
     ]
@@ -72,7 +72,7 @@ def on_coordinates(
         `repeated_run` or `net_time`
     """
     entries = [
-        *ours(counts, early=True, few=MIDDLE),
+        *galvi_entries(counts, early=True, few=MIDDLE),
         Entry(HEYOKA_LAGRANGIAN, TOLERANCES, few=MIDDLE),
         Entry(peer, (1e-6, 1e-9, 1e-12), few=MIDDLE),
     ]

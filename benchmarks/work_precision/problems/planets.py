@@ -58,7 +58,7 @@ def _of_galvi(steps: Callable[..., list[Setting]]) -> Iterator[Participant]:
 
 
 def planets(
-    problem: Problem, duration: float, period: float, few: bool, others: Sequence[Any]
+    problem: Problem, duration: float, period: float, few: bool, extra: Sequence[Any]
 ) -> WorkPrecisionProblem:
     """galvi, REBOUND, heyoka and SciPy on planets; the truth is the stored one.
 
@@ -70,16 +70,16 @@ def planets(
         period of the fastest planet, likewise, to which numbers of steps refer
     few
         fewer settings of the references, including their defaults and their best
-    others
+    extra
         (label, contender, steps per period, options), for this problem only
     """
 
     def truth() -> Truth:
-        kept = STORED_TRUTH.run(problem, duration, {"samples": 1})
-        speed = np.max(np.abs(problem.system.velocity(kept.p[-1])))
-        error = EPS * (float(np.max(np.abs(kept.q[-1]))) + duration * float(speed))
-        text = f"{kept.method}; to the rounding of positions and times, {error:.0e} au"
-        return Truth(kept.q[-1], error, text)
+        stored = STORED_TRUTH.run(problem, duration, {"samples": 1})
+        speed = np.max(np.abs(problem.system.velocity(stored.p[-1])))
+        error = EPS * (float(np.max(np.abs(stored.q[-1]))) + duration * float(speed))
+        text = f"{stored.method}; to the rounding of positions and times, {error:.0e} au"
+        return Truth(stored.q[-1], error, text)
 
     def steps(*per_period: float, **options: Any) -> list[Setting]:
         # Never a whole number of steps a period: errors that resonate with it say little.
@@ -91,7 +91,7 @@ def planets(
 
     def open_to(code: str, *per_period: float) -> list[Setting]:
         named = list(PEERS[code].open.values())[: 1 if few else None]
-        return [one for options in named for one in steps(*per_period, **options)]
+        return [setting for options in named for setting in steps(*per_period, **options)]
 
     looser = [
         {**mode, "epsilon": epsilon}
@@ -99,10 +99,9 @@ def planets(
         for epsilon in ((1e-5,) if few else (1e-5, fine))
     ]
     taylor = [heyoka_taylor.DEFAULT, heyoka_taylor.BEST]
-    taylor += (
-        [] if few else [{**heyoka_taylor.DEFAULT, "tolerance": one} for one in (1e-6, 1e-9, 1e-12)]
-    )
-    whole = [
+    tolerances = () if few else (1e-6, 1e-9, 1e-12)
+    taylor += [{**heyoka_taylor.DEFAULT, "tolerance": tolerance} for tolerance in tolerances]
+    by_rebound = [
         Participant("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
         Participant("REBOUND WHFast, best", whfast.WHFAST, open_to("REBOUND WHFast", *WISDOM)),
         Participant("REBOUND SABA", saba.SABA, open_to("REBOUND SABA", 4, 7, 14)),
@@ -111,28 +110,28 @@ def planets(
     if not native.missing():
         built = [
             Participant(f"{label}, native", native.Native(contender), settings)
-            for label, contender, settings in whole
+            for label, contender, settings in by_rebound
         ]
     return WorkPrecisionProblem(
         problem,
         duration,
         (
             *_of_galvi(steps),
-            whole[0],
+            by_rebound[0],
             Participant("REBOUND IAS15, GLOBAL", ias15.IAS15, [once(**ias15.GLOBAL)]),
             Participant(
                 "REBOUND IAS15, looser", ias15.IAS15, [once(**options) for options in looser]
             ),
-            whole[1],
+            by_rebound[1],
             Participant("REBOUND WHFast, default", whfast.WHFAST, steps(30, 120, **whfast.DEFAULT)),
-            whole[2],
+            by_rebound[2],
             Participant("REBOUND SABA, default", saba.SABA, steps(5, 20, **saba.DEFAULT)),
             *built,
             Participant("heyoka", heyoka_taylor.HEYOKA, [once(**options) for options in taylor]),
             Participant("SciPy DOP853", DOP853, adaptive("tolerance", (1e-8, 1e-10))),
             *(
-                Participant(label, contender, steps(*k, **more))
-                for label, contender, k, more in others
+                Participant(label, contender, steps(*k, **options))
+                for label, contender, k, options in extra
             ),
         ),
         truth,
@@ -256,5 +255,9 @@ def applegate(quick: bool) -> WorkPrecisionProblem:
             ("symplectic Euler", SYMPLECTIC_EULER, (300,), {}),
         ),
     )
-    kept = [one for one in case.participants if not any(word in one.label for word in FAR_BEHIND)]
-    return replace(case, participants=tuple(kept))
+    participants = [
+        participant
+        for participant in case.participants
+        if not any(word in participant.label for word in FAR_BEHIND)
+    ]
+    return replace(case, participants=tuple(participants))

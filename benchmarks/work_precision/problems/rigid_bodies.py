@@ -10,8 +10,8 @@ from benchmarks.work_precision.entries import (
     MIDDLE,
     Entry,
     compared,
+    galvi_entries,
     general_kernel,
-    ours,
     rounded,
 )
 from benchmarks.work_precision.galvi_methods import Variational, gauss_collocation
@@ -95,8 +95,8 @@ def rigid_body(
     ]
     entries += [
         *(
-            Entry(one, RK4_STEPS if one is MUJOCO_RK4 else FIRST_ORDER_STEPS, few=SOME)
-            for one in ((MUJOCO_RK4,) if brief else MUJOCO)
+            Entry(contender, RK4_STEPS if contender is MUJOCO_RK4 else FIRST_ORDER_STEPS, few=SOME)
+            for contender in ((MUJOCO_RK4,) if brief else MUJOCO)
         ),
         Entry(QUATERNION_DOP853, (1e-5, 1e-8, 1e-11, 1e-13, 1e-15), few=MIDDLE),
         Entry(HEYOKA_RIGID, TOLERANCES, few=MIDDLE),
@@ -106,9 +106,9 @@ def rigid_body(
             Entry(QUATERNION_RK4, RK4_STEPS, few=SOME),
             Entry(RIGID_DOP853, (1e-6, 1e-9, 1e-12), few=MIDDLE),
         ]
-    known = rounded(truth, problem, DURATION, "entries", 1.0)
-    how: dict[str, Any] = {"quantity": ATTITUDE, "repeated_run": True}
-    return compared(problem, DURATION, quick, entries, known, **how)
+    rounded_truth = rounded(truth, problem, DURATION, "entries", 1.0)
+    fields: dict[str, Any] = {"quantity": ATTITUDE, "repeated_run": True}
+    return compared(problem, DURATION, quick, entries, rounded_truth, **fields)
 
 
 def free_body(quick: bool) -> WorkPrecisionProblem:
@@ -140,7 +140,7 @@ def free_body_se3(quick: bool) -> WorkPrecisionProblem:
     problem = galvi.problems.free_body_se3()
     counts = {4: (60, 120), 5: (40, 60, 120), 6: (40, 60), 8: (30, 40, 60), 12: (30, 40)}
     entries = [
-        *ours(counts),
+        *galvi_entries(counts),
         general_kernel(5, counts[5]),
         Entry(MUJOCO_RK4, RK4_STEPS[:-1]),
         Entry(MUJOCO_EULER, FIRST_ORDER_STEPS[:-1]),

@@ -21,7 +21,7 @@ SHOWN = "Solid line: fit over the filled points; dashed, a little above: the rat
 
 
 def _rates(start: str, degrees: Iterable[int]) -> tuple[Rate, ...]:
-    """Of Euler's method and of degrees N, of the runs from one start."""
+    """Rates of Euler's method and of each degree N, for the runs from one start."""
     ns = [N + 1 for N in degrees]
     return (
         Rate(start, ERROR, "Euler", v23.FLOOR, claimed=1.0, n=1),

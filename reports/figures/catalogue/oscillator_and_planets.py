@@ -39,11 +39,11 @@ RELATIVE_ENERGY = "largest relative energy error [1]"
 RELATIVE_MOMENTUM = "largest relative error of angular momentum [1]"
 
 
-def _in_h(name: str, number: str, what: str, claim: str, how: str, ylabel: str, rates: tuple):
+def _in_h(name: str, number: str, subject: str, claim: str, how: str, ylabel: str, rates: tuple):
     return Figure(
         name=name,
         source=f"H fig. {number}",
-        title=f"{what}, {how}",
+        title=f"{subject}, {how}",
         claims=(claim,),
         draw=convergence,
         options={"rates": rates, "ylabel": ylabel},

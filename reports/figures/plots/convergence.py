@@ -18,7 +18,7 @@ from benchmarks.statistics.orders import BOUND, ROUND_OFF
 from benchmarks.store.frames import series
 from reports.figures.style.identities import COLOURS, GUIDE, MARKERS
 from reports.figures.style.layout import legend, split
-from reports.tables.number_format import concise, known
+from reports.tables.number_format import concise, is_finite
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Rate:
     Attributes
     ----------
     study, quantity
-        which rows of the claim's frame
+        which rows of the claim's table
     label
         text in the legend
     floor
@@ -82,29 +82,29 @@ class Rate:
 
     @property
     def refinement(self) -> Refinement:
-        """Of n, of h, or of the degree N, which is drawn as 1 / N."""
+        """The refinement: of n, of h, or of the degree N, drawn as 1 / N."""
         return IN_H if self.n is not None else IN_DEGREE if self.algebraic else IN_N
 
-    def measured(self, frame: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+    def measured(self, table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
         """(n, h or 1 / N, error), coarse to fine; runs that failed have the error NaN."""
         where = {"study": self.study, "quantity": self.quantity}
         if self.n is not None:
-            return series(frame, "step", n=self.n, **where)
-        n, error = series(frame, "n", **where)
+            return series(table, "step", n=self.n, **where)
+        n, error = series(table, "n", **where)
         return (1.0 / (n - 1.0) if self.algebraic else n), error
 
-    def fit(self, frame: pd.DataFrame) -> Fit:
+    def fit(self, table: pd.DataFrame) -> Fit:
         """The fit that the claim's verdict rests on."""
-        x, error = self.measured(frame)
+        x, error = self.measured(table)
         used = (self.start <= x) & (x <= self.until)
         if self.refinement is IN_N:
             return geometric(x[used], error[used], floor=self.floor, power=self.power)
         return algebraic(x[used], error[used], floor=self.floor)
 
     def text(self, fit: Fit) -> str:
-        """The label with the fitted and the claimed rate, as far as there are."""
+        """The label with the fitted and the claimed rate, where known."""
         text = self.label
-        if known(fit.rate):
+        if is_finite(fit.rate):
             factor = f"n^{{-{fit.power:g}}}" if fit.power else ""
             rate = self.refinement.rate.format(concise(fit.rate, fit.uncertainty))
             text += f"  ${rate}{factor}$"
@@ -141,7 +141,7 @@ DASHES = ("-", (0, (4, 2)), (0, (1, 1.4)))
 
 def convergence(
     axes: Axes,
-    frame: pd.DataFrame,
+    table: pd.DataFrame,
     *,
     rates: Sequence[Rate],
     ylabel: str,
@@ -168,10 +168,10 @@ def convergence(
         axes.minorticks_off()
     beyond: dict[tuple[float, str], None] = {}
     for k, rate in enumerate(rates):
-        x, error = rate.measured(frame)
+        x, error = rate.measured(table)
         if not np.any(error > 0.0):
             continue
-        fit = rate.fit(frame)
+        fit = rate.fit(table)
         style = {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k], "linestyle": "-"}
         low, high = min(fit.window), max(fit.window)
         used = (x >= low * (1.0 - 1e-9)) & (x <= high * (1.0 + 1e-9)) & (error > 0.0)
@@ -181,7 +181,7 @@ def convergence(
         for large in np.flatnonzero(error > top):
             axes.plot(x[large], top, "^", color=style["color"], mfc="white", clip_on=False)
             beyond[x[large], f"{np.log10(error[large]):.0f}"] = None
-        if known(fit.rate):
+        if is_finite(fit.rate):
             along = np.linspace(*fit.window, 50)
             axes.plot(along, fit.evaluate(along), color=style["color"])
             if rate.claimed is not None:
@@ -211,7 +211,7 @@ def points(axes: Axes, x: Any, y: Any, filled: Any, style: Mapping[str, Any], ho
     Parameters
     ----------
     x, y, filled
-        arrays, or columns of one frame
+        arrays, or columns of one table
     hollow
         what that means, for the legend
     """
@@ -223,17 +223,17 @@ def points(axes: Axes, x: Any, y: Any, filled: Any, style: Mapping[str, Any], ho
         legend(axes, [Line2D([], [], **HOLLOW)], [hollow])
 
 
-def orders(axes: Axes, frame: pd.DataFrame, *, ylabel: str, unit: str = "unit of time") -> None:
+def orders(axes: Axes, table: pd.DataFrame, *, ylabel: str, unit: str = "unit of time") -> None:
     """Two panels with a common axis of errors: against the step, with the fitted slopes in the
     legend, and against the time of a run. Hollow points are not in the fit, or not resolved.
 
     Parameters
     ----------
-    frame
+    table
         rows of `benchmarks.applications.convergence.table`
     """
-    measured = frame[frame["error"] > 0.0]
-    by_step, by_cost = split(axes, 2, ylabel=ylabel, least=2.9, xscale="log", yscale="log")
+    measured = table[table["error"] > 0.0]
+    by_step, by_cost = split(axes, 2, ylabel=ylabel, min_width=2.9, xscale="log", yscale="log")
     by_cost.sharey(by_step)
     by_step.set_xlabel(f"step size $h$ [{unit}]")
     by_cost.set_xlabel("time of a run [s]")
@@ -249,7 +249,7 @@ def orders(axes: Axes, frame: pd.DataFrame, *, ylabel: str, unit: str = "unit of
         points(by_step, steps["h"], steps["error"], used, style, UNUSED)
         points(by_cost, timed["seconds"], timed["error"], resolved, style, UNUSED)
         order, text = rows["fitted"].iloc[0], str(method).replace("$", r"\$")
-        if known(order):
+        if is_finite(order):
             text += f", order {concise(order, rows['fitted_se'].iloc[0])}"
             h, errors = steps.loc[used, "h"], steps.loc[used, "error"]
             middle = np.exp(np.mean(np.log(errors / h**order)))

@@ -16,12 +16,12 @@ from reports.figures.style.identities import BAND, COLOURS, GUIDE, MARKERS, line
 from reports.figures.style.layout import NoData, mark_rounding, split
 
 TIME, STEP = "t", "step"  # columns of the horizontal axis; else it is a quantity of the same runs
-LEAST = 1e-17  # drawn in place of an error of 0
+SMALLEST_DRAWN = 1e-17  # drawn in place of an error of 0
 LONG_DASH, DOTS = (0, (5, 3)), (0, (1, 1.5))
 
 
 def curve(
-    frame: pd.DataFrame, study: str, quantity: str, against: str = TIME
+    table: pd.DataFrame, study: str, quantity: str, against: str = TIME
 ) -> tuple[Array, Array]:
     """Finite pairs of a study, in the order of times or of numbers of steps.
 
@@ -30,10 +30,10 @@ def curve(
     against
         a column, or a quantity that is paired by the number of steps
     """
-    rows = pick(frame, study=study, quantity=quantity).sort_values(["t", "steps"])
+    rows = pick(table, study=study, quantity=quantity).sort_values(["t", "steps"])
     if against not in rows:
-        others = pick(frame, study=study, quantity=against).set_index("steps")["value"]
-        rows[against] = others.reindex(rows["steps"]).to_numpy()
+        abscissae = pick(table, study=study, quantity=against).set_index("steps")["value"]
+        rows[against] = abscissae.reindex(rows["steps"]).to_numpy()
     x, y = rows[[against, "value"]].to_numpy(float).T
     finite = np.isfinite(x) & np.isfinite(y)
     return x[finite], y[finite]
@@ -41,7 +41,7 @@ def curve(
 
 def lines(
     axes: Axes,
-    frame: pd.DataFrame,
+    table: pd.DataFrame,
     *,
     quantity: str,
     labels: Mapping[str, str],
@@ -50,7 +50,7 @@ def lines(
     against: str = TIME,
     between: tuple[str, ...] = (),
     xscale: str = "log",
-    least: float = 0.0,
+    floor: float = 0.0,
     unit: float = 1.0,
     signed: bool = False,
 ) -> None:
@@ -63,17 +63,17 @@ def lines(
         time, the step, which falls to the right, or a quantity of the same runs
     between
         quantities of the same runs, from which to which there is a bar; none where empty
-    least
+    floor
         drawn in place of smaller sizes
     unit
-        of the horizontal axis, in the frame's
+        of the horizontal axis, in the table's
     signed
         the quantity with its sign; the caller sets the scale of the vertical axis
     """
     axes.set(xscale=xscale, yscale="linear" if signed else "log", xlabel=xlabel, ylabel=ylabel)
     for k, (study, text) in enumerate(labels.items()):
-        x, y = curve(frame, study, quantity, against)
-        x, y = x / unit, y if signed else np.maximum(np.abs(y), least)
+        x, y = curve(table, study, quantity, against)
+        x, y = x / unit, y if signed else np.maximum(np.abs(y), floor)
         shown = (signed | (y > 0.0)) & ((x > 0.0) | (xscale != "log"))
         color = line_color(study, k)
         marker = "" if against == TIME else MARKERS[k]
@@ -81,9 +81,9 @@ def lines(
             continue
         axes.plot(x[shown], y[shown], color=color, marker=marker, linewidth=1.0, label=text)
         if between:
-            (low, errors), (high, _) = (curve(frame, study, quantity, end) for end in between)
+            (low, errors), (high, _) = (curve(table, study, quantity, end) for end in between)
             axes.hlines(errors, low, high, color=color, linewidth=0.9, alpha=0.8)
-        if against == TIME and any(pick(frame, study=study, quantity=quantity)["status"] != ""):
+        if against == TIME and any(pick(table, study=study, quantity=quantity)["status"] != ""):
             axes.plot(x[-1], y[-1], "X", color=color, markersize=7)
     if against == STEP:
         axes.invert_xaxis()
@@ -94,7 +94,7 @@ TICKS = (-1e-2, -1e-3, 0.0, 1e-3, 1e-2, 1e-1)
 
 
 def energies(
-    axes: Axes, frame: pd.DataFrame, *, quantity: str, labels: Mapping[str, str], unit: float
+    axes: Axes, table: pd.DataFrame, *, quantity: str, labels: Mapping[str, str], unit: float
 ) -> None:
     """The change of a quantity, with its sign, for each study in `labels` (study -> text); a cross
     where a run ended early.
@@ -102,11 +102,11 @@ def energies(
     Parameters
     ----------
     unit
-        year of the time axis, in the frame's unit of time
+        year of the time axis, in the table's unit of time
     """
     lines(
         axes,
-        frame,
+        table,
         quantity=quantity,
         labels=labels,
         xlabel="time [years]",
@@ -121,12 +121,12 @@ def energies(
 
 
 PERIODS = "time $t$ [unit of time; the period is $2\\pi$]"
-MANY = 300  # above this many, points are not joined
+MAX_JOINED = 300  # above this many, points are not joined
 
 
 def history(
     axes: Axes,
-    frame: pd.DataFrame,
+    table: pd.DataFrame,
     *,
     quantity: str,
     ylabel: str,
@@ -143,7 +143,7 @@ def history(
         in units of the machine epsilon, with guides in place of the band that grow as the square
         root of the time and as the time, to the mean of the last tenth
     """
-    t, value = curve(frame, "history", quantity)
+    t, value = curve(table, "history", quantity)
     if not t.size:
         raise NoData(f"no step has a finite {quantity}.")
     if rounding:
@@ -159,7 +159,9 @@ def history(
         axes.axhspan(
             first.min(), first.max(), color=BAND, zorder=0, label="range over the first half"
         )
-    style = {"markersize": 2.0, "linestyle": "none", "rasterized": True} if len(t) > MANY else {}
+    style = (
+        {"markersize": 2.0, "linestyle": "none", "rasterized": True} if len(t) > MAX_JOINED else {}
+    )
     axes.plot(t, value, **{"marker": ".", "linewidth": 0.6, "color": COLOURS[0], **style})
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.ticklabel_format(axis="x", style="plain")
@@ -167,18 +169,22 @@ def history(
 
 
 def departures(
-    axes: Axes, frame: pd.DataFrame, *, quantities: Sequence[str], labels: Mapping[str, str]
+    axes: Axes, table: pd.DataFrame, *, quantities: Sequence[str], labels: Mapping[str, str]
 ) -> None:
     """A panel for each quantity, both axes logarithmic, times from the second sample on."""
-    for panel, quantity in zip(split(axes, len(quantities), least=3.0), quantities, strict=True):
-        lines(panel, frame, quantity=quantity, labels=labels, xlabel="time $t$", least=LEAST)
+    for panel, quantity in zip(
+        split(axes, len(quantities), min_width=3.0), quantities, strict=True
+    ):
+        lines(
+            panel, table, quantity=quantity, labels=labels, xlabel="time $t$", floor=SMALLEST_DRAWN
+        )
         panel.set_title(quantity)
         mark_rounding(panel)
 
 
 def jumps(
     axes: Axes,
-    frame: pd.DataFrame,
+    table: pd.DataFrame,
     *,
     quantity: str,
     runs: Mapping[str, str],
@@ -197,25 +203,25 @@ def jumps(
     limit
         an angle to mark, and its label
     """
-    left, right = split(axes, 2, least=3.0)
+    left, right = split(axes, 2, min_width=3.0)
     lines(
         left,
-        frame,
+        table,
         quantity=quantity,
         labels=runs,
         xlabel="time $t$",
         ylabel=f"relative {quantity}",
         xscale="linear",
-        least=LEAST,
+        floor=SMALLEST_DRAWN,
     )
     for k, (study, (text, color)) in enumerate(steps.items()):
-        rows = pick(frame, study=study)
+        rows = pick(table, study=study)
         wide = rows.pivot_table(index=["label", "t"], columns="quantity", values="value")
         if not {turn, change} <= set(wide):
             raise NoData(f"{study}: no step was done.")
         right.plot(
             wide[turn],
-            np.maximum(wide[change], LEAST),
+            np.maximum(wide[change], SMALLEST_DRAWN),
             color=color,
             marker=MARKERS[k],
             markersize=3.5,
@@ -228,7 +234,7 @@ def jumps(
 
 
 def limits(
-    axes: Axes, frame: pd.DataFrame, *, quantity: str, charts: Mapping[str, tuple[float, str]]
+    axes: Axes, table: pd.DataFrame, *, quantity: str, charts: Mapping[str, tuple[float, str]]
 ) -> None:
     """For each chart (a study), the error against the rotation angle; crosses above where runs
     failed.
@@ -242,15 +248,15 @@ def limits(
         xlabel="rotation angle of one step [rad]",
         ylabel="error of the attitude [1]",
         yscale="log",
-        ylim=(LEAST, 10.0),
+        ylim=(SMALLEST_DRAWN, 10.0),
     )
     for k, study in enumerate(charts):
-        rows = pick(frame, study=study, quantity=quantity).sort_values("step")
+        rows = pick(table, study=study, quantity=quantity).sort_values("step")
         turn, error = rows["step"].to_numpy(float), rows["value"].to_numpy(float)
         ended = ~np.isfinite(error)
         axes.plot(
             turn,
-            np.maximum(error, LEAST),
+            np.maximum(error, SMALLEST_DRAWN),
             color=COLOURS[k],
             marker=MARKERS[k],
             linewidth=0.8,
@@ -273,7 +279,7 @@ def limits(
 GRAINS = {1e4: "error of 10,000 grains", 1e6: "error of a million grains"}
 
 
-def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping[int, str]) -> None:
+def sampling(axes: Axes, table: pd.DataFrame, *, quantity: str, degrees: Mapping[int, str]) -> None:
     """A line for each degree, of the errors of the step that were solved, over the evaluations; an
     error below its standard error is an arrow at their sum, an upper limit."""
     axes.set(
@@ -282,7 +288,7 @@ def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping
         xlabel="evaluations of the wind for a grain",
         ylabel=f"error of the {quantity}",
     )
-    of_cloud = frame[frame["study"].isin((quantity, WORK))]
+    of_cloud = table[table["study"].isin((quantity, WORK))]
     runs = of_cloud.pivot_table("value", ["n", "steps"], "quantity")
     runs = runs.reindex(columns=[WORK, OF_STEP, f"{SAMPLING} of it"]).dropna()
     for k, (degree, label) in enumerate(degrees.items()):
@@ -310,6 +316,6 @@ def sampling(axes: Axes, frame: pd.DataFrame, *, quantity: str, degrees: Mapping
                 **style,
             )
     for (grains, text), dash in zip(GRAINS.items(), (LONG_DASH, DOTS), strict=True):
-        level = sampling_error(frame, quantity, grains)
+        level = sampling_error(table, quantity, grains)
         if level > 0.0:
             axes.axhline(level, color=GUIDE, linestyle=dash, linewidth=1.0, label=text)

@@ -52,7 +52,7 @@ class Panel:
 
 def paths(
     axes: Axes,
-    frame: pd.DataFrame,
+    table: pd.DataFrame,
     *,
     panels: Sequence[Panel],
     bodies: Sequence[str],
@@ -63,12 +63,12 @@ def paths(
     for plane, panel in zip(drawn, panels, strict=True):
         plane.set(xlabel=f"$x$ [{unit}]", aspect="equal", title=panel.title)
         for k, body in enumerate(bodies):
-            color, (x, y) = COLOURS[k], _path(frame, panel.study, panel.quantity, body)
+            color, (x, y) = COLOURS[k], _path(table, panel.study, panel.quantity, body)
             if not x.size:
                 raise NoData(f"{panel.title or panel.study}: no position of {body} is known.")
             plane.plot(x, y, color=color, linewidth=0.7, alpha=0.8)
             legend(plane, [Line2D([], [], color=color)], [body])
-            plane.plot(*_path(frame, panel.study, panel.ends, body), ".", color=color, markersize=4)
+            plane.plot(*_path(table, panel.study, panel.ends, body), ".", color=color, markersize=4)
             if panel.stops:
                 plane.plot(
                     x[-1],
@@ -88,9 +88,9 @@ def paths(
             plane.set(xlim=(-panel.half, panel.half), ylim=(-panel.half, panel.half))
 
 
-def _path(frame: pd.DataFrame, study: str, quantity: str, body: str) -> Array:
+def _path(table: pd.DataFrame, study: str, quantity: str, body: str) -> Array:
     """Finite x and y, (2, times)."""
-    rows = pick(frame, study=study, quantity=quantity, label=body).sort_values("t")
+    rows = pick(table, study=study, quantity=quantity, label=body).sort_values("t")
     return rows[["x", "y"]].dropna().to_numpy(float).T
 
 
@@ -98,13 +98,13 @@ WIDTH, HEIGHT = 20.0, 12.0  # m, half of the width
 
 
 def clouds(
-    axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequence[str], times: Sequence[float]
+    axes: Axes, table: pd.DataFrame, *, study: str, labels: Sequence[str], times: Sequence[float]
 ) -> None:
     """x and z of the grains in the air, seen from the side: a panel for each time, a colour for
     each label, the last in front. The rotor is a line, the ray along which the optical depth is
     taken is dashed."""
     for plane, t in zip(split(axes, len(times)), times, strict=True):
-        for artist in _cloud(plane, frame, study, labels, t):
+        for artist in _cloud(plane, table, study, labels, t):
             artist.set_rasterized(True)
         plane.plot(
             *zip(PILOT, TARGET, strict=True), color=GUIDE, linewidth=0.7, linestyle=(0, (4, 3))
@@ -113,20 +113,20 @@ def clouds(
     _sizes(plane, labels)
 
 
-def moving_cloud(axes: Axes, frame: pd.DataFrame, *, study: str, labels: Sequence[str]) -> None:
+def moving_cloud(axes: Axes, table: pd.DataFrame, *, study: str, labels: Sequence[str]) -> None:
     """The same, of all sizes at once, as a picture that moves; it ends with the last time."""
-    times = np.unique(pick(frame, study=study)["t"])
+    times = np.unique(pick(table, study=study)["t"])
     for k, t in enumerate(times):
         clock = axes.text(-19.0, 10.8, f"{t:.2f} s")
-        in_frame([*_cloud(axes, frame, study, labels, t), clock], k, len(times))
+        in_frame([*_cloud(axes, table, study, labels, t), clock], k, len(times))
     _sizes(axes, labels)
 
 
 def _cloud(
-    axes: Axes, frame: pd.DataFrame, study: str, labels: Sequence[str], t: float
+    axes: Axes, table: pd.DataFrame, study: str, labels: Sequence[str], t: float
 ) -> list[Artist]:
     """The rotor and the grains of each size at a time."""
-    rows = pick(frame, study=study, t=t).dropna(subset=["x", "z"])
+    rows = pick(table, study=study, t=t).dropna(subset=["x", "z"])
     if rows.empty:
         raise NoData("no grain's place is known.")
     axes.set(

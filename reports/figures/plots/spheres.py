@@ -57,11 +57,11 @@ class Sphere:
 
 
 def momentum_spheres(
-    axes: Axes, frame: pd.DataFrame, *, panels: Sequence[Sphere], inertia: Sequence[float]
+    axes: Axes, table: pd.DataFrame, *, panels: Sequence[Sphere], inertia: Sequence[float]
 ) -> None:
     """The unit sphere in each panel; exact curves in grey, faint where they are hidden."""
     for sphere, panel in zip(_spheres(axes, len(panels)), panels, strict=True):
-        paths = _paths(frame, panel.study, "momentum")
+        paths = _paths(table, panel.study, "momentum")
         if not paths:
             raise NoData(f"{panel.title}: no momentum is known.")
         if panel.ellipsoid:
@@ -88,7 +88,7 @@ def momentum_spheres(
 
 
 def pendulum_spheres(
-    axes: Axes, frame: pd.DataFrame, *, panels: Mapping[str, str], curve: str, ends: str
+    axes: Axes, table: pd.DataFrame, *, panels: Mapping[str, str], curve: str, ends: str
 ) -> None:
     """One sphere for each study in `panels` (study -> title); z points down.
 
@@ -100,7 +100,7 @@ def pendulum_spheres(
     equator = np.pad(_circle(), ((0, 0), (0, 1)))
     for sphere, (study, title) in zip(_spheres(axes, len(panels)), panels.items(), strict=True):
         along, stops = (
-            [y * (1.0, 1.0, -1.0) for y in _paths(frame, study, quantity).values()]
+            [y * (1.0, 1.0, -1.0) for y in _paths(table, study, quantity).values()]
             for quantity in (curve, ends)
         )
         if not (along and stops):
@@ -126,9 +126,9 @@ def _spheres(axes: Axes, count: int) -> list[Axes]:
     return spheres
 
 
-def _paths(frame: pd.DataFrame, study: str, quantity: str) -> dict[str, np.ndarray]:
+def _paths(table: pd.DataFrame, study: str, quantity: str) -> dict[str, np.ndarray]:
     """label -> finite positions (times, 3)."""
-    rows = pick(frame, study=study, quantity=quantity).sort_values("t").dropna(subset=POSITION)
+    rows = pick(table, study=study, quantity=quantity).sort_values("t").dropna(subset=POSITION)
     return {str(label): path[POSITION].to_numpy(float) for label, path in rows.groupby("label")}
 
 
@@ -142,11 +142,11 @@ def exact_curve(y: np.ndarray, inertia: Sequence[float]) -> np.ndarray:
     order = np.argsort(inertia)
     middle = reciprocal[order[1]]
     c = order[0] if np.sum(reciprocal * y**2) > middle else order[2]
-    others = [k for k in range(3) if k != c]
+    ellipse_axes = [k for k in range(3) if k != c]
     gaps = reciprocal - reciprocal[c]
-    half_axes = np.sqrt(np.sum(gaps * y**2) / gaps[others])
+    half_axes = np.sqrt(np.sum(gaps * y**2) / gaps[ellipse_axes])
     curve = np.zeros((SMOOTH, 3))
-    curve[:, others] = half_axes * _circle()
+    curve[:, ellipse_axes] = half_axes * _circle()
     curve[:, c] = np.copysign(np.sqrt(np.maximum(1.0 - np.sum(curve**2, axis=1), 0.0)), y[c])
     return curve
 
@@ -201,6 +201,6 @@ def _directions(points: int) -> np.ndarray:
 
 def _line(axes: Axes, y: np.ndarray, **style: Any) -> None:
     """A line or dots, faint where they are on the far side."""
-    near = np.where((y @ EYE >= 0.0)[:, None], y, np.nan)
+    visible = np.where((y @ EYE >= 0.0)[:, None], y, np.nan)
     axes.plot(*y.T, alpha=HIDDEN, zorder=2, **style)
-    axes.plot(*near.T, zorder=3, **style)
+    axes.plot(*visible.T, zorder=3, **style)

@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 from benchmarks.work_precision.problem import ANGLE, ATTITUDE, COORDINATES, MOTION, POSITION
 from reports.tables.number_format import MINUS, SUPERSCRIPT
 
-FEW = 3.0  # decades of an axis, below which its ticks are round numbers
+FEW_DECADES = 3.0  # decades of an axis, below which its ticks are round numbers
 ROOM = 0.7  # of the ticks that matplotlib finds room for: these have longer labels
 
 
@@ -39,13 +39,13 @@ def readable(axis: Axis) -> None:
     span = math.log10(high / low)
     decades(axis)
     for subs in ((1.0, 3.0), (1.0, 2.0, 5.0)):
-        if span < FEW and span * len(subs) + 1.0 < ROOM * axis.get_tick_space():
+        if span < FEW_DECADES and span * len(subs) + 1.0 < ROOM * axis.get_tick_space():
             axis.set_major_locator(LogLocator(subs=subs, numticks=20))
             axis.set_major_formatter("{x:g}")
 
 
 def choose_ticks(axes: Axes) -> None:
-    """Of logarithmic axes that have none of their own: readable ones of x, decades of y."""
+    """Set ticks of logarithmic axes that have none: readable ones on x, decades on y."""
     for axis, ticks in ((axes.xaxis, readable), (axes.yaxis, decades)):
         if axis.get_scale() == "log" and axis.isDefault_majloc:
             ticks(axis)

@@ -26,7 +26,7 @@ BAND = "#eef3f7"
 SOLID, DASHED, DASH_DOT, DOTTED = "-", (0, (4, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.4))
 OURS, FRAME, CLOCK = "galvi", "galvi Kepler frame", "galvi clock"
 DEGREE = "N ="  # begins names of claims' studies, which are galvi's of that degree
-MOST = 8  # names, each with an entry of a legend; more share those of their families
+MAX_NAMES = 8  # names, each with an entry of a legend; more share those of their families
 VARIANTS = {  # what ends a name: its line
     "GLOBAL": DOTTED,
     "looser": DASH_DOT,
@@ -140,12 +140,12 @@ def in_order(names: Iterable[str]) -> list[str]:
 
 
 def grouped(names: Iterable[str]) -> list[tuple[str, list[str]]]:
-    """(label, names) of the entries of a legend: one for each name, or, of more than MOST names,
+    """(label, names) of the entries of a legend: one for each name, or, of more than MAX_NAMES,
     one for each family."""
     ordered = in_order(names)
     families: dict[str, list[str]] = {}
     for name in ordered:
-        family = identity(name).family if len(ordered) > MOST else name
+        family = identity(name).family if len(ordered) > MAX_NAMES else name
         families.setdefault(family, []).append(name)
     return [(_label(family, members), members) for family, members in families.items()]
 

@@ -23,10 +23,10 @@ from reports.tables.number_format import readable
 
 
 class NoData(Exception):
-    """The frame has no finite number for what a figure shows; the message says which."""
+    """The table has no finite number for what a figure shows; the message says which."""
 
 
-LEAST, MOST = 0.62, 0.8  # height of a panel over its width where the figure is narrow
+MIN_ASPECT, MAX_ASPECT = 0.62, 0.8  # height of a panel over its width where the figure is narrow
 PAD = 0.06  # inches around the axes
 WIDE, BESIDE = 5.0, 0.26  # inches from which a legend may take this part of the width,
 PANEL = 2.7  # inches, and leaves as much to each panel
@@ -60,9 +60,9 @@ class Canvas(Figure):
 
 
 def _height(natural: tuple[float, float], width: float) -> float:
-    """Of a panel so wide: in proportion, but not too flat or tall where it is made narrower."""
+    """Height of a panel of this width: in proportion, within limits where it is narrower."""
     ratio = natural[1] / natural[0]
-    return width * (ratio if width >= natural[0] else min(max(ratio, LEAST), MOST))
+    return width * (ratio if width >= natural[0] else min(max(ratio, MIN_ASPECT), MAX_ASPECT))
 
 
 def split(
@@ -70,12 +70,12 @@ def split(
     count: int,
     *,
     ylabel: str = "",
-    least: float = 2.6,
+    min_width: float = 2.6,
     columns: int = 0,
     **keywords: Any,
 ) -> list[Axes]:
-    """`count` panels in place of an axes: side by side as far as each is `least` inches wide, else
-    in rows; in so many columns at any width where these are given.
+    """`count` panels in place of an axes: side by side where each is `min_width` inches wide, else
+    in rows; in `columns` columns at any width where that is not 0.
 
     Parameters
     ----------
@@ -87,10 +87,10 @@ def split(
     canvas = axes.get_figure(root=True)
     wide, high = canvas.natural
     across = canvas.get_figwidth()
-    rows = math.ceil(count / (columns or max(1, min(count, int(across / least)))))
+    rows = math.ceil(count / (columns or max(1, min(count, int(across / min_width)))))
     side_by_side = columns or math.ceil(count / rows)
-    each = _height((wide / count, high), across / side_by_side)
-    canvas.set_figheight(max(high, canvas.get_figheight()) if columns else rows * each)
+    panel_height = _height((wide / count, high), across / side_by_side)
+    canvas.set_figheight(max(high, canvas.get_figheight()) if columns else rows * panel_height)
     axes.remove()
     grid = canvas.add_gridspec(rows, side_by_side)
     panels = [canvas.add_subplot(grid[k], **keywords) for k in range(count)]
@@ -100,13 +100,13 @@ def split(
 
 
 def legend(axes: Axes, handles: Iterable[Any], labels: Iterable[str]) -> None:
-    """Entries of the figure's legend, beside those of labelled lines."""
+    """Add entries to the figure's legend, beside those of labelled lines."""
     axes.get_figure(root=True).entries.update(zip(labels, handles, strict=True))
 
 
 def contender_legend(axes: Axes, names: Iterable[str]) -> None:
-    """Entries of `grouped`; one of several names shows some of their markers, of galvi's one for
-    each degree."""
+    """Add the entries of `grouped`; one of several names shows some of their markers, galvi's one
+    for each degree."""
     for label, members in grouped(names):
         looks = [identity(name).style for name in reversed(members)]
         styles = list({(look["color"], look["marker"]): look for look in looks}.values())[::-1]
@@ -115,7 +115,7 @@ def contender_legend(axes: Axes, names: Iterable[str]) -> None:
 
 
 def mark_rounding(axes: Axes) -> None:
-    """A line at the machine epsilon, below which errors are rounding, and its entry."""
+    """Draw a line at the machine epsilon, below which errors are rounding, and its entry."""
     epsilon = float(np.finfo(float).eps)
     axes.axhline(
         epsilon,
@@ -206,11 +206,11 @@ def _legend(canvas: Canvas) -> tuple[float, float]:
     return 0.0, height
 
 
-def _break(text: Text, room: float, side: str) -> None:
-    """Into lines that fit in so many inches."""
+def _break(text: Text, limit: float, side: str) -> None:
+    """Break a text into lines that fit in `limit` inches."""
     length = getattr(text.get_window_extent(), side) / text.get_figure(root=True).dpi
-    if length > room:
-        text.set_text(wrapped(text.get_text(), int(0.95 * len(text.get_text()) * room / length)))
+    if length > limit:
+        text.set_text(wrapped(text.get_text(), int(0.95 * len(text.get_text()) * limit / length)))
 
 
 def wrapped(text: str, letters: int) -> str:

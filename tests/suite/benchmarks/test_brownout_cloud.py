@@ -173,9 +173,9 @@ def test_the_cost_of_a_step_has_a_row_for_each_drag_and_size(
 def test_the_long_form_keeps_what_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cost, "MILLION", 500)
     runs = cost.parts(tmp_path, print)
-    assert len(runs) == len(DIAMETERS) and not any(run.done() for run in runs)
+    assert len(runs) == len(DIAMETERS) and not any(run.is_complete() for run in runs)
     runs[2].run(lambda sentence: None)
-    assert [run.done() for run in runs] == [False, False, True, False, False]
+    assert [run.is_complete() for run in runs] == [False, False, True, False, False]
     (row,) = cost.stored(tmp_path, print).to_dict("records")
     assert row["grains"] == 100 and row["micrometres"] == 100.0 and row["optical_depth"] >= 0.0
     assert row["commit"] and row["date"] and row["status"] == ""

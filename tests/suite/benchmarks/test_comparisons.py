@@ -447,7 +447,7 @@ def test_only_galvi_s_lines_that_a_target_names_count_and_a_rival_may_be_galvi_s
     points = {GALVI: [(1e-8, 1.0)], kernel: [(1e-8, 6.0)], degree_8: [(1e-8, 2.0)]}
     runs = table({**points, PEER: [(1e-8, 8.0)]})
     targets = [
-        Target("p", (rival,), 1e-6, 5.0, ours=lines)
+        Target("p", (rival,), 1e-6, 5.0, galvi_contenders=lines)
         for rival in (PEER, kernel)
         for lines in ((), (degree_8,))
     ]
@@ -488,10 +488,10 @@ def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> Non
         for case in (work_precision_problems(True) if quick else cases)
     }
     for target in TARGETS:
-        assert {*target.contenders, *target.ours} <= participants[target.problem]
+        assert {*target.contenders, *target.galvi_contenders} <= participants[target.problem]
         assert target.ratio is None or target.ratio > 0.0
         assert (target.note != "") == ("general kernel" in target.contenders[0])
-    keys = [(target.problem, target.contenders[0], target.ours, target.error) for target in TARGETS]
+    keys = [(target.problem, target.contenders[0], target.galvi_contenders, target.error) for target in TARGETS]
     assert len(set(keys)) == len(keys)
     for target in TARGETS:  # of orbits and rotations, the rival's own error too
         assert target.source == VECTORS or target.problem in {

@@ -16,7 +16,7 @@ from benchmarks.applications.releases.requirements import installed
 from benchmarks.statistics.convergence_fits import algebraic
 from benchmarks.store.isolated_environment import NotHere, finished
 from benchmarks.studies import engine_versions
-from benchmarks.studies.engine_versions import COLUMNS, STEPS, judged, parts, stored
+from benchmarks.studies.engine_versions import COLUMNS, STEPS, parts, rows_of, stored
 from references.mujoco.own_model import NO_INTEGRATOR
 from references.mujoco.steps import MUJOCO_RK4
 
@@ -40,7 +40,7 @@ def order(table: pd.DataFrame, joint: str, integrator: str) -> float:
 @needs_mujoco
 @pytest.mark.parametrize("joint", ["ball", "free"])
 def test_the_installed_version_turns_bodies_with_order_4_by_rk4_and_1_by_the_others(answers, joint):
-    table = pd.DataFrame(judged(answers))
+    table = pd.DataFrame(rows_of(answers))
     assert set(table["status"]) == {""}
     assert order(table, joint, "RK4") == pytest.approx(4.0, abs=0.05)  # 4.001
     for integrator in ("Euler", "implicit", "implicitfast", "discrete"):
@@ -57,8 +57,8 @@ def test_a_wrong_attitude_is_seen_though_its_energy_is_right_and_a_failure_is_a_
     ended = np.full_like(right.velocities, np.nan)
     motions[first + 1] = replace(right, velocities=ended, failure="MuJoCo warned.")
     motions[first + 2] = replace(right, failure=f"{NO_INTEGRATOR} RK4.")
-    before = judged({"ball": answers["ball"]})
-    after = judged({"ball": replace(answers["ball"], motions=tuple(motions))})
+    before = rows_of({"ball": answers["ball"]})
+    after = rows_of({"ball": replace(answers["ball"], motions=tuple(motions))})
     assert len(after) == len(before) - 1
     good, wrong, failed = before[first], after[first], after[first + 1]
     assert good["attitude_error"] < 1e-5 and wrong["attitude_error"] > 0.1
@@ -89,9 +89,9 @@ def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_
     messages: list[str] = []
     assert stored(tmp_path, messages.append).empty
     for part in parts(tmp_path, messages.append):
-        assert not part.done()
+        assert not part.is_complete()
         part.run(messages.append)
-    assert [part.done() for part in parts(tmp_path, messages.append)] == [False, True]
+    assert [part.is_complete() for part in parts(tmp_path, messages.append)] == [False, True]
     rows = stored(tmp_path, messages.append)
     assert "mujoco 3.6.0: No matching distribution found." in messages
     assert rows["status"].iloc[0] == "No matching distribution found."
@@ -121,7 +121,7 @@ def test_rk4_turned_bodies_with_order_2_before_version_4(tmp_path):
     (part,) = parts(tmp_path, print, ["3.17.0"])
     part.run(print)
     table = part.files.read(part.name)
-    if not part.done():
+    if not part.is_complete():
         pytest.skip(table["status"].iloc[0])
     assert order(table, "ball", "RK4") == pytest.approx(2.0, abs=0.01)
     assert not list(tmp_path.rglob("pyvenv.cfg"))

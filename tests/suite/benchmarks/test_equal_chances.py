@@ -12,7 +12,7 @@ import pytest
 from benchmarks.statistics import paired
 from benchmarks.statistics.paired import FASTER, SLOWER, TIE, Interval, interval, outcome, ratio
 from benchmarks.work_precision.asked import code_of
-from benchmarks.work_precision.grid import MOST, fine, gaps, line_of, refined, unequal
+from benchmarks.work_precision.grid import MAX_ADDED, fine, gaps, line_of, refined, unequal
 from benchmarks.work_precision.participants import with_externals
 from benchmarks.work_precision.peers import PEERS
 from benchmarks.work_precision.problem import Setting
@@ -107,7 +107,7 @@ def test_an_unequal_grid_is_seen_and_filled(order: int) -> None:
         settings.append((code, setting))
 
     refined(table, by_number, 1e12, add)
-    assert not unequal(table()) and len(settings) <= MOST + 2
+    assert not unequal(table()) and len(settings) <= MAX_ADDED + 2
     assert gaps(table())["gap"].item() <= 0.61  # at an end the step ratio is sqrt 2
     assert all(
         1e12 / setting["step"] == pytest.approx(setting["save_every"])

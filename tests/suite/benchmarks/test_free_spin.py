@@ -136,11 +136,13 @@ def test_the_long_form_is_kept_and_not_run_again(tmp_path: Path) -> None:
     study_parts = parts(tmp_path, messages.append, 20, participants, "feedface")
     assert len(study_parts) == 1 + (not MUJOCO_IMPLICITFAST.missing)
     for part in study_parts:
-        assert not part.done()
+        assert not part.is_complete()
         part.run(messages.append)
-        assert part.done()
+        assert part.is_complete()
     rows = stored(tmp_path, messages.append)
     assert set(rows["commit"]) == {"feedface"} and rows["date"].ne("").all()
     assert list(rows) == list(COLUMNS) and len(rows) == len(study_parts) * len(marks(20))
-    assert not any(p.done() for p in parts(tmp_path, messages.append, 20, participants, "another"))
+    assert not any(
+        p.is_complete() for p in parts(tmp_path, messages.append, 20, participants, "another")
+    )
     assert TURNS < parts(tmp_path, messages.append)[0].turns == 100_000

@@ -78,7 +78,7 @@ def study(folder: Path, messages: list[str], stop: int | None = None) -> pd.Data
             raise Stop
 
     for part in round_off.parts(folder, report, 200.0, 1, (gauss(6, 10),), code="0123456789ab"):
-        if not part.done():
+        if not part.is_complete():
             part.run(report)
     table = round_off.stored(folder, print).drop(columns="date")
     return table.sort_values("sample", ignore_index=True)

@@ -77,7 +77,7 @@ def test_a_table_that_is_slightly_wrong_is_seen() -> None:
     assert (cubic[0].kind, cubic[0].family) == ("Polynomials", "Gauss")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("benchmarks.studies.taxonomy.pairs", lambda *_: iter(cubic))
-        patch.setattr("benchmarks.studies.taxonomy.QUICK_FEW", 3)
+        patch.setattr("benchmarks.studies.taxonomy.QUICK_ARGUMENT", 3)
         wrong, right = (
             methods_of(taxonomy(True, silent, m)).iloc[0] for m in (faulty(A=1.01), galvi.Galerkin)
         )

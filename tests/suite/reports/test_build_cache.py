@@ -45,21 +45,21 @@ def cache_of(out, build="mine"):
 @pytest.mark.parametrize("table", FRAMES)
 def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, table):
     cache_of(tmp_path).keep("V1", table, 0.1 + 0.2)
-    back = cache_of(tmp_path).results["V1"]
+    back = cache_of(tmp_path).entries["V1"]
     assert (back.seconds, back.run) == (0.1 + 0.2, "monday")
-    pd.testing.assert_frame_equal(back.frame, table, check_exact=True)
+    pd.testing.assert_frame_equal(back.table, table, check_exact=True)
     for name in table.select_dtypes("float"):
-        assert back.frame[name].to_numpy().tobytes() == table[name].to_numpy().tobytes()
+        assert back.table[name].to_numpy().tobytes() == table[name].to_numpy().tobytes()
 
 
 def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
     for name in ("a", "b c"):
         cache_of(tmp_path).keep(name, FRAMES[0], 1.0)
     cache_of(tmp_path, "other").keep("a", FRAMES[1], 1.0)
-    assert set(cache_of(tmp_path).results) == {"a", "b c"}
+    assert set(cache_of(tmp_path).entries) == {"a", "b c"}
     cache_of(tmp_path).forget()
-    assert cache_of(tmp_path).results == {}
-    assert list(cache_of(tmp_path, "other").results) == ["a"]
+    assert cache_of(tmp_path).entries == {}
+    assert list(cache_of(tmp_path, "other").entries) == ["a"]
     cache_of(tmp_path, "other").forget()
     assert list(tmp_path.iterdir()) == []
 
@@ -71,7 +71,7 @@ def test_a_damaged_result_is_measured_again(tmp_path):
     first.write_bytes(first.read_bytes()[:-3])
     second.write_text("0.2")
     third.write_text('["V1", {"run": "monday"}]')
-    assert len(cache_of(tmp_path).results) == 1
+    assert len(cache_of(tmp_path).entries) == 1
 
 
 def test_results_of_other_sources_are_removed_after_a_week(tmp_path):
@@ -79,7 +79,7 @@ def test_results_of_other_sources_are_removed_after_a_week(tmp_path):
         cache_of(tmp_path, build).keep("V1", FRAMES[0], 1.0)
     os.utime(tmp_path / FOLDER / "old", (0, 0))
     cache_of(tmp_path).forget()
-    assert not cache_of(tmp_path, "old").results and cache_of(tmp_path, "new").results
+    assert not cache_of(tmp_path, "old").entries and cache_of(tmp_path, "new").entries
 
 
 class Evil:
@@ -95,7 +95,7 @@ def test_nothing_that_lies_in_the_folder_is_run(tmp_path, monkeypatch):
     cache.keep("V1", FRAMES[0], 1.0)
     for name in ("cache.db", "0.json", "x.val", "x.pickle"):
         (cache.folder / name).write_bytes(pickle.dumps((Evil(), "V1")))
-    assert list(cache_of(tmp_path).results) == ["V1"] and not (tmp_path / "ran").exists()
+    assert list(cache_of(tmp_path).entries) == ["V1"] and not (tmp_path / "ran").exists()
 
 
 def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch, capsys):
@@ -105,7 +105,7 @@ def test_a_result_that_cannot_be_kept_is_used_all_the_same(tmp_path, monkeypatch
     monkeypatch.setattr("reports.results.cache.write", full)
     table, cache = FRAMES[0], cache_of(tmp_path)
     assert cache.measure([Study("V1", "V1", "title", lambda report: table)]) == {}
-    assert cache.results["V1"].frame is table
+    assert cache.entries["V1"].table is table
     assert "V1 is not kept for a build that is resumed: is read only." in capsys.readouterr().err
 
 
@@ -124,13 +124,13 @@ def test_claims_with_results_are_judged_and_the_others_are_studied(tmp_path, cap
     claims = [claim(), claim("V2", raises=RuntimeError("not here")), claim("V3")]
     checked = check(claims, True, cache)
     assert [claim_result.claim.id for claim_result in checked] == ["V1", "V2", "V3"]
-    assert checked[1].seconds == 7.0 and list(checked[1].frame) == ["there"]
+    assert checked[1].seconds == 7.0 and list(checked[1].table) == ["there"]
     studied = capsys.readouterr().err.splitlines()
     assert [line.partition(":")[0] for line in studied] == [
         "[1/2] V1 title of V1",
         "[2/2] V3 title of V3",
     ]
-    assert set(cache_of(tmp_path).results) == {"V1", "V2", "V3"}
+    assert set(cache_of(tmp_path).entries) == {"V1", "V2", "V3"}
 
 
 def study(name, measure):
@@ -149,9 +149,9 @@ def test_two_workers_study_beside_each_other_and_leave_out_what_raises(capfd, tm
     }
     studies = [study(name, measure) for name, measure in meeting.items()]
     seconds = {finished.name: seconds for finished, seconds in study_in_workers(studies, cache)}
-    assert set(seconds) == set(cache.results) == {"a", "c", "d"}
+    assert set(seconds) == set(cache.entries) == {"a", "c", "d"}
     assert capfd.readouterr() == ("", "")
-    tables = [entry.frame for entry in cache.results.values()]
+    tables = [entry.table for entry in cache.entries.values()]
     processes = {int(table["process"][0]) for table in tables}
     assert len(processes) == 2 and os.getpid() not in processes
     assert seconds["c"] >= 0.3 and all(table["quick"].all() for table in tables)
@@ -182,7 +182,7 @@ if __name__ == "__main__":
         for k, after in enumerate(seconds)
     ]
     next(finished := study_in_workers(studies, cache))
-    (process,) = cache.results["0"].frame["process"]
+    (process,) = cache.entries["0"].frame["process"]
     print(process, flush=True)
     if sys.argv[1] == "kill":
         os.kill(os.getpid(), signal.SIGKILL)

@@ -251,7 +251,7 @@ def test_a_figure_of_a_study_fits_in_any_width(name):
     figure, measure = STUDIED[name]
     table = measure(True, print)
     for which, width in ALL.items():
-        if not 0.0 < width < figure.least:
+        if not 0.0 < width < figure.min_width:
             assert not list(faults(laid_out(figure, table, width))), which
 
 

@@ -34,7 +34,7 @@ class Run:
     title: str
     broken: bool = False
 
-    def done(self):
+    def is_complete(self):
         return (self.folder / self.title).exists()
 
     def run(self, report):

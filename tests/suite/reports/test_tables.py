@@ -405,7 +405,7 @@ def test_every_headline_is_a_row_of_the_claims_and_has_its_verdict():
 
 def test_a_headline_that_is_gone_is_named():
     with pytest.raises(KeyError, match="base of the one-step error"):
-        readme.results(pd.DataFrame({"id": ["V1"], "quantity": ["something else"]}))
+        readme.headline_table(pd.DataFrame({"id": ["V1"], "quantity": ["something else"]}))
 
 
 @pytest.mark.parametrize("page", ["no marks", f"before {readme.marks(readme.RESULTS)[0]} old"])

@@ -325,9 +325,9 @@ def test_orders_whose_stated_errors_are_too_small_are_no_success():
         for first, misses in ((0, 1.0), (10, 3.0))
     )
     summary = Summary((*within, off[0]))
-    assert summary.passes() and "The stated errors cover: of 11 fitted orders" in str(summary)
+    assert summary.holds() and "The stated errors cover: of 11 fitted orders" in str(summary)
     summary = Summary((*within, *off))
-    assert not summary.passes() and not summary.differing
+    assert not summary.holds() and not summary.differing
 
 
 UNFOUNDED = Statement("H fig. 2.4", "figure", "It is so.", "reproduced", "", ("V1",), "", "")
@@ -349,7 +349,7 @@ def test_a_statement_that_its_rows_do_not_found_is_no_success(
     """Only where every claim that statements name has rows, and all are as expected."""
     monkeypatch.setattr(outcome, "statements", lambda: (statement,))
     summary = Summary(claim_rows)
-    assert summary.passes(fail_under=90.0) == passes
+    assert summary.holds(fail_under=90.0) == passes
     sentence = "1 printed statement unfounded: H fig. 2.4 (It is so.) is called reproduced; no row"
     assert (sentence in str(summary)) != passes
 
