@@ -491,7 +491,10 @@ def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> Non
         assert {*target.contenders, *target.galvi_contenders} <= participants[target.problem]
         assert target.ratio is None or target.ratio > 0.0
         assert (target.note != "") == ("general kernel" in target.contenders[0])
-    keys = [(target.problem, target.contenders[0], target.galvi_contenders, target.error) for target in TARGETS]
+    keys = [
+        (target.problem, target.contenders[0], target.galvi_contenders, target.error)
+        for target in TARGETS
+    ]
     assert len(set(keys)) == len(keys)
     for target in TARGETS:  # of orbits and rotations, the rival's own error too
         assert target.source == VECTORS or target.problem in {
