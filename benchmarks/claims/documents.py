@@ -381,7 +381,7 @@ def _term(text: str) -> dict[str, Any]:
 
 
 def _number(text: str) -> float:
-    """Of '0.5', '1e-3', '1/3' or 'nan'."""
+    """The number of a text: '0.5', '1e-3', '1/3' or 'nan'."""
     return NAN if text == "nan" else float(Fraction(text))
 
 
@@ -403,7 +403,7 @@ def claim_of(section: Section) -> Claim:
 
 
 def measuring(section: Section) -> Any:
-    """What "measured by" names: a module, or an object in one. ValueError for another name."""
+    """The module, or the object in one, that "measured by" names. ValueError for another name."""
     name, _, attribute = section.defaults["measured by"].partition(":")
     full, module = f"{__package__}.{name}", None
     try:

@@ -123,7 +123,7 @@ def claims_by_place(claims: Sequence[Claim]) -> dict[str, set[str]]:
 
 
 def why_unchecked(where: str) -> str:
-    """What became of what is printed at a place that no claim checks."""
+    """The status of the statements at a place that no claim checks."""
     return "; ".join(
         f"{statement.status}: {statement.why}".rstrip(".")
         for statement in statements()
@@ -143,7 +143,7 @@ def statements() -> tuple[Statement, ...]:
 
 
 def statements_of(part: Part) -> Iterator[Statement]:
-    """What is printed under one heading of a paper."""
+    """The statements under one heading of a paper."""
     for cells in part.statements:
         status, _, effect = cells["status"].partition(", ")
         claims, _, rows = cells["checks"].partition(" at ")
@@ -179,7 +179,7 @@ def unfounded(printed: Sequence[Statement], rows: Iterable[Row]) -> list[str]:
 
 
 def _objections(statement: Statement, rows: list[Row]) -> Iterator[str]:
-    """What of a statement the rows that check it do not support."""
+    """Sentences on what the rows of a statement do not support."""
     name = f"{statement.where} ({statement.statement})"
     for named in statement.rows.split("; ") if statement.rows else ():
         if not any(replace(statement, rows=named).speaks_of(row) for row in rows):

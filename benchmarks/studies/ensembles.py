@@ -305,7 +305,7 @@ class OneWorker:
         self._client, (self._worker, *_) = client, client.nthreads()
 
     def nthreads(self) -> dict[str, int]:
-        """Its threads."""
+        """The threads of the worker."""
         return {self._worker: self._client.nthreads()[self._worker]}
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Any:

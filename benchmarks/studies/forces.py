@@ -256,7 +256,7 @@ class Orbit:
     def by_galvi(
         self, force: Any, finer: int, options: Mapping[str, Any], steps: int | None = None
     ) -> Array:
-        """Its rates, with a force that may be a fault, and the method's frame or clock.
+        """Rates by galvi, with a force that may be a fault, and the method's frame or clock.
 
         Parameters
         ----------

@@ -48,7 +48,7 @@ def _root(path: Path) -> str:
 
 
 def row(path: Path) -> dict[str, Any]:
-    """Of one model: velocities, what was left out, the difference, or why it is not read."""
+    """The row of one model: velocities, parts left out, the difference, or why it is not read."""
     blank = {"velocities": 0, "left_out": "", "difference": np.nan}
     try:
         model, left_out = from_mujoco.model_of(path), ()

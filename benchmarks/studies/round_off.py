@@ -103,7 +103,7 @@ def row(
 
 
 def line(label: str, settings: str, years: float, member: int, sample: Sample) -> dict[str, Any]:
-    """The same for the contender with this label."""
+    """As `row`, for the contender with this label."""
     return {
         "contender": label,
         "settings": settings,

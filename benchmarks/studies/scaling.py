@@ -125,7 +125,7 @@ class ScalingParticipant:
 
     @property
     def settings(self) -> str:
-        """In words."""
+        """The setting as text."""
         if self.per_orbit is not None:
             return f"P/{self.per_orbit}"
         return ", ".join(f"{key} = {value:g}" for key, value in self.options)
@@ -166,7 +166,7 @@ class ExternalParticipant:
 
     @property
     def settings(self) -> str:
-        """In words."""
+        """The setting as text."""
         return readable_setting(self.setting)
 
     def call(self, problem: Problem, orbits: int) -> Callable[[], Trajectory]:

@@ -51,7 +51,7 @@ class Entry(NamedTuple):
     options: Mapping[str, Any] = {}
 
     def participant(self, duration: float, quick: bool) -> Participant:
-        """With its settings, from coarse to fine."""
+        """The participant, with its settings from coarse to fine."""
         values = self.values[self.few] or self.values if quick else self.values
         steps = all(isinstance(number, int) for number in values)
         settings: list[Setting] = (

@@ -36,7 +36,7 @@ def front(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def front_indices(rows: pd.DataFrame) -> list[Any]:
-    """Of the rows with error and time those that no other beats in both, by falling error."""
+    """Indices of the rows that no other beats in both error and time, by falling error."""
     usable = rows[(rows["error"] > 0.0) & (rows["seconds"] > 0.0)]
     ordered = usable.sort_values(["seconds", "error"])["error"]
     return list(ordered.index[ordered < ordered.cummin().shift(fill_value=math.inf)])

@@ -37,7 +37,7 @@ class Variational:
 
     @property
     def order(self) -> int:
-        """Of convergence."""
+        """The order of convergence."""
         return self.method.order
 
     def supports(self, problem: Problem) -> bool:
@@ -90,7 +90,7 @@ class InClock:
         return True
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
-        """To t0 + duration, negative for backwards, whose states are those at the samples."""
+        """A run to t0 + duration, negative for backwards, with the states at the samples."""
         require(self, problem)
         check_keys(setting, ("step", "samples", "save_every"))
         times = sample_times(problem.t0, duration, {"samples": setting.get("samples", 1)})

@@ -158,5 +158,5 @@ LABELS = {
 
 
 def label_of(problem: str) -> Label:
-    """Of a problem of another name, its name with a capital letter."""
+    """The label of a problem; for one without a label, its name with a capital letter."""
     return LABELS.get(problem) or Label(problem[:1].upper() + problem[1:])

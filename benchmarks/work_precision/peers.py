@@ -17,7 +17,7 @@ Named = Mapping[str, Any]
 
 
 class Options(NamedTuple):
-    """Of one code.
+    """The options of one code.
 
     Attributes
     ----------

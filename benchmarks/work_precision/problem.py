@@ -99,7 +99,7 @@ class WorkPrecisionProblem:
 
 
 def largest_difference(q: Array, truth: Array) -> float:
-    """Of two configurations' entries, in magnitude."""
+    """The largest difference of two configurations' entries."""
     return float(np.max(np.abs(q - truth)))
 
 

@@ -125,7 +125,7 @@ def _build(
         sections: Sequence[SectionResult] = (),
         left: Sequence[str] = (),
     ) -> None:
-        """Those of a build that goes on, unless it is a quick one, and those of its end."""
+        """Write the pages; none where a quick build is unfinished."""
         if not (left and options.quick):
             provenance = suite.provenance(options.command)
             report = Report(suite, options, checked, comparison, sections, provenance, left=left)

@@ -26,7 +26,7 @@ for.
 
 
 def commands_page() -> str:
-    """Its text, as MyST."""
+    """The text of the page, as MyST."""
     group: Any = typer.main.get_command(commands.application())
     context = typer.Context(group, info_name="galvi")
     _, table = (commands.__doc__ or "").strip().split("\n\n")

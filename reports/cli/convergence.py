@@ -92,7 +92,7 @@ def order_table(request: ConvergenceRequest, timeout: float | None, command: str
 
 
 def write_json(table: OrderTable, out: Path) -> int:
-    """What `galvi.convergence` reads: the columns, and `attrs` of the table."""
+    """Write the JSON that `galvi.convergence` reads: the columns, and `attrs` of the table."""
     document = {
         "problem": table.problem.name,
         "duration": table.duration,

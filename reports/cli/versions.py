@@ -25,8 +25,8 @@ progress = partial(show_progress, COMMAND)
 
 
 def versions_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: Path) -> Versions:
-    """What the releases that are asked for make of the run of a file. Raises REFUSALS for what
-    cannot be carried out."""
+    """The behaviour of a file's run in the requested releases. Raises REFUSALS for what cannot be
+    carried out."""
     run = read_own_run(file, request)
     named, halved = asked_releases(run.package, texts)
     versions = compare_releases(run, named, halved, out, progress)

@@ -56,7 +56,7 @@ def _panel(axes: Axes) -> str:
 
 
 def _axis(axis: Axis) -> str:
-    """Its label with the range of what is drawn, as far as there are numbers."""
+    """The label of an axis with the range of what is drawn, where there are numbers."""
     label = plain(axis.get_label_text())
     low, high = axis.get_data_interval()
     low = axis.get_minpos() if axis.get_scale() == "log" else low

@@ -59,7 +59,7 @@ def orbits(axes: Axes, judgement: Judgement) -> None:
 
 
 def errors(axes: Axes, judgement: Judgement) -> None:
-    """Of the user's run, and the distances between the sources of the truth."""
+    """Errors of the user's run, and the distances between the sources of the truth."""
     shown = judgement.own_errors[judgement.own_errors["error"] > 0.0]
     axes.semilogy(shown["t"], shown["error"], color=COLOURS[1], label="your run")
     remaining_colors = (COLOURS[0], *COLOURS[2:5])

@@ -22,7 +22,7 @@ ENCOUNTERS = (
 
 
 def sentences(judgement: Judgement) -> list[str]:
-    """What a reader wants to know first, the user's own run before all."""
+    """All sentences of a judgement, those on the user's own run first."""
     return [
         *own_run(judgement),
         truth(judgement),
@@ -33,7 +33,7 @@ def sentences(judgement: Judgement) -> list[str]:
 
 
 def unit(judgement: Judgement, dimension: str) -> str:
-    """That of a length or a time, after a space."""
+    """The unit of a length or a time, after a space."""
     return judgement.kind.unit(judgement.problem, dimension)
 
 
@@ -104,7 +104,7 @@ def truth(judgement: Judgement) -> str:
 
 
 def _extent(judgement: Judgement, agreement: Agreement) -> str:
-    """How far two sources are apart, and until when where one of them stopped."""
+    """The distance of two sources, and until when where one of them stopped."""
     size = readable(agreement.largest)
     if not agreement.stopped:
         return size

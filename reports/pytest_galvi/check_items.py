@@ -37,7 +37,7 @@ class OtherProcess:
         self.process: subprocess.Popen[str] | None = None
 
     def answer(self, request: Mapping[str, Any]) -> Any:
-        """Its answer.
+        """The answer of the process.
 
         Raises
         ------
@@ -128,7 +128,7 @@ class CheckItem(pytest.Item):
             pytest.fail(answer["text"], pytrace=False)
 
     def reportinfo(self) -> tuple[Any, int | None, str]:
-        """Its place in a listing, which is no file, and the heading of its failure."""
+        """(location, None, heading of a failure), where the location is no file."""
         return self.nodeid.partition("::")[0], None, f"{self.entry['name']}: {self.name}"
 
 

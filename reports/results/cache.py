@@ -39,7 +39,7 @@ CODE = ("reports",)  # in addition to the measured sources
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """What gives a result.
+    """A measurement whose table the cache stores.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class CachedResult:
 
     @classmethod
     def from_json(cls, stored: dict[str, Any]) -> CachedResult:
-        """From what `as_json` gave."""
+        """The result that `as_json` wrote."""
         columns = {
             name: pd.Series(stored["columns"][name], dtype=kind)
             for name, kind in stored["types"].items()

@@ -37,7 +37,7 @@ class Machine:
 
     @property
     def kind(self) -> str:
-        """Its widest vectors, e.g. AVX-512; '' where unknown."""
+        """The widest vectors of the machine, e.g. AVX-512; '' where unknown."""
         return self.origin.get("compiled for", "").partition(", ")[2]
 
     @property

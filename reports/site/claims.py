@@ -154,7 +154,7 @@ class ClaimGroup:
 
 
 def paper_of(title: str) -> str:
-    """Of a document on a paper its letter and a space: "H, chapter 1" is on H."""
+    """The paper's letter and a space, of a document on a paper: "H, chapter 1" is on H."""
     return f"{title[0]} " if title[1:2] in (",", ":") else ""
 
 

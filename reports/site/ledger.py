@@ -65,7 +65,7 @@ def places(argument: str) -> list[Place]:
 
 
 def chosen(argument: str, shown: Iterable[Statement] = ()) -> list[Statement]:
-    """What a directive shows, in the ledger's order; ValueError for a place without a line."""
+    """The statements of a directive, in the ledger's order; ValueError for a place without one."""
     left, wanted = (
         [statement for statement in statements() if statement not in set(shown)],
         places(argument),

@@ -150,7 +150,7 @@ def _projected(places: Array) -> Array:
 def _points(
     places: Array, half: float, at_most: int | None = None
 ) -> tuple[tuple[float, float], ...]:
-    """In the picture's coordinates, y downwards; thinned to equal strides."""
+    """Points in the picture's coordinates, y downwards; thinned to equal strides."""
     chosen = places if at_most is None else places[:: max(1, len(places) // at_most)]
     scaled = SIZE / 2 + (SIZE / 2 - MARGIN) * chosen / half * np.array([1.0, -1.0])
     return tuple((round(float(x), 1), round(float(y), 1)) for x, y in scaled)

@@ -88,7 +88,7 @@ def page(name: str, report: Report, single: bool = False) -> str:
 
 
 def rendered(text: str, name: str, report: Report, single: bool = False) -> str:
-    """As `page`, of a text."""
+    """The MyST text of a page from its template, as `page`."""
     up = "../" * name.count("/")
     beside = "" if name.startswith(f"{RESULTS}/") else f"{RESULTS}/"
 

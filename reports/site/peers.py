@@ -51,7 +51,7 @@ class Peer:
 
     @property
     def anchor(self) -> str:
-        """Its place on the page."""
+        """The id of its heading on the page."""
         return "peer-" + re.sub(r"[^a-z0-9]+", "-", self.family.lower()).strip("-")
 
     @property
@@ -104,7 +104,7 @@ class Peer:
         ]
 
     def _short(self, participant: Participant) -> str:
-        """Its label without the family, and a colon; "" where nothing is left."""
+        """The participant's label without the family, and a colon; "" where that is empty."""
         label = participant.label.removeprefix(self.family).lstrip(" ,")
         return f"{label}: " if label else ""
 

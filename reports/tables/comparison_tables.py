@@ -103,7 +103,7 @@ def matched(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def smallest(table: pd.DataFrame) -> pd.DataFrame:
-    """The same at the smallest error of each contender, and whether that is a `bound` alone; see
+    """Times at the smallest error of each contender, and whether that is a `bound` alone; see
     `benchmarks.work_precision.fronts.at_smallest`."""
     ends = at_smallest(table)
     return ends.assign(bound=bounds(ends, table))
@@ -297,8 +297,8 @@ def of_mujoco(table: pd.DataFrame, problem: str) -> str:
 
 
 def energies(runs: pd.DataFrame) -> pd.DataFrame:
-    """As text, from one problem's rows of `benchmarks.work_precision.run`: for each contender, of
-    galvi's methods the fastest, a column for each error of position, with the relative error of the
+    """One problem's rows of `benchmarks.work_precision.run` as text: for each contender, of galvi's
+    methods the fastest, a column for each error of position, with the relative error of the
     energy at the end of the run that is the fastest to reach it. Empty where none was measured."""
     if "energy" not in runs or not runs["energy"].notna().any():
         return pd.DataFrame()

@@ -54,7 +54,7 @@ def without_common(table: pd.DataFrame) -> tuple[pd.DataFrame, str]:
 
 
 def readable_cost(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """The same of the rows of `benchmarks.work_precision.cost`, times with their units."""
+    """As `readable_table`, for `benchmarks.work_precision.cost`, times with their units."""
     titles = [label_of(name).title for name in table["problem"]]
     times = {
         column.name: table[column.name].map(seconds)

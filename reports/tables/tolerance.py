@@ -79,7 +79,7 @@ def _at_end(tolerance: Tolerance, name: str) -> str:
 
 
 def _compared(variant: Variant, tolerance: Tolerance) -> str:
-    """How far one kind of runs is from the user's."""
+    """The distance of one kind of runs from the user's, as text."""
     name = variant.name
     if variant.failure:
         return f"{name}: {variant.failure.rstrip('.')}."
@@ -112,7 +112,7 @@ def _floors(variant: Variant) -> str:
 
 
 def times(tolerance: Tolerance) -> list[float]:
-    """In the engine's time."""
+    """The times of the bounds, in the engine's time."""
     start = tolerance.run.job.get("t", 0.0)
     return [start + float(t) for t in tolerance.run.times]
 

@@ -216,7 +216,7 @@ def changes(versions: Versions) -> list[dict[str, Any]]:
 
 
 def truth_facts(versions: Versions) -> dict[str, Any]:
-    """Of the truth: its source, what confirms it, and to what; or why there is none."""
+    """The truth: its source, what confirms it, and to what; or why there is none."""
     truth = versions.truth
     if truth is None:
         return {"without": versions.without}

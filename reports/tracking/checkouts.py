@@ -88,7 +88,7 @@ def checkouts(revision: str, root: Path) -> Iterator[tuple[Checkout, Checkout]]:
 
 @contextmanager
 def project_checkouts(revision: str, folder: Path) -> Iterator[tuple[Checkout, Checkout]]:
-    """The same of the repository around a folder.
+    """As `checkouts`, for the repository around a folder.
 
     Python imports galvi from where it is, and else from this folder, the repository's root and a
     ``src`` in either, as copied. Raises CannotCompare outside of a repository, and for a revision

@@ -141,7 +141,7 @@ def _record_of_machine(key: tuple[str, ...], rows: pd.DataFrame, number: int) ->
 
 
 def _changes(values: pd.Series, tolerance: float) -> list[int]:
-    """Where a quantity's level changes; nowhere for seconds, which depend on what else runs."""
+    """Indices where a quantity's level changes; none for seconds, which depend on the machine."""
     if values.name in (SECONDS, YARDSTICK, *START_UP):
         return []
     if values.name == TIME:

@@ -79,7 +79,7 @@ class Pair:
         return bool(self.rounds) and not self.why
 
     def samples(self, at: int) -> tuple[list[float], list[float]]:
-        """Those of base and head in one of the rounds."""
+        """The samples of base and head in one of the rounds."""
         return self.rounds[at]["base"], self.rounds[at]["head"]
 
     @property

@@ -58,7 +58,7 @@ def n_stars(table: DataFrame, prefix: str = "", key: str = "law") -> dict[str, M
 
 
 def excess_of_curve(table: DataFrame, study: str) -> Array:
-    """Its error over that of the ends, less 1, for each of NS."""
+    """The curve's error over that of the ends, less 1, for each of NS."""
     ends, curve = (series(table, "n", study=study, quantity=name)[1] for name in ENDS_AND_CURVE)
     return curve / ends - 1.0
 

@@ -78,7 +78,7 @@ def pendulum(weight: float, inverted: bool) -> Problem:
 
 
 def symmetric(weight: float) -> Problem:
-    """The same start of a body with two equal moments, whose motion is integrable."""
+    """The start of `pendulum` for a body with two equal moments, whose motion is integrable."""
     gravity = galvi.UniformGravity(1.0, (0.0, 0.0, 1.0), (0.0, 0.0, weight))
     return replace(pendulum(weight, True), system=galvi.RigidBody(MOMENTS, gravity))
 

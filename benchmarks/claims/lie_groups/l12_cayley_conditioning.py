@@ -69,7 +69,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 def largest_ratios(
     chart: Chart, angle: float, pairs: int, rng: np.random.Generator
 ) -> dict[str, float]:
-    """Of both inequalities, over random pairs up to the angle, and one near 0 about one axis."""
+    """Largest ratios of both inequalities, over random pairs up to the angle and one near 0."""
     poles = {CAYLEY: 2.0, RODRIGUES: 4.0}  # k of |xi| = k tan(angle / k)
     size = poles[chart] * math.tan(angle / poles[chart]) if chart in poles else angle
     lengths = size * rng.random(pairs), size * 10.0 ** rng.uniform(-3.0, 0.0, pairs)

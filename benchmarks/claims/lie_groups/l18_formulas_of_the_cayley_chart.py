@@ -113,7 +113,7 @@ def distance(first: Any, second: Any) -> float:
 
 
 def largest_change(y: Array) -> float:
-    """In a step, of momenta or of their sizes, (k, 3) or (k, 1), over |p|."""
+    """Largest change in a step of momenta (k, 3) or of their sizes (k, 1), over |p|."""
     return np.max(np.linalg.norm(np.diff(y, axis=0), axis=1)) / np.linalg.norm(P0)
 
 

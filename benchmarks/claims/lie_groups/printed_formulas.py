@@ -228,7 +228,7 @@ class BodySteps:
         raise ArithmeticError(f"no step of {self.h:g}")
 
     def momenta(self, p0: Array, steps: int) -> Array:
-        """Those in space, R p, (steps + 1, 3), from R = I."""
+        """Momenta in space, R p, (steps + 1, 3), from R = I."""
         R, p, first = [np.eye(3)], [p0], np.zeros(3)
         for _ in range(steps):
             x = self.step(p[-1], first)

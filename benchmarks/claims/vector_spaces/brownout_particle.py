@@ -37,8 +37,8 @@ def problem_of(start: str) -> Any:
 def run_of(
     make_method: MakeMethod, start: str, degree: int, size: int, tolerance: float | None = None
 ) -> Trajectory:
-    """By polynomials of degree N with N + 1 Gauss points (M 6.1), or by semi-implicit Euler for
-    N = 0; `size` steps in each of the PIECES, of which the last is saved."""
+    """A run by degree N with N + 1 Gauss points (M 6.1), or by semi-implicit Euler for N = 0;
+    `size` steps in each of the PIECES, of which the last is saved."""
     problem, h = problem_of(start), DURATION[start] / (PIECES * size)
     if degree == 0:
         setting = {"step": h, "save_every": size}

@@ -24,7 +24,7 @@ def chebyshev_points(n: int) -> Array:
 
 
 def equispaced_points(n: int) -> Array:
-    """From 0 to 1."""
+    """Equispaced points from 0 to 1."""
     return np.linspace(0.0, 1.0, n)
 
 
@@ -50,7 +50,7 @@ def lebesgue(points: Array) -> float:
 
 
 def exact_condition(points: Array) -> float:
-    """The same as `condition`, from monomials, rounded once."""
+    """As `condition`, from monomials in rational arithmetic, rounded once."""
     A = np.vstack([np.eye(1, len(points), dtype=int), grams(points)[0][:-1]])
     norm, of_inverse = (np.max(np.sum(abs(matrix), axis=1)) for matrix in (A, inverse(A)))
     return float(norm * of_inverse)

@@ -109,7 +109,7 @@ class Step:
 
     @cached_property
     def norms(self) -> dict[str, float]:
-        """Of curve minus exact motion: L^1 and L^infinity of q and q', L^infinity of q''.
+        """Norms of curve minus exact motion: L^1 and L^infinity of q and q', L^infinity of q''.
 
         The largest are over samples, so at most the true ones.
         """

@@ -67,7 +67,7 @@ def _side(k: Any, a: float, y: float) -> Array:
 def quadrature_error(
     motion: Motion, singularity: float, start: float, stop: float, degree: int
 ) -> float:
-    """The same of one degree and any motion, by projection in quadrature graded towards t*."""
+    """As `closed_errors`, for one degree and any motion, by quadrature graded towards t*."""
     t, w = graded_nodes(singularity, start, stop, GRADE * degree + 60)
     return float(misses(motion, t[None], w[None], np.array([start]), np.array([stop]), degree)[0])
 

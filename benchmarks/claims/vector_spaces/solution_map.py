@@ -47,7 +47,7 @@ def oscillations(u0: Array, v0: Array, t: Array) -> tuple[Array, Array]:
 
 
 def swings(u0: Array, v0: Array, t: Array) -> tuple[Array, Array]:
-    """The same of u'' = -sin u, by DOP853; t increasing."""
+    """As `oscillations`, for u'' = -sin u, by DOP853; t increasing."""
 
     def rates(s: float, y: Array) -> Array:
         u, v = y.reshape(2, -1)

@@ -104,7 +104,7 @@ def by_hand(functions: Functions, t: Array, b: Array) -> dict[str, float]:
 
 
 def by_galvi(make_method: MakeMethod, space: Any, rule: galvi.Rule) -> dict[str, Any]:
-    """What galvi decides, and how far the table of what it takes is from a straight motion."""
+    """What galvi decides on a pair, and how far its tableau is from a straight motion."""
     theory = galvi.theory(space, rule)
     decided = {"well posed": theory.well_posed, "consistent": theory.consistent}
     try:

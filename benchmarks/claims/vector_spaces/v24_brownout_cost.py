@@ -86,7 +86,7 @@ def read(table: DataFrame) -> dict[str, Measurement]:
     runs = table.pivot(index=["study", "steps"], columns="quantity", values="value")
 
     def least_cost(error: float, cost: str, *degrees: int) -> float:
-        """Of runs that reach the error; NaN where none does."""
+        """The least cost of runs that reach the error; NaN where none does."""
         of_degrees = runs.loc[list(map(label_of, degrees))]
         return seconds_at(of_degrees[ERROR], of_degrees[cost], error)
 

@@ -138,7 +138,7 @@ def balances(make_method: MakeMethod, grains: Any) -> list[dict[str, Any]]:
 
 
 def places(make_method: MakeMethod) -> list[dict[str, Any]]:
-    """Of the pictures."""
+    """Positions of grains, for the pictures."""
     table: list[dict[str, Any]] = []
     for k, diameter in enumerate(DIAMETERS):
         cloud = Cloud(diameter, grains=np.arange(PICTURED) + k * PICTURED)

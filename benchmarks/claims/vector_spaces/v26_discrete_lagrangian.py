@@ -93,8 +93,8 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def error_in_polar_coordinates(method: Any, h: float) -> float:
-    """Of L_d of one step of L = (r'^2 + r^2 a'^2) / 2, whose motions are straight lines with the
-    action |q1 - q0|^2 / (2 h); NaN for a failed run."""
+    """Error of L_d of one step of L = (r'^2 + r^2 a'^2) / 2, whose motions are straight lines with
+    the action |q1 - q0|^2 / (2 h); NaN for a failed run."""
 
     def lagrangian(q: Array, v: Array) -> Any:
         return 0.5 * (v[0] ** 2 + (q[0] * v[1]) ** 2)
@@ -109,7 +109,7 @@ def error_in_polar_coordinates(method: Any, h: float) -> float:
 
 
 def errors_of(run: Any, h: float, truth: Contender, squared: bool) -> dict[str, float]:
-    """Of one step; SQUARE where it is asked for and the action's error is large enough to be
+    """Errors of one step; SQUARE where it is asked for and the action's error is large enough to be
     compared with the square of a distance."""
     if not run.success:
         return dict.fromkeys((ACTION, STEPPED), math.nan)

@@ -85,7 +85,7 @@ def study(make_method: MakeMethod, quick: bool, report: Report) -> DataFrame:
 
 
 def in_step(drive: SingularDrive, method: Any, degree: int, count: int) -> list[dict[str, Any]]:
-    """Of `count` subintervals of [0, 1], and of the step through t*."""
+    """Errors on `count` subintervals of [0, 1], and in the step through t*."""
     edges = np.linspace(0.0, 1.0, count + 1)
     k = int(drive.singularity * count)
     errors = best_errors(drive.motion, edges, degree)

@@ -122,14 +122,14 @@ def over_bounds(
 
 
 def in_steps(method: Any, degree: int, pairs: tuple[Array, ...]) -> list[list[float]]:
-    """The same of steps of the pendulum, without the sum, at SHARES of that with eta C_N^2 = 1."""
+    """As `over_bounds`, without the sum, for the pendulum at SHARES of the h with eta C_N^2 = 1."""
     constant = friedrichs(grams(all_of_degree(degree), *nodes(method.rule)))
     steps = [share * z0() / math.sqrt(3.0) / constant for share in SHARES]
     return [over_bounds(h, pairs, discrete_sizes(method, h, pairs), constant)[:2] for h in steps]
 
 
 def growth(h: float) -> float:
-    """Of the oscillator: the quotient is convex in (du, dp), so largest where one of them is 0."""
+    """Largest quotient of the oscillator: it is convex in (du, dp), so one of them is 0 there."""
     sizes = exact_sizes(oscillations, h, (np.zeros(2), np.zeros(2), *np.eye(2)))
     return float(np.max(sum(sizes))) * math.sqrt(h) / math.cos(h)
 

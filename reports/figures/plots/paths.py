@@ -114,7 +114,7 @@ def clouds(
 
 
 def moving_cloud(axes: Axes, table: pd.DataFrame, *, study: str, labels: Sequence[str]) -> None:
-    """The same, of all sizes at once, as a picture that moves; it ends with the last time."""
+    """As `clouds`, with all sizes in one panel, as a moving picture."""
     times = np.unique(pick(table, study=study)["t"])
     for k, t in enumerate(times):
         clock = axes.text(-19.0, 10.8, f"{t:.2f} s")
