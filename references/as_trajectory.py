@@ -22,7 +22,8 @@ class Failure:
     row
         index of the first saved state that was not computed; it and the later ones become NaN
     step
-        number of the first step not done, counted from 1
+        number of the first step not done, counted from 1; of a code that chooses its steps, of the
+        first saved state not reached
     why
         the reason and the remedy, in a sentence
     """

@@ -72,8 +72,8 @@ PEERS: Mapping[str, Options] = {
     "REBOUND TRACE": Options({}, {"steps": {}}, WHEEL, REBOUND),
     "REBOUND MERCURIUS": Options({}, {"steps": {}}, WHEEL, REBOUND),
     "heyoka": Options(
-        taylor.DEFAULT,
-        {"tolerances": taylor.DEFAULT, "below machine precision": taylor.BEST},
+        taylor.DOUBLE,
+        {"tolerances": taylor.DOUBLE, "below machine precision": taylor.BEST},
         COMPILED_HERE,
         "https://bluescarni.github.io/heyoka.py/",
     ),

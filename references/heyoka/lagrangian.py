@@ -13,7 +13,7 @@ from galvi import PlanarChain, Problem, Trajectory
 from references.as_trajectory import as_trajectory
 from references.contender import times_of_run
 from references.heyoka import engine as heyoka_engine
-from references.heyoka.engine import DEFAULT
+from references.heyoka.engine import DOUBLE
 from references.setting import described
 from references.textbook.chain_equations import ChainEquations, is_chain
 from references.textbook.lagrange_equations import (
@@ -77,13 +77,13 @@ class OnCoordinates:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        times = times_of_run(self, problem, duration, setting, *DEFAULT)
+        times = times_of_run(self, problem, duration, setting, *DOUBLE)
         options = heyoka_engine.options(setting, self.precision)
-        engine = self.integrator(problem, *heyoka_engine.switches(options))
+        engine = self.integrator(problem, *heyoka_engine.checked_options(options))
         start = np.concatenate([problem.q0, problem.v0])
-        states, steps, failure = heyoka_engine.propagated(
+        states, steps, failure = heyoka_engine.propagate(
             engine,
-            start.astype(heyoka_engine.kind(self.precision)),
+            start.astype(heyoka_engine.number_type(self.precision)),
             times - problem.t0,
             problem.t0,
             "the state is not finite.",
@@ -112,7 +112,7 @@ def compiled(
     """heyoka's integrator of q' = v, v' = acceleration, its expressions."""
     import heyoka
 
-    number, state = heyoka_engine.kind(precision), [*q, *v]
+    number, state = heyoka_engine.number_type(precision), [*q, *v]
     return heyoka.taylor_adaptive(
         list(zip(state, [*v, *acceleration], strict=True)),
         np.zeros(len(state)).astype(number),
@@ -148,7 +148,7 @@ def _compiled_chain(
     """heyoka's integrator of this chain, for any start."""
     import heyoka
 
-    number = heyoka_engine.kind(precision)
+    number = heyoka_engine.number_type(precision)
     equations = ChainEquations.of(chain, number)
     S, m = equations.levers, equations.masses
     n = len(m)
@@ -230,7 +230,7 @@ def _compiled(
     """heyoka's integrator of these equations, for any start at the time `began`."""
     import heyoka
 
-    number = heyoka_engine.kind(precision)
+    number = heyoka_engine.number_type(precision)
     translations = {x: heyoka.expression(str(x)) for x in (*equations.q, *equations.v)}
     translations[time_symbol()] = heyoka.time + heyoka.expression(number(began))
 

@@ -18,7 +18,7 @@ from references.closed_forms.double_double import DIGITS
 from references.closed_forms.top_motion import is_known_body
 from references.contender import times_of_run
 from references.heyoka import engine as heyoka_engine
-from references.heyoka.engine import DEFAULT
+from references.heyoka.engine import DOUBLE
 from references.newton import is_thrown
 from references.rigid_equations import rotation
 from references.setting import described
@@ -57,16 +57,16 @@ class HeyokaRigid:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        times = times_of_run(self, problem, duration, setting, *DEFAULT)
+        times = times_of_run(self, problem, duration, setting, *DOUBLE)
         options = heyoka_engine.options(setting, self.precision)
-        number = heyoka_engine.kind(self.precision)
+        number = heyoka_engine.number_type(self.precision)
         moving, numbers = _numbers(problem)
         kind = "thrown" if is_thrown(problem) else "heavy" if len(numbers) > 9 else "free"
-        engine = _compiled(kind, self.precision, *heyoka_engine.switches(options))
+        engine = _compiled(kind, self.precision, *heyoka_engine.checked_options(options))
         engine.pars[:] = [_rounded(x, number) for x in numbers]
         start = np.array([number(x) for x in (1.0, 0.0, 0.0, 0.0)])
         start = np.append(start, [_rounded(x, number) for x in moving])
-        states, steps, failure = heyoka_engine.propagated(
+        states, steps, failure = heyoka_engine.propagate(
             engine, start, times - problem.t0, problem.t0, "the state is not finite."
         )
         turned = rotation(states[:, :4])[:, None]  # (saved, 1, 3, 3)
@@ -136,7 +136,7 @@ def _compiled(kind: str, precision: str, tolerance: float, accurate: bool, compa
     """heyoka's integrator of a body that is "free", "heavy" or "thrown", for any start."""
     import heyoka
 
-    number = heyoka_engine.kind(precision)
+    number = heyoka_engine.number_type(precision)
     w, x, y, z, *p = state = heyoka.make_vars("w", "x", "y", "z", "a", "b", "c")
     par = heyoka.par
     u, v, r = (sum(par[3 * i + j] * p[j] for j in range(3)) for i in range(3))

@@ -18,7 +18,7 @@ from references.contender import times_of_run
 from references.forces import celestial
 from references.heyoka import engine
 from references.heyoka import engine as heyoka_engine
-from references.heyoka.engine import DEFAULT
+from references.heyoka.engine import DOUBLE
 from references.newton import is_forced, replaces_force
 from references.setting import described
 
@@ -125,7 +125,7 @@ class HeyokaTaylor:
     Notes
     -----
     Setting: samples; tolerance, high_accuracy (compensated sums), compact_mode (quick to compile,
-    slower to run) as in heyoka, where the default is heyoka's own (DEFAULT) in double and QUADRUPLE
+    slower to run) as in heyoka, where the default is heyoka's own (DOUBLE) in double and QUADRUPLE
     in real128. Add BEST for what its authors advise at machine precision: a tolerance below it.
     An integrator is compiled for its system and setting, in seconds, and kept: run once before
     timing. Samples are ends of steps.
@@ -150,7 +150,7 @@ class HeyokaTaylor:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Adaptive steps; see `Contender`."""
-        times = times_of_run(self, problem, duration, setting, *DEFAULT)
+        times = times_of_run(self, problem, duration, setting, *DOUBLE)
         options = heyoka_engine.options(setting, self.precision)
         states, steps, failure = self.states(problem, times - problem.t0, options)
         states = states.astype(np.float64).reshape(len(times), -1, 2, 3)
@@ -171,15 +171,15 @@ class HeyokaTaylor:
         """Rows of x, y, z, vx, vy, vz of each body in this precision, (saved, 6 bodies), at times
         since the start, the first 0; NaN past a failure. The steps taken, and the failure.
         """
-        number = heyoka_engine.kind(self.precision)
+        number = heyoka_engine.number_type(self.precision)
         forces = getattr(problem.system, "forces", ())
         engine = _compiled(
-            _constants(problem), forces, self.precision, *heyoka_engine.switches(options)
+            _constants(problem), forces, self.precision, *heyoka_engine.checked_options(options)
         )
         pad = ((0, 0), (0, 3 - problem.q0.shape[-1]))
         start = [np.pad(np.atleast_2d(x), pad) for x in (problem.q0, problem.v0)]
         state = np.concatenate(start, axis=1).ravel().astype(number)
-        return heyoka_engine.propagated(engine, state, times, problem.t0, "bodies met.")
+        return heyoka_engine.propagate(engine, state, times, problem.t0, "bodies met.")
 
 
 def _constants(problem: Problem) -> tuple[Any, ...]:
@@ -211,7 +211,7 @@ def _compiled(
     """heyoka's integrator; G times mass is formed in its precision, not in double."""
     import heyoka
 
-    kind = heyoka_engine.kind(precision)
+    kind = heyoka_engine.number_type(precision)
     system, strength, divisor, *masses = constants
     options = {"Gconst": kind(strength) / kind(divisor), "masses": [kind(m) for m in masses]}
     if system == "bodies":

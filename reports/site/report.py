@@ -16,7 +16,7 @@ from reports.figures.drawing import Gallery
 from reports.figures.picture import Picture
 from reports.results.claim_results import ClaimResult
 from reports.results.comparison import Comparison
-from reports.results.machines import Machine, machines
+from reports.results.machines import Machine, other_machines
 from reports.results.options import Options
 from reports.results.origins import read_origins
 from reports.results.section import Figure
@@ -166,7 +166,7 @@ class Report:
     @cached_property
     def machines(self) -> list[Machine]:
         """Other machines, whose rows were merged into this report."""
-        return machines(self.out)[1:]
+        return other_machines(self.out)
 
     @cached_property
     def problems(self) -> dict[str, pd.DataFrame]:

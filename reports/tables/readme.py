@@ -154,7 +154,7 @@ def by_machine(report: Sequence[Machine], *columns: Any) -> str:
     """A block for each kind of processor, by its widest vectors: a line on the machine, and the
     table of `times`; of several of a kind the report's own, which is first, or the newest."""
     blocks = {
-        machine.kind: f"On {machine.title}:\n\n{times(matched(machine.runs), *columns)}"
+        machine.vector_set: f"On {machine.title}:\n\n{times(matched(machine.runs), *columns)}"
         for machine in reversed(report)
     }
     return "\n\n".join(blocks[kind] for kind in sorted(blocks))

@@ -122,7 +122,7 @@ def _case(
 
     tolerances = (1e-9,) if quick or loose else (1e-9, 1e-12)
     compact = {"compact_mode": True} if len(problem.q0) > UNROLLED else {}
-    taylor = [{**options, **compact} for options in (heyoka_taylor.DEFAULT, heyoka_taylor.BEST)]
+    taylor = [{**options, **compact} for options in (heyoka_taylor.DOUBLE, heyoka_taylor.BEST)]
     return WorkPrecisionProblem(
         problem,
         duration,

@@ -98,9 +98,9 @@ def planets(
         for mode, fine in ((ias15.DEFAULT, 1e-3), (ias15.GLOBAL, 1e-7))
         for epsilon in ((1e-5,) if few else (1e-5, fine))
     ]
-    taylor = [heyoka_taylor.DEFAULT, heyoka_taylor.BEST]
+    taylor = [heyoka_taylor.DOUBLE, heyoka_taylor.BEST]
     tolerances = () if few else (1e-6, 1e-9, 1e-12)
-    taylor += [{**heyoka_taylor.DEFAULT, "tolerance": tolerance} for tolerance in tolerances]
+    taylor += [{**heyoka_taylor.DOUBLE, "tolerance": tolerance} for tolerance in tolerances]
     by_rebound = [
         Participant("REBOUND IAS15", ias15.IAS15, [once(**ias15.DEFAULT)]),
         Participant("REBOUND WHFast, best", whfast.WHFAST, open_to("REBOUND WHFast", *WISDOM)),

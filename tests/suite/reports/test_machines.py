@@ -7,7 +7,7 @@ import pytest
 from benchmarks.store.cells import as_csv
 from reports.build.build import build_kept
 from reports.build.kept import kept_comparison
-from reports.results.machines import Machine, machines, merge
+from reports.results.machines import Machine, machines, merge, other_machines
 from reports.results.options import Options
 from reports.results.origins import note_origin
 from reports.tables.readme import SPEED, TIMES, by_machine
@@ -36,13 +36,13 @@ def test_rows_and_benches_come_with_where_they_are_from(tmp_path):
     bench.write_text("{}")
     rows, benches = merge(out, [remote])
     assert "6 rows of EPYC 7 (znver3, AVX2), 2026-01-02, commit 0123456789ab" in rows
-    assert "1 files of benches" in benches and (out / bench.relative_to(remote)).exists()
+    assert "1 benchmark files copied" in benches and (out / bench.relative_to(remote)).exists()
     local, merged = machines(out)
-    assert (local.kind, merged.kind) == ("AVX-512", "AVX2")
+    assert (local.vector_set, merged.vector_set) == ("AVX-512", "AVX2")
     assert merged.runs["seconds"].tolist() == pytest.approx(
         work_precision(True, print)["seconds"].tolist(), nan_ok=True
     )
-    assert any("stay" in message for message in merge(out, [remote]))  # as new
+    assert any("skipped" in message for message in merge(out, [remote]))  # as new
     newer = report(tmp_path / "newer", date="2026-02-02 00:00 UTC")
     merge(out, [newer])
     assert [machine.origin["date"][:7] for machine in machines(out)] == ["2026-01", "2026-02"]
@@ -59,12 +59,20 @@ def test_a_folder_without_rows_or_with_rows_from_nowhere_is_refused(tmp_path):
     (narrow / "work_precision.csv").write_text("problem,error\np,1\n")
     for folder, message in (
         ("empty", "which has neither"),
-        ("nowhere", "received none"),
+        ("nowhere", "it does not"),
         ("narrow", "without contender, settings, seconds, is_truth"),
     ):
         with pytest.raises(ValueError, match=message):
             merge(out, [good, tmp_path / folder])
         assert not out.exists()
+
+
+def test_a_report_without_an_origin_of_its_own_shows_the_machines_that_were_merged(tmp_path):
+    out = report(tmp_path / "out")
+    merge(out, [report(tmp_path / "there", **HERE)])
+    (out / "provenance.json").unlink()
+    assert [machine.vector_set for machine in other_machines(out)] == ["AVX-512"]
+    assert len(machines(out)) == 1
 
 
 def test_rows_that_do_not_say_which_is_the_truth_are_left_out(tmp_path, capsys):
