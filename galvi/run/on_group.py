@@ -30,13 +30,20 @@ from galvi.run.request import RunRequest
 from galvi.run.run_arrays import LEFT_OVER, RunArrays, State, fixed, run_plan
 from galvi.run.stepper import BY_NEWTON, Substeps, curves_in
 from galvi.run.vector_space import kernel_tableau
+from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.systems.system import GroupSystem, LagrangianKernel, WithLimits
 from galvi.systems.traces import Traces, traces
 from galvi.tableau import Tableau
 
-ROTATION_TOLERANCE = 2.0**-55  # half the rounding unit of a rotation matrix; changes are in radians
+# Of changes of an angle in radians: half the error, 2^-54, of rounding the entries of a rotation
+# matrix that are just below 1.
+ROTATION_TOLERANCE = 2.0**-55
+SUBSTEP_COUNTS = (4, 16, 64)  # tried one after the other
+SUBSTEP_TOLERANCE = 1e-8  # of substeps, which only give a guess
+PATH_POINTS = 33  # times in a step at which its rotation is tracked
+NEAR_LIMIT = 0.8  # share of a chart's limit from which a failed step's message names the chart
 
 
 class GeneralGroupKernel:
@@ -45,11 +52,11 @@ class GeneralGroupKernel:
     def __init__(self, request: RunRequest, work: RunArrays) -> None:
         problem, method, self._work = request.problem, request.method, work
         system: Any = group_system(problem, method)
-        field, law = _law(system, traces(system))
-        self._kernel = compiled_advance_group() if field.compiled else interpreted(advance_group)
+        kernel, law = _law(system, traces(system))
+        self._kernel = compiled_advance_group() if kernel.compiled else interpreted(advance_group)
         layout, chart = coupled_layout(system, problem), method.group_chart
-        unknowns = (method.space.dimension - 1,) * system.group.dimension  # of each component
-        basis = _basis(method.table, tuple(getattr(method.space, "degrees", unknowns)))
+        equal_degrees = (method.space.dimension - 1,) * system.group.dimension
+        basis = _basis(method.table, tuple(getattr(method.space, "degrees", equal_degrees)))
         tolerance = max(request.checkpoint.tolerance, ROTATION_TOLERANCE)
         plan, self._progress, self._saved = run_plan(request, work, tolerance)
         self._arguments = law, layout, chart.number, chart.farthest, basis, plan
@@ -61,8 +68,8 @@ class GeneralGroupKernel:
         )
 
 
-class CountedByNewton:
-    """Steps by the general kernel, counted as those that fixed-point iteration left to it."""
+class NewtonFallback:
+    """The general kernel for steps on which fixed-point iteration failed: counts[LEFT_OVER]."""
 
     def __init__(self, request: RunRequest, work: RunArrays) -> None:
         self._kernel, self._work = GeneralGroupKernel(request, work), work
@@ -77,25 +84,26 @@ class CountedByNewton:
 
 @lru_cache(maxsize=32)
 def _law(system: Any, system_traces: Traces) -> tuple[LagrangianKernel, tuple[Any, ...]]:
-    """The Lagrangian of a system, which owns the functions, and its tuple for the kernel; cached
+    """The system's kernel, which keeps its functions alive, and its ``Law`` as a tuple; cached
     with the system's traces."""
-    field = system.lagrangian_kernel()
-    return field, tuple(
+    kernel = system.lagrangian_kernel()
+    return kernel, tuple(
         Law(
-            field.functions,
-            field.kind,
-            field.time_dependent,
-            field.matrix_rows,
-            field.constants,
-            field.force_kind,
-            field.force_constants,
+            kernel.functions,
+            kernel.kind,
+            kernel.time_dependent,
+            kernel.matrix_rows,
+            kernel.constants,
+            kernel.force_kind,
+            kernel.force_constants,
         )
     )
 
 
 @lru_cache(maxsize=32)
 def _basis(table: Tableau, degrees: tuple[int, ...]) -> tuple[Any, ...]:
-    tableau, first = kernel_tableau(table), np.concatenate([[0], np.cumsum(degrees)])
+    """The ``Basis`` of a tableau as a tuple; ``degrees``: unknowns of each component."""
+    nystrom, first = kernel_tableau(table), np.concatenate([[0], np.cumsum(degrees)])
     return tuple(
         Basis(
             table.psi,
@@ -105,16 +113,11 @@ def _basis(table: Tableau, degrees: tuple[int, ...]) -> tuple[Any, ...]:
             table.c,
             first.astype(np.int64),
             table.projection,
-            tableau.analysis,
-            tableau.extrapolation,
-            tableau.growth,
+            nystrom.analysis,
+            nystrom.extrapolation,
+            nystrom.growth,
         )
     )
-
-
-SUBSTEPS = (4, 16, 64)
-PATH = 33  # times per step at which its rotation is tracked
-NEAR_LIMIT = 0.8  # share of a chart's limit beyond which it is named beside a failed step
 
 
 def _system(problem: Problem, method: Galerkin) -> GroupSystem:
@@ -123,13 +126,14 @@ def _system(problem: Problem, method: Galerkin) -> GroupSystem:
 
 @lru_cache(maxsize=32)
 def _start_of(problem: Problem, stages: int, system_traces: Traces) -> State:
-    """The state before the first step, cached with the system's traces."""
+    """The state before the first step, with the rows of `galvi.kernels.on_group.advance`; cached
+    with the system's traces."""
     p0, g = problem.p0.ravel(), problem.q0.ravel()
     layout = getattr(problem.system, "group", Rn(p0.size)).layout
-    turns = bool(np.any(layout[:, product.ROTATIONS]))
-    state = np.zeros((4, max(3 * p0.size, g.size + p0.size) if turns else p0.size))
+    has_rotations = bool(np.any(layout[:, product.ROTATIONS]))
+    state = np.zeros((4, max(3 * p0.size, g.size + p0.size) if has_rotations else p0.size))
     state[0, : g.size], state[1, : p0.size] = g, p0
-    if turns:
+    if has_rotations:
         nu = np.empty(p0.size)
         product.in_space(layout, g.copy(), p0.copy(), nu)
         state[1, 2 * p0.size : 3 * p0.size] = nu
@@ -143,19 +147,20 @@ def _guess(v: Array, stages: int) -> tuple[Array, np.ndarray]:
     return same, np.array([GUESS, 0, 0, 0], dtype=np.int64)
 
 
-def farthest_turn(group: Group, xi: Array) -> float:
-    """The largest rotation angle |xi| in exponential coordinates, or angular speed, (d,)."""
+def largest_rotation(group: Group, xi: Array) -> float:
+    """The largest rotation angle of exponential coordinates xi (d,), or angular speed of a velocity
+    (d,)."""
     return float(product.largest_rotation(group.layout, np.ascontiguousarray(xi)))
 
 
-def _farthest_of(group: Group, path: Array) -> float:
-    """The largest rotation angle on a path (k, d)."""
-    start, farthest = 0, 0.0
+def _largest_rotation_on(group: Group, path: Array) -> float:
+    """The largest rotation angle on a path of exponential coordinates (k, d)."""
+    start, largest = 0, 0.0
     for _, d, _, rotations in group.layout:
         sizes = np.sum(path[:, start : start + rotations] ** 2, axis=1)
-        farthest = max(farthest, farthest_turn(group, path[int(np.argmax(sizes))]))
+        largest = max(largest, largest_rotation(group, path[int(np.argmax(sizes))]))
         start += d
-    return farthest
+    return largest
 
 
 def _chart(problem: Problem, method: Galerkin) -> LocalChart:
@@ -193,35 +198,37 @@ class OnGroup:
         return curves_in(_chart(problem, method), problem, method, step, t0, bases, x)
 
     def guess(self, substeps: Substeps, request: RunRequest, work: RunArrays) -> Array | None:
-        """xi' (d, s) in the chart along the next step computed with 4, 16 or 64 substeps, or None.
+        """xi' (d, s) in the chart along the next step, from 4, 16 or 64 substeps.
 
-        None if no such run succeeds, if it leaves the chart, and for the solver fixed_point. Adds
-        the cost to the counts and stores the largest rotation angle in ``work.step_angle``.
+        None for the solver fixed_point, and where no such run succeeds or its path leaves the
+        chart. Adds the cost to the counts. ``work.step_angle`` becomes the largest rotation angle
+        on the path or, where there is none, |h| times the last angular speed.
         """
         problem, method, step = request.problem, request.method, request.step
         group, chart = _system(problem, method).group, method.group_chart
         t, v = problem.t0 + (request.checkpoint.first + work.steps_done) * step, work.stages[:, -1]
-        work.step_angle[0] = abs(step) * farthest_turn(group, v)
+        work.step_angle[0] = abs(step) * largest_rotation(group, v)
         if request.checkpoint.solver == "fixed_point":
             return None
         q = work.state[0, : problem.q0.size].reshape(group.shape)
-        for parts in SUBSTEPS:
-            begin = Checkpoint(0, work.state, *_guess(v, method.stages), "newton", 1e-8)
+        for parts in SUBSTEP_COUNTS:
+            begin = Checkpoint(
+                0, work.state, *_guess(v, method.stages), "newton", SUBSTEP_TOLERANCE
+            )
             moved = problem.moved(q.reshape(problem.q0.shape), v.reshape(problem.v0.shape), t)
             fine, code = substeps(RunRequest(moved, method, step / parts, parts, begin))
             work.counts[:4] += fine.work.counts[:4]
             if code == SOLVED:
-                places = np.union1d(np.linspace(0.0, 1.0, PATH), method.table.c)
-                path, turning = (
-                    fine.curves.position(t + step * places).reshape(-1, *group.shape),
-                    Exponential(),
+                fractions = np.union1d(np.linspace(0.0, 1.0, PATH_POINTS), method.table.c)
+                path = fine.curves.position(t + step * fractions).reshape(-1, *group.shape)
+                rotations = unwrapped(
+                    Exponential(), group, coordinates(Exponential(), group, q, path)
                 )
-                turns = unwrapped(turning, group, coordinates(turning, group, q, path))
-                work.step_angle[0] = _farthest_of(group, turns)
+                work.step_angle[0] = _largest_rotation_on(group, rotations)
                 if work.step_angle[0] > chart.limit:
                     return None
                 xi = unwrapped(chart, group, coordinates(chart, group, q, path))
-                xi = xi[np.searchsorted(places, method.table.c)]
+                xi = xi[np.searchsorted(fractions, method.table.c)]
                 velocities = fine.curves.velocity(t + method.table.c * step).reshape(-1, v.size)
                 rates = np.linalg.solve(tangent(chart, group, xi), velocities[..., None])[..., 0]
                 return np.ascontiguousarray(rates.T)
@@ -229,12 +236,8 @@ class OnGroup:
 
     def failure(self, request: RunRequest, code: int, work: RunArrays) -> str:
         """See `Formulation`."""
-        problem, method, step, solver = (
-            request.problem,
-            request.method,
-            request.step,
-            request.checkpoint.solver,
-        )
+        problem, method, step = request.problem, request.method, request.step
+        solver = request.checkpoint.solver
         if isinstance(problem.system, NBody) and problem.system.masses.size > 1:
             q, p = work.state[:2]
             v = problem.system.velocity(p.reshape(problem.q0.shape)).ravel()
@@ -242,33 +245,36 @@ class OnGroup:
         if isinstance(problem.system, WithLimits):
             q = work.state[0, : problem.q0.size].reshape(problem.q0.shape)
             if beyond := problem.system.beyond_limits(q, work.stages[:, -1], step):
-                return f"{beyond}. The motion is right up to there; choose other controls."
+                return f"{beyond}. The motion is valid up to there; choose other controls."
         if isinstance(problem.system, Multibody):
             q, v = work.state[0, : problem.q0.size].reshape(problem.q0.shape), work.stages[:, -1]
             if is_locked_ahead(problem, q, v, step):
                 return f"{LOCKED}. {BALL_JOINT}."
-        turn, limit = float(work.step_angle[0]), method.group_chart.limit
-        if not turn < LARGEST_SQUARED:
-            return "velocities above 1e100 overflow. Use other units, or a smaller step."
+        angle, limit = float(work.step_angle[0]), method.group_chart.limit
+        if not angle < LARGEST_SQUARED:
+            return (
+                "the step's rotation is not a finite number of radians, or above 1e100. Use other "
+                "units, or a smaller step."
+            )
         solver_name = "fixed-point iteration" if solver == "fixed_point" else "Newton's method"
-        if turn >= NEAR_LIMIT * limit or code == LEFT_CHART:
-            farther = max(CHARTS, key=lambda chart: chart.limit)
+        if angle >= NEAR_LIMIT * limit or code == LEFT_CHART:
+            widest = max(CHARTS, key=lambda chart: chart.limit)
             alternative = (
                 ""
-                if farther.limit <= limit
+                if widest.limit <= limit
                 else (
-                    f", or chart=galvi.{type(farther).__name__}(), which ends at "
-                    f"{farther.limit / np.pi:g} pi"
+                    f", or chart=galvi.{type(widest).__name__}(), which ends at "
+                    f"{widest.limit / np.pi:g} pi"
                 )
             )
-            clause = f"the step turns by {turn:.4g} radians, and "
-            if code != LEFT_CHART and turn < limit:
+            clause = f"the step turns by {angle:.4g} radians, and "
+            if code != LEFT_CHART and angle < limit:
                 clause = (
-                    f"{solver_name} did not solve a step that turns by {turn:.4g} radians, where "
+                    f"{solver_name} did not solve a step that turns by {angle:.4g} radians, where "
                 )
             return (
                 f"{clause}the chart {type(method.chart).__name__} ends at {limit:.4g}. Use a step "
-                f"of at most {0.5 * abs(step) * limit / turn:.2g}{alternative}."
+                f"of at most {0.5 * abs(step) * limit / angle:.2g}{alternative}."
             )
         if code == NOT_FINITE:
             return (
@@ -279,10 +285,11 @@ class OnGroup:
         if solver == "fixed_point":
             alternative = ", or the solver auto"
         elif getattr(problem.system, "potential_calls_per_force", 0):
-            alternative = ", or give the Lagrangian its slopes"
+            argument = "slopes" if isinstance(problem.system, Lagrangian) else "gradient"
+            alternative = f", or give the system its {argument}"
         return (
             f"{solver_name} did not solve the stage equations"
-            f"{f' of a step that turns by {turn:.3g} radians' if turn else ''}. "
+            f"{f' of a step that turns by {angle:.3g} radians' if angle else ''}. "
             f"Use a smaller step or a higher degree{alternative}."
         )
 

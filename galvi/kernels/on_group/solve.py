@@ -16,17 +16,19 @@ from galvi.kernels.on_group import scale as scales
 from galvi.kernels.on_group.derivative import derivative, factor, substitute
 from galvi.kernels.on_group.stages import new_scratch, place_curve, residual, stage_slopes
 
-STEP_PASSES = 60  # most of a step's iteration
+MAX_PASSES = 60  # of the iteration of one time step
 DERIVATIVE_CONTRACTION = 0.2  # contraction factor above which the derivative is recomputed
-NEARLY_SOLVED = 1e-10  # relative change below which neither that nor damping is done
-MEASURED = 4  # most derivatives at the start of a step, each with scales from the one before
-SHORTEST = 2.0**-24  # smallest share of a correction that is tried
-GUESS_CORRECTIONS = 4  # corrections of an initial guess by the chart's tangent map
+# Relative change, times the amplification near a chart's limit, below which the derivative is kept;
+# after such a change nothing is damped.
+NEARLY_SOLVED = 1e-10
+MAX_FIRST_DERIVATIVES = 4  # at the first pass, each with scales from the correction before it
+SMALLEST_SHARE = 2.0**-24  # of a correction, that damping tries
+GUESS_CORRECTIONS = 3  # of the rates of an initial guess, by the chart's tangent map
 
 
 @jit_noalloc
 def coefficients(basis, h, rates, x):
-    """x (d, m) <- coefficients of the curve nearest to rates xi' (d, s) at the stages."""
+    """x (d, m) <- the least-squares fit, weighted by b, of the curve to rates xi' (d, s)."""
     first, projection = basis.first, basis.projection
     x[:, :] = 0.0
     for a in range(x.shape[0]):
@@ -41,37 +43,40 @@ def coefficients(basis, h, rates, x):
 def guess_curve(layout, chart, basis, h, velocities, x):
     """x <- coefficients of a curve with about these velocities (d, s) at the stages.
 
-    xi' = T(xi)^-1 velocity, with a few iterations for xi.
+    xi' = T(xi)^-1 velocity, iterated GUESS_CORRECTIONS times for xi.
     """
     if is_flat(layout):
         coefficients(basis, h, velocities, x)
         return
     d, s = velocities.shape
     coordinates, rate = np.zeros((d, s)), np.empty((d, s))
-    xi, velocity, solved = np.empty(d), np.empty(d), np.empty(d)
+    xi, velocity, stage_rate = np.empty(d), np.empty(d), np.empty(d)
     rates = velocities.copy()
-    for _pull in range(GUESS_CORRECTIONS):
+    for _ in range(GUESS_CORRECTIONS):
         coefficients(basis, h, rates, x)
         place_curve(basis, h, x, coordinates, rate)
         for j in range(s):
             for a in range(d):
                 xi[a], velocity[a] = coordinates[a, j], velocities[a, j]
-            product.rate(layout, chart, xi, velocity, solved)
+            product.rate(layout, chart, xi, velocity, stage_rate)
             for a in range(d):
-                rates[a, j] = solved[a]
+                rates[a, j] = stage_rate[a]
+    coefficients(basis, h, rates, x)
 
 
 class Newton(NamedTuple):
-    """The state of an iteration.
+    """The state of Newton's iteration for n unknowns.
 
     Attributes
     ----------
-    matrix, pivots
-        factors of the derivative, and ``right``, scratch for a right-hand side
-    R, ahead, step : array, shape (d, m)
-        residual, the correction from here, and the last one that was taken
-    to_place, to_rate : array, shape (d, s)
-        of the correction from here
+    matrix, pivots : array, shape (n, n) and (n,)
+        LU factors of the derivative dR/dx
+    rhs : array, shape (n,)
+        scratch for a right-hand side
+    R, correction, last_correction : array, shape (d, m)
+        residual, the correction from the present x, and the last one that was taken
+    xi_change, rate_change : array, shape (d, s)
+        changes of xi and xi' at the stages by ``correction``
     scale, sizes : array, shape (d,)
         see galvi.kernels.on_group.scale; ``sizes`` is scratch
     history : array, shape (4,)
@@ -80,12 +85,12 @@ class Newton(NamedTuple):
 
     matrix: Any
     pivots: Any
-    right: Any
+    rhs: Any
     R: Any
-    ahead: Any
-    step: Any
-    to_place: Any
-    to_rate: Any
+    correction: Any
+    last_correction: Any
+    xi_change: Any
+    rate_change: Any
     scale: Any
     sizes: Any
     history: Any
@@ -93,7 +98,7 @@ class Newton(NamedTuple):
 
 @jit
 def new_iteration(unknowns, d, m, s):
-    """A ``Newton`` for so many unknowns."""
+    """A ``Newton`` with arrays for this number of unknowns."""
     return Newton(
         np.empty((unknowns, unknowns)),
         np.empty(unknowns, np.int64),
@@ -111,42 +116,45 @@ def new_iteration(unknowns, d, m, s):
 
 @jit_noalloc
 def correct(basis, h, newton):
-    """The correction from here <- -matrix^-1 R, and its curve."""
-    R, ahead, first, flat = newton.R, newton.ahead, basis.first, newton.right
+    """``correction`` <- -matrix^-1 R, with its changes of xi and xi'."""
+    R, correction, first, rhs = newton.R, newton.correction, basis.first, newton.rhs
     for a in range(R.shape[0]):
         for i in range(first[a + 1] - first[a]):
-            flat[first[a] + i] = -R[a, i]
-    substitute(newton.matrix, newton.pivots, flat)
-    ahead[:, :] = 0.0
+            rhs[first[a] + i] = -R[a, i]
+    substitute(newton.matrix, newton.pivots, rhs)
+    correction[:, :] = 0.0
     for a in range(R.shape[0]):
         for i in range(first[a + 1] - first[a]):
-            ahead[a, i] = flat[first[a] + i]
-    place_curve(basis, h, ahead, newton.to_place, newton.to_rate)
+            correction[a, i] = rhs[first[a] + i]
+    place_curve(basis, h, correction, newton.xi_change, newton.rate_change)
 
 
 @jit_noalloc
-def add(x, factor_, step):
-    """x <- x + factor_ step, (d, m)."""
+def add(x, share, correction):
+    """x <- x + share correction, (d, m)."""
     for a in range(x.shape[0]):
         for i in range(x.shape[1]):
-            x[a, i] += factor_ * step[a, i]
+            x[a, i] += share * correction[a, i]
 
 
 @jit_noalloc
-def differentiate(law, method, scratch, start, curve, newton, rounds, counts):
-    """Form the derivative here, and the correction with it; whether it is regular.
+def differentiate(law, method, scratch, start, curve, newton, max_derivatives, counts):
+    """Form and factor the derivative at ``curve``, and the correction with it.
+
+    Grows ``newton.scale`` and counts the forces and solves. Returns False if the derivative is
+    singular.
 
     Parameters
     ----------
-    rounds
-        how often its scales may be taken from the correction before. That of a motion from rest is
-        known only after the first one
+    max_derivatives
+        number of derivatives that may be reusable. Each after the first takes its scales from the
+        correction before it, since those of a motion from rest are not known earlier
     """
     d, s = curve.coordinates.shape
     scale, sizes, h = newton.scale, newton.sizes, start.h
     rate_scale = scales.largest(curve.rate)
     at_rest = rate_scale == 0.0
-    for _round in range(rounds):
+    for _ in range(max_derivatives):
         size = 0.0
         for a in range(d):
             sizes[a] = scale[a] if scale[a] > 0.0 else 1.0
@@ -159,23 +167,24 @@ def differentiate(law, method, scratch, start, curve, newton, rounds, counts):
         if not factor(newton.matrix, newton.pivots):
             return False
         correct(method.basis, h, newton)
-        largest_rate = scales.largest(newton.to_rate)
+        largest_rate = scales.largest(newton.rate_change)
         if not largest_rate > scales.BAD_SCALE_RATIO * rate_scale and not (
             at_rest and 0.0 < scales.BAD_SCALE_RATIO * largest_rate < rate_scale
         ):
             break
-        scales.grow_scale(method.layout, newton.to_place, newton.to_rate, h, scale)
+        scales.grow_scale(method.layout, newton.xi_change, newton.rate_change, h, scale)
         rate_scale = largest_rate
-    scales.grow_scale(method.layout, newton.to_place, newton.to_rate, h, scale)
+    scales.grow_scale(method.layout, newton.xi_change, newton.rate_change, h, scale)
     return True
 
 
 @jit_noalloc
 def verdict(method, h, curve, change, tolerance, history):
-    """Whether the iteration has ended with a relative change, as a code.
+    """The code of the iteration after a pass with this relative change.
 
-    What changes that no longer shrink may be, to be round-off, grows with the coordinates of
-    rotations near the chart's limit.
+    A change that no longer shrinks counts as round-off up to ROUND_OFF_CHANGE times an
+    amplification, which grows near the limit of the chart, but only where the velocities are
+    resolved; elsewhere the root may be spurious.
     """
     code = solve.verdict(change, tolerance, history)
     if code != solve.NOT_FINITE and history[3] >= solve.IDLE:
@@ -189,7 +198,9 @@ def verdict(method, h, curve, change, tolerance, history):
 
 @jit
 def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
-    """The curve's x <- the solution nearest to it, with its forces and velocities. Returns a code.
+    """The curve's x <- a solution, by Newton's method from x, with its forces and velocities.
+
+    Returns SOLVED, DIVERGED (also after MAX_PASSES) or NOT_FINITE (also for a singular derivative).
 
     The derivative is reused while the iteration contracts well. If a correction is larger than the
     one before, the latter is undone and repeated with a new derivative or halved (natural
@@ -202,60 +213,64 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
     x, coordinates, rate = curve.x, curve.coordinates, curve.rate
     (d, m), s = x.shape, coordinates.shape[1]
     newton, scratch = new_iteration(basis.first[d], d, m, s), new_scratch(d, g.size, m)
-    now, scale, history = np.empty(d), newton.scale, newton.history
+    scale_at_solution, scale, history = np.empty(d), newton.scale, newton.history
     solve.reset_history(history)
-    formed = at_start = False  # whether a derivative exists, and whether at step's start
+    reusable = False  # whether the derivative may be used again
+    fresh = False  # whether it was formed where the last correction began
     last, share = np.inf, 1.0
     place_curve(basis, h, x, coordinates, rate)
     position_scale(layout, g, scale)
     scales.grow_scale(layout, coordinates, rate, h, scale)
-    for passes in range(STEP_PASSES):
+    for passes in range(MAX_PASSES):
         stage_slopes(law, layout, chart, scratch, start, curve)
         residual(method, scratch, start, curve, newton.R)
         counts[solve.ITERATIONS] += 1
         counts[solve.FORCES] += s
         change = np.inf
-        if formed:
+        if reusable:
             correct(basis, h, newton)
             change = scales.relative(
-                newton.to_place, newton.to_rate, h, scale, scales.largest(rate)
+                newton.xi_change, newton.rate_change, h, scale, scales.largest(rate)
             )
             nearly_solved = NEARLY_SOLVED * scales.amplification(layout, coordinates, rate, h)
             if allow_damping and not change <= last and last > nearly_solved:
-                add(x, -share, newton.step)
-                formed, share = at_start, 0.5 * share
-                if at_start:
-                    add(x, share, newton.step)
-                if share < SHORTEST:
+                add(x, -share, newton.last_correction)
+                reusable, share = fresh, 0.5 * share
+                if fresh:
+                    add(x, share, newton.last_correction)
+                if share < SMALLEST_SHARE:
                     return solve.DIVERGED if change < np.inf else solve.NOT_FINITE
                 place_curve(basis, h, x, coordinates, rate)
                 continue
-            formed = change <= DERIVATIVE_CONTRACTION * last or change < nearly_solved
-        at_start = not formed
-        if not formed:
-            rounds = MEASURED if passes == 0 else 1
-            if not differentiate(law, method, scratch, start, curve, newton, rounds, counts):
+            reusable = change <= DERIVATIVE_CONTRACTION * last or change < nearly_solved
+        fresh = not reusable
+        if not reusable:
+            max_derivatives = MAX_FIRST_DERIVATIVES if passes == 0 else 1
+            if not differentiate(
+                law, method, scratch, start, curve, newton, max_derivatives, counts
+            ):
                 return solve.NOT_FINITE
             change = scales.relative(
-                newton.to_place, newton.to_rate, h, scale, scales.largest(rate)
+                newton.xi_change, newton.rate_change, h, scale, scales.largest(rate)
             )
-            formed = True
-        copy_into(newton.step, newton.ahead)
-        add(x, 1.0, newton.step)
+            reusable = True
+        copy_into(newton.last_correction, newton.correction)
+        add(x, 1.0, newton.last_correction)
         last, share = change, 1.0
         place_curve(basis, h, x, coordinates, rate)
         if not scales.largest(coordinates) < np.inf:
             return solve.NOT_FINITE
         code = verdict(method, h, curve, change, tolerance, history)
         if code == solve.SOLVED:
-            position_scale(layout, g, now)
-            scales.grow_scale(layout, coordinates, rate, h, now)
-            if not scales.shrink_scale(now, scale):
+            position_scale(layout, g, scale_at_solution)
+            scales.grow_scale(layout, coordinates, rate, h, scale_at_solution)
+            # Where a scale was a bad guess, go on with the smaller one.
+            if not scales.shrink_scale(scale_at_solution, scale):
                 stage_slopes(law, layout, chart, scratch, start, curve)
                 counts[solve.FORCES] += s
                 return solve.SOLVED
             solve.reset_history(history)
             last = np.inf
         elif code != solve.GOING:
-            return solve.DIVERGED if code != solve.NOT_FINITE else code
+            return code
     return solve.DIVERGED

@@ -5,7 +5,7 @@ from __future__ import annotations
 from galvi.run.general import inertial_formulation
 from galvi.run.in_lanes.lagrangian import group_kernel
 from galvi.run.in_lanes.nystrom import vector_kernel
-from galvi.run.on_group import CountedByNewton
+from galvi.run.on_group import NewtonFallback
 from galvi.run.request import RunRequest
 from galvi.run.stepper import Declined, Engine, Stepper
 from galvi.run.vector_space import VECTOR_SPACE
@@ -30,7 +30,7 @@ def stepper_in_lanes(request: RunRequest) -> Stepper | Declined:
         LANES.name,
         "its forces are known as expressions",
         kernel,
-        kernel if vector else CountedByNewton,
+        kernel if vector else NewtonFallback,
     )
 
 

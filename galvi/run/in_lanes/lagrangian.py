@@ -17,7 +17,7 @@ from galvi.problem import Problem
 from galvi.run.group_system import coupled_layout
 from galvi.run.in_lanes.law_kernel import LawKernel, law_on_group, law_on_space
 from galvi.run.in_lanes.tables import Form, tables_on_group, tables_on_space
-from galvi.run.on_group import CountedByNewton
+from galvi.run.on_group import NewtonFallback
 from galvi.run.request import RunRequest
 from galvi.run.run_arrays import RunArrays
 from galvi.run.stepper import Kernel, MakeKernel
@@ -134,7 +134,7 @@ class WithNewton:
 
     @cached_property
     def _general(self) -> Kernel:  # made when first needed: compiling it takes long
-        return CountedByNewton(self._request, self._work)
+        return NewtonFallback(self._request, self._work)
 
     def advance(self, n: int) -> int:
         """See `galvi.run.stepper.Kernel`."""
