@@ -143,14 +143,14 @@ class Block:
     def rough(self) -> Any:
         """Whether a step has no polynomials (n,)."""
         none = np.ones(len(self.begin), dtype=bool)
-        return none if self.polynomials is None else self.polynomials.rough
+        return none if self.polynomials is None else self.polynomials.unusable
 
     def times(self, steps: Any, x: Array) -> tuple[Array, Array]:
         """The times at places x (k,) in [-1, 1] of some steps (k,), and their slopes there."""
         half = 0.5 * (self.end - self.begin)[steps]
         t, slope = self.begin[steps] + (1.0 + x) * half, half
         smooth = np.flatnonzero(~self.rough[steps])
-        if self.polynomials is not None and not self.polynomials.even:
+        if self.polynomials is not None and not self.polynomials.time_is_linear:
             some = self.polynomials.times(steps[smooth], 0.5 * (1.0 + x[smooth]))
             t[smooth], slope[smooth] = some[0], 0.5 * some[1]
         return t, slope
@@ -218,7 +218,7 @@ class Block:
     @property
     def bounded(self) -> bool:
         """Whether coordinates have bounds on each step."""
-        return self.polynomials is not None and self.polynomials.bounded
+        return self.polynomials is not None and self.polynomials.is_polynomial
 
     @cached_property
     def bounds(self) -> Callable[[bool], tuple[Array, Array]]:

@@ -1,8 +1,9 @@
 """The coordinates and the time of many steps, as polynomials of one variable on each of them.
 
-That is the fraction of a step in time, in a clock the fraction of the step in tau, and in a frame
-the place among its nodes, from 0 to 1. In a frame places are not polynomials: they are interpolated
-at Chebyshev points, more until the last coefficients are small.
+The variable x runs from 0 to 1. It is the fraction of the step in time; in a clock, the fraction in
+tau; in a frame, the fraction in time or, where the motion is not smooth in that, the fraction among
+the nodes. In a frame positions are no polynomials of x: they are interpolated at Chebyshev points,
+at more of them until the last coefficients are small.
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ from galvi.events.roots import points_of, times_matrix
 from galvi.kernels.curve_bounds import compiled_curve_bounds
 from galvi.spaces.polynomials import ComponentPolynomials, Polynomials
 
-# In a frame, one after the other: with x the fraction in time or the place among nodes, to which
-# eccentric orbits are smooth, at so many points.
+# (whether x is the fraction among nodes, number of points), tried in turn in a frame; eccentric
+# orbits are smooth functions of the fraction among nodes.
 INTERPOLATIONS = ((False, 11), (True, 24), (True, 48))
-SMOOTH = 1e-10  # last coefficients of a body's places, relative to the largest, that are small
+SMOOTH = 1e-10  # largest of the last two coefficients of a resolved series, relative to its largest
 STEPS_TOGETHER = 1024  # steps in a frame that are interpolated at once
 
-Later = Callable[[int], Array]
+OfCoordinate = Callable[[int], Array]  # from the index of a coordinate
 
 
 @dataclass(frozen=True)
@@ -43,13 +44,13 @@ class Chebyshev:
         return chebyshev.chebvander(2.0 * x - 1.0, self.dimension - 1).astype(np.float64)
 
     def derivative(self, x: Array) -> Array:
-        """By x, (k, n)."""
+        """Derivatives with respect to x, (k, n)."""
         slopes = chebyshev.chebder(np.eye(self.dimension), axis=0, scl=2.0)
         return chebyshev.chebvander(2.0 * x - 1.0, self.dimension - 2) @ slopes
 
 
 class StepPolynomials(NamedTuple):
-    """n steps, with x the variable, from 0 to 1.
+    """The coordinates and times of n steps, as functions of x in [0, 1].
 
     Attributes
     ----------
@@ -58,140 +59,150 @@ class StepPolynomials(NamedTuple):
     bases : array, shape (n, d)
         coordinates at x = 0
     coefficients : array, shape (n, d, m)
-        of psi_i in them
+        of psi_i in each coordinate
     begin : array, shape (n,)
         the times at x = 0
-    lapses : array, shape (n, l)
-        Chebyshev coefficients of the times since then
+    times_since_begin : array, shape (n, l)
+        Chebyshev coefficients of the times since the start of the step
     lengths : array, shape (n,)
         of the steps, in time
-    rough : array, shape (n,)
-        whether a step has no such polynomials
-    bounded
-        whether ``space`` is one of polynomials
+    unusable : array, shape (n,)
+        whether a step has no such polynomials: its time does not run in one direction, or, in a
+        frame, it was done in the inertial frame or is not resolved by the interpolation
+    is_polynomial
+        whether ``space`` is one of polynomials, so that `bounds` are bounds
     """
 
     space: Any
     bases: Array
     coefficients: Array
     begin: Array
-    lapses: Array
+    times_since_begin: Array
     lengths: Array
-    rough: Any
-    bounded: bool
+    unusable: Any
+    is_polynomial: bool
 
     @property
-    def even(self) -> bool:
-        """Whether times are linear in x."""
-        return self.lapses.shape[1] == 2
+    def time_is_linear(self) -> bool:
+        """Whether the times of all steps are linear in x."""
+        return self.times_since_begin.shape[1] == 2
 
     def times(self, rows: Any, x: Array) -> tuple[Array, Array]:
-        """The times at x (k,) of the steps ``rows`` (k,), which are not even, and dt/dx."""
-        series, y = self.lapses[rows], 2.0 * x - 1.0
+        """The times at x (k,) of the steps ``rows`` (k,), and dt/dx."""
+        series, y = self.times_since_begin[rows], 2.0 * x - 1.0
         values = chebyshev.chebvander(y, series.shape[1] - 1)
         slopes = chebyshev.chebvander(y, series.shape[1] - 2)
-        rates = chebyshev.chebder(series, axis=1, scl=2.0)
+        dt_dx = chebyshev.chebder(series, axis=1, scl=2.0)
         t = self.begin[rows] + np.sum(values * series, axis=1)
-        return t, np.sum(slopes * rates, axis=1)
+        return t, np.sum(slopes * dt_dx, axis=1)
 
-    def at_points(self, rows: Any, points: int) -> tuple[Later, Later, Array]:
-        """Functions from the number of a coordinate to its values, or velocities, (k, points) at
-        the Chebyshev points of some steps, and the times there."""
-        places, slopes = _basis(self.space, points)
+    def at_points(self, rows: Any, points: int) -> tuple[OfCoordinate, OfCoordinate, Array]:
+        """At ``points`` Chebyshev points of the steps ``rows``, k of them: two functions of the
+        index of a coordinate, of its values and of its velocities (k, points), and the times."""
+        basis_values, basis_slopes = _basis(self.space, points)
         parts, bases = self.coefficients[rows], self.bases[rows]
         begin, lengths = self.begin[rows][:, None], self.lengths[rows][:, None]
-        if self.even:
-            pace, t = lengths, begin + 0.5 * (1.0 + points_of(points)[0]) * lengths
+        if self.time_is_linear:
+            dt_dx, t = lengths, begin + 0.5 * (1.0 + points_of(points)[0]) * lengths
         else:
-            to_values, to_slopes = _lapse_matrices(self.lapses.shape[1], points)
-            lapses = self.lapses[rows]
-            pace, t = times_matrix(lapses, to_slopes), begin + times_matrix(lapses, to_values)
+            to_values, to_slopes = _time_matrices(self.times_since_begin.shape[1], points)
+            series = self.times_since_begin[rows]
+            dt_dx, t = times_matrix(series, to_slopes), begin + times_matrix(series, to_values)
 
         def coordinate(i: int) -> Array:
-            return bases[:, i, None] + parts[:, i] @ places
+            return bases[:, i, None] + parts[:, i] @ basis_values
 
         def velocity(i: int) -> Array:
-            return parts[:, i] @ slopes / pace
+            return parts[:, i] @ basis_slopes / dt_dx
 
         return coordinate, velocity, t
 
-    def bounds(self, rates: bool, points: int) -> tuple[Array, Array]:
-        """The least and the greatest coordinates, or velocities, (d, n) each, from the basis at so
-        many Chebyshev points."""
+    def bounds(self, of_velocities: bool, points: int) -> tuple[Array, Array]:
+        """Lower and upper bounds of coordinates or velocities, (d, n) each.
+
+        Infinite for unusable steps. They hold, up to rounding, for basis functions that are
+        polynomials of a degree below ``points``.
+        """
         n, d, _ = self.coefficients.shape
         low, high = np.empty((d, n)), np.empty((d, n))
-        spans = _spans(self.space, points)[rates]
-        bases = np.zeros((1, d)) if rates else np.ascontiguousarray(self.bases)
+        value_spans, slope_spans = _spans(self.space, points)
+        spans = slope_spans if of_velocities else value_spans
+        bases = np.zeros((1, d)) if of_velocities else np.ascontiguousarray(self.bases)
         compiled_curve_bounds()(bases, self.coefficients, *spans, low, high)
-        if rates:
+        if of_velocities:
             low, high = self._over_time(low, high)
-        low[:, self.rough], high[:, self.rough] = -np.inf, np.inf
+        low[:, self.unusable], high[:, self.unusable] = -np.inf, np.inf
         return low, high
 
     def _over_time(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Bounds of velocities from those of rates by x."""
-        pace = np.stack([self.lengths, self.lengths])
-        if not self.even:
-            series = chebyshev.chebder(self.lapses, axis=1, scl=2.0)
+        """Bounds of velocities from those of derivatives with respect to x."""
+        dt_dx = np.stack([self.lengths, self.lengths])
+        if not self.time_is_linear:
+            series = chebyshev.chebder(self.times_since_begin, axis=1, scl=2.0)
             spread = np.abs(series[:, 1:]).sum(axis=1)
-            pace = series[:, 0] + np.stack([-spread, spread])
+            dt_dx = series[:, 0] + np.stack([-spread, spread])
         with np.errstate(all="ignore"):
-            ends = [edge / rate for edge in (low, high) for rate in pace]
-            lowest, greatest = np.minimum.reduce(ends), np.maximum.reduce(ends)
-        unknown = (pace[0] * pace[1] <= 0.0) | np.isnan(lowest).any(axis=0)
+            quotients = [edge / rate for edge in (low, high) for rate in dt_dx]
+            lowest, greatest = np.minimum.reduce(quotients), np.maximum.reduce(quotients)
+        unknown = (dt_dx[0] * dt_dx[1] <= 0.0) | np.isnan(lowest).any(axis=0)
         lowest[:, unknown], greatest[:, unknown] = -np.inf, np.inf
         return lowest, greatest
 
 
 def step_polynomials(curves: Any, first: int, begin: Array, end: Array) -> StepPolynomials | None:
-    """The polynomials of n steps from ``first`` on, between times (n,), or None."""
+    """The polynomials of n steps from ``first`` on, which begin and end at these times (n,).
+
+    None on Lie groups, and for curves of another class.
+    """
     n, lengths = len(begin), end - begin
     rows = slice(first, first + n)
-    lapses = 0.5 * np.stack([lengths, lengths], axis=1)
+    times_since_begin = 0.5 * np.stack([lengths, lengths], axis=1)
     if isinstance(curves, FrameCurves):
         return _in_frame(curves, rows, begin, lengths)
     clocked = isinstance(curves, ClockCurves)
     if not (clocked or isinstance(curves, Curves)) or not isinstance(curves.chart, IdentityChart):
         return None
     space = curves.method.space if clocked else curves.space
-    bounded = isinstance(space, Polynomials | ComponentPolynomials)
-    rough = np.zeros(n, dtype=bool)
+    is_polynomial = isinstance(space, Polynomials | ComponentPolynomials)
+    unusable = np.zeros(n, dtype=bool)
     if clocked:
-        lapses, rough = _clock_lapses(curves, rows)
+        times_since_begin, unusable = _clock_times(curves, rows)
     return StepPolynomials(
         space,
         curves.bases[rows].reshape(n, -1),
         curves.coefficients[rows],
         begin,
-        lapses,
+        times_since_begin,
         lengths,
-        rough,
-        bounded,
+        unusable,
+        is_polynomial,
     )
 
 
-def _clock_lapses(curves: ClockCurves, rows: slice) -> tuple[Array, Any]:
-    """The coefficients of the times, and the steps in which these do not grow."""
+def _clock_times(curves: ClockCurves, rows: slice) -> tuple[Array, Any]:
+    """The coefficients of the times since the start of each step, and a mask (n,) of the steps in
+    which time does not run in the step's direction at one of the points tested."""
     n = len(curves.rates)
     steps = np.full(n, curves.step)
     steps[-1:] = curves.last
     steps = steps[rows]
-    rates = times_matrix(curves.rates[rows], curves.method.table.analysis.T) * steps[:, None]
-    l = rates.shape[1] + 1
-    x, matrix = points_of(l)
-    since = legendre.legval(x, 0.5 * legendre.legint(rates, lbnd=-1.0, axis=1).T)
+    dt_dx = times_matrix(curves.rates[rows], curves.method.table.analysis.T) * steps[:, None]
+    l = dt_dx.shape[1] + 1
+    y, matrix = points_of(l)
+    since = legendre.legval(y, 0.5 * legendre.legint(dt_dx, lbnd=-1.0, axis=1).T)
     values = since.astype(np.float64)
-    slopes = legendre.legval(np.append(x, [-1.0, 1.0]), rates.T)
+    slopes = legendre.legval(np.append(y, [-1.0, 1.0]), dt_dx.T)
     backwards = ~(slopes * np.sign(steps)[:, None] > 0.0).all(axis=1)
     return times_matrix(values, matrix.T), backwards
 
 
 def _in_frame(curves: FrameCurves, rows: slice, begin: Array, lengths: Array) -> StepPolynomials:
+    """The polynomials of steps in a moving frame, interpolated as in INTERPOLATIONS."""
     n, index = len(begin), np.arange(rows.start, rows.stop)
-    rough = np.isnan(curves.coefficients[index, -1, -1])
-    left, shape = np.flatnonzero(~rough), curves.path.problem.q0.shape
+    unusable = np.isnan(curves.coefficients[index, -1, -1])
+    left, shape = np.flatnonzero(~unusable), curves.path.problem.q0.shape
     D, d = shape[-1], math.prod(shape)
-    series, lapses = np.zeros((n, d, 1)), 0.5 * np.stack([lengths, lengths], axis=1)
+    series, times_since_begin = np.zeros((n, d, 1)), 0.5 * np.stack([lengths, lengths], axis=1)
     for among_nodes, points in INTERPOLATIONS:
         if not left.size:
             break
@@ -199,34 +210,43 @@ def _in_frame(curves: FrameCurves, rows: slice, begin: Array, lengths: Array) ->
             _interpolated(curves, index[left[k : k + STEPS_TOGETHER]], points, among_nodes)
             for k in range(0, len(left), STEPS_TOGETHER)
         ]
-        places, times = (np.concatenate(x) for x in zip(*parts, strict=True))
-        series, lapses = _padded(series, places.shape[2]), _padded(lapses, times.shape[1])
-        series[left], lapses[left] = places, _padded(times, lapses.shape[1])
-        smooth = _smooth(places, np.abs(places).reshape(len(left), -1, D * places.shape[2]))
+        position_series, time_series = (np.concatenate(x) for x in zip(*parts, strict=True))
+        series, times_since_begin = (
+            _padded(series, position_series.shape[2]),
+            _padded(times_since_begin, time_series.shape[1]),
+        )
+        series[left], times_since_begin[left] = (
+            position_series,
+            _padded(time_series, times_since_begin.shape[1]),
+        )
+        resolved = _is_resolved(
+            position_series,
+            np.abs(position_series).reshape(len(left), -1, D * position_series.shape[2]),
+        )
         if among_nodes:
-            smooth &= _smooth(times[:, None], np.abs(times)[:, None])
-        left = left[~smooth]
-    rough[left] = True
+            resolved &= _is_resolved(time_series[:, None], np.abs(time_series)[:, None])
+        left = left[~resolved]
+    unusable[left] = True
     bases = np.matmul(series, (-1.0) ** np.arange(series.shape[2])[:, None])[..., 0]
     return StepPolynomials(
         Chebyshev(series.shape[2]),
         bases,
         series[:, :, 1:].copy(),
         begin,
-        lapses,
+        times_since_begin,
         lengths,
-        rough,
+        unusable,
         True,
     )
 
 
 def _padded(series: Array, points: int) -> Array:
-    """Padded with zeros to at least ``points`` coefficients."""
+    """A series padded with zeros to at least ``points`` coefficients."""
     missing = max(points - series.shape[-1], 0)
     return np.pad(series, [(0, 0)] * (series.ndim - 1) + [(0, missing)])
 
 
-def _smooth(series: Array, sizes: Array) -> Any:
+def _is_resolved(series: Array, sizes: Array) -> Any:
     """Whether the last coefficients of all series of a step are small (k,), relative to the largest
     ones of ``sizes`` (k, bodies, ...)."""
     largest = sizes.max(axis=2)
@@ -237,28 +257,28 @@ def _smooth(series: Array, sizes: Array) -> Any:
 def _interpolated(
     curves: FrameCurves, index: Any, points: int, among_nodes: bool
 ) -> tuple[Array, Array]:
-    """Chebyshev coefficients of the places (k, d, points) and of the times (k, l), with x the place
-    among a step's nodes, or its fraction in time."""
-    (x, matrix), number = points_of(points), curves.first + index[:, None]
-    share, step, shape = 0.5 * (1.0 + x), curves.step, (len(index), points)
+    """Chebyshev coefficients of positions (k, d, points) and of times since the start of the step
+    (k, l), where x is the fraction among its nodes or in time."""
+    (y, matrix), number = points_of(points), curves.first + index[:, None]
+    x, step, shape = 0.5 * (1.0 + y), curves.step, (len(index), points)
     if among_nodes:
-        c = np.broadcast_to(share, shape)
-        since = np.broadcast_to(curves.path.times(number, share)[0], shape)
-        lapses = times_matrix(since + 0.5 * step, matrix.T)
+        c = np.broadcast_to(x, shape)
+        since = np.broadcast_to(curves.path.times(number, x)[0], shape)
+        times_since_begin = times_matrix(since + 0.5 * step, matrix.T)
     else:
-        since = np.broadcast_to((share - 0.5) * step, shape)
-        c = np.broadcast_to(curves.path.node(number, share)[0], shape)
-        lapses = np.full((len(index), 2), 0.5 * step)
+        since = np.broadcast_to((x - 0.5) * step, shape)
+        c = np.broadcast_to(curves.path.node(number, x)[0], shape)
+        times_since_begin = np.full((len(index), 2), 0.5 * step)
     q = curves.path.places(curves, index, c, since)
-    return np.matmul(q, matrix.T), lapses
+    return np.matmul(q, matrix.T), times_since_begin
 
 
 @lru_cache(maxsize=16)
 def _basis(space: Any, n: int) -> tuple[Array, Array]:
     """The basis functions of a step's curve, less their values at its start, and their
     derivatives, (m, n) at the Chebyshev points."""
-    share = np.append(0.5 * (1.0 + points_of(n)[0]), 0.0)
-    basis, slope = space.basis(share)[:, 1:], space.derivative(share)[:-1, 1:]
+    x = np.append(0.5 * (1.0 + points_of(n)[0]), 0.0)
+    basis, slope = space.basis(x)[:, 1:], space.derivative(x)[:-1, 1:]
     return (basis[:-1] - basis[-1]).T.copy(), slope.T.copy()
 
 
@@ -267,13 +287,14 @@ def _spans(space: Any, n: int) -> tuple[Array, Array]:
     """Centre and radius (2, m) of an interval that contains each basis function of `_basis`, and
     each derivative: its first Chebyshev coefficient and the sum of the sizes of the others."""
     both = (values @ points_of(n)[1].T for values in _basis(space, n))
-    places, rates = (np.stack([x[:, 0], np.abs(x[:, 1:]).sum(axis=1)]) for x in both)
-    return places, rates
+    values, slopes = (np.stack([x[:, 0], np.abs(x[:, 1:]).sum(axis=1)]) for x in both)
+    return values, slopes
 
 
 @lru_cache(maxsize=16)
-def _lapse_matrices(l: int, n: int) -> tuple[Array, Array]:
-    """(l, n) from Chebyshev coefficients to values at n Chebyshev points, and to slopes by x."""
-    x, slopes = points_of(n)[0], chebyshev.chebder(np.eye(l), axis=0, scl=2.0)
-    values, paces = chebyshev.chebvander(x, l - 1), chebyshev.chebvander(x, l - 2) @ slopes
-    return values.T.astype(np.float64, order="C"), paces.T.astype(np.float64, order="C")
+def _time_matrices(l: int, n: int) -> tuple[Array, Array]:
+    """(l, n) from Chebyshev coefficients to values at n Chebyshev points, and to derivatives with
+    respect to x."""
+    y, slopes = points_of(n)[0], chebyshev.chebder(np.eye(l), axis=0, scl=2.0)
+    values, dt_dx = chebyshev.chebvander(y, l - 1), chebyshev.chebvander(y, l - 2) @ slopes
+    return values.T.astype(np.float64, order="C"), dt_dx.T.astype(np.float64, order="C")
