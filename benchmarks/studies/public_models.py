@@ -1,10 +1,19 @@
-"""What galvi reads of public MuJoCo models: `python -m benchmarks.studies.public_models`.
+"""Which public MuJoCo models galvi can read: `python -m benchmarks.studies.public_models`.
 
 It reads every model in the wheels that `make install` keeps in the environment's ``models``, and
-those that come with MuJoCo, and writes docs/public_models.csv: the velocities, the parts that had
-to be left out, as ``ignore`` takes them, and the largest difference between MuJoCo's accelerations
-and galvi's, times the mass and relative to the forces, at the start, at all keyframes and at random
-states beside each.
+those that come with MuJoCo, and writes docs/public_models.csv with these columns:
+
+model, version
+    path of the file, and version of its package
+velocities
+    number of velocities; 0 where MuJoCo cannot read the file
+left_out
+    parts that had to be left out, as ``ignore`` takes them
+difference
+    the largest mass-weighted difference between the accelerations of MuJoCo and galvi, relative to
+    the forces, over the start, all keyframes and random states near each
+why_not
+    why galvi cannot read the model; empty where it can
 """
 
 from __future__ import annotations
@@ -30,25 +39,26 @@ from galvi.interop.mujoco_model import misfits, sample_states
 
 WHEELS = Path(sys.prefix) / "models"
 TABLE = Path("docs") / "public_models.csv"
-KINDS = (".xml", ".urdf", ".mjb", ".mjz")
+SUFFIXES = (".xml", ".urdf", ".mjb", ".mjz")
 
 
 def model_files(folder: Path) -> Iterator[Path]:
-    """The files of a wheel that hold a whole model: not parts that others include."""
-    for path in sorted(path for path in folder.rglob("*") if path.suffix in KINDS):
+    """The files of a wheel with the root of a model, among them parts with a root <mujoco>."""
+    for path in sorted(path for path in folder.rglob("*") if path.suffix in SUFFIXES):
         if path.suffix not in (".xml", ".urdf") or _root(path) in ("mujoco", "robot"):
             yield path
 
 
 def _root(path: Path) -> str:
+    """The tag of the root element; "mujoco" for what is no XML, which only MuJoCo may read."""
     try:
         return ElementTree.parse(path).getroot().tag
-    except ElementTree.ParseError:  # MuJoCo's own parser takes more
+    except ElementTree.ParseError:  # MuJoCo's parser accepts more
         return "mujoco"
 
 
 def row(path: Path) -> dict[str, Any]:
-    """The row of one model: velocities, parts left out, the difference, or why it is not read."""
+    """The row of one model, without its name and version."""
     blank = {"velocities": 0, "left_out": "", "difference": np.nan}
     try:
         model, left_out = from_mujoco.model_of(path), ()
@@ -59,29 +69,23 @@ def row(path: Path) -> dict[str, Any]:
     except BeyondTrees as refusal:
         left_out = refusal.names
     except ValueError:
-        pass
-    columns = {**blank, "velocities": int(model.nv), "left_out": ", ".join(left_out)}
-    off = 0.0
+        pass  # the second reading gives the reason
+    cells = {**blank, "velocities": int(model.nv), "left_out": ", ".join(left_out)}
+    differences = [0.0]
     try:
         for key in (None, *range(model.nkey)):
-            problem, own_model = from_mujoco.read(model, left_out, key)
+            problem, user_model = from_mujoco.read(model, left_out, key)
             states = sample_states(problem.system, problem.q0, problem.v0)
-            off = max(
-                off,
-                *(
-                    float(np.max(difference))
-                    for difference, _ in misfits(own_model, problem, states)
-                ),
-            )
+            differences += [np.max(x) for x, _ in misfits(user_model, problem, states)]
     except ValueError as error:
-        return {**columns, "why_not": str(error).replace(str(path), path.name)}
-    return {**columns, "difference": off, "why_not": ""}
+        return {**cells, "why_not": str(error).replace(str(path), path.name)}
+    return {**cells, "difference": float(np.max(differences)), "why_not": ""}
 
 
 def table() -> pd.DataFrame:
     """A row for each model of each wheel and of MuJoCo."""
-    engine = Path(str(distribution("mujoco-core").locate_file("mujoco")))
-    rows = _rows(engine.parent, engine, distribution("mujoco-core").version)
+    package = Path(str(distribution("mujoco-core").locate_file("mujoco")))
+    rows = _rows(package.parent, package, distribution("mujoco-core").version)
     for wheel in sorted(WHEELS.glob("*.whl")):
         with tempfile.TemporaryDirectory() as folder:
             with zipfile.ZipFile(wheel) as archive:
@@ -100,8 +104,9 @@ if __name__ == "__main__":
     logging.getLogger("galvi").setLevel(logging.ERROR)
     models = table()
     write(TABLE, models.to_csv(index=False, float_format="%.0e"))
-    read = models[models["why_not"] == ""]
+    readable = models[models["why_not"] == ""]
     print(
-        f"{len(read)} of {len(models)} models are read; of {(read['left_out'] != '').sum()} parts"
+        f"{len(readable)} of {len(models)} models can be read, "
+        f"{(readable['left_out'] != '').sum()} of them with parts left out; largest difference "
+        f"{readable['difference'].max():.0e}; see {TABLE}"
     )
-    print(f"are left out; largest difference {read['difference'].max():.0e}; see {TABLE}")

@@ -18,17 +18,17 @@ from benchmarks.statistics.drift import Growth, growth, rms
 from benchmarks.store.provenance import today, version
 from benchmarks.store.row_files import RowFiles, stored_rows
 from benchmarks.studies.round_off_participants import (
+    DAYS_PER_YEAR,
     EIGHT,
-    KEPT,
+    HUNDREDTHS,
     OUTER,
-    SAMPLES,
-    YEAR,
+    SAMPLED_HUNDREDTHS,
     Bodies,
     GalerkinParticipant,
     ReferenceParticipant,
     RoundOffParticipant,
     Sample,
-    rounded,
+    samples_of_rounded_run,
 )
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import ensemble, label_beside, readable_setting
@@ -64,7 +64,7 @@ COARSE = 2.0  # an RMS is resolved above this multiple of the effect of rounding
 def gauss(
     degree: int, per_orbit: float, chart: Any = None, bodies: Bodies = OUTER
 ) -> GalerkinParticipant:
-    """Gauss collocation of this degree, with `per_orbit` steps in a revolution of the clock's
+    """Gauss collocation of this degree, with `per_orbit` steps in a revolution of the pacing
     planet."""
     return GalerkinParticipant(gauss_collocation(degree, chart).method, per_orbit, bodies)
 
@@ -110,7 +110,7 @@ def line(label: str, settings: str, years: float, member: int, sample: Sample) -
         "years": years,
         "member": member,
         "sample": sample.number,
-        "t": years * sample.number / SAMPLES,
+        "t": years * sample.number / HUNDREDTHS,
         "error": sample.error,
         "error_of_rounded": sample.error_of_rounded,
         "status": sample.status,
@@ -158,10 +158,13 @@ def brouwer(
         label, starts = label_beside(external, labels), map(member, range(runs))
         report(f"{label}, {years:g} years")
         fewest = round(years * STEPS_A_YEAR)
-        external_runs = ensemble(external, starts, years * YEAR, SAMPLES, fewest)
+        external_runs = ensemble(external, starts, years * DAYS_PER_YEAR, HUNDREDTHS, fewest)
         for number, (setting, run) in enumerate(external_runs):
             settings = readable_setting(setting)
-            rows += [line(label, settings, years, number, sample) for sample in rounded(run)]
+            rows += [
+                line(label, settings, years, number, sample)
+                for sample in samples_of_rounded_run(run)
+            ]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
@@ -177,7 +180,7 @@ def ensembles(observations: pd.DataFrame) -> Iterator[tuple[dict[str, Any], Any,
         table = rows.pivot(index="member", columns="t", values="error").sort_index(axis=1)
         counts = rows.groupby("member")["sample"].nunique()
         broken = set(rows.loc[rows["status"] != "", "member"])
-        complete = [n for n in table.index if counts[n] == len(KEPT) or n in broken]
+        complete = [n for n in table.index if counts[n] == len(SAMPLED_HUNDREDTHS) or n in broken]
         if complete:
             names = dict(zip(("contender", "settings", "years", "commit"), keys, strict=True))
             why = "; ".join(dict.fromkeys(text for text in rows["status"] if text))
@@ -260,7 +263,9 @@ class Part:
         start = member(self.member, self.participant.bodies)
         for sample in self.participant.samples(start, self.years, saved, start_anew):
             earlier = [entry for entry in rows if entry["sample"] < sample.number]
-            if [entry["sample"] for entry in earlier] != list(KEPT[: KEPT.index(sample.number)]):
+            if [entry["sample"] for entry in earlier] != list(
+                SAMPLED_HUNDREDTHS[: SAMPLED_HUNDREDTHS.index(sample.number)]
+            ):
                 saved.unlink(missing_ok=True)  # the rows before it are lost: restart the run
                 return self.run(report)
             rows = [*earlier, self._row(sample)]
@@ -279,7 +284,7 @@ class Part:
 
 
 def _complete(rows: Sequence[dict[str, Any]]) -> bool:
-    return bool(rows) and (rows[-1]["sample"] == KEPT[-1] or rows[-1]["status"] != "")
+    return bool(rows) and (rows[-1]["sample"] == SAMPLED_HUNDREDTHS[-1] or rows[-1]["status"] != "")
 
 
 def parts(

@@ -1,4 +1,7 @@
-"""The participants of the Brouwer study and the samples of their runs."""
+"""The participants of the round-off study (Brouwer's law) and the samples of their runs.
+
+The low part of a state is the second term of its sum of two float64 numbers.
+"""
 
 from __future__ import annotations
 
@@ -18,9 +21,10 @@ from galvi import Problem
 from references import Contender
 from references.closed_forms.double_double import DoubleDouble
 
-SAMPLES = 100
-KEPT = tuple(sorted({round(10 ** (k / 10)) for k in range(21)}))  # log-spaced, in two decades
-YEAR = 365.25
+HUNDREDTHS = 100
+# Hundredths of a run, 1 to 100, after which a sample is taken: evenly spaced in their logarithm.
+SAMPLED_HUNDREDTHS = tuple(sorted({round(10 ** (k / 10)) for k in range(21)}))
+DAYS_PER_YEAR = 365.25  # Julian; the problems' unit of time is the day
 
 
 @dataclass(frozen=True)
@@ -31,13 +35,13 @@ class Bodies:
     ----------
     label_suffix
         text that follows a label
-    clock
-        the place of that planet among the bodies, and its name
+    pacing_planet
+        the index of that planet among the bodies, and its name
     """
 
     make: Callable[[], Problem]
     label_suffix: str
-    clock: tuple[int, str]
+    pacing_planet: tuple[int, str]
 
 
 OUTER = Bodies(galvi.problems.outer_solar_system, "", (1, "Jupiter"))
@@ -48,7 +52,7 @@ EIGHT = Bodies(
 
 @dataclass(frozen=True)
 class Sample:
-    """Relative energy errors at ``number`` hundredths of a run.
+    """Signed relative energy errors, (E - E0) / |E0|, after ``number`` hundredths of a run.
 
     Attributes
     ----------
@@ -82,26 +86,31 @@ class RoundOffParticipant(Protocol):
         """Whose motion it follows."""
 
     def samples(
-        self, problem: Problem, years: float, resume: Path | None, report: Callable[[str], None]
+        self, problem: Problem, years: float, saved_path: Path | None, report: Callable[[str], None]
     ) -> Iterator[Sample]:
-        """The samples at KEPT, in order.
+        """The samples after SAMPLED_HUNDREDTHS, in order.
 
         Parameters
         ----------
-        resume
+        saved_path
             file to save the run to and to resume it from; the first sample is then the one already
             reached
         report
             called with a sentence on a saved file that cannot be used
+
+        Raises
+        ------
+        KeyboardInterrupt
+            When the run was interrupted.
         """
 
 
 @dataclass(frozen=True)
 class GalerkinParticipant:
-    """A galvi method with about ``per_orbit`` steps in a revolution of the clock's planet."""
+    """A galvi method with about ``steps_per_orbit`` steps in a revolution of the pacing planet."""
 
     method: galvi.Galerkin
-    per_orbit: float
+    steps_per_orbit: float
     bodies: Bodies = OUTER
 
     @property
@@ -115,23 +124,25 @@ class GalerkinParticipant:
     @property
     def settings(self) -> str:
         """See `RoundOffParticipant`."""
-        return f"step = {self.bodies.clock[1]}'s period / {self.per_orbit}"
+        return f"step = about {self.bodies.pacing_planet[1]}'s period / {self.steps_per_orbit}"
 
     def samples(
-        self, problem: Problem, years: float, resume: Path | None, report: Callable[[str], None]
+        self, problem: Problem, years: float, saved_path: Path | None, report: Callable[[str], None]
     ) -> Iterator[Sample]:
         """See `RoundOffParticipant`; the state's low parts are those of `galvi.checkpoint`."""
-        length = years * YEAR / SAMPLES
-        steps_per_sample = max(
-            1, round(length * self.per_orbit / period(problem, self.bodies.clock[0]))
+        length = years * DAYS_PER_YEAR / HUNDREDTHS
+        steps_per_hundredth = max(
+            1, round(length * self.steps_per_orbit / period(problem, self.bodies.pacing_planet[0]))
         )
-        step, completed = length / steps_per_sample, 0
-        run = self._saved_run(problem, step, steps_per_sample, resume, report)
+        step, completed = length / steps_per_hundredth, 0
+        run = self._saved_run(problem, step, steps_per_hundredth, saved_path, report)
         if run is not None:
-            completed = run.checkpoint.first // steps_per_sample
+            completed = run.checkpoint.first // steps_per_hundredth
             yield _sample(completed, run)
-        for number in KEPT[KEPT.index(completed) + 1 if completed else 0 :]:
-            steps = (number - completed) * steps_per_sample
+        for number in SAMPLED_HUNDREDTHS[
+            SAMPLED_HUNDREDTHS.index(completed) + 1 if completed else 0 :
+        ]:
+            steps = (number - completed) * steps_per_hundredth
             if run is None:
                 run = galvi.integrate(problem, self.method, step, steps, save_every=steps)
             else:
@@ -142,18 +153,19 @@ class GalerkinParticipant:
             yield _sample(number, run)
             if not run.success:
                 return
-            if resume is not None and number != KEPT[-1]:
-                galvi.save(run, resume)
+            if saved_path is not None and number != SAMPLED_HUNDREDTHS[-1]:
+                galvi.save(run, saved_path)
 
     def _saved_run(
         self,
         problem: Problem,
         step: float,
-        steps_per_sample: int,
+        steps_per_hundredth: int,
         path: Path | None,
         report: Callable[[str], None],
     ) -> Any:
-        """The saved run, if it is this one and ends at a sample."""
+        """The saved run if it has this step and method and ends at a sample; otherwise None, with a
+        report."""
         if path is None or not path.exists():
             return None
         try:
@@ -161,18 +173,20 @@ class GalerkinParticipant:
         except ValueError as error:
             report(f"{error} The run starts anew.")
             return None
-        number, remainder = divmod(run.checkpoint.first, steps_per_sample)
+        number, remainder = divmod(run.checkpoint.first, steps_per_hundredth)
         same = run.step == step and run.method == self.method
-        if same and run.success and not remainder and number in KEPT:
+        if same and run.success and not remainder and number in SAMPLED_HUNDREDTHS:
             return run
-        report(f"{path.name} holds another run; this one starts anew.")
+        report(f"{path.name} holds another run, or part of a sample; this one starts anew.")
         return None
 
 
 @dataclass(frozen=True)
 class ReferenceParticipant:
-    """A contender with adaptive steps, in one run: it does not expose low parts, so that a resumed
-    run would differ from an uninterrupted one and be less accurate."""
+    """A contender with adaptive steps, run without interruption.
+
+    It does not expose low parts, so a resumed run would differ and be less accurate.
+    """
 
     contender: Contender
     bodies: Bodies = OUTER
@@ -188,30 +202,35 @@ class ReferenceParticipant:
         return "default"
 
     def samples(
-        self, problem: Problem, years: float, resume: Path | None, report: Callable[[str], None]
+        self, problem: Problem, years: float, saved_path: Path | None, report: Callable[[str], None]
     ) -> Iterator[Sample]:
         """See `RoundOffParticipant`; an interrupted run is restarted."""
-        yield from rounded(self.contender.run(problem, years * YEAR, {"samples": SAMPLES}))
+        yield from samples_of_rounded_run(
+            self.contender.run(problem, years * DAYS_PER_YEAR, {"samples": HUNDREDTHS})
+        )
 
 
-def rounded(run: Any) -> Iterator[Sample]:
-    """The samples at KEPT of a run with rounded states at hundredths of its duration."""
-    rows, masses = list(KEPT), run.problem.system.masses
+def samples_of_rounded_run(run: Any) -> Iterator[Sample]:
+    """The samples of a run with rounded states at 0, 1, ... 100 hundredths of its duration."""
+    rows, masses = list(SAMPLED_HUNDREDTHS), run.problem.system.masses
     v = exactly(run.p[rows]) / exactly(masses[:, None])
     errors = relative_energy_error(run.problem, exactly(run.q[rows]), v)
-    for number, error in zip(KEPT, errors.tolist(), strict=True):
+    for number, error in zip(SAMPLED_HUNDREDTHS, errors.tolist(), strict=True):
         yield Sample(number, error, error, "" if np.isfinite(error) else run.status)
 
 
 def _sample(number: int, run: Any) -> Sample:
-    """The sample at the end of a run of galvi."""
+    """The sample at the end of a run of galvi; NaN with the status for a run that failed.
+
+    The rows of the state are q, its low part, v and its low part, as in `galvi.checkpoint`.
+    """
     if not run.success:
         return Sample(number, float("nan"), float("nan"), run.status)
     problem = run.problem
     rows = run.checkpoint.state[:4, : problem.q0.size]
     q, q_low, v, v_low = rows.reshape(4, *problem.q0.shape)
-    exact = relative_energy_error(problem, DoubleDouble(q, q_low), DoubleDouble(v, v_low))
+    error = relative_energy_error(problem, DoubleDouble(q, q_low), DoubleDouble(v, v_low))
     masses = problem.system.masses[:, None]
-    handed_out = exactly(run.p[-1]) / exactly(masses)
-    rounded = relative_energy_error(problem, exactly(run.q[-1]), handed_out)
-    return Sample(number, float(exact), float(rounded))
+    v_rounded = exactly(run.p[-1]) / exactly(masses)
+    error_of_rounded = relative_energy_error(problem, exactly(run.q[-1]), v_rounded)
+    return Sample(number, float(error), float(error_of_rounded))

@@ -28,8 +28,8 @@ from galvi.systems.traces import reasons, refuse, trace, traces
 from galvi.systems.user_functions import (
     Function,
     arguments,
-    check_arguments,
-    check_given,
+    check_call_signatures,
+    check_callables,
     compiles,
     returned_array,
     values_at,
@@ -94,14 +94,14 @@ class Canonical:
 
     def __post_init__(self) -> None:
         check_force(self)
-        check_given(self, ("potential", "gradient", "hessian"), "q", needed="potential")
+        check_callables(self, ("potential", "gradient", "hessian"), "q", needed="potential")
         object.__setattr__(self, "mass", _positive_mass(self.mass))
         if self.explicit_time and self.builtin:
             raise ValueError(
                 f"explicit_time means functions of (q, t); {self.potential!r} takes q alone. "
                 f"Leave explicit_time out, or give a potential(q, t)."
             )
-        check_arguments(self, ("potential", "gradient", "hessian"), "q", "explicit_time")
+        check_call_signatures(self, ("potential", "gradient", "hessian"), "q", "explicit_time")
 
     def velocity_shape(self, shape: tuple[int, ...]) -> tuple[int, ...]:
         return shape

@@ -19,8 +19,8 @@ from galvi.systems.system import LagrangianKernel
 from galvi.systems.user_functions import (
     Function,
     arguments,
-    check_arguments,
-    check_given,
+    check_call_signatures,
+    check_callables,
     returned_array,
 )
 
@@ -88,7 +88,7 @@ class FreeBody(Body):
 
     def __post_init__(self) -> None:
         check_force(self)
-        check_given(self, ("potential", "gradient"), "q")
+        check_callables(self, ("potential", "gradient"), "q")
         object.__setattr__(self, "mass", input_checks.positive("mass", self.mass))
         object.__setattr__(self, "inertia", possible_inertia(self.inertia))
         object.__setattr__(self, "g", input_checks.array("g", self.g, (3,)))
@@ -96,7 +96,7 @@ class FreeBody(Body):
             raise ValueError(
                 "a gradient and explicit_time are those of a potential; received none. Give one."
             )
-        check_arguments(self, ("potential", "gradient"), "q", "explicit_time")
+        check_call_signatures(self, ("potential", "gradient"), "q", "explicit_time")
 
     def potential_gradient(self, q: Array, t: float) -> Array:
         """The given dV/dq at one motion, (4, 4); 0 without one."""

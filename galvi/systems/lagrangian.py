@@ -30,8 +30,8 @@ from galvi.systems.traces import reasons, refuse, trace, traces
 from galvi.systems.user_functions import (
     Function,
     arguments,
-    check_arguments,
-    check_given,
+    check_call_signatures,
+    check_callables,
     compiles,
     returned_array,
 )
@@ -99,12 +99,12 @@ class Lagrangian:
 
     def __post_init__(self) -> None:
         check_force(self)
-        check_given(self, ("function", "slopes"), "(q, v)", needed="function")
+        check_callables(self, ("function", "slopes"), "q, v", needed="function")
         if not is_group(self.group):
             raise TypeError(
                 f"group must be a group such as galvi.SO3(); received {shown(self.group)}."
             )
-        check_arguments(self, ("function", "slopes"), "q, v", "explicit_time")
+        check_call_signatures(self, ("function", "slopes"), "q, v", "explicit_time")
 
     @classmethod
     def from_sympy(

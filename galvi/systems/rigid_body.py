@@ -22,8 +22,8 @@ from galvi.systems.traces import reasons, share
 from galvi.systems.user_functions import (
     Function,
     arguments,
-    check_arguments,
-    check_given,
+    check_call_signatures,
+    check_callables,
     compiles,
     returned_array,
     values_at,
@@ -163,7 +163,7 @@ class RigidBody(Body):
 
     def __post_init__(self) -> None:
         check_force(self)
-        check_given(self, ("potential", "gradient"), "R")
+        check_callables(self, ("potential", "gradient"), "R")
         object.__setattr__(self, "inertia", possible_inertia(self.inertia))
         if self.gradient is not None and self.potential is None:
             raise ValueError("a gradient needs its potential; received none. Give both.")
@@ -172,7 +172,7 @@ class RigidBody(Body):
                 f"explicit_time means functions of (R, t); {self.potential!r} takes R alone. "
                 f"Leave explicit_time out, or give a potential(R, t)."
             )
-        check_arguments(self, ("potential", "gradient"), "R", "explicit_time")
+        check_call_signatures(self, ("potential", "gradient"), "R", "explicit_time")
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:
         """ValueError unless the gradient is that of V along a rotation, at an attitude and near."""

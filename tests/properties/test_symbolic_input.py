@@ -36,7 +36,7 @@ def test_a_piecewise_that_does_not_say_what_holds_elsewhere_is_not_defined_there
 
 def test_a_missing_sympy_is_a_sentence(monkeypatch):
     monkeypatch.setitem(sys.modules, "sympy", None)
-    with pytest.raises(ImportError, match=r"from_sympy needs SymPy: .* Install sympy\."):
+    with pytest.raises(ImportError, match=r"by SymPy need the package sympy: .* Install sympy\."):
         from_sympy(FREE, x, u)
 
 

@@ -12,7 +12,7 @@ from galvi.arrays import Array
 from galvi.input_checks import flag, shown
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.system import LagrangianKernel
-from galvi.systems.user_functions import check_arguments, compiles, returned_array
+from galvi.systems.user_functions import check_call_signatures, compiles, returned_array
 
 
 @runtime_checkable
@@ -64,7 +64,7 @@ def check_force(system: Forced) -> None:
         raise ValueError(
             f"{system.force!r} takes (q, v, t); received timed_force=False. Set timed_force."
         )
-    check_arguments(system, ("force",), "q, v", "timed_force")
+    check_call_signatures(system, ("force",), "q, v", "timed_force")
 
 
 def force_at(system: Forced, q: Array, v: Array, t: float) -> Array:

@@ -57,15 +57,16 @@ def decay(overall: Fit, early: Fit, late: Fit, worst: float = 0.5) -> Decay:
     return Decay(overall, early, late, worst, 1e-12)
 
 
-def test_every_bound_is_among_those_that_are_tested() -> None:
-    def kinds(parent: type) -> set[type]:
+def test_every_class_of_bounds_is_tested() -> None:
+    def subclasses(parent: type) -> set[type]:
         children = parent.__subclasses__()
-        return {parent, *(kind for child in children for kind in kinds(child))}
+        return {parent, *(grandchild for child in children for grandchild in subclasses(child))}
 
-    assert {type(bound) for bound in BOUNDS} == {k for k in kinds(Bound) if not isabstract(k)}
+    classes = {subclass for subclass in subclasses(Bound) if not isabstract(subclass)}
+    assert {type(bound) for bound in BOUNDS} == classes
 
 
-# What the text says, in numbers: the test's own reading of it.
+# Parses the text of a bound independently of the code under test.
 
 NUMBER = r"-?[0-9.]+(?:e[-+]?[0-9]+)?"
 FORMS = {
@@ -83,16 +84,18 @@ ALLOWED = (
 )
 
 
-def interval(text: str, standard_error: float, both: float) -> tuple[float, float]:
-    """What a number must lie in, of this standard error, and that of the claimed one."""
+def interval(text: str, standard_error: float, claimed_error: float) -> tuple[float, float]:
+    """The interval that the text allows for a number with this standard error, where the claimed
+    number has the standard error ``claimed_error``."""
     for form, ends in FORMS.items():
         match = re.fullmatch(form + ALLOWED, text)
         if match:
-            *numbers, round_off, errors, of_both, limit = match.groups()
+            *numbers, margin, errors_text, of_both, limit = match.groups()
             low, high = ends(*map(float, numbers))
-            spread = (2.0 if errors else 0.0) * (standard_error + (both if of_both else 0.0))
-            spread = min(spread, float(limit or math.inf)) + float(round_off or 0.0)
-            return low - spread, high + spread
+            both = standard_error + (claimed_error if of_both else 0.0)
+            tolerance = min(2.0 * both if errors_text else 0.0, float(limit or math.inf))
+            tolerance += float(margin or 0.0)
+            return low - tolerance, high + tolerance
     raise AssertionError(f"no reading of {text!r}")
 
 
@@ -101,30 +104,30 @@ decimals = st.builds(
     st.integers(1, 9999),
     st.integers(-12, 3),
 )
-shares = st.sampled_from([0.0, 1e-3, 0.02, 0.25])
-errors = st.one_of(st.none(), st.just(0.0), st.floats(1e-4, 0.1))
+relative_margins = st.sampled_from([0.0, 1e-3, 0.02, 0.25])
+relative_errors = st.one_of(st.none(), st.just(0.0), st.floats(1e-4, 0.1))
 
 
 @st.composite
 def bounds_on_a_number(draw: st.DrawFn) -> tuple[Interval, float]:
     """A bound on one number, and a standard error of that number."""
     x, y = sorted((draw(decimals), draw(decimals)))
-    round_off = float(f"{draw(shares) * x:.4g}")
-    uncertainty = draw(errors)
-    spread = None if uncertainty is None else uncertainty * x
-    allowed = {"round_off": round_off, "uncertainty": spread}
-    kinds = [
+    margin = float(f"{draw(relative_margins) * x:.4g}")
+    relative_error = draw(relative_errors)
+    claimed_error = None if relative_error is None else relative_error * x
+    allowed = {"round_off": margin, "uncertainty": claimed_error}
+    bounds = [
         AtMost(x, **allowed),
         AtLeast(x, **allowed),
         Above(x),
         Below(x),
         Exactly(x),
         Within(x, y, **allowed),
-        Near(x, round_off, uncertainty=spread),
-        Order(x, round_off or 0.25, uncertainty=spread or 0.0),
-        Base(x, round_off or 0.25, uncertainty=spread or 0.0),
+        Near(x, margin, uncertainty=claimed_error),
+        Order(x, margin or 0.25, uncertainty=claimed_error or 0.0),
+        Base(x, margin or 0.25, uncertainty=claimed_error or 0.0),
     ]
-    return draw(st.sampled_from(kinds)), x * draw(st.sampled_from([0.0, 1e-3, 0.05]))
+    return draw(st.sampled_from(bounds)), x * draw(st.sampled_from([0.0, 1e-3, 0.05]))
 
 
 @given(bounds_on_a_number())
@@ -177,20 +180,22 @@ def test_growth_is_judged_by_the_numbers_of_its_text(
     ):
         assert bound.verdict(replace(measured, **outside)) == CONTRADICTED
     assert bound.verdict(replace(measured, growth=-9.0)) == HOLDS  # it decays
-    for vague in ({"trend_error": 1.1 * error}, {"growth_error": 1.1 * error}):
-        short = replace(measured, **vague)
-        assert bound.verdict(short) == (NOT_RUN if conclusive else HOLDS)
+    for unclear in ({"trend_error": 1.1 * error}, {"growth_error": 1.1 * error}):
+        too_short = replace(measured, **unclear)
+        assert bound.verdict(too_short) == (NOT_RUN if conclusive else HOLDS)
         assert (
-            bound.verdict(replace(short, trend=1.2 * change, growth=1.2 * change)) == CONTRADICTED
+            bound.verdict(replace(too_short, trend=1.2 * change, growth=1.2 * change))
+            == CONTRADICTED
         )
-        assert bound.verdict(replace(short, largest=1.001 * limit)) == CONTRADICTED
+        assert bound.verdict(replace(too_short, largest=1.001 * limit)) == CONTRADICTED
     if level:
         grown = Drift(9.0, 0.1, 9.0, 0.1, level)
         assert bound.verdict(grown) == HOLDS
         assert bound.verdict(replace(grown, largest=1.001 * level)) == CONTRADICTED
-        at_level = replace(grown, trend=0.1, growth=0.0, trend_error=0.0, growth_error=0.0)
-        assert bound.verdict(replace(at_level, largest=9.9 * level)) == HOLDS
-        assert bound.verdict(replace(at_level, largest=10.1 * level)) == CONTRADICTED
+        # A trend of a tenth of the largest error is below the level up to ten levels.
+        small_trend = replace(grown, trend=0.1, growth=0.0, trend_error=0.0, growth_error=0.0)
+        assert bound.verdict(replace(small_trend, largest=9.9 * level)) == HOLDS
+        assert bound.verdict(replace(small_trend, largest=10.1 * level)) == CONTRADICTED
 
 
 @given(limit=st.integers(1, 999).map(lambda k: k / 1000))
@@ -218,11 +223,8 @@ def test_more_digits_are_printed_where_a_fine_resolution_asks_for_them() -> None
     )
 
 
-# NaN never holds.
-
-
 def unknown() -> list[Measurement]:
-    """Measurements of which a number is missing."""
+    """Measurements with a number that is missing or not finite."""
     measured, unmeasured = fit(0.5), fit(NAN, NAN)
     return [
         NAN,
@@ -239,7 +241,7 @@ def unknown() -> list[Measurement]:
     ]
 
 
-@pytest.mark.parametrize("bound", BOUNDS, ids=lambda bound: type(bound).__name__)
+@pytest.mark.parametrize("bound", BOUNDS, ids=lambda bound: bound.text)
 def test_what_was_not_measured_never_holds(bound: Bound) -> None:
     assert {bound.verdict(measurement) for measurement in unknown()} == {NOT_RUN}
 
@@ -285,7 +287,9 @@ def test_what_the_source_does_not_say_is_a_finding() -> None:
 
 
 @given(limit=decimals, factor=st.floats(1.0, 1e6))
-def test_what_holds_has_the_factor_to_its_bound_as_slack(limit: float, factor: float) -> None:
+def test_the_slack_is_the_factor_between_a_number_and_its_bound(
+    limit: float, factor: float
+) -> None:
     assert AtMost(limit).slack(limit / factor) == pytest.approx(factor)
     assert AtLeast(limit).slack(limit * factor) == pytest.approx(factor)
     inside = Within(limit, 4.0 * limit).slack(limit * min(factor, 4.0))
@@ -304,9 +308,6 @@ def test_only_what_holds_has_a_slack() -> None:
     assert all(math.isnan(slack) for slack in slacks)
 
 
-# Rates.
-
-
 def test_what_converges_has_an_order_above_zero() -> None:
     assert Converges().verdict(fit(0.0021)) == HOLDS
     assert Converges().verdict(fit(0.0019)) == CONTRADICTED
@@ -316,6 +317,7 @@ def test_what_converges_has_an_order_above_zero() -> None:
 @pytest.mark.parametrize(
     ("overall", "late", "verdict"),
     [
+        # limits: 0.7 + 2 hypot(0.001, 0.001), and 1 - 2 * 0.001
         (0.7, 0.7028, HOLDS),
         (0.7, 0.7029, CONTRADICTED),
         (0.9979, 0.7, HOLDS),
@@ -338,15 +340,15 @@ def test_a_geometric_fall_is_below_one_and_does_not_slow_down(
         (NAN, NOT_RUN),
     ],
 )
-def test_what_a_source_measured_is_not_reproduced_by_what_we_know_alone(
+def test_a_reported_order_is_not_reproduced_only_where_our_own_value_is_met(
     rate: float, verdict: str
 ) -> None:
-    """On neither side is it praised, and a broken method is not taken for our own value."""
+    """A better order is not EXCEEDS, and one that misses our own bound too is CONTRADICTED."""
     bound = Reported(Order(4.0), Order(6.0))
     assert bound.verdict(fit(rate)) == verdict
     assert "or, not reproduced, order 6" in bound.text
 
 
-def test_an_index_slip_is_contradicted_on_the_safe_side_too() -> None:
+def test_a_larger_order_exceeds_a_claim_unless_it_is_of_an_exact_order() -> None:
     assert Order(4.0).verdict(fit(6.0)) == EXCEEDS
     assert Order(4.0, better=0).verdict(fit(6.0)) == CONTRADICTED

@@ -14,7 +14,7 @@ from benchmarks.checks.series_bounds import NoGrowth
 from benchmarks.statistics.change_points import FEWEST_POINTS as FEWEST
 from benchmarks.statistics.change_points import change_points, steps
 from benchmarks.statistics.drift import FEWEST_TIMES, drift, growth
-from benchmarks.studies.round_off_participants import KEPT
+from benchmarks.studies.round_off_participants import SAMPLED_HUNDREDTHS
 from galvi.arrays import Array
 from tests.suite.benchmarks.test_planted_measurements import RAMPS
 
@@ -112,14 +112,14 @@ def test_a_history_with_a_hole_or_too_short_is_not_judged_and_no_error_does_not_
 
 # Errors that walk at random.
 
-T = np.array(KEPT, dtype=float)
+T = np.array(SAMPLED_HUNDREDTHS, dtype=float)
 STEP = 1e-17
 
 
 def walks(runs: int, seed: int, drift: float = 0.0) -> np.ndarray:
     """Errors (runs, times) that move by STEP at random, 50 times in each unit of time."""
     moves = np.random.default_rng(seed).standard_normal((runs, 100, 50)).sum(axis=2)
-    return STEP * np.cumsum(moves, axis=1)[:, np.array(KEPT) - 1] + drift * T
+    return STEP * np.cumsum(moves, axis=1)[:, np.array(SAMPLED_HUNDREDTHS) - 1] + drift * T
 
 
 def drawn(seeds: range, drift: float = 0.0) -> list:

@@ -16,7 +16,11 @@ from benchmarks.checks.faults import faulty
 from benchmarks.measures.independent_invariants import exactly, relative_energy_error
 from benchmarks.studies import round_off
 from benchmarks.studies.round_off import gauss
-from benchmarks.studies.round_off_participants import KEPT, GalerkinParticipant, Sample
+from benchmarks.studies.round_off_participants import (
+    SAMPLED_HUNDREDTHS,
+    GalerkinParticipant,
+    Sample,
+)
 from references.closed_forms.double_double import DoubleDouble
 
 
@@ -92,8 +96,10 @@ def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> pd.DataFrame:
 def test_a_study_that_is_killed_goes_on_without_a_row_lost_or_doubled(
     tmp_path: Path, uninterrupted: pd.DataFrame
 ) -> None:
-    assert len(uninterrupted) == len(KEPT) and uninterrupted["error"].abs().max() < 1e-8
-    for stop in (len(KEPT) - 3, 2):
+    assert (
+        len(uninterrupted) == len(SAMPLED_HUNDREDTHS) and uninterrupted["error"].abs().max() < 1e-8
+    )
+    for stop in (len(SAMPLED_HUNDREDTHS) - 3, 2):
         with pytest.raises(Stop):
             study(tmp_path, [], stop)
     assert study(tmp_path, []).equals(uninterrupted)
@@ -132,7 +138,7 @@ def test_a_run_that_fails_is_a_row_with_its_status() -> None:
     problem = replace(round_off.member(0), v0=0.0 * round_off.member(0).v0)
     samples = list(gauss(4, 20).samples(problem, 1e4, None, print))
     assert np.isnan(samples[-1].error) and samples[-1].status.startswith("Stopped")
-    assert len(samples) < len(KEPT)
+    assert len(samples) < len(SAMPLED_HUNDREDTHS)
 
 
 def test_galvi_and_ias15_walk_over_a_hundred_years() -> None:
@@ -140,7 +146,7 @@ def test_galvi_and_ias15_walk_over_a_hundred_years() -> None:
         participant.label: list(participant.samples(round_off.member(0), 100.0, None, print))
         for participant in round_off.PARTICIPANTS
     }
-    assert {len(run) for run in sample.values()} == {len(KEPT)}
+    assert {len(run) for run in sample.values()} == {len(SAMPLED_HUNDREDTHS)}
     for label, run in sample.items():
         assert max(abs(point.error) for point in run) < 5e-15, label
     galvi_run = sample["galvi degree 8, Gauss 8"]

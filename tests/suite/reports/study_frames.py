@@ -9,7 +9,7 @@ from benchmarks.studies.engine_versions import COLUMNS as VERSIONS
 from benchmarks.studies.free_body_drift import COLUMNS as SPIN
 from benchmarks.studies.free_body_drift import marks
 from benchmarks.studies.round_off import COLUMNS
-from benchmarks.studies.round_off_participants import KEPT
+from benchmarks.studies.round_off_participants import SAMPLED_HUNDREDTHS
 from benchmarks.studies.scaling import COLUMNS as SCALING
 from benchmarks.studies.taxonomy import COLUMNS as TAXONOMY
 
@@ -35,7 +35,7 @@ def walks(years=1e4, commit="", drift=0.0, runs=16):
                     "commit": commit,
                     "date": "2026-01-01" if commit else "",
                 }
-                for n in KEPT
+                for n in SAMPLED_HUNDREDTHS
             ]
     return rows
 

@@ -94,7 +94,7 @@ FUNCTIONS = (
     (ValueError, r"gradient must return an array of shape \(2,\); received",
      stepped(gradient=lambda q: q[:1])),
     (ValueError, "force must be finite at the start", stepped(gradient=lambda q: q * np.nan)),
-    (ValueError, "of real numbers; received numbers of type complex128",
+    (ValueError, "of real numbers; received an array of type complex128",
      stepped(gradient=lambda q: 1j * q)),
     (TypeError, "check must be True or False; received 1",
      lambda: galvi.Canonical(1.0, lambda q: 0.0, check=1)),
@@ -119,7 +119,8 @@ FUNCTIONS = (
             (ValueError, r"timed_force means a force\(q, v, t\); received no force", None, True),
             (TypeError, r"of \(q, v\); received .* \(q, v, t\)\. .* give timed_force=True",
              lambda q, v, t: 0.0 * v, False),
-            (TypeError, r"of \(q, v, t\), with .* received one of 2, \(q, v\)\. Leave timed_force",
+            (TypeError,
+             r"of \(q, v, t\), with .* received a function of 2, \(q, v\)\. Leave timed_force",
              lambda q, v: 0.0 * v, True),
         )
         for make in MAKERS.values()
@@ -128,7 +129,8 @@ FUNCTIONS = (
         (TypeError, rf"must be a function of {args}; received .* give explicit_time=True", call)
         for args, call in OF_TIME
     ),
-    (TypeError, r"with explicit_time=True; received one of 1, \(q\)\. Leave explicit_time out",
+    (TypeError,
+     r"with explicit_time=True; received a function of 1, \(q\)\. Leave explicit_time out",
      lambda: galvi.Canonical(1.0, lambda q: 0.0, explicit_time=True)),
     (TypeError, r"gradient must be a function of \(q\); received <function .*> of \(\)",
      galvi.Canonical, 1.0, lambda q: 0.0, lambda: 0.0),
