@@ -17,11 +17,11 @@ from reports.cli import commands
 
 INTRODUCTION = """# Command line
 
-In an installation the command is `galvi`, or `python -m galvi`; in a checkout, after `make install`,
-`.venv/bin/galvi`, or `.venv/bin/python -m reports`. Outside of a checkout the default output folder
-is `galvi-out`. [Using the suite](suite.md) and [your own simulation, judged](judge.md) say what
-the commands are good for. `galvi` alone is `galvi build`; `galvi --version` shows versions, and
-`galvi COMMAND --help` the options of a command.
+In an installation the command is `galvi`, or `python -m galvi`; in a checkout, after
+`make install`, `.venv/bin/galvi`, or `.venv/bin/python -m reports`. Outside of a checkout the
+default output folder is `galvi-out`. `galvi` alone is `galvi build`, `galvi --version` shows
+versions. [Using the suite](suite.md) and [your own simulation, judged](judge.md) say what the
+commands are good for.
 
 ## Exit status
 
