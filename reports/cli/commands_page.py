@@ -17,17 +17,17 @@ from reports.cli import commands
 
 INTRODUCTION = """# Command line
 
-In an installation the command is `galvi`, or `python -m galvi`; in a checkout, after
-`make install`, `.venv/bin/galvi`, or `.venv/bin/python -m reports`. Outside of a checkout the
-default output folder is `galvi-out`. `galvi` alone is `galvi build`, `galvi --version` shows
-versions. [Using the suite](suite.md) and [your own simulation, judged](judge.md) say what the
-commands are good for.
+The command is `galvi`, or `python -m galvi`; in a checkout `.venv/bin/galvi`, or
+`.venv/bin/python -m reports`. It writes to `galvi-out`, in a checkout to `reports/out`: `judge`,
+`versions`, `tolerance` and `convergence` to a folder of their name there. `galvi` alone is
+`galvi build`, `galvi --version` shows versions.
 
 ## Exit status
 
 """
 NOT_SHOWN = re.compile(
-    r"\*\*Usage\*\*:\n\n```console\n.*?```\n\n|\*\*\w+\*\*:\n\n|^\* `--help`.*?\n",
+    r"\*\*Usage\*\*:\n\n```console\n.*?```\n\n|\*\*\w+\*\*:\n\n|^\* `--help`.*?\n"
+    r"|  \[default: reports/out[/\w]*\]",
     re.DOTALL | re.MULTILINE,
 )
 OPTION = re.compile(r"^\* `(-[^`]*)`: .*$", re.MULTILINE)

@@ -170,7 +170,6 @@ PROBLEMS = (
     "3D pendulum, m g = 9.81",
     "heavy top",
     "double pendulum",
-    "henon-heiles",
 )
 
 
