@@ -19,8 +19,8 @@ INTRODUCTION = """# Command line
 
 The command is `galvi`, or `python -m galvi`; in a checkout `.venv/bin/galvi`, or
 `.venv/bin/python -m reports`. It writes to `galvi-out`, in a checkout to `reports/out`: `judge`,
-`versions`, `tolerance` and `convergence` to a folder of their name there. `galvi` alone is
-`galvi build`, `galvi --version` shows versions.
+`versions`, `tolerance` and `convergence` to a folder of their name there; `--out` names another.
+`galvi` alone is `galvi build`, `galvi --version` shows versions.
 
 ## Exit status
 
@@ -30,6 +30,7 @@ NOT_SHOWN = re.compile(
     r"|  \[default: reports/out[/\w]*\]",
     re.DOTALL | re.MULTILINE,
 )
+OUT = "* `--out "  # which all but one command take
 OPTION = re.compile(r"^\* `(-[^`]*)`: .*$", re.MULTILINE)
 
 
@@ -55,7 +56,9 @@ def _section(text: str, shared: Collection[str]) -> str:
     """That of a command, which names the options that several share and describes the others."""
     lines = text.rstrip().splitlines()
     names = [
-        match[1].split()[0] for line in lines if line in shared and (match := OPTION.match(line))
+        match[1].split()[0]
+        for line in lines
+        if line in shared and (match := OPTION.match(line)) and not line.startswith(OUT)
     ]
     section = "\n".join(line for line in lines if line not in shared).rstrip()
     also = f"\n\nAlso {', '.join(f'`{name}`' for name in names)}." if names else ""

@@ -49,12 +49,10 @@ PICTURES = {  # of the repository: of a report
 }
 HEADLINES = (
     ("V3", "base of the one-step error"),
-    ("V4", "base of the curve error"),
     ("V7", "what the order of the angular momentum error along the curve gains with n, 100 steps"),
     ("V9", "largest distance to IAS15 on the curve of the inner planets [mean distance], n = 25"),
     ("V23", "order, N = 3, w away from 0"),
     ("L3", "least order over n - 1, n, n + 1, 2 n Gauss points, n = 4"),
-    ("L9", "largest energy error, m g = 22, Cayley chart"),
 )
 CODES = (
     "REBOUND IAS15",
