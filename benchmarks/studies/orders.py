@@ -1,7 +1,7 @@
 """The orders of galvi's four classes of methods, as `galvi.convergence` measures them.
 
 python -m benchmarks.studies.orders                   the table, in Markdown
-python -m benchmarks.studies.orders --write FILE      in place of the table in a page of docs
+python -m benchmarks.studies.orders --write FILE      the table as CSV, such as docs/orders.csv
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ import galvi
 from benchmarks.store.atomic import write
 from galvi import Galerkin, Problem
 
-BEGIN, END = "<!-- orders: python -m benchmarks.studies.orders -->", "<!-- end of orders -->"
 DAYS = 36_525.0  # of the outer planets: 100 years
 
 
@@ -107,30 +106,27 @@ def rows() -> Iterator[dict[str, Any]]:
             }
 
 
-def as_markdown(table: pd.DataFrame) -> str:
+def as_text(table: pd.DataFrame) -> pd.DataFrame:
     """The table of a page, with the fit and its standard error in one column."""
     fits = [f"{row.fitted:.3f} ± {row.fitted_se:.3f}" for row in table.itertuples()]
     shown = table.assign(fitted=fits).drop(columns="fitted_se")
     for name in ("symmetry", "symplecticity", "momentum"):
         shown[name] = [f"{value:.0e}" if value == value else "-" for value in table[name]]
-    shown = shown.rename(columns={"order": "order of theory", "fitted": "order measured"})
-    return f"{shown.to_markdown(index=False, disable_numparse=True)}\n"
+    return shown.rename(columns={"order": "order of theory", "fitted": "order measured"})
 
 
 def main() -> None:
     """Print the table, or write it."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.studies.orders")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="a page with the table")
-    page: Path | None = parser.parse_args().write
-    table = as_markdown(pd.DataFrame(rows()))
-    if page is None:
-        print(table, end="")
-        return
-    before, begin, remainder = page.read_text(encoding="utf-8").partition(BEGIN)
-    _, end, after = remainder.partition(END)
-    if not end:
-        raise SystemExit(f"{page} has no lines {BEGIN} and {END} to put the table between.")
-    write(page, f"{before}{begin}\n{table}{end}{after}")
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="as CSV, such as docs/orders.csv"
+    )
+    file: Path | None = parser.parse_args().write
+    table = as_text(pd.DataFrame(rows()))
+    if file is None:
+        print(table.to_markdown(index=False, disable_numparse=True))
+    else:
+        write(file, table.to_csv(index=False))
 
 
 if __name__ == "__main__":

@@ -129,7 +129,7 @@ def track_performance(
         list[str] | None,
         typer.Option(
             metavar="package.module:Class",
-            help="An integrator of the repository around this folder, to track; may be repeated.",
+            help="An integrator of the repository around this folder; may be repeated.",
         ),
     ] = None,
     timeout: Timeout = None,
@@ -138,13 +138,13 @@ def track_performance(
         typer.Option(
             metavar="PERCENT",
             min=0,
-            help="Increase of a contender's median time that counts as worse.",
+            help="Larger median time of a contender that counts as worse.",
         ),
     ] = 10.0,
     less_accurate: Annotated[
         float,
         typer.Option(
-            metavar="PERCENT", min=0, help="Increase of a contender's error that counts as worse."
+            metavar="PERCENT", min=0, help="Larger error of a contender that counts as worse."
         ),
     ] = 1.0,
     quick: Quick = False,
@@ -245,8 +245,7 @@ def compare_versions(
         typer.Option(
             metavar="3.17.0,4.0.1",
             parser=comma_separated,
-            help="Releases of the engine; 3.6.0..4.0.1 finds where between them something changed. "
-            "By default some, with the installed one.",
+            help="Releases of the engine; 3.6.0..4.0.1 finds the change between them.",
         ),
     ] = None,
     duration: Duration = None,
@@ -278,7 +277,7 @@ def measure_tolerance(
         typer.Option(
             metavar="3.17.0,4.0.1",
             parser=comma_separated,
-            help="Releases of the engine that the test is to pass with, too.",
+            help="Releases of the engine that the test must pass with.",
         ),
     ] = None,
     duration: Duration = None,
@@ -315,8 +314,8 @@ def tabulate_convergence(
         list[str] | None,
         typer.Option(
             metavar="rebound.whfast",
-            help="Another code by name, gauss:DEGREE for galvi's, or package.module:name for a "
-            "galvi.Galerkin; may be repeated. By default all that take the problem.",
+            help="A code by name, gauss:DEGREE, or package.module:name of a galvi.Galerkin; may be "
+            "repeated. By default all.",
         ),
     ] = None,
     contender: Contenders = None,

@@ -1,11 +1,10 @@
 """The commands of ``galvi``, which are those of ``python -m reports``, and their exit status.
 
-0    nothing worse and nothing unexpected; absent engines that were not required, new integrators,
-     and benchmarks that neither side can run are listed, and are no failure
+0    nothing worse and nothing unexpected; what is absent and not required, or new, is listed
 1    something got worse, a verdict is not as expected, a study failed, a required engine is absent,
      a judged run does not reach its error, or a run has no bound that holds at its end
-2    the command could not be carried out, for whatever reason, as that no benchmark runs on both
-     sides, with one sentence why: in CI, treat it as a failure
+2    the command could not be carried out, with one sentence why: in CI, a failure;
+     `GALVI_TRACEBACK=1` in the environment shows where it was raised
 3    likewise, for want of a package that is not installed
 130  interrupted
 141  nobody reads the output any more, as with `head`

@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
+from collections.abc import Collection
 from typing import Any
 
 import typer
@@ -15,14 +17,21 @@ from reports.cli import commands
 
 INTRODUCTION = """# Command line
 
-In an installation the command is `galvi`; `python -m galvi` is the same. In a checkout, after
-`make install`, it is `.venv/bin/galvi`, or `.venv/bin/python -m reports`. Outside of a checkout the
-default output folder is `galvi-out`. [Using the suite](suite.md) says what each command is good
-for.
+The command is `galvi`, or `python -m galvi`; in a checkout `.venv/bin/galvi`, or
+`.venv/bin/python -m reports`. It writes to `galvi-out`, in a checkout to `reports/out`: `judge`,
+`versions`, `tolerance` and `convergence` to a folder of their name there; `--out` names another.
+`galvi` alone is `galvi build`, `galvi --version` shows versions.
 
 ## Exit status
 
 """
+NOT_SHOWN = re.compile(
+    r"\*\*Usage\*\*:\n\n```console\n.*?```\n\n|\*\*\w+\*\*:\n\n|^\* `--help`.*?\n"
+    r"|  \[default: reports/out[/\w]*\]",
+    re.DOTALL | re.MULTILINE,
+)
+OUT = "* `--out "  # which all but one command take
+OPTION = re.compile(r"^\* `(-[^`]*)`: .*$", re.MULTILINE)
 
 
 def commands_page() -> str:
@@ -32,7 +41,28 @@ def commands_page() -> str:
     _, table = (commands.__doc__ or "").strip().split("\n\n")
     codes = re.sub(r"^(\d+) +", r"\n`\1`\n: ", table, flags=re.MULTILINE)  # a definition list
     usage = get_docs_for_click(obj=group, ctx=context, name="galvi", indent=1)
-    return f"{INTRODUCTION}{codes.strip()}\n\n{usage}"
+    _, *sections = re.split(r"^### ", NOT_SHOWN.sub("", usage), flags=re.MULTILINE)
+    uses = Counter(line[0] for text in sections for line in OPTION.finditer(text))
+    shared = [line for line, count in uses.items() if count > 1]
+    lines = "\n".join(shared)
+    described = "\n".join(_section(text, shared) for text in sections)
+    return (
+        f"{INTRODUCTION}{codes.strip()}\n\n## Commands\n\n{described}\n"
+        f"## Options of several commands\n\n{lines}\n"
+    )
+
+
+def _section(text: str, shared: Collection[str]) -> str:
+    """That of a command, which names the options that several share and describes the others."""
+    lines = text.rstrip().splitlines()
+    names = [
+        match[1].split()[0]
+        for line in lines
+        if line in shared and (match := OPTION.match(line)) and not line.startswith(OUT)
+    ]
+    section = "\n".join(line for line in lines if line not in shared).rstrip()
+    also = f"\n\nAlso {', '.join(f'`{name}`' for name in names)}." if names else ""
+    return f"### {section}{also}\n"
 
 
 if __name__ == "__main__":

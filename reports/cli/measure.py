@@ -35,7 +35,7 @@ def verify_claims(
             metavar="PERCENT",
             min=0,
             max=100,
-            help="Exit 1 when a smaller share of the checks comes out as expected.",
+            help="Exit 1 when a smaller share of the checks is as expected.",
         ),
     ] = 100.0,
     matching: Annotated[
@@ -43,14 +43,14 @@ def verify_claims(
         typer.Option(
             "-k",
             metavar="EXPRESSION",
-            help='Check only claims with a check whose name matches, as "pendulum and not V7".',
+            help='Only claims with a check whose name matches, as "pendulum and not V7".',
         ),
     ] = "",
     failed: Annotated[
         bool,
         typer.Option(
             "--last-failed",
-            help="Check only claims that failed last time in this folder, or all if none did.",
+            help="Only claims that failed last time in this folder, or all if none did.",
         ),
     ] = False,
     out: Out = OUT,
@@ -82,7 +82,7 @@ def compare_methods(
         list[str] | None,
         typer.Option(
             metavar="package.module:function",
-            help="A problem of your own to compare on, in place of the suite's; may be repeated.",
+            help="A problem of yours, in place of the suite's; may be repeated.",
         ),
     ] = None,
     timeout: Timeout = None,

@@ -58,8 +58,8 @@ Claims = Annotated[
         "--claims",
         metavar="V3,V5",
         parser=comma_separated,
-        help='Check only these claims, or those about a place in a paper, as "H fig. 3.5"; '
-        '"contenders" stands for the claims of the external integrators.',
+        help='Only these claims, or those about a place in a paper, as "H fig. 3.5"; '
+        '"contenders": those of external integrators.',
     ),
 ]
 Require = Annotated[

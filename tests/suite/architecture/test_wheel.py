@@ -93,15 +93,13 @@ def test_the_wheel_holds_every_module_the_data_and_the_plugin_of_pytest(wheel: P
 @pytest.fixture(scope="module")
 def folder_of_a_user(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Another project's repository of two commits: packages of the names of the suite's, a
-    simulation, and the integrator and the problem of docs/suite.md."""
+    simulation, and an integrator and a problem of docs/examples."""
     repository = tmp_path_factory.mktemp("user")
     for name in SUITE:
         (repository / name).mkdir()
         (repository / name / "__init__.py").write_text(f"raise SystemExit('{name} of the user')\n")
-    page = (ROOT / "docs" / "suite.md").read_text()
     for name in ("mine.py", "my_problem.py"):
-        (example,) = re.findall(rf"^```python\n# {name}\n(.*?)^```$", page, re.M | re.S)
-        (repository / name).write_text(example)
+        shutil.copyfile(ROOT / "docs" / "examples" / name, repository / name)
     git(repository, "init", "--quiet")
     for name in ("first", "second"):
         git(repository, "add", ".")
@@ -216,14 +214,12 @@ def test_a_command_for_a_users_own_simulation_or_problem_runs_in_another_project
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    """A repository with the integrator of docs/suite.md in src/, of two commits, tagged between."""
+    """A repository with an integrator of docs/examples in src/, of two commits, tagged between."""
     repository = tmp_path / "project"
     (repository / "src").mkdir(parents=True)
-    page = (ROOT / "docs" / "suite.md").read_text(encoding="utf-8")
-    (example,) = re.findall(r"^```python\n# mine.py\n(.*?)^```$", page, re.M | re.S)
-    (repository / "src" / "mine.py").write_text(
-        example.replace("(1000, 4000, 16000)", "(1000, 4000)")
-    )
+    example = (ROOT / "docs" / "examples" / "mine.py").read_text(encoding="utf-8")
+    shorter = example.replace("(1000, 4000, 16000)", "(1000, 4000)")
+    (repository / "src" / "mine.py").write_text(shorter)
     git(repository, "init", "--quiet")
     commit(repository, "first")
     git(repository, "tag", "v1")

@@ -31,7 +31,7 @@ from tests.suite.benchmarks.contenders_at_hand import BROKEN, Gauss, Inside
 from tests.suite.reports.small_reports import suite_of
 
 FEW = ("galvi degree 8, Gauss 8", "Stormer-Verlet")
-PAGE = (Path(__file__).parents[3] / "docs" / "suite.md").read_text()
+EXAMPLES = Path(__file__).parents[3] / "docs" / "examples"
 TROUBLE = """
 import numpy as np
 import galvi
@@ -57,9 +57,8 @@ class Trouble:
 
 
 def example(name):
-    """A module as the page has it."""
-    (text,) = re.findall(rf"^```python\n(# {name}\.py\n.*?)^```$", PAGE, re.M | re.S)
-    return text
+    """A module that docs/suite.md shows."""
+    return (EXAMPLES / f"{name}.py").read_text(encoding="utf-8")
 
 
 def definitions(name):

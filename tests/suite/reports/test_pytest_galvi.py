@@ -381,8 +381,7 @@ def test_planted_faults_fail_the_right_items_and_what_is_sound_passes(tmp_path):
     beside="test_an_integrator_in_a_src_layout_is_checked_on_a_problem_of_the_project"
 )
 def test_the_example_of_the_page_passes_on_the_problems_of_the_suite(tmp_path):
-    page = (ROOT / "docs" / "suite.md").read_text()
-    (example,) = re.findall(r"^```python\n(# mine\.py\n.*?)^```$", page, re.M | re.S)
+    example = (ROOT / "docs" / "examples" / "mine.py").read_text(encoding="utf-8")
     project(tmp_path, {"mine.py": example})
     completed = run(tmp_path, "-p", "xdist", "-n", "2", "--galvi", "mine:Leapfrog", "-ra")
     assert completed.returncode == 0, completed.stdout + completed.stderr

@@ -53,8 +53,9 @@ def test_the_command_of_the_page_says_what_the_page_shows(folder, capsys):
     out = capsys.readouterr().out
     if installed("mujoco") != "4.0.1" or "not tried" in out:
         pytest.skip("the page shows MuJoCo 4.0.1 on x86")
-    for line, expected in zip(out.splitlines(), shown.splitlines(), strict=True):
-        assert NUMBER.sub("#", line).split() == NUMBER.sub("#", expected).split()
+    printed = iter([NUMBER.sub("#", line) for line in out.splitlines()])
+    for line in shown.splitlines():  # in this order; "..." is for what the page leaves out
+        assert line == "..." or NUMBER.sub("#", line) in printed
 
 
 def test_the_pasted_lines_pass_on_the_users_own_run_and_fail_on_a_fault(folder, capsys):

@@ -87,8 +87,9 @@ def test_the_command_of_the_page_says_what_the_page_shows(folder, capsys):
     assert status == 0
     if installed("mujoco") != "4.0.1":
         pytest.skip("the page shows MuJoCo 4.0.1")
-    for actual, line in zip(out.splitlines(), shown.splitlines(), strict=True):
-        assert NUMBER.sub("#", actual.split(" (")[0]) == NUMBER.sub("#", line.split(" (")[0])
+    printed = iter([NUMBER.sub("#", line.split(" (")[0]) for line in out.splitlines()])
+    for line in shown.splitlines():  # in this order; "..." is for what the page leaves out
+        assert line == "..." or NUMBER.sub("#", line.split(" (")[0]) in printed
     errors = [
         next(line for line in text.splitlines() if line.startswith("At its own step"))
         for text in (out, shown)
