@@ -50,7 +50,6 @@ def printed(code: str, first_line: int, names: dict[str, object]) -> str:
 
 
 @pytest.mark.slow_cases(
-    "docs/brownout.md",
     "docs/clocks.md",
     "docs/control.md",
     "docs/events.md",

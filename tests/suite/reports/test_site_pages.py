@@ -139,17 +139,15 @@ HIGH_ORDER = {
 }
 
 
-def wrong_with_forces(page):
-    """Integrator of high order -> where the table of a page such as docs/forces.md says that it is
+def wrong_with_forces(text):
+    """Integrator of high order -> where a table such as docs/data/forces.csv says that it is
     wrong."""
-    _, _, after = page.partition("prints this table")
-    lines = [line.strip("| ").split(" | ") for line in after.splitlines() if line[:1] == "|"]
-    headings, rows = lines[0], [row for row in lines[2:] if len(row) == len(lines[0])]
+    rows = list(csv.DictReader(text.splitlines()))
     wrong = {
         name: "; ".join(
-            f"{row[0]}, e = {row[1]}: {row[headings.index(integrator)]}"
+            f"{row['force']}, e = {row['e']}: {row[integrator]}"
             for row in rows
-            if row[headings.index(integrator)].startswith("wrong")
+            if row[integrator].startswith("wrong")
         )
         for integrator, name in HIGH_ORDER.items()
     }
@@ -157,12 +155,12 @@ def wrong_with_forces(page):
 
 
 def test_an_integrator_that_is_wrong_with_a_force_is_among_the_defects():
-    text = (ROOT / "docs" / "forces.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "data" / "forces.csv").read_text(encoding="utf-8")
     wrong = wrong_with_forces(text)
     assert set(wrong) == {"SABA", "TRACE"} and "J2, e = 0.9: wrong by 6.7 %" in wrong["TRACE"]
     with (ROOT / "docs" / "defects.csv").open(encoding="utf-8", newline="") as file:
         lines = {line["what"].split()[0]: line for line in csv.DictReader(file)}
     assert {name: lines[name]["seen"] for name in wrong} == wrong
-    planted = re.sub(r"(\| drag .* refused \|) [^|]+(\| right for)", r"\1 wrong by 9 % \2", text)
+    planted = re.sub(r"(\ndrag,.*,refused,)[^,]+(,right for)", r"\1wrong by 9 %\2", text)
     assert planted != text
     assert any("drag" in text for text in wrong_with_forces(planted).values())
