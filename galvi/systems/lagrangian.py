@@ -38,7 +38,7 @@ from galvi.systems.user_functions import (
 
 CHART = Exponential()
 NEIGHBOUR_DISTANCE = 0.1  # of the lengths of coordinates and velocities, to a state near another
-TAYLOR_TERMS = 16  # of the Taylor series of a curve in a group; the last is 1e-20 of the sum
+TAYLOR_TERMS = 16  # of the Taylor series of a curve in a group; the last is 1e-20 of the first
 DIFFERENCED_MOMENTUM_ERROR = 2.0**-38  # relative error of a differenced momentum
 # Of momenta, for a mass matrix that is only tested for its rank and used in Newton's method.
 MASS_DIFFERENCING = Differencing(weights=(0.5,), steps=STEPS[:2], good=1e-3, usable=1e-2)
@@ -255,10 +255,10 @@ class Lagrangian:
             return rates
 
         start = np.array(q, dtype=np.float64).ravel()
-        constant_rate, terms = rate(start), [start]
-        terms.append(constant_rate)
+        start_rate, terms = rate(start), [start]
+        terms.append(start_rate)
         for k in range(2, TAYLOR_TERMS):
-            terms.append((rate(start + terms[-1]) - constant_rate) / k)
+            terms.append((rate(start + terms[-1]) - start_rate) / k)
         terms_by_power = np.stack(terms)
         powers = np.arange(TAYLOR_TERMS)
         return lambda s: (s**powers @ terms_by_power).reshape(self.group.shape)
