@@ -235,8 +235,9 @@ def applegate() -> Problem:
     The masses and the initial state are those of heyoka.py's notebook "Brouwer's law in the outer
     Solar System", from Applegate, Douglas, Gursel, Sussman and Wisdom, Astron. J. 92 (1986) 176.
     REBOUND's example of that name uses them with a massless Pluto; only without Pluto's mass is the
-    barycentre at rest. In au, solar masses and years of 365 days the energy is -0.004286848855986956, the value
-    printed in heyoka.py's notebook "Conserving first integrals via manifold projection".
+    barycentre at rest. In au, solar masses and years of 365 days the energy is
+    -0.004286848855986956, the value printed in heyoka.py's notebook "Conserving first integrals via
+    manifold projection".
 
     Examples
     --------
