@@ -61,8 +61,8 @@ class Forced:
         reboundx, copy = _engine(), copied(self.simulation)
         if copy.integrator.name.decode() == INTEGRATOR_WITHOUT_FORCES:
             raise ValueError(
-                f"REBOUNDx has no forces for {INTEGRATOR_WITHOUT_FORCES}. Set another integrator of "
-                f"the simulation: sim.integrator = 'whfast'."
+                f"REBOUNDx has no forces for {INTEGRATOR_WITHOUT_FORCES}. Set another integrator "
+                f"of the simulation: sim.integrator = 'whfast'."
             )
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")

@@ -77,7 +77,7 @@ def states(days: Array, bodies: int = len(BODIES)) -> tuple[Array, Array]:
     Parameters
     ----------
     days : array, shape (saved,)
-        since EPOCH; ValueError outside the years that DE421 covers
+        days since EPOCH; ValueError outside the years that DE421 covers
     """
     if missing():
         raise EngineMissing(missing(), name="jplephem")

@@ -100,7 +100,7 @@ def test_what_a_potential_raises_is_raised_where_it_leaves_no_derivative():
     offset=st.floats(-3, 3),
     log_other=st.floats(-6, 6),
 )
-@example(length=0.0, place=-3.0, offset=3.0, other=4.0)
+@example(length=0.0, log_position=-3.0, offset=3.0, log_other=4.0)
 @settings(max_examples=100)
 def test_an_error_is_at_least_what_it_is_said_to_be_of(length, log_position, offset, log_other):
     """A sine of any length, at any place and beside any number: right within 20 of its errors."""
