@@ -16,9 +16,9 @@ from galvi.extended_precision import PI, cosine, decimals, extended_precision, r
 from galvi.input_checks import shown
 from galvi.spaces.polynomials import legendre
 
-MAX_RULE_POINTS = 1000  # a rule with so many is computed in extended precision in 10 s
+MAX_RULE_POINTS = 1000  # takes 10 s in extended precision
 MAX_EQUIDISTANT_POINTS = 8  # with 9 points a weight is negative
-MAX_PIECES = 10_000  # a composite rule with so many is computed in seconds
+MAX_PIECES = 10_000  # takes seconds in extended precision
 # Largest error of the integral of a Legendre polynomial; 2e-15 for up to 200 points.
 EXACTNESS_TOLERANCE = 1e-12
 

@@ -45,7 +45,7 @@ class Canonical:
     mass
         scalar, (d,) diagonal or (d, d) symmetric positive definite
     potential
-        V of one configuration of shape (d,); a ``Potential`` brings its derivatives
+        V of one configuration of shape (d,); a ``Potential`` has derivatives of its own
     gradient
         dV/dq, shape (d,); differenced from V when missing
     hessian

@@ -123,7 +123,7 @@ class Lagrangian:
         ----------
         L
             the expression, or a ``sympy.physics.mechanics.LagrangesMethod`` without constraints,
-            which brings its coordinates and loads
+            which has coordinates and loads
         q, v
             symbols of coordinates and velocities; without v, q are functions of the time, such as
             SymPy's dynamicsymbols, and velocities are their derivatives
@@ -340,8 +340,8 @@ class Lagrangian:
         return self._at_each_state(energy_at_state, q, v, t, 1)[..., 0]
 
     def mass(self, q: Array, v: Array, t: float) -> Array:
-        """d2L/dv2 at one state, (d, d), by differences unless L brings it; entries below their
-        round-off are 0."""
+        """d2L/dv2 at one state, (d, d): that of L itself if it has ``mass`` and the user gives no
+        slopes, else differenced, with 0 for entries below their error."""
         if self.has_known_mass and self.slopes is None:
             return cast(KnownMass, self.function).mass(q)
         mass, error = differences(

@@ -126,7 +126,7 @@ class HeyokaTaylor:
     Setting: samples; tolerance, high_accuracy (compensated sums), compact_mode (quick to compile,
     slower to run) as in heyoka, where the default is heyoka's own (DEFAULT) in double and QUADRUPLE
     in real128. Add BEST for what its authors advise at machine precision: a tolerance below it.
-    An integrator is compiled for its system and setting, in seconds, and kept: run once before
+    An integrator is compiled for its system and setting, in seconds, and cached: run once before
     timing. Samples are ends of steps.
     """
 

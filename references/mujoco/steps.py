@@ -1,8 +1,8 @@
 """MuJoCo's integrators, as values of one class.
 
 MuJoCo is a multibody engine with contacts: on one body or chain much of its time is the price of
-generality. Its documentation advises RK4 where energy should be kept for long. The others are of
-first order; `implicit` damps a tumbling body by design.
+generality. Its documentation advises RK4 where energy should be conserved for long. The others are
+of first order; `implicit` damps a tumbling body by design.
 """
 
 from __future__ import annotations

@@ -133,7 +133,8 @@ def _failure(solved: Any) -> Failure:
         row=row,
         step=row,
         why=f"SciPy gave up before sample {row}: {solved.message} Forces grew beyond bound there, "
-        "as where bodies meet, or the tolerance cannot be had; end the run earlier or loosen it.",
+        "as where bodies meet, or the tolerance cannot be reached; end the run earlier or loosen "
+        "it.",
     )
 
 

@@ -163,7 +163,7 @@ class StoredTruth:
         if np.any(not_stored):
             stored_times = ", ".join(f"{t:g}" for t in truth.t[1:])
             raise ValueError(
-                f"the stored truth is kept {stored_times} after the start; received a sample at "
+                f"the truth is stored at {stored_times} after the start; received a sample at "
                 f"{since[not_stored][0]:g}. Choose a duration and samples among these."
             )
         q = truth.q[rows] + truth.v[rows] * late[:, None, None]

@@ -93,7 +93,7 @@ class StoredStates:
         not_stored = since != contents.t[rows]
         if np.any(not_stored):
             raise ValueError(
-                f"the stored truth is kept every {SAVE_INTERVAL:g} up to {contents.t[-1]:g} after "
+                f"the truth is stored every {SAVE_INTERVAL:g} up to {contents.t[-1]:g} after "
                 f"the start; received a sample at {since[not_stored][0]:g}. Choose a duration and "
                 "samples among these."
             )

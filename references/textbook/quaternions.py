@@ -355,7 +355,7 @@ class QuaternionDOP853:
 def _stuck(t: float) -> str:
     return (
         f"The step became too small at t = {t:.6g}: the state is not finite, or the "
-        "tolerance cannot be had. Loosen it, or end the run earlier."
+        "tolerance cannot be reached. Loosen it, or end the run earlier."
     )
 
 
