@@ -109,8 +109,8 @@ REFERENCES: tuple[Reference, ...] = (
 )
 
 
-# A code and its method -> its contenders; `named` takes the first that supports the problem. A code
-# has several contenders where kinds of systems need different equations.
+# Code and method -> contenders, of which `named` takes the first that supports the problem; there
+# are several where types of systems need different equations.
 CODES: Mapping[str, tuple[Reference, ...]] = {
     "rebound.whfast": (WHFAST,),
     "rebound.whfast512": (WHFAST512,),
@@ -159,9 +159,9 @@ def reference(name: str) -> Contender:
     Raises
     ------
     ValueError
-        For an unknown name, with the nearest known one.
+        For an unknown name; the message suggests the most similar one.
     TypeError
-        Unless a string.
+        For a name that is no string.
     """
     if not isinstance(name, str):
         raise TypeError(f"the name of a reference must be a string; received {name!r}.")
@@ -175,18 +175,18 @@ def reference(name: str) -> Contender:
 
 
 def named(name: str, problem: Problem) -> Reference:
-    """The first contender that solves the problem among those of a code, by its name in CODES
-    ("heyoka" for "heyoka.taylor"), or the reference of this full name.
+    """The first contender of a code that supports the problem.
 
-    Its engine may be ``missing``.
+    The name is that of a code in CODES, "heyoka" for "heyoka.taylor", or the full name of a
+    reference. The contender's engine may be ``missing``.
 
     Raises
     ------
     ValueError
-        For an unknown name, with the nearest known one, and where none solves the problem, with the
-        reason if it is known.
+        For an unknown name; the message suggests the most similar one. Where no contender supports
+        the problem, with the reason if it is known.
     TypeError
-        Unless a string.
+        For a name that is no string.
     """
     if not isinstance(name, str):
         raise TypeError(f"the name of a code must be a string; received {name!r}.")

@@ -20,7 +20,7 @@ class Failure:
     Attributes
     ----------
     row
-        index of the first saved state that was not computed; it and the later ones become NaN
+        index of the first saved state that was not computed; it and the later states become NaN
     step
         number of the first step not done, counted from 1; of a code that chooses its steps, of the
         first saved state not reached
@@ -36,10 +36,12 @@ class Failure:
 def non_finite(
     step: int, saved: Array, times: Array, reason: str = "the step is too large"
 ) -> Failure:
-    """The failure of the first step that gave a non-finite state.
+    """The failure of a run of equal steps that gave a non-finite state.
 
     Parameters
     ----------
+    step
+        number of the first step with a non-finite state
     saved, times
         numbers of the saved steps and their times, (saved,)
     """
@@ -65,10 +67,13 @@ def as_trajectory(
     failure: Failure | None = None,
     notes: Iterable[str] = (),
 ) -> Trajectory:
-    """The trajectory of states q, v or q, p at times t (saved,), both (saved, ...), in any shape.
+    """The trajectory of states at times t (saved,).
 
     Parameters
     ----------
+    q, v, p
+        configurations, and velocities or momenta; each reshapes to (saved, ...) with the shape of
+        the problem's start
     notes
         sentences that are appended to the status of a run without failure; empty ones are ignored
 
@@ -77,8 +82,8 @@ def as_trajectory(
     A non-finite state that the engine did not report becomes a failure.
     """
     q = np.array(q, dtype=np.float64).reshape(len(t), *problem.q0.shape)
-    moving = np.array(v if p is None else p, dtype=np.float64).reshape(len(t), *problem.v0.shape)
-    p = momentum_at(problem.system, q, moving, t) if p is None else moving
+    v_or_p = np.array(v if p is None else p, dtype=np.float64).reshape(len(t), *problem.v0.shape)
+    p = momentum_at(problem.system, q, v_or_p, t) if p is None else v_or_p
     finite = np.all(np.isfinite(np.hstack([q.reshape(len(t), -1), p.reshape(len(t), -1)])), axis=1)
     if failure is None and not np.all(finite):
         row = int(np.argmin(finite))
@@ -90,9 +95,9 @@ def as_trajectory(
         )
     system, velocities = problem.system, None
     if isinstance(system, NBody) and system.has_massless:
-        velocities = moving
+        velocities = v_or_p
     if failure is not None:
-        for states in (q, p, moving):
+        for states in (q, p, v_or_p):
             states[failure.row :] = np.nan
         outcome = Outcome(End.STEP_FAILED, failure.step, sentence=failure.why)
     else:

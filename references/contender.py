@@ -13,7 +13,7 @@ from references.setting import FixedSteps, check_keys, fixed_steps, sample_times
 
 
 class EngineMissing(ModuleNotFoundError):
-    """A contender cannot run here for want of its engine, the package ``name``."""
+    """A contender cannot run here because its engine, the package ``name``, is missing."""
 
 
 @runtime_checkable
@@ -22,7 +22,8 @@ class Contender(Protocol):
 
     Fixed-step contenders take {"step": h, "save_every": k, ...}: states at t0 + j h, where the time
     is j h and never the engine's own clock. The others choose their steps and take
-    {"samples": n, ...}: states at t0 + j duration / n, j = 0 .. n.
+    {"samples": n, ...}: states at t0 + j duration / n, j = 0 .. n. Of fixed steps every k-th state
+    and the last are saved.
     """
 
     @property
@@ -37,8 +38,7 @@ class Contender(Protocol):
     def missing(self) -> str:
         """One sentence saying why its engine cannot be used here; empty when it can.
 
-        Where it may be missing, `engine` is the package to install, as in the versions of a
-        provenance.
+        A contender whose engine may be missing also has `engine`, the name of the package.
         """
 
     def supports(self, problem: Problem) -> bool:
@@ -47,7 +47,8 @@ class Contender(Protocol):
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         """Solve from t0 to t0 + duration, in the problem's units of time.
 
-        A run that fails returns with ``success`` False, a sentence, and NaN past the failure.
+        A run that fails returns a trajectory with ``success`` False, the reason as a sentence, and
+        NaN past the failure.
 
         Raises
         ------
@@ -61,11 +62,11 @@ class Contender(Protocol):
 
 @runtime_checkable
 class Reference(Contender, Protocol):
-    """A contender of this package, which also says how it is set."""
+    """A contender of this package, which also says whether its steps are fixed."""
 
     @property
     def fixed_step(self) -> bool:
-        """Whether its setting has a ``step``; otherwise it has ``samples`` and mostly a
+        """Whether its setting has a ``step``; else it has ``samples``, and for most contenders a
         ``tolerance``."""
 
 
@@ -123,7 +124,7 @@ def refusal(
 
 
 def missing_engine(contender: Any) -> str:
-    """The package that a contender needs and that is not installed; "" for none."""
+    """The package of a contender that cannot run here; "" for one that can."""
     return contender.engine if contender.missing else ""
 
 

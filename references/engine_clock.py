@@ -1,7 +1,8 @@
 """The seconds spent inside an engine during a run, without the conversions and checks around it.
 
-References call their engine inside ``with engine_time:``. To time a run, wrap it in ``with heard()
-as spent:`` and read ``spent.seconds``, which is 0 for a contender without `engine_time`.
+References call their engine inside ``with engine_time:``. To time a run, wrap it in ``with
+timed_engines() as elapsed:`` and read ``elapsed.seconds``, which is 0 for a contender without
+`engine_time`.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from contextlib import contextmanager
 from types import TracebackType
 
 
-class Spent:
+class EngineSeconds:
     """Seconds spent in engines."""
 
     def __init__(self) -> None:
@@ -20,14 +21,14 @@ class Spent:
 
 
 class EngineTime:
-    """Adds the duration of its block to every open `heard`; blocks must not nest."""
+    """Adds the duration of its block to every open `timed_engines`; blocks must not nest."""
 
     def __init__(self) -> None:
-        self.listening: list[Spent] = []
-        self.begun = 0.0
+        self.open_timers: list[EngineSeconds] = []
+        self.started_at = 0.0
 
     def __enter__(self) -> None:
-        self.begun = time.perf_counter()
+        self.started_at = time.perf_counter()
 
     def __exit__(
         self,
@@ -35,8 +36,8 @@ class EngineTime:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        seconds = time.perf_counter() - self.begun
-        for spent in self.listening:
+        seconds = time.perf_counter() - self.started_at
+        for spent in self.open_timers:
             spent.seconds += seconds
 
 
@@ -44,11 +45,11 @@ engine_time = EngineTime()
 
 
 @contextmanager
-def heard() -> Iterator[Spent]:
-    """Yields the `Spent` that adds up the time in engines inside the block."""
-    spent = Spent()
-    engine_time.listening.append(spent)
+def timed_engines() -> Iterator[EngineSeconds]:
+    """Yields the `EngineSeconds` that sum up the time in engines inside the block."""
+    spent = EngineSeconds()
+    engine_time.open_timers.append(spent)
     try:
         yield spent
     finally:
-        engine_time.listening.remove(spent)
+        engine_time.open_timers.remove(spent)

@@ -36,9 +36,9 @@ from references.forces.force import (
     points_around,
     together,
 )
-from references.forces.of_problem import holds, symbols, time_symbol, written_out
+from references.forces.of_problem import expressions_of, reproduces, symbols, time_symbol
 
-# type of a potential: its formula and the fields that are its numbers
+# Type of a potential -> its formula, and the names of the fields with its constants.
 FORMULAS: Mapping[type, tuple[Callable[..., Any], tuple[str, ...]]] = {
     LinearSpring: (formulas.spring, ("stiffness",)),
     CosinePotential: (formulas.pendulum, ("weight",)),
@@ -59,13 +59,14 @@ def is_forced(problem: Problem) -> bool:
 
 
 def is_thrown(problem: Problem) -> bool:
-    """Whether it is a FreeBody on which gravity alone acts."""
+    """Whether the system is a FreeBody on which gravity alone acts."""
     system = problem.system
     return isinstance(system, FreeBody) and system.potential is None and not is_forced(problem)
 
 
 def is_moved_by(problem: Problem, potential: type) -> bool:
-    """Whether a potential of this type alone moves a scalar or diagonal mass."""
+    """Whether the system is a Canonical with a scalar or diagonal mass on which a potential of this
+    type alone acts."""
     system = problem.system
     return (
         isinstance(system, Canonical)
@@ -91,7 +92,7 @@ def replaces_force(problem: Problem) -> bool:
 
 
 def potential_formula(potential: Any) -> Force | None:
-    """-dV/dq of a potential that references recognise; None for another."""
+    """-dV/dq of a potential in FORMULAS; None for another potential."""
     if type(potential) not in FORMULAS:
         return None
     formula, names = FORMULAS[type(potential)]
@@ -99,8 +100,8 @@ def potential_formula(potential: Any) -> Force | None:
 
 
 def is_differenced(problem: Problem) -> bool:
-    """Whether `potential_force` differences the potential, since no gradient of it is known, and
-    no formula from which to derive one."""
+    """Whether `potential_force` differences the potential, since neither its gradient nor a formula
+    to derive it from is known."""
     system: Any = problem.system
     if not isinstance(system, Canonical) or system.gradient is not None:
         return False
@@ -118,8 +119,8 @@ def derived_gradient(problem: Problem) -> Callable[..., Array] | None:
 
     system: Any = problem.system
     names = "qt" if system.explicit_time else "q"
-    potential = written_out(problem, system.potential, names)
-    if potential is None or not holds(problem, potential, system.potential, names):
+    potential = expressions_of(problem, system.potential, names)
+    if potential is None or not reproduces(problem, potential, system.potential, names):
         return None
     q, _ = symbols(problem.q0.size)
     slopes = sympy.lambdify([q, time_symbol()], [potential[0].diff(x) for x in q], cse=True)
@@ -154,7 +155,8 @@ def potential_force(problem: Problem) -> Force:
 
 
 def external_force(problem: Problem) -> Force:
-    """The force f(q, v, t) of a system on a vector space that has one."""
+    """The external force f(q, v, t) of a system on a vector space; of NBody the accelerations by
+    its forces."""
     system: Any = problem.system
     if isinstance(system, NBody):
         dimension = problem.q0.shape[-1]
@@ -170,13 +172,14 @@ def external_force(problem: Problem) -> Force:
 
 
 def total_force(problem: Problem) -> Force:
-    """The force of the potential plus the external force, if there is one."""
+    """The sum of `potential_force` and, if the problem has one, `external_force`."""
     force = potential_force(problem)
     return together(force, external_force(problem)) if is_forced(problem) else force
 
 
 def inverse_mass(problem: Problem) -> Array:
-    """The inverse mass, (d,) or (d, d), by which `total_force` gives accelerations."""
+    """The inverse mass, (d,) or (d, d), that turns `total_force` into accelerations; ones for
+    NBody."""
     system: Any = problem.system
     if isinstance(system, NBody):
         return np.ones(problem.q0.size)
@@ -186,7 +189,7 @@ def inverse_mass(problem: Problem) -> Array:
 
 
 def acceleration(problem: Problem) -> Callable[[Array, Array, float], Array]:
-    """a(q, v, t) on a vector space, in the shape of q."""
+    """A function (q, v, t) -> acceleration on a vector space, in the shape of q."""
     force, inverse = total_force(problem), inverse_mass(problem)
     weigh: Any = np.dot if inverse.ndim == 2 else np.multiply
 
@@ -197,7 +200,8 @@ def acceleration(problem: Problem) -> Callable[[Array, Array, float], Array]:
 
 
 def acceleration_jacobian(problem: Problem) -> Callable[[Array, float], Array]:
-    """da/dq (d, d) without external force, from the hessian, the formula or differences."""
+    """A function (q, t) -> da/dq (d, d), without external force, by the Hessian, the formula or
+    differences."""
     force, inverse = potential_force(problem), inverse_mass(problem)
     inverse = inverse if inverse.ndim == 2 else np.diag(inverse)
     hessian = getattr(problem.system, "hessian", None)

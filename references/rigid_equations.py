@@ -17,7 +17,7 @@ from galvi.arrays import Array
 from references.forces.force import agrees, checked, derivative
 from references.newton import is_forced
 
-ATTITUDES = 8  # attitudes besides the start, at which a user's gradient is compared
+ATTITUDES = 8  # number of attitudes besides the start at which a user's gradient is compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,14 +43,14 @@ class RigidEquations:
     def slope(self) -> Any:
         """The right-hand side f(t, state), in the state's shape."""
         inverse = np.linalg.inv(self.problem.system.inertia)
-        turned = quaternion_slope if self.quaternions else _matrix_slope
+        attitude_slope = quaternion_slope if self.quaternions else _matrix_slope
         system, forced = self.problem.system, is_forced(self.problem)
         free = system.potential is None and not forced
 
         def slope(t: float, y: Array) -> Array:
             attitude, p = y[:-3], y[-3:]
             w = inverse @ p
-            rates = np.array([*turned(attitude, w), *_cross(p, w)])
+            rates = np.array([*attitude_slope(attitude, w), *_cross(p, w)])
             if free:
                 return rates
             R = self.attitudes(y)
@@ -75,10 +75,8 @@ def is_rigid_body(problem: Problem) -> bool:
 
 
 def has_known_weight(problem: Problem) -> bool:
-    """Whether its potential is a `galvi.UniformGravity` and a given gradient, if any, is its own.
-
-    A given gradient is compared at the start and at other attitudes.
-    """
+    """Whether the potential is a `galvi.UniformGravity`, and a user's gradient, if any, agrees with
+    it at the start and at other attitudes."""
     system: Any = problem.system
     if not isinstance(system.potential, UniformGravity):
         return False
@@ -95,10 +93,10 @@ def has_known_weight(problem: Problem) -> bool:
 
 
 def torque(system: RigidBody, R: Array, t: float) -> Array:
-    """The potential's torque in the body's frame, (3,): centre x R^T mass g, or the sum over rows
-    of R x dV/dR.
+    """The potential's torque in the body's frame, (3,).
 
-    Without a gradient, each component is minus the derivative of V along a rotation about its axis.
+    By the weight, centre x R^T mass g; by a gradient, the sum over rows of R x dV/dR; else each
+    component is minus the derivative of V along a rotation about its axis.
     """
     weight = system.potential
     if weight is None:

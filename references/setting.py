@@ -12,7 +12,7 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 
-WHOLE = 1e-9  # how far, relatively, duration / step may be from a whole number
+COUNT_TOLERANCE = 1e-9  # largest relative distance of duration / step from a whole number
 
 
 def nearest(word: str, choices: Iterable[str]) -> str:
@@ -28,7 +28,8 @@ def nearest(word: str, choices: Iterable[str]) -> str:
 
 
 def check_keys(setting: Mapping[str, Any], allowed: Iterable[str]) -> None:
-    """ValueError, naming the nearest known key, when the setting holds one that is not known."""
+    """ValueError, with the most similar allowed key, for a key of the setting that is not
+    allowed."""
     allowed = tuple(allowed)
     for key in setting:
         if key not in allowed:
@@ -46,12 +47,12 @@ def described(name: str, setting: Mapping[str, Any], engine: str = "") -> str:
 
 @dataclass(frozen=True, eq=False)
 class FixedSteps:
-    """How many equal steps to take, and which states to save.
+    """Equal steps of a run, and the states to save.
 
     Attributes
     ----------
     step
-        h, the time of one step, negative backwards
+        h, the duration of one step; negative backwards
     count
         n, so that n h is the duration
     saved : array, shape (saved,)
@@ -68,12 +69,12 @@ class FixedSteps:
 
 
 def fixed_steps(duration: float, setting: Mapping[str, Any]) -> FixedSteps:
-    """Read 'step' and 'save_every' (default 1) from a setting.
+    """The steps of a run, from 'step' and 'save_every' (default 1) of a setting.
 
     Raises
     ------
     ValueError
-        Unless duration / step is a positive whole number.
+        Without a step, and unless duration / step is a positive whole number.
     """
     duration = _duration(duration)
     if "step" not in setting:
@@ -83,7 +84,7 @@ def fixed_steps(duration: float, setting: Mapping[str, Any]) -> FixedSteps:
     step = input_checks.real("step", setting["step"])
     steps = duration / step if step else float("nan")
     count = max(1, round(steps)) if np.isfinite(steps) else 1
-    if not abs(steps - count) <= WHOLE * count:
+    if not abs(steps - count) <= COUNT_TOLERANCE * count:
         raise ValueError(
             f"step must divide the duration {duration!r} into a whole number of steps; received "
             f"{setting['step']!r}, {steps:.6g} steps. Choose step = duration / {count}."

@@ -16,8 +16,8 @@ from references.as_trajectory import Failure, as_trajectory
 from references.setting import check_keys, described, sample_times
 
 Accelerations = Callable[[Array, Array], Array]
-SCALAR = ("hinge", "slide")
-SMALLEST = 3e-14  # relative tolerance; SciPy's least
+SCALAR = ("hinge", "slide")  # types of joints with one coordinate
+SMALLEST_TOLERANCE = 3e-14  # relative; SciPy replaces tolerances below 2.2e-14 with a warning
 
 
 def integrated(
@@ -28,12 +28,16 @@ def integrated(
     duration: float,
     setting: Mapping[str, Any],
 ) -> Trajectory:
-    """Adaptive steps in Python. Setting: samples, tolerance (1e-13 when not given).
+    """A run of DOP853 in Python.
 
     Parameters
     ----------
+    name, engine
+        name of the contender, and of its engine with the version
     accelerations
         (qpos, qvel) -> qvel', for quaternions of any length
+    setting
+        samples; tolerance, both relative (at least SMALLEST_TOLERANCE) and absolute, default 1e-13
     """
     from scipy.integrate import solve_ivp
 
@@ -42,12 +46,12 @@ def integrated(
     times = sample_times(problem.t0, duration, setting)
     system = problem.system
     qpos, qvel = system.to_mujoco(problem.q0, problem.v0)
-    turning, size = joints_of(system), qpos.size
+    joints, size = joints_of(system), qpos.size
 
     def slope(t: float, y: Array) -> Array:
         coordinates, rates = y[:size], y[size:]
         return np.concatenate(
-            [_moving(coordinates, rates, turning), accelerations(coordinates, rates)]
+            [_coordinate_rates(coordinates, rates, joints), accelerations(coordinates, rates)]
         )
 
     with np.errstate(all="ignore"):
@@ -57,7 +61,7 @@ def integrated(
             np.concatenate([qpos, qvel]),
             "DOP853",
             t_eval=times,
-            rtol=max(tolerance, SMALLEST),
+            rtol=max(tolerance, SMALLEST_TOLERANCE),
             atol=tolerance,
         )
     row = solved.y.shape[1]
@@ -77,7 +81,7 @@ def integrated(
 
 
 def joints_of(system: Multibody) -> list[tuple[Joint, int, int]]:
-    """Each joint, and its first entries of qpos and qvel."""
+    """Each joint, with the indices of its first entries of qpos and qvel."""
     joints, at, dof = [], 0, 0
     for joint in system.tree.joints:
         joints.append((joint, at, dof))
@@ -86,8 +90,8 @@ def joints_of(system: Multibody) -> list[tuple[Joint, int, int]]:
     return joints
 
 
-def _moving(qpos: Array, qvel: Array, joints: list[tuple[Joint, int, int]]) -> Array:
-    """qpos': that of a quaternion (c, u) is (-u . w, c w + u x w) / 2."""
+def _coordinate_rates(qpos: Array, qvel: Array, joints: list[tuple[Joint, int, int]]) -> Array:
+    """qpos', (nq,); of a quaternion (c, u) it is (-u . w, c w + u x w) / 2."""
     if qpos.size == qvel.size:
         return qvel
     rates = np.empty(qpos.size)

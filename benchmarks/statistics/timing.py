@@ -17,7 +17,7 @@ from typing import Any
 
 from galvi import Problem, Trajectory
 from references import Contender
-from references.engine_clock import heard
+from references.engine_clock import timed_engines
 
 PARTS = 3
 LONG_SECONDS, LONG_ROUNDS = 0.3, 2  # seconds, and rounds of calls that take longer
@@ -111,7 +111,7 @@ def seconds_of(call: Callable[[], Any], repeats: int = 1) -> float:
     """Seconds of a call, the mean over the repeats."""
     if hasattr(call, "seconds"):
         return float(call.seconds(repeats))
-    with heard() as spent:
+    with timed_engines() as spent:
         start = time.perf_counter()
         for _ in range(repeats):
             call()
@@ -127,7 +127,7 @@ def warmed(call: Callable[[], Any]) -> tuple[Any, float]:
 
 def once(call: Callable[[], Any]) -> tuple[Any, float]:
     """The result of a call and its seconds; NaN where its own clock failed."""
-    with heard() as spent:
+    with timed_engines() as spent:
         start = time.perf_counter()
         returned = call()
         seconds = spent.seconds or time.perf_counter() - start

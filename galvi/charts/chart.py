@@ -36,7 +36,7 @@ class Chart(Hashable, Protocol):
 
     @property
     def farthest(self) -> float:
-        """The largest |xi| of a rotation within a step."""
+        """The largest |xi| that a rotation may have within a step."""
 
 
 class MovingChart(Hashable, Protocol):
@@ -55,8 +55,8 @@ class MovingChart(Hashable, Protocol):
 class Cayley:
     """``Phi(xi) = (I - hat(xi) / 2)^-1 (I + hat(xi) / 2)``, ``|xi| = 2 tan(angle / 2)`` (H 3.4.2).
 
-    Rational and therefore the fastest; a step must rotate by less than half a turn, the limit pi.
-    H's xi is half of ours with the opposite sign.
+    Rational and therefore the fastest chart; a step must rotate by less than pi, half a turn. H's
+    xi is half of galvi's, with the opposite sign.
 
     Examples
     --------
@@ -73,9 +73,8 @@ class Cayley:
 
 @dataclass(frozen=True)
 class Exponential:
-    """``Phi(xi) = exp(hat(xi))``, ``|xi| = angle``; a step must rotate by less than 2 pi.
-
-    Claim L14.
+    """``Phi(xi) = exp(hat(xi))``, ``|xi| = angle``; a step must rotate by less than 2 pi (claim
+    L14).
 
     Examples
     --------
@@ -130,7 +129,8 @@ def tangent(chart: Chart, group: Group, xi: Any) -> Array:
 
 
 def coordinates(chart: Chart, group: Group, g: Any, k: Any) -> Array:
-    """xi with k = g Phi(xi), (..., d), for elements with the same leading axes."""
+    """xi (..., d) with k = g Phi(xi), for elements k (..., *group.shape), and g of the same shape
+    or one element."""
     lead = np.shape(k)[: np.ndim(k) - len(group.shape)]
     shape = (int(np.prod(lead)), _entries(group))
     out = np.empty((shape[0], group.dimension))
@@ -178,7 +178,7 @@ def unwrapped(chart: Chart, group: Group, xi: Array) -> Array:
     for number, d, _, rotations in group.layout:
         factor = path[:, start : start + d]
         for k in range(_first_change(chart, factor[:, :rotations]), len(path)):
-            w = _followed(chart, factor[k - 1, :rotations], factor[k, :rotations])
+            w = _nearest_to(chart, factor[k - 1, :rotations], factor[k, :rotations])
             if w is not None:
                 GROUPS[number].with_rotation(chart.number, factor[k].copy(), w, factor[k])
         start += d
@@ -186,9 +186,10 @@ def unwrapped(chart: Chart, group: Group, xi: Array) -> Array:
 
 
 def _first_change(chart: Chart, w: Array) -> int:
-    """The first row of w (k, 3 or 1) that `_followed` may change; k for none, and without columns.
+    """The index of the first row of w (k, 3 or 1) that `_nearest_to` may change; k where it changes
+    none, or w has no columns.
 
-    Most paths have none, and testing whole arrays is ten times as fast as a loop.
+    Most paths need no change, and testing whole arrays is ten times as fast as a loop.
     """
     if w.shape[1] == 0:
         return len(w)
@@ -201,8 +202,9 @@ def _first_change(chart: Chart, w: Array) -> int:
     return 1 + int(np.argmax(changed)) if np.any(changed) else len(w)
 
 
-def _followed(chart: Chart, previous: Array, current: Array) -> Array | None:
-    """The coordinates of the rotation ``current`` nearest to ``previous``; None if unchanged."""
+def _nearest_to(chart: Chart, previous: Array, current: Array) -> Array | None:
+    """The coordinates nearest to ``previous`` of the rotation with the coordinates ``current``;
+    None where these are nearest already."""
     size, previous_size = float(np.linalg.norm(current)), float(np.linalg.norm(previous))
     if previous_size == 0.0:
         return None

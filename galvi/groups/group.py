@@ -1,5 +1,5 @@
-"""Groups: their interface, R^n, and rotations and rigid motions of the plane and of space, whose
-elements are matrices, with the checks of these."""
+"""The interface of groups; R^n, and the rotations and rigid motions of the plane and of space,
+whose elements are matrices."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from galvi.kernels.lie.groups import rn, se2, se3, so2, so3
 from galvi.kernels.lie.product import GROUPS
 
 Layout = npt.NDArray[np.int64]
+ROTATION_DEFECT = 1e-9  # largest entry of |R^T R - I| of a rotation
+RANK_TOLERANCE = 1e-14  # singular values of at most this share of the largest count as 0
 
 
 class Group(Hashable, Protocol):
@@ -35,11 +37,11 @@ class Group(Hashable, Protocol):
 
     @property
     def layout(self) -> Layout:
-        """(factors, 4): number of each factor's group in the kernels, its dimension, entries and
-        rotations; see galvi.kernels.lie.product."""
+        """A row for each factor, (factors, 4): the number of its group in the kernels, dimension,
+        number of entries, number of rotations; see galvi.kernels.lie.product."""
 
     def check(self, name: str, g: Array) -> None:
-        """Raise ValueError unless g is an element of the group to within 1e-9."""
+        """ValueError unless g is an element of the group; rotations are orthogonal to 1e-9."""
 
     def multiply(self, g: Array, k: Array) -> Array:
         """g k, for elements with any leading axes."""
@@ -57,7 +59,7 @@ def one_factor(kernel: Any, dimension: int, entries: int, rotations: int) -> Lay
     Parameters
     ----------
     kernel
-        its module of galvi.kernels.lie.groups
+        the module in galvi.kernels.lie.groups of the group
     entries
         number of entries of one element
     rotations
@@ -69,10 +71,6 @@ def one_factor(kernel: Any, dimension: int, entries: int, rotations: int) -> Lay
 def is_group(value: Any) -> bool:
     """Whether the value is a group, not a class of groups."""
     return hasattr(value, "layout") and not isinstance(value, type)
-
-
-ROTATION_DEFECT = 1e-9  # largest |R^T R - I| of a rotation
-RANK = 1e-14  # singular values below this share of the largest count as 0
 
 
 def check_rotation(name: str, R: Array, n: int) -> None:
@@ -118,7 +116,8 @@ def check_motion(name: str, g: Array, n: int) -> None:
 
 
 def _conversion(array: Array, n: int) -> str:
-    """How four or seven numbers, perhaps a quaternion, become a matrix of space; else empty."""
+    """A remedy for arrays of 4 or 7 numbers, perhaps a quaternion, where a matrix of space is
+    expected; else ""."""
     if n != 3 or array.shape not in ((4,), (7,)):
         return ""
     return (
@@ -179,8 +178,9 @@ def nearest_rotation(matrix: Array) -> Array:
 
 
 def _nearest(matrix: Array) -> Array | None:
+    """The rotation nearest to a matrix (n, n); None for a rank below n - 1."""
     U, sizes, Vt = np.linalg.svd(matrix)
-    if not sizes[max(len(sizes) - 2, 0)] > RANK * sizes[0]:
+    if not sizes[max(len(sizes) - 2, 0)] > RANK_TOLERANCE * sizes[0]:
         return None
     U[:, -1] *= np.sign(np.linalg.det(U @ Vt))
     return U @ Vt
@@ -230,25 +230,33 @@ class Rn:
         return -g
 
     def bracket(self, v: Array, w: Array) -> Array:
-        """Zero."""
+        """Zero: translations commute."""
         return np.zeros(self.n)
 
 
 class _Matrices:
-    """Square matrices under multiplication: their rows, the dimension, and the number of leading
-    components of a velocity that are rotations."""
+    """A group of square matrices under multiplication.
+
+    Attributes
+    ----------
+    _sizes
+        rows of a matrix, dimension of the group, number of leading components of a velocity that
+        are rotations
+    _kernels
+        the module in galvi.kernels.lie.groups of the group
+    """
 
     _sizes: tuple[int, int, int]
     _kernels: ModuleType
 
     @property
     def dimension(self) -> int:
-        """Of the group."""
+        """Dimension of the group."""
         return self._sizes[1]
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of an element."""
+        """Shape of one element."""
         return self._sizes[0], self._sizes[0]
 
     @property

@@ -59,7 +59,7 @@ class Product:
         return np.concatenate([factor.layout for factor in self.factors])
 
     def join(self, *parts: Array) -> Array:
-        """The element with these parts, one for each factor, with the same leading axes.
+        """The element with these parts, one for each factor; all may have the same leading axes.
 
         Raises
         ------
@@ -104,17 +104,17 @@ class Product:
             factor.check(f"part {i} of {name}", part)
 
     def multiply(self, g: Array, k: Array) -> Array:
-        """Factor by factor."""
+        """The products of the parts, factor by factor."""
         pairs = zip(self.factors, self.parts(g), self.parts(k), strict=True)
         return self.join(*(factor.multiply(left, right) for factor, left, right in pairs))
 
     def inverse(self, g: Array) -> Array:
-        """Factor by factor."""
+        """The inverses of the parts, factor by factor."""
         pairs = zip(self.factors, self.parts(g), strict=True)
         return self.join(*(factor.inverse(part) for factor, part in pairs))
 
     def bracket(self, v: Array, w: Array) -> Array:
-        """Factor by factor."""
+        """The brackets of the parts, factor by factor."""
         ends = np.cumsum([factor.dimension for factor in self.factors])[:-1]
         pairs = zip(self.factors, np.split(v, ends), np.split(w, ends), strict=True)
         return np.concatenate([factor.bracket(left, right) for factor, left, right in pairs])

@@ -12,7 +12,7 @@ from galvi.method import Galerkin
 from galvi.problems.planets import EPHEMERIS as DE421
 from galvi.trajectory import Trajectory
 
-# A word in the name of another code's method, which is all that a run records -> keys to cite.
+# A word in the name of another code's method, the only record of it in a run -> keys to cite.
 CODES = {
     "REBOUND": ("ReinLiu2012",),
     "IAS15": ("ReinSpiegel2015",),
@@ -38,7 +38,14 @@ def entries() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Citation:
-    """A sentence with keys in square brackets, and their entries for BibTeX.
+    """What to cite for a run.
+
+    Attributes
+    ----------
+    sentence
+        how the run was made, with keys in square brackets
+    bibtex
+        the entries of the keys
 
     Examples
     --------
@@ -57,16 +64,17 @@ class Citation:
 
 
 def cite(run: Trajectory) -> Citation:
-    """What to cite for a run: its method, the codes and the data that it used.
+    """The citations of a run: of its method, and of the codes and the data that it used.
 
     Parameters
     ----------
     run : galvi.Trajectory
+        a run of galvi or of another code
 
     Returns
     -------
     galvi.Citation
-        ``bibtex`` and ``sentence``, of exactly what the run used
+        ``sentence`` and ``bibtex``
 
     Raises
     ------

@@ -30,14 +30,14 @@ class ConvergenceRequest:
     Attributes
     ----------
     methods
-        pairs of name and method, as of `convergence`; the name "" stands for that of the code or
+        pairs of name and method, as `convergence` takes them; "" stands for the name of the code or
         class
     counts
-        numbers of equal steps; () where sizes are set, or steps are chosen automatically
+        numbers of equal steps; () where sizes are set or steps are chosen automatically
     sizes
         sizes of steps in the unit of time, or of a method's clock
     with_all
-        whether galvi and every other code here that takes the problem are added
+        whether galvi and every other installed code that takes the problem are added
     """
 
     problem: Problem
@@ -65,13 +65,13 @@ def convergence(
     ----------
     methods
         name -> a `galvi.Galerkin`; the name of another code, such as "rebound.whfast",
-        "mujoco.rk4", "scipy.dop853", "heyoka" or "textbook.rk4"; or an integrator of yours, a class
+        "mujoco.rk4", "scipy.dop853", "heyoka" or "textbook.rk4"; or an integrator of yours: a class
         or an instance, or "module:Class", which then runs in a process of its own. None: galvi and
-        every other code here that takes the problem
+        every other installed code that takes the problem
     steps
-        numbers of equal steps, if all are of type int, else their sizes, each of which goes into
-        the duration a whole number of times; with a clock, sizes are in its unit, and numbers
-        approximate. Codes that choose their steps run at four tolerances instead. None: chosen
+        numbers of equal steps, if all are of type int, else their sizes, each of which divides the
+        duration a whole number of times; with a clock, sizes are in its unit, and numbers
+        approximate. Codes that choose their own steps run at four tolerances instead. None: chosen
         automatically for each method
     duration
         from the problem's t0, positive, in its unit of time
@@ -88,23 +88,23 @@ def convergence(
         A tidy table, a row for each method and step, coarse to fine: ``method, h, error, order,
         fitted, fitted_se, energy, momentum, symmetry, symplecticity, seconds, evaluations, outcome,
         setting, steps, fit, theory, note``. ``error`` is that of the state at the end: the largest
-        difference of a coordinate from the truth (of point masses, the farthest body's distance),
-        or of a momentum in units that make both of one size, whichever is larger; ``order`` is that
-        between a row and the one before, ``fitted`` the fit to the rows where ``fit`` is true,
-        ``theory`` the order that is known or declared; ``note`` says why another row is left out,
-        such as round-off. Energy and momenta are largest relative changes, of what the motion
-        keeps; symmetry is the distance from the start after a run there and back, symplecticity the
-        defect of one step; evaluations are of the force; seconds are those of a run, on a motion
-        that keeps its energy by longer ones. Numbers that do not apply are NaN. ``attrs`` has
-        ``truth``, ``truth_error``, ``rule`` (of the fit), ``remarks`` (orders that are not those of
-        theory) and ``faults``, of the methods.
+        difference of a coordinate from the truth (for point masses the largest distance of a body),
+        or of a momentum in units that make both equally large, whichever is larger. ``order`` is
+        computed from a row and the row before it, ``fitted`` from the rows where ``fit`` is true;
+        ``theory`` is the known or declared order; ``note`` says why a row is left out of the fit,
+        such as round-off. ``energy`` and ``momentum`` are the largest relative changes of what the
+        motion conserves, ``symmetry`` the distance from the start after a run forward and back,
+        ``symplecticity`` the defect of one step, ``evaluations`` those of the force. ``seconds``
+        are those of a run; where the motion conserves its energy they are measured on longer runs.
+        Numbers that do not apply are NaN. ``attrs`` has ``truth``, ``truth_error``, ``rule`` (of
+        the fit), ``remarks`` (orders that differ from theory) and ``faults`` of the methods.
 
     Raises
     ------
     ValueError
-        For an invalid value, and for what the command refuses.
+        For an invalid value, and where the command refuses the problem or a method.
     TypeError
-        For an argument of another kind.
+        For an argument of a wrong type.
     ModuleNotFoundError
         Without the suite's packages.
 
@@ -134,9 +134,9 @@ def convergence(
         ) from None
     try:
         pickled = cloudpickle.dumps(request)
-    except Exception as error:  # what a user's object raises
+    except Exception as error:  # a user's object may raise anything
         raise ValueError(
-            f"the problem, methods and truth go to another process; they cannot be passed there: "
+            f"the problem, methods and truth go to another process; they cannot be pickled: "
             f"{error}."
         ) from None
     with tempfile.TemporaryDirectory() as folder:
@@ -156,6 +156,7 @@ def convergence(
 def _checked(
     problem: Any, methods: Any, steps: Any, duration: Any, truth: Any, quick: Any
 ) -> ConvergenceRequest:
+    """The request with these arguments; TypeError or ValueError as `convergence`."""
     if not isinstance(problem, Problem):
         raise TypeError(f"problem must be a galvi.Problem; received {shown(problem)}.")
     if methods is not None and not (isinstance(methods, Mapping) and methods):
@@ -164,8 +165,8 @@ def _checked(
             f"received {shown(methods)}."
         )
     for name, method in (methods or {}).items():
-        a_method = isinstance(method, Galerkin | str) or hasattr(method, "run")
-        if not isinstance(name, str) or not name.strip() or not a_method:
+        is_method = isinstance(method, Galerkin | str) or hasattr(method, "run")
+        if not isinstance(name, str) or not name.strip() or not is_method:
             raise TypeError(
                 f"methods must map a name to a galvi.Galerkin, the name of another code, or an "
                 f"integrator with name, supports and run; received {name!r}: {shown(method)}."
@@ -187,22 +188,26 @@ def _checked(
 
 
 def counts_and_sizes(steps: Any) -> tuple[tuple[int, ...], tuple[float, ...]]:
-    """Numbers of equal steps, increasing, or sizes, decreasing; both empty for None.
+    """Numbers of equal steps, increasing, and sizes of steps, decreasing; one of the two is (), for
+    None both.
 
     Raises
     ------
+    TypeError
+        For steps that are no sequence.
     ValueError
-        For other values.
+        For an empty sequence and for a number or size that is not positive.
     """
     if steps is None:
         return (), ()
     if isinstance(steps, str) or not input_checks.has_items(steps):
         raise TypeError(
-            f"steps must be a sequence of numbers of steps, or of steps; received {shown(steps)}."
+            f"steps must be a sequence of numbers of steps, or of their sizes; received "
+            f"{shown(steps)}."
         )
     values = list(steps)
     if not values:
-        raise ValueError("steps must hold a number of steps or a step at least; received none.")
+        raise ValueError("steps must hold at least one number of steps or size; received none.")
     if all(isinstance(value, int | np.integer) and not isinstance(value, bool) for value in values):
         counts = sorted({input_checks.whole("a number of steps", int(count)) for count in values})
         return tuple(counts), ()

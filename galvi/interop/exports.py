@@ -1,4 +1,4 @@
-"""A run as a plot, as SciPy's solution, and as an xarray dataset."""
+"""A run as a plot, as a solution of SciPy, and as an xarray dataset."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ from galvi.systems.multibody import Multibody
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-MAX_LABELS = 10  # bodies or coordinates that are named
-PER_STEP = 16  # points of each curve
-MAX_POINTS = 20_000
+MAX_LABELS = 10  # largest number of bodies or coordinates with a label
+POINTS_PER_STEP = 16  # of a plotted curve
+MAX_POINTS = 20_000  # largest number of intervals of a plotted curve
+AXIS_NAMES = ("x", "y", "z")
 
 
 def plot(run: Trajectory) -> Any:
     """A matplotlib figure of a run.
 
-    On the left orbits in the plane of x and y, the path of one body in the plane, the axes of a
-    rotating body on the sphere, the position of a moving one, or each coordinate against time;
-    along the curves where the run has them. On the right the change of the energy, or the
-    coordinates' momenta where it is not conserved.
+    The left panel shows orbits in the plane of x and y, the path of one body in the plane, the axes
+    of a rotating body on the sphere, the position of a rigid body in space against time, or each
+    coordinate against time; along the curves where the run has them. The right panel shows the
+    change of the energy, or the momenta where the energy is not conserved.
 
     Raises
     ------
@@ -60,10 +61,11 @@ def plot(run: Trajectory) -> Any:
 
 
 def _motion(run: Trajectory) -> tuple[Array, Array]:
-    """Times and configurations, on the curves if the run has them."""
+    """Times and configurations: of points on the curves if the run has them, else of the saved
+    states."""
     if run.curves is None or len(run.t) < 2:
         return run.t, run.q
-    points = min(PER_STEP * (len(run.t) - 1), MAX_POINTS) + 1
+    points = min(POINTS_PER_STEP * (len(run.t) - 1), MAX_POINTS) + 1
     times = np.linspace(run.t[0], run.t[-1], points)
     return times, run(times)
 
@@ -116,12 +118,13 @@ def _invariant(axes: Any, run: Trajectory) -> None:
 def to_scipy(run: Trajectory) -> Any:
     """A `scipy.optimize.OptimizeResult` with the fields of `scipy.integrate.solve_ivp`'s result.
 
-    Its fields are ``t`` (saved,); ``y`` (n, saved), the entries of q, one after the other, then
-    those of v; ``sol``, t -> y on the curves, (n,) or (n, k), None for a run of a reference;
-    ``status``, 0 for a success, else -1, with ``message`` and ``success``; ``nfev`` force
-    evaluations, ``njev`` those of its derivative, and ``nlu`` linear systems solved.
+    Its fields are ``t`` (saved,); ``y`` (n, saved), the entries of q, then those of v; ``sol``, a
+    function t -> y on the curves, (n,) or (n, k), None for a run without curves; ``status``, 0 for
+    a success, else -1, with ``message`` and ``success``; ``nfev``, ``njev`` and ``nlu``, the
+    numbers of evaluations of the force, of evaluations of its derivative, and of linear systems
+    solved.
     """
-    from scipy.optimize import OptimizeResult  # a fifth of galvi's import
+    from scipy.optimize import OptimizeResult  # would lengthen galvi's import by a fifth
 
     def rows(q: Array, v: Array) -> Array:
         return np.hstack([x.reshape(len(q), -1) for x in (q, v)]).T
@@ -147,15 +150,13 @@ def to_scipy(run: Trajectory) -> Any:
     )
 
 
-AXES = ("x", "y", "z")
-
-
 def to_xarray(run: Trajectory) -> Any:
     """An `xarray.Dataset` of the saved states: q, p and v, and the energy.
 
-    Dimensions: t; body and axis of point masses, by their names where they have some; row and
-    column of matrices; coordinate of vectors; of trees entry of q, and velocity, each by its joint.
-    Attributes: problem, units, method, step, success, status, and each count.
+    Dimensions: t; for point masses body, by name, and axis; for matrices row and column; for
+    vectors coordinate; for trees entry, of q, and velocity, by the joint's type and link; velocity
+    too where q has another shape than v. Attributes: problem, units, method, step, success, status,
+    and each count.
 
     Raises
     ------
@@ -169,11 +170,16 @@ def to_xarray(run: Trajectory) -> Any:
             "xarray is not installed. Install it: pip install xarray.", name="xarray"
         ) from error
     system, coordinates = run.problem.system, dict[str, Any](t=run.t)
-    alike = run.q.shape == run.p.shape and not isinstance(system, Multibody)
-    dimensions = ("coordinate",) if alike else ("entry",) if run.q.ndim == 2 else ("row", "column")
+    same_shape = run.q.shape == run.p.shape and not isinstance(system, Multibody)
+    dimensions = (
+        ("coordinate",) if same_shape else ("entry",) if run.q.ndim == 2 else ("row", "column")
+    )
     if isinstance(system, NBody):
         dimensions = ("body", "axis")
-        coordinates |= {"body": run.problem.body_names(), "axis": list(AXES[: run.q.shape[2]])}
+        coordinates |= {
+            "body": run.problem.body_names(),
+            "axis": list(AXIS_NAMES[: run.q.shape[2]]),
+        }
     elif isinstance(system, Multibody):
         joints = [
             (link.name or str(k), joint)
@@ -185,10 +191,11 @@ def to_xarray(run: Trajectory) -> Any:
             for name, joint in joints
             for k in range(joint.dimension)
         ]
-    rates = dimensions if alike else ("velocity",)
+    velocity_dimensions = dimensions if same_shape else ("velocity",)
     steps = {} if run.step is None else {"step": run.step}
     return xarray.Dataset(
-        {"q": (("t", *dimensions), run.q), "p": (("t", *rates), run.p), "v": (("t", *rates), run.v),
+        {"q": (("t", *dimensions), run.q), "p": (("t", *velocity_dimensions), run.p),
+         "v": (("t", *velocity_dimensions), run.v),
          "energy": ("t", energy(run))},
         coordinates,
         {"problem": run.problem.name, "units": run.problem.units, "method": str(run.method),

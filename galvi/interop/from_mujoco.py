@@ -19,12 +19,12 @@ from galvi.interop.mujoco_model import UserModel, check_reading, sample_states, 
 from galvi.kernels.trees.tree import DOFS, SLIDE
 from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
-from galvi.systems.trees.joint import Joint, Link
+from galvi.systems.trees.joint import JOINT_TYPES, Joint, Link
 from galvi.systems.trees.mujoco_states import POSITIONS
 
-OLDEST_MUJOCO = 4  # version of MuJoCo
+OLDEST_MUJOCO = 4  # oldest major version of MuJoCo that galvi reads
 LOGGER = logging.getLogger("galvi")
-KINDS = ("free", "ball", "slide", "hinge")  # as MuJoCo numbers them
+MUJOCO_JOINT_TYPES = ("free", "ball", "slide", "hinge")  # as MuJoCo numbers them
 
 
 def from_mujoco(
@@ -38,8 +38,9 @@ def from_mujoco(
         a ``mujoco.MjModel`` or ``MjSpec``, the text of an MJCF or URDF model, or the path of one,
         of a compiled .mjb, or of an archive .mjz
     ignore
-        what to leave out, by name: contacts, limits, actuators, tendons, equality, fluid, friction
-        loss, gravity compensation, nonlinear springs, nonlinear damping, flexes, plugins, sleep
+        names of the parts to leave out: contacts, limits, actuators, tendons, equality, fluid,
+        friction loss, gravity compensation, nonlinear springs, nonlinear damping, flexes, plugins,
+        sleep
     key
         number or name of the keyframe at which to start, its mocap bodies included; None: the
         reference configuration
@@ -49,15 +50,15 @@ def from_mujoco(
     Raises
     ------
     ValueError
-        Where MuJoCo's accelerations differ from those of the problem, with both numbers; for a
-        model with unknown settings, for one in which nothing moves, and for a source that is no
-        model.
+        Where MuJoCo's accelerations differ from those of the problem, with both numbers; for
+        settings that are unknown to galvi, for a model in which nothing moves, for a source that is
+        no model, and for an unknown key or name in ``ignore``.
     BeyondTrees
         A ValueError that lists the features of the model that galvi does not model, one a line.
     TypeError
-        For another source.
+        For a source of another type.
     ImportError
-        Without MuJoCo.
+        Without MuJoCo, and for a version older than 4.
 
     Notes
     -----
@@ -68,13 +69,13 @@ def from_mujoco(
 
     Springs, damping and gravity that the model disables are left out. Armature and damping of
     actuators on hinges and slides, times the square of their gear, are added to those of the
-    joints, whether actuators are ignored or not. The system is a `Multibody`, whose
-    ``from_mujoco(qpos, qvel)`` and ``to_mujoco(q, v)`` convert states; other starts are
-    ``problem.with_initial_state(q, v)``. ``parameters`` has what was ignored, the integrator, its
-    step dt, and the key where one was given.
+    joints, even if actuators are ignored. The system is a `Multibody`, whose ``from_mujoco(qpos,
+    qvel)`` and ``to_mujoco(q, v)`` convert states; ``problem.with_initial_state(q, v)`` starts
+    elsewhere. ``parameters`` has the ignored parts, the integrator, its step dt, and the key where
+    one was given.
 
-    MuJoCo's accelerations of the model, with what is ignored switched off, are compared with those
-    of the problem, at the start and two other states.
+    MuJoCo's accelerations of the model, with the ignored parts switched off, are compared with
+    those of the problem, at the start and two other states (one for more than 200 velocities).
 
     Examples
     --------
@@ -95,12 +96,14 @@ def read(
     qvel: Any = None,
     ctrl: Any = None,
 ) -> tuple[Problem, UserModel]:
-    """The problem, and the user's own model with what is ignored switched off.
+    """The problem, and the user's own model with the ignored parts switched off.
 
     Parameters
     ----------
-    qpos
-        (nq,) and qvel (nv,): a start in MuJoCo's coordinates, in place of the keyframe's
+    qpos : array, shape (nq,)
+        configuration at the start, in place of the keyframe's
+    qvel : array, shape (nv,)
+        velocity at the start, in place of the keyframe's
 
     Notes
     -----
@@ -143,7 +146,7 @@ def read(
     force = forces_of(reduced, mj_data.ctrl)
     system = Multibody(links, gravity, force=force, timed_force=force is not None)
     if force is not None and force.drives:
-        system = system.with_numbers(ctrl=force.controls)  # the same law for all controls
+        system = system.with_numbers(ctrl=force.controls)  # one compiled law for all controls
     q, v = system.from_mujoco(mj_data.qpos, mj_data.qvel)
     problem = Problem(
         system,
@@ -168,9 +171,13 @@ def read(
 
 
 def _controls(model: Any, ctrl: Any) -> Array:
-    """The controls (nu,); ValueError unless they are within their ranges."""
+    """The controls (nu,); ValueError unless actuators act and the controls are within their
+    ranges."""
     if disabled(model, "ACTUATION"):
-        raise ValueError("ctrl is of actuators, which are ignored or disabled; leave it out.")
+        raise ValueError(
+            "ctrl needs actuators; received it for a model whose actuators are ignored or "
+            "disabled. Leave it out."
+        )
     controls = input_checks.array("ctrl", ctrl, (model.nu,))
     for k in np.flatnonzero(model.actuator_ctrllimited) if not disabled(model, "CLAMPCTRL") else ():
         low, high = model.actuator_ctrlrange[k].tolist()
@@ -183,7 +190,7 @@ def _controls(model: Any, ctrl: Any) -> Array:
 
 
 def keyframe_number(model: Any, key: Any) -> int:
-    """The number of a keyframe."""
+    """The number of a keyframe given by its number or name; ValueError for an unknown one."""
     if model.nkey == 0:
         raise ValueError(f"the model has no keyframes; received key {input_checks.shown(key)}.")
     if not isinstance(key, str):
@@ -207,7 +214,7 @@ def integrator_name(model: Any) -> str:
 
 
 def model_of(source: Any) -> Any:
-    """The `MjModel` of a source, as `from_mujoco` takes it."""
+    """The `MjModel` of a source of `from_mujoco`; raises as that function."""
     try:
         import mujoco
     except ImportError as error:
@@ -225,11 +232,11 @@ def model_of(source: Any) -> Any:
     if isinstance(source, mujoco.MjSpec):
         return _compiled("the MjSpec", lambda: source.copy().compile())
     if not isinstance(source, str | os.PathLike):
-        of_data = isinstance(source, mujoco.MjData)
+        is_data = isinstance(source, mujoco.MjData)
         remedy = " Give its model, and its state as system.from_mujoco(data.qpos, data.qvel)."
         raise TypeError(
             f"model must be a mujoco.MjModel or MjSpec, the text of a model or a path; received "
-            f"{type(source).__name__}.{remedy if of_data else ''}"
+            f"{type(source).__name__}.{remedy if is_data else ''}"
         )
     is_text = isinstance(source, str) and "<" in source
     if not is_text and not os.path.isfile(source):
@@ -237,8 +244,8 @@ def model_of(source: Any) -> Any:
     if is_text:
         return _compiled("the text", lambda: mujoco.MjModel.from_xml_string(source))
     path = str(source)
-    kinds = {".mjb": mujoco.MjModel.from_binary_path, ".mjz": _unzipped}
-    loader = kinds.get(Path(path).suffix, mujoco.MjModel.from_xml_path)
+    loaders = {".mjb": mujoco.MjModel.from_binary_path, ".mjz": _unzipped}
+    loader = loaders.get(Path(path).suffix, mujoco.MjModel.from_xml_path)
     return _compiled(path, lambda: loader(path))
 
 
@@ -250,13 +257,13 @@ def _unzipped(path: str) -> Any:
 
 
 def _compiled(source_name: str, make: Callable[[], Any]) -> Any:
-    """The model that ``make`` returns, with MuJoCo's warnings in the log; ValueError with its
-    reason."""
+    """The model that ``make`` returns; ValueError, with MuJoCo's reason, where it raises. MuJoCo's
+    warnings go to the log."""
     import mujoco
 
     messages = list[str]()
     before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(messages.append)  # which would write them to a file
+    mujoco.set_mju_user_warning(messages.append)  # by default MuJoCo writes them to a file
     try:
         return make()
     except Exception as error:
@@ -269,29 +276,33 @@ def _compiled(source_name: str, make: Callable[[], Any]) -> Any:
 
 
 def _link(model: Any, body: int, mj_data: Any) -> Link:
-    first, several = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+    first, joint_count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
     parent, axes = int(model.body_parentid[body]), rotation(model.body_iquat[body])
-    position, turn, mocap = model.body_pos[body], model.body_quat[body], model.body_mocapid[body]
+    position, attitude, mocap = (
+        model.body_pos[body],
+        model.body_quat[body],
+        model.body_mocapid[body],
+    )
     if mocap >= 0:  # a keyframe may move it
-        position, turn = mj_data.mocap_pos[mocap], mj_data.mocap_quat[mocap]
+        position, attitude = mj_data.mocap_pos[mocap], mj_data.mocap_quat[mocap]
     return Link(
-        joints=[_joint(model, k) for k in range(first, first + several)],
+        joints=[_joint(model, k) for k in range(first, first + joint_count)],
         mass=float(model.body_mass[body]),
         centre=model.body_ipos[body],
         inertia=axes * model.body_inertia[body] @ axes.T,
         parent=parent - 1 if parent else None,
         place=position,
-        attitude=rotation(turn),
+        attitude=rotation(attitude),
         name=model.body(body).name,
-        check=False,  # MuJoCo's compiler has checked it, unless it was changed since
+        check=False,  # MuJoCo's compiler checks inertias
     )
 
 
 def _joint(model: Any, k: int) -> Joint:
-    kind = KINDS[int(model.jnt_type[k])]
+    kind = MUJOCO_JOINT_TYPES[int(model.jnt_type[k])]
     scalar = kind in ("hinge", "slide")
     at, first = int(model.jnt_qposadr[k]), int(model.jnt_dofadr[k])
-    number = ("hinge", "slide", "ball", "free").index(kind)
+    number = JOINT_TYPES.index(kind)
     rest_pose = model.qpos_spring[at : at + POSITIONS[number]]
     dofs, geared = slice(first, first + DOFS[number]), motors(model, k)
     stiffness = 0.0 if disabled(model, "SPRING") else float(model.jnt_stiffness[k])
@@ -306,16 +317,16 @@ def _joint(model: Any, k: int) -> Joint:
         axis=model.jnt_axis[k] if number <= SLIDE else (0.0, 0.0, 1.0),
         anchor=(0.0, 0.0, 0.0) if kind == "free" else model.jnt_pos[k],
         zero=float(model.qpos0[at]) if scalar else 0.0,
-        armature=_same(model, k, "armature", armature),
+        armature=_common_value(model, k, "armature", armature),
         stiffness=stiffness,
         rest=float(rest_pose[0]) if scalar else _rest_matrix(rest_pose),
-        damping=_same(model, k, "damping", damping),
+        damping=_common_value(model, k, "damping", damping),
         name=model.joint(k).name,
     )
 
 
 def _rest_matrix(pose: Array) -> Array:
-    """The matrix of a ball's or a free joint's rest."""
+    """The rest of a ball, a rotation (3, 3), or of a free joint, a motion (4, 4), from qpos."""
     R = rotation(pose[-4:])
     if pose.size == 4:
         return R
@@ -324,7 +335,8 @@ def _rest_matrix(pose: Array) -> Array:
     return g
 
 
-def _same(model: Any, k: int, name: str, values: Array) -> float:
+def _common_value(model: Any, k: int, name: str, values: Array) -> float:
+    """The common value of a joint's velocities; ValueError where they differ."""
     if np.any(values != values[0]):
         raise ValueError(
             f"the {name} of joint {model.joint(k).name or k} must be the same for all its "

@@ -1,4 +1,4 @@
-"""Judge a model from Python: the command ``galvi judge`` in a process of its own."""
+"""`judge`: the command ``galvi judge``, run from Python in a process of its own."""
 
 from __future__ import annotations
 
@@ -24,20 +24,21 @@ from galvi.systems.multibody import Multibody
 if TYPE_CHECKING:
     import pandas
 
-MODELS = (".xml", ".mjb", ".urdf", ".mjz")  # MuJoCo's
+MODEL_SUFFIXES = (".xml", ".mjb", ".urdf", ".mjz")  # of files of MuJoCo
+PROBLEM, MODEL, SIMULATION = "problem", "model", "simulation"
 
 
 @dataclass(frozen=True)
 class JudgeRequest:
-    """The arguments of `judge`, which the command reads from its options.
+    """The arguments of `judge`, which are passed to the command as JSON.
 
     Attributes
     ----------
     is_problem
-        whether the file is a pickled `galvi.Problem`; it is loaded by a process whose environment
-        has its digest, as that of `judge` has, and refused by any other
+        whether the file is a pickled `galvi.Problem`; a process loads it only if its environment
+        has the digest of the file, which `judge` sets
     extras
-        path of a file of REBOUNDx's with the simulation's forces; "" for none
+        path of a file of REBOUNDx with the simulation's forces; "" for none
     """
 
     duration: float | None = None
@@ -54,7 +55,7 @@ class JudgeRequest:
     extras: str = ""
 
     def to_json(self) -> str:
-        """As JSON, with numbers of NumPy as plain ones."""
+        """The request as JSON, with numbers and arrays of NumPy as plain numbers and lists."""
         return json.dumps(asdict(self), default=lambda value: np.asarray(value).tolist())
 
     @classmethod
@@ -65,7 +66,7 @@ class JudgeRequest:
 
 @dataclass(frozen=True)
 class Judged:
-    """How wrong a model's own run is, and what reaches an error cheapest.
+    """The error of a model's own run, and the cheapest setting that reaches a given error.
 
     Attributes
     ----------
@@ -96,12 +97,13 @@ class Judged:
 
     @property
     def notes(self) -> list[str]:
-        """What of the model was left out, and how it was read and run, in sentences."""
+        """Sentences on the parts of the model that were left out, and on how it was read and
+        run."""
         return list(self.data["notes"])
 
     @property
     def duration(self) -> float:
-        """In the model's time, negative where the run goes backwards."""
+        """Duration of the run in the model's unit of time; negative for a run backwards."""
         return float(self.data["duration"])
 
     @property
@@ -117,7 +119,7 @@ class Judged:
 
     @property
     def truth_agreement(self) -> float:
-        """The largest distance between two sources of the truth; NaN with one only."""
+        """The largest distance between two sources of the truth; NaN where there is only one."""
         agreement = self.data["truth_agreement"]
         return float("nan") if agreement is None else float(agreement)
 
@@ -129,7 +131,8 @@ class Judged:
 
     @property
     def table(self) -> pandas.DataFrame:
-        """All settings that were tried: first those that reach the error, by their time."""
+        """The settings that were tried, a row each: first those that reach the error, fastest
+        first."""
         import pandas
 
         return pandas.DataFrame(self.data["table"])
@@ -156,40 +159,46 @@ def judge(
     quick: bool = False,
     extras: Any = None,
 ) -> Judged:
-    """Judge a simulation of REBOUND, a model of MuJoCo, a file of one, or a problem.
+    """Judge a simulation of REBOUND, a model of MuJoCo, a file of either, or a problem.
 
     Parameters
     ----------
     source
-        as of `galvi.from_rebound`, with ``snapshot``, or of `galvi.from_mujoco`, with ``ignore``
+        as `galvi.from_rebound` takes it, with ``snapshot``, or `galvi.from_mujoco`, with ``ignore``
         and ``key``; or a `galvi.Problem` of point masses or of a tree
     duration
-        in the source's time, backwards where it or the own dt is negative; None: 100 revolutions of
-        the fastest body, or 10 for a model
+        in the source's unit of time; the run goes backwards if it or the own dt is negative. None:
+        100 revolutions of the fastest body, or 10 for a model
     error
-        largest error of a body or of a joint at any time; None: that of the own run
+        largest error allowed of a body or of a joint at any time; None: that of the own run
     own
-        {"integrator": "whfast", "dt": 0.1, ...}; entries that are missing are those of the source
-    qpos, qvel : array, shape (nq,)
-        and (nv,): a start of a model in MuJoCo's coordinates
+        setting of the own run, {"integrator": "whfast", "dt": 0.1, ...}; missing entries are taken
+        from the source
+    qpos : array, shape (nq,)
+        configuration at which a model starts, in MuJoCo's coordinates
+    qvel : array, shape (nv,)
+        velocity at which a model starts
     ctrl : array, shape (nu,)
         constant controls of a model; None: the keyframe's, or zeros
     quick
         spend less time on other sources of the truth and on other integrators
     extras
-        the ``reboundx.Extras`` of a simulation, as of `galvi.from_rebound`: REBOUND's runs have its
-        forces, galvi's runs those that are read from it
+        the ``reboundx.Extras`` of a simulation, as `galvi.from_rebound` takes them: REBOUND runs
+        with these forces, galvi with the forces that it reads from them
 
     Raises
     ------
     ValueError
-        For what the command refuses, and what `galvi.from_rebound` and `galvi.from_mujoco` raise.
+        Where the command refuses the source or an argument, and as `galvi.from_rebound` and
+        `galvi.from_mujoco`.
+    TypeError
+        For a source of another type.
     ModuleNotFoundError
         Without the suite's packages.
 
     Notes
     -----
-    The own run is made by the engine on the user's simulation or model itself. After ten seconds
+    The engine makes the own run with the user's simulation or model itself. After ten seconds
     progress is printed on stderr.
 
     Examples
@@ -219,14 +228,14 @@ def judge(
         kind == PROBLEM,
     )
     if kind == SIMULATION and not _is_file(source):
-        _refuse_start_of_a_model(source, request)
+        _refuse_model_arguments(source, request)
     elif extras is not None:
         raise ValueError(
-            f"extras belong to a rebound.Simulation; received them with {shown(source)}. Load it "
-            f"first."
+            f"extras belong to a rebound.Simulation; received them with {shown(source)}. Load the "
+            f"simulation first."
         )
     with tempfile.TemporaryDirectory() as folder:
-        file, pickled = _written(source, kind, request, extras, Path(folder) / "model")
+        file, pickled = _file_and_pickle(source, kind, request, extras, Path(folder) / "model")
         if extras is not None:
             request = replace(request, extras=str(file.with_suffix(".rebx")))
             extras.save(request.extras)
@@ -241,11 +250,8 @@ def judge(
         return Judged(json.loads(report_path.read_text(encoding="utf-8")), page)
 
 
-PROBLEM, MODEL, SIMULATION = "problem", "model", "simulation"
-
-
 def _kind_of(source: Any) -> str:
-    """PROBLEM, MODEL or SIMULATION; TypeError for what is none of them."""
+    """PROBLEM, MODEL or SIMULATION; TypeError for a source of another type."""
     if isinstance(source, Problem):
         return PROBLEM
     package = type(source).__module__.partition(".")[0]
@@ -256,33 +262,33 @@ def _kind_of(source: Any) -> str:
             f"source must be a rebound.Simulation, a mujoco.MjModel, a galvi.Problem, the text of "
             f"a model or the path of a file; received {shown(source)}."
         )
-    is_model = not _is_file(source) or Path(source).suffix in MODELS
+    is_model = not _is_file(source) or Path(source).suffix in MODEL_SUFFIXES
     return MODEL if is_model else SIMULATION
 
 
 def _is_file(source: Any) -> bool:
-    """Whether a source is the path of a file, and not the text of a model."""
+    """Whether a source is a path: a path object, or a string without "<", not a model's text."""
     return isinstance(source, os.PathLike) or (isinstance(source, str) and "<" not in source)
 
 
-def _refuse_start_of_a_model(source: Any, request: JudgeRequest) -> None:
-    """ValueError for arguments that only models of MuJoCo take, with a simulation."""
+def _refuse_model_arguments(source: Any, request: JudgeRequest) -> None:
+    """ValueError where a request for a simulation has arguments that only models of MuJoCo take."""
     wrong = [x for x in ("key", "qpos", "qvel", "ctrl") if getattr(request, x) is not None]
     wrong += ["ignore"] if request.ignore else []
     if wrong:
         raise ValueError(
             f"judge takes {' and '.join(wrong)} with models of MuJoCo's alone; received "
-            f"{shown(source)}. Leave it out."
+            f"{shown(source)}. Leave {'it' if len(wrong) == 1 else 'them'} out."
         )
 
 
-def _written(
+def _file_and_pickle(
     source: Any, kind: str, request: JudgeRequest, extras: Any, file: Path
 ) -> tuple[Path, bytes]:
-    """The path of a source, which is written to ``file`` unless it is a file, and a problem's
-    pickle.
+    """The path of the source's file, and the pickle of a problem, else b"".
 
-    What galvi cannot read is refused here, with the reader's error.
+    A source that is no file is written to ``file``, a model to that name with .mjb. Errors of the
+    readers pass through.
     """
     if kind == PROBLEM:
         pickled = _pickled(source)
@@ -309,13 +315,13 @@ def _pickled(problem: Problem) -> bytes:
     if isinstance(system, Multibody) and system.given_force[0] is not None:
         raise ValueError(
             "a problem of a tree is judged by the model of MuJoCo that is made of it, which has no "
-            "forces but gravity, springs and damping of joints; received one with others. Give "
-            "judge the model that it was read from."
+            "forces but gravity, springs and damping of joints; received a problem with other "
+            "forces. Give judge the model that it was read from."
         )
     try:
         return pickle.dumps(problem)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
         raise ValueError(
-            f"a problem is judged in another process, to which its functions must be passed: "
+            f"a problem is judged in another process, for which its functions must be pickled: "
             f"{error}. Define them by name in a module."
         ) from None

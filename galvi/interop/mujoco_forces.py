@@ -1,7 +1,8 @@
-"""Actuators, tendons and other forces of a MuJoCo model as `JointForces`, or why they cannot be.
+"""Actuators, tendons and other forces of a MuJoCo model as `JointForces`, or why they cannot be
+read.
 
-MuJoCo's F of an actuator is gain u + bias, both affine in its length and the rate of that, with a
-constant control u.
+The force of an actuator in MuJoCo is gain u + bias, with a constant control u; gain and bias are
+affine in the length of the actuator and its rate.
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ from galvi.kernels.trees.tree import ENTRIES
 from galvi.systems.finite_differences import hat
 from galvi.systems.trees.joint_forces import UNLIMITED, Drive, JointForces, Pull
 
-SLIDE, HINGE = 2, 3  # as MuJoCo numbers joints
-ORDER = (3, 2, 1, 0)  # MuJoCo's kinds in galvi.kernels.trees.tree
+SLIDE, HINGE = 2, 3  # types of joints, as MuJoCo numbers them
+TREE_TYPES = (3, 2, 1, 0)  # type of joint in MuJoCo -> in galvi.kernels.trees.tree
 Reasons = dict[str, list[str]]  # reason -> names of the objects
 
 
 def disabled(model: Any, *flags: str) -> bool:
-    """Whether one of these features is disabled."""
+    """Whether the model disables one of these features."""
     import mujoco
 
     kinds = mujoco.mjtDisableBit
@@ -30,14 +31,17 @@ def disabled(model: Any, *flags: str) -> bool:
 
 
 def rotation(quaternion: Any) -> Array:
-    """The matrix (3, 3) of a quaternion; importing SciPy's takes as long as reading a model."""
+    """The rotation (3, 3) of a quaternion of any length, as in MuJoCo the identity for 0.
+
+    SciPy has this function too, but importing it takes as long as reading a model.
+    """
     w, *along = np.asarray(quaternion, dtype=np.float64)
-    turn, square = hat(np.array(along)), float(np.dot(quaternion, quaternion))
-    return np.eye(3) + 2.0 / (square or 1.0) * (w * turn + turn @ turn)  # for 0 as in MuJoCo
+    skew, square = hat(np.array(along)), float(np.dot(quaternion, quaternion))
+    return np.eye(3) + 2.0 / (square or 1.0) * (w * skew + skew @ skew)
 
 
-def _kind(enum: str, number: int) -> str:
-    """MuJoCo's name of a number, without its prefix."""
+def _enum_name(enum: str, number: int) -> str:
+    """The name of a number in an enum of MuJoCo, without its prefix."""
     import mujoco
 
     return str(getattr(mujoco, enum)(int(number)).name).partition("_")[2]
@@ -45,29 +49,33 @@ def _kind(enum: str, number: int) -> str:
 
 def _acting(model: Any) -> Iterator[int]:
     """The numbers of the actuators that are not disabled."""
-    off = 0 if disabled(model, "ACTUATION") else int(model.opt.disableactuator)
+    disabled_groups = 0 if disabled(model, "ACTUATION") else int(model.opt.disableactuator)
     for k in range(0 if disabled(model, "ACTUATION") else model.nactuator):
-        if not (0 <= model.actuator_group[k] <= 30 and off >> int(model.actuator_group[k]) & 1):
+        if not (
+            0 <= model.actuator_group[k] <= 30
+            and disabled_groups >> int(model.actuator_group[k]) & 1
+        ):
             yield k
 
 
-def _laws(model: Any, k: int) -> tuple[Any, Any]:
-    """Gain and bias of an actuator, (3,) each: a constant, and the slopes by length and rate."""
+def _gain_and_bias(model: Any, k: int) -> tuple[Any, Any]:
+    """Gain and bias of an actuator, (3,) each: the constant, then the coefficients of length and
+    rate."""
     gain, bias = np.zeros(3), np.zeros(3)
-    affine = _kind("mjtGain", model.actuator_gaintype[k]) == "AFFINE"
+    affine = _enum_name("mjtGain", model.actuator_gaintype[k]) == "AFFINE"
     gain[: 3 if affine else 1] = model.actuator_gainprm[k, : 3 if affine else 1]
-    if _kind("mjtBias", model.actuator_biastype[k]) == "AFFINE":
+    if _enum_name("mjtBias", model.actuator_biastype[k]) == "AFFINE":
         bias = model.actuator_biasprm[k, :3]
     return tuple(gain.tolist()), tuple(bias.tolist())
 
 
-def _follows(model: Any, k: int, numbers: tuple[int, ...]) -> bool:
-    """Whether the length (1) or the rate (2) changes an actuator's force, whatever its control."""
-    return any(law[n] != 0.0 for law in _laws(model, k) for n in numbers)
+def _depends_on(model: Any, k: int, numbers: tuple[int, ...]) -> bool:
+    """Whether the gain or bias of an actuator depends on its length (1) or rate (2)."""
+    return any(law[n] != 0.0 for law in _gain_and_bias(model, k) for n in numbers)
 
 
 def unknown_actuators(model: Any) -> Reasons:
-    """Why actuators cannot be read."""
+    """Why actuators cannot be read -> names of these actuators."""
     reasons: Reasons = {}
     for k in _acting(model):
         if why := _why_not(model, k):
@@ -77,7 +85,7 @@ def unknown_actuators(model: Any) -> Reasons:
 
 def _why_not(model: Any, k: int) -> str:
     """Why an actuator cannot be read; "" where it can."""
-    kind = _kind("mjtTrn", model.actuator_trntype[k])
+    kind = _enum_name("mjtTrn", model.actuator_trntype[k])
     of_kind = {
         "TENDON": _why_not_on_tendons,
         "SITE": _why_not_on_sites,
@@ -93,13 +101,13 @@ def _why_not(model: Any, k: int) -> str:
 
 
 def _why_not_its_law(model: Any, k: int) -> str:
-    if model.actuator_actnum[k] or _kind("mjtDyn", model.actuator_dyntype[k]) != "NONE":
+    if model.actuator_actnum[k] or _enum_name("mjtDyn", model.actuator_dyntype[k]) != "NONE":
         return "with a state of their own"
     if model.actuator_plugin[k] >= 0 or model.actuator_delay[k] or model.actuator_history[k].any():
         return "of plugins, with a delay or a history"
     laws = (
-        (_kind("mjtGain", model.actuator_gaintype[k]), ("FIXED", "AFFINE")),
-        (_kind("mjtBias", model.actuator_biastype[k]), ("NONE", "AFFINE")),
+        (_enum_name("mjtGain", model.actuator_gaintype[k]), ("FIXED", "AFFINE")),
+        (_enum_name("mjtBias", model.actuator_biastype[k]), ("NONE", "AFFINE")),
     )
     if any(law not in understood for law, understood in laws) or model.actuator_ctrlnum[k] != 1:
         return "of another law than a motor's or a servo's"
@@ -119,35 +127,35 @@ def _why_not_on_tendons(model: Any, k: int) -> str:
 def _why_not_on_sites(model: Any, k: int) -> str:
     if model.actuator_trnid[k, 1] >= 0:
         return "between sites"
-    return "on sites, with damping" if _follows(model, k, (2,)) else _with_limits(model)
+    return "on sites, with damping" if _depends_on(model, k, (2,)) else _with_limits(model)
 
 
 def _why_not_on_joints(model: Any, k: int) -> str:
     if model.jnt_type[model.actuator_trnid[k, 0]] in (SLIDE, HINGE):
         return ""
-    if _follows(model, k, (1,)):
+    if _depends_on(model, k, (1,)):
         return "that are servos of ball or free joints"
-    in_parent = _kind("mjtTrn", model.actuator_trntype[k]) == "JOINTINPARENT"
+    in_parent = _enum_name("mjtTrn", model.actuator_trntype[k]) == "JOINTINPARENT"
     return "in the parent frame on ball or free joints" if in_parent else ""
 
 
 def _with_limits(model: Any) -> str:
-    """Why actuators on paths or sites cannot be read: joints limit forces; "" where none does."""
+    """Why actuators on paths or sites cannot be read: a joint limits forces; "" where none does."""
     return (
         "on paths or sites, of joints with limits of force" if model.jnt_actfrclimited.any() else ""
     )
 
 
 def _wraps(model: Any, tendon: int) -> set[str]:
-    """Kinds of objects on the path of a tendon; "GEOM" for those that it wraps around."""
+    """Types of the objects on the path of a tendon; "GEOM" for those that it wraps around."""
     first = int(model.tendon_adr[tendon])
     rows = range(first, first + int(model.tendon_num[tendon]))
-    kinds = {_kind("mjtWrap", model.wrap_type[k]) for k in rows}
+    kinds = {_enum_name("mjtWrap", model.wrap_type[k]) for k in rows}
     return {"GEOM" if kind in ("SPHERE", "CYLINDER") else kind for kind in kinds}
 
 
 def unknown_tendons(model: Any) -> Reasons:
-    """Why forces of tendons cannot be read."""
+    """Why forces of tendons cannot be read -> names of these tendons."""
     reasons: Reasons = {}
     for k in range(model.ntendon):
         springs = (model.tendon_stiffness[k], *model.tendon_stiffnesspoly[k])
@@ -166,17 +174,19 @@ def unknown_tendons(model: Any) -> Reasons:
 
 
 def forces_of(model: Any, controls: Array) -> JointForces | None:
-    """The forces of a model, all of which can be read, besides springs and damping of joints and
-    gravity; None for none.
+    """The forces of a model except gravity and linear springs and damping of joints; None for none.
 
     Parameters
     ----------
+    model
+        a model whose forces can all be read
     controls : array, shape (nu,)
+        constant controls of the actuators, clipped here to their ranges
     """
-    entries, at = [], 0
+    entries, entry = [], 0  # index of the first entry in q of each joint
     for kind in model.jnt_type:
-        entries.append(at)
-        at += ENTRIES[ORDER[int(kind)]]
+        entries.append(entry)
+        entry += ENTRIES[TREE_TYPES[int(kind)]]
     pulls, pushes, drives = list[Pull](), list[Any](), list[Drive]()
     for k in _acting(model):
         force, thrust = _actuator(model, k, entries)
@@ -215,19 +225,19 @@ def forces_of(model: Any, controls: Array) -> JointForces | None:
 
 
 def _drive(model: Any, k: int, part: int, thrust: Any) -> Drive:
-    """The `Drive` of an actuator, whose pull or push has the number ``part``."""
+    """The `Drive` of an actuator, whose pull or push has the index ``part``."""
     address = int(model.actuator_ctrladr[k])
     limits = UNLIMITED
     if model.actuator_ctrllimited[address] and not disabled(model, "CLAMPCTRL"):
         low, high = model.actuator_ctrlrange[address].tolist()
         limits = (low, high)
-    gain, bias = _laws(model, k)
+    gain, bias = _gain_and_bias(model, k)
     return Drive(address, part, gain, bias, limits, thrust or None)
 
 
 def _actuator(model: Any, k: int, entries: list[int]) -> tuple[Any, Any]:
-    """A `Pull` and (); or a push on a site, and its force and moment for F = 1 and the limits of F.
-    Neither contains F yet."""
+    """The `Pull` of an actuator and (); for one on a site its push, and ``thrust`` of `Drive`. Pull
+    and push are without the force F, which `JointForces.with_controls` sets."""
     name = f"actuator {model.actuator(k).name or k}"
     gear, target = (
         model.actuator_gear[int(model.actuator_outadr[k])],
@@ -237,10 +247,13 @@ def _actuator(model: Any, k: int, entries: list[int]) -> tuple[Any, Any]:
     if model.actuator_forcelimited[k]:
         low, high = model.actuator_forcerange[k].tolist()
         limits = (low, high)
-    kind = _kind("mjtTrn", model.actuator_trntype[k])
+    kind = _enum_name("mjtTrn", model.actuator_trntype[k])
     if kind == "SITE":
-        turn, body = rotation(model.site_quat[target]), int(model.site_bodyid[target])
-        thrust, link = (turn @ gear[:3], turn @ gear[3:], limits), body - 1 if body else None
+        attitude, body = rotation(model.site_quat[target]), int(model.site_bodyid[target])
+        thrust, link = (
+            (attitude @ gear[:3], attitude @ gear[3:], limits),
+            body - 1 if body else None,
+        )
         return (link, model.site_pos[target].copy(), np.zeros(3), np.zeros(3)), thrust
     if kind == "TENDON":
         arms, points = _path(model, target, entries, float(gear[0]))
@@ -255,11 +268,12 @@ def _actuator(model: Any, k: int, entries: list[int]) -> tuple[Any, Any]:
 
 
 def _path(model: Any, tendon: int, entries: list[int], scale: float) -> tuple[Any, Any]:
-    """The arms of a fixed tendon, or the points of a spatial one, with a length times ``scale``."""
+    """The arms of a fixed tendon and (), or () and the points of a spatial one; both give the
+    length times ``scale``."""
     arms, points, divisor, begins = [], [], 1.0, True
     first = int(model.tendon_adr[tendon])
     for k in range(first, first + int(model.tendon_num[tendon])):
-        kind, at = _kind("mjtWrap", model.wrap_type[k]), int(model.wrap_objid[k])
+        kind, at = _enum_name("mjtWrap", model.wrap_type[k]), int(model.wrap_objid[k])
         if kind == "JOINT":
             ratio = scale * float(model.wrap_prm[k])
             arms.append((int(model.jnt_dofadr[at]), entries[at], ratio))
@@ -273,16 +287,17 @@ def _path(model: Any, tendon: int, entries: list[int], scale: float) -> tuple[An
     return tuple(arms), tuple(points)
 
 
-def _springs(model: Any, of: str, k: int) -> tuple[float, float, float]:
-    """Coefficients of a spring or damper, such as of "tendon_stiffness"; 0 where disabled."""
-    if disabled(model, "SPRING" if "stiffness" in of else "DAMPER"):
+def _springs(model: Any, field: str, k: int) -> tuple[float, float, float]:
+    """Coefficients of a spring or damper in a field such as "tendon_stiffness"; 0 where the model
+    disables it."""
+    if disabled(model, "SPRING" if "stiffness" in field else "DAMPER"):
         return 0.0, 0.0, 0.0
-    linear, (second, third) = getattr(model, of)[k], getattr(model, f"{of}poly")[k]
+    linear, (second, third) = getattr(model, field)[k], getattr(model, f"{field}poly")[k]
     return float(linear), float(second), float(third)
 
 
 def _tendons(model: Any, entries: list[int]) -> Iterator[Pull]:
-    """Springs and dampers of tendons."""
+    """The pulls of springs and dampers of tendons."""
     for k in range(model.ntendon):
         spring, damper = (_springs(model, f"tendon_{x}", k) for x in ("stiffness", "damping"))
         if any(spring) or any(damper):
@@ -294,7 +309,8 @@ def _tendons(model: Any, entries: list[int]) -> Iterator[Pull]:
 
 
 def _joints(model: Any, entries: list[int]) -> Iterator[Pull]:
-    """Springs and dampers of hinges and slides, without their linear parts."""
+    """The pulls of springs and dampers of hinges and slides, without their linear parts, which are
+    in `Joint`."""
     for k in range(model.njnt):
         dof = int(model.jnt_dofadr[k])
         spring, damper = _springs(model, "jnt_stiffness", k), _springs(model, "dof_damping", dof)

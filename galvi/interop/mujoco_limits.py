@@ -12,10 +12,25 @@ from galvi.input_checks import shown
 from galvi.interop import mujoco_forces
 
 Description = str | None
+MAX_NAMES = 3  # largest number of objects that a message names
+QUIET = (  # fields of tendons that cause no force by themselves
+    *("adr", "num", "type", "treeid", "treenum", "actuatorid", "plasticadr", "group", "matid"),
+    *("width", "rgba", "user", "length0", "invweight0", "lengthspring", "springyield", "range"),
+    *("margin", "actfrclimited", "actfrcrange", "solref_lim", "solimp_lim", "solref_fri"),
+    *("solimp_fri", "limited", "frictionloss"),
+)
+# Fields of tendons that galvi.interop.mujoco_forces reads or refuses by name.
+UNDERSTOOD = ("stiffness", "stiffnesspoly", "damping", "dampingpoly", "armature")
 
 
 class BeyondTrees(ValueError):
-    """A model has features that galvi does not model; ``names`` lists them."""
+    """A model has features that galvi does not model.
+
+    Attributes
+    ----------
+    names
+        names of the features, as ``ignore`` of `galvi.from_mujoco` takes them
+    """
 
     def __init__(self, features: dict[str, str]):
         self.names = tuple(features)
@@ -34,7 +49,15 @@ def mujoco_limits(model: Any) -> dict[str, str]:
 
 
 def checked_names(ignore: Any) -> set[str]:
-    """The names of PARTS in ``ignore``; TypeError or ValueError for anything else."""
+    """The names in PARTS that ``ignore`` lists, whatever their case, spaces and plural s.
+
+    Raises
+    ------
+    TypeError
+        For a value that is neither a string nor a sequence.
+    ValueError
+        For an unknown name.
+    """
     ignored = (ignore,) if isinstance(ignore, str) else ignore
     if not input_checks.has_items(ignored):
         raise TypeError(f"ignore must be names such as ('contacts',); received {shown(ignore)}.")
@@ -54,11 +77,12 @@ def _plain(name: str) -> str:
 
 
 def _counted(number: Any, singular: str, plural: str = "") -> Description:
-    """The number in words; None for 0."""
+    """The number with its noun, in the singular or plural; None for 0."""
     return f"{number} {singular if number == 1 else plural or singular + 's'}" if number else None
 
 
 def _count_of(flags: Any, description: str) -> Description:
+    """The number of set flags with a description; None for 0."""
     return f"{number} {description}" if (number := np.count_nonzero(flags)) else None
 
 
@@ -69,25 +93,25 @@ def _contacts(model: Any) -> Description:
 
 
 def _pairs(model: Any) -> int:
-    """Pairs of geoms that MuJoCo's filters let collide."""
+    """Number of pairs of geoms that MuJoCo's filters let collide."""
     colliding = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     bodies = model.geom_bodyid[colliding].astype(np.int64)
     roots = model.body_weldid[bodies]
-    above = model.body_weldid[model.body_parentid[roots]]
-    types, kin = model.geom_contype[colliding], model.geom_conaffinity[colliding]
+    parent_roots = model.body_weldid[model.body_parentid[roots]]
+    contact_types, affinities = model.geom_contype[colliding], model.geom_conaffinity[colliding]
     filtered = not mujoco_forces.disabled(model, "FILTERPARENT")
     count = int(model.npair)
     for k in range(len(colliding)):
         later = slice(k + 1, None)
         free = roots[later] != roots[k]
         if filtered and roots[k]:
-            related = (above[later] == roots[k]) | (above[k] == roots[later])
+            related = (parent_roots[later] == roots[k]) | (parent_roots[k] == roots[later])
             free &= ~((roots[later] != 0) & related)
         if model.nexclude:
             low, high = np.minimum(bodies[later], bodies[k]), np.maximum(bodies[later], bodies[k])
             free &= ~np.isin((low << 16) + high, model.exclude_signature)
-        meet = (types[later] & kin[k]) | (types[k] & kin[later])
-        count += int(np.count_nonzero(free & (meet != 0)))
+        compatible = (contact_types[later] & affinities[k]) | (contact_types[k] & affinities[later])
+        count += int(np.count_nonzero(free & (compatible != 0)))
     return count
 
 
@@ -99,20 +123,20 @@ def _limits(model: Any) -> Description:
 
 
 def motors(model: Any, joint: int) -> list[tuple[int, float]]:
-    """The actuators on a hinge or a slide, with their gear; their armature and damping act on
-    it."""
+    """(index, gear) of each actuator on a hinge or a slide, on which its armature and damping act;
+    [] for another joint."""
     import mujoco
 
     if int(model.jnt_type[joint]) not in (mujoco_forces.HINGE, mujoco_forces.SLIDE):
         return []
     kinds = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
     on_joint = np.isin(model.actuator_trntype, kinds) & (model.actuator_trnid[:, 0] == joint)
-    gears = model.actuator_gear[:, 0]  # of each output
+    gears = model.actuator_gear[:, 0]  # a row for each output of an actuator
     return [(int(k), float(gears[model.actuator_outadr[k]])) for k in np.flatnonzero(on_joint)]
 
 
 def _in_words(reasons: mujoco_forces.Reasons) -> Description:
-    """Reasons with the names of a few objects each; None for none."""
+    """The reasons as a clause, each with the names of at most MAX_NAMES objects; None for none."""
     shortened = (
         (
             why,
@@ -136,26 +160,8 @@ def _actuators(model: Any) -> Description:
     return _in_words(reasons)
 
 
-QUIET = (  # fields of tendons that exert nothing by themselves
-    *("adr", "num", "type", "treeid", "treenum", "actuatorid", "plasticadr", "group", "matid"),
-    *("width", "rgba", "user", "length0", "invweight0", "lengthspring", "springyield", "range"),
-    *("margin", "actfrclimited", "actfrcrange", "solref_lim", "solimp_lim", "solref_fri"),
-    *("solimp_fri", "limited", "frictionloss"),
-)
-
-
-UNDERSTOOD = (
-    "stiffness",
-    "stiffnesspoly",
-    "damping",
-    "dampingpoly",
-    "armature",
-)  # by mujoco_forces
-MAX_NAMES = 3  # objects that a message names, at most
-
-
 def tendon_forces(model: Any) -> list[str]:
-    """The fields that make tendons act, with any that galvi does not know."""
+    """The names of a model's fields by which tendons act, including fields unknown to galvi."""
     return [name for name in dir(model) if name[:7] == "tendon_" and name[7:] not in QUIET]
 
 
@@ -215,9 +221,9 @@ def _springs(model: Any) -> Description:
 def _dampers(model: Any) -> Description:
     if mujoco_forces.disabled(model, "DAMPER"):
         return None
-    turning = model.jnt_type[model.dof_jntid] < mujoco_forces.SLIDE
+    of_ball_or_free = model.jnt_type[model.dof_jntid] < mujoco_forces.SLIDE
     unmodelled = [
-        *(np.any(model.dof_dampingpoly != 0.0, axis=-1) & turning),
+        *(np.any(model.dof_dampingpoly != 0.0, axis=-1) & of_ball_or_free),
         *np.any(model.actuator_dampingpoly != 0.0, axis=-1),
     ]
     return _count_of(unmodelled, "of a ball or free joint, or of an actuator")
@@ -226,8 +232,8 @@ def _dampers(model: Any) -> Description:
 def _sleep(model: Any) -> Description:
     import mujoco
 
-    on = model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-    return "slow trees may be put to sleep, which stops them" if on else None
+    enabled = model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    return "slow trees may be put to sleep, which stops them" if enabled else None
 
 
 PARTS: dict[str, Callable[[Any], Description]] = {

@@ -1,7 +1,6 @@
-"""A user's MuJoCo model: its start, its parts that are switched off, and its settings that are
-known.
+"""A user's MuJoCo model: its start, how parts are switched off, and which settings galvi knows.
 
-MuJoCo's names begin with the object that they are of, as in body_mass.
+MuJoCo's names of fields begin with an object, as in body_mass.
 """
 
 from __future__ import annotations
@@ -20,13 +19,15 @@ from galvi.problem import Problem
 from galvi.systems.multibody import Multibody
 from galvi.systems.trees.joint_forces import JointForces
 
-# Relative to the forces on a velocity; 1e-12 in public models, 1e-9 with rounded quaternions.
+# Of accelerations, relative to the forces on a velocity; 1e-12 in public models, 1e-9 with rounded
+# quaternions.
 MODEL_TOLERANCE = 1e-8
-LEAST_FORCE_SHARE = 1e-4  # share of the largest force that counts as one
-# Spread of random states; number of velocities above which one of them is compared, not two.
-SPREAD, MANY_VELOCITIES = 0.5, 200
+LEAST_FORCE_SHARE = 1e-4  # share of the bound of all forces below which a force counts as rounding
+SPREAD = 0.5  # standard deviation of random states about the start
+MANY_VELOCITIES = 200  # above it a model is compared at one random state instead of two
 States = Sequence[tuple[Array, Array]]
-TURNING = {"hinge": [1.0], "slide": [0.0], "ball": [1.0] * 3, "free": [0.0] * 3 + [1.0] * 3}
+# 1 for the velocities of a joint that are angular, else 0.
+ANGULAR = {"hinge": [1.0], "slide": [0.0], "ball": [1.0] * 3, "free": [0.0] * 3 + [1.0] * 3}
 
 
 def _name_set(text: str) -> set[str]:
@@ -37,9 +38,9 @@ def _fields(**names: str) -> set[str]:
     return {f"{of}_{name}" for of, fields in names.items() for name in _name_set(fields)}
 
 
-# Objects, all of whose fields change no motion of joints, or do it through parts that are named in
-# `galvi.interop.mujoco_limits`: pictures, names, sizes and addresses, sensors, keyframes; contacts,
-# tendons, actuators, constraints, flexible bodies and plugins.
+# Objects whose fields do not change the motion of joints, or change it through parts that
+# `galvi.interop.mujoco_limits` names: pictures, names, sizes and addresses, sensors, keyframes;
+# contacts, tendons, actuators, constraints, flexible bodies and plugins.
 OBJECTS = _name_set(
     "cam light mat mesh tex text skin skinbone hfield site sensor bvh oct numeric tuple key name "
     "names B D M mapM2M mapM2D mapD2M efm0 efmC geom pair exclude tendon ten wrap actuator eq flex "
@@ -52,7 +53,7 @@ READ = {"qpos0"} | _fields(
     qpos="spring",
     tree="sleep_policy",
 )
-DERIVED = _fields(  # from those, or of contacts, limits, friction loss and actuators
+DERIVED = _fields(  # from fields in READ, or of contacts, limits, friction loss and actuators
     body="rootid weldid dofnum dofadr treeid geomnum geomadr simple sameframe subtreemass "
     "invweight0 margin contype conaffinity bvhadr bvhnum user",
     jnt="group solref solimp range margin user actfrclimited actgravcomp actfrcrange springyield "
@@ -72,8 +73,8 @@ FLAGS = _name_set(  # to disable, and to enable
     "OVERRIDE ENERGY FWDINV INVDISCRETE SLEEP DIAGEXACT IPC SPECULATIVE"
 )
 CALLBACKS = ("passive", "control", "act_dyn", "act_gain", "act_bias")
-# How a part is switched off: by a flag, or by fields that get a value. For plugins no way is known:
-# the comparison of accelerations refuses those that act.
+# A part is switched off by a flag, or by values of fields. Plugins cannot be switched off: the
+# comparison of accelerations refuses models with plugins that act.
 BY_FLAG = {
     "contacts": "CONTACT",
     "limits": "LIMIT",
@@ -82,7 +83,7 @@ BY_FLAG = {
     "friction loss": "FRICTIONLOSS",
     "sleep": "SLEEP",
 }
-BY_FIELDS: dict[str, dict[str, float]] = {  # tendons: all of `tendon_forces`
+BY_FIELDS: dict[str, dict[str, float]] = {  # of tendons: the fields of `tendon_forces`
     "fluid": {"opt.density": 0.0, "opt.viscosity": 0.0},
     "gravity compensation": {"body_gravcomp": 0.0},
     "nonlinear springs": {"jnt_stiffnesspoly": 0.0, "jnt_plasticadr": -1.0},
@@ -101,20 +102,22 @@ BY_FIELDS: dict[str, dict[str, float]] = {  # tendons: all of `tendon_forces`
 
 @dataclass(frozen=True, eq=False)
 class UserModel:
-    """A user's own model as its engine runs it.
+    """A user's own model and start, as MuJoCo runs them.
 
     Attributes
     ----------
     model
-        a copy of the `MjModel`, changed only in the parts that are ignored
+        a copy of the `MjModel`, changed only in the ignored parts
     differences
         name of an ignored part -> how it was switched off
     key
         number of the keyframe at which it starts; None: the reference configuration
-    qpos, qvel : array, shape (nq,)
-        and (nv,) of the start where they are given; else None
+    qpos : array, shape (nq,)
+        configuration at the start; None: that of the keyframe or reference configuration
+    qvel : array, shape (nv,)
+        velocity at the start; None: that of the keyframe, or 0
     ctrl : array, shape (nu,)
-        controls where they are given; else None
+        controls; None: those of the keyframe, or 0
     """
 
     model: Any
@@ -138,7 +141,7 @@ class UserModel:
 
 
 def without(model: Any, parts: Iterable[str]) -> tuple[Any, dict[str, str]]:
-    """A copy of the model with these parts switched off, and how it was done."""
+    """A copy of the model with these parts switched off, and part -> how it was switched off."""
     import mujoco
 
     reduced, changed = copy.copy(model), {}
@@ -158,13 +161,17 @@ def without(model: Any, parts: Iterable[str]) -> tuple[Any, dict[str, str]]:
         changes = [f"{name} = {value:g}" for name, value in fields.items()]
         changes += [f"the flag {flag.lower()} disabled"] if flag else []
         changed[part] = ", ".join(changes) or "left as they are, since they accelerate nothing"
-    if "actuators" in changed and _without_motors(reduced):  # they act on joints nevertheless
+    # Armature and damping of actuators act although actuators are disabled.
+    if "actuators" in changed and _without_motors(reduced):
         changed["actuators"] += ", armature and damping = 0 of those not on a hinge or slide"
     return reduced, changed
 
 
 def _without_motors(model: Any) -> bool:
-    """Remove armature and damping of actuators not on a hinge or slide; whether any had some."""
+    """Set armature and damping of actuators that are not on a hinge or slide to 0 in the model.
+
+    Returns True if some were not 0.
+    """
     on_joints = {k for joint in range(model.njnt) for k, _ in motors(model, joint)}
     off_joints = sorted(set(range(model.nactuator)) - on_joints)
     resisting = np.any(model.actuator_armature[off_joints]) or np.any(
@@ -175,7 +182,8 @@ def _without_motors(model: Any) -> bool:
 
 
 def unknown(model: Any) -> Iterator[str]:
-    """The settings of the model whose effect on the motion is unknown."""
+    """The names of fields, flags and callbacks that are in use and whose effect on the motion is
+    unknown to galvi."""
     import mujoco
 
     for owner, prefix in ((model, ""), (model.opt, "option ")):
@@ -198,11 +206,10 @@ def unknown(model: Any) -> Iterator[str]:
 def misfits(
     user_model: UserModel, problem: Problem, states: States
 ) -> Iterator[tuple[Array, Array]]:
-    """Differences of MuJoCo's accelerations of the user's model from those of the problem, a
-    `Multibody`, at each of the states (q, v).
+    """Differences of MuJoCo's accelerations of the user's model from those of the problem.
 
-    Yields the differences (d,), times the mass and relative to the forces, and MuJoCo's
-    accelerations (d,).
+    Yields, for each of the states (q, v), the differences (d,), times the mass and relative to the
+    forces, and MuJoCo's accelerations (d,).
     """
     import mujoco
 
@@ -212,15 +219,16 @@ def misfits(
         system.tree.joints,
         copy.copy(user_model.model),
     )
-    model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)  # discrete has another qacc
-    model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_IPC)  # which is of discrete alone
-    pushes = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_SITE)  # of constant force
-    model.actuator_forcelimited[~pushes] = False  # which galvi's forces are without here
+    # The integrator "discrete" would change qacc; the flag IPC needs that integrator.
+    model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)
+    model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_IPC)
+    pushes = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_SITE)  # read with their limits
+    model.actuator_forcelimited[~pushes] = False  # galvi's forces are compared without limits
     model.jnt_actfrclimited[:] = False
     force = system.force
     if isinstance(force, JointForces):
         force = replace(force, limited=False)
-    turning = np.concatenate([TURNING[joint.type] for joint in joints])
+    angular = np.concatenate([ANGULAR[joint.type] for joint in joints])
     springs = np.concatenate([np.full(joint.dimension, joint.stiffness) for joint in joints])
     weight = float(np.linalg.norm(system.gravity)) * sum(x.mass for x in system.links) ** 0.5
     for q, v in states:
@@ -233,19 +241,22 @@ def misfits(
         sizes = np.abs(mass) @ np.abs(qacc) + np.abs(forces)
         sizes += np.abs(mj_data.qfrc_spring) + np.abs(mj_data.qfrc_damper)
         sizes += np.abs(mj_data.qfrc_actuator) + np.abs(mj_data.qfrc_gravcomp) + np.abs(acting)
-        # Where all this cancels: what weights, centrifugal forces and springs may be at most.
+        # Where these forces cancel: a bound of weights, centrifugal forces and springs.
         roots = np.sqrt(np.maximum(np.diag(mass), LEAST_NORMAL))
-        bound = weight + turning @ np.abs(v) * abs(v @ mass @ v) ** 0.5 + np.max(sizes / roots)
+        bound = weight + angular @ np.abs(v) * abs(v @ mass @ v) ** 0.5 + np.max(sizes / roots)
         sizes += LEAST_FORCE_SHARE * (roots * bound + springs)
         yield np.abs(mass @ qacc - forces) / np.maximum(sizes, LEAST_NORMAL), qacc
 
 
 def check_reading(user_model: UserModel, problem: Problem, states: States) -> None:
-    """ValueError, with both accelerations, where one of `misfits` is above MODEL_TOLERANCE."""
-    for (q, v), (off, qacc) in zip(states, misfits(user_model, problem, states), strict=True):
-        if np.max(off) <= MODEL_TOLERANCE:  # False for NaN
+    """ValueError, with both accelerations, where a difference of `misfits` is not below
+    MODEL_TOLERANCE."""
+    for (q, v), (deviations, qacc) in zip(
+        states, misfits(user_model, problem, states), strict=True
+    ):
+        if np.max(deviations) <= MODEL_TOLERANCE:  # False for NaN
             continue
-        k = int(np.argmax(np.nan_to_num(off, nan=np.inf)))
+        k = int(np.argmax(np.nan_to_num(deviations, nan=np.inf)))
         system: Any = problem.system
         joint = user_model.model.joint(int(user_model.model.dof_jntid[k]))
         raise ValueError(
@@ -257,10 +268,10 @@ def check_reading(user_model: UserModel, problem: Problem, states: States) -> No
 
 
 def sample_states(system: Multibody, q: Array, v: Array) -> States:
-    """The start and two random states about it, one of a large tree."""
+    """The start and two random states about it; for more than MANY_VELOCITIES velocities one."""
     states, draw = [(q, v)], np.random.default_rng(1)
     qpos, qvel = system.to_mujoco(q, v)
     for _ in range(1 if v.size > MANY_VELOCITIES else 2):
-        moved = qpos + SPREAD * draw.normal(size=qpos.size)
-        states.append(system.from_mujoco(moved, qvel + SPREAD * draw.normal(size=v.size)))
+        random_qpos = qpos + SPREAD * draw.normal(size=qpos.size)
+        states.append(system.from_mujoco(random_qpos, qvel + SPREAD * draw.normal(size=v.size)))
     return states

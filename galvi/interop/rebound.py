@@ -1,4 +1,4 @@
-"""From and to simulations of REBOUND."""
+"""Problems from simulations of REBOUND, and simulations from runs."""
 
 from __future__ import annotations
 
@@ -31,9 +31,10 @@ from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-OLDEST_REBOUND = 5  # version of REBOUND
-READER = rebound_contents.__file__  # it is also a program
-# Relative to the pulls of all other bodies; measured 4e-16 for a few bodies, 3e-15 for a thousand.
+OLDEST_REBOUND = 5  # oldest major version of REBOUND that galvi reads
+READER = rebound_contents.__file__  # the program that reads a file in another process
+# Of accelerations, relative to the sum of the sizes of all pulls on a body; 4e-16 was measured for
+# a few bodies, 3e-15 for a thousand.
 GRAVITY_TOLERANCE = 1e-11
 LOGGER = logging.getLogger("galvi")
 
@@ -44,28 +45,28 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
     Parameters
     ----------
     source
-        a ``rebound.Simulation``, or the path of a file of one, or of an archive
+        a ``rebound.Simulation``, or the path of a file of a simulation or of an archive
     snapshot
-        of an archive; -1 for the last one
+        index of the simulation in an archive; -1 for the last one
     extras
         the ``reboundx.Extras`` of a simulation, whose forces gr, gr_full, gr_potential,
         gravitational_harmonics, central_force, radiation_forces and tides_constant_time_lag are
         read, each compared with REBOUNDx's accelerations; others are refused by name. "gr" is read
-        as ``Relativity(c)``, which differs from it by shares of the planets' masses, it and gr_full
-        by terms of c^-4
+        as ``Relativity(c)``, from which it differs relatively by the ratio of the planets' masses
+        to the star's and, like gr_full, by terms of c^-4
 
     Raises
     ------
     ValueError
-        Where REBOUND's accelerations differ from those of the problem, with both numbers; by name,
-        for additional forces, collisions, a boundary, softening, variational particles, test
-        particles that pull, an integrator of another motion (sei), any other setting that is not
-        REBOUND's default and not known to change nothing, numbers that are not finite, and a file
-        that cannot be read.
+        Where REBOUND's accelerations differ from those of the problem, with both numbers. With the
+        name of the setting, for additional forces, collisions, a boundary, softening, variational
+        particles, test particles that pull, an integrator of another motion (sei), and any other
+        setting that differs from REBOUND's default and may change the motion. For numbers that are
+        not finite, and a file that cannot be read.
     FileNotFoundError
         Without a file.
     TypeError
-        For another source.
+        For a source of another type.
     ModuleNotFoundError
         Without REBOUND.
     ImportError
@@ -73,13 +74,13 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
 
     Notes
     -----
-    Time, order, names and centre of mass of the particles are kept, and G. Particles from N_active
-    on become massless. A simulation that is not synchronised is synchronised in a copy.
-    ``parameters`` has the names, the integrator, its step dt and its options and, where they are
-    set, the radii, exit_max_distance and exit_min_distance, and of an archive the usual time
-    between its states, output_every; ``read_as`` says that a tree's gravity is read as that of
-    point masses, ``functions`` that a file's simulation had functions, which no file holds, and
-    ``written_by`` that the file is of another version of REBOUND.
+    The problem has the time, G, and the order, names and centre of mass of the particles. Particles
+    from N_active on become massless. Of a simulation that is not synchronised a copy is
+    synchronised. ``parameters`` has the names, the integrator, its step dt and its options and,
+    where they are set, the radii, exit_max_distance and exit_min_distance; for an archive
+    output_every, the median time between its states. ``read_as`` says that the gravity of a tree
+    code is read as that of point masses, ``functions`` that a file's simulation had functions,
+    which no file holds, and ``written_by`` that another version of REBOUND wrote the file.
 
     REBOUND's accelerations are compared with those of the problem.
 
@@ -111,13 +112,13 @@ def from_rebound(source: Any, snapshot: int = -1, *, extras: Any = None) -> Prob
 
 
 def _problem(contents: Contents, source: Any, extras: Any) -> Problem:
-    """The problem of these contents, with the forces of a simulation's extras unless they are
-    None."""
+    """The problem of these contents, with the forces of ``extras``, those of ``source``, unless
+    they are None."""
     if contents.refused:
-        of_extras = extras is None and bool(getattr(source, "extras", None))
+        has_unread_extras = extras is None and bool(getattr(source, "extras", None))
         raise ValueError(
             f"galvi integrates point masses that attract one another; received a simulation with "
-            f"{', '.join(contents.refused)}. {_remedy(contents.refused, of_extras)}"
+            f"{', '.join(contents.refused)}. {_remedy(contents.refused, has_unread_extras)}"
         )
     if not contents.masses.size:
         raise ValueError("the simulation must have particles; received none. Add some first.")
@@ -137,9 +138,9 @@ def _problem(contents: Contents, source: Any, extras: Any) -> Problem:
     )
 
 
-def _remedy(refused: Sequence[str], of_extras: bool) -> str:
+def _remedy(refused: Sequence[str], has_unread_extras: bool) -> str:
     beyond_extras = [feature for feature in refused if feature not in FUNCTIONS.values()]
-    if not of_extras or len(beyond_extras) == len(refused):
+    if not has_unread_extras or len(beyond_extras) == len(refused):
         return "Remove them in REBOUND first."
     give = (
         "Give the extras of REBOUNDx that add them: galvi.from_rebound(sim, extras=rebx), "
@@ -155,8 +156,8 @@ def read(source: Any, snapshot: int = -1, extras: str = "") -> tuple[Problem, An
     Parameters
     ----------
     extras
-        path of a file of REBOUNDx's, with the forces of a file's simulation, which is then returned
-        as `Forced`
+        path of a file of REBOUNDx with the forces of the simulation in a file, which is then
+        returned as `Forced`
     """
     if not isinstance(source, str | os.PathLike):
         return from_rebound(source, snapshot), copied(source)
@@ -166,7 +167,7 @@ def read(source: Any, snapshot: int = -1, extras: str = "") -> tuple[Problem, An
     if not os.path.isfile(extras):
         raise FileNotFoundError(f"there is no file {extras}.")
     contents = _contents_of_file(path, snapshot)
-    contents.parameters.pop("functions", None)  # those by which the extras act
+    contents.parameters.pop("functions", None)  # the functions are those of REBOUNDx
     _warn(path, contents)
     forced = Forced(_loaded(path, snapshot), extras)
     copy = forced.copy()
@@ -180,8 +181,8 @@ def _loaded(path: str, snapshot: int) -> Any:
 
 
 def check_reading(sim: Any, problem: Problem, q: Array, v: Array) -> None:
-    """ValueError, with both numbers, where the accelerations of the user's own simulation by
-    REBOUND, or by REBOUNDx if it is `Forced`, differ from the problem's at q and v (n, 3)."""
+    """ValueError, with both numbers, where REBOUND's accelerations of the user's own simulation, or
+    for a `Forced` one REBOUNDx's, differ from the problem's at q and v (n, 3)."""
     bodies, system = problem.parameters.get("bodies", range(len(q))), cast(NBody, problem.system)
     if isinstance(sim, Forced):
         check_forces(sim, problem, q, v)
@@ -190,16 +191,17 @@ def check_reading(sim: Any, problem: Problem, q: Array, v: Array) -> None:
 
 
 def _compare(system: NBody, q: Array, expected: Array, bodies: Sequence[Any]) -> None:
+    """ValueError where accelerations at rest differ from the expected ones (n, 3)."""
     expected = expected[:, : q.shape[1]]
     with np.errstate(all="ignore"):
         computed = system.acceleration(q, 0.0)
         gap = np.linalg.norm(q - q[:, None], axis=2)
         np.fill_diagonal(gap, np.inf)
         pulls = np.sum(system.G * system.masses / gap**2, axis=1)
-        off = np.linalg.norm(computed - expected, axis=1) / np.where(pulls > 0.0, pulls, 1.0)
-    if not np.max(off) > GRAVITY_TOLERANCE:  # where bodies coincide, both are not finite
+        deviations = np.linalg.norm(computed - expected, axis=1) / np.where(pulls > 0.0, pulls, 1.0)
+    if not np.max(deviations) > GRAVITY_TOLERANCE:  # also for NaN, where bodies coincide
         return
-    k = int(np.argmax(off))
+    k = int(np.argmax(deviations))
     raise ValueError(
         f"galvi misreads this simulation: REBOUND accelerates {bodies[k]} by "
         f"{expected[k].tolist()}, galvi by {computed[k].tolist()}. A force acts that galvi "
@@ -218,7 +220,7 @@ def _check_finite(contents: Contents) -> None:
             k = int(wrong[0, 0])
             raise ValueError(
                 f"numbers of a simulation must be finite; received the {name} {values[k].tolist()} "
-                f"of particle {k}. Mend or remove it."
+                f"of particle {k}. Correct or remove it."
             )
 
 
@@ -239,8 +241,8 @@ def to_rebound(run: Trajectory, at: int = -1) -> Any:
 
     Notes
     -----
-    Time, order and names of the bodies are kept, and G; units where they are REBOUND's; of a
-    problem that came from REBOUND also the radii, the integrator with its options, and dt.
+    The simulation has the time, G, and the order and names of the bodies; the units where REBOUND
+    knows them; for a problem from REBOUND also the radii, the integrator with its options, and dt.
     """
     _engine()
     if not isinstance(run.problem.system, NBody):
@@ -250,7 +252,7 @@ def to_rebound(run: Trajectory, at: int = -1) -> Any:
         )
     if run.problem.system.forces:
         raise ValueError(
-            "a REBOUND simulation holds no forces of galvi's; received a run with forces. Give "
+            "a REBOUND simulation cannot hold galvi's forces; received a run with forces. Give "
             "them to REBOUNDx, or leave them out."
         )
     at = input_checks.whole("at", at, -len(run.t), len(run.t) - 1)
@@ -260,7 +262,7 @@ def to_rebound(run: Trajectory, at: int = -1) -> Any:
 
 
 def simulation_of(problem: Problem) -> Any:
-    """A ``rebound.Simulation`` of a problem of point masses, as `to_rebound` gives."""
+    """A ``rebound.Simulation`` of a problem of point masses, as `to_rebound` returns it."""
     rebound, system, parameters = _engine(), cast(NBody, problem.system), problem.parameters
     q, v = (np.pad(x, ((0, 0), (0, 3 - x.shape[1]))) for x in (problem.q0, problem.v0))
     sim = rebound.Simulation()
@@ -302,8 +304,12 @@ def _engine() -> Any:
 
 
 def _contents_of_file(path: str, snapshot: int) -> Contents:
-    """The contents, read in another process: REBOUND crashes at one damaged file in ten, or soon
-    after."""
+    """The contents of a file, read in another process, since REBOUND crashes at one damaged file in
+    ten, or soon afterwards.
+
+    Raises FileNotFoundError without a file; ValueError for a snapshot that is no whole number or
+    not in the file, and for a file that cannot be read.
+    """
     if not os.path.isfile(path):
         raise FileNotFoundError(f"there is no file {path}.")
     if isinstance(snapshot, bool) or not isinstance(snapshot, int | np.integer):
@@ -318,7 +324,7 @@ def _contents_of_file(path: str, snapshot: int) -> Contents:
         capture_output=True,
         check=False,
     )
-    if completed.returncode == 1:  # an exception of Python's
+    if completed.returncode == 1:  # a Python exception
         message = completed.stderr.decode(errors="replace").strip().rpartition("\n")[2]
         raise ValueError(f"{path} must be a file of REBOUND's; reading it ended with: {message}.")
     if completed.returncode != 0:

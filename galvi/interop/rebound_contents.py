@@ -26,9 +26,9 @@ FUNCTIONS = {
     "_pre_timestep_modifications": "modifications before a step",
     "_post_timestep_modifications": "modifications after a step",
 }
-SETTINGS = {"collision": "collisions", "boundary": "a boundary"}  # "none" when there are none
+SETTINGS = {"collision": "collisions", "boundary": "a boundary"}  # refused unless "none"
 UNITS = ("length", "time", "mass")
-# The known integrators, with the fields that a user sets; the fields in INNER are internal.
+# The known integrators, with the fields that a user sets; INTERNAL lists the other fields.
 OPTIONS = {
     "ias15": ("epsilon", "min_dt", "adaptive_mode"),
     "bs": ("eps_abs", "eps_rel", "min_dt", "max_dt"),
@@ -49,13 +49,13 @@ OPTIONS = {
     "trace": ("r_crit_hill", "peri_crit_eta", "peri_mode"),
     "none": (),
 }
-INNER = {
+INTERNAL = {
     *("p_jh", "p_jh_var", "iterations_max_exceeded", "at", "x0", "v0", "a0", "csx", "csv", "csa0"),
     *("g", "b", "csb", "e", "br", "er", "dcrit", "com_pos", "com_vel", "p_int", "data"),
     *("recalculate_integer_coordinates_this_timestep", "first_or_last_step", "previous_rejected"),
     *("target_iter", "last_synchronization"),
 }
-# Fields of a simulation that are read, or refused by a description, above and below.
+# Fields of a simulation that are read, or refused with a description.
 READ = {
     *("t", "G", "dt", "softening", "N", "N_active", "N_var", "testparticle_type", "integrator"),
     *("exit_max_distance", "exit_min_distance", "is_synchronized", "python_unit_t"),
@@ -63,8 +63,8 @@ READ = {
     *("_gravity_custom", "_additional_forces", "_pre_timestep_modifications"),
     "_post_timestep_modifications",
 }
-# Those that change no motion of point masses, by their names or how these begin: output, memory,
-# clocks, messages, names, chaos indicators, and what belongs to collisions and trees.
+# Beginnings of the names of fields that do not change the motion of point masses: of output,
+# memory, clocks, messages, names, chaos indicators, collisions and trees.
 HARMLESS = (
     *("dt_last_done", "steps_done", "did_modify_particles", "_N_map", "_map", "_particles_var"),
     *("N_var_config", "var_config", "testparticle_hidewarnings", "_name", "_N_name", "gravity_cs"),
@@ -88,18 +88,20 @@ SWITCHES = ("mercurius", "trace")  # they set the routine of gravity themselves,
 
 
 class Contents(NamedTuple):
-    """What galvi takes from a simulation, in values of Python and NumPy.
+    """The contents of a simulation, in values of Python and NumPy and in the simulation's units.
 
     Attributes
     ----------
     refused
-        descriptions of what changes its motion from that of point masses; if any, nothing else is
-        read
+        descriptions of the settings that change its motion from that of point masses; if there are
+        any, nothing else is read
     masses : array, shape (n,)
-        in units of the simulation, as all that follows
+        0 for test particles
     q, v, a : array, shape (n, 3)
-        accelerations as REBOUND computes them
-    parameters
+        positions, velocities, and accelerations as REBOUND computes them
+    t, G
+        time and gravitational constant
+    parameters, units
         of the problem
     """
 
@@ -151,19 +153,19 @@ def contents_of(sim: Any, extras: bool = False) -> Contents:
 
 
 def copied(sim: Any) -> Any:
-    """A copy without Python functions, of which REBOUND would warn."""
+    """A copy without Python functions, and without REBOUND's warning of that."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return sim.copy()
 
 
 def accelerations(sim: Any, q: Any = None) -> Array:
-    """Accelerations (n, 3) by the simulation's routine of gravity, or by direct sums where that
-    approximates, of its particles at their positions or at q (n, 3)."""
+    """Accelerations (n, 3) of a simulation's particles at their positions or at q (n, 3), by its
+    routine of gravity, or by direct sums if that is a tree code or custom."""
     import rebound
 
     copy = copied(sim)
-    copy.gravity_ignore = 0  # of WHFast, which leaves out what its Kepler motion has
+    copy.gravity_ignore = 0  # WHFast leaves out the pulls that its Kepler motion contains
     if copy.gravity in ("tree", "custom"):
         copy.gravity = "basic"
     if q is not None:
@@ -174,8 +176,8 @@ def accelerations(sim: Any, q: Any = None) -> Array:
 
 
 def read(path: str, snapshot: int) -> Contents | str:
-    """The contents of a file, or why it is refused, also where REBOUND warns that it read only a
-    part."""
+    """The contents of a file, or a sentence on why it is refused, such as a warning of REBOUND's
+    that it read only a part."""
     import rebound
 
     try:
@@ -184,7 +186,7 @@ def read(path: str, snapshot: int) -> Contents | str:
             archive = rebound.Simulationarchive(path)
             count = len(archive)
             sim = archive[snapshot] if -count <= snapshot < count else None
-    except Exception as error:  # of what kind depends on which bytes are wrong
+    except Exception as error:  # its class depends on which bytes are damaged
         return _another_version(path) or _no_file_of_rebounds(path, str(error))
     messages = {str(warning.message) for warning in caught}
     harmless = ("might not be synchronized", OTHER_VERSION, NO_POINTERS)
@@ -223,7 +225,8 @@ def _no_file_of_rebounds(path: str, message: str) -> str:
 
 
 def _another_version(path: str) -> str:
-    """What to do with a file of another major version; "" for a file of this version."""
+    """A sentence on what to do with a file of another major version of REBOUND; "" for a file of
+    this major version."""
     import rebound
 
     written = _version_of(path)
@@ -237,12 +240,12 @@ def _another_version(path: str) -> str:
 
 
 def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
-    """Descriptions of what changes a simulation's motion from that of point masses.
+    """Descriptions of the settings that change a simulation's motion from that of point masses.
 
     Parameters
     ----------
     extras
-        whether its functions are those of REBOUNDx, which are read
+        whether the simulation's functions are those of REBOUNDx, which are read
     """
     for attribute, description in FUNCTIONS.items():
         if bool(getattr(sim, attribute, None)) and not extras:
@@ -268,8 +271,8 @@ def _beyond_point_masses(sim: Any, extras: bool) -> Iterator[str]:
 
 
 def _unusual_settings(sim: Any) -> Iterator[str]:
-    """The fields of a simulation and of its integrator that are not read and differ from the
-    defaults."""
+    """The fields of a simulation and of its integrator that are neither read nor harmless and
+    differ from REBOUND's defaults; also an unknown integrator."""
     import rebound
 
     integrator, usual = sim.integrator.name.decode(), rebound.Simulation()
@@ -284,18 +287,18 @@ def _unusual_settings(sim: Any) -> Iterator[str]:
     usual.integrator = integrator
     fields, usual_fields = _fields(sim), _fields(usual)
     for name, text in fields.items():
-        if name not in (*OPTIONS[integrator], *INNER) and text != usual_fields.get(name):
+        if name not in (*OPTIONS[integrator], *INTERNAL) and text != usual_fields.get(name):
             yield f"{integrator}.{name} = {text}"
 
 
 def _same(left: Any, right: Any) -> bool:
     if isinstance(left, int | float | type(None)):
         return bool(left == right)
-    return bool(left) == bool(right)  # pointers
+    return bool(left) == bool(right)  # pointers, of which only NULL is compared
 
 
 def _fields(sim: Any) -> dict[str, str]:
-    """The fields of the integrator, as text."""
+    """The fields of the integrator, name -> value as text."""
     assignments = [
         word.removesuffix(">").partition("=") for word in repr(sim.integrator).split(", ")[1:]
     ]
@@ -307,7 +310,7 @@ def _options(sim: Any) -> dict[str, Any]:
     options = {}
     for name in OPTIONS[sim.integrator.name.decode()]:
         value = getattr(sim.integrator, name)
-        # REBOUND's are of classes of its own, which cannot be pickled
+        # values of REBOUND's own classes cannot be pickled
         options[name] = next(
             plain_type(value) for plain_type in (int, float, str) if isinstance(value, plain_type)
         )
@@ -323,6 +326,6 @@ def _units(sim: Any) -> str:
 
 if __name__ == "__main__":
     answer = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what REBOUND prints is no part of the answer
+    os.dup2(2, 1)  # REBOUND may print to stdout, which must hold the answer alone
     contents = read(*pickle.load(sys.stdin.buffer))
     pickle.dump(contents if isinstance(contents, str) else tuple(contents), answer)

@@ -1,4 +1,4 @@
-"""The forces that REBOUNDx has added to a simulation, as those of point masses."""
+"""The forces that REBOUNDx adds to a simulation, as forces of a `galvi.NBody` system."""
 
 from __future__ import annotations
 
@@ -24,12 +24,14 @@ from galvi.systems.forces.celestial import (
 )
 from galvi.systems.nbody import NBody
 
-FORCE_TOLERANCE = 1e-11  # of the largest acceleration by a force
-# Post-Newtonian forms differ by terms of the next order, measured 1 to 6 times v^2 / c^2, and
-# "gr" has Jacobi's coordinates, by which it differs by shares of the planets' masses.
-NEXT_ORDER, OF_MASSES = 20.0, 20.0
-POLE = (0.0, 0.0, 1.0)  # where REBOUNDx has none
-WITHOUT_FORCES = "whfast512"  # an integrator of REBOUND's, for which REBOUNDx has no forces
+FORCE_TOLERANCE = 1e-11  # of accelerations by a force, relative to the largest
+# Largest difference of post-Newtonian forms, in units of v^2 / c^2; 1 to 6 was measured.
+NEXT_ORDER_FACTOR = 20.0
+# Largest difference of "gr", which uses Jacobi's coordinates, in units of the planets' masses over
+# the star's.
+MASS_RATIO_FACTOR = 20.0
+POLE = (0.0, 0.0, 1.0)  # that of a body for which REBOUNDx has none
+INTEGRATOR_WITHOUT_FORCES = "whfast512"  # of REBOUND, with which REBOUNDx does not work
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,28 +41,28 @@ class Forced:
     Attributes
     ----------
     simulation
-        without them
+        the simulation without these forces
     extras
-        path of their file, as `reboundx.Extras.save` writes it
+        path of the file of the forces, as `reboundx.Extras.save` writes it
     """
 
     simulation: Any
     extras: str
 
     def copy(self) -> Any:
-        """A copy of the simulation with the forces; they last as long as it.
+        """A copy of the simulation with the forces, which the copy owns.
 
         Raises
         ------
         ValueError
-            For a file that REBOUNDx does not load in full, and for an integrator for which it has
-            no forces.
+            For a file that REBOUNDx does not load in full, and for an integrator with which it does
+            not work.
         """
         reboundx, copy = _engine(), copied(self.simulation)
-        if copy.integrator.name.decode() == WITHOUT_FORCES:
+        if copy.integrator.name.decode() == INTEGRATOR_WITHOUT_FORCES:
             raise ValueError(
-                f"REBOUNDx has no forces for {WITHOUT_FORCES}. Set another integrator of the "
-                f"simulation: sim.integrator = 'whfast'."
+                f"REBOUNDx has no forces for {INTEGRATOR_WITHOUT_FORCES}. Set another integrator "
+                f"of the simulation: sim.integrator = 'whfast'."
             )
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -71,30 +73,30 @@ class Forced:
                     f"{self.extras} must be a file of REBOUNDx's, as rebx.save writes; it says: "
                     f"{error}"
                 ) from None
-        # The text of the warnings is all that REBOUNDx gives.
-        lost = [
+        # REBOUNDx reports by warnings alone, which differ in their text only.
+        problems = [
             str(warning.message) for warning in caught if OTHER_VERSION not in str(warning.message)
         ]
-        if lost:
-            raise ValueError(f"REBOUNDx does not load all of {self.extras}: {lost[0]}")
+        if problems:
+            raise ValueError(f"REBOUNDx does not load all of {self.extras}: {problems[0]}")
         return copy
 
 
 def extras_of(sim: Any) -> Any:
-    """The `reboundx.Extras` of a simulation that was made in Python."""
+    """The `reboundx.Extras` attached to a simulation in this process."""
     return sim._extras_ref
 
 
 def forces_of(sim: Any, extras: Any, contents: Contents) -> list[CelestialForce]:
-    """The forces, each compared with REBOUNDx's accelerations at the simulation's state.
+    """The forces of a simulation, each compared with REBOUNDx's accelerations at its state.
 
     Raises
     ------
     TypeError
         For extras of another type.
     ValueError
-        For extras of another simulation, for an unknown force or operator, by name, and where
-        accelerations differ, with both numbers.
+        For extras of another simulation, for an unknown force or an operator, with its name, and
+        where accelerations differ, with both numbers.
     """
     reboundx = _engine()
     if not isinstance(extras, reboundx.Extras):
@@ -132,13 +134,13 @@ def check_forces(forced: Forced, problem: Problem, q: Array, v: Array) -> None:
 
 
 def inexact(forced: Forced, problem: Problem) -> str:
-    """A sentence on how far the forces of the problem are from REBOUNDx's at its start; "" for
-    round-off."""
+    """A clause with the difference of the accelerations by the problem's forces from REBOUNDx's at
+    the start; "" where it is round-off."""
     names, contents, expected = _extras_accelerations(forced, problem, problem.q0, problem.v0)
-    off, allowed = _gaps(cast(NBody, problem.system), contents, expected)
-    if np.max(off, initial=0.0) <= allowed:
+    differences, allowed = _gaps(cast(NBody, problem.system), contents, expected)
+    if np.max(differences, initial=0.0) <= allowed:
         return ""
-    share = np.max(off) / np.max(np.abs(expected))
+    share = np.max(differences) / np.max(np.abs(expected))
     return (
         f"Accelerations by {names} as read by galvi differ from REBOUNDx's by {share:.1g} of the "
         f"largest"
@@ -148,7 +150,8 @@ def inexact(forced: Forced, problem: Problem) -> str:
 def _extras_accelerations(
     forced: Forced, problem: Problem, q: Array, v: Array
 ) -> tuple[str, Contents, Array]:
-    """The names of all forces, the state, and their accelerations of a copy's particles (n, 3)."""
+    """The names of REBOUNDx's forces, the state (q, v) as `Contents`, and the accelerations (n, 3)
+    by these forces at that state."""
     system, copy = cast(NBody, problem.system), forced.copy()
     bodies = problem.parameters.get("bodies", range(len(q)))
     contents = Contents((), system.masses, q, v, G=system.G, parameters={"bodies": bodies})
@@ -182,7 +185,7 @@ def _name(effect: Any) -> str:
 
 
 def _parameter(owner: Any, name: str, default: Any = None) -> Any:
-    """A parameter of a particle or force; the default where it is not set."""
+    """A parameter of REBOUNDx of a particle or force; ``default`` where it is not set."""
     try:
         return owner.params[name]
     except AttributeError:
@@ -205,7 +208,8 @@ def _force_accelerations(sim: Any, force: Any, contents: Contents) -> Array:
 
 
 def _gaps(system: NBody, contents: Contents, expected: Array) -> tuple[Array, float]:
-    """Differences of the accelerations by forces, (n,), and the difference that rounding allows."""
+    """Largest difference of each body's acceleration by forces from the expected one, (n,), and
+    the difference that rounding allows."""
     fall = NBody(contents.masses, contents.G).fall(contents.q)
     computed = system.acceleration(contents.q, 0.0, contents.v) - fall
     allowed = FORCE_TOLERANCE * np.max(np.abs(expected), initial=0.0) + 1e-15 * np.max(np.abs(fall))
@@ -213,7 +217,9 @@ def _gaps(system: NBody, contents: Contents, expected: Array) -> tuple[Array, fl
 
 
 def _compare(name: str, system: NBody, contents: Contents, expected: Array) -> None:
-    off, allowed = _gaps(system, contents, expected)
+    """ValueError where the accelerations by the system's forces differ from the expected ones
+    (n, 3) by more than rounding and the order of the post-Newtonian forms allow."""
+    differences, allowed = _gaps(system, contents, expected)
     mu = contents.G * contents.masses
     for force in system.forces:
         if isinstance(force, Relativity) and force.takes_velocity:
@@ -221,12 +227,12 @@ def _compare(name: str, system: NBody, contents: Contents, expected: Array) -> N
                 [np.inf] * mu.size
             )
             speed = np.max(np.sum((contents.v - contents.v[0]) ** 2, axis=1))
-            share = NEXT_ORDER * (np.max(np.sum(mu / gap, axis=1)) + speed) / force.c**2
+            share = NEXT_ORDER_FACTOR * (np.max(np.sum(mu / gap, axis=1)) + speed) / force.c**2
             if force.form != "EIH":
-                share += OF_MASSES * float(np.sum(mu[1:])) / mu[0]
+                share += MASS_RATIO_FACTOR * float(np.sum(mu[1:])) / mu[0]
             allowed += share * np.max(np.abs(expected))
-    if np.max(off, initial=0.0) > allowed:
-        k, plain = int(np.argmax(off)), NBody(contents.masses, contents.G)
+    if np.max(differences, initial=0.0) > allowed:
+        k, plain = int(np.argmax(differences)), NBody(contents.masses, contents.G)
         computed = system.acceleration(contents.q, 0.0, contents.v) - plain.fall(contents.q)
         raise ValueError(
             f"galvi misreads REBOUNDx's {name}: it accelerates {contents.parameters['bodies'][k]} "
@@ -235,6 +241,8 @@ def _compare(name: str, system: NBody, contents: Contents, expected: Array) -> N
 
 
 def _relativity(form: str) -> Callable[..., list[CelestialForce]]:
+    """The reader of a force of general relativity of this form."""
+
     def read(force: Any, sim: Any, contents: Contents) -> list[CelestialForce]:
         c = _parameter(force, "c")
         if c is None:
@@ -256,8 +264,14 @@ def _harmonics(force: Any, sim: Any, contents: Contents) -> list[CelestialForce]
 
 
 def _central(force: Any, sim: Any, contents: Contents) -> list[CelestialForce]:
-    both = [(_parameter(p, "Acentral"), _parameter(p, "gammacentral")) for p in sim.particles]
-    return [PowerLaw(k, A, n) for k, (A, n) in enumerate(both) if A is not None and n is not None]
+    coefficients = [
+        (_parameter(p, "Acentral"), _parameter(p, "gammacentral")) for p in sim.particles
+    ]
+    return [
+        PowerLaw(k, A, n)
+        for k, (A, n) in enumerate(coefficients)
+        if A is not None and n is not None
+    ]
 
 
 def _radiation(force: Any, sim: Any, contents: Contents) -> list[CelestialForce]:

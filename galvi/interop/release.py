@@ -1,7 +1,7 @@
-"""galvi's version: the tag of a release, or else the coming release and the commit, from git or
-from what git wrote into an archive, such as GitHub's.
+"""galvi's version: the tag of a release, else the coming release and the commit, from git or from
+the text that git writes into an archive, such as GitHub's.
 
-``setup.py`` runs this file by itself, so it imports nothing that has to be installed.
+``setup.py`` runs this file alone, so it imports the standard library only.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-RELEASE = "0.1.0"
-RELEASED = r"v(\d+(?:\.\d+)*(?:(?:a|b|rc)\d+)?)(-dirty)?"  # a tag of a release, as PEP 440 has it
-# Where this file is in an archive: the commit, and the last tag with how many commits ago that was.
-# The attribute export-subst in .gitattributes makes git fill them in.
+RELEASE = "0.1.0"  # the coming release
+RELEASE_TAG = r"v(\d+(?:\.\d+)*(?:(?:a|b|rc)\d+)?)(-dirty)?"  # with a version as in PEP 440
+# In an archive: the commit, then the last tag and the number of commits since. git fills them in,
+# as the attribute export-subst in .gitattributes demands.
 ARCHIVED = "$Format:%H %(describe:tags=true,match=v[0-9]*)$"
 
 
 @cache
 def galvi_version() -> str:
-    """The version of a checkout, of an installed wheel, or RELEASE without git and installation."""
+    """The version of the checkout, else of the installed package, else RELEASE+unknown."""
     try:
         return version_in_git(Path(__file__).parents[2]) or metadata.version("galvi")
     except metadata.PackageNotFoundError:
@@ -30,18 +30,18 @@ def galvi_version() -> str:
 
 
 def commit_in(version: str) -> str:
-    """The commit that a version names, with '+dirty' for changed files; "" where it names none."""
+    """The commit in a version, with '+dirty' for changed files; "" for a version without."""
     named = re.search(r"\+g([0-9a-f]+)(\.dirty)?$", version)
     return named[1] + ("+dirty" if named[2] else "") if named else ""
 
 
 def version_in_git(top: Path) -> str:
-    """The version of a git checkout with this top folder, or of an archive; "" where git has
-    none."""
+    """The version of the git checkout with this top folder, or of an archive without .git; "" where
+    git does not answer or did not fill in the archive."""
     if not (top / ".git").exists():
         return version_in_archive(ARCHIVED)
     description = _git(top, "--tags", "--match=v[0-9]*", "--exact-match")
-    tag = re.fullmatch(RELEASED, description)
+    tag = re.fullmatch(RELEASE_TAG, description)
     if tag:
         return tag[1] + ("+dirty" if tag[2] else "")
     commit, *changed = _git(top, "--exclude=*").split("-dirty")
@@ -51,15 +51,15 @@ def version_in_git(top: Path) -> str:
 def version_in_archive(filled_in: str) -> str:
     """The version in ARCHIVED; "" where git did not fill it in."""
     commit, _, described = filled_in.partition(" ")
-    tag = re.fullmatch(RELEASED, described)
+    tag = re.fullmatch(RELEASE_TAG, described)
     if tag:
         return tag[1]
     return "" if commit.startswith("$") else f"{RELEASE}.dev0+g{commit[:12]}"
 
 
 def _git(top: Path, *options: str) -> str:
-    """The output of ``git describe`` for this checkout, whatever repository the environment
-    names."""
+    """The output of ``git describe`` for this checkout, without variables such as GIT_DIR, which
+    may name another repository; "" where it fails."""
     command = ("git", "-C", str(top), "describe", "--always", "--dirty", "--abbrev=12", *options)
     environment = {name: text for name, text in os.environ.items() if not name.startswith("GIT_")}
     try:

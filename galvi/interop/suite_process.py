@@ -1,4 +1,4 @@
-"""A command of the suite in a process of its own, with a pickled value handed over to it."""
+"""Commands of the suite in a process of their own, to which a pickled value may be passed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from galvi.environment import NOT_INSTALLED
 
 HANDED_OVER = "GALVI_HANDED_OVER"  # environment variable: SHA-256 of the pickle to be loaded
-SILENT = 10.0  # seconds before lines of progress are shown
+SILENT_SECONDS = 10.0  # lines of progress are shown after this time
 
 
 def run_command(
@@ -20,14 +20,16 @@ def run_command(
 ) -> ModuleNotFoundError | ValueError:
     """Run ``galvi COMMAND`` with the import path of this process.
 
-    Returns the exception to raise where the command wrote no result, with its text on stderr but
-    progress, or with its exit code: a ModuleNotFoundError where a package is not installed, else a
-    ValueError.
-
     Parameters
     ----------
     pickled
         the pickle that the command may load, from a file among the arguments; empty for none
+
+    Returns
+    -------
+    ModuleNotFoundError or ValueError
+        the exception to raise where the command wrote no result: as `refusal`, with the text on
+        stderr except progress
     """
     digest = hashlib.sha256(pickled).hexdigest() if pickled else ""
     import_path = os.pathsep.join(folder for folder in sys.path if folder)
@@ -44,12 +46,13 @@ def run_command(
         for line in process.stderr:
             if not line.startswith(progress):
                 messages.append(line.rstrip())
-            elif time.monotonic() - start > SILENT:
+            elif time.monotonic() - start > SILENT_SECONDS:
                 print(line, end="", file=sys.stderr, flush=True)
     return refusal("\n".join(messages), process.returncode)
 
 
 def refusal(message: str, exit_code: int) -> ModuleNotFoundError | ValueError:
-    """The exception for the message and the exit code of a command."""
+    """A ModuleNotFoundError where the exit code says that a package is not installed, else a
+    ValueError; with the message, or the exit code where it is empty."""
     sentence = message or f"the command ended with {exit_code}."
     return ModuleNotFoundError(sentence) if exit_code == NOT_INSTALLED else ValueError(sentence)

@@ -1,6 +1,4 @@
-"""Ready problems: each is a function that returns a `galvi.Problem`.
-
-An example:
+"""Functions that return ready problems, as `galvi.Problem` values.
 
 >>> galvi.problems.solar_system().units
 'au, day (TDB); masses are GM in au^3/day^2 and G = 1'

@@ -12,9 +12,9 @@ from galvi.systems.forces.drag import RotorDrag, SchillerNaumann
 from galvi.systems.potentials.potentials import UniformField
 
 GRAVITY = 9.80665  # m / s^2, standard gravity (CGPM 1901)
-AIR = 1.225  # kg / m^3, at sea level and 15 C (ISO 2533, International Standard Atmosphere)
-SAND = 2650.0  # kg / m^3, quartz (CRC Handbook of Chemistry and Physics)
-VISCOSITY = 1.7894e-5  # Pa s, of air at 15 C (ISO 2533)
+AIR_DENSITY = 1.225  # kg / m^3, at sea level and 15 C (ISO 2533)
+SAND_DENSITY = 2650.0  # kg / m^3, quartz (CRC Handbook of Chemistry and Physics)
+AIR_VISCOSITY = 1.7894e-5  # Pa s, at 15 C (ISO 2533)
 DRAG_COEFFICIENT = 0.44  # of a sphere, 1e3 < Re < 1e5 (Newton's law; Bird et al., 6.3)
 SMALLEST_DIAMETER, LARGEST_DIAMETER = 1e-6, 1e-2  # m
 
@@ -25,12 +25,12 @@ def brownout(
     velocity: Any = (0.0, 1.0, 0.0),
     drag_coefficient: float | None = DRAG_COEFFICIENT,
 ) -> Problem:
-    """Gravity, as a potential, and the drag M (14) in the wind of `galvi.RotorDrag`.
+    """A grain of sand under gravity, with the drag M (14) in the wind of `galvi.RotorDrag`.
 
     Parameters
     ----------
     diameter
-        d in m of a sphere of quartz; sand has 10e-6 to 500e-6
+        d of a sphere of quartz, in m, from 1e-6 to 1e-2; grains of sand have 10e-6 to 500e-6
     position : array, shape (3,)
         m from the foot of the rotor's axis, z up, above the ground
     velocity : array, shape (3,)
@@ -69,9 +69,9 @@ def brownout(
     )
     if start[2] < 0.0:
         raise ValueError(
-            f"position must be above the ground, z >= 0; received z = {start[2]:g}. Raise it."
+            f"position must not be below the ground, z >= 0; received z = {start[2]:g}. Raise it."
         )
-    mass = SAND * math.pi * d**3 / 6.0
+    mass = SAND_DENSITY * math.pi * d**3 / 6.0
     system = Canonical(
         mass, UniformField((0.0, 0.0, -mass * GRAVITY)), force=drag, timed_force=True
     )
@@ -90,6 +90,8 @@ def brownout(
 def _drag(d: float, coefficient: float | None) -> RotorDrag:
     """The drag on a sphere of diameter d [m]."""
     if coefficient is None:
-        return RotorDrag(3.0 * math.pi * VISCOSITY * d, SchillerNaumann(AIR * d / VISCOSITY))
+        return RotorDrag(
+            3.0 * math.pi * AIR_VISCOSITY * d, SchillerNaumann(AIR_DENSITY * d / AIR_VISCOSITY)
+        )
     coefficient = input_checks.positive("drag_coefficient", coefficient)
-    return RotorDrag(0.5 * AIR * math.pi * d**2 / 4.0 * coefficient)
+    return RotorDrag(0.5 * AIR_DENSITY * math.pi * d**2 / 4.0 * coefficient)

@@ -1,5 +1,8 @@
-"""Oscillators: harmonic, driven, Hénon and Heiles's, the chain of Fermi, Pasta, Ulam and Tsingou;
-and pendulums: on a circle, on a sphere, on a spring, of several rods, and on skew hinges."""
+"""Oscillators and pendulums.
+
+Oscillators: harmonic, driven, Hénon and Heiles's, the chain of Fermi, Pasta, Ulam and Tsingou.
+Pendulums: on a circle, on a sphere, on a spring, of several rods, and on skew hinges.
+"""
 
 from __future__ import annotations
 
@@ -30,9 +33,17 @@ from galvi.systems.rigid_body import RigidBody
 from galvi.systems.trees.joint import Joint, Link
 from galvi.systems.user_functions import sympy_module
 
+DRIVE_FREQUENCY = 1.5  # angular frequency of the force that drives the oscillator
+# Moment of the spherical pendulum about its rod, about which it does not rotate.
+AXIAL_MOMENT = 0.5
+HINGE_AXES = ((0.0, 0.0, 1.0), (1.0, 0.3, 0.0), (0.8, -0.6, 0.2))  # of the skew arm
+HINGE_ANGLES = (0.2, -0.4, 0.6)  # radians
+HINGE_RATES = (1.0, -0.8, 1.5)  # radians / s
+BODY_VELOCITY = (0.1, 0.0, -0.2, 0.3, -0.2, 0.4)  # of the floating body: m / s, then radians / s
+
 
 def harmonic_oscillator(velocity: float = 0.0) -> Problem:
-    """L = (v^2 - q^2) / 2 from q = 1 with this velocity (H 2.4.1, M 6.1: at rest). No units.
+    """L = (v^2 - q^2) / 2, from q = 1 with this velocity; at rest in H 2.4.1 and M 6.1. No units.
 
     Raises
     ------
@@ -54,19 +65,16 @@ def harmonic_oscillator(velocity: float = 0.0) -> Problem:
     )
 
 
-DRIVE = 1.5  # angular frequency of the driving force
-
-
 @jit  # type: ignore[untyped-decorator]
 def _driven_potential(q: Any, t: float) -> Any:
-    """V = q^2 / 2 + q^4 / 4 - q sin(DRIVE t)."""
-    return 0.5 * q[0] ** 2 + 0.25 * q[0] ** 4 - q[0] * np.sin(DRIVE * t)
+    """V = q^2 / 2 + q^4 / 4 - q sin(DRIVE_FREQUENCY t)."""
+    return 0.5 * q[0] ** 2 + 0.25 * q[0] ** 4 - q[0] * np.sin(DRIVE_FREQUENCY * t)
 
 
 @jit  # type: ignore[untyped-decorator]
 def _driven_gradient(q: Any, t: float) -> Any:
     """dV/dq, (1,)."""
-    return np.array([q[0] + q[0] ** 3 - np.sin(DRIVE * t)])
+    return np.array([q[0] + q[0] ** 3 - np.sin(DRIVE_FREQUENCY * t)])
 
 
 @jit  # type: ignore[untyped-decorator]
@@ -78,8 +86,8 @@ def _driven_hessian(q: Any, t: float) -> Any:
 def driven_oscillator() -> Problem:
     """Duffing's oscillator, q'' = -q - q^3 + sin(1.5 t), from q = 0.5, v = 0.8 at t = 0.4.
 
-    No units. The motion is regular. The force depends on the time, so that nothing is conserved,
-    and a wrong time, such as that since the start, moves it elsewhere.
+    No units. The motion is regular. The force depends on the time, so that no energy is conserved,
+    and a method that counts the time from the start instead of t0 gives another motion.
 
     Examples
     --------
@@ -124,7 +132,7 @@ def henon_heiles(energy: float = 0.1) -> Problem:
     Raises
     ------
     ValueError
-        For an energy below that of the position or at least 1/6.
+        For an energy below that of the start with v_x = 0, and for one of at least 1/6.
 
     Examples
     --------
@@ -157,7 +165,7 @@ def fermi_pasta_ulam_tsingou(masses: int = 15, alpha: float = 0.25, beta: float 
     Raises
     ------
     ValueError
-        For no masses.
+        For fewer than one mass.
 
     Examples
     --------
@@ -209,9 +217,6 @@ def planar_pendulum(amplitude: float = 2.0, rate: float = 0.0) -> Problem:
     )
 
 
-AXIAL = 0.5  # moment about the rod; it has no effect, since the rod has no spin about itself
-
-
 def spherical_pendulum(angle: float = 1.0, rate: float = 0.5) -> Problem:
     """m = g = l = 1, at ``angle`` from the downward vertical, with azimuthal ``rate``.
 
@@ -230,13 +235,13 @@ def spherical_pendulum(angle: float = 1.0, rate: float = 0.5) -> Problem:
     theta, turning = input_checks.real("angle", angle), input_checks.real("rate", rate)
     if not 0.0 < theta < np.pi:
         raise ValueError(f"angle must be between 0 and pi radians; received {shown(angle)}.")
-    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
+    from scipy.spatial.transform import Rotation  # would lengthen galvi's import by a fifth
 
     R = Rotation.from_euler("y", theta).as_matrix() @ np.diag([1.0, -1.0, -1.0])
     rod = R[:, 2]
     sideways = np.cross(rod, np.cross([0.0, 0.0, turning], rod))
     return Problem(
-        system=RigidBody((1.0, 1.0, AXIAL), UniformGravity(1.0, (0.0, 0.0, 1.0), 1.0)),
+        system=RigidBody((1.0, 1.0, AXIAL_MOMENT), UniformGravity(1.0, (0.0, 0.0, 1.0), 1.0)),
         q0=R,
         v0=R.T @ sideways,
         name="spherical pendulum",
@@ -253,7 +258,7 @@ def elastic_pendulum(
     extended: float = 1.3,
     angle: float = 1.5,
 ) -> Problem:
-    """A mass on a spring of this length at rest, hung from a point, in a plane; needs SymPy.
+    """A mass on a spring of this natural length, hung from a point, in a plane; needs SymPy.
 
     L = m (r'^2 + r^2 theta'^2) / 2 - k (r - l)^2 / 2 + m g r cos theta
 
@@ -333,16 +338,15 @@ def double_pendulum(
     >>> galvi.problems.double_pendulum(angles=(0.5, 0.0)).q0
     array([0.5, 0. ])
     """
-    two = (2,)
     chain = PlanarChain(
-        input_checks.array("masses", masses, two),
-        input_checks.array("lengths", lengths, two),
+        input_checks.array("masses", masses, (2,)),
+        input_checks.array("lengths", lengths, (2,)),
         gravity,
     )
     return Problem(
         system=Lagrangian(chain, Rn(2)),
-        q0=input_checks.array("angles", angles, two),
-        v0=input_checks.array("rates", rates, two),
+        q0=input_checks.array("angles", angles, (2,)),
+        v0=input_checks.array("rates", rates, (2,)),
         name="double pendulum",
         parameters={"masses": chain.masses, "lengths": chain.lengths, "gravity": chain.gravity},
         units="those of masses, lengths and gravity; angles in radians",
@@ -370,7 +374,7 @@ def planar_chain(
     Raises
     ------
     ValueError
-        For fewer than one link, or a mass or length that is not positive.
+        For a number of links outside 1 to 1000, or a mass or length that is not positive.
 
     Notes
     -----
@@ -404,11 +408,6 @@ def planar_chain(
     )
 
 
-AXES = ((0.0, 0.0, 1.0), (1.0, 0.3, 0.0), (0.8, -0.6, 0.2))  # of the hinges
-ANGLES, RATES = (0.2, -0.4, 0.6), (1.0, -0.8, 1.5)
-MOVING = (0.1, 0.0, -0.2, 0.3, -0.2, 0.4)  # the floating body
-
-
 def skew_arm(damping: float = 0.0, floating: bool = False) -> Problem:
     """Three rods of 1 kg and 0.5 m on skew hinges, the first of which is vertical.
 
@@ -417,8 +416,8 @@ def skew_arm(damping: float = 0.0, floating: bool = False) -> Problem:
     damping
         of each hinge, N m s
     floating
-        on a body of 5 kg that floats without weight, on R^3 x SO(3) x R^3; else on the ground, with
-        gravity along -z
+        whether the arm is on a body of 5 kg that floats without gravity, on R^3 x SO(3) x R^3; else
+        it is on the ground, with gravity along -z
 
     Raises
     ------
@@ -427,8 +426,8 @@ def skew_arm(damping: float = 0.0, floating: bool = False) -> Problem:
 
     Notes
     -----
-    Angles are 0 when the rods reach along x. Without damping the energy is conserved, and of the
-    floating one the momenta.
+    Angles are 0 when the rods point along x. Without damping the energy is conserved, and for the
+    floating arm the momenta too.
 
     Examples
     --------
@@ -439,7 +438,7 @@ def skew_arm(damping: float = 0.0, floating: bool = False) -> Problem:
     base = [Link(Joint("free"), 5.0, (0.0, 0.02, -0.1), (0.15, 0.2, 0.1), name="body")]
     links = base if input_checks.flag("floating", floating) else []
     first = len(links)
-    for k, axis in enumerate(AXES):
+    for k, axis in enumerate(HINGE_AXES):
         links.append(
             Link(
                 Joint("hinge", axis=axis, armature=0.01, damping=value),
@@ -452,9 +451,12 @@ def skew_arm(damping: float = 0.0, floating: bool = False) -> Problem:
             )
         )
     system = Multibody(links, gravity=(0.0, 0.0, 0.0 if floating else -9.81))
-    q0, v0 = np.array(ANGLES), np.array(RATES)
+    q0, v0 = np.array(HINGE_ANGLES), np.array(HINGE_RATES)
     if isinstance(system.group, Product):
-        q0, v0 = system.group.join(np.zeros(3), np.eye(3), q0), np.array([*MOVING, *RATES])
+        q0, v0 = (
+            system.group.join(np.zeros(3), np.eye(3), q0),
+            np.array([*BODY_VELOCITY, *HINGE_RATES]),
+        )
     return Problem(
         system=system,
         q0=q0,

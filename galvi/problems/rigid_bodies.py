@@ -14,11 +14,15 @@ from galvi.systems.potentials.potentials import UniformGravity
 from galvi.systems.rigid_body import RigidBody
 
 INERTIA = (3.3, 2.5, 3.4)  # J = tr(J_d) I - J_d of H's J_d = diag(1.3, 2.1, 1.2)
-VELOCITY = (2.0, -1.9, 1.0)
+ANGULAR_VELOCITY = (2.0, -1.9, 1.0)  # of H's free rigid body, in its frame
+PENDULUM_INERTIA = (4.8, 3.0, 3.8)  # about the pivot, from H's J_d = diag(1, 2.8, 2)
+PENDULUM_ANGULAR_VELOCITY = (0.5, -0.5, 0.4)  # in the pendulum's frame
+HALF_LENGTHS = np.array([0.1, 0.2, 0.3])  # m, of the box, as in MuJoCo's `size`
+BOX_DENSITY = 1000.0  # kg / m^3
 
 
 def free_rigid_body(
-    inertia: Any = INERTIA, velocity: Any = VELOCITY, attitude: Any = None
+    inertia: Any = INERTIA, velocity: Any = ANGULAR_VELOCITY, attitude: Any = None
 ) -> Problem:
     """A torque-free rigid body about its centre of mass.
 
@@ -55,10 +59,6 @@ def free_rigid_body(
     )
 
 
-PENDULUM_INERTIA = (4.8, 3.0, 3.8)  # about the pivot, from H's J_d = diag(1, 2.8, 2)
-PENDULUM_VELOCITY = (0.5, -0.5, 0.4)
-
-
 def pendulum_3d(weight: float = 9.81, inverted: bool = False) -> Problem:
     """A rigid body as a pendulum in space (H 3.5.2).
 
@@ -89,7 +89,7 @@ def pendulum_3d(weight: float = 9.81, inverted: bool = False) -> Problem:
             PENDULUM_INERTIA, UniformGravity(1.0, (0.0, 0.0, 1.0), (0.0, 0.0, strength))
         ),
         q0=np.diag([-1.0, 1.0, -1.0]) if input_checks.flag("inverted", inverted) else np.eye(3),
-        v0=np.array(PENDULUM_VELOCITY),
+        v0=np.array(PENDULUM_ANGULAR_VELOCITY),
         name=f"3D pendulum{', inverted' if inverted else ''}, m g = {strength:g}",
         parameters={"weight": strength, "inverted": bool(inverted)},
         units="m = 1, centre of mass at distance 1, z down",
@@ -97,11 +97,11 @@ def pendulum_3d(weight: float = 9.81, inverted: bool = False) -> Problem:
 
 
 def heavy_top(spin: float = 8.0, tilt: float = 0.5) -> Problem:
-    """A top on a fixed tip, released at angle ``tilt`` from upright, rotating at rate ``spin``.
+    """A top on a fixed tip, released at angle ``tilt`` from upright, spinning at rate ``spin``.
 
-    The spin is about the axis of symmetry. Moments of inertia (1.5, 1.5, 0.5) about the tip, m g l
-    = 2, gravity along -z. Energy, angular momentum about the vertical and, by symmetry, about the
-    axis are conserved. An upright top is stable (sleeping) when
+    The spin is about the axis of symmetry. The moments of inertia about the tip are (1.5, 1.5,
+    0.5), m g l = 2, gravity points along -z. The energy and the angular momenta about the vertical
+    and, by symmetry, about the axis are conserved. An upright top is stable (sleeping) where
     ``(0.5 spin)^2 > 4 * 1.5 m g l = 12``.
 
     Raises
@@ -117,7 +117,7 @@ def heavy_top(spin: float = 8.0, tilt: float = 0.5) -> Problem:
     rate, angle = input_checks.real("spin", spin), input_checks.real("tilt", tilt)
     if not 0.0 < angle < np.pi:
         raise ValueError(f"tilt must be between 0 and pi radians; received {shown(tilt)}.")
-    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
+    from scipy.spatial.transform import Rotation  # would lengthen galvi's import by a fifth
 
     return Problem(
         system=RigidBody((1.5, 1.5, 0.5), UniformGravity(1.0, (0.0, 0.0, 1.0), 2.0)),
@@ -153,15 +153,11 @@ def free_body_se3(mass: float = 2.0, g: Any = (0.0, 0.0, 0.0)) -> Problem:
     return Problem(
         system=FreeBody(mass, INERTIA, g),
         q0=start,
-        v0=np.array([*VELOCITY, 0.3, 0.2, -0.1]),
+        v0=np.array([*ANGULAR_VELOCITY, 0.3, 0.2, -0.1]),
         name="free body on SE(3)",
         parameters={"mass": float(mass), "g": np.asarray(g, dtype=np.float64).tolist()},
         units="any",
     )
-
-
-SIDES = np.array([0.1, 0.2, 0.3])  # half lengths, as MuJoCo's `size` gives them
-DENSITY = 1000.0
 
 
 def free_box() -> Problem:
@@ -175,13 +171,13 @@ def free_box() -> Problem:
     >>> galvi.problems.free_box().v0
     array([1., 2., 3.])
     """
-    mass = float(8.0 * np.prod(SIDES) * DENSITY)
-    inertia = mass / 3.0 * (np.sum(SIDES**2) - SIDES**2)
+    mass = float(8.0 * np.prod(HALF_LENGTHS) * BOX_DENSITY)
+    inertia = mass / 3.0 * (np.sum(HALF_LENGTHS**2) - HALF_LENGTHS**2)
     return Problem(
         system=RigidBody(inertia),
         q0=np.eye(3),
         v0=np.array([1.0, 2.0, 3.0]),
         name="free box",
-        parameters={"half lengths": SIDES.tolist(), "density": DENSITY},
+        parameters={"half lengths": HALF_LENGTHS.tolist(), "density": BOX_DENSITY},
         units="m, s, kg",
     )

@@ -1,4 +1,4 @@
-"""Order, exactness and symmetry of a space with a rule, and the classical method it is."""
+"""Order, exactness and symmetry of the method of a space and a rule, and its classical names."""
 
 from __future__ import annotations
 
@@ -17,12 +17,17 @@ from galvi.spaces.polynomials import legendre
 from galvi.spaces.space import Space
 from galvi.tableau import Tableau, assemble
 
-ROUNDED_APART = Decimal("1e-13")  # at most, of two equal numbers of about 1
+ROUNDING_TOLERANCE = Decimal("1e-13")  # largest difference of equal numbers of about 1
+SPACE, FORCE_RULE, KINETIC_RULE = "space", "rule for the force", "rule for the kinetic energy"
+# Largest number of stages for which collocation matrices are computed in float64.
+MAX_FLOAT_STAGES = 65
+VERLET = ("Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2")
 
 
 @lru_cache(maxsize=256)
 def exactness(space: Space, rule: Rule) -> int:
-    """The highest degree to which the rule is exact for piecewise polynomials; -1 for none.
+    """The highest degree, up to the rule's, to which the rule is exact for piecewise polynomials;
+    -1 for none.
 
     For a space of one piece it is the rule's degree. Integrands of a space that is smooth only on
     each of ``pieces`` equal parts of [0, 1] are smooth there too, so moments are computed on each
@@ -46,7 +51,7 @@ def _parts(rule: Rule, pieces: int) -> list[list[tuple[Decimal, Decimal]]]:
         for node, weight in zip(rule.exact_nodes, rule.exact_weights, strict=True):
             position, share = node * pieces, weight * pieces
             joint = int(position.to_integral_value())
-            if abs(position - joint) > ROUNDED_APART or joint in (0, pieces):
+            if abs(position - joint) > ROUNDING_TOLERANCE or joint in (0, pieces):
                 k = min(int(position), pieces - 1)
                 parts[k].append((position - k, share))
                 continue
@@ -60,10 +65,7 @@ def _integrates(part: list[tuple[Decimal, Decimal]], degree: int) -> bool:
     terms = (weight * position**degree if degree else weight for position, weight in part)
     moment = sum(terms, Decimal(0))
     exact = Fraction(1, degree + 1)
-    return abs(moment - Decimal(exact.numerator) / Decimal(exact.denominator)) < ROUNDED_APART
-
-
-SPACE, FORCE_RULE, KINETIC_RULE = "space", "rule for the force", "rule for the kinetic energy"
+    return abs(moment - Decimal(exact.numerator) / Decimal(exact.denominator)) < ROUNDING_TOLERANCE
 
 
 @dataclass(frozen=True)
@@ -88,15 +90,17 @@ class Orders:
 
 @lru_cache(maxsize=256)
 def orders(space: Space, rule: Rule) -> Orders:
-    """With s the space's degree and g the rule's on each of its smooth pieces:
+    """The orders of the method of a space and a rule.
+
+    With s the space's degree and g the rule's on each of its smooth pieces:
 
     at steps      min(2 s, g + 1, 2 (g - s) + 4): limits of the space, of the rule for the force
                   (Ober-Blobaum and Saake, Adv. Comput. Math. 41 (2015), section 4.2; claims V6,
                   V17, V22), and of the rule for the kinetic energy, whose degree is 2 s - 2; the
-                  last is our own result. A symmetric method has an even order, so an odd bound is
-                  raised by one.
+                  last is galvi's own result. A symmetric method has an even order, so an odd bound
+                  is raised by one.
     on the curve  min(order at steps, s + 1, g - s + 3): the coefficient of degree s + 1 is missing
-                  and those above degree g - s + 2 are wrong; our own result.
+                  and those above degree g - s + 2 are wrong; galvi's own result.
 
     Straight lines, which a consistent method moves along, give at least the order 1, and 2 on the
     curve: the other bounds may be lower where a smooth space's pieces are not those of the rule.
@@ -132,21 +136,16 @@ def is_symmetric(table: Tableau, rule: Rule) -> bool:
     return bool(mirrored and rule.symmetric)
 
 
-# Largest number of stages for which collocation matrices are computed in float64.
-MAX_FLOAT_STAGES = 65
-VERLET = ("Stormer-Verlet", "velocity Verlet", "leapfrog", "Newmark, beta = 0, gamma = 1/2")
-
-
 def classical_names(table: Tableau, separable: bool) -> tuple[str, ...]:
     """Names of known methods with this tableau, the best known first.
 
     Parameters
     ----------
     separable
-        whether L = v M v / 2 - V(q, t) with a constant M is presupposed. For any L a method is a
-        Runge-Kutta pair where it has as many coefficients as points, since then all stage
-        velocities vary (Hairer, Lubich, Wanner, VI.6.2); with fewer, as of degree s with s + 1
-        Lobatto points, its stage velocities are those of a curve
+        whether to assume L = v M v / 2 - V(q, t) with a constant M. For any other L a method is a
+        Runge-Kutta pair only if it has as many coefficients as points, since then its stage
+        velocities are independent (Hairer, Lubich, Wanner, VI.6.2); with fewer, such as degree s
+        with s + 1 Lobatto points, they are those of a curve
 
     Notes
     -----
@@ -165,6 +164,7 @@ def classical_names(table: Tableau, separable: bool) -> tuple[str, ...]:
 
 
 def _names(c: Array, b: Array, A: Array) -> tuple[str, ...]:
+    """Names of the collocation method with this tableau; () for none."""
     stages = c.size
     if stages > MAX_FLOAT_STAGES:
         return ()
@@ -191,7 +191,7 @@ def _names(c: Array, b: Array, A: Array) -> tuple[str, ...]:
 
 
 def _in_substeps(table: Tableau) -> tuple[str, ...]:
-    """Names of a method that consists of several equal steps of a known one."""
+    """Names of a method that consists of several equal steps of a known one; () for none."""
     c, b, A = table.c, table.b, table.A
     for steps in range(2, c.size + 1):
         stages = c.size // steps
@@ -206,7 +206,7 @@ def _in_substeps(table: Tableau) -> tuple[str, ...]:
 def _repeated(c: Array, b: Array, A: Array, steps: int) -> tuple[Array, Array, Array]:
     """The tableau of ``steps`` equal steps of a method, with the total length as unit.
 
-    The kick b_j of a step acts on stage c_k of the d-th step after it for d + c_k - c_j steps.
+    The kick b_j at stage c_j acts on stage c_k of the d-th step after it for d + c_k - c_j steps.
     """
     stages = c.size
     first = np.arange(steps)

@@ -1,4 +1,4 @@
-"""Quadrature rules on [0, 1]: the value, and its families by the number of points."""
+"""Quadrature rules on [0, 1]: `Rule`, and its families as functions of the number of points."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ from galvi.extended_precision import PI, cosine, decimals, extended_precision, r
 from galvi.input_checks import shown
 from galvi.spaces.polynomials import legendre
 
-MAX_RULE_POINTS = 1000  # points of a rule made in extended precision, which takes 10 s
-EXACT = 1e-12  # largest error of a Legendre polynomial's integral; 2e-15 for up to 200 points
+MAX_RULE_POINTS = 1000  # takes 10 s in extended precision
+MAX_EQUIDISTANT_POINTS = 8  # with 9 points a weight is negative
+MAX_PIECES = 10_000  # takes seconds in extended precision
+# Largest error of the integral of a Legendre polynomial; 2e-15 for up to 200 points.
+EXACTNESS_TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,7 @@ class Rule:
     Raises
     ------
     ValueError
-        Naming the violated identity when the numbers are not a rule of this degree.
+        For numbers that are not a rule of this degree; the message names the violated identity.
 
     Examples
     --------
@@ -114,7 +117,7 @@ class Rule:
                 f"Gauss's rule has; received {self.degree}."
             )
         defects = np.abs(self.weights @ legendre(2.0 * self.nodes - 1.0, self.degree)[:, 1:])
-        wrong = np.flatnonzero(defects > EXACT)
+        wrong = np.flatnonzero(defects > EXACTNESS_TOLERANCE)
         if wrong.size:
             first = int(wrong[0]) + 1
             raise ValueError(
@@ -125,7 +128,7 @@ class Rule:
 
 
 def _row(field: str, values: Any) -> tuple[Decimal, ...]:
-    """The values as decimals, or ValueError unless they are finite numbers in one row."""
+    """The values as decimals; ValueError unless they are finite numbers in one row."""
     try:
         numbers = np.asarray(values)
         real = numbers.dtype.kind in "iufO"  # O: decimals
@@ -141,7 +144,7 @@ def _row(field: str, values: Any) -> tuple[Decimal, ...]:
 
 
 def number_of_points(value: Any, at_least: int = 1) -> int:
-    """A number of points as an int; ValueError unless a whole number up to 1000."""
+    """A number of points as an int; ValueError unless a whole number from ``at_least`` to 1000."""
     number = input_checks.whole("points", value, at_least)
     if number > MAX_RULE_POINTS:
         raise ValueError(
@@ -243,7 +246,8 @@ def _lobatto(points: int) -> Rule:
 
 
 def radau(points: int, left: bool = False) -> Rule:
-    """The rule with one end point and degree 2 points - 2; its nodes are those of Radau IIA.
+    """The rule with one end point as a node and degree 2 points - 2; with ``left`` unset its nodes
+    are those of Radau IIA.
 
     Parameters
     ----------
@@ -343,9 +347,6 @@ def _clenshaw_curtis(points: int) -> Rule:
         return from_interval(name, degree, -cosines, weights)
 
 
-MAX_EQUIDISTANT_POINTS = 8
-
-
 def newton_cotes(points: int) -> Rule:
     """The interpolatory rule on ``points`` equally spaced nodes, including both ends.
 
@@ -406,9 +407,6 @@ def _lagrange_integral(j: int, n: int) -> Fraction:
     return Fraction(total)
 
 
-MAX_PIECES = 10_000  # pieces, which take seconds in extended precision
-
-
 def composite(rule: Rule, pieces: int) -> Rule:
     """``rule`` on each of ``pieces`` equal parts of [0, 1], with the same degree.
 
@@ -451,12 +449,12 @@ def _composite(rule: Rule, pieces: int) -> Rule:
     weights: list[Decimal] = []
     closed = rule.exact_nodes[0] == 0 and rule.exact_nodes[-1] == 1
     with extended_precision():
-        share = tuple(weight / pieces for weight in rule.exact_weights)
+        scaled_weights = tuple(weight / pieces for weight in rule.exact_weights)
         for piece in range(pieces):
             first = 1 if closed and piece > 0 else 0
             if first:
-                weights[-1] += share[0]
+                weights[-1] += scaled_weights[0]
             nodes += [(piece + node) / pieces for node in rule.exact_nodes[first:]]
-            weights += share[first:]
+            weights += scaled_weights[first:]
     name = f"{rule.name} on {pieces} pieces"
     return Rule(name, rule.degree, tuple(nodes), tuple(weights))

@@ -20,22 +20,24 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, rounded
 from galvi.kernels.constants import TWO_PI
-from galvi.spaces.polynomials import HIGHEST, Polynomials, integrals, legendre
+from galvi.spaces.polynomials import MAX_DEGREE, Polynomials, integrals, legendre
 
 SERIES_DIGITS = 100  # digits of the series; tables use 60
-SMALL = Decimal("1e-90")  # relative size of the last coefficient kept
-TELLING = Decimal("1e-25")  # least part of a wave outside polynomials and slower waves
-MAX_HARMONICS = 64  # largest number of harmonics
-FASTEST = 512.0  # radians a step, some 80 periods
+SMALLEST_COEFFICIENT = Decimal("1e-90")  # relative size below which a series ends
+# Smallest share of a wave that must lie outside the span of polynomials and slower waves.
+SMALLEST_REMAINDER = Decimal("1e-25")
+MAX_HARMONICS = 64
+MAX_FREQUENCY = 512.0  # radians a step, some 80 periods
 
 
 def wave_numbers(harmonics: Any, frequency: Any) -> tuple[int, float]:
-    """Both values; ValueError unless 1 to 64 harmonics, the fastest at most 512 radians a step."""
+    """Harmonics and frequency as numbers; ValueError unless there are 1 to 64 harmonics, the
+    fastest of at most 512 radians a step."""
     count = input_checks.whole("harmonics", harmonics, 1, MAX_HARMONICS)
     w = input_checks.positive("frequency", frequency, "Give it in radians a step, such as 2 pi.")
-    if count * w > FASTEST:
+    if count * w > MAX_FREQUENCY:
         raise ValueError(
-            f"harmonics times frequency must be at most {FASTEST:g} radians a step; received "
+            f"harmonics times frequency must be at most {MAX_FREQUENCY:g} radians a step; received "
             f"{count} times {w:g}. Use a shorter step or fewer harmonics."
         )
     return count, w
@@ -84,13 +86,14 @@ def wave_slopes(skip: int, harmonics: int, frequency: float) -> tuple[Any, Array
 
 
 def _beyond(columns: list[Any], wave: Any, skip: int, frequency: float) -> Any:
-    """The part of the wave orthogonal to the columns, normalised."""
+    """The part of the wave orthogonal to the columns, normalised; ValueError where that is
+    zero."""
     left = wave / (wave @ wave).sqrt()
     for _ in range(2):
         for column in columns:
             left = left - (column @ left) * column
     size = (left @ left).sqrt()
-    if size < TELLING:
+    if size < SMALLEST_REMAINDER:
         raise ValueError(
             f"cosines and sines of frequency {frequency:g} radians a step must differ from "
             f"polynomials and from each other; {len(columns) + 1} of them on top of degree {skip} "
@@ -100,9 +103,10 @@ def _beyond(columns: list[Any], wave: Any, skip: int, frequency: float) -> Any:
 
 
 def _terms(lowest: int, x: Decimal) -> int:
-    """Number of terms after which coefficients are below SMALL times that of index ``lowest``."""
+    """Number of terms after which a bound of the coefficients is below SMALLEST_COEFFICIENT times
+    that of index ``lowest``."""
     share, n = Decimal(1), lowest
-    while share > SMALL:  # ends: the factors fall below 1/2
+    while share > SMALLEST_COEFFICIENT:  # ends, since the factors fall below 1/2
         n += 1
         share *= min(Decimal(1), x / (2 * n + 1))
     return n + 1
@@ -181,9 +185,8 @@ class Fourier:
 
 @dataclass(frozen=True)
 class PolynomialFourier:
-    """Polynomials of at most this degree, and cos k w t and sin k w t, k from 1 to harmonics.
-
-    All of them on [0, 1].
+    """Polynomials of at most this degree, and cos k w t and sin k w t, k from 1 to harmonics, on
+    [0, 1].
 
     Parameters
     ----------
@@ -225,7 +228,7 @@ class PolynomialFourier:
     exact: ClassVar[bool] = True  # basis and derivative work in decimals
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, HIGHEST))
+        object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, MAX_DEGREE))
         harmonics, frequency = wave_numbers(self.harmonics, self.frequency)
         object.__setattr__(self, "harmonics", harmonics)
         object.__setattr__(self, "frequency", frequency)

@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from galvi import input_checks
-from galvi.spaces.polynomials import HIGHEST, integrals, legendre
+from galvi.spaces.polynomials import MAX_DEGREE, integrals, legendre
 
-JOINT_SHARE = 1e-13  # share of a piece within which a point counts as being on a joint
+JOINT_SHARE = 1e-13  # distance from a joint, over the length of a piece, that counts as zero
 
 
 def place_in_pieces(t: Any, pieces: int) -> Any:
@@ -62,8 +62,8 @@ class PiecewisePolynomials:
     exact: ClassVar[bool] = True  # basis and derivative work in decimals
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, HIGHEST))
-        object.__setattr__(self, "pieces", input_checks.whole("pieces", self.pieces, 1, HIGHEST))
+        object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, MAX_DEGREE))
+        object.__setattr__(self, "pieces", input_checks.whole("pieces", self.pieces, 1, MAX_DEGREE))
 
     @property
     def dimension(self) -> int:
@@ -116,7 +116,7 @@ class PiecewiseHermite:
     exact: ClassVar[bool] = True  # basis and derivative work in decimals
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "pieces", input_checks.whole("pieces", self.pieces, 1, HIGHEST))
+        object.__setattr__(self, "pieces", input_checks.whole("pieces", self.pieces, 1, MAX_DEGREE))
 
     @property
     def dimension(self) -> int:

@@ -10,6 +10,8 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array, read_only
 
+MAX_DEGREE = 64  # also the largest number of pieces of a piecewise space
+
 
 def legendre(x: Any, degree: int) -> Any:
     """P_0 .. P_degree at x of shape (k,), as an array (k, degree + 1).
@@ -32,9 +34,6 @@ def integrals(t: Any, count: int) -> Any:
     for n in range(1, count):
         columns.append((P[:, n + 1] - P[:, n - 1]) / (2 * (2 * n + 1)))
     return np.stack(columns[:count], axis=-1)
-
-
-HIGHEST = 64
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class Polynomials:
     exact: ClassVar[bool] = True  # basis and derivative work in decimals
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, HIGHEST))
+        object.__setattr__(self, "degree", input_checks.whole("degree", self.degree, 1, MAX_DEGREE))
 
     @property
     def dimension(self) -> int:
@@ -92,9 +91,9 @@ class Polynomials:
         weights = (-1.0) ** np.arange(self.degree + 1)
         weights[[0, -1]] *= 0.5
         gap = np.asarray(t, dtype=np.float64)[:, None] - self.nodes[None, :]
-        hit = (gap == 0.0).astype(np.float64)
-        on_node = hit.any(axis=1, keepdims=True)
-        terms = np.where(on_node, hit, weights / np.where(on_node, 1.0, gap))
+        is_node = (gap == 0.0).astype(np.float64)
+        on_node = is_node.any(axis=1, keepdims=True)
+        terms = np.where(on_node, is_node, weights / np.where(on_node, 1.0, gap))
         return terms / np.sum(terms, axis=1, keepdims=True)
 
 
@@ -105,7 +104,7 @@ class ComponentPolynomials:
     Parameters
     ----------
     degrees
-        one for each component, at least 1
+        a degree for each component, at least 1
 
     Raises
     ------
@@ -114,9 +113,9 @@ class ComponentPolynomials:
 
     Notes
     -----
-    Component i uses the first degrees[i] + 1 basis functions of Polynomials: the stage equations
-    have sum(degrees) unknowns. Symplectic like every method; but since a rotation mixes components,
-    angular momentum is conserved only approximately when their degrees differ.
+    Component i uses the first degrees[i] + 1 basis functions of `Polynomials`: the stage equations
+    have sum(degrees) unknowns. The method is symplectic; but since a rotation mixes components,
+    angular momentum is conserved only approximately where degrees differ.
 
     Examples
     --------
@@ -149,7 +148,7 @@ class ComponentPolynomials:
 
     @property
     def dimension(self) -> int:
-        """max(degrees) + 1, that of the largest component."""
+        """max(degrees) + 1, the dimension of ``largest``."""
         return self.largest.dimension
 
     @property

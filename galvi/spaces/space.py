@@ -1,4 +1,4 @@
-"""Interface of function spaces on [0, 1], and the checks of one that a user wrote."""
+"""The interface of function spaces on [0, 1], and checks of a user's space."""
 
 from __future__ import annotations
 
@@ -13,6 +13,12 @@ from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision
 from galvi.kernels.constants import INVERSE_GOLDEN_RATIO
 from galvi.spaces.polynomials import legendre
+
+MEMBERS = ("dimension", "degree", "exact", "basis", "derivative")
+BASIS_DIFFERENCE = 1e-6  # share of a step over which a basis is differenced
+DERIVATIVE_TOLERANCE = 1e-4  # relative to the largest slope; galvi's own spaces need 2.5e-6
+DECIMALS_TOLERANCE = 1e-10  # of decimals against floats; galvi's own spaces need 5e-15
+POLYNOMIAL_TOLERANCE = 1e-9  # of fitted polynomials; galvi's own spaces need 4e-13
 
 
 class Space(Hashable, Protocol):
@@ -32,7 +38,7 @@ class Space(Hashable, Protocol):
 
     @property
     def exact(self) -> bool:
-        """Whether basis and derivative work in exact decimals."""
+        """Whether basis and derivative work on arrays of `decimal.Decimal`."""
 
     def basis(self, t: Any) -> Any:
         """phi_i(t_k), shape (k, dimension)."""
@@ -41,30 +47,23 @@ class Space(Hashable, Protocol):
         """phi_i'(t_k), shape (k, dimension)."""
 
 
-PARTS = ("dimension", "degree", "exact", "basis", "derivative")
-BASIS_DIFFERENCE = 1e-6  # of a step, over which a basis is differenced
-SLOPE = 1e-4  # tolerance relative to the largest slope; 2.5e-6 for galvi's own spaces
-AGREE = 1e-10  # tolerance of decimals against floats; 5e-15 for galvi's own spaces
-CONTAINED = 1e-9  # tolerance of fitted polynomials; 4e-13 for galvi's own spaces
-
-
 def checked(space: Any) -> Space:
-    """``space`` itself if it satisfies the protocol.
-
-    Exceptions of its functions pass through.
+    """``space`` itself if it satisfies the protocol; exceptions that its functions raise for floats
+    pass through.
 
     Raises
     ------
     TypeError
         For a missing attribute and for a space that is not hashable.
     ValueError
-        For wrong numbers, shapes and values.
+        For a wrong dimension or degree, for functions of a wrong shape or that are not finite, and
+        for a basis that does not match its derivative, degree or ``exact``.
     """
-    missing = [name for name in PARTS if not hasattr(space, name)]
+    missing = [name for name in MEMBERS if not hasattr(space, name)]
     if missing:
         raise TypeError(
-            f"a space must have {', '.join(PARTS)}; {space!r} lacks {', '.join(missing)}. See "
-            f"docs/tutorials/own_space.md for one in twenty lines."
+            f"a space must have {', '.join(MEMBERS)}; {space!r} lacks {', '.join(missing)}. See "
+            f"docs/tutorials/own_space.md for a space in twenty lines."
         )
     try:
         hash(space)
@@ -126,7 +125,7 @@ def _check_derivative(space: Any, name: str, t: Array, slopes: Array) -> None:
     rise = np.asarray(space.basis(t + BASIS_DIFFERENCE)) - np.asarray(space.basis(t))
     middle = np.asarray(space.derivative(t + 0.5 * BASIS_DIFFERENCE))
     gap = np.max(np.abs(rise / BASIS_DIFFERENCE - middle), axis=0)
-    wrong = np.argwhere(gap > SLOPE * max(1.0, float(np.max(np.abs(slopes)))))
+    wrong = np.argwhere(gap > DERIVATIVE_TOLERANCE * max(1.0, float(np.max(np.abs(slopes)))))
     if wrong.size:
         i = wrong[0, 0]
         raise ValueError(
@@ -138,7 +137,7 @@ def _check_derivative(space: Any, name: str, t: Array, slopes: Array) -> None:
 def _check_degree(name: str, degree: int, basis: Array, polynomials: Array) -> None:
     fitted = basis @ np.linalg.lstsq(basis, polynomials, rcond=None)[0]
     gap = np.max(np.abs(fitted - polynomials), axis=0)
-    beyond = np.argwhere(gap > CONTAINED)
+    beyond = np.argwhere(gap > POLYNOMIAL_TOLERANCE)
     if beyond.size:
         first = int(beyond[0, 0])
         raise ValueError(
@@ -159,7 +158,9 @@ def _check_decimals(space: Any, name: str, t: Array, basis: Array, slopes: Array
                     f"exact of {name} must be False unless its functions work on arrays of "
                     f"decimal.Decimal; {function} does not ({error})."
                 ) from error
-            if values.dtype != object or not gap <= AGREE * max(1.0, float(np.max(np.abs(floats)))):
+            if values.dtype != object or not gap <= DECIMALS_TOLERANCE * max(
+                1.0, float(np.max(np.abs(floats)))
+            ):
                 raise ValueError(
                     f"exact of {name} must be False unless its functions keep decimals; {function} "
                     f"returns {values.dtype} and differs by {gap:.1e} from its values for floats."

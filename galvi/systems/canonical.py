@@ -45,13 +45,13 @@ class Canonical:
     mass
         scalar, (d,) diagonal or (d, d) symmetric positive definite
     potential
-        V of one configuration of shape (d,); a ``Potential`` brings its derivatives
+        V of one configuration of shape (d,); a ``Potential`` has derivatives of its own
     gradient
         dV/dq, shape (d,); differenced from V when missing
     hessian
         d2V/dq2, shape (d, d); differenced from the gradient when missing
     force
-        an external force of (q, v), (d,), e.g. drag; see galvi.systems.forces.external_force
+        an external force (d,) of (q, v), such as drag; see galvi.systems.forces.external_force
     explicit_time
         potential and derivatives take (q, t) instead of (q)
     timed_force
@@ -62,15 +62,15 @@ class Canonical:
     Raises
     ------
     ValueError
-        For a mass that is not positive definite.
+        For a mass that is not positive definite, and for ``explicit_time`` with a ``Potential``.
     TypeError
-        For something that cannot be called.
+        For a function that cannot be called with these arguments, and for flags that are no bools.
 
     Notes
     -----
     The gradient, or else the potential, is traced and runs in vector instructions where it does not
-    branch. Others run inside the kernel if compiled with ``numba.njit``, and else in Python,
-    slower. What functions raise reaches the caller.
+    branch. Other functions run inside the kernel if compiled with ``numba.njit``, and else more
+    slowly in Python. Exceptions that they raise reach the caller.
 
     Examples
     --------
@@ -107,7 +107,7 @@ class Canonical:
         return shape
 
     def check_state(self, q: Array, v: Array, t: float) -> None:
-        """ValueError unless q is (d,) and the mass and the functions fit d."""
+        """ValueError unless q is (d,), d at least 1, and the mass has d rows or is a scalar."""
         if q.ndim != 1 or q.size == 0:
             raise ValueError(
                 f"q0 must have shape (d,) for a Canonical system; received shape {q.shape}."
@@ -119,7 +119,8 @@ class Canonical:
             )
 
     def check_functions(self, q: Array, v: Array, t: float) -> None:
-        """ValueError unless the given functions return what they should there, finite."""
+        """ValueError unless potential, gradient, Hessian and force are finite at a state and have
+        the right shapes."""
         check_force_at(self, q, v, t)
         value = input_checks.returned("potential", self.potential(*arguments(self, q, t)))
         if not np.isfinite(value):
@@ -178,7 +179,7 @@ class Canonical:
         check_derivatives(self, curves)
 
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
-        """As `Lagrangian.trace`: of the force, and of the potential or its gradient."""
+        """As `Lagrangian.trace`, for the force, and the gradient or the potential."""
         trace(self, q, v, t, anew)
         gradient_trace = None if anew else traces(self).traced.get("dV/dq")
         if (
@@ -224,18 +225,20 @@ class Canonical:
         """-M^-1 d2V/dq2 at one configuration, (d, d)."""
         return -self.velocity(self.potential_hessian(q, t).T).T
 
-    @cached_property  # inspecting a value takes ten microseconds
+    @cached_property
     def builtin(self) -> Potential | None:
+        """The potential if it has derivatives of its own, else None."""
         return self.potential if isinstance(self.potential, Potential) else None
 
     @property
     def potential_calls_per_force(self) -> int:
-        """Potentials evaluated, for each component, to difference one gradient; else 0."""
+        """Smallest number of evaluations of V, for each component, to difference one gradient; 0
+        where it is not differenced."""
         return 0 if self._known_gradient else CALLS
 
     def noise_of_differences(self, q: Array, t: float) -> float:
-        """The error of a gradient that is differenced, as a share of its largest entry; 0 where it
-        is not differenced, infinite where no two lengths agree on it."""
+        """The error of a differenced gradient, relative to its largest entry; 0 where it is not
+        differenced, infinite where no two steps agree."""
         if self._known_gradient:
             return 0.0
         return noise_of(self.potential, *arguments(self, q, t))
@@ -245,10 +248,8 @@ class Canonical:
         return self.gradient is not None or self.builtin is not None
 
     def force_kernel(self, dimension: int) -> ForceKernel:
-        """Force and derivative for the kernels, compiled in when the potential is built in.
-
-        All d components share one block of Newton's matrix.
-        """
+        """Force and derivative for the kernels; all d components share one block of Newton's
+        matrix."""
         inverse_mass = self.inverse_mass(dimension)
         if self.builtin is not None and self.gradient is None and self.hessian is None:
             gradient, hessian = over_stages(self.builtin.slopes, self.builtin.second)
@@ -271,7 +272,7 @@ class Canonical:
         return ForceKernel(gradient, hessian, kind, inverse_mass, dimension, compiled=compiled)
 
     def inverse_mass(self, dimension: int) -> Array:
-        """M^-1, its diagonal (d, 1) or (d, d)."""
+        """M^-1, (d, d); of a diagonal mass its diagonal, (d, 1)."""
         if self.mass.ndim == 2:
             return np.ascontiguousarray(np.linalg.inv(self.mass))
         return np.broadcast_to(1.0 / self.mass, (dimension,))[:, None].copy()
@@ -292,7 +293,7 @@ class Canonical:
 
     @staticmethod
     def _wrapped(function: Function, shape: tuple[int, ...], name: str) -> Function:
-        """The function, with its result checked for shape and converted to float64."""
+        """The function with its value converted to float64; ValueError for another shape."""
 
         def checked(*arguments: Any) -> Array:
             return returned_array(name, function(*arguments), shape, f"an array of shape {shape}")

@@ -1,4 +1,4 @@
-"""A canonical system as one on the group R^d, with degrees for its components."""
+"""A canonical system on the group R^d, for external forces and degrees for each component."""
 
 from __future__ import annotations
 

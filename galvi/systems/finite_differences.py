@@ -1,9 +1,10 @@
 """Derivatives by central differences of order eight, for functions given without derivatives.
 
-With weights 4/5, -1/5, 4/105, -1/280 (Fornberg, Math. Comp. 51 (1988), table 1) and steps of
-2^-6, 2^-10 and 2^-14 times a length that each coordinate has for itself. Of the two neighbouring
-steps that agree best the finer is used; where the difference of these, or round-off, leaves an
-error, longer steps and then shorter ones are tried. The derivative is NaN where no two agree.
+The weights are 4/5, -1/5, 4/105, -1/280 (Fornberg, Math. Comp. 51 (1988), table 1), the steps
+2^-6, 2^-10 and 2^-14 times a length of each coordinate. Of the two neighbouring steps that agree
+best the finer is used. Where their difference, or round-off, is too large an error, longer steps
+are tried; where no two of the first steps agree, shorter ones. The derivative is NaN where no two
+steps agree.
 """
 
 from __future__ import annotations
@@ -21,15 +22,26 @@ from galvi.groups.group import Group
 from galvi.kernels.constants import EPSILON
 from galvi.kernels.lie import product
 
-ZERO_LENGTH = 1e-24  # coordinates and velocities below it are taken as zero
+ZERO_LENGTH = 1e-24  # coordinates and velocities of at most this size are taken as zero
+WEIGHTS = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
+STEPS = (2.0**-6, 2.0**-10, 2.0**-14)  # over the length of a coordinate
+CALLS = 2 * len(WEIGHTS) * len(STEPS)  # smallest number of calls of the function per component
+STEP_RATIO = STEPS[0] / STEPS[1]
+COARSER_STEPS, FINER_STEPS = 24, 7  # largest numbers of longer and of shorter steps
+# Largest difference of neighbouring steps, in roundings, that counts as round-off.
+NOISY_ROUNDINGS = 512.0
+GOOD_ERROR = 2.0**-36  # relative error at which no further step is tried
+AGREEMENT = 1e-6  # largest relative difference of neighbouring steps that agree
+LEAST_LENGTH = 1e-100  # where no coordinate is larger, all have the length 1
+SHORT_SHARE = 1e-10  # coordinates of at most this share of the largest one have its length
 
 
 def difference_scales(group: Group, q: Array, v: Array) -> tuple[Array, Array]:
-    """Estimated lengths (d,), (d,) over which a Lagrangian changes with q and with v.
+    """Estimated lengths, (d,) each, over which a Lagrangian changes with q and with v.
 
     For q: 1 radian for rotations; for translations the largest coordinate or velocity of the same
-    factor of the group. For v: the largest velocity of the factor, else its largest coordinate.
-    1 where all of these vanish.
+    factor of the group. For v: the largest velocity of the same kind in the factor; for
+    translations at rest the largest coordinate. 1 where all of these vanish.
     """
     by_q, by_v = np.ones(v.size), np.ones(v.size)
     sizes, start = np.empty(v.size), 0
@@ -45,30 +57,21 @@ def difference_scales(group: Group, q: Array, v: Array) -> tuple[Array, Array]:
 
 
 def _first(*sizes: float) -> float:
+    """The first size above ZERO_LENGTH; 1 where none is."""
     return next((size for size in sizes if size > ZERO_LENGTH), 1.0)
 
 
-WEIGHTS = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
-STEPS = (2.0**-6, 2.0**-10, 2.0**-14)
-CALLS = 2 * len(WEIGHTS) * len(STEPS)  # of the function, for each component, at least
-STEP_RATIO = STEPS[0] / STEPS[1]
-COARSER_STEPS, FINER_STEPS = 24, 7  # further steps, tried where those above do not suffice
-# Largest difference of neighbouring steps, in roundings, that is only round-off.
-NOISY_ROUNDINGS = 512.0
-GOOD, USABLE = 2.0**-36, 1e-6  # relative errors: no further step is tried; neighbours agree
-LEAST_LENGTH = 1e-100  # coordinates of which none is larger have the length 1
-SHORT_SHARE = 1e-10  # coordinates below this share of the largest one have its length
-
-
 class Differencing(NamedTuple):
-    """How a derivative is differenced.
+    """Settings of the differencer.
 
     Attributes
     ----------
-    weights, steps
-        of a quotient, and the first steps over the length of a coordinate
+    weights
+        of the differences in a quotient
+    steps
+        the first steps, over the length of a coordinate
     noise
-        round-off of the function, as a share of its size
+        round-off of the function, relative to its size
     good
         relative error at which no further step is tried
     usable
@@ -78,15 +81,27 @@ class Differencing(NamedTuple):
     weights: tuple[float, ...] = WEIGHTS
     steps: tuple[float, ...] = STEPS
     noise: float = EPSILON
-    good: float = GOOD
-    usable: float = USABLE
+    good: float = GOOD_ERROR
+    usable: float = AGREEMENT
 
 
-USUAL = Differencing()
+DEFAULT_DIFFERENCING = Differencing()
 
 
 def _differencer(jit: Callable[..., Any], choose: Any, larger: Any, any_of: Any) -> Any:
-    """galvi's differencer, for numbers or arrays, in Python or compiled by numba."""
+    """The function `slope_along`, for numbers or arrays, in Python or compiled by numba.
+
+    Parameters
+    ----------
+    jit
+        decorator of its functions
+    choose
+        (condition, x, y) -> x where the condition holds, else y
+    larger
+        maximum of two values
+    any_of
+        whether a condition holds for some entry
+    """
 
     @jit
     def quotient(function, x, t, i, step, size, noise, weights):  # type: ignore[no-untyped-def]
@@ -103,7 +118,7 @@ def _differencer(jit: Callable[..., Any], choose: Any, larger: Any, any_of: Any)
 
     @jit
     def compared(coarse, fine, rounding, usable):  # type: ignore[no-untyped-def]
-        """The error of the finer of two quotients, infinite where they do not agree."""
+        """The estimated error of the finer of two quotients; infinite where they do not agree."""
         gap = abs(fine - coarse)
         agree = (gap <= usable * abs(fine)) | (gap <= NOISY_ROUNDINGS * rounding)
         return choose(agree, larger(gap, rounding), np.inf)
@@ -112,34 +127,35 @@ def _differencer(jit: Callable[..., Any], choose: Any, larger: Any, any_of: Any)
     def slope_along(function, x, t, i, length, size, way):  # type: ignore[no-untyped-def]
         """The derivative of function(x, t) by x_i and its error; see `differences`."""
         weights, steps, noise, good, usable = way
-        step, end = steps[0] * length, steps[len(steps) - 1] * length
-        widest, wide_noise = quotient(function, x, t, i, step, size, noise, weights)
-        first, finest, best, error = widest, widest, widest, choose(widest == 0.0, np.inf, np.inf)
+        longest_step, shortest_step = steps[0] * length, steps[len(steps) - 1] * length
+        widest, widest_rounding = quotient(function, x, t, i, longest_step, size, noise, weights)
+        first, finest, best = widest, widest, widest
+        error = choose(widest == 0.0, np.inf, np.inf)  # infinite, with the shape of the quotient
         for n in range(1, len(steps)):
             fine, rounding = quotient(function, x, t, i, steps[n] * length, size, noise, weights)
             estimate = compared(finest, fine, rounding, usable)
             better = estimate < error
             best, error, finest = choose(better, fine, best), choose(better, estimate, error), fine
-        lost = choose(error < np.inf, False, True)
+        no_agreement = choose(error < np.inf, False, True)  # among the first steps
         for _ in range(COARSER_STEPS):
-            zero = (best == 0.0) & (widest == 0.0) & (step >= STEPS[0])
+            zero = (best == 0.0) & (widest == 0.0) & (longest_step >= STEPS[0])
             if not any_of((error > good * abs(best)) & (zero ^ True) & (error < np.inf)):
                 break
-            step *= STEP_RATIO
-            wider, rounding = quotient(function, x, t, i, step, size, noise, weights)
-            estimate = compared(wider, widest, wide_noise, usable)
+            longest_step *= STEP_RATIO
+            wider, rounding = quotient(function, x, t, i, longest_step, size, noise, weights)
+            estimate = compared(wider, widest, widest_rounding, usable)
             better = estimate < error
             best, error = choose(better, widest, best), choose(better, estimate, error)
-            widest, wide_noise = wider, rounding
+            widest, widest_rounding = wider, rounding
             if not any_of(better):
                 break
         for _ in range(FINER_STEPS):
-            if not any_of((error == np.inf) | (lost & (error > good * abs(best)))):
+            if not any_of((error == np.inf) | (no_agreement & (error > good * abs(best)))):
                 break
-            end /= STEP_RATIO
-            fine, rounding = quotient(function, x, t, i, end, size, noise, weights)
-            flat = (fine == 0.0) & (rounding > usable * abs(first))  # maybe by rounding alone
-            estimate = choose(flat, np.inf, compared(finest, fine, rounding, usable))
+            shortest_step /= STEP_RATIO
+            fine, rounding = quotient(function, x, t, i, shortest_step, size, noise, weights)
+            may_be_rounding = (fine == 0.0) & (rounding > usable * abs(first))
+            estimate = choose(may_be_rounding, np.inf, compared(finest, fine, rounding, usable))
             better = estimate < error
             best, error, finest = choose(better, fine, best), choose(better, estimate, error), fine
             if not any_of(better | (error == np.inf)):
@@ -149,7 +165,7 @@ def _differencer(jit: Callable[..., Any], choose: Any, larger: Any, any_of: Any)
     return slope_along
 
 
-def _same(function: Callable[..., Any]) -> Callable[..., Any]:
+def _uncompiled(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
@@ -157,8 +173,8 @@ def _choose(condition: Any, x: Any, y: Any) -> Any:
     return x if condition else y
 
 
-slopes_along = _differencer(_same, np.where, np.maximum, np.any)  # of functions with several values
-slope_along = _differencer(_same, _choose, max, bool)
+slopes_along = _differencer(_uncompiled, np.where, np.maximum, np.any)  # of arrays
+slope_along = _differencer(_uncompiled, _choose, max, bool)
 
 
 @cache
@@ -174,24 +190,26 @@ def differences(
     lengths: Array,
     *,
     size: float = 0.0,
-    way: Differencing = USUAL,
+    way: Differencing = DEFAULT_DIFFERENCING,
 ) -> tuple[Array, Array]:
     """Derivatives of function(x) (m,) by the components of x, and their errors, both (m, d).
 
     Parameters
     ----------
     lengths : array, shape (d,)
-        over which the function changes, as estimated
+        estimated lengths over which the function changes
     size
         size of the terms that cancel in the function: its round-off is noise * max(size,
         |function|)
+    way
+        settings
 
     Notes
     -----
     The error of an entry is the larger of its round-off and its difference to the neighbouring
-    step. While it exceeds ``way.good``, longer and then shorter steps are tried as long as it
-    falls. NaN, with infinite error, where no two neighbouring steps agree. An exception of the
-    function is raised where it leaves no derivative.
+    step. While it exceeds ``way.good``, longer steps are tried as long as it falls; shorter ones
+    where no two of the first steps agree. NaN, with infinite error, where no two neighbouring steps
+    agree. An exception of the function is raised again where an entry is NaN.
     """
     x = np.array(x, dtype=np.float64)
     with np.errstate(all="ignore"):
@@ -221,13 +239,13 @@ class NanWhereRaised:
             return self.fallback
 
     def raise_if_lost(self, slopes: Array) -> None:
-        """Raise the function's exception where an entry has no derivative."""
+        """Raise the last exception of the function if an entry of the slopes is NaN."""
         if self.raised is not None and np.any(np.isnan(slopes)):
             raise self.raised
 
 
 def lengths_of(q: Array) -> Array:
-    """A length for each coordinate, (d,): its size, or the largest where it is close to zero."""
+    """A length for each coordinate, (d,): its size, or the largest size where it is close to 0."""
     sizes = np.abs(q)
     largest = float(np.max(sizes, initial=0.0))
     largest = largest if largest > LEAST_LENGTH else 1.0
@@ -238,7 +256,7 @@ def _slopes_of(potential: Callable[..., Any], q: Array, *time: float) -> tuple[A
     """dV/dq (d,) at one configuration and its error, (d,)."""
     value = NanWhereRaised(lambda point: float(potential(point, *time)), np.nan)
     pairs = [
-        slope_along(value, q, 0.0, i, length, 0.0, USUAL)
+        slope_along(value, q, 0.0, i, length, 0.0, DEFAULT_DIFFERENCING)
         for i, length in enumerate(lengths_of(q).tolist())
     ]
     slopes, errors = np.array(pairs).T
@@ -247,8 +265,8 @@ def _slopes_of(potential: Callable[..., Any], q: Array, *time: float) -> tuple[A
 
 
 def noise_of(potential: Callable[..., Any], q: Array, *time: float) -> float:
-    """The error of a differenced dV/dq as a share of its largest entry; infinite where no two steps
-    agree."""
+    """The largest error of a differenced dV/dq, relative to its largest entry; infinite where no
+    two steps agree."""
     slopes, errors = _slopes_of(potential, q, *time)
     largest, error = np.max(np.abs(slopes)), np.max(errors)
     return float(error / largest) if largest > 0.0 else 0.0 if error == 0.0 else np.inf
@@ -256,10 +274,8 @@ def noise_of(potential: Callable[..., Any], q: Array, *time: float) -> float:
 
 @lru_cache(maxsize=64)
 def differenced_gradient(potential: Callable[..., Any], explicit_time: bool) -> Callable[..., Any]:
-    """dV/dq from V by differences, compiled when V is; at least CALLS * d evaluations of V a call.
-
-    NaN where no two steps agree.
-    """
+    """A function that returns dV/dq by differences of V, NaN where no two steps agree; compiled
+    where V is. A call needs at least CALLS * d evaluations of V."""
     if is_jitted(potential):
         return _compiled_gradient(potential, explicit_time)
 
@@ -272,7 +288,7 @@ def _compiled_gradient(potential: Any, explicit_time: bool) -> Callable[..., Any
 
     @jit
     def value(q, t):  # type: ignore[no-untyped-def]
-        try:  # it may be undefined so far away from the state
+        try:  # the potential may be undefined at a shifted point
             return float(timed_potential(q, t))
         except Exception:
             return np.nan
@@ -286,7 +302,7 @@ def _compiled_gradient(potential: Any, explicit_time: bool) -> Callable[..., Any
         gradient = np.zeros(q.size)
         for i in range(q.size):
             length = abs(q[i]) if abs(q[i]) > SHORT_SHARE * largest else largest
-            slope, _ = along(value, q, t, i, length, 0.0, USUAL)
+            slope, _ = along(value, q, t, i, length, 0.0, DEFAULT_DIFFERENCING)
             gradient[i] = slope
         return gradient
 
@@ -294,7 +310,8 @@ def _compiled_gradient(potential: Any, explicit_time: bool) -> Callable[..., Any
 
 
 def differenced_hessian(gradient: Callable[..., Any]) -> Callable[..., Array]:
-    """d2V/dq2 (d, d) from dV/dq, row i for component i; at least CALLS * d gradients a call."""
+    """A function that returns d2V/dq2 (d, d), row i the derivatives of component i of dV/dq, by
+    differences of dV/dq; a call needs at least CALLS * d gradients."""
 
     def hessian(q: Array, *time: float) -> Array:
         return differences(lambda x: np.array(gradient(x, *time)), q, lengths_of(q))[0]
@@ -303,17 +320,18 @@ def differenced_hessian(gradient: Callable[..., Any]) -> Callable[..., Array]:
 
 
 def differenced_rotation_gradient(potential: Callable[..., Any]) -> Callable[..., Array]:
-    """A dV/dR, (3, 3), that gives the torque of V(R) or V(R, t), from V at rotations only.
+    """A function that returns a dV/dR, (3, 3), with the torque of V(R) or V(R, t), by differences
+    of V at rotations only.
 
-    dV/dR = -R hat(torque) / 2, where torque_a = -dV(R hat(e_a)) along the Cayley transform;
-    3 CALLS evaluations of V a call.
+    dV/dR = -R hat(torque) / 2, where torque_a = -dV(R hat(e_a)), differenced along the Cayley
+    transform. A call needs at least 3 CALLS evaluations of V.
     """
 
     def gradient(R: Array, *time: float) -> Array:
-        def turned(s: Array) -> Array:
-            return np.array([float(potential(R @ rotated(s), *time))])
+        def potential_at(s: Array) -> Array:
+            return np.array([float(potential(R @ cayley_rotation(s), *time))])
 
-        slope = differences(turned, np.zeros(3), np.ones(3))[0][0]
+        slope = differences(potential_at, np.zeros(3), np.ones(3))[0][0]
         return 0.5 * R @ hat(slope)
 
     return gradient
@@ -324,7 +342,7 @@ def hat(w: Array) -> Array:
     return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
 
 
-def rotated(w: Array) -> Array:
+def cayley_rotation(w: Array) -> Array:
     """Cayley's map (I - hat(w) / 2)^-1 (I + hat(w) / 2), (3, 3)."""
     W = hat(w)
     return np.eye(3) + (W + 0.5 * W @ W) / (1.0 + 0.25 * float(w @ w))

@@ -56,9 +56,10 @@ class FreeBody(Body):
     Raises
     ------
     ValueError
-        For a mass or an inertia that no body can have.
+        For a mass or an inertia that no body can have, and for a gradient or ``explicit_time``
+        without a potential.
     TypeError
-        For something that cannot be called.
+        For a function that cannot be called with these arguments, and for flags that are no bools.
 
     Notes
     -----
@@ -94,19 +95,20 @@ class FreeBody(Body):
         object.__setattr__(self, "g", input_checks.array("g", self.g, (3,)))
         if self.potential is None and (self.gradient is not None or self.explicit_time):
             raise ValueError(
-                "a gradient and explicit_time are those of a potential; received none. Give one."
+                "a gradient and explicit_time are those of a potential; received none. Give one, "
+                "or leave them out."
             )
         check_call_signatures(self, ("potential", "gradient"), "q", "explicit_time")
 
     def potential_gradient(self, q: Array, t: float) -> Array:
-        """The given dV/dq at one motion, (4, 4); 0 without one."""
+        """The user's dV/dq at one motion, (4, 4); 0 without a gradient."""
         if self.gradient is None:
             return np.zeros((4, 4))
         values = self.gradient(*arguments(self, q, t))
         return returned_array("gradient", values, (4, 4), "an array of shape (4, 4), dV/dq")
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:
-        """ValueError unless a gradient is that of V, at a state and near it."""
+        """ValueError unless the gradient agrees with differences of V, at a state and near it."""
         if self.gradient is not None:
             self.lagrangian.check_derivatives(q, v, t)
 
@@ -117,7 +119,7 @@ class FreeBody(Body):
 
     @cached_property
     def lagrangian(self) -> Lagrangian:
-        """The same system by functions of (q, v), which are traced, or called."""
+        """The same system as a `Lagrangian` with functions of (q, v)."""
         momentum, weight, V, gradient = (
             self.momentum,
             self.mass * self.g,
@@ -130,18 +132,18 @@ class FreeBody(Body):
             return without_potential if V is None else without_potential - V(q, *t)
 
         def slopes(q: Any, v: Any, *t: Any) -> Any:
-            along = np.zeros((4, 4)) if gradient is None else -np.asarray(gradient(q, *t))
-            by_position = along[:3, 3] + weight
+            minus_dV_dq = np.zeros((4, 4)) if gradient is None else -np.asarray(gradient(q, *t))
+            by_position = minus_dV_dq[:3, 3] + weight
             return np.concatenate(
                 [
                     momentum(v),
-                    along[0, :3],
+                    minus_dV_dq[0, :3],
                     by_position[:1],
-                    along[1, :3],
+                    minus_dV_dq[1, :3],
                     by_position[1:2],
-                    along[2, :3],
+                    minus_dV_dq[2, :3],
                     by_position[2:],
-                    along[3],
+                    minus_dV_dq[3],
                 ]
             )
 

@@ -40,7 +40,8 @@ CHART = Exponential()
 NEIGHBOUR_DISTANCE = 0.1  # of the lengths of coordinates and velocities, to a state near another
 TAYLOR_TERMS = 16  # of the Taylor series of a curve in a group; the last is 1e-20 of the first
 DIFFERENCED_MOMENTUM_ERROR = 2.0**-38  # relative error of a differenced momentum
-ROUGH = Differencing(weights=(0.5,), steps=STEPS[:2], good=1e-3, usable=1e-2)  # of the mass
+# Of momenta, for a mass matrix that is only tested for its rank and used in Newton's method.
+MASS_DIFFERENCING = Differencing(weights=(0.5,), steps=STEPS[:2], good=1e-3, usable=1e-2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +56,9 @@ class Lagrangian:
         e.g. ``Rn(2)``, ``SO3()`` or ``Product((SO3(), Rn(1)))``; velocities are left-trivialised,
         q' = q hat(v)
     slopes
-        both derivatives in one vector, (d + entries of q,): dL/dv and the Euclidean dL/dq by rows;
-        when missing traced from L (see ``untraced``), else differenced, with steps that suit L,
-        unless L is a value that brings them, such as ``galvi.PlanarChain``
+        both derivatives in one vector, (d + entries of q,): dL/dv and the Euclidean dL/dq by rows.
+        None: those of L itself where it has ``slopes``, as ``galvi.PlanarChain``; else traced from
+        L (see ``untraced``) or, where it cannot be traced, differenced
     force
         an external force of (q, v), (d,), left-trivialised; see galvi.systems.forces.external_force
     explicit_time
@@ -70,14 +71,14 @@ class Lagrangian:
     Raises
     ------
     TypeError
-        For a function that is not callable or a group that is not a group.
+        For a function that is not callable, a group that is no group and flags that are no bools.
 
     Notes
     -----
     L must be regular: d2L/dv2 invertible. L or its slopes, and a force, are traced and run in
-    vector instructions where they do not branch. Of others, slopes and a force compiled with
-    ``numba.njit`` run inside the kernel; L itself is only called from Python. Where no two
-    difference steps agree, the derivative is NaN.
+    vector instructions where they do not branch. Where they do, slopes and a force compiled with
+    ``numba.njit`` run inside the kernel, other functions are called from Python; an L without
+    slopes always is. Where no two difference steps agree, the derivative is NaN.
 
     Examples
     --------
@@ -122,7 +123,7 @@ class Lagrangian:
         ----------
         L
             the expression, or a ``sympy.physics.mechanics.LagrangesMethod`` without constraints,
-            which brings its coordinates and loads
+            which has coordinates and loads
         q, v
             symbols of coordinates and velocities; without v, q are functions of the time, such as
             SymPy's dynamicsymbols, and velocities are their derivatives
@@ -161,7 +162,8 @@ class Lagrangian:
         self.group.check("q0", q)
 
     def check_functions(self, q: Array, v: Array, t: float) -> None:
-        """ValueError unless L is a finite number with slopes of the right size, and regular."""
+        """ValueError unless L is a finite number, has finite slopes of the right size and is
+        regular, and the force is finite."""
         check_force_at(self, q, v, t)
         value = input_checks.returned("the Lagrangian", self.function(*arguments(self, q, v, t)))
         if not np.isfinite(value):
@@ -182,18 +184,18 @@ class Lagrangian:
         legendre_transform.check_regular(self.mass(q, v, t))
 
     def check_degenerate(self, q: Array, v: Array, t: float) -> None:
-        """ValueError where d2L/dv2 is singular at a state and near it; what cannot be computed
-        there is left to `check_functions`."""
+        """ValueError where d2L/dv2 is singular at a state and near it; none where it cannot be
+        computed, which `check_functions` reports."""
         if self.has_known_mass:
             return
         by_q, by_v = difference_scales(self.group, q, v)
-        moved = self._moved(q, by_q * direction(v.size, 1))(NEIGHBOUR_DISTANCE)
+        moved = self._curve(q, by_q * direction(v.size, 1))(NEIGHBOUR_DISTANCE)
         masses = []
         for x, w in ((q, v), (moved, v + NEIGHBOUR_DISTANCE * by_v * direction(v.size, 2))):
             try:
                 with np.errstate(all="ignore"):
                     mass = self.mass(x, w, t)
-            except Exception:  # of a user's function, which a run reports
+            except Exception:  # raised by a user's function; check_functions lets it through
                 return
             if not np.all(np.isfinite(mass)) or not legendre_transform.is_singular(mass):
                 return
@@ -208,11 +210,11 @@ class Lagrangian:
         by_q, by_v = difference_scales(self.group, q, v)
 
         def through(distance: float, row: int) -> Curve:
-            g = self._moved(q, by_q * direction(d, 1))(distance)
+            g = self._curve(q, by_q * direction(d, 1))(distance)
             w = v + distance * by_v * direction(d, 2)
             then = t + distance * (abs(t) or 1.0) * self.explicit_time
             steps = difference_scales(self.group, g, w)[1 - row] * direction(d)
-            moved = self._moved(g, steps)
+            moved = self._curve(g, steps)
 
             def state(s: float) -> tuple[Array, Array, float]:
                 return (moved(s), w, then) if row else (g, w + s * steps, then)
@@ -234,11 +236,11 @@ class Lagrangian:
             },
         )
 
-    def _moved(self, q: Array, xi: Array) -> Callable[[float], Array]:
+    def _curve(self, q: Array, xi: Array) -> Callable[[float], Array]:
         """The curve s -> q exp(s hat(xi)), for |s| up to 1/8.
 
-        q hat(xi) is affine in q, on matrix groups and on vector spaces, so that the Taylor terms
-        are differences of it; it is read off from the left-trivialised derivatives of the entries.
+        q hat(xi) is affine in q on matrix groups and on vector spaces, so that each Taylor term
+        follows from the one before; its entries are the left-trivialised derivatives of those of q.
         """
         d, size, layout = self.group.dimension, q.size, self.group.layout
         rows, out = np.concatenate([np.zeros((size, d)), np.eye(size)], axis=1), np.empty((2, d))
@@ -253,21 +255,21 @@ class Lagrangian:
             return rates
 
         start = np.array(q, dtype=np.float64).ravel()
-        fixed, terms = rate(start), [start]
-        terms.append(fixed)
+        start_rate, terms = rate(start), [start]
+        terms.append(start_rate)
         for k in range(2, TAYLOR_TERMS):
-            terms.append((rate(start + terms[-1]) - fixed) / k)
+            terms.append((rate(start + terms[-1]) - start_rate) / k)
         terms_by_power = np.stack(terms)
         powers = np.arange(TAYLOR_TERMS)
         return lambda s: (s**powers @ terms_by_power).reshape(self.group.shape)
 
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
-        """Look for expressions of L or its slopes, and of the force, near a state.
+        """Trace L or its slopes, and the force, near a state.
 
         Parameters
         ----------
         anew
-            look again if the functions changed since then
+            trace again if a function no longer returns what its trace does
         """
         trace(self, q, v, t, anew)
         L_trace = None if anew else traces(self).traced.get("L")
@@ -277,12 +279,12 @@ class Lagrangian:
     @property
     def untraced(self) -> str:
         """Why functions are called one state at a time; "" where they are traced or built in, and
-        before the first `Problem`."""
+        where tracing was not tried: before the first `Problem`, and with GALVI_FAST=0."""
         return reasons(self)
 
     @property
     def builtin(self) -> BuiltinLagrangian | None:
-        """L with derivatives, if it brings them or they were traced."""
+        """L with derivatives of its own or traced ones; None without."""
         if self.brings_slopes:
             return cast(BuiltinLagrangian, self.function)
         L_trace = traces(self).traced.get("L")
@@ -296,12 +298,13 @@ class Lagrangian:
     def velocity(
         self, p: Array, q: Array | None = None, t: Any = 0.0, near: Array | None = None
     ) -> Array:
-        """v with dL/dv = p, (..., d), by Newton's method; NaN where it finds none.
+        """v with dL/dv = p, (..., d), by Newton's method; NaN where it does not converge.
 
         Parameters
         ----------
         near : array, shape (d,)
-            a velocity near the first one; the iteration for each starts from the one before
+            a velocity near the first one, from which the iteration starts; 0 without. State by
+            state, each later iteration starts from the velocity before
         """
         start = [np.zeros(self.group.dimension) if near is None else near]
         velocities = legendre_transform.velocities(self, q, p, t, start[0])
@@ -337,20 +340,23 @@ class Lagrangian:
         return self._at_each_state(energy_at_state, q, v, t, 1)[..., 0]
 
     def mass(self, q: Array, v: Array, t: float) -> Array:
-        """d2L/dv2 at one state, (d, d), by differences unless L brings it; entries below their
-        round-off are 0."""
+        """d2L/dv2 at one state, (d, d): that of L itself if it has ``mass`` and the user gives no
+        slopes, else differenced, with 0 for entries below their error."""
         if self.has_known_mass and self.slopes is None:
             return cast(KnownMass, self.function).mass(q)
         mass, error = differences(
             lambda w: self._momentum(q, w, t),
             v,
             difference_scales(self.group, q, v)[1],
-            way=ROUGH if self._slopes else ROUGH._replace(noise=DIFFERENCED_MOMENTUM_ERROR),
+            way=MASS_DIFFERENCING
+            if self._slopes
+            else MASS_DIFFERENCING._replace(noise=DIFFERENCED_MOMENTUM_ERROR),
         )
         return np.where(np.abs(mass) <= error, 0.0, mass)
 
     def euclidean_slopes(self, q: Array, v: Array, t: float) -> Function | None:
-        """dL/dv and the Euclidean dL/dq of (q, v) or (q, v, t): given, traced near a state, or on a
+        """dL/dv and the Euclidean dL/dq as a function of (q, v) or (q, v, t): the user's, those
+        traced near a state, or on a
         vector space differenced; None elsewhere."""
         if self.slopes is None and not self.brings_slopes:
             self.trace(q, v, t)
@@ -359,7 +365,7 @@ class Lagrangian:
         return lambda q, v, *t: self._left(q, v, *(t or (0.0,))).ravel()
 
     def force_at_rest(self, q: Array, t: float) -> Array:
-        """The left-trivialised dL/dq at one configuration without velocity, (d,)."""
+        """The left-trivialised dL/dq at one configuration and zero velocity, (d,)."""
         return self._left(q, np.zeros(self.group.dimension), t)[1]
 
     def lagrangian_kernel(self) -> LagrangianKernel:
@@ -385,10 +391,11 @@ class Lagrangian:
 
     @property
     def potential_calls_per_force(self) -> int:
-        """Lagrangians evaluated, for each component, to difference a gradient, at least; else 0."""
+        """Smallest number of evaluations of L, for each component, to difference its slopes; 0
+        where these are not differenced."""
         return 0 if self._slopes is not None else 2 * CALLS
 
-    @cached_property  # inspecting a value takes ten microseconds
+    @cached_property  # isinstance with a protocol takes ten microseconds
     def brings_slopes(self) -> bool:
         """Whether the function has derivatives of its own."""
         return isinstance(self.function, BuiltinLagrangian)
@@ -412,7 +419,8 @@ class Lagrangian:
         return returned_array("slopes", slopes(*qvt), (size,), expected)
 
     def _left(self, q: Array, v: Array, t: float) -> Array:
-        """(2, d): dL/dv, and the left-trivialised dL/dq, along q hat(e_a)."""
+        """dL/dv and the left-trivialised dL/dq, whose entry a is the derivative along q hat(e_a);
+        (2, d)."""
         if self._slopes is None:
             return self._differenced(*arguments(self, q, v, t))
         out = np.empty((2, self.group.dimension))
@@ -465,12 +473,12 @@ def momentum_at(system: System, q: Array, v: Array, t: Any) -> Array:
 
 
 def velocity_at(system: System, q: Array, p: Array, t: Any, guess: Array | None = None) -> Array:
-    """The velocities that have the momenta p (..., d) at q and t (...).
+    """The velocities (..., d) with the momenta p (..., d) at configurations q and times t (...).
 
     Parameters
     ----------
     guess : array, shape (d,)
-        a velocity close to the first one
+        a velocity near the first one; used for a `Lagrangian` only
     """
     return system.velocity(p, q, t, guess) if isinstance(system, Lagrangian) else system.velocity(p)
 
@@ -478,7 +486,7 @@ def velocity_at(system: System, q: Array, p: Array, t: Any, guess: Array | None 
 def kinetic_energy(system: System, p: Array) -> Array:
     """p . v / 2 at momenta p (n, ...) of a system whose v is linear in p, (n,).
 
-    That of a massless body, whose p is 0, is 0.
+    A massless body, whose p is 0, contributes 0.
     """
     twice = np.where(p == 0.0, 0.0, p * system.velocity(p))
     return 0.5 * twice.sum(axis=tuple(range(1, p.ndim)))

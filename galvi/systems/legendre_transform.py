@@ -11,15 +11,15 @@ from galvi.arrays import Array
 from galvi.systems.finite_differences import difference_scales
 from galvi.systems.system import BuiltinLagrangian
 
-VELOCITY_ITERATIONS = 50  # iterations of Newton's method for a velocity, at most
-CORRECTION_HALVINGS = 40  # halvings of a correction that does not reduce the residual, at most
+VELOCITY_ITERATIONS = 50  # largest number of iterations of Newton's method for a velocity
+CORRECTION_HALVINGS = 40  # largest number of lengths, each half the last, of a correction
 SOLVED_RESIDUAL = 2.0**-51  # relative residual of the momentum at which a velocity is accepted
 ROUND_OFF_RESIDUAL = 1e-8  # relative residual below which stagnation is round-off and accepted
 MASS_MATRIX_CONTRACTION = 0.2  # contraction factor above which d2L/dv2 is recomputed
-BALANCES = 20
-BATCH_ITERATIONS = 12  # iterations of Newton's method for many states at once, at most
+BALANCE_SWEEPS = 20  # largest number of sweeps over rows and columns of a matrix to balance it
+BATCH_ITERATIONS = 12  # largest number of iterations of Newton's method for many states at once
 MIN_BATCH = 8  # number of states from which solving for all at once is faster
-MOVE = 1e-5  # share of a velocity by which momenta are differenced
+MOMENTUM_STEP = 1e-5  # step by which momenta are differenced, over the length of a velocity
 BATCH_ROUND_OFF_RESIDUAL = 1e-12  # relative residual below which stagnation is round-off
 SINGULAR_CONDITION = 1e12  # condition of a balanced d2L/dv2, beyond which it is not inverted
 BALANCED_RATIO = 2.0  # ratio of the largest row to the smallest at which balancing stops
@@ -36,8 +36,8 @@ def solved(M: Array, p: Array) -> Array:
 def velocity_with_momentum(
     p: Array, guess: Array, momentum: Callable[[Array], Array], mass: Callable[[Array], Array]
 ) -> Array:
-    """v with momentum(v) = p, all (d,), by Newton's method from ``guess``, or from rest where the
-    momentum is not finite there.
+    """v with momentum(v) = p, all (d,), by Newton's method from ``guess``, or from 0 where the
+    momentum at the guess is not finite; NaN where the iteration does not converge.
 
     Parameters
     ----------
@@ -46,54 +46,57 @@ def velocity_with_momentum(
 
     Notes
     -----
-    A step is halved until it reduces the residual, also where it leaves the domain of L. NaN when
-    the iteration does not converge.
+    A correction is halved until it reduces the residual, also where it leaves the domain of L.
     """
-    lost = np.full(p.size, np.nan)
-    v, gap = guess, p - _momentum_or_nan(momentum, guess)
-    if not np.all(np.isfinite(gap)):
-        v, gap = np.zeros(p.size), p - momentum(np.zeros(p.size))
+    no_velocity = np.full(p.size, np.nan)
+    v, residual = guess, p - _momentum_or_nan(momentum, guess)
+    if not np.all(np.isfinite(residual)):
+        v, residual = np.zeros(p.size), p - momentum(np.zeros(p.size))
     M, weight = np.zeros((p.size, p.size)), np.ones(p.size)
-    fresh = renew = True
+    mass_is_current = recompute_mass = True
     for _ in range(VELOCITY_ITERATIONS):
-        if not np.all(np.isfinite(gap)):
-            return lost
-        fresh = renew
-        if renew:
+        if not np.all(np.isfinite(residual)):
+            return no_velocity
+        mass_is_current = recompute_mass
+        if recompute_mass:
             M = mass(v)
             if not np.all(np.isfinite(M)):
-                return lost
+                return no_velocity
             weight = balance(M)
-        # A momentum may be a difference of terms, as of a charge: these round as they are large.
-        sizes = np.maximum(np.abs(p), np.abs(p - gap)) + np.abs(M) @ np.abs(v)
-        size = float(np.max(sizes / weight))
-        off = float(np.max(np.abs(gap) / weight))
-        close = off <= ROUND_OFF_RESIDUAL * size
-        if off <= SOLVED_RESIDUAL * size:
+        # A momentum may be a small difference of large terms, such as those of a charge in a field,
+        # whose rounding limits the residual.
+        sizes = np.maximum(np.abs(p), np.abs(p - residual)) + np.abs(M) @ np.abs(v)
+        momentum_size = float(np.max(sizes / weight))
+        error = float(np.max(np.abs(residual) / weight))
+        within_rounding = error <= ROUND_OFF_RESIDUAL * momentum_size
+        if error <= SOLVED_RESIDUAL * momentum_size:
             return v
         try:
-            step = np.linalg.solve(M / np.outer(weight, weight), gap / weight) / weight
+            step = np.linalg.solve(M / np.outer(weight, weight), residual / weight) / weight
         except np.linalg.LinAlgError:
-            return lost
-        after = off
-        for half in range(1 if close else CORRECTION_HALVINGS):
+            return no_velocity
+        error_after = error
+        for half in range(1 if within_rounding else CORRECTION_HALVINGS):
             shortened = v + 0.5**half * step
             ahead = p - _momentum_or_nan(momentum, shortened)
-            after = float(np.max(np.abs(ahead) / weight))
-            if after < off:
-                v, gap = shortened, ahead
+            error_after = float(np.max(np.abs(ahead) / weight))
+            if error_after < error:
+                v, residual = shortened, ahead
                 break
-        if not after < off and (close or fresh):
-            return v if close else lost
-        renew = not after <= MASS_MATRIX_CONTRACTION * off
-    return lost
+        if not error_after < error and (within_rounding or mass_is_current):
+            return v if within_rounding else no_velocity
+        recompute_mass = not error_after <= MASS_MATRIX_CONTRACTION * error
+    return no_velocity
 
 
 def values_and_momenta(
     system: Any, q: Array | None, v: Array, t: Any
 ) -> tuple[Array, Array] | None:
-    """L (...) and dL/dv (..., d) at states with any axes in front, or None: where the Lagrangian
-    does not bring its derivatives, states are few, or one is not finite."""
+    """L (...) and dL/dv (..., d) at states with leading axes (...), computed for all at once.
+
+    None without q, for slopes of the user, for an L whose derivatives are neither built in nor
+    traced, for fewer than MIN_BATCH states, and where q or v is not finite.
+    """
     rates = v.reshape(-1, system.group.dimension)
     if q is None or system.slopes is not None or system.builtin is None or len(rates) < MIN_BATCH:
         return None
@@ -125,31 +128,35 @@ def velocities(system: Any, q: Array | None, p: Array, t: Any, guess: Array) -> 
                 *p.shape, -1
             )
         else:
-            moves = np.diag(MOVE * difference_scales(system.group, configurations[0], guess)[1])
-            sides = [
+            moves = np.diag(
+                MOMENTUM_STEP * difference_scales(system.group, configurations[0], guess)[1]
+            )
+            columns = [
                 (momenta(v + move) - momenta(v - move)) / (2.0 * move[k])
                 for k, move in enumerate(moves)
             ]
-            masses = np.stack(sides, axis=-1)
-        before = np.inf
+            masses = np.stack(columns, axis=-1)
+        error_before = np.inf
         for _ in range(BATCH_ITERATIONS):
-            gap = p - momenta(v)
+            residual = p - momenta(v)
             sizes = np.abs(p) + (np.abs(masses) @ np.abs(v)[..., None])[..., 0]
-            off = float(np.max(np.abs(gap) / np.where(sizes > 0.0, sizes, 1.0)))
-            if off <= SOLVED_RESIDUAL or (off <= BATCH_ROUND_OFF_RESIDUAL and off > 0.5 * before):
+            error = float(np.max(np.abs(residual) / np.where(sizes > 0.0, sizes, 1.0)))
+            if error <= SOLVED_RESIDUAL or (
+                error <= BATCH_ROUND_OFF_RESIDUAL and error > 0.5 * error_before
+            ):
                 return v
-            before = off
-            if not (np.all(np.isfinite(gap)) and np.all(np.isfinite(masses))):
+            error_before = error
+            if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(masses))):
                 return None
             try:
-                v = v + np.linalg.solve(masses, gap[..., None])[..., 0]
+                v = v + np.linalg.solve(masses, residual[..., None])[..., 0]
             except np.linalg.LinAlgError:
                 return None
     return None
 
 
 def _momentum_or_nan(momentum: Callable[[Array], Array], v: Array) -> Array:
-    """momentum(v), or NaN where L is not defined."""
+    """momentum(v); NaN where it raises an ArithmeticError or a ValueError."""
     try:
         with np.errstate(all="ignore"):
             return momentum(v)
@@ -158,9 +165,9 @@ def _momentum_or_nan(momentum: Callable[[Array], Array], v: Array) -> Array:
 
 
 def balance(M: Array) -> Array:
-    """Divisors (d,) of rows and columns that make the largest entry of each row about 1."""
+    """Divisors (d,) of rows and columns that make the largest size in each row about 1."""
     weight, size = np.ones(len(M)), np.abs(M)
-    for _ in range(BALANCES):
+    for _ in range(BALANCE_SWEEPS):
         rows = (size / np.outer(weight, weight)).max(axis=1)
         rows = np.where(rows > 0.0, rows, 1.0)
         if rows.max() <= BALANCED_RATIO * rows.min():
@@ -180,9 +187,9 @@ def check_regular(M: Array) -> None:
         raise ValueError(
             f"the Lagrangian is degenerate at the start: d2L/dv2 is singular, with eigenvalues "
             f"{np.linalg.eigvalsh(0.5 * (M + M.T)).tolist()}; L is linear in the velocity along "
-            f"{_missing(M)}, or does not depend on it. Expected a regular Lagrangian, whose "
-            f"momenta give its velocities: leave out those that L does not depend on; for an L "
-            f"that is linear in others, galvi has no method."
+            f"{_null_directions(M)}, or does not depend on it. Expected a regular Lagrangian, "
+            f"whose momenta give its velocities: leave out velocities that L does not depend on; "
+            f"for an L that is linear in a velocity, galvi has no method."
         )
 
 
@@ -192,7 +199,7 @@ def is_singular(M: Array) -> bool:
     return not np.linalg.cond(M / np.outer(weight, weight)) <= SINGULAR_CONDITION
 
 
-def _missing(M: Array) -> str:
+def _null_directions(M: Array) -> str:
     """The null directions of d2L/dv2 as text, such as 'v[0] - v[1]', or 'v[0] and v[1]'."""
     weight = balance(M)
     scaled = M / np.outer(weight, weight)
@@ -203,10 +210,10 @@ def _missing(M: Array) -> str:
         null_vectors = np.eye(len(M))
     else:
         null_vectors = vectors[:, null if len(null) else [np.argmin(sizes)]].T
-    return " and ".join(_in_words(along / weight) for along in null_vectors)
+    return " and ".join(_direction_text(along / weight) for along in null_vectors)
 
 
-def _in_words(along: Array) -> str:
+def _direction_text(along: Array) -> str:
     """A direction of velocities as text, such as 'v[0] - v[1]'."""
     along = along / along[np.argmax(np.abs(along))]
     terms: list[str] = []

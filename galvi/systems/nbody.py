@@ -16,7 +16,7 @@ from galvi.systems.forces.acting import Acting
 from galvi.systems.system import ForceKernel
 from galvi.systems.traces import reasons, trace
 
-MAX_COUPLED_BODIES = 4  # up to which Newton's blocks are whole
+MAX_COUPLED_BODIES = 4  # largest number of bodies that one Newton block couples
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,20 +31,22 @@ class NBody:
     G
         gravitational constant in the units of the problem, finite and positive
     forces
-        what acts besides: `Relativity`, `Oblateness`, `PowerLaw`, `Radiation`, `Drag`, `Tides` and
-        `Force` values, any number of them. With one of velocity every body needs a mass
+        further forces: `Relativity`, `Oblateness`, `PowerLaw`, `Radiation`, `Drag`, `Tides` and
+        `Force` values, any number of them. With one that depends on velocities every body needs a
+        mass
 
     Raises
     ------
     ValueError
-        For masses, forces or shapes that do not fit and for coincident bodies.
+        For masses that are negative or all 0 and for forces that cannot act on these bodies; by
+        `galvi.Problem` for shapes that do not fit and for coincident bodies.
     TypeError
-        For what is no force.
+        For a force that is not one of these values.
 
     Notes
     -----
-    Configurations have shape (bodies, 2) or (bodies, 3); ``p = masses[:, None] * v``. That of a
-    massless body is 0 at any velocity, which is kept as `galvi.Trajectory.v`.
+    Configurations have shape (bodies, 2) or (bodies, 3); ``p = masses[:, None] * v``. The momentum
+    of a massless body is 0 at any velocity; `galvi.Trajectory.v` has its velocity.
 
     Examples
     --------
@@ -85,7 +87,8 @@ class NBody:
         return shape
 
     def check_state(self, q: Array, v: Array, t: float) -> None:
-        """ValueError unless q is (bodies, 2 or 3) with all bodies apart."""
+        """ValueError unless q is (bodies, 2) or (bodies, 3), no body coincides with one that has a
+        mass, and the forces can act at this state."""
         bodies = self.masses.size
         if q.shape not in ((bodies, 2), (bodies, 3)):
             raise ValueError(
@@ -105,7 +108,8 @@ class NBody:
         self.acting.check_state(q, v, t)
 
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
-        """As `Lagrangian.trace`: of the functions among forces of velocity."""
+        """As `Lagrangian.trace`, for users' functions; nothing where no force depends on
+        velocities."""
         if self.acting.of_velocity and self.acting.functions:
             trace(self, q, v, t, anew)
 
@@ -134,10 +138,8 @@ class NBody:
         return heavy * (heavy - 1) // 2 + heavy * (n - heavy)
 
     def potential_energy(self, q: Array, t: Array) -> Array:
-        """``-sum over pairs G m_i m_j / |q_i - q_j|``, and what the forces of position have.
-
-        For q of shape (..., bodies, dimension).
-        """
+        """``-sum over pairs G m_i m_j / |q_i - q_j|`` plus the potentials of the forces, (...), for
+        q of shape (..., bodies, dimension)."""
         positions = np.ascontiguousarray(q, dtype=np.float64).reshape(-1, *q.shape[-2:])
         potentials = np.empty(len(positions))
         nbody.compiled_pair_potential()(positions, self.masses, self.G, potentials)
@@ -155,7 +157,7 @@ class NBody:
         )
 
     def fall(self, q: Array) -> Array:
-        """The accelerations of all that has an energy, (bodies, dimension)."""
+        """Accelerations (bodies, dimension) by gravity and the forces that have a potential."""
         acting, out, size = self.acting, np.empty((q.size, 1)), q.shape[1]
         positions = np.ascontiguousarray(q).reshape(-1, 1)
         kernel = celestial.accelerations if len(acting.terms) else nbody.accelerations
@@ -163,8 +165,8 @@ class NBody:
         return out.reshape(q.shape)
 
     def acceleration_jacobian(self, q: Array, t: float) -> Array:
-        """Derivative of all accelerations by all positions, (d, d) with d = bodies * dimension; at
-        rest, and by differences of what `Force` functions and forces of velocity give."""
+        """Derivative of all accelerations with respect to all positions at zero velocity, (d, d)
+        with d = bodies * dimension; of `Force` functions and forces of velocity by differences."""
         bodies, dimension = q.shape
         gap = q[None, :, :] - q[:, None, :]
         square = np.sum(gap**2, axis=-1) + np.eye(bodies)
@@ -185,8 +187,8 @@ class NBody:
         return slope
 
     def force_kernel(self, dimension: int) -> ForceKernel:
-        """Accelerations for the kernels; Newton's blocks are whole for up to
-        ``MAX_COUPLED_BODIES``, else one for each body."""
+        """Accelerations for the kernels; one Newton block for up to ``MAX_COUPLED_BODIES`` bodies,
+        else one for each body."""
         coupled, acting = self.masses.size <= MAX_COUPLED_BODIES, self.acting
         width = self.masses.size * dimension if coupled else dimension
         if acting.functions:

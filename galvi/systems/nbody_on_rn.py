@@ -16,7 +16,7 @@ from galvi.systems.system import LagrangianKernel
 
 @dataclass(frozen=True)
 class NBodyOnRn:
-    """L = sum m |v|^2 / 2 - V(q), gravity and what else has an energy, with the other forces.
+    """L = sum m |v|^2 / 2 - V(q), V that of gravity and of forces of position, with other forces.
 
     Attributes
     ----------

@@ -13,7 +13,12 @@ from galvi.arrays import Array, read_only
 from galvi.groups.group import SE3, SO3
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.systems.derivative_check import Curve, check_derivatives, direction
-from galvi.systems.finite_differences import CALLS, differenced_rotation_gradient, hat, rotated
+from galvi.systems.finite_differences import (
+    CALLS,
+    cayley_rotation,
+    differenced_rotation_gradient,
+    hat,
+)
 from galvi.systems.forces.external_force import check_force, check_force_at, with_force
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.potentials.potentials import UniformGravity
@@ -29,14 +34,13 @@ from galvi.systems.user_functions import (
     values_at,
 )
 
-SINGULAR_MOMENTS = 1e-14  # smallest over largest moment: rounding of a matrix of less rank
-# By how much a thin body's largest moment may exceed the sum of the others.
-THIN_BODY_EXCESS = 1e-12
+SINGULAR_MOMENTS = 1e-14  # ratio of smallest to largest moment below which a matrix is singular
+THIN_BODY_EXCESS = 1e-12  # relative rounding by which a moment may exceed the sum of the others
 
 
 class Body:
-    """Fields and checks that rigid bodies share: a potential, perhaps with its gradient, and a
-    force; a `Lagrangian` traces or calls them."""
+    """Fields and checks that `RigidBody` and `FreeBody` share; a `Lagrangian` traces their
+    functions."""
 
     group: ClassVar[SO3 | SE3]
     inertia: Any
@@ -71,7 +75,8 @@ class Body:
         self.group.check("q0", q)
 
     def check_functions(self, q: Array, v: Array, t: float) -> None:
-        """ValueError unless the given functions return what they should there, finite."""
+        """ValueError unless potential, gradient and force are finite at a state and have the right
+        shapes."""
         check_force_at(self, q, v, t)
         if self.potential is None:
             return
@@ -84,7 +89,7 @@ class Body:
             )
 
     def trace(self, q: Array, v: Array, t: float, anew: bool = False) -> None:
-        """As `galvi.Lagrangian.trace`: of the potential or its gradient, and of the force."""
+        """As `galvi.Lagrangian.trace`, for the potential or its gradient, and the force."""
         if self.has_functions:
             self.lagrangian.trace(q, v, t, anew)
             share(self, self.lagrangian)
@@ -131,16 +136,16 @@ class RigidBody(Body):
     Raises
     ------
     ValueError
-        For an inertia that no body can have.
+        For an inertia that no body can have, and a gradient without a potential.
     TypeError
-        For something that cannot be called.
+        For a function that cannot be called with these arguments, and for flags that are no bools.
 
     Notes
     -----
-    Configurations are (3, 3), velocities and momenta p = J v (3,), in the body's frame. The
-    functions are traced and run in vector instructions where they can be (see `untraced`). Where
-    not, a gradient and a force compiled with ``numba.njit`` run inside the kernel; a potential
-    without a gradient is differenced in Python, also when it is compiled.
+    Configurations are (3, 3), velocities and momenta p = J v (3,), in the body's frame. Functions
+    that can be traced run in vector instructions (see `untraced`). Of the others, a gradient and a
+    force compiled with ``numba.njit`` run inside the kernel; a potential without a gradient is
+    differenced in Python, even if it is compiled.
 
     Examples
     --------
@@ -175,21 +180,22 @@ class RigidBody(Body):
         check_call_signatures(self, ("potential", "gradient"), "R", "explicit_time")
 
     def check_derivatives(self, q: Array, v: Array, t: float) -> None:
-        """ValueError unless the gradient is that of V along a rotation, at an attitude and near."""
+        """ValueError unless the gradient agrees with differences of V along a rotation, at an
+        attitude and near it."""
         if not self.check or self.potential_calls_per_force or self.potential is None:
             return
         axis, potential = direction(3), self.potential
 
         def through(distance: float) -> Curve:
-            R = q @ rotated(distance * direction(3, 1))
+            R = q @ cayley_rotation(distance * direction(3, 1))
             then = t + distance * (abs(t) or 1.0) * self.explicit_time
 
             def energy(s: float) -> float:
-                turned = R @ rotated(s * axis)
+                turned = R @ cayley_rotation(s * axis)
                 return input_checks.returned("potential", potential(*arguments(self, turned, then)))
 
             def terms(s: float) -> Array:
-                turned = R @ rotated(s * axis)
+                turned = R @ cayley_rotation(s * axis)
                 return self.potential_gradient(turned, then) * (turned @ hat(axis))
 
             return Curve(energy, terms, axis, {"R": R}, "about")
@@ -263,7 +269,7 @@ class RigidBody(Body):
         return np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]])
 
     def slope(self) -> Function:
-        """dV/dR as a function: as given, the potential's own, or by differences."""
+        """The function dV/dR: the user's gradient, the potential's own, or differences."""
         if self.gradient is not None:
             return self.gradient
         if isinstance(self.potential, UniformGravity):
@@ -300,13 +306,14 @@ class RigidBody(Body):
 
     @property
     def potential_calls_per_force(self) -> int:
-        """Potentials evaluated, for each component, to difference one gradient; else 0."""
+        """Smallest number of evaluations of V, for each component, to difference one gradient; 0
+        where it is not differenced."""
         has_gradient = self.gradient is not None or self.known_potential
         return 0 if has_gradient or self.lagrangian.builtin is not None else CALLS
 
 
 def inverse(inertia: Array) -> Array:
-    """The inverse of an inertia, symmetric."""
+    """The inverse of an inertia, made exactly symmetric."""
     matrix = np.linalg.inv(inertia)
     return read_only(0.5 * (matrix + matrix.T))
 

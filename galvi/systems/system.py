@@ -14,23 +14,24 @@ from galvi.kernels.forces import force_kinds, lagrangian_derivatives
 
 @dataclass(frozen=True, eq=False)
 class ForceKernel:
-    """Functions and constants that give the acceleration a(q, t) of a system.
+    """Functions and constants from which kernels compute the acceleration a(q, t) of a system.
 
     Attributes
     ----------
     force
-        function of this kind, see galvi.kernels.forces.force_kinds
+        function with the signature of ``kind``, see galvi.kernels.forces.force_kinds
     slope
-        its derivative by q, for Newton's method; None: differenced in the kernel
+        derivative of ``force`` with respect to q, for Newton's method; None: differenced in the
+        kernel
     kind
         force_kinds.BUILT_IN, GRADIENT or TIMED_GRADIENT
     constants : array, shape (c,)
         numbers for a built-in force
     inverse_mass : array, shape (d, 1)
-        diagonal or (d, d) full; applied to -force. (0, 0): a built-in force that already returns
+        diagonal, or full of shape (d, d); applied to -force. Of shape (0, 0): ``force`` returns
         accelerations
     width
-        components that a Newton block couples; d must be a multiple of it
+        number of components that a Newton block couples; d is a multiple of it
     compiled
         whether both functions can run inside a compiled kernel
     """
@@ -60,9 +61,9 @@ class LagrangianKernel:
     Attributes
     ----------
     kind
-        LAW, EUCLIDEAN, LEFT, GRADIENT, CANONICAL or CANONICAL_GRADIENT of that module
+        LAW, EUCLIDEAN, LEFT, BODY_GRADIENT, CANONICAL or CANONICAL_GRADIENT of that module
     function
-        function of this kind
+        function with the signature of ``kind``
     time_dependent
         whether a user's function takes the time
     matrix_rows
@@ -114,11 +115,11 @@ class BuiltinLagrangian(Protocol):
         """dL/dv and the Euclidean dL/dq in one vector, (d + entries of q,)."""
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
-        """L(q, v) and L(q, 0) (n,) each, and dL/dv (n, d), at n states; q and v (n, d), t (n,)."""
+        """L(q, v) (n,), L(q, 0) (n,) and dL/dv (n, d) at n states: q (n, ...), v (n, d), t (n,)."""
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """Compiled function (q, v, t, constants, out (2, d)) that fills the rows dL/dv and dL/dq,
-        and its constants."""
+        """Compiled function (q, v, t, constants, out (2, d)) that fills the rows dL/dv and the
+        left-trivialised dL/dq, and its constants."""
 
 
 @runtime_checkable
@@ -136,7 +137,7 @@ class System(Hashable, Protocol):
         """Shape of velocities and momenta, from the shape of a configuration."""
 
     def check_state(self, q: Array, v: Array, t: float) -> None:
-        """Raise ValueError, in one sentence, when (q, v) at t cannot be a state of this system."""
+        """ValueError, with one sentence, where (q, v) at t cannot be a state of this system."""
 
     def momentum(self, v: Array) -> Array:
         """p = M v, for v of shape (..., *shape)."""
@@ -158,7 +159,8 @@ class VectorSystem(System, Protocol):
         """d(acceleration)/dq at one configuration, shape (d, d) with d = q.size."""
 
     def force_kernel(self, dimension: int) -> ForceKernel:
-        """Force and derivative for the kernels; ``dimension`` is a configuration's last axis."""
+        """Force and derivative for the kernels; ``dimension`` is the length of the last axis of a
+        configuration."""
 
 
 class GroupSystem(System, Protocol):
@@ -174,8 +176,8 @@ class GroupSystem(System, Protocol):
 
 @runtime_checkable
 class WithLimits(Protocol):
-    """A system with forces that end where they reach a limit."""
+    """A system with forces that are NaN beyond a limit."""
 
     def beyond_limits(self, q: Array, v: Array, step: float) -> str:
-        """Which one is beyond its limits at a state or, approximately, in a step from there; "" for
-        none."""
+        """A clause that names the force beyond its limits at a state or, approximately, within a
+        step from it; "" where all are within."""

@@ -22,19 +22,20 @@ class Trace(Protocol):
 
     @property
     def holds(self) -> bool:
-        """Whether the functions return at some states what they did when they were traced."""
+        """Whether the functions still return, at recorded states, the values they had when they
+        were traced."""
 
 
 @dataclass(frozen=True, eq=False)
 class Traces:
-    """The traces of a system by what they are of: "L", "force" or "dV/dq".
+    """The traces of a system, by the name of the traced function: "L", "force" or "dV/dq".
 
     Attributes
     ----------
     traced
         name -> trace
     refused
-        name -> why tracing failed
+        name -> why the function was not traced
     """
 
     traced: Mapping[str, Any]
@@ -42,12 +43,12 @@ class Traces:
 
     @property
     def hold(self) -> bool:
-        """Whether each trace still is that of its functions."""
+        """Whether every trace holds."""
         return all(trace.holds for trace in self.traced.values())
 
 
 NO_TRACES = Traces({}, {})
-TRACES_ATTRIBUTE = "_traces"  # attribute of a system, so that both end together
+TRACES_ATTRIBUTE = "_traces"  # attribute of a system, so that its traces are freed with it
 
 
 def traces(system: Any) -> Traces:
@@ -66,7 +67,7 @@ def trace(system: Any, q: Array, v: Array, t: float, anew: bool = False) -> None
     Parameters
     ----------
     anew
-        trace again if a trace does not hold any more
+        trace again if a trace no longer holds; else a system is traced once
     """
     existing = traces(system)
     if not FAST or (existing is not NO_TRACES and not (anew and not existing.hold)):
@@ -89,7 +90,7 @@ def share(system: Any, source: Any) -> None:
 
 
 def refuse(system: Any, name: str, reason: str) -> None:
-    """Forget one of the traces of a system."""
+    """Replace a trace of a system by the reason why it cannot be used."""
     existing = traces(system)
     traced = {key: value for key, value in existing.traced.items() if key != name}
     vars(system)[TRACES_ATTRIBUTE] = Traces(traced, {**existing.refused, name: reason})

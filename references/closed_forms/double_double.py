@@ -9,18 +9,19 @@ from typing import Any
 
 from galvi.arrays import Array
 
-# Sines, cosines and angles of decimals, and the context that closed forms are computed in.
+# Sines, cosines and angles of decimals, and the context in which closed forms are computed.
 #
 # 80 digits leave far more than 16 correct ones, even near a separatrix, where periods grow without
 # bound, and after reducing an angle of 1e12 turns. Call inside ``localcontext(DIGITS)``.
 
 DIGITS = Context(prec=80)
-SMALLEST = Decimal(10) ** -84  # terms below it are left out of a series
+SMALLEST = Decimal(10) ** -84  # a series ends at the first term below it
 PI = Decimal(
     "3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803482534"
     "2117067982148086513282306647093844609550582231725"
 )
-TERMS = 60
+TERMS = 60  # largest number of pairs of terms of a series
+SPLITTER = 134217729.0  # 2^27 + 1, halves a 53-bit significand
 
 
 def sine_cosine(x: Decimal) -> tuple[Decimal, Decimal]:
@@ -42,18 +43,19 @@ def sine_cosine(x: Decimal) -> tuple[Decimal, Decimal]:
 def angle(y: Decimal, x: Decimal) -> Decimal:
     """The polar angle of the point (x, y), in (-pi, pi]; 0 at the origin.
 
-    The float64 angle, corrected by the arc tangent of the remaining one, which is below 1e-15.
+    The float64 angle is corrected by the arc tangent series of the remaining angle, which is below
+    1e-15.
     """
     size = max(abs(x), abs(y))
     if not size:
         return Decimal(0)
     estimate = Decimal(math.atan2(float(y / size), float(x / size)))
     sine, cosine = sine_cosine(estimate)
-    left = (y * cosine - x * sine) / (x * cosine + y * sine)
-    series, square = Decimal(0), left * left
+    tangent = (y * cosine - x * sine) / (x * cosine + y * sine)
+    series, square = Decimal(0), tangent * tangent
     for k in range(4, -1, -1):
         series = Decimal(1) / (2 * k + 1) - square * series
-    return estimate + left * series
+    return estimate + tangent * series
 
 
 # Numbers of twice the double precision, as unevaluated sums hi + lo of two float64 arrays.
@@ -61,14 +63,12 @@ def angle(y: Decimal, x: Decimal) -> Decimal:
 # Relative errors are a few 2^-104. Sums after Knuth, products after Dekker (Numer. Math. 18 (1971)
 # 224); no fused operation and no wider type of the machine is used. Products beyond 1e292 overflow.
 
-SPLITTER = 134217729.0  # 2^27 + 1, halves a 53-bit significand
-
 
 @dataclass(frozen=True, eq=False)
 class DoubleDouble:
     """hi + lo with |lo| at most half a unit in the last place of hi; shapes broadcast.
 
-    Mixes with floats and float64 arrays, which are taken as exact.
+    The other operand may be a float or a float64 array, which is taken as exact.
     """
 
     hi: Any
@@ -129,7 +129,7 @@ def _sum(a: Any, b: Any) -> tuple[Any, Any]:
 
 
 def _ordered_sum(a: Any, b: Any) -> tuple[Any, Any]:
-    """The same for |a| >= |b|, or a = 0."""
+    """As `_sum`, for |a| >= |b| or a = 0."""
     total = a + b
     return total, b - (total - a)
 

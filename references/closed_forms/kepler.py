@@ -27,11 +27,11 @@ from references.setting import described
 
 DIGITS = Context(prec=120)
 TWO_PI = Decimal("6.28318530717958647692528676655900576839433879875021164194988918461563281257")
-HALVINGS = 6
-TERMS = 10
-BISECTIONS = 60
-CORRECTIONS = 80
-SETTLED = 1e-29  # round-off of the terms of Kepler's equation, relative
+HALVINGS = 6  # of an angle before its series
+TERMS = 10  # of the series of 1 - cos x and x - sin x
+BISECTIONS = 60  # iterations of the solution in double precision
+CORRECTIONS = 80  # largest number of Newton steps in double-double precision
+SOLVED = 1e-29  # residual of Kepler's equation, relative to its terms, at which it is solved
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class Orbit:
     Attributes
     ----------
     inverse_axis
-        1 / a, positive for an ellipse
+        1 / a, positive
     mean_motion
         n
     r0
-        distance, over a
+        distance at the start, over a
     sigma
         r0.v0 / sqrt(gm a)
     """
@@ -57,7 +57,7 @@ class Orbit:
 
 
 def orbit(gm: Decimal, r0: list[Decimal], v0: list[Decimal]) -> Orbit | None:
-    """The orbit through (r0, v0), or None when it is not an ellipse with 0 <= e < 1."""
+    """The orbit through (r0, v0); None where it is not an ellipse with 0 <= e < 1."""
     with localcontext(DIGITS):
         square, speed = sum(x * x for x in r0), sum(x * x for x in v0)
         inward = sum(x * y for x, y in zip(r0, v0, strict=True))
@@ -82,14 +82,14 @@ def flow(orbit: Orbit, r0: DoubleDouble, v0: DoubleDouble, t: Array) -> tuple[An
     NaN where Kepler's equation was not solved, which no finite t is known to cause.
     """
     with localcontext(DIGITS):
-        scaled_r0, sigma, n, turn, per_turn, radius = map(
+        scaled_r0, sigma, n, turn, per_turn, inverse_r0 = map(
             DoubleDouble.nearest,
             (orbit.r0, orbit.sigma, orbit.mean_motion, TWO_PI, 1 / TWO_PI, 1 / orbit.r0),
         )
     mean = n * t
     mean = mean - turn * np.rint((mean * per_turn).hi)
     x = _double_root(scaled_r0.hi, sigma.hi, mean.hi)
-    anomaly, settled = DoubleDouble(x, np.zeros_like(x)), False
+    anomaly, solved = DoubleDouble(x, np.zeros_like(x)), False
     for _ in range(CORRECTIONS):
         sine, versine, excess = circle(anomaly)
         terms = scaled_r0 * sine, sigma * versine
@@ -97,18 +97,18 @@ def flow(orbit: Orbit, r0: DoubleDouble, v0: DoubleDouble, t: Array) -> tuple[An
         r = scaled_r0 + (1.0 - scaled_r0) * versine + sigma * sine
         anomaly = anomaly - gap.hi / r.hi
         size = np.abs(terms[0].hi) + np.abs(terms[1].hi) + np.abs(excess.hi) + np.abs(mean.hi)
-        settled = np.abs(gap.hi) <= SETTLED * size
-        if np.all(settled):
+        solved = np.abs(gap.hi) <= SOLVED * size
+        if np.all(solved):
             break
     sine, versine, excess = circle(anomaly)
     r = scaled_r0 + (1.0 - scaled_r0) * versine + sigma * sine
-    f = 1.0 - versine * radius
+    f = 1.0 - versine * inverse_r0
     g = (scaled_r0 * sine + sigma * versine) / n
     f_dot = -(n * sine) / (r * scaled_r0)
     g_dot = 1.0 - versine / r
-    lost = np.where(settled, 0.0, np.nan)[:, None]
+    nan_if_unsolved = np.where(solved, 0.0, np.nan)[:, None]
     f, g, f_dot, g_dot = (x[:, None] for x in (f, g, f_dot, g_dot))
-    return f * r0 + g * v0 + lost, f_dot * r0 + g_dot * v0 + lost
+    return f * r0 + g * v0 + nan_if_unsolved, f_dot * r0 + g_dot * v0 + nan_if_unsolved
 
 
 def circle(x: Any) -> tuple[Any, Any, Any]:
@@ -160,7 +160,7 @@ class Kepler:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """Whether the system is one of these and the orbit an ellipse."""
+        """A CentralForce on a scalar mass, or two bodies without forces, on an ellipse."""
         return _orbit(problem) is not None
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
@@ -194,7 +194,7 @@ def _orbit(problem: Problem) -> Orbit | None:
 
 
 def _motion(problem: Problem, ellipse: Orbit, t: Array) -> tuple[Array, Array]:
-    """q and v at times t (k,) since the start."""
+    """q and v of the problem, (k, ...), at times t (k,) since the start."""
     q0, v0 = (DoubleDouble(x, np.zeros_like(x)) for x in (problem.q0, problem.v0))
     if not isinstance(problem.system, NBody):
         q, v = flow(ellipse, q0, v0, t)

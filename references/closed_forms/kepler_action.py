@@ -15,16 +15,16 @@ from decimal import Decimal, localcontext
 
 from references.closed_forms.double_double import DIGITS, angle, sine_cosine
 
-BISECTIONS = 60
-CORRECTIONS = 8
-SETTLED = Decimal("1e-30")  # of the time, relative
+BISECTIONS = 60  # of the start in double precision
+CORRECTIONS = 8  # largest number of Newton steps in decimals
+TIME_TOLERANCE = Decimal("1e-30")  # relative error of the time at which the iteration ends
 
 
 def kepler_action(gm: float, start: Sequence[float], end: Sequence[float], h: float) -> float:
     """Integral of |v|^2/2 + gm/|r| over the arc of an ellipse from `start` to `end` (d,) in the
-    time h > 0, by less than half a turn about the centre; NaN when that arc is not one.
+    time h > 0, by less than half a turn about the centre; NaN where that arc is not elliptic.
 
-    All given numbers are taken as exact; the result is rounded once.
+    The arguments are taken as exact; the result is rounded once.
     """
     with localcontext(DIGITS):
         mu, time = Decimal(gm), Decimal(h)
@@ -39,7 +39,7 @@ def kepler_action(gm: float, start: Sequence[float], end: Sequence[float], h: fl
         for _ in range(CORRECTIONS):
             alpha, beta, axis = _angles(x, ratio)
             gap = axis * axis.sqrt() * (_excess(alpha) - _excess(beta)) - time / unit
-            if abs(gap) <= SETTLED * time / unit:
+            if abs(gap) <= TIME_TOLERANCE * time / unit:
                 a = axis * s / 2
                 return float(2 * (mu * a).sqrt() * (alpha - beta) - mu * time / (2 * a))
             x -= gap / _slope(x, ratio, time / unit + gap)
@@ -47,7 +47,10 @@ def kepler_action(gm: float, start: Sequence[float], end: Sequence[float], h: fl
 
 
 def _start(ratio: float, time: float) -> Decimal | None:
-    """x = cos(alpha/2) in double precision; the time falls as x grows from -1 to 1."""
+    """x = cos(alpha/2) in double precision, by bisection; the time falls as x grows from -1 to 1.
+
+    None where the arc is not elliptic.
+    """
     low, high = -1.0 + 1e-12, 1.0 - 1e-12
     for _ in range(BISECTIONS):
         x = 0.5 * (low + high)

@@ -60,7 +60,7 @@ def oscillator_action(mass: float, stiffness: float, start: float, end: float, h
     """Integral of m v^2/2 - k q^2/2 from q = `start` to `end` in the time h, w h below pi:
     m w ((q0^2 + q1^2) cos wh - 2 q0 q1) / (2 sin wh), w^2 = k/m (Feynman and Hibbs, problem 2-2).
 
-    All given numbers are taken as exact; the result is rounded once.
+    The arguments are taken as exact; the result is rounded once.
     """
     with localcontext(DIGITS):
         m, k, q0, q1 = map(Decimal, (mass, stiffness, start, end))
@@ -74,12 +74,12 @@ Row = list[Fraction]
 
 @dataclass(frozen=True)
 class OscillatorStep:
-    """The step of degree s >= 1 and rational size h > 0.
+    """A step with polynomials of degree s >= 1 and rational size h > 0.
 
     Attributes
     ----------
     a, b
-        of the discrete Lagrangian, exact
+        exact coefficients of the discrete Lagrangian (a q0^2 + 2 b q0 q1 + a q1^2) / 2
     """
 
     a: Fraction
@@ -87,12 +87,12 @@ class OscillatorStep:
 
     @property
     def stable(self) -> bool:
-        """Whether the trace is in (-2, 2): powers of the step are bounded."""
+        """Whether the trace of the step is in (-2, 2), so that its powers are bounded."""
         return self.a**2 < self.b**2
 
     @property
     def largest_energy_error(self) -> float:
-        """|w^2 - 1|, relative; infinite where the step is not stable."""
+        """Largest relative energy error, |b^2 - a^2 - 1|; infinite where the step is not stable."""
         return float(abs(self.b**2 - self.a**2 - 1)) if self.stable else math.inf
 
     def energy_errors(self, steps: int) -> Array:
@@ -102,7 +102,7 @@ class OscillatorStep:
 
 
 def oscillator_step(degree: int, step: int | Fraction) -> OscillatorStep:
-    """The step of polynomials of this degree, m = k = 1; size as a rational number."""
+    """The step with polynomials of this degree and the size ``step``, for m = k = 1."""
     bubbles = [_bubble(j) for j in range(1, degree)]
     functions = [[Fraction(1), Fraction(-1)], [Fraction(0), Fraction(1)], *bubbles]
     h = Fraction(step)

@@ -22,8 +22,8 @@ from references.setting import described
 # Libraries in double precision lose digits where the modulus nears 1, which is where tops and
 # pendulums are most sensitive. Call inside ``localcontext(DIGITS)``.
 
-DUPLICATIONS = 200
-DESCENTS = 40
+DUPLICATIONS = 200  # largest number of steps of Carlson's algorithm
+DESCENTS = 40  # largest number of descending transformations
 
 
 @dataclass(frozen=True)
@@ -57,13 +57,16 @@ class Modulus:
     @cached_property
     def _descent(self) -> list[Decimal]:
         """The moduli k1 = (1 - k') / (1 + k'), iterated until negligible."""
-        square, across = self.square, self.complement.sqrt()
+        square, complement_root = self.square, self.complement.sqrt()
         moduli: list[Decimal] = []
         for _ in range(DESCENTS):
             if square < SMALLEST**2:
                 break
-            moduli.append(square / (1 + across) ** 2)
-            square, across = moduli[-1] ** 2, 2 * across.sqrt() / (1 + across)
+            moduli.append(square / (1 + complement_root) ** 2)
+            square, complement_root = (
+                moduli[-1] ** 2,
+                2 * complement_root.sqrt() / (1 + complement_root),
+            )
         return moduli
 
     @cached_property
@@ -173,8 +176,8 @@ def _motion(weight: Decimal, mass: Decimal, q0: Decimal, v0: Decimal) -> Motion:
     sense = 1 if v0 >= 0 else -1  # mirrored, it moves to the right
     turns = (q0 / (2 * PI)).to_integral_value()
     sine, cosine = sine_cosine(sense * (q0 / 2 - turns * PI))
-    rate, spun = (weight / mass).sqrt(), mass * v0 * v0 / (4 * weight)
-    square, excess = spun + sine * sine, spun - cosine * cosine  # k^2 and k^2 - 1
+    rate, kinetic_part = (weight / mass).sqrt(), mass * v0 * v0 / (4 * weight)
+    square, excess = kinetic_part + sine * sine, kinetic_part - cosine * cosine  # k^2 and k^2 - 1
     if not square:
         return lambda t: (q0, v0)
     k, moving = square.sqrt(), sense * v0 / (2 * rate * square.sqrt())
@@ -195,8 +198,8 @@ def _motion(weight: Decimal, mass: Decimal, q0: Decimal, v0: Decimal) -> Motion:
         else:
             halves = modulus.halves(u)
             sn, cn, speed = modulus.functions(u)
-            even = 1 if halves % 2 == 0 else -1
-            half = halves * PI + angle(even * sn, even * cn)
+            sign = 1 if halves % 2 == 0 else -1
+            half = halves * PI + angle(sign * sn, sign * cn)
         return 2 * (turns * PI + sense * half), sense * 2 * rate * k * speed
 
     return state

@@ -1,4 +1,4 @@
-"""Free and symmetric tops, thrown bodies: attitudes in closed form."""
+"""Free rigid bodies and thrown bodies in closed form, and principal axes of rigid bodies."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ from references.newton import is_forced, is_thrown
 from references.rigid_equations import has_known_weight, rotation
 from references.setting import described
 
-SWEEPS = 20
+SWEEPS = 20  # largest number of sweeps of Jacobi's method
+TERMS = 400  # largest number of terms of a theta series
+State = tuple[Any, Any]  # R (3, 3) and body momentum (3,), of decimals
 
 
 def principal_axes(inertia: Any) -> tuple[Any, Any]:
@@ -71,7 +73,9 @@ class PrincipalBody:
         columns: the principal axes in the body's frame; the unit matrix for a diagonal inertia
     numbers
         inverse moments (3,), mass g in the frame of the start (3,), centre of mass (3,), and
-        whether there is weight
+        whether the body has weight
+    p0 : array, shape (3,)
+        momentum at the start
     """
 
     axes: Array
@@ -80,7 +84,7 @@ class PrincipalBody:
 
     @staticmethod
     def of(problem: Problem) -> PrincipalBody:
-        """From a problem for which `is_known_body` holds."""
+        """The constants of a problem for which `is_known_body` returns True."""
         J, weight = problem.system.inertia, problem.system.potential
         moments, axes = np.diagonal(J), np.eye(3)
         if np.any(np.diag(moments) != J):
@@ -106,7 +110,8 @@ class PrincipalBody:
 
 
 def is_known_body(problem: Problem) -> bool:
-    """Whether it is a RigidBody, free or with the weight of `galvi.UniformGravity` alone."""
+    """Whether the system is a RigidBody, free or under the weight of `galvi.UniformGravity`
+    alone."""
     system = problem.system
     if not isinstance(system, RigidBody) or is_forced(problem):
         return False
@@ -148,10 +153,6 @@ class FreeTop:
 FREE_TOP = FreeTop()
 
 
-State = tuple[Any, Any]
-TERMS = 400
-
-
 def motion(inertia: Array, q0: Array, v0: Array) -> Callable[[float], State]:
     """R (3, 3) and body momentum (3,), of decimals, as a function of the time since the start.
 
@@ -184,7 +185,10 @@ def motion(inertia: Array, q0: Array, v0: Array) -> Callable[[float], State]:
 
 @dataclass(frozen=True)
 class Top:
-    """A motion other than rotation at constant angular velocity.
+    """A free motion other than rotation at constant angular velocity.
+
+    The momentum m along the principal axes a, b, c is (A_a cn u, A_b sn u, A_c dn u), with
+    u = start + rate t.
 
     Attributes
     ----------
@@ -193,11 +197,13 @@ class Top:
     size
         |m|
     amplitudes
-        A_a, +-A_b, A_c
-    rate
-        u = start + rate t
+        A_a, A_b with its sign, A_c
+    modulus
+        of the elliptic functions
     nu
-        as above, 0 for I_a = I_b
+        sqrt(I_c (I_b - I_a) / (I_a (I_c - I_b))), 0 for I_a = I_b
+    rate, start
+        of u
     """
 
     moments: tuple[Decimal, Decimal]
@@ -214,14 +220,14 @@ class Top:
         return np.array([a * cn, b * sn, c * dn])
 
     def frame(self, u: Decimal) -> Any:
-        """The frame N, (3, 3)."""
+        """The frame N, (3, 3), whose third axis is the momentum, in columns along a, b, c."""
         a, b, c = self.momentum(u) / self.size
         across = (a * a + b * b).sqrt()
         first = [a * c / across, b * c / across, -across]
         return np.array([first, [-b / across, a / across, Decimal(0)], [a, b, c]]).T
 
     def precession(self, t: Decimal, u: Decimal) -> Decimal:
-        """psi at the time t since the start."""
+        """The angle psi about the momentum at the time t since the start, where u is given."""
         Ia, Ib = self.moments
         increment = self._integral(u) - self._integral(self.start) if self.nu else Decimal(0)
         wobble = (1 / Ib - 1 / Ia) * (1 + self.nu**2) * increment / self.rate
@@ -268,8 +274,8 @@ class Top:
 
 
 def top(Ia: Decimal, Ib: Decimal, Ic: Decimal, ma: Decimal, mb: Decimal, mc: Decimal) -> Top:
-    """The motion with these moments and this momentum at the start, without differences of nearly
-    equal energies."""
+    """The motion with these moments and this momentum at the start; no nearly equal energies are
+    subtracted."""
     below = mb * mb * (Ib - Ia) / Ib + mc * mc * (Ic - Ia) / Ic  # |m|^2 - 2 H I_a
     above = ma * ma * (Ic - Ia) / Ia + mb * mb * (Ic - Ib) / Ib  # 2 H I_c - |m|^2
     middle = (ma * ma * (Ia - Ib) * Ic + mc * mc * (Ic - Ib) * Ia) / (Ia * Ic)  # |m|^2 - 2 H I_b

@@ -15,7 +15,7 @@ from galvi.arrays import Array
 
 
 def accelerations(system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
-    """What a system's forces add to gravity, (bodies, D)."""
+    """Accelerations by a system's forces, without gravity, (bodies, 3)."""
     shape = system.masses.size, -1
     q, v = (np.pad(x.reshape(shape), ((0, 0), (0, 3 - x.size // shape[0]))) for x in (q, v))
     total = sum((_of(force, system, q, v, t) for force in system.forces), np.zeros_like(q))
@@ -33,8 +33,8 @@ def _of(force: Any, system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
 
 
 def _pairs(system: galvi.NBody, source: int, q: Array, pull: Any) -> Array:
-    """Accelerations pull(x) of all bodies but the source, x their positions relative to it, and the
-    recoil of the source."""
+    """Accelerations (bodies, 3): pull(x) of each body but the source, x its position relative to
+    the source, and the recoil of the source."""
     acceleration = np.zeros_like(q)
     for k, mass in enumerate(system.masses):
         if k != source:
@@ -90,8 +90,9 @@ def _(force: galvi.Relativity, system: galvi.NBody, q: Array, v: Array, t: float
 
 
 def _einstein_infeld_hoffmann(mu: Array, c: float, q: Array, v: Array) -> Array:
-    """The Lagrangian's equations of two and more bodies, term by term (Will, Theory and Experiment
-    in Gravitational Physics (1993), 6.80), accelerations in them replaced by Newton's."""
+    """The accelerations of order c^-2 of two and more bodies, term by term (Will, Theory and
+    Experiment in Gravitational Physics (1993), 6.80), with Newton's for the accelerations on the
+    right."""
     n = len(mu)
     gaps = q[:, None] - q  # from the second to the first
     r, off_diagonal = np.eye(n).astype(gaps.dtype), ~np.eye(n, dtype=bool)
@@ -133,7 +134,8 @@ def _(force: galvi.Drag, system: galvi.NBody, q: Array, v: Array, t: float) -> A
 
 @_of.register
 def _(force: galvi.Tides, system: galvi.NBody, q: Array, v: Array, t: float) -> Array:
-    """The bulge as a force between two points, radial and across (Hut 1981, eq. 8)."""
+    """The pull of the bulge as a force between two points, radial and tangential (Hut 1981, eq.
+    8)."""
     acceleration, body = np.zeros_like(q), force.body
     for k, mass in enumerate(system.masses):
         if k == body or (force.raised_by is not None and k != force.raised_by):

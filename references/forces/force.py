@@ -14,8 +14,11 @@ from numba.extending import is_jitted
 from galvi.arrays import Array
 from references.compiled import njit as cached
 
-ROWS = 12
-LARGEST, RATIO = 2.0**-4, 2.0
+ROWS = 12  # of the extrapolation table
+FIRST_STEP = 2.0**-4  # over the length on which a function changes
+STEP_RATIO = 2.0
+ROUNDING = 1e-12  # relative difference of two correct ways to evaluate a gradient
+DISTANCES = (0.01, 0.01, 0.1, 0.1, 1.0, 1.0, 3.0, 3.0)  # of points around a start, over its size
 
 
 def derivative(function: Callable[[float], float], scale: float) -> float:
@@ -32,10 +35,10 @@ def derivative(function: Callable[[float], float], scale: float) -> float:
     """
     best, error, above = np.nan, np.inf, []
     for row in range(ROWS):
-        step = LARGEST * scale / RATIO**row
+        step = FIRST_STEP * scale / STEP_RATIO**row
         entries = [(function(step) - function(-step)) / (2.0 * step)]
         for k, coarser in enumerate(above):
-            factor = RATIO ** (2 * (k + 1))
+            factor = STEP_RATIO ** (2 * (k + 1))
             entries.append((factor * entries[k] - coarser) / (factor - 1.0))
             change = max(abs(entries[-1] - entries[-2]), abs(entries[-1] - coarser))
             if change <= error:
@@ -45,7 +48,7 @@ def derivative(function: Callable[[float], float], scale: float) -> float:
 
 
 def gradient(function: Callable[[Any], float], q: Array) -> Array:
-    """df/dq, (d,), with max |q| for the scale, or 1."""
+    """df/dq, (d,), by `derivative` with the scale max |q|, or 1 at q = 0."""
     scale = float(np.max(np.abs(q))) or 1.0
     units = np.eye(q.size)
     return np.array(
@@ -53,15 +56,11 @@ def gradient(function: Callable[[Any], float], q: Array) -> Array:
     )
 
 
-ROUNDING = 1e-12  # relative difference of two correct ways to evaluate a gradient
-DISTANCES = (0.01, 0.01, 0.1, 0.1, 1.0, 1.0, 3.0, 3.0)
-
-
 def agrees(
     function: Callable[[Array], Any], reference: Callable[[Array], Array], points: Iterable[Array]
 ) -> bool:
-    """Whether both return the same array, to rounding, at all points; False where the function
-    raises."""
+    """Whether a function and a reference return the same array, to ROUNDING, at all points; False
+    where the function raises."""
     for point in points:
         try:
             values = np.asarray(function(point.copy()), dtype=np.float64)
@@ -76,7 +75,7 @@ def agrees(
 
 
 def points_around(q0: Array) -> list[Array]:
-    """q0 and points near and far from it, the same in every call."""
+    """q0 and random points near and far from it, the same in every call."""
     size, draw = float(np.max(np.abs(q0))) or 1.0, np.random.default_rng(0)
     return [q0, *(q0 + size * distance * draw.standard_normal(q0.shape) for distance in DISTANCES)]
 
@@ -104,7 +103,7 @@ class Force:
     numbers
         constants of the function
     formula
-        the uncompiled function when it is one of `references.forces.formulas`, else None
+        the uncompiled function of `references.forces.formulas`; None for another force
     """
 
     function: Function
@@ -137,7 +136,7 @@ class Force:
 
 
 def by_formula(formula: Function, *numbers: Any) -> Force:
-    """A force of `references.forces.formulas`, compiled once and kept on disk."""
+    """A force of `references.forces.formulas`, compiled once and cached on disk."""
     constants = np.concatenate([np.ravel(x).astype(np.float64) for x in (*numbers, [])])
     return Force(_compiled(formula, SIGNATURE), constants, formula)
 

@@ -25,13 +25,14 @@ from numba.extending import register_jitable
 
 # The rotor's wind (M 6.2), in metres and seconds, as stated in `galvi.kernels.forces.rotor_wind`.
 RADIUS, CORE, DOWNWASH = 7.0, 2.5, 10.0
-HIGHEST, LOWEST, DESCENT = 16.0, 6.0, 2.0
-RINGS = (1.0, 0.75, 0.5, 0.25)
+START_HEIGHT, END_HEIGHT = 16.0, 6.0  # of the rotor, for t = 0 and t to infinity
+DESCENT_TIME = 2.0  # in which the height above END_HEIGHT falls by 1 / e
+RINGS = (1.0, 0.75, 0.5, 0.25)  # heights of the vortex rings over that of the rotor
 # Gamma R^2 / 4 of a ring: at the hub, u_z = 2 C (R^2 + zeta^2 + a^2)^(-3/2) summed is -DOWNWASH.
 CIRCULATION = (
     -0.5
     * DOWNWASH
-    / sum((RADIUS**2 + ((1.0 - share) * HIGHEST) ** 2 + CORE**2) ** -1.5 for share in RINGS)
+    / sum((RADIUS**2 + ((1.0 - share) * START_HEIGHT) ** 2 + CORE**2) ** -1.5 for share in RINGS)
 )
 
 
@@ -58,13 +59,14 @@ def central(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
 
 
 def uniform(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
-    """The same force everywhere."""
+    """f_i = numbers_i, everywhere."""
     for i in range(q.size):
         out[i] += numbers[i]
 
 
 def spring_chain(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
-    """Tension of the spring on the right less that on the left, r + alpha r^2 + beta r^3 each."""
+    """f_i is the tension of the spring on the right minus that on the left, r + alpha r^2 + beta
+    r^3 each."""
     alpha, beta = numbers[0], numbers[1]
     last = q.size - 1
     left = q[0] * (1.0 + q[0] * (alpha + q[0] * beta))
@@ -100,7 +102,7 @@ def wind(q: Any, t: Any) -> Any:
     u_z = psi_r / r.
     """
     square = q[0] * q[0] + q[1] * q[1]
-    height = LOWEST + (HIGHEST - LOWEST) * exp(-t / DESCENT)
+    height = END_HEIGHT + (START_HEIGHT - END_HEIGHT) * exp(-t / DESCENT_TIME)
     radial = 0.0
     axial = 0.0
     for share in RINGS:
@@ -115,7 +117,7 @@ def wind(q: Any, t: Any) -> Any:
 
 
 @register_jitable
-def through_the_wind(q: Any, v: Any, t: Any) -> Any:
+def velocity_in_air(q: Any, v: Any, t: Any) -> Any:
     """The velocity w relative to the air."""
     radial, axial = wind(q, t)
     return v[0] - radial * q[0], v[1] - radial * q[1], v[2] - axial
@@ -123,7 +125,7 @@ def through_the_wind(q: Any, v: Any, t: Any) -> Any:
 
 def rotor_drag(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
     """f = -k |w| w."""
-    a, b, c = through_the_wind(q, v, t)
+    a, b, c = velocity_in_air(q, v, t)
     rate = numbers[0] * np.sqrt(a * a + b * b + c * c)
     out[0] -= rate * a
     out[1] -= rate * b
@@ -132,7 +134,7 @@ def rotor_drag(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
 
 def rotor_drag_by_reynolds(q: Any, v: Any, t: Any, numbers: Any, out: Any) -> None:
     """f = -k (1 + 0.15 (s |w|)^0.687) w."""
-    a, b, c = through_the_wind(q, v, t)
+    a, b, c = velocity_in_air(q, v, t)
     rate = numbers[0] * (1.0 + 0.15 * (numbers[1] * np.sqrt(a * a + b * b + c * c)) ** 0.687)
     out[0] -= rate * a
     out[1] -= rate * b

@@ -1,4 +1,4 @@
-"""Functions of q, v and t of a problem on a vector space, as SymPy expressions."""
+"""SymPy expressions of a problem's functions of q, v and t on a vector space."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from galvi import Problem
 from references.forces.force import points_around
-from references.forces.on_symbols import Written, formulas_of, has_values, written
+from references.forces.on_symbols import SymbolicNumber, formulas_of, has_values, symbolic_array
 
 # SymPy is imported where it is used: it takes a fifth of the import of the references.
 
@@ -30,16 +30,23 @@ def symbols(d: int) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     return q, v
 
 
-def written_out(problem: Problem, function: Any, names: str) -> tuple[Any, ...] | None:
-    """The expressions that a function of ``names``, such as "qt", returns on symbols; None if it
-    fails on them."""
+def expressions_of(problem: Problem, function: Any, names: str) -> tuple[Any, ...] | None:
+    """The expressions that a function returns on symbols; None if it fails on them.
+
+    Parameters
+    ----------
+    names
+        arguments of the function, such as "qt"
+    """
     by_name = dict(zip("qv", symbols(problem.q0.size), strict=True))
-    arguments = [Written(time_symbol()) if x == "t" else written(by_name[x]) for x in names]
+    arguments = [
+        SymbolicNumber(time_symbol()) if x == "t" else symbolic_array(by_name[x]) for x in names
+    ]
     return formulas_of(function, *arguments)
 
 
-def holds(problem: Problem, expressions: Any, function: Any, names: str) -> bool:
-    """Whether the expressions have the function's values at the start and around it."""
+def reproduces(problem: Problem, expressions: Any, function: Any, names: str) -> bool:
+    """Whether the expressions reproduce the function's values at the start and around it."""
     by_name = {**dict(zip("qv", symbols(problem.q0.size), strict=True)), "t": time_symbol()}
     q, v = points_around(problem.q0), points_around(problem.v0)[::-1]
     t = problem.t0 + 0.37 * np.arange(len(q))

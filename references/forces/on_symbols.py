@@ -12,8 +12,9 @@ from numba.extending import is_jitted
 from galvi.arrays import Array
 from references.forces.force import ROUNDING
 
-LONGEST = 4000  # operations of a formula; iterations that run on symbols double it in each pass
-COMPARED = 4  # points at which a formula must have the function's values, at least
+# Largest number of operations of a formula; an iteration run on symbols doubles it each time.
+MAX_OPERATIONS = 4000
+MIN_POINTS = 4  # smallest number of points at which a formula is compared with its function
 # numpy's elementary functions, which call the method of their name, and SymPy's
 ELEMENTARY = {
     **{name: name for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh")},
@@ -23,25 +24,27 @@ ELEMENTARY = {
 }
 
 
-class Written:
-    """A SymPy expression for numerical code; floats enter as the rationals that they are.
+class SymbolicNumber:
+    """A SymPy expression that numerical code can use as a number; floats become exact rationals.
 
     Parameters
     ----------
     length
-        number of operations; ValueError above LONGEST
+        number of operations; ValueError above MAX_OPERATIONS
 
     Notes
     -----
-    numpy's elementary functions call its methods of the same names. Comparing it, as code that
-    branches does, raises TypeError.
+    numpy's elementary functions call its methods of the same names. Comparisons, as in code that
+    branches, raise TypeError.
     """
 
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, expression: Any, length: int = 1) -> None:
-        if length > LONGEST:
-            raise ValueError(f"a formula takes at most {LONGEST} operations; received {length}.")
+        if length > MAX_OPERATIONS:
+            raise ValueError(
+                f"a formula takes at most {MAX_OPERATIONS} operations; received {length}."
+            )
         self.expression, self.length = expression, length
 
     def __eq__(self, other: object) -> bool:
@@ -50,15 +53,15 @@ class Written:
     def __bool__(self) -> bool:
         raise TypeError("an expression has no value to branch on.")
 
-    def __neg__(self) -> Written:
-        return Written(-self.expression, self.length)
+    def __neg__(self) -> SymbolicNumber:
+        return SymbolicNumber(-self.expression, self.length)
 
     def hypot(self, side: Any) -> Any:
         """The root of the sum of both squares."""
         return np.sqrt(self * self + side * side)
 
 
-class WrittenArray(np.ndarray[Any, Any]):
+class SymbolicArray(np.ndarray[Any, Any]):
     """An array of `Written` values, of which numpy also computes the Euclidean norm."""
 
     def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
@@ -71,39 +74,40 @@ def _exact(x: Any) -> Any:
     import sympy
 
     x = x.item() if isinstance(x, np.ndarray) else x  # as sums of a WrittenArray
-    return x.expression if isinstance(x, Written) else sympy.Rational(float(x))
+    return x.expression if isinstance(x, SymbolicNumber) else sympy.Rational(float(x))
 
 
 def _applied(name: str, *operands: Any) -> Any:
-    """SymPy's function or Python's operator of this name, applied; NotImplemented for arrays."""
+    """The value of Python's operator or SymPy's function of this name; NotImplemented for
+    arrays."""
     import sympy
 
     if any(isinstance(x, np.ndarray) and x.ndim for x in operands):
         return NotImplemented
-    of = getattr(operator, name, None) or getattr(sympy, name)
-    length = 1 + sum(x.length for x in operands if isinstance(x, Written))
-    return Written(of(*map(_exact, operands)), length)
+    operation = getattr(operator, name, None) or getattr(sympy, name)
+    length = 1 + sum(x.length for x in operands if isinstance(x, SymbolicNumber))
+    return SymbolicNumber(operation(*map(_exact, operands)), length)
 
 
 def _add_operations() -> None:
     for name in ("add", "sub", "mul", "truediv", "pow"):
-        setattr(Written, f"__{name}__", lambda a, b, name=name: _applied(name, a, b))
-        setattr(Written, f"__r{name}__", lambda a, b, name=name: _applied(name, b, a))
+        setattr(SymbolicNumber, f"__{name}__", lambda a, b, name=name: _applied(name, a, b))
+        setattr(SymbolicNumber, f"__r{name}__", lambda a, b, name=name: _applied(name, b, a))
     for method, name in ELEMENTARY.items():
-        setattr(Written, method, lambda *operands, name=name: _applied(name, *operands))
+        setattr(SymbolicNumber, method, lambda *operands, name=name: _applied(name, *operands))
 
 
 _add_operations()
 
 
-def written(expressions: Iterable[Any]) -> Array:
+def symbolic_array(expressions: Iterable[Any]) -> Array:
     """The expressions as a `WrittenArray`."""
-    return np.array([Written(x) for x in expressions], dtype=object).view(WrittenArray)
+    return np.array([SymbolicNumber(x) for x in expressions], dtype=object).view(SymbolicArray)
 
 
 def formulas_of(function: Callable[..., Any], *arguments: Any) -> tuple[Any, ...] | None:
-    """The expressions that a function returns, as an array or a number; None if it cannot be run on
-    symbols."""
+    """The entries, as expressions, of the array or number that a function returns; None if it
+    cannot be run on symbols."""
     plain = function.py_func if is_jitted(function) else function
     try:
         return tuple(_exact(x) for x in np.ravel(plain(*arguments)))
@@ -122,9 +126,9 @@ def has_values(
     Parameters
     ----------
     symbols
-        of each argument of the function: a tuple for an array, one for a number
+        for each argument of the function a symbol, or for an array a tuple of symbols
     points
-        arguments; the function must be finite at COMPARED of them at least
+        arguments at which to compare; the function must be finite at MIN_POINTS of them or more
 
     Notes
     -----
@@ -150,7 +154,7 @@ def has_values(
         if not np.max(gaps) <= ROUNDING * size:
             return False
         compared += 1
-    return compared >= COMPARED
+    return compared >= MIN_POINTS
 
 
 def _copies(arguments: Sequence[Array]) -> list[Any]:

@@ -23,6 +23,13 @@ from references.textbook.lagrange_equations import (
     time_symbol,
 )
 
+DIGITS = 40  # of constants, more than quadruple precision has
+TRANSLATABLE_NAMES = (  # of SymPy's types that heyoka can represent
+    *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "erf"),
+    *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+    *("Add", "Mul", "Pow", "Symbol"),
+)
+
 
 def solved(M: list[list[Any]], b: list[Any]) -> list[Any]:
     """x with M x = b, by elimination without pivoting, as M is positive definite."""
@@ -109,7 +116,7 @@ def compiled(
     accurate: bool,
     compact: bool,
 ) -> Any:
-    """heyoka's integrator of q' = v, v' = acceleration, its expressions."""
+    """heyoka's integrator of q' = v, v' = acceleration, all lists of heyoka's expressions."""
     import heyoka
 
     number, state = heyoka_engine.number_type(precision), [*q, *v]
@@ -180,14 +187,6 @@ HEYOKA_CHAIN_QUADRUPLE = HeyokaChain(
 )
 
 
-DIGITS = 40  # of constants, above those of quadruple precision
-KNOWN = (
-    *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "erf"),
-    *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
-    *("Add", "Mul", "Pow", "Symbol"),
-)
-
-
 @dataclass(frozen=True)
 class HeyokaLagrangian(OnCoordinates):
     """A problem of `references.textbook.lagrange_equations`."""
@@ -206,8 +205,8 @@ class HeyokaLagrangian(OnCoordinates):
         """As `OnCoordinates.integrator`."""
         equations = LagrangeEquations.of(problem)
         assert equations is not None
-        began = problem.t0 if equations.timed else 0.0
-        return _compiled(equations, began, self.precision, tolerance, accurate, compact)
+        start_time = problem.t0 if equations.timed else 0.0
+        return _compiled(equations, start_time, self.precision, tolerance, accurate, compact)
 
 
 @cache
@@ -215,24 +214,24 @@ def _translatable() -> tuple[type, ...]:
     """The SymPy types that heyoka can represent."""
     import sympy
 
-    return tuple(getattr(sympy, name) for name in KNOWN)
+    return tuple(getattr(sympy, name) for name in TRANSLATABLE_NAMES)
 
 
 @lru_cache(maxsize=16)
 def _compiled(
     equations: LagrangeEquations,
-    began: float,
+    start_time: float,
     precision: str,
     tolerance: float,
     accurate: bool,
     compact: bool,
 ) -> Any:
-    """heyoka's integrator of these equations, for any start at the time `began`."""
+    """heyoka's integrator of these equations, for any start at the time `start_time`."""
     import heyoka
 
     number = heyoka_engine.number_type(precision)
     translations = {x: heyoka.expression(str(x)) for x in (*equations.q, *equations.v)}
-    translations[time_symbol()] = heyoka.time + heyoka.expression(number(began))
+    translations[time_symbol()] = heyoka.time + heyoka.expression(number(start_time))
 
     def translated(expression: Any) -> Any:
         numbers = {x: _number(x, number) for x in nodes(expression) if is_constant(x)}

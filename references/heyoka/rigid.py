@@ -35,8 +35,8 @@ class HeyokaRigid:
 
     Notes
     -----
-    Setting as `references.heyoka.taylor.HeyokaTaylor`. Quaternions turn from the start and are
-    normalised where they become matrices.
+    Setting as in `references.heyoka.taylor.HeyokaTaylor`. Quaternions describe the rotation since
+    the start and are normalised where they become matrices.
     """
 
     fixed_step: ClassVar[bool] = False
@@ -88,7 +88,7 @@ class HeyokaRigid:
 
 
 def _numbers(problem: Problem) -> tuple[list[Decimal], list[Decimal]]:
-    """The initial values after those of the quaternion, and the constants.
+    """The initial values that follow those of the quaternion, and the constants of the equations.
 
     start      J w0; then, of a FreeBody, position and velocity of its centre in space
     constants  J^-1 by rows; then, with weight, mass g in the frame of the start and the centre of
@@ -123,7 +123,7 @@ def _as_rigid_motion(problem: Problem, R: Array, moving: Array) -> tuple[Array, 
 
 
 def _rounded(x: Decimal, number: Any) -> Any:
-    """To the engine's precision, as a sum of three doubles."""
+    """The number in the engine's precision, as a sum of three doubles."""
     total = number(0.0)
     with localcontext(DIGITS):
         for _ in range(3):

@@ -16,7 +16,6 @@ from galvi.arrays import Array
 from references.as_trajectory import Failure, as_trajectory
 from references.contender import times_of_run
 from references.forces import celestial
-from references.heyoka import engine
 from references.heyoka import engine as heyoka_engine
 from references.heyoka.engine import DOUBLE
 from references.newton import is_forced, replaces_force
@@ -30,7 +29,7 @@ from references.setting import described
 
 @dataclass(frozen=True)
 class HeyokaBatches:
-    """Many starts about a fixed centre, in ``taylor_adaptive_batch``.
+    """Many starts about a fixed centre, in heyoka's ``taylor_adaptive_batch``.
 
     Attributes
     ----------
@@ -45,7 +44,7 @@ class HeyokaBatches:
     @property
     def missing(self) -> str:
         """Why heyoka cannot be used here; empty when it can."""
-        return engine.missing("double")
+        return heyoka_engine.missing("double")
 
     def supports(self, problem: Problem) -> bool:
         """A scalar mass about a fixed centre."""
@@ -62,8 +61,8 @@ class HeyokaBatches:
         tolerance: float,
         threads: int,
     ) -> Callable[[], Array]:
-        """A function that runs all members (n, d), n a multiple of the batch, and returns their
-        final positions; the integrator is compiled before."""
+        """A function that runs all members and returns their final positions (n, d); n must be a
+        multiple of the batch. The integrator is compiled before."""
         import heyoka
 
         d, batch = q0.shape[1], heyoka.recommended_simd_size()
@@ -83,7 +82,7 @@ class HeyokaBatches:
 
         copies = [copy.deepcopy(prototype) for _ in range(threads)]
 
-        def some(thread: int) -> list[Array]:
+        def states_of_thread(thread: int) -> list[Array]:
             states = []
             for k in range(thread, len(starts), threads):
                 start(copies[thread], k).propagate_until(duration)
@@ -99,7 +98,7 @@ class HeyokaBatches:
                 states[:] = [integrator[0].state for integrator in integrators]
             else:
                 with ThreadPoolExecutor(threads) as pool:
-                    for thread, rows in enumerate(pool.map(some, range(threads))):
+                    for thread, rows in enumerate(pool.map(states_of_thread, range(threads))):
                         states[thread::threads] = rows
             return states.transpose(0, 2, 1).reshape(-1, 2 * d)[:, :d]
 
@@ -127,7 +126,7 @@ class HeyokaTaylor:
     Setting: samples; tolerance, high_accuracy (compensated sums), compact_mode (quick to compile,
     slower to run) as in heyoka, where the default is heyoka's own (DOUBLE) in double and QUADRUPLE
     in real128. Add BEST for what its authors advise at machine precision: a tolerance below it.
-    An integrator is compiled for its system and setting, in seconds, and kept: run once before
+    An integrator is compiled for its system and setting, in seconds, and cached: run once before
     timing. Samples are ends of steps.
     """
 
@@ -208,7 +207,7 @@ def _compiled(
     accurate: bool,
     compact: bool,
 ) -> Any:
-    """heyoka's integrator; G times mass is formed in its precision, not in double."""
+    """heyoka's integrator for any start; G times mass is computed in its precision."""
     import heyoka
 
     kind = heyoka_engine.number_type(precision)
@@ -218,10 +217,10 @@ def _compiled(
         equations = heyoka.model.nbody(len(masses), **options)
         if forces:
             names = np.array([name for name, _ in equations]).reshape(-1, 2, 3)
-            falls = np.array([right for _, right in equations]).reshape(-1, 2, 3)
+            rates = np.array([right for _, right in equations]).reshape(-1, 2, 3)
             pushed = NBody(masses, strength / divisor, forces)
-            falls[:, 1] += celestial.accelerations(pushed, names[:, 0], names[:, 1], 0.0)
-            equations = list(zip(names.ravel(), falls.ravel(), strict=True))
+            rates[:, 1] += celestial.accelerations(pushed, names[:, 0], names[:, 1], 0.0)
+            equations = list(zip(names.ravel(), rates.ravel(), strict=True))
     else:
         equations = heyoka.model.fixed_centres(positions=np.zeros((1, 3)).astype(kind), **options)
     return heyoka.taylor_adaptive(

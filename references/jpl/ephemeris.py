@@ -1,4 +1,4 @@
-"""JPL's ephemeris DE421 as a trajectory: what the planets did, not what point masses would do."""
+"""JPL's ephemeris DE421 as a trajectory: the motion of the planets, not of point masses."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 Folkner, Williams and Boggs (2009), IPN Progress Report 42-178: kilometres and days of TDB, in the
 frame of the ICRF, from the barycentre of the solar system; GM constants in au^3 / day^2.
 The states are written as JPL gives them. DE421 also has relativity, the Moon and asteroids, so the
-point masses kept here have a barycentre that moves a little.
+barycentre of the point masses alone moves slightly.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def states(days: Array, bodies: int = len(BODIES)) -> tuple[Array, Array]:
     Parameters
     ----------
     days : array, shape (saved,)
-        since EPOCH; ValueError outside the years that DE421 covers
+        days since EPOCH; ValueError outside the years that DE421 covers
     """
     if missing():
         raise EngineMissing(missing(), name="jplephem")

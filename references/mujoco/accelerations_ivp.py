@@ -19,7 +19,7 @@ from references.tree_ivp import integrated
 
 @dataclass(frozen=True, eq=False)
 class MujocoAccelerations:
-    """Setting and steps as of `references.tree_ivp.integrated`."""
+    """Setting and steps as in `references.tree_ivp.integrated`."""
 
     fixed_step: ClassVar[bool] = False
     engine: ClassVar[str] = "mujoco-core"
@@ -44,7 +44,8 @@ class MujocoAccelerations:
 
         require(self, problem)
         _, model, mj_data = self.build(problem)
-        model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4  # discrete puts its damping in qacc
+        # The integrator "discrete" would add its damping to qacc.
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
 
         def accelerations(qpos: Array, qvel: Array) -> Array:
             mj_data.qpos[:], mj_data.qvel[:] = qpos, qvel

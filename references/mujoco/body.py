@@ -1,4 +1,4 @@
-"""Bodies, chains and trees as MuJoCo's models, and states from and to them."""
+"""Bodies, chains and trees as models of MuJoCo, and their states in MuJoCo's coordinates."""
 
 from __future__ import annotations
 
@@ -24,12 +24,22 @@ from references.newton import is_forced, is_thrown, replaces_force
 from references.rigid_equations import has_known_weight
 from references.textbook.chain_equations import is_chain
 
-SCALAR = ("hinge", "slide")
+SCALAR = ("hinge", "slide")  # types of joints with one coordinate
+# Features that no single body uses, 4 % of a step, and the reset that would hide a failure.
+DISABLED = (
+    *("contact", "constraint", "equality", "frictionloss", "limit", "spring", "damper"),
+    *("clampctrl", "actuation", "sensor", "eulerdamp", "island", "warmstart", "autoreset"),
+)
+# Relative rounding: smaller moments are zero, and a moment may exceed the others' sum by it.
+MOMENT_ROUNDING = 1e-12
+FROM_SCIPY, TO_SCIPY = [3, 0, 1, 2], [1, 2, 3, 0]  # orders of quaternions: SciPy has w last
+JOINTS = {RigidBody: "ball", FreeBody: "free", Canonical: "hinge"}
+DOUBLINGS = 64  # largest number of doublings of the mass of a body on a pivot
 
 
 def is_tree(problem: Problem) -> bool:
-    """Whether it is a tree without forces but damping, whose springs MJCF can express: those of
-    ball joints must be at rest in the reference attitude."""
+    """Whether the system is a tree without forces except damping, whose springs MJCF can express:
+    those of ball joints must be at rest in the reference attitude."""
     system = problem.system
     if not isinstance(system, Multibody) or system.given_force[0] is not None:
         return False
@@ -42,7 +52,7 @@ def is_tree(problem: Problem) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class MujocoTree:
-    """Nested bodies. ``joint`` is the system itself, which converts states."""
+    """Nested bodies; ``joint`` is the system itself, which converts states."""
 
     joint: Multibody
 
@@ -57,17 +67,18 @@ class MujocoTree:
                 bodies = body + bodies
             else:
                 inner[links[k].parent] = body + inner[links[k].parent]
-        off = tuple(name for name in OFF if name not in ("spring", "damper", "eulerdamp"))
-        return document(self.joint.gravity, bodies, off)
+        used = ("spring", "damper", "eulerdamp")
+        disabled = tuple(name for name in DISABLED if name not in used)
+        return document(self.joint.gravity, bodies, disabled)
 
 
 def _body(link: Link, inner: str) -> str:
     from scipy.spatial.transform import Rotation
 
-    position, turn = link.place, link.attitude
+    position, attitude = link.place, link.attitude
     if any(joint.type == "free" for joint in link.joints):
         rest_pose = link.joints[0].rest  # MuJoCo takes a free joint's from its body's pose
-        position, turn = rest_pose[:3, 3], rest_pose[:3, :3]
+        position, attitude = rest_pose[:3, 3], rest_pose[:3, :3]
     inertial = ""
     if link.mass > 0.0:
         moments, axes = principal(link.inertia)
@@ -76,7 +87,7 @@ def _body(link: Link, inner: str) -> str:
             f'diaginertia="{text(moments)}"/>'
         )
     joints = "".join(_joint(joint) for joint in link.joints)
-    quaternion = text(Rotation.from_matrix(turn).as_quat()[[3, 0, 1, 2]])
+    quaternion = text(Rotation.from_matrix(attitude).as_quat()[[3, 0, 1, 2]])
     return f'<body pos="{text(position)}" quat="{quaternion}">{joints}{inertial}{inner}</body>'
 
 
@@ -94,21 +105,15 @@ def _joint(joint: Joint) -> str:
     return f'<joint type="{joint.type}" {settings}/>'
 
 
-OFF = (
-    *("contact", "constraint", "equality", "frictionloss", "limit", "spring", "damper"),
-    *("clampctrl", "actuation", "sensor", "eulerdamp", "island", "warmstart", "autoreset"),
-)  # features that no single body uses, 4 % of a step; and the reset that would hide a failure
-
-
-def document(gravity: Any, bodies: str, off: tuple[str, ...] = OFF) -> str:
+def document(gravity: Any, bodies: str, disabled: tuple[str, ...] = DISABLED) -> str:
     """The XML of a model with these bodies and gravity (3,); angles are in radians.
 
     Parameters
     ----------
-    off
-        names of what is disabled
+    disabled
+        names of the features to disable
     """
-    flags = " ".join(f'{name}="disable"' for name in off)
+    flags = " ".join(f'{name}="disable"' for name in disabled)
     return (
         f'<mujoco><compiler angle="radian"/><option gravity="{text(gravity)}">'
         f"<flag {flags}/></option><worldbody>{bodies}</worldbody></mujoco>"
@@ -120,13 +125,10 @@ def text(numbers: Any) -> str:
     return " ".join(repr(float(number)) for number in numbers)
 
 
-SLACK = 1e-12  # relative: below that, moments are zero, and a flat body's are flat
-
-
 def principal(inertia: Array) -> tuple[Array, Array]:
     """Moments, (3,), and the quaternion of their axes, (4,), with w first.
 
-    MuJoCo's ``fullinertia`` is off by some 10 roundings and orders the axes differently.
+    MuJoCo's ``fullinertia`` has an error of some 10 roundings and orders the axes differently.
     """
     from scipy.spatial.transform import Rotation
 
@@ -136,10 +138,8 @@ def principal(inertia: Array) -> tuple[Array, Array]:
         axes[:, 0] *= np.linalg.det(axes)
     k = int(np.argmax(moments))
     smaller_sum = float(np.sum(np.delete(moments, k)))
-    if moments[k] <= smaller_sum * (1.0 + SLACK):
-        moments[k] = min(
-            moments[k], smaller_sum
-        )  # a flat body may be off by a rounding; MuJoCo's may not
+    if moments[k] <= smaller_sum * (1.0 + MOMENT_ROUNDING):  # MuJoCo allows no rounding here
+        moments[k] = min(moments[k], smaller_sum)
     return moments, Rotation.from_matrix(axes).as_quat()[[3, 0, 1, 2]]
 
 
@@ -154,8 +154,6 @@ def principal(inertia: Array) -> tuple[Array, Array]:
 # Quaternions have w first and take the body's frame to space; w is the angular velocity in the
 # body's frame.
 
-FROM_SCIPY, TO_SCIPY = [3, 0, 1, 2], [1, 2, 3, 0]  # w last there
-
 
 def to_mujoco(joint: str | Multibody, q: Array, v: Array) -> tuple[Array, Array]:
     """(qpos, qvel) of the state q, v; all may have leading axes."""
@@ -168,12 +166,12 @@ def to_mujoco(joint: str | Multibody, q: Array, v: Array) -> tuple[Array, Array]
     from scipy.spatial.transform import Rotation
 
     R = q[..., :3, :3]
-    turned = Rotation.from_matrix(R).as_quat()[..., FROM_SCIPY]
+    quaternions = Rotation.from_matrix(R).as_quat()[..., FROM_SCIPY]
     if joint == "ball":
-        return turned, v
+        return quaternions, v
     drift = np.einsum("...ij,...j->...i", R, v[..., 3:])
     return (
-        np.concatenate([q[..., :3, 3], turned], axis=-1),
+        np.concatenate([q[..., :3, 3], quaternions], axis=-1),
         np.concatenate([drift, v[..., :3]], axis=-1),
     )
 
@@ -199,13 +197,7 @@ def from_mujoco(joint: str | Multibody, qpos: Array, qvel: Array) -> tuple[Array
     return q, np.concatenate([qvel[:, 3:], drift], axis=-1)
 
 
-# Converts a problem of one rigid body to MuJoCo: a joint with a body given by its inertia.
-#
-# The only place that knows MuJoCo's masses, frames of inertia and joints; `mujoco_states` knows its
-# coordinates.
-
-JOINTS = {RigidBody: "ball", FreeBody: "free", Canonical: "hinge"}
-DOUBLINGS = 64
+# A problem of one rigid body becomes a joint with a body given by its inertia.
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,15 +282,17 @@ def mujoco_body(system: Any) -> MujocoBody | MujocoChain | MujocoTree:
 def on_a_pivot(mass: float, centre: Array, inertia: Array) -> tuple[float, Array, Array, Array]:
     """mass, centre, moments and axes about the centre of mass, from the inertia about the pivot.
 
-    A pivot feels the inertia and mass * centre alone. Where the mass given leaves no inertia about
-    the centre of mass that a body can have, as of a point on a rod, it is doubled and the lever
-    halved until one is left.
+    The motion depends on the inertia and on mass * centre alone. Where the mass leaves no possible
+    inertia about the centre of mass, as of a point on a rod, it is doubled and the lever halved
+    until it does.
     """
     for k in range(DOUBLINGS):
         m, r = mass * 2.0**k, centre / 2.0**k
         moments, axes = principal(inertia - m * (r @ r * np.eye(3) - np.outer(r, r)))
         largest, smaller_sum = np.max(moments), np.sum(moments) - np.max(moments)
-        if np.min(moments) > SLACK * largest and largest <= smaller_sum * (1.0 + SLACK):
+        if np.min(moments) > MOMENT_ROUNDING * largest and largest <= smaller_sum * (
+            1.0 + MOMENT_ROUNDING
+        ):
             break
     return m, r, moments, axes
 
@@ -314,9 +308,9 @@ class MujocoChain:
     levers : array, shape (n,)
         of the centres of mass, from each link's upper hinge
     moments : array, shape (n,)
-        about the centres of mass; of the plane they swing in, the only one they feel
+        about the centres of mass, for rotation in the plane
     gravity
-        downwards
+        downward acceleration
 
     Notes
     -----

@@ -15,7 +15,7 @@ from galvi.arrays import Array
 from galvi.systems.lagrangian import velocity_at
 from references.mujoco.body import mujoco_body, to_mujoco
 
-OLDEST_MUJOCO = (4, 0, 1)
+OLDEST_MUJOCO = (4, 0, 1)  # oldest version without the faults named in `missing`
 
 
 def missing() -> str:
@@ -43,9 +43,8 @@ def version() -> str:
 
 @lru_cache(maxsize=8)
 def compiled(system: Any) -> tuple[Any, Any, Any]:
-    """The joint, or a tree's system, and MuJoCo's model and data, made once for each system.
-
-    Run once before timing.
+    """The type of joint, or for a tree its system, and MuJoCo's model and data, which are cached
+    for each system: call it once before timing.
 
     Raises
     ------
@@ -79,7 +78,7 @@ Builder = Callable[[Problem], tuple[Any, Any, Any]]  # such as `at_start`
 
 
 def is_of_user(build: Builder, problem: Problem) -> bool:
-    """Whether a user's own model is run, which has all the forces of the tree read from it."""
+    """Whether ``build`` returns a user's own model, whose forces the problem's tree has."""
     return build is not at_start and isinstance(problem.system, Multibody)
 
 
@@ -97,7 +96,8 @@ def silence() -> Iterator[None]:
 
 
 def broken(model: Any, mj_data: Any) -> bool:
-    """Whether MuJoCo warned in a step, or warns of the state now: NaN, infinite or above 1e10."""
+    """Whether MuJoCo warned in a step, or its checks warn that the state is NaN, infinite or above
+    1e10."""
     import mujoco
 
     mujoco.mj_checkPos(model, mj_data)

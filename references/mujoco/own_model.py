@@ -23,7 +23,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-# How failures begin: of a release that cannot run the model, and of one in which it diverges.
+# Beginnings of the sentences on failures: the release has no such integrator; MuJoCo warned.
 NO_INTEGRATOR, WARNED = "This release has no integrator", "MuJoCo warned of"
 
 
@@ -68,7 +68,7 @@ def energy(model: Any, mj_data: Any) -> list[float]:
     return evaluated.energy.tolist()
 
 
-PARTS = 100  # parts of the steps between rows; rounding is imitated after each
+PARTS = 100  # largest number of parts of the steps between rows; after each, rounding is imitated
 
 
 def advance(model: Any, mj_data: Any, count: int, signs: Any) -> None:
@@ -87,7 +87,7 @@ def advance(model: Any, mj_data: Any, count: int, signs: Any) -> None:
 
 
 def run(model: Any, job: dict[str, Any], request: dict[str, Any]) -> dict[str, Any]:
-    """One run of the job; up to its failure where it fails."""
+    """The rows of one run of the job, up to its failure if it fails."""
     import mujoco
     import numpy as np
 

@@ -31,7 +31,7 @@ class MujocoRollout:
     def prepared(
         self, problem: Problem, q0: Array, v0: Array, step: float, steps: int, threads: int
     ) -> Callable[[], Array]:
-        """A call that runs all members (n, ...) and returns their last configurations."""
+        """A function that runs all members (n, ...) and returns their last configurations."""
         import mujoco
         from mujoco.rollout import Rollout
 

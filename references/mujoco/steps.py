@@ -1,8 +1,8 @@
 """MuJoCo's integrators, as values of one class.
 
 MuJoCo is a multibody engine with contacts: on one body or chain much of its time is the price of
-generality. Its documentation advises RK4 where energy should be kept for long. The others are of
-first order; `implicit` damps a tumbling body by design.
+generality. Its documentation advises RK4 where energy should be conserved for long. The others are
+of first order; `implicit` damps a tumbling body by design.
 """
 
 from __future__ import annotations
@@ -21,22 +21,23 @@ from references.mujoco import engine as mujoco_engine
 from references.mujoco.body import from_mujoco, supports
 from references.setting import described
 
-CHUNK = 100_000  # steps between two looks at Ctrl-C
-DEFAULT_STEP = 0.002  # of MuJoCo, s
+CHUNK = 100_000  # number of steps between two checks for Ctrl-C
+DEFAULT_STEP = 0.002  # seconds, MuJoCo's default
 
 
 @dataclass(frozen=True, eq=False)
 class MujocoSteps:
-    """Equal steps in C, as many in one call as lie between two saved states.
+    """Equal steps in C, in one call for at most CHUNK steps between two saved states.
 
     Attributes
     ----------
     integrator
-        its name in MuJoCo
+        name of the integrator in MuJoCo
     order
-        of convergence of attitude and velocity
+        order of convergence of attitude and velocity
     build
-        (problem): see `references.mujoco.engine.at_start`, `references.mujoco.users`
+        problem -> joint, model and data; see `references.mujoco.engine.at_start` and
+        `references.mujoco.users`
 
     Notes
     -----
@@ -111,14 +112,16 @@ class _Motion:
     ----------
     steps_done
         number of steps taken
+    selection
+        MuJoCo's flags of the parts of ``state``
     state
-        what `everything` selects, before the present batch of steps
+        the state before the present batch of steps
     """
 
     model: Any
     mj_data: Any
     steps_done: int = 0
-    everything: int = 0
+    selection: int = 0
     state: Any = None
 
     def begin(self, step: float, integrator: str) -> None:
@@ -127,8 +130,8 @@ class _Motion:
 
         self.model.opt.timestep = step
         self.model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
-        self.everything = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-        self.state = np.empty(mujoco.mj_stateSize(self.model, self.everything))
+        self.selection = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+        self.state = np.empty(mujoco.mj_stateSize(self.model, self.selection))
 
     def advance_to(self, target: int) -> int:
         """Advance to the step ``target``; returns 0, or the number of the step at which MuJoCo
@@ -137,16 +140,17 @@ class _Motion:
 
         while self.steps_done < target:
             batch = min(target - self.steps_done, CHUNK)
-            mujoco.mj_getState(self.model, self.mj_data, self.state, self.everything)
-            if not self._goes_on(batch):
-                mujoco.mj_resetData(self.model, self.mj_data)  # its warnings too
-                mujoco.mj_setState(self.model, self.mj_data, self.state, self.everything)
+            mujoco.mj_getState(self.model, self.mj_data, self.state, self.selection)
+            if not self._take_steps(batch):
+                mujoco.mj_resetData(self.model, self.mj_data)  # also clears the warnings
+                mujoco.mj_setState(self.model, self.mj_data, self.state, self.selection)
                 for _ in range(batch):
-                    if not self._goes_on(1):
+                    if not self._take_steps(1):
                         return self.steps_done + 1
         return 0
 
-    def _goes_on(self, steps: int) -> bool:
+    def _take_steps(self, steps: int) -> bool:
+        """Take steps and count them; returns False, without counting, if MuJoCo warned."""
         import mujoco
 
         with engine_time:

@@ -31,9 +31,8 @@ def of_user(contender: Kind, user_model: Any, problem: Problem) -> Kind:
     A run of ``problem`` itself starts at the model's own numbers, a run of another problem at that
     problem's, with mocap bodies as at the user's start.
     """
-    run_model = replace(
-        user_model, model=copy.copy(user_model.model)
-    )  # a run sets its integrator and step
+    # A copy, since a run sets its integrator and step.
+    run_model = replace(user_model, model=copy.copy(user_model.model))
 
     def build(requested: Problem) -> tuple[Any, Any, Any]:
         mj_data = run_model.start_data()

@@ -23,7 +23,7 @@ from references.tree_ivp import SCALAR, integrated, joints_of
 #
 # Those of `galvi.Multibody.to_mujoco` have w first, and a free joint's velocity in space.
 
-OLDEST = 3  # earlier ones leave armatures out of accelerations
+OLDEST_PINOCCHIO = 3  # major version; earlier ones leave armatures out of accelerations
 
 
 def missing() -> str:
@@ -33,8 +33,8 @@ def missing() -> str:
     except ImportError as error:
         return f"{error}. Install pin, which is Pinocchio."
     installed = str(getattr(pinocchio, "__version__", "of another project"))
-    if not hasattr(pinocchio, "aba") or int(installed.partition(".")[0]) < OLDEST:
-        return f"pinocchio {installed} is not Pinocchio {OLDEST} or newer. Install pin."
+    if not hasattr(pinocchio, "aba") or int(installed.partition(".")[0]) < OLDEST_PINOCCHIO:
+        return f"pinocchio {installed} is not Pinocchio {OLDEST_PINOCCHIO} or newer. Install pin."
     return ""
 
 
@@ -47,7 +47,7 @@ def version() -> str:
 
 @lru_cache(maxsize=8)
 def compiled(system: Multibody) -> PinocchioTree:
-    """The tree in Pinocchio, made once for each system."""
+    """The tree in Pinocchio, cached for each system."""
     return PinocchioTree.of(system)
 
 
@@ -58,12 +58,15 @@ class PinocchioTree:
     Attributes
     ----------
     order : array, shape (nq,)
-        entries of qpos in Pinocchio's order; ``zeros`` (nq,) are subtracted from them
+        indices of qpos in Pinocchio's order
+    zeros : array, shape (nq,)
+        values that are subtracted from qpos
     scalars
-        hinges and slides: their entries of qpos, those of qvel, stiffness and rest
+        of hinges and slides: indices in qpos and in qvel, stiffness, rest
     turning
-        balls and free joints: the joint, its first entries of qpos and of qvel
+        of balls and free joints: joint, indices of its first entries of qpos and of qvel
     damping : array, shape (nv,)
+        coefficients
     """
 
     model: Any
@@ -76,7 +79,7 @@ class PinocchioTree:
 
     @classmethod
     def of(cls, system: Multibody) -> PinocchioTree:
-        """The same bodies, joints and armatures."""
+        """The tree of a system in Pinocchio."""
         import pinocchio
 
         model = pinocchio.Model()
@@ -97,8 +100,8 @@ class PinocchioTree:
                 order, zeros[at] = [*order, at], joint.zero
                 scalars.append((at, dof, joint.stiffness, joint.rest))
                 continue
-            turn = at + 3 * (joint.type == "free")
-            order += [*range(at, turn), turn + 1, turn + 2, turn + 3, turn]
+            first = at + 3 * (joint.type == "free")
+            order += [*range(at, first), first + 1, first + 2, first + 3, first]
             turning.append((joint, at, dof))
         model.armature = armature
         table = np.array(scalars).reshape(-1, 4).T
@@ -181,7 +184,7 @@ def _joint(joint: Joint) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class PinocchioAccelerations:
-    """Setting and steps as of `references.tree_ivp.integrated`."""
+    """Setting and steps as in `references.tree_ivp.integrated`."""
 
     fixed_step: ClassVar[bool] = False
     engine: ClassVar[str] = "pin"

@@ -17,17 +17,19 @@ from references.engine_clock import engine_time
 from references.rebound import simulation as rebound_simulation
 from references.setting import described
 
-LOST = 1e-3  # change of energy, relative to kinetic plus potential, that no close approach explains
+# Largest change of the energy, relative to the sum of the sizes of kinetic and potential energy,
+# that a close approach explains.
+MAX_ENERGY_CHANGE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class ReboundAdaptive:
-    """Steps of the engine's own choice; the one before each sample is shortened to end on it.
+    """Steps that REBOUND chooses; the step before each sample is shortened to end on it.
 
     Attributes
     ----------
     integrator
-        its name in REBOUND
+        name of the integrator in REBOUND
     defaults
         options that every run sets and records
     options
@@ -35,17 +37,17 @@ class ReboundAdaptive:
     tolerances
         names of the defaults that the key "tolerance" sets
     fits
-        (problem): whether it is supported
+        problem -> whether it is supported
     build
-        (problem, integrator, options): the simulation; see `references.rebound.users`
+        (problem, integrator, options) -> simulation; see `references.rebound.users`
 
     Notes
     -----
-    Setting: samples, the options, tolerance, first_step (default 1e-3). The shortened step does not
-    hurt an adaptive method of high order but is not free: ask for few samples where time is
-    measured. REBOUND passes through collisions without a word, so a run whose energy moves by more
-    than 1e-3 of its size is a failure, unless forces do work. REBOUND does not count force
-    evaluations.
+    Setting: samples, the options, tolerance, first_step (default: REBOUND's dt, 1e-3). Shortened
+    steps do not reduce the accuracy of a method of high order but cost time: ask for few samples
+    where time is measured. REBOUND passes through collisions without a warning, so a run whose
+    energy changes by more than 1e-3 of its size is a failure, unless forces do work. REBOUND does
+    not count force evaluations.
     """
 
     fixed_step: ClassVar[bool] = False
@@ -66,8 +68,8 @@ class ReboundAdaptive:
         return rebound_simulation.missing()
 
     def supports(self, problem: Problem) -> bool:
-        """N bodies, or a scalar mass about a fixed centre; with another `fits` what that
-        accepts."""
+        """N bodies, or a scalar mass about a fixed centre; with another `fits`, the problems that
+        it accepts."""
         return self.fits(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
@@ -96,7 +98,7 @@ class ReboundAdaptive:
                 positions, velocities = sim.states()
                 q[row], v[row] = positions.reshape(q[row].shape), velocities.reshape(q[row].shape)
 
-        def ended(failure: Failure | None) -> Trajectory:
+        def trajectory(failure: Failure | None) -> Trajectory:
             return as_trajectory(
                 problem,
                 described(self.name, {**setting, **options}, rebound_simulation.version()),
@@ -108,15 +110,15 @@ class ReboundAdaptive:
                 notes=[*warned(), self._accuracy_note(setting)],
             )
 
-        run = ended(failure)
+        run = trajectory(failure)
         system = problem.system
-        works = isinstance(system, NBody) and not system.acting.conserve
-        lost = None if works else _lost(run, self.tolerances[0])
-        return ended(lost) if lost is not None else run
+        forces_do_work = isinstance(system, NBody) and not system.acting.conserve
+        lost = None if forces_do_work else _energy_failure(run, self.tolerances[0])
+        return trajectory(lost) if lost is not None else run
 
     def _accuracy_note(self, setting: Mapping[str, Any]) -> str:
-        """A note that a run with the default tolerance is no truth; empty if it is exact or sets
-        one."""
+        """A note that a run with the default tolerance is no truth; "" for an exact contender and a
+        setting with a tolerance."""
         if self.exact or {"tolerance", *self.tolerances} & set(setting):
             return ""
         default = self.defaults[self.tolerances[0]]
@@ -126,13 +128,13 @@ class ReboundAdaptive:
         )
 
 
-def _lost(run: Trajectory, tolerance: str) -> Failure | None:
+def _energy_failure(run: Trajectory, tolerance: str) -> Failure | None:
     """The failure that a jump of the energy reveals; None without one."""
     with np.errstate(all="ignore"):
         energy = galvi.energy(run)
         potential = run.problem.system.potential_energy(run.problem.q0, np.array(run.problem.t0))
         size = abs(energy[0] - potential) + abs(potential)
-        jumped = np.abs(energy - energy[0]) > LOST * size
+        jumped = np.abs(energy - energy[0]) > MAX_ENERGY_CHANGE * size
     if not np.any(jumped):
         return None
     row = int(np.argmax(jumped))

@@ -13,7 +13,8 @@ from references.rebound import whfast512
 
 @rebound_simulation.arithmetic_kept()  # WHFast512 leaves subnormal numbers to be 0
 def corrector_taken_for_17() -> str:
-    """How WHFast512 takes a corrector of order 3 for that of order 17; '' if it does not."""
+    """A clause that shows that WHFast512 uses order 17 for a corrector of order 3; '' if it does
+    not."""
     if whfast512.missing():
         return ""
     ends = {}
@@ -27,16 +28,17 @@ def corrector_taken_for_17() -> str:
         sim.synchronize()
         ends[integrator, order] = sim.particles[1].x
     gap = abs(ends["whfast", 3] - ends["whfast", 17])
-    same = ends["whfast512", 3] == ends["whfast512", 17]
+    are_equal = ends["whfast512", 3] == ends["whfast512", 17]
     return (
         f"correctors 3 and 17 end at the same place, to the bit; WHFast's part by {gap:.0e}"
-        if same and gap > 0.0
+        if are_equal and gap > 0.0
         else ""
     )
 
 
 def step_repeated_for_ever() -> str:
-    """How BS repeats its least step where two bodies meet; '' if its time advances."""
+    """A clause that shows that BS repeats its least step where two bodies meet; '' if its time
+    advances."""
     sim = _two_at_rest()
     sim.integrator, sim.dt = "bs", 1e-2
     sim.integrator.min_dt = 1e-3
@@ -50,7 +52,8 @@ def step_repeated_for_ever() -> str:
 
 
 def integers_wrap_around() -> str:
-    """How JANUS changes a position above 2^63 of its units; '' if it warns, or keeps it."""
+    """A clause that shows how JANUS changes a position above 2^63 of its units; '' if it warns or
+    does not change it."""
     sim = _planets("janus")
     sim.integrator.scale_pos = sim.integrator.scale_vel = 1e-20
     before = sim.particles[2].x
@@ -58,9 +61,11 @@ def integers_wrap_around() -> str:
         warnings.simplefilter("always")
         sim.steps(1)
     after = sim.particles[2].x
-    lost = not math.isclose(before, after, rel_tol=0.5)
+    has_changed = not math.isclose(before, after, rel_tol=0.5)
     return (
-        f"in one step of 0.1 x goes from {before:.3g} to {after:.3g}" if lost and not caught else ""
+        f"in one step of 0.1 x goes from {before:.3g} to {after:.3g}"
+        if has_changed and not caught
+        else ""
     )
 
 
@@ -108,7 +113,7 @@ def observations() -> dict[str, str]:
     """
     if why := rebound_simulation.missing():
         raise ModuleNotFoundError(why)
-    return {name: look() for name, look in DEFECTS.items()}
+    return {name: observe() for name, observe in DEFECTS.items()}
 
 
 if __name__ == "__main__":

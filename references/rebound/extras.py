@@ -15,7 +15,7 @@ ADAPTIVE = ("ias15", "bs")
 
 
 def missing() -> str:
-    """One sentence saying why it cannot be used here; empty when it can."""
+    """One sentence saying why REBOUNDx cannot be used here; empty when it can."""
     if rebound_simulation.missing():
         return rebound_simulation.missing()
     try:
@@ -42,13 +42,18 @@ def states(
     force_parameters: Mapping[str, Any],
     of_bodies: Mapping[int, Mapping[str, Any]],
 ) -> tuple[Array, Array]:
-    """q and v (n, bodies, 3) of bodies in space at even times, which are multiples of dt.
+    """q and v (n, bodies, 3) of bodies in space at times that are multiples of dt.
 
     Parameters
     ----------
+    times : array, shape (n,)
+        at equal distances
     name
-        of REBOUNDx's force, "" for none; ``force_parameters`` are its parameters, ``of_bodies``
-        those of each body, with its radius "r"
+        name of REBOUNDx's force, "" for none
+    force_parameters
+        parameters of the force
+    of_bodies
+        index of a body -> its parameters, with its radius "r"
     """
     import reboundx
 

@@ -15,7 +15,7 @@ from references.engine_clock import engine_time
 from references.rebound import simulation as rebound_simulation
 from references.setting import described
 
-CHUNK = 100_000  # steps between two looks at Ctrl-C
+CHUNK = 100_000  # number of steps between two checks for Ctrl-C
 
 
 def _one_by_one(engine: Any, steps: int) -> None:
@@ -33,25 +33,25 @@ class ReboundSteps:
     Attributes
     ----------
     integrator
-        its name in REBOUND
+        name of the integrator in REBOUND
     options
         keys of a setting that are set on REBOUND's integrator
     order
-        of convergence with its defaults, at vanishing step
+        order of convergence, at vanishing step, with the default options
     advance
-        (engine, steps): take so many steps
+        (engine, steps) takes ``steps`` steps
     objection
-        (problem, options): why they do not fit together, or ""
+        (problem, options) -> why they do not fit together; "" where they do
     engine_missing, fits
-        what `missing` and `supports` return
+        functions whose values `missing` and `supports` return
     build
-        (problem, integrator, options): the simulation; see `references.rebound.users`
+        (problem, integrator, options) -> simulation; see `references.rebound.users`
 
     Notes
     -----
     Setting: step, save_every and the options, each with REBOUND's default, values and meaning.
-    States are synchronised when they are saved and not otherwise, if safe_mode is 0. REBOUND does
-    not count force evaluations. Its warnings, as of a step above one orbit, go to the status.
+    If safe_mode is 0, states are synchronised only when they are saved. REBOUND does not count
+    force evaluations. Its warnings, such as of a step above one orbit, go to the status.
     """
 
     fixed_step: ClassVar[bool] = True
@@ -74,7 +74,8 @@ class ReboundSteps:
         return self.engine_missing()
 
     def supports(self, problem: Problem) -> bool:
-        """N bodies, or a scalar mass about a fixed centre, unless `fits` asks for more."""
+        """N bodies, or a scalar mass about a fixed centre; with another `fits`, the problems that
+        it accepts."""
         return self.fits(problem)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
@@ -83,7 +84,7 @@ class ReboundSteps:
         Raises
         ------
         ValueError
-            For options that do not go together.
+            For options that do not fit the problem, and options that REBOUND refuses.
         """
         steps = steps_of_run(self, problem, duration, setting, *self.options)
         options = {key: setting[key] for key in self.options if key in setting}
@@ -130,7 +131,7 @@ class ReboundSteps:
         )
 
     def _refuses(self, problem: Problem, options: Mapping[str, Any], step: float) -> bool:
-        """Whether REBOUND takes no step at all with these options."""
+        """Whether REBOUND fails to take a first step with these options."""
         sim = self.build(problem, self.integrator, options)
         sim.engine.dt = step
         try:

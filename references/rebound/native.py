@@ -1,7 +1,7 @@
 """REBOUND compiled for this processor, beside the wheel: `make native` builds it from its source.
 
-A process has one module `rebound`. The other build is imported from a folder of its own, and takes
-the module's place for as long as a run lasts.
+A process has one module `rebound`. The native build is imported from its own folder and replaces
+that module during a run.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ def missing() -> str:
 
 @contextmanager
 def native() -> Iterator[None]:
-    """Inside the block ``import rebound`` imports this build."""
-    before = _taken_out()
+    """Inside the block ``import rebound`` imports the native build."""
+    before = _remove_modules()
     try:
         sys.modules.update(_modules(FOLDER))
         yield
     finally:
-        _taken_out()
+        _remove_modules()
         sys.modules.update(before)
 
 
@@ -59,10 +59,11 @@ def _modules(folder: Path) -> Mapping[str, ModuleType]:
         importlib.import_module("rebound")
     finally:
         sys.path.remove(str(folder))
-    return _taken_out()
+    return _remove_modules()
 
 
-def _taken_out() -> dict[str, ModuleType]:
+def _remove_modules() -> dict[str, ModuleType]:
+    """Remove REBOUND's modules from those imported; returns them by name."""
     names = [name for name in sys.modules if name.partition(".")[0] in ("rebound", "librebound")]
     return {name: sys.modules.pop(name) for name in names}
 
@@ -87,7 +88,7 @@ class Native:
 
     @property
     def missing(self) -> str:
-        """Why this build, or the contender, cannot be used here, or ""."""
+        """Why the native build or the contender cannot be used here; "" when they can."""
         return missing() or self.contender.missing
 
     def supports(self, problem: Problem) -> bool:

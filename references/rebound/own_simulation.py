@@ -57,14 +57,14 @@ def build(job: dict[str, Any], particles: list[list[float]]) -> Any:
 
 
 def state(sim: Any) -> tuple[list[list[float]], float]:
-    """The particles and the energy now, of a copy that is synchronised."""
+    """The particles and the energy of a synchronised copy."""
     synchronised = sim.copy()
     (getattr(synchronised, "synchronize", None) or synchronised.integrator_synchronize)()
     energy = (getattr(synchronised, "energy", None) or synchronised.calculate_energy)()
     return [[getattr(p, name) for name in STATE] for p in synchronised.particles], float(energy)
 
 
-PARTS = 100  # parts of the steps between rows; rounding is imitated after each
+PARTS = 100  # largest number of parts of the steps between rows; after each, rounding is imitated
 
 
 def advance(sim: Any, count: int, time: float | None, signs: random.Random | None) -> None:
@@ -85,7 +85,7 @@ def advance(sim: Any, count: int, time: float | None, signs: random.Random | Non
 
 
 def run(job: dict[str, Any], request: dict[str, Any]) -> dict[str, Any]:
-    """One run of the job; up to its failure where it fails."""
+    """The rows of one run of the job, up to its failure if it fails."""
     rows: dict[str, Any] = {
         "particles": [],
         "energy": [],
@@ -107,7 +107,7 @@ def run(job: dict[str, Any], request: dict[str, Any]) -> dict[str, Any]:
                 sum(0.5 * m * (u * u + v * v + w * w) for m, _, _, _, u, v, w in particles)
             )
             rows["taken"] = sim.steps_done
-    except Exception as error:  # whatever a release does
+    except Exception as error:  # releases raise different exceptions
         rows["failure"] = f"{type(error).__name__}: {error}"
     return rows
 

@@ -58,7 +58,7 @@ def supports(problem: Problem) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """A REBOUND simulation and which of its particles are the problem's.
+    """A REBOUND simulation, and the indices of the problem's bodies among its particles.
 
     Attributes
     ----------
@@ -86,15 +86,15 @@ Builder = Callable[[Problem, str, Mapping[str, Any]], Simulation]
 
 
 def simulation(problem: Problem, integrator: str, options: Mapping[str, Any]) -> Simulation:
-    """The problem at REBOUND's time 0, with options set on its integrator.
+    """The problem at REBOUND's time 0, with options set on REBOUND's integrator.
 
-    The engine's masses are G m and its G is 1, because WHFast512 takes no other. A fixed centre is
-    a particle of mass mu / m at rest that the massless body does not pull.
+    REBOUND's masses are G m and its G is 1, because WHFast512 requires that. A fixed centre is a
+    particle of mass mu / m at rest, the body a massless particle.
 
     Raises
     ------
     ValueError
-        For a value that REBOUND does not take.
+        For an option or a value that REBOUND refuses.
     """
     import rebound
 

@@ -20,18 +20,22 @@ def transits(
     interval: float,
     precision: float,
 ) -> list[Array]:
-    """Mid-transit times since the start of each planet, seen from far away along x, as REBOUND's
-    example of transit timing variations finds them with IAS15: y changes its sign between two
-    outputs while the planet is in front, and the integration goes to and fro by bisection.
+    """Mid-transit times since the start, an array for each planet, seen from far away along x.
+
+    As in REBOUND's example of transit timing variations, with IAS15: y changes its sign between two
+    outputs while the planet is in front of the star, and the integration goes to and fro by
+    bisection.
 
     Parameters
     ----------
     planets
-        numbers of bodies, all in one run
+        indices of bodies, all in one run
+    star
+        index of the star
     interval
         time between outputs
     precision
-        of the times
+        largest error of the times
     """
     sim = rebound_simulation.simulation(problem, "ias15", {})
     engine, transit_times = sim.engine, [list[float]() for _ in planets]

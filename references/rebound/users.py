@@ -69,7 +69,7 @@ def _builder(sim: Any, read: Problem, keep_settings: bool) -> Builder:
         if not keep_settings:
             copy.gravity, copy.t = "basic", 0.0
         if not _same_start(problem, read):
-            _put(copy, problem.q0, problem.v0)
+            _set_state(copy, problem.q0, problem.v0)
             copy.t = problem.t0 if keep_settings else 0.0
         return Simulation(copy, np.arange(copy.N), problem.q0.shape[1])
 
@@ -80,7 +80,7 @@ def _same_start(problem: Problem, read: Problem) -> bool:
     return np.array_equal(problem.q0, read.q0) and np.array_equal(problem.v0, read.v0)
 
 
-def _put(sim: Any, q: Array, v: Array) -> None:
+def _set_state(sim: Any, q: Array, v: Array) -> None:
     padding = ((0, 0), (0, 3 - q.shape[1]))
     states = np.pad(q, padding).tolist(), np.pad(v, padding).tolist()
     for particle, position, speed in zip(sim.particles, *states, strict=True):

@@ -86,8 +86,9 @@ def run_on_coordinates(
 def solve(
     solver: str, slope: Any, times: Array, start: Array, setting: Mapping[str, Any]
 ) -> tuple[Array, int, Failure | None]:
-    """States (saved, n) of y' = slope(t, y), NaN past a failure; calls of slope; the failure."""
-    from scipy.integrate import solve_ivp  # a fifth of the import of the references
+    """States (saved, n) of y' = slope(t, y), NaN past a failure; the number of calls of slope; the
+    failure, or None."""
+    from scipy.integrate import solve_ivp  # would lengthen the import of the references by a fifth
 
     options = tolerances(setting)
     for key in ("first_step", "max_step"):
@@ -110,12 +111,14 @@ def tolerances(setting: Mapping[str, Any]) -> dict[str, float]:
 
 
 def with_tolerances(setting: Mapping[str, Any]) -> dict[str, Any]:
-    """The setting with SciPy's default tolerances written out where it leaves them to SciPy."""
+    """The setting with both tolerances, SciPy's defaults where it has none; unchanged if it has the
+    key "tolerance"."""
     return dict(setting) if "tolerance" in setting else {**setting, **tolerances(setting)}
 
 
 def accuracy_note(setting: Mapping[str, Any]) -> str:
-    """A note that a run with SciPy's default relative tolerance is no truth; else empty."""
+    """A note that a run with SciPy's default relative tolerance is no truth; "" for a setting with
+    tolerance or rtol."""
     if "tolerance" in setting or "rtol" in setting:
         return ""
     return (
@@ -130,7 +133,8 @@ def _failure(solved: Any) -> Failure:
         row=row,
         step=row,
         why=f"SciPy gave up before sample {row}: {solved.message} Forces grew beyond bound there, "
-        "as where bodies meet, or the tolerance cannot be had; end the run earlier or loosen it.",
+        "as where bodies meet, or the tolerance cannot be reached; end the run earlier or loosen "
+        "it.",
     )
 
 

@@ -1,1 +1,1 @@
-"""Trajectories in extended precision, kept as files."""
+"""Trajectories in extended precision, stored as files."""

@@ -1,4 +1,5 @@
-"""The truth for a rigid body in weight: `python -m references.stored.attitude` makes it anew.
+"""Stored truths for rigid bodies under their weight, written by `python -m
+references.stored.attitude`.
 
 A file identifies its problem by inertia, mass, centre of mass, weight and start, to the last bit.
 """

@@ -1,4 +1,4 @@
-"""The truth for chains of links: `python -m references.stored.chain` makes it anew.
+"""Stored truths for chains of links, written by `python -m references.stored.chain`.
 
 A file identifies its problem by links, gravity and start, to the last bit.
 """

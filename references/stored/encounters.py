@@ -11,7 +11,8 @@ import numpy as np
 
 from galvi import NBody, Problem
 
-GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
+GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))  # radians
+ASTRONOMICAL_UNITS = "au, solar mass, year / 2 pi"
 
 
 def burrau() -> Problem:
@@ -21,8 +22,8 @@ def burrau() -> Problem:
 
 
 def _orbit(a: float, e: float, mass: float, tilt: float, turn: float) -> tuple[Any, Any]:
-    """Place and velocity at the apocentre, relative to the centre of a mass; tilted about x after a
-    turn in the plane."""
+    """Position and velocity at the apocentre relative to a central mass, (3,) each: rotated by
+    ``turn`` in the plane, then by ``tilt`` about x."""
     r, speed = a * (1.0 + e), math.sqrt(mass / a * (1.0 - e) / (1.0 + e))
     q, v = np.array([-r, 0.0, 0.0]), np.array([0.0, -speed, 0.0])
     c, s, ct, st = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
@@ -32,13 +33,10 @@ def _orbit(a: float, e: float, mass: float, tilt: float, turn: float) -> tuple[A
 
 
 def _balanced(masses: Any, q: Any, v: Any, name: str, units: str, bodies: Any) -> Problem:
-    """The problem about its centre of mass, G = 1."""
+    """The problem in the frame of its centre of mass, G = 1."""
     m, q, v = (np.array(x, dtype=np.float64) for x in (masses, q, v))
     q, v = q - m @ q / m.sum(), v - m @ v / m.sum()
     return Problem(NBody(m), q, v, name=name, units=units, parameters={"bodies": bodies})
-
-
-AU = "au, solar mass, year / 2 pi"
 
 
 def hd_80606() -> Problem:
@@ -49,11 +47,18 @@ def hd_80606() -> Problem:
     zero = (np.zeros(3), np.zeros(3))
     q, v = zip(zero, planet_state, companion_state, strict=True)
     masses = [star, planet, companion]
-    return _balanced(masses, q, v, "HD 80606 and a companion", AU, ("star", "planet", "companion"))
+    return _balanced(
+        masses,
+        q,
+        v,
+        "HD 80606 and a companion",
+        ASTRONOMICAL_UNITS,
+        ("star", "planet", "companion"),
+    )
 
 
 def kozai_triple() -> Problem:
-    """A planet that a star at 6 au, inclined by 75 degrees, makes eccentric again and again."""
+    """A planet whose orbit a star at 6 au, inclined by 75 degrees, periodically makes eccentric."""
     star, planet, outer = 1.0, 1e-3, 1.0
     planet_state = _orbit(1.0, 0.05, star + planet, math.radians(75.0), 0.3)
     outer_state = _orbit(6.0, 0.0, star + planet + outer, 0.0, 0.0)
@@ -61,7 +66,12 @@ def kozai_triple() -> Problem:
     q = [-inner * planet_state[0], (1.0 - inner) * planet_state[0], outer_state[0]]
     v = [-inner * planet_state[1], (1.0 - inner) * planet_state[1], outer_state[1]]
     return _balanced(
-        [star, planet, outer], q, v, "Kozai-Lidov cycles", AU, ("star", "planet", "other star")
+        [star, planet, outer],
+        q,
+        v,
+        "Kozai-Lidov cycles",
+        ASTRONOMICAL_UNITS,
+        ("star", "planet", "other star"),
     )
 
 
@@ -78,11 +88,11 @@ def sixteen_stars() -> Problem:
     k = np.arange(n)
     share = (k + 0.5) / n
     radius = 1.0 / np.sqrt(share ** (-2.0 / 3.0) - 1.0)
-    height, angle = 1.0 - 2.0 * ((k * 7) % n + 0.5) / n, GOLDEN * k
+    height, angle = 1.0 - 2.0 * ((k * 7) % n + 0.5) / n, GOLDEN_ANGLE * k
     flat = np.sqrt(1.0 - height**2)
     q = radius[:, None] * np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
     speed = 0.45 * math.sqrt(2.0) * (1.0 + radius**2) ** -0.25
-    up, turn = 1.0 - 2.0 * ((k * 11 + 5) % n + 0.5) / n, GOLDEN * (3 * k + 2) + 1.0
+    up, turn = 1.0 - 2.0 * ((k * 11 + 5) % n + 0.5) / n, GOLDEN_ANGLE * (3 * k + 2) + 1.0
     level = np.sqrt(1.0 - up**2)
     v = speed[:, None] * np.stack([level * np.cos(turn), level * np.sin(turn), up], axis=1)
     return _balanced(np.full(n, 1.0 / n), q, v, "16 stars", "G = 1", tuple(range(n)))
@@ -105,7 +115,7 @@ def sitnikov() -> Problem:
 
 
 def third_body(mass: float) -> Problem:
-    """A body that sets the clock: on an orbit about one of two stars, close to it."""
+    """A body of this mass on a close orbit about one of two stars, which sets a clock's pace."""
     q = [[0.0, 0.0, 0.0], [9.0, 4.0, 1.0], [0.2, 0.0, 0.05]]
     v = [[0.0, 0.0, 0.0], [-0.15, 0.3, 0.1], [0.0, 2.9, 0.3]]
     return Problem(

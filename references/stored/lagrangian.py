@@ -1,7 +1,7 @@
-"""The truth for Lagrangians on R^d: `python -m references.stored.lagrangian` makes it anew.
+"""Stored truths for Lagrangians on R^d, written by `python -m references.stored.lagrangian`.
 
-A file identifies its problem by start, and by momenta, mass matrix and force at one state of simple
-fractions, in 30 digits rounded to double: whatever form the Lagrangian was written in.
+A file identifies its problem by its start, and by momenta, mass matrix and force at a state of
+simple fractions, in 30 digits rounded to double. These do not depend on the form of the expression.
 """
 
 from __future__ import annotations

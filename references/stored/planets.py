@@ -29,9 +29,10 @@ from references.setting import described
 from references.stored.encounters import ENCOUNTERS
 
 FOLDER = Path(__file__).parent / "data"
-TOLERANCE, LOOSER = 1e-28, 1e-25
-ROUNDING = 4.0 * 2.0**-52  # relative difference of two roundings of one time
-SAME = 1e-14  # difference of a start computed on two processors, relative to its largest entry
+TOLERANCE, LOOSER_TOLERANCE = 1e-28, 1e-25  # of the stored run, and of the run compared with it
+TIME_ROUNDING = 4.0 * 2.0**-52  # largest relative difference of two roundings of one time
+# Largest difference of a start computed on two processors, relative to its largest entry.
+START_ROUNDING = 1e-14
 
 
 def sampled(horizon: float) -> Array:
@@ -47,14 +48,14 @@ def table(case: str) -> str:
     times, began = sampled(horizon), time.perf_counter()
     states, looser = (
         HEYOKA_QUADRUPLE.states(problem, times, {**QUADRUPLE, "tolerance": tolerance})[0]
-        for tolerance in (TOLERANCE, LOOSER)
+        for tolerance in (TOLERANCE, LOOSER_TOLERANCE)
     )
     differences = (states - looser).astype(np.float64).reshape(len(times), -1, 2, 3)[:, :, 0]
     system: Any = problem.system
     lines = [
         f"# {problem.name}, the truth",
         f"# source: {engine_name('real128')}, tolerance {TOLERANCE}, high_accuracy",
-        f"# accuracy: with {LOOSER} instead, positions differ by at most "
+        f"# accuracy: with {LOOSER_TOLERANCE} instead, positions differ by at most "
         f"{np.abs(differences).max():.1e}",
         f"# made by: python -m references.stored.planets {case} "
         f"({time.perf_counter() - began:.0f} s)",
@@ -112,10 +113,10 @@ def with_stored_start(case: str, problem: Problem) -> Problem:
     between processors. ValueError for a larger difference."""
     truth = stored(case)
     for computed, start in ((problem.q0, truth.q[0]), (problem.v0, truth.v[0])):
-        if np.max(np.abs(computed - start)) > SAME * np.max(np.abs(start)):
+        if np.max(np.abs(computed - start)) > START_ROUNDING * np.max(np.abs(start)):
             raise ValueError(
-                f"the start of {problem.name} must be that of {case}.csv, to {SAME:g}; received "
-                f"{computed.tolist()}. Make the file anew."
+                f"the start of {problem.name} must be that of {case}.csv, to {START_ROUNDING:g}; "
+                f"received {computed.tolist()}. Make the file anew."
             )
     return problem.with_initial_state(truth.q[0], truth.v[0])
 
@@ -148,7 +149,7 @@ class StoredTruth:
     missing: str = ""
 
     def supports(self, problem: Problem) -> bool:
-        """By masses, G and start, compared bit for bit."""
+        """A problem whose masses, G and start equal those of a file bit for bit."""
         return any(stored(case).of(problem) for case in CASES)
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
@@ -158,12 +159,12 @@ class StoredTruth:
         since = times - problem.t0
         rows = np.argmin(np.abs(since[:, None] - truth.t), axis=1)
         late = since - truth.t[rows]
-        lost = np.abs(late) > ROUNDING * np.abs(times)
-        if np.any(lost):
+        not_stored = np.abs(late) > TIME_ROUNDING * np.abs(times)
+        if np.any(not_stored):
             stored_times = ", ".join(f"{t:g}" for t in truth.t[1:])
             raise ValueError(
-                f"the stored truth is kept {stored_times} after the start; received a sample at "
-                f"{since[lost][0]:g}. Choose a duration and samples among these."
+                f"the truth is stored at {stored_times} after the start; received a sample at "
+                f"{since[not_stored][0]:g}. Choose a duration and samples among these."
             )
         q = truth.q[rows] + truth.v[rows] * late[:, None, None]
         method = described(self.name, setting, f"heyoka, real128, tolerance {TOLERANCE}")
@@ -175,4 +176,4 @@ STORED_TRUTH = StoredTruth()
 if __name__ == "__main__":
     for name in sys.argv[1:] or CASES:
         (FOLDER / f"{name}.csv").write_text(table(name), encoding="ascii")
-        print(f"wrote references/data/{name}.csv")
+        print(f"wrote references/stored/data/{name}.csv")

@@ -1,4 +1,4 @@
-"""Where each stored truth comes from: engine, version, accuracy, command and the file's hash."""
+"""The provenance of stored truths: engine, version, accuracy, command and hash of each file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ OF_HEADER = {"engine": "source", "accuracy": "accuracy", "made by": "made by"}
 
 
 def truths() -> list[Mapping[str, str]]:
-    """A row for each file, with the keys HEADINGS; the hash is that of the file's bytes."""
+    """A row for each file, with the keys HEADINGS."""
     rows = []
     for path in sorted(FOLDER.glob("*.csv")):
         content = path.read_bytes()

@@ -1,4 +1,4 @@
-"""Reference solutions stored with the package, rounded to double; they need no heyoka."""
+"""Reference solutions stored with the package, rounded to double; reading them needs no heyoka."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from references.as_trajectory import as_trajectory
 from references.contender import Contender, times_of_run
 from references.heyoka.engine import engine_name
 from references.setting import described
-from references.stored.planets import FOLDER, LOOSER, TOLERANCE
+from references.stored.planets import FOLDER, LOOSER_TOLERANCE, TOLERANCE
 
 SAVE_INTERVAL = 0.5  # units of time between stored states
 Identity = dict[str, list[float]]
@@ -23,7 +23,8 @@ Identity = dict[str, list[float]]
 
 @dataclass(frozen=True, eq=False)
 class FileContents:
-    """One file: identity of its problem, times since the start (saved,), q and p (saved, ...)."""
+    """The contents of a file: the identity of its problem, times since the start (saved,), q and p
+    (saved, ...)."""
 
     identity: Identity
     t: Array
@@ -38,7 +39,7 @@ class StoredStates:
     Attributes
     ----------
     module
-        that writes the files, with ``python -m``
+        name of the module that writes the files, with ``python -m``
     makers
         case -> function that makes its problem, and the horizon in its unit of time
     engine
@@ -89,11 +90,11 @@ class StoredStates:
         assert contents is not None
         since = times - problem.t0
         rows = np.argmin(np.abs(since[:, None] - contents.t), axis=1)
-        lost = since != contents.t[rows]
-        if np.any(lost):
+        not_stored = since != contents.t[rows]
+        if np.any(not_stored):
             raise ValueError(
-                f"the stored truth is kept every {SAVE_INTERVAL:g} up to {contents.t[-1]:g} after "
-                f"the start; received a sample at {since[lost][0]:g}. Choose a duration and "
+                f"the truth is stored every {SAVE_INTERVAL:g} up to {contents.t[-1]:g} after "
+                f"the start; received a sample at {since[not_stored][0]:g}. Choose a duration and "
                 "samples among these."
             )
         method = described(self.name, setting, f"heyoka, real128, tolerance {TOLERANCE}")
@@ -107,7 +108,7 @@ class StoredStates:
         samples = round(horizon / SAVE_INTERVAL)
         runs = [
             self.engine.run(problem, horizon, {"samples": samples, "tolerance": tolerance})
-            for tolerance in (TOLERANCE, LOOSER)
+            for tolerance in (TOLERANCE, LOOSER_TOLERANCE)
         ]
         entries, looser_entries = (
             np.concatenate([run.q.reshape(samples + 1, -1), run.p], axis=1) for run in runs
@@ -115,7 +116,7 @@ class StoredStates:
         lines = [
             f"# {problem.name}, the truth",
             f"# source: {engine_name('real128')}, tolerance {TOLERANCE}, high_accuracy",
-            f"# accuracy: rounded to double; with {LOOSER} instead, "
+            f"# accuracy: rounded to double; with {LOOSER_TOLERANCE} instead, "
             f"{np.count_nonzero(entries != looser_entries)} of {entries.size} numbers differ",
             f"# made by: python -m {self.module} {case}",
             f"# units: {problem.units}; t since the start",
@@ -127,10 +128,10 @@ class StoredStates:
         return "\n".join(lines) + "\n"
 
     def write(self, cases: Sequence[str]) -> None:
-        """Write the files of these cases, or all."""
+        """Write the files of these cases, or without any those of all cases."""
         for case in cases or self.cases:
             (FOLDER / f"{case}.csv").write_text(self.table(case), encoding="ascii")
-            print(f"wrote references/data/{case}.csv")
+            print(f"wrote references/stored/data/{case}.csv")
 
     def _of(self, problem: Problem) -> FileContents | None:
         if not self.knows(problem):

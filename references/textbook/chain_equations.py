@@ -29,10 +29,10 @@ class ChainEquations:
     masses : array, shape (n,)
     moments : array, shape (n,)
         of inertia about the centres of mass
-    levers
-        S (n, n)
+    levers : array, shape (n, n)
+        S
     gravity
-        acceleration, downwards
+        downward acceleration
     """
 
     masses: Array
@@ -42,7 +42,7 @@ class ChainEquations:
 
     @staticmethod
     def of(chain: PlanarChain, number: Any = np.float64) -> ChainEquations:
-        """From a PlanarChain, computed with numbers of this type."""
+        """The equations of a PlanarChain, computed with numbers of the type ``number``."""
         m, l = (np.array([number(float(x)) for x in row]) for row in (chain.masses, chain.lengths))
         n = len(m)
         S = np.array([[l[i] if i <= k else number(0.0) for i in range(n)] for k in range(n)])
@@ -66,10 +66,8 @@ class ChainEquations:
 
 
 def is_chain(problem: Problem, forced: bool = False) -> bool:
-    """Whether the system is a PlanarChain with the chain's slopes and, unless ``forced``, no force.
-
-    A user's slopes are compared with the chain's at the start and at states around it.
-    """
+    """Whether the system is a PlanarChain whose slopes, if the user gives some, agree with the
+    chain's at the start and around it; with an external force only if ``forced``."""
     system = problem.system
     if not isinstance(system, Lagrangian) or not isinstance(system.function, PlanarChain):
         return False

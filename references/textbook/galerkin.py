@@ -54,8 +54,8 @@ from numpy.polynomial import chebyshev
 Array = np.ndarray
 Function = Callable[..., Any]
 TINY = 1e-200  # of a complex step: its square vanishes beside 1
-PASSES = 100  # of the simplified Newton method, at most
-SMALL = 1e-10  # a change of x, beside its largest entry, below which only round-off is left
+MAX_ITERATIONS = 100  # of the simplified Newton method
+SMALL_CHANGE = 1e-10  # of x, relative to its largest entry: below it, stagnation is round-off
 
 
 @dataclass(frozen=True)
@@ -192,13 +192,13 @@ class Galerkin:
             return np.concatenate([slopes[1:-1].ravel(), start - p_k])
 
         inverse, last = np.eye(0), np.inf
-        for k in range(PASSES):
-            if k in (0, 2):  # once more where the first changes have led
+        for k in range(MAX_ITERATIONS):
+            if k in (0, 2):  # recomputed once, nearer to the solution
                 inverse = np.linalg.inv(_jacobian(residual, x))
             change = (inverse @ residual(x)).reshape(-1, d)
             x[1:] -= change
             size = float(np.max(np.abs(change)))
-            if size <= SMALL * float(np.max(np.abs(x))) and not size < 0.5 * last:
+            if size <= SMALL_CHANGE * float(np.max(np.abs(x))) and not size < 0.5 * last:
                 return x
             last = size
         raise ArithmeticError("the stage equations were not solved: take a shorter step")
@@ -222,7 +222,8 @@ def momentum(L: Function, q: Array, v: Array) -> Array:
 
 
 def _slopes(function: Callable[[Array], Any], x: Array) -> Array:
-    """The derivatives of a number by x, of its shape, by complex steps: exact to round-off."""
+    """The derivatives of a scalar function with respect to x, in the shape of x, by complex steps:
+    exact to round-off."""
     derivatives = np.empty(x.shape)
     for i in np.ndindex(x.shape):
         moved = x.astype(complex)
@@ -232,7 +233,8 @@ def _slopes(function: Callable[[Array], Any], x: Array) -> Array:
 
 
 def _jacobian(function: Callable[[Array], Array], x: Array) -> Array:
-    """By differences, with respect to x^2, ..., x^n: it decides the speed, not the result."""
+    """The Jacobian with respect to x^2, ..., x^n, by differences: its error slows the iteration but
+    does not change the solution."""
     size = 1e-6 * (1.0 + float(np.max(np.abs(x))))
     columns = []
     for i in np.ndindex(x[1:].shape):

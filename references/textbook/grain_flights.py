@@ -27,7 +27,10 @@ jit: Any = njit(**OPTIONS)
 ROW, ROWS = types.float64[::1], types.float64[:, ::1]
 STAGES = 12
 SAFETY, MIN_FACTOR, MAX_FACTOR, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
-STEPS, CONTACTS, REFINEMENTS = 1_000_000, 1000, 12
+MAX_STEPS = 1_000_000  # of one flight
+MAX_CONTACTS = 1000  # of one flight
+MAX_REFINEMENTS = 12  # Newton steps for the time of a contact
+DEFAULT_TOLERANCE = 1e-13  # relative, and absolute in m and m/s
 
 
 @jit
@@ -42,7 +45,8 @@ def slope(force, numbers, inverse, gravity, y, t, out):
 
 @jit
 def try_step(force, numbers, inverse, gravity, y, t, h, A, K, new):
-    """K[1:] and new (6,) <- the stages and the end of a step; K[0] is known."""
+    """K[1:] and new (6,) <- the slopes at the stages and the end of a step; K[0] is the slope at
+    the start."""
     for j in range(1, STAGES + 1):
         new[:] = y
         for k in range(j):
@@ -86,7 +90,7 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
         y[:], t, next_step, contacts = starts[grain, :6], starts[grain, 6], 1e-4, 0
         ends[grain, 7] = -1.0
         slope(force, numbers, inverse, gravity, y, t, K[0])
-        for _ in range(STEPS):
+        for _ in range(MAX_STEPS):
             h = min(next_step, until - t)
             try_step(force, numbers, inverse, gravity, y, t, h, A, K, new)
             error = error_of(y, new, h, K, E3, E5, tolerance)
@@ -97,9 +101,9 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
                 if not next_step > 1e-15:
                     break
                 continue
-            down = new[2] <= 0.0
-            if down:
-                for _ in range(REFINEMENTS):
+            hits_ground = new[2] <= 0.0
+            if hits_ground:
+                for _ in range(MAX_REFINEMENTS):
                     if abs(new[2]) <= 1e-16 or not new[5] < 0.0:
                         break
                     h -= new[2] / new[5]
@@ -110,16 +114,16 @@ def fall(force, numbers, inverse, gravity, starts, until, tolerance, ground, tab
                 contacts += 1
             elif error > 0.0:
                 next_step = h * min(MAX_FACTOR, max(MIN_FACTOR, SAFETY * error**EXPONENT))
-            ends_here = not down and h >= until - t
+            ends_here = not hits_ground and h >= until - t
             t = until if ends_here else t + h
             y[:] = new
-            if down:
+            if hits_ground:
                 y[2], y[5], next_step = 0.0, -e * new[5], 1e-4
                 if e < 0.0 or not y[5] > slowest:
                     y[3:] = 0.0
                     ends[grain, 7] = 1.0
                     break
-                if contacts >= CONTACTS:
+                if contacts >= MAX_CONTACTS:
                     break
             elif ends_here:
                 ends[grain, 7] = 0.0
@@ -144,15 +148,13 @@ SIGNATURE = types.void(
 
 @cache
 def compiled() -> Any:
-    """``fall``, compiled once and kept on disk."""
+    """`fall`, compiled once and cached on disk."""
     return njit(SIGNATURE, **OPTIONS)(fall)
 
 
-TIGHT = 1e-13  # relative to 1 m and 1 m/s as well
-
-
 class Landings(NamedTuple):
-    """The ends of n flights: states and times (n,), and whether a grain stays on the ground."""
+    """The ends of n flights: positions and velocities (n, 3), times (n,), and whether the grain
+    stays on the ground (n,)."""
 
     q: Array
     v: Array
@@ -169,7 +171,7 @@ def landings(
     *,
     restitution: float | None = None,
     slowest: float = 0.05,
-    tolerance: float = TIGHT,
+    tolerance: float = DEFAULT_TOLERANCE,
 ) -> Landings:
     """The flights of n grains of a `galvi.problems.brownout` from (q0, v0) (n, 3) at t0 (n,).
 
@@ -181,11 +183,11 @@ def landings(
     Raises
     ------
     RuntimeError
-        Where the steps became too small or contacts did not end.
+        Where the steps of a flight became too small or too many, or its contacts too many.
 
     Notes
     -----
-    The moment of a contact is the root of the end of a step, found by Newton's method.
+    The time of a contact is the length of step whose end has height 0, by Newton's method.
     """
     drag, mass = external_force(problem), float(problem.system.mass)
     starts = np.ascontiguousarray(np.column_stack([q0, v0, t0]))
@@ -206,7 +208,8 @@ def landings(
     )
     if np.any(ends[:, 7] < 0.0):
         raise RuntimeError(
-            f"{int(np.sum(ends[:, 7] < 0.0))} grains have no end by DOP853: the steps became too "
-            f"small, or the contacts {CONTACTS}. Loosen the tolerance, or give a larger slowest."
+            f"DOP853 did not complete {int(np.sum(ends[:, 7] < 0.0))} flights: the steps became "
+            f"too small or more than {MAX_STEPS}, or a grain had {MAX_CONTACTS} contacts. Loosen "
+            f"the tolerance, or give a larger slowest."
         )
     return Landings(ends[:, :3], ends[:, 3:6], ends[:, 6], ends[:, 7] > 0.0)

@@ -17,7 +17,7 @@ from references.newton import acceleration, acceleration_jacobian, is_forced
 from references.setting import described
 
 Function = Callable[[Array, float], Array]
-ROUND_OFF = 8.0 * float(np.finfo(np.float64).eps)
+DEFAULT_TOLERANCE = 8.0 * float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,11 @@ class ImplicitEuler:
         steps = steps_of_run(
             self, problem, duration, setting, "tolerance", "max_iterations", "accept_unconverged"
         )
-        tolerance = input_checks.positive("tolerance", setting.get("tolerance", ROUND_OFF))
+        tolerance = input_checks.positive("tolerance", setting.get("tolerance", DEFAULT_TOLERANCE))
         limit = input_checks.whole("max_iterations", setting.get("max_iterations", 50))
         times = steps.times(problem.t0)
         accelerated, slope = acceleration(problem), acceleration_jacobian(problem)
-        zero_velocity = np.zeros(problem.v0.shape)  # which forces here do not depend on
+        zero_velocity = np.zeros(problem.v0.shape)  # supported forces do not depend on velocities
 
         def force(q: Array, t: float) -> Array:
             return accelerated(q, zero_velocity, t)
@@ -58,18 +58,24 @@ class ImplicitEuler:
         q, v, a = problem.q0, problem.v0, force(problem.q0, problem.t0)
         saved_q, saved_v = (np.full((len(times), *q.shape), np.nan) for _ in "qv")
         saved_q[0], saved_v[0] = q, v
-        row, iterations, stalled, failure = 1, 0, [], None
+        row, iterations, unconverged, failure = 1, 0, [], None
         for k in range(1, steps.count + 1):
             with np.errstate(all="ignore"):
                 t = problem.t0 + k * steps.step
-                q, used, converged = _solve(force, slope, q, v, a, t, steps.step, tolerance, limit)
+                q, step_iterations, converged = _solve(
+                    force, slope, q, v, a, t, steps.step, tolerance, limit
+                )
                 a = force(q, t)
             v = v + steps.step * a
-            iterations += used
+            iterations += step_iterations
             if not converged:
-                stalled.append(k)
-            if not np.all(np.isfinite(v)) or (stalled and not setting.get("accept_unconverged")):
-                failure = Failure(row=row, step=k, why=_stalled(k, used, problem.t0, steps.step))
+                unconverged.append(k)
+            if not np.all(np.isfinite(v)) or (
+                unconverged and not setting.get("accept_unconverged")
+            ):
+                failure = Failure(
+                    row=row, step=k, why=_stalled(k, step_iterations, problem.t0, steps.step)
+                )
                 break
             if k == steps.saved[row]:
                 saved_q[row], saved_v[row] = q, v
@@ -82,7 +88,7 @@ class ImplicitEuler:
             saved_v,
             counts={
                 "steps": k if failure is None else k - 1,
-                "unconverged_steps": len(stalled),
+                "unconverged_steps": len(unconverged),
                 "iterations": iterations,
                 "force_evaluations": iterations + k + 1,
                 "hessian_evaluations": iterations,
@@ -91,9 +97,9 @@ class ImplicitEuler:
             step=steps.step,
             failure=failure,
         )
-        if not (stalled and run.success):
+        if not (unconverged and run.success):
             return run
-        return replace(run, ending=Ending(Outcome(End.DOUBTFUL, reason=_accepted(stalled))))
+        return replace(run, ending=Ending(Outcome(End.DOUBTFUL, reason=_accepted(unconverged))))
 
 
 def _stalled(k: int, iterations: int, t0: float, h: float) -> str:
@@ -121,7 +127,8 @@ def _solve(
     tolerance: float,
     limit: int,
 ) -> tuple[Array, int, bool]:
-    """Newton's last iterate for the configuration at the time t, its number, and its success."""
+    """The configuration at the time t by Newton's method: the last iterate, the number of
+    iterations, and whether it converged."""
     drifted = q + h * v
     size = np.max(np.abs(q)) + abs(h) * np.max(np.abs(v))
     new = drifted + h**2 * a

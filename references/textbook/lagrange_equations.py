@@ -15,8 +15,8 @@ import numpy as np
 
 from galvi import Canonical, Lagrangian, Problem
 from galvi.arrays import Array
-from references.forces.of_problem import holds, symbols, time_symbol, written_out
-from references.forces.on_symbols import formulas_of, written
+from references.forces.of_problem import expressions_of, reproduces, symbols, time_symbol
+from references.forces.on_symbols import formulas_of, symbolic_array
 from references.newton import is_forced, potential_formula, replaces_force
 
 # SymPy is imported where it is used: it takes a fifth of the import of the references.
@@ -39,7 +39,7 @@ class LagrangeEquations:
 
     Notes
     -----
-    All numbers are rationals, equal to those given.
+    All numbers are rationals, equal to the problem's floats.
     """
 
     q: tuple[Any, ...]
@@ -62,18 +62,18 @@ class LagrangeEquations:
 
     @cached_property
     def timed(self) -> bool:
-        """Whether they depend on the time."""
+        """Whether the equations depend on the time."""
         return any(time_symbol() in x.free_symbols for x in (*self.pull, *sum(self.mass, ())))
 
     @cached_property
     def kinds(self) -> set[type]:
-        """The types of all nodes of their expressions but constants."""
+        """The types of all nodes of the expressions, without those of constants."""
         expressions = (*self.pull, *sum(self.mass, ()))
         return {type(node) for x in expressions for node in nodes(x) if not is_constant(node)}
 
 
 def nodes(expression: Any) -> Iterator[Any]:
-    """The nodes of an expression, without those inside constants."""
+    """The nodes of an expression, constants included, without those inside constants."""
     import sympy
 
     walk = sympy.preorder_traversal(expression)
@@ -84,7 +84,7 @@ def nodes(expression: Any) -> Iterator[Any]:
 
 
 def is_constant(node: Any) -> bool:
-    """Whether it is a finite real number."""
+    """Whether a node is a finite real number."""
     return bool(node.is_number and node.is_real)
 
 
@@ -111,7 +111,7 @@ def _from_expression(text: str, constants: tuple[float, ...]) -> LagrangeEquatio
 
 
 def _shortest(ratio: Any) -> Any:
-    """The ratio as it is or cancelled, whichever takes fewer operations."""
+    """The ratio, cancelled if it then takes fewer operations."""
     import sympy
 
     return min((ratio, sympy.cancel(ratio)), key=sympy.count_ops)
@@ -136,15 +136,15 @@ def _of_canonical(problem: Problem) -> LagrangeEquations | None:
         return LagrangeEquations(q, v, momenta, rows, pull)
     weights = [sympy.Rational(m) for m in np.broadcast_to(mass, problem.q0.shape).tolist()]
     momenta, solved = (
-        tuple(of(x, m) for x, m in zip(some, weights, strict=True))
-        for of, some in ((mul, v), (truediv, pull))
+        tuple(operation(x, m) for x, m in zip(entries, weights, strict=True))
+        for operation, entries in ((mul, v), (truediv, pull))
     )
     return LagrangeEquations(q, v, momenta, (), solved)
 
 
 def _conservative(problem: Problem) -> tuple[Any, ...] | None:
-    """-dV/dq: a formula of the references, or minus the user's gradient, or else derived from the
-    potential; None where neither can be written out with the function's values."""
+    """-dV/dq as expressions: by a formula of the references, from the user's gradient, or derived
+    from the potential; None where no expressions reproduce the function's values."""
     system: Any = problem.system
     formula = None if replaces_force(problem) else potential_formula(system.potential)
     if formula is not None and formula.formula is not None:
@@ -152,35 +152,36 @@ def _conservative(problem: Problem) -> tuple[Any, ...] | None:
     gradient, names = system.gradient, "qt" if system.explicit_time else "q"
     if gradient is None and not system.explicit_time:
         gradient = getattr(system.potential, "gradient", None)
-    potential, slopes = None, None if gradient is None else written_out(problem, gradient, names)
+    potential, slopes = None, None if gradient is None else expressions_of(problem, gradient, names)
     if slopes is None:
-        potential = written_out(problem, system.potential, names)
+        potential = expressions_of(problem, system.potential, names)
         if potential is None:
             return None
         slopes = tuple(potential[0].diff(x) for x in symbols(problem.q0.size)[0])
     if gradient is None:
-        verified = holds(problem, potential, system.potential, names)
+        verified = reproduces(problem, potential, system.potential, names)
     else:
-        verified = holds(problem, slopes, gradient, names)
+        verified = reproduces(problem, slopes, gradient, names)
     return tuple(-slope for slope in slopes) if verified else None
 
 
 def _external(problem: Problem) -> tuple[Any, ...] | None:
-    """The external force; None as for `_conservative`."""
+    """The external force as expressions; None where these do not reproduce its values."""
     system: Any = problem.system
     names = "qvt" if system.timed_force else "qv"
-    force = written_out(problem, system.force, names)
-    return force if force and holds(problem, force, system.force, names) else None
+    force = expressions_of(problem, system.force, names)
+    return force if force and reproduces(problem, force, system.force, names) else None
 
 
 @lru_cache(maxsize=32)
 def _pull_of_formula(formula: Any, numbers: tuple[float, ...], d: int) -> tuple[Any, ...] | None:
-    """The force of one of `references.forces.formulas`."""
+    """The force of a formula in `references.forces.formulas` as expressions; None where it cannot
+    be run on symbols."""
     import sympy
 
     def force(q: Array, v: Array) -> Array:
-        out = written([sympy.Integer(0)] * d)
+        out = symbolic_array([sympy.Integer(0)] * d)
         formula(q, v, 0.0, numbers, out)
         return out
 
-    return formulas_of(force, *map(written, symbols(d)))
+    return formulas_of(force, *map(symbolic_array, symbols(d)))

@@ -1,4 +1,4 @@
-"""Nystrom methods from a table."""
+"""Explicit Nystrom methods, from their tableaus."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from references.setting import described
 # state     q, v (d,), advanced in place
 # scratch   F (s, d): accelerations at the stages, of which the last is kept when `reuses_last`;
 #           Q, f (d,): the configuration at a stage and the force there
-# steps     first, last, total, save_every: the range of this call's steps, the steps of the run,
-#           and those between saved states
+# steps     first, last, total, save_every: numbers of steps before and after this call, of the run,
+#           and between saved states
 # saved     q, v (n, d): the saved states, with the last
 #
 # The force gets the velocity of the step's start, so only one-stage methods may depend on it.
@@ -61,7 +61,8 @@ def accelerate(inverse_mass, force, out):  # type: ignore[no-untyped-def]
 
 
 def advance(tableau, force, numbers, inverse_mass, state, scratch, t0, h, steps, saved):  # type: ignore[no-untyped-def]
-    """Steps first .. last; returns the number of the step that failed (0: none) and evaluations."""
+    """Take the steps first + 1 .. last; returns the number of the step that failed (0: none) and
+    the number of evaluations."""
     A, c, bq, bv, reuses_last = tableau
     q, v = state
     F, Q, f = scratch
@@ -86,13 +87,13 @@ def advance(tableau, force, numbers, inverse_mass, state, scratch, t0, h, steps,
             accelerate(inverse_mass, f, F[s])
         residue = 0.0
         for i in range(d):
-            moved = bq[0] * F[0, i]
-            kicked = bv[0] * F[0, i]
+            position_change = bq[0] * F[0, i]
+            velocity_change = bv[0] * F[0, i]
             for s in range(1, stages):
-                moved += bq[s] * F[s, i]
-                kicked += bv[s] * F[s, i]
-            q[i] += h * (v[i] + h * moved)
-            v[i] += h * kicked
+                position_change += bq[s] * F[s, i]
+                velocity_change += bv[s] * F[s, i]
+            q[i] += h * (v[i] + h * position_change)
+            v[i] += h * velocity_change
             residue += (q[i] - q[i]) + (v[i] - v[i])
         if residue != 0.0:  # only a NaN or an infinity leaves one
             return k + 1, evaluations
@@ -105,7 +106,7 @@ def advance(tableau, force, numbers, inverse_mass, state, scratch, t0, h, steps,
 
 @cache
 def compiled() -> Callable[..., Any]:
-    """One compilation, kept on disk, for every formula and every user's jitted functions."""
+    """`advance`, compiled once for all forces and cached on disk."""
     return njit(SIGNATURE, _nrt=False, **OPTIONS)(advance)
 
 
@@ -117,8 +118,8 @@ def compiled() -> Callable[..., Any]:
 #
 # A method whose only stage is the start of the step evaluates a(q, v, t) and takes external forces.
 
-CHUNK = 100_000  # steps between two looks at Ctrl-C
-MET = "bodies met or the step is too large"
+CHUNK = 100_000  # number of steps between two checks for Ctrl-C
+FAILURE_REASON = "bodies met or the step is too large"
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,8 +191,12 @@ class Nystrom:
         arrays = map(np.array, (self.stages, self.nodes, self.position, self.velocity))
         tableau = (*arrays, self.reuses_last)
         force, inverse = total_force(problem), inverse_mass(problem)
-        go = compiled() if force.compiled else advance
-        moving = force.function, force.numbers, inverse if inverse.ndim == 2 else inverse[:, None]
+        take_steps = compiled() if force.compiled else advance
+        force_arguments = (
+            force.function,
+            force.numbers,
+            inverse if inverse.ndim == 2 else inverse[:, None],
+        )
         q, v = state = problem.q0.flatten(), problem.v0.flatten()
         saved = np.full((2, len(times), q.size), np.nan)
         saved[:, 0] = q, v
@@ -201,9 +206,9 @@ class Nystrom:
         while steps_done < steps.count and not failed:
             last = min(steps_done + CHUNK, steps.count)
             with np.errstate(all="ignore"):  # the loop looks for non-finite states itself
-                failed, new_evaluations = go(
+                failed, new_evaluations = take_steps(
                     tableau,
-                    *moving,
+                    *force_arguments,
                     state,
                     scratch,
                     problem.t0,
@@ -220,7 +225,7 @@ class Nystrom:
             *saved,
             counts={"steps": steps_done, "force_evaluations": evaluations},
             step=steps.step,
-            failure=non_finite(failed, steps.saved, times, MET) if failed else None,
+            failure=non_finite(failed, steps.saved, times, FAILURE_REASON) if failed else None,
         )
 
 
@@ -230,9 +235,9 @@ def splitting(name: str, order: int, nodes: Sequence[float], kicks: Sequence[flo
     Parameters
     ----------
     nodes
-        times of the kicks, (s,), as shares of the step
+        times of the kicks, (s,), in units of the step
     kicks
-        their shares of the step, (s,)
+        their lengths, (s,), in units of the step
     """
     times = range(len(nodes))
     return Nystrom(

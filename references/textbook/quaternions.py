@@ -42,6 +42,14 @@ DOP853_SIGNATURE = types.UniTuple(WHOLE, 3)(
 STAGES = 12
 SAFETY, MIN_FACTOR, MAX_FACTOR, EXPONENT = 0.9, 0.2, 10.0, -1.0 / 8.0
 EPS = 2.0**-52
+CHUNK = 100_000  # number of steps or tries between two checks for Ctrl-C
+SMALLEST_TOLERANCE = 1e-16  # below it the error is round-off
+FIRST_STEP = 0.01  # over the time in which the body turns by a radian
+DEFAULT: Mapping[str, Any] = {"tolerance": 1e-9}
+DEFAULT_NOTE = (
+    "With the default tolerance of 1e-9 it is no truth: for a truth, set tolerance=1e-15."
+)
+TIGHT: Mapping[str, Any] = {"tolerance": 1e-15}
 
 
 @jit
@@ -72,7 +80,7 @@ def slopes(s, inverse, force, centre, heavy):
 
 
 @jit
-def moved(s, h, k):
+def moved_state(s, h, k):
     """s + h k."""
     return (
         s[0] + h * k[0],
@@ -87,14 +95,14 @@ def moved(s, h, k):
 
 @jit
 def normalised(s):
-    """The same state with a quaternion of norm 1."""
+    """The state with its quaternion divided by its norm."""
     shrunk = 1.0 / np.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + s[3] * s[3])
     return (s[0] * shrunk, s[1] * shrunk, s[2] * shrunk, s[3] * shrunk, s[4], s[5], s[6])
 
 
 @jit
-def loaded(row):
-    """Seven numbers of a row as a tuple."""
+def as_tuple(row):
+    """The seven entries of a row as a tuple."""
     return (row[0], row[1], row[2], row[3], row[4], row[5], row[6])
 
 
@@ -118,15 +126,18 @@ def constants(body):
 
 @jit
 def rk4(body, state, h, first, last, total, save_every, saved):
-    """Steps first .. last of ``total``; returns the number of the step that failed (0: none)."""
+    """Take the steps first + 1 .. last of ``total``; returns the number of the step that failed
+    (0: none)."""
     numbers = constants(body)
-    s = loaded(state)
+    s = as_tuple(state)
     for k in range(first, last):
         a = slopes(s, *numbers)
-        b = slopes(moved(s, 0.5 * h, a), *numbers)
-        c = slopes(moved(s, 0.5 * h, b), *numbers)
-        d = slopes(moved(s, h, c), *numbers)
-        s = moved(moved(moved(moved(s, h / 6.0, a), h / 3.0, b), h / 3.0, c), h / 6.0, d)
+        b = slopes(moved_state(s, 0.5 * h, a), *numbers)
+        c = slopes(moved_state(s, 0.5 * h, b), *numbers)
+        d = slopes(moved_state(s, h, c), *numbers)
+        s = moved_state(
+            moved_state(moved_state(moved_state(s, h / 6.0, a), h / 3.0, b), h / 3.0, c), h / 6.0, d
+        )
         s = normalised(s)
         residue = (s[0] - s[0]) + (s[4] + s[5] + s[6]) * 0.0
         if residue != 0.0:  # only a NaN or an infinity leaves one
@@ -142,7 +153,7 @@ def weighted(s, h, K, row, stages):
     """s + h sum_j row_j K_j."""
     for j in range(stages):
         if row[j] != 0.0:
-            s = moved(s, h * row[j], loaded(K[j]))
+            s = moved_state(s, h * row[j], as_tuple(K[j]))
     return s
 
 
@@ -164,17 +175,19 @@ def error_of(s, new, h, K, E3, E5, tolerance):
 @jit
 def dop853(body, state, tableau, tolerance, clock, budget):
     """Try up to ``budget`` steps towards the time clock[1]; returns 0 (arrived), 1 (budget spent)
-    or -1 (failed), the number of tries, and that of accepted steps.
+    or -1 (step too small), the number of tries and the number of accepted steps.
 
     Parameters
     ----------
     tableau
-        as `dop853_tableau`; ``clock`` (3,) is the time, the end and the next step, updated in place
+        as `dop853_tableau` returns it
+    clock : array, shape (3,)
+        time, end and next step; time and next step are updated in place
     """
     numbers = constants(body)
     A, E3, E5 = tableau
     K = np.empty((STAGES, 7))
-    s, max_growth, accepted = loaded(state), MAX_FACTOR, 0
+    s, max_growth, accepted = as_tuple(state), MAX_FACTOR, 0
     t, end, next_step = clock[0], clock[1], clock[2]
     store(slopes(s, *numbers), K[0])
     for attempt in range(budget):
@@ -211,21 +224,18 @@ def dop853(body, state, tableau, tolerance, clock, budget):
 
 @cache
 def compiled(name: str) -> Callable[..., Any]:
-    """'rk4' or 'dop853', compiled once and kept on disk."""
+    """The loop 'rk4' or 'dop853', compiled once and cached on disk."""
     sources: dict[str, Any] = {"rk4": (rk4, RK4_SIGNATURE), "dop853": (dop853, DOP853_SIGNATURE)}
     source, signature = sources[name]
     return njit(signature, **OPTIONS)(source.py_func)
-
-
-CHUNK = 100_000  # steps between two looks at Ctrl-C
 
 
 @dataclass(frozen=True)
 class QuaternionRK4:
     """The classical Runge-Kutta method on (quaternion, body momentum); setting: step, save_every.
 
-    In the principal axes, so that w = J^-1 p costs three products; the loop allocates nothing. The
-    quaternion is divided by its norm after every step, the momentum is left alone.
+    It computes in the principal axes, where w = J^-1 p costs three products, and allocates nothing.
+    The quaternion is divided by its norm after every step, the momentum is not changed.
     """
 
     fixed_step: ClassVar[bool] = True
@@ -272,14 +282,6 @@ class QuaternionRK4:
 QUATERNION_RK4 = QuaternionRK4()
 
 
-TRIES = 100_000  # between two looks at Ctrl-C
-SMALLEST = 1e-16  # tolerance; below it only round-off is left to control
-FIRST = 0.01  # first step tried, over the time of one radian
-DEFAULT: Mapping[str, Any] = {"tolerance": 1e-9}
-LOOSE = "With the default tolerance of 1e-9 it is no truth: for a truth, set tolerance=1e-15."
-TIGHT: Mapping[str, Any] = {"tolerance": 1e-15}
-
-
 @dataclass(frozen=True)
 class QuaternionDOP853:
     """Adaptive steps on (quaternion, body momentum), tableau and error estimate as in SciPy.
@@ -306,18 +308,18 @@ class QuaternionDOP853:
         tolerance = input_checks.positive(
             "tolerance", setting.get("tolerance", DEFAULT["tolerance"])
         )
-        if tolerance < SMALLEST:
+        if tolerance < SMALLEST_TOLERANCE:
             raise ValueError(
-                f"tolerance must be at least {SMALLEST:g}, below which only round-off is left; "
-                f"received {tolerance!r}."
+                f"tolerance must be at least {SMALLEST_TOLERANCE:g}, below which only round-off is "
+                f"left; received {tolerance!r}."
             )
         body = PrincipalBody.of(problem)
         advance = compiled("dop853")
         state = body.start()
         saved = np.full((len(times), 7), np.nan)
         saved[0] = state
-        turning = np.max(np.abs(body.numbers[0] * body.p0))
-        first = FIRST / turning if turning else abs(duration)
+        angular_speed = np.max(np.abs(body.numbers[0] * body.p0))
+        first = FIRST_STEP / angular_speed if angular_speed else abs(duration)
         clock = np.array([0.0, 0.0, np.copysign(min(first, abs(duration)), duration)])
         tries = steps = 0
         failure = None
@@ -325,7 +327,7 @@ class QuaternionDOP853:
             clock[1], status = t, 1
             while status == 1:
                 status, attempts, accepted = advance(
-                    body.numbers, state, dop853_tableau(), tolerance, clock, TRIES
+                    body.numbers, state, dop853_tableau(), tolerance, clock, CHUNK
                 )
                 tries, steps = tries + attempts, steps + accepted
             if status < 0:
@@ -346,14 +348,14 @@ class QuaternionDOP853:
                 "force_evaluations": 11 * tries + steps + 1,
             },
             failure=failure,
-            notes=[] if "tolerance" in setting else [LOOSE],
+            notes=[] if "tolerance" in setting else [DEFAULT_NOTE],
         )
 
 
 def _stuck(t: float) -> str:
     return (
         f"The step became too small at t = {t:.6g}: the state is not finite, or the "
-        "tolerance cannot be had. Loosen it, or end the run earlier."
+        "tolerance cannot be reached. Loosen it, or end the run earlier."
     )
 
 

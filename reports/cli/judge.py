@@ -13,7 +13,7 @@ from benchmarks.store.atomic import write
 from benchmarks.store.foreign_texts import visible
 from benchmarks.store.provenance import provenance
 from galvi.interop import from_mujoco, rebound
-from galvi.interop.judge import MODELS, JudgeRequest
+from galvi.interop.judge import MODEL_SUFFIXES, JudgeRequest
 from galvi.interop.mujoco_limits import BeyondTrees
 from reports.cli.handed_over import handed_over, show_progress
 from reports.judge.files import junit_suites, write_judgement
@@ -47,7 +47,7 @@ def read_model(file: Path, request: JudgeRequest) -> Model:
         problem = handed_over(file, "galvi.judge(problem)")
         return kind_of(problem).model(problem)
     start = request.key, request.qpos, request.qvel, request.ctrl
-    if file.suffix in MODELS:
+    if file.suffix in MODEL_SUFFIXES:
         if request.snapshot != -1 or request.extras:
             raise ValueError(f"--snapshot and --extras are for REBOUND files; received {file}.")
         problem, model = from_mujoco.read(file, request.ignore, *start)

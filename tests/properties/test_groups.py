@@ -16,7 +16,7 @@ from galvi.groups import GROUPS
 from galvi.kernels.lie import product
 from galvi.kernels.lie.dispatch import angle_of, coordinate_of
 from galvi.lanes.group_collocation import Chart
-from galvi.systems.finite_differences import WEIGHTS, rotated
+from galvi.systems.finite_differences import WEIGHTS, cayley_rotation
 from tests.properties.angles import CAYLEY, EXPONENTIAL, RODRIGUES
 from tests.properties.group_matrices import element, title, vectors
 
@@ -40,7 +40,7 @@ def test_the_product_and_the_inverse_are_those_of_matrices(group, draws):
 def test_the_curve_along_which_slopes_are_checked_is_the_exponential_of_matrices(group):
     d, matrices = group.dimension, MatrixGroup(group)
     q, xi = element(group, np.linspace(0.2, 1.1, d)), np.linspace(-2.0, 3.0, d)
-    moved = galvi.Lagrangian(lambda q, v: 0.5 * v @ v, group)._moved(q, xi)
+    moved = galvi.Lagrangian(lambda q, v: 0.5 * v @ v, group)._curve(q, xi)
     for s in (-0.125, 0.0, 0.1):
         exact = matrices.matrix(q) @ expm(s * matrices.hat(xi))
         assert np.allclose(matrices.matrix(moved(s)), exact, rtol=0.0, atol=1e-14)
@@ -314,5 +314,5 @@ def test_a_path_is_followed_past_pi_and_back_through_the_identity():
 
 @given(vectors(galvi.SO3()))
 def test_the_rotation_along_which_functions_are_differenced_is_one(w):
-    R = rotated(w)
+    R = cayley_rotation(w)
     np.testing.assert_allclose(R @ R.T, np.eye(3), rtol=0.0, atol=1e-15 * (1.0 + w @ w))

@@ -13,7 +13,7 @@ from numba import njit
 
 import galvi
 from references.closed_forms.kepler import KEPLER
-from references.forces.on_symbols import formulas_of, has_values, written
+from references.forces.on_symbols import formulas_of, has_values, symbolic_array
 from references.heyoka.lagrangian import HEYOKA_LAGRANGIAN, HEYOKA_LAGRANGIAN_QUADRUPLE
 from references.newton import acceleration, is_differenced
 from references.scipy.ivp import DOP853, TIGHT
@@ -233,7 +233,7 @@ def test_a_potential_without_a_formula_is_refused_with_the_reason(name):
 @given(st.integers(0, 2**32 - 1))
 def test_a_formula_of_any_expression_has_the_values_of_its_function(seed):
     potential, draw = random_potential(seed), np.random.default_rng(seed)
-    (formula,) = formulas_of(potential, written([x, y]))
+    (formula,) = formulas_of(potential, symbolic_array([x, y]))
     points = [(draw.standard_normal(2),) for _ in range(9)]
     assert has_values([formula], [(x, y)], potential, points)
     assert not has_values([formula + sympy.sin(x) / 10**9], [(x, y)], potential, points)
@@ -281,7 +281,9 @@ def test_what_has_no_formula_is_not_taken():
 
 
 def test_numbers_of_a_formula_are_not_rounded():
-    mean, power = formulas_of(lambda q: [0.1 * q[0] + q[0] / 3.0, np.sqrt(q[0]) ** 3], written([x]))
+    mean, power = formulas_of(
+        lambda q: [0.1 * q[0] + q[0] / 3.0, np.sqrt(q[0]) ** 3], symbolic_array([x])
+    )
     assert mean == x * (sympy.Rational(0.1) + sympy.Rational(1, 3))
     assert power == x ** sympy.Rational(3, 2)
     assert LagrangeEquations.of(PROBLEMS["coupled and driven"]).timed

@@ -139,7 +139,6 @@ def test_a_long_run_is_the_same_whether_or_not_it_is_cut_into_calls(monkeypatch)
     runs = [(QUATERNION_RK4, {"step": 0.01}), (QUATERNION_DOP853, {"tolerance": 1e-9})]
     uncut = [contender.run(problem, 10.0, setting) for contender, setting in runs]
     monkeypatch.setattr("references.textbook.quaternions.CHUNK", 7)
-    monkeypatch.setattr("references.textbook.quaternions.TRIES", 7)
     for (contender, setting), before in zip(runs, uncut, strict=True):
         after = contender.run(problem, 10.0, setting)
         assert np.abs(after.q - before.q).max() < 1e-9 and after.success
@@ -174,7 +173,7 @@ def test_steps_that_are_too_large_end_the_run_with_a_sentence():
 def test_an_adaptive_run_that_cannot_go_on_says_so():
     wild = galvi.problems.free_rigid_body(velocity=(2e200, -1.9e200, 1e200))
     run = QUATERNION_DOP853.run(wild, 10.0, {"samples": 4})
-    assert not run.success and "the tolerance cannot be had" in run.status
+    assert not run.success and "the tolerance cannot be reached" in run.status
     assert np.all(np.isnan(run.q[1:])) and np.all(np.isfinite(run.q[0]))
     with pytest.raises(ValueError, match="tolerance must be at least 1e-16"):
         QUATERNION_DOP853.run(wild, 10.0, {"tolerance": 1e-17})

@@ -92,7 +92,7 @@ def test_a_truth_is_kept_for_its_problems_at_its_times_and_no_others(truth):
     for problem, horizon in truth.cases.values():
         assert truth.supports(problem)
         for duration, setting in ((horizon, {"samples": 7}), (-1.0, {}), (2 * horizon, {})):
-            message = rf"is kept every 0\.5 up to {horizon:g} .* received a sample"
+            message = rf"is stored every 0\.5 up to {horizon:g} .* received a sample"
             with pytest.raises(ValueError, match=message):
                 truth.run(problem, duration, setting)
 
@@ -195,7 +195,7 @@ def test_it_has_ten_samples_at_its_horizon_and_at_a_tenth_of_it(case):
         energy = galvi.energy(run)
         # 2e-15: the roundings of the states; 4e-13 where bodies meet.
         assert np.abs(energy / energy[0] - 1.0).max() < (1e-12 if case in ENCOUNTERS else 1e-14)
-    with pytest.raises(ValueError, match=r"stored truth is kept .* received a sample at"):
+    with pytest.raises(ValueError, match=r"truth is stored at .* received a sample at"):
         STORED_TRUTH.run(problem, horizon / 3, {})
     with pytest.raises(ValueError, match="received a sample at -"):
         STORED_TRUTH.run(problem, -horizon, {})

@@ -16,7 +16,7 @@ import galvi
 from benchmarks.applications.brownout.emission import Emission
 from benchmarks.applications.brownout.flights import Flights, Ground, follow
 from galvi.arrays import Array
-from galvi.problems.brownout import DRAG_COEFFICIENT, GRAVITY, SAND
+from galvi.problems.brownout import DRAG_COEFFICIENT, GRAVITY, SAND_DENSITY
 
 DIAMETERS = (10e-6, 50e-6, 100e-6, 200e-6, 400e-6)  # m
 UNTIL = 6.0  # s; the rotor has come from 16 m down to 6.5 m
@@ -106,6 +106,6 @@ def optical_depth(q: Array, diameter: float) -> Array:
     aside = np.abs((r - PILOT[0]) * e[1] - (z - PILOT[1]) * e[0])
     triangle = np.maximum(0.0, 1.0 - aside / BLUR) / BLUR
     weight = triangle * ((ahead > 0.0) & (ahead < length) & (z > 0.0))
-    grain = SAND * math.pi * diameter**3 / 6.0
+    grain = SAND_DENSITY * math.pi * diameter**3 / 6.0
     area = EXTINCTION * math.pi * diameter**2 / 4.0
     return area / grain * weight / (2.0 * np.pi * np.maximum(r, 1e-9))

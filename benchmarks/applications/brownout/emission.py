@@ -29,7 +29,7 @@ import numpy as np
 from benchmarks.applications.brownout.philox import uniforms
 from galvi.arrays import Array
 from galvi.kernels.forces.rotor_wind import decay, rotor_wind
-from galvi.problems.brownout import AIR, GRAVITY, SAND
+from galvi.problems.brownout import AIR_DENSITY, GRAVITY, SAND_DENSITY
 
 KARMAN, ROUGHNESS, LEVEL = 0.4, 1e-3, 1.0  # the last two in m
 THRESHOLD, COHESION = 0.0123, 3e-4  # the latter in kg/s^2
@@ -48,15 +48,15 @@ def friction_speed(r: Any, t: Any) -> Any:
 
 def threshold(diameter: float) -> float:
     """u_t in m/s of grains of quartz in air, of a diameter in m."""
-    weight = SAND * GRAVITY * diameter / AIR
-    return math.sqrt(THRESHOLD * (weight + COHESION / (AIR * diameter)))
+    weight = SAND_DENSITY * GRAVITY * diameter / AIR_DENSITY
+    return math.sqrt(THRESHOLD * (weight + COHESION / (AIR_DENSITY * diameter)))
 
 
 def upward_flux(speed: Any, diameter: float, alpha: float = ALPHA) -> Any:
     """alpha Q in kg / (m^2 s) at a friction speed; 0 below the threshold."""
     threshold_speed = threshold(diameter)
     ratio = threshold_speed / np.maximum(speed, threshold_speed)
-    return alpha * WHITE * AIR / GRAVITY * speed**3 * (1.0 - ratio) * (1.0 + ratio) ** 2
+    return alpha * WHITE * AIR_DENSITY / GRAVITY * speed**3 * (1.0 - ratio) * (1.0 + ratio) ** 2
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from galvi import Problem
 from galvi.interop.convergence import ConvergenceRequest
 from references import Contender, named
 from references.contender import refusal_reason
-from references.setting import WHOLE
+from references.setting import COUNT_TOLERANCE
 
 DEGREES = (2, 4, 8)  # of galvi's methods where none are named
 FEWEST_STEPS = 20  # steps of an integrator that offers its settings
@@ -134,7 +134,7 @@ def _counts(request: ConvergenceRequest) -> Sequence[int]:
     """Numbers of equal steps, increasing; none where they are to be found by trying."""
     for h in request.sizes:
         count = max(1, round(request.duration / h))
-        if abs(request.duration / h - count) > WHOLE * count:
+        if abs(request.duration / h - count) > COUNT_TOLERANCE * count:
             raise ValueError(
                 f"each step must go into the duration {request.duration:g} a whole number of "
                 f"times; received {h!r}. The nearest is {request.duration / count!r}; numbers of "
@@ -153,7 +153,7 @@ def _clock_steps(request: ConvergenceRequest, contender: InClock) -> Sequence[fl
     step = duration / rate / counts[-1]
     for _ in range(HALVINGS):
         run = galvi.integrate(problem, contender.method, step, 10 * counts[-1], duration=duration)
-        if run.success and run.t[-1] >= problem.t0 + duration * (1.0 - WHOLE):
+        if run.success and run.t[-1] >= problem.t0 + duration * (1.0 - COUNT_TOLERANCE):
             return [float(run.tau[-1]) / count for count in counts]
         step *= 0.5
     raise ValueError(

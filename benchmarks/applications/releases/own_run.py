@@ -18,7 +18,7 @@ from benchmarks.store.isolated_environment import finished
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.interop import from_mujoco, rebound
-from galvi.interop.judge import MODELS, JudgeRequest
+from galvi.interop.judge import MODEL_SUFFIXES, JudgeRequest
 from galvi.interop.rebound_contents import ALL_ACTIVE, OPTIONS
 from references.mujoco import own_model
 from references.rebound import own_simulation
@@ -212,7 +212,9 @@ def read_own_run(file: Path, request: JudgeRequest) -> OwnRun:
     ValueError, FileNotFoundError, ImportError, RuntimeError
         For what cannot be run, in a sentence.
     """
-    return _of_mujoco(file, request) if file.suffix in MODELS else _of_rebound(file, request)
+    return (
+        _of_mujoco(file, request) if file.suffix in MODEL_SUFFIXES else _of_rebound(file, request)
+    )
 
 
 def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:

@@ -1,4 +1,4 @@
-"""The forces of an `NBody` system together: checked, and as kernels take them."""
+"""The forces of an `NBody` system: checked, and as constants and functions for the kernels."""
 
 from __future__ import annotations
 
@@ -17,23 +17,30 @@ from galvi.systems.forces.celestial import CelestialForce, Force
 
 
 class Acting:
-    """The forces on bodies of these masses (bodies,), checked, and their constants for kernels.
+    """The forces on bodies of these masses (bodies,), and their constants for kernels.
 
     Attributes
     ----------
-    terms, poles : array, shape (rows, COLUMNS)
-        of galvi.kernels.forces.celestial, and how many are of its poles
+    terms : array, shape (rows, COLUMNS)
+        rows of galvi.kernels.forces.celestial, those of its poles first
+    poles
+        number of rows of poles
     blocks : array, shape (c,)
-        of galvi.kernels.forces.celestial_velocity
+        constants of galvi.kernels.forces.celestial_velocity, of the built-in forces of velocity
     functions
         the `Force` values, which call a user's function
+    of_velocity
+        whether a force depends on velocities
+    conserve
+        whether all forces are gradients of potentials that galvi knows
 
     Raises
     ------
     TypeError
         For a value that is no force.
     ValueError
-        For one that cannot act on such bodies.
+        For a force that cannot act on these bodies, and for a force of velocity where a body has no
+        mass.
     """
 
     def __init__(self, forces: Any, masses: Array, G: float) -> None:
@@ -47,8 +54,8 @@ class Acting:
         self.functions = [force for force in self.forces if isinstance(force, Force)]
         builtin: Any = [force for force in self.forces if not isinstance(force, Force)]
         for force in builtin:
-            if wrong := force.wrong(masses):
-                raise ValueError(wrong)
+            if objection := force.objection(masses):
+                raise ValueError(objection)
         poles = [row for force in builtin for row in force.poles(masses, G)]
         powers = [row for force in builtin for row in force.powers(masses, G)]
         self.poles = len(poles)
@@ -58,16 +65,16 @@ class Acting:
         )
         self.of_velocity = any(force.takes_velocity for force in self.forces)
         self.conserve = not self.functions and not self.blocks.size
-        light = np.flatnonzero(masses == 0.0)
-        if self.of_velocity and light.size:
+        massless = np.flatnonzero(masses == 0.0)
+        if self.of_velocity and massless.size:
             raise ValueError(
-                f"with a force of velocity every body needs a mass; received {light.size} without, "
-                f"the first of them body {light[0]}. Give them small ones."
+                f"with a force of velocity every body needs a mass; received {massless.size} "
+                f"without, the first of them body {massless[0]}. Give each a small mass."
             )
 
     def check_state(self, q: Array, v: Array, t: float) -> None:
-        """ValueError for an axis out of the plane, and for functions that return no finite force of
-        q's shape, or one on a massless body."""
+        """ValueError for an axis that is not normal to the plane of a plane problem, and for a
+        `Force` that is not finite, not of q's shape, or acts on a massless body."""
         for force in self.forces if q.shape[1] == 2 else ():
             for name in force.spatial:
                 axis = getattr(force, name)
@@ -86,7 +93,7 @@ class Acting:
             pushed = np.flatnonzero((self.masses == 0.0) & np.any(value != 0.0, axis=1))
             if pushed.size:
                 raise ValueError(
-                    f"a Force on a body without mass accelerates it without limit; received "
+                    f"a Force must be 0 on a body without mass; received "
                     f"{value[pushed[0]].tolist()} on body {pushed[0]}. Give it a mass, or no force."
                 )
 
@@ -106,7 +113,7 @@ class Acting:
         return all(function.compiled for function in self.functions)
 
     def extra_accelerations(self, q: Array, v: Array, t: float) -> Array:
-        """The accelerations by users' functions and forces of velocity, (bodies, D)."""
+        """The accelerations (bodies, D) by users' functions and built-in forces of velocity."""
         q, v = (np.array(x, dtype=np.float64) for x in (q, v))
         constants = self.velocity_constants(q.shape[1])
         a: Array = celestial_velocity.accelerated(q, v, float(t), constants)
@@ -117,48 +124,52 @@ class Acting:
             )
 
     def force(self, dimension: int) -> Callable[..., Array]:
-        """The function (q, v, t) -> force, (d,) each, of users' functions and all forces of
-        velocity."""
+        """A function (q, v, t) -> force, (d,), the sum of users' functions and of built-in forces
+        of velocity; compiled where all users' functions are."""
         constants = self.velocity_constants(dimension)
         n, total = self.masses.size, _builtin(constants, self.masses.size, dimension)
         if not self.compiled:
             masses = np.repeat(self.masses, dimension)
             shape = n, dimension
 
-            def called(q: Array, v: Array, t: float) -> Array:
+            def in_python(q: Array, v: Array, t: float) -> Array:
                 extra = self.extra_accelerations(q.reshape(shape), v.reshape(shape), t).ravel()
                 with np.errstate(invalid="ignore"):  # NaN where a body without mass is pushed
                     return masses * extra
 
-            return called
+            return in_python
         for force in self.functions:
             total = _with(total, force, (n, dimension))
         return total
 
     def pushes(self, dimension: int) -> Callable[..., Any]:
-        """As `force`, of users' functions alone, not compiled."""
+        """A function as that of `force`, without built-in forces, not compiled."""
         total: Any = _no_force
         for force in self.functions:
             total = _with(total, force, (self.masses.size, dimension), lambda function: function)
         return total
 
     def accelerations(self, dimension: int) -> Callable[..., Array]:
-        """The function (q, t) -> accelerations, (d,) each, of all forces, none of which is of
-        velocity."""
+        """A function (q, t) -> accelerations, (d,), by gravity and all forces; for forces that do
+        not depend on velocities."""
         constants, force = self.constants(dimension), self.force(dimension)
         builtin, masses = celestial.accelerations, np.repeat(self.masses, dimension)
 
-        def all_of(q: Array, t: float) -> Array:
+        def total_acceleration(q: Array, t: float) -> Array:
             times, a = np.empty(1), np.empty((q.size, 1))
             times[0] = t
             builtin(q.copy().reshape((q.size, 1)), times, constants, a)
-            pushed = force(q, q, t)
+            pushed = force(q, q, t)  # q also stands for v, which no force reads
             for k in range(q.size):
                 if pushed[k] != 0.0:
                     a[k, 0] += pushed[k] / masses[k]  # infinite for a massless body
             return a[:, 0].copy()
 
-        return numba.njit(error_model="numpy")(all_of) if self.compiled else all_of
+        return (
+            numba.njit(error_model="numpy")(total_acceleration)
+            if self.compiled
+            else total_acceleration
+        )
 
 
 def _builtin(constants: Array, n: int, D: int) -> Any:
@@ -178,7 +189,8 @@ def _no_force(q: Any, v: Any, t: Any) -> Any:
 
 
 def _with(inner: Any, force: Force, shape: tuple[int, int], jit: Any = numba.njit) -> Any:
-    """The sum of a jitted function and a user's."""
+    """A function (q, v, t) -> inner(q, v, t) plus a user's force; NaN where that has a wrong
+    shape."""
     f: Any = force.function
     takes = force.takes_velocity, force.takes_time
     calls: Any = {
@@ -193,8 +205,8 @@ def _with(inner: Any, force: Force, shape: tuple[int, int], jit: Any = numba.nji
         values = call(q.copy().reshape(shape), v.copy().reshape(shape), t)
         total = inner(q, v, t)
         for k in range(total.size):
-            fits = values.shape[0] == shape[0] and values.shape[1] == shape[1]
-            total[k] += values[k // shape[1], k % shape[1]] if fits else np.nan
+            has_shape = values.shape[0] == shape[0] and values.shape[1] == shape[1]
+            total[k] += values[k // shape[1], k % shape[1]] if has_shape else np.nan
         return total
 
     return jit(both)

@@ -1,7 +1,7 @@
 """Forces of celestial mechanics, as values of a `galvi.NBody` system.
 
-Those of position alone are part of the Lagrangian, and of the run's energy; `Force` and those of
-velocity enter as forces do (Lagrange and d'Alembert).
+Built-in forces that depend on positions alone are part of the Lagrangian, and of the energy of a
+run; a `Force` and those that depend on velocities enter by the Lagrange-d'Alembert principle.
 """
 
 from __future__ import annotations
@@ -17,34 +17,35 @@ from galvi import input_checks
 from galvi.arrays import Array
 from galvi.input_checks import shown
 from galvi.kernels.compile.jit import MATRIX, REAL
-from galvi.kernels.forces import celestial_velocity as of_velocity
+from galvi.kernels.forces import celestial_velocity
 from galvi.systems.user_functions import compiles, returned_array
 
-POLE_ROUNDING = 2.0**-50  # how far a length may be from 1 to be left as it is
-NEAR_LOGARITHM = 1e-6  # how near -1 a power loses digits of the energy
+POLE_ROUNDING = 2.0**-50  # a pole whose length differs from 1 by less is not normalised
+NEAR_LOGARITHM = 1e-6  # powers nearer to -1 lose digits of the energy by cancellation
 FORMS = ("one source", "potential", "EIH")
 
 
 class _Builtin:
-    """A force without a user's function: what it adds to the constants of kernels."""
+    """A force without a user's function, as rows of constants for the kernels."""
 
     takes_velocity = False
     spatial: tuple[str, ...] = ()  # fields (3,) that are (0, 0, z) in the plane
 
     def poles(self, masses: Array, G: float) -> list[list[float]]:
-        """Terms of `pole_pull` in galvi.kernels.forces.celestial."""
+        """Rows for `pole_pull` of galvi.kernels.forces.celestial."""
         return []
 
     def powers(self, masses: Array, G: float) -> list[list[float]]:
-        """Terms of `power_pull`."""
+        """Rows for `power_pull` of galvi.kernels.forces.celestial."""
         return []
 
     def block(self, masses: Array, G: float) -> list[float]:
-        """Kind and numbers of galvi.kernels.forces.celestial_velocity."""
+        """Kind, count and constants for galvi.kernels.forces.celestial_velocity; [] for a force of
+        position."""
         return []
 
-    def wrong(self, masses: Array) -> str:
-        """Why it cannot act between bodies of these masses, or ""."""
+    def objection(self, masses: Array) -> str:
+        """Why the force cannot act between bodies of these masses; "" where it can."""
         return ""
 
 
@@ -54,7 +55,7 @@ def _set(value: Any, **fields: Any) -> None:
 
 
 def _source(name: str, body: int, masses: Array) -> str:
-    """Why a body cannot be a source, or ""."""
+    """Why a body cannot be a source; "" where it can."""
     if body >= masses.size:
         return f"{name} must be one of {masses.size} bodies, by number; received {body}."
     if masses[body] == 0.0:
@@ -63,11 +64,13 @@ def _source(name: str, body: int, masses: Array) -> str:
 
 
 def _for_each(name: str, numbers: Array, masses: Array) -> str:
-    wrong = f"{name} must have a number for each of {masses.size} bodies; received shape "
-    return "" if numbers.shape == masses.shape else f"{wrong}{numbers.shape}."
+    """Why numbers are not one for each body; "" where they are."""
+    expected = f"{name} must have a number for each of {masses.size} bodies; received shape "
+    return "" if numbers.shape == masses.shape else f"{expected}{numbers.shape}."
 
 
 def _onto_others(source: int, masses: Array, numbers: Sequence[float]) -> list[list[float]]:
+    """A row of constants for each other body: source, body, ratio of masses, mass, numbers."""
     return [
         [source, k, mass / masses[source], mass, *numbers]
         for k, mass in enumerate(masses.tolist())
@@ -84,7 +87,7 @@ class Relativity(_Builtin):
     c
         speed of light in the problem's units, positive
     source
-        the body whose field acts, by number; not used by "EIH"
+        index of the body whose field acts; not used by "EIH"
     form
         "one source": Schwarzschild's field of the source, which recoils; a force of velocity.
         "potential": V = -3 (G M)^2 m / (c r)^2 for every body, M the source's mass, which turns
@@ -95,7 +98,8 @@ class Relativity(_Builtin):
     Raises
     ------
     ValueError
-        For other values, and for a source without a mass.
+        For a c that is not positive, a negative source or another form, and by `NBody` for a source
+        that is no body or has no mass.
 
     Examples
     --------
@@ -116,7 +120,7 @@ class Relativity(_Builtin):
 
     @property
     def takes_velocity(self) -> bool:  # type: ignore[override]
-        """Whether it depends on velocities."""
+        """Whether the force depends on velocities."""
         return self.form != "potential"
 
     def poles(self, masses: Array, G: float) -> list[list[float]]:
@@ -127,10 +131,12 @@ class Relativity(_Builtin):
 
     def block(self, masses: Array, G: float) -> list[float]:
         if self.form == "EIH":
-            return [of_velocity.EIH, 1, self.c]
-        return [of_velocity.ONE_SOURCE, 2, self.c, self.source] if self.takes_velocity else []
+            return [celestial_velocity.EIH, 1, self.c]
+        return (
+            [celestial_velocity.ONE_SOURCE, 2, self.c, self.source] if self.takes_velocity else []
+        )
 
-    def wrong(self, masses: Array) -> str:
+    def objection(self, masses: Array) -> str:
         return "" if self.form == "EIH" else _source("source", self.source, masses)
 
 
@@ -144,17 +150,18 @@ class Oblateness(_Builtin):
     Parameters
     ----------
     body
-        its number; it needs a mass
+        index of the oblate body, which needs a mass
     radius
         R, to which J2 and J4 belong, positive
     pole : array, shape (3,)
-        of the body, of any length, in the axes of the problem, fixed in them; in the plane only (0,
-        0, z)
+        direction of the body's axis, of any length, fixed in the axes of the problem; in a plane
+        problem (0, 0, z)
 
     Raises
     ------
     ValueError
-        For other values.
+        For a negative body, a radius that is not positive, a pole of length 0 and numbers that are
+        not finite.
 
     Examples
     --------
@@ -178,7 +185,10 @@ class Oblateness(_Builtin):
         with np.errstate(over="ignore"):
             length = float(np.linalg.norm(pole))
         if not 0.0 < length < np.inf:
-            raise ValueError(f"pole must have a length; received {shown(self.pole)}.")
+            raise ValueError(
+                f"pole must have a length above 0 that does not overflow; received "
+                f"{shown(self.pole)}."
+            )
         unit = pole if abs(length - 1.0) < POLE_ROUNDING else pole / length
         _set(self, pole=tuple(unit.tolist()))
 
@@ -187,7 +197,7 @@ class Oblateness(_Builtin):
         fourth = G * masses[self.body] * self.J4 * self.radius**4
         return _onto_others(self.body, masses, (*self.pole, 0.0, second, fourth))
 
-    def wrong(self, masses: Array) -> str:
+    def objection(self, masses: Array) -> str:
         return _source("the body of an Oblateness", self.body, masses)
 
 
@@ -200,7 +210,8 @@ class PowerLaw(_Builtin):
     Raises
     ------
     ValueError
-        For numbers that are not finite, a power that is nearly -1 and a source without a mass.
+        For numbers that are not finite and a power within 1e-6 of -1 but not -1, and by `NBody` for
+        a source without a mass.
 
     Examples
     --------
@@ -229,7 +240,7 @@ class PowerLaw(_Builtin):
         energy = (0.0, -0.5 * A) if n == -1.0 else (-A / (n + 1.0), 0.0)
         return _onto_others(self.source, masses, (A, n, *energy, 0.0, 0.0))
 
-    def wrong(self, masses: Array) -> str:
+    def objection(self, masses: Array) -> str:
         return _source("source", self.source, masses)
 
 
@@ -244,12 +255,13 @@ class Radiation(_Builtin):
     c
         speed of light in the problem's units, positive
     source
-        the body that shines, by number; it needs a mass
+        index of the body that shines, which needs a mass
 
     Raises
     ------
     ValueError
-        For other values.
+        For a c that is not positive and numbers that are not finite, and by `NBody` for a beta of
+        another shape or one that is not 0 for the source.
 
     Examples
     --------
@@ -269,13 +281,13 @@ class Radiation(_Builtin):
 
     def block(self, masses: Array, G: float) -> list[float]:
         numbers = [self.c, self.source, *self.beta.tolist()]
-        return [of_velocity.RADIATION, len(numbers), *numbers]
+        return [celestial_velocity.RADIATION, len(numbers), *numbers]
 
-    def wrong(self, masses: Array) -> str:
-        wrong = _source("source", self.source, masses) or _for_each("beta", self.beta, masses)
-        if not wrong and self.beta[self.source]:
+    def objection(self, masses: Array) -> str:
+        objection = _source("source", self.source, masses) or _for_each("beta", self.beta, masses)
+        if not objection and self.beta[self.source]:
             return f"beta of the source must be 0; received {self.beta[self.source]}."
-        return wrong
+        return objection
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,12 +299,12 @@ class Drag(_Builtin):
     coefficients
         k of each body (bodies,), not negative
     power
-        positive: 1 for Stokes' drag, 2 for that of a wake
+        positive: 1 for Stokes' drag, 2 for quadratic drag
 
     Raises
     ------
     ValueError
-        For other values.
+        For a negative coefficient and a power that is not positive.
 
     Examples
     --------
@@ -314,35 +326,37 @@ class Drag(_Builtin):
 
     def block(self, masses: Array, G: float) -> list[float]:
         numbers = [self.power, *self.coefficients.tolist()]
-        return [of_velocity.DRAG, len(numbers), *numbers]
+        return [celestial_velocity.DRAG, len(numbers), *numbers]
 
-    def wrong(self, masses: Array) -> str:
+    def objection(self, masses: Array) -> str:
         return _for_each("coefficients", self.coefficients, masses)
 
 
 @dataclass(frozen=True)
 class Tides(_Builtin):
-    """The tides that other bodies raise on one, with a constant time lag; force pairs.
+    """The tides that other bodies raise on one, with a constant time lag; the forces are pairwise
+    opposite (Hut, Astron. Astrophys. 99 (1981) 126).
 
     Parameters
     ----------
     body
-        on which they are raised, by number; it needs a mass
+        index of the body on which tides are raised; it needs a mass
     k2
-        its Love number (twice the apsidal constant), not negative
+        Love number of the body (twice the apsidal constant), not negative
     radius
         of the body, positive
     lag
         time by which the bulge is late, not negative
     spin : array, shape (3,)
-        angular velocity of the body, fixed; in the plane only (0, 0, z)
+        constant angular velocity of the body; in a plane problem (0, 0, z)
     raised_by
-        the body that raises them; None: all others
+        index of the body that raises the tides; None: all others
 
     Raises
     ------
     ValueError
-        For other values (Hut, Astron. Astrophys. 99 (1981) 126).
+        For a negative body, k2, lag or raised_by, a radius that is not positive and numbers that
+        are not finite, and by `NBody` for bodies that cannot act on each other so.
 
     Examples
     --------
@@ -372,39 +386,51 @@ class Tides(_Builtin):
             _set(self, raised_by=input_checks.whole("raised_by", self.raised_by, 0))
 
     def block(self, masses: Array, G: float) -> list[float]:
-        by = of_velocity.ALL if self.raised_by is None else self.raised_by
-        return [of_velocity.TIDES, 7, self.body, self.k2 * self.radius**5, self.lag, by, *self.spin]
+        by = celestial_velocity.ALL if self.raised_by is None else self.raised_by
+        return [
+            celestial_velocity.TIDES,
+            7,
+            self.body,
+            self.k2 * self.radius**5,
+            self.lag,
+            by,
+            *self.spin,
+        ]
 
-    def wrong(self, masses: Array) -> str:
-        wrong = _source("the body of Tides", self.body, masses)
-        if not wrong and self.raised_by is not None:
-            wrong = _source("raised_by", self.raised_by, masses)
-        if not wrong and self.raised_by == self.body:
-            wrong = f"raised_by must be another body than {self.body}, on which tides are raised."
-        return wrong
+    def objection(self, masses: Array) -> str:
+        objection = _source("the body of Tides", self.body, masses)
+        if not objection and self.raised_by is not None:
+            objection = _source("raised_by", self.raised_by, masses)
+        if not objection and self.raised_by == self.body:
+            return (
+                f"raised_by must differ from body, on which tides are raised; received "
+                f"{self.raised_by} for both."
+            )
+        return objection
 
 
 @dataclass(frozen=True)
 class Force:
-    """A force that a function of the user's returns, (bodies, D), not divided by masses.
+    """A force given by a user's function.
 
     Parameters
     ----------
     function
-        of q (bodies, D), then, if they are taken, v (bodies, D) and t
+        of q (bodies, D), then of v (bodies, D) and t, if it takes them; returns the forces (bodies,
+        D), not divided by the masses
     takes_velocity
-        whether it takes v
+        whether the function takes v
     takes_time
-        whether it takes t
+        whether the function takes t
 
     Raises
     ------
     TypeError
-        For a function of other arguments.
+        For a function of other arguments and flags that are no bools.
 
     Notes
     -----
-    It has no energy, and the energy of a run with one is not assessed.
+    Its work is not counted: the energy of a run with a `Force` is not assessed.
 
     Examples
     --------
@@ -424,7 +450,7 @@ class Force:
             _set(self, **{name: input_checks.flag(name, getattr(self, name))})
         if not callable(self.function):
             raise TypeError(
-                f"function must be one of {self.arguments}; received {shown(self.function)}."
+                f"function must be a function of {self.arguments}; received {shown(self.function)}."
             )
         try:
             signature = inspect.signature(getattr(self.function, "py_func", self.function))
@@ -434,18 +460,18 @@ class Force:
             signature.bind(*[None] * (1 + self.takes_velocity + self.takes_time))
         except TypeError:
             raise TypeError(
-                f"function must be one of {self.arguments}; received one of {signature}. Set "
-                f"takes_velocity and takes_time to what it takes."
+                f"function must be a function of {self.arguments}; received a function of "
+                f"{signature}. Set takes_velocity and takes_time as its arguments require."
             ) from None
 
     @property
     def arguments(self) -> str:
-        """Its arguments as text, such as "(q, v)"."""
+        """The arguments of the function as text, such as "(q, v)"."""
         return f"(q{', v' if self.takes_velocity else ''}{', t' if self.takes_time else ''})"
 
     @property
     def compiled(self) -> bool:
-        """Whether it is jitted, and returns what it should."""
+        """Whether the function is jitted and compiles to one that returns a matrix."""
         kinds = (MATRIX, *(MATRIX,) * self.takes_velocity, *(REAL,) * self.takes_time)
         return compiles(self.function, MATRIX(*kinds))
 

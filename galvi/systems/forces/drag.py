@@ -19,9 +19,9 @@ class DragLaw:
     Attributes
     ----------
     rate
-        factor phi, of galvi.kernels.forces.rotor_wind
+        function of galvi.kernels.forces.rotor_wind that returns factor phi
     numbers
-        its numbers, which follow the factor in the constants
+        parameters of phi, which follow the factor in the constants
     """
 
     rate: ClassVar[Callable[..., Any]]
@@ -50,9 +50,9 @@ class QuadraticDrag(DragLaw):
 class SchillerNaumann(DragLaw):
     """phi = 1 + 0.15 Re^0.687, ``Re = scale |w|``, with factor = 3 pi mu d in kg/s, Stokes' drag.
 
-    C_d = 24 / Re (1 + 0.15 Re^0.687) is within 5 % of the measured one of a sphere up to Re = 1000
+    C_d = 24 / Re (1 + 0.15 Re^0.687) is within 5 % of that measured for spheres up to Re = 1000
     (Schiller and Naumann, Z. VDI 77 (1933) 318; Clift, Grace and Weber, Bubbles, Drops, and
-    Particles (1978), table 5.1). Above, it is not changed to a constant.
+    Particles (1978), table 5.1). The formula is used beyond Re = 1000 too.
 
     Parameters
     ----------
@@ -85,8 +85,8 @@ class RotorDrag:
     Parameters
     ----------
     factor
-        for the wind of galvi.kernels.forces.rotor_wind in m/s, in the unit that the law states;
-        ValueError unless finite and positive
+        in the unit that the drag law states, for the wind of galvi.kernels.forces.rotor_wind in
+        m/s; ValueError unless finite and positive
     drag_law
         phi: `QuadraticDrag`, which is M (14), or `SchillerNaumann`; TypeError for another
 
@@ -117,5 +117,5 @@ class RotorDrag:
         return np.array([self.factor, *self.drag_law.numbers])
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:
-        """As `BuiltinForce.compiled`, with `constants`."""
+        """As `BuiltinForce.compiled`."""
         return rotor_wind.drag_kernel(self.drag_law.rate), self.constants

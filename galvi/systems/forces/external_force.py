@@ -49,15 +49,17 @@ class Forced(Protocol):
 
 
 def check_force(system: Forced) -> None:
-    """Raise TypeError for a force that cannot be called with these arguments and for flags that are
-    no bools, ValueError for timed_force without a force and for a built-in force without
-    timed_force.
+    """TypeError for a force that is not a function of these arguments and for flags that are no
+    bools; ValueError for timed_force without a force and for a built-in force without timed_force.
     """
     for name in ("explicit_time", "timed_force"):
         flag(name, getattr(system, name))
     arguments = "(q, v, t)" if system.timed_force else "(q, v)"
     if system.force is None and system.timed_force:
-        raise ValueError("timed_force means a force(q, v, t); received no force. Give one.")
+        raise ValueError(
+            "timed_force means a force(q, v, t); received no force. Give one, or leave "
+            "timed_force out."
+        )
     if system.force is not None and not callable(system.force):
         raise TypeError(f"force must be a function of {arguments}; received {shown(system.force)}.")
     if isinstance(system.force, BuiltinForce) and not system.timed_force:
@@ -68,7 +70,7 @@ def check_force(system: Forced) -> None:
 
 
 def force_at(system: Forced, q: Array, v: Array, t: float) -> Array:
-    """The external force at one state, (d,); zero without one. ValueError for a wrong shape.
+    """The external force at one state, (d,); 0 for a system without. ValueError for a wrong shape.
 
     Its virtual work enters the discrete Lagrange-d'Alembert principle (Marsden and West, Acta
     Numerica 10 (2001), 3.2).

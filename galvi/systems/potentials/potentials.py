@@ -19,9 +19,9 @@ class Potential:
     Attributes
     ----------
     slopes, second
-        dV/dq and d2V/dq2, of galvi.kernels.forces.potentials
+        functions of galvi.kernels.forces.potentials that fill dV/dq and d2V/dq2
     named
-        the fields that are their constants
+        names of the fields that are their constants
     """
 
     slopes: ClassVar[Callable[..., Any]]
@@ -209,7 +209,7 @@ class UniformField(Potential):
 
 @dataclass(frozen=True, eq=False)
 class UniformGravity:
-    """The potential of a turning body's weight.
+    """The potential of the weight of a rotating body.
 
     ``V(R) = -mass g . R centre``, R of shape (3, 3).
 

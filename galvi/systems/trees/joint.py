@@ -17,8 +17,9 @@ from galvi.kernels.compile.jit import jit
 from galvi.kernels.trees import tree
 from galvi.systems.rigid_body import check_moments
 
-AXIS_ROUNDING = 4.0 * 2.0**-53  # the rounding of a length of 1
-KINDS = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.trees.tree
+AXIS_ROUNDING = 4.0 * 2.0**-53  # a length that differs from 1 by at most this is taken as 1
+INERTIA_ROUNDING = 1e-12  # relative to the largest entry: asymmetry, and negative moments
+JOINT_TYPES = ("hinge", "slide", "ball", "free")  # numbered as in galvi.kernels.trees.tree
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,27 +33,29 @@ class Joint:
         matrix (3, 3) that turns the link about the anchor; "free": q the origin of the link's
         frame, (3,), then its rotation matrix; only for a link on the world
     axis : array, shape (3,)
-        of a hinge or a slide, of any length but zero
+        of a hinge or a slide, of any positive length
     anchor : array, shape (3,)
         a point of the axis, or the centre of a ball joint
     zero
-        the coordinate of a hinge or a slide at which the link is at its place
+        the coordinate of a hinge or a slide at which the link has its place and attitude
     armature
-        additional inertia of its velocities, such as a motor's: kg m^2, kg for a slide
+        additional inertia of the joint's velocities, such as a motor's: kg m^2, kg for a slide; for
+        a free joint both
     stiffness
-        of a spring: N m/rad, N/m for a slide; of a free joint both
+        of a spring: N m/rad, N/m for a slide; for a free joint both
     rest
-        where the spring is at rest: a coordinate; (3, 3), or of a free joint a motion (4, 4)
+        coordinate at which the spring is at rest: a number, a rotation (3, 3) of a ball, a motion
+        (4, 4) of a free joint; None: ``zero``, or the identity
     damping
-        of its velocities: N m s/rad, N s/m for a slide; of a free joint both
+        coefficient of the joint's velocities: N m s/rad, N s/m for a slide; for a free joint both
     name
         for tables and pictures
 
     Raises
     ------
     ValueError
-        For another type, an axis of no length, a negative armature or damping, or a rest that is no
-        coordinate of the joint.
+        For another type, an axis of no length, a negative armature or damping, a zero of a ball or
+        free joint, or a rest that is no coordinate of the joint.
     TypeError
         For a name that is no string.
 
@@ -73,9 +76,9 @@ class Joint:
     name: str = ""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.type, str) or self.type not in KINDS:
+        if not isinstance(self.type, str) or self.type not in JOINT_TYPES:
             raise ValueError(
-                f"type must be one of {', '.join(KINDS)}; received {shown(self.type)}."
+                f"type must be one of {', '.join(JOINT_TYPES)}; received {shown(self.type)}."
             )
         if not isinstance(self.name, str):
             raise TypeError(f"name must be a string; received {shown(self.name)}.")
@@ -86,7 +89,7 @@ class Joint:
             raise ValueError(
                 f"axis must have a length above 0 that does not overflow; received {axis.tolist()}."
             )
-        if abs(length - 1.0) > AXIS_ROUNDING:  # a stored axis stays the same
+        if abs(length - 1.0) > AXIS_ROUNDING:  # else an axis that was normalised would change
             axis = axis / length
         object.__setattr__(self, "axis", read_only(np.array(axis)))
         object.__setattr__(self, "anchor", input_checks.array("anchor", self.anchor, (3,)))
@@ -97,7 +100,8 @@ class Joint:
                 raise ValueError(f"{name} must not be negative; received {getattr(self, name)}.")
         if self.number > tree.SLIDE and self.zero != 0.0:
             raise ValueError(
-                f"zero is of a hinge or a slide; received {self.zero} for {self.type}."
+                f"zero must be 0 for a {self.type} joint; received {self.zero}. Only hinges and "
+                f"slides have a zero."
             )
         object.__setattr__(self, "rest", self._checked_rest())
 
@@ -112,8 +116,8 @@ class Joint:
 
     @property
     def number(self) -> int:
-        """Its kind in galvi.kernels.trees.tree."""
-        return KINDS.index(self.type)
+        """Number of the joint's type in galvi.kernels.trees.tree."""
+        return JOINT_TYPES.index(self.type)
 
     @property
     def groups(self) -> tuple[Group, ...]:
@@ -137,7 +141,8 @@ class Joint:
 
     @property
     def rest_numbers(self) -> Array:
-        """(12,) the rest's coordinate, or its rotation by rows and its place."""
+        """The rest in 12 numbers: the coordinate first, or the rotation by rows and the place;
+        else 0."""
         numbers = np.zeros(12)
         if self.number <= tree.SLIDE:
             numbers[0] = self.rest
@@ -161,9 +166,9 @@ class JointDamping:
     Attributes
     ----------
     coefficients : array, shape (d,)
-        not negative, else ValueError
+        ValueError for a negative one
     varied
-        whether its law also has the terms of coefficients that are 0
+        whether the law also has the terms of coefficients that are 0
     """
 
     coefficients: Any
@@ -185,9 +190,6 @@ class JointDamping:
         return damping, np.array(self.coefficients)
 
 
-SLACK = 1e-12
-
-
 @dataclass(frozen=True, eq=False)
 class Link:
     """A rigid body and the joints, in their order, between it and its parent.
@@ -195,20 +197,22 @@ class Link:
     Parameters
     ----------
     joints
-        none: it is fixed to its parent; each joint moves with those before it
+        `Joint` values, each of which moves with those before it; without any the link is fixed to
+        its parent
     mass
         not negative; kg
     centre : array, shape (3,)
         of mass, in the link's frame
     inertia
-        about the centre of mass, in the link's frame: (3,) moments, (3, 3), or 0; a thin rod has
-        none about itself. Each principal moment is at most the sum of the others
+        about the centre of mass, in the link's frame: (3,) moments, a matrix (3, 3), or 0 for a
+        point; a thin rod has the moment 0 about its axis. Each principal moment is at most the sum
+        of the others
     parent
-        number of another link, before this one; None for the world
+        index of a link before this one; None for the world
     place : array, shape (3,)
         of the link's frame in the parent's when all joints are at their zero
     attitude : array, shape (3, 3)
-        from the link's frame to the parent's then
+        rotation from the link's frame to the parent's, in the same configuration
     name
         for messages
     check
@@ -218,13 +222,13 @@ class Link:
     ------
     ValueError
         For a negative mass, an inertia that is not symmetric and positive semidefinite, or that no
-        body has, or a free joint among others.
+        body has, or a free joint beside another joint.
     TypeError
-        For a check that is no bool.
+        For joints that are no `Joint` values and a check that is no bool.
 
     Notes
     -----
-    place and attitude of a link with a free joint are its coordinates, and not used.
+    The place and attitude of a link with a free joint are not used: its coordinates give them.
 
     Examples
     --------
@@ -270,14 +274,15 @@ class Link:
 
 
 def _inertia(value: Any, check: bool) -> Array:
-    """(3, 3) from 0, moments or a matrix."""
+    """The inertia (3, 3) from a multiple of the identity, principal moments or a matrix."""
     J = input_checks.array("inertia", value)
     if J.shape not in ((), (3,), (3, 3)):
         raise ValueError(f"inertia must have shape (3,) or (3, 3), or be 0; received {J.shape}.")
     J = J if J.ndim == 2 else np.diag(np.broadcast_to(J, 3))
     size = float(np.max(np.abs(J)))
     moments = np.linalg.eigvalsh(0.5 * J + 0.5 * J.T)
-    if np.max(np.abs(J - J.T)) > SLACK * size or moments[0] < -SLACK * size:
+    rounding = INERTIA_ROUNDING * size
+    if np.max(np.abs(J - J.T)) > rounding or moments[0] < -rounding:
         raise ValueError(
             f"inertia must be symmetric and positive semidefinite; received {J.tolist()}."
         )

@@ -21,30 +21,37 @@ from galvi.systems.trees.joint import JointDamping
 from galvi.systems.trees.rigid_tree import RigidTree
 
 UNLIMITED = (-math.inf, math.inf)
-SIZES = (0.8, -0.6, 0.4)  # of controls at which a reading is compared
+# Controls, in turn, at which the forces read from a MuJoCo model are compared with MuJoCo's.
+TRIAL_CONTROLS = (0.8, -0.6, 0.4)
 
 
 @dataclass(frozen=True, eq=False)
 class Pull:
-    """F = constant - x (k + k_1 x + k_2 x^2) - l' (b + b_1 |l'| + b_2 l'^2) along a length l.
+    """A force along a length l: F = constant - x (k + k_1 x + k_2 x^2) - l' (b + b_1 |l'| + b_2
+    l'^2).
 
     Attributes
     ----------
     name
         for messages
     arms
-        (velocity, entry or -1, ratio) of joints: l has ratio times the entry, l' times the velocity
+        (index of a velocity, index of an entry of q or -1, ratio) of each joint: it adds ratio
+        times the entry to l, and ratio times the velocity to l'
     points
-        (link or None, place (3,), share): a path, to which the way to a point from the one before
-        adds its share; 0 where a branch begins
+        (link, None for the world, point (3,), share) of each point of a path: share times the
+        distance from the point before is added to l; share is 0 where a branch begins
     offset
-        of l
+        added to l
     spring
-        k, k_1, k_2, with x the length beyond ``slack``, (low, high)
+        k, k_1, k_2
+    slack
+        (low, high): x is the length beyond this interval
     damper
         b, b_1, b_2
+    limits
+        smallest and largest F; beyond them F is NaN
     actuator
-        whether an actuator exerts it: it has limits, and counts in those of joints
+        whether an actuator exerts it: F then counts in `JointForces.bounds`, and has no potential
     """
 
     name: str
@@ -58,8 +65,8 @@ class Pull:
     limits: tuple[float, float] = UNLIMITED
     actuator: bool = False
 
-    def driven(self, constant: float, spring: float, damper: float) -> Pull:
-        """The same with other numbers, which needs no checks."""
+    def with_coefficients(self, constant: float, spring: float, damper: float) -> Pull:
+        """The pull with another constant, k and b, the other coefficients 0; without checks."""
         pull = object.__new__(Pull)
         vars(pull).update(
             vars(self), constant=constant, spring=(spring, 0.0, 0.0), damper=(damper, 0.0, 0.0)
@@ -69,14 +76,14 @@ class Pull:
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """What an actuator makes of its control u: F = u (g + g_1 l + g_2 l') + b + b_1 l + b_2 l'.
+    """The force of an actuator with the control u: F = u (g + g_1 l + g_2 l') + b + b_1 l + b_2 l'.
 
     Attributes
     ----------
     control
-        its number
+        index of u among the controls
     part
-        number of the pull that it exerts, or of the push if ``thrust`` is given
+        index of the pull that it exerts, or of the push if ``thrust`` is given
     gain
         g, g_1, g_2
     bias
@@ -84,7 +91,7 @@ class Drive:
     range
         smallest and largest u
     thrust
-        (force (3,), moment (3,), limits) of a push with F = 1, and the limits of F
+        (force (3,) and moment (3,) of the push with F = 1, limits to which F is clipped)
     """
 
     control: int
@@ -95,24 +102,24 @@ class Drive:
     thrust: tuple[Any, Any, tuple[float, float]] | None = None
 
     def force_coefficients(self, u: float) -> tuple[float, float, float]:
-        """F at l = l' = 0, and its slopes by these."""
+        """F at l = l' = 0, dF/dl and dF/dl'."""
         a, b, c = (u * g + x for g, x in zip(self.gain, self.bias, strict=True))
         return a, b, c
 
 
-class Written(NamedTuple):
-    """The constants of forces on a tree.
+class ForceConstants(NamedTuple):
+    """The constants of forces on a tree, for galvi.kernels.trees.joint_forces.
 
     Attributes
     ----------
     numbers
-        all of them
+        the constants of the tree, then those of the forces
     integers
-        index -> value of those that are whole numbers of the law's structure
-    of_masses
-        indices of those that depend on masses, and ``of_controls`` on controls
+        index -> value of the constants that are counts, indices and flags
+    of_masses, of_controls
+        indices of the constants that depend on masses, and on controls
     rows
-        indices at which those of each pull begin, then of each push
+        index of the first constant of each pull, then of each push
     """
 
     numbers: Array
@@ -122,17 +129,19 @@ class Written(NamedTuple):
     rows: tuple[int, ...]
 
 
-class Row(NamedTuple):
-    """The constants of one part of the forces.
+class ConstantsRow(NamedTuple):
+    """The constants of one part of the forces, such as a pull, an arm or a weight.
 
     Attributes
     ----------
+    values
+        the constants
     of_structure
-        indices of those that are whole numbers of the law's structure
-    of_mass
-        indices of those that depend on masses, and of_control on controls
+        indices in ``values`` of counts, indices and flags
+    of_mass, of_control
+        indices in ``values`` of constants that depend on a mass, and on a control
     begins
-        whether a pull or a push begins here
+        whether this is the first row of a pull or a push
     """
 
     values: Array
@@ -150,37 +159,40 @@ class Row(NamedTuple):
         of_mass: Iterable[int] = (),
         of_control: Iterable[int] = (),
         begins: bool = False,
-    ) -> Row:
-        """The row whose values are those of the parts, one after the other."""
+    ) -> ConstantsRow:
+        """The row whose values are the flattened parts, concatenated."""
         values = np.concatenate([np.ravel(part) for part in parts])
         return cls(values, of_structure, of_mass, of_control, begins)
 
 
 @dataclass(frozen=True, eq=False)
 class JointForces:
-    """f(q, v, t) on a tree, of all its parts and of the damping of its joints.
+    """f(q, v, t) on a tree: the sum of the forces below and of the damping of joints.
 
     Attributes
     ----------
     pulls
         `Pull` values
     bounds
-        (velocity, low, high, name): limits of the sum of actuators' forces on it
+        (index of a velocity, low, high, name): limits of the sum of actuators' forces along it
     weights
-        (link, share): share of its weight that is held up
+        (link, share): share of the link's weight that is compensated
     pushes
-        (link or None, point (3,), force (3,), moment (3,)): constant, in the link's frame
+        (link, None for the world, point (3,), force (3,), moment (3,)), constant in the link's
+        frame
     wet
-        (link, axes (3, 3), medium (2,)) of bodies in a medium, as in galvi.systems.trees.drag, and
-        its ``wind`` (3,)
+        (link, axes (3, 3), medium (2,)) of each body in a medium, as in galvi.systems.trees.drag
+    wind
+        velocity of the medium (3,) in space
     drives
-        `Drive` of each actuator, and ``controls`` (nu,), their present values
-    tree
-        `RigidTree`, ``damping`` (d,) and ``varied`` are set by `Multibody`
-
-    Notes
-    -----
-    Beyond a limit the force is NaN; ``limited=False`` leaves all limits out.
+        `Drive` of each actuator
+    controls
+        present controls of the actuators, (nu,)
+    tree, damping, varied
+        `RigidTree`, damping (d,) of its joints, and whether the law has damping that is 0; set by
+        `Multibody`
+    limited
+        whether the force is NaN beyond a limit; False leaves all limits out
     """
 
     pulls: tuple[Pull, ...] = ()
@@ -205,15 +217,15 @@ class JointForces:
         )
 
     def sample_controls(self) -> Array:
-        """Controls (nu,) within their ranges, of about 1, at which a reading is compared."""
+        """Controls (nu,): those of `TRIAL_CONTROLS`, clipped to the ranges of the actuators."""
         controls = np.array(self.controls)
         for drive in self.drives:
-            size = SIZES[drive.control % len(SIZES)]
+            size = TRIAL_CONTROLS[drive.control % len(TRIAL_CONTROLS)]
             controls[drive.control] = min(max(size, drive.range[0]), drive.range[1])
         return controls
 
     def with_controls(self, controls: Array) -> JointForces:
-        """These forces with other controls (nu,); ValueError for one that is out of its range."""
+        """The forces with other controls (nu,); ValueError for one that is out of its range."""
         pulls, pushes = list(self.pulls), list(self.pushes)
         for drive in self.drives:
             u, (low, high) = float(controls[drive.control]), drive.range
@@ -229,16 +241,17 @@ class JointForces:
                 link, point, _, _ = pushes[drive.part]
                 pushes[drive.part] = link, point, size * force, size * moment
                 continue
-            pulls[drive.part] = pulls[drive.part].driven(constant, -by_length, -by_rate)
+            pull = pulls[drive.part]
+            pulls[drive.part] = pull.with_coefficients(constant, -by_length, -by_rate)
         forces = replace(
             self, pulls=tuple(pulls), pushes=tuple(pushes), controls=read_only(np.array(controls))
         )
-        if self.tree is not None and "ctrl" in self.tree.varied:  # all else is as it was
+        if self.tree is not None and "ctrl" in self.tree.varied:  # the law stays the same
             vars(forces).update(_written=self._rewritten(forces), structure=self.structure)
         return forces
 
-    def _rewritten(self, driven: JointForces) -> Written:
-        """The constants of these forces with other controls."""
+    def _rewritten(self, driven: JointForces) -> ForceConstants:
+        """The constants of ``driven``, which differs from these forces in its controls alone."""
         numbers, (*_, rows) = self.numbers.copy(), self._written
         for drive in self.drives:
             if drive.thrust is None:
@@ -253,12 +266,12 @@ class JointForces:
         return self._written._replace(numbers=read_only(numbers))
 
     def _frame(self, link: int | None) -> tuple[int, Array, Array]:
-        """The number of a link's frame in the tree, its place there and its axes."""
+        """The entry of `RigidTree.frames` of a link; for None that of the world."""
         return (0, np.zeros(3), np.eye(3)) if link is None else self.tree.frames[link]
 
     @property
     def has_limits(self) -> bool:
-        """Whether an actuator, or what they exert on a joint, has limits."""
+        """Whether a pull, or the sum of actuators' forces on a joint, has limits."""
         return bool(self.bounds) or any(pull.limits != UNLIMITED for pull in self.pulls)
 
     def __call__(self, q: Array, v: Array, t: float) -> Array:
@@ -271,8 +284,8 @@ class JointForces:
         return kernel.tree_joint_forces, self.numbers.copy()
 
     def potential(self, q: Array) -> Array:
-        """The energy (n,) at n configurations (n, ...) of what has one: springs and constant forces
-        of pulls that are no actuator's, and weights held up."""
+        """The potential energy (n,) at n configurations (n, ...): that of compensated weights, and
+        of the springs and constants of pulls that no actuator exerts."""
         potentials, numbers = np.empty(len(q)), self.numbers.copy()
         flat = np.array(q, dtype=np.float64).reshape(len(q), -1)
         kernel.tree_force_potentials(flat, len(self.damping), numbers, potentials)
@@ -280,7 +293,7 @@ class JointForces:
 
     @cached_property
     def without_potential(self) -> JointForces | None:
-        """These forces but for those of `potential`; None where no other is left."""
+        """The forces without those of `potential`; None where none remain."""
         pulls = tuple(
             pull if pull.actuator else replace(pull, constant=0.0, spring=(0.0, 0.0, 0.0))
             for pull in self.pulls
@@ -297,13 +310,14 @@ class JointForces:
 
     @cached_property
     def structure(self) -> dict[int, float]:
-        """Index -> value of the constants behind the tree's that are part of the law."""
+        """Index -> value of the constants of the forces that are written into the compiled law:
+        counts, indices, flags and zeros, without the zeros that ``varied`` numbers may change."""
         first, (numbers, structure, of_masses, of_controls, _) = self.first, self._written
-        left_open = of_masses if "masses" in self.tree.varied else set()
-        left_open = left_open | (of_controls if "ctrl" in self.tree.varied else set())
+        varied_indices = of_masses if "masses" in self.tree.varied else set()
+        varied_indices = varied_indices | (of_controls if "ctrl" in self.tree.varied else set())
         structure = dict(structure)
         for k, number in enumerate(numbers[first:].tolist(), first):
-            if number == 0.0 and k not in left_open:
+            if number == 0.0 and k not in varied_indices:
                 structure[k] = 0.0
         if self.varied:
             for k in range(len(self.damping)):
@@ -312,11 +326,11 @@ class JointForces:
 
     @property
     def first(self) -> int:
-        """Index of the first constant behind the tree's."""
+        """Index of the first constant after the tree's."""
         return int(self.tree.numbers.size)
 
     @cached_property
-    def _written(self) -> Written:
+    def _written(self) -> ForceConstants:
         rows = [
             *self._rows_of_pulls(),
             *self._rows_of_weights(),
@@ -346,12 +360,12 @@ class JointForces:
             index += row.values.size
         numbers = [self.tree.numbers, np.array(head, dtype=np.float64), np.asarray(self.damping)]
         numbers += [row.values for row in rows]
-        return Written(
+        return ForceConstants(
             read_only(np.concatenate(numbers)), integers, of_masses, of_controls, tuple(begins)
         )
 
-    def _rows_of_pulls(self) -> Iterator[Row]:
-        """The rows of each pull, its arms and its points; then of the bounds."""
+    def _rows_of_pulls(self) -> Iterator[ConstantsRow]:
+        """The rows of each pull, of its arms and of its points; then those of the bounds."""
         coefficients = kernel.CONSTANT, kernel.SPRING, kernel.DAMPER
         driven = {
             drive.part: [coefficients[k] for k, gain in enumerate(drive.gain) if gain]
@@ -359,50 +373,50 @@ class JointForces:
             if drive.thrust is None
         }
         for number, pull in enumerate(self.pulls):
-            limited = self.limited and pull.limits != UNLIMITED
+            has_limits = self.limited and pull.limits != UNLIMITED
             counts = [
                 len(pull.arms),
                 len(pull.points),
                 pull.actuator,
                 pull.slack[0] < pull.slack[1],
-                limited,
+                has_limits,
             ]
-            limits = pull.limits if limited else (0.0, 0.0)
+            limits = pull.limits if has_limits else (0.0, 0.0)
             numbers = [pull.constant, *pull.slack, *limits, pull.offset, *pull.spring, *pull.damper]
             of_control = driven.get(number, ())
-            yield Row.of([counts, numbers], range(5), of_control=of_control, begins=True)
+            yield ConstantsRow.of([counts, numbers], range(5), of_control=of_control, begins=True)
             for arm in pull.arms:
-                yield Row.of([arm], (0, 1))
+                yield ConstantsRow.of([arm], (0, 1))
             for link, point, share in pull.points:
                 frame, r, C = self._frame(link)
-                yield Row.of([[frame], r + C @ point, [share]], (0,))
+                yield ConstantsRow.of([[frame], r + C @ point, [share]], (0,))
         for velocity, low, high, _ in self.bounds if self.limited else ():
-            yield Row.of([[velocity, low, high]], (0,))
+            yield ConstantsRow.of([[velocity, low, high]], (0,))
 
-    def _rows_of_weights(self) -> Iterator[Row]:
-        """The rows of weights that are held up."""
+    def _rows_of_weights(self) -> Iterator[ConstantsRow]:
+        """The rows of compensated weights."""
         for link, share in self.weights:
             (frame, r, C), body = self._frame(link), self.tree.links[link]
             numbers = [[frame, share * body.mass], r + C @ body.centre]
-            yield Row.of(numbers, (0,), of_mass=(1,))
+            yield ConstantsRow.of(numbers, (0,), of_mass=(1,))
 
-    def _rows_of_pushes(self) -> Iterator[Row]:
+    def _rows_of_pushes(self) -> Iterator[ConstantsRow]:
         thrust = {drive.part for drive in self.drives if drive.thrust is not None}
         for number, (link, point, force, moment) in enumerate(self.pushes):
             frame, r, C = self._frame(link)
             of_control = range(4, kernel.PUSHED) if number in thrust else ()
             numbers = [[frame], r + C @ point, C @ force, C @ moment]
-            yield Row.of(numbers, (0,), of_control=of_control, begins=True)
+            yield ConstantsRow.of(numbers, (0,), of_control=of_control, begins=True)
 
-    def _rows_in_a_medium(self) -> Iterator[Row]:
+    def _rows_in_a_medium(self) -> Iterator[ConstantsRow]:
         for link, axes, medium in self.wet:
             (frame, r, C), body = self._frame(link), self.tree.links[link]
             drag = drag_coefficients(body, axes, medium)
             numbers = [[frame], r + C @ body.centre, C @ axes, drag]
-            yield Row.of(numbers, (0,), of_mass=range(13, kernel.SUNK))
+            yield ConstantsRow.of(numbers, (0,), of_mass=range(13, kernel.SUNK))
 
     def beyond(self, q: Array, v: Array) -> str:
-        """What is beyond its limits at a state, in words; "" where all is within."""
+        """The first force beyond its limits at a state, as a clause; "" where all are within."""
         for pull in self.pulls:
             if np.any(np.isnan(self._with_only(pulls=(pull,))(q, v, 0.0))):
                 return f"the force of {pull.name} is beyond its limits {list(pull.limits)}"
@@ -421,17 +435,23 @@ class JointForces:
 def with_damping(
     force: Any, timed: bool, tree: RigidTree, damping: Array, varied: bool
 ) -> tuple[Any, bool]:
-    """A force on a tree, or None, with the damping (d,) of its joints, and whether it takes time.
+    """The sum of a force on a tree and of the damping of its joints, and whether it takes the time.
 
     Parameters
     ----------
+    force
+        the force, or None
+    timed
+        whether the force takes the time
+    damping : array, shape (d,)
+        coefficients of the joints
     varied
-        whether the law also has damping that is 0
+        whether the law also has the terms of coefficients that are 0
 
     Raises
     ------
     TypeError
-        For a built-in force that has no place for damping.
+        For a built-in force other than `JointForces`, which damping cannot be added to.
     """
     if isinstance(force, JointForces):
         return force.on(tree, damping, varied), True
@@ -441,18 +461,18 @@ def with_damping(
         return JointDamping(damping, varied), True
     if isinstance(force, BuiltinForce):
         raise TypeError(
-            f"on joints with damping, force must be a function; received {shown(force)}. Write it "
-            f"as one, or give the joints no damping."
+            f"on joints with damping, force must be a function; received {shown(force)}. "
+            f"Write the force as a function, or give the joints no damping."
         )
     damping = np.array(damping)
 
-    def in_time(q, v, t):  # type: ignore[no-untyped-def]
+    def damped_in_time(q, v, t):  # type: ignore[no-untyped-def]
         return force(q, v, t) - damping * v
 
     def damped(q, v):  # type: ignore[no-untyped-def]
         return force(q, v) - damping * v
 
-    total: Any = in_time if timed else damped
+    total: Any = damped_in_time if timed else damped
     if is_jitted(force):
         total = njit(total)
     total.undamped = force, timed
@@ -460,7 +480,8 @@ def with_damping(
 
 
 def without_damping(force: Any, timed: bool) -> tuple[Any, bool]:
-    """The force and ``timed`` that `with_damping` was given."""
+    """The arguments ``force`` and ``timed`` of the `with_damping` that returned this force; for
+    `JointForces`, which hold their damping themselves, the force as it is."""
     if isinstance(force, JointDamping):
         return None, False
     return getattr(force, "undamped", (force, timed))

@@ -5,8 +5,9 @@ hinge, slide  coordinate               the same
 ball          quaternion               its rotation matrix
 free          place, then quaternion   the place, then its rotation matrix
 
-Quaternions have w first and take the link's frame to that before the joint. Velocities are the
-same in both: of a free joint that of its place in space, then the angular velocity in its frame.
+Quaternions have w first and rotate the link's frame to the frame before the joint. Both use the
+same velocities; a free joint has the velocity of its origin in space, then the angular velocity in
+its own frame.
 """
 
 from __future__ import annotations
@@ -21,30 +22,30 @@ from galvi.groups.group import Group
 from galvi.kernels.trees.tree import SLIDE
 from galvi.systems.trees.joint import Joint
 
-POSITIONS = (1, 1, 4, 7)  # entries of qpos
-FROM_SCIPY, TO_SCIPY = [3, 0, 1, 2], [1, 2, 3, 0]  # w last there
+POSITIONS = (1, 1, 4, 7)  # entries of qpos of a hinge, a slide, a ball and a free joint
+FROM_SCIPY, TO_SCIPY = [3, 0, 1, 2], [1, 2, 3, 0]  # orders of quaternions: SciPy has w last
 
 
-def _places(joints: Sequence[Joint]) -> Iterator[tuple[slice, slice, int, int]]:
-    """Of each joint the coordinates of qpos and q that are the same, and where a quaternion and a
-    matrix follow, -1 for neither."""
+def _joint_slices(joints: Sequence[Joint]) -> Iterator[tuple[slice, slice, int, int]]:
+    """For each joint: the slices of qpos and of q that hold equal coordinates, then the index of
+    its quaternion in qpos and of its matrix in q; -1 and -1 for a joint without."""
     at = entry = 0
     for joint in joints:
-        same = {"ball": 0, "free": 3}.get(joint.type, 1)
-        turns = joint.number > SLIDE
-        slices = slice(at, at + same), slice(entry, entry + same)
-        at, entry = at + same, entry + same
-        yield *slices, *((at, entry) if turns else (-1, -1))
-        at, entry = at + 4 * turns, entry + 9 * turns
+        scalars = {"ball": 0, "free": 3}.get(joint.type, 1)
+        has_rotation = joint.number > SLIDE
+        slices = slice(at, at + scalars), slice(entry, entry + scalars)
+        at, entry = at + scalars, entry + scalars
+        yield *slices, *((at, entry) if has_rotation else (-1, -1))
+        at, entry = at + 4 * has_rotation, entry + 9 * has_rotation
 
 
 def from_mujoco(joints: Sequence[Joint], group: Group, qpos: Any, qvel: Any) -> tuple[Array, Array]:
-    """(q, v) of states (..., nq) and (..., nv)."""
+    """(q, v), (..., *group.shape) and (..., nv), of states qpos (..., nq) and qvel (..., nv)."""
     nq = sum(POSITIONS[joint.number] for joint in joints)
     positions, rates = _pair(("qpos", "qvel"), (qpos, qvel), ((nq,), (group.dimension,)))
     lead = positions.shape[:-1]
     q = np.empty((*lead, int(np.prod(group.shape))))
-    for qpos_slice, q_slice, at, entry in _places(joints):
+    for qpos_slice, q_slice, at, entry in _joint_slices(joints):
         q[..., q_slice] = positions[..., qpos_slice]
         if at >= 0:
             R = _rotations(positions[..., at : at + 4])
@@ -53,12 +54,12 @@ def from_mujoco(joints: Sequence[Joint], group: Group, qpos: Any, qvel: Any) -> 
 
 
 def to_mujoco(joints: Sequence[Joint], group: Group, q: Any, v: Any) -> tuple[Array, Array]:
-    """(qpos, qvel) of states (..., *group.shape) and (..., d)."""
+    """(qpos, qvel), (..., nq) and (..., d), of states q (..., *group.shape) and v (..., d)."""
     configurations, rates = _pair(("q", "v"), (q, v), (group.shape, (group.dimension,)))
     lead = rates.shape[:-1]
     flat = configurations.reshape(*lead, -1)
     qpos = np.empty((*lead, sum(POSITIONS[joint.number] for joint in joints)))
-    for qpos_slice, q_slice, at, entry in _places(joints):
+    for qpos_slice, q_slice, at, entry in _joint_slices(joints):
         qpos[..., qpos_slice] = flat[..., q_slice]
         if at >= 0:
             R = flat[..., entry : entry + 9].reshape(*lead, 3, 3)
@@ -67,8 +68,9 @@ def to_mujoco(joints: Sequence[Joint], group: Group, q: Any, v: Any) -> tuple[Ar
 
 
 def _rotations(quaternions: Array) -> Array:
-    """Matrices (..., 3, 3), NaN where they are not finite."""
-    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4), NaN where these are not finite;
+    ValueError for a quaternion that is 0."""
+    from scipy.spatial.transform import Rotation  # would lengthen galvi's import by a fifth
 
     flat = quaternions.reshape(-1, 4)
     finite = np.all(np.isfinite(flat), axis=1)
@@ -80,7 +82,7 @@ def _rotations(quaternions: Array) -> Array:
 
 
 def _quaternions(R: Array) -> Array:
-    from scipy.spatial.transform import Rotation  # a fifth of galvi's import
+    from scipy.spatial.transform import Rotation  # would lengthen galvi's import by a fifth
 
     flat = R.reshape(-1, 3, 3)
     finite = np.all(np.isfinite(flat), axis=(1, 2))
@@ -92,7 +94,8 @@ def _quaternions(R: Array) -> Array:
 def _pair(
     names: tuple[str, str], values: tuple[Any, Any], shapes: tuple[tuple[int, ...], ...]
 ) -> tuple[Array, Array]:
-    """Both as arrays with the same leading axes; ValueError for wrong shapes."""
+    """Both values as float64 arrays; ValueError for a wrong shape, or if their leading axes
+    differ."""
     arrays = tuple(np.asarray(value, dtype=np.float64) for value in values)
     leads = []
     for name, value, shape in zip(names, arrays, shapes, strict=True):

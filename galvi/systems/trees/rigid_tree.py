@@ -29,12 +29,12 @@ class RigidTree:
     Attributes
     ----------
     links
-        each after its parent
+        `Link` values, each after its parent
     gravity : array, shape (3,)
-        acceleration
+        acceleration of gravity
     varied
-        names of VARIED whose numbers are not written into the law, even where they are 0: trees
-        that differ in these alone have the same law
+        names in galvi.systems.multibody.VARIED whose numbers are not written into the compiled law,
+        even where they are 0: trees that differ in these alone share one law
 
     Notes
     -----
@@ -54,8 +54,8 @@ class RigidTree:
                 )
             if link.parent is not None and any(joint.type == "free" for joint in link.joints):
                 raise ValueError(
-                    f"a free joint must be between a link and the world; link {k} has one and the "
-                    f"parent {link.parent}."
+                    f"a free joint must be between a link and the world; link {k} has a free joint "
+                    f"and the parent {link.parent}."
                 )
         if not self.joints:
             raise ValueError(
@@ -65,15 +65,15 @@ class RigidTree:
         self._check_masses()
 
     def _check_masses(self) -> None:
-        """ValueError for a joint that moves neither a mass nor an armature."""
+        """ValueError for a link with a joint without armature, if no mass moves with the link."""
         carried = [link.mass for link in self.links]
         for k in range(len(self.links) - 1, -1, -1):
             link = self.links[k]
             if not carried[k] > 0.0 and not all(joint.armature > 0.0 for joint in link.joints):
                 raise ValueError(
-                    f"link {link.name or k} has joints, and neither it nor what it carries has a "
-                    f"mass above 0; received mass {link.mass}. Give it a mass or its joints an "
-                    f"armature."
+                    f"link {link.name or k} has joints, and neither the link nor those that it "
+                    f"carries have a mass above 0; received mass {link.mass}. Give it a mass or "
+                    f"each of its joints an armature."
                 )
             if link.parent is not None:
                 carried[link.parent] += carried[k]
@@ -88,11 +88,11 @@ class RigidTree:
         """The configuration space: one group, or a Product."""
         factors: list[Group] = []
         for scalar, joints in groupby(self.joints, lambda joint: joint.number <= tree.SLIDE):
-            several = list(joints)
+            consecutive = list(joints)
             factors += (
-                [Rn(len(several))]
+                [Rn(len(consecutive))]
                 if scalar
-                else [factor for joint in several for factor in joint.groups]
+                else [factor for joint in consecutive for factor in joint.groups]
             )
         return factors[0] if len(factors) == 1 else Product(tuple(factors))
 
@@ -103,8 +103,8 @@ class RigidTree:
 
     @property
     def frames(self) -> list[tuple[int, Array, Array]]:
-        """Of each link the frame of galvi.kernels.trees.tree that it is fixed to, and its place
-        (3,) and attitude (3, 3) there."""
+        """For each link: the index of the frame of galvi.kernels.trees.tree that it is fixed to,
+        the place (3,) and the attitude (3, 3) of the link in that frame."""
         return self._written[1]
 
     @cached_property
@@ -116,26 +116,33 @@ class RigidTree:
         frames: list[tuple[int, Array, Array]] = []
         node, dof, entry = 0, 0, 0
         for link in self.links:
-            on, r, C = (0, np.zeros(3), np.eye(3)) if link.parent is None else frames[link.parent]
+            frame_index, r, C = (
+                (0, np.zeros(3), np.eye(3)) if link.parent is None else frames[link.parent]
+            )
             r, C = r + C @ link.place, C @ link.attitude
             for joint in link.joints:
-                row, kind = rows[node], joint.number
+                row, joint_kind = rows[node], joint.number
                 node += 1
-                row[[tree.KIND, tree.UP, tree.DOF, tree.ENTRY]] = kind, on, dof, entry
+                row[[tree.KIND, tree.UP, tree.DOF, tree.ENTRY]] = (
+                    joint_kind,
+                    frame_index,
+                    dof,
+                    entry,
+                )
                 anchor, frame = joint.anchor, joint.frame
                 row[tree.TURN : tree.TURN + 9] = np.eye(3).ravel()
-                if kind == tree.FREE:
+                if joint_kind == tree.FREE:
                     anchor = np.zeros(3)
                 else:
-                    row[tree.SHIFT : tree.SHIFT + 3] = _cleaned(r + C @ anchor, r, anchor)
-                    row[tree.TURN : tree.TURN + 9] = _cleaned(C @ frame, 1.0).ravel()
+                    row[tree.SHIFT : tree.SHIFT + 3] = _without_rounding(r + C @ anchor, r, anchor)
+                    row[tree.TURN : tree.TURN + 9] = _without_rounding(C @ frame, 1.0).ravel()
                 row[tree.ARMATURE], row[tree.STIFFNESS] = joint.armature, joint.stiffness
                 row[tree.ZERO] = joint.zero
                 row[tree.REST : tree.REST + 12] = joint.rest_numbers
-                on, r, C = node, -frame.T @ anchor, frame.T
-                dof, entry = dof + tree.DOFS[kind], entry + tree.ENTRIES[kind]
-            frames.append((on, r, C))
-            carried[on] += _inertia(link, r, C)
+                frame_index, r, C = node, -frame.T @ anchor, frame.T
+                dof, entry = dof + tree.DOFS[joint_kind], entry + tree.ENTRIES[joint_kind]
+            frames.append((frame_index, r, C))
+            carried[frame_index] += _inertia(link, r, C)
         rows[:, tree.MASS : tree.MASS + 10] = carried[1:]
         fixed = carried[0, 1:4]
         numbers = np.concatenate([[len(rows)], self.gravity, fixed, rows.ravel()])
@@ -172,13 +179,14 @@ class RigidTree:
         return out
 
     def slopes(self, q: Array, v: Array, *t: Any) -> Array:
-        """As `BuiltinLagrangian.slopes`: R hat(x) / 2 for a left-trivialised x on rotations."""
+        """As `BuiltinLagrangian.slopes`; the Euclidean derivative by a rotation R is R hat(x) / 2,
+        with x the left-trivialised one."""
         momentum, left = self.left_slopes(q, v)
         flat, slopes, dof, entry = np.ravel(q), np.zeros(np.size(q)), 0, 0
         for joint in self.joints:
-            straight = {"ball": 0, "free": 3}.get(joint.type, 1)
-            slopes[entry : entry + straight] = left[dof : dof + straight]
-            dof, entry = dof + straight, entry + straight
+            scalars = {"ball": 0, "free": 3}.get(joint.type, 1)
+            slopes[entry : entry + scalars] = left[dof : dof + scalars]
+            dof, entry = dof + scalars, entry + scalars
             if joint.number > tree.SLIDE:
                 R = flat[entry : entry + 9].reshape(3, 3)
                 slopes[entry : entry + 9] = 0.5 * np.cross(R, left[dof : dof + 3]).ravel()
@@ -204,8 +212,9 @@ class RigidTree:
         return tree.tree_slopes, _copied(self.numbers)
 
 
-def _cleaned(values: Array, *sizes: Any) -> Array:
-    """The numbers, with 0, 1 and -1 in place of those that differ from them by rounding."""
+def _without_rounding(values: Array, *sizes: Any) -> Array:
+    """The values; those that differ by rounding alone, relative to the sum of the largest entries
+    of ``sizes``, from a whole number are replaced by it."""
     size = sum(float(np.max(np.abs(x))) for x in sizes)
     return np.where(
         np.abs(values - np.round(values)) <= GEOMETRY_ROUNDING * size, np.round(values), values
@@ -213,7 +222,8 @@ def _cleaned(values: Array, *sizes: Any) -> Array:
 
 
 def _inertia(link: Link, r: Array, C: Array) -> Array:
-    """(10,) mass, mass times centre and inertia about the origin, in the frame it is carried by."""
+    """Mass, mass times centre (3,) and the upper triangle of the inertia about the origin (6,) of a
+    link, in the frame in which it has the place r and the attitude C; (10,)."""
     m, c = link.mass, r + C @ link.centre
     J = C @ link.inertia @ C.T + m * (c @ c * np.eye(3) - np.outer(c, c))
     J = np.where(np.abs(J) <= GEOMETRY_ROUNDING * np.max(np.abs(J)), 0.0, J)
@@ -222,5 +232,5 @@ def _inertia(link: Link, r: Array, C: Array) -> Array:
 
 
 def _copied(values: Array) -> Array:
-    """A copy that may be written to: for arrays that may not, numba would compile once more."""
+    """A writable copy: numba compiles a function once more for read-only arrays."""
     return np.array(values, dtype=np.float64, order="C")
