@@ -11,7 +11,7 @@ from galvi.curves.curves import FrameCurves
 from galvi.frames.frame import Frame, matrix_of
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.in_frame.curves import Path
+from galvi.run.in_frame.curves import FrameOfRun
 from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
 
@@ -32,7 +32,7 @@ def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
     if not run.success or run.counts.get("inertial_steps"):
         raise ValueError(f"the step has no derivative in its frame. {run.status}")
     curves = cast(FrameCurves, run.curves)
-    times, weights = cast(Path, curves.path).times(0, table.c)
+    times, weights = cast(FrameOfRun, curves.path).times(0, table.c)
     weights = weights * (step / (table.b @ weights))
     stages, after = _states(curves, table.c)
     slopes = np.stack(

@@ -20,8 +20,8 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_system import coupled_layout
 from galvi.run.in_lanes.lagrangian import (
-    FINEST_IN_LANES,
-    FINEST_ON_RN,
+    LEAST_TOLERANCE_ON_GROUP,
+    LEAST_TOLERANCE_ON_RN,
     component_degrees,
     group_law,
     lane_law,
@@ -198,8 +198,8 @@ def iterates_places(law: Law, method: Galerkin) -> bool:
 def finest_tolerance(law: Law, method: Galerkin) -> float:
     """The relative change below which lanes do not iterate further."""
     if law.layout:
-        return FINEST_IN_LANES
-    return LANE_TOLERANCE if iterates_places(law, method) else FINEST_ON_RN
+        return LEAST_TOLERANCE_ON_GROUP
+    return LANE_TOLERANCE if iterates_places(law, method) else LEAST_TOLERANCE_ON_RN
 
 
 # Laws of few coordinates and stages are compiled for each number of stages: a quarter less time.

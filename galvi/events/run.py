@@ -31,7 +31,7 @@ from galvi.events.verdict import Verdict
 from galvi.outcome import End, Outcome
 from galvi.problem import Problem
 from galvi.run.batches import STEPS_BETWEEN_STATES
-from galvi.run.clocked.run import at_step_limit
+from galvi.run.clocked.run import outcome_at_step_limit
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.engines import motion_in_clock, stepper_for
 from galvi.run.integrate import prepared
@@ -314,7 +314,7 @@ class BlockRun:
         if self.interrupted:
             return Outcome(End.INTERRUPTED, self.steps_done + 1, t, steps=self.request.steps)
         if self.request.until is not None:
-            return at_step_limit(self.steps_done, t, self.most_steps, self.request.until)
+            return outcome_at_step_limit(self.steps_done, t, self.most_steps, self.request.until)
         return Outcome(steps=self.request.steps)
 
     def trajectory(self) -> Trajectory:

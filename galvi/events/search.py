@@ -25,7 +25,7 @@ from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.outcome import Outcome
 from galvi.problem import Problem
-from galvi.run.states import Reaching
+from galvi.run.states import RunStates
 from galvi.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ class Search:
     def on(self, piece: Piece) -> Rows:
         """Search a piece; returns its events, which are kept."""
         reaching, starts = (
-            Reaching(piece.run),
+            RunStates(piece.run),
             [np.zeros(_parts(event)) for event in self.bound_events],
         )
         parts = [self.none()]
@@ -214,7 +214,7 @@ class Search:
         return self.rows[-1]
 
     def _of_pairs(
-        self, bound_event: BoundPairs, block: Block, reaching: Reaching, starts: Array
+        self, bound_event: BoundPairs, block: Block, reaching: RunStates, starts: Array
     ) -> list[Rows]:
         """As ``_of``, for the pairs whose bounds on the steps do not exclude a root."""
         parts, n = [], len(block.begin)
@@ -236,7 +236,7 @@ class Search:
         self,
         bound_event: BoundEvent,
         block: Block,
-        reaching: Reaching,
+        reaching: RunStates,
         start: Array,
         sure: Array | None = None,
     ) -> Rows:
@@ -339,7 +339,7 @@ def _parts(event: BoundEvent | BoundPairs) -> int:
 
 
 def _refined(
-    function: Function, reaching: Reaching, block: Block, steps: Any, x: Array, slope: Array
+    function: Function, reaching: RunStates, block: Block, steps: Any, x: Array, slope: Array
 ) -> tuple[Array, Array, Array]:
     """Times (n,), q and v of roots, from those of the curves at x (n,) in [-1, 1] of steps, and the
     slopes by x there."""
@@ -355,7 +355,7 @@ def _refined(
     return states
 
 
-def _each_reached(reaching: Reaching, block: Block, steps: Any, x: Array) -> Shortened:
+def _each_reached(reaching: RunStates, block: Block, steps: Any, x: Array) -> Shortened:
     """As `shortened_steps`, at times within the run, from the last kept states."""
     run = reaching.run
     first, last = sorted((float(run.t[0]), reaching.last))

@@ -10,7 +10,7 @@ from galvi.checkpoint import Checkpoint
 from galvi.outcome import End, Outcome
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.point_masses.encounters import unresolved_passage
-from galvi.run.status import SMALLER_STEP, notes_on_exceptions
+from galvi.run.status import SMALLER_STEP, notes_on_second_kernel
 from galvi.run.stepper import Stepper
 from galvi.trajectory import Trajectory
 
@@ -61,7 +61,7 @@ class Verdict:
         if isinstance(self.stepper, ClockStepper):
             return self._with_passage(outcome)
         if self.outcome is None:
-            notes = notes_on_exceptions(self.stepper.formulation, counts)
+            notes = notes_on_second_kernel(self.stepper.formulation, counts)
             outcome = replace(outcome, notes=notes)
         return outcome
 

@@ -23,7 +23,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommendation import Candidate
 from galvi.rules.rule import gauss
-from galvi.run.engines import iterates
+from galvi.run.engines import has_fixed_point_solver
 from galvi.run.group_system import group_system
 from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
@@ -334,7 +334,7 @@ class Scan:
         """
         size, spent, steps = float(np.max(np.abs(self.problem.q0))), self.spent, self.fewest
         method = collocation(self.problem, degree)
-        plain = self.clock is None and iterates(self.problem, method)
+        plain = self.clock is None and has_fixed_point_solver(self.problem, method)
         solver = "fixed_point" if plain else "auto"
         for _ in range(STEP_DOUBLINGS):
             run, check = (

@@ -49,16 +49,16 @@ def step_in_batches(
     # A bar makes a multiprocessing semaphore, which a killed process would leave behind.
     with tqdm(total=steps, unit="step") if progress else nullcontext() as bar:
         while code == 0 and steps_done < steps and not stopped():
-            before, clock = steps_done, time.perf_counter()
-            ahead = note_every - before % note_every if note_every else steps
-            code = stepper.advance(min(chunk, ahead, steps - before))
+            steps_before, begin_seconds = steps_done, time.perf_counter()
+            steps_to_note = note_every - steps_before % note_every if note_every else steps
+            code = stepper.advance(min(chunk, steps_to_note, steps - steps_before))
             if code:
                 code = recover(code)
             steps_done = stepper.steps_done
-            if note_every and steps_done % note_every == 0 and before < steps_done < steps:
+            if note_every and steps_done % note_every == 0 and steps_before < steps_done < steps:
                 note()
             if bar is not None:
-                bar.update(steps_done - before)
-            growth = BATCH_SECONDS / max(time.perf_counter() - clock, 1e-9)
-            chunk = max(1, int((steps_done - before) * min(max(growth, 0.5), BATCH_GROWTH)))
+                bar.update(steps_done - steps_before)
+            growth = BATCH_SECONDS / max(time.perf_counter() - begin_seconds, 1e-9)
+            chunk = max(1, int((steps_done - steps_before) * min(max(growth, 0.5), BATCH_GROWTH)))
     return code

@@ -47,7 +47,15 @@ from galvi.kernels.energy_errors import (
     errors_since_start,
 )
 from galvi.problem import Problem
-from galvi.run.energies import Raised, Start, States, energies, kick_energy, noise, start_energies
+from galvi.run.energies import (
+    Raised,
+    Start,
+    States,
+    energies,
+    kick_energy,
+    energy_of_position_error,
+    start_energies,
+)
 
 
 class Samples(NamedTuple):
@@ -149,23 +157,25 @@ def assess_energy(
         return EnergyReport(energies=so_far)
     with np.errstate(all="ignore"):
         try:
-            start = start_energies(problem, forces=samples.energy is None)
+            start = start_energies(problem, include_forces=samples.energy is None)
         except Exception as error:
-            return EnergyReport(energies=so_far, unassessed=raised_at(error, problem.t0))
+            return EnergyReport(energies=so_far, unassessed=clause_of_exception(error, problem.t0))
         report = _assess(problem, samples, so_far, start)
         if not report.is_doubtful:
             return report
         try:
-            excused = noise(problem), kick_energy(problem, step())
+            excused = energy_of_position_error(problem), kick_energy(problem, step())
         except Exception as error:
-            return EnergyReport(energies=so_far, unassessed=raised_at(error, problem.t0))
+            return EnergyReport(energies=so_far, unassessed=clause_of_exception(error, problem.t0))
         report = _assess(problem, samples, so_far, start, excused)
         if not report.ruined or kept_before is None:
             return report
         between = kept_before(report.ruined)
-        kinetic, potential = energies(problem, between.states, sharp=True, raised={}, forces=True)
-        off = np.abs(kinetic + potential - start.total)
-        ruined = between.steps[off > max(report.measure, excused[0])]
+        kinetic, potential = energies(
+            problem, between.states, solve_velocities=True, raised={}, include_forces=True
+        )
+        errors = np.abs(kinetic + potential - start.total)
+        ruined = between.steps[errors > max(report.measure, excused[0])]
         return report._replace(ruined=int(ruined[0])) if ruined.size else report
 
 
@@ -186,12 +196,12 @@ def _assess(
     """
     raised: Raised = {}
     kinetic, potential = energies(
-        problem, samples.states, excused is not None, raised, forces=samples.energy is None
+        problem, samples.states, excused is not None, raised, include_forces=samples.energy is None
     )
     unassessed = ""
     if raised:
         first = min(raised)
-        unassessed = raised_at(raised[first], float(samples.states.t[first]))
+        unassessed = clause_of_exception(raised[first], float(samples.states.t[first]))
         rows = np.array([k for k in range(len(kinetic)) if k not in raised], dtype=np.int64)
         if not rows.size:
             return EnergyReport(energies=so_far, unassessed=unassessed)
@@ -228,11 +238,11 @@ def assess_steps(
         their numbers, since the problem's start
     table : array, shape (8, n)
     """
-    start = start_energies(problem, forces=True)
+    start = start_energies(problem, include_forces=True)
     so_far = so_far if so_far.size else start.fresh
     report = report_on(steps, table, True, so_far, start.kinetic)
     if report.is_doubtful:
-        excused = noise(problem), kick_energy(problem, step)
+        excused = energy_of_position_error(problem), kick_energy(problem, step)
         report = report_on(steps, table, True, so_far, start.kinetic, *excused)
     return report
 
@@ -255,24 +265,31 @@ def report_on(
     unassessed, driven
         as in `EnergyReport`
     """
-    after, before = so_far.copy(), so_far[WORST]
-    share, worst, ruined, unknown, measure = assess_errors(
-        table, single, kinetic, floor, kick, after
+    energies_after, error_before = so_far.copy(), so_far[WORST]
+    relative_error, worst, ruined, unknown, measure = assess_errors(
+        table, single, kinetic, floor, kick, energies_after
     )
-    first = int(steps[ruined]) if ruined >= 0 else None
-    if before > measure:
-        first = 0
-    number = int(steps[worst]) if len(steps) else None
+    first_ruined = int(steps[ruined]) if ruined >= 0 else None
+    if error_before > measure:
+        first_ruined = 0
+    worst_step = int(steps[worst]) if len(steps) else None
     return EnergyReport(
-        share, measure, number, first, unknown, read_only(after), unassessed, driven
+        relative_error,
+        measure,
+        worst_step,
+        first_ruined,
+        unknown,
+        read_only(energies_after),
+        unassessed,
+        driven,
     )
 
 
-def raised_at(error: Exception, time: float) -> str:
-    return f"at t = {time:.10g}, where it raised {in_words(error)}"
+def clause_of_exception(error: Exception, time: float) -> str:
+    return f"at t = {time:.10g}, where it raised {description_of(error)}"
 
 
-def in_words(error: Exception) -> str:
+def description_of(error: Exception) -> str:
     """The kind of an exception, and its message on one line."""
     reason = " ".join(str(error).split())
     return f"{type(error).__name__}{': ' if reason else ''}{reason}"

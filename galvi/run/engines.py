@@ -39,7 +39,7 @@ def stepper_for(request: RunRequest) -> Stepper | ClockStepper:
     return first_offer(ENGINES, request)
 
 
-def iterates(problem: Problem, method: Galerkin) -> bool:
+def has_fixed_point_solver(problem: Problem, method: Galerkin) -> bool:
     """Whether an engine has the solver fixed_point for such runs."""
     try:
         stepper_for(RunRequest(problem, method, 1.0, 1, from_start("fixed_point")))

@@ -101,10 +101,10 @@ def integrate_many(
             runs.append(prepared(request, events))
     if requests:
         check_memory(requests)
-    return _all_of(runs, min(threads, len(runs)) if compiled else 1, progress)
+    return _run_all(runs, min(threads, len(runs)) if compiled else 1, progress)
 
 
-def _all_of(
+def _run_all(
     runs: Sequence[Callable[..., Trajectory]], threads: int, progress: bool | None
 ) -> tuple[Trajectory, ...]:
     """The results of the runs; raises the exception of the first in order that failed."""

@@ -14,8 +14,8 @@ from galvi.systems.multibody import Multibody
 
 LOCKED = "three hinges of one body pass gimbal lock, where steps err whatever their size"
 BALL_JOINT = "Use a ball joint in place of the hinges"
-MOST_STATES = 512  # states that are examined
-STEP_SHARES = np.linspace(0.0, 1.0, 17)  # shares of a step
+MAX_STATES = 512  # states that are examined
+STEP_FRACTIONS = np.linspace(0.0, 1.0, 17)  # shares of a step
 
 
 def is_locked(problem: Problem, states: Callable[[], tuple[Array, Array]], step: float) -> bool:
@@ -28,15 +28,15 @@ def is_locked(problem: Problem, states: Callable[[], tuple[Array, Array]], step:
         () -> their configurations and momenta, (n, ...) each; called for a `Multibody` only
     """
     system = problem.system
-    if not isinstance(system, Multibody) or not (threes := list(_threes(system))):
+    if not isinstance(system, Multibody) or not (hinge_triples := list(_hinge_triples(system))):
         return False
     with np.errstate(all="ignore"):
-        places, momenta = states()
-        for k in np.unique(np.linspace(0, len(places) - 1, MOST_STATES).astype(np.int64)):
-            if np.isfinite(places[k]).all() and np.isfinite(momenta[k]).all():
-                mass = system.tree.mass(places[k])
+        configurations, momenta = states()
+        for k in np.unique(np.linspace(0, len(configurations) - 1, MAX_STATES).astype(np.int64)):
+            if np.isfinite(configurations[k]).all() and np.isfinite(momenta[k]).all():
+                mass = system.tree.mass(configurations[k])
                 v = np.linalg.lstsq(mass, momenta[k], rcond=None)[0]
-                if _near_lock(mass, v, step, threes):
+                if _near_lock(mass, v, step, hinge_triples):
                     return True
     return False
 
@@ -44,32 +44,37 @@ def is_locked(problem: Problem, states: Callable[[], tuple[Array, Array]], step:
 def is_locked_ahead(problem: Problem, q: Array, v: Array, step: float) -> bool:
     """As `is_locked`, at approximate states along one step from (q, v)."""
     system = problem.system
-    if not isinstance(system, Multibody) or not (threes := list(_threes(system))):
+    if not isinstance(system, Multibody) or not (threes := list(_hinge_triples(system))):
         return False
-    way = (place(CHART, system.group, q, share * step * v) for share in STEP_SHARES)
+    configurations = (
+        place(CHART, system.group, q, fraction * step * v) for fraction in STEP_FRACTIONS
+    )
     return any(
-        _near_lock(system.tree.mass(configuration), v, step, threes) for configuration in way
+        _near_lock(system.tree.mass(configuration), v, step, threes)
+        for configuration in configurations
     )
 
 
 def _near_lock(mass: Array, v: Array, step: float, threes: list[int]) -> bool:
     for k in threes:
-        block = mass[k : k + 3, k : k + 3]
-        size = np.sqrt(np.diag(block))
-        smallest_eigenvalue = float(np.linalg.eigvalsh(block / np.outer(size, size))[0])
+        mass_of_triple = mass[k : k + 3, k : k + 3]
+        root_masses = np.sqrt(np.diag(mass_of_triple))
+        smallest_eigenvalue = float(
+            np.linalg.eigvalsh(mass_of_triple / np.outer(root_masses, root_masses))[0]
+        )
         # with equal inertias 1 - cos of the angle by which the outer axes are not parallel
         if np.sqrt(2.0 * max(smallest_eigenvalue, 0.0)) < abs(step * v[k + 1]):
             return True
     return False
 
 
-def _threes(system: Multibody) -> Iterator[int]:
+def _hinge_triples(system: Multibody) -> Iterator[int]:
     """The first velocities of three hinges that follow each other on one link."""
     first = 0
     for link in system.links:
         types = [joint.type for joint in link.joints]
-        places = first + np.cumsum([0, *(joint.dimension for joint in link.joints)])
+        first_velocities = first + np.cumsum([0, *(joint.dimension for joint in link.joints)])
         for k in range(len(types) - 2):
             if types[k : k + 3] == ["hinge"] * 3:
-                yield int(places[k])
-        first = int(places[-1])
+                yield int(first_velocities[k])
+        first = int(first_velocities[-1])

@@ -68,18 +68,18 @@ def _coupled_layout(problem: Problem, system_traces: Any) -> npt.NDArray[np.int6
     """`coupled_layout` of a Lagrangian on several factors, cached with its traces."""
     layout = problem.system.group.layout  # type: ignore[attr-defined]
     numbers = np.arange(len(layout))
-    owner = np.repeat(numbers, layout[:, DIMENSION])
+    factor_of = np.repeat(numbers, layout[:, DIMENSION])
     try:
         masses = _masses(problem, layout)
     except Exception:  # of a user's function at a state that it does not expect
         numbers[:] = 0
-        masses = np.zeros((owner.size, owner.size))
-    size = np.sqrt(np.abs(np.diag(masses)))
+        masses = np.zeros((factor_of.size, factor_of.size))
+    root_masses = np.sqrt(np.abs(np.diag(masses)))
     with np.errstate(invalid="ignore"):
-        coupled = ~np.isfinite(masses) | (masses > COUPLING * np.outer(size, size))
+        coupled = ~np.isfinite(masses) | (masses > COUPLING * np.outer(root_masses, root_masses))
     for i, j in np.argwhere(coupled):
-        first, second = numbers[owner[i]], numbers[owner[j]]
-        numbers[numbers == max(first, second)] = min(first, second)
+        i_number, j_number = numbers[factor_of[i]], numbers[factor_of[j]]
+        numbers[numbers == max(i_number, j_number)] = min(i_number, j_number)
     return np.column_stack([layout, numbers])
 
 
@@ -89,7 +89,7 @@ def _masses(problem: Problem, layout: Any) -> Array:
     generator, q, v = np.random.default_rng(0), problem.q0, problem.v0
     chart, largest = Exponential().number, np.zeros((v.size, v.size))
     for k in range(STATES_BESIDE_START + 1):
-        sample, speed = q.ravel().copy(), v
+        sample, velocity = q.ravel().copy(), v
         if k:
             place(
                 layout,
@@ -98,9 +98,9 @@ def _masses(problem: Problem, layout: Any) -> Array:
                 generator.uniform(-STATE_DISTANCE, STATE_DISTANCE, v.size),
                 sample,
             )
-            speed = v + generator.uniform(-STATE_DISTANCE, STATE_DISTANCE, v.size) * max(
+            velocity = v + generator.uniform(-STATE_DISTANCE, STATE_DISTANCE, v.size) * max(
                 1.0, float(np.max(np.abs(v)))
             )
-        mass = np.abs(system.mass(sample.reshape(q.shape), speed, problem.t0))
+        mass = np.abs(system.mass(sample.reshape(q.shape), velocity, problem.t0))
         largest = np.maximum(largest, np.where(np.isnan(mass), np.inf, mass))
     return largest

@@ -60,10 +60,10 @@ class Deferral:
             signal(SIGINT, self._interrupts.note)
         return self._interrupts
 
-    def __exit__(self, kind: type[BaseException] | None, *raised: object) -> None:
+    def __exit__(self, exception_type: type[BaseException] | None, *raised: object) -> None:
         if self._replaces_handler:
             signal(SIGINT, default_int_handler)
-        if kind is None and self._interrupts.unhandled:
+        if exception_type is None and self._interrupts.unhandled:
             raise KeyboardInterrupt
 
 

@@ -23,7 +23,7 @@ from galvi.problem import Problem
 from galvi.run.batches import STEPS_BETWEEN_STATES, step_in_batches
 from galvi.run.clocked.run import ending_in_clock
 from galvi.run.clocked.stepper import ClockStepper
-from galvi.run.energies import asks_force, asks_functions
+from galvi.run.energies import work_calls_function, energy_calls_functions
 from galvi.run.engines import ENGINES, stepper_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.point_masses.encounters import (
@@ -41,7 +41,7 @@ from galvi.run.stepper import RunCurves, Stepper, solve_steps
 from galvi.run.work_of_forces import assess_work, has_work
 from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
-MOST_CHECKPOINTS = 512  # states from which curves are computed again
+MAX_CHECKPOINTS = 512  # states from which curves are computed again
 
 
 def run_steps(
@@ -77,17 +77,19 @@ def run_steps(
     request = stepper.request
     problem, steps, note_every = request.problem, request.steps, 0
     if not request.checkpoint.keeps_curves or (watched and has_massless(problem)):
-        ahead = 0 if request.until is not None else steps or 0  # in a clock there may be fewer
-        note_every = max(STEPS_BETWEEN_STATES, -(-ahead // MOST_CHECKPOINTS))
+        steps_ahead = (
+            0 if request.until is not None else steps or 0
+        )  # in a clock there may be fewer
+        note_every = max(STEPS_BETWEEN_STATES, -(-steps_ahead // MAX_CHECKPOINTS))
     checkpoints = [stepper.checkpoint]
     with defer_interrupts() as pressed:
-        stopped = interrupted or pressed
+        must_stop = interrupted or pressed
         code = step_in_batches(
             stepper,
             lambda code: stepper.retry(ENGINES, code),
             steps or LARGEST_WHOLE,
             progress,
-            lambda: stepper.over or stopped(),
+            lambda: stepper.over or must_stop(),
             note_every,
             lambda: checkpoints.append(stepper.checkpoint),
         )
@@ -97,7 +99,7 @@ def run_steps(
             raise Interrupted(run)
     system: Any = problem.system
     has_time = getattr(system, "explicit_time", False)
-    if watched and (asks_functions(system) or asks_force(system) or has_time):
+    if watched and (energy_calls_functions(system) or work_calls_function(system) or has_time):
         try:
             run.ending.assess()  # now: what the functions refer to may change
         except KeyboardInterrupt:
@@ -116,20 +118,29 @@ def _trajectory(
         states from which its curves, and the error of massless bodies, can be computed
     """
     problem, method, step, steps, start = stepper.request[:5]
-    states, curves, again = stepper.states(), stepper.curves, None
+    states, curves, redone_curves = stepper.states(), stepper.curves, None
     t, q, p, velocities, tau = (None if x is None else read_only(x) for x in states)
     if curves is None:
-        check = SameFunctions(problem, states.q, states.p, states.t, method.clock, stepper.traced)
-        last = float(states.t[-1])
-        again = RedoneCurves(
-            problem, method, step, steps or 0, stepper.steps_done, last, tuple(checkpoints), check
+        check_functions = SameFunctions(
+            problem, states.q, states.p, states.t, method.clock, stepper.traced
+        )
+        end_time = float(states.t[-1])
+        redone_curves = RedoneCurves(
+            problem,
+            method,
+            step,
+            steps or 0,
+            stepper.steps_done,
+            end_time,
+            tuple(checkpoints),
+            check_functions,
         )
     counts = stepper.counted()
 
-    def ending() -> Ending:
+    def assess() -> Ending:
         if isinstance(stepper, ClockStepper):
             return ending_in_clock(stepper, run)
-        return _ending(stepper, code, counts, checkpoints)
+        return _assess_ending(stepper, code, counts, checkpoints)
 
     run = Trajectory(
         problem=problem,
@@ -141,8 +152,8 @@ def _trajectory(
         step=step,
         method=method,
         curves=curves,
-        ending=DeferredEnding(ending, start),
-        again=again,
+        ending=DeferredEnding(assess, start),
+        again=redone_curves,
         interrupted=code == SOLVED
         and not (stepper.over or stepper.reached)
         and stepper.steps_done != steps,
@@ -153,7 +164,7 @@ def _trajectory(
     return run
 
 
-def _ending(
+def _assess_ending(
     stepper: Stepper, code: int, counts: dict[str, int], checkpoints: list[Checkpoint]
 ) -> Ending:
     """How a run ended whose last kernel call returned ``code``."""
@@ -166,7 +177,7 @@ def _ending(
     outcome = outcome_of(
         stepper, code, report, counts, lambda: _massless_error(stepper, checkpoints)
     )
-    last = Checkpoint(
+    checkpoint = Checkpoint(
         start.first + work.steps_done,
         read_only(work.state),
         read_only(work.stages),
@@ -178,7 +189,7 @@ def _ending(
         report.energies,
         read_only(work.passage[:FOUND]),
     )
-    return Ending(outcome, last)
+    return Ending(outcome, checkpoint)
 
 
 def unwatched(request: RunRequest) -> Trajectory:
@@ -194,21 +205,23 @@ def _massless_error(stepper: Stepper, checkpoints: list[Checkpoint]) -> Massless
     _, stages, solver_state = stepper.formulation.initial_state(request.problem, request.method)
 
     states = [*checkpoints, stepper.checkpoint]
-    chosen = [states[row] for row in examined_states(len(states), work.steps_done, STEPS_PER_STATE)]
+    examined = [
+        states[row] for row in examined_states(len(states), work.steps_done, STEPS_PER_STATE)
+    ]
 
-    def end(state: Checkpoint, n: int) -> tuple[Array, Array]:
+    def state_after(state: Checkpoint, n: int) -> tuple[Array, Array]:
         begin = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
-        back = request._replace(step=-request.step / n, steps=n, checkpoint=begin)
-        arrays = solve_steps(ENGINES, back, retried=False)[0].work
+        request_back = request._replace(step=-request.step / n, steps=n, checkpoint=begin)
+        arrays = solve_steps(ENGINES, request_back, retried=False)[0].work
         return arrays.saved_q[-1], arrays.saved_moving[-1]
 
-    def ends(n: int) -> Array:
-        rows = np.stack([end(state, n) for state in chosen], axis=1)
+    def states_after(n: int) -> Array:
+        rows = np.stack([state_after(state, n) for state in examined], axis=1)
         return rows.reshape(2, -1, *request.problem.q0.shape)
 
-    return massless_error(request.problem, ends)
+    return massless_error(request.problem, states_after)
 
 
 def curves_of_steps(
@@ -220,8 +233,8 @@ def curves_of_steps(
         before = unwatched(RunRequest(problem, method, step, skipped, to_skip))
         assert before.checkpoint is not None
         start = before.checkpoint
-    begin = replace(start, save_every=1, curves=True)
-    run = unwatched(RunRequest(problem, method, step, count, begin))
+    start_of_curves = replace(start, save_every=1, curves=True)
+    run = unwatched(RunRequest(problem, method, step, count, start_of_curves))
     return cast(RunCurves, run.curves)
 
 
@@ -230,12 +243,12 @@ def curves_from(
 ) -> ClockCurves:
     """The curves in a clock from a state to the first end of a step past a time, of a run that
     ended at ``end``: only its last step may have been shortened."""
-    begin = replace(state, save_every=1, curves=True)
+    start = replace(state, save_every=1, curves=True)
 
-    def again(steps: int | None, until: float) -> Trajectory:
-        return unwatched(RunRequest(problem, method, step, steps, begin, until))
+    def run_to(steps: int | None, until: float) -> Trajectory:
+        return unwatched(RunRequest(problem, method, step, steps, start, until))
 
-    run = again(len(again(None, time).t) - 1, end)
+    run = run_to(len(run_to(None, time).t) - 1, end)
     if run.curves is None:
         raise ValueError(f"the steps to t = {time!r} could not be done again. {run.status}")
     return cast(ClockCurves, run.curves)

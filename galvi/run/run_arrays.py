@@ -16,11 +16,11 @@ from galvi.run.request import RunRequest
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 
-COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
-LEFT_OVER, FORCES_IN_LANES = 5, 6  # indices in RunArrays.counts
+COUNT_NAMES = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
+SECOND_KERNEL_STEPS, FORCES_IN_LANES = 5, 6  # indices in RunArrays.counts
 # Watched steps of a run: one in STEPS_PER_WATCH up to MANY_WATCHED of them, then one in
 # STEPS_PER_LATER_WATCH.
-FEWEST_WATCHED, MANY_WATCHED, MOST_WATCHED = 16, 64, 1024
+FEWEST_WATCHED, MANY_WATCHED, WATCHED_TARGET = 16, 64, 1024
 STEPS_PER_WATCH, STEPS_PER_LATER_WATCH = 64, 512
 STEPS_ALL_WATCHED = 127  # steps of a run up to which each is watched
 
@@ -114,7 +114,7 @@ class RunArrays(NamedTuple):
         solver_state = state[2].copy()
         solver_state[DONE] = 0
         rows = steps if start.keeps_curves else 0
-        watch = watched_steps(steps) if watched else UNWATCHED
+        watch = log2_steps_per_watch(steps) if watched else UNWATCHED
         watched_count = ((start.first + steps) >> watch) - (start.first >> watch) + watched
         stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
         passage = passage_record(problem, start.passage)
@@ -195,16 +195,16 @@ def run_plan(
     return tuple(plan), tuple(progress), tuple(saved)
 
 
-def watched_steps(steps: int) -> int:
+def log2_steps_per_watch(steps: int) -> int:
     """k so that a run of ``steps`` steps is watched at every 2^k-th."""
     if steps <= STEPS_ALL_WATCHED:
         return 0
-    wanted = min(
+    target_count = min(
         max(
             steps // STEPS_PER_LATER_WATCH,
             min(steps // STEPS_PER_WATCH, MANY_WATCHED),
             FEWEST_WATCHED,
         ),
-        MOST_WATCHED,
+        WATCHED_TARGET,
     )
-    return max(steps // wanted, 1).bit_length() - 1
+    return max(steps // target_count, 1).bit_length() - 1

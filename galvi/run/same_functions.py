@@ -9,7 +9,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.clocks.clock import Clock
 from galvi.problem import Problem
-from galvi.run.energies import asks_functions
+from galvi.run.energies import energy_calls_functions
 from galvi.systems.forces.external_force import force_at
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
@@ -75,7 +75,7 @@ def _values(problem: Problem, clock: Any, state: State) -> Array | None:
             elif isinstance(system, Lagrangian):
                 values += [] if system.brings_slopes else [system.value(q, v, t)]
                 values += [system.slopes(*arguments(system, q, v, t))] if system.slopes else []
-            elif asks_functions(system) or getattr(system, "gradient", None) is not None:
+            elif energy_calls_functions(system) or getattr(system, "gradient", None) is not None:
                 has_gradient = getattr(system, "gradient", None) is not None
                 slope, energy = system.potential_gradient, system.potential_energy
                 values += [slope(q, t) if has_gradient else energy(q[None], np.array([t]))]

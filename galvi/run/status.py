@@ -19,7 +19,7 @@ from galvi.systems.lagrangian import Lagrangian
 
 MEASURE = "the larger of the kinetic energy at the start and the range of the potential energy"
 SMALLER_STEP = "Use a smaller step or a higher degree"
-Massless = Callable[[], encounters.MasslessError | None]
+EstimateMasslessError = Callable[[], encounters.MasslessError | None]
 
 
 def outcome_of(
@@ -27,7 +27,7 @@ def outcome_of(
     code: int,
     report: EnergyReport,
     counts: Mapping[str, int],
-    massless: Massless,
+    massless: EstimateMasslessError,
 ) -> Outcome:
     """The outcome of a run in equal steps whose last kernel call returned ``code``.
 
@@ -49,9 +49,9 @@ def outcome_of(
         return Outcome(end, work.steps_done + 1, t, reason, notes, steps)
     passage = encounters.unresolved_passage(problem, step, work.passage, request.method.in_frame)
     remedy = SMALLER_STEP
-    if passage and encounters.asks_for_a_clock(problem, step, work.passage):
-        remedy = encounters.ADAPT
-    return completed(
+    if passage and encounters.needs_clock(problem, step, work.passage):
+        remedy = encounters.USE_CLOCK
+    return outcome_of_completed(
         problem,
         report,
         request.checkpoint.first,
@@ -59,25 +59,25 @@ def outcome_of(
         massless,
         remedy,
         steps,
-        notes_on_exceptions(stepper.formulation, counts),
+        notes_on_second_kernel(stepper.formulation, counts),
     )
 
 
-def notes_on_exceptions(formulation: Formulation, counts: Mapping[str, int]) -> tuple[str, ...]:
+def notes_on_second_kernel(formulation: Formulation, counts: Mapping[str, int]) -> tuple[str, ...]:
     """A note on the number of steps that the second kernel did; () for none."""
     name, text = formulation.in_other_way
     return (text.format(left=counts[name], steps=counts["steps"]),) if name in counts else ()
 
 
-def completed(
+def outcome_of_completed(
     problem: Problem,
     report: EnergyReport,
     first: int,
     passage: str,
-    massless: Massless,
+    massless: EstimateMasslessError,
     remedy: str = SMALLER_STEP,
     steps: int | None = None,
-    exceptions: tuple[str, ...] = (),
+    second_kernel_notes: tuple[str, ...] = (),
 ) -> Outcome:
     """The outcome of a run that did all its ``steps``.
 
@@ -92,20 +92,20 @@ def completed(
     exceptions
         notes of a run without doubts
     """
-    clauses = _wrong(report)
+    clauses = _error_clauses(report)
     if report.unknown:
         undefined = "the energy is not a number"
         if isinstance(problem.system, Lagrangian) and conserves_energy(problem.system):
             undefined += ": L is undefined there, or no velocity has the momentum"
         clauses.append(undefined)
     clauses += [passage] if passage else []
-    clauses = clauses or off_without_mass(problem, massless())
+    clauses = clauses or massless_clauses(problem, massless())
     unassessed = f"energy could not be assessed {report.unassessed}" if report.unassessed else ""
     if not clauses:
         return (
             Outcome(End.DOUBTFUL, reason=f"the {unassessed}", steps=steps)
             if unassessed
-            else Outcome(notes=exceptions, steps=steps)
+            else Outcome(notes=second_kernel_notes, steps=steps)
         )
     if not report.remedy and _has_derivatives(problem):
         remedy += ", and check that the derivatives are those of the energy"
@@ -134,13 +134,13 @@ def notes_on_energy(
     notes = []
     if report.ruined is not None:
         t = time_of(max(report.ruined, first + 1))
-        notes.append(f"It was ruined from t = {t:.10g} on: {'; '.join(_wrong(report))}.")
+        notes.append(f"It was ruined from t = {t:.10g} on: {'; '.join(_error_clauses(report))}.")
     if report.unassessed:
         notes.append(f"Its energy could not be assessed {report.unassessed}.")
     return tuple(notes)
 
 
-def _wrong(report: EnergyReport) -> list[str]:
+def _error_clauses(report: EnergyReport) -> list[str]:
     """Clauses on what is wrong with a run."""
     return [*([_energy_clause(report)] if report.error > TOLERATED else []), *report.clauses]
 
@@ -157,7 +157,7 @@ def _energy_clause(report: EnergyReport) -> str:
     )
 
 
-def off_without_mass(problem: Problem, error: encounters.MasslessError | None) -> list[str]:
+def massless_clauses(problem: Problem, error: encounters.MasslessError | None) -> list[str]:
     """A clause on the massless body whose energy steps change too much; [] for none."""
     if error is None or not error.share > encounters.RESOLVED_ENERGY_CHANGE:
         return []

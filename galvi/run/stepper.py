@@ -17,11 +17,11 @@ from galvi.kernels.nystrom.advance import HOLDS
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.request import RunRequest
-from galvi.run.run_arrays import COUNTED, RunArrays, State, has_massless
+from galvi.run.run_arrays import COUNT_NAMES, RunArrays, State, has_massless
 from galvi.systems.nbody import NBody
 
 RunCurves = Curves | FrameCurves
-BY_NEWTON = (
+NEWTON_STEPS_NOTE = (
     "Newton's method did {left} of {steps} steps, as accurately but more slowly, since fixed-point "
     "iteration did not converge there. A smaller step may take less time."
 )
@@ -164,12 +164,12 @@ class Stepper:
         guess = self.formulation.guess(substeps, self.request, work)
         if guess is None:
             return code
-        before, held = work.stages.copy(), work.solver_state[HOLDS]
+        stages_before, held_kind = work.stages.copy(), work.solver_state[HOLDS]
         work.solver_state[HOLDS] = self.formulation.guess_kind
         work.stages[:] = guess
         code = self._second_kernel(self.request, work).advance(1)
         if code:
-            work.stages[:], work.solver_state[HOLDS] = before, held
+            work.stages[:], work.solver_state[HOLDS] = stages_before, held_kind
         return code
 
     def finish(self) -> None:
@@ -211,18 +211,20 @@ class Stepper:
 
     def counted(self) -> dict[str, int]:
         """The counts of the run, by name."""
-        *counted, pairs, left, in_lanes = self.work.counts.tolist()
+        *counted, pairs, second_kernel_steps, in_lanes = self.work.counts.tolist()
         system: Any = self.request.problem.system
-        counts = {"steps": self.steps_done, **dict(zip(COUNTED, counted, strict=True))}
+        counts = {"steps": self.steps_done, **dict(zip(COUNT_NAMES, counted, strict=True))}
         forces = counts["force_evaluations"]
         if isinstance(system, NBody):
             counts["pair_evaluations"] = forces * system.pairs + pairs
-        differenced = getattr(system, "potential_calls_per_force", 0)
-        if differenced and forces > in_lanes:
-            called = forces - in_lanes
-            counts["potential_evaluations"] = called * differenced * self.request.problem.v0.size
-        if left:
-            counts[self.formulation.in_other_way[0]] = left
+        calls_per_force = getattr(system, "potential_calls_per_force", 0)
+        if calls_per_force and forces > in_lanes:
+            differenced_forces = forces - in_lanes
+            counts["potential_evaluations"] = (
+                differenced_forces * calls_per_force * self.request.problem.v0.size
+            )
+        if second_kernel_steps:
+            counts[self.formulation.in_other_way[0]] = second_kernel_steps
         return counts
 
     @property

@@ -31,13 +31,13 @@ from galvi.run.point_masses.encounters import (
 from galvi.run.point_masses.pairs import costly_pair
 from galvi.run.request import ROUND_OFF, RunRequest
 from galvi.run.run_arrays import has_massless
-from galvi.run.status import completed, notes_on_energy
+from galvi.run.status import outcome_of_completed, notes_on_energy
 from galvi.run.stepper import Declined, Engine
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Ending, Trajectory
 
-TOO_LONG = "the step is too large for the clock"
+STEP_TOO_LARGE = "the step is too large for the clock"
 
 
 def energy_at_start(request: RunRequest) -> float:
@@ -91,42 +91,47 @@ CLOCK = Engine("clock", stepper_in_clock)
 def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
     """How the run of a stepper ended."""
     problem, start, notes = stepper.problem, stepper.first_state, []
-    steps, step, t = stepper.request.steps, stepper.steps_done + 1, float(run.t[-1])
-    report, on_energy = EnergyReport(energies=start.energies), tuple[str, ...]()
+    steps, step_number, t = stepper.request.steps, stepper.steps_done + 1, float(run.t[-1])
+    report, energy_notes = EnergyReport(energies=start.energies), tuple[str, ...]()
     with np.errstate(all="ignore"):
         samples = _samples(stepper)
     if samples is not None:
         report = assess_energy(problem, samples, start.energies, lambda: stepper.first_length)
         numbers, times = samples.steps, samples.states.t
-        on_energy = notes_on_energy(
+        energy_notes = notes_on_energy(
             report, start.first, lambda k: float(times[np.searchsorted(numbers, k)])
         )
     if stepper.failure_reason:
         reason = stepper.failure_reason.removesuffix(".")
-        outcome = Outcome(End.STEP_FAILED, step, t, reason, on_energy, steps)
+        outcome = Outcome(End.STEP_FAILED, step_number, t, reason, energy_notes, steps)
         if start.first + stepper.steps_done == 0:
             notes.append(f"Note that {units_of_steps(stepper.problem, stepper.method.clock)}.")
     elif run.interrupted:
-        outcome = Outcome(End.INTERRUPTED, step, t, notes=on_energy, steps=steps)
+        outcome = Outcome(End.INTERRUPTED, step_number, t, notes=energy_notes, steps=steps)
     elif stepper.time is not None and not stepper.reached:
-        outcome = at_step_limit(stepper.steps_done, t, cast(int, steps), stepper.time)
-        outcome = replace(outcome, notes=on_energy)
+        outcome = outcome_at_step_limit(stepper.steps_done, t, cast(int, steps), stepper.time)
+        outcome = replace(outcome, notes=energy_notes)
     else:
-        outcome = completed(
+        outcome = outcome_of_completed(
             stepper.problem,
             report,
             start.first,
             unresolved_passage(stepper.problem, None, stepper.passage),
             lambda: _massless_error(stepper, run),
         )
-    if isinstance(run.curves, ClockCurves) and (back := run.curves.steps_backwards()).size:
-        begin = run.curves.times[back[0]]
-        notes.append(f"The time does not grow along the step from t = {begin:.10g}: {TOO_LONG}.")
+    if (
+        isinstance(run.curves, ClockCurves)
+        and (backward_steps := run.curves.steps_backwards()).size
+    ):
+        begin = run.curves.times[backward_steps[0]]
+        notes.append(
+            f"The time does not grow along the step from t = {begin:.10g}: {STEP_TOO_LARGE}."
+        )
     if isinstance(problem.system, NBody) and stepper.samples and not stepper.failure_reason:
         q = np.concatenate([part.q for part in stepper.samples])
         notes.append(costly_pair(problem, q))
     outcome = replace(outcome, notes=(*outcome.notes, *filter(None, notes)))
-    last = replace(
+    checkpoint = replace(
         stepper.checkpoint,
         energies=report.energies,
         passage=read_only(stepper.passage[:FOUND]),
@@ -135,10 +140,10 @@ def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
         solver=start.solver,
         tolerance=start.tolerance,
     )
-    return Ending(outcome, last)
+    return Ending(outcome, checkpoint)
 
 
-def at_step_limit(steps_done: int, t: float, steps: int, time: float) -> Outcome:
+def outcome_at_step_limit(steps_done: int, t: float, steps: int, time: float) -> Outcome:
     """The outcome of a run whose bound of ``steps`` steps was reached at t, before ``time``."""
     reason = f"the bound of {steps} steps was reached before t = {time:.10g}"
     remedy = "Give more steps, or a larger step"
@@ -161,7 +166,7 @@ def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | N
             last.first, state, stages, solver_state, last.solver, last.tolerance, clock=clock
         )
 
-    def ends(n: int) -> Array:
+    def states_after(n: int) -> Array:
         q, v, t = run.q[rows], run.v[rows], run.t[rows]
         lengths = np.full(len(q), -stepper.step / n)
         for _ in range(n):
@@ -170,7 +175,7 @@ def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | N
             q[codes != SOLVED] = np.nan
         return np.stack([q, v]).reshape(2, -1, *shape)
 
-    return massless_error(stepper.problem, ends)
+    return massless_error(stepper.problem, states_after)
 
 
 def _samples(stepper: ClockStepper) -> Samples | None:

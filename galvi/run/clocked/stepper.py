@@ -17,19 +17,21 @@ from galvi.problem import Problem
 from galvi.run.clocked.motion import Advanced, ClockSteps, Motion, joined
 from galvi.run.point_masses.pairs import closest_pair
 from galvi.run.request import ALWAYS_FREE, RunRequest, free_memory
-from galvi.run.run_arrays import COUNTED, has_massless, passage_record
+from galvi.run.run_arrays import COUNT_NAMES, has_massless, passage_record
 from galvi.run.stepper import Engine, SavedStates
 from galvi.systems.nbody import NBody
 
-STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
-MOST_ENERGY_SAMPLES = 1024  # states by whose energies a run is assessed
+SMALLEST_TIME_CHANGE = 4.0  # ulp of the time, below which a step leaves it where it is
+MAX_ENERGY_SAMPLES = 1024  # states by whose energies a run is assessed
 CHUNK_NUMBERS = 2**22  # numbers of curves in a chunk of steps
 NOT_POSITIVE = (
     "the clock is not positive at a stage of the step, or its time does not grow. Use a smaller "
     "step, or another clock"
 )
 LAST_STEP_ITERATIONS = 20  # iterations for the length of the last step
-FULL = "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
+MEMORY_FULL = (
+    "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
+)
 
 
 class ClockStepper:
@@ -119,20 +121,20 @@ class ClockStepper:
         advanced = self.motion.advance(self.checkpoint, self.step, n, self.time, keep)
         t = advanced.steps.t[:, 0]
         dt = np.diff(t, prepend=self.checkpoint.clock[0])
-        stuck = np.flatnonzero(np.abs(dt) < STANDS_STILL * np.spacing(np.abs(t)))
+        still_steps = np.flatnonzero(np.abs(dt) < SMALLEST_TIME_CHANGE * np.spacing(np.abs(t)))
         with np.errstate(invalid="ignore"):
-            lost = np.flatnonzero(
+            reversed_steps = np.flatnonzero(
                 ~(np.all(advanced.steps.rates > 0.0, axis=1) & (dt * self.step > 0.0))
             )
-        if stuck.size:
+        if still_steps.size:
             self.failure_reason = _collision(
-                self.problem, advanced.steps.q[stuck[0]], float(t[stuck[0]])
+                self.problem, advanced.steps.q[still_steps[0]], float(t[still_steps[0]])
             )
             advanced = self.motion.advance(
-                self.checkpoint, self.step, int(stuck[0]) + 1, None, keep
+                self.checkpoint, self.step, int(still_steps[0]) + 1, None, keep
             )
-        elif lost.size:
-            n_good = int(lost[0])
+        elif reversed_steps.size:
+            n_good = int(reversed_steps[0])
             self.failure_reason = NOT_POSITIVE
             advanced = (
                 self.motion.advance(self.checkpoint, self.step, n_good, None, keep)
@@ -141,7 +143,10 @@ class ClockStepper:
             )
         self.note_passages(advanced.steps)
         self._record(advanced.steps, keep)
-        self.checkpoint, self.over = advanced.after, self.over or bool(stuck.size + lost.size)
+        self.checkpoint, self.over = (
+            advanced.after,
+            self.over or bool(still_steps.size + reversed_steps.size),
+        )
         if advanced.code != SOLVED:
             self.failure_reason = advanced.reason
         elif len(advanced.steps.t) < n:
@@ -178,7 +183,7 @@ class ClockStepper:
             self._sample(steps)
         self.bytes += sum(getattr(array, "nbytes", 0) for array in self.recorded[-1])
         if self.bytes > ALWAYS_FREE and self.bytes > 0.5 * (self.bytes + free_memory()):
-            self.over, self.failure_reason = True, FULL
+            self.over, self.failure_reason = True, MEMORY_FULL
         self.steps_done += n
 
     @property
@@ -193,7 +198,7 @@ class ClockStepper:
     def _sample(self, steps: ClockSteps) -> None:
         """Keep the states after every 2^k-th step, at most MOST_ENERGY_SAMPLES of them."""
         self.samples.append(self._every_so_many(steps))
-        while sum(len(part.t) for part in self.samples) > MOST_ENERGY_SAMPLES:
+        while sum(len(part.t) for part in self.samples) > MAX_ENERGY_SAMPLES:
             self.stride *= 2
             self.samples = [self._every_so_many(joined(self.samples))]
 
@@ -223,11 +228,11 @@ class ClockStepper:
         of a step; None where the grid point is at the time, or with a ``failure_reason``."""
         t, low = self.checkpoint.clock[:2].tolist()
         time, rate, h = cast(float, self.time), self.motion.rate, self.step
-        wanted, fine = (time - t) - low, 2.0 * math.ulp(max(abs(time), abs(t)))
-        if abs(wanted) <= fine:
+        remaining, time_resolution = (time - t) - low, 2.0 * math.ulp(max(abs(time), abs(t)))
+        if abs(remaining) <= time_resolution:
             return None, 1.0
         q = self.checkpoint.state[0, : self.problem.q0.size]
-        x, low_x, high_x = (min(1.0, wanted / (h * float(rate(q)))), 0.0, 2.0)
+        x, low_x, high_x = (min(1.0, remaining / (h * float(rate(q)))), 0.0, 2.0)
         best: tuple[float, ClockSteps | None, float] = (math.inf, None, 0.0)
         for _ in range(LAST_STEP_ITERATIONS):
             advanced = self.motion.advance(
@@ -238,16 +243,16 @@ class ClockStepper:
                 high_x, x = x, 0.5 * (low_x + x)
                 continue
             after = advanced.steps.t[0]
-            off = wanted - ((after[0] - t) + (after[1] - low))
-            if abs(off) >= best[0]:
+            time_error = remaining - ((after[0] - t) + (after[1] - low))
+            if abs(time_error) >= best[0]:
                 break
-            best = abs(off), advanced.steps, x
-            if abs(off) <= 0.25 * fine:
+            best = abs(time_error), advanced.steps, x
+            if abs(time_error) <= 0.25 * time_resolution:
                 break
-            low_x, high_x = (x, high_x) if off * h > 0.0 else (low_x, x)
-            new = x + off / (h * float(rate(advanced.steps.q[0])))
-            x = new if low_x < new < high_x else 0.5 * (low_x + high_x)
-        if not best[0] <= 64.0 * fine:
+            low_x, high_x = (x, high_x) if time_error * h > 0.0 else (low_x, x)
+            new_x = x + time_error / (h * float(rate(advanced.steps.q[0])))
+            x = new_x if low_x < new_x < high_x else 0.5 * (low_x + high_x)
+        if not best[0] <= 64.0 * time_resolution:
             self.failure_reason = "the step that ends there could not be solved. Use a smaller step"
             return None, 1.0
         number = np.array([self.checkpoint.first + best[2]])
@@ -277,17 +282,23 @@ class ClockStepper:
 
     def states(self) -> SavedStates:
         """The saved states: the first, those at every save_every-th step, and the last."""
-        problem, before = self.problem, self.request.continues
+        problem, continued_run = self.problem, self.request.continues
         first: Any = problem.t0, problem.q0, problem.p0, problem.v0, 0.0
-        if before is not None:
-            tau = cast(Array, before.tau)
-            first = before.t[-1], before.q[-1], before.p[-1], before.v[-1], tau[-1]
+        if continued_run is not None:
+            tau = cast(Array, continued_run.tau)
+            first = (
+                continued_run.t[-1],
+                continued_run.q[-1],
+                continued_run.p[-1],
+                continued_run.v[-1],
+                tau[-1],
+            )
         columns = [np.array(x)[None] for x in first]
         parts = [part.rows(self._is_saved(part)) for part in self.recorded]
         last = self.end if self.end is not None else self.last
         if last is not None:
-            saves_it = self.end is None and self.steps_done % self.first_state.save_every == 0
-            saved = joined(parts if saves_it else [*parts, last.rows([0])])
+            last_is_saved = self.end is None and self.steps_done % self.first_state.save_every == 0
+            saved = joined(parts if last_is_saved else [*parts, last.rows([0])])
             v = saved.p if saved.v is None else saved.v
             steps = saved.t[:, 0], saved.q, saved.p, v, saved.number * self.step
             columns = [
@@ -303,7 +314,7 @@ class ClockStepper:
         """The counts of the run, by name."""
         counts = {
             "steps": self.steps_done,
-            **dict(zip(COUNTED, map(int, self.counts), strict=True)),
+            **dict(zip(COUNT_NAMES, map(int, self.counts), strict=True)),
         }
         if isinstance(self.problem.system, NBody):
             counts["pair_evaluations"] = counts["force_evaluations"] * self.problem.system.pairs

@@ -44,7 +44,7 @@ from galvi.run.energies import has_no_force
 from galvi.run.equal_steps import EQUAL_STEPS
 from galvi.run.general import inertial_formulation
 from galvi.run.request import RunRequest, from_start
-from galvi.run.run_arrays import COUNTED
+from galvi.run.run_arrays import COUNT_NAMES
 from galvi.run.stepper import Declined, solve_steps
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.canonical import Canonical
@@ -115,10 +115,10 @@ class LagrangianInTau:
         energy, *t = self.stages.at(*tau)[: 1 + self.base.explicit_time]
         flat, d = q.reshape(-1), self.base.group.dimension
         g = self.rate(flat)
-        both = np.array(self.base_slopes(q, u / g, *t), dtype=np.float64)
-        excess = float(both[:d] @ u) / g - float(self.base.function(q, u / g, *t)) - energy
-        both[d:] = g * both[d:] - excess * self.slope(flat)
-        return both
+        slopes = np.array(self.base_slopes(q, u / g, *t), dtype=np.float64)
+        excess = float(slopes[:d] @ u) / g - float(self.base.function(q, u / g, *t)) - energy
+        slopes[d:] = g * slopes[d:] - excess * self.slope(flat)
+        return slopes
 
     def force(self, q: Array, u: Array, tau: float) -> Array:
         """g F, (d,)."""
@@ -129,12 +129,12 @@ class LagrangianInTau:
         """dL/dt at one state, by differences over a part of dt."""
         if not self.base.explicit_time:
             return 0.0
-        L, nudge = self.base.function, TIME_DIFFERENCE * dt
-        ends = [L(q, v, t + k * nudge) - L(q, v, t - k * nudge) for k in (1, 2, 3, 4)]
-        return float(np.dot(WEIGHTS, ends)) / nudge
+        L, time_shift = self.base.function, TIME_DIFFERENCE * dt
+        ends = [L(q, v, t + k * time_shift) - L(q, v, t - k * time_shift) for k in (1, 2, 3, 4)]
+        return float(np.dot(WEIGHTS, ends)) / time_shift
 
 
-def in_clock(in_tau: LagrangianInTau, driven: bool, t0: float) -> Problem:
+def problem_in_tau(in_tau: LagrangianInTau, driven: bool, t0: float) -> Problem:
     """The problem in tau, from t0 on, or if it is driven from 0 on in each step. Its functions are
     called, with slopes where these are known, if it is driven or they cannot be traced."""
     base, value = in_tau.base, in_tau.value
@@ -194,20 +194,20 @@ class TransformedTime:
         self.stages = StageClock(self.table.c, problem.t0, energy)
         self.in_tau = LagrangianInTau(problem, clock, self.stages)
         self.rate, self.vectorized = self.in_tau.rate, clock.vectorized
-        self.inner = in_clock(self.in_tau, self.driven, problem.t0)
+        self.inner = problem_in_tau(self.in_tau, self.driven, problem.t0)
         self.plain = Galerkin(method.space, method.rule, method.group_chart)
         self.formulation = inertial_formulation(self.inner, self.plain)
-        constant = isinstance(problem.system, Canonical | NBody)
-        iterates = constant and method.rule == gauss(method.stages)
+        has_constant_mass = isinstance(problem.system, Canonical | NBody)
+        can_iterate = has_constant_mass and method.rule == gauss(method.stages)
         if not self.driven:
             request = RunRequest(self.inner, self.plain, 1.0, 1, from_start("fixed_point"))
-            iterates = any(not isinstance(x.offer(request), Declined) for x in EQUAL_STEPS)
-        if solver == "fixed_point" and not iterates:
+            can_iterate = any(not isinstance(x.offer(request), Declined) for x in EQUAL_STEPS)
+        if solver == "fixed_point" and not can_iterate:
             raise ValueError(_no_fixed_point(problem, method, self.driven))
-        in_lanes = not self.driven and iterates
+        in_lanes = not self.driven and can_iterate
         engine = "the lanes of equal steps" if in_lanes else "the general kernel"
         self.reason = f"in transformed time, by {engine}"
-        self.at_once = iterates and solver != "newton"
+        self.at_once = can_iterate and solver != "newton"
 
     def at(self, q: Array, v: Array, t: float) -> Checkpoint:
         """See `Motion`; of a driven problem with the energy of the state."""
@@ -257,11 +257,11 @@ class TransformedTime:
         rates = self._rates(curves.places(*stages)).reshape(work.steps_done, self.table.c.size)
         # One after another: the bits of a product of matrices depend on their sizes.
         lengths = h * sum(b * g for b, g in zip(self.table.b, rates.T, strict=True))
-        t = added(state.clock[:2], lengths)
-        past = np.flatnonzero((t[:, 0] - time) * h > 0.0) if time is not None else np.zeros(0)
-        if past.size and past[0]:
-            return self._block(state, h, int(past[0]), None, keep)
-        steps_done = 0 if past.size else work.steps_done
+        t = running_sums(state.clock[:2], lengths)
+        steps_past = np.flatnonzero((t[:, 0] - time) * h > 0.0) if time is not None else np.zeros(0)
+        if steps_past.size and steps_past[0]:
+            return self._block(state, h, int(steps_past[0]), None, keep)
+        steps_done = 0 if steps_past.size else work.steps_done
         steps = ClockSteps(
             work.saved_q[1 : steps_done + 1],
             work.saved_moving[1 : steps_done + 1],
@@ -269,10 +269,10 @@ class TransformedTime:
             t[:steps_done],
             coefficients[: steps_done if keep else 0],
             rates[:steps_done],
-            NO_COUNTS if past.size else work.counts[: len(COUNTED)].astype(np.float64),
+            NO_COUNTS if steps_past.size else work.counts[: len(COUNT_NAMES)].astype(np.float64),
             state.first + np.arange(1.0, steps_done + 1.0),
         )
-        if past.size:
+        if steps_past.size:
             return Advanced(steps, state, SOLVED)
         after = replace(
             state,
@@ -356,17 +356,17 @@ class TransformedTime:
         v = system.velocity(p.reshape(-1, *self.problem.v0.shape)).reshape(p.shape)
         g = self._rates(q)
         u = g[:, None] * v
-        pushes, rates = self._forces_and_rates(q, v, g, h)
+        forces, rates = self._forces_and_rates(q, v, g, h)
         rows = zip(q, u, h * self.table.c, strict=True)
-        falls = np.array([self.in_tau.slopes(*row)[d:] for row in rows])
-        return np.hstack([u, falls + g[:, None] * pushes, rates]), float(p[-1] @ v[-1])
+        momentum_slopes = np.array([self.in_tau.slopes(*row)[d:] for row in rows])
+        return np.hstack([u, momentum_slopes + g[:, None] * forces, rates]), float(p[-1] @ v[-1])
 
     def _forces_and_rates(self, q: Array, v: Array, g: Array, h: float) -> tuple[Array, Array]:
         """F (s, d), and (t', E') (s, 2), at the stages of a step."""
         in_tau, states = self.in_tau, list(zip(q, v, self.stages.values[0].tolist(), strict=True))
-        pushes = np.array([force_at(in_tau.base, *state) for state in states])
+        forces = np.array([force_at(in_tau.base, *state) for state in states])
         by_time = np.array([in_tau.by_time(*state, h * g[0]) for state in states])
-        return pushes, np.column_stack([g, g * (np.sum(pushes * v, axis=1) - by_time)])
+        return forces, np.column_stack([g, g * (np.sum(forces * v, axis=1) - by_time)])
 
     def _collocated(
         self, slopes: Callable[[Array], tuple[Array, float]], y: Array, guess: Array, h: float
@@ -382,21 +382,23 @@ class TransformedTime:
         guess : array, shape (s, k)
             of y'
         """
-        (start, low), last = y, guess
+        (start, low), slopes_before = y, guess
         history, d = np.array([np.inf, 1.0, np.inf, 0.0]), start.size // 2 - 1
         for passes in range(1, STAGE_PASSES + 1):
-            stages = start + (low + h * (self.integral @ last))
+            stages = start + (low + h * (self.integral @ slopes_before))
             if not np.all(np.isfinite(stages)):
                 return None
-            new, twice_kinetic = slopes(stages)
+            new_slopes, twice_kinetic = slopes(stages)
             size = (abs(start[-1]) + abs(twice_kinetic)) / abs(h)
             parts = (slice(d), 0.0), (slice(d, -2), 0.0), (-2, 0.0), (-1, size)
-            change = sum(relative_change(new[:, k], last[:, k], floor) for k, floor in parts)
-            code, last = decide(change, self.tolerance, history), new
+            change = sum(
+                relative_change(new_slopes[:, k], slopes_before[:, k], floor) for k, floor in parts
+            )
+            code, slopes_before = decide(change, self.tolerance, history), new_slopes
             if code == SOLVED:
-                kick = low + h * (self.table.b @ new)
-                end = start + kick
-                return np.stack([end, kick - (end - start)]), new, passes
+                increment = low + h * (self.table.b @ new_slopes)
+                end = start + increment
+                return np.stack([end, increment - (end - start)]), new_slopes, passes
             if code != GOING:
                 break
         return None
@@ -437,7 +439,7 @@ def relative_change(new: Array, last: Array, size: float) -> float:
     return change / (max(entry, size) or 1.0)
 
 
-def added(start: Array, changes: Any) -> Array:
+def running_sums(start: Array, changes: Any) -> Array:
     """(n, 2) sums with their low parts, of a number and its low part (2,) and changes (n,)."""
 
     def plus(last: tuple[float, float], change: float) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.lanes.frames.collocation import ALARM
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.in_frame.curves import Path
+from galvi.run.in_frame.curves import FrameOfRun
 from galvi.run.in_frame.inertial import InertialKernel
 from galvi.run.in_frame.kernel import FrameKernel, frame_of, frame_start, motion_of
 from galvi.run.in_frame.passes import checks_of
@@ -22,7 +22,7 @@ from galvi.run.run_arrays import RunArrays, State
 from galvi.run.stepper import Declined, Engine, Stepper, Substeps
 from galvi.systems.nbody import NBody
 
-IN_INERTIAL_FRAME = (
+INERTIAL_STEPS_NOTE = (
     "{left} of {steps} steps were done in the inertial frame, in parts, since what the moving "
     "frame leaves was too strong there, or an orbit too eccentric for it."
 )
@@ -40,7 +40,7 @@ class InFrame:
     """The state is that of galvi.lanes.frames.collocation."""
 
     velocity_row, guess_kind = 2, 0
-    in_other_way = "inertial_steps", IN_INERTIAL_FRAME
+    in_other_way = "inertial_steps", INERTIAL_STEPS_NOTE
 
     def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
@@ -64,7 +64,7 @@ class InFrame:
     ) -> FrameCurves:
         """See `Formulation`."""
         motion = motion_of(problem, method, step)
-        path = Path(problem, method, step, motion.clock, motion.stretch)
+        path = FrameOfRun(problem, method, step, motion.clock, motion.stretch)
         first = round((t0 - problem.t0) / step)
         bases = bases.reshape(len(bases), 4, frame_start(problem, method)[0].shape[1])
         return FrameCurves(method.space, t0, step, bases, x, first, path)
@@ -88,22 +88,22 @@ class InFrame:
         if outside:
             return outside
         name = frame.name
-        why = (
+        failure = (
             f"the state became infinite or NaN in the {name}"
             if code == NOT_FINITE
             else f"the passes did not converge: what the {name} leaves is too strong for this step"
         )
         if isinstance(problem.system, NBody):
-            where = encounter(
+            encounter_message = encounter(
                 problem,
                 problem.system,
                 method.stages,
                 step,
                 work.state[:4, : problem.q0.size],
-                framed=True,
+                in_frame=True,
             )
-            return f"{why}. In the inertial frame, {where}"
-        return f"{why}. Use a smaller step, or another chart."
+            return f"{failure}. In the inertial frame, {encounter_message}"
+        return f"{failure}. Use a smaller step, or another chart."
 
 
 IN_FRAME = InFrame()

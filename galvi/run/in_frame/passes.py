@@ -16,7 +16,7 @@ from galvi.run.in_frame.kernel import FrameKernel, frame_of, frame_start, motion
 from galvi.run.request import ROUND_OFF, RunRequest, from_start
 from galvi.run.run_arrays import RunArrays
 
-PROBED = 16  # first steps, from which the passes of all are chosen
+PROBED_STEPS = 16  # first steps, from which the passes of all are chosen
 FRAME_TOLERANCE = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
 CONVERGED_CHANGE = 2.0**-80  # share of the state that passes leave in a converged step
 CONVERGED = (2.0, -1.0, CONVERGED_CHANGE, 0.0)  # checks of a step whose passes converge
@@ -34,26 +34,33 @@ def checks_of(
     first `PROBED` steps is within the tolerance, each from the state of a converged step. It
     depends on the problem's start alone, so that it is the same in each part of a continued run.
     """
-    left = FRAME_TOLERANCE if tolerance == ROUND_OFF else tolerance
-    converged = _probed(problem, method, step, CONVERGED)
+    allowed_change = FRAME_TOLERANCE if tolerance == ROUND_OFF else tolerance
+    converged = _probe_steps(problem, method, step, CONVERGED)
     if not converged:
-        return 2.0, -1.0, left, 0.0  # the run fails likewise and reports it
+        return 2.0, -1.0, allowed_change, 0.0  # the run fails likewise and reports it
     prescribed, largest = frame_of(method).passes, max(probe.passes for probe in converged)
-    few = (
+    pass_counts = (
         range(2, largest + 1) if prescribed is None else (min(prescribed, collocation.MAX_PASSES),)
     )
     measured = converged
-    for passes in few:
-        checks = float(passes), np.inf, left, 0.0
-        attempts = _probed(problem, method, step, checks, [probe.start for probe in converged])
+    for passes in pass_counts:
+        checks = float(passes), np.inf, allowed_change, 0.0
+        attempts = _probe_steps(problem, method, step, checks, [probe.start for probe in converged])
         if len(attempts) < len(converged):
             continue
-        gaps = [attempt.end - true.end for attempt, true in zip(attempts, converged, strict=True)]
+        end_errors = [
+            attempt.end - true.end for attempt, true in zip(attempts, converged, strict=True)
+        ]
         measured = attempts
-        if np.mean(np.max(np.abs(np.sum(gaps, axis=1)), axis=1)) <= left:
+        if np.mean(np.max(np.abs(np.sum(end_errors, axis=1)), axis=1)) <= allowed_change:
             break
     change = max(probe.change for probe in measured)
-    return float(passes), max(FURTHER_PASS_RATIO * change, collocation.ROUNDING_CHANGE), left, 0.0
+    return (
+        float(passes),
+        max(FURTHER_PASS_RATIO * change, collocation.ROUNDING_CHANGE),
+        allowed_change,
+        0.0,
+    )
 
 
 class Probe(NamedTuple):
@@ -77,7 +84,7 @@ class Probe(NamedTuple):
     end: Array
 
 
-def _probed(
+def _probe_steps(
     problem: Problem,
     method: Galerkin,
     step: float,
@@ -85,12 +92,12 @@ def _probed(
     states: list[Array] | None = None,
 ) -> list[Probe]:
     """The first steps of a run, each from its own state if given, up to one that fails."""
-    request = RunRequest(problem, method, step, PROBED, from_start(curves=False))
+    request = RunRequest(problem, method, step, PROBED_STEPS, from_start(curves=False))
     work = RunArrays.of(request, frame_start(problem, method), 2, (0, 0), watched=False)
     kernel = FrameKernel(request, work, np.array(checks))
     sizes = motion_of(problem, method, step).sizes
     n, probes = sizes.size // 2, []
-    for k in range(PROBED if states is None else len(states)):
+    for k in range(PROBED_STEPS if states is None else len(states)):
         before = int(work.counts[ITERATIONS])
         work.state[:] = work.state if states is None else states[k]
         start = work.state.copy()

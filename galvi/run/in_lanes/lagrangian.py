@@ -31,10 +31,10 @@ from galvi.tracing.laws_of_systems import LawCode, law_of
 
 # In lanes less is left: a free body (degree 6, 6 points, h = 0.2) loses 3.6e-18 of its energy a
 # step with 2^-55, and 1.2e-18 with 2^-58.
-FINEST_IN_LANES = 2.0**-58
+LEAST_TOLERANCE_ON_GROUP = 2.0**-58
 # On R^d less is left for the energy to drift by: an elastic pendulum (degree 8, 9 points, h = 0.03)
 # loses 5e-19 of it a step with 2^-55, and at most 2e-20 with 2^-60.
-FINEST_ON_RN = 2.0**-60
+LEAST_TOLERANCE_ON_RN = 2.0**-60
 
 
 NO_LINE = read_only(np.zeros(0))  # of curves that are made from rates alone
@@ -56,7 +56,7 @@ def _lane_law(system: Any, d: int, system_traces: Traces) -> LawCode | None:
     return law_of(CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system)
 
 
-def has_law(problem: Problem, method: Galerkin) -> bool:
+def can_use_law(problem: Problem, method: Galerkin) -> bool:
     """Whether the problem's system has a law for lanes that can be iterated with the method.
 
     Components that its mass couples must have the same degree: a chain of rods with other degrees
@@ -82,7 +82,7 @@ def law_kernel(request: RunRequest, work: RunArrays) -> LawKernel:
     lanes, curves = lanes_for(s), (read_only(h * method.table.projection), NO_LINE)
     tables = tables_on_space(method.table, component_degrees(method), Form(h, lanes))
     step = law_on_space(law[0], d, False, lanes, s <= lanes)
-    tolerance = max(request.checkpoint.tolerance, FINEST_ON_RN)
+    tolerance = max(request.checkpoint.tolerance, LEAST_TOLERANCE_ON_RN)
     return LawKernel(step, law[1], tables, curves, tolerance, request, work)
 
 
@@ -108,7 +108,7 @@ def group_law_kernel(request: RunRequest, work: RunArrays) -> LawKernel:
     layout = tuple(map(tuple, coupled_layout(system, problem).tolist()))
     step = law_on_group(law[0], layout, method.group_chart.number, lanes, s <= lanes)
     tables = tables_on_group(method.table, Form(h, lanes))
-    tolerance = max(request.checkpoint.tolerance, FINEST_IN_LANES)
+    tolerance = max(request.checkpoint.tolerance, LEAST_TOLERANCE_ON_GROUP)
     return LawKernel(step, law[1], tables, curves, tolerance, request, work)
 
 
@@ -116,10 +116,10 @@ def group_kernel(request: RunRequest) -> MakeKernel | str:
     """The constructor of the kernel in lanes on a group, or for a Lagrangian; else the reason why
     there is none."""
     problem, method = request.problem, request.method
-    if has_law(problem, method):
+    if can_use_law(problem, method):
         return partial(WithNewton, law_kernel)
-    iterates = component_degrees(method) is None and float(np.min(method.table.b)) > 0.0
-    if iterates and has_group_law(problem):
+    can_iterate = component_degrees(method) is None and float(np.min(method.table.b)) > 0.0
+    if can_iterate and has_group_law(problem):
         return partial(WithNewton, group_law_kernel)
     refusal = getattr(problem.system, "untraced", "")
     return "its functions are not known as expressions" + (f" ({refusal})" if refusal else "")
