@@ -9,20 +9,20 @@ from typing import Protocol
 
 from tqdm import tqdm
 
-BATCH_SECONDS = 0.05  # intended length of a call of ``advance``
-STEPS_BETWEEN_STATES = 1024  # steps between checkpoints, from which curves are computed again
+BATCH_SECONDS = 0.05  # intended seconds of a call of ``advance``
+STEPS_BETWEEN_STATES = 1024  # least steps between checkpoints, from which curves are computed again
 BATCH_GROWTH = 64.0  # largest ratio of the number of steps in a call to that in the call before
 
 
 class Steps(Protocol):
-    """The part of a stepper that this loop uses."""
+    """The part of a stepper that `step_in_batches` uses."""
 
     @property
     def steps_done(self) -> int:
         """Number of completed steps."""
 
     def advance(self, n: int) -> int:
-        """Does n more steps; returns 0, or the code of a step that failed."""
+        """Does up to n more steps; returns 0, or the code of a step that failed."""
 
 
 def step_in_batches(
@@ -34,16 +34,22 @@ def step_in_batches(
     note_every: int = 0,
     note: Callable[[], None] = lambda: None,
 ) -> int:
-    """Do ``steps`` steps; returns the code of the last call, 0 if all are done or it was stopped.
+    """Advance a stepper to ``steps`` completed steps, in calls of about BATCH_SECONDS.
 
     Parameters
     ----------
     recover
         (code) -> the code of the failed step after a retry
     stopped
-        returns whether to stop
+        () -> whether to stop before the next call
     note
-        is called after every ``note_every`` steps but the last, if that is not 0
+        called where the number of completed steps is a multiple of ``note_every``, other than
+        ``steps``; never for 0
+
+    Returns
+    -------
+    int
+        The code of a step that failed; 0 if all steps are done or the loop was stopped.
     """
     code, chunk, steps_done = 0, 1, stepper.steps_done
     # A bar makes a multiprocessing semaphore, which a killed process would leave behind.

@@ -25,11 +25,13 @@ from galvi.tableau import Tableau
 
 # Relative error of a momentum; that of the energy is of the order of its square.
 MOMENTUM_TOLERANCE = 0.03
-COMPARED_STATES = 4  # states of a run at which a traced Lagrangian's function is called itself
+COMPARED_STATES = (
+    4  # states of a run, besides the last, at which a traced function is called itself
+)
 # Relative changes of a position whose effect on the energy is not an error: the larger one at rest,
 # where V may be 0 and a motion grows from round-off.
 POSITION_CHANGE, POSITION_CHANGE_AT_REST = 2.0**-46, 2.0**-26
-PATH_POINTS = 128  # of a way on which a potential is evaluated
+PATH_POINTS = 128  # points of a straight path, each half as far as the one before
 Raised = dict[int, Exception]  # by row of the states
 
 
@@ -53,7 +55,8 @@ class States(NamedTuple):
 
 
 def has_no_force(system: Any) -> bool:
-    """Whether a system has no external force, and no explicit time."""
+    """Whether a system has no external force and no explicit time; for point masses, whether all
+    their forces conserve the energy."""
     if isinstance(system, NBody):
         return system.acting.conserve
     if not isinstance(system, WithFunctions):
@@ -62,12 +65,13 @@ def has_no_force(system: Any) -> bool:
 
 
 def working_force(system: Any) -> Any:
-    """The external force of a system but for what has a potential; None for none."""
+    """The part of a system's external force that has no potential; None where there is none."""
     return getattr(system, "working_force", getattr(system, "force", None))
 
 
 def conserves_energy(system: Any) -> bool:
-    """Whether a system conserves its energy: its forces have a potential, and none the time."""
+    """Whether a system conserves its energy: all its forces have a potential, and it has no
+    explicit time."""
     if isinstance(system, NBody) or not isinstance(system, WithFunctions):
         return has_no_force(system)
     return working_force(system) is None and not system.explicit_time
@@ -94,14 +98,15 @@ def energies(
 
     Parameters
     ----------
-    sharp
-        solves for a Lagrangian's velocities, instead of taking those given where they nearly have
-        the momentum: the energy p . v - L(q, v) is stationary in v where dL/dv = p
+    solve_velocities
+        whether to solve for a Lagrangian's velocities at each state, and not only where the given
+        ones do not nearly have the momentum: the energy p . v - L(q, v) is stationary in v where
+        dL/dv = p
     raised
-        receives the exceptions of user functions, whose energies are NaN; None: they pass through.
-        An ArithmeticError or ValueError means that the energy is not defined
-    forces
-        V has the energy of forces with a potential
+        receives the exceptions of user functions by row, where energies are NaN; None: they pass
+        through. An ArithmeticError or ValueError means that the energy is not defined
+    include_forces
+        whether V includes the energy of a `Multibody`'s forces with a potential
 
     Notes
     -----
@@ -130,7 +135,7 @@ class Start(NamedTuple):
     kinetic
         |T|
     fresh : array, shape (4,)
-        what `Checkpoint.energies` is before the first step
+        `Checkpoint.energies` before the first step
     """
 
     total: float
@@ -155,7 +160,8 @@ def start_energies(problem: Problem, include_forces: bool = False) -> Start:
 
 @lru_cache(maxsize=32)
 def energy_calls_functions(system: Any) -> bool:
-    """Whether the energy depends on user functions, which may change after the run."""
+    """Whether the energy depends on user functions, which may change after the run; False with
+    explicit time, where no energy is assessed."""
     if not isinstance(system, WithFunctions) or system.explicit_time:
         return False
     if isinstance(system, RigidBody | FreeBody):
@@ -166,7 +172,7 @@ def energy_calls_functions(system: Any) -> bool:
 
 
 def work_calls_function(system: Any) -> bool:
-    """Whether the work of a force depends on a user function, which may change after the run."""
+    """Whether the work of forces depends on a user function, which may change after the run."""
     force = working_force(system)
     return force is not None and not isinstance(force, BuiltinForce)
 
@@ -197,8 +203,8 @@ def _start_energies(problem: Problem, include_forces: bool, system_traces: Trace
 
 
 def energy_of_position_error(problem: Problem) -> float:
-    """Change of V when the start moves by ``POSITION_CHANGE`` of itself: the energy's
-    round-off, about."""
+    """The largest finite change of V when the start moves by a share of itself, POSITION_CHANGE, or
+    POSITION_CHANGE_AT_REST where all velocities are 0: about the round-off of the energy."""
     relative_shift = POSITION_CHANGE if np.any(problem.v0) else POSITION_CHANGE_AT_REST
     unmoved, *moved = (
         float(energies(problem, _start(problem, scale), include_forces=True)[1][0])
@@ -211,8 +217,9 @@ def energy_of_position_error(problem: Problem) -> float:
 def kick_energy(problem: Problem, step: float) -> float:
     """The kinetic energy that the forces at the start give to the system at rest in a step.
 
-    h^2 F . M^-1 F / 2, but of the force of the potential on a vector space no more than V falls by
-    on the way h^2 M^-1 F / 2, since it may reverse within a long step; 0 where that is not finite.
+    That is h^2 F . M^-1 F / 2, or 0 where it is not finite. Where velocities have the shape of
+    configurations, the part of forces with a potential is at most the fall of V on the path
+    h^2 M^-1 F / 2, since such a force may reverse within a long step.
     """
     system: Any = problem.system
     q, v, t = problem.q0, problem.v0, problem.t0
@@ -256,9 +263,9 @@ def mass_matrix(problem: Problem, q: Array, v: Array, t: float) -> Array:
 
 
 def _fall(problem: Problem, displacement: Any) -> float:
-    """By how much V falls at most on a straight way from the start; infinite where V is not finite.
+    """The largest fall of V on a straight path from the start; infinite where V is not finite.
 
-    V is evaluated at the end of the way, and at each of its WAY_HALVINGS.
+    V is evaluated at the end of the path, at half of it, at a quarter, ..., at PATH_POINTS points.
     """
     fractions = np.append(0.0, 0.5 ** np.arange(PATH_POINTS)).reshape(-1, *(1,) * displacement.ndim)
     states = States(
@@ -285,7 +292,8 @@ def _start(problem: Problem, scale: float) -> States:
 def _energies_of_builtin(
     system: Lagrangian, function: BuiltinLagrangian, states: States, raised: Raised | None
 ) -> tuple[Array, Array]:
-    """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
+    """T and V of a built-in or traced Lagrangian; state by state unless all velocities nearly have
+    the momenta and every V is finite."""
     lagrangian_values, rest_values, momenta = function.at_states(states.q, states.v, states.t)
     potential = -rest_values
     if function is not system.function:  # traced
@@ -303,7 +311,7 @@ def _energies_of_builtin(
 
 
 def _builtin_potential(system: Lagrangian, q: Array, t: Array, raised: Raised | None) -> Array:
-    """V of a traced body, the energy at rest, (n,)."""
+    """V (n,) of a traced body: its energy at rest."""
     function, n = system.builtin, len(t)
     assert function is not None
     zero_velocities = np.zeros((n, system.group.dimension))
@@ -315,7 +323,7 @@ def _builtin_potential(system: Lagrangian, q: Array, t: Array, raised: Raised | 
 
 
 def _compared_rows(n: int) -> list[int]:
-    """The rows of n states at which a user's own function is called, though it was traced."""
+    """The rows of n states at which a traced function of a user is called itself."""
     return sorted({n - 1, *range(0, n, -(-n // COMPARED_STATES))})
 
 
@@ -357,12 +365,12 @@ def _has_momentum(system: Lagrangian, q: Array, p: Array, v: Array, t: float) ->
 
 
 def potentials(system: Any, q: Array, t: Array, raised: Raised | None) -> Array:
-    """V (n,) of a system that is no Lagrangian at q and t; ``raised`` as for ``energies``."""
+    """V (n,) of a system other than a Lagrangian; ``raised`` as for ``energies``."""
     is_traced_body = isinstance(system, RigidBody | FreeBody) and bool(traces(system).traced)
     if is_traced_body and system.lagrangian.builtin is not None:
         return _builtin_potential(system.lagrangian, q, t, raised)
     system = cast(VectorSystem, system)
-    with suppress(Exception):  # raised again below, state by state
+    with suppress(Exception):  # repeated below, state by state
         return np.asarray(system.potential_energy(q, t), dtype=np.float64)
     potential = np.full(len(t), np.nan)
     for k in range(len(t)):
@@ -373,7 +381,7 @@ def potentials(system: Any, q: Array, t: Array, raised: Raised | None) -> Array:
 
 @contextmanager
 def _recording_exceptions(raised: Raised | None, row: int) -> Iterator[None]:
-    """Keeps an exception within as ``raised[row]``; None lets it pass."""
+    """Store an exception of the block as ``raised[row]``; it passes where ``raised`` is None."""
     try:
         yield
     except Exception as error:

@@ -66,8 +66,8 @@ def integrate_many(
     Raises
     ------
     ValueError, TypeError
-        For bad input before any run starts; exceptions of user functions pass through. Both carry a
-        note with the index of the problem.
+        For bad input before any run starts; exceptions of user functions pass through. An
+        exception that concerns one problem carries a note with its index.
     KeyboardInterrupt
         For Ctrl-C when all runs were done; its attribute ``run`` is the tuple of runs.
 
@@ -107,7 +107,8 @@ def integrate_many(
 def _run_all(
     runs: Sequence[Callable[..., Trajectory]], threads: int, progress: bool | None
 ) -> tuple[Trajectory, ...]:
-    """The results of the runs; raises the exception of the first in order that failed."""
+    """The trajectories of the runs, in their order; raises the exception of the first run that
+    raised one."""
     first_raised, lock = len(runs), threading.Lock()
     with defer_interrupts() as pressed, ExitStack() as stack:
         bar = stack.enter_context(tqdm(total=len(runs), unit="run")) if progress else None

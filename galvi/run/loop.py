@@ -1,6 +1,4 @@
-"""One run: batches of steps that Ctrl-C can end, a second attempt at a step that fails, and the
-resulting trajectory.
-"""
+"""Does the steps of one run, in batches that Ctrl-C can end, and makes its trajectory."""
 
 from __future__ import annotations
 
@@ -23,7 +21,7 @@ from galvi.problem import Problem
 from galvi.run.batches import STEPS_BETWEEN_STATES, step_in_batches
 from galvi.run.clocked.run import ending_in_clock
 from galvi.run.clocked.stepper import ClockStepper
-from galvi.run.energies import work_calls_function, energy_calls_functions
+from galvi.run.energies import energy_calls_functions, work_calls_function
 from galvi.run.engines import ENGINES, stepper_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.point_masses.encounters import (
@@ -41,7 +39,7 @@ from galvi.run.stepper import RunCurves, Stepper, solve_steps
 from galvi.run.work_of_forces import assess_work, has_work
 from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
-MAX_CHECKPOINTS = 512  # states from which curves are computed again
+MAX_CHECKPOINTS = 512  # of a run with a number of steps, from which curves are computed again
 
 
 def run_steps(
@@ -53,19 +51,17 @@ def run_steps(
 ) -> Trajectory:
     """The trajectory of a run.
 
-    An equal step that cannot be solved is retried once with a guess from smaller steps, whose
-    energy is not assessed; if that fails too, the run ends.
+    An equal step that cannot be solved is retried once, with a guess from smaller steps; if the
+    second attempt fails too, the run ends.
 
     Parameters
     ----------
     stepper
-        `Stepper`, or in a clock `ClockStepper`. This function uses begin, advance, retry and
-        finish; steps_done, over and reached; states, counted, curves and checkpoint; request,
-        engine, engine_reason and traced
+        a `Stepper`, or in a clock a `ClockStepper`
     watched
-        whether its energy can be assessed
+        whether to keep states by which the energy can be assessed
     interrupted
-        returns whether to stop; None: Ctrl-C stops the run
+        () -> whether to stop; None: Ctrl-C stops the run
 
     Raises
     ------
@@ -101,7 +97,7 @@ def run_steps(
     has_time = getattr(system, "explicit_time", False)
     if watched and (energy_calls_functions(system) or work_calls_function(system) or has_time):
         try:
-            run.ending.assess()  # now: what the functions refer to may change
+            run.ending.assess()  # before the numbers change to which the functions refer
         except KeyboardInterrupt:
             raise Interrupted(run) from None
     return run
@@ -167,7 +163,7 @@ def _trajectory(
 def _assess_ending(
     stepper: Stepper, code: int, counts: dict[str, int], checkpoints: list[Checkpoint]
 ) -> Ending:
-    """How a run ended whose last kernel call returned ``code``."""
+    """The ending of a run whose last kernel call returned ``code``."""
     formulation, request, work = stepper.formulation, stepper.request, stepper.work
     start = request.checkpoint
     if has_work(request.problem.system):
@@ -193,12 +189,13 @@ def _assess_ending(
 
 
 def unwatched(request: RunRequest) -> Trajectory:
-    """A run whose energy is not assessed; KeyboardInterrupt for Ctrl-C."""
+    """The run of a request, without an assessment of its energy; KeyboardInterrupt for Ctrl-C."""
     return uninterrupted(run_steps(stepper_for(request), watched=False))
 
 
 def _massless_error(stepper: Stepper, checkpoints: list[Checkpoint]) -> MasslessError | None:
-    """The error of massless bodies; None without such bodies, and where the run is not watched."""
+    """The error of massless bodies; None without such bodies, where the run is not watched, and
+    where no step could be repeated."""
     request, work = stepper.request, stepper.work
     if work.watch == UNWATCHED or not has_massless(request.problem):
         return None
@@ -227,7 +224,7 @@ def _massless_error(stepper: Stepper, checkpoints: list[Checkpoint]) -> Massless
 def curves_of_steps(
     problem: Problem, method: Galerkin, step: float, start: Checkpoint, skipped: int, count: int
 ) -> RunCurves:
-    """The curves of ``count`` steps, ``skipped`` after a state of a run, for `RedoneCurves`."""
+    """The curves of ``count`` steps that follow the first ``skipped`` steps after a state."""
     if skipped:
         to_skip = replace(start, save_every=skipped, curves=False)
         before = unwatched(RunRequest(problem, method, step, skipped, to_skip))
@@ -241,8 +238,9 @@ def curves_of_steps(
 def curves_from(
     problem: Problem, method: Galerkin, step: float, state: Checkpoint, time: float, end: float
 ) -> ClockCurves:
-    """The curves in a clock from a state to the first end of a step past a time, of a run that
-    ended at ``end``: only its last step may have been shortened."""
+    """The curves of the steps in a clock from a state to ``time`` or the next end of a step, of a
+    run that ended at ``end``: only its last step may have been shortened. ValueError where a step
+    fails."""
     start = replace(state, save_every=1, curves=True)
 
     def run_to(steps: int | None, until: float) -> Trajectory:

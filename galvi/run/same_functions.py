@@ -21,18 +21,19 @@ State = tuple[Array, Array, float]  # q, v, t
 
 
 class SameFunctions:
-    """A check that raises ValueError, when called, if the problem's functions return other values
-    than when it was made, at the start and at the last finite state of the run: there may be no
-    force at the start.
+    """A call of this check raises ValueError if the problem's functions return other values than
+    when the check was made. They are compared at the start, where there may be no force, and at the
+    last finite state of the run.
 
     Parameters
     ----------
     q, v, t
         states of the run (k, ...); v may be momenta
     clock
-        of the run's method
+        the clock of the run's method, or None
     traced
-        whether the run used the traced functions, which the system keeps
+        whether the run used traced functions: these are not called again as long as the system
+        has the same traces
     """
 
     def __init__(
@@ -64,7 +65,7 @@ class SameFunctions:
 
 
 def _values(problem: Problem, clock: Any, state: State) -> Array | None:
-    """The values (n,) of the functions at a state; None where there are none or they raise."""
+    """The values (n,) of the functions at a state; None without functions and where one raises."""
     system: Any = problem.system
     q, v, t = state
     values: list[Any] = []

@@ -1,4 +1,4 @@
-"""States of a run at any times, of the order of its steps."""
+"""States of a run at any times, with the order of its steps."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ from galvi.systems.lagrangian import momentum_at, velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-# Relative distance from the curve, beyond which a shortened step in a frame missed a passage.
+# Relative distance of a state from the curve, beyond which a shortened step in a frame is taken to
+# have missed a passage.
 FAR_FROM_CURVE = 1e-9
 PARTS_OF_LAST_STEP = (
     1,
@@ -39,17 +40,18 @@ PARTS_OF_LAST_STEP = (
 def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
     """The states of a run at any times, with the order of its steps.
 
-    Each state is reached by whole steps from the last kept state before it and one shortened step,
-    so that it has the order of the steps' ends, 2 s with Gauss s; ``run(t)``, on the curves, has
-    theirs. Where such a step fails in a frame it is done in the inertial frame, in parts; the state
-    is that on the curve where that fails too, and in a clock.
+    Each state is reached by whole steps from the last saved state before it and one shortened step,
+    so that it has the order of the steps' ends, 2 s with Gauss s; ``run(t)`` has the order of the
+    curves. A shortened step that fails is repeated in parts in a clock, and in parts in the
+    inertial frame for point masses in a moving frame. Where that fails too, the state is that on
+    the curve.
 
     Parameters
     ----------
     run : galvi.Trajectory
-        of `galvi.integrate`
+        a run of `galvi.integrate`
     times : float or array, shape (k,)
-        within the run, in any order
+        times within the run, in any order
 
     Returns
     -------
@@ -59,7 +61,7 @@ def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
     Raises
     ------
     ValueError
-        When a time is outside the run, and for a run of another code.
+        For times outside the run, of another shape or not finite, and for a run of another code.
 
     Examples
     --------
@@ -71,7 +73,8 @@ def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
     """
     if not isinstance(run, Trajectory) or run.step is None or run.checkpoint is None:
         raise ValueError(
-            f"states between steps are those of a run of galvi.integrate; received {shown(run)}."
+            f"run must be a run of galvi.integrate, which has states between its steps; received "
+            f"{shown(run)}."
         )
     time_values = input_checks.array("times", times)
     if time_values.ndim > 1:
@@ -96,12 +99,12 @@ class RunStates:
         self.grid, self.last = self.sign * run.t[:finite_count], float(run.t[finite_count - 1])
 
     def __call__(self, times: Array, stages: Array | None = None) -> tuple[Array, Array, Array]:
-        """The states at times (k,); ``stages`` (k, d, s), the stages of the last step at nearby
-        times or 0, are updated in place."""
+        """q, p and v at times (k,). ``stages`` (k, d, s), the stages of the last step to nearby
+        times or 0, are changed in place to those of the last step."""
         run, wanted = self.run, self.sign * times
         rows = np.searchsorted(self.grid, wanted, side="right") - 1
         t, q, p, v = self.grid[rows], run.q[rows], run.p[rows], saved_velocities(run, rows)
-        if run.restarts is not None:  # of an action, from which the run went on
+        if run.restarts is not None:  # an action changed the state, from which the run went on
             restart_times = self.sign * run.restarts.t
             restart_rows = np.searchsorted(restart_times, wanted, side="right") - 1
             restarted = np.flatnonzero((restart_rows >= 0) & (restart_times[restart_rows] > t))
@@ -172,14 +175,14 @@ class RunStates:
 
 
 def finite_states(run: Trajectory) -> int:
-    """The number of states of a run before it fails."""
+    """The number of saved states of a run before a step that failed."""
     if np.all(np.isfinite(run.q[-1])):
         return len(run.t)
     return int(np.count_nonzero(np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)))
 
 
 def saved_velocities(run: Trajectory, rows: Any) -> Array:
-    """The velocities of some saved states (k, ...)."""
+    """The velocities (k, ...) of the saved states at these rows."""
     if run.velocities is not None:
         return run.velocities[rows]
     distinct, inverse = np.unique(rows, return_inverse=True)  # each the guess of the next
@@ -231,7 +234,7 @@ def _reach_in_clock(run: Trajectory) -> Reach:
 
     def reach(q: Array, v: Array, t: float, time: float) -> tuple[Array, Array, Array]:
         motion = motion_of_run
-        if run.restarts is not None:  # which have energies of their own
+        if run.restarts is not None:  # the states after actions have other energies
             moved = run.problem.moved(q, v, t)
             motion = motion_in_clock(moved, run.method, end.solver, end.tolerance)
         state = replace(motion.at(q, v, t), curves=False)
@@ -251,12 +254,13 @@ def _reach_in_clock(run: Trajectory) -> Reach:
 
 
 def _is_in_frame(run: Trajectory) -> bool:
-    """Whether a run is one of point masses in a frame."""
+    """Whether a run is of point masses in a moving frame."""
     return cast(Galerkin, run.method).in_frame and isinstance(run.problem.system, NBody)
 
 
 def _in_parts(start: Problem, length: float) -> tuple[Array, Array, Array] | None:
-    """The state of point masses after a time, see `galvi.run.in_frame.inertial.in_parts`."""
+    """q, p and v of point masses after a time, by `step_in_parts`; None where no number of parts is
+    enough."""
     work = step_in_parts(start, length)
     if work is None:
         return None
@@ -275,7 +279,7 @@ def _reach_in_time(run: Trajectory) -> Reach:
             begin = from_start(end.solver, end.tolerance, n, curves=False)
             inner_run = unwatched(RunRequest(moved, run.method, h, n, begin))
             states = inner_run.q[-1], inner_run.p[-1], inner_run.v[-1]
-        except ValueError:  # of orbits that are not bound there
+        except ValueError:  # raised by a frame for orbits that are not bound there
             if not is_in_frame:
                 raise
             states = np.full_like(q, np.nan), np.full_like(v, np.nan), np.full_like(v, np.nan)

@@ -36,7 +36,7 @@ def outcome_of(
     report
         the assessment of its energy
     massless
-        () -> the error of massless bodies; called where all else is well
+        () -> the error of massless bodies; called for a completed run without other clauses
     """
     request, work = stepper.request, stepper.work
     problem, step, steps = request.problem, request.step, cast(int, request.steps)
@@ -79,18 +79,22 @@ def outcome_of_completed(
     steps: int | None = None,
     second_kernel_notes: tuple[str, ...] = (),
 ) -> Outcome:
-    """The outcome of a run that did all its ``steps``.
+    """The outcome of a run that did all its steps.
 
     Parameters
     ----------
     first
-        steps since the problem's start before this run
+        number of steps from the problem's start to the start of this run
     passage
-        the worst one of two point masses that no step resolved, as a clause; "" for none
+        a clause on the worst unresolved passage of two point masses; "" for none
+    massless
+        as for `outcome_of`
     remedy
-        where the report has none
+        the remedy where the report has none
+    steps
+        number of requested steps; None for a run to a time
     exceptions
-        notes of a run without doubts
+        notes for a run without clauses and with a known energy
     """
     clauses = _error_clauses(report)
     if report.unknown:
@@ -127,9 +131,9 @@ def notes_on_energy(
     Parameters
     ----------
     first
-        steps since the problem's start before this run
+        number of steps from the problem's start to the start of this run
     time_of
-        (number of a step since then) -> the time at which it ends
+        (number of a step since the problem's start) -> the time at which it ends
     """
     notes = []
     if report.ruined is not None:
@@ -141,7 +145,7 @@ def notes_on_energy(
 
 
 def _error_clauses(report: EnergyReport) -> list[str]:
-    """Clauses on what is wrong with a run."""
+    """Clauses on the defects of a run: the error of its energy, and those of the report."""
     return [*([_energy_clause(report)] if report.error > TOLERATED else []), *report.clauses]
 
 
@@ -158,7 +162,8 @@ def _energy_clause(report: EnergyReport) -> str:
 
 
 def massless_clauses(problem: Problem, error: encounters.MasslessError | None) -> list[str]:
-    """A clause on the massless body whose energy steps change too much; [] for none."""
+    """A clause on the massless body whose energy a step changes most, if by more than
+    RESOLVED_ENERGY_CHANGE; [] otherwise."""
     if error is None or not error.share > encounters.RESOLVED_ENERGY_CHANGE:
         return []
     body = encounters.body_names(problem, len(problem.q0))[error.body]

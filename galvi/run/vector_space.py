@@ -26,9 +26,15 @@ from galvi.systems.nbody import NBody
 from galvi.systems.system import ForceKernel, VectorSystem
 from galvi.tableau import Tableau
 
-# Of a force, relative: above it the iteration may not settle, see solve.ROUND_OFF_CHANGE.
+# Relative error of a force above which the iteration may not settle, see solve.ROUND_OFF_CHANGE.
 NOISY_FORCE = 1e-11
-SOLVER_CODES = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}  # of solvers
+SOLVER_CODES = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
+SUBSTEPS = (4, 16, 64, 256)  # numbers of smaller steps from which a failed step gets its guess
+FAILED_SOLVERS = {
+    "auto": "neither fixed-point iteration nor Newton's method solved",
+    "fixed_point": "fixed-point iteration did not solve",
+    "newton": "Newton's method did not solve",
+}
 
 
 class GeneralVectorKernel:
@@ -52,7 +58,8 @@ class GeneralVectorKernel:
 
 
 def reach_kernel(request: RunRequest) -> Callable[..., None]:
-    """The kernel of galvi.kernels.nystrom.advance for a run, called with what comes after step."""
+    """The kernel `galvi.kernels.nystrom.advance.reach` with its arguments up to the step bound to
+    those of a run."""
     field, force = _force(request.problem.system, request.problem.q0.shape[-1])
     kernel = compiled_reach() if field.compiled else interpreted(reach)
     tableau, solver = (
@@ -64,7 +71,7 @@ def reach_kernel(request: RunRequest) -> Callable[..., None]:
 
 @lru_cache(maxsize=32)
 def _force(system: Any, dimension: int) -> tuple[ForceKernel, tuple[Any, ...]]:
-    """The force of a system, which owns the functions, and its tuple for the kernel."""
+    """The force of a system, which owns the compiled functions, and the tuple that kernels take."""
     field = system.force_kernel(dimension)
     return field, tuple(
         Force(
@@ -95,17 +102,9 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
     )  # fmt: skip
 
 
-SUBSTEPS = (4, 16, 64, 256)
-FAILED_SOLVERS = {
-    "auto": "neither fixed-point iteration nor Newton's method solved",
-    "fixed_point": "fixed-point iteration did not solve",
-    "newton": "Newton's method did not solve",
-}
-
-
 @lru_cache(maxsize=32)
 def nystrom_start(problem: Problem, stages: int) -> State:
-    """The state's rows are q, its low part, v and its low part; the stages are 0."""
+    """The state before the first step: rows q, its low part, v and its low part, and stages 0."""
     d = problem.q0.size
     state = np.zeros((4, d))
     state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
@@ -116,7 +115,8 @@ def nystrom_start(problem: Problem, stages: int) -> State:
 
 
 class VectorSpace:
-    """The state's rows are q, its low part, v and its low part."""
+    """`Formulation` on a vector space; the rows of the state are q, its low part, v and its low
+    part."""
 
     velocity_row, guess_kind = 2, GUESS
     in_other_way = "newton_steps", NEWTON_STEPS_NOTE
@@ -144,10 +144,10 @@ class VectorSpace:
         return curves_in(IdentityChart(problem.q0.shape), problem, method, step, t0, bases, x)
 
     def guess(self, substeps: Substeps, request: RunRequest, work: RunArrays) -> Array | None:
-        """Accelerations (d, s) along the next step by 4, 16, 64 or 256 substeps, or None.
+        """Accelerations (d, s) at the next step's stages, from the first number of SUBSTEPS that
+        fixed-point iteration can solve; None if there is none, and for the solver fixed_point.
 
-        None if none of these runs can be solved by fixed-point iteration, and for the solver
-        fixed_point. Adds the cost to the counts.
+        Adds the cost to ``work.counts``.
         """
         problem, method, step = request.problem, request.method, request.step
         if request.checkpoint.solver == "fixed_point":

@@ -1,16 +1,16 @@
 """Assesses a run of equal steps with forces by its energy less their work.
 
-In some steps, the first ones among them, the work is integrated along the step's curve with more
-nodes than the rule has: a difference from the change of the energy shows a curve that the step does
-not resolve. It is blind where the energy is quadratic and the damping linear, since both rules are
-exact there and Gauss's method keeps such an energy less the work of any force, for any step. So the
-damping is looked at too: where it is so fast that a step changes a velocity by R(-h r), as
-``growth`` says, instead of by exp(-h r). And where dampers are all there is, the energy of the
-watched states must not rise, nor fall by more than they can take.
+In some steps, the first two among them, the work is integrated along the step's curve with more
+nodes than the rule has: a difference from the change of the energy shows that the step does not
+resolve its curve. This test is blind where the energy is quadratic and the damping linear: both
+rules are exact there, and Gauss's method keeps such an energy less the work of any force, for any
+step. So the rates of damping are examined too: a fast one changes a velocity in a step by R(-h r),
+see ``growth``, instead of by exp(-h r). Where dampers are the only forces without potential, the
+energy of the watched states must neither rise nor fall by more than the dampers can take.
 
-A difference is measured by the largest of the kinetic energies, the range of the potential energy
-and the work of a step, so far. A run is ruined by a step that changes the energy by more than that
-of all steps before it, and the work in that direction.
+A difference is measured by the largest kinetic energy, range of the potential energy or work of a
+step, up to that step. A run is ruined by a step that changes the energy by more than this measure
+of all steps before it and by more than the work in the direction of the change.
 """
 
 from __future__ import annotations
@@ -45,17 +45,21 @@ from galvi.systems.multibody import Multibody
 from galvi.tableau import Tableau
 from galvi.trajectory import Trajectory
 
-EXAMINED_STEPS, FIRST_STEPS, WORK_STATES = 6, 2, 64  # numbers of steps, and of states
-STEPS_WITH_RATES = 2  # of these steps, in which rates of damping are computed
-STATES_WITH_DAMPING, DISSIPATION_MARGIN = 8, 10.0  # see `_of_states`
-EXTRA_NODES = 3  # than a method's rule has
+EXAMINED_STEPS = 6  # largest number of steps in which the work is integrated
+FIRST_STEPS = 2  # the first of these are the first steps of the run
+STEPS_WITH_RATES = 2  # largest number of examined steps in which rates of damping are computed
+WORK_STATES = 64  # watched states whose energies are compared where dampers act alone
+STATES_WITH_DAMPING = 8  # states of these at which rates of damping are computed
+DISSIPATION_MARGIN = 10.0  # ratio of the largest accepted to the estimated loss of energy
+EXTRA_NODES = 3  # nodes beyond those of a method's rule
 RESOLVED_STEP = 2.0**-6  # a step that resolves a rate, times that rate
 RUINED_EARLIER = "the steps before these had ruined it"
 Redo = Callable[[RunRequest], Trajectory]
 
 
 def has_work(system: Any) -> bool:
-    """Whether a system has forces whose work can be integrated: not those on point masses."""
+    """Whether a system has forces whose work can be integrated; False for point masses and for
+    systems with explicit time."""
     if not isinstance(system, WithFunctions) or system.explicit_time:
         return False
     return working_force(system) is not None
@@ -69,7 +73,7 @@ def assess_work(
     Parameters
     ----------
     redo
-        runs a request of one step
+        request of one step -> its run
     """
     so_far = request.checkpoint.energies
     if work.steps_done == 0 or work.watch == UNWATCHED:
@@ -95,19 +99,21 @@ def assess_work(
 
 
 class Steps(NamedTuple):
-    """Some steps, n of them, and their curves at m nodes.
+    """n steps of a run, and their curves at m nodes.
 
     Attributes
     ----------
     numbers : array, shape (n,)
-        since the problem's start
+        numbers of the steps since the problem's start, from 1
     t : array, shape (n,)
         times at which they begin
     begins, ends
-        states there, with the velocities of their momenta, from which those of a stiff step's curve
-        are far
-    q, v : array, shape (n, m, ...)
-        and (n, m, d) along the curves
+        states at their starts and ends. Their velocities belong to the momenta: those of a stiff
+        step's curve are far from them
+    q : array, shape (n, m, ...)
+        configurations on the curves
+    v : array, shape (n, m, d)
+        velocities on the curves
     """
 
     numbers: Any
@@ -121,7 +127,7 @@ class Steps(NamedTuple):
 def _examine_steps(
     formulation: Formulation, request: RunRequest, work: RunArrays, states: States, redo: Redo
 ) -> Steps:
-    """Some steps: on curves that were kept, or repeated from watched states."""
+    """The examined steps: on curves that were kept, or repeated from watched states."""
     problem, start, tau = (
         request.problem,
         request.checkpoint,
@@ -216,7 +222,7 @@ def _one_step(
 
 
 def _velocities(problem: Problem, states: States, guess: Array, t: Array) -> Array:
-    """The velocities (n, d) of momenta, found from guesses (n, d)."""
+    """The velocities (n, d) of the states' momenta, solved for from guesses (n, d)."""
     system = problem.system
     if not isinstance(system, Lagrangian):
         return system.velocity(states.p).reshape(guess.shape)
@@ -230,13 +236,13 @@ def _velocities(problem: Problem, states: States, guess: Array, t: Array) -> Arr
 
 @lru_cache(maxsize=32)
 def _nodes(stages: int) -> tuple[Array, Array]:
-    """Nodes in (-1, 1) and weights of a finer rule than a method's."""
+    """Nodes in (-1, 1) and weights of Gauss's rule with EXTRA_NODES more nodes than ``stages``."""
     nodes, weights = leggauss(stages + EXTRA_NODES)
     return read_only(nodes), read_only(weights)
 
 
 def _examined_indices(n: int) -> Any:
-    """Up to EXAMINED_STEPS indices below n: the first FIRST_STEPS, and others evenly spread."""
+    """At most EXAMINED_STEPS indices below n: the first FIRST_STEPS, and evenly spread ones."""
     spread = np.linspace(0, n - 1, EXAMINED_STEPS - FIRST_STEPS).astype(np.int64)
     return np.unique(np.append(np.arange(min(n, FIRST_STEPS)), spread))
 
@@ -263,9 +269,9 @@ def _watched_states(formulation: Formulation, request: RunRequest, work: RunArra
 def _changes(
     request: RunRequest, work: RunArrays, steps: Steps, states: States
 ) -> Iterator[tuple[Array, Array]]:
-    """Numbers of steps (n,), and by how much the energy changed in them without work: the tables
-    (8, n) of galvi.kernels.energy_errors. What ruins is the part of an error beyond the work in its
-    direction, unless that is the larger."""
+    """Pairs of the numbers of steps (n,) and the table (8, n) of their errors, see
+    galvi.kernels.energy_errors: changes of the energy less the work. An error ruins by its part
+    beyond the work in the direction of the change, unless that work is the larger."""
     nodes, weights = _nodes(request.method.stages)
     times = steps.t[:, None] + 0.5 * (nodes + 1.0) * request.step
     states_in_rows = steps.q.reshape(-1, *request.problem.q0.shape), steps.v.reshape(times.size, -1)
@@ -303,9 +309,10 @@ def _error_table(errors: Array, ruining: Array, sizes: Array, *potentials: Array
 def _changes_between_states(
     request: RunRequest, work: RunArrays, states: States
 ) -> tuple[Array, Array]:
-    """Of all steps up to watched states, where dampers are all there is: that it rises, or falls by
-    more than DISSIPATION_MARGIN times what the fastest damping takes of the largest kinetic energy.
-    Of other forces only the work in some steps is known: they may act between these."""
+    """Numbers of steps (n,) and the table (8, n) of the errors from the first state to watched ones
+    of a run in which only dampers take energy: its rise, or its fall beyond DISSIPATION_MARGIN
+    times what the fastest damping takes from the largest kinetic energy. Other forces may do work
+    between the examined steps, so that their runs have no such bound."""
     problem, start = request.problem, request.checkpoint
     numbers = np.append(start.first, steps_of(start, work))
     chosen = np.unique(np.linspace(0, len(numbers) - 1, WORK_STATES).astype(np.int64))
@@ -326,7 +333,7 @@ def _changes_between_states(
 
 
 def _powers(problem: Problem, q: Array, v: Array, t: Array) -> Array:
-    """The power (n,) of the forces that have no potential, at n states."""
+    """The power (n,) of the forces without potential at n states."""
     velocities = v.reshape(len(v), *problem.v0.shape)
     rows = zip(q, velocities, t, strict=True)
     return np.array([np.sum(force_on(problem.system, x, w, s) * w) for x, w, s in rows])
@@ -338,11 +345,11 @@ class Unresolved(NamedTuple):
     Attributes
     ----------
     rate
-        at which it is damped, or grows where that is negative
+        rate of its damping; negative where it grows
     share
-        about its error after a step, over its largest value in the run
+        its approximate error after a step, over its largest value in the run
     step
-        number of that step
+        number of that step since the problem's start, from 1
     """
 
     rate: float
@@ -353,12 +360,13 @@ class Unresolved(NamedTuple):
 def unresolved_rate(
     formulation: Formulation, request: RunRequest, steps: Steps, states: States, redo: Redo
 ) -> Unresolved | None:
-    """The velocity with the largest error because its damping is too fast for the steps, or None.
+    """The velocity whose damping is too fast for the steps and leaves the largest error; None where
+    no such error exceeds TOLERATED.
 
     Near a state v' = -M^-1 D (v - w), D = -df/dv. Modes of a rate r with |h r| above the number of
     stages are not resolved: their part of v - w changes by R(-h r), see ``growth``, and not by
-    exp(-h r). It is that of -v' / r, from a step that resolves it: 0 where v is w already, as
-    behind a fast damper that has done its work.
+    exp(-h r). That part is the mode's part of -v' / r, where v' comes from a step that resolves the
+    fastest rate; it is 0 once v has become w.
     """
     problem, worst = request.problem, None
     system: Any = problem.system
@@ -392,8 +400,9 @@ def unresolved_rate(
 
 
 def damping_rates(problem: Problem, q: Array, v: Array, t: float) -> tuple[Array, Array]:
-    """The rates (d,) at which forces damp velocities at a state, and their modes, as columns: those
-    of M^-1 D, D = -df/dv."""
+    """The rates (d,) at which forces damp velocities at a state, and their modes as columns (d, d):
+    real parts of the eigenvalues of M^-1 D, D = -df/dv, and its eigenvectors. Rates are 0 where
+    that matrix is not finite."""
     system = problem.system
     v = v.reshape(problem.v0.shape)
     n, size = v.size, float(np.max(np.abs(v))) or 1.0
@@ -413,7 +422,7 @@ def damping_rates(problem: Problem, q: Array, v: Array, t: float) -> tuple[Array
 
 
 def growth(table: Tableau, z: float) -> float:
-    """R(-z), the factor of a velocity in a step when it is damped at the rate z / h."""
+    """R(-z), the factor by which a step of length h changes a velocity damped at the rate z / h."""
     b, psi, slope, end = table.b, table.psi, table.slope, table.end
     matrix = (slope - z * psi).T @ (b[:, None] * slope) + z * np.outer(end, b @ slope)
     y = np.linalg.solve(matrix, end)
@@ -442,8 +451,9 @@ def _with_clauses(
         verb = "damped" if unresolved.rate * request.step > 0.0 else "increased"
         fraction = f"about {unresolved.share:.1g} of" if unresolved.share < 1.0 else "more than"
         clauses.append(
-            f"forces have {verb} a velocity in 1/{step_share} of a step, which leaves it wrong by {fraction} "
-            f"its largest value in the step to t = {begin + unresolved.step * request.step:.10g}"
+            f"forces have {verb} a velocity in 1/{step_share} of a step, which leaves it wrong by "
+            f"{fraction} its largest value in the step to "
+            f"t = {begin + unresolved.step * request.step:.10g}"
         )
         remedy = (
             f"Use a step of {rounded_down(request.method.stages / abs(unresolved.rate)):g} or less"
@@ -455,6 +465,6 @@ def _with_clauses(
 
 
 def rounded_down(x: float) -> float:
-    """A positive number with two digits, not above it."""
+    """A positive number rounded down to two significant digits."""
     power = 10.0 ** (math.floor(math.log10(x)) - 1)
     return float(f"{math.floor(x / power * (1.0 + 1e-12)) * power:.2g}")

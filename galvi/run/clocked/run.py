@@ -31,7 +31,7 @@ from galvi.run.point_masses.encounters import (
 from galvi.run.point_masses.pairs import costly_pair
 from galvi.run.request import ROUND_OFF, RunRequest
 from galvi.run.run_arrays import has_massless
-from galvi.run.status import outcome_of_completed, notes_on_energy
+from galvi.run.status import notes_on_energy, outcome_of_completed
 from galvi.run.stepper import Declined, Engine
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody

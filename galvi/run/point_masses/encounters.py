@@ -50,7 +50,10 @@ def encounter(
     if abs(step) > LARGEST_SQUARED or np.max(np.abs(v)) > LARGEST_SQUARED:
         return "steps and velocities above 1e100 overflow. Use other units, or a smaller step."
     if not distance[farthest] < LARGEST_SQUARED:
-        return f"body {names[farthest]} is {distance[farthest]:.1e} away. Remove it, or stop before then."
+        return (
+            f"body {names[farthest]} is {distance[farthest]:.1e} away. Remove it, or stop before "
+            f"then."
+        )
     i, j = np.triu_indices(len(masses), 1)
     i, j = (x[masses[i] + masses[j] > 0.0] for x in (i, j))
     gap, relative_velocity = q[j] - q[i], v[j] - v[i]

@@ -54,6 +54,6 @@ def costly_pair(problem: Problem, q: Array) -> str:
     names = problem.body_names()
     rounded_ratio = float(f"{step_ratio:.1g}")
     return (
-        f"Bodies {names[i[pair]]} and {names[j[pair]]} set the steps of all: about {rounded_ratio:g} times "
-        f"as many as the others need."
+        f"Bodies {names[i[pair]]} and {names[j[pair]]} set the steps of all: about "
+        f"{rounded_ratio:g} times as many as the others need."
     )

@@ -83,7 +83,7 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     facts = {
         "version": VERSION,
         "problem": {"name": problem.name, "t0": problem.t0, "units": problem.units,
-                    "parameters": {name: _plain_value(x) for name, x in problem.parameters.items()}},
+                    "parameters": {key: _plain_value(x) for key, x in problem.parameters.items()}},
         "system": _to_json(problem.system),
         "method": _to_json(run.method),
         "outcome": run.outcome.to_json(), "interrupted": run.interrupted,
