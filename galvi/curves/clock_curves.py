@@ -16,14 +16,14 @@ from galvi.curves.curves import (
     Curves,
     LocalChart,
     refuse_outside,
-    times_asked,
+    times_as_array,
 )
 from galvi.kernels.constants import EPSILON
 from galvi.method import Galerkin
 from galvi.tableau import Tableau
 
 TIME_ITERATIONS = 60  # of a bracketed Newton iteration
-TIME_PLACES = 9  # places of a step at which the growth of t is checked
+GROWTH_SAMPLES = 9  # places of a step at which the growth of t is checked
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class ClockCurves:
 
     def position(self, t: Any) -> Array:
         """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
-        return self._at(t, lambda index, x: self._curves.places(index, x))
+        return self._at(t, lambda index, x: self._curves.positions(index, x))
 
     def velocity(self, t: Any) -> Array:
         """dq/dt at t, on a group the body velocity; where steps meet, that of the later one."""
@@ -95,40 +95,44 @@ class ClockCurves:
         ), rates
 
     def _at(self, t: Any, values: Callable[[Any, Array], Array]) -> Array:
-        times, single = times_asked(t)
+        times, is_scalar = times_as_array(t)
         sign = 1.0 if self.step > 0.0 else -1.0
-        grid, wanted = sign * self.times, sign * times
-        slack = 8.0 * EPSILON * max(abs(grid[0]), abs(grid[-1]))
-        inside = (wanted >= grid[0] - slack) & (wanted <= grid[-1] + slack)
+        signed_grid, signed_times = sign * self.times, sign * times
+        slack = 8.0 * EPSILON * max(abs(signed_grid[0]), abs(signed_grid[-1]))
+        inside = (signed_times >= signed_grid[0] - slack) & (
+            signed_times <= signed_grid[-1] + slack
+        )
         refuse_outside(inside, float(self.times[0]), float(self.times[-1]), t)
-        index = np.clip(np.searchsorted(grid, wanted, side="right") - 1, 0, len(grid) - 2)
-        since = sign * (wanted - grid[index])
-        rows = values(index, self._shares(index, since))
-        return rows[0] if single else rows
+        index = np.clip(
+            np.searchsorted(signed_grid, signed_times, side="right") - 1, 0, len(signed_grid) - 2
+        )
+        since = sign * (signed_times - signed_grid[index])
+        rows = values(index, self._fractions(index, since))
+        return rows[0] if is_scalar else rows
 
-    def _shares(self, index: Any, since: Array) -> Array:
+    def _fractions(self, index: Any, since: Array) -> Array:
         """The shares of the steps at times since their starts."""
         lengths = self.times[index + 1] - self.times[index]
         x = np.clip(since / lengths, 0.0, 1.0)
         low, high = np.zeros_like(x), np.ones_like(x)
         for _ in range(TIME_ITERATIONS):
             t, rate = self._time(index, x)
-            off = (since - t) * np.sign(lengths)
-            low, high = np.where(off > 0.0, x, low), np.where(off > 0.0, high, x)
+            remaining = (since - t) * np.sign(lengths)
+            low, high = np.where(remaining > 0.0, x, low), np.where(remaining > 0.0, high, x)
             with np.errstate(divide="ignore", invalid="ignore"):
-                new = x + (since - t) / rate
-            new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-            if np.all(np.abs(new - x) <= EPSILON):
+                new_x = x + (since - t) / rate
+            new_x = np.where((new_x >= low) & (new_x <= high), new_x, 0.5 * (low + high))
+            if np.all(np.abs(new_x - x) <= EPSILON):
                 break
-            x = new
-        ends = (since == 0.0) | (since == lengths)
-        return np.where(ends, np.where(since == 0.0, 0.0, 1.0), x)
+            x = new_x
+        is_end = (since == 0.0) | (since == lengths)
+        return np.where(is_end, np.where(since == 0.0, 0.0, 1.0), x)
 
 
 @lru_cache(maxsize=32)
 def _to_samples(table: Tableau) -> Array:
     """(s, TIME_PLACES) from the values at the stages of a step to those at even places of it."""
-    legendres = legendre.legvander(np.linspace(-1.0, 1.0, TIME_PLACES), len(table.analysis) - 1)
+    legendres = legendre.legvander(np.linspace(-1.0, 1.0, GROWTH_SAMPLES), len(table.analysis) - 1)
     return read_only((legendres @ table.analysis).T)
 
 
@@ -160,7 +164,7 @@ class JoinedCurves:
         return self._at_times(t, "velocity")
 
     def _at_times(self, t: Any, name: str) -> Array:
-        times, single = times_asked(t)
+        times, single = times_as_array(t)
         sign = 1.0 if self.times[-1] > self.times[0] else -1.0
         grid, wanted = sign * self.times, times
         inside = (sign * wanted >= grid[0]) & (sign * wanted <= grid[-1])
@@ -168,17 +172,17 @@ class JoinedCurves:
         index = np.searchsorted(grid, sign * wanted, side="right") - 1
         index = np.minimum(index, len(self.parts) - 1)
         order = np.argsort(index, kind="stable")
-        cuts = np.flatnonzero(np.diff(index[order])) + 1
+        piece_starts = np.flatnonzero(np.diff(index[order])) + 1
         pieces = [
             getattr(self.parts[index[rows[0]]], name)(wanted[rows])
-            for rows in np.split(order, cuts)
+            for rows in np.split(order, piece_starts)
             if rows.size
         ]
         values: Array = np.concatenate(pieces)[np.argsort(order)] if pieces else np.zeros(0)
         return values[0] if single else values
 
 
-def cut(curves: Any, n: int) -> Any:
+def first_steps(curves: Any, n: int) -> Any:
     """The curves of the first n steps."""
     if n == len(curves.bases):
         return curves
@@ -188,7 +192,7 @@ def cut(curves: Any, n: int) -> Any:
     return replace(curves, **parts)
 
 
-def merged(parts: list[Any]) -> Any:
+def merge_curves(parts: list[Any]) -> Any:
     """Consecutive curves as one."""
     names = ("bases", "coefficients", "rates")[: 3 if isinstance(parts[0], ClockCurves) else 2]
     merged_fields: dict[str, Any] = {

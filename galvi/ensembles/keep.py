@@ -15,7 +15,7 @@ from numba.extending import is_jitted
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.events.event import several_events
+from galvi.events.event import as_events
 from galvi.events.search import find_events
 from galvi.input_checks import shown
 
@@ -365,7 +365,7 @@ class Events:
     at_most: int
 
     def __post_init__(self) -> None:
-        several = several_events(self.events)
+        several = as_events(self.events)
         if any(event.terminal or event.action is not None for event in several):
             raise ValueError(
                 "in an ensemble events are found alone; received one with terminal or action. Use "

@@ -17,7 +17,7 @@ from galvi.input_checks import LARGEST_WHOLE, shown
 from galvi.method import Galerkin
 from galvi.outcome import End, Outcome
 from galvi.run.ensemble import processors
-from galvi.run.integrate import prepared
+from galvi.run.integrate import prepare_run
 from galvi.run.interruption import uninterrupted
 from galvi.run.request import RunRequest, check_memory
 from galvi.run.states import states_at
@@ -116,7 +116,7 @@ class Singles:
             curves=None if in_clock else self.function is not None and self.plan.steps <= LONG_RUN,
         )
         check_memory([request])
-        run = prepared(request)
+        run = prepare_run(request)
         return run if in_clock else lambda: run(watched=False)
 
     def _recorded(self, member: int, q: Array, p: Array) -> tuple[Array, ...]:

@@ -249,7 +249,7 @@ def _interpolated(
         since = np.broadcast_to((share - 0.5) * step, shape)
         c = np.broadcast_to(curves.path.node(number, share)[0], shape)
         lapses = np.full((len(index), 2), 0.5 * step)
-    q = curves.path.places(curves, index, c, since)
+    q = curves.path.positions(curves, index, c, since)
     return np.matmul(q, matrix.T), lapses
 
 

@@ -21,7 +21,7 @@ from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engines import stepper_for
-from galvi.run.integrate import prepared
+from galvi.run.integrate import prepare_run
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.request import RunRequest, check_memory
 from galvi.trajectory import Trajectory
@@ -98,7 +98,7 @@ def integrate_many(
             )  # fmt: skip
             compiled = compiled and stepper_for(request).is_compiled
             requests.append(request)
-            runs.append(prepared(request, events))
+            runs.append(prepare_run(request, events))
     if requests:
         check_memory(requests)
     return _run_all(runs, min(threads, len(runs)) if compiled else 1, progress)

@@ -93,10 +93,10 @@ def integrate(
         solver=solver, tolerance=tolerance,
     )  # fmt: skip
     check_memory([request])
-    return prepared(request, events)(progress=progress)
+    return prepare_run(request, events)(progress=progress)
 
 
-def prepared(request: RunRequest, events: Any = ()) -> Callable[..., Trajectory]:
+def prepare_run(request: RunRequest, events: Any = ()) -> Callable[..., Trajectory]:
     """A function of the keywords ``progress`` and ``interrupted`` that does the run, by the first
     engine that offers a stepper; ValueError where none does, TypeError for a value in ``events``
     that is no `galvi.Event`."""

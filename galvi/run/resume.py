@@ -11,7 +11,7 @@ from galvi import input_checks
 from galvi.checkpoint import Checkpoint
 from galvi.input_checks import shown
 from galvi.problem import Problem
-from galvi.run.integrate import has_events, prepared
+from galvi.run.integrate import has_events, prepare_run
 from galvi.run.request import (
     RunRequest,
     check_memory,
@@ -116,7 +116,7 @@ def resume(
         raise ValueError("give one of steps, duration and until; received until and another.")
     request = RunRequest(problem, method, step, total, start, continues=run)
     check_memory([request])
-    return prepared(request, wanted_events)(progress=progress)
+    return prepare_run(request, wanted_events)(progress=progress)
 
 
 def _continuation(run: Trajectory) -> Checkpoint | None:
@@ -174,7 +174,7 @@ def _with_controls(
     )
     request = RunRequest(moved, method, step, number_of_steps(step, steps, duration), begin)
     check_memory([request])
-    return prepared(request)(progress=progress)
+    return prepare_run(request)(progress=progress)
 
 
 def _resumed_in_clock(
@@ -205,4 +205,4 @@ def _resumed_in_clock(
                 f"until must be after t = {t!r}, where the run ends; received {until!r}."
             )
     request = RunRequest(problem, run.method, h, most_steps, start, time, run)
-    return prepared(request, events)(progress=progress)
+    return prepare_run(request, events)(progress=progress)

@@ -30,11 +30,9 @@ from galvi.trajectory import Trajectory
 # Relative distance of a state from the curve, beyond which a shortened step in a frame is taken to
 # have missed a passage.
 FAR_FROM_CURVE = 1e-9
-PARTS_OF_LAST_STEP = (
-    1,
-    4,
-    16,
-)  # of a shortened step: it has no guess, and may fail where the run did not
+# Parts in which a shortened step in a clock is tried: without the run's guess it may fail where the
+# run's step did not.
+PARTS_OF_LAST_STEP = (1, 4, 16)
 
 
 def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
@@ -135,11 +133,12 @@ class RunStates:
         begin_times: Array,
         times: Array,
     ) -> tuple[Array, Array, Array]:
-        """``states`` at ``times``, with the lost ones replaced.
+        """``states`` at ``times``, with the lost ones replaced in place.
 
         A state is lost where no shortened step could be done, and where one in a frame missed a
-        passage that the run did in parts. It is then reached in parts from (begin, speeds) at
-        ``begin_times``, or else taken from the run's curves.
+        passage that the run did in parts. In a frame it is reached in parts from the state
+        (positions, velocities) at ``begin_times``; else, or where that fails, it becomes the state
+        on the run's curve. Without curves it stays lost.
         """
         (q, p, v), run = states, self.run
         lost = ~np.isfinite(q.reshape(len(times), -1)).all(axis=1)
@@ -212,7 +211,8 @@ def _reach_together(
     times: Array,
     stages: Array | None = None,
 ) -> tuple[Array, Array, Array]:
-    """`_one_by_one` on a vector space: by one call of a kernel, but for states whose steps fail."""
+    """`_reach_one_by_one` on a vector space, by one call of a kernel; states whose steps fail are
+    reached one by one."""
     step, end, n = cast(float, run.step), cast(Checkpoint, run.checkpoint), len(t)
     kernel = reach_kernel(RunRequest(run.problem, run.method, step, 1, end))
     states, codes = np.zeros((n, 4, run.problem.q0.size)), np.zeros(n, dtype=np.int64)

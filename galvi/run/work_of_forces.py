@@ -141,7 +141,7 @@ def _examine_steps(
         examined = _examined_indices(work.steps_done)
         numbers, index = start.first + examined, np.repeat(examined, tau.size)
         fractions = np.tile(tau, examined.size)
-        q, v = curves.places(index, fractions), curves.velocities(index, fractions)
+        q, v = curves.positions(index, fractions), curves.velocities(index, fractions)
         rows = np.hstack([work.saved_q, work.saved_moving])
         at_begin, at_end = (states_of(formulation, problem, rows[examined + k]) for k in range(2))
     else:
@@ -160,7 +160,7 @@ def _examine_steps(
         index = np.zeros(tau.size, dtype=np.intp)
         q, v = (
             np.concatenate([getattr(run.curves, part)(index, tau) for run in runs])
-            for part in ("places", "velocities")
+            for part in ("positions", "velocities")
         )
         at_begin, at_end = (
             States(

@@ -54,11 +54,13 @@ class ClockSteps(NamedTuple):
         """Some of the steps, without their curves."""
         v, energy = (None if x is None else x[rows] for x in (self.v, self.energy))
         arrays = {name: getattr(self, name)[rows] for name in ("q", "p", "t", "rates", "number")}
-        none = self.coefficients[:0]
-        return ClockSteps(**arrays, v=v, energy=energy, coefficients=none, counts=NO_COUNTS)
+        no_coefficients = self.coefficients[:0]
+        return ClockSteps(
+            **arrays, v=v, energy=energy, coefficients=no_coefficients, counts=NO_COUNTS
+        )
 
 
-def joined(parts: Sequence[ClockSteps]) -> ClockSteps:
+def join_steps(parts: Sequence[ClockSteps]) -> ClockSteps:
     """Steps one after another."""
     arrays: Any = [None if x[0] is None else x for x in zip(*parts, strict=True)]
     steps = ClockSteps(*(x and np.concatenate(x) for x in arrays))

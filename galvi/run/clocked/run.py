@@ -16,7 +16,7 @@ from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.outcome import End, Outcome
 from galvi.run.clocked.in_lanes import motion_in_lanes
-from galvi.run.clocked.motion import joined
+from galvi.run.clocked.motion import join_steps
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.clocked.transformed import motion_in_transformed_time
 from galvi.run.energies import States, start_energies
@@ -184,7 +184,7 @@ def _samples(stepper: ClockStepper) -> Samples | None:
     if last is None or not stepper.watched:
         return None
     is_sampled = stepper.end is None and stepper.steps_done % stepper.stride == 0
-    steps = joined(stepper.samples if is_sampled else [*stepper.samples, last.rows([0])])
+    steps = join_steps(stepper.samples if is_sampled else [*stepper.samples, last.rows([0])])
     n, t, v = len(steps.t), steps.t[:, 0], steps.v
     q, p = steps.q.reshape(n, *problem.q0.shape), steps.p.reshape(n, *problem.v0.shape)
     if v is None:

@@ -14,7 +14,7 @@ from galvi.curves.clock_curves import ClockCurves
 from galvi.kernels.forces.passages import compiled_note_states
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
-from galvi.run.clocked.motion import Advanced, ClockSteps, Motion, joined
+from galvi.run.clocked.motion import Advanced, ClockSteps, Motion, join_steps
 from galvi.run.point_masses.pairs import closest_pair
 from galvi.run.request import ALWAYS_FREE, RunRequest, free_memory
 from galvi.run.run_arrays import COUNT_NAMES, has_massless, passage_record
@@ -200,7 +200,7 @@ class ClockStepper:
         self.samples.append(self._every_so_many(steps))
         while sum(len(part.t) for part in self.samples) > MAX_ENERGY_SAMPLES:
             self.stride *= 2
-            self.samples = [self._every_so_many(joined(self.samples))]
+            self.samples = [self._every_so_many(join_steps(self.samples))]
 
     def _every_so_many(self, steps: ClockSteps) -> ClockSteps:
         return steps.rows((steps.number - self.first_state.first) % self.stride == 0)
@@ -264,7 +264,7 @@ class ClockStepper:
         parts = self.recorded + ([self.end] if self.end is not None else [])
         if not parts or not self.first_state.keeps_curves:
             return None
-        steps, first = joined(parts), self.first_state.state[0, : self.problem.q0.size]
+        steps, first = join_steps(parts), self.first_state.state[0, : self.problem.q0.size]
         times = np.concatenate([self.first_state.clock[:1], steps.t[:, 0]])
         if self.reached:
             times[-1] = self.time
@@ -298,7 +298,7 @@ class ClockStepper:
         last = self.end if self.end is not None else self.last
         if last is not None:
             last_is_saved = self.end is None and self.steps_done % self.first_state.save_every == 0
-            saved = joined(parts if last_is_saved else [*parts, last.rows([0])])
+            saved = join_steps(parts if last_is_saved else [*parts, last.rows([0])])
             v = saved.p if saved.v is None else saved.v
             steps = saved.t[:, 0], saved.q, saved.p, v, saved.number * self.step
             columns = [

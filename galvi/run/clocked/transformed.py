@@ -39,7 +39,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss, lobatto
 from galvi.run.clocked.lagrangians import lagrangian_of
-from galvi.run.clocked.motion import NO_COUNTS, Advanced, ClockSteps, Motion, joined
+from galvi.run.clocked.motion import NO_COUNTS, Advanced, ClockSteps, Motion, join_steps
 from galvi.run.energies import has_no_force
 from galvi.run.equal_steps import EQUAL_STEPS
 from galvi.run.general import inertial_formulation
@@ -242,7 +242,7 @@ class TransformedTime:
                 break
             steps.append(advanced.steps if keep else advanced.steps._replace(coefficients=curves))
             state = advanced.after
-        return Advanced(joined(steps), state, DIVERGED if reason else SOLVED, reason)
+        return Advanced(join_steps(steps), state, DIVERGED if reason else SOLVED, reason)
 
     def _block(
         self, state: Checkpoint, h: float, n: int, time: float | None, keep: bool
@@ -254,7 +254,7 @@ class TransformedTime:
         work = stepper.work
         coefficients = work.coefficients[: work.steps_done]
         curves, stages = self._curves(work.bases[: work.steps_done], coefficients, h)
-        rates = self._rates(curves.places(*stages)).reshape(work.steps_done, self.table.c.size)
+        rates = self._rates(curves.positions(*stages)).reshape(work.steps_done, self.table.c.size)
         # One after another: the bits of a product of matrices depend on their sizes.
         lengths = h * sum(b * g for b, g in zip(self.table.b, rates.T, strict=True))
         t = running_sums(state.clock[:2], lengths)
@@ -296,7 +296,7 @@ class TransformedTime:
             if attempts[-1].reason:
                 return np.full(y.shape, np.nan), 0.0
             curves, stages = self._curves(q0, step.coefficients, h)
-            q, g = curves.places(*stages), step.rates[0]
+            q, g = curves.positions(*stages), step.rates[0]
             v = curves.velocities(*stages) / g[:, None]
             return self._forces_and_rates(q, v, g, h)[1], float(step.p[0] @ v[-1])
 

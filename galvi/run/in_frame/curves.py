@@ -99,7 +99,7 @@ class FrameOfRun:
         """q (k, *shape) at times t (k,) after w (k, 2, m), or (k, 4, m) with its low parts."""
         return frame_of(self.method).flow(self.problem, w, t)
 
-    def places(self, curves: FrameCurves, index: Any, c: Array, since: Array) -> Array:
+    def positions(self, curves: FrameCurves, index: Any, c: Array, since: Array) -> Array:
         """q (k, d, P) on the steps ``index`` (k,) of these curves at nodes c (k, P), which are
         times ``since`` (k, P) after their centres."""
         psi = curves.space.basis(np.append(c, 0.0))[:, 1:]
