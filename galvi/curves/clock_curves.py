@@ -1,5 +1,5 @@
-"""The curves of a run in a clock, q and t over tau, and so q over t; and those of a run that
-actions changed, one after another, each with steps of its own."""
+"""The curves of a run in a clock, which has q and t as functions of tau, and the joined curves of a
+run that actions changed."""
 
 from __future__ import annotations
 
@@ -22,32 +22,32 @@ from galvi.kernels.constants import EPSILON
 from galvi.method import Galerkin
 from galvi.tableau import Tableau
 
-TIME_ITERATIONS = 60  # of a bracketed Newton iteration
-GROWTH_SAMPLES = 9  # places of a step at which the growth of t is checked
+TIME_ITERATIONS = 60  # largest number of bracketed Newton iterations for tau at a time
+GROWTH_SAMPLES = 9  # points of a step at which the growth of t is checked
 
 
 @dataclass(frozen=True, eq=False)
 class ClockCurves:
-    """q and t at shares x of steps in tau; t(x) has the slopes h g at the stages.
+    """q and t at fractions x of steps in tau; t(x) has the slopes h g at the stages.
 
     Attributes
     ----------
     method
-        with its clock
+        the method, with its clock
     step
-        length h of all steps but the last in tau
+        length in tau, h, of all steps but the last
     last
-        length of the last step in tau
+        length in tau of the last step
     times : array, shape (steps + 1,)
-        t between the steps
+        t at the start of each step and at the end of the last
     bases : array, shape (steps, *shape)
-        configurations there
+        configurations at the starts of the steps
     coefficients : array, shape (steps, d, m)
-        as of `galvi.curves.curves.Curves`
+        see `galvi.curves.curves.Curves`
     rates : array, shape (steps, s)
         g at the stages
     chart
-        of the coefficients
+        see `galvi.curves.curves.Curves`
     """
 
     method: Galerkin
@@ -74,17 +74,18 @@ class ClockCurves:
         return self._at(t, velocities)
 
     def steps_backwards(self) -> Any:
-        """Numbers of the steps in which t does not grow, at some of their places."""
+        """Indices of the steps in which dt/dtau is not positive at one of GROWTH_SAMPLES points."""
         rates = self.rates @ _to_samples(self.method.table)
         return np.flatnonzero((rates <= 0.0).any(axis=1))
 
     @property
     def _curves(self) -> Curves:
-        """In tau, where each step has the length 1."""
+        """The curves over tau / h, in which each step has the length 1."""
         return Curves(self.method.space, 0.0, 1.0, self.bases, self.coefficients, self.chart)
 
     def _time(self, index: Any, x: Array) -> tuple[Array, Array]:
-        """t - the start of the step, and dt/dx, at shares x (k,) of the steps ``index`` (k,)."""
+        """The times since the starts of the steps ``index`` (k,), and dt/dx, at fractions x
+        (k,)."""
         lengths = np.full(len(self.rates), self.step)
         lengths[-1:] = self.last
         series = (self.method.table.analysis @ self.rates[index].T) * lengths[index]
@@ -111,7 +112,7 @@ class ClockCurves:
         return rows[0] if is_scalar else rows
 
     def _fractions(self, index: Any, since: Array) -> Array:
-        """The shares of the steps at times since their starts."""
+        """The fractions x (k,) of the steps ``index`` (k,) at times (k,) since their starts."""
         lengths = self.times[index + 1] - self.times[index]
         x = np.clip(since / lengths, 0.0, 1.0)
         low, high = np.zeros_like(x), np.ones_like(x)
@@ -131,7 +132,8 @@ class ClockCurves:
 
 @lru_cache(maxsize=32)
 def _to_samples(table: Tableau) -> Array:
-    """(s, TIME_PLACES) from the values at the stages of a step to those at even places of it."""
+    """The matrix (s, GROWTH_SAMPLES) from values at the stages of a step to values at evenly spaced
+    points of it."""
     legendres = legendre.legvander(np.linspace(-1.0, 1.0, GROWTH_SAMPLES), len(table.analysis) - 1)
     return read_only((legendres @ table.analysis).T)
 
@@ -142,14 +144,15 @@ def _row_products(basis: Any, series: Any) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class JoinedCurves:
-    """Curves of a run's parts, as `galvi.curves.curves.Curves` or another kind.
+    """The curves of the parts of a run.
 
     Attributes
     ----------
     times : array, shape (parts + 1,)
-        limits of the parts
+        times at which the parts begin and the last one ends
     parts
-        the curves; that of a part's last step may go on beyond its limit
+        `Curves`, `FrameCurves` or `ClockCurves` of each part; their last step may end after the
+        part
     """
 
     times: Array
@@ -160,7 +163,7 @@ class JoinedCurves:
         return self._at_times(t, "position")
 
     def velocity(self, t: Any) -> Array:
-        """dq/dt at t, on a group the body velocity; at an action that after it."""
+        """dq/dt at t, on a group the body velocity; at the time of an action, that after it."""
         return self._at_times(t, "velocity")
 
     def _at_times(self, t: Any, name: str) -> Array:
@@ -193,7 +196,7 @@ def first_steps(curves: Any, n: int) -> Any:
 
 
 def merge_curves(parts: list[Any]) -> Any:
-    """Consecutive curves as one."""
+    """The curves of consecutive steps as one value."""
     names = ("bases", "coefficients", "rates")[: 3 if isinstance(parts[0], ClockCurves) else 2]
     merged_fields: dict[str, Any] = {
         name: read_only(np.concatenate([getattr(part, name) for part in parts])) for name in names

@@ -1,4 +1,4 @@
-"""The Galerkin curves of a run, also in a moving frame."""
+"""The Galerkin curves of a run, in the inertial frame and in a moving frame."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class LocalChart(Protocol):
         """The configurations at xi about base (..., *shape)."""
 
     def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
-        """The velocities for xi' = rate; xi is a function, which a vector space never calls."""
+        """The velocities for xi' = rate; xi is a function, since vector spaces do not need it."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,8 @@ class GroupChart:
 
 
 class CurvesOverTime:
-    """Curves of steps of one length, evaluated at times."""
+    """Curves of steps of one length, evaluated at times; subclasses have ``positions`` and
+    ``velocities`` of steps."""
 
     t0: float
     step: float
@@ -127,13 +128,13 @@ class Curves(CurvesOverTime):
         return self.chart.velocity(lambda: self._coordinates(index, tau), rate)
 
     def _coordinates(self, index: Any, tau: Array) -> Array:
-        """xi (k, d) at places tau (k,) of the steps ``index`` (k,)."""
+        """xi (k, d) at fractions tau (k,) of the steps ``index`` (k,)."""
         basis = self.space.basis(np.append(tau, 0.0))[:, 1:]
         return np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
 
 
 def times_as_array(t: Any) -> tuple[Array, bool]:
-    """t as (k,), and whether it is a scalar; ValueError for another shape."""
+    """t as an array (k,), and whether it is a scalar; ValueError unless it is a scalar or (k,)."""
     times = input_checks.array("t", t)
     if times.ndim > 1:
         raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
@@ -150,7 +151,8 @@ def refuse_outside(inside: Any, first: float, last: float, t: Any) -> None:
 
 
 def locate_times(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, Array, bool]:
-    """Index of the step (k,), fraction of it (k,) in [0, 1], and whether t is a scalar."""
+    """Indices (k,) of the steps at times t, fractions (k,) of them in [0, 1], and whether t is a
+    scalar; ValueError for a time outside the run."""
     times, single = times_as_array(t)
     count = len(coefficients)
     with np.errstate(over="ignore"):
@@ -185,12 +187,12 @@ class FrameCurves(CurvesOverTime):
     bases : array, shape (steps, 4, m)
         the state in the frame before each step, and its low parts
     coefficients : array, shape (steps, 2 n, dimension - 1)
-        n rows of places, and n of velocities; of a step that was done in the inertial frame all but
-        the first are NaN, and its base has (q, v)
+        n rows of positions and n of velocities; for a step that was done in the inertial frame all
+        entries but the first are NaN, and its base holds q and v
     first
-        number of the first step since the problem's start
+        number of steps from the problem's start to the first curve
     path
-        the frame, a `galvi.run.in_frame.curves.Path`
+        the frame, a `galvi.run.in_frame.curves.FrameOfRun`
     """
 
     space: Space
@@ -210,7 +212,8 @@ class FrameCurves(CurvesOverTime):
         return self._in_both_frames(index, tau, self._frame_velocities, Curves.velocity)
 
     def _in_both_frames(self, index: Any, tau: Array, in_frame: Any, inertial: Any) -> Array:
-        """Values by ``in_frame``; of steps that were done in the inertial frame by ``inertial``."""
+        """Values (k, ...) by ``in_frame``, or by ``inertial`` for steps done in the inertial
+        frame."""
         is_inertial = np.isnan(self.coefficients[index, -1, -1]) & ~np.isnan(
             self.bases[index, 0, 0]
         )

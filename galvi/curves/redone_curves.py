@@ -16,27 +16,29 @@ from galvi.problem import Problem
 
 
 def no_check() -> None:
-    """The check of a run from a file, whose functions are not compared."""
+    """Does nothing: the check of a run from a file, whose functions are not compared."""
 
 
-Evaluate = Callable[[int, Any], Array]  # (a piece, rows of the times in it) -> values (rows, ...)
+# (index of a piece, rows of the times in it) -> values (rows, ...)
+Evaluate = Callable[[int, Any], Array]
 
 
 @dataclass(frozen=True, eq=False)
 class RedoneCurves:
-    """The curves that the run would have kept: bit for bit, but for velocities in a clock, which
-    differ by round-off.
+    """The curves that the run would have kept, computed again: identical to the bit, except that
+    velocities in a clock differ by round-off.
 
     Attributes
     ----------
     total, steps_done
-        steps after checkpoints[0] that were requested, and those that were done
+        numbers of requested and of completed steps after checkpoints[0]
     end
         the last time of the run
     checkpoints
-        states of the run, in the order of time; steps are done again from them
+        states of the run in the order of time, from which steps are repeated
     check
-        raises ValueError where the problem's functions are no longer those of the run
+        called before steps are repeated; raises ValueError where the problem's functions have
+        changed since the run
     """
 
     problem: Problem
@@ -75,8 +77,8 @@ class RedoneCurves:
         return values if np.ndim(t) else values[0]
 
     def _in_steps(self, t: Any, name: str) -> tuple[Any, Evaluate]:
-        """Of equal steps: the pieces between checkpoints (k,) that contain the times, -1 after a
-        failure, and a function that returns the values there."""
+        """For equal steps, the indices (k,) of the pieces between checkpoints that contain the
+        times, -1 after a failure, and a function that evaluates the curves there."""
         origin = self.checkpoints[0].first
         begin = self.problem.t0 + origin * self.step
         zeros = np.broadcast_to(0.0, (self.total, 1, 1))

@@ -337,8 +337,8 @@ class Plane:
             not is_point_masses and problem.q0.ndim != 1
         ):
             raise ValueError(
-                f"normal must have the components of one position, the problem a configuration (d,) "
-                f"or (bodies, d); received {self.normal} and {problem.q0.shape}."
+                f"normal must have the components of one position, of a configuration (d,) or "
+                f"(bodies, d); received {self.normal} and {problem.q0.shape}."
             )
         return (
             lambda q, v, t: _dot(q if row is None else q[row], self.normal) - self.offset,

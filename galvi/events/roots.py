@@ -32,8 +32,8 @@ def roots(series: Array, starts: Array, ends: Array) -> tuple[Any, Array, Any, A
     Returns
     -------
     row, x, rises, slope : array, shape (k,)
-        index of the series, root in (-1, 1], 1 where the series rises and -1 where it falls, and its
-        derivative by x
+        index of the series, root in (-1, 1], 1 where the series rises and -1 where it falls, and
+        its derivative by x
     """
     scale = np.maximum(np.abs(series).max(axis=1), LEAST_COEFFICIENT)
     series, starts, ends = series / scale[:, None], np.sign(starts), np.sign(ends)

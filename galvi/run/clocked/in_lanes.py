@@ -35,24 +35,25 @@ REASON = "point masses in galvi.DynamicalTime() have lanes"
 # The iteration stops where a further pass would change slopes by less than this, relative to their
 # sizes: sixteen times as much makes K = g (H - E0) drift, less only costs passes.
 CLOCK_TOLERANCE = 2.0**-56
-# Below it changes that do not shrink are rounding: for a quarter of all steps passes end in a cycle
-# of two. Which comes last depends on the sign of the guess's error, and K drifts by 2e-17 of g |E0|
-# a step, or as much the other way with one pass more. With the mean of both it does not, to 3e-18
-# (docs/why.md, "In a clock").
+# Relative changes below this that do not shrink are rounding. In a quarter of all steps the passes
+# end in a cycle of two states. Which of these comes last depends on the sign of the guess's error,
+# so that K drifts by 2e-17 of g |E0| a step, or as much the other way with one pass more. Their
+# mean has no drift, to 3e-18 (docs/why.md, "In a clock").
 CLOCK_ROUNDING = 1e-14
 FAILURES = {
     DIVERGED: "the iteration did not converge. Use a smaller step",
     NOT_FINITE: "the state became infinite or NaN. Use a smaller step",
 }
-# Share of the second largest mass below which a body is light: its pairs set the pace as a given
+# Share of the second largest mass below which a body is light: its pairs enter the clock as a given
 # function of tau, since its mass would divide the rounding of H - E0 (at 1e-4 up to 3,000 times the
 # error, at 1e-9 no step is solved). See galvi.lanes.clocks.advance.
 LIGHT = 0.02
-CENTRE_AT_REST = 2.0**-20  # velocity of the centre of mass over the largest one
+CENTRE_AT_REST = 2.0**-20  # share of the largest velocity, up to which the centre counts as at rest
 
 
 def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) -> Motion | Declined:
-    """The motion of point masses in `galvi.DynamicalTime`; else why the kernel has none.
+    """The motion of point masses in `galvi.DynamicalTime`; `Declined` for other problems and
+    methods.
 
     Parameters
     ----------
@@ -147,8 +148,8 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
 
 
 def mean_velocity(system: NBody, v: Array) -> Array:
-    """The velocity of the centre of mass, (dimension,), or 0 where it is below CENTRE_AT_REST of
-    the largest velocity: subtracting a number near the last bit of v rounds the same way in every
+    """The velocity (dimension,) of the centre of mass. Components up to CENTRE_AT_REST of the
+    largest velocity are 0: subtracting a number near the last bit of v rounds the same way in every
     step."""
     mean = system.masses @ v / system.masses.sum()
     return read_only(np.where(np.abs(mean) > CENTRE_AT_REST * np.max(np.abs(v)), mean, 0.0))
@@ -213,7 +214,7 @@ def clock_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]:
 
 @lru_cache(maxsize=32)
 def _tables_without_step(table: Tableau, lanes: int) -> tuple[Array, ...]:
-    """Those of `clock_tables` that do not depend on the step."""
+    """The tables of `clock_tables` that do not depend on the step."""
     s = table.c.size
     mu, extrapolation = (np.zeros((s, stages_in_lanes(s, lanes).size)) for _ in range(2))
     with extended_precision():

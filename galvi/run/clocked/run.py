@@ -1,4 +1,4 @@
-"""The engine of runs in a clock, and how such a run ended."""
+"""The engine of runs in a clock, and the ending of such a run."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def energy_at_start(request: RunRequest) -> float:
 
 
 def prescribed_energy(request: RunRequest) -> float | None:
-    """The energy E that a request prescribes for its clock; None: that of the start."""
+    """The energy E that a request prescribes for its clock; None where E is that of the start."""
     start = request.checkpoint
     return float(start.clock[2]) if start.clock.size and not start.state.size else None
 
@@ -61,8 +61,15 @@ def prescribed_energy(request: RunRequest) -> float | None:
 def in_transformed_time(
     request: RunRequest, engine: str, reason: str, energy: float
 ) -> ClockStepper:
-    """A stepper for any clock, whose steps are those of a problem in tau; ``energy`` is that at the
-    problem's start."""
+    """A stepper for any clock, by equal steps of a problem in tau.
+
+    Parameters
+    ----------
+    reason
+        why the clock's lanes do not do the run, for `Stepper.engine_reason`
+    energy
+        the energy at the problem's start
+    """
     problem, method, prescribed = request.problem, request.method, prescribed_energy(request)
     total = energy if prescribed is None else prescribed
     settings = request.checkpoint.solver, request.checkpoint.tolerance
@@ -71,7 +78,8 @@ def in_transformed_time(
 
 
 def stepper_in_clock(request: RunRequest) -> ClockStepper | Declined:
-    """A stepper for a method with a clock: by lanes for point masses, else in transformed time."""
+    """A stepper for a method with a clock: in lanes for point masses where these apply, else in
+    transformed time."""
     start, method = request.checkpoint, request.method
     if method.clock is None:
         return Declined()
@@ -89,7 +97,7 @@ CLOCK = Engine("clock", stepper_in_clock)
 
 
 def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
-    """How the run of a stepper ended."""
+    """The ending of the run of a stepper."""
     problem, start, notes = stepper.problem, stepper.first_state, []
     steps, step_number, t = stepper.request.steps, stepper.steps_done + 1, float(run.t[-1])
     report, energy_notes = EnergyReport(energies=start.energies), tuple[str, ...]()
@@ -144,14 +152,15 @@ def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
 
 
 def outcome_at_step_limit(steps_done: int, t: float, steps: int, time: float) -> Outcome:
-    """The outcome of a run whose bound of ``steps`` steps was reached at t, before ``time``."""
+    """The outcome of a run that did all its ``steps`` and ended at t, before the requested time."""
     reason = f"the bound of {steps} steps was reached before t = {time:.10g}"
     remedy = "Give more steps, or a larger step"
     return Outcome(End.STEP_LIMIT, steps_done + 1, t, reason, steps=steps, remedy=remedy)
 
 
 def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | None:
-    """The error of massless bodies at some of the saved states; None without such bodies."""
+    """The error of massless bodies at some of the saved states; None without such bodies, and where
+    no step could be repeated."""
     if not has_massless(stepper.problem):
         return None
 
@@ -179,7 +188,8 @@ def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | N
 
 
 def _samples(stepper: ClockStepper) -> Samples | None:
-    """The states by whose energies a run is assessed, the last one among them, or None."""
+    """The states by whose energies a run is assessed, with the last one; None before the first step
+    and where the run is not watched."""
     problem, last = stepper.problem, stepper.end if stepper.end is not None else stepper.last
     if last is None or not stepper.watched:
         return None

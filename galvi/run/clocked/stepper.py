@@ -1,4 +1,4 @@
-"""The steps of a run in a clock: those of the grid, in chunks, and a shortened one to a time."""
+"""The steps of a run in a clock: whole steps in chunks, and a shortened one to a requested time."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from galvi.run.run_arrays import COUNT_NAMES, has_massless, passage_record
 from galvi.run.stepper import Engine, SavedStates
 from galvi.systems.nbody import NBody
 
-SMALLEST_TIME_CHANGE = 4.0  # ulp of the time, below which a step leaves it where it is
-MAX_ENERGY_SAMPLES = 1024  # states by whose energies a run is assessed
-CHUNK_NUMBERS = 2**22  # numbers of curves in a chunk of steps
+SMALLEST_TIME_CHANGE = 4.0  # in units in the last place of the time; below it time stands still
+MAX_ENERGY_SAMPLES = 1024  # largest number of states by whose energies a run is assessed
+CHUNK_NUMBERS = 2**22  # about the largest number of coefficients in a chunk of steps
 NOT_POSITIVE = (
     "the clock is not positive at a stage of the step, or its time does not grow. Use a smaller "
     "step, or another clock"
 )
-LAST_STEP_ITERATIONS = 20  # iterations for the length of the last step
+LAST_STEP_ITERATIONS = 20  # largest number of iterations for the length of the last step
 MEMORY_FULL = (
     "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
 )
@@ -49,18 +49,19 @@ class ClockStepper:
     first_state
         the state before the first step; ``checkpoint`` is the current one
     recorded
-        all steps, where curves are kept; else the states at every save_every-th one
+        all steps, where curves are kept; else every save_every-th one, without its curve
     samples
-        states by which the energy is assessed, after every ``stride``-th step
+        steps by whose ends the energy is assessed: every ``stride``-th one
     last
-        the last step
+        the last whole step, without its curve
     failure_reason
         why a step failed; "" where none did
     end
-        the shortened step to the requested time, and ``share``, its length over that of a step;
-        None without one
+        the shortened step to the requested time; None without one
+    share
+        length of that step over the length of a whole one
     passage
-        of point masses, as galvi.kernels.forces.passages has it; else empty
+        the worst passage of point masses, see galvi.kernels.forces.passages; else empty
     """
 
     traced = False
@@ -74,11 +75,12 @@ class ClockStepper:
 
     @property
     def is_compiled(self) -> bool:
-        """Whether other threads can run at the same time."""
+        """Whether several runs can proceed in threads."""
         return isinstance(self.problem.system, NBody)
 
     def begin(self, *, watched: bool = True) -> None:
-        """Set the first state and empty records; ``watched``: keep samples for the energy."""
+        """Set the first state and empty records; ``watched`` states whether to keep samples by
+        which the energy is assessed. ValueError for a state of another engine."""
         problem, start = self.problem, self.request.checkpoint
         state, fresh = start, self.motion.at(problem.q0, problem.v0, problem.t0)
         if not start.state.size:
@@ -109,10 +111,10 @@ class ClockStepper:
         """Returns ``code``: a step in a clock is not retried."""
         return code
 
-    @np.errstate(all="ignore")  # such steps fail
+    @np.errstate(all="ignore")  # steps with numbers that are not finite fail
     def advance(self, n: int) -> int:
-        """Does n steps, or fewer where the requested time or a failure comes first; returns a code
-        of galvi.kernels.nystrom.solve."""
+        """Does up to n steps, fewer where the requested time or a failure comes first or a chunk of
+        curves is full; returns a code of galvi.kernels.nystrom.solve."""
         keep = self.first_state.keeps_curves
         if keep:
             n = min(
@@ -154,7 +156,7 @@ class ClockStepper:
         return advanced.code
 
     def note_passages(self, steps: ClockSteps) -> None:
-        """Note passages of two point masses that these steps do not resolve."""
+        """Record in ``passage`` the worst passage of two point masses in these steps."""
         if not self.passage.size or not len(steps.t):
             return
         d, system = self.problem.v0.size, cast(NBody, self.problem.system)
@@ -188,7 +190,7 @@ class ClockStepper:
 
     @property
     def first_length(self) -> float:
-        """The approximate length in time of a step at the problem's start."""
+        """The approximate length, in time, of a step at the problem's start."""
         return float(self.motion.rate(self.problem.q0.ravel())) * self.step
 
     def _is_saved(self, steps: ClockSteps) -> Any:
@@ -196,7 +198,8 @@ class ClockStepper:
         return (steps.number - self.first_state.first) % self.first_state.save_every == 0
 
     def _sample(self, steps: ClockSteps) -> None:
-        """Keep the states after every 2^k-th step, at most MOST_ENERGY_SAMPLES of them."""
+        """Add every ``stride``-th step to the samples; where they become more than
+        MAX_ENERGY_SAMPLES, double the stride and drop samples."""
         self.samples.append(self._every_so_many(steps))
         while sum(len(part.t) for part in self.samples) > MAX_ENERGY_SAMPLES:
             self.stride *= 2
@@ -224,8 +227,9 @@ class ClockStepper:
             self.note_passages(self.end)
 
     def to_time(self) -> tuple[ClockSteps | None, float]:
-        """The shortened step from the last grid point to the time, by Newton's method for its share
-        of a step; None where the grid point is at the time, or with a ``failure_reason``."""
+        """The shortened step from the last grid point to the requested time, and its length over
+        that of a whole step, by Newton's method for that ratio. The step is None where the grid
+        point is at that time, and where it cannot be solved, which sets ``failure_reason``."""
         t, low = self.checkpoint.clock[:2].tolist()
         time, rate, h = cast(float, self.time), self.motion.rate, self.step
         remaining, time_resolution = (time - t) - low, 2.0 * math.ulp(max(abs(time), abs(t)))
@@ -260,7 +264,8 @@ class ClockStepper:
 
     @property
     def curves(self) -> ClockCurves | None:
-        """The curves of all steps, the shortened one included; None where they were not kept."""
+        """The curves of all steps, with the shortened one; None where they are not kept, and before
+        the first step."""
         parts = self.recorded + ([self.end] if self.end is not None else [])
         if not parts or not self.first_state.keeps_curves:
             return None
@@ -281,7 +286,7 @@ class ClockStepper:
         )
 
     def states(self) -> SavedStates:
-        """The saved states: the first, those at every save_every-th step, and the last."""
+        """The saved states: the first, those after every save_every-th step, and the last."""
         problem, continued_run = self.problem, self.request.continues
         first: Any = problem.t0, problem.q0, problem.p0, problem.v0, 0.0
         if continued_run is not None:
@@ -311,7 +316,7 @@ class ClockStepper:
         return SavedStates(t, q, p, velocities if has_massless(problem) else None, tau)
 
     def counted(self) -> dict[str, int]:
-        """The counts of the run, by name."""
+        """The counts of the run by name."""
         counts = {
             "steps": self.steps_done,
             **dict(zip(COUNT_NAMES, map(int, self.counts), strict=True)),

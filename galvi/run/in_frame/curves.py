@@ -23,12 +23,12 @@ from galvi.run.in_frame.kernel import frame_of, motion_of, scratch_of, stretched
 from galvi.run.in_frame.passes import CONVERGED
 from galvi.run.in_lanes.tables import aligned
 
-ANOMALY_TOLERANCE = 2.0**-51  # of an anomaly, up to which Newton's method for it has ended
+ANOMALY_TOLERANCE = 2.0**-51  # relative change up to which Newton's method for an anomaly converged
 
 
 @lru_cache(maxsize=32)
 def _bodies_from_pairs(problem: Problem, method: Galerkin) -> Array:
-    """The matrix (d, d) from places of pairs and of the barycentre to those of bodies."""
+    """The matrix (d, d) from positions of pairs and of the barycentre to positions of bodies."""
     d = problem.q0.size
     w = np.zeros((d + 1, 2, d))
     w[:, 0] = 1.0 + np.eye(d + 1, d, -1)
@@ -38,7 +38,7 @@ def _bodies_from_pairs(problem: Problem, method: Galerkin) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class FrameOfRun:
-    """The frame of a run, of which `galvi.curves.curves.FrameCurves` are the curves."""
+    """The moving frame of a run, in which `galvi.curves.curves.FrameCurves` are evaluated."""
 
     problem: Problem
     method: Galerkin
@@ -47,8 +47,8 @@ class FrameOfRun:
     stretch: float
 
     def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
-        """c and dc/dtau at shares tau (k,) of the steps ``number`` (k,) since the start, by which
-        galvi.lanes.frames.rows.place_nodes is inverted."""
+        """The node c and dc/dtau at fractions tau (k,) of the steps ``number`` (k,) since the
+        problem's start; the inverse of galvi.lanes.frames.rows.place_nodes."""
         revolutions_per_step, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
         if e < 0.0:
             return tau, np.ones_like(tau)
@@ -64,7 +64,7 @@ class FrameOfRun:
             np.maximum(u_0, u_1),
             np.ones(u.shape, dtype=bool),
         )
-        for _ in range(50):  # each anomaly by itself, whatever the others
+        for _ in range(50):  # an anomaly that has converged stays, whatever the others do
             new_u = u - (u - e * np.sin(u) - time) / (1.0 - e * np.cos(u))
             new_u = np.where(is_moving, np.clip(new_u, low, high), u)
             is_moving, u = (
@@ -82,8 +82,8 @@ class FrameOfRun:
         return 0.5 * (1.0 + y), slope
 
     def times(self, number: Any, c: Array) -> tuple[Array, Array]:
-        """Times (k, P) since the centres of steps ``number`` (k, 1), at nodes c (P,), and dt/dc,
-        the nodes' weights, as in the kernel; (P,) where they are the same for all steps."""
+        """Times (k, P) since the centres of steps ``number`` (k, 1) at nodes c (P,), and dt/dc, as
+        in the kernel; both (P,) where they are the same for all steps."""
         turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
         if e < 0.0:
             return (c - 0.5) * self.step, np.full(c.size, self.step)
@@ -100,8 +100,8 @@ class FrameOfRun:
         return frame_of(self.method).flow(self.problem, w, t)
 
     def positions(self, curves: FrameCurves, index: Any, c: Array, since: Array) -> Array:
-        """q (k, d, P) on the steps ``index`` (k,) of these curves at nodes c (k, P), which are
-        times ``since`` (k, P) after their centres."""
+        """q (k, d, P) on the steps ``index`` (k,) of these curves at nodes c (k, P), whose times
+        since the centres of the steps are ``since`` (k, P)."""
         psi = curves.space.basis(np.append(c, 0.0))[:, 1:]
         psi = (psi[:-1] - psi[-1]).reshape(*c.shape, -1)
         bases, parts = curves.bases[index], curves.coefficients[index]
@@ -127,8 +127,9 @@ class FrameOfRun:
         return np.matmul(_bodies_from_pairs(self.problem, self.method), positions)
 
     def states(self, bases: Array, numbers: Any, lengths: Array) -> tuple[Array, Array, Any] | None:
-        """q and v (k, d), and codes (k,) that are 0 where they are right, after times ``lengths``
-        (k,) since the starts of steps with these bases and numbers; None but in a `KeplerFrame`."""
+        """q and v (k, d) after shortened steps of times ``lengths`` (k,) from the starts of the
+        steps with these bases and numbers, and codes (k,), which are not 0 where one failed; None
+        unless the frame is a `KeplerFrame`."""
         if not isinstance(self.method.chart, KeplerFrame):
             return None
         motion = motion_of(self.problem, self.method, self.step)
@@ -151,6 +152,6 @@ class FrameOfRun:
         return states[0], states[1], codes
 
     def curves(self, number: int, base: Array) -> Curves:
-        """The curves of a step that was done in the inertial frame, from time 0 on."""
+        """The curves of a step that was done in the inertial frame; it begins at time 0."""
         t, q, v = self.problem.t0 + number * self.step, *base[:2, : self.problem.q0.size]
         return inertial_curves(self.problem, self.step, t, q, v)

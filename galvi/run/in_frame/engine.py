@@ -37,7 +37,7 @@ def refuse(problem: Problem, method: Galerkin) -> None:
 
 
 class InFrame:
-    """The state is that of galvi.lanes.frames.collocation."""
+    """`Formulation` in a moving frame; the state is that of galvi.lanes.frames.collocation."""
 
     velocity_row, guess_kind = 2, 0
     in_other_way = "inertial_steps", INERTIAL_STEPS_NOTE
@@ -70,8 +70,8 @@ class InFrame:
         return FrameCurves(method.space, t0, step, bases, x, first, path)
 
     def guess(self, substeps: Substeps, request: RunRequest, work: RunArrays) -> Array | None:
-        """The stages as they are, for a step in the inertial frame; None where the frame never
-        applied."""
+        """The current stages, since the step is retried in the inertial frame; None where the
+        checks rule that out."""
         checks = checks_of(
             request.problem, request.method, request.step, request.checkpoint.tolerance
         )
@@ -110,7 +110,7 @@ IN_FRAME = InFrame()
 
 
 def frame_kernel(request: RunRequest, work: RunArrays) -> FrameKernel:
-    """The kernel of a run, with as many passes as it needs."""
+    """The kernel of a run, with the number of passes that `checks_of` measures."""
     checks = checks_of(request.problem, request.method, request.step, request.checkpoint.tolerance)
     return FrameKernel(request, work, np.array(checks))
 
@@ -123,7 +123,8 @@ def stepper_in_frame(request: RunRequest) -> Stepper | Declined:
     refuse(problem, method)
     if request.checkpoint.solver == "newton":
         raise ValueError(
-            "in a moving frame the solver must be one of auto, fixed_point; received 'newton'."
+            "in a moving frame the solver must be auto or fixed_point; received 'newton'. Use the "
+            "solver auto."
         )
     reason = f"the method's chart is the {frame_of(method).name}"
     return Stepper(request, IN_FRAME, FRAME.name, reason, frame_kernel, InertialKernel)

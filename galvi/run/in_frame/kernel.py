@@ -27,7 +27,7 @@ from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, State, fixed, run_p
 from galvi.spaces.polynomials import Polynomials
 from galvi.tableau import tabulate
 
-MEETING_CHECK_STEPS = 1024  # between two checks whether bodies can meet
+MEETING_CHECK_STEPS = 1024  # steps between two checks whether bodies can meet
 NO_PASSAGES = np.zeros(0)
 
 
@@ -45,7 +45,7 @@ def frame_start(problem: Problem, method: Galerkin) -> State:
 
 
 def stretched_nodes(y: Array, stretch: float) -> tuple[Array, Array]:
-    """The places in [-1, 1] of Gauss nodes y that are moved, and their slopes by y."""
+    """The stretched nodes in [-1, 1] of Gauss nodes y, and their derivatives with respect to y."""
     if stretch < 1e-8:
         return y, np.ones_like(y)
     largest_angle = np.arcsin(stretch)
@@ -81,7 +81,7 @@ def tables_of(motion: Motion, method: Galerkin, checks: Array) -> tuple[Any, ...
 
 @lru_cache(maxsize=32)
 def _first_pass_tables(s: int) -> tuple[Any, ...]:
-    """The tables of a first pass at about half as many nodes, where that saves a row of lanes."""
+    """The tables of a first pass at about half as many nodes; empty where that saves no vector."""
     c, width = tabulate(Polynomials(s), gauss(s)).c, stages_in_lanes(s).size
     coarse_count = min(-(-width // (2 * LANES)) * LANES, s)
     if coarse_count == s or width == LANES:
@@ -97,7 +97,8 @@ def _first_pass_tables(s: int) -> tuple[Any, ...]:
 
 
 def legendre_integrals(c: Array, count: int) -> Array:
-    """The integrals from 0 to c of the first Legendre polynomials on [0, 1], (len(c), count)."""
+    """The integrals (len(c), count) from 0 to c of the first ``count`` Legendre polynomials on
+    [0, 1]."""
     P = legvander(2.0 * c - 1.0, count)
     k = np.arange(1, count)
     first = 0.5 * (P[:, 1:2] + 1.0)
@@ -140,7 +141,7 @@ class FrameKernel:
         work = self._work
         state, solver_state, before = work.state.copy(), work.solver_state.copy(), work.steps_done
         code = self._in_blocks(n)
-        if code != SOLVED:  # the steps before it once more, since the state is lost
+        if code != SOLVED:  # the state is lost: repeat the steps before the failed one
             steps_done, counts = work.steps_done - before, work.counts.copy()
             work.state[:], work.solver_state[:] = state, solver_state
             if steps_done:
@@ -150,7 +151,8 @@ class FrameKernel:
         return code
 
     def _in_blocks(self, n: int) -> int:
-        """Does n steps; `can_meet` is asked at the start of each block of MEETING_CHECK_STEPS."""
+        """Does up to n steps, and evaluates `can_meet` at the start of each MEETING_CHECK_STEPS of
+        the run."""
         request, work, passage, code = self._request, self._work, self._passage, SOLVED
         while n and code == SOLVED:
             block, steps_in_block = divmod(
@@ -183,8 +185,8 @@ class FrameKernel:
 
 
 def scratch_of(motion: Motion, tables: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
-    """Rows of the stages, rows of the stages of the first pass, work of the functions, and a state
-    of that shape."""
+    """Scratch arrays of a frame's kernel: for the stages, for the stages of the first pass, for the
+    functions, and a state of ``shape``."""
     rows, width, coarse_width = motion.sizes.size, tables[1].size, tables[-1][2].size
     arrays = aligned(
         *(

@@ -1,4 +1,4 @@
-"""How many passes a step in a moving frame takes."""
+"""The number of passes of a step in a moving frame."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from galvi.run.in_frame.kernel import FrameKernel, frame_of, frame_start, motion
 from galvi.run.request import ROUND_OFF, RunRequest, from_start
 from galvi.run.run_arrays import RunArrays
 
-PROBED_STEPS = 16  # first steps, from which the passes of all are chosen
+PROBED_STEPS = 16  # first steps of a run, from which the number of passes of all steps is chosen
 FRAME_TOLERANCE = 2.0**-63  # share of the state that passes may leave in a step: in 1e6 steps 1e-13
 CONVERGED_CHANGE = 2.0**-80  # share of the state that passes leave in a converged step
 CONVERGED = (2.0, -1.0, CONVERGED_CHANGE, 0.0)  # checks of a step whose passes converge
@@ -27,12 +27,13 @@ FURTHER_PASS_RATIO = 100.0  # of the last change to that at the start, above whi
 def checks_of(
     problem: Problem, method: Galerkin, step: float, tolerance: float
 ) -> tuple[float, float, float, float]:
-    """The checks of galvi.lanes.frames.collocation: passes of a step, the usual change in the last
-    of them, and what further ones may leave.
+    """The checks of galvi.lanes.frames.collocation: the passes of a step, the change in the last
+    one above which further passes follow, and the change that these may leave.
 
-    Unless the frame prescribes their number, it is the least with which the mean error of the
-    first `PROBED` steps is within the tolerance, each from the state of a converged step. It
-    depends on the problem's start alone, so that it is the same in each part of a continued run.
+    Unless the frame prescribes the number of passes, it is the smallest with which the mean error
+    of the first `PROBED_STEPS` steps is within the tolerance, each from the state of a converged
+    step. It depends only on the problem's start, so that it is the same in all parts of a continued
+    run.
     """
     allowed_change = FRAME_TOLERANCE if tolerance == ROUND_OFF else tolerance
     converged = _probe_steps(problem, method, step, CONVERGED)
@@ -69,13 +70,13 @@ class Probe(NamedTuple):
     Attributes
     ----------
     start
-        the state before it (8, m)
+        the state (8, m) before the step
     passes
-        that it took
+        its number of passes
     change
-        of the last pass
+        relative change in the last pass
     end : array, shape (2, 2 n)
-        the state in the frame after it and its low part, over their sizes
+        the state in the frame after the step and its low part, over their sizes
     """
 
     start: Array
@@ -91,7 +92,8 @@ def _probe_steps(
     checks: tuple[float, ...],
     states: list[Array] | None = None,
 ) -> list[Probe]:
-    """The first steps of a run, each from its own state if given, up to one that fails."""
+    """The first PROBED_STEPS steps of a run, or a step from each of ``states``, up to one that
+    fails."""
     request = RunRequest(problem, method, step, PROBED_STEPS, from_start(curves=False))
     work = RunArrays.of(request, frame_start(problem, method), 2, (0, 0), watched=False)
     kernel = FrameKernel(request, work, np.array(checks))

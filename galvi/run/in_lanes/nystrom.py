@@ -32,14 +32,15 @@ from galvi.tableau import Tableau
 from galvi.tracing.lane_law import fits, unit_mass_law
 from galvi.tracing.laws_of_systems import LawCode, slopes_of
 
-# What the iteration leaves is not random for one body: 16 runs of a pendulum over 1e6 steps (degree
-# 8, h = 0.2) have 15 standard errors of drift with a tolerance of 2^-64, and 0.3 with 2^-68, for
-# 3 % more time (tests/properties/test_lanes.py).
+# For one body the error left by the iteration is not random: 16 runs of a pendulum over 1e6 steps
+# (degree 8, h = 0.2) have 15 standard errors of drift with a tolerance of 2^-64, and 0.3 with
+# 2^-68, for 3 % more time (tests/properties/test_lanes.py).
 LANE_TOLERANCE = 2.0**-68
 
 
 def vector_kernel(request: RunRequest) -> MakeKernel | str:
-    """The constructor of the kernel in lanes on a vector space; else why there is none."""
+    """The constructor of the kernel in lanes on a vector space; a clause on the reason where there
+    is none."""
     system: Any = request.problem.system
     if isinstance(system, Canonical):
         if _unit_mass_law(system, request.problem.q0.size, traces(system)) is None:
@@ -54,7 +55,8 @@ def vector_kernel(request: RunRequest) -> MakeKernel | str:
 
 
 class WithGeneral:
-    """Steps in lanes; those whose iteration does not converge there, by the general kernel."""
+    """Steps in lanes; a step whose iteration does not converge there is done by the general
+    kernel."""
 
     def __init__(self, kernel: MakeKernel, request: RunRequest, work: RunArrays) -> None:
         self._in_lanes, self._request, self._work = kernel(request, work), request, work
@@ -104,7 +106,8 @@ class PointMassKernel:
 
 @lru_cache(maxsize=32)
 def _unit_mass_law(system: Canonical, d: int, system_traces: Traces) -> LawCode | None:
-    """The law of unit mass, cached with the system's traces, or None."""
+    """The law of unit mass, cached with the system's traces; None where the force is not known as
+    an expression that fits."""
     inverse_mass, slopes = system.inverse_mass(d), slopes_of(system)
     coupled = inverse_mass.shape[1] > 1
     if slopes is None or not fits(d, coupled):
@@ -132,7 +135,7 @@ def canonical_kernel(request: RunRequest, work: RunArrays) -> LawKernel:
 
 @lru_cache(maxsize=32)
 def _masses(system: NBody) -> tuple[Array, Any, Any]:
-    """G m, the bodies with a mass and the massless ones, as galvi.lanes.nbody takes it."""
+    """G m (n,), and the indices of the bodies with a mass and of the massless ones."""
     heavy, light = (
         np.flatnonzero(has_this_mass)
         for has_this_mass in (system.masses > 0.0, system.masses == 0.0)

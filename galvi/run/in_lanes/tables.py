@@ -1,4 +1,4 @@
-"""The tables of a method as laws in lanes take them, see galvi.lanes.layouts."""
+"""The tables of a method in the layout that laws in lanes read, see galvi.lanes.layouts."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from galvi.tableau import Tableau
 
 
 class LawTables(NamedTuple):
-    """Tables, complement and growth of galvi.lanes.layouts; ``extra``, the rows of the complement
-    or the number of functions Y; and the nodes (P,)."""
+    """Tables, complement and growth of galvi.lanes.layouts; ``extra``, the number of rows of the
+    complement or of functions Y; and the nodes (P,)."""
 
     tables: Array
     complement: Array
@@ -27,14 +27,14 @@ class LawTables(NamedTuple):
 
 
 class Form(NamedTuple):
-    """The step and the vectors that tables are made for.
+    """The step size and vectors for which tables are made.
 
     Attributes
     ----------
     step
-        h by which they are multiplied, 1 for members
+        h by which the tables are multiplied; 1 for members of an ensemble
     lanes
-        of a vector of one run's stages; 0 for eight runs
+        lanes of a vector of one run's stages; 0 where a vector holds eight runs
     """
 
     step: float
@@ -53,7 +53,7 @@ def tables_on_space(
     Parameters
     ----------
     degrees
-        (d,) number of coefficients of each component; None where all have the table's
+        (d,) number of coefficients of each component; None where all have that of the table
     """
     s, m = table.slope.shape
     A, B = (matrix.swapaxes(1, 2) for matrix in integrals_of(table))
@@ -127,7 +127,7 @@ def _tables(
 
 
 def row_length(s: int, form: Form) -> int:
-    """P, the length of a row for s stages, or s itself for eight runs."""
+    """P, the length of a row for s stages; s where a vector holds eight runs."""
     return -(-s // form.lanes) * form.lanes if form.lanes else s
 
 
@@ -166,18 +166,19 @@ def integrals_of(table: Tableau) -> tuple[Array, Array]:
 
 
 def stages_in_lanes(s: int, lanes: int = LANES) -> Any:
-    """The stage in each lane, (P,), for vectors of ``lanes``; the last stage is repeated."""
+    """The index (P,) of the stage in each lane; the last stage is repeated."""
     return np.minimum(np.arange(-(-s // lanes) * lanes), s - 1)
 
 
 def with_low_part(exact: Any) -> Array:
-    """The nearest float64 numbers and their rounding errors."""
+    """The nearest float64 numbers and their rounding errors, (2, ...)."""
     nearest = rounded(exact)
     return np.stack([nearest, rounded(exact - decimals(nearest))])
 
 
 def aligned(*shapes: tuple[int, ...]) -> list[Array]:
-    """Zeros, the first entry at the start of a cache line, and so for whole lines after it."""
+    """Arrays of zeros in one buffer; the first starts at a cache line, and so does each one that
+    follows whole lines."""
     buffer = np.zeros(sum(map(math.prod, shapes)) + LANES)
     offset, arrays = (-buffer.ctypes.data // 8) % LANES, []
     for shape in shapes:
@@ -188,7 +189,7 @@ def aligned(*shapes: tuple[int, ...]) -> list[Array]:
 
 
 def aligned_copies(*arrays: Array) -> list[Array]:
-    """Copies that start at cache lines."""
+    """Copies of arrays, aligned as by `aligned`."""
     copies = aligned(*(array.shape for array in arrays))
     for copy, array in zip(copies, arrays, strict=True):
         copy[:] = array

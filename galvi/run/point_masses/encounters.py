@@ -1,10 +1,10 @@
 """Names the point masses for which a step could not be solved, or is too long.
 
-It also estimates the error of massless bodies, to which the energy of the system is blind: at some
-states of a run the last step is repeated backwards, and in two halves. The difference gives
-a body the energy v . dv + G M / r^2 dr, here relative to v^2 / 2 + G M / r, where M attracts it
-most: an estimate of what a step does to it. Other steps may err more, and errors of many steps may
-cancel, as they do for a symplectic method.
+It also estimates the error of massless bodies, which the energy of the system does not show: from
+some states of a run a step is done backwards, whole and in two halves. The difference changes the
+energy of a body by v . dv + G M / r^2 dr, here relative to v^2 / 2 + G M / r, where M is the mass
+that attracts it most: an estimate of the error of a step. Other steps may err more, and errors of
+many steps may cancel, as they do for a symplectic method.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
 SOLVABLE_SHARE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
-MAX_PARTS = 1e5  # parts of a step that nobody would wait for
-CLOCK_PARTS = 1e3  # parts of a step in which two bodies turn in a passage, that ask for a clock
+MAX_PARTS = 1e5  # largest ratio of the step to a solvable one for which a smaller step is proposed
+CLOCK_PARTS = 1e3  # ratio of the step to the time scale of a passage, above which to use a clock
 USE_CLOCK = "Use clock=galvi.DynamicalTime(), whose steps follow the motion"
-COLLISION_RATIO = 1e-12  # of their distance, at which bodies meet as far as rounding tells
+COLLISION_RATIO = 1e-12  # share of their distance, up to which the closest approach is a collision
 
 
 @np.errstate(all="ignore")
@@ -40,7 +40,7 @@ def encounter(
 
     Notes
     -----
-    Either a body that is too far away, or the pair with the shortest time scale.
+    It names either a body that is too far away, or the pair with the shortest time scale.
     """
     q, v = (state[row].reshape(problem.q0.shape) for row in (0, 2))
     masses, G = system.masses, system.G
@@ -93,7 +93,7 @@ def encounter(
 
 
 def _pericentres(mu: Array, gap: Array, velocity: Array) -> Array:
-    """The least distances of pairs of bodies that move under their own attraction."""
+    """The least distances (pairs,) of pairs of bodies that move under their own attraction."""
     separation, radial = np.linalg.norm(gap, axis=1), np.sum(gap * velocity, axis=1)
     transverse = velocity - (radial / separation**2)[:, None] * gap
     square_momentum = separation**2 * np.sum(transverse**2, axis=1)  # of the angular momentum
@@ -103,7 +103,7 @@ def _pericentres(mu: Array, gap: Array, velocity: Array) -> Array:
 
 
 def needs_clock(problem: Problem, step: float, passage: Array) -> bool:
-    """Whether the worst passage needs steps so small that a clock's are fewer."""
+    """Whether the step is more than CLOCK_PARTS times the time scale of the worst passage."""
     _error, first, second, distance, _number = passage[:FOUND]
     system: Any = problem.system
     mu = system.G * (system.masses[int(first)] + system.masses[int(second)])
@@ -113,12 +113,13 @@ def needs_clock(problem: Problem, step: float, passage: Array) -> bool:
 def unresolved_passage(
     problem: Problem, step: float | None, passage: Array, framed: bool = False
 ) -> str:
-    """The worst passage of two bodies, see galvi.kernels.forces.passages, if it is unresolved.
+    """A clause on the worst passage of two bodies, see galvi.kernels.forces.passages; "" if it is
+    resolved.
 
     Parameters
     ----------
     step
-        of the run; None in a clock, where the passage has its time
+        step of the run; None in a clock, where ``passage`` holds the time of the passage
     framed
         whether the run is in a moving frame
     """
@@ -141,9 +142,9 @@ def body_names(problem: Problem, bodies: int) -> Sequence[Any]:
     return names
 
 
-LONG_RUN_STATES = 6  # that are examined in a long run, the last one and others before it
-# Steps of a run for each further state, at which three steps are repeated without a guess. In a
-# clock these are as long as a body's motion allows, and err most near a pericentre.
+LONG_RUN_STATES = 6  # largest number of examined states, with the last one
+# Steps of a run for each further examined state, from which three steps are done without a guess.
+# In a clock steps are as long as a body's motion allows, and err most near a pericentre.
 STEPS_PER_STATE, STEPS_PER_STATE_IN_A_CLOCK = 32768, 256
 RESOLVED_ENERGY_CHANGE = 1e-3  # a step that resolves a body's motion changes less of its energy
 
@@ -156,9 +157,9 @@ class MasslessError(NamedTuple):
     body
         its index
     share
-        that change, relative
+        that change, over v^2 / 2 + G M / r
     states
-        number of examined states at which the step could be repeated
+        number of examined states from which the steps could be done
     """
 
     body: int
@@ -169,21 +170,21 @@ class MasslessError(NamedTuple):
 def examined_states(
     states: int, steps: int, steps_per_state: int, *, start: bool = False
 ) -> list[int]:
-    """Indices of the examined ones of ``states`` states of a run: the last one, a further one for
-    every ``steps_per_state`` of its steps, and with ``start`` the first."""
+    """Indices of the examined states among ``states`` states of a run: the last one, a further one
+    for every ``steps_per_state`` steps, and with ``start`` the first; at most LONG_RUN_STATES."""
     parts = min(LONG_RUN_STATES - start, 1 + steps // steps_per_state)
     return list(dict.fromkeys(round((states - 1) * k / parts) for k in range(parts, -start, -1)))
 
 
 @np.errstate(all="ignore")
 def massless_error(problem: Problem, ends: Callable[[int], Array]) -> MasslessError | None:
-    """The estimate for a run from k of its states; None where no step could be repeated.
+    """The estimated error of massless bodies; None where no step could be done.
 
     Parameters
     ----------
     ends
-        n -> (2, k, bodies, dimension) q and v after n steps backwards from these, of 1 / n of the
-        run's step; NaN where they cannot be done
+        n -> q and v, (2, k, bodies, dimension), after n steps backwards from k states of a run,
+        each 1 / n of its step; NaN where they cannot be done
     """
     full_steps, halves = ends(1), ends(2)
     finite = np.isfinite(full_steps + halves).all(axis=(0, 2, 3))
@@ -197,8 +198,8 @@ def massless_error(problem: Problem, ends: Callable[[int], Array]) -> MasslessEr
 
 
 def _energy_changes(system: Any, light: Any, full_steps: Array, halves: Array) -> Array:
-    """Relative difference (k, n) in energy of the ``light`` bodies (n,) between a step and its two
-    halves."""
+    """Relative differences (k, n) of the energy of the ``light`` bodies (n,) between a step and its
+    two halves."""
     light_states, off = halves[:, :, light], (full_steps - halves)[:, :, light]
     strongest_pull, puller = (
         np.zeros(light_states.shape[1:3]),

@@ -13,9 +13,9 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
-ORBIT_MARGIN = 0.1  # share by which orbits may change before `can_meet` is asked again
-MAX_PAIRS = 16  # whose orbits are compared; of more, some are assumed to meet
-ORBIT_POINTS = (128, 512)  # on an orbit; the larger number where the smaller does not decide
+ORBIT_MARGIN = 0.1  # share by which orbits may change before `can_meet` is evaluated again
+MAX_PAIRS = 16  # largest number of compared pairs of orbits; with more some are assumed to meet
+ORBIT_POINTS = (128, 512)  # points of an orbit; the larger number where the smaller does not decide
 BEND_HILL_RADII = 0.7  # Hill radii by which two orbits bend each other before they pass
 
 
@@ -27,8 +27,9 @@ def can_meet(
     method: Galerkin,
     step: float,
 ) -> bool:
-    """Whether two bodies may pass each other so close that `may_pass` examines them, on the
-    orbits about the heaviest one of a state, wherever they are on these, up to ``ORBIT_MARGIN``."""
+    """Whether two bodies may pass each other so closely that `may_pass` examines them, wherever
+    they are on the orbits of a state about the heaviest body, which may change by
+    ``ORBIT_MARGIN``."""
     system = problem.system
     if not isinstance(system, NBody):
         return False
@@ -64,11 +65,11 @@ def can_meet(
 
 
 def _orbits_near(mu: Array, q: Array, v: Array, i: int, j: int, time: float, pull: float) -> bool:
-    """Whether two ellipses come nearer to each other than their relative velocity and their own
-    attraction move them in a time, and than they bend each other.
+    """Whether the distance of two ellipses somewhere is less than the bodies' relative velocity and
+    own attraction move them in a time, together with the bend of their orbits.
 
-    Where they are nearest, their distance is perpendicular to both: places beside those add the
-    square of their own distance.
+    Where the ellipses are nearest, their distance is perpendicular to both; points beside those add
+    the square of their spacing.
     """
     bend = (
         BEND_HILL_RADII
@@ -90,8 +91,8 @@ def _orbits_near(mu: Array, q: Array, v: Array, i: int, j: int, time: float, pul
 
 
 def _ellipse(mu: float, q: Array, v: Array, count: int) -> tuple[Array, Array, float]:
-    """Places and velocities (count, dimension) on the ellipse of a state, and the largest distance
-    of two neighbours."""
+    """Positions and velocities (count, dimension) on the ellipse of a state, and the largest
+    distance of two neighbours."""
     r = np.linalg.norm(q)
     eccentricity_vector = ((v @ v - mu / r) * q - (q @ v) * v) / mu
     a, e = float(mu / (2.0 * mu / r - v @ v)), float(np.linalg.norm(eccentricity_vector))

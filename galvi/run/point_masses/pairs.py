@@ -1,4 +1,4 @@
-"""The pairs of point masses that set the steps of a clock."""
+"""The pairs of point masses that determine the steps of a clock."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ import numpy as np
 from galvi.arrays import Array, read_only
 from galvi.problem import Problem
 
-COSTLY_RATIO = 10.0  # times as many steps because of one pair, from which on it is named
-PACED_STATES, PACED_STRIDE = 32, 8  # samples at which the pair is sought, and the least stride
+COSTLY_RATIO = 10.0  # factor of steps because of one pair, above which it is named
+PACED_STATES, PACED_STRIDE = 32, 8  # largest number of examined samples, and their least stride
 
 
 def pair_rates(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
-    """The pairs i, j of bodies, and G (m_i + m_j) / r^3 of them, (pairs, n), at flat q (n, r)."""
+    """The pairs i, j (pairs,) of bodies, and their G (m_i + m_j) / r^3, (pairs, n), at flat q
+    (n, r)."""
     i, j, mass = _pairs(problem.system)
     positions = np.ascontiguousarray(q.reshape(-1, *problem.q0.shape).T)  # (dimension, bodies, n)
     gaps = positions[:, i] - positions[:, j]
@@ -33,14 +34,15 @@ def _pairs(system: Any) -> tuple[Any, Any, Array]:
 
 
 def closest_pair(problem: Problem, q: Array) -> tuple[Any, Any]:
-    """The names of the bodies that set the clock at q."""
+    """The names of the pair of bodies with the largest G (m_i + m_j) / r^3 at q."""
     i, j, rates = pair_rates(problem, q)
     pair, names = int(np.argmax(rates[:, 0])), problem.body_names()
     return names[i[pair]], names[j[pair]]
 
 
 def costly_pair(problem: Problem, q: Array) -> str:
-    """A sentence on the one pair because of which steps are ``COSTLY`` times as many, or none."""
+    """A sentence on one pair because of which there are more than ``COSTLY_RATIO`` times as many
+    steps; "" without one."""
     i, j, rates = pair_rates(problem, q[:: max(PACED_STRIDE, -(-len(q) // PACED_STATES))])
     if len(rates) < 2:
         return ""

@@ -1,8 +1,8 @@
 """Runs on disk: one .npz file with arrays and a line of JSON; nothing is pickled.
 
 Spaces, rules, systems and potentials that consist of numbers are written field by field and
-restored as equal values. Functions cannot be written: a run of a system with functions is loaded
-with its problem given again.
+restored as equal values. Functions cannot be written: to load a run of a system with functions, the
+caller gives its problem again.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from galvi.whole_files import write_whole
 
 VERSION = 6
 EVENT_ARRAYS = ("t", "step", "value", "index", "q", "v")
-STATE_FIELDS = ("state", "stages", "solver_state")  # of a run before some of its steps
-ENERGY_ARRAYS = ("energies", "passage", "clock")  # of a checkpoint
+STATE_FIELDS = ("state", "stages", "solver_state")  # fields of a checkpoint
+ENERGY_ARRAYS = ("energies", "passage", "clock")  # its other arrays
 UNREADABLE = (
     KeyError,
     ValueError,
@@ -42,16 +42,16 @@ UNREADABLE = (
     AttributeError,
     EOFError,
     OSError,
-    tokenize.TokenError,  # of an array's header
-    NotImplementedError,  # of a compression that zipfile does not know
+    tokenize.TokenError,  # raised for an array's header
+    NotImplementedError,  # raised for a compression that zipfile does not know
 )
 
 
 def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     """Write ``run`` to ``path`` (.npz), completely or not at all.
 
-    Of a run that actions changed the curves are not written. Of a symbolic link the file that it
-    points to is written; a pipe or a device is written as it is.
+    The curves of a run that actions changed are not written. A symbolic link stays, and the file to
+    which it points is written; a pipe or a device is opened and written.
 
     Raises
     ------
@@ -156,9 +156,9 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         When the file is not a saved run, when a problem is needed but not given, or when the given
         problem differs in its system or initial state.
     TypeError
-        For a problem that is not one.
+        For a ``problem`` that is no `galvi.Problem`.
     FileNotFoundError
-        Without a file.
+        Where there is no such file.
 
     Examples
     --------
@@ -267,7 +267,7 @@ def _problem(
     arrays: dict[str, Any],
     user_problem: Problem | None,
 ) -> Problem:
-    """The problem of a file; ValueError for a given one that differs."""
+    """The problem of a file; ValueError for a ``user_problem`` that differs."""
     problem_facts, problem = facts["problem"], user_problem
     if problem is None:
         problem = Problem(
@@ -312,7 +312,7 @@ def _curves(problem: Problem, method: Any, facts: dict[str, Any], arrays: dict[s
 def _redone_curves(
     problem: Problem, method: Any, facts: dict[str, Any], arrays: dict[str, Any]
 ) -> RedoneCurves | None:
-    """The curves of a run that did not keep them, computed again; None where it did."""
+    """The curves, computed again when evaluated, of a run that did not keep them; else None."""
     if "again" not in facts:
         return None
     redone_facts, solver, tolerance = facts["again"], facts["solver"], facts["tolerance"]
@@ -331,8 +331,8 @@ def _redone_curves(
 
 
 def storable_values() -> dict[str, Any]:
-    """The classes whose values can be stored, by name: galvi's public frozen dataclasses, and those
-    of its charts and groups, and of what these are ``stored_with``."""
+    """The classes whose values can be stored, by name: galvi's public frozen dataclasses, the
+    classes of its charts and groups, and those in ``stored_with`` of a public class."""
     public: dict[str, Any] = vars(sys.modules[__name__.partition(".")[0]])
     registered = {type(value).__name__: type(value) for value in (*CHARTS, *GROUPS)}
     for kind in public.values():
@@ -341,7 +341,8 @@ def storable_values() -> dict[str, Any]:
 
 
 def _is_storable_kind(kind: type) -> bool:
-    """Whether it is one of ``storable_values``, which are not gathered for each of many values."""
+    """Whether a class is one of ``storable_values``; other classes than frozen dataclasses are
+    rejected first, since collecting those takes time."""
     return _is_frozen_dataclass(kind) and storable_values().get(kind.__name__) is kind
 
 
