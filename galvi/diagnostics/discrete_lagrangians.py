@@ -40,9 +40,8 @@ MAX_SUBDIVISIONS = 24  # largest number of times in the continuation to h
 # is differenced.
 END_TOLERANCE = 2.0**-36
 INCREMENT = 2.0**-17  # of central differences by the velocity, in its units and relative to it
-LEAST_SINGULAR_VALUE = (
-    2.0**-28
-)  # the least singular value of the derivative of the end, at conjugate points
+# Singular value of the derivative of the end by the velocity, up to which the ends are conjugate.
+LEAST_SINGULAR_VALUE = 2.0**-28
 CHUNK = 4096  # steps whose stages are in memory at once
 
 

@@ -35,8 +35,8 @@ from galvi.tableau import Tableau
 from galvi.trajectory import Trajectory
 
 NO_VELOCITY_FORCES = (
-    "the derivative of a step is not available with forces on point masses that depend on "
-    "velocities, which are not symplectic. Leave them out."
+    "the derivative of a step is not known with forces of velocity on point masses, which are not "
+    "symplectic. Leave them out."
 )
 NO_MASSLESS = (
     "symplecticity is a property of (q, p), and the p of massless bodies is always 0; received "

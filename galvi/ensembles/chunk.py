@@ -225,9 +225,7 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> ChunkR
 
 PROBE = 8 * LANES  # members of the first chunk, whose time is measured
 CHUNK_SECONDS = 1.0  # largest intended seconds of a chunk
-CHUNKS_PER_WORKER = (
-    4  # least number of chunks for each worker, so that none waits long for the last
-)
+CHUNKS_PER_WORKER = 4  # least number of chunks for each worker, so that all end about together
 LEAST_CHUNK_SECONDS = 2e-3  # seconds of a chunk, below which there are fewer chunks
 CHUNK_BYTES = 2**26  # largest number of bytes in a chunk's arrays
 CHUNKS_AHEAD = 2  # submitted chunks for each worker

@@ -357,7 +357,7 @@ class Angle:
     def of(self, problem: Problem) -> tuple[Value, Value, Value]:
         if problem.q0.ndim != 1:
             raise ValueError(
-                f"an angle event needs a configuration (d,); received {shown(problem)}. Give a "
+                f"an angle is a coordinate of a vector; received {shown(problem)}. Give a "
                 f"galvi.Event with a function of (q, v, t)."
             )
         k = self._coordinate(problem)

@@ -161,7 +161,7 @@ def find_events(run: Trajectory, events: Event | Any) -> Found:
     """
     event_tuple = as_events(events)
     if not isinstance(run, Trajectory) or run.step is None or run.checkpoint is None:
-        raise ValueError(f"run must be a run of galvi.integrate; received {shown(run)}.")
+        raise ValueError(f"events are found on runs of galvi.integrate; received {shown(run)}.")
     search = Search(run.problem, run.method, event_tuple)
     last_searched = search.search_pieces(pieces(run))
     if last_searched is not None:

@@ -14,12 +14,8 @@ from galvi.trajectory import Trajectory
 
 # Largest ratio of the duration to the part over which an error is extrapolated.
 LARGEST_EXTRAPOLATION = 100.0
-LEAST_TURNING_POINTS = (
-    6  # turning points of a coordinate, two a revolution, that the part must contain
-)
-LEAST_RANGE = (
-    1e-3  # smallest range of a coordinate, over the largest range, whose turning points count
-)
+LEAST_TURNING_POINTS = 6  # of a coordinate in the measured part; a revolution has two
+LEAST_RANGE = 1e-3  # range of a coordinate, over the largest range, from which its turns count
 LARGEST_SPEED_RATIO = 2.0  # of later speeds to those in the measured part
 LARGEST_ENERGY_RATIO = 10.0  # of later energy errors per unit of time to those in the measured part
 ENERGY_ROUNDING = 1e-12  # relative energy error that counts as round-off

@@ -150,7 +150,7 @@ def _with_controls(
     problem, method, step = run.origin or run.problem, run.method, cast(float, run.step)
     if not isinstance(problem.system, Multibody):
         raise ValueError(
-            f"ctrl needs the actuators of a MuJoCo model, a galvi.Multibody; received a run of a "
+            f"ctrl is of the actuators of a MuJoCo model, a galvi.Multibody; received it for a "
             f"{type(problem.system).__name__}."
         )
     if method.clock is not None or has_events(run.asked if events is None else events):

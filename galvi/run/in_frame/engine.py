@@ -123,8 +123,8 @@ def stepper_in_frame(request: RunRequest) -> Stepper | Declined:
     refuse(problem, method)
     if request.checkpoint.solver == "newton":
         raise ValueError(
-            "in a moving frame the solver must be auto or fixed_point; received 'newton'. Use the "
-            "solver auto."
+            "in a moving frame the solver must be one of auto, fixed_point; received 'newton'. Use "
+            "the solver auto."
         )
     reason = f"the method's chart is the {frame_of(method).name}"
     return Stepper(request, IN_FRAME, FRAME.name, reason, frame_kernel, InertialKernel)
