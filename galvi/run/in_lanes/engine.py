@@ -18,7 +18,7 @@ def stepper_in_lanes(request: RunRequest) -> Stepper | Declined:
     if method.in_frame or method.clock is not None:
         return Declined()
     if request.checkpoint.solver == "newton":
-        return Declined("steps in lanes are solved by iteration; received the solver newton")
+        return Declined("steps are iterated there, and the solver newton was asked for")
     formulation = inertial_formulation(problem, method)
     is_vector_space = formulation is VECTOR_SPACE
     kernel = vector_kernel(request) if is_vector_space else group_kernel(request)
