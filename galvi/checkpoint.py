@@ -14,7 +14,7 @@ NOTHING = read_only(np.zeros(0))
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """A run after ``first`` steps from the problem's start, and the settings of its continuation.
+    """The state of a run after ``first`` steps from the problem's start, and its settings.
 
     Attributes
     ----------
@@ -38,13 +38,14 @@ class Checkpoint:
     curves
         whether curves are kept; None: only when save_every is 1
     energies : array, shape (4,)
-        of the completed steps, see galvi.kernels.energy_errors; empty before the first
+        energies of the completed steps, see galvi.kernels.energy_errors; empty before the first
     passage : array, shape (5,)
-        of the completed steps, see galvi.kernels.forces.passages; empty likewise
+        worst passage in the completed steps, see galvi.kernels.forces.passages; empty before the
+        first
     clock : array, shape (4,)
-        in a clock: the time, its low part, the energy at the start, its low part, of point masses
-        in lanes in the frame of their centre of mass; else empty. Without a state it prescribes an
-        energy other than that of the problem's start
+        with a clock, the time, its low part, the energy and its low part; empty otherwise. For
+        point masses in lanes the energy is that in the frame of their centre of mass, times G. In a
+        checkpoint without a state it prescribes the energy of the clock
     """
 
     first: int

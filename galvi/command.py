@@ -1,9 +1,9 @@
 """The command ``galvi``, which runs the suite.
 
-In a wheel the suite's folders lie in ``galvi/_suite``, in a checkout beside ``galvi``. That place
-comes first on the path, so that a user's own folders of these names are not imported instead, and
-last the current folder, the root of its repository and a ``src`` in either, for integrators and
-problems named on the command line.
+In a wheel the suite's folders are in ``galvi/_suite``, in a checkout beside ``galvi``. The folder
+that contains them is the first on sys.path, so that a user's folders of these names are not
+imported instead. The last are the current folder, the root of its repository and a ``src`` in
+either, for integrators and problems named on the command line.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ CANNOT = 2  # exit status of a command that cannot be carried out
 
 
 def called(program: str) -> list[str]:
-    """The command by which this was called, for usage and provenance."""
+    """The command line by which the program was called, for usage and provenance."""
     path = Path(program)
     return ["python", "-m", path.parent.name] if path.name == "__main__.py" else [path.stem]
 
@@ -46,8 +46,8 @@ def main() -> int:
 
 
 def serve_checks() -> None:
-    """Answer the plugin of pytest, see `benchmarks.applications.external.served_checks`; where that
-    cannot be imported, with a sentence why."""
+    """Answer the plugin of pytest, see `benchmarks.applications.external.served_checks`, or print a
+    JSON line with the reason where a package of the suite is missing."""
     put_suite_first()
     try:
         served_checks = importlib.import_module("benchmarks.applications.external.served_checks")
@@ -80,5 +80,6 @@ def put_suite_first() -> None:
 
 
 def places_in(top: Path, inner: Path) -> tuple[Path, ...]:
-    """The folders of a repository in which modules are sought, called from its folder ``inner``."""
+    """The folders of a repository in which modules are looked up by a command that is called in its
+    folder ``inner``."""
     return tuple(dict.fromkeys((top / inner, top / inner / "src", top, top / "src")))

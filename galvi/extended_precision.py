@@ -42,10 +42,12 @@ def rounded(numbers: Any) -> Array:
 
 
 def scaled(numbers: Array, by: float, power: int = 1) -> Array:
-    """Numbers times by**power, both as float64 numbers and their low parts, (2, ...).
+    """Numbers times by**power; argument and result are float64 numbers and their low parts, (2,
+    ...).
 
-    Without decimals, since it is done for each step size: relative error at most 2^-98. By Dekker's
-    exact product (Numer. Math. 18 (1971) 224) of mantissas, so that nothing overflows on the way.
+    The relative error is at most 2^-98. Dekker's exact product (Numer. Math. 18 (1971) 224) is used
+    instead of decimals, since this is done for each step size, and on mantissas, so that no
+    intermediate number overflows.
     """
     mantissa, exponent = math.frexp(by)
     high, low = numbers
@@ -56,7 +58,7 @@ def scaled(numbers: Array, by: float, power: int = 1) -> Array:
         error = error + low * mantissa
         high = product + error
         low = error - (high - product)
-    with np.errstate(all="ignore"):  # infinite where the result is
+    with np.errstate(all="ignore"):  # the result itself may overflow
         return np.ldexp(np.stack([high, low]), power * exponent)
 
 

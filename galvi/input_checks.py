@@ -1,4 +1,4 @@
-"""Input checks; each message states in one sentence what was expected, received, and a remedy."""
+"""Input checks, whose messages state the expected and the received value, and a remedy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from galvi.arrays import Array, read_only
 
 LARGEST_WHOLE = 2**62  # largest whole number: the kernels count in 64 bits
-SHOWN = 200  # characters of a value in a message
+SHOWN = 200  # about the largest number of characters of a value in a message
 LONGEST_SHOWN = 256  # bits of the longest whole number that messages show in full
 
 
@@ -59,7 +59,7 @@ def real(name: str, value: Any, remedy: str = "") -> float:
 
 
 def positive(name: str, value: Any, remedy: str = "") -> float:
-    """``value`` as a finite float above zero, or ValueError."""
+    """``value`` as a finite float; ValueError unless it is above zero."""
     number = real(name, value, remedy)
     if number <= 0.0:
         raise ValueError(_sentence(f"{name} must be positive", shown(value), remedy))
@@ -67,15 +67,15 @@ def positive(name: str, value: Any, remedy: str = "") -> float:
 
 
 def flag(name: str, value: Any) -> bool:
-    """``value`` as a bool, or TypeError unless it is True or False."""
+    """``value`` as a bool; TypeError unless it is True or False."""
     if not isinstance(value, bool | np.bool_):
         raise TypeError(f"{name} must be True or False; received {shown(value)}.")
     return bool(value)
 
 
 def has_items(value: Any) -> bool:
-    """Whether one can iterate over the value: not over an array without dimensions, or a single
-    Rotation of SciPy, which have no length."""
+    """Whether the value can be iterated over; False for an array without dimensions and for a
+    single Rotation of SciPy, which have no length."""
     try:
         return isinstance(value, Iterable) and (not isinstance(value, Sized) or len(value) >= 0)
     except TypeError:
@@ -83,12 +83,14 @@ def has_items(value: Any) -> bool:
 
 
 def several(value: Any) -> tuple[Any, ...]:
-    """The items, or the value alone when it has none."""
+    """The items of a value as a tuple; a tuple with the value itself where it cannot be iterated
+    over."""
     return tuple(value) if has_items(value) else (value,)
 
 
 def returned(name: str, value: Any) -> float:
-    """A user function's result as a float, finite or not; ValueError unless a real number."""
+    """A user function's result as a float, which may be infinite or NaN; ValueError unless it is a
+    real number."""
     number = np.asarray(None)
     with suppress(ValueError):  # of lists of different lengths
         number = np.asarray(value)
@@ -134,7 +136,7 @@ def array(name: str, value: Any, shape: Sequence[int] | None = None, remedy: str
 
 
 def shown(value: Any) -> str:
-    """A value in a message: on one line, its middle left out when it is long."""
+    """The text of a value for messages, on one line; the middle of a long text is left out."""
     try:
         text = " ".join(repr(value).split())
     except Exception:  # of a user's class, or of a number of thousands of digits

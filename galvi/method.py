@@ -41,7 +41,7 @@ class Galerkin:
         For an ill-posed pair (the free particle has no unique motion, M lemma 1) and for an
         inconsistent one (the free particle does not move in a straight line).
     TypeError
-        For an argument of another kind.
+        For an argument of another type.
 
     Examples
     --------
@@ -99,7 +99,7 @@ class Galerkin:
 
     @property
     def group_chart(self) -> Chart:
-        """The chart of a Lie group: the method is not in a frame there."""
+        """The chart as one of a Lie group; only for methods without a frame."""
         return cast(Chart, self.chart)
 
     @property
@@ -125,8 +125,8 @@ class Galerkin:
 
     @cached_property
     def name(self) -> str:
-        """The classical name if the method is a known one for every Lagrangian, else the space and
-        the rule. Those that it has with a constant mass are in `galvi.theory` of a problem."""
+        """The classical name if the method has one for every Lagrangian, else the space and the
+        rule. Names that hold only for a constant mass are in `galvi.theory` of a problem."""
         if self.in_frame:
             return f"Gauss collocation, {self.stages} stages, in the {self.chart.name}"
         one_degree = len(set(getattr(self.space, "degrees", (self.space.degree,)))) == 1

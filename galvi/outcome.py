@@ -38,12 +38,12 @@ class Outcome:
     end
         COMPLETED; DOUBTFUL, completed with a result that may be wrong; RUINED, completed with one
         that is wrong from a step on; STOPPED_BY_EVENT; STEP_FAILED, where a step could not be done,
-        kept for want of memory, or searched for its events; STEP_LIMIT, the bound of a run to a
-        time; INTERRUPTED
+        kept since memory was full, or searched for its events; STEP_LIMIT, where a run to a time
+        reached its largest number of steps; INTERRUPTED
     step
         number, from 1, of the step that failed or was not begun, or of the first ruined one
     time
-        where the run ended before its time
+        time at which the run ended, where that is before its requested end
     reason
         why the step failed, or what is wrong or in doubt, in clauses without a full stop
     notes
@@ -55,7 +55,7 @@ class Outcome:
     event
         the name of the event that ended the run
     sentence
-        of another method than galvi's, in place of the one composed here
+        status of another method than galvi's, instead of the sentence composed here
 
     Raises
     ------

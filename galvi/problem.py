@@ -54,7 +54,7 @@ class Problem:
         When a shape does not match, a number is not finite, a derivative is not that of its
         function or d2L/dv2 is singular.
     TypeError
-        When system is not a system or parameters not a mapping.
+        When system is no system or parameters is no mapping.
 
     Notes
     -----
@@ -118,7 +118,7 @@ class Problem:
         return Problem, (*content, self.units)
 
     def body_names(self) -> list[Any]:
-        """Names of the point masses, parameters["bodies"], or their numbers."""
+        """The names of the point masses in parameters["bodies"], or their numbers."""
         names: Any = self.parameters.get("bodies")
         count = len(self.q0)
         bodies = list(names) if input_checks.has_items(names) and not isinstance(names, str) else []
@@ -129,8 +129,8 @@ class Problem:
         return replace(self, q0=q0, v0=v0)
 
     def moved(self, q: Array, v: Array, t: float, system: System | None = None) -> Problem:
-        """The same problem from a state of its own motion, which needs no checks; with another
-        system that is of its kind."""
+        """The same problem from another state of its motion, without checks; ``system``, of the
+        same type, may replace its system."""
         problem = object.__new__(Problem)
         attributes = {key: value for key, value in vars(self).items() if key != "p0"}
         vars(problem).update(attributes, q0=read_only(q), v0=read_only(v), t0=t)
@@ -141,7 +141,7 @@ class Problem:
     @cached_property
     def p0(self) -> Array:
         """Conjugate momentum at t0, dL/dv(q0, v0), shape of v0."""
-        with np.errstate(over="ignore"):  # a run from there says so
+        with np.errstate(over="ignore"):  # a run from this state reports it
             if isinstance(self.system, Lagrangian):
                 return read_only(self.system.momentum(self.v0, self.q0, self.t0))
             return read_only(self.system.momentum(self.v0))

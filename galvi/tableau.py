@@ -26,11 +26,12 @@ from galvi.rules.rule import Rule
 from galvi.spaces.polynomials import legendre
 from galvi.spaces.space import Space, checked
 
-CONSISTENT = 1e-13
+CONSISTENT = 1e-13  # largest defect of a consistent pair
 # Pivots of K below this share of its largest entry count as 0: float64's rounding of a parameter
 # such as 2 pi, squared.
 BLIND_PIVOT = 1e-24
-# One step ahead, the next Legendre polynomial amplifies round-off by over 1e18.
+# Largest number of extrapolated Legendre polynomials: one step ahead, the next one amplifies
+# round-off by over 1e18.
 MOST_EXTRAPOLATED = 26
 
 
@@ -93,7 +94,7 @@ class Tableau:
 
 @dataclass(frozen=True, eq=False)
 class Assembled:
-    """The result of combining a space and a rule, also when it is no method (claim V19).
+    """The table of a space and a rule, also where these are no method (claim V19).
 
     Attributes
     ----------
@@ -154,7 +155,7 @@ def assemble(space: Space, rule: Rule) -> Assembled:
         highest = min(rule.points, MOST_EXTRAPOLATED) - 1
         extrapolation = legendre(2.0 * rule.nodes + 1.0, highest)
         growth = legendre(np.array([3.0]), highest)[0]
-        beta = b * (1 - c)
+        beta = b * (1 - c)  # b (beta_p - alpha) of a consistent pair
         integral = psi @ projection
         numbers = (
             c, b, A, beta, psi, end, K, lead, C, analysis, extrapolation, growth, slope,
@@ -185,7 +186,8 @@ def _check_constant(start: Any, values: Any) -> None:
 
 
 def _solve(K: Any, rhs: Any, space: Space) -> Any:
-    """K^-1 rhs by elimination, None if K is singular; K is positive semidefinite: no pivoting."""
+    """K^-1 rhs by elimination without pivoting, since K is positive semidefinite; None if K is
+    singular."""
     tiny, blind = (1e-40, BLIND_PIVOT) if space.exact else (1e-12, 1e-12)
     work = np.column_stack([K, rhs])
     scale = [abs(K[i, i]) for i in range(len(K))]

@@ -45,7 +45,7 @@ class Ending(NamedTuple):
         return self.checkpoint
 
     def assess(self) -> Ending:
-        """Itself; see `DeferredEnding`."""
+        """The ending itself; see `DeferredEnding.assess`."""
         return self
 
 
@@ -63,7 +63,7 @@ class DeferredEnding:
         self._ending: Ending | None = None
 
     def assess(self) -> Ending:
-        """The ending itself."""
+        """The ending, assessed by the first call."""
         with ONE_AT_A_TIME:
             if self._ending is None:
                 self._ending = self._assess()
@@ -165,19 +165,20 @@ class Trajectory(TrajectoryFields):
     again
         computes the curves again where they were not kept; None for references
     engine
-        that did its steps, or began them: "general", "lanes", "frame", "clock"; "" for references
+        the engine that did its steps, or began them: "general", "lanes", "frame" or "clock"; "" for
+        references
     engine_reason
         why that engine was chosen
     velocities : array, shape (saved, ...)
-        those of point masses some of which are massless, whose p is 0 at any velocity; else None.
-        See ``v``
+        velocities of point masses some of which are massless, whose p is 0 at any velocity; else
+        None. See ``v``
     tau : array, shape (saved,)
-        of a run in a clock, k h after k steps; else None. There ``step`` is in units of tau, and
-        the arrays end with the last state computed
+        with a clock, k h after k steps; else None. With a clock ``step`` is in units of tau, and
+        the arrays end with the last computed state
     events
         the `galvi.Found` of the events that `galvi.integrate` was given; None without
     asked
-        these events, with which `galvi.resume` goes on
+        the given events, with which `galvi.resume` goes on
     restarts
         the states to which actions changed the run; None without
     origin
@@ -222,8 +223,8 @@ class Trajectory(TrajectoryFields):
     def __call__(self, t: Any) -> Array:
         """Configuration on the curve at t: shape (...) for a scalar, (k, ...) for t of shape (k,).
 
-        NaN after a failure. Where curves were not kept, up to 1024 steps, or a 512th of the run,
-        are done again, with the same result to the bit.
+        NaN after a failure. Where curves were not kept, about 1024 steps, or a 512th of a longer
+        run, are repeated around each time, with the same result to the bit.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The way in which results are written: a file completely or not at all, anything else as it is."""
+"""Writes results: files completely or not at all, and pipes and devices directly."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import BinaryIO
 
 Address = str | os.PathLike[str]
 Content = str | bytes | Callable[[BinaryIO], object]
-MOST_LINKS = 40  # that are followed from one path, as in Linux
+MOST_LINKS = 40  # largest number of links that are followed from one path, as in Linux
 
 
 def write_whole(path: Address, content: Content) -> None:
@@ -78,7 +78,7 @@ def open_descriptor(path: Address) -> int | None:
 
 
 def _replace(path: Path, former: os.stat_result | None, content: Content) -> None:
-    """Write a file that is a new one, or has this status."""
+    """Write a file; ``former`` is its status, None for a new one."""
     partial = path.with_name(f".{uuid.uuid4().hex}.partial")
     mode = 0o666 if former is None else stat.S_IMODE(former.st_mode)
     try:

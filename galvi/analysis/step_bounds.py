@@ -21,8 +21,8 @@ Z0 = 0.860333589019379762
 most (h / z0)^2 times that of |u'|^2 plus |u(h)|^2 / h, with equality for cos(z0 t / h) (M section
 2)."""
 INTEGRATION_POINTS = 64  # Gauss points on each part of a step for M's exact integrals: degree 127
-PARTS = 4  # parts of each smooth piece
-DEPENDENT = 1e11  # condition number of a normalised basis above which there are no constants
+PARTS_PER_PIECE = 4  # parts of each smooth piece of a basis
+MAX_CONDITION = 1e11  # largest condition number of a normalised basis that has constants
 ZERO_EIGENVALUE = 1e-12  # eigenvalues below this share of the largest count as 0
 
 
@@ -56,9 +56,9 @@ class Norms:
 
 @lru_cache(maxsize=128)
 def norms(space: Space, rule: Rule) -> Norms | None:
-    """The constants of a space and a rule; with one degree per component, the worst of them.
+    """The constants of a space and a rule; for a space with several degrees, the worst over these.
 
-    None when the basis functions are too nearly dependent for float64.
+    None where the basis functions are too nearly dependent for float64.
     """
     degrees: Sequence[int] = getattr(space, "degrees", (space.dimension - 1,))
     per_degree = [_norms(space, rule, degree + 1) for degree in sorted(set(degrees))]
@@ -77,11 +77,11 @@ def _norms(space: Space, rule: Rule, functions: int) -> Norms | None:
     """The constants for the span of the first ``functions`` basis functions."""
     from scipy.linalg import eigh  # with SciPy's other parts, a quarter of galvi's import
 
-    fine = _fine(getattr(space, "pieces", 1))
+    fine = _fine_rule(getattr(space, "pieces", 1))
     phi, end = (space.basis(t)[:, :functions] for t in (rule.nodes, np.ones(1)))
-    slope, true = (space.derivative(t)[:, :functions] for t in (rule.nodes, fine[0]))
+    slope, fine_slopes = (space.derivative(t)[:, :functions] for t in (rule.nodes, fine[0]))
     last = end.T @ end
-    exact = true.T @ (fine[1][:, None] * true) + last
+    exact = fine_slopes.T @ (fine[1][:, None] * fine_slopes) + last
     norm = np.sqrt(np.diagonal(exact))
     exact, by_rule, values = (
         gram / np.outer(norm, norm)
@@ -91,7 +91,7 @@ def _norms(space: Space, rule: Rule, functions: int) -> Norms | None:
             phi.T @ (rule.weights[:, None] * phi),
         )
     )
-    if not np.linalg.cond(exact) < DEPENDENT:
+    if not np.linalg.cond(exact) < MAX_CONDITION:
         return None
     ratios = eigh(by_rule, exact, eigvals_only=True)
     unseen = int(np.sum(ratios <= ZERO_EIGENVALUE * ratios[-1]))
@@ -100,28 +100,37 @@ def _norms(space: Space, rule: Rule, functions: int) -> Norms | None:
     return Norms(unseen, float(C), 0.0 if unseen else float(low), float(high))
 
 
-def _fine(pieces: int) -> tuple[Array, Array]:
+def _fine_rule(pieces: int) -> tuple[Array, Array]:
     """Nodes and weights of Gauss's rule on every part of every piece of [0, 1]."""
-    rule, parts = gauss(INTEGRATION_POINTS), pieces * PARTS
+    rule, parts = gauss(INTEGRATION_POINTS), pieces * PARTS_PER_PIECE
     nodes = (np.arange(parts)[:, None] + rule.nodes) / parts
     return nodes.ravel(), np.tile(rule.weights / parts, parts)
 
 
-CAUTION = 3.0  # one over the constant of M proposition 1; claim V20 measures sqrt(2)
+M_FACTOR = 3.0  # one over the constant of M proposition 1; claim V20 measures sqrt(2)
 
 
 def unique_step(friedrichs: float | None, square: float) -> float | None:
-    """M theorem 2: a step has exactly one solution, and M's iteration finds it, while
-    eta C_N^2 = 3 (h omega C_N / z0)^2 < 1, with the square of the largest frequency omega."""
+    """The bound of M theorem 2 on h: a step has exactly one solution, to which M's iteration
+    converges, while eta C_N^2 = 3 (h omega C_N / z0)^2 < 1.
+
+    Parameters
+    ----------
+    friedrichs
+        C_N; None where it is not known, and so is the bound
+    square
+        omega^2, of the largest frequency
+    """
     if friedrichs is None:
         return None
-    largest = friedrichs * math.sqrt(CAUTION * square)
+    largest = friedrichs * math.sqrt(M_FACTOR * square)
     return Z0 / largest if largest > 0.0 else math.inf
 
 
-def converging_passes(space: Space, rule: Rule, square: float) -> float | None:
-    """Fixed-point iteration contracts near a solution while h^2 rho(A) omega^2 < 1; None without a
-    tableau, or where components of different degrees have none in common."""
+def contracting_step(space: Space, rule: Rule, square: float) -> float | None:
+    """The bound on h below which fixed-point iteration contracts near a solution,
+    h^2 rho(A) omega^2 < 1; None without a tableau, and for components of different degrees.
+    ``square`` is omega^2."""
     table = assemble(space, rule).table
     if table is None or len(set(getattr(space, "degrees", (space.degree,)))) > 1:
         return None
@@ -130,10 +139,10 @@ def converging_passes(space: Space, rule: Rule, square: float) -> float | None:
     return 1.0 / largest if largest > 0.0 else math.inf
 
 
-def contracting_stages(space: Space, rule: Rule, square: float) -> float | None:
-    """H theorem 2.3.1, with its 1 / (|A_1^-1| C_L max_j |phi(c_j)|_1 |phi_p(c_j)|) in the norm of
-    the largest entry; at most 1, since lemma 2.3.2 asks for h < 1 in the unit of time. None for
-    other spaces than polynomials on their Chebyshev points, and where A is singular."""
+def stage_iteration_step(space: Space, rule: Rule, square: float) -> float | None:
+    """The bound of H theorem 2.3.1 on h, 1 / (|A_1^-1| C_L max_j |phi(c_j)|_1 |phi_p(c_j)|) in the
+    maximum norm; at most 1, since lemma 2.3.2 requires h < 1 in the unit of time. None for spaces
+    other than `Polynomials`, and for an ill-posed pair."""
     if not isinstance(space, Polynomials) or not assemble(space, rule).well_posed:
         return None
     inverse, basis_bound = lagrange_constants(space, rule)

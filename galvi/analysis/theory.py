@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from galvi import input_checks
-from galvi.analysis.step_bounds import contracting_stages, converging_passes, norms, unique_step
+from galvi.analysis.step_bounds import contracting_step, norms, stage_iteration_step, unique_step
 from galvi.input_checks import shown
 from galvi.problem import Problem
 from galvi.properties.properties import classical_names, is_symmetric, orders
@@ -31,13 +31,13 @@ class Theory:
     space, rule
         their names
     well_posed
-        a free particle has a unique motion: ``|u|_{X,N}`` is a norm (M lemma 1)
+        whether a free particle has a unique motion: ``|u|_{X,N}`` is a norm (M lemma 1)
     unseen
         number of independent functions that the rule cannot tell from 0
     consistent
-        that motion is a straight line to 1e-13
+        whether that motion is a straight line to 1e-13
     defect
-        largest of ``|alpha_k - c_k|`` and ``|beta_p - 1|``, of a step
+        largest of ``|alpha_k - c_k|`` and ``|beta_p - 1|``
     friedrichs
         C_N of ``|u|_{0,N} <= C_N (h / z0) |u|_{X,N}`` (M 11)
     smallest_ratio
@@ -45,34 +45,34 @@ class Theory:
     largest_ratio
         Lambda_N of ``|u|_{X,N} <= Lambda_N |u|_X`` (M 12)
     order
-        at step ends, on smooth problems; 0 for a refused pair
+        order of convergence at step ends, on smooth problems; 0 for a refused pair
     curve_order
-        of positions between step ends
+        order of positions between step ends
     limited_by
         "space", "rule for the force" or "rule for the kinetic energy"; "" for a refused pair
     symmetric
-        a step forward and a step backward cancel
+        whether a step forward and a step backward cancel
     names
-        its classical names, the best known first. With a problem those that hold for it, without
-        one those that hold for every Lagrangian
+        classical names, the best known first: with a problem those that hold for it, else those
+        that hold for every Lagrangian
     frame
-        what holds in a moving frame, a sentence; "" for other methods
+        a sentence on the properties in a moving frame; "" for other methods
     problem, step
-        as given; the fields below are in the problem's units
+        name of the problem, and the given step; the fields below are in the problem's units
     lipschitz
-        K, of dV/dq; the theorems ask for one that holds everywhere
+        Lipschitz constant K of dV/dq; the theorems require one that holds everywhere
     source
-        of K: given, or at the start
+        "given", or "at the start" where K was computed there; "" without K
     unique_step
-        M theorem 2, 3 K h^2 C_N^2 / (m z0^2) < 1 with z0 = 0.860
+        bound on h of M theorem 2, 3 K h^2 C_N^2 / (m z0^2) < 1 with z0 = 0.860
     stage_step
-        H theorem 2.3.1, and at most 1
+        bound on h of H theorem 2.3.1, at most 1
     fixed_point_step
-        where h^2 rho(A) K / m = 1, of the Nystrom tableau A; K / m at the start is the largest of
-        M^-1 V''
+        h with h^2 rho(A) K / m = 1, where A is the Nystrom tableau; without a given K, K / m is the
+        largest eigenvalue of M^-1 V'' at the start
     no_bounds
-        why the problem has no such steps, a sentence; else "", and a step is None where the pair
-        does not have what its theorem asks for
+        a sentence on why the problem has no bounds; "" where it has. A bound is None where the pair
+        does not meet the conditions of its theorem
 
     Notes
     -----
@@ -116,13 +116,14 @@ class Theory:
 
     @property
     def exists(self) -> bool | None:
-        """Whether the step is guaranteed to have exactly one solution (M theorem 2); None where a
-        K of the start alone would say so."""
+        """Whether the step is guaranteed to have exactly one solution (M theorem 2); None without a
+        step or a bound, and where only the K of the start guarantees it."""
         return self._is_below(self.unique_step)
 
     @property
     def converges(self) -> bool | None:
-        """Whether fixed-point iteration contracts near a solution of the step; None likewise."""
+        """Whether fixed-point iteration contracts near a solution of the step; None as for
+        ``exists``."""
         return self._is_below(self.fixed_point_step)
 
     def _is_below(self, bound: float | None) -> bool | None:
@@ -158,9 +159,9 @@ def theory(
     problem
         the problem whose force bounds the step
     step
-        in the problem's unit of time, negative for backwards
+        step size in the problem's unit of time; negative for a step backwards
     lipschitz
-        Lipschitz constant K of dV/dq; None: that of the start
+        Lipschitz constant K of dV/dq; None: that at the start
 
     Raises
     ------
@@ -168,7 +169,7 @@ def theory(
         For an argument of another type.
     ValueError
         For a step or a lipschitz without a problem, for a number that is not finite, a step of
-        zero, and a negative lipschitz.
+        zero, a negative lipschitz, and a problem together with a method in a clock.
 
     Examples
     --------
@@ -179,14 +180,14 @@ def theory(
     >>> galvi.theory(method, problem=spring, step=0.1, lipschitz=1.0).exists
     True
     """
-    space, rule = _pair(method, rule)
-    _check(problem, step, lipschitz)
-    report = _of_pair(space, rule, _is_separable(problem))
+    space, rule = _space_and_rule(method, rule)
+    _check_arguments(problem, step, lipschitz)
+    report = _theory_of_pair(space, rule, _is_separable(problem))
     if problem is not None:
         name = problem.name or type(problem.system).__name__
         report = replace(report, problem=name, step=None if step is None else float(step))
     if getattr(method, "in_frame", False):
-        return _in_frame(report, method)
+        return _theory_in_frame(report, method)
     if problem is None:
         return report
     if getattr(method, "clock", None) is not None:
@@ -195,9 +196,9 @@ def theory(
             f"clock {method.clock}. Leave the clock out, or the problem."
         )
     checked_degrees(space, problem.system, problem.v0.size)
-    if report.symmetric and not _commutes(problem.system):
+    if report.symmetric and not _is_commutative(problem.system):
         report = replace(report, symmetric=None)  # the chart of a step is based at its start
-    stiffness = _stiffness(problem, lipschitz)
+    stiffness = _lipschitz_and_frequency(problem, lipschitz)
     if isinstance(stiffness, str):
         return replace(report, no_bounds=stiffness)
     constant, square = stiffness
@@ -206,8 +207,8 @@ def theory(
         lipschitz=constant,
         source="at the start" if lipschitz is None else "given",
         unique_step=unique_step(report.friedrichs, square),
-        stage_step=contracting_stages(space, rule, square),
-        fixed_point_step=converging_passes(space, rule, square),
+        stage_step=stage_iteration_step(space, rule, square),
+        fixed_point_step=contracting_step(space, rule, square),
     )
 
 
@@ -219,7 +220,7 @@ def _is_separable(problem: Problem | None) -> bool:
     return isinstance(system, Canonical) and system.force is None
 
 
-def _of_pair(space: Space, rule: Rule, separable: bool) -> Theory:
+def _theory_of_pair(space: Space, rule: Rule, separable: bool) -> Theory:
     pair, size, order = assemble(space, rule), norms(space, rule), orders(space, rule)
     one_degree = len(set(getattr(space, "degrees", (space.degree,)))) == 1
     return Theory(
@@ -242,7 +243,7 @@ def _of_pair(space: Space, rule: Rule, separable: bool) -> Theory:
     )
 
 
-def _pair(method: Any, rule: Any) -> tuple[Space, Rule]:
+def _space_and_rule(method: Any, rule: Any) -> tuple[Space, Rule]:
     if isinstance(method, type) or not hasattr(method, "basis"):
         if isinstance(method, type) or not (hasattr(method, "space") and hasattr(method, "rule")):
             raise TypeError(
@@ -263,7 +264,7 @@ def _pair(method: Any, rule: Any) -> tuple[Space, Rule]:
     return checked(method), rule
 
 
-def _check(problem: Any, step: Any, lipschitz: Any) -> None:
+def _check_arguments(problem: Any, step: Any, lipschitz: Any) -> None:
     for name, value in (("step", step), ("lipschitz", lipschitz)):
         if value is not None and problem is None:
             raise ValueError(
@@ -276,14 +277,16 @@ def _check(problem: Any, step: Any, lipschitz: Any) -> None:
             f"{shown(problem)}."
         )
     if step is not None and input_checks.real("step", step) == 0.0:
-        raise ValueError(f"step must not be zero; received {step!r}.")
+        raise ValueError(
+            f"step must not be zero; received {step!r}. Give the step size in units of time."
+        )
     if lipschitz is not None:
         number = input_checks.real("lipschitz", lipschitz, "Leave it out for that of the start.")
         if number < 0.0:
             raise ValueError(f"lipschitz must not be negative; received {shown(lipschitz)}.")
 
 
-def _in_frame(report: Theory, method: Any) -> Theory:
+def _theory_in_frame(report: Theory, method: Any) -> Theory:
     """The theory of a method in a frame, from that of its space and rule.
 
     Where the orbit at the start of a run places the nodes, forward and backward steps with the same
@@ -304,9 +307,11 @@ def _in_frame(report: Theory, method: Any) -> Theory:
     )
 
 
-def _stiffness(problem: Problem, lipschitz: float | None) -> tuple[float, float] | str:
-    """The Lipschitz constant K of dV/dq, given or that of the start, and the square of the largest
-    frequency, at most K over the least mass; or the reason why there is no bound."""
+def _lipschitz_and_frequency(
+    problem: Problem, lipschitz: float | None
+) -> tuple[float, float] | str:
+    """The Lipschitz constant K of dV/dq, given or at the start, and the square of the largest
+    frequency, at most K over the least mass; a sentence on the reason where there is no bound."""
     system: Any = problem.system
     if not hasattr(system, "acceleration_jacobian"):
         return (
@@ -334,17 +339,18 @@ def _stiffness(problem: Problem, lipschitz: float | None) -> tuple[float, float]
     return constant, square
 
 
-def _commutes(system: Any) -> bool:
+def _is_commutative(system: Any) -> bool:
     """Whether the group is commutative, so that a chart's base does not matter."""
     layout = system.group.layout if hasattr(system, "group") else []
     return all(rotations == 0 or d == 1 for _, d, _, rotations in layout)
 
 
-STAGES = "H's iteration contracts (H theorem 2.3.1)"
+STAGE_ITERATION = "H's iteration contracts (H theorem 2.3.1)"
 
 
 def _lines(report: Theory) -> Iterator[str]:
-    """Order and symmetry, constants and, with a problem, step bounds."""
+    """The lines of ``str(report)``: order and symmetry, constants, and with a problem step
+    bounds."""
     yield f"{report.space} with {report.rule}" + (f" = {report.name}" if report.name else "")
     if not report.well_posed:
         yield "ill-posed: a free particle has no unique motion"
@@ -372,11 +378,11 @@ def _lines(report: Theory) -> Iterator[str]:
         yield f"{report.problem}: Lipschitz constant {report.lipschitz:.4g}, {report.source}{note}"
     for bound, holds, meaning in (
         (report.unique_step, report.exists, "a step has exactly one solution (M theorem 2)"),
-        (report.stage_step, None, STAGES),
+        (report.stage_step, None, STAGE_ITERATION),
         (report.fixed_point_step, report.converges, "fixed-point iteration contracts (spectrum)"),
     ):
         if bound is not None:
-            has_answer = report.step is not None and meaning != STAGES
+            has_answer = report.step is not None and meaning != STAGE_ITERATION
             answer = f": {'yes' if holds else 'not said'} at {report.step:g}" if has_answer else ""
             yield f"{'any step' if bound == inf else f'h < {bound:.4g}':<13} {meaning}{answer}"
         elif report.problem is not None and not report.no_bounds:

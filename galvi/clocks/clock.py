@@ -27,16 +27,17 @@ from galvi.systems.nbody import NBody
 from galvi.systems.user_functions import returned_array
 
 Rate = Callable[[Any], Any]  # g of one configuration
-GRADIENT_TOLERANCE = 1e-4  # of a user's gradient against differences, relative to the largest entry
+# Largest difference of a user's gradient from finite differences, relative to the largest entry.
+GRADIENT_TOLERANCE = 1e-4
 
 
 @runtime_checkable
 class AnyClock(Protocol):
-    """A clock, as a method takes it."""
+    """The interface of clocks."""
 
     @property
     def vectorized(self) -> bool:
-        """Whether g also takes configurations (entries, n) at once, flat ones in front."""
+        """Whether g also takes n flat configurations at once, as an array (entries, n)."""
 
     def rate(self, problem: Problem) -> Rate:
         """g of one flat configuration of the problem; ValueError where the clock does not apply."""
@@ -49,9 +50,10 @@ class AnyClock(Protocol):
 class DynamicalTime:
     """The clock of point masses, g = (sum over pairs of G (m_i + m_j) / r_ij^3)^(-1/2).
 
-    The time in which two bodies on a circle turn by one radian: a revolution is 2 pi, and with more
-    bodies that of the closest pair, or less. A step of 0.3 to 0.6 suits degree 8. Pairs of massless
-    bodies do not count. For `galvi.NBody` alone, with two bodies or more.
+    For two bodies on a circle g is the time in which they turn by one radian, so that a revolution
+    takes 2 pi in tau; with more bodies g is at most that of the closest pair. A step of 0.3 to 0.6
+    suits degree 8. Pairs of massless bodies do not count. Only for `galvi.NBody` systems of at
+    least two bodies.
 
     Examples
     --------
@@ -65,10 +67,10 @@ class DynamicalTime:
     """
 
     vectorized = True
-    longest = 3.0  # step, since a revolution is 2 pi
+    longest = 3.0  # largest step in tau, where a revolution takes 2 pi
 
     def rate(self, problem: Problem) -> Rate:
-        """g of a flat configuration, entries in front."""
+        """g of a flat configuration (entries,), or of n of them (entries, n)."""
         system = problem.system
         if not isinstance(system, NBody) or system.masses.size < 2:
             received = (
@@ -120,11 +122,12 @@ class Sundman:
     Parameters
     ----------
     power
-        3/2 makes steps of equal shares of the local dynamical time, 1 of the eccentric, 2 of the
-        true anomaly
+        3/2: steps are equal shares of the local dynamical time; 1: equal differences of the
+        eccentric anomaly; 2: of the true anomaly
     gm
-        G M of the centre, in the units of the problem. With power 3/2 the step then has no unit,
-        and a circle takes 2 pi; with others it has that of a length to the power 3/2 - power
+        G M of the centre, in the units of the problem. With power 3/2 the step has no unit, and a
+        revolution on a circle takes 2 pi; with other powers its unit is that of a length to the
+        power 3/2 - power
 
     Examples
     --------
@@ -181,10 +184,10 @@ class Clock:
     Parameters
     ----------
     function
-        q -> positive number; smooth, of about the time in which q changes by its size. On a group q
-        is a matrix. Traced where it does not branch, else called
+        q -> positive number, smooth, about the time in which q changes by its size; on a group q is
+        a matrix. It is traced where it does not branch, else called
     gradient
-        q -> dg/dq of q's shape; differenced when missing and not traced
+        q -> dg/dq of q's shape; None: by finite differences where the function cannot be traced
 
     Examples
     --------

@@ -1,5 +1,5 @@
-"""The curves of a run in a clock, q and t over tau, and so q over t; and those of a run that
-actions changed, one after another, each with steps of its own."""
+"""The curves of a run in a clock, which has q and t as functions of tau, and the joined curves of a
+run that actions changed."""
 
 from __future__ import annotations
 
@@ -16,38 +16,38 @@ from galvi.curves.curves import (
     Curves,
     LocalChart,
     refuse_outside,
-    times_asked,
+    times_as_array,
 )
 from galvi.kernels.constants import EPSILON
 from galvi.method import Galerkin
 from galvi.tableau import Tableau
 
-TIME_ITERATIONS = 60  # of a bracketed Newton iteration
-TIME_PLACES = 9  # places of a step at which the growth of t is checked
+TIME_ITERATIONS = 60  # largest number of bracketed Newton iterations for tau at a time
+GROWTH_SAMPLES = 9  # points of a step at which the growth of t is checked
 
 
 @dataclass(frozen=True, eq=False)
 class ClockCurves:
-    """q and t at shares x of steps in tau; t(x) has the slopes h g at the stages.
+    """q and t at fractions x of steps in tau; t(x) has the slopes h g at the stages.
 
     Attributes
     ----------
     method
-        with its clock
+        the method, with its clock
     step
-        length h of all steps but the last in tau
+        length in tau, h, of all steps but the last
     last
-        length of the last step in tau
+        length in tau of the last step
     times : array, shape (steps + 1,)
-        t between the steps
+        t at the start of each step and at the end of the last
     bases : array, shape (steps, *shape)
-        configurations there
+        configurations at the starts of the steps
     coefficients : array, shape (steps, d, m)
-        as of `galvi.curves.curves.Curves`
+        see `galvi.curves.curves.Curves`
     rates : array, shape (steps, s)
         g at the stages
     chart
-        of the coefficients
+        see `galvi.curves.curves.Curves`
     """
 
     method: Galerkin
@@ -61,7 +61,7 @@ class ClockCurves:
 
     def position(self, t: Any) -> Array:
         """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
-        return self._at(t, lambda index, x: self._curves.places(index, x))
+        return self._at(t, lambda index, x: self._curves.positions(index, x))
 
     def velocity(self, t: Any) -> Array:
         """dq/dt at t, on a group the body velocity; where steps meet, that of the later one."""
@@ -74,17 +74,18 @@ class ClockCurves:
         return self._at(t, velocities)
 
     def steps_backwards(self) -> Any:
-        """Numbers of the steps in which t does not grow, at some of their places."""
+        """Indices of the steps in which dt/dtau is not positive at one of GROWTH_SAMPLES points."""
         rates = self.rates @ _to_samples(self.method.table)
         return np.flatnonzero((rates <= 0.0).any(axis=1))
 
     @property
     def _curves(self) -> Curves:
-        """In tau, where each step has the length 1."""
+        """The curves over tau / h, in which each step has the length 1."""
         return Curves(self.method.space, 0.0, 1.0, self.bases, self.coefficients, self.chart)
 
     def _time(self, index: Any, x: Array) -> tuple[Array, Array]:
-        """t - the start of the step, and dt/dx, at shares x (k,) of the steps ``index`` (k,)."""
+        """The times since the starts of the steps ``index`` (k,), and dt/dx, at fractions x
+        (k,)."""
         lengths = np.full(len(self.rates), self.step)
         lengths[-1:] = self.last
         series = (self.method.table.analysis @ self.rates[index].T) * lengths[index]
@@ -95,40 +96,45 @@ class ClockCurves:
         ), rates
 
     def _at(self, t: Any, values: Callable[[Any, Array], Array]) -> Array:
-        times, single = times_asked(t)
+        times, is_scalar = times_as_array(t)
         sign = 1.0 if self.step > 0.0 else -1.0
-        grid, wanted = sign * self.times, sign * times
-        slack = 8.0 * EPSILON * max(abs(grid[0]), abs(grid[-1]))
-        inside = (wanted >= grid[0] - slack) & (wanted <= grid[-1] + slack)
+        signed_grid, signed_times = sign * self.times, sign * times
+        slack = 8.0 * EPSILON * max(abs(signed_grid[0]), abs(signed_grid[-1]))
+        inside = (signed_times >= signed_grid[0] - slack) & (
+            signed_times <= signed_grid[-1] + slack
+        )
         refuse_outside(inside, float(self.times[0]), float(self.times[-1]), t)
-        index = np.clip(np.searchsorted(grid, wanted, side="right") - 1, 0, len(grid) - 2)
-        since = sign * (wanted - grid[index])
-        rows = values(index, self._shares(index, since))
-        return rows[0] if single else rows
+        index = np.clip(
+            np.searchsorted(signed_grid, signed_times, side="right") - 1, 0, len(signed_grid) - 2
+        )
+        since = sign * (signed_times - signed_grid[index])
+        rows = values(index, self._fractions(index, since))
+        return rows[0] if is_scalar else rows
 
-    def _shares(self, index: Any, since: Array) -> Array:
-        """The shares of the steps at times since their starts."""
+    def _fractions(self, index: Any, since: Array) -> Array:
+        """The fractions x (k,) of the steps ``index`` (k,) at times (k,) since their starts."""
         lengths = self.times[index + 1] - self.times[index]
         x = np.clip(since / lengths, 0.0, 1.0)
         low, high = np.zeros_like(x), np.ones_like(x)
         for _ in range(TIME_ITERATIONS):
             t, rate = self._time(index, x)
-            off = (since - t) * np.sign(lengths)
-            low, high = np.where(off > 0.0, x, low), np.where(off > 0.0, high, x)
+            remaining = (since - t) * np.sign(lengths)
+            low, high = np.where(remaining > 0.0, x, low), np.where(remaining > 0.0, high, x)
             with np.errstate(divide="ignore", invalid="ignore"):
-                new = x + (since - t) / rate
-            new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-            if np.all(np.abs(new - x) <= EPSILON):
+                new_x = x + (since - t) / rate
+            new_x = np.where((new_x >= low) & (new_x <= high), new_x, 0.5 * (low + high))
+            if np.all(np.abs(new_x - x) <= EPSILON):
                 break
-            x = new
-        ends = (since == 0.0) | (since == lengths)
-        return np.where(ends, np.where(since == 0.0, 0.0, 1.0), x)
+            x = new_x
+        is_end = (since == 0.0) | (since == lengths)
+        return np.where(is_end, np.where(since == 0.0, 0.0, 1.0), x)
 
 
 @lru_cache(maxsize=32)
 def _to_samples(table: Tableau) -> Array:
-    """(s, TIME_PLACES) from the values at the stages of a step to those at even places of it."""
-    legendres = legendre.legvander(np.linspace(-1.0, 1.0, TIME_PLACES), len(table.analysis) - 1)
+    """The matrix (s, GROWTH_SAMPLES) from values at the stages of a step to values at evenly spaced
+    points of it."""
+    legendres = legendre.legvander(np.linspace(-1.0, 1.0, GROWTH_SAMPLES), len(table.analysis) - 1)
     return read_only((legendres @ table.analysis).T)
 
 
@@ -138,14 +144,15 @@ def _row_products(basis: Any, series: Any) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class JoinedCurves:
-    """Curves of a run's parts, as `galvi.curves.curves.Curves` or another kind.
+    """The curves of the parts of a run.
 
     Attributes
     ----------
     times : array, shape (parts + 1,)
-        limits of the parts
+        times at which the parts begin and the last one ends
     parts
-        the curves; that of a part's last step may go on beyond its limit
+        `Curves`, `FrameCurves` or `ClockCurves` of each part; their last step may end after the
+        part
     """
 
     times: Array
@@ -156,11 +163,11 @@ class JoinedCurves:
         return self._at_times(t, "position")
 
     def velocity(self, t: Any) -> Array:
-        """dq/dt at t, on a group the body velocity; at an action that after it."""
+        """dq/dt at t, on a group the body velocity; at the time of an action, that after it."""
         return self._at_times(t, "velocity")
 
     def _at_times(self, t: Any, name: str) -> Array:
-        times, single = times_asked(t)
+        times, single = times_as_array(t)
         sign = 1.0 if self.times[-1] > self.times[0] else -1.0
         grid, wanted = sign * self.times, times
         inside = (sign * wanted >= grid[0]) & (sign * wanted <= grid[-1])
@@ -168,17 +175,17 @@ class JoinedCurves:
         index = np.searchsorted(grid, sign * wanted, side="right") - 1
         index = np.minimum(index, len(self.parts) - 1)
         order = np.argsort(index, kind="stable")
-        cuts = np.flatnonzero(np.diff(index[order])) + 1
+        piece_starts = np.flatnonzero(np.diff(index[order])) + 1
         pieces = [
             getattr(self.parts[index[rows[0]]], name)(wanted[rows])
-            for rows in np.split(order, cuts)
+            for rows in np.split(order, piece_starts)
             if rows.size
         ]
         values: Array = np.concatenate(pieces)[np.argsort(order)] if pieces else np.zeros(0)
         return values[0] if single else values
 
 
-def cut(curves: Any, n: int) -> Any:
+def first_steps(curves: Any, n: int) -> Any:
     """The curves of the first n steps."""
     if n == len(curves.bases):
         return curves
@@ -188,8 +195,8 @@ def cut(curves: Any, n: int) -> Any:
     return replace(curves, **parts)
 
 
-def merged(parts: list[Any]) -> Any:
-    """Consecutive curves as one."""
+def merge_curves(parts: list[Any]) -> Any:
+    """The curves of consecutive steps as one value."""
     names = ("bases", "coefficients", "rates")[: 3 if isinstance(parts[0], ClockCurves) else 2]
     merged_fields: dict[str, Any] = {
         name: read_only(np.concatenate([getattr(part, name) for part in parts])) for name in names

@@ -1,4 +1,4 @@
-"""The Galerkin curves of a run, also in a moving frame."""
+"""The Galerkin curves of a run, in the inertial frame and in a moving frame."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class LocalChart(Protocol):
         """The configurations at xi about base (..., *shape)."""
 
     def velocity(self, xi: Callable[[], Array], rate: Array) -> Array:
-        """The velocities for xi' = rate; xi is a function, which a vector space never calls."""
+        """The velocities for xi' = rate; xi is a function, since vector spaces do not need it."""
 
 
 @dataclass(frozen=True)
@@ -60,20 +60,21 @@ class GroupChart:
         return np.einsum("...ab,...b->...a", tangent(self.chart, self.group, xi()), rate)
 
 
-class OverTime:
-    """Curves of steps of one length, evaluated at times."""
+class CurvesOverTime:
+    """Curves of steps of one length, evaluated at times; subclasses have ``positions`` and
+    ``velocities`` of steps."""
 
     t0: float
     step: float
     coefficients: Array
-    places: Any
+    positions: Any
     velocities: Any
 
     def position(self, t: Any) -> Array:
         """q at t: its shape for a scalar t, (k, ...) for (k,). ValueError outside the run."""
-        index, tau, single = located(self.t0, self.step, self.coefficients, t)
-        places = self.places(index, tau)
-        return places[0] if single else places
+        index, tau, is_scalar = locate_times(self.t0, self.step, self.coefficients, t)
+        positions = self.positions(index, tau)
+        return positions[0] if is_scalar else positions
 
     def velocity(self, t: Any) -> Array:
         """dq/dt at t, on a group the body velocity; where two steps meet, that of the later one.
@@ -83,13 +84,13 @@ class OverTime:
         ValueError
             Outside the run.
         """
-        index, tau, single = located(self.t0, self.step, self.coefficients, t)
+        index, tau, single = locate_times(self.t0, self.step, self.coefficients, t)
         velocities = self.velocities(index, tau)
         return velocities[0] if single else velocities
 
 
 @dataclass(frozen=True, eq=False)
-class Curves(OverTime):
+class Curves(CurvesOverTime):
     """q(t_k + tau h) is at xi = sum_i coefficients[k, :, i] psi_i(tau) about base_k, 0 <= tau <= 1.
 
     Attributes
@@ -116,7 +117,7 @@ class Curves(OverTime):
     coefficients: Array
     chart: LocalChart
 
-    def places(self, index: Any, tau: Array) -> Array:
+    def positions(self, index: Any, tau: Array) -> Array:
         """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
         return self.chart.configurations(self.bases[index], self._coordinates(index, tau))
 
@@ -127,13 +128,13 @@ class Curves(OverTime):
         return self.chart.velocity(lambda: self._coordinates(index, tau), rate)
 
     def _coordinates(self, index: Any, tau: Array) -> Array:
-        """xi (k, d) at places tau (k,) of the steps ``index`` (k,)."""
+        """xi (k, d) at fractions tau (k,) of the steps ``index`` (k,)."""
         basis = self.space.basis(np.append(tau, 0.0))[:, 1:]
         return np.einsum("kdi,ki->kd", self.coefficients[index], basis[:-1] - basis[-1])
 
 
-def times_asked(t: Any) -> tuple[Array, bool]:
-    """t as (k,), and whether it is a scalar; ValueError for another shape."""
+def times_as_array(t: Any) -> tuple[Array, bool]:
+    """t as an array (k,), and whether it is a scalar; ValueError unless it is a scalar or (k,)."""
     times = input_checks.array("t", t)
     if times.ndim > 1:
         raise ValueError(f"t must be a scalar or of shape (k,); received shape {times.shape}.")
@@ -149,9 +150,10 @@ def refuse_outside(inside: Any, first: float, last: float, t: Any) -> None:
         )
 
 
-def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, Array, bool]:
-    """Index of the step (k,), fraction of it (k,) in [0, 1], and whether t is a scalar."""
-    times, single = times_asked(t)
+def locate_times(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, Array, bool]:
+    """Indices (k,) of the steps at times t, fractions (k,) of them in [0, 1], and whether t is a
+    scalar; ValueError for a time outside the run."""
+    times, single = times_as_array(t)
     count = len(coefficients)
     with np.errstate(over="ignore"):
         elapsed_steps = (times - t0) / step
@@ -160,16 +162,20 @@ def located(t0: float, step: float, coefficients: Array, t: Any) -> tuple[Any, A
     refuse_outside(
         (elapsed_steps >= -slack) & (elapsed_steps <= count + slack), t0, t0 + count * step, t
     )
-    joint = np.round(elapsed_steps)
-    elapsed_steps = np.where(np.abs(elapsed_steps - joint) <= slack, joint, elapsed_steps)
+    nearest_end = np.round(elapsed_steps)
+    elapsed_steps = np.where(
+        np.abs(elapsed_steps - nearest_end) <= slack, nearest_end, elapsed_steps
+    )
     index = np.clip(np.floor(elapsed_steps).astype(np.intp), 0, count - 1)
-    past = (elapsed_steps == index) & np.isnan(coefficients[index, 0, 0]) & (index > 0)
-    index = np.where(past, index - 1, index)  # the last state before a failure ends its curve
+    is_after_failure = (elapsed_steps == index) & np.isnan(coefficients[index, 0, 0]) & (index > 0)
+    index = np.where(
+        is_after_failure, index - 1, index
+    )  # the last state before a failure ends its curve
     return index, elapsed_steps - index, single
 
 
 @dataclass(frozen=True, eq=False)
-class FrameCurves(OverTime):
+class FrameCurves(CurvesOverTime):
     """q = phi_t(w) with w = base + sum_i coefficients[k, :, i] psi_i(c), t since a step's centre.
 
     Attributes
@@ -181,12 +187,12 @@ class FrameCurves(OverTime):
     bases : array, shape (steps, 4, m)
         the state in the frame before each step, and its low parts
     coefficients : array, shape (steps, 2 n, dimension - 1)
-        n rows of places, and n of velocities; of a step that was done in the inertial frame all but
-        the first are NaN, and its base has (q, v)
+        n rows of positions and n of velocities; for a step that was done in the inertial frame all
+        entries but the first are NaN, and its base holds q and v
     first
-        number of the first step since the problem's start
+        number of steps from the problem's start to the first curve
     path
-        the frame, a `galvi.run.in_frame.curves.Path`
+        the frame, a `galvi.run.in_frame.curves.FrameOfRun`
     """
 
     space: Space
@@ -197,34 +203,40 @@ class FrameCurves(OverTime):
     first: int
     path: Any
 
-    def places(self, index: Any, tau: Array) -> Array:
+    def positions(self, index: Any, tau: Array) -> Array:
         """q (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
-        return self._in_both_frames(index, tau, self._own_places, Curves.position)
+        return self._in_both_frames(index, tau, self._frame_positions, Curves.position)
 
     def velocities(self, index: Any, tau: Array) -> Array:
         """dq/dt (k, ...) at fractions tau (k,) of the steps ``index`` (k,)."""
-        return self._in_both_frames(index, tau, self._own_velocities, Curves.velocity)
+        return self._in_both_frames(index, tau, self._frame_velocities, Curves.velocity)
 
     def _in_both_frames(self, index: Any, tau: Array, in_frame: Any, inertial: Any) -> Array:
-        """Values by ``in_frame``; of steps that were done in the inertial frame by ``inertial``."""
-        away = np.isnan(self.coefficients[index, -1, -1]) & ~np.isnan(self.bases[index, 0, 0])
-        rows, values = [np.flatnonzero(~away)], [in_frame(index[~away], tau[~away])]
-        for k in np.unique(index[away]).tolist():
-            rows.append(np.flatnonzero(away & (index == k)))
+        """Values (k, ...) by ``in_frame``, or by ``inertial`` for steps done in the inertial
+        frame."""
+        is_inertial = np.isnan(self.coefficients[index, -1, -1]) & ~np.isnan(
+            self.bases[index, 0, 0]
+        )
+        rows, values = (
+            [np.flatnonzero(~is_inertial)],
+            [in_frame(index[~is_inertial], tau[~is_inertial])],
+        )
+        for k in np.unique(index[is_inertial]).tolist():
+            rows.append(np.flatnonzero(is_inertial & (index == k)))
             curves = self.path.curves(self.first + k, self.bases[k])
             values.append(inertial(curves, tau[rows[-1]] * self.step))
         return np.concatenate(values)[np.argsort(np.concatenate(rows))]
 
-    def _own_places(self, index: Any, tau: Array) -> Array:
-        w, _rate, since = self._moving(index, tau)
+    def _frame_positions(self, index: Any, tau: Array) -> Array:
+        w, _rate, since = self._frame_states(index, tau)
         return self.path.flow(w, since)
 
-    def _own_velocities(self, index: Any, tau: Array) -> Array:
-        w, rate, since = self._moving(index, tau)
+    def _frame_velocities(self, index: Any, tau: Array) -> Array:
+        w, rate, since = self._frame_states(index, tau)
         moved = self.path.flow(w + 1j * COMPLEX_STEP * rate, since + 1j * COMPLEX_STEP)
         return np.imag(moved) / COMPLEX_STEP
 
-    def _moving(self, index: Any, tau: Array) -> tuple[Array, Array, Array]:
+    def _frame_states(self, index: Any, tau: Array) -> tuple[Array, Array, Array]:
         """w (k, 4, m), dw/dt, and the times (k,) since the steps' centres."""
         c, slope = self.path.node(self.first + index, tau)
         basis = self.space.basis(np.append(c, 0.0))[:, 1:]

@@ -10,33 +10,35 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.checkpoint import Checkpoint
-from galvi.curves.curves import located, refuse_outside, times_asked
+from galvi.curves.curves import locate_times, refuse_outside, times_as_array
 from galvi.method import Galerkin
 from galvi.problem import Problem
 
 
-def unchecked() -> None:
-    """The check of a run from a file, whose functions are not compared."""
+def no_check() -> None:
+    """Does nothing: the check of a run from a file, whose functions are not compared."""
 
 
-Evaluate = Callable[[int, Any], Array]  # (a piece, rows of the times in it) -> values (rows, ...)
+# (index of a piece, rows of the times in it) -> values (rows, ...)
+Evaluate = Callable[[int, Any], Array]
 
 
 @dataclass(frozen=True, eq=False)
 class RedoneCurves:
-    """The curves that the run would have kept: bit for bit, but for velocities in a clock, which
-    differ by round-off.
+    """The curves that the run would have kept, computed again: identical to the bit, except that
+    velocities in a clock differ by round-off.
 
     Attributes
     ----------
     total, steps_done
-        steps after checkpoints[0] that were requested, and those that were done
+        numbers of requested and of completed steps after checkpoints[0]
     end
         the last time of the run
     checkpoints
-        states of the run, in the order of time; steps are done again from them
+        states of the run in the order of time, from which steps are repeated
     check
-        raises ValueError where the problem's functions are no longer those of the run
+        called before steps are repeated; raises ValueError where the problem's functions have
+        changed since the run
     """
 
     problem: Problem
@@ -46,7 +48,7 @@ class RedoneCurves:
     steps_done: int
     end: float
     checkpoints: tuple[Checkpoint, ...]
-    check: Callable[[], None] = unchecked
+    check: Callable[[], None] = no_check
 
     def position(self, t: Any) -> Array:
         """q at t: its shape for a scalar t, (k, ...) for (k,); NaN after a failure.
@@ -56,7 +58,7 @@ class RedoneCurves:
         ValueError
             Outside the run.
         """
-        return self._values(t, "position", "places", self.problem.q0.shape)
+        return self._values(t, "position", "positions", self.problem.q0.shape)
 
     def velocity(self, t: Any) -> Array:
         """dq/dt at t, as `galvi.curves.curves.Curves.velocity`."""
@@ -75,14 +77,14 @@ class RedoneCurves:
         return values if np.ndim(t) else values[0]
 
     def _in_steps(self, t: Any, name: str) -> tuple[Any, Evaluate]:
-        """Of equal steps: the pieces between checkpoints (k,) that contain the times, -1 after a
-        failure, and a function that returns the values there."""
+        """For equal steps, the indices (k,) of the pieces between checkpoints that contain the
+        times, -1 after a failure, and a function that evaluates the curves there."""
         origin = self.checkpoints[0].first
         begin = self.problem.t0 + origin * self.step
         zeros = np.broadcast_to(0.0, (self.total, 1, 1))
-        index, tau, _ = located(begin, self.step, zeros, t)
-        ended = (index == self.steps_done) & (tau == 0.0) & (index > 0)
-        index, tau = np.where(ended, index - 1, index), np.where(ended, 1.0, tau)
+        index, tau, _ = locate_times(begin, self.step, zeros, t)
+        is_last_end = (index == self.steps_done) & (tau == 0.0) & (index > 0)
+        index, tau = np.where(is_last_end, index - 1, index), np.where(is_last_end, 1.0, tau)
         starts = np.array([state.first - origin for state in self.checkpoints])
         pieces = np.searchsorted(starts, index, side="right") - 1
         pieces[index >= self.steps_done] = -1
@@ -101,7 +103,7 @@ class RedoneCurves:
 
     def _in_clock(self, t: Any, name: str) -> tuple[Any, Evaluate]:
         """As ``_in_steps``, in a clock."""
-        times, _ = times_asked(t)
+        times, _ = times_as_array(t)
         sign = 1.0 if self.step > 0.0 else -1.0
         grid = np.array([state.clock[0] for state in self.checkpoints])
         inside = (sign * times >= sign * grid[0]) & (sign * times <= sign * self.end)
@@ -112,11 +114,11 @@ class RedoneCurves:
         def evaluate(k: int, rows: Any) -> Array:
             from galvi.run.loop import curves_from  # runs stand on curves
 
-            farthest = sign * float(np.max(sign * times[rows]))
-            if farthest == grid[k]:  # a step is needed, however short the run
-                farthest = self.end if k + 1 == len(grid) else float(grid[k + 1])
+            last_needed = sign * float(np.max(sign * times[rows]))
+            if last_needed == grid[k]:  # a step is needed, however short the run
+                last_needed = self.end if k + 1 == len(grid) else float(grid[k + 1])
             curves = curves_from(
-                self.problem, self.method, self.step, self.checkpoints[k], farthest, self.end
+                self.problem, self.method, self.step, self.checkpoints[k], last_needed, self.end
             )
             return getattr(curves, name)(times[rows])
 

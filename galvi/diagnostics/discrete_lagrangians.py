@@ -35,12 +35,14 @@ from galvi.systems.legendre_transform import values_and_momenta
 from galvi.systems.multibody import Multibody
 from galvi.trajectory import Trajectory
 
-SUBDIVISIONS = 24  # of the time, for continuation in it, at most
-# Of q1, over the lengths of coordinates; residuals are round-off unless a momentum is differenced.
-TOLERANCE = 2.0**-36
+MAX_SUBDIVISIONS = 24  # largest number of times in the continuation to h
+# Largest residual of q1 over the lengths of coordinates; residuals are round-off unless a momentum
+# is differenced.
+END_TOLERANCE = 2.0**-36
 INCREMENT = 2.0**-17  # of central differences by the velocity, in its units and relative to it
-SINGULAR = 2.0**-28  # the least singular value of the derivative of the end, at conjugate points
-CHUNK = 4096  # steps whose stages are held at once
+# Singular value of the derivative of the end by the velocity, up to which the ends are conjugate.
+LEAST_SINGULAR_VALUE = 2.0**-28
+CHUNK = 4096  # steps whose stages are in memory at once
 
 
 def discrete_lagrangian(problem: Problem, method: Galerkin, q0: Any, q1: Any, h: float) -> float:
@@ -49,9 +51,9 @@ def discrete_lagrangian(problem: Problem, method: Galerkin, q0: Any, q1: Any, h:
     Parameters
     ----------
     problem
-        its system and t0, at which the curves begin, are used; not its initial state
+        its system and its t0, at which the curves begin, are used, but not its initial state
     method
-        without a clock, and in no moving frame
+        a method without a clock or a moving frame
     q0, q1
         configurations of the shape of problem.q0
     h
@@ -133,21 +135,20 @@ def discrete_legendre_transforms(
 def action(run: Trajectory) -> Array:
     """The discrete action from the start of a run to each saved time, in energy times time.
 
-    Each step adds
-    h sum_j b_j L along its own curve, with L as in `galvi.discrete_lagrangian`, which is L_d
-    between its ends, unless several curves join them: a step that rotates a body by more than half
-    a turn has another curve than `galvi.discrete_lagrangian`. Where curves were not kept, all steps
-    are done again.
+    Each step adds h sum_j b_j L along its curve, with L as in `galvi.discrete_lagrangian`. This is
+    L_d between the ends of the step unless several curves join them: for a step that rotates a body
+    by more than half a turn, `galvi.discrete_lagrangian` uses another curve. Where curves were not
+    kept, all steps are repeated.
 
     Parameters
     ----------
     run : galvi.Trajectory
-        of `galvi.integrate`, without a clock, a moving frame or actions of events
+        a run of `galvi.integrate` without a clock, a moving frame or actions of events
 
     Returns
     -------
     array, shape (saved,)
-        action[0] is 0, action[-1] that of the whole run; NaN past a failed step
+        action[0] is 0, action[-1] the action of the whole run; NaN past a failed step
 
     Raises
     ------
@@ -193,24 +194,27 @@ def action(run: Trajectory) -> Array:
             f"t = {float(run.t[-1])!r}, within a step. Integrate without the event up to the step "
             f"before."
         )
-    of_steps = [_actions(run.problem, run.method, chunk) for chunk in _chunks(curves)]
-    sums = np.cumsum(np.concatenate([np.zeros(1), *of_steps]))
-    failed = np.full(max(saved[-1] + 1 - len(sums), 0), np.nan)
-    return read_only(np.concatenate([sums, failed])[saved])
+    step_actions = [_actions(run.problem, run.method, chunk) for chunk in _chunks(curves)]
+    sums = np.cumsum(np.concatenate([np.zeros(1), *step_actions]))
+    nan_actions = np.full(max(saved[-1] + 1 - len(sums), 0), np.nan)
+    return read_only(np.concatenate([sums, nan_actions])[saved])
 
 
 def _refuse_other_coordinates(method: Galerkin, subject: str) -> None:
     """ValueError for a method in a clock or in a moving frame."""
-    kind = "a clock" if method.clock is not None else "a moving frame" if method.in_frame else ""
-    if kind:
+    received = (
+        "a clock" if method.clock is not None else "a moving frame" if method.in_frame else ""
+    )
+    if received:
         raise ValueError(
             f"{subject} needs steps of equal length in the inertial frame; received a method in "
-            f"{kind}. Leave it out."
+            f"{received}. Leave it out."
         )
 
 
 def _chunks(curves: Any) -> Iterator[Curves]:
-    """The curves of a run's steps, up to CHUNK of them at once; those that failed may be absent."""
+    """The curves of a run's steps, at most CHUNK at once unless they are computed again; those of
+    failed steps may be absent."""
     if isinstance(curves, RedoneCurves):
         curves.check()
         ends = [
@@ -234,7 +238,7 @@ def _chunks(curves: Any) -> Iterator[Curves]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def _actions(problem: Problem, method: Galerkin, curves: Curves) -> Array:
-    """h sum_j b_j L of steps, (steps,); NaN for those that failed."""
+    """h sum_j b_j L (steps,) of each step; NaN for a step that failed."""
     t, q, v, weights = stages_along(curves, method.table)
     solved = np.isfinite(curves.coefficients).all(axis=(1, 2))
     values = np.full(t.shape, np.nan)
@@ -245,18 +249,18 @@ def _actions(problem: Problem, method: Galerkin, curves: Curves) -> Array:
 
 
 def lagrangian_values(problem: Problem, q: Array, v: Array, t: Array) -> Array:
-    """L (n,) at n states, without external forces but those of a Multibody with a potential."""
+    """L (n,) at n states; of external forces only those of a Multibody with a potential count."""
     system: Any = problem.system
     if not isinstance(system, Lagrangian):
         p = system.momentum(v)
         kinetic: Array = 0.5 * np.sum(p * v, axis=tuple(range(1, p.ndim)))
         return kinetic - potentials(system, q, t, None)
-    together = values_and_momenta(system, q, v, t)
-    if together is None:
+    values_with_momenta = values_and_momenta(system, q, v, t)
+    if values_with_momenta is None:
         rows = zip(q, v, t.tolist(), strict=True)
         values = np.array([system.value(x, w, s) for x, w, s in rows])
     else:
-        values = together[0]
+        values = values_with_momenta[0]
     return values - system.potential_of_forces(q) if isinstance(system, Multibody) else values
 
 
@@ -266,13 +270,13 @@ class Trial(NamedTuple):
     Attributes
     ----------
     v : array, shape (d,)
-        that velocity
+        the trial velocity
     run
-        the step
+        the run of one step
     residual : array, shape (d,)
-        its end in exponential coordinates about q1, over their lengths
+        the end of the step in exponential coordinates about q1, over their lengths
     size
-        the largest of its entries; infinite for a step that failed
+        the largest entry of the residual; infinite for a step that failed
     """
 
     v: Array
@@ -315,7 +319,7 @@ def _step_between(
         residual = coordinates(CHART, group, end, run.q[-1].reshape(group.shape)) / lengths
         return Trial(v, run, residual, float(np.max(np.abs(residual))))
 
-    solution = _continued(trial, displacement, lengths, h)
+    solution = _continue_in_time(trial, displacement, lengths, h)
     if solution is None:
         raise RuntimeError(
             f"no curve from q0 to q1 in the time h = {h!r} was found by Newton's method from "
@@ -325,15 +329,15 @@ def _step_between(
     return solution.run
 
 
-def _continued(
+def _continue_in_time(
     trial: Callable[[Array, float], Trial], displacement: Array, lengths: Array, h: float
 ) -> Trial | None:
-    """The step to q1 in the time h, by continuation in the time from a fraction of h for which
-    Newton's method converges from uniform motion; None where it is not found."""
+    """The step to q1 in the time h, by continuation from a fraction of h for which Newton's method
+    converges from uniform motion; None where no such step is found."""
     solved_fraction, fraction = 0.0, 1.0
-    for _ in range(SUBDIVISIONS):
+    for _ in range(MAX_SUBDIVISIONS):
         time = fraction * h
-        nearest = _nearest(trial, displacement / time, lengths / abs(time), time)
+        nearest = _solve_for_velocity(trial, displacement / time, lengths / abs(time), time)
         if nearest is None:
             fraction = 0.5 * (solved_fraction + fraction)
         elif fraction == 1.0:
@@ -344,16 +348,16 @@ def _continued(
     return None
 
 
-def _nearest(
+def _solve_for_velocity(
     trial: Callable[[Array, float], Trial], v: Array, unit: Array, time: float
 ) -> Trial | None:
-    """The step that ends nearest to q1 among those of Powell's hybrid of Newton's method from v;
-    None where that is not within ``TOLERANCE``, and where q1 is conjugate to q0.
+    """The trial step of Powell's hybrid method, started from v, that ends nearest to q1; None where
+    its residual exceeds ``END_TOLERANCE``, and where q1 is conjugate to q0.
 
     Parameters
     ----------
     unit : array, shape (d,)
-        of velocities
+        units of the velocities
     """
     from scipy.optimize import root  # a fifth of galvi's import
 
@@ -378,7 +382,7 @@ def _nearest(
         return np.nan_to_num(np.stack(columns, axis=1) / (2.0 * increments))
 
     root(residual, v / unit, jac=derivative, options={"xtol": 0.0})  # to round-off
-    if nearest.size > TOLERANCE:
+    if nearest.size > END_TOLERANCE:
         return None
     smallest_singular_value = np.linalg.svd(derivative(nearest.v / unit), compute_uv=False)[-1]
-    return nearest if smallest_singular_value > SINGULAR else None
+    return nearest if smallest_singular_value > LEAST_SINGULAR_VALUE else None

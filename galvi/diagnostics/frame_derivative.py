@@ -11,13 +11,13 @@ from galvi.curves.curves import FrameCurves
 from galvi.frames.frame import Frame, matrix_of
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.in_frame.curves import Path
+from galvi.run.in_frame.curves import FrameOfRun
 from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
 
 
 def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
-    """D(q1, v1)/D(q0, v0) of one step whose passes have converged, with its nodes held, (2 d, 2 d).
+    """D(q1, v1)/D(q0, v0), (2 d, 2 d), of one step whose passes have converged, for fixed nodes.
 
     With w the state at the step's centre and F_j = omega_j w' at the stages W_j: dW_j = dw + sum_l
     A_jl DF_l dW_l, and the step is phi_(h/2) (w + sum_j b_j F_j) after w = phi_(h/2).
@@ -32,7 +32,7 @@ def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
     if not run.success or run.counts.get("inertial_steps"):
         raise ValueError(f"the step has no derivative in its frame. {run.status}")
     curves = cast(FrameCurves, run.curves)
-    times, weights = cast(Path, curves.path).times(0, table.c)
+    times, weights = cast(FrameOfRun, curves.path).times(0, table.c)
     weights = weights * (step / (table.b @ weights))
     stages, after = _states(curves, table.c)
     slopes = np.stack(
@@ -42,14 +42,18 @@ def frame_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
         ]
     )
     s, unit = len(times), np.eye(2 * d)
-    coupled = np.einsum("jl,lab->jalb", table.integral, slopes).reshape(s * 2 * d, s * 2 * d)
-    lines = np.tile(unit, (s, 1))
-    dW = np.linalg.solve(np.eye(s * 2 * d) - coupled, lines).reshape(s, 2 * d, 2 * d)
-    kick = unit + np.einsum("j,jab,jbc->ac", table.b, slopes, dW)
+    coupling = np.einsum("jl,lab->jalb", table.integral, slopes).reshape(s * 2 * d, s * 2 * d)
+    right_sides = np.tile(unit, (s, 1))
+    dW = np.linalg.solve(np.eye(s * 2 * d) - coupling, right_sides).reshape(s, 2 * d, 2 * d)
+    centre_change = unit + np.einsum("j,jab,jbc->ac", table.b, slopes, dW)
     start = frame.enter(problem, problem.q0, problem.v0)[[4, 6]]
-    first, last = (frame.derivatives(problem, w, 0.5 * step)[0] for w in (start, after))
-    into = np.kron(np.eye(2), matrix_of(frame, problem))
-    return np.linalg.solve(into, last @ kick @ first @ into)
+    derivative_before, derivative_after = (
+        frame.derivatives(problem, w, 0.5 * step)[0] for w in (start, after)
+    )
+    into_frame = np.kron(np.eye(2), matrix_of(frame, problem))
+    return np.linalg.solve(
+        into_frame, derivative_after @ centre_change @ derivative_before @ into_frame
+    )
 
 
 def _states(curves: FrameCurves, c: Array) -> tuple[Array, Array]:

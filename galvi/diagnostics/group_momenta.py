@@ -1,7 +1,7 @@
 """Momenta of rotations and translations of space, for bodies and points: factors of a Lie group.
 
-A rotation Q of space takes a body's attitude R to Q R and a place x to Q x; a translation by c
-leaves R alone and takes x to x + c. In the plane, Q is a matrix of SO(2).
+A rotation Q of space takes a body's attitude R to Q R and a position x to Q x; a translation by c
+does not change R and takes x to x + c. In the plane, Q is a matrix of SO(2).
 """
 
 from __future__ import annotations
@@ -19,14 +19,16 @@ MATRICES = (SO2, SE2, SO3, SE3)
 
 
 class Factor(NamedTuple):
-    """A factor of a group that is no product itself.
+    """A factor of a group that is no product.
 
     Attributes
     ----------
+    group
+        the factor
     q
-        its elements, (..., *group.shape)
+        elements (..., *group.shape)
     p
-        their left-trivialised momenta, (..., group.dimension)
+        their left-trivialised momenta (..., group.dimension)
     """
 
     group: Group
@@ -44,7 +46,7 @@ def factors(group: Group, q: Array, p: Array) -> list[Factor]:
 
 
 def attitudes(group: Group, q: Array) -> list[Array]:
-    """Rotation matrices (..., n, n), n = 2 or 3, of each factor that has them."""
+    """The rotation matrices (..., n, n), n = 2 or 3, of each factor that has rotations."""
     if isinstance(group, Product):
         parts = zip(group.factors, group.parts(q), strict=True)
         return [R for factor, part in parts for R in attitudes(factor, part)]
@@ -55,9 +57,9 @@ def attitudes(group: Group, q: Array) -> list[Array]:
 def angular_momentum(group: Group, q: Array, p: Array) -> Array:
     """Sum over the factors of spin + x cross P about the origin, (...,) in the plane or (..., 3).
 
-    The spin is R mu with mu the rotational part of a body's p (in the plane mu itself), 0 of a
-    point; x and P are place and linear momentum, see `linear_momentum`, 0 of a body without a
-    place.
+    The spin of a body is R mu, with mu the rotational part of its p (in the plane mu itself); that
+    of a point is 0. x and P are position and linear momentum, see `linear_momentum`; a body without
+    a position has no such term.
 
     Raises
     ------
@@ -68,23 +70,25 @@ def angular_momentum(group: Group, q: Array, p: Array) -> Array:
     terms = []
     for factor in factors(group, q, p):
         if isinstance(factor.group, MATRICES):
-            turning = factor.p[..., : 2 * space - 3]
-            terms.append(turning[..., 0] if space == 2 else turned(factor.q, turning))
+            rotational = factor.p[..., : 2 * space - 3]
+            terms.append(
+                rotational[..., 0] if space == 2 else rotate_to_space(factor.q, rotational)
+            )
         if not isinstance(factor.group, SO2 | SO3):
             terms.append(moment(*place_and_momentum(factor, space)))
     return sum(terms[1:], terms[0])
 
 
 def linear_momentum(group: Group, q: Array, p: Array) -> Array:
-    """Sum over bodies and points with a place of their linear momentum, (..., 2 or 3).
+    """The sum (..., 2 or 3) of the linear momenta of bodies and points with a position.
 
-    That of a body is R mu with mu the translational part of its p, that of a point p. Translations
-    leave a body on SO(2) or SO(3) alone, so that it adds nothing.
+    That of a body is R mu with mu the translational part of its p, that of a point is p. A body on
+    SO(2) or SO(3), which has no position, adds nothing.
 
     Raises
     ------
     ValueError
-        Where no factor has a place, and as `angular_momentum`.
+        Where no factor has a position, and as `angular_momentum`.
     """
     space = dimension_of_space(group)
     terms = [
@@ -102,13 +106,14 @@ def linear_momentum(group: Group, q: Array, p: Array) -> Array:
 
 
 def place_and_momentum(factor: Factor, space: int) -> tuple[Array, Array]:
-    """Place and linear momentum in space, (..., space), of a point or of a body that moves."""
+    """Position and linear momentum in space, (..., space), of a point, or a body on SE(2) or
+    SE(3)."""
     if isinstance(factor.group, Rn):
         return factor.q, factor.p
-    return factor.q[..., :space, space], turned(factor.q, factor.p[..., 2 * space - 3 :])
+    return factor.q[..., :space, space], rotate_to_space(factor.q, factor.p[..., 2 * space - 3 :])
 
 
-def turned(g: Array, mu: Array) -> Array:
+def rotate_to_space(g: Array, mu: Array) -> Array:
     """R mu for bodies g (..., m, m) with R in their first rows, from mu (..., n), n = 2 or 3."""
     n = mu.shape[-1]
     return np.einsum("...ij,...j->...i", g[..., :n, :n], mu)
@@ -122,15 +127,16 @@ def moment(x: Array, P: Array) -> Array:
 
 
 def dimension_of_space(group: Group) -> int:
-    """2 or 3: where all bodies and points of a group are; ValueError where there is no answer."""
+    """2 or 3, the dimension of the space of all bodies and points of a group; ValueError where they
+    do not share one, or where a factor is neither a body nor a point."""
     leaves = _leaves(group)
     for space, members in ((2, IN_PLANE), (3, IN_SPACE)):
         if all(leaf in members for leaf in leaves):
             return space
-    strange = [leaf for leaf in leaves if leaf not in IN_PLANE + IN_SPACE]
+    unknown_factors = [leaf for leaf in leaves if leaf not in IN_PLANE + IN_SPACE]
     reason = (
-        f"on {strange[0]} nothing says how space acts"
-        if strange
+        f"on {unknown_factors[0]} nothing says how space acts"
+        if unknown_factors
         else "some factors are in the plane and some in space"
     )
     raise ValueError(

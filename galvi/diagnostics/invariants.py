@@ -88,7 +88,7 @@ def momentum_map(run: Trajectory, t: Any = None) -> Array:
     Parameters
     ----------
     run : galvi.Trajectory
-        of a system in the list below
+        a run of a system in the list above
     t : float or array, optional
         times on the curves of the steps; None: the saved times
 
@@ -113,7 +113,7 @@ def momentum_map(run: Trajectory, t: Any = None) -> Array:
     times, q, p = _states(run, t)
     group = _group(run)
     if isinstance(run.problem.system, Multibody):
-        return _of_tree(run, times, q, p, t)[..., :3]
+        return _tree_momenta(run, times, q, p, t)[..., :3]
     if group is not None:
         return group_momenta.angular_momentum(group, q, p)
     _require_space(run)
@@ -157,7 +157,7 @@ def linear_momentum(run: Trajectory, t: Any = None) -> Array:
     times, q, p = _states(run, t)
     group = _group(run)
     if isinstance(run.problem.system, Multibody):
-        return _of_tree(run, times, q, p, t)[..., 3:]
+        return _tree_momenta(run, times, q, p, t)[..., 3:]
     if group is not None and not isinstance(run.problem.system, RigidBody):
         return group_momenta.linear_momentum(group, q, p)
     _require_space(run)
@@ -170,7 +170,7 @@ def _group(run: Trajectory) -> Group | None:
     return None if isinstance(group, Rn) else group
 
 
-def _of_tree(run: Trajectory, times: Array, q: Array, p: Array, t: Any) -> Array:
+def _tree_momenta(run: Trajectory, times: Array, q: Array, p: Array, t: Any) -> Array:
     """Angular momentum and momentum (..., 6) of a Multibody."""
     system = cast(Multibody, run.problem.system)
     v = velocity_at(system, q, p, times, run.problem.v0) if t is None else run.velocity(t)
@@ -252,15 +252,16 @@ class MomentumBalance:
 
 
 def momentum_balance(run: Trajectory, *, linear: bool = False) -> MomentumBalance:
-    """How a momentum changes, and the impulses that change it.
+    """The momentum after each step of a run, and the impulses that change it.
 
     Parameters
     ----------
     run : galvi.Trajectory
-        of a Canonical system of one body in the plane or in space, or of a RigidBody, with its
-        curves
+        a run of a Canonical system of one body in the plane or in space, or of a RigidBody, with
+        its curves
     linear : bool
-        balance linear instead of angular momentum about the origin; not for a RigidBody
+        whether to balance the linear momentum instead of the angular momentum about the origin; not
+        for a RigidBody
 
     Returns
     -------
@@ -291,15 +292,15 @@ def momentum_balance(run: Trajectory, *, linear: bool = False) -> MomentumBalanc
     t, q, v, weights = stage_states(run)
     if len(momentum) != len(t) + 1:
         raise ValueError("the balance of momentum needs every step; integrate with save_every=1.")
-    of_potential, of_force = np.zeros((2, *q.shape[:2], run.problem.v0.size))
+    potential_forces, external_forces = np.zeros((2, *q.shape[:2], run.problem.v0.size))
     for step, stage in np.ndindex(q.shape[:2]):
         state = q[step, stage], float(t[step, stage])
         if not np.all(np.isfinite(q[step, stage])):
-            of_potential[step, stage] = of_force[step, stage] = np.nan
+            potential_forces[step, stage] = external_forces[step, stage] = np.nan
             continue
-        of_potential[step, stage] = _potential_force(system, *state)
-        of_force[step, stage] = force_at(system, state[0], v[step, stage], state[1])
-    impulses = [_impulse(part, q, weights, linear) for part in (of_potential, of_force)]
+        potential_forces[step, stage] = _potential_force(system, *state)
+        external_forces[step, stage] = force_at(system, state[0], v[step, stage], state[1])
+    impulses = [_impulse(part, q, weights, linear) for part in (potential_forces, external_forces)]
     return MomentumBalance(run.t, momentum, *impulses)
 
 
@@ -312,12 +313,12 @@ def _potential_force(system: Canonical | RigidBody, q: Array, t: float) -> Array
 def _impulse(forces: Array, q: Array, weights: Array, linear: bool) -> Array:
     """Accumulated impulse (steps + 1, ...) of forces (steps, s, d) at configurations q."""
     if q.ndim == 4:
-        turning = np.einsum("ksab,ksb->ksa", q, forces)
+        momentum_rates = np.einsum("ksab,ksb->ksa", q, forces)
     elif linear:
-        turning = forces
+        momentum_rates = forces
     else:
-        turning = group_momenta.moment(q, forces)
-    step_impulses = np.tensordot(turning, weights, axes=(1, 0))
+        momentum_rates = group_momenta.moment(q, forces)
+    step_impulses = np.tensordot(momentum_rates, weights, axes=(1, 0))
     return read_only(
         np.concatenate([np.zeros((1, *step_impulses.shape[1:])), np.cumsum(step_impulses, axis=0)])
     )
@@ -354,11 +355,11 @@ def rotations(run: Trajectory, t: Any = None) -> Rotation:
     >>> galvi.rotations(run).as_quat(scalar_first=True).shape
     (11, 4)
     """
-    group, q = _on_group(run, t)
+    group, q = _group_and_configurations(run, t)
     if not isinstance(group, SO3 | SE3):
         raise ValueError(
             f"attitudes need a run on SO(3) or SE(3), such as of a galvi.RigidBody; received "
-            f"{run!r}.{_conversion(group)}"
+            f"{run!r}.{_conversion_hint(group)}"
         )
     R = q[..., :3, :3]
     if not np.all(np.isfinite(R)):
@@ -371,7 +372,7 @@ def rotations(run: Trajectory, t: Any = None) -> Rotation:
     return Rotation.from_matrix(R)
 
 
-def _conversion(group: Any) -> str:
+def _conversion_hint(group: Any) -> str:
     """How attitudes come from configurations of a Product or in the plane; else empty."""
     if isinstance(group, Product):
         return (
@@ -410,7 +411,7 @@ def orthogonality_defect(run: Trajectory, t: Any = None) -> Array:
     >>> bool(galvi.orthogonality_defect(run).max() < 1e-13)
     True
     """
-    group, q = _on_group(run, t)
+    group, q = _group_and_configurations(run, t)
     attitudes = [] if group is None else group_momenta.attitudes(group, q)
     if not attitudes:
         raise ValueError(
@@ -421,7 +422,7 @@ def orthogonality_defect(run: Trajectory, t: Any = None) -> Array:
     return np.max([np.max(np.abs(square), axis=(-2, -1)) for square in squares], axis=0)
 
 
-def _on_group(run: Trajectory, t: Any) -> tuple[Group | None, Array]:
+def _group_and_configurations(run: Trajectory, t: Any) -> tuple[Group | None, Array]:
     """The group of a run, None if it has none, and its configurations."""
     if not isinstance(run, Trajectory):
         raise TypeError(f"run must be a galvi.Trajectory; received {shown(run)}.")

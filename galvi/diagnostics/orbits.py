@@ -14,8 +14,8 @@ from galvi.kernels.constants import TWO_PI
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-KEPLER_ITERATIONS = 100
-LEAST_DIVISOR = 1e-300  # in place of an e - 1 of 0
+MAX_KEPLER_ITERATIONS = 100
+LEAST_DIVISOR = 1e-300  # replaces an e - 1 of 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,14 +97,14 @@ class OrbitalElements:
                 )
             )
         )
-        wrong = (e < 1.0) & (a < 0.0) | (e > 1.0) & (a > 0.0) & np.isfinite(a)
-        if np.any(e < 0.0) or np.any(wrong):
+        is_inconsistent = (e < 1.0) & (a < 0.0) | (e > 1.0) & (a > 0.0) & np.isfinite(a)
+        if np.any(e < 0.0) or np.any(is_inconsistent):
             raise ValueError(
                 "an eccentricity must be at least 0, below 1 for a positive axis and above 1 for a "
                 f"negative one; received {e.tolist()} and axes {a.tolist()}."
             )
-        if np.any(parabolic := (e == 1.0) | np.isinf(a)):
-            index = tuple(int(k) for k in np.argwhere(parabolic)[0])
+        if np.any(is_parabolic := (e == 1.0) | np.isinf(a)):
+            index = tuple(int(k) for k in np.argwhere(is_parabolic)[0])
             raise ValueError(
                 f"a and e must be those of an ellipse or a hyperbola, as on a parabola they do not "
                 f"say where the body is; received a = {a[index]:g} and e = {e[index]:g}"
@@ -192,38 +192,40 @@ def orbital_elements(run: Trajectory, centre: int | None = None) -> OrbitalEleme
 
 
 def _elements(gm: Array, q: Array, v: Array) -> OrbitalElements:
-    """q, v (saved, bodies, 3). The true anomaly nu, from which the pericentre and M are counted in
-    opposite directions, is the same number in both, so that its error leaves their sum.
+    """The elements of relative states q, v (saved, bodies, 3).
+
+    The pericentre and M contain the true anomaly nu with opposite signs and the same rounding, so
+    that its error cancels in their sum.
     """
     r = np.linalg.norm(q, axis=-1)
-    spin = np.cross(q, v)
-    size = np.linalg.norm(spin, axis=-1)
-    inward = np.sum(q * v, axis=-1)
+    momentum = np.cross(q, v)
+    size = np.linalg.norm(momentum, axis=-1)
+    radial = np.sum(q * v, axis=-1)
     inverse_axis = 2.0 / r - np.sum(v**2, axis=-1) / gm
 
-    tilt = np.hypot(spin[..., 0], spin[..., 1])
-    node = np.where(tilt > 0.0, np.arctan2(spin[..., 0], -spin[..., 1]), 0.0)
-    ahead = np.stack([np.cos(node), np.sin(node), np.zeros_like(node)], axis=-1)
-    across = np.cross(spin / size[..., None], ahead)
-    latitude = np.arctan2(np.sum(q * across, axis=-1), np.sum(q * ahead, axis=-1))
+    horizontal = np.hypot(momentum[..., 0], momentum[..., 1])
+    node = np.where(horizontal > 0.0, np.arctan2(momentum[..., 0], -momentum[..., 1]), 0.0)
+    node_direction = np.stack([np.cos(node), np.sin(node), np.zeros_like(node)], axis=-1)
+    transverse = np.cross(momentum / size[..., None], node_direction)
+    latitude = np.arctan2(np.sum(q * transverse, axis=-1), np.sum(q * node_direction, axis=-1))
 
-    cosine, sine = size**2 / (gm * r) - 1.0, size * inward / (gm * r)  # e cos nu, e sin nu
+    cosine, sine = size**2 / (gm * r) - 1.0, size * radial / (gm * r)  # e cos nu, e sin nu
     e, nu = np.hypot(cosine, sine), np.arctan2(sine, cosine)
 
-    s = inward * np.sqrt(np.abs(inverse_axis) / gm)  # e sin E, or e sinh H
+    s = radial * np.sqrt(np.abs(inverse_axis) / gm)  # e sin E, or e sinh H
     c = 1.0 - r * inverse_axis  # e cos E
     eta = size * np.sqrt(np.abs(inverse_axis) / gm)  # sqrt(1 - e^2)
     ellipse = nu - 2.0 * np.arctan2(s, 1.0 + eta - c) - s
     hyperbola = s - np.arcsinh(s / e)
     mean = np.where(inverse_axis > 0.0, _angle(ellipse), np.where(s == 0.0, 0.0, hyperbola))
-    lost = 0.0 * (latitude + r)  # NaN where a state is, or the motion is straight
+    nan_of_state = 0.0 * (latitude + r)  # NaN where a state is, or the motion is straight
     return OrbitalElements(
-        semi_major_axis=1.0 / inverse_axis + lost,
-        eccentricity=e + lost,
-        inclination=np.arctan2(tilt, spin[..., 2]) + lost,
-        node=_angle(node) + lost,
+        semi_major_axis=1.0 / inverse_axis + nan_of_state,
+        eccentricity=e + nan_of_state,
+        inclination=np.arctan2(horizontal, momentum[..., 2]) + nan_of_state,
+        node=_angle(node) + nan_of_state,
         pericentre=_angle(latitude - nu),
-        mean_anomaly=mean + lost,
+        mean_anomaly=mean + nan_of_state,
     )
 
 
@@ -231,10 +233,12 @@ def _states(
     a: Array, e: Array, i: Array, node: Array, turn: Array, mean: Array, mu: Array
 ) -> tuple[Array, Array]:
     """As `OrbitalElements.states`; (cosine, sine) and (x, y) are in the plane of the orbit."""
-    bound = e < 1.0
-    anomaly = _anomaly(e, np.where(bound, np.remainder(mean + np.pi, TWO_PI) - np.pi, mean), bound)
-    cosine = np.where(bound, np.cos(anomaly), np.cosh(anomaly))
-    sine = np.where(bound, np.sin(anomaly), np.sinh(anomaly))
+    is_ellipse = e < 1.0
+    anomaly = _anomaly(
+        e, np.where(is_ellipse, np.remainder(mean + np.pi, TWO_PI) - np.pi, mean), is_ellipse
+    )
+    cosine = np.where(is_ellipse, np.cos(anomaly), np.cosh(anomaly))
+    sine = np.where(is_ellipse, np.sin(anomaly), np.sinh(anomaly))
     root = np.sqrt(np.abs(1.0 - e) * (1.0 + e))
     x, y = a * (cosine - e), np.abs(a) * root * sine
     speed = np.sqrt(mu * np.abs(a)) / np.abs(a * (1.0 - e * cosine))
@@ -257,22 +261,22 @@ def _anomaly(e: Array, mean: Array, bound: Any) -> Array:
     linear_bound = np.arcsinh(size / np.maximum(e - 1.0, LEAST_DIVISOR))
     cubic_bound = np.cbrt(6.0 * size / np.where(bound, 1.0, e))  # sinh H - H >= H^3 / 6
     anomaly = np.where(bound, np.minimum(size + e, np.pi), np.minimum(linear_bound, cubic_bound))
-    for _ in range(KEPLER_ITERATIONS):
+    for _ in range(MAX_KEPLER_ITERATIONS):
         value = (
             np.where(bound, anomaly - e * np.sin(anomaly), e * np.sinh(anomaly) - anomaly) - size
         )
         slope = np.where(bound, 1.0 - e * np.cos(anomaly), e * np.cosh(anomaly) - 1.0)
-        after = np.maximum(anomaly - value / slope, 0.0)
-        anomaly, before = np.where(after < anomaly, after, anomaly), anomaly
-        if np.array_equal(anomaly, before, equal_nan=True):
+        new_anomaly = np.maximum(anomaly - value / slope, 0.0)
+        anomaly, anomaly_before = np.where(new_anomaly < anomaly, new_anomaly, anomaly), anomaly
+        if np.array_equal(anomaly, anomaly_before, equal_nan=True):
             break
     return np.copysign(anomaly, mean)
 
 
 def _angle(x: Array) -> Array:
     """x reduced to [0, 2 pi)."""
-    turned = np.mod(x, TWO_PI)
-    return np.where(turned == TWO_PI, 0.0, turned)
+    reduced = np.mod(x, TWO_PI)
+    return np.where(reduced == TWO_PI, 0.0, reduced)
 
 
 def _nbody(run: Trajectory) -> NBody:

@@ -1,6 +1,6 @@
-"""Derivatives of a step, and how far it is from symplectic and reversible.
+"""Derivatives of a step, and its defects of symplecticity and reversibility.
 
-That of a step in a clock is in the phase space of (q, t) and (p, -E).
+The derivative of a step in a clock is in the phase space of (q, t) and (p, -E).
 """
 
 from __future__ import annotations
@@ -34,18 +34,19 @@ from galvi.systems.system import GroupSystem, VectorSystem
 from galvi.tableau import Tableau
 from galvi.trajectory import Trajectory
 
-OF_VELOCITY = (
+NO_VELOCITY_FORCES = (
     "the derivative of a step is not known with forces of velocity on point masses, which are not "
     "symplectic. Leave them out."
 )
-MASSLESS = (
+NO_MASSLESS = (
     "symplecticity is a property of (q, p), and the p of massless bodies is always 0; received "
     "some. Give them a small mass."
 )
 
 
 def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
-    """Times (steps, s), q (steps, s, ...), velocities (steps, s, ...) and h times the weights (s,).
+    """The stages of a run's steps: times (steps, s), q and velocities (steps, s, ...), and h times
+    the weights (s,).
 
     Raises
     ------
@@ -67,7 +68,7 @@ def stage_states(run: Trajectory) -> tuple[Array, Array, Array, Array]:
 
 
 def stages_along(curves: Curves, table: Tableau) -> tuple[Array, Array, Array, Array]:
-    """`stage_states` of any curves."""
+    """The arrays of `stage_states` for given curves."""
     coefficients, step = curves.coefficients, curves.step
     xi = np.einsum("kdi,si->ksd", coefficients, table.psi)
     rate = np.einsum("kdi,si->ksd", coefficients, table.slope) / step
@@ -122,25 +123,25 @@ def step_derivative(problem: Problem, method: Galerkin, step: float) -> Array:
         return frame_step_derivative(problem, method, step)
     if group_system(problem, method) is not None:
         if isinstance(problem.system, NBody):
-            raise ValueError(OF_VELOCITY)
+            raise ValueError(NO_VELOCITY_FORCES)
         return group_step_derivative(problem, method, step)
     run = uninterrupted(integrate(problem, method, step, 1))
     h, table, d = float(step), method.table, problem.q0.size
     if not run.success:
         raise ValueError(f"the step has no derivative, because it failed. {run.status}")
     times = problem.t0 + table.c * h
-    path = run(times)
+    stage_positions = run(times)
     system = cast(VectorSystem, problem.system)
     slopes = np.stack(
-        [system.acceleration_jacobian(q, t) for q, t in zip(path, times, strict=True)]
+        [system.acceleration_jacobian(q, t) for q, t in zip(stage_positions, times, strict=True)]
     )
     stages, unit = len(times), np.eye(d)
-    coupled = np.einsum("kj,jab->kajb", h * h * table.A, slopes).reshape(stages * d, stages * d)
-    lines = np.concatenate(
+    coupling = np.einsum("kj,jab->kajb", h * h * table.A, slopes).reshape(stages * d, stages * d)
+    right_sides = np.concatenate(
         [np.tile(unit, (stages, 1)), np.kron(h * table.c[:, None], unit)], axis=1
     )
     try:
-        dQ = np.linalg.solve(np.eye(stages * d) - coupled, lines).reshape(stages, d, 2 * d)
+        dQ = np.linalg.solve(np.eye(stages * d) - coupling, right_sides).reshape(stages, d, 2 * d)
     except np.linalg.LinAlgError:
         raise ValueError(
             f"the step has no derivative, because the stage equations are singular at step {h!r}. "
@@ -187,18 +188,18 @@ def symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> flo
     check_types(problem, method, "symplecticity_defect(problem, method, step)")
     if method.clock is not None:
         if isinstance(problem.system, NBody) and problem.system.has_massless:
-            raise ValueError(MASSLESS)
+            raise ValueError(NO_MASSLESS)
         return clock_symplecticity_defect(problem, method, step)
     if not method.in_frame and group_system(problem, method) is not None:
         return group_symplecticity_defect(problem, method, step)
     d, shape = problem.q0.size, problem.q0.shape
     unit = np.eye(d).reshape(d, *shape)
     if not np.all(np.isfinite(problem.system.velocity(unit))):
-        raise ValueError(MASSLESS)
+        raise ValueError(NO_MASSLESS)
     root = np.linalg.cholesky(problem.system.momentum(unit).reshape(d, d)).T
     sizes = [float(np.max(np.abs(root @ x.ravel()))) or 1.0 for x in (problem.q0, problem.v0)]
-    zero, to = np.zeros((d, d)), [root / size for size in sizes]
-    to_weighted = np.block([[to[0], zero], [zero, to[1]]])
+    zero, to_unit_mass = np.zeros((d, d)), [root / size for size in sizes]
+    to_weighted = np.block([[to_unit_mass[0], zero], [zero, to_unit_mass[1]]])
     DF = (
         to_weighted @ np.linalg.solve(to_weighted.T, step_derivative(problem, method, step).T).T
     )  # of (L^T q, L^T v), M = L L^T, which are conjugate
@@ -214,14 +215,14 @@ def _defect(DF: Array, W0: Array, W1: Array) -> float:
 STATE_DIFFERENCE, CLOCK_DIFFERENCE = 2.0**-6, 2.0**-7
 
 
-def _differenced(end: Callable[[Array], Array], nudges: list[float]) -> Array:
+def _central_differences(end: Callable[[Array], Array], increments: list[float]) -> Array:
     """The derivative (m, n) at 0 of a function of (n,), by central differences of order eight."""
     columns = []
-    for unit, nudge in zip(np.eye(len(nudges)), nudges, strict=True):
+    for unit, increment in zip(np.eye(len(increments)), increments, strict=True):
         column: Any = 0.0
         for k, weight in enumerate(WEIGHTS, start=1):
-            ahead, behind = (end(sign * k * nudge * unit) for sign in (1.0, -1.0))
-            column = column + weight * (ahead - behind) / nudge
+            end_ahead, end_behind = (end(sign * k * increment * unit) for sign in (1.0, -1.0))
+            column = column + weight * (end_ahead - end_behind) / increment
         columns.append(column)
     return np.stack(columns, axis=1)
 
@@ -255,7 +256,7 @@ def group_step_derivative(problem: Problem, method: Galerkin, step: float) -> Ar
         g, mu = end(x[:d], x[d:])
         return np.concatenate([coordinates(CHART, group, g_end, g), mu])
 
-    return _differenced(moved, [STATE_DIFFERENCE] * d + [STATE_DIFFERENCE * size] * d)
+    return _central_differences(moved, [STATE_DIFFERENCE] * d + [STATE_DIFFERENCE * size] * d)
 
 
 def group_symplecticity_defect(problem: Problem, method: Galerkin, step: float) -> float:
@@ -266,20 +267,20 @@ def group_symplecticity_defect(problem: Problem, method: Galerkin, step: float) 
     group = cast(GroupSystem, group_system(problem, method)).group
     DF = step_derivative(problem, method, step)
     end = uninterrupted(integrate(problem, method, step, 1))
-    W0, W1 = (_form(group, mu) for mu in (problem.p0, end.p[-1]))
+    W0, W1 = (_symplectic_form(group, mu) for mu in (problem.p0, end.p[-1]))
     return _defect(DF, W0, W1)
 
 
-def _form(group: Group, mu: Array, time: int = 0) -> Array:
+def _symplectic_form(group: Group, mu: Array, time: int = 0) -> Array:
     """W(mu), with a time and its momentum or without."""
     d, n = group.dimension, group.dimension + time
-    unit, turning = np.eye(n), np.zeros((n, n))
-    turning[:d, :d] = [[mu @ group.bracket(v, w) for w in np.eye(d)] for v in np.eye(d)]
-    return np.block([[turning, unit], [-unit, np.zeros((n, n))]])
+    unit, bracket_terms = np.eye(n), np.zeros((n, n))
+    bracket_terms[:d, :d] = [[mu @ group.bracket(v, w) for w in np.eye(d)] for v in np.eye(d)]
+    return np.block([[bracket_terms, unit], [-unit, np.zeros((n, n))]])
 
 
 def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int) -> float:
-    """How far a run ends from its start after ``steps`` steps forwards and as many backwards.
+    """The distance of a run from its start after ``steps`` steps forwards and as many backwards.
 
     A symmetric method returns to round-off; others, a `KeplerFrame` whose nodes an orbit places,
     and on groups all but degree 1 with the exponential chart, only to their order. With a clock
@@ -318,15 +319,15 @@ def round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int
     if method.clock is not None:
         return clock_round_trip_error(problem, method, step, steps)
     forward = uninterrupted(integrate(problem, method, step, steps, save_every=steps))
-    _check(forward)
+    _check_success(forward)
     end, t = forward.q[-1], float(forward.t[-1])
     reversed_start = Problem(problem.system, end, forward.v[-1], t)
-    back = uninterrupted(integrate(reversed_start, method, -step, steps, save_every=steps))
-    _check(back)
-    return float(np.max(np.abs(back.q[-1] - problem.q0)))
+    backward = uninterrupted(integrate(reversed_start, method, -step, steps, save_every=steps))
+    _check_success(backward)
+    return float(np.max(np.abs(backward.q[-1] - problem.q0)))
 
 
-def _check(run: Trajectory) -> None:
+def _check_success(run: Trajectory) -> None:
     if not run.success:
         raise ValueError(f"both ways must be completed; received a run of which: {run.status}")
 
@@ -370,19 +371,21 @@ def clock_step_derivative(
     zero = np.zeros(d)
     q_end, mu1, _ = end(zero, zero, 0.0)
     size = float(np.max(np.abs(p0))) or 1.0
-    reach = min(
+    size_of_q = min(
         1.0, abs(step) * float(np.max(np.abs(problem.v0))) * float(rate(problem.q0.ravel()))
     )
-    scales = [reach or 1.0] * d + [size] * d + [max(abs(energy), size)]
+    scales = [size_of_q or 1.0] * d + [size] * d + [max(abs(energy), size)]
 
     def moved(x: Array) -> Array:
         q, mu, t = end(x[:d], x[d : 2 * d], -float(x[2 * d]))
         return np.concatenate([coordinates(CHART, group, q_end, q), [t], mu, [0.0]])
 
     DF = np.insert(
-        _differenced(moved, [CLOCK_DIFFERENCE * scale for scale in scales]), d, 0.0, axis=1
+        _central_differences(moved, [CLOCK_DIFFERENCE * scale for scale in scales]), d, 0.0, axis=1
     )
-    DF[d, d] = DF[2 * d + 1, 2 * d + 1] = 1.0  # of t, which nothing depends on, and of e
+    DF[d, d] = DF[2 * d + 1, 2 * d + 1] = (
+        1.0  # t1 and e1 change as t0 and e0; nothing depends on t0
+    )
     return DF, p0, mu1
 
 
@@ -391,7 +394,7 @@ def clock_symplecticity_defect(problem: Problem, method: Galerkin, step: float) 
     `galvi.symplecticity_defect`."""
     group = lagrangian_of(problem.system, problem).group
     DF, mu0, mu1 = clock_step_derivative(problem, method, step)
-    return _defect(DF, *(_form(group, mu, time=1) for mu in (mu0, mu1)))
+    return _defect(DF, *(_symplectic_form(group, mu, time=1) for mu in (mu0, mu1)))
 
 
 def clock_round_trip_error(problem: Problem, method: Galerkin, step: float, steps: int) -> float:

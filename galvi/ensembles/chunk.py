@@ -1,5 +1,5 @@
-"""Chunks of an ensemble: a few members, run by one thread of this process or by an executor of the
-caller."""
+"""Chunks of an ensemble: consecutive members that one thread of this process, or a task of the
+caller's executor, runs together."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ from galvi.run.in_lanes.tables import aligned
 
 
 class Batch:
-    """Some members of a law, from their starts on.
+    """n members of one law and their states, which `advance` changes.
 
     Parameters
     ----------
     law, numbers
-        of the members
+        the law, and its numbers for each member
     method
-        whose steps they take
+        the method of all members
     step : array, shape (n,)
-        each member's own
+        step size of each member
     t0
         time of the start
     q, v, p
-        (n, r), (n, d), (n, d) starts; p in the law's own momenta
+        starts (n, r), (n, d), (n, d); p are the momenta of the law
     tolerance
         relative change at which an iteration stops
 
     Notes
     -----
-    No number of a member depends on the others.
+    The numbers of a member do not depend on the other members.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Batch:
         rows, c = self.fields.rows(s), max(constants.shape[1], 1)
         self.records, self.constants = aligned((self.blocks, rows, LANES), (self.blocks, c, LANES))
         self.constants[:, : constants.shape[1]] = self._in_lanes(constants)
-        starts = {
+        fields_at_start = {
             "q": q,
             "p": p,
             "step": step[:, None],
@@ -75,7 +75,7 @@ class Batch:
             "alive": np.ones((1, 1)),
             **kernel.memory(q, p),
         }
-        for name, values in starts.items():
+        for name, values in fields_at_start.items():
             first = self.fields.first[name]
             self.records[:, first : first + values.shape[1]] = self._in_lanes(values)
         if not kernel.positions_only:
@@ -87,7 +87,7 @@ class Batch:
         self.advance_all, self.steps_done = compiled_advance_members(), 0
 
     def advance(self, steps: int) -> None:
-        """Do so many more steps of all members that have not failed."""
+        """Do ``steps`` more steps of all members that have not failed."""
         self.advance_all(
             self.law_address,
             self.words.ctypes.data,
@@ -109,7 +109,8 @@ class Batch:
         return np.ascontiguousarray(rows.transpose(0, 2, 1)).reshape(-1, size)[: self.count]
 
     def states(self) -> tuple[Array, Array]:
-        """Configurations (n, r) and conjugate momenta (n, d) now; NaN of a member that failed."""
+        """The current configurations (n, r) and conjugate momenta (n, d); NaN for a member that
+        failed."""
         q, p = self.field("q", self.law.entries), self.field("p", self.law.dimension)
         p = self.numbers.momenta(p)
         failed = self.failed > 0
@@ -118,26 +119,26 @@ class Batch:
 
     @property
     def failed(self) -> Any:
-        """(n,) the step at which a member failed, 0 for none."""
+        """The step (n,) at which each member failed; 0 for none."""
         return self.field("failed")[:, 0].astype(np.int64)
 
     @property
     def passes(self) -> Any:
-        """(n,) passes of the iterations of all steps."""
+        """The number (n,) of passes in all steps of each member."""
         return self.field("passes")[:, 0].astype(np.int64)
 
     def _in_lanes(self, values: Array) -> Array:
-        """(1 or n, k) as (blocks, k, 8); the last members fill up with the last one."""
+        """Values (1 or n, k) as (blocks, k, 8); the last one is repeated in spare lanes."""
         index = np.minimum(np.arange(self.blocks * LANES), len(values) - 1)
         return values[index].reshape(self.blocks, LANES, -1).transpose(0, 2, 1)
 
 
-INTERRUPT_SECONDS = 0.1  # of a call of the kernel, between two checks for Ctrl-C
+INTERRUPT_SECONDS = 0.1  # intended seconds of a call of the kernel, between two checks for Ctrl-C
 
 
 @dataclass(frozen=True, eq=False)
 class Chunk:
-    """Starts, numbers and plan of n members; nothing in it is a compiled function.
+    """Starts, numbers and plan of n members, which can be pickled.
 
     Attributes
     ----------
@@ -159,18 +160,18 @@ class Chunk:
 
 
 class ChunkRun(NamedTuple):
-    """What a chunk returns.
+    """The results of a chunk.
 
     Attributes
     ----------
     values
-        arrays with the members in front
+        kept arrays, with the members in front
     failed : array, shape (n,)
-        the step at which lanes could not solve a member's step, 0 for none
+        the first step that lanes could not solve; 0 for none
     passes : array, shape (n,)
-        passes of the iterations
+        numbers of passes in all steps
     seconds
-        that the steps took
+        duration of the steps
     """
 
     values: tuple[Array, ...]
@@ -180,7 +181,7 @@ class ChunkRun(NamedTuple):
 
 
 class Stopped(Exception):
-    """A chunk was ended by ``stopped``."""
+    """The ``stopped`` of `run_chunk` returned True."""
 
 
 def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> ChunkRun:
@@ -189,7 +190,7 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> ChunkR
     Parameters
     ----------
     stopped
-        returns whether to raise `Stopped`
+        () -> whether to raise `Stopped`; None: never
     """
     plan, law = chunk.plan, chunk.law
     n, d = len(chunk.q), law.dimension
@@ -198,17 +199,19 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> ChunkR
     batch = Batch(
         law, chunk.numbers, chunk.method, plan.step, plan.t0, q, v, momenta, chunk.tolerance
     )
-    batch.advance(0)  # compiles, or loads what was compiled
-    record, at_once = chunk.keep.begin(plan), 1
+    batch.advance(0)  # compiles the kernel, or loads it, before the time is taken
+    record, steps_at_once = chunk.keep.begin(plan), 1
     begin = time.perf_counter()
     for k in chunk.keep.steps(plan):
         while batch.steps_done < k:
             if stopped is not None and stopped():
                 raise Stopped
-            todo, clock = min(at_once, k - batch.steps_done), time.perf_counter()
-            batch.advance(todo)
-            pace = (time.perf_counter() - clock) / todo
-            at_once = max(1, min(2 * at_once, int(INTERRUPT_SECONDS / max(pace, 1e-9))))
+            steps_now, begin_seconds = min(steps_at_once, k - batch.steps_done), time.perf_counter()
+            batch.advance(steps_now)
+            seconds_per_step = (time.perf_counter() - begin_seconds) / steps_now
+            steps_at_once = max(
+                1, min(2 * steps_at_once, int(INTERRUPT_SECONDS / max(seconds_per_step, 1e-9)))
+            )
         states = batch.states()
         record.see(
             k,
@@ -220,12 +223,12 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] | None = None) -> ChunkR
     return ChunkRun(record.result(), batch.failed, batch.passes, seconds)
 
 
-PROBE = 8 * LANES  # members of the first chunk, which is measured
-SECONDS = 1.0  # of a chunk
-SHARES = 4  # least number of chunks for each worker, so that none waits long for the last
-LEAST_CHUNK_SECONDS = 2e-3  # of a chunk, for which there may be fewer
-CHUNK_BYTES = 2**26  # bytes that a chunk's arrays may have
-CHUNKS_AHEAD = 2  # chunks that wait, for each worker
+PROBE = 8 * LANES  # members of the first chunk, whose time is measured
+CHUNK_SECONDS = 1.0  # largest intended seconds of a chunk
+CHUNKS_PER_WORKER = 4  # least number of chunks for each worker, so that all end about together
+LEAST_CHUNK_SECONDS = 2e-3  # seconds of a chunk, below which there are fewer chunks
+CHUNK_BYTES = 2**26  # largest number of bytes in a chunk's arrays
+CHUNKS_AHEAD = 2  # submitted chunks for each worker
 
 
 def members_of_a_chunk(seconds: float, size: float, members: int, workers: int) -> int:
@@ -234,12 +237,18 @@ def members_of_a_chunk(seconds: float, size: float, members: int, workers: int) 
     Parameters
     ----------
     seconds
-        for one member
+        seconds of one member
     size
-        bytes for one member
+        bytes of one member
     """
-    shares = min(SHARES, max(1, int(seconds * members / (LEAST_CHUNK_SECONDS * workers))))
-    limit = min(SECONDS / max(seconds, 1e-12), CHUNK_BYTES / size, members / (shares * workers))
+    chunks_per_worker = min(
+        CHUNKS_PER_WORKER, max(1, int(seconds * members / (LEAST_CHUNK_SECONDS * workers)))
+    )
+    limit = min(
+        CHUNK_SECONDS / max(seconds, 1e-12),
+        CHUNK_BYTES / size,
+        members / (chunks_per_worker * workers),
+    )
     return max(PROBE, LANES * math.ceil(limit / LANES))
 
 
@@ -251,20 +260,20 @@ def run_chunks(
     Parameters
     ----------
     executor
-        something with ``submit``, such as that of concurrent.futures or Dask's client; None:
+        an object with ``submit``, such as an executor of concurrent.futures or Dask's client; None:
         threads of this process
     """
     if executor is not None:
         yield from _in_order(chunks, lambda chunk: executor.submit(run_chunk, chunk), workers)
         return
-    over = False
+    is_over = False
     with ThreadPoolExecutor(workers) as pool:
         try:
             yield from _in_order(
-                chunks, lambda chunk: pool.submit(run_chunk, chunk, lambda: over), workers
+                chunks, lambda chunk: pool.submit(run_chunk, chunk, lambda: is_over), workers
             )
         finally:
-            over = True  # the pool waits for its threads
+            is_over = True  # the pool waits for its threads
 
 
 def _in_order(
@@ -286,7 +295,8 @@ def _in_order(
 
 
 def workers_of(executor: Any, local_threads: int) -> int:
-    """How many chunks run at the same time; ``local_threads`` where there is no executor."""
+    """The number of chunks that run at the same time; ``local_threads`` without an executor, or
+    where it does not state a number. TypeError for an executor without ``submit``."""
     if executor is None:
         return local_threads
     if not callable(getattr(executor, "submit", None)):

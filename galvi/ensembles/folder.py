@@ -1,4 +1,5 @@
-"""Chunks of an ensemble on disk, one .npz file each, and the request that they answer."""
+"""Chunks of an ensemble on disk, one .npz file each, and the digest of the request that names
+them."""
 
 from __future__ import annotations
 
@@ -27,49 +28,52 @@ from galvi.input_checks import shown
 from galvi.outcome import Outcome
 from galvi.whole_files import write_whole
 
-ATOMS = (type(None), bool, int, float, complex, str, bytes, Decimal)
+PLAIN_TYPES = (type(None), bool, int, float, complex, str, bytes, Decimal)
 IMPORTED = time.time()
 VERSIONS = ("numba", "llvmlite", "numpy")
 Rows = tuple[tuple[Array, ...], Any, dict[int, Outcome]]  # values, passes and outcomes
 
 
 def identity(value: Any, version: str | None) -> Any:
-    """A value as nested tuples of numbers and texts, equal for equal values alone.
+    """A value as nested tuples of numbers and texts, which are equal only for equal values.
 
     Parameters
     ----------
     version
-        of the caller's functions and classes, of which only names and values are compared
+        version of the caller's functions and classes, of which only names and values are compared;
+        None where there are none
 
     Raises
     ------
     ValueError
-        When there is such a function or class, and no version: which other code it calls cannot be
-        known.
+        For a function or class of the caller without a version, since the code that it calls
+        cannot be known.
     """
-    kind = type(value)
-    if kind in ATOMS:
-        return kind.__name__, repr(value)
+    value_type = type(value)
+    if value_type in PLAIN_TYPES:
+        return value_type.__name__, repr(value)
     if isinstance(value, np.ndarray | np.generic):
         if value.dtype.hasobject:
             return "array", value.shape, identity(value.ravel().tolist(), version)
         return "array", value.dtype.str, value.shape, hashlib.sha256(value.tobytes()).hexdigest()
     if isinstance(value, tuple | list):
-        return kind.__name__, tuple(identity(item, version) for item in value)
+        return value_type.__name__, tuple(identity(item, version) for item in value)
     if isinstance(value, set | frozenset | Mapping):
         items = value.items() if isinstance(value, Mapping) else value
-        return kind.__name__, tuple(sorted((identity(item, version) for item in items), key=repr))
-    named = hasattr(value, "__qualname__")  # functions and classes
-    owner: Any = value if named else kind
+        return value_type.__name__, tuple(
+            sorted((identity(item, version) for item in items), key=repr)
+        )
+    is_named = hasattr(value, "__qualname__")  # functions and classes
+    owner: Any = value if is_named else value_type
     name = f"{owner.__module__}.{owner.__qualname__}"
-    identifiable = (named and "<" not in name) or (not named and is_dataclass(value))
+    identifiable = (is_named and "<" not in name) or (not is_named and is_dataclass(value))
     if version is None and not (name.startswith("galvi.") and identifiable):
         raise ValueError(
             f"files in a folder cannot be told from those of earlier code of {name}, since what it "
             f"calls cannot be known. Give version='1', and another text whenever that code, or "
-            f"what it calls, has changed."
+            f"the code that it calls, has changed."
         )
-    if is_dataclass(value) and not named:
+    if is_dataclass(value) and not is_named:
         return name, identity(
             {field.name: getattr(value, field.name) for field in fields(value)}, version
         )
@@ -77,9 +81,9 @@ def identity(value: Any, version: str | None) -> Any:
 
 
 def _values(value: Any) -> Any:
-    """The values that a function or an object holds, beside its version.
+    """The values that a function or an object holds; None for a class or a built-in function.
 
-    Its bytecode is one of them, since two functions may have one name, such as <lambda>.
+    The bytecode of a function is included, since two functions may share a name, such as <lambda>.
     """
     if isinstance(value, type | BuiltinFunctionType | np.ufunc):
         return None
@@ -90,8 +94,8 @@ def _values(value: Any) -> Any:
     if isinstance(value, FunctionType):
         code, cells = value.__code__, value.__closure__ or ()
         constants = [constant for constant in code.co_consts if not isinstance(constant, CodeType)]
-        held = [cell.cell_contents for cell in cells if cell != CellType()]
-        return code.co_code, constants, value.__defaults__, value.__kwdefaults__, held
+        cell_contents = [cell.cell_contents for cell in cells if cell != CellType()]
+        return code.co_code, constants, value.__defaults__, value.__kwdefaults__, cell_contents
     try:
         return value.__reduce_ex__(2)[1:3]
     except (TypeError, ValueError, AttributeError, NotImplementedError, PicklingError) as error:
@@ -130,14 +134,15 @@ class Folder:
     Raises
     ------
     TypeError, ValueError
-        For another path than that of a folder.
+        For a path that is no text or that of a file.
     ValueError
         For facts that have no `identity`.
 
     Notes
     -----
-    A file is named by the request and its members, and has a digest of both and of its arrays,
-    without which it counts as damaged. Processes that compute one file each write the same bits.
+    The name of a file consists of the request and the numbers of its members. A file whose digest
+    does not match its name and arrays counts as damaged. Several processes that compute the same
+    file write the same bits.
     """
 
     def __init__(
@@ -172,7 +177,8 @@ class Folder:
             ) from error
 
     def members_of_a_file(self) -> int:
-        """The number of members in each file of this ensemble but the last; 0 without files."""
+        """The number of members in each readable file of this ensemble except the last; 0 without
+        files."""
         names = (path.name for path in self.path.glob(f"{self.request}-*"))
         matches = (re.fullmatch(r"\w+-(\d+)-(\d+)\.npz", name) for name in names)
         ranges = (slice(int(match[1]), int(match[2])) for match in matches if match)
@@ -184,8 +190,10 @@ class Folder:
 
     def summary(self, computed: int) -> str:
         """A clause on the numbers of files that were loaded and computed."""
-        again = f", {self.damaged} of them again, since a file was damaged" if self.damaged else ""
-        return f"files: {self.loaded} loaded, {computed} computed{again}"
+        damaged_clause = (
+            f", {self.damaged} of them again, since a file was damaged" if self.damaged else ""
+        )
+        return f"files: {self.loaded} loaded, {computed} computed{damaged_clause}"
 
     def load(self, members: slice) -> Rows | None:
         """The rows that `save` wrote of these members; None without a file or for a damaged one."""
@@ -204,7 +212,7 @@ class Folder:
         return tuple(arrays[f"value{k}"] for k in range(len(arrays))), passes, outcomes
 
     def _read(self, members: slice) -> dict[str, Any] | None:
-        """The arrays of these members' file; None unless it is what was written."""
+        """The arrays of these members' file; None unless they have the digest that was written."""
         try:
             path = self._file(members)
             with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
@@ -221,17 +229,18 @@ class Folder:
         Parameters
         ----------
         outcomes
-            of all members, by their numbers; in a file from the first of these members
+            outcomes of members of the ensemble by their numbers; the file counts from the first of
+            its members
         """
         arrays: dict[str, Any] = {f"value{k}": value for k, value in enumerate(values)}
-        numbered = ((k, outcomes.get(members.start + k)) for k in range(len(passes)))
-        facts = {k: outcome.to_json() for k, outcome in numbered if outcome is not None}
+        numbered_outcomes = ((k, outcomes.get(members.start + k)) for k in range(len(passes)))
+        facts = {k: outcome.to_json() for k, outcome in numbered_outcomes if outcome is not None}
         arrays |= {"passes": passes, "outcomes": np.array(json.dumps(facts))}
         digest, path = np.array(self._digest(members, arrays)), self._file(members)
         try:
             write_whole(path, lambda to: np.savez(to, digest=digest, **arrays))
         except IsADirectoryError:
-            return  # computed again by each call, which says so
+            return  # a folder has that name: each call computes these members again, and says so
         except OSError as error:
             raise OSError(
                 error.errno,

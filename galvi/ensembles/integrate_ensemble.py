@@ -1,4 +1,4 @@
-"""Runs many members of one system at once, eight to an instruction."""
+"""Runs many members of one system at once, eight in a vector instruction."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from galvi import input_checks
 from galvi.arrays import Array, read_only
 from galvi.ensembles.chunk import PROBE, Chunk, ChunkRun, members_of_a_chunk, run_chunks, workers_of
 from galvi.ensembles.folder import Folder
-from galvi.ensembles.keep import FinalStates, OfStates, StatesAt, TimeGrid, kept_of
-from galvi.ensembles.member_laws import Law, finest_tolerance, law_in_lanes
-from galvi.ensembles.parameters import Parameters, checked_parameters, starts_of
+from galvi.ensembles.keep import FinalStates, OfStates, StatesAt, TimeGrid, keep_or_function
+from galvi.ensembles.member_laws import Law, law_in_lanes, least_tolerance
+from galvi.ensembles.parameters import Parameters, check_parameters, starts_of
 from galvi.ensembles.result import Ensemble
 from galvi.ensembles.singles import Singles
 from galvi.input_checks import shown
@@ -27,9 +27,9 @@ from galvi.run.engines import stepper_for
 from galvi.run.ensemble import processors
 from galvi.run.request import RunRequest, check_time_changes, check_types, number_of_steps
 
-BY_ITSELF = "It was run by itself, since {why}."
-OF_PYTHON = "what is kept is a Python function of a run"
-NOT_IN_LANES = "vector code could not do step {step}"
+SINGLE_NOTE = "It was run by itself, since {why}."
+PYTHON_FUNCTION_KEPT = "what is kept is a Python function of a run"
+STEP_NOT_SOLVED = "vector code could not do step {step}"
 Count = Callable[[int], Any]
 
 
@@ -55,33 +55,33 @@ def integrate_ensemble(
     Parameters
     ----------
     q0, v0 : array, shape (n, ...)
-        starts; one of the shape of the problem's is that of all members
+        starts; an array with the shape of the problem's is the start of all members
     step
-        step size, or (n,) one for each member
+        step size, or an array (n,) with one for each member
     steps
-        number of steps of each member; or
+        number of steps of each member; give either this or ``duration``
     duration
-        length of time, a whole number of steps and of all members the same one. With a clock of any
-        length: each member has its own steps, and runs by itself
+        length of time, the same whole number of steps of all members. With a clock it may have any
+        length: each member then has its own steps, and runs by itself
     parameters
         name -> (n, ...) numbers of the system that differ between members: fields of the system,
         its potential, force or Lagrangian (every one of that name), or parameters of a SymPy
         expression
     keep
-        what is kept of each run: `FinalStates` (the default), `StatesAt`, `Extrema`, `Histogram`,
-        `Events`; a function (t, q, p) of all states of a run, compiled by ``numba.njit``; or a
-        Python function of a `Trajectory`, with which members run one by one, some hundred times
-        slower
+        the values to keep of each run: `FinalStates` (the default), `StatesAt`, `Extrema`,
+        `Histogram`, `Events`; a function (t, q, p) of all states of a run, compiled by
+        ``numba.njit``; or a Python function of a `Trajectory`, with which members run one by one,
+        some hundred times slower
     executor
         an object with ``submit``, such as Dask's ``Client``; None: one thread for each processor
     folder
-        where members are stored, one .npz file for each chunk; those that are there are loaded
+        folder for the members, one .npz file for each chunk; files that are in it are loaded
     progress
         True shows a progress bar of members
     tolerance
         as for `galvi.integrate`
     version
-        of your functions, for a folder: a text that you change with their code. Needed where a
+        a text that you change with the code of your functions, for a folder. It is needed where a
         function is called (``keep``, or one of the system that could not be traced), since the
         code that it calls is not compared
 
@@ -89,12 +89,13 @@ def integrate_ensemble(
     -------
     Ensemble
         A member is equal to a run of `galvi.integrate` up to round-off, and has the
-        same bits in every ensemble, order, thread and process on one kind of processor. One whose
-        step the vector code cannot do is run again by itself, as are all members of a system
-        without generated code, or with a method in a moving frame; their status says so. A
-        member that fails, or that `galvi.Problem` then refuses, is NaN from there on, its status
-        says why, and the others go on. Energies are not assessed, whoever runs the member. Ctrl-C
-        raises KeyboardInterrupt; what is in the folder stays there, and the next call goes on.
+        same bits in every ensemble, order, thread and process on one type of processor. A member
+        with a step that the vector code cannot do is run again by itself, and so are all members of
+        a system without generated code, or with a method in a moving frame; their status says so.
+        The values of a member that fails, or that `galvi.Problem` then refuses, are NaN from there
+        on; its status says why, and the others go on. Energies of members without a clock are not
+        assessed. Ctrl-C raises KeyboardInterrupt; files in the folder stay there, and the next call
+        goes on from them.
 
     Raises
     ------
@@ -110,9 +111,9 @@ def integrate_ensemble(
     >>> result[0].shape, bool(result.success.all())
     ((16, 2), True)
     """
-    shows = progress is not None and input_checks.flag("progress", progress)
+    shows_progress = progress is not None and input_checks.flag("progress", progress)
     check_types(problem, method, "integrate_ensemble(problem, q0, v0, method, step, steps)")
-    values = checked_parameters(parameters)
+    values = check_parameters(parameters)
     starts = starts_of(problem, q0, v0, step, values)
     member_parameters = Parameters(problem, values, len(starts[0]))
     work = _Work(member_parameters, *starts, method, keep, steps, duration, tolerance)
@@ -123,12 +124,12 @@ def integrate_ensemble(
     if version is not None and not isinstance(version, str):
         raise TypeError(f"version must be a text, or None; received {shown(version)}.")
     store = None if folder is None else Folder(folder, *work.identity(), version)
-    with tqdm(total=work.members, unit="run") if shows else nullcontext() as bar:
+    with tqdm(total=work.members, unit="run") if shows_progress else nullcontext() as bar:
         return work.run(executor, workers, store, (lambda n: None) if bar is None else bar.update)
 
 
 def steps_of_all(step: Array, steps: int | None, duration: float | None) -> int:
-    """The number of steps of members with their own ``step``; ValueError for several numbers."""
+    """The number of steps of all members; ValueError where it is not the same for each ``step``."""
     counts = {number_of_steps(h, steps, duration) for h in np.unique(step).tolist()}
     if len(counts) > 1:
         raise ValueError(
@@ -139,7 +140,7 @@ def steps_of_all(step: Array, steps: int | None, duration: float | None) -> int:
 
 
 class _Work:
-    """The members of an ensemble, and its result while it grows."""
+    """The members of an ensemble, and their values while these are computed."""
 
     def __init__(
         self,
@@ -165,7 +166,7 @@ class _Work:
             check_time_changes(problem.t0, shortest, shortest)
         stepper_for(RunRequest.checked(first, method, longest, curves=False, **limits))
         self.plan = TimeGrid(steps or 0, step, problem.t0, problem.q0.shape, problem.v0.shape)
-        self.keep, self.function = kept_of(keep)
+        self.keep, self.function = keep_or_function(keep)
         self.singles = Singles(
             parameters, method, self.plan, q, v, self.keep, self.function, limits
         )
@@ -174,7 +175,7 @@ class _Work:
         if self.in_clock:
             self._check_kept_in_clock(keep)
         elif self.keep is None:
-            self.why_alone = OF_PYTHON
+            self.why_alone = PYTHON_FUNCTION_KEPT
         else:
             self.keep.steps(self.plan)  # refuses times that are not those of steps
             self._use_lanes(first)
@@ -193,17 +194,18 @@ class _Work:
             )
 
     def _use_lanes(self, first: Problem) -> None:
-        """Take the law of the members for lanes, or note why there is none."""
+        """Set the law of the members for lanes, or the reason why there is none."""
         law_or_reason = law_in_lanes(first, self.method)
         if isinstance(law_or_reason, str):
             self.why_alone = law_or_reason
             return
         self.law, self.own = law_or_reason
         self.numbers = self.parameters.numbers(self.law, self.own)
-        self.tolerance = max(self.tolerance, finest_tolerance(self.law, self.method))
+        self.tolerance = max(self.tolerance, least_tolerance(self.law, self.method))
 
     def identity(self) -> tuple[Any, dict[str, Array]]:
-        """The facts that all members share and the arrays of each, by which files are named."""
+        """The facts that all members share, and the arrays with a row for each, from which files
+        get their names."""
         keep = self.function if self.keep is None else self.keep
         system: Any = self.parameters.problem.system
         if self.law is not None:  # its text says all of a function that was traced
@@ -295,9 +297,9 @@ class _Work:
         ):
             why, notes = self.why_alone, single.outcome.notes
             if chunk_run is not None:
-                why = NOT_IN_LANES.format(step=int(chunk_run.failed[member - members.start]))
+                why = STEP_NOT_SOLVED.format(step=int(chunk_run.failed[member - members.start]))
             if why:
-                notes = (*notes, BY_ITSELF.format(why=why))
+                notes = (*notes, SINGLE_NOTE.format(why=why))
             self.store_values(
                 slice(member, member + 1), tuple(value[None] for value in single.values)
             )

@@ -1,7 +1,7 @@
 """The values that an ensemble keeps of each run.
 
-A value to keep has two methods. ``steps(plan)`` returns the increasing numbers of the steps whose
-states it needs; ``begin(plan)`` returns a `Record`, which receives them, for the members of a plan.
+A `Keep` has two methods. ``steps(plan)`` returns the increasing numbers of the steps whose states
+it needs; ``begin(plan)`` returns a `Record`, which receives these states of the members of a plan.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numba.extending import is_jitted
 
 from galvi import input_checks
 from galvi.arrays import Array, read_only
-from galvi.events.event import several_events
+from galvi.events.event import as_events
 from galvi.events.search import find_events
 from galvi.input_checks import shown
 
@@ -23,12 +23,12 @@ TIME_SLACK = 1e-6  # of a step, by which a time may differ from a whole number o
 
 
 class TimeGrid(NamedTuple):
-    """The times of n members: ``steps`` steps of their own ``step`` (n,) from t0.
+    """The times of n members: ``steps`` steps of sizes ``step`` (n,) from t0.
 
     Attributes
     ----------
     q_shape, p_shape
-        of one state
+        shapes of one configuration and one momentum
     """
 
     steps: int
@@ -39,7 +39,7 @@ class TimeGrid(NamedTuple):
 
 
 class Record(Protocol):
-    """The record of some members while they run."""
+    """The values of some members while they run."""
 
     def see(self, k: int, t: Array, q: Array, p: Array) -> None:
         """Receive all members after step k: t (n,), q (n, *q_shape) and p (n, *p_shape)."""
@@ -49,10 +49,11 @@ class Record(Protocol):
 
 
 class Keep(Protocol):
-    """A value to keep."""
+    """A value to keep of each run."""
 
     def steps(self, plan: TimeGrid) -> Sequence[int]:
-        """Steps, from 0 to plan.steps, whose states the record receives."""
+        """The increasing numbers of steps, from 0 to plan.steps, whose states the record
+        receives."""
 
     def begin(self, plan: TimeGrid) -> Record:
         """A record for the members of the plan."""
@@ -67,7 +68,7 @@ def _check_callable(quantity: Any) -> None:
 
 
 def _values(quantity: Quantity, t: Array, q: Array, p: Array) -> Array:
-    """(n, ...) of a quantity of n members; ValueError for another shape."""
+    """The values (n, ...) of a quantity for n members; ValueError unless its first axis has n."""
     try:
         x = np.asarray(quantity(t, q, p), dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -82,7 +83,7 @@ def _values(quantity: Quantity, t: Array, q: Array, p: Array) -> Array:
 
 
 class _AtEachStep:
-    """A value that needs the states at the start and after each step."""
+    """A `Keep` that needs the states at the start and after each step."""
 
     def steps(self, plan: TimeGrid) -> Sequence[int]:
         return range(plan.steps + 1)
@@ -106,10 +107,10 @@ class FinalStates:
         return [plan.steps]
 
     def begin(self, plan: TimeGrid) -> Record:
-        return _Final()
+        return _FinalRecord()
 
 
-class _Final:
+class _FinalRecord:
     def see(self, k: int, t: Array, q: Array, p: Array) -> None:
         self.kept = np.array(q), np.array(p)
 
@@ -119,12 +120,13 @@ class _Final:
 
 @dataclass(frozen=True)
 class StatesAt:
-    """The states at some times, a whole number of steps of each member after the start.
+    """The states at given times.
 
     Parameters
     ----------
     times
-        in any order
+        times in any order, each a whole number of steps of every member after the start; with a
+        clock any times within the run
 
     Notes
     -----
@@ -148,13 +150,13 @@ class StatesAt:
         object.__setattr__(self, "times", tuple(times.tolist()))
 
     def numbers(self, plan: TimeGrid) -> Any:
-        """(n, times) numbers of steps; ValueError unless whole and within the run."""
+        """The numbers of steps (n, times); ValueError unless they are whole and within the run."""
         with np.errstate(over="ignore"):
             ratio = (np.array(self.times) - plan.t0) / plan.step[:, None]
         numbers = np.rint(np.clip(ratio, -1.0, plan.steps + 1.0))
-        wrong = (np.abs(ratio - numbers) > TIME_SLACK) | (numbers < 0) | (numbers > plan.steps)
-        if np.any(wrong):
-            member, k = np.argwhere(wrong)[0]
+        is_wrong = (np.abs(ratio - numbers) > TIME_SLACK) | (numbers < 0) | (numbers > plan.steps)
+        if np.any(is_wrong):
+            member, k = np.argwhere(is_wrong)[0]
             raise ValueError(
                 f"times must be whole numbers of steps after t0, within the run; received "
                 f"{self.times[k]!r}, which is {ratio[member, k]:.9g} steps of "
@@ -166,10 +168,10 @@ class StatesAt:
         return [int(k) for k in np.unique(self.numbers(plan))]
 
     def begin(self, plan: TimeGrid) -> Record:
-        return _At(self.numbers(plan), plan)
+        return _StatesAtRecord(self.numbers(plan), plan)
 
 
-class _At:
+class _StatesAtRecord:
     def __init__(self, numbers: Any, plan: TimeGrid) -> None:
         self.numbers = numbers
         self.q, self.p = (
@@ -214,10 +216,10 @@ class Extrema(_AtEachStep):
             _check_callable(self.quantity)
 
     def begin(self, plan: TimeGrid) -> Record:
-        return _Extremes(self.quantity)
+        return _ExtremaRecord(self.quantity)
 
 
-class _Extremes:
+class _ExtremaRecord:
     def __init__(self, quantity: Quantity | None) -> None:
         self.quantity = quantity
 
@@ -234,7 +236,7 @@ class _Extremes:
 
 @dataclass(frozen=True)
 class Histogram(_AtEachStep):
-    """How often a quantity lies between edges, at the steps of each run, the start included.
+    """The number of states of each run, the start included, at which a quantity lies in each bin.
 
     Parameters
     ----------
@@ -265,14 +267,16 @@ class Histogram(_AtEachStep):
         _check_callable(self.quantity)
         edges = input_checks.array("edges", self.edges)
         if edges.ndim != 1 or edges.size < 2 or np.any(np.diff(edges) <= 0.0):
-            raise ValueError(f"edges must be increasing; received {edges.tolist()}.")
+            raise ValueError(
+                f"edges must be at least two increasing numbers; received {edges.tolist()}."
+            )
         object.__setattr__(self, "edges", tuple(edges.tolist()))
 
     def begin(self, plan: TimeGrid) -> Record:
-        return _Counts(self.quantity, np.array(self.edges), len(plan.step))
+        return _HistogramRecord(self.quantity, np.array(self.edges), len(plan.step))
 
 
-class _Counts:
+class _HistogramRecord:
     def __init__(self, quantity: Quantity, edges: Array, members: int) -> None:
         self.quantity, self.edges = quantity, edges
         self.counts = np.zeros((members, edges.size - 1))
@@ -300,17 +304,17 @@ class OfStates(_AtEachStep):
     Attributes
     ----------
     function
-        (t (steps + 1,), q (steps + 1, ...), p (steps + 1, ...)) -> a number, or an array of the
-        same shape for each member
+        (t (steps + 1,), q (steps + 1, ...), p (steps + 1, ...)) -> a number, or an array with the
+        same shape for all members
     """
 
     function: Any
 
     def begin(self, plan: TimeGrid) -> Record:
-        return _Whole(self.function, plan)
+        return _AllStates(self.function, plan)
 
 
-class _Whole:
+class _AllStates:
     def __init__(self, function: Any, plan: TimeGrid) -> None:
         self.function, members, rows = function, len(plan.step), plan.steps + 1
         self.t = np.empty((members, rows))
@@ -340,16 +344,16 @@ class Events:
     Parameters
     ----------
     events
-        one `galvi.Event` or several; none that ends or changes a run
+        one `galvi.Event` or several, which neither end nor change a run
     at_most
-        number of events kept of each member
+        largest number of events that are kept of each member
 
     Notes
     -----
-    The result is (members, at_most, 5) with the columns time, place of the event in ``events``,
-    number of the step, value, and how many events the member had: more than ``at_most`` means that
-    the later ones were left out. Rows after the last event are NaN, but for the count, which is 0
-    where a member had none.
+    The result is (members, at_most, 5) with the columns time, index of the event in ``events``,
+    number of the step, value, and number of events of the member; where this exceeds ``at_most``,
+    the later ones were left out. Rows after the last event are NaN except for that number, which is
+    0 where a member had no event.
 
     Examples
     --------
@@ -365,17 +369,17 @@ class Events:
     at_most: int
 
     def __post_init__(self) -> None:
-        several = several_events(self.events)
-        if any(event.terminal or event.action is not None for event in several):
+        event_tuple = as_events(self.events)
+        if any(event.terminal or event.action is not None for event in event_tuple):
             raise ValueError(
-                "in an ensemble events are found alone; received one with terminal or action. Use "
-                "galvi.integrate_many(..., events=events)."
+                "in an ensemble events cannot end or change a run; received one with terminal or "
+                "action. Use galvi.integrate_many(..., events=events)."
             )
-        object.__setattr__(self, "events", several)
+        object.__setattr__(self, "events", event_tuple)
         object.__setattr__(self, "at_most", input_checks.whole("at_most", self.at_most))
 
     def __call__(self, run: Any) -> Array:
-        """(at_most, 5) of one run."""
+        """The rows (at_most, 5) of one run."""
         events = find_events(run, self.events)
         rows = np.full((self.at_most, 5), np.nan)
         n = min(len(events), self.at_most)
@@ -384,8 +388,9 @@ class Events:
         return rows
 
 
-def kept_of(keep: Any) -> tuple[Keep | None, Callable[[Any], Any] | None]:
-    """A value to keep, or else a Python function of a run."""
+def keep_or_function(keep: Any) -> tuple[Keep | None, Callable[[Any], Any] | None]:
+    """The `Keep` of an argument, or its Python function of a run; the other is None. TypeError for
+    other arguments."""
     if keep is None:
         return FinalStates(), None
     if is_jitted(keep):

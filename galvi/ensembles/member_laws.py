@@ -1,5 +1,5 @@
 """The law of a system for lanes of members, as text and numbers that can be pickled, and the kernel
-of a law and a method, with its tables."""
+and tables of a law and a method."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.group_system import coupled_layout
 from galvi.run.in_lanes.lagrangian import (
-    FINEST_IN_LANES,
-    FINEST_ON_RN,
+    LEAST_TOLERANCE_ON_GROUP,
+    LEAST_TOLERANCE_ON_RN,
     component_degrees,
     group_law,
     lane_law,
@@ -39,34 +39,34 @@ from galvi.tracing.lane_law import (
 )
 from galvi.tracing.laws_of_systems import force_of, slopes_of
 
-WIDEST_MEMBER = 32  # coordinates up to which a law is written out for members
+MAX_COORDINATES = 32  # coordinates up to which a law is written out for members
 
 
 @dataclass(frozen=True)
 class Law:
-    """A law that many members run by; equal for equal laws.
+    """The force law of many members.
 
     Attributes
     ----------
     lines
-        that define ``law``, as in galvi.tracing.lane_law
+        the lines that define ``law``, see galvi.tracing.lane_law
     dimension
-        d of the velocities
+        number d of entries of a velocity
     entries
-        of a configuration
+        number r of entries of a configuration
     in_velocity
-        whether the law's momenta are velocities, and the system's M v
-    of_places
-        whether, besides, its forces do not depend on velocities
+        whether the momenta of the law are velocities v, where those of the system are M v
+    of_positions
+        whether forces besides do not depend on velocities
     layout
-        of a group with rotations, as galvi.kernels.lie.product takes it; () on R^d
+        layout of a group with rotations, see galvi.kernels.lie.product; () on R^d
     """
 
     lines: str
     dimension: int
     entries: int
     in_velocity: bool = False
-    of_places: bool = False
+    of_positions: bool = False
     layout: tuple[tuple[int, ...], ...] = ()
 
     def momenta(self, q: Array, v: Array, t: float, constants: Array) -> Array:
@@ -81,13 +81,14 @@ class Law:
 
 @dataclass(frozen=True, eq=False)
 class LawNumbers:
-    """Parameters of each member; one row where they share them.
+    """The numbers of a law for each member, or one row for all members.
 
     Attributes
     ----------
     constants : array, shape (1 or n, c)
-    mass
-        (1 or n, d) or (1 or n, d, d): M of a law in velocities; else None
+        constants of the law
+    mass : array, shape (1 or n, d) or (1 or n, d, d)
+        masses M for a law in velocities; else None
     """
 
     constants: Array
@@ -116,8 +117,9 @@ def _rows(array: Array, members: slice) -> Array:
 
 
 def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
-    """The law of a system whose velocities have d numbers, or None if lanes cannot run it."""
-    if not FAST or d > WIDEST_MEMBER:
+    """The law and numbers of a system whose velocities have d entries; None where lanes cannot run
+    it."""
+    if not FAST or d > MAX_COORDINATES:
         return None
     if isinstance(system, NBody):
         if system.forces:
@@ -126,9 +128,9 @@ def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
         lines = built_in("point_masses", bodies, d // bodies)
         masses = np.repeat(system.masses, d // bodies)
         numbers = LawNumbers((system.G * system.masses)[None], masses[None])
-        return Law(lines, d, d, in_velocity=True, of_places=True), numbers
+        return Law(lines, d, d, in_velocity=True, of_positions=True), numbers
     if isinstance(system, Canonical):
-        return _of_canonical(system, d)
+        return _canonical_law(system, d)
     on_group = group_law(system)
     if on_group is not None:
         layout = tuple(tuple(map(int, row)) for row in system.group.layout)
@@ -140,7 +142,7 @@ def law_of(system: Any, d: int) -> tuple[Law, LawNumbers] | None:
     return Law(law_code[0], d, d), LawNumbers(law_code[1][None])
 
 
-def _of_canonical(system: Canonical, d: int) -> tuple[Law, LawNumbers] | None:
+def _canonical_law(system: Canonical, d: int) -> tuple[Law, LawNumbers] | None:
     slopes_and_constants = slopes_of(system)
     if slopes_and_constants is None:
         return None
@@ -156,18 +158,19 @@ def _of_canonical(system: Canonical, d: int) -> tuple[Law, LawNumbers] | None:
     mass = system.mass if coupled else np.broadcast_to(system.mass, (d,))
     all_constants = np.concatenate([inverse.ravel(), constants, force[1]])
     numbers = LawNumbers(all_constants[None], np.array(mass)[None])
-    return Law(lines, d, d, in_velocity=True, of_places=system.force is None), numbers
+    return Law(lines, d, d, in_velocity=True, of_positions=system.force is None), numbers
 
 
 def law_in_lanes(problem: Problem, method: Galerkin) -> tuple[Law, LawNumbers] | str:
-    """The law of a problem's members for lanes, and its numbers; else why there is none."""
+    """The law of a problem's members for lanes, and its numbers; a clause on the reason where there
+    is none."""
     if method.in_frame:
         return "methods in a frame run one member at a time"
     law_and_numbers = law_of(problem.system, problem.v0.size)
     if law_and_numbers is None:
         return "the system has no vector code"
     law, numbers = law_and_numbers
-    if not is_iterated(law, numbers, method):
+    if not can_iterate_in_lanes(law, numbers, method):
         return "vector code does not solve this system with the method's weights or degrees"
     if law.layout:
         layout = coupled_layout(problem.system, problem).tolist()
@@ -175,9 +178,9 @@ def law_in_lanes(problem: Problem, method: Galerkin) -> tuple[Law, LawNumbers] |
     return law, numbers
 
 
-def is_iterated(law: Law, numbers: LawNumbers, method: Galerkin) -> bool:
-    """Whether lanes iterate the law with a method: its weights are positive, and components that a
-    mass couples have the same degree."""
+def can_iterate_in_lanes(law: Law, numbers: LawNumbers, method: Galerkin) -> bool:
+    """Whether lanes can iterate the law with a method: the weights must be positive, and components
+    that a mass couples must have the same degree."""
     if float(np.min(method.table.b)) <= 0.0:
         return False
     degrees = component_degrees(method)
@@ -190,19 +193,20 @@ def is_iterated(law: Law, numbers: LawNumbers, method: Galerkin) -> bool:
     return all(degrees[i] == degrees[j] for i, j in coupled(law.lines, law.dimension))
 
 
-def iterates_places(law: Law, method: Galerkin) -> bool:
+def iterates_positions_only(law: Law, method: Galerkin) -> bool:
     """Whether positions alone are iterated."""
-    return law.of_places and component_degrees(method) is None
+    return law.of_positions and component_degrees(method) is None
 
 
-def finest_tolerance(law: Law, method: Galerkin) -> float:
+def least_tolerance(law: Law, method: Galerkin) -> float:
     """The relative change below which lanes do not iterate further."""
     if law.layout:
-        return FINEST_IN_LANES
-    return LANE_TOLERANCE if iterates_places(law, method) else FINEST_ON_RN
+        return LEAST_TOLERANCE_ON_GROUP
+    return LANE_TOLERANCE if iterates_positions_only(law, method) else LEAST_TOLERANCE_ON_RN
 
 
-# Laws of few coordinates and stages are compiled for each number of stages: a quarter less time.
+# Laws up to these numbers of coordinates and stages are compiled for each number of stages, which
+# saves a quarter of the time.
 FEW_COORDINATES, FEW_STAGES = 6, 12
 
 
@@ -213,19 +217,19 @@ class MemberKernel:
     Attributes
     ----------
     function
-        compiled, of the address of the arguments in galvi.lanes.layouts
+        address of the arguments of galvi.lanes.layouts -> None, compiled
     fields
-        of a record
+        fields of a record
     rows
-        of work
+        number of rows of the work array
     tables
-        of the method
+        tables of the method
     velocities
-        first row of work for velocities, or accelerations, at the stages
+        first row of the work array for velocities, or accelerations, at the stages
     positions_only
-        whether positions alone are iterated
+        whether only positions are iterated
     memory
-        (q (n, r), p (n, d)) -> more fields of the records at the start
+        (q (n, r), p (n, d)) -> further fields of the records at the start
     """
 
     function: Callable[[int], None]
@@ -241,7 +245,7 @@ def kernel_of(law: Law, method: Galerkin) -> MemberKernel:
     """The kernel of a law with a method."""
     d, table = law.dimension, method.table
     if not law.layout:
-        positions_only = iterates_places(law, method)
+        positions_only = iterates_positions_only(law, method)
         tables = (
             nystrom_tables(table)
             if positions_only
@@ -255,11 +259,11 @@ def kernel_of(law: Law, method: Galerkin) -> MemberKernel:
     layout = np.array(law.layout)
 
     def memory(q: Array, p: Array) -> dict[str, Array]:
-        remembered, nu = np.zeros(q.shape), np.empty(p.shape)
+        memories, nu = np.zeros(q.shape), np.empty(p.shape)
         for k, g in enumerate(q):
             product.in_space(layout, g.copy(), p[k].copy(), nu[k])
-            product.remember(layout, g.copy(), remembered[k])
-        return {"memory": remembered, "nu": nu}
+            product.remember(layout, g.copy(), memories[k])
+        return {"memory": memories, "nu": nu}
 
     chart = method.group_chart.number
     function = compiled_law("group_collocation", law.lines, law.layout, chart)

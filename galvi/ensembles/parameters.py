@@ -1,9 +1,9 @@
 """Numbers of a system that differ from member to member, by name.
 
-A name is that of a field of the system, of its potential, its force or its Lagrangian, e.g.
-"masses", "mu" or "factor", or that of a parameter of a SymPy expression; of a tree one of those
-that `Multibody.with_numbers` takes. Each member's system is the problem's with these replaced, so
-that all checks of a system are made.
+A name is that of a field of the system, its potential, force or Lagrangian, e.g. "masses", "mu" or
+"factor", of a parameter of a SymPy expression, or for a tree an argument of
+`Multibody.with_numbers`. The system of a member is made from the problem's with these numbers
+replaced, so that all checks of a system are made.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from galvi.tracing.from_sympy import SymbolicForce
 from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
 
 SYMBOLIC = (SymbolicLagrangian, SymbolicForce)
-Path = tuple[str, ...]  # names of fields from the system on; one of SYMBOLIC has its parameters
+Path = tuple[str, ...]  # names of fields, from the system to a number or a parameter of SYMBOLIC
 
 
-def checked_parameters(parameters: Any) -> dict[str, Array]:
+def check_parameters(parameters: Any) -> dict[str, Array]:
     """The arrays of a dict of names and arrays, or of None; TypeError or ValueError for others."""
     if parameters is None:
         return {}
@@ -48,7 +48,7 @@ class Parameters:
 
     def __init__(self, problem: Problem, values: Mapping[str, Array], members: int) -> None:
         self.problem, self.members, self.values = problem, members, dict[str, Array]()
-        self.places = _places(problem.system)
+        self.places = _paths_by_name(problem.system)
         for name, array in values.items():
             if name not in self.places:
                 names = ", ".join(sorted(self.places)) or "none"
@@ -74,8 +74,9 @@ class Parameters:
             self.problem = replace(problem, system=problem.system.with_numbers(**first_values))
 
     def _shape(self, path: Path) -> tuple[int, ...] | None:
-        """That of a parameter of an expression, or of a field that is an array; else None."""
-        owner = _at(self.problem.system, path[:-1])
+        """The shape that one member's value must have; None where the field is a number, which may
+        also become an array."""
+        owner = _part_at(self.problem.system, path[:-1])
         if isinstance(owner, SYMBOLIC):
             return ()
         if isinstance(owner, Multibody):
@@ -83,7 +84,7 @@ class Parameters:
         return np.shape(getattr(owner, path[-1])) or None
 
     def check(self) -> None:
-        """Raise the error of a system for a member's values, with a note that names the member."""
+        """ValueError, with a note that names the member, for values that a system refuses."""
         for member in range(self.members if self.values else 0):
             self._checked_system(member)
 
@@ -100,13 +101,13 @@ class Parameters:
         for name, values in self.values.items():
             value = values[member]
             for path in self.places[name]:
-                system = _with(system, path, float(value) if value.ndim == 0 else value)
+                system = _replace_number(system, path, float(value) if value.ndim == 0 else value)
         if self.values and isinstance(system, Canonical | Lagrangian):
             system.trace(self.problem.q0, self.problem.v0, self.problem.t0)
         return system
 
     def numbers(self, law: Law, problem_numbers: LawNumbers) -> LawNumbers:
-        """The law's numbers of the members; ``problem_numbers`` are the problem's.
+        """The numbers of the law for the members; ``problem_numbers`` are those of the problem.
 
         Raises
         ------
@@ -118,10 +119,10 @@ class Parameters:
             return problem_numbers
         if self._symbolic_only():
             return self._symbolic_numbers(problem_numbers)
-        flat = np.concatenate(
+        rows = np.concatenate(
             [values.reshape(len(values), -1) for values in by_name.values()], axis=1
         )
-        _, first, inverse = np.unique(flat, axis=0, return_index=True, return_inverse=True)
+        _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
         member_numbers = []
         for k in first:
             law_and_numbers = law_of(self._checked_system(int(k)), law.dimension)
@@ -140,7 +141,7 @@ class Parameters:
 
     def _symbolic_only(self) -> bool:
         return all(
-            isinstance(_at(self.problem.system, path[:-1]), SYMBOLIC)
+            isinstance(_part_at(self.problem.system, path[:-1]), SYMBOLIC)
             for name in self.values
             for path in self.places[name]
         )
@@ -159,7 +160,7 @@ class Parameters:
         return LawNumbers(constants)
 
 
-def _places(system: Any) -> dict[str, list[Path]]:
+def _paths_by_name(system: Any) -> dict[str, list[Path]]:
     """The paths of each name in a system."""
     paths: dict[str, list[Path]] = {}
     for path in _paths(system, ()):
@@ -186,13 +187,13 @@ def _is_numbers(value: Any) -> bool:
     return np.asarray(value).dtype.kind in "iuf"
 
 
-def _at(value: Any, path: Path) -> Any:
+def _part_at(value: Any, path: Path) -> Any:
     for name in path:
         value = getattr(value, name)
     return value
 
 
-def _with(value: Any, path: Path, number: Any) -> Any:
+def _replace_number(value: Any, path: Path, number: Any) -> Any:
     """The value with one of its numbers replaced."""
     name, *inner_path = path
     if isinstance(value, SYMBOLIC):
@@ -201,7 +202,11 @@ def _with(value: Any, path: Path, number: Any) -> Any:
         return replace(value, constants=tuple(constants))
     if isinstance(value, Multibody):
         return value.with_numbers(**{name: number})
-    content = number if not inner_path else _with(getattr(value, name), tuple(inner_path), number)
+    content = (
+        number
+        if not inner_path
+        else _replace_number(getattr(value, name), tuple(inner_path), number)
+    )
     return replace(value, **{name: content})
 
 
@@ -235,7 +240,7 @@ def starts_of(
             f"received {received}."
         )
     if np.any(arrays["step"] == 0.0):
-        raise ValueError("step must not be zero. Give the step size in units of time.")
+        raise ValueError("step must not be zero; received 0. Give the step size in units of time.")
     members = max(counts.values(), default=1)
     q, v, h = (
         np.broadcast_to(arrays[name], (members, *shape)) for name, (_, shape) in arguments.items()

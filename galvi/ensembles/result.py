@@ -19,19 +19,19 @@ class Ensemble:
     Attributes
     ----------
     kept
-        arrays with the members in front; NaN for a member that failed, from there on
+        arrays with the members in front; NaN for a member from its failure on
     outcomes
-        member -> its outcome; members without one completed their steps
+        number of a member -> its outcome; members without an entry completed their steps
     iterations : array, shape (n,)
-        passes of the iterations of all steps
+        numbers of passes in all steps
     files
         a clause on the files that were loaded, computed or damaged; "" without a folder
 
     Notes
     -----
-    ``np.asarray(result)`` is the kept array, with the members in front; several arrays are put side
-    by side, along a second axis if they have the same shape. ``result[k]`` is the k-th of several
-    arrays, or of one array the row of the k-th member.
+    ``np.asarray(result)`` is the kept array, with the members in front; several arrays are stacked
+    along a second axis if they have the same shape, else concatenated as rows (members, ...).
+    ``result[k]`` is the k-th of several arrays, or the row of the k-th member of a single one.
 
     Examples
     --------
@@ -71,7 +71,7 @@ class Ensemble:
 
     @cached_property
     def failed_step(self) -> Any:
-        """(n,) the step that failed, from 1; 0 for none."""
+        """The number (n,) of the step that failed, from 1; 0 for none."""
         steps = np.zeros(self.members, dtype=np.int64)
         for member, outcome in self.outcomes.items():
             steps[member] = outcome.failed_step or 0
@@ -79,12 +79,12 @@ class Ensemble:
 
     @cached_property
     def success(self) -> Any:
-        """(n,) whether each member completed its steps."""
+        """Whether each member completed its steps, (n,)."""
         return self.failed_step == 0
 
     @cached_property
     def status(self) -> tuple[str, ...]:
-        """How each member ended, one sentence each, with the remedy for one that failed."""
+        """One sentence on the end of each member, with the remedy where it failed."""
         return tuple(str(self.outcomes.get(k, Outcome())) for k in range(self.members))
 
     def __repr__(self) -> str:

@@ -1,5 +1,5 @@
-"""Members that run by themselves, as `galvi.integrate` would run them; in a clock each in its own
-time."""
+"""Members that run by themselves, as `galvi.integrate` would run them; with a clock each has its
+own steps."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from galvi.input_checks import LARGEST_WHOLE, shown
 from galvi.method import Galerkin
 from galvi.outcome import End, Outcome
 from galvi.run.ensemble import processors
-from galvi.run.integrate import prepared
+from galvi.run.integrate import prepare_run
 from galvi.run.interruption import uninterrupted
 from galvi.run.request import RunRequest, check_memory
 from galvi.run.states import states_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-LONG_RUN = 10**4  # steps, from which on curves are not kept but computed again
+LONG_RUN = 10**4  # steps above which curves are not kept but computed again
 
 
 class Single(NamedTuple):
@@ -43,7 +43,8 @@ class Singles:
     q, v : array, shape (n, ...)
         starts
     keep, function
-        what is kept of a run, or a function that returns it; the other is None
+        the `Keep` of the ensemble, or a function of a run that returns the kept values; the other
+        is None
     limits
         ``steps``, ``duration`` and ``tolerance``, as for `galvi.integrate`
     """
@@ -65,14 +66,14 @@ class Singles:
     def run_members(self, members: Iterable[int]) -> Iterator[Single]:
         """Run members one after another; in a clock of point masses several at a time, unless a
         Python function evaluates them. Exceptions carry the member's number."""
-        compiled = isinstance(self.parameters.problem.system, NBody) and self.function is None
-        if self.method.clock is None or not compiled:
-            yield from map(self._numbered, members)
+        in_parallel = isinstance(self.parameters.problem.system, NBody) and self.function is None
+        if self.method.clock is None or not in_parallel:
+            yield from map(self._run_numbered, members)
             return
         with ThreadPoolExecutor(processors()) as pool:
-            yield from pool.map(self._numbered, members)
+            yield from pool.map(self._run_numbered, members)
 
-    def _numbered(self, member: int) -> Single:
+    def _run_numbered(self, member: int) -> Single:
         try:
             return self._single(member)
         except Exception as error:
@@ -83,27 +84,28 @@ class Singles:
         """Run one member; a start that is refused counts as a failure at its first step, unless a
         function evaluates the run, which then raises."""
         try:
-            begin = self._prepared(member)
+            do_run = self._prepare(member)
         except ValueError as error:
             if self.function is not None:
                 raise
-            return self._refused(member, error)
-        run = uninterrupted(begin())
+            return self._refused_start(member, error)
+        run = uninterrupted(do_run())
         if self.function is not None:
-            return _single((_numbers(self.function(run)),), run)
+            return _single_of((_numbers(self.function(run)),), run)
         if self.method.clock is None:
-            return _single(self._recorded(member, run.q, run.p), run)
+            return _single_of(self._record_states(member, run.q, run.p), run)
         if not run.success:
-            return _single(self._unknown(member), run)
+            return _single_of(self._unknown_values(member), run)
         if isinstance(self.keep, FinalStates):
-            return _single((run.q[-1], run.p[-1]), run)
+            return _single_of((run.q[-1], run.p[-1]), run)
         try:
-            return _single(states_at(run, self._times), run)
+            return _single_of(states_at(run, self._times), run)
         except ValueError as error:
-            return self._refused(member, error)
+            return self._refused_start(member, error)
 
-    def _prepared(self, member: int) -> Callable[..., Trajectory]:
-        """The run of one member; ValueError for a start or numbers that cannot be run."""
+    def _prepare(self, member: int) -> Callable[..., Trajectory]:
+        """A function that does the run of one member; ValueError for a start or numbers that cannot
+        be run."""
         system, base_problem = self.parameters.system(member), self.parameters.problem
         problem = replace(base_problem, system=system, q0=self.q[member], v0=self.v[member])
         in_clock = self.method.clock is not None
@@ -116,10 +118,10 @@ class Singles:
             curves=None if in_clock else self.function is not None and self.plan.steps <= LONG_RUN,
         )
         check_memory([request])
-        run = prepared(request)
+        run = prepare_run(request)
         return run if in_clock else lambda: run(watched=False)
 
-    def _recorded(self, member: int, q: Array, p: Array) -> tuple[Array, ...]:
+    def _record_states(self, member: int, q: Array, p: Array) -> tuple[Array, ...]:
         """The kept values of a member with these states (steps + 1, ...)."""
         assert self.keep is not None
         plan = self.plan._replace(step=self.plan.step[member : member + 1])
@@ -128,24 +130,24 @@ class Singles:
             record.see(k, plan.t0 + k * plan.step, q[k : k + 1], p[k : k + 1])
         return tuple(value[0] for value in record.result())
 
-    def _unknown(self, member: int) -> tuple[Array, ...]:
+    def _unknown_values(self, member: int) -> tuple[Array, ...]:
         """The kept values of a member without states: NaN."""
         shapes = self.plan.q_shape, self.plan.p_shape
         if self.method.clock is None:
             rows = self.plan.steps + 1
             q, p = (np.broadcast_to(np.nan, (rows, *shape)) for shape in shapes)
-            return self._recorded(member, q, p)
-        lead = () if isinstance(self.keep, FinalStates) else self._times.shape
-        return tuple(np.full((*lead, *shape), np.nan) for shape in shapes)
+            return self._record_states(member, q, p)
+        leading_shape = () if isinstance(self.keep, FinalStates) else self._times.shape
+        return tuple(np.full((*leading_shape, *shape), np.nan) for shape in shapes)
 
     @property
     def _times(self) -> Array:
         assert isinstance(self.keep, StatesAt)
         return np.array(self.keep.times)
 
-    def _refused(self, member: int, error: ValueError) -> Single:
+    def _refused_start(self, member: int, error: ValueError) -> Single:
         reason = str(error).removesuffix(".")
-        return Single(self._unknown(member), Outcome(End.STEP_FAILED, 1, reason=reason))
+        return Single(self._unknown_values(member), Outcome(End.STEP_FAILED, 1, reason=reason))
 
 
 def _numbers(value: Any) -> Array:
@@ -159,5 +161,5 @@ def _numbers(value: Any) -> Array:
         ) from None
 
 
-def _single(values: tuple[Array, ...], run: Trajectory) -> Single:
+def _single_of(values: tuple[Array, ...], run: Trajectory) -> Single:
     return Single(values, run.outcome, run.counts["iterations"])

@@ -1,8 +1,9 @@
 """Ready events: ``galvi.events.closest_approach(i, j)`` and others.
 
-Bodies are given by number or by the names in ``problem.parameters["bodies"]``, joints by their
-entry of q or by the names that a tree gives its hinges and slides.
-Each returns a `galvi.Event`, for `galvi.find_events`; the value that it reports is stated.
+Each function returns a `galvi.Event`, for `galvi.integrate` and `galvi.find_events`; its docstring
+says which value the event reports. Bodies are given by number or by the names in
+``problem.parameters["bodies"]``, joints by their entry of q or by the names that a tree gives its
+hinges and slides.
 
 An example:
 
@@ -33,7 +34,7 @@ __all__ = [
 
 
 def closest_approach(i: Any, j: Any) -> Event:
-    """Two bodies are nearest for a while; value: their distance."""
+    """The distance of two bodies is at a local minimum; value: their distance."""
     return Event(Approach(i, j), 1, name=f"closest approach of {i} and {j}")
 
 
@@ -46,41 +47,45 @@ def within(
     ----------
     i, j
         bodies; "any" for all: pairs are searched together, and each event is named by its pair
+    distance
+        the distance; give either this or ``hill_radii``
     hill_radii
-        instead of the distance: so many of their Hill radii at that time, which are ((m_i + m_j) /
-        (3 M))^(1/3) (r_i + r_j) / 2 about the heaviest body, of mass M, which is then in no pair
+        the distance in Hill radii of the pair at that time, ((m_i + m_j) / (3 M))^(1/3)
+        (r_i + r_j) / 2 about the heaviest body, of mass M, which is then in no pair
     """
     if (distance is None) == (hill_radii is None):
-        raise ValueError("give either distance or hill_radii.")
+        received = "neither" if distance is None else "both"
+        raise ValueError(f"give either distance or hill_radii; received {received}.")
     if distance is not None:
-        threshold, hill = input_checks.positive("distance", distance), False
+        threshold, in_hill_radii = input_checks.positive("distance", distance), False
     else:
-        threshold, hill = input_checks.positive("hill_radii", hill_radii), True
-    distances = Distances(i, j, threshold, hill)
+        threshold, in_hill_radii = input_checks.positive("hill_radii", hill_radii), True
+    distances = Distances(i, j, threshold, in_hill_radii)
     if any(isinstance(body, str) and body == ANY for body in (i, j)):
         return Event(distances, 0, name=distances.name_of(i, j))
     return Event(distances.one_of(i, j), 0, name=distances.name_of(i, j))
 
 
 def apsis(i: Any, about: Any) -> Event:
-    """A body is nearest to another for a while, or farthest; value: their distance."""
+    """The distance of a body from another is at a local minimum or maximum; value: that
+    distance."""
     return Event(Approach(i, about), 0, name=f"apsis of {i} about {about}")
 
 
 def transit(i: Any, j: Any, observer: Any) -> Event:
-    """Body i passes in front of j on the sky; value: their least distance there.
+    """Body i, in front of j, is nearest to it on the sky; value: their distance there.
 
     Parameters
     ----------
     observer
-        direction (3,) from the bodies to the observer, far away
+        direction from the bodies to a distant observer, with a component for each dimension
     """
-    towards = _direction("observer", observer)
-    return Event(Transit(i, j, towards), 1, name=f"transit of {i} in front of {j}")
+    direction = _direction("observer", observer)
+    return Event(Transit(i, j, direction), 1, name=f"transit of {i} in front of {j}")
 
 
 def plane_crossing(normal: Any, offset: float = 0.0, body: Any = None) -> Event:
-    """A particle, or one of several bodies, crosses the plane normal . q = offset.
+    """A particle, or ``body`` of several, crosses the plane normal . q = offset.
 
     Value: normal . q - offset.
     """
@@ -91,14 +96,15 @@ def plane_crossing(normal: Any, offset: float = 0.0, body: Any = None) -> Event:
 
 
 def angle(joint: Any, value: float) -> Event:
-    """A joint, by name or entry of q, passes an angle, up to whole turns; value: the angle."""
+    """The coordinate of a joint, by name or entry of q, passes an angle up to whole turns; value:
+    the coordinate."""
     return Event(
         Angle(joint, input_checks.real("value", value)), 0, name=f"joint {joint} at {value:g}"
     )
 
 
 def section(function: Callable[..., Any]) -> Event:
-    """function(q, v, t) rises through zero, a Poincare section; value: that of the function."""
+    """function(q, v, t) rises through zero (a Poincare section); value: the function there."""
     return Event(function, 1, name="section")
 
 

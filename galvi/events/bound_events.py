@@ -1,4 +1,4 @@
-"""Events bound to a problem, and their functions: called for many states at once, and checked."""
+"""Events bound to a problem, with functions that are called for many states at once and checked."""
 
 from __future__ import annotations
 
@@ -12,65 +12,73 @@ import numpy as np
 
 from galvi import input_checks
 from galvi.arrays import Array
-from galvi.events.entries import Entry, computed, later_entries
+from galvi.events.entries import Entry, evaluate_entries, lazy_entries
 from galvi.events.event import Distances, Event, Value
 from galvi.problem import Problem
 
-ENTRY_TOLERANCE = 1e-9  # relative, between values by entries and one by one
-BOUNDS_AT_ONCE = 2**20  # numbers in the bounds of pairs at once
-TRIED_STATES = 3  # states at which these are compared
+COMPARED_STATES = 3  # states at which values by entries and one by one are compared
+ENTRY_TOLERANCE = 1e-9  # their largest relative difference
+BOUNDS_AT_ONCE = 2**20  # about as many bounds of pairs are computed at once
 
-Row = Callable[[int], Array]  # from the number of an entry to its values
+Row = Callable[[int], Array]  # index of an entry -> its values
 
 
 class Function:
-    """A function of the event ``name``, called for many states at once where it can be.
+    """A function of an event, which is called for many states at once where that is possible.
 
     Attributes
     ----------
+    name
+        name of the event, for messages
     refusal
-        why it is called for one state after another; "" for a function of entries
+        why the function is called for one state after another; "" where it is called with entries
+
+    Raises
+    ------
+    ValueError
+        Where the function returns no finite number at the problem's start.
     """
 
     def __init__(self, value: Value, problem: Problem, name: str) -> None:
         self.value, self.name, self.refusal = value, name, ""
         self._traceable = getattr(value, "py_func", value)  # of Python where it is compiled
         self.shapes = problem.q0.shape, problem.v0.shape
-        shares = 1.0 + 1e-3 * np.arange(TRIED_STATES)
-        q, v = (np.outer(x.ravel(), shares) for x in (problem.q0, problem.v0))
-        t: Any = problem.t0 + 1e-3 * np.arange(TRIED_STATES)
-        first = self._one_by_one(q[:, :1], v[:, :1], t[:1])
+        factors = 1.0 + 1e-3 * np.arange(COMPARED_STATES)
+        q, v = (np.outer(x.ravel(), factors) for x in (problem.q0, problem.v0))
+        t: Any = problem.t0 + 1e-3 * np.arange(COMPARED_STATES)
+        first = self._call_one_by_one(q[:, :1], v[:, :1], t[:1])
         self._check(first, t[:1])
         try:
-            vectorized = self._computed(q.__getitem__, v.__getitem__, t)
+            vectorized = self._call_vectorized(q.__getitem__, v.__getitem__, t)
         except Exception as error:  # whatever the function raises with entries
             self.refusal = f"{type(error).__name__}: {error}".rstrip(".")
             return
         with np.errstate(all="ignore"):
-            rows = np.append(first, self._one_by_one(q[:, 1:], v[:, 1:], t[1:]))
+            rows = np.append(first, self._call_one_by_one(q[:, 1:], v[:, 1:], t[1:]))
         if not np.allclose(
             vectorized,
             rows,
             rtol=ENTRY_TOLERANCE,
             atol=ENTRY_TOLERANCE * np.max(np.abs(rows), initial=0.0),
         ):
-            self.refusal = "its values for many states are others"
+            self.refusal = "its values for many states at once differ from those one by one"
 
     def at(self, q: Array, v: Array, t: Array) -> Array:
-        """Values (*t.shape) at states, whose entries are in front: (r, *t.shape)."""
+        """Values (*t.shape) at states q and v whose first axis is that of entries, (r,
+        *t.shape)."""
         return self.at_later(q.__getitem__, v.__getitem__, t)
 
     def at_later(self, coordinate: Row, velocity: Row, t: Array) -> Array:
-        """As ``at``, with functions from the number of an entry to its values; they are called for
-        those entries that are used."""
+        """As ``at``, with functions from the index of an entry to its values, which are called only
+        for the entries that the event's function uses."""
         if self.refusal:
             q, v = (
                 np.stack([row(k).ravel() for k in range(math.prod(shape))])
                 for row, shape in zip((coordinate, velocity), self.shapes, strict=True)
             )
-            values = self._one_by_one(q, v, t.ravel()).reshape(t.shape)
+            values = self._call_one_by_one(q, v, t.ravel()).reshape(t.shape)
         else:
-            values = self._computed(coordinate, velocity, t)
+            values = self._call_vectorized(coordinate, velocity, t)
         self._check(values, t)
         return values
 
@@ -79,18 +87,18 @@ class Function:
         return self.at(q.reshape(len(t), -1).T, v.reshape(len(t), -1).T, t)
 
     def bounds(self, q: Any, v: Any, t: Any) -> tuple[Array, Array]:
-        """The least and the greatest value on steps, from entries that are bounds."""
+        """Lower and upper bounds on each step, from entries that hold bounds."""
         q, v = q.reshape(self.shapes[0]), v.reshape(self.shapes[1])
-        return computed(self._traceable, q, v, t, t.low.shape)
+        return evaluate_entries(self._traceable, q, v, t, t.low.shape)
 
-    def _computed(self, coordinate: Row, velocity: Row, t: Any) -> Array:
+    def _call_vectorized(self, coordinate: Row, velocity: Row, t: Any) -> Array:
         q, v = (
-            later_entries(partial(_twice, row), math.prod(shape)).reshape(shape)
+            lazy_entries(partial(_equal_bounds, row), math.prod(shape)).reshape(shape)
             for row, shape in zip((coordinate, velocity), self.shapes, strict=True)
         )
-        return computed(self._traceable, q, v, Entry(t, t), t.shape)[0]
+        return evaluate_entries(self._traceable, q, v, Entry(t, t), t.shape)[0]
 
-    def _one_by_one(self, q: Array, v: Array, t: Array) -> Array:
+    def _call_one_by_one(self, q: Array, v: Array, t: Array) -> Array:
         """Values (n,) of states (r, n), one after another."""
         values, (q_shape, v_shape) = np.empty(len(t)), self.shapes
         for k, time in enumerate(t.tolist()):
@@ -103,16 +111,16 @@ class Function:
         return values
 
     def _check(self, values: Array, t: Array) -> None:
-        wrong = np.flatnonzero(~np.isfinite(values.ravel()))
-        if wrong.size:
+        not_finite = np.flatnonzero(~np.isfinite(values.ravel()))
+        if not_finite.size:
             raise ValueError(
                 f"the event {self.name} must be a finite number along the run; received "
-                f"{values.ravel()[wrong[0]]} at t = {t.ravel()[wrong[0]]:.10g}."
+                f"{values.ravel()[not_finite[0]]} at t = {t.ravel()[not_finite[0]]:.10g}."
             )
 
 
-def _twice(find: Row, k: int) -> tuple[Array, Array]:
-    """The values as lower and upper bound."""
+def _equal_bounds(find: Row, k: int) -> tuple[Array, Array]:
+    """The values of entry k as both lower and upper bounds."""
     values = find(k)
     return values, values
 
@@ -130,35 +138,35 @@ class BoundEvent:
         self.reported = reported or self.function
 
     def name_of(self, part: int) -> str:
-        """The name that found events carry."""
+        """The name of its occurrences."""
         return self.event.name
 
 
 class BoundPairs:
-    """An event of many pairs of bodies of one problem; ``of_pair`` makes that of one."""
+    """An event of many pairs of bodies of one problem; ``of_pair(k)`` is the event of pair k."""
 
     def __init__(self, event: Event, problem: Problem, number: int) -> None:
         self.event, self.number, self.problem = event, number, problem
-        self.many = cast(Distances, event.function)
-        self.pairs, self.names = self.many.pairs(problem), problem.body_names()
+        self.distances = cast(Distances, event.function)
+        self.pairs, self.names = self.distances.pairs(problem), problem.body_names()
         self.of_pair = cache(self._of_pair)
 
     def _of_pair(self, k: int) -> BoundEvent:
-        function = self.many.one_of(*self.pairs[k].tolist())
+        function = self.distances.one_of(*self.pairs[k].tolist())
         pair_event = replace(self.event, function=function, name=self.name_of(k))
         return BoundEvent(pair_event, self.problem, self.number)
 
     def name_of(self, part: int) -> str:
-        """The name that found events of a pair carry."""
+        """The name of the occurrences of pair ``part``."""
         i, j = self.pairs[part].tolist()
-        return self.many.name_of(self.names[i], self.names[j])
+        return self.distances.name_of(self.names[i], self.names[j])
 
     def bounds(self, low: Array, high: Array) -> Iterator[tuple[Any, Array, Array]]:
-        """Numbers of pairs (k,) and bounds (k, steps) of their functions, chunk by chunk, from
-        bounds (d, steps) of coordinates."""
+        """Indices of pairs (k,) and lower and upper bounds (k, steps) of their functions, chunk by
+        chunk, from bounds (d, steps) of coordinates."""
         shape = (*self.problem.q0.shape, -1)
         low, high = low.reshape(shape), high.reshape(shape)
         at_once = max(1, BOUNDS_AT_ONCE // low[0].size)
         for first in range(0, len(self.pairs), at_once):
             rows = np.arange(first, min(first + at_once, len(self.pairs)))
-            yield rows, *self.many.bounds(self.problem, self.pairs[rows], low, high)
+            yield rows, *self.distances.bounds(self.problem, self.pairs[rows], low, high)

@@ -1,9 +1,9 @@
-"""One entry of many states at once, as a number that a function of one state computes with.
+"""One entry of many states at once, as a number with which a function of one state computes.
 
-A function of one configuration is called with arrays of such entries, so that its arithmetic is
-that of many states. An entry has their values, or the least and the greatest that it has on each of
-many steps, of which arithmetic makes bounds of the function there (interval arithmetic, up to
-rounding). What needs the value of one state, as a branch does, raises TypeError.
+A function of one configuration is called with arrays of such entries, so that one call computes its
+values at many states. An entry holds the values at these states, or bounds of them on each of many
+steps, from which arithmetic makes bounds of the function there (interval arithmetic, up to
+rounding). Operations that need a single value, as a branch does, raise TypeError.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from galvi.arrays import Array
 def _monotone(function: Any) -> Callable[[Entry], Entry]:
     def method(self: Entry) -> Entry:
         low = function(self.low)
-        return _exactly(low) if self.exact else Entry(low, function(self.high))
+        return _exact_entry(low) if self.exact else Entry(low, function(self.high))
 
     return method
 
 
 class Entry:
-    """Values of many states, where ``low`` is ``high``, else bounds of them."""
+    """Values at many states, where ``low`` is ``high``; else lower and upper bounds of values."""
 
     low: Any
     high: Any
@@ -35,30 +35,30 @@ class Entry:
 
     @property
     def exact(self) -> bool:
-        """Whether it has values, not bounds."""
+        """Whether it holds values, not bounds."""
         return self.low is self.high
 
     def __add__(self, other: Any) -> Entry:
         right = _entry(other)
         if self.exact and right.exact:
-            return _exactly(self.low + right.low)
+            return _exact_entry(self.low + right.low)
         return Entry(self.low + right.low, self.high + right.high)
 
     def __sub__(self, other: Any) -> Entry:
         right = _entry(other)
         if self.exact and right.exact:
-            return _exactly(self.low - right.low)
+            return _exact_entry(self.low - right.low)
         return Entry(self.low - right.high, self.high - right.low)
 
     def __neg__(self) -> Entry:
-        return _exactly(-self.low) if self.exact else Entry(-self.high, -self.low)
+        return _exact_entry(-self.low) if self.exact else Entry(-self.high, -self.low)
 
     def __mul__(self, other: Any) -> Entry:
         if other is self:
             return self**2
         right = _entry(other)
         if self.exact and right.exact:
-            return _exactly(self.low * right.low)
+            return _exact_entry(self.low * right.low)
         if type(right.low) is float:
             ends = [self.low * right.low, self.high * right.low]
             return Entry(*(ends if right.low >= 0.0 else ends[::-1]))
@@ -68,7 +68,7 @@ class Entry:
     def __truediv__(self, other: Any) -> Entry:
         right = _entry(other)
         if self.exact and right.exact:
-            return _exactly(self.low / right.low)
+            return _exact_entry(self.low / right.low)
         if right.exact and type(right.low) is float and right.low != 0.0:
             return self * (1.0 / right.low)
         nonzero = (right.low > 0.0) | (right.high < 0.0)
@@ -81,17 +81,17 @@ class Entry:
         if isinstance(power, Entry):
             raise TypeError("its power depends on the state")
         if self.exact:
-            return _exactly(self.low**power)
+            return _exact_entry(self.low**power)
         if power < 0:
             return _entry(1.0) / self**-power
-        size = abs(self) if power % 2 == 0 else self
+        base = abs(self) if power % 2 == 0 else self
         if power % 1 == 0:
-            return Entry(size.low**power, size.high**power)
+            return Entry(base.low**power, base.high**power)
         return Entry(np.maximum(self.low, 0.0) ** power, np.maximum(self.high, 0.0) ** power)
 
     def __abs__(self) -> Entry:
         if self.exact:
-            return _exactly(np.abs(self.low))
+            return _exact_entry(np.abs(self.low))
         smallest = np.maximum(np.maximum(self.low, -self.high), 0.0)
         return Entry(smallest, np.maximum(-self.low, self.high))
 
@@ -100,45 +100,46 @@ class Entry:
     deg2rad, rad2deg = _monotone(np.deg2rad), _monotone(np.rad2deg)
 
     def sqrt(self) -> Entry:
-        """The root; of bounds below 0 that of 0."""
+        """The square root; bounds below 0 count as 0."""
         return self**0.5
 
     def sin(self) -> Entry:
-        """The sine; its bounds are 1 or -1 where the argument passes an extremum."""
+        """The sine; a bound is 1 or -1 where the argument passes an extremum."""
         if self.exact:
-            return _exactly(np.sin(self.low))
-        ends, (top, bottom) = (
+            return _exact_entry(np.sin(self.low))
+        ends, (reaches_maximum, reaches_minimum) = (
             (np.sin(self.low), np.sin(self.high)),
             (
-                np.floor((self.high - turn) / (2.0 * np.pi))
-                >= np.ceil((self.low - turn) / (2.0 * np.pi))
-                for turn in (0.5 * np.pi, -0.5 * np.pi)
+                np.floor((self.high - extremum) / (2.0 * np.pi))
+                >= np.ceil((self.low - extremum) / (2.0 * np.pi))
+                for extremum in (0.5 * np.pi, -0.5 * np.pi)
             ),
         )
         return Entry(
-            np.where(bottom, -1.0, np.minimum(*ends)), np.where(top, 1.0, np.maximum(*ends))
+            np.where(reaches_minimum, -1.0, np.minimum(*ends)),
+            np.where(reaches_maximum, 1.0, np.maximum(*ends)),
         )
 
     def cos(self) -> Entry:
         """The cosine."""
-        return _exactly(np.cos(self.low)) if self.exact else (self + 0.5 * np.pi).sin()
+        return _exact_entry(np.cos(self.low)) if self.exact else (self + 0.5 * np.pi).sin()
 
     def conjugate(self) -> Entry:
-        """Itself, of real numbers."""
+        """The entry itself, which is real."""
         return self
 
     def arctan2(self, x: Any) -> Entry:
-        """The angle; its bounds are -pi and pi."""
+        """The angle of (x, self); bounds are always -pi and pi."""
         right = _entry(x)
         if self.exact and right.exact:
-            return _exactly(np.arctan2(self.low, right.low))
+            return _exact_entry(np.arctan2(self.low, right.low))
         return _entry(np.pi) * Entry(-1.0 + 0.0 * self.low, 1.0 + 0.0 * self.low)
 
     def hypot(self, y: Any) -> Entry:
         """sqrt(x^2 + y^2)."""
         return (self**2 + _entry(y) ** 2).sqrt()
 
-    def _none(self, *arguments: Any) -> Any:
+    def _refuse_branch(self, *arguments: Any) -> Any:
         raise TypeError("it needs a value, as a branch does")
 
     def __rsub__(self, other: Any) -> Entry:
@@ -148,17 +149,17 @@ class Entry:
         return _entry(other) / self
 
     __radd__, __rmul__ = __add__, __mul__
-    __bool__ = __float__ = __int__ = __index__ = _none
-    __lt__ = __le__ = __gt__ = __ge__ = __rpow__ = __mod__ = __floordiv__ = _none
-    __eq__ = __ne__ = _none
+    __bool__ = __float__ = __int__ = __index__ = _refuse_branch
+    __lt__ = __le__ = __gt__ = __ge__ = __rpow__ = __mod__ = __floordiv__ = _refuse_branch
+    __eq__ = __ne__ = _refuse_branch
     __hash__ = object.__hash__
 
 
-class LaterEntry(Entry):
-    """Entry number k, whose values or bounds are found when a function uses it."""
+class LazyEntry(Entry):
+    """Entry number k, whose values or bounds are evaluated when a function uses it."""
 
-    def __init__(self, find: Callable[[int], tuple[Array, Array]], k: int) -> None:
-        self._find, self._k = find, k
+    def __init__(self, evaluate: Callable[[int], tuple[Array, Array]], k: int) -> None:
+        self._find, self._k = evaluate, k
 
     def __getattr__(self, name: str) -> Any:
         if name not in ("low", "high"):
@@ -167,14 +168,14 @@ class LaterEntry(Entry):
         return vars(self)[name]
 
 
-def later_entries(find: Callable[[int], tuple[Array, Array]], n: int) -> Any:
-    """n entries, each found when a function uses it, (n,)."""
+def lazy_entries(evaluate: Callable[[int], tuple[Array, Array]], n: int) -> Any:
+    """n entries (n,), each evaluated when a function uses it."""
     entries = np.empty(n, dtype=object)
-    entries[:] = [LaterEntry(find, k) for k in range(n)]
+    entries[:] = [LazyEntry(evaluate, k) for k in range(n)]
     return entries
 
 
-def _exactly(values: Any) -> Entry:
+def _exact_entry(values: Any) -> Entry:
     return Entry(values, values)
 
 
@@ -184,13 +185,14 @@ def _entry(value: Any) -> Entry:
     number = np.asarray(value)
     if number.ndim or number.dtype.kind not in "biuf":
         raise TypeError(f"it computes with {type(value).__name__}")
-    return _exactly(float(number))
+    return _exact_entry(float(number))
 
 
-def computed(
+def evaluate_entries(
     function: Callable[..., Any], q: Any, v: Any, t: Any, shape: tuple[int, ...]
 ) -> tuple[Array, Array]:
-    """The values of a function of entries, or their bounds: two arrays of the states' ``shape``."""
+    """Lower and upper bounds of a function of entries, two arrays of ``shape``; the same array
+    twice where the entries hold values."""
     with np.errstate(all="ignore"):
         value = function(q, v, t)
         if isinstance(value, np.ndarray) and value.ndim == 0:

@@ -24,12 +24,13 @@ Change = Callable[[Any, Any, float], tuple[Any, Any]]  # (q, v, t) -> (q, v)
 
 @runtime_checkable
 class Quantity(Protocol):
-    """A function of states that galvi provides, made for a problem."""
+    """A ready function of states, which is made for a problem."""
 
     def of(self, problem: Problem) -> tuple[Value, Value | None, Value | None]:
-        """The function; what an event reports, None: the function itself; and what must be
-        positive at an event, None: nothing. Entries are summed one by one, so that they may be
-        those of many states. ValueError for bodies or joints that the problem does not have."""
+        """The function whose zeros are events; the function that an event reports, None for the
+        same one; and a function that must be positive at an event, None for no condition. They sum
+        entries one by one, so that these may hold many states. ValueError for bodies or joints that
+        the problem does not have."""
 
 
 @dataclass(frozen=True)
@@ -39,15 +40,23 @@ class Event:
     Parameters
     ----------
     function
-        of one configuration, one velocity and the time
+        (q, v, t) -> number, of one configuration, one velocity and the time
     direction
-        +1 where it rises through zero, -1 where it falls, 0 both; as the run goes
+        +1: events are where the function rises through zero in the course of the run, -1: where it
+        falls, 0: both
     terminal
-        whether `galvi.integrate` ends the run there
+        whether `galvi.integrate` ends the run at the first event
     action
-        (q, v, t) -> (q, v) from which `galvi.integrate` goes on; None: nothing changes
+        (q, v, t) -> (q, v), the state from which `galvi.integrate` goes on; None: no change
     name
-        for tables
+        name of the event in tables and messages
+
+    Raises
+    ------
+    TypeError
+        For a ``function`` or ``action`` that cannot be called, and a ``terminal`` that is no bool.
+    ValueError
+        For another ``direction``, and for ``terminal`` together with an ``action``.
 
     Examples
     --------
@@ -73,7 +82,10 @@ class Event:
                 f"action must be a function of (q, v, t); received {shown(self.action)}."
             )
         if input_checks.flag("terminal", self.terminal) and self.action is not None:
-            raise ValueError("an event ends the run or acts on it; received terminal and action.")
+            raise ValueError(
+                "an event ends the run or acts on it; received terminal=True with an action. Leave "
+                "one of the two out."
+            )
 
     @property
     def ends_or_acts(self) -> bool:
@@ -87,38 +99,44 @@ class Event:
         return cast(Value, self.function), None, None
 
 
-def several_events(events: Any) -> tuple[Event, ...]:
-    """One event or several; TypeError for something else."""
-    several = (events,) if isinstance(events, Event) else input_checks.several(events)
-    for event in several:
+def as_events(events: Any) -> tuple[Event, ...]:
+    """One event or several as a tuple; TypeError for values that are no `Event`."""
+    event_tuple = (events,) if isinstance(events, Event) else input_checks.several(events)
+    for event in event_tuple:
         if not isinstance(event, Event):
             raise TypeError(
                 f"events must be galvi.Event values, such as galvi.events.apsis(1, 0); received "
                 f"{shown(event)}."
             )
-    return several
+    return event_tuple
 
 
 def _body(problem: Problem, body: Any) -> int:
     """The number of a point mass, see `_number`."""
     if not isinstance(problem.system, NBody):
-        raise ValueError(f"this event is of point masses; received {shown(problem)}.")
+        raise ValueError(
+            f"this event needs point masses, a galvi.NBody system; received {shown(problem)}."
+        )
     return _number("a body", body, list(problem.body_names()))
 
 
 def _number(kind: str, key: Any, names: list[Any]) -> int:
     """The number of a body or coordinate, given by number or by name; "" is no name."""
-    named = {name: k for k, name in enumerate(names) if name != ""}
+    numbers_by_name = {name: k for k, name in enumerate(names) if name != ""}
     if isinstance(key, str) and key != "" and names.count(key) > 1:
         numbers_of_name = [k for k, name in enumerate(names) if name == key]
         raise ValueError(
             f"{kind} must have a name of its own; received {shown(key)}, the name of numbers "
             f"{numbers_of_name}. Give one of these numbers, or other names."
         )
-    numbers = {k: k for k in range(len(names))} | named
+    numbers = {k: k for k in range(len(names))} | numbers_by_name
     if isinstance(key, int | str) and not isinstance(key, bool) and key in numbers:
         return numbers[key]
-    choices = f"one of {list(named)}, or its number" if named else f"a number below {len(names)}"
+    choices = (
+        f"one of {list(numbers_by_name)}, or its number"
+        if numbers_by_name
+        else f"a number below {len(names)}"
+    )
     raise ValueError(f"{kind} must be {choices}; received {shown(key)}.")
 
 
@@ -138,7 +156,7 @@ def _dot(left: Any, right: Any) -> Any:
 
 @dataclass(frozen=True)
 class Approach:
-    """q . v of two bodies, whose distance is reported; see `galvi.events`."""
+    """q . v of the relative motion of two bodies; reports their distance. See `galvi.events`."""
 
     first: Any
     second: Any
@@ -155,15 +173,15 @@ class Approach:
 
 @dataclass(frozen=True)
 class Distance:
-    """The square of two bodies' distance over that of a threshold, less 1.
+    """The square of two bodies' distance over the square of a threshold, less 1.
 
     Attributes
     ----------
     threshold
-        the distance, or a number of Hill radii
+        a distance, or a number of Hill radii
     hill
-        whether the threshold is in Hill radii: ((m_i + m_j) / (3 M))^(1/3) (r_i + r_j) / 2 with M
-        the largest mass, from whose body r are the distances
+        whether the threshold is in Hill radii, ((m_i + m_j) / (3 M))^(1/3) (r_i + r_j) / 2, where M
+        is the largest mass and r_i, r_j are the distances from its body
     """
 
     first: Any
@@ -174,13 +192,13 @@ class Distance:
     def of(self, problem: Problem) -> tuple[Value, Value, None]:
         i, j = _two_bodies(problem, self.first, self.second)
         _, distance, _ = Approach(i, j).of(problem)
-        (share,), star = _hill_shares(problem, np.array([[i, j]]))
+        (hill_share,), star = _hill_factors(problem, np.array([[i, j]]))
         if self.hill and star in (i, j):
             raise ValueError(
                 f"the heaviest body has no Hill radius; received {shown(self.first)} and "
                 f"{shown(self.second)}. Give a distance."
             )
-        factor = self.threshold * share
+        factor = self.threshold * hill_share
 
         def relative(q: Any, v: Any, t: Any) -> Any:
             gap, radius = q[i] - q[j], self.threshold
@@ -192,8 +210,9 @@ class Distance:
         return relative, distance, None
 
 
-def _hill_shares(problem: Problem, pairs: Any) -> tuple[Array, int]:
-    """The Hill radii of pairs over the sum of both distances from the heaviest body; its number."""
+def _hill_factors(problem: Problem, pairs: Any) -> tuple[Array, int]:
+    """The Hill radii (n,) of pairs over the sums of both distances from the heaviest body, and the
+    number of that body."""
     masses = cast(NBody, problem.system).masses
     star = int(np.argmax(masses))
     return 0.5 * np.cbrt(masses[pairs].sum(axis=1) / (3.0 * masses[star])), star
@@ -241,23 +260,26 @@ class Distances:
         return f"{i} and {j} at {self.threshold:g}{' Hill radii' * self.hill}"
 
     def bounds(self, problem: Problem, pairs: Any, low: Array, high: Array) -> tuple[Array, Array]:
-        """Bounds (n, steps) of the pairs' functions, from those of positions (bodies, D, steps)."""
+        """Lower and upper bounds (n, steps) of the pairs' functions, from bounds (bodies, D, steps)
+        of positions."""
         i, j = pairs.T
         low_square, high_square = _squares(low[i] - high[j], high[i] - low[j])
         low_limit: Any = self.threshold**2
         high_limit = low_limit
         if self.hill:
-            shares, star = _hill_shares(problem, pairs)
-            about = _squares(low - high[star], high - low[star])
+            shares, star = _hill_factors(problem, pairs)
+            star_squares = _squares(low - high[star], high - low[star])
             low_limit, high_limit = (
-                (self.threshold * shares[:, None] * (r[i] + r[j])) ** 2 for r in map(np.sqrt, about)
+                (self.threshold * shares[:, None] * (r[i] + r[j])) ** 2
+                for r in map(np.sqrt, star_squares)
             )
         with np.errstate(all="ignore"):
             return low_square / high_limit - 1.0, high_square / low_limit - 1.0
 
 
 def _squares(low: Array, high: Array) -> tuple[Array, Array]:
-    """Bounds (k, steps) of squares of vectors, from those (k, D, steps) of their components."""
+    """Lower and upper bounds (k, steps) of the squares of vectors, from bounds (k, D, steps) of
+    their components."""
     smallest = np.maximum(np.maximum(low, -high), 0.0)
     largest = np.maximum(-low, high)
     return np.einsum("kds,kds->ks", smallest, smallest), np.einsum("kds,kds->ks", largest, largest)
@@ -265,7 +287,7 @@ def _squares(low: Array, high: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Transit:
-    """The rate of the square of two bodies' distance on the sky, while i is in front of j."""
+    """Half the rate of the square of two bodies' distance on the sky, where i is in front of j."""
 
     first: Any
     second: Any
@@ -273,25 +295,25 @@ class Transit:
 
     def of(self, problem: Problem) -> tuple[Value, Value, Value]:
         i, j = _two_bodies(problem, self.first, self.second)
-        towards = np.array(self.observer) / np.linalg.norm(self.observer)
-        if towards.size != problem.q0.shape[1]:
+        direction = np.array(self.observer) / np.linalg.norm(self.observer)
+        if direction.size != problem.q0.shape[1]:
             raise ValueError(
                 f"observer must have {problem.q0.shape[1]} components; received {self.observer}."
             )
 
-        def sky(x: Any) -> Any:
+        def on_sky(x: Any) -> Any:
             gap = x[i] - x[j]
-            depth = _dot(gap, towards)
-            return [a - depth * b for a, b in zip(gap, towards, strict=True)]
+            depth = _dot(gap, direction)
+            return [a - depth * b for a, b in zip(gap, direction, strict=True)]
 
         def sky_distance(q: Any, v: Any, t: Any) -> Any:
-            gap = sky(q)
+            gap = on_sky(q)
             return np.sqrt(_dot(gap, gap))
 
         return (
-            lambda q, v, t: _dot(sky(q), sky(v)),
+            lambda q, v, t: _dot(on_sky(q), on_sky(v)),
             sky_distance,
-            lambda q, v, t: _dot(q[i] - q[j], towards),
+            lambda q, v, t: _dot(q[i] - q[j], direction),
         )
 
 
@@ -304,14 +326,19 @@ class Plane:
     body: Any
 
     def of(self, problem: Problem) -> tuple[Value, None, None]:
-        many = isinstance(problem.system, NBody)
-        if many and self.body is None:
-            raise ValueError("of point masses a plane is crossed by one; give body.")
-        row = _body(problem, self.body) if self.body is not None else None
-        if problem.q0.shape[-1:] != (len(self.normal),) or (not many and problem.q0.ndim != 1):
+        is_point_masses = isinstance(problem.system, NBody)
+        if is_point_masses and self.body is None:
             raise ValueError(
-                f"normal must have the components of a place, of {problem.q0.shape}; received "
-                f"{self.normal}."
+                "body must be the point mass that crosses the plane; received None. Give a number "
+                "or a name."
+            )
+        row = _body(problem, self.body) if self.body is not None else None
+        if problem.q0.shape[-1:] != (len(self.normal),) or (
+            not is_point_masses and problem.q0.ndim != 1
+        ):
+            raise ValueError(
+                f"normal must have the components of one position, of a configuration (d,) or "
+                f"(bodies, d); received {self.normal} and {problem.q0.shape}."
             )
         return (
             lambda q, v, t: _dot(q if row is None else q[row], self.normal) - self.offset,
@@ -322,14 +349,17 @@ class Plane:
 
 @dataclass(frozen=True)
 class Angle:
-    """A joint's angle, or a coordinate, at a value up to whole turns."""
+    """sin(q_k - value) of a joint's angle or another coordinate q_k."""
 
     joint: Any
     value: float
 
     def of(self, problem: Problem) -> tuple[Value, Value, Value]:
         if problem.q0.ndim != 1:
-            raise ValueError(f"an angle is a coordinate of a vector; received {shown(problem)}.")
+            raise ValueError(
+                f"an angle is a coordinate of a vector; received {shown(problem)}. Give a "
+                f"galvi.Event with a function of (q, v, t)."
+            )
         k = self._coordinate(problem)
         return (
             lambda q, v, t: np.sin(q[k] - self.value),
@@ -338,34 +368,37 @@ class Angle:
         )
 
     def _coordinate(self, problem: Problem) -> int:
-        """The entry of q: by its number, or in a tree by the name of its hinge or slide."""
+        """The index of the coordinate in q."""
         system = problem.system
         if not isinstance(system, Multibody):
             return _number("a joint", self.joint, list(range(problem.q0.size)))
         names: list[Any] = []  # of the entries of q
-        turned: dict[int, str] = {}  # entries of rotation matrices, of joints of that type
+        joint_types: dict[int, str] = {}  # entries of rotation matrices, of joints of that type
         for joint in system.tree.joints:
-            turns = joint.number > tree.SLIDE
-            if turns and self.joint == joint.name != "":
+            is_rotation = joint.number > tree.SLIDE
+            if is_rotation and self.joint == joint.name != "":
                 raise ValueError(
                     f"a joint must have one angle or length; received {shown(self.joint)}, a "
                     f"{joint.type} joint. Give a galvi.Event with a function of (q, v, t)."
                 )
             size = tree.ENTRIES[joint.number]
-            if turns:
-                turned |= {k: joint.type for k in range(len(names), len(names) + size)[-9:]}
-            names += [""] * size if turns else [joint.name]
+            if is_rotation:
+                joint_types |= {k: joint.type for k in range(len(names), len(names) + size)[-9:]}
+            names += [""] * size if is_rotation else [joint.name]
         k = _number("a joint", self.joint, names)
-        if k in turned:
+        if k in joint_types:
             raise ValueError(
                 f"a joint must be a hinge or a slide, by its name or its entry of q; received "
-                f"{shown(self.joint)}, an entry of the rotation matrix of a {turned[k]} joint."
+                f"{shown(self.joint)}, an entry of the rotation matrix of a {joint_types[k]} joint."
             )
         return k
 
 
-def changed(event: Event, problem: Problem, q: Array, v: Array, t: float) -> tuple[Array, Array]:
-    """The state to which an action leads; ValueError for one that cannot be a state."""
+def state_after_action(
+    event: Event, problem: Problem, q: Array, v: Array, t: float
+) -> tuple[Array, Array]:
+    """The state (q, v) that an event's action returns; ValueError for values that are no state, and
+    for a state whose conserved energy is not finite."""
     name = f"the action of the event {event.name}"
     try:
         state = cast(Any, event.action)(q.copy(), v.copy(), t)

@@ -1,4 +1,4 @@
-"""The states, checkpoints and curves that a run in blocks keeps."""
+"""The states, checkpoints and curves that a run in blocks saves."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from galvi.arrays import Array, read_only
 from galvi.checkpoint import Checkpoint
-from galvi.curves.clock_curves import JoinedCurves, cut, merged
+from galvi.curves.clock_curves import JoinedCurves, first_steps, merge_curves
 from galvi.curves.redone_curves import RedoneCurves
 from galvi.run.request import RunRequest
 from galvi.run.same_functions import SameFunctions
@@ -22,13 +22,13 @@ class KeptStates:
     Attributes
     ----------
     begin
-        the time of its first state
+        time of the first state
     checkpoints
-        states from which its curves are computed again
+        states from which the curves can be computed again
     curves
-        those of its parts, and when each begins
+        pairs of the time at which a part begins and its curves
     restarts
-        states t, q, v to which actions led
+        t, q and v after each action
     """
 
     def __init__(self, request: RunRequest) -> None:
@@ -57,13 +57,13 @@ class KeptStates:
         self._rows.append((steps_done + rows, *states))
 
     def cut(self, n: int) -> None:
-        """Keep the curves of the first n steps of the last part alone."""
+        """Drop the curves of the last part after its first n steps."""
         if self.curves:
             begin, curves = self.curves[-1]
-            self.curves[-1] = begin, cut(curves, n)
+            self.curves[-1] = begin, first_steps(curves, n)
 
     def states(self) -> list[Array]:
-        """Numbers, t, q, p and v of the saved states, the last one among them."""
+        """Numbers of completed steps, t, q, p and v of the saved states, with the last state."""
         arrays = [np.concatenate(x) for x in zip(*self._rows, strict=True)]
         rows = np.flatnonzero(
             np.append(arrays[0][:-1] % self.request.checkpoint.save_every == 0, True)
@@ -71,16 +71,16 @@ class KeptStates:
         return [array[rows] for array in arrays]
 
     def all_restarts(self) -> Restarts | None:
-        """The states to which actions led; None without actions."""
+        """The states after the actions; None without actions."""
         if not self.restarts:
             return None
         return Restarts(*(np.array(x) for x in zip(*self.restarts, strict=True)))
 
     def joined_curves(self, last: float) -> Any:
-        """The curves of a run until a time; None where they are not kept."""
+        """The curves of a run that ended at the time ``last``; None where they are not kept."""
         parts = [part for _, part in self.curves]
         if not parts or not self.restarts:
-            return merged(parts) if parts else None
+            return merge_curves(parts) if parts else None
         times = np.array([self.begin, *(begin for begin, _ in self.curves[1:]), last])
         return JoinedCurves(read_only(times), tuple(parts))
 

@@ -1,5 +1,5 @@
-"""States after a part of one step of a run, for many steps at once: by a shortened step each, from
-the state before the whole one."""
+"""States within steps of a run, for many steps at once: each by a shortened step from the state
+before the whole one."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from galvi.run.states import saved_velocities
 from galvi.systems.lagrangian import velocity_at
 
 
-class Shortened(NamedTuple):
-    """Shortened steps of n steps, some of which occur more than once.
+class ShortenedSteps(NamedTuple):
+    """Shortened steps of n steps of a run, some of which may be the same.
 
     Attributes
     ----------
     after
-        (u, rows) -> q, v and t after parts u (k,) of the steps ``rows`` (k,) among the n; NaN where
-        a shortened step could not be done
+        (u, rows) -> q, v and t at u (k,) in the steps ``rows`` (k,) of the n; q is NaN where a
+        shortened step could not be done
     low, high : array, shape (n,)
-        limits of u: a time, or in a clock a length in tau
+        limits of u, which is the time, or in a clock the length of the shortened step in tau
     begin, pace : array, shape (n,)
-        u and dt/du at the requested places
+        u and dt/du at the requested x
     """
 
     after: Callable[[Array, Any], tuple[Array, Array, Array]]
@@ -43,9 +43,9 @@ class Shortened(NamedTuple):
     pace: Array
 
 
-def shortened_steps(block: Block, steps: Any, x: Array) -> Shortened | None:
-    """Shortened steps of the ``steps`` (n,) of a block, near places x (n,) in [-1, 1]; None where
-    states must be reached one by one."""
+def shortened_steps(block: Block, steps: Any, x: Array) -> ShortenedSteps | None:
+    """Shortened steps of the ``steps`` (n,) of a block, to be started at x (n,) in [-1, 1]; None
+    where states must be reached one by one."""
     curves = block.piece.curves
     if isinstance(curves, FrameCurves):
         return _in_frame(block, curves, steps, x)
@@ -54,28 +54,30 @@ def shortened_steps(block: Block, steps: Any, x: Array) -> Shortened | None:
     return None
 
 
-def _in_frame(block: Block, curves: FrameCurves, steps: Any, x: Array) -> Shortened | None:
+def _in_frame(block: Block, curves: FrameCurves, steps: Any, x: Array) -> ShortenedSteps | None:
     problem, index = block.piece.run.problem, block.first + steps
     if curves.path.states(curves.bases[:0], index[:0], np.zeros(0)) is None:
         return None
     bases, numbers = np.ascontiguousarray(curves.bases[index]), curves.first + index
-    begin, away = block.begin[steps], np.isnan(curves.coefficients[index, -1, -1])
+    begin, is_inertial = block.begin[steps], np.isnan(curves.coefficients[index, -1, -1])
     t, pace = block.times(steps, x)
 
     def after(t: Array, rows: Any) -> tuple[Array, Array, Array]:
         q, v, codes = cast(Any, curves.path.states(bases[rows], numbers[rows], t - begin[rows]))
-        lost = (codes != SOLVED) | away[rows]
-        q[lost] = np.nan
-        start = np.flatnonzero(t == begin[rows])
-        if start.size:  # a step of no length
-            q[start] = np.nan
+        failed = (codes != SOLVED) | is_inertial[rows]
+        q[failed] = np.nan
+        at_start = np.flatnonzero(t == begin[rows])
+        if at_start.size:  # a step of no length
+            q[at_start] = np.nan
         return q.reshape(-1, *problem.q0.shape), v.reshape(-1, *problem.v0.shape), t
 
     end = block.end[steps]
-    return Shortened(after, np.minimum(begin, end), np.maximum(begin, end), t, np.ones_like(pace))
+    return ShortenedSteps(
+        after, np.minimum(begin, end), np.maximum(begin, end), t, np.ones_like(pace)
+    )
 
 
-def _in_clock(block: Block, curves: ClockCurves, steps: Any, x: Array) -> Shortened:
+def _in_clock(block: Block, curves: ClockCurves, steps: Any, x: Array) -> ShortenedSteps:
     run, index = block.piece.run, block.first + steps
     end = cast(Checkpoint, run.checkpoint)
     motion = motion_in_clock(run.problem, run.method, end.solver, end.tolerance)
@@ -87,25 +89,29 @@ def _in_clock(block: Block, curves: ClockCurves, steps: Any, x: Array) -> Shorte
         for row in rows.tolist():
             if row not in states:
                 states[row] = motion.at(q0[row], v0[row], float(t0[row]))
-        begun = [states[row] for row in rows.tolist()]
-        q, v, t, codes = (motion.single_steps or partial(_one_by_one, motion, run.problem))(
-            begun, u
+        states_before = [states[row] for row in rows.tolist()]
+        q, v, t, codes = (motion.single_steps or partial(_single_steps, motion, run.problem))(
+            states_before, u
         )
         q, v = q.reshape(-1, *q0.shape[1:]), v.reshape(-1, *v0.shape[1:])
         q[codes != SOLVED] = np.nan
-        still = u == 0.0
-        q[still], v[still], t[still] = q0[rows[still]], v0[rows[still]], t0[rows[still]]
+        is_at_start = u == 0.0
+        q[is_at_start], v[is_at_start], t[is_at_start] = (
+            q0[rows[is_at_start]],
+            v0[rows[is_at_start]],
+            t0[rows[is_at_start]],
+        )
         return q, v, t
 
     _, slope = block.times(steps, x)
     limits = np.minimum(lengths, 0.0), np.maximum(lengths, 0.0)
-    return Shortened(after, *limits, 0.5 * (1.0 + x) * lengths, slope * 2.0 / lengths)
+    return ShortenedSteps(after, *limits, 0.5 * (1.0 + x) * lengths, slope * 2.0 / lengths)
 
 
-def _one_by_one(
+def _single_steps(
     motion: Motion, problem: Problem, states: list[Checkpoint], lengths: Array
 ) -> tuple[Array, Array, Array, Any]:
-    """As ``single_steps`` of a `Motion`, by its ``advance``."""
+    """As `Motion.single_steps`, by `Motion.advance`."""
     n, codes = len(states), np.full(len(states), SOLVED)
     q, v, t = np.empty((n, problem.q0.size)), np.empty((n, problem.v0.size)), np.empty(n)
     for k, length in enumerate(lengths.tolist()):

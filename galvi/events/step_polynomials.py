@@ -269,7 +269,7 @@ def _interpolated(
         since = np.broadcast_to((x - 0.5) * step, shape)
         c = np.broadcast_to(curves.path.node(number, x)[0], shape)
         times_since_begin = np.full((len(index), 2), 0.5 * step)
-    q = curves.path.places(curves, index, c, since)
+    q = curves.path.positions(curves, index, c, since)
     return np.matmul(q, matrix.T), times_since_begin
 
 

@@ -10,21 +10,22 @@ from galvi.checkpoint import Checkpoint
 from galvi.outcome import End, Outcome
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.point_masses.encounters import unresolved_passage
-from galvi.run.status import SMALLER_STEP, notes_on_exceptions
+from galvi.run.status import SMALLER_STEP, notes_on_second_kernel
 from galvi.run.stepper import Stepper
 from galvi.trajectory import Trajectory
 
 
 class Verdict:
-    """The outcome of a run in blocks, so far.
+    """The outcome of a run in blocks, composed while the blocks are done.
 
     Attributes
     ----------
     outcome
-        of the first block that was no success, else of the last one in doubt or with a note; else
-        None
+        outcome of the first block that was no success, or else of the last block in doubt, or with
+        a note in a clock; None without such a block. Blocks that were interrupted or reached a
+        bound of steps do not count
     passage
-        of two point masses in a clock, see `galvi.kernels.forces.passages`
+        in a clock, the worst passage of two point masses, see `galvi.kernels.forces.passages`
     """
 
     def __init__(self, stepper: Stepper | ClockStepper) -> None:
@@ -33,22 +34,23 @@ class Verdict:
         self._names_passage = False
 
     def add(self, block: Trajectory, steps_done: int) -> Outcome:
-        """The outcome of a block, after ``steps_done`` steps, with the numbers of the run."""
+        """Include a block that follows ``steps_done`` steps; returns its outcome, with numbers of
+        steps of the whole run."""
         in_clock = isinstance(self.stepper, ClockStepper)
         outcome = replace(block.outcome, steps=self.stepper.request.steps)
         if outcome.step is not None:
             outcome = replace(outcome, step=outcome.step + steps_done)
         if in_clock:
             self.passage = cast(Checkpoint, block.checkpoint).passage
-        of_the_block_alone = outcome.end in (End.INTERRUPTED, End.STEP_LIMIT)
-        silent = outcome.end is End.COMPLETED and not (in_clock and outcome.notes)
-        if not (of_the_block_alone or silent) and (self.outcome is None or self.outcome.success):
+        ends_block_alone = outcome.end in (End.INTERRUPTED, End.STEP_LIMIT)
+        has_no_note = outcome.end is End.COMPLETED and not (in_clock and outcome.notes)
+        if not (ends_block_alone or has_no_note) and (self.outcome is None or self.outcome.success):
             self.outcome = outcome
             self._names_passage = in_clock and bool(self._passage())
         return outcome
 
-    def on(self, end: Outcome, counts: Mapping[str, int]) -> Outcome:
-        """The outcome of the run that ended with ``end``."""
+    def outcome_of_run(self, end: Outcome, counts: Mapping[str, int]) -> Outcome:
+        """The outcome of a run whose last block or event led to the outcome ``end``."""
         verdict = self.outcome or end
         if not end.success:
             if verdict.end is not End.RUINED:
@@ -61,12 +63,12 @@ class Verdict:
         if isinstance(self.stepper, ClockStepper):
             return self._with_passage(outcome)
         if self.outcome is None:
-            notes = notes_on_exceptions(self.stepper.formulation, counts)
+            notes = notes_on_second_kernel(self.stepper.formulation, counts)
             outcome = replace(outcome, notes=notes)
         return outcome
 
     def _with_passage(self, outcome: Outcome) -> Outcome:
-        """The outcome with a passage that no step resolved, where no block named it."""
+        """The outcome with a clause on an unresolved passage that no block has named."""
         passage = "" if self._names_passage else self._passage()
         if not outcome.success or not passage:
             return outcome

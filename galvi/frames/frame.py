@@ -1,4 +1,4 @@
-"""Interface of frames: an integrable flow as chart."""
+"""The interface of moving frames: an integrable flow as a chart."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.problem import Problem
 
-EVEN = (0.0, -1.0, 0.0)  # the clock of nodes that are not moved
+GAUSS_CLOCK = (0.0, -1.0, 0.0)  # `Motion.clock` for Gauss nodes in time
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,20 +23,20 @@ class Motion:
     functions : array, shape (3,)
         addresses of RATES, DRIFT and LEAVE (galvi.lanes.frames.collocation)
     alive
-        the functions that must outlive these addresses
+        the functions, which must exist as long as these addresses are used
     numbers : array, shape (c,)
         their constants
     work
-        rows of scratch that they need
+        number of rows of scratch that they need
     guesses
-        rows that they keep between passes; a pass at other nodes can interpolate them
+        number of rows that they keep between passes; a pass at other nodes can interpolate them
     sizes : array, shape (2 n,)
-        of the places and velocities in the frame, to which changes are relative
+        sizes of the positions and velocities in the frame, to which changes are relative
     clock
-        (3,) revolutions a step of a reference orbit, its eccentricity and its mean anomaly at the
-        start over 2 pi; `EVEN` for Gauss nodes
+        (3,) revolutions of a reference orbit in a step, its eccentricity, and its mean anomaly at
+        the start over 2 pi; `GAUSS_CLOCK` for Gauss nodes in time
     stretch
-        alpha of arcsin(alpha y) / arcsin(alpha), to which nodes y in [-1, 1] are moved
+        alpha of arcsin(alpha y) / arcsin(alpha), the stretched position of a node y in [-1, 1]
     """
 
     functions: Any
@@ -45,7 +45,7 @@ class Motion:
     work: int
     guesses: int
     sizes: Array
-    clock: tuple[float, float, float] = EVEN
+    clock: tuple[float, float, float] = GAUSS_CLOCK
     stretch: float = 0.0
 
 
@@ -57,34 +57,35 @@ class Frame(Hashable, Protocol):
 
     @property
     def name(self) -> str:
-        """For titles and tables, e.g. 'harmonic frame'."""
+        """The name for titles and tables, e.g. 'harmonic frame'."""
 
     @property
     def passes(self) -> int | None:
-        """Passes of the iteration of a step; None: as many as the tolerance needs at the start."""
+        """The number of passes of a step; None: as many as the tolerance needs at the start."""
 
     @property
     def reversible(self) -> bool:
-        """Whether nodes are the same from every start, so that steps back cancel those forwards."""
+        """Whether nodes do not depend on the start, so that steps back cancel steps forwards."""
 
     @property
     def conserved(self) -> str:
-        """Exactly conserved quantities, for messages."""
+        """A clause on exactly conserved quantities."""
 
     def refusal(self, problem: Problem) -> str:
-        """Why it does not apply to a problem, one sentence; "" where it does."""
+        """Sentences on why the frame does not apply to a problem; "" where it does."""
 
     def leaves(self, problem: Problem, step: float) -> str:
-        """Why its flow does not cover a step from the problem's start, or ""."""
+        """Sentences on why the flow does not cover a step from the problem's start; "" where it
+        does."""
 
     def rows(self, problem: Problem) -> int:
-        """n, the coordinates in the frame that collocation moves."""
+        """n, the number of coordinates in the frame that collocation changes."""
 
     def enter(self, problem: Problem, q: Array, v: Array) -> Array:
-        """A state (8, m): q, its low part, v, its low part, then x, its low part, x' and its."""
+        """The state (8, m) of q and v: rows q, v, x and x', each followed by its low part."""
 
     def motion(self, problem: Problem, step: float, c: Array) -> Motion:
-        """The frame for steps of this size and nodes c (P,)."""
+        """The arguments of the kernel for steps of this size and nodes c (P,)."""
 
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
         """q (k, *shape) at times t (k,) after w (k, 2, m), also for complex w and t: analytic.
@@ -93,14 +94,14 @@ class Frame(Hashable, Protocol):
         """
 
     def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
-        """D phi_t(w), and the derivative by w of the collocated rate w' at the time t, at w (2, m).
+        """D phi_t(w), and the derivative with respect to w of the collocated rate w' at the time t.
 
-        Both (2 d, 2 d), of (x, x') with the d entries that a state has in the frame.
+        Both are (2 d, 2 d), at w (2, m), for (x, x') with the d entries of a state in the frame.
         """
 
 
 def matrix_of(frame: Frame, problem: Problem) -> Array:
-    """The matrix (d, d) from places, or velocities, to those in the frame."""
+    """The matrix (d, d) from positions, or velocities, to those in the frame."""
     unit, zero = np.eye(problem.q0.size), np.zeros_like(problem.q0)
     states = (frame.enter(problem, x.reshape(problem.q0.shape), zero) for x in unit)
     columns = [state[4] + state[5] for state in states]
@@ -108,6 +109,7 @@ def matrix_of(frame: Frame, problem: Problem) -> Array:
 
 
 def revolution(M: Array, e: float) -> tuple[Array, Array]:
-    """u and u - e sin u at mean anomalies, as galvi.lanes.frames.rows.place_nodes."""
+    """Approximate eccentric anomalies u of mean anomalies M, and u - e sin u; the same formula as
+    in galvi.lanes.frames.rows.place_nodes."""
     u = M + e * np.sin(M) * (1.0 + e * np.cos(M))
     return u, u - e * np.sin(u)

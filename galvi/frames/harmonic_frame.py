@@ -32,20 +32,20 @@ whole_pass = harmonic_rates(slopes, {d})
 def rates_DIGEST(numbers, nodes, W, work, guess, k, number):
     whole_pass(numbers, nodes, W, work, k)
 """
-ZERO_FREQUENCY = 1e-13  # of the largest square of a frequency, below which it is 0
+ZERO_FREQUENCY = 1e-13  # share of the largest square of a frequency, up to which one is 0
 
 
 @dataclass(frozen=True)
 class HarmonicFrame:
-    """Normal modes of a `Canonical` system's quadratic part, done exactly: a rotation for each.
+    """Normal modes of the quadratic part of a `Canonical` system, solved exactly by rotations.
 
     Parameters
     ----------
     stiffness : array, shape (d, d)
-        symmetric, the frame's part of d2V/dq2; None: d2V/dq2 at q = 0, without its negative
-        eigenvalues. The equations are exact for any choice: collocation solves the remainder
+        symmetric, the part of d2V/dq2 in the frame; None: d2V/dq2 at q = 0, where negative squares
+        of frequencies become 0. Any choice is consistent, since collocation solves the remainder
     passes
-        of a step's iteration; None: as many as the tolerance needs at the start
+        number of passes of a step; None: as many as the tolerance needs at the start
 
     Notes
     -----
@@ -64,7 +64,7 @@ class HarmonicFrame:
     name: ClassVar[str] = "harmonic frame"
     reversible: ClassVar[bool] = True
     conserved: ClassVar[str] = (
-        "it keeps what is quadratic in (q, p) and kept both by its modes and by the rest"
+        "it conserves quadratic functions of (q, p) that its modes and the remainder both conserve"
     )
 
     def __post_init__(self) -> None:
@@ -123,7 +123,7 @@ class HarmonicFrame:
         F, squares = _modes(self, problem)
         d, offsets = problem.q0.size, (c - 0.5) * step
         omega = np.sqrt(squares)[:, None]
-        rates, constants = _rates(problem.system, d, traces(problem.system))
+        rates, constants = _compiled_rates(problem.system, d, traces(problem.system))
         numbers = np.concatenate(
             [
                 F.ravel(),
@@ -151,15 +151,15 @@ class HarmonicFrame:
         q = F @ (c * w[0] + s * w[1])
         remaining_stiffness = np.diag(squares) - F.T @ system.potential_hessian(q, problem.t0) @ F
         ahead = np.concatenate([np.diag(c), np.diag(s)], axis=1)
-        turned = np.concatenate([np.diag(-squares * s), np.diag(c)], axis=1)
+        rates = np.concatenate([np.diag(-squares * s), np.diag(c)], axis=1)
         slope = remaining_stiffness @ ahead
-        return np.concatenate([ahead, turned]), np.concatenate(
+        return np.concatenate([ahead, rates]), np.concatenate(
             [-s[:, None] * slope, c[:, None] * slope]
         )
 
 
 def _sine(omega: Array, t: Array) -> Array:
-    """sin(omega t) / omega, t where omega is 0."""
+    """sin(omega t) / omega; t where omega is 0."""
     return np.where(omega > 0.0, np.sin(omega * t) / np.where(omega > 0.0, omega, 1.0), t)
 
 
@@ -185,18 +185,23 @@ def _modes(frame: HarmonicFrame, problem: Problem) -> tuple[Array, Array]:
 
 
 def _sizes(frame: HarmonicFrame, problem: Problem, step: float) -> Array:
-    """Sizes of modes: of velocities their largest amplitude, of places that over omega."""
+    """Sizes (2 d,): the largest velocity amplitude for all velocities, and for positions that over
+    omega, or the reach of a step where this is smaller."""
     state, (_, squares) = frame.enter(problem, problem.q0, problem.v0), _modes(frame, problem)
-    fast = float(np.sqrt(np.max(state[6] ** 2 + squares * state[4] ** 2)))
-    reach = max(float(np.max(np.abs(state[4]))), abs(step) * fast)
+    largest_rate = float(np.sqrt(np.max(state[6] ** 2 + squares * state[4] ** 2)))
+    largest_mode = max(float(np.max(np.abs(state[4]))), abs(step) * largest_rate)
     omega = np.sqrt(squares)
-    places = np.where(omega * reach > fast, fast / np.where(omega > 0.0, omega, 1.0), reach)
-    sizes = np.concatenate([places, np.full(squares.size, fast)])
+    position_sizes = np.where(
+        omega * largest_mode > largest_rate,
+        largest_rate / np.where(omega > 0.0, omega, 1.0),
+        largest_mode,
+    )
+    sizes = np.concatenate([position_sizes, np.full(squares.size, largest_rate)])
     return np.where(sizes > 0.0, sizes, 1.0)
 
 
 def _rotation(squares: Array, t: float) -> Array:
-    """The six rows of numbers of a rotation, see galvi.lanes.frames.harmonic."""
+    """The six rows of a rotation, flat, see galvi.lanes.frames.harmonic."""
     with extended_precision():
         rows = np.empty((3, squares.size), dtype=object)
         for i, square in enumerate(map(Decimal, squares.tolist())):
@@ -208,7 +213,7 @@ def _rotation(squares: Array, t: float) -> Array:
 
 
 @lru_cache(maxsize=32)
-def _rates(system: Canonical, d: int, system_traces: Traces) -> tuple[Any, Array]:
+def _compiled_rates(system: Canonical, d: int, system_traces: Traces) -> tuple[Any, Array]:
     """The compiled rates and the potential's constants."""
     slopes = slopes_of(system)
     assert slopes is not None

@@ -1,4 +1,4 @@
-"""The frame that moves with Kepler's orbits in Jacobi coordinates."""
+"""The moving frame of Kepler orbits in Jacobi coordinates."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import numpy as np
 from galvi import input_checks
 from galvi.arrays import Array
 from galvi.extended_precision import decimals, extended_precision, rounded
-from galvi.frames.frame import EVEN, Motion, matrix_of
+from galvi.frames.frame import GAUSS_CLOCK, Motion, matrix_of
 from galvi.frames.hierarchy import (
     Hierarchy,
     Nested,
-    about_the_heaviest,
+    around_heaviest,
     attraction,
     held_pairs,
     hierarchy_of,
     jacobi,
     mean_anomaly,
-    nested_in,
+    number_hierarchy,
     orbits,
-    pulled_back,
+    pull_back_changes,
 )
 from galvi.input_checks import shown
 from galvi.kernels.compile.function_pointers import addresses
@@ -41,41 +41,43 @@ from galvi.systems.forces.celestial import Force
 from galvi.systems.nbody import NBody
 
 LARGEST_STRETCH = 0.45  # half of what planets need, whose orbits may change
-# Eccentricity at the start, and its rounding: up to it a revolution errs by 4e-13 of the axis, and
-# up to that of `LEAST_DISTANCE` by 9e-13 (measured by
+# Largest eccentricity at the start, with a margin for its rounding. Up to it the error of a
+# revolution is 4e-13 of the axis, and up to that of `LEAST_DISTANCE` 9e-13 (measured by
 # tests/properties/test_eccentric_orbits_in_frames.py).
-MOST_ECCENTRIC = 0.9 + 1e-9
-CLOCK = "clock=galvi.DynamicalTime()"
-# |beta X^2| in half a step, for which the series of a pass are accurate.
+MAX_ECCENTRICITY = 0.9 + 1e-9
+USE_CLOCK = "clock=galvi.DynamicalTime()"
+# Largest |beta X^2| in half a step for which the series of a pass are accurate.
 LARGEST_ARGUMENT = 4.0**ARGUMENT_HALVINGS
 
 
 @dataclass(frozen=True)
 class KeplerFrame:
-    """Kepler's orbits of `NBody` systems about their heaviest body, done exactly.
+    """Kepler orbits of an `NBody` system about its heaviest body, solved exactly.
 
-    In Jacobi coordinates, planets in the order of their orbits at the start: the frame has the
-    attraction of the bodies inside each orbit, and collocation solves the remainder.
+    The coordinates are Jacobi's, with the planets in the order of their orbits at the start: the
+    frame includes the attraction of each orbit's inner bodies, and collocation solves the
+    remainder.
 
     Parameters
     ----------
     passes
-        of a step's iteration; None: as many as the tolerance needs at the start. Two are accurate
-        where planets are light, but let the energy drift slowly
+        number of passes of a step; None: as many as the tolerance needs at the start. Two are
+        accurate where planets are light, but let the energy drift slowly
     even
-        whether nodes are Gauss nodes in time; else in the eccentric anomaly of the innermost orbit
-        at the start, moved towards each other at the step's middle
+        whether nodes are Gauss nodes in time; else they are nodes in the eccentric anomaly of the
+        fastest orbit at the start, which are closer to each other at the middle of the step
     hierarchy
-        nested tuples of bodies, by number or by the problem's names for them, for others than one
+        nested tuples of bodies, by number or by the problem's names, for systems other than one
         star with planets: ("Sun", ("Earth", "Moon"), "Mars") or ((0, 1), (2, 3)). Each part moves
-        about all parts before it. It has all bodies with a mass; massless ones that it leaves out
-        move about the first part. None: the heaviest body and its planets
+        about all parts before it. Every body with a mass must occur once; massless ones that are
+        left out move about the first part. None: the heaviest body and its planets
 
     Notes
     -----
-    Forces of position that are in the Lagrangian act besides. Every body needs a bound orbit of
-    eccentricity up to 0.9, and a step at most 1.27 revolutions of the fastest one, or 0.75 where
-    that is so eccentric and anything else acts. Two bodies under gravity alone are done exactly.
+    Forces with an energy may act besides gravity. Every body needs a bound orbit of eccentricity at
+    most 0.9, and a step at most 1.27 revolutions of the fastest orbit, or 0.75 at that eccentricity
+    unless gravity of two bodies is the only force. Two bodies under gravity alone are solved
+    exactly.
 
     Examples
     --------
@@ -99,7 +101,7 @@ class KeplerFrame:
 
     @property
     def name(self) -> str:
-        """For titles and tables."""
+        """See `Frame`."""
         return "Kepler frame"
 
     @property
@@ -110,7 +112,7 @@ class KeplerFrame:
     @property
     def conserved(self) -> str:
         """See `Frame`."""
-        return "it keeps the linear and the angular momentum"
+        return "it conserves the linear and the angular momentum"
 
     def refusal(self, problem: Problem) -> str:
         """See `Frame`."""
@@ -134,67 +136,70 @@ class KeplerFrame:
                 f"{', '.join(sorted(unsupported))}. Use another chart."
             )
         if self.hierarchy is not None:
-            wrong = nested_in(problem, self.hierarchy)[1]
-            if wrong:
+            defect = number_hierarchy(problem, self.hierarchy)[1]
+            if defect:
                 return (
                     f"the hierarchy of a KeplerFrame must name every body that has a mass once; "
-                    f"received {wrong}."
+                    f"received {defect}."
                 )
         hierarchy = self._hierarchy(problem)
-        bound = _bound(hierarchy)
-        if not np.all(bound):
+        is_bound = _is_bound(hierarchy)
+        if not np.all(is_bound):
             inner = "the heaviest body" if self.hierarchy is None else "what its hierarchy names"
-            bodies = _named(problem, hierarchy, int(np.argmin(bound)))
+            bodies = _second_side(problem, hierarchy, int(np.argmin(is_bound)))
             return (
                 f"a KeplerFrame needs bound orbits about {inner}; received one of {bodies} that is "
                 f"not, at the start. Use another chart."
             )
-        eccentric = _above(problem, hierarchy, MOST_ECCENTRIC)
-        if eccentric:
+        above_limit = _above_eccentricity(problem, hierarchy, MAX_ECCENTRICITY)
+        if above_limit:
             return (
-                f"a KeplerFrame needs orbits of eccentricity up to {MOST_ECCENTRIC:.3g}, beyond "
-                f"which it loses digits; received {eccentric}, at the start. Use {CLOCK}."
+                f"a KeplerFrame needs orbits of eccentricity up to {MAX_ECCENTRICITY:.3g}, beyond "
+                f"which it loses digits; received {above_limit}, at the start. Use {USE_CLOCK}."
             )
         return ""
 
     def leaves(self, problem: Problem, step: float) -> str:
         """See `Frame`."""
         hierarchy = self._hierarchy(problem)
-        bound = _bound(hierarchy)
+        bound = _is_bound(hierarchy)
         if not np.all(bound):
-            bodies = _named(problem, hierarchy, int(np.argmin(bound)))
+            bodies = _second_side(problem, hierarchy, int(np.argmin(bound)))
             return (
                 f"the orbit of {bodies} is not bound any more, which the Kepler frame does not "
                 f"cover. Use another chart from there on."
             )
-        eccentric = _above(problem, hierarchy, 1.0 - LEAST_DISTANCE)
+        eccentric = _above_eccentricity(problem, hierarchy, 1.0 - LEAST_DISTANCE)
         if eccentric:
             return (
                 f"an orbit is more eccentric than the Kepler frame covers: {eccentric}. Use "
-                f"{CLOCK} from there on."
+                f"{USE_CLOCK} from there on."
             )
-        turns = abs(step) * np.sqrt(hierarchy.pair_masses / hierarchy.axes**3) / (2.0 * math.pi)
-        k, arguments = hierarchy.fastest, _farthest(hierarchy, step)
-        if turns[k] < LARGEST_ANOMALY_CHANGE / (2.0 * math.pi):
+        revolutions = (
+            abs(step) * np.sqrt(hierarchy.pair_masses / hierarchy.axes**3) / (2.0 * math.pi)
+        )
+        k, arguments = hierarchy.fastest, _largest_arguments(hierarchy, step)
+        if revolutions[k] < LARGEST_ANOMALY_CHANGE / (2.0 * math.pi):
             k = int(np.argmax(arguments))
-            if _holds_all_forces(problem) or arguments[k] < LARGEST_ARGUMENT:
+            if _is_exact(problem) or arguments[k] < LARGEST_ARGUMENT:
                 return ""
         return (
-            f"the step is {turns[k]:.3g} revolutions of {_named(problem, hierarchy, k)}, more than "
-            f"the Kepler frame covers, which are 1.27, or 0.75 at eccentricity 0.9. Use a smaller "
-            f"step."
+            f"the step is {revolutions[k]:.3g} revolutions of "
+            f"{_second_side(problem, hierarchy, k)}, more than the Kepler frame covers, which are "
+            f"1.27, or 0.75 at eccentricity 0.9. Use a smaller step."
         )
 
     def _nested_in(self, problem: Problem) -> Nested:
         if self.hierarchy is None:
-            return about_the_heaviest(problem)
-        return nested_in(problem, self.hierarchy)[0]
+            return around_heaviest(problem)
+        return number_hierarchy(problem, self.hierarchy)[0]
 
     def _hierarchy(self, problem: Problem) -> Hierarchy:
         return hierarchy_of(problem, self._nested_in(problem))
 
     def held_pairs(self, problem: Problem) -> Array:
-        """1 for pairs of bodies that the frame moves about each other, (bodies, bodies)."""
+        """The matrix (bodies, bodies) that is 1 for two bodies which the frame moves about each
+        other, and else 0."""
         return held_pairs(self._nested_in(problem))
 
     def rows(self, problem: Problem) -> int:
@@ -217,76 +222,79 @@ class KeplerFrame:
     def motion(self, problem: Problem, step: float, c: Array) -> Motion:
         """See `Frame`."""
         hierarchy, D = self._hierarchy(problem), problem.q0.shape[1]
-        kind = PLANETS if self.hierarchy is None else NESTED
+        frame_functions = PLANETS if self.hierarchy is None else NESTED
         last = max(
-            np.flatnonzero(_farthest(hierarchy, step) > LARGEST_STRETCH), default=-1
+            np.flatnonzero(_largest_arguments(hierarchy, step) > LARGEST_STRETCH), default=-1
         )  # of those that turn far
         numbers = np.concatenate(
             [
                 [step, (int(last) + 2) // 2, len(hierarchy.pairs)],
                 hierarchy.masses,
-                *kind.blocks(hierarchy),
+                *frame_functions.blocks(hierarchy),
                 1.0 / hierarchy.pair_masses,
                 np.array(hierarchy.bodies, dtype=float),
                 *_terms(problem, hierarchy),
             ]
         )
-        functions, n = kind.functions[D], len(hierarchy.pairs)
-        if _holds_all_forces(problem):
+        functions, n = frame_functions.functions[D], len(hierarchy.pairs)
+        if _is_exact(problem):
             functions = (kepler_functions.rates_of_two, *functions[1:])
         pointers = addresses(*zip(functions, (RATES, DRIFT, LEAVE), strict=True))
-        clock = EVEN if self.even else _clock(hierarchy, step)
-        places, speeds = (
+        clock = GAUSS_CLOCK if self.even else _clock(hierarchy, step)
+        distances, speeds = (
             np.linalg.norm(np.array(exact[1:], dtype=float), axis=1)
-            for exact in (hierarchy.places, hierarchy.speeds)
+            for exact in (hierarchy.positions, hierarchy.velocities)
         )
-        sizes = np.concatenate([np.tile(places, D), np.tile(speeds, D)])
-        stretch = 0.0 if self.even else _stretch(clock[0], c)
-        return Motion(pointers, functions, numbers, kind.rows(D) * n, n, sizes, clock, stretch)
+        sizes = np.concatenate([np.tile(distances, D), np.tile(speeds, D)])
+        stretch = 0.0 if self.even else _node_stretch(clock[0], c)
+        return Motion(
+            pointers, functions, numbers, frame_functions.rows(D) * n, n, sizes, clock, stretch
+        )
 
     def flow(self, problem: Problem, w: Array, t: Array) -> Array:
         """See `Frame`."""
         hierarchy, D = self._hierarchy(problem), problem.q0.shape[1]
-        q, v, centre = _parts(w[:, :2], hierarchy, D)
-        Q = orbits(hierarchy.pair_masses, q, v, t[:, None]).places
+        q, v, centre = _split_state(w[:, :2], hierarchy, D)
+        Q = orbits(hierarchy.pair_masses, q, v, t[:, None]).positions
         return _bodies(hierarchy, Q, centre[:, 0] + t[:, None] * centre[:, 1])
 
     def derivatives(self, problem: Problem, w: Array, t: float) -> tuple[Array, Array]:
         """See `Frame`; by complex steps."""
         hierarchy, D = self._hierarchy(problem), problem.q0.shape[1]
         d, n, system = problem.q0.size, len(hierarchy.pairs), cast(NBody, problem.system)
-        nudged = w[None, :, :d] + 1j * COMPLEX_STEP * np.eye(2 * d).reshape(2 * d, 2, d)
-        q, v, centre = _parts(nudged, hierarchy, D)
+        perturbed = w[None, :, :d] + 1j * COMPLEX_STEP * np.eye(2 * d).reshape(2 * d, 2, d)
+        q, v, centre = _split_state(perturbed, hierarchy, D)
         after = orbits(hierarchy.pair_masses, q, v, np.full((2 * d, 1), t))
-        bodies = _bodies(hierarchy, after.places, centre[:, 0] + t * centre[:, 1])
+        bodies = _bodies(hierarchy, after.positions, centre[:, 0] + t * centre[:, 1])
         pull = attraction(system.G * system.masses, bodies)
         pull += pulls(system.acting.terms, system.acting.poles, bodies)[0]
-        into = matrix_of(self, problem)[: D * n]
-        pair_pulls = (pull.reshape(2 * d, d) @ into.T).reshape(2 * d, D, n)
-        cube = np.sum(after.places**2, axis=1)[:, None] ** 1.5
-        perturbation = pair_pulls + hierarchy.pair_masses * after.places / cube
-        slopes = pulled_back(hierarchy.pair_masses, q, v, after, perturbation)
-        free = centre[:, 0] + t * centre[:, 1], centre[:, 1]
+        into_frame = matrix_of(self, problem)[: D * n]
+        pair_pulls = (pull.reshape(2 * d, d) @ into_frame.T).reshape(2 * d, D, n)
+        cube = np.sum(after.positions**2, axis=1)[:, None] ** 1.5
+        perturbation = pair_pulls + hierarchy.pair_masses * after.positions / cube
+        slopes = pull_back_changes(hierarchy.pair_masses, q, v, after, perturbation)
+        barycentre = centre[:, 0] + t * centre[:, 1], centre[:, 1]
         ends = [
             np.concatenate([x.reshape(2 * d, D * n), y], axis=1)
-            for x, y in zip((after.places, after.speeds), free, strict=True)
+            for x, y in zip((after.positions, after.velocities), barycentre, strict=True)
         ]
         rates = [
             np.concatenate([x.reshape(2 * d, D * n), 0.0 * y], axis=1)
-            for x, y in zip(slopes, free, strict=True)
+            for x, y in zip(slopes, barycentre, strict=True)
         ]
         motion, slope = (np.imag(np.concatenate(x, axis=1)).T / COMPLEX_STEP for x in (ends, rates))
         return motion, slope
 
 
-def _holds_all_forces(problem: Problem) -> bool:
-    """Whether the frame's orbits are the exact motion: two bodies without further forces."""
+def _is_exact(problem: Problem) -> bool:
+    """Whether the frame's orbits are the exact motion: two bodies without other forces."""
     system: Any = problem.system
     return bool(system.masses.size == 2 and not system.forces)
 
 
 def _terms(problem: Problem, hierarchy: Hierarchy) -> tuple[Array, Array]:
-    """The first term of each pair (n + 1,), and the terms in the frame's order."""
+    """The index of the first term of each pair, with their number at the end (n + 1,), and the
+    terms ordered by pairs."""
     system, n = cast(NBody, problem.system), len(hierarchy.pairs)
     rows = system.acting.terms.copy()
     rows[:, [SOURCE, TARGET]] = np.argsort(hierarchy.bodies)[rows[:, [SOURCE, TARGET]].astype(int)]
@@ -299,34 +307,35 @@ def _terms(problem: Problem, hierarchy: Hierarchy) -> tuple[Array, Array]:
     return starts, rows[np.argsort(pair, kind="stable")].ravel()
 
 
-def _bound(hierarchy: Hierarchy) -> Array:
-    """Which orbits are ellipses, (n,)."""
+def _is_bound(hierarchy: Hierarchy) -> Array:
+    """Whether each orbit is an ellipse, (n,)."""
     return np.asarray(np.isfinite(hierarchy.axes) & (hierarchy.axes > 0.0))
 
 
-def _above(problem: Problem, hierarchy: Hierarchy, limit: float) -> str:
-    """The largest eccentricity and its bodies, if it is above ``limit``; else ""."""
+def _above_eccentricity(problem: Problem, hierarchy: Hierarchy, limit: float) -> str:
+    """A clause on the largest eccentricity and its bodies if it is above ``limit``; else ""."""
     k = int(np.argmax(hierarchy.eccentricities))
     e = hierarchy.eccentricities[k]
-    return f"{e:.12g} of {_named(problem, hierarchy, k)}" if e > limit else ""
+    return f"{e:.12g} of {_second_side(problem, hierarchy, k)}" if e > limit else ""
 
 
-def _named(problem: Problem, hierarchy: Hierarchy, pair: int) -> str:
-    """The second side of a pair, in words."""
+def _second_side(problem: Problem, hierarchy: Hierarchy, pair: int) -> str:
+    """The bodies on the second side of a pair, for messages."""
     _first, middle, end = hierarchy.pairs[pair]
     names = [str(problem.body_names()[hierarchy.bodies[k]]) for k in range(middle, end)]
     return f"bod{'y' if len(names) == 1 else 'ies'} {', '.join(names)}"
 
 
-def _parts(w: Array, hierarchy: Hierarchy, D: int) -> tuple[Array, Array, Array]:
-    """Places and velocities (k, D, n) of pairs, and both of the barycentre (k, 2, D)."""
+def _split_state(w: Array, hierarchy: Hierarchy, D: int) -> tuple[Array, Array, Array]:
+    """Positions and velocities (k, D, n) of pairs, and both of the barycentre (k, 2, D)."""
     n = len(hierarchy.pairs)
     q, v = (w[:, half, : D * n].reshape(-1, D, n) for half in range(2))
     return q, v, w[:, :, D * n : D * n + D]
 
 
 def _bodies(hierarchy: Hierarchy, Q: Array, centre: Array) -> Array:
-    """The bodies' places (k, bodies, D) from those of pairs (k, D, n) and the barycentre's."""
+    """The positions (k, bodies, D) of bodies from those of pairs (k, D, n) and of the barycentre
+    (k, D)."""
     out = np.empty((len(Q), len(hierarchy.bodies), Q.shape[1]), dtype=Q.dtype)
     out[:, hierarchy.bodies[0]] = centre
     for i in range(len(hierarchy.pairs) - 1, -1, -1):
@@ -336,17 +345,17 @@ def _bodies(hierarchy: Hierarchy, Q: Array, centre: Array) -> Array:
     return out
 
 
-class Kind(NamedTuple):
-    """The functions and numbers of planets about a star, or of other hierarchies.
+class FrameFunctions(NamedTuple):
+    """The functions and numbers for planets about a star, or for other hierarchies.
 
     Attributes
     ----------
     functions
-        by dimension, see galvi.lanes.frames.kepler_functions
+        dimension -> compiled functions, see galvi.lanes.frames.kepler_functions
     rows
-        of work for each pair, from the dimension
+        dimension -> number of rows of work for each pair
     blocks
-        the numbers of a hierarchy that are the frame's own
+        hierarchy -> arrays of the numbers that these functions read
     """
 
     functions: Any
@@ -354,7 +363,7 @@ class Kind(NamedTuple):
     blocks: Any
 
 
-def _of_planets(hierarchy: Hierarchy) -> list[Array]:
+def _planet_numbers(hierarchy: Hierarchy) -> list[Array]:
     with extended_precision():
         m = decimals(hierarchy.masses[: 1 + len(hierarchy.pairs)])
         inner = np.cumsum(m)
@@ -363,18 +372,18 @@ def _of_planets(hierarchy: Hierarchy) -> list[Array]:
         return [rounded(row) for row in rows]
 
 
-def _of_pairs(hierarchy: Hierarchy) -> list[Array]:
+def _pair_numbers(hierarchy: Hierarchy) -> list[Array]:
     with extended_precision():
         first_share = rounded(1 - decimals(hierarchy.share))
     return [first_share, *hierarchy.pairs.T.astype(float)]
 
 
-PLANETS = Kind(kepler_functions.PLANETS, rows_of_planets, _of_planets)
-NESTED = Kind(kepler_functions.NESTED, rows_of_hierarchy, _of_pairs)
+PLANETS = FrameFunctions(kepler_functions.PLANETS, rows_of_planets, _planet_numbers)
+NESTED = FrameFunctions(kepler_functions.NESTED, rows_of_hierarchy, _pair_numbers)
 
 
 def _nested(hierarchy: Any) -> Any:
-    """A hierarchy of tuples, whole numbers and names; ValueError for others."""
+    """A hierarchy of tuples, whole numbers and names; ValueError for other values."""
 
     def part(nested: Any, top: bool = False) -> Any:
         if isinstance(nested, (tuple, list)) and len(nested) > 1:
@@ -391,33 +400,36 @@ def _nested(hierarchy: Any) -> Any:
     return part(hierarchy, top=True)
 
 
-def _farthest(hierarchy: Hierarchy, step: float) -> Array:
-    """Largest |beta X^2| in half a step, (n,).
+def _largest_arguments(hierarchy: Hierarchy, step: float) -> Array:
+    """The largest |beta X^2| (n,) in half a step.
 
-    An orbit whose mean anomaly changes by M turns most about its pericentre, by E in the eccentric
-    one with E - 2 e sin(E / 2) = M.
+    While its mean anomaly changes by M, the eccentric anomaly of an orbit changes most about the
+    pericentre: by E with E - 2 e sin(E / 2) = M.
     """
-    turned = 0.5 * abs(step) * np.sqrt(hierarchy.pair_masses / hierarchy.axes**3)
-    low, high = turned, turned + 2.0
+    mean_change = 0.5 * abs(step) * np.sqrt(hierarchy.pair_masses / hierarchy.axes**3)
+    low, high = mean_change, mean_change + 2.0
     for _ in range(60):
         E = 0.5 * (low + high)
-        short = E - 2.0 * hierarchy.eccentricities * np.sin(0.5 * E) < turned
-        low, high = np.where(short, E, low), np.where(short, high, E)
+        is_too_small = E - 2.0 * hierarchy.eccentricities * np.sin(0.5 * E) < mean_change
+        low, high = np.where(is_too_small, E, low), np.where(is_too_small, high, E)
     return high**2
 
 
-def _stretch(turns: float, c: Array) -> float:
-    """How far nodes are moved: in proportion to short steps, so that the order is that of Gauss.
+def _node_stretch(revolutions: float, c: Array) -> float:
+    """The stretch of nodes (`Motion.stretch`): proportional to short steps, so that the order is
+    that of Gauss.
 
-    Long steps are limited by the ends of the step, where polynomials know most; the limits were
-    found best of several for 8 and 16 nodes on the planets.
+    For long steps it tends to a limit, since accuracy needs nodes near the ends of the step; the
+    limits are the best of several that were tried for 8 and 16 nodes on the planets.
     """
     largest = 0.78 if c.size <= LANES else 0.86
-    return largest * abs(turns) / math.hypot(turns, 0.2)
+    return largest * abs(revolutions) / math.hypot(revolutions, 0.2)
 
 
 def _clock(hierarchy: Hierarchy, step: float) -> tuple[float, float, float]:
-    """The clock of the fastest orbit."""
+    """`Motion.clock` of the fastest orbit."""
     k = hierarchy.fastest
-    turns = step * math.sqrt(hierarchy.pair_masses[k] / hierarchy.axes[k] ** 3) / (2.0 * math.pi)
-    return turns, float(hierarchy.eccentricities[k]), mean_anomaly(hierarchy, k)
+    revolutions = (
+        step * math.sqrt(hierarchy.pair_masses[k] / hierarchy.axes[k] ** 3) / (2.0 * math.pi)
+    )
+    return revolutions, float(hierarchy.eccentricities[k]), mean_anomaly(hierarchy, k)

@@ -30,15 +30,15 @@ class Candidate:
     seconds
         time of one run; for possible choices, measured again in interleaved runs
     evaluations
-        of the force; one of its Jacobian counts as many as there are coordinates
+        evaluations of the force; one of its Jacobian counts as many as there are coordinates
     status
-        empty, or the reason why the error is unknown
+        the reason why the error is unknown; "" where it is known
     newton
-        share of the steps that only Newton's method solved: smaller ones may cost less
+        share of the steps that only Newton's method solved: smaller steps may cost less
     parted
-        time after which the two runs were of no use to each other; infinite if never
+        time after which the two compared runs differ too much; infinite if they never do
     stopped
-        time at which a force reached its limit, where the run stopped; else infinite
+        time at which the run stopped since a force reached its limit; else infinite
     """
 
     degree: int
@@ -70,7 +70,7 @@ class Recommendation:
     method
         a `galvi.Galerkin`
     step, steps
-        h and N, with N h the duration; with a clock h is in its units, N about how many
+        h and N, with N h the duration; with a clock h is in its units and N is approximate
     duration
         length of the run
     asked
@@ -80,7 +80,7 @@ class Recommendation:
     seconds
         time of the run on this machine
     evaluations
-        of the force in the run, see ``Candidate``
+        evaluations of the force in the run, see ``Candidate``
     reached
         whether ``error`` is at most ``asked`` and reliable; if not, this is the most accurate
         candidate found

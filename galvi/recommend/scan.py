@@ -1,5 +1,5 @@
-"""Errors and costs of a degree over steps, without an exact solution, and the longest step for an
-error.
+"""Errors and costs of runs of a degree at several steps, without an exact solution, and the longest
+step within an error.
 
 Each run is compared with one whose degree is higher by four, at the same step and times, which is
 far more accurate whenever either is usable, and has similar round-off. The reliability of the
@@ -23,7 +23,7 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.recommend.recommendation import Candidate
 from galvi.rules.rule import gauss
-from galvi.run.engines import iterates
+from galvi.run.engines import has_fixed_point_solver
 from galvi.run.group_system import group_system
 from galvi.run.integrate import integrate
 from galvi.run.interruption import uninterrupted
@@ -32,21 +32,21 @@ from galvi.systems.nbody import NBody
 from galvi.systems.system import WithLimits
 from galvi.trajectory import Trajectory
 
-TRIES = 14  # numbers of steps tried
+MAX_TRIES = 14  # largest number of tried numbers of steps
 BRACKET_RATIO = 1.06  # ratio of upper to lower number of steps at which the search ends
 COARSER_RATIO = 0.9  # ratio to the next number when all so far were within the error
-LARGEST_COST_RATIO = (
-    4.0  # the search also ends where fewer steps cost this much more, being hard to solve
-)
+# The search also ends where fewer steps cost more than this many times as much, since their
+# equations are hard to solve.
+LARGEST_COST_RATIO = 4.0
 NEWTON_SHARE = 0.1  # of steps by Newton's method, above which smaller steps may cost less
 PERHAPS_ROUNDING = 1e-5  # largest error, over the largest coordinate, that may be round-off
 PARTING_GAIN = 1.05  # ratio of times of use below which smaller steps did not help
 # Consecutive refinements without gain after which the error counts as round-off.
-FLAT_REFINEMENTS = 2
+REFINEMENTS_WITHOUT_GAIN = 2
 
 
 class Ended(Enum):
-    """Why no number of steps reached the error, in the words of the status."""
+    """Reasons why no number of steps reached the error, as clauses of the status."""
 
     BUDGET = "the budget ended"
     PARTED = "neighbouring starts part"  # see `_parting` of galvi.recommend.recommend
@@ -57,16 +57,21 @@ class Ended(Enum):
 
 
 def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, Ended | None]:
-    """The fewest steps within the error, searched from ``steps``, or the last number tried.
+    """The smallest number of steps found within the error, searched from ``steps``, and None; where
+    no number reached it, the last one tried and the reason.
 
-    Also why the search ended without reaching the error, else None. Each next number is
-    the one for which an error of order 2 s would be as required, kept between those that are too
-    few and those that are enough. Where only Newton's method solves the steps, twice as many are
-    tried until they need it no more, or cost far more.
+    The next number is that for which an error of order 2 s would be as required, kept between
+    numbers that are too small and sufficient ones. Where more than NEWTON_SHARE of the steps need
+    Newton's method, twice as many are tried until they do not, or cost far more.
     """
-    enough, why = _within(scan, degree, steps, error)
+    sufficient_steps, reason = _search_steps(scan, degree, steps, error)
     last = next(
-        (candidate for candidate in reversed(scan.candidates) if candidate.steps == enough), None
+        (
+            candidate
+            for candidate in reversed(scan.candidates)
+            if candidate.steps == sufficient_steps
+        ),
+        None,
     )
     cheapest = last.cost(scan.by) if last is not None else 0.0
     while last is not None and last.degree == degree and last.newton > NEWTON_SHARE:
@@ -77,13 +82,13 @@ def fewest_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int
         if last.cost(scan.by) > LARGEST_COST_RATIO * cheapest:
             break
         cheapest = min(cheapest, last.cost(scan.by))
-    return enough, why
+    return sufficient_steps, reason
 
 
-def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, Ended | None]:
-    low, high, flat, cheapest = 0, 0, 0, math.inf
-    before: Candidate | None = None
-    for _ in range(TRIES):
+def _search_steps(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, Ended | None]:
+    low, high, without_gain, cheapest = 0, 0, 0, math.inf
+    candidate_before: Candidate | None = None
+    for _ in range(MAX_TRIES):
         if not scan.affords(degree, steps):
             return high or steps, None if high else Ended.BUDGET
         candidate = scan.measure(degree, steps)
@@ -96,42 +101,49 @@ def _within(scan: Scan, degree: int, steps: int, error: float) -> tuple[int, End
                 break
             cheapest = min(cheapest, cost)
         else:
-            flat = flat + 1 if before is not None and _no_better(before, candidate) else 0
-            low, before = steps, candidate
-            why = _in_vain(scan, candidate, flat)
+            without_gain = (
+                without_gain + 1
+                if candidate_before is not None and _is_no_better(candidate_before, candidate)
+                else 0
+            )
+            low, candidate_before = steps, candidate
+            why = _reason_to_stop(scan, candidate, without_gain)
             if why and not high:
                 return steps, why
             if why is Ended.ROUNDING:
                 break
-        if _bracketed(scan, low, high):
+        if _is_bracketed(scan, low, high):
             break
-        steps = max(scan.fewest, min(_next(candidate, low, high, error), scan.most_steps))
+        steps = max(scan.fewest, min(_next_steps(candidate, low, high, error), scan.most_steps))
     return high or steps, None if high else Ended.TRIED
 
 
-def _in_vain(scan: Scan, candidate: Candidate, flat: int) -> Ended | None:
-    """Why more steps are of no use after so many refinements without gain; None if they may be."""
-    if flat == FLAT_REFINEMENTS and candidate.error < PERHAPS_ROUNDING * scan.size:
+def _reason_to_stop(scan: Scan, candidate: Candidate, without_gain: int) -> Ended | None:
+    """The reason why more steps do not help after ``without_gain`` refinements without gain; None
+    where they may help."""
+    if without_gain == REFINEMENTS_WITHOUT_GAIN and candidate.error < PERHAPS_ROUNDING * scan.size:
         return Ended.ROUNDING
-    if flat and math.isfinite(candidate.parted):
+    if without_gain and math.isfinite(candidate.parted):
         return Ended.PARTED
-    return Ended.STOPPED if flat and math.isfinite(candidate.stopped) else None
+    return Ended.STOPPED if without_gain and math.isfinite(candidate.stopped) else None
 
 
-def _bracketed(scan: Scan, low: int, high: int) -> bool:
-    """Whether no number of steps is left to try; ``low`` are too few and ``high`` enough, or 0."""
+def _is_bracketed(scan: Scan, low: int, high: int) -> bool:
+    """Whether no number of steps is left to try between ``low``, too few, and ``high``, sufficient;
+    0 stands for an unknown number."""
     if not high:
         return low >= scan.most_steps
     return high <= BRACKET_RATIO * low or high - low <= 1 or high == scan.fewest
 
 
-def _next(candidate: Candidate, low: int, high: int, error: float) -> int:
-    """The next number of steps; ``low`` are too few and ``high`` enough, or 0."""
+def _next_steps(candidate: Candidate, low: int, high: int, error: float) -> int:
+    """The next number of steps, between ``low``, too few, and ``high``, sufficient; 0 stands for an
+    unknown number."""
     if candidate.error == math.inf:
-        wanted = 2.0
+        step_ratio = 2.0
     else:
-        wanted = (candidate.error / error) ** (0.5 / candidate.degree)
-    steps = math.ceil(min(candidate.steps * wanted, float(MOST_STEPS)))
+        step_ratio = (candidate.error / error) ** (0.5 / candidate.degree)
+    steps = math.ceil(min(candidate.steps * step_ratio, float(MAX_STEPS)))
     if low and high:
         return steps if low < steps < high else round(math.sqrt(low * high))
     if high:
@@ -139,10 +151,11 @@ def _next(candidate: Candidate, low: int, high: int, error: float) -> int:
     return min(max(steps, low + max(1, low // 25)), 4 * low)
 
 
-def _no_better(before: Candidate, after: Candidate) -> bool:
+def _is_no_better(before: Candidate, after: Candidate) -> bool:
     """Whether the error fell by less than half the decades that the order predicts.
 
-    Where neither is of use, whether they are so, or stop, from the same time on.
+    Where both runs stopped, or parted from their comparisons, whether that was not later after more
+    steps.
     """
     if after.steps <= before.steps:
         return False
@@ -154,26 +167,27 @@ def _no_better(before: Candidate, after: Candidate) -> bool:
         return False
     if not math.isfinite(after.error):
         return True
-    promised = 2.0 * after.degree * math.log(after.steps / before.steps)
-    return math.log(before.error / after.error) < 0.5 * promised
+    expected_decrease = 2.0 * after.degree * math.log(after.steps / before.steps)
+    return math.log(before.error / after.error) < 0.5 * expected_decrease
 
 
-# Step of a first run in a clock, the most steps and the least.
-PACE, PACED_STEPS, AT_LEAST = 0.25, 4096, 16
-LEAST_PACE = 1e-300  # in place of a g of 0, which `integrate` then refuses
-LENGTH_MARGIN = 1.001  # of scans in a clock over the duration, so that they do not end too early
-STEP_HALVINGS = 12  # of that step, where a run with it is impossible
+CLOCK_STEP = 0.25  # largest step, in the clock, of a first run that measures a duration
+MAX_CLOCK_STEPS = 4096  # its largest number of steps
+LEAST_CLOCK_STEPS = 16  # its least number of steps, in the rate at the start
+LEAST_RATE = 1e-300  # replaces a g of 0, which `integrate` then refuses
+LENGTH_MARGIN = 1.001  # scans in a clock are longer by this factor, so as not to end too early
+STEP_HALVINGS = 12  # largest number of halvings of CLOCK_STEP where a run fails
 CHECK_DEGREES = 4  # additional degrees of the run used for comparison
 COMPARED_TIMES = 64  # times at which two runs are compared
 POWERS = (1.5, 3.0)  # range of the power of time with which an unmeasured error may grow
 WITH_CHECK = 2.5  # cost of a run and its comparison over that of the run
-STEP_DOUBLINGS = 60  # most of a number of steps
+STEP_DOUBLINGS = 60  # largest number of doublings of a number of steps
 LEAST_STAGES = 512  # least stages in the measured part: some 4 to 10 periods
-MOST_STEPS = 2**50  # largest number of steps in a duration
+MAX_STEPS = 2**50  # largest number of steps in a duration
 # Largest ratio of the duration to the measured part: its powers must not overflow.
 LARGEST_DURATION_RATIO = 1e100
-USELESS_SHARE = 0.1  # error over the size of the motion above which a run is unusable
-ROUNDED = 1e-8  # relative position error below which an error may be round-off
+UNUSABLE_SHARE = 0.1  # error over the size of the motion above which a run is unusable
+ROUND_OFF_SHARE = 1e-8  # relative position error below which an error may be round-off
 TIME, EVALUATIONS = "time", "evaluations"
 
 
@@ -185,23 +199,24 @@ def collocation(problem: Problem, degree: int, clock: AnyClock | None = None) ->
 
 
 def length_in(clock: AnyClock, problem: Problem, duration: float) -> float:
-    """A duration in units of a clock, by a run in steps of a fraction of its unit, or by the first
-    ``PACED_STEPS`` of these, and a little more. ValueError where none can be done."""
+    """A duration in units of a clock, times LENGTH_MARGIN: that of a run in small steps, or
+    extrapolated from its first ``MAX_CLOCK_STEPS`` steps. ValueError where no run is possible."""
     method = collocation(problem, 8, clock)
-    pace = max(abs(float(clock.rate(problem)(problem.q0.ravel()))), LEAST_PACE)
-    step = min(PACE, duration / (AT_LEAST * pace))
+    rate = max(abs(float(clock.rate(problem)(problem.q0.ravel()))), LEAST_RATE)
+    step = min(CLOCK_STEP, duration / (LEAST_CLOCK_STEPS * rate))
     for _ in range(STEP_HALVINGS):
         run = uninterrupted(
-            integrate(problem, method, step, PACED_STEPS, duration=duration, curves=False)
+            integrate(problem, method, step, MAX_CLOCK_STEPS, duration=duration, curves=False)
         )
-        if run.tau is not None and (run.success or run.counts["steps"] == PACED_STEPS):
+        if run.tau is not None and (run.success or run.counts["steps"] == MAX_CLOCK_STEPS):
             return LENGTH_MARGIN * float(run.tau[-1]) * duration / abs(float(run.t[-1] - run.t[0]))
         step *= 0.5
     raise ValueError(f"no run in this clock was possible: {run.status}")
 
 
 def distances(first: Array, second: Array) -> Array:
-    """Largest distance of a body, a vector or a row of a matrix, (saved,), for (saved, ..., d)."""
+    """The largest distances (saved,) of a body, a vector or a row of a matrix between two arrays of
+    configurations (saved, ..., d)."""
     gaps = np.linalg.norm(first - second, axis=-1).reshape(len(first), -1)
     return np.max(gaps, axis=1)
 
@@ -211,12 +226,13 @@ def elapsed(run: Trajectory) -> Array:
     return np.abs(run.t - run.t[0]) if run.tau is None else run.tau
 
 
-def at_times_of(run: Trajectory, better: Trajectory) -> Array:
-    """Places of a better run at the times of a run; in a clock the two differ by an error."""
+def positions_at_times_of(run: Trajectory, better: Trajectory) -> Array:
+    """Positions of a better run at the times of a run, from which its own differ slightly in a
+    clock."""
     if run.tau is None:
         return better.q
-    late = (run.t - better.t).reshape(-1, *(1,) * (better.q.ndim - 1))
-    return better.q + late * better.v
+    time_differences = (run.t - better.t).reshape(-1, *(1,) * (better.q.ndim - 1))
+    return better.q + time_differences * better.v
 
 
 @dataclass
@@ -228,8 +244,8 @@ class Scan:
     problem
         the problem integrated
     duration
-        length for which errors and costs are stated; with a clock, here and in all that follows, in
-        its units
+        length for which errors and costs are stated; with a clock, all lengths of a scan are in its
+        units
     measured
         length of the integrated part, at most the duration; longer if it would have fewer than
         LEAST_STAGES stages
@@ -240,16 +256,16 @@ class Scan:
     spent
         cost of the runs, in the unit of ``by``
     candidates
-        that were tried, in order
+        tried candidates, in order
     size
         largest coordinate of all runs
     clock
         of the steps; None for equal ones
     unit
-        length in the clock of a unit of time, in the mean
+        mean length in the clock of a unit of time
     uneven
-        of point masses in equal steps: the mean of `DynamicalTime` over its smallest value, for
-        which steps must be short
+        for point masses in equal steps, the largest rate of `DynamicalTime` over its mean: how many
+        times too short the steps are for the rest of the motion
     """
 
     problem: Problem
@@ -271,11 +287,11 @@ class Scan:
     def most_steps(self) -> int:
         """Largest number of steps in the duration such that each still changes the time."""
         time_spacing = math.ulp(abs(self.problem.t0) + self.duration)
-        return int(min(MOST_STEPS, max(1.0, 0.25 * self.duration / time_spacing)))
+        return int(min(MAX_STEPS, max(1.0, 0.25 * self.duration / time_spacing)))
 
     @property
     def fewest(self) -> int:
-        """Least number of steps in the duration that the clock takes."""
+        """Least number of steps in the duration that the clock allows."""
         return math.ceil(self.duration / getattr(self.clock, "longest", math.inf)) or 1
 
     def affords(self, degree: int, steps: int, runs: float = 1.0) -> bool:
@@ -288,7 +304,7 @@ class Scan:
         return self.spent + runs * cost <= self.budget
 
     def part(self, degree: int, steps: int) -> int:
-        """How many of the steps are in the measured part."""
+        """The number of steps in the measured part."""
         share = min(1.0, self.measured / self.duration)
         return min(steps, max(math.ceil(LEAST_STAGES / degree), math.ceil(share * steps)))
 
@@ -305,10 +321,8 @@ class Scan:
         solver: str = "auto",
         samples: int = COMPARED_TIMES,
     ) -> tuple[Trajectory, float, float]:
-        """The first ``part`` steps, each cut into ``finer``, with seconds and evaluations.
-
-        Ctrl-C raises KeyboardInterrupt, since a part of a run is of no use here.
-        """
+        """The run of the first ``part`` steps, each divided into ``finer``, its seconds and its
+        evaluations of the force; KeyboardInterrupt for Ctrl-C."""
         began = time.perf_counter()
         run = uninterrupted(
             integrate(
@@ -328,21 +342,21 @@ class Scan:
         return run, seconds, evaluations
 
     def first_guess(self, degree: int, error: float) -> int:
-        """A number of steps for which the first has at most its share of the error.
+        """A number of steps for which the first step has at most its share of the error.
 
-        Not charged to the budget, since it includes compilation and loading.
+        These runs are not charged to the budget, since they include compilation and loading.
         """
         size, spent, steps = float(np.max(np.abs(self.problem.q0))), self.spent, self.fewest
         method = collocation(self.problem, degree)
-        plain = self.clock is None and iterates(self.problem, method)
-        solver = "fixed_point" if plain else "auto"
+        can_iterate = self.clock is None and has_fixed_point_solver(self.problem, method)
+        solver = "fixed_point" if can_iterate else "auto"
         for _ in range(STEP_DOUBLINGS):
             run, check = (
                 self.run(s, steps, 1, solver=solver)[0] for s in (degree, degree + CHECK_DEGREES)
             )
             if run.success and check.success:
-                off = float(np.max(distances(run.q, at_times_of(run, check))))
-                if off * steps <= error or off <= 1e-14 * size:
+                difference = float(np.max(distances(run.q, positions_at_times_of(run, check))))
+                if difference * steps <= error or difference <= 1e-14 * size:
                     break
             if 2 * steps > self.most_steps:
                 break
@@ -367,7 +381,8 @@ class Scan:
         return self.duration * min(1.0, share)
 
     def measure(self, degree: int, steps: int) -> Candidate:
-        """Try a degree and a number of steps in the duration."""
+        """The candidate of a degree and a number of steps in the duration, which is added to
+        ``candidates``."""
         part, before = self.part(degree, steps), self.spent
         run, seconds, evaluations = self.run(degree, steps, part)
         error, growth, status, parted = math.inf, math.nan, failure(run), math.inf
@@ -406,11 +421,11 @@ class Scan:
         return math.inf if failure(run) or failure(half) else self._error(run, half)[0]
 
     def _error(self, run: Trajectory, better: Trajectory) -> tuple[float, float, str, float]:
-        """The error over the duration, the power of time it grew with, why it is unusable, and
-        from when on."""
-        if wrong := failure(better):
-            return math.inf, math.nan, f"The run to compare with failed. {wrong}", math.inf
-        gaps = np.maximum.accumulate(distances(run.q, at_times_of(run, better)))
+        """The error over the duration, the power of time with which it grew, the reason why it is
+        unusable or "", and the time from which it is, or infinity."""
+        if status := failure(better):
+            return math.inf, math.nan, f"The run to compare with failed. {status}", math.inf
+        gaps = np.maximum.accumulate(distances(run.q, positions_at_times_of(run, better)))
         extent = float(np.max(distances(better.q, np.broadcast_to(better.q[:1], better.q.shape))))
         self.size = max(self.size, float(np.max(np.abs(better.q))))
         last, quarter = len(gaps) - 1, max(1, (len(gaps) - 1) // 4)
@@ -419,10 +434,10 @@ class Scan:
         growth = math.nan
         if 0.0 < early <= error and last > quarter:
             growth = math.log(error / early) / math.log(t[last] / t[quarter])
-        useless = max(USELESS_SHARE * extent, ROUNDED * self.size)
-        if error > useless:
+        unusable_error = max(UNUSABLE_SHARE * extent, ROUND_OFF_SHARE * self.size)
+        if error > unusable_error:
             sentence = f"It is off by {error:.1e}, where bodies move by {extent:.1e}."
-            return math.inf, growth, sentence, float(t[np.argmax(gaps > useless)])
+            return math.inf, growth, sentence, float(t[np.argmax(gaps > unusable_error)])
         self._watch(better)
         if run.counts["steps"] * abs(run.step or 0.0) < (1.0 - 1e-9) * self.duration:
             power = min(max(growth, POWERS[0]), POWERS[1]) if growth == growth else POWERS[0]
@@ -435,12 +450,12 @@ class Scan:
         if self.clock is None and isinstance(system, NBody) and system.masses.size > 1:
             flat = run.q.reshape(len(run.t), -1).T
             with np.errstate(all="ignore"):
-                pace = 1.0 / DynamicalTime().rate(run.problem)(flat)
-                self.uneven = max(self.uneven, float(np.max(pace) / np.mean(pace)))
+                rates = 1.0 / DynamicalTime().rate(run.problem)(flat)
+                self.uneven = max(self.uneven, float(np.max(rates) / np.mean(rates)))
 
 
 def reached_limit(run: Trajectory) -> bool:
-    """Whether a run that stopped did so where a force reached its limit, which no step cures."""
+    """Whether a force is beyond its limit at the end of a run, which no step size changes."""
     system, end = run.problem.system, run.checkpoint
     if not isinstance(system, WithLimits) or end is None:
         return False
@@ -449,5 +464,5 @@ def reached_limit(run: Trajectory) -> bool:
 
 
 def failure(run: Trajectory) -> str:
-    """Why a run is no success or in doubt, or an empty string."""
+    """The status of a run that is no success or in doubt; else ""."""
     return run.status if run.outcome.in_doubt or not run.success else ""

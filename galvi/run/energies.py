@@ -25,11 +25,13 @@ from galvi.tableau import Tableau
 
 # Relative error of a momentum; that of the energy is of the order of its square.
 MOMENTUM_TOLERANCE = 0.03
-COMPARED_STATES = 4  # states of a run at which a traced Lagrangian's function is called itself
+COMPARED_STATES = (
+    4  # states of a run, besides the last, at which a traced function is called itself
+)
 # Relative changes of a position whose effect on the energy is not an error: the larger one at rest,
 # where V may be 0 and a motion grows from round-off.
 POSITION_CHANGE, POSITION_CHANGE_AT_REST = 2.0**-46, 2.0**-26
-WAY_HALVINGS = 128  # of a way on which a potential is evaluated
+PATH_POINTS = 128  # points of a straight path, each half as far as the one before
 Raised = dict[int, Exception]  # by row of the states
 
 
@@ -53,7 +55,8 @@ class States(NamedTuple):
 
 
 def has_no_force(system: Any) -> bool:
-    """Whether a system has no external force, and no explicit time."""
+    """Whether a system has no external force and no explicit time; for point masses, whether all
+    their forces conserve the energy."""
     if isinstance(system, NBody):
         return system.acting.conserve
     if not isinstance(system, WithFunctions):
@@ -62,12 +65,13 @@ def has_no_force(system: Any) -> bool:
 
 
 def working_force(system: Any) -> Any:
-    """The external force of a system but for what has a potential; None for none."""
+    """The part of a system's external force that has no potential; None where there is none."""
     return getattr(system, "working_force", getattr(system, "force", None))
 
 
 def conserves_energy(system: Any) -> bool:
-    """Whether a system conserves its energy: its forces have a potential, and none the time."""
+    """Whether a system conserves its energy: all its forces have a potential, and it has no
+    explicit time."""
     if isinstance(system, NBody) or not isinstance(system, WithFunctions):
         return has_no_force(system)
     return working_force(system) is None and not system.explicit_time
@@ -75,33 +79,34 @@ def conserves_energy(system: Any) -> bool:
 
 def velocities_at_the_end(table: Tableau, stages: Array) -> Array:
     """Velocities (..., d) at the end of steps from those at their stages (..., d, s)."""
-    return stages @ _at_the_end(table)
+    return stages @ _stage_to_end_weights(table)
 
 
 @lru_cache(maxsize=32)
-def _at_the_end(table: Tableau) -> Array:
+def _stage_to_end_weights(table: Tableau) -> Array:
     return read_only(table.analysis.sum(axis=0))  # Legendre polynomials are 1 at 1
 
 
 def energies(
     problem: Problem,
     states: States,
-    sharp: bool = False,
+    solve_velocities: bool = False,
     raised: Raised | None = None,
-    forces: bool = False,
+    include_forces: bool = False,
 ) -> tuple[Array, Array]:
     """T and V, (n,) each; NaN where they are not defined.
 
     Parameters
     ----------
-    sharp
-        solves for a Lagrangian's velocities, instead of taking those given where they nearly have
-        the momentum: the energy p . v - L(q, v) is stationary in v where dL/dv = p
+    solve_velocities
+        whether to solve for a Lagrangian's velocities at each state, and not only where the given
+        ones do not nearly have the momentum: the energy p . v - L(q, v) is stationary in v where
+        dL/dv = p
     raised
-        receives the exceptions of user functions, whose energies are NaN; None: they pass through.
-        An ArithmeticError or ValueError means that the energy is not defined
-    forces
-        V has the energy of forces with a potential
+        receives the exceptions of user functions by row, where energies are NaN; None: they pass
+        through. An ArithmeticError or ValueError means that the energy is not defined
+    include_forces
+        whether V includes the energy of a `Multibody`'s forces with a potential
 
     Notes
     -----
@@ -109,11 +114,11 @@ def energies(
     """
     system: Any = problem.system
     if isinstance(system, Lagrangian):
-        if system.builtin is not None and not sharp:
-            kinetic, potential = _of_builtin(system, system.builtin, states, raised)
+        if system.builtin is not None and not solve_velocities:
+            kinetic, potential = _energies_of_builtin(system, system.builtin, states, raised)
         else:
-            kinetic, potential = _one_by_one(system, states, sharp, raised)
-        if forces and isinstance(system, Multibody):
+            kinetic, potential = _energies_one_by_one(system, states, solve_velocities, raised)
+        if include_forces and isinstance(system, Multibody):
             potential = potential + system.potential_of_forces(states.q)
         return kinetic, potential
     p = states.p.reshape(states.v.shape)
@@ -130,7 +135,7 @@ class Start(NamedTuple):
     kinetic
         |T|
     fresh : array, shape (4,)
-        what `Checkpoint.energies` is before the first step
+        `Checkpoint.energies` before the first step
     """
 
     total: float
@@ -138,7 +143,7 @@ class Start(NamedTuple):
     fresh: Array
 
 
-def start_energies(problem: Problem, forces: bool = False) -> Start:
+def start_energies(problem: Problem, include_forces: bool = False) -> Start:
     """The energies at the start; exceptions of user functions pass through.
 
     Parameters
@@ -150,12 +155,13 @@ def start_energies(problem: Problem, forces: bool = False) -> Start:
     evaluate = (
         _start_energies if _is_fixed(problem.system, system_traces) else _start_energies.__wrapped__
     )
-    return evaluate(problem, forces, system_traces)
+    return evaluate(problem, include_forces, system_traces)
 
 
 @lru_cache(maxsize=32)
-def asks_functions(system: Any) -> bool:
-    """Whether the energy depends on user functions, which may change after the run."""
+def energy_calls_functions(system: Any) -> bool:
+    """Whether the energy depends on user functions, which may change after the run; False with
+    explicit time, where no energy is assessed."""
     if not isinstance(system, WithFunctions) or system.explicit_time:
         return False
     if isinstance(system, RigidBody | FreeBody):
@@ -165,8 +171,8 @@ def asks_functions(system: Any) -> bool:
     return getattr(system, "builtin", None) is None
 
 
-def asks_force(system: Any) -> bool:
-    """Whether the work of a force depends on a user function, which may change after the run."""
+def work_calls_function(system: Any) -> bool:
+    """Whether the work of forces depends on a user function, which may change after the run."""
     force = working_force(system)
     return force is not None and not isinstance(force, BuiltinForce)
 
@@ -183,24 +189,26 @@ def _is_fixed(system: Any, system_traces: Traces) -> bool:
         return isinstance(system.potential, UniformGravity | None)
     if isinstance(system, Lagrangian) and "L" in system_traces.traced:
         return system.slopes is None
-    return not asks_functions(system)
+    return not energy_calls_functions(system)
 
 
 @lru_cache(maxsize=32)
-def _start_energies(problem: Problem, forces: bool, system_traces: Traces) -> Start:
+def _start_energies(problem: Problem, include_forces: bool, system_traces: Traces) -> Start:
     start = _start(problem, 1.0)
-    kinetic, potential = (float(x[0]) for x in energies(problem, start, forces=forces))
+    kinetic, potential = (
+        float(x[0]) for x in energies(problem, start, include_forces=include_forces)
+    )
     fresh = read_only(np.array([potential, potential, abs(kinetic), 0.0]))
     return Start(kinetic + potential, abs(kinetic), fresh)
 
 
-def noise(problem: Problem) -> float:
-    """Change of V when the start moves by ``POSITION_CHANGE`` of itself: the energy's
-    round-off, about."""
-    nudge = POSITION_CHANGE if np.any(problem.v0) else POSITION_CHANGE_AT_REST
+def energy_of_position_error(problem: Problem) -> float:
+    """The largest finite change of V when the start moves by a share of itself, POSITION_CHANGE, or
+    POSITION_CHANGE_AT_REST where all velocities are 0: about the round-off of the energy."""
+    relative_shift = POSITION_CHANGE if np.any(problem.v0) else POSITION_CHANGE_AT_REST
     unmoved, *moved = (
-        float(energies(problem, _start(problem, scale), forces=True)[1][0])
-        for scale in (1.0, 1.0 - nudge, 1.0 + nudge)
+        float(energies(problem, _start(problem, scale), include_forces=True)[1][0])
+        for scale in (1.0, 1.0 - relative_shift, 1.0 + relative_shift)
     )
     changes = [abs(potential - unmoved) for potential in moved]
     return max([0.0, *(change for change in changes if np.isfinite(change))])
@@ -209,8 +217,9 @@ def noise(problem: Problem) -> float:
 def kick_energy(problem: Problem, step: float) -> float:
     """The kinetic energy that the forces at the start give to the system at rest in a step.
 
-    h^2 F . M^-1 F / 2, but of the force of the potential on a vector space no more than V falls by
-    on the way h^2 M^-1 F / 2, since it may reverse within a long step; 0 where that is not finite.
+    That is h^2 F . M^-1 F / 2, or 0 where it is not finite. Where velocities have the shape of
+    configurations, the part of forces with a potential is at most the fall of V on the path
+    h^2 M^-1 F / 2, since such a force may reverse within a long step.
     """
     system: Any = problem.system
     q, v, t = problem.q0, problem.v0, problem.t0
@@ -218,19 +227,19 @@ def kick_energy(problem: Problem, step: float) -> float:
     with suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
         if isinstance(system, Lagrangian):
             force = system.force_at_rest(q, t)
-            rate = np.linalg.solve(system.mass(q, v, t), force)
+            acceleration = np.linalg.solve(system.mass(q, v, t), force)
         elif isinstance(system, FreeBody):
             force = system.lagrangian.force_at_rest(q, t)
-            rate = system.velocity(force)
+            acceleration = system.velocity(force)
         elif isinstance(system, RigidBody):
             force = system.torque(q, t)
-            rate = system.velocity(force)
+            acceleration = system.velocity(force)
         else:
-            rate = system.acceleration(q, t)
-            force = system.momentum(rate)
-        energy = 0.5 * step**2 * float(np.sum(force * rate))
+            acceleration = system.acceleration(q, t)
+            force = system.momentum(acceleration)
+        energy = 0.5 * step**2 * float(np.sum(force * acceleration))
         if np.isfinite(energy) and problem.q0.shape == problem.v0.shape:
-            energy = min(energy, _fall(problem, 0.5 * step**2 * rate))
+            energy = min(energy, _fall(problem, 0.5 * step**2 * acceleration))
     energy = energy if np.isfinite(energy) else 0.0
     if working_force(system) is not None:
         push = np.ravel(force_on(system, q, 0.0 * v, t))
@@ -241,8 +250,8 @@ def kick_energy(problem: Problem, step: float) -> float:
 def force_on(system: Any, q: Array, v: Array, t: float) -> Array:
     """The force without potential at one state, of the shape of v."""
     force = working_force(system)
-    pushes = force(q, v, float(t)) if system.timed_force else force(q, v)
-    return np.asarray(pushes, dtype=np.float64).reshape(v.shape)
+    force_values = force(q, v, float(t)) if system.timed_force else force(q, v)
+    return np.asarray(force_values, dtype=np.float64).reshape(v.shape)
 
 
 def mass_matrix(problem: Problem, q: Array, v: Array, t: float) -> Array:
@@ -253,16 +262,16 @@ def mass_matrix(problem: Problem, q: Array, v: Array, t: float) -> Array:
     return system.momentum(np.eye(v.size).reshape(-1, *v.shape)).reshape(v.size, v.size).T
 
 
-def _fall(problem: Problem, way: Any) -> float:
-    """By how much V falls at most on a straight way from the start; infinite where V is not finite.
+def _fall(problem: Problem, displacement: Any) -> float:
+    """The largest fall of V on a straight path from the start; infinite where V is not finite.
 
-    V is evaluated at the end of the way, and at each of its WAY_HALVINGS.
+    V is evaluated at the end of the path, at half of it, at a quarter, ..., at PATH_POINTS points.
     """
-    shares = np.append(0.0, 0.5 ** np.arange(WAY_HALVINGS)).reshape(-1, *(1,) * way.ndim)
+    fractions = np.append(0.0, 0.5 ** np.arange(PATH_POINTS)).reshape(-1, *(1,) * displacement.ndim)
     states = States(
-        problem.q0 + shares * way,
+        problem.q0 + fractions * displacement,
         *(
-            np.repeat(array[None], len(shares), axis=0)
+            np.repeat(array[None], len(fractions), axis=0)
             for array in (problem.p0, problem.v0.reshape(-1), np.array(problem.t0))
         ),
     )
@@ -280,60 +289,63 @@ def _start(problem: Problem, scale: float) -> States:
     )
 
 
-def _of_builtin(
+def _energies_of_builtin(
     system: Lagrangian, function: BuiltinLagrangian, states: States, raised: Raised | None
 ) -> tuple[Array, Array]:
-    """As ``_one_by_one``, at all states at once where the velocities belong to the momenta."""
-    value, at_rest, momenta = function.at_states(states.q, states.v, states.t)
-    potential = -at_rest
+    """T and V of a built-in or traced Lagrangian; state by state unless all velocities nearly have
+    the momenta and every V is finite."""
+    lagrangian_values, rest_values, momenta = function.at_states(states.q, states.v, states.t)
+    potential = -rest_values
     if function is not system.function:  # traced
         for k in _compared_rows(len(states.t)):
-            with _noting(raised, k), suppress(ArithmeticError, ValueError):
+            with _recording_exceptions(raised, k), suppress(ArithmeticError, ValueError):
                 q, t = states.q[k], float(states.t[k])
-                value[k] = system.value(q, states.v[k], t)
+                lagrangian_values[k] = system.value(q, states.v[k], t)
                 potential[k] = -system.value(q, np.zeros_like(states.v[k]), t)
     agrees = np.abs(momenta - states.p) <= MOMENTUM_TOLERANCE * np.abs(states.p).max(
         axis=1, keepdims=True
     )
     if not (agrees.all() and np.isfinite(potential).all()):
-        return _one_by_one(system, states, False, raised)
-    return (states.p * states.v).sum(axis=1) - value - potential, potential
+        return _energies_one_by_one(system, states, False, raised)
+    return (states.p * states.v).sum(axis=1) - lagrangian_values - potential, potential
 
 
-def _of_builtin_at_rest(system: Lagrangian, q: Array, t: Array, raised: Raised | None) -> Array:
-    """V of a traced body, the energy at rest, (n,)."""
+def _builtin_potential(system: Lagrangian, q: Array, t: Array, raised: Raised | None) -> Array:
+    """V (n,) of a traced body: its energy at rest."""
     function, n = system.builtin, len(t)
     assert function is not None
     zero_velocities = np.zeros((n, system.group.dimension))
     potential: Array = -function.at_states(q, zero_velocities, t)[1]
     for k in _compared_rows(n):
-        with _noting(raised, k), suppress(ArithmeticError, ValueError):
+        with _recording_exceptions(raised, k), suppress(ArithmeticError, ValueError):
             potential[k] = -system.value(q[k], zero_velocities[k], float(t[k]))
     return potential
 
 
 def _compared_rows(n: int) -> list[int]:
-    """The rows of n states at which a user's own function is called, though it was traced."""
+    """The rows of n states at which a traced function of a user is called itself."""
     return sorted({n - 1, *range(0, n, -(-n // COMPARED_STATES))})
 
 
-def _one_by_one(
-    system: Lagrangian, states: States, sharp: bool, raised: Raised | None
+def _energies_one_by_one(
+    system: Lagrangian, states: States, solve_velocities: bool, raised: Raised | None
 ) -> tuple[Array, Array]:
     kinetic_and_potential = np.full((2, len(states.t)), np.nan)
     rows = zip(states.q, states.p, states.v, states.t, strict=True)
     for k, (q, p, v, t) in enumerate(rows):
-        with _noting(raised, k):
-            kinetic_and_potential[:, k] = _of_lagrangian(system, q, p, v, float(t), sharp)
+        with _recording_exceptions(raised, k):
+            kinetic_and_potential[:, k] = _energies_of_lagrangian(
+                system, q, p, v, float(t), solve_velocities
+            )
     return kinetic_and_potential[0], kinetic_and_potential[1]
 
 
-def _of_lagrangian(
-    system: Lagrangian, q: Array, p: Array, v: Array, t: float, sharp: bool
+def _energies_of_lagrangian(
+    system: Lagrangian, q: Array, p: Array, v: Array, t: float, solve_velocities: bool
 ) -> tuple[float, float]:
     energy, potential = np.nan, np.nan
     with suppress(ArithmeticError, ValueError):
-        if sharp or not _belong(system, q, p, v, t):
+        if solve_velocities or not _has_momentum(system, q, p, v, t):
             v = system.velocity(p, q, t, v)
         energy = float(p @ v) - system.value(q, v, t)
     with suppress(ArithmeticError, ValueError):
@@ -343,7 +355,7 @@ def _of_lagrangian(
     return energy - potential, potential
 
 
-def _belong(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
+def _has_momentum(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
     """Whether dL/dv is p up to ``MOMENTUM_TOLERANCE``."""
     with suppress(ArithmeticError, ValueError):
         return bool(
@@ -353,23 +365,23 @@ def _belong(system: Lagrangian, q: Array, p: Array, v: Array, t: float) -> bool:
 
 
 def potentials(system: Any, q: Array, t: Array, raised: Raised | None) -> Array:
-    """V (n,) of a system that is no Lagrangian at q and t; ``raised`` as for ``energies``."""
-    body = isinstance(system, RigidBody | FreeBody) and bool(traces(system).traced)
-    if body and system.lagrangian.builtin is not None:
-        return _of_builtin_at_rest(system.lagrangian, q, t, raised)
+    """V (n,) of a system other than a Lagrangian; ``raised`` as for ``energies``."""
+    is_traced_body = isinstance(system, RigidBody | FreeBody) and bool(traces(system).traced)
+    if is_traced_body and system.lagrangian.builtin is not None:
+        return _builtin_potential(system.lagrangian, q, t, raised)
     system = cast(VectorSystem, system)
-    with suppress(Exception):  # raised again below, state by state
+    with suppress(Exception):  # repeated below, state by state
         return np.asarray(system.potential_energy(q, t), dtype=np.float64)
     potential = np.full(len(t), np.nan)
     for k in range(len(t)):
-        with _noting(raised, k), suppress(ArithmeticError, ValueError):
+        with _recording_exceptions(raised, k), suppress(ArithmeticError, ValueError):
             potential[k] = system.potential_energy(q[k], t[k])
     return potential
 
 
 @contextmanager
-def _noting(raised: Raised | None, row: int) -> Iterator[None]:
-    """Keeps an exception within as ``raised[row]``; None lets it pass."""
+def _recording_exceptions(raised: Raised | None, row: int) -> Iterator[None]:
+    """Store an exception of the block as ``raised[row]``; it passes where ``raised`` is None."""
     try:
         yield
     except Exception as error:

@@ -1,18 +1,19 @@
 """Assesses the energy of a run: one evaluator for equal steps and clocks, with forces and without.
 
-Where the forces have a potential, the energy of each sample is that of the start. Where the work of
-other forces since then is known, as in a clock, which integrates it along the run, it is that much
-more. Where it is known in some steps alone (galvi.run.work_of_forces), these are assessed.
+Where all forces have a potential, each sample should have the energy of the start. Where the work
+of other forces since the start is known, as in a clock, which integrates it along the run, the
+energy should have grown by that work. Where the work is known only in some steps
+(galvi.run.work_of_forces), the errors of these steps are assessed.
 
 The measure of an error since the start is the larger of the kinetic energy at the start and the
-range of the potential energy over the samples up to the last good one, whose error is below 1 % of
-that measure; where forces do work, also the kinetic energy there and their work. So a fall of any
-depth is measured by its depth, but a run that goes astray not by where it went: a sample whose
-error exceeds the measure of those before it is not good. If none is good and the run starts at
-rest, the measure is the kinetic energy that the force at the start gives in a step, or the
-potential energy that is lost on that way if it is less, since a coarse step may come to rest again.
-A run is ruined by steps whose error exceeds its measure. What a change of the position by its
-round-off would do to the energy is not an error.
+range of the potential energy over the samples up to the last good one, whose error is at most 1 %
+of that measure; where forces do work, also the kinetic energy at these samples and the work. So a
+fall of any depth is measured by its depth, but a run that goes astray is not measured by the states
+it reaches: a sample whose error exceeds the measure of those before it is not good. If no sample is
+good and the run starts at rest, the measure is the kinetic energy that the forces at the start give
+in a step, see `galvi.run.energies.kick_energy`. A run is ruined by steps whose error exceeds its
+measure. A change of the energy that a change of the position by its round-off would cause is not an
+error.
 
 The thresholds, each with one name:
 
@@ -47,21 +48,29 @@ from galvi.kernels.energy_errors import (
     errors_since_start,
 )
 from galvi.problem import Problem
-from galvi.run.energies import Raised, Start, States, energies, kick_energy, noise, start_energies
+from galvi.run.energies import (
+    Raised,
+    Start,
+    States,
+    energies,
+    energy_of_position_error,
+    kick_energy,
+    start_energies,
+)
 
 
 class Samples(NamedTuple):
-    """Some states of a run.
+    """n states of a run at which its energy is assessed.
 
     Attributes
     ----------
     steps : array, shape (n,)
         numbers of the steps that end there, since the problem's start
     states
-        n of them, with their times
+        the states, with their times
     energy : array, shape (n,)
-        what it should be, of L or V alone: that of the start and the work of all forces since then;
-        None: there are none but such with a potential, whose energy counts
+        expected energies without those of forces: that of the start plus the work of all forces
+        since then; None where every force has a potential, whose energy is included
     """
 
     steps: Any
@@ -69,7 +78,7 @@ class Samples(NamedTuple):
     energy: Array | None = None
 
     def rows(self, rows: Any) -> Samples:
-        """Some of them."""
+        """The samples at these rows."""
         states = States(*(part[rows] for part in self.states))
         return Samples(self.steps[rows], states, None if self.energy is None else self.energy[rows])
 
@@ -82,27 +91,28 @@ class EnergyReport(NamedTuple):
     error
         largest error of the energy, over its measure
     measure
-        that measure
+        the measure of errors
     worst
-        number of the step where it is, since the problem's start
+        number of the step with the largest error, since the problem's start
     ruined
-        number of the step of the first ruined sample; None without one
+        number of the step of the first ruined sample; 0 where an earlier part of a continued run
+        was ruined; None without one
     unknown
-        whether the energy is not a number at some step; if it was one at the start, such a step is
+        whether the energy is NaN at a sample; if it was finite at the start, such a sample is
         ruined
     energies : array, shape (4,)
-        of the steps so far, for `Checkpoint`: least and greatest potential energy, measure, largest
-        error
+        for `Checkpoint`, of all steps since the problem's start: least and greatest potential
+        energy, measure, largest error
     unassessed
-        why the energy of some steps is not known, as a clause; "" where that of all is
+        a clause on where and why the energy could not be evaluated; "" where it could
     driven
         whether the error is that of the energy less the work of all forces since the start
     clauses
-        what else is wrong
+        clauses on other defects of the run
     remedy
-        for these; "": that of `galvi.run.status`
+        what to do about these; "" for the remedy of `galvi.run.status`
     any_step
-        whether a smaller step would be as wrong
+        whether the defect remains for smaller steps
     """
 
     error: float = 0.0
@@ -119,7 +129,7 @@ class EnergyReport(NamedTuple):
 
     @property
     def is_doubtful(self) -> bool:
-        """Whether the error is reported."""
+        """Whether the error exceeds TOLERATED, or an energy is NaN."""
         return not self.error <= TOLERATED or self.unknown
 
 
@@ -139,7 +149,8 @@ def assess_energy(
     step
         () -> length of the first step, in time
     kept_before
-        (a ruined step) -> further samples before it, among which the first ruined one is looked for
+        (number of a ruined step) -> further samples up to it; the first ruined one among them
+        becomes ``ruined``
 
     Notes
     -----
@@ -149,23 +160,25 @@ def assess_energy(
         return EnergyReport(energies=so_far)
     with np.errstate(all="ignore"):
         try:
-            start = start_energies(problem, forces=samples.energy is None)
+            start = start_energies(problem, include_forces=samples.energy is None)
         except Exception as error:
-            return EnergyReport(energies=so_far, unassessed=raised_at(error, problem.t0))
+            return EnergyReport(energies=so_far, unassessed=clause_of_exception(error, problem.t0))
         report = _assess(problem, samples, so_far, start)
         if not report.is_doubtful:
             return report
         try:
-            excused = noise(problem), kick_energy(problem, step())
+            excused = energy_of_position_error(problem), kick_energy(problem, step())
         except Exception as error:
-            return EnergyReport(energies=so_far, unassessed=raised_at(error, problem.t0))
+            return EnergyReport(energies=so_far, unassessed=clause_of_exception(error, problem.t0))
         report = _assess(problem, samples, so_far, start, excused)
         if not report.ruined or kept_before is None:
             return report
         between = kept_before(report.ruined)
-        kinetic, potential = energies(problem, between.states, sharp=True, raised={}, forces=True)
-        off = np.abs(kinetic + potential - start.total)
-        ruined = between.steps[off > max(report.measure, excused[0])]
+        kinetic, potential = energies(
+            problem, between.states, solve_velocities=True, raised={}, include_forces=True
+        )
+        errors = np.abs(kinetic + potential - start.total)
+        ruined = between.steps[errors > max(report.measure, excused[0])]
         return report._replace(ruined=int(ruined[0])) if ruined.size else report
 
 
@@ -176,22 +189,22 @@ def _assess(
     start: Start,
     excused: tuple[float, float] | None = None,
 ) -> EnergyReport:
-    """The report with or without what is excused.
+    """The energy report, with or without excused errors.
 
     Parameters
     ----------
     excused
-        errors up to which are round-off, and the kinetic energy that the force at the start gives
-        in a step; None: nothing is excused, and nearly right velocities suffice
+        the largest error that is round-off, and the kinetic energy that the forces at the start
+        give in a step; None: nothing is excused, and nearly right velocities suffice
     """
     raised: Raised = {}
     kinetic, potential = energies(
-        problem, samples.states, excused is not None, raised, forces=samples.energy is None
+        problem, samples.states, excused is not None, raised, include_forces=samples.energy is None
     )
     unassessed = ""
     if raised:
         first = min(raised)
-        unassessed = raised_at(raised[first], float(samples.states.t[first]))
+        unassessed = clause_of_exception(raised[first], float(samples.states.t[first]))
         rows = np.array([k for k in range(len(kinetic)) if k not in raised], dtype=np.int64)
         if not rows.size:
             return EnergyReport(energies=so_far, unassessed=unassessed)
@@ -219,20 +232,24 @@ def _assess(
 def assess_steps(
     problem: Problem, steps: Any, table: Array, so_far: Array, step: float
 ) -> EnergyReport:
-    """The report on the errors of single steps, see galvi.kernels.energy_errors, after the steps
-    ``so_far``; exceptions of user functions pass through.
+    """The report on the errors of single steps; exceptions of user functions pass through.
 
     Parameters
     ----------
     steps : array, shape (n,)
-        their numbers, since the problem's start
+        their numbers since the problem's start
     table : array, shape (8, n)
+        their errors, see galvi.kernels.energy_errors
+    so_far
+        `Checkpoint.energies` of the steps before
+    step
+        length of a step, in time
     """
-    start = start_energies(problem, forces=True)
+    start = start_energies(problem, include_forces=True)
     so_far = so_far if so_far.size else start.fresh
     report = report_on(steps, table, True, so_far, start.kinetic)
     if report.is_doubtful:
-        excused = noise(problem), kick_energy(problem, step)
+        excused = energy_of_position_error(problem), kick_energy(problem, step)
         report = report_on(steps, table, True, so_far, start.kinetic, *excused)
     return report
 
@@ -255,24 +272,31 @@ def report_on(
     unassessed, driven
         as in `EnergyReport`
     """
-    after, before = so_far.copy(), so_far[WORST]
-    share, worst, ruined, unknown, measure = assess_errors(
-        table, single, kinetic, floor, kick, after
+    energies_after, error_before = so_far.copy(), so_far[WORST]
+    relative_error, worst, ruined, unknown, measure = assess_errors(
+        table, single, kinetic, floor, kick, energies_after
     )
-    first = int(steps[ruined]) if ruined >= 0 else None
-    if before > measure:
-        first = 0
-    number = int(steps[worst]) if len(steps) else None
+    first_ruined = int(steps[ruined]) if ruined >= 0 else None
+    if error_before > measure:
+        first_ruined = 0
+    worst_step = int(steps[worst]) if len(steps) else None
     return EnergyReport(
-        share, measure, number, first, unknown, read_only(after), unassessed, driven
+        relative_error,
+        measure,
+        worst_step,
+        first_ruined,
+        unknown,
+        read_only(energies_after),
+        unassessed,
+        driven,
     )
 
 
-def raised_at(error: Exception, time: float) -> str:
-    return f"at t = {time:.10g}, where it raised {in_words(error)}"
+def clause_of_exception(error: Exception, time: float) -> str:
+    return f"at t = {time:.10g}, where it raised {description_of(error)}"
 
 
-def in_words(error: Exception) -> str:
-    """The kind of an exception, and its message on one line."""
+def description_of(error: Exception) -> str:
+    """The type of an exception, and its message on one line."""
     reason = " ".join(str(error).split())
     return f"{type(error).__name__}{': ' if reason else ''}{reason}"

@@ -1,4 +1,4 @@
-"""The engines of runs, in the order of their offers."""
+"""The engines of runs, in the order in which they are asked for a stepper."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from galvi.run.stepper import Declined, Engine, Formulation, Stepper, first_offe
 
 
 def general_stepper(request: RunRequest) -> Stepper | ClockStepper | Declined:
-    """A stepper for every run but one in a moving frame: `GENERAL_EQUAL_STEPS`, in a clock one in
-    transformed time."""
+    """A stepper of the general kernel: with a clock in transformed time, else the offer of
+    `GENERAL_EQUAL_STEPS`, which declines moving frames."""
     if request.method.clock is not None:
         reason = "GALVI_FAST=0 leaves the clock's lanes out"
         return in_transformed_time(request, GENERAL.name, reason, energy_at_start(request))
@@ -30,7 +30,7 @@ def general_stepper(request: RunRequest) -> Stepper | ClockStepper | Declined:
 
 
 GENERAL = Engine("general", general_stepper)
-# The first that offers a stepper does the run.
+# The first engine that offers a stepper does the run.
 ENGINES: tuple[Engine, ...] = (CLOCK, FRAME, LANES, GENERAL) if FAST else (GENERAL,)
 
 
@@ -39,8 +39,8 @@ def stepper_for(request: RunRequest) -> Stepper | ClockStepper:
     return first_offer(ENGINES, request)
 
 
-def iterates(problem: Problem, method: Galerkin) -> bool:
-    """Whether an engine has the solver fixed_point for such runs."""
+def has_fixed_point_solver(problem: Problem, method: Galerkin) -> bool:
+    """Whether an engine offers the solver fixed_point for runs of this problem and method."""
     try:
         stepper_for(RunRequest(problem, method, 1.0, 1, from_start("fixed_point")))
     except ValueError:
@@ -56,7 +56,7 @@ def formulation_of(problem: Problem, method: Galerkin) -> Formulation:
 def motion_in_clock(
     problem: Problem, method: Galerkin, solver: str, tolerance: float, energy: float | None = None
 ) -> Motion:
-    """How a problem moves in a method's clock; ValueError where it does not.
+    """The motion of a problem in a method's clock; ValueError where no engine has one.
 
     Parameters
     ----------

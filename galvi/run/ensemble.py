@@ -21,7 +21,7 @@ from galvi.input_checks import shown
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.engines import stepper_for
-from galvi.run.integrate import prepared
+from galvi.run.integrate import prepare_run
 from galvi.run.interruption import Interrupted, defer_interrupts
 from galvi.run.request import RunRequest, check_memory
 from galvi.trajectory import Trajectory
@@ -66,8 +66,8 @@ def integrate_many(
     Raises
     ------
     ValueError, TypeError
-        For bad input before any run starts; exceptions of user functions pass through. Both carry a
-        note with the index of the problem.
+        For bad input before any run starts; exceptions of user functions pass through. An
+        exception that concerns one problem carries a note with its index.
     KeyboardInterrupt
         For Ctrl-C when all runs were done; its attribute ``run`` is the tuple of runs.
 
@@ -98,16 +98,17 @@ def integrate_many(
             )  # fmt: skip
             compiled = compiled and stepper_for(request).is_compiled
             requests.append(request)
-            runs.append(prepared(request, events))
+            runs.append(prepare_run(request, events))
     if requests:
         check_memory(requests)
-    return _all_of(runs, min(threads, len(runs)) if compiled else 1, progress)
+    return _run_all(runs, min(threads, len(runs)) if compiled else 1, progress)
 
 
-def _all_of(
+def _run_all(
     runs: Sequence[Callable[..., Trajectory]], threads: int, progress: bool | None
 ) -> tuple[Trajectory, ...]:
-    """The results of the runs; raises the exception of the first in order that failed."""
+    """The trajectories of the runs, in their order; raises the exception of the first run that
+    raised one."""
     first_raised, lock = len(runs), threading.Lock()
     with defer_interrupts() as pressed, ExitStack() as stack:
         bar = stack.enter_context(tqdm(total=len(runs), unit="run")) if progress else None

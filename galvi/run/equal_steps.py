@@ -1,6 +1,7 @@
 """The engines of equal steps in the inertial frame, for runs within other runs.
 
-Moving frames do some steps by them, and clocks all steps, in transformed time.
+A moving frame does the steps that it cannot resolve by these engines, and a clock without lanes
+does all its steps by them, in transformed time.
 """
 
 from __future__ import annotations
@@ -10,5 +11,5 @@ from galvi.run.general import GENERAL_EQUAL_STEPS
 from galvi.run.in_lanes.engine import LANES
 from galvi.run.stepper import Engine
 
-# In the order in which they are asked.
+# In the order in which they are asked for a stepper.
 EQUAL_STEPS: tuple[Engine, ...] = (LANES, GENERAL_EQUAL_STEPS) if FAST else (GENERAL_EQUAL_STEPS,)

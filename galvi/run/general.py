@@ -1,6 +1,6 @@
 """The general kernel: Newton's method, or fixed-point iteration, for any functions.
 
-It runs what the other engines decline, and is the oracle of all of them.
+It does the runs that the other engines decline, and is the oracle that they are compared with.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ NO_OTHER_ENGINE = "" if FAST else "with GALVI_FAST=0 there is no other engine"
 
 
 def inertial_formulation(problem: Problem, method: Galerkin) -> Formulation:
-    """The formulation of a run without a frame or a clock; ValueError for component degrees that do
-    not match."""
+    """The formulation of a run without a frame or a clock; ValueError for component degrees that
+    the system does not allow."""
     return VECTOR_SPACE if group_system(problem, method) is None else ON_GROUP
 
 
 def general_equal_steps(request: RunRequest) -> Stepper | Declined:
-    """A stepper of equal steps by the general kernel, for all but moving frames, and fixed-point
+    """A stepper of equal steps by the general kernel; declines moving frames, and fixed-point
     iteration on groups."""
     problem, method, solver = request.problem, request.method, request.checkpoint.solver
     if method.in_frame:

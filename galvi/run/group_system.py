@@ -1,7 +1,8 @@
 """Selects the kernel for a problem: that of Lie groups, or that of canonical systems.
 
-And which factors of a group move independently: those that no mass couples, directly or not.
-Round-off of a fast coordinate is seen in all those that a mass couples to it, and in no others.
+It also finds the factors of a group that move independently, since no entry of the mass matrix
+couples them, directly or through other factors. The round-off of a fast coordinate reaches only the
+factors that are coupled to its own.
 """
 
 from __future__ import annotations
@@ -25,17 +26,23 @@ from galvi.systems.nbody_on_rn import NBodyOnRn
 from galvi.systems.system import GroupSystem
 from galvi.systems.traces import traces
 
+STATES_BESIDE_START = 3  # sampled states other than the start
+STATE_DISTANCE = 0.5  # largest change of their coordinates from the start
+# Entries of a mass matrix above this share of the geometric mean of their masses couple factors.
+COUPLING = 1e-9
+
 
 def group_system(problem: Problem, method: Galerkin | None = None) -> GroupSystem | None:
     """The problem's system on a group; None where the kernel of canonical systems applies.
 
-    The latter is a Nystrom method: forces do not depend on the velocity and all components share
-    one space. Other Canonical systems are treated on the group R^d.
+    The kernel of canonical systems is a Nystrom method: forces do not depend on the velocity and
+    all components share one space. Other systems on vector spaces are treated on the group R^d.
 
     Raises
     ------
     ValueError
-        For component degrees that do not match, or that the system does not allow.
+        For component degrees whose number is not that of the components, or that the system does
+        not allow.
     """
     system: Any = problem.system
     degrees = checked_degrees(method.space, system, problem.v0.size) if method else None
@@ -48,13 +55,10 @@ def group_system(problem: Problem, method: Galerkin | None = None) -> GroupSyste
     return None
 
 
-STATES_BESIDE_START, STATE_DISTANCE = 3, 0.5  # sampled beside the start, and how far from it
-COUPLING = 1e-9  # least entry off the diagonal of a mass, over the geometric mean of its masses
-
-
 def coupled_layout(system: Any, problem: Problem) -> npt.NDArray[np.int64]:
     """The layout of the group of a problem's system with one more column: a number that coupled
-    factors share, 0 for all where the system has no mass matrix."""
+    factors share. It is 0 for all factors where the system has no mass matrix, or where that raises
+    an exception."""
     layout = system.group.layout
     if len(layout) == 1 or not hasattr(system, "mass"):
         extended_layout = np.zeros((len(layout), COUPLED + 1), dtype=np.int64)
@@ -68,28 +72,29 @@ def _coupled_layout(problem: Problem, system_traces: Any) -> npt.NDArray[np.int6
     """`coupled_layout` of a Lagrangian on several factors, cached with its traces."""
     layout = problem.system.group.layout  # type: ignore[attr-defined]
     numbers = np.arange(len(layout))
-    owner = np.repeat(numbers, layout[:, DIMENSION])
+    factor_of = np.repeat(numbers, layout[:, DIMENSION])
     try:
         masses = _masses(problem, layout)
     except Exception:  # of a user's function at a state that it does not expect
         numbers[:] = 0
-        masses = np.zeros((owner.size, owner.size))
-    size = np.sqrt(np.abs(np.diag(masses)))
+        masses = np.zeros((factor_of.size, factor_of.size))
+    root_masses = np.sqrt(np.abs(np.diag(masses)))
     with np.errstate(invalid="ignore"):
-        coupled = ~np.isfinite(masses) | (masses > COUPLING * np.outer(size, size))
+        coupled = ~np.isfinite(masses) | (masses > COUPLING * np.outer(root_masses, root_masses))
     for i, j in np.argwhere(coupled):
-        first, second = numbers[owner[i]], numbers[owner[j]]
-        numbers[numbers == max(first, second)] = min(first, second)
+        i_number, j_number = numbers[factor_of[i]], numbers[factor_of[j]]
+        numbers[numbers == max(i_number, j_number)] = min(i_number, j_number)
     return np.column_stack([layout, numbers])
 
 
 def _masses(problem: Problem, layout: Any) -> Array:
-    """The largest |d2L/dv2| at the start and some other states; infinite where it is not finite."""
+    """The largest entries (d, d) of |d2L/dv2| at the start and STATES_BESIDE_START other states;
+    infinite where an entry is NaN."""
     system: Any = problem.system
     generator, q, v = np.random.default_rng(0), problem.q0, problem.v0
     chart, largest = Exponential().number, np.zeros((v.size, v.size))
     for k in range(STATES_BESIDE_START + 1):
-        sample, speed = q.ravel().copy(), v
+        sample, velocity = q.ravel().copy(), v
         if k:
             place(
                 layout,
@@ -98,9 +103,9 @@ def _masses(problem: Problem, layout: Any) -> Array:
                 generator.uniform(-STATE_DISTANCE, STATE_DISTANCE, v.size),
                 sample,
             )
-            speed = v + generator.uniform(-STATE_DISTANCE, STATE_DISTANCE, v.size) * max(
+            velocity = v + generator.uniform(-STATE_DISTANCE, STATE_DISTANCE, v.size) * max(
                 1.0, float(np.max(np.abs(v)))
             )
-        mass = np.abs(system.mass(sample.reshape(q.shape), speed, problem.t0))
+        mass = np.abs(system.mass(sample.reshape(q.shape), velocity, problem.t0))
         largest = np.maximum(largest, np.where(np.isnan(mass), np.inf, mass))
     return largest

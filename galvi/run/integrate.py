@@ -1,4 +1,4 @@
-"""Runs a method on a problem."""
+"""Integrates a problem with a method."""
 
 from __future__ import annotations
 
@@ -38,20 +38,21 @@ def integrate(
     method
         a `Galerkin`
     step
-        step size h in the problem's unit of time; negative integrates backwards. With a clock, in
-        its units
+        step size h in the problem's unit of time, or with a clock in the clock's unit; a negative
+        one integrates backwards
     steps
-        number of steps; this or ``duration``
+        number of steps; give either this or ``duration``. With a clock, the largest number of steps
+        where ``duration`` is given too
     duration
-        length of time, positive and a whole number of steps. With a clock of any length, reached by
-        a last step that is shortened, and ``steps`` is the most there may be
+        length of time, positive and a whole number of steps. With a clock it may have any length: a
+        shortened last step reaches its end
     events
-        `galvi.Event` values, one, several or none, which are found in ``run.events``, may end the
-        run or change its state
+        `galvi.Event` values, one, several or none; their occurrences are in ``run.events``, and
+        they may end the run or change its state
     save_every
-        k keeps steps 0, k, 2 k, ... and the last
+        k keeps the states after 0, k, 2 k, ... steps and the last
     curves
-        keep every step's Galerkin curve; None: only when save_every is 1
+        whether to keep every step's Galerkin curve; None: only when save_every is 1
     solver
         "auto", "fixed_point" or "newton"; on groups, and for a Canonical system with a force or a
         degree for each component, "fixed_point" only where functions are built in, from SymPy, or
@@ -64,18 +65,20 @@ def integrate(
     Returns
     -------
     Trajectory
-        Also when a step fails (see ``success`` and ``status``) or Ctrl-C stops the
-        run. A run whose energy, less the work of its forces, is ruined goes on to its end and keeps
-        its states, but is no success. The status of a success says where the energy, a velocity
-        under fast damping, a passage of two point masses or the motion of a massless body is in
-        doubt, or that the energy cannot be evaluated because a user function raises.
+        The run, also when a step fails (see ``success`` and ``status``) or Ctrl-C stops it. A run
+        whose energy, less the work of its forces, is ruined goes on to its end and keeps its
+        states, but is no success. The status of a success names a doubtful energy, a velocity under
+        fast damping, three hinges near gimbal lock, an unresolved passage of two point masses, a
+        doubtful motion of a massless body, and a user function that raises where the energy is
+        evaluated.
 
     Raises
     ------
     ValueError, TypeError
-        For bad input before the first step; exceptions of user functions in a step pass through.
+        For bad input, before the first step; exceptions of user functions in a step pass through.
     KeyboardInterrupt
-        For Ctrl-C after the last step, or one that failed; its attribute ``run`` is the trajectory.
+        For Ctrl-C after the last step or after a step that failed; its attribute ``run`` is the
+        trajectory.
 
     Examples
     --------
@@ -90,12 +93,13 @@ def integrate(
         solver=solver, tolerance=tolerance,
     )  # fmt: skip
     check_memory([request])
-    return prepared(request, events)(progress=progress)
+    return prepare_run(request, events)(progress=progress)
 
 
-def prepared(request: RunRequest, events: Any = ()) -> Callable[..., Trajectory]:
-    """A function of ``progress`` and ``interrupted`` that does the run, by the first engine that
-    offers its steps. ValueError where none does, TypeError for what is no event."""
+def prepare_run(request: RunRequest, events: Any = ()) -> Callable[..., Trajectory]:
+    """A function of the keywords ``progress`` and ``interrupted`` that does the run, by the first
+    engine that offers a stepper; ValueError where none does, TypeError for a value in ``events``
+    that is no `galvi.Event`."""
     if has_events(events):
         from galvi.events.run import with_events  # galvi.events imports this module
 

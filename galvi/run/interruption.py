@@ -1,7 +1,7 @@
 """Ctrl-C during a run takes effect between kernel calls, so that no step is left incomplete.
 
-It ends the run, which is returned with its status. Where no step is left to end, it raises
-`Interrupted`, which carries the run.
+It ends the run, which is returned with its status. After the last step, or one that failed, it
+raises `Interrupted`, which carries the run.
 """
 
 from __future__ import annotations
@@ -16,7 +16,13 @@ from galvi.trajectory import Trajectory
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C when the steps of ``run``, one or several, were all done, or one had failed."""
+    """Ctrl-C after the last step of a run, or of several runs, or after a step that failed.
+
+    Attributes
+    ----------
+    run
+        the trajectory, or the tuple of trajectories
+    """
 
     def __init__(self, run: Trajectory | tuple[Trajectory, ...]) -> None:
         super().__init__("what was computed is the attribute run of this exception")
@@ -24,23 +30,23 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Interrupts:
-    """Whether Ctrl-C was pressed; the second time it raises."""
+    """Records the first Ctrl-C; a second one raises KeyboardInterrupt."""
 
     def __init__(self) -> None:
         self._pressed = self._polled = False
 
     def __call__(self) -> bool:
-        """Whether Ctrl-C was pressed; the caller acts on it."""
+        """Whether Ctrl-C was pressed; the caller must act on it."""
         self._polled = self._pressed
         return self._polled
 
     @property
     def unhandled(self) -> bool:
-        """Whether Ctrl-C was recorded and never polled."""
+        """Whether Ctrl-C was recorded and not polled since."""
         return self._pressed and not self._polled
 
     def note(self, signum: int, frame: Any) -> None:
-        """A handler of signals."""
+        """Handle SIGINT; KeyboardInterrupt the second time."""
         if self._pressed:
             self._pressed = self._polled = True
             raise KeyboardInterrupt
@@ -48,7 +54,7 @@ class Interrupts:
 
 
 class Deferral:
-    """The context of `defer_interrupts`, as a class: a generator would take 2 us more."""
+    """The context of `defer_interrupts`; a generator would take 2 us more."""
 
     def __enter__(self) -> Interrupts:
         self._interrupts = Interrupts()
@@ -60,15 +66,16 @@ class Deferral:
             signal(SIGINT, self._interrupts.note)
         return self._interrupts
 
-    def __exit__(self, kind: type[BaseException] | None, *raised: object) -> None:
+    def __exit__(self, exception_type: type[BaseException] | None, *raised: object) -> None:
         if self._replaces_handler:
             signal(SIGINT, default_int_handler)
-        if kind is None and self._interrupts.unhandled:
+        if exception_type is None and self._interrupts.unhandled:
             raise KeyboardInterrupt
 
 
 def defer_interrupts() -> Deferral:
-    """Defers Ctrl-C: the first is recorded, a second raises, one never polled raises on exit.
+    """A context in which the first Ctrl-C is recorded; a second one raises at once, and one that
+    was not polled raises on exit.
 
     Replaces only Python's default handler, and only in the main thread, where signals arrive: a
     handler of the calling program stays in place, and so does an ignored SIGINT, as under nohup.
@@ -77,7 +84,7 @@ def defer_interrupts() -> Deferral:
 
 
 def uninterrupted(run: Trajectory) -> Trajectory:
-    """The run itself; KeyboardInterrupt if it was interrupted. For callers that need all of it."""
+    """The run itself; KeyboardInterrupt if it was interrupted."""
     if run.interrupted:
         raise KeyboardInterrupt
     return run

@@ -1,6 +1,4 @@
-"""One run: batches of steps that Ctrl-C can end, a second attempt at a step that fails, and the
-resulting trajectory.
-"""
+"""Does the steps of one run, in batches that Ctrl-C can end, and makes its trajectory."""
 
 from __future__ import annotations
 
@@ -23,7 +21,7 @@ from galvi.problem import Problem
 from galvi.run.batches import STEPS_BETWEEN_STATES, step_in_batches
 from galvi.run.clocked.run import ending_in_clock
 from galvi.run.clocked.stepper import ClockStepper
-from galvi.run.energies import asks_force, asks_functions
+from galvi.run.energies import energy_calls_functions, work_calls_function
 from galvi.run.engines import ENGINES, stepper_for
 from galvi.run.interruption import Interrupted, defer_interrupts, uninterrupted
 from galvi.run.point_masses.encounters import (
@@ -41,7 +39,7 @@ from galvi.run.stepper import RunCurves, Stepper, solve_steps
 from galvi.run.work_of_forces import assess_work, has_work
 from galvi.trajectory import DeferredEnding, Ending, Trajectory
 
-MOST_CHECKPOINTS = 512  # states from which curves are computed again
+MAX_CHECKPOINTS = 512  # of a run with a number of steps, from which curves are computed again
 
 
 def run_steps(
@@ -53,19 +51,17 @@ def run_steps(
 ) -> Trajectory:
     """The trajectory of a run.
 
-    An equal step that cannot be solved is retried once with a guess from smaller steps, whose
-    energy is not assessed; if that fails too, the run ends.
+    An equal step that cannot be solved is retried once, with a guess from smaller steps; if the
+    second attempt fails too, the run ends.
 
     Parameters
     ----------
     stepper
-        `Stepper`, or in a clock `ClockStepper`. This function uses begin, advance, retry and
-        finish; steps_done, over and reached; states, counted, curves and checkpoint; request,
-        engine, engine_reason and traced
+        a `Stepper`, or in a clock a `ClockStepper`
     watched
-        whether its energy can be assessed
+        whether to keep states by which the energy can be assessed
     interrupted
-        returns whether to stop; None: Ctrl-C stops the run
+        () -> whether to stop; None: Ctrl-C stops the run
 
     Raises
     ------
@@ -77,17 +73,19 @@ def run_steps(
     request = stepper.request
     problem, steps, note_every = request.problem, request.steps, 0
     if not request.checkpoint.keeps_curves or (watched and has_massless(problem)):
-        ahead = 0 if request.until is not None else steps or 0  # in a clock there may be fewer
-        note_every = max(STEPS_BETWEEN_STATES, -(-ahead // MOST_CHECKPOINTS))
+        steps_ahead = (
+            0 if request.until is not None else steps or 0
+        )  # in a clock there may be fewer
+        note_every = max(STEPS_BETWEEN_STATES, -(-steps_ahead // MAX_CHECKPOINTS))
     checkpoints = [stepper.checkpoint]
     with defer_interrupts() as pressed:
-        stopped = interrupted or pressed
+        must_stop = interrupted or pressed
         code = step_in_batches(
             stepper,
             lambda code: stepper.retry(ENGINES, code),
             steps or LARGEST_WHOLE,
             progress,
-            lambda: stepper.over or stopped(),
+            lambda: stepper.over or must_stop(),
             note_every,
             lambda: checkpoints.append(stepper.checkpoint),
         )
@@ -97,9 +95,9 @@ def run_steps(
             raise Interrupted(run)
     system: Any = problem.system
     has_time = getattr(system, "explicit_time", False)
-    if watched and (asks_functions(system) or asks_force(system) or has_time):
+    if watched and (energy_calls_functions(system) or work_calls_function(system) or has_time):
         try:
-            run.ending.assess()  # now: what the functions refer to may change
+            run.ending.assess()  # before the numbers change to which the functions refer
         except KeyboardInterrupt:
             raise Interrupted(run) from None
     return run
@@ -116,20 +114,29 @@ def _trajectory(
         states from which its curves, and the error of massless bodies, can be computed
     """
     problem, method, step, steps, start = stepper.request[:5]
-    states, curves, again = stepper.states(), stepper.curves, None
+    states, curves, redone_curves = stepper.states(), stepper.curves, None
     t, q, p, velocities, tau = (None if x is None else read_only(x) for x in states)
     if curves is None:
-        check = SameFunctions(problem, states.q, states.p, states.t, method.clock, stepper.traced)
-        last = float(states.t[-1])
-        again = RedoneCurves(
-            problem, method, step, steps or 0, stepper.steps_done, last, tuple(checkpoints), check
+        check_functions = SameFunctions(
+            problem, states.q, states.p, states.t, method.clock, stepper.traced
+        )
+        end_time = float(states.t[-1])
+        redone_curves = RedoneCurves(
+            problem,
+            method,
+            step,
+            steps or 0,
+            stepper.steps_done,
+            end_time,
+            tuple(checkpoints),
+            check_functions,
         )
     counts = stepper.counted()
 
-    def ending() -> Ending:
+    def assess() -> Ending:
         if isinstance(stepper, ClockStepper):
             return ending_in_clock(stepper, run)
-        return _ending(stepper, code, counts, checkpoints)
+        return _assess_ending(stepper, code, counts, checkpoints)
 
     run = Trajectory(
         problem=problem,
@@ -141,8 +148,8 @@ def _trajectory(
         step=step,
         method=method,
         curves=curves,
-        ending=DeferredEnding(ending, start),
-        again=again,
+        ending=DeferredEnding(assess, start),
+        again=redone_curves,
         interrupted=code == SOLVED
         and not (stepper.over or stepper.reached)
         and stepper.steps_done != steps,
@@ -153,10 +160,10 @@ def _trajectory(
     return run
 
 
-def _ending(
+def _assess_ending(
     stepper: Stepper, code: int, counts: dict[str, int], checkpoints: list[Checkpoint]
 ) -> Ending:
-    """How a run ended whose last kernel call returned ``code``."""
+    """The ending of a run whose last kernel call returned ``code``."""
     formulation, request, work = stepper.formulation, stepper.request, stepper.work
     start = request.checkpoint
     if has_work(request.problem.system):
@@ -166,7 +173,7 @@ def _ending(
     outcome = outcome_of(
         stepper, code, report, counts, lambda: _massless_error(stepper, checkpoints)
     )
-    last = Checkpoint(
+    checkpoint = Checkpoint(
         start.first + work.steps_done,
         read_only(work.state),
         read_only(work.stages),
@@ -178,64 +185,68 @@ def _ending(
         report.energies,
         read_only(work.passage[:FOUND]),
     )
-    return Ending(outcome, last)
+    return Ending(outcome, checkpoint)
 
 
 def unwatched(request: RunRequest) -> Trajectory:
-    """A run whose energy is not assessed; KeyboardInterrupt for Ctrl-C."""
+    """The run of a request, without an assessment of its energy; KeyboardInterrupt for Ctrl-C."""
     return uninterrupted(run_steps(stepper_for(request), watched=False))
 
 
 def _massless_error(stepper: Stepper, checkpoints: list[Checkpoint]) -> MasslessError | None:
-    """The error of massless bodies; None without such bodies, and where the run is not watched."""
+    """The error of massless bodies; None without such bodies, where the run is not watched, and
+    where no step could be repeated."""
     request, work = stepper.request, stepper.work
     if work.watch == UNWATCHED or not has_massless(request.problem):
         return None
     _, stages, solver_state = stepper.formulation.initial_state(request.problem, request.method)
 
     states = [*checkpoints, stepper.checkpoint]
-    chosen = [states[row] for row in examined_states(len(states), work.steps_done, STEPS_PER_STATE)]
+    examined = [
+        states[row] for row in examined_states(len(states), work.steps_done, STEPS_PER_STATE)
+    ]
 
-    def end(state: Checkpoint, n: int) -> tuple[Array, Array]:
+    def state_after(state: Checkpoint, n: int) -> tuple[Array, Array]:
         begin = Checkpoint(
             -n * state.first, state.state, stages, solver_state, "auto", state.tolerance, n, False
         )
-        back = request._replace(step=-request.step / n, steps=n, checkpoint=begin)
-        arrays = solve_steps(ENGINES, back, retried=False)[0].work
+        request_back = request._replace(step=-request.step / n, steps=n, checkpoint=begin)
+        arrays = solve_steps(ENGINES, request_back, retried=False)[0].work
         return arrays.saved_q[-1], arrays.saved_moving[-1]
 
-    def ends(n: int) -> Array:
-        rows = np.stack([end(state, n) for state in chosen], axis=1)
+    def states_after(n: int) -> Array:
+        rows = np.stack([state_after(state, n) for state in examined], axis=1)
         return rows.reshape(2, -1, *request.problem.q0.shape)
 
-    return massless_error(request.problem, ends)
+    return massless_error(request.problem, states_after)
 
 
 def curves_of_steps(
     problem: Problem, method: Galerkin, step: float, start: Checkpoint, skipped: int, count: int
 ) -> RunCurves:
-    """The curves of ``count`` steps, ``skipped`` after a state of a run, for `RedoneCurves`."""
+    """The curves of ``count`` steps that follow the first ``skipped`` steps after a state."""
     if skipped:
         to_skip = replace(start, save_every=skipped, curves=False)
         before = unwatched(RunRequest(problem, method, step, skipped, to_skip))
         assert before.checkpoint is not None
         start = before.checkpoint
-    begin = replace(start, save_every=1, curves=True)
-    run = unwatched(RunRequest(problem, method, step, count, begin))
+    start_of_curves = replace(start, save_every=1, curves=True)
+    run = unwatched(RunRequest(problem, method, step, count, start_of_curves))
     return cast(RunCurves, run.curves)
 
 
 def curves_from(
     problem: Problem, method: Galerkin, step: float, state: Checkpoint, time: float, end: float
 ) -> ClockCurves:
-    """The curves in a clock from a state to the first end of a step past a time, of a run that
-    ended at ``end``: only its last step may have been shortened."""
-    begin = replace(state, save_every=1, curves=True)
+    """The curves of the steps in a clock from a state to ``time`` or the next end of a step, of a
+    run that ended at ``end``: only its last step may have been shortened. ValueError where a step
+    fails."""
+    start = replace(state, save_every=1, curves=True)
 
-    def again(steps: int | None, until: float) -> Trajectory:
-        return unwatched(RunRequest(problem, method, step, steps, begin, until))
+    def run_to(steps: int | None, until: float) -> Trajectory:
+        return unwatched(RunRequest(problem, method, step, steps, start, until))
 
-    run = again(len(again(None, time).t) - 1, end)
+    run = run_to(len(run_to(None, time).t) - 1, end)
     if run.curves is None:
         raise ValueError(f"the steps to t = {time!r} could not be done again. {run.status}")
     return cast(ClockCurves, run.curves)

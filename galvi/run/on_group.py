@@ -27,8 +27,8 @@ from galvi.run.gimbal_lock import BALL_JOINT, LOCKED, is_locked_ahead
 from galvi.run.group_system import coupled_layout, group_system
 from galvi.run.point_masses.encounters import encounter
 from galvi.run.request import RunRequest
-from galvi.run.run_arrays import LEFT_OVER, RunArrays, State, fixed, run_plan
-from galvi.run.stepper import BY_NEWTON, Substeps, curves_in
+from galvi.run.run_arrays import SECOND_KERNEL_STEPS, RunArrays, State, fixed, run_plan
+from galvi.run.stepper import NEWTON_STEPS_NOTE, Substeps, curves_in
 from galvi.run.vector_space import kernel_tableau
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.multibody import Multibody
@@ -78,7 +78,7 @@ class NewtonFallback:
         """See `galvi.run.stepper.Kernel`."""
         before = self._work.steps_done
         code = self._kernel.advance(n)
-        self._work.counts[LEFT_OVER] += self._work.steps_done - before
+        self._work.counts[SECOND_KERNEL_STEPS] += self._work.steps_done - before
         return code
 
 
@@ -173,7 +173,7 @@ class OnGroup:
     """The state is that of galvi.kernels.on_group.advance; stages are velocities."""
 
     velocity_row, guess_kind = 1, RATES
-    in_other_way = "newton_steps", BY_NEWTON
+    in_other_way = "newton_steps", NEWTON_STEPS_NOTE
 
     def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""

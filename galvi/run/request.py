@@ -32,8 +32,9 @@ SOLVERS = ("auto", "fixed_point", "newton")
 NO_ROWS = read_only(np.zeros((0, 0)))
 NO_STATE: tuple[Array, Array, Any] = NO_ROWS, NO_ROWS, read_only(np.zeros(0, dtype=np.int64))
 ALWAYS_FREE = 2.0**28  # bytes, up to which a run is not compared with the free memory
-_TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # with which p0 was computed
-_ANNOUNCED: WeakSet[WithFunctions | NBody] = WeakSet()
+LARGEST_SLACK = 0.25  # steps by which a time may differ from a whole number of steps
+_TRACED: WeakKeyDictionary[Problem, Traces] = WeakKeyDictionary()  # the traces when p0 was computed
+_ANNOUNCED: WeakSet[WithFunctions | NBody] = WeakSet()  # systems of which a warning was logged
 _CHECKED: WeakSet[Problem] = WeakSet()  # problems whose functions have been checked at the start
 
 
@@ -45,14 +46,14 @@ class RunRequest(NamedTuple):
     problem, method, step
         see `galvi.integrate`
     steps
-        number of steps; in a clock the most there may be, None without a bound
+        number of steps; in a clock the largest number, None without a bound
     checkpoint
-        the state from which it begins, with its settings; one without entries is the problem's
-        start: see `from_start`
+        the state from which the run begins, and its settings; the problem's start where the state
+        has no entries, see `from_start`
     until
-        the time at which a run in a clock ends; None: after ``steps``
+        the time at which a run in a clock ends; None: it ends after ``steps``
     continues
-        the run that ends at that state: in a clock and with events its last saved state is the
+        the run that ends at the checkpoint: in a clock and with events its last saved state is the
         first of this one
     """
 
@@ -78,13 +79,13 @@ class RunRequest(NamedTuple):
         solver: str = "auto",
         tolerance: float | None = None,
     ) -> RunRequest:
-        """The request of a call of `galvi.integrate`, whose arguments these are.
+        """The request of a call of `galvi.integrate` with these arguments.
 
         Raises
         ------
         ValueError, TypeError
-            For bad arguments. What an engine refuses, see `galvi.run.engines`, and the memory, see
-            `check_memory`, are not checked here.
+            For bad arguments. Refusals of the engines (`galvi.run.engines`) and the memory
+            (`check_memory`) are not checked here.
         """
         check_types(problem, method, "integrate(problem, method, step, steps), or give a duration")
         h = input_checks.real(
@@ -141,7 +142,8 @@ def from_start(
 
 
 def check_types(problem: object, method: object, call: str) -> None:
-    """TypeError unless they are a problem and a method; its message shows ``call``."""
+    """TypeError unless the arguments are a `Problem` and a `Galerkin`; its message shows
+    ``call``."""
     for name, value, kind in (("problem", problem, Problem), ("method", method, Galerkin)):
         if not isinstance(value, kind):
             raise TypeError(
@@ -151,7 +153,7 @@ def check_types(problem: object, method: object, call: str) -> None:
 
 
 def check_end(t0: float, step: float, steps: int) -> None:
-    """ValueError when the time after ``steps`` steps is too large for a number."""
+    """ValueError unless the time after ``steps`` steps is finite."""
     if not math.isfinite(t0 + steps * step):
         raise ValueError(
             f"a run must end at a finite time; received {steps} steps of {step!r} from "
@@ -160,7 +162,7 @@ def check_end(t0: float, step: float, steps: int) -> None:
 
 
 def check_time_changes(t0: float, step: float, received: object) -> None:
-    """ValueError where a step leaves the time as it is."""
+    """ValueError where a step is too short to change the time."""
     if t0 + step == t0:
         raise ValueError(
             f"step must change the time; received {received!r} at t0 = {t0!r}, where times are "
@@ -169,21 +171,21 @@ def check_time_changes(t0: float, step: float, received: object) -> None:
 
 
 def time_after(t: float, duration: Any, step: float) -> float:
-    """The time a duration after t, before it for a negative step; ValueError where that is t."""
+    """The time a duration after t, or before t for a negative step; ValueError where that is t or
+    not finite."""
     length = input_checks.positive("duration", duration, "For backwards, make step negative.")
     time = t + math.copysign(length, step)
     if time == t or not math.isfinite(time):
         raise ValueError(
-            f"duration must change the time; received {length!r} at t = {t!r}. Shift t0 towards 0."
+            f"duration must lead to another finite time; received {length!r} at t = {t!r}. Shift "
+            f"t0 towards 0."
         )
     return time
 
 
-LARGEST_SLACK = 0.25  # steps by which a time may differ from a whole number of them
-
-
 def number_of_steps(step: float, steps: int | None, duration: float | None) -> int:
-    """``steps``, or the duration over the step; ValueError unless a whole number."""
+    """``steps``, or the duration over the step; ValueError unless that is a whole number, and
+    unless exactly one of the two is given."""
     if (steps is None) == (duration is None):
         raise ValueError(
             "give either steps or duration; received " + ("neither." if steps is None else "both.")
@@ -205,10 +207,11 @@ def number_of_steps(step: float, steps: int | None, duration: float | None) -> i
 
 
 def steps_until(until: float, t0: float, step: float, first: int) -> int:
-    """Steps from step number ``first`` to the time ``until``; ValueError unless a whole number."""
+    """The number of steps from the end of step ``first`` to the time ``until``; ValueError unless
+    it is a positive whole number."""
     ratio = (input_checks.real("until", until) - t0) / step
     end = round(ratio) if abs(ratio) <= input_checks.LARGEST_WHOLE else 0
-    slack = 1e-9 + 4.0 * math.ulp(max(abs(t0), abs(until))) / abs(step)  # of such times
+    slack = 1e-9 + 4.0 * math.ulp(max(abs(t0), abs(until))) / abs(step)  # rounding of the times
     if end <= first or abs(end - ratio) > min(slack, LARGEST_SLACK):
         raise ValueError(
             f"until must be a whole number of steps after t = {t0 + first * step!r}, where the run "
@@ -218,34 +221,34 @@ def steps_until(until: float, t0: float, step: float, first: int) -> int:
 
 
 def check_memory(requests: Sequence[RunRequest]) -> None:
-    """ValueError when runs that differ in their problems alone would keep more data than the free
-    memory; not checked where the number of steps is open."""
+    """ValueError when runs that differ only in their problems would keep more data than fits into
+    the free memory; not checked for runs to a time or without a number of steps."""
     _, method, _, steps, start, until, *_ = requests[0]
     if steps is None or until is not None:
         return
     d, m = sum(request.problem.q0.size for request in requests), method.space.dimension - 1
-    halves = 2 if method.in_frame else 1  # places alone, or velocities too
+    halves = 2 if method.in_frame else 1  # curves of positions, or of velocities too
     rows = 3 * (steps / start.save_every + 2)
     rows += steps * halves * (1 + m) if start.keeps_curves else 0
-    needed = 8.0 * d * rows  # of rows: places, velocities, momenta; curves
+    needed = 8.0 * d * rows  # bytes of positions, velocities and momenta, and of curves
     if needed > ALWAYS_FREE and needed > (memory := free_memory()):
         many = f"{len(requests)} runs of " if len(requests) > 1 else ""
         raise ValueError(
             f"{many}{steps} steps would keep {needed / 2**30:.3g} GiB in all, more than the "
-            f"{memory / 2**30:.3g} GiB that are free on this machine. Keep fewer with save_every, "
-            f"and curves=False."
+            f"{memory / 2**30:.3g} GiB that are free on this machine. Keep fewer states with "
+            f"save_every, and curves=False."
         )
 
 
 def free_memory() -> float:
-    """Bytes of memory that processes can still have."""
-    import psutil  # 0.05 s, which runs of little memory need not wait for
+    """Bytes of memory that processes can still allocate."""
+    import psutil  # takes 0.05 s, and runs that keep little data do not need it
 
     return float(psutil.virtual_memory().available)
 
 
 def trace_anew(problem: Problem) -> None:
-    """Trace functions that refer to numbers which changed since the last time."""
+    """Trace a problem's functions again where numbers to which they refer have changed."""
     system = problem.system
     if not isinstance(system, WithFunctions | NBody):
         return
@@ -256,9 +259,8 @@ def trace_anew(problem: Problem) -> None:
 
 
 def announce(problem: Problem) -> None:
-    """Log a warning of logger ``galvi``, once for each system that could not be traced.
-
-    There is none for a compiled gradient without an external force, which takes microseconds.
+    """Log a warning of logger ``galvi``, once for each system that could not be traced; none for a
+    compiled gradient without an external force, whose calls take microseconds.
     """
     system = problem.system
     if not isinstance(system, WithFunctions | NBody):
@@ -284,15 +286,15 @@ def check_functions(problem: Problem) -> None:
         if isinstance(system, WithFunctions):
             system.check_functions(problem.q0, problem.v0, problem.t0)
         if isinstance(system, NBody):
-            _check_force(system.acceleration(problem.q0, problem.t0, problem.v0))
+            _check_acceleration(system.acceleration(problem.q0, problem.t0, problem.v0))
         elif not hasattr(system, "group"):
-            _check_force(cast(VectorSystem, system).acceleration(problem.q0, problem.t0))
+            _check_acceleration(cast(VectorSystem, system).acceleration(problem.q0, problem.t0))
     _CHECKED.add(problem)
 
 
-def _check_force(force: Array) -> None:
-    if not np.all(np.isfinite(force)):
+def _check_acceleration(acceleration: Array) -> None:
+    if not np.all(np.isfinite(acceleration)):
         raise ValueError(
-            f"the force must be finite at the start; received {force.tolist()} at q0. Check the "
-            f"gradient, or move q0 away from a singularity."
+            f"the acceleration must be finite at the start; received {acceleration.tolist()} at "
+            f"q0. Check the gradient, or move q0 away from a singularity."
         )

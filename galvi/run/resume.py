@@ -11,7 +11,7 @@ from galvi import input_checks
 from galvi.checkpoint import Checkpoint
 from galvi.input_checks import shown
 from galvi.problem import Problem
-from galvi.run.integrate import has_events, prepared
+from galvi.run.integrate import has_events, prepare_run
 from galvi.run.request import (
     RunRequest,
     check_memory,
@@ -53,22 +53,28 @@ def resume(
     save_every, curves
         as for `galvi.integrate`; None: as in ``run``
     ctrl : array, shape (nu,)
-        other controls of a MuJoCo model's actuators, held from here on, for steps or a duration:
-        the result is a run of its own, whose ``problem`` has them and starts here, and whose energy
-        is assessed from here on
+        other controls of a MuJoCo model's actuators, constant over the given steps or duration. The
+        new run does not continue ``run``: its ``problem`` has these controls and starts at the end
+        of ``run``, from where its energy is assessed
+
+    Returns
+    -------
+    Trajectory
+        The new part of the run, as `galvi.integrate` returns one; its first state is the last of
+        ``run``.
 
     Raises
     ------
     ValueError
-        For a run that stopped, for a run of a reference, and for bad input.
+        For a run that failed, for a run of a reference, and for bad input.
 
     Notes
     -----
-    Without ``ctrl`` the result starts where ``run`` ended, also when Ctrl-C ended it, and its
-    states are bit-identical to the same part of one long run, also where an event ended ``run``
-    within a step: it goes on from the grid. After an action its ``problem`` is that which the
-    action left. Its energy is assessed with that of all steps before it, so that a run continued
-    after it was ruined is ruined from its first step on.
+    Without ``ctrl`` the states are bit-identical to the same part of one long run, also where
+    Ctrl-C ended ``run``, or an event ended it within a step: the steps go on from the last grid
+    point. After an action the ``problem`` is that which the action left. The energy is assessed
+    together with all steps before, so that a run continued after it was ruined is ruined from its
+    first step on.
 
     Examples
     --------
@@ -110,7 +116,7 @@ def resume(
         raise ValueError("give one of steps, duration and until; received until and another.")
     request = RunRequest(problem, method, step, total, start, continues=run)
     check_memory([request])
-    return prepared(request, wanted_events)(progress=progress)
+    return prepare_run(request, wanted_events)(progress=progress)
 
 
 def _continuation(run: Trajectory) -> Checkpoint | None:
@@ -119,7 +125,7 @@ def _continuation(run: Trajectory) -> Checkpoint | None:
 
 
 def _check_resumed(run: Any) -> None:
-    """ValueError unless ``run`` is one that can be continued."""
+    """ValueError unless ``run`` can be continued."""
     is_run = isinstance(run, Trajectory) and run.step is not None
     if not is_run or _continuation(run) is None:
         raise ValueError(
@@ -144,12 +150,12 @@ def _with_controls(
     problem, method, step = run.origin or run.problem, run.method, cast(float, run.step)
     if not isinstance(problem.system, Multibody):
         raise ValueError(
-            f"ctrl is of the actuators of a MuJoCo model that galvi.integrate runs; received it "
-            f"for a {type(problem.system).__name__}."
+            f"ctrl is of the actuators of a MuJoCo model, a galvi.Multibody; received it for a "
+            f"{type(problem.system).__name__}."
         )
     if method.clock is not None or has_events(run.asked if events is None else events):
         raise ValueError(
-            "ctrl is for equal steps without events; received a run with a clock or events. Make a "
+            "ctrl needs equal steps without events; received a run with a clock or events. Make a "
             "problem of its end, with system.with_numbers(ctrl=...)."
         )
     if until is not None:
@@ -168,7 +174,7 @@ def _with_controls(
     )
     request = RunRequest(moved, method, step, number_of_steps(step, steps, duration), begin)
     check_memory([request])
-    return prepared(request)(progress=progress)
+    return prepare_run(request)(progress=progress)
 
 
 def _resumed_in_clock(
@@ -181,7 +187,7 @@ def _resumed_in_clock(
     events: Any,
     progress: bool | None,
 ) -> Trajectory:
-    """`resume` with a clock: from the last grid point, which the last shortened step left alone."""
+    """`resume` with a clock: from the last grid point, which a shortened last step did not move."""
     assert run.step is not None
     h, t = run.step, float(run.t[-1])
     if until is not None and duration is not None:
@@ -199,4 +205,4 @@ def _resumed_in_clock(
                 f"until must be after t = {t!r}, where the run ends; received {until!r}."
             )
     request = RunRequest(problem, run.method, h, most_steps, start, time, run)
-    return prepared(request, events)(progress=progress)
+    return prepare_run(request, events)(progress=progress)

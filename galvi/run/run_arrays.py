@@ -16,11 +16,12 @@ from galvi.run.request import RunRequest
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 
-COUNTED = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
-LEFT_OVER, FORCES_IN_LANES = 5, 6  # indices in RunArrays.counts
-# Watched steps of a run: one in STEPS_PER_WATCH up to MANY_WATCHED of them, then one in
-# STEPS_PER_LATER_WATCH.
-FEWEST_WATCHED, MANY_WATCHED, MOST_WATCHED = 16, 64, 1024
+COUNT_NAMES = ("iterations", "force_evaluations", "hessian_evaluations", "linear_solves")
+SECOND_KERNEL_STEPS, FORCES_IN_LANES = 5, 6  # indices in RunArrays.counts
+# A longer run has FEWEST_WATCHED watched steps, or one in STEPS_PER_WATCH up to MANY_WATCHED, or
+# one in STEPS_PER_LATER_WATCH up to WATCHED_TARGET; fewer than twice these numbers, since steps per
+# watch are a power of 2.
+FEWEST_WATCHED, MANY_WATCHED, WATCHED_TARGET = 16, 64, 1024
 STEPS_PER_WATCH, STEPS_PER_LATER_WATCH = 64, 512
 STEPS_ALL_WATCHED = 127  # steps of a run up to which each is watched
 
@@ -29,12 +30,12 @@ State = tuple[Array, Array, npt.NDArray[Any]]  # state, stages and solver_state,
 
 
 def fixed(*state: Any) -> State:
-    """The same arrays, not writeable."""
+    """The arrays of a state, made read-only."""
     return cast(State, tuple(read_only(array) for array in state))
 
 
 class RunArrays(NamedTuple):
-    """The current state of a run and the results it keeps.
+    """The current state of a run and the arrays of its results.
 
     A configuration has r entries and a velocity d, which differ only on groups; there are s stages
     and m curve coefficients.
@@ -46,22 +47,22 @@ class RunArrays(NamedTuple):
     step_angle : array, shape (1,)
         rotation angle of a failed step, radians; 0 without rotations
     counts
-        (7,) as in COUNTED, then evaluations of single pairs of bodies, steps that fixed-point
-        iteration left to Newton's method, or a moving frame to the inertial one, and force
-        evaluations in lanes
+        (7,) the four of COUNT_NAMES, then evaluations of single pairs of bodies, steps that
+        fixed-point iteration left to Newton's method or a moving frame to the inertial one, and
+        force evaluations in lanes
     saved_steps : array, shape (saved,)
-        numbers of the saved steps
+        numbers of completed steps of this run at the saved states
     saved_q : array, shape (saved, r)
         configurations, NaN until they are computed
     saved_moving : array, shape (saved, d)
         velocities, on groups momenta; NaN until computed
     bases, coefficients
-        (steps, r), (steps, d, m) of the curves; no rows if not kept
+        (steps, r), (steps, d, m) of the curves; no rows if these are not kept
     watch
         every 2^watch-th step since the problem's start is watched
     watched_states : array, shape (watched + 1, r + d)
-        as saved_q and saved_moving, of the watched steps, and room for the last; for a Lagrangian
-        (watched + 1, r + d + d s), with the stages
+        configurations and, as in saved_moving, velocities or momenta after the watched steps, with
+        a spare row for the last step; for a Lagrangian (watched + 1, r + d + d s), with the stages
     passage
         see galvi.kernels.forces.passages; (0,) without point masses
     """
@@ -89,15 +90,16 @@ class RunArrays(NamedTuple):
         curve_size: tuple[int, int],
         watched: bool = True,
     ) -> RunArrays:
-        """Arrays for the equal steps of a run from a state, whose ``row`` is saved first of
-        saved_moving.
+        """Arrays for the equal steps of a run.
 
         Parameters
         ----------
         state
             from which it begins
+        row
+            row of the state that is saved in saved_moving
         curve_size
-            numbers of a curve's base, and rows of its coefficients
+            size of a curve's base, and number of rows of its coefficients
         watched
             whether states are kept to assess the energy
         """
@@ -114,7 +116,7 @@ class RunArrays(NamedTuple):
         solver_state = state[2].copy()
         solver_state[DONE] = 0
         rows = steps if start.keeps_curves else 0
-        watch = watched_steps(steps) if watched else UNWATCHED
+        watch = log2_steps_per_watch(steps) if watched else UNWATCHED
         watched_count = ((start.first + steps) >> watch) - (start.first >> watch) + watched
         stages = d * method.stages if isinstance(problem.system, Lagrangian) else 0
         passage = passage_record(problem, start.passage)
@@ -165,8 +167,14 @@ def has_massless(problem: Problem) -> bool:
 
 
 def passage_record(problem: Problem, passage: Array) -> Array:
-    """The array that notes passages of point masses, see galvi.kernels.forces.passages, with the
-    worst one of earlier steps, which may be empty; (0,) without point masses."""
+    """The array in which kernels record passages of point masses, see
+    galvi.kernels.forces.passages; (0,) for fewer than two.
+
+    Parameters
+    ----------
+    passage
+        the worst passage of earlier steps, or an empty array
+    """
     system = problem.system
     if not isinstance(system, NBody) or system.masses.size < 2:
         return np.zeros(0)
@@ -177,7 +185,7 @@ def passage_record(problem: Problem, passage: Array) -> Array:
 def run_plan(
     request: RunRequest, work: RunArrays, tolerance: float
 ) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
-    """The steps of a run, its current state and its kept results, as the kernels take them."""
+    """The tuples of `Plan`, `Progress` and `Recording` with which kernels do the steps of a run."""
     start = request.checkpoint
     plan = Plan(
         float(request.problem.t0),
@@ -195,16 +203,16 @@ def run_plan(
     return tuple(plan), tuple(progress), tuple(saved)
 
 
-def watched_steps(steps: int) -> int:
-    """k so that a run of ``steps`` steps is watched at every 2^k-th."""
+def log2_steps_per_watch(steps: int) -> int:
+    """k, where every 2^k-th step of a run of ``steps`` steps is watched."""
     if steps <= STEPS_ALL_WATCHED:
         return 0
-    wanted = min(
+    target_count = min(
         max(
             steps // STEPS_PER_LATER_WATCH,
             min(steps // STEPS_PER_WATCH, MANY_WATCHED),
             FEWEST_WATCHED,
         ),
-        MOST_WATCHED,
+        WATCHED_TARGET,
     )
-    return max(steps // wanted, 1).bit_length() - 1
+    return max(steps // target_count, 1).bit_length() - 1

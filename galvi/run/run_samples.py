@@ -1,8 +1,9 @@
 """The samples of a run of equal steps by which its energy is assessed, and the report on it.
 
-Energies are evaluated at each step of up to 127, at 16 to 2047 evenly spread steps of a longer run,
-whichever states it keeps, and at its end; where a run is ruined, also at the kept states before
-that. An error that comes and goes between two of these steps is not noticed.
+Energies are evaluated at each step of a run of at most 127 steps, at 16 to 2047 evenly spread steps
+of a longer run, whichever states it keeps, and at its end; where a run is ruined, also at the saved
+states between the ruined sample and the one before. An error that comes and goes between two of
+these steps is not noticed.
 """
 
 from __future__ import annotations
@@ -24,11 +25,12 @@ from galvi.run.run_arrays import RunArrays
 from galvi.run.stepper import Formulation
 from galvi.systems.lagrangian import Lagrangian
 
-VELOCITIES = 2  # the row of the state that has them
+VELOCITIES = 2  # row of the velocities in the state of vector spaces and moving frames
 
 
 def assess_run(formulation: Formulation, request: RunRequest, work: RunArrays) -> EnergyReport:
-    """The energy report of a run; empty for a system that does not conserve its energy."""
+    """The energy report of a run; one without an assessment where the run has no watched steps, or
+    its system does not conserve its energy."""
     problem, start = request.problem, request.checkpoint
     if work.steps_done == 0 or work.watch == UNWATCHED or not conserves_energy(problem.system):
         return EnergyReport(energies=start.energies)
@@ -47,7 +49,7 @@ def assess_run(formulation: Formulation, request: RunRequest, work: RunArrays) -
 
 
 def samples_of(formulation: Formulation, request: RunRequest, work: RunArrays) -> Samples:
-    """The samples at the watched steps and the last."""
+    """The samples after the watched steps and after the last step."""
     problem, rows = request.problem, watched_rows(formulation, request, work)
     states = states_of(formulation, problem, rows)
     if isinstance(problem.system, Lagrangian):
@@ -59,13 +61,14 @@ def samples_of(formulation: Formulation, request: RunRequest, work: RunArrays) -
 def saved_states(
     formulation: Formulation, request: RunRequest, work: RunArrays
 ) -> tuple[Array, Array]:
-    """The saved configurations (n, ...) and momenta."""
+    """The saved configurations and momenta, (n, ...) each."""
     shape = (-1, *request.problem.q0.shape)
     return work.saved_q.reshape(shape), formulation.momenta(request.problem, work.saved_moving)
 
 
 def watched_rows(formulation: Formulation, request: RunRequest, work: RunArrays) -> Array:
-    """The watched rows, and the last state in the row after them."""
+    """The rows of the watched states and, unless its step is watched, of the last state, which is
+    written into the spare row of ``work.watched_states``."""
     first, r, d = request.checkpoint.first, request.problem.q0.size, request.problem.v0.size
     last = first + work.steps_done
     n = (last >> work.watch) - (first >> work.watch)
@@ -86,7 +89,7 @@ def near_velocities(problem: Problem, method: Galerkin, rows: Array) -> Array:
 
 
 def steps_of(start: Checkpoint, work: RunArrays) -> Any:
-    """The numbers of the steps of ``watched_rows``, since the problem's start."""
+    """The numbers, since the problem's start, of the steps that end at the ``watched_rows``."""
     last = start.first + work.steps_done
     begin, end = start.first >> work.watch, -(-last >> work.watch)
     return np.minimum(np.arange(begin + 1, end + 1) << work.watch, last)
@@ -95,7 +98,7 @@ def steps_of(start: Checkpoint, work: RunArrays) -> Any:
 def _kept_before(
     formulation: Formulation, request: RunRequest, work: RunArrays, ruined: int, samples: Samples
 ) -> Samples:
-    """The kept states between the last sample before step ``ruined`` and that one."""
+    """The samples at the saved states after the last sample before step ``ruined``, up to it."""
     problem, start, steps = request.problem, request.checkpoint, samples.steps
     before = max([start.first, *steps[steps < ruined].tolist()])
     numbers = start.first + work.saved_steps

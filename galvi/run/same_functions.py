@@ -9,7 +9,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.clocks.clock import Clock
 from galvi.problem import Problem
-from galvi.run.energies import asks_functions
+from galvi.run.energies import energy_calls_functions
 from galvi.systems.forces.external_force import force_at
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
@@ -21,18 +21,19 @@ State = tuple[Array, Array, float]  # q, v, t
 
 
 class SameFunctions:
-    """A check that raises ValueError, when called, if the problem's functions return other values
-    than when it was made, at the start and at the last finite state of the run: there may be no
-    force at the start.
+    """A call of this check raises ValueError if the problem's functions return other values than
+    when the check was made. They are compared at the start, where there may be no force, and at the
+    last finite state of the run.
 
     Parameters
     ----------
     q, v, t
         states of the run (k, ...); v may be momenta
     clock
-        of the run's method
+        the clock of the run's method, or None
     traced
-        whether the run used the traced functions, which the system keeps
+        whether the run used traced functions: these are not called again as long as the system
+        has the same traces
     """
 
     def __init__(
@@ -64,7 +65,7 @@ class SameFunctions:
 
 
 def _values(problem: Problem, clock: Any, state: State) -> Array | None:
-    """The values (n,) of the functions at a state; None where there are none or they raise."""
+    """The values (n,) of the functions at a state; None without functions and where one raises."""
     system: Any = problem.system
     q, v, t = state
     values: list[Any] = []
@@ -75,7 +76,7 @@ def _values(problem: Problem, clock: Any, state: State) -> Array | None:
             elif isinstance(system, Lagrangian):
                 values += [] if system.brings_slopes else [system.value(q, v, t)]
                 values += [system.slopes(*arguments(system, q, v, t))] if system.slopes else []
-            elif asks_functions(system) or getattr(system, "gradient", None) is not None:
+            elif energy_calls_functions(system) or getattr(system, "gradient", None) is not None:
                 has_gradient = getattr(system, "gradient", None) is not None
                 slope, energy = system.potential_gradient, system.potential_energy
                 values += [slope(q, t) if has_gradient else energy(q[None], np.array([t]))]

@@ -1,4 +1,4 @@
-"""States of a run at any times, of the order of its steps."""
+"""States of a run at any times, with the order of its steps."""
 
 from __future__ import annotations
 
@@ -18,34 +18,38 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.engines import formulation_of, motion_in_clock
-from galvi.run.in_frame.inertial import in_parts
+from galvi.run.in_frame.inertial import step_in_parts
 from galvi.run.interruption import uninterrupted
 from galvi.run.loop import run_steps, unwatched
 from galvi.run.request import RunRequest, from_start
-from galvi.run.vector_space import VECTOR_SPACE, reaching
+from galvi.run.vector_space import VECTOR_SPACE, reach_kernel
 from galvi.systems.lagrangian import momentum_at, velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Trajectory
 
-# Relative distance from the curve, beyond which a shortened step in a frame missed a passage.
+# Relative distance of a state from the curve, beyond which a shortened step in a frame is taken to
+# have missed a passage.
 FAR_FROM_CURVE = 1e-9
-PARTS = (1, 4, 16)  # of a shortened step: it has no guess, and may fail where the run did not
+# Parts in which a shortened step in a clock is tried: without the run's guess it may fail where the
+# run's step did not.
+PARTS_OF_LAST_STEP = (1, 4, 16)
 
 
 def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
     """The states of a run at any times, with the order of its steps.
 
-    Each state is reached by whole steps from the last kept state before it and one shortened step,
-    so that it has the order of the steps' ends, 2 s with Gauss s; ``run(t)``, on the curves, has
-    theirs. Where such a step fails in a frame it is done in the inertial frame, in parts; the state
-    is that on the curve where that fails too, and in a clock.
+    Each state is reached by whole steps from the last saved state before it and one shortened step,
+    so that it has the order of the steps' ends, 2 s with Gauss s; ``run(t)`` has the order of the
+    curves. A shortened step that fails is repeated in parts in a clock, and in parts in the
+    inertial frame for point masses in a moving frame. Where that fails too, the state is that on
+    the curve.
 
     Parameters
     ----------
     run : galvi.Trajectory
-        of `galvi.integrate`
+        a run of `galvi.integrate`
     times : float or array, shape (k,)
-        within the run, in any order
+        times within the run, in any order
 
     Returns
     -------
@@ -55,7 +59,7 @@ def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
     Raises
     ------
     ValueError
-        When a time is outside the run, and for a run of another code.
+        For times outside the run, of another shape or not finite, and for a run of another code.
 
     Examples
     --------
@@ -67,91 +71,95 @@ def states_at(run: Trajectory, times: Any) -> tuple[Array, Array]:
     """
     if not isinstance(run, Trajectory) or run.step is None or run.checkpoint is None:
         raise ValueError(
-            f"states between steps are those of a run of galvi.integrate; received {shown(run)}."
+            f"run must be a run of galvi.integrate, which has states between its steps; received "
+            f"{shown(run)}."
         )
-    wanted = input_checks.array("times", times)
-    if wanted.ndim > 1:
-        raise ValueError(f"times must be a scalar or (k,); received shape {wanted.shape}.")
-    states, flat = Reaching(run), np.atleast_1d(wanted)
+    time_values = input_checks.array("times", times)
+    if time_values.ndim > 1:
+        raise ValueError(f"times must be a scalar or (k,); received shape {time_values.shape}.")
+    states, times_1d = RunStates(run), np.atleast_1d(time_values)
     first, last = states.grid[0], states.grid[-1]
-    if not np.all((flat * states.sign >= first) & (flat * states.sign <= last)):
+    if not np.all((times_1d * states.sign >= first) & (times_1d * states.sign <= last)):
         raise ValueError(
             f"times must lie inside the run, from {float(run.t[0])!r} to {states.last!r}; "
             f"received {shown(times)}."
         )
-    q, p, _ = states(flat)
+    q, p, _ = states(times_1d)
     return (q, p) if np.ndim(times) else (q[0], p[0])
 
 
-class Reaching:
+class RunStates:
     """The states of a run at times within it: q, p and v, (k, ...) each."""
 
     def __init__(self, run: Trajectory) -> None:
         self.run, self.sign = run, math.copysign(1.0, cast(float, run.step))
-        good = finite_states(run)
-        self.grid, self.last = self.sign * run.t[:good], float(run.t[good - 1])
+        finite_count = finite_states(run)
+        self.grid, self.last = self.sign * run.t[:finite_count], float(run.t[finite_count - 1])
 
     def __call__(self, times: Array, stages: Array | None = None) -> tuple[Array, Array, Array]:
-        """The states at times (k,); ``stages`` (k, d, s), the stages of the last step at nearby
-        times or 0, are updated in place."""
+        """q, p and v at times (k,). ``stages`` (k, d, s), the stages of the last step to nearby
+        times or 0, are changed in place to those of the last step."""
         run, wanted = self.run, self.sign * times
         rows = np.searchsorted(self.grid, wanted, side="right") - 1
         t, q, p, v = self.grid[rows], run.q[rows], run.p[rows], saved_velocities(run, rows)
-        if run.restarts is not None:  # of an action, from which the run went on
-            begun = self.sign * run.restarts.t
-            after = np.searchsorted(begun, wanted, side="right") - 1
-            later = np.flatnonzero((after >= 0) & (begun[after] > t))
-            after = after[later]
-            t[later], q[later], v[later] = (
-                begun[after],
-                run.restarts.q[after],
-                run.restarts.v[after],
+        if run.restarts is not None:  # an action changed the state, from which the run went on
+            restart_times = self.sign * run.restarts.t
+            restart_rows = np.searchsorted(restart_times, wanted, side="right") - 1
+            restarted = np.flatnonzero((restart_rows >= 0) & (restart_times[restart_rows] > t))
+            restart_rows = restart_rows[restarted]
+            t[restarted], q[restarted], v[restarted] = (
+                restart_times[restart_rows],
+                run.restarts.q[restart_rows],
+                run.restarts.v[restart_rows],
             )
-            system, times_of = run.problem.system, self.sign * t[later]
-            p[later] = momentum_at(system, q[later], v[later], times_of)
+            system, times_of = run.problem.system, self.sign * t[restarted]
+            p[restarted] = momentum_at(system, q[restarted], v[restarted], times_of)
         ahead = np.flatnonzero(wanted != t)
         if ahead.size:
             guess = None if stages is None else stages[ahead]
             arguments = q[ahead], v[ahead], self.sign * t[ahead], times[ahead]
-            q[ahead], p[ahead], v[ahead] = self._mended(self._reach(*arguments, guess), *arguments)
+            q[ahead], p[ahead], v[ahead] = self._replace_lost(
+                self._reach(*arguments, guess), *arguments
+            )
             if stages is not None:
                 stages[ahead] = guess
         return q, p, v
 
-    def _mended(
+    def _replace_lost(
         self,
         states: tuple[Array, Array, Array],
-        begin: Array,
-        speeds: Array,
-        since: Array,
+        positions: Array,
+        velocities: Array,
+        begin_times: Array,
         times: Array,
     ) -> tuple[Array, Array, Array]:
-        """``states`` at ``times``, with the lost ones replaced.
+        """``states`` at ``times``, with the lost ones replaced in place.
 
         A state is lost where no shortened step could be done, and where one in a frame missed a
-        passage that the run did in parts. It is then reached in parts from (begin, speeds) at
-        ``since``, or else taken from the run's curves.
+        passage that the run did in parts. In a frame it is reached in parts from the state
+        (positions, velocities) at ``begin_times``; else, or where that fails, it becomes the state
+        on the run's curve. Without curves it stays lost.
         """
         (q, p, v), run = states, self.run
         lost = ~np.isfinite(q.reshape(len(times), -1)).all(axis=1)
-        framed, in_parts = _in_frame(run), run.counts.get("inertial_steps", 0) > 0
-        if not (lost.any() or in_parts) or (run.curves is None and run.again is None):
+        is_in_frame, has_inertial_steps = _is_in_frame(run), run.counts.get("inertial_steps", 0) > 0
+        if not (lost.any() or has_inertial_steps) or (run.curves is None and run.again is None):
             return q, p, v
         on_curves = run(times)
-        if in_parts:
+        if has_inertial_steps:
             deviation = np.abs(q - on_curves).reshape(len(times), -1).max(axis=1)
             lost |= ~(
                 deviation <= FAR_FROM_CURVE * np.abs(on_curves).reshape(len(times), -1).max(axis=1)
             )
         for k in np.flatnonzero(lost).tolist():
-            moved = run.problem.moved(begin[k], speeds[k], float(since[k]))
-            state = _in_parts(moved, float(times[k] - since[k])) if framed else None
+            moved = run.problem.moved(positions[k], velocities[k], float(begin_times[k]))
+            state = _in_parts(moved, float(times[k] - begin_times[k])) if is_in_frame else None
             if state is None:
                 v[k] = run.velocity(times[k])
-                at = momentum_at(
+                momentum = momentum_at(
                     run.problem.system, on_curves[k][None], v[k][None], times[k : k + 1]
                 )
-                state = on_curves[k], at[0], v[k]
+                state = on_curves[k], momentum[0], v[k]
             q[k], p[k], v[k] = state
         return q, p, v
 
@@ -159,21 +167,21 @@ class Reaching:
     def _reach(self) -> Reach:
         run = self.run
         if run.tau is not None:
-            return partial(_one_by_one, _reach_in_clock(run))
+            return partial(_reach_one_by_one, _reach_in_clock(run))
         if formulation_of(run.problem, run.method) is VECTOR_SPACE:
-            return partial(_together, run, _reach_in_time(run))
-        return partial(_one_by_one, _reach_in_time(run))
+            return partial(_reach_together, run, _reach_in_time(run))
+        return partial(_reach_one_by_one, _reach_in_time(run))
 
 
 def finite_states(run: Trajectory) -> int:
-    """The number of states of a run before it fails."""
+    """The number of saved states of a run before a step that failed."""
     if np.all(np.isfinite(run.q[-1])):
         return len(run.t)
     return int(np.count_nonzero(np.isfinite(run.q.reshape(len(run.t), -1)).all(axis=1)))
 
 
 def saved_velocities(run: Trajectory, rows: Any) -> Array:
-    """The velocities of some saved states (k, ...)."""
+    """The velocities (k, ...) of the saved states at these rows."""
     if run.velocities is not None:
         return run.velocities[rows]
     distinct, inverse = np.unique(rows, return_inverse=True)  # each the guess of the next
@@ -184,7 +192,7 @@ def saved_velocities(run: Trajectory, rows: Any) -> Array:
 Reach = Callable[..., tuple[Array, Array, Array]]  # of q, v, t, times and stages, to q, p and v
 
 
-def _one_by_one(
+def _reach_one_by_one(
     reach: Reach, q: Array, v: Array, t: Array, times: Array, stages: Array | None = None
 ) -> tuple[Array, Array, Array]:
     columns = zip(
@@ -194,7 +202,7 @@ def _one_by_one(
     return q, p, v
 
 
-def _together(
+def _reach_together(
     run: Trajectory,
     reach: Reach,
     q: Array,
@@ -203,9 +211,10 @@ def _together(
     times: Array,
     stages: Array | None = None,
 ) -> tuple[Array, Array, Array]:
-    """`_one_by_one` on a vector space: by one call of a kernel, but for states whose steps fail."""
+    """`_reach_one_by_one` on a vector space, by one call of a kernel; states whose steps fail are
+    reached one by one."""
     step, end, n = cast(float, run.step), cast(Checkpoint, run.checkpoint), len(t)
-    kernel = reaching(RunRequest(run.problem, run.method, step, 1, end))
+    kernel = reach_kernel(RunRequest(run.problem, run.method, step, 1, end))
     states, codes = np.zeros((n, 4, run.problem.q0.size)), np.zeros(n, dtype=np.int64)
     states[:, 0], states[:, 2] = q.reshape(n, -1), v.reshape(n, -1)
     if stages is None:
@@ -221,15 +230,15 @@ def _together(
 
 def _reach_in_clock(run: Trajectory) -> Reach:
     end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
-    fixed = motion_in_clock(run.problem, run.method, end.solver, end.tolerance)
+    motion_of_run = motion_in_clock(run.problem, run.method, end.solver, end.tolerance)
 
     def reach(q: Array, v: Array, t: float, time: float) -> tuple[Array, Array, Array]:
-        motion = fixed
-        if run.restarts is not None:  # which have energies of their own
+        motion = motion_of_run
+        if run.restarts is not None:  # the states after actions have other energies
             moved = run.problem.moved(q, v, t)
             motion = motion_in_clock(moved, run.method, end.solver, end.tolerance)
         state = replace(motion.at(q, v, t), curves=False)
-        for parts in PARTS:
+        for parts in PARTS_OF_LAST_STEP:
             request = RunRequest(run.problem, run.method, step / parts, None, state, time)
             inner_run = uninterrupted(run_steps(ClockStepper(request, motion), watched=False))
             if inner_run.t[-1] == time:
@@ -244,14 +253,15 @@ def _reach_in_clock(run: Trajectory) -> Reach:
     return reach
 
 
-def _in_frame(run: Trajectory) -> bool:
-    """Whether a run is one of point masses in a frame."""
+def _is_in_frame(run: Trajectory) -> bool:
+    """Whether a run is of point masses in a moving frame."""
     return cast(Galerkin, run.method).in_frame and isinstance(run.problem.system, NBody)
 
 
 def _in_parts(start: Problem, length: float) -> tuple[Array, Array, Array] | None:
-    """The state of point masses after a time, see `galvi.run.in_frame.inertial.in_parts`."""
-    work = in_parts(start, length)
+    """q, p and v of point masses after a time, by `step_in_parts`; None where no number of parts is
+    enough."""
+    work = step_in_parts(start, length)
     if work is None:
         return None
     q, v = (work.state[row].reshape(start.q0.shape) for row in (0, 2))
@@ -261,16 +271,16 @@ def _in_parts(start: Problem, length: float) -> tuple[Array, Array, Array] | Non
 def _reach_in_time(run: Trajectory) -> Reach:
     end, step = cast(Checkpoint, run.checkpoint), cast(float, run.step)
 
-    framed = _in_frame(run)
+    is_in_frame = _is_in_frame(run)
 
-    def advanced(q: Array, v: Array, t: float, h: float, n: int) -> tuple[Array, Array, Array]:
+    def advance(q: Array, v: Array, t: float, h: float, n: int) -> tuple[Array, Array, Array]:
         moved = run.problem.moved(q, v, t)
         try:
             begin = from_start(end.solver, end.tolerance, n, curves=False)
             inner_run = unwatched(RunRequest(moved, run.method, h, n, begin))
             states = inner_run.q[-1], inner_run.p[-1], inner_run.v[-1]
-        except ValueError:  # of orbits that are not bound there
-            if not framed:
+        except ValueError:  # raised by a frame for orbits that are not bound there
+            if not is_in_frame:
                 raise
             states = np.full_like(q, np.nan), np.full_like(v, np.nan), np.full_like(v, np.nan)
         return states
@@ -279,10 +289,10 @@ def _reach_in_time(run: Trajectory) -> Reach:
         full_steps = int((time - t) / step)
         remainder = time - (t + full_steps * step)
         if full_steps:
-            q, p, v = advanced(q, v, t, step, full_steps)
+            q, p, v = advance(q, v, t, step, full_steps)
             if remainder == 0.0 or not np.all(np.isfinite(q)):  # or a step failed
                 return q, p, v
-        state = advanced(q, v, t + full_steps * step, remainder, 1)
+        state = advance(q, v, t + full_steps * step, remainder, 1)
         if abs(remainder) <= 2.0 * math.ulp(time) and not np.all(np.isfinite(state[0])):
             p = momentum_at(run.problem.system, q[None], v[None], np.array([t]))[0]
             return q, p, v  # a step of the last bit of time, which frames may fail to do

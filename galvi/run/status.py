@@ -19,7 +19,7 @@ from galvi.systems.lagrangian import Lagrangian
 
 MEASURE = "the larger of the kinetic energy at the start and the range of the potential energy"
 SMALLER_STEP = "Use a smaller step or a higher degree"
-Massless = Callable[[], encounters.MasslessError | None]
+EstimateMasslessError = Callable[[], encounters.MasslessError | None]
 
 
 def outcome_of(
@@ -27,7 +27,7 @@ def outcome_of(
     code: int,
     report: EnergyReport,
     counts: Mapping[str, int],
-    massless: Massless,
+    massless: EstimateMasslessError,
 ) -> Outcome:
     """The outcome of a run in equal steps whose last kernel call returned ``code``.
 
@@ -36,7 +36,7 @@ def outcome_of(
     report
         the assessment of its energy
     massless
-        () -> the error of massless bodies; called where all else is well
+        () -> the error of massless bodies; called for a completed run without other clauses
     """
     request, work = stepper.request, stepper.work
     problem, step, steps = request.problem, request.step, cast(int, request.steps)
@@ -49,9 +49,9 @@ def outcome_of(
         return Outcome(end, work.steps_done + 1, t, reason, notes, steps)
     passage = encounters.unresolved_passage(problem, step, work.passage, request.method.in_frame)
     remedy = SMALLER_STEP
-    if passage and encounters.asks_for_a_clock(problem, step, work.passage):
-        remedy = encounters.ADAPT
-    return completed(
+    if passage and encounters.needs_clock(problem, step, work.passage):
+        remedy = encounters.USE_CLOCK
+    return outcome_of_completed(
         problem,
         report,
         request.checkpoint.first,
@@ -59,53 +59,57 @@ def outcome_of(
         massless,
         remedy,
         steps,
-        notes_on_exceptions(stepper.formulation, counts),
+        notes_on_second_kernel(stepper.formulation, counts),
     )
 
 
-def notes_on_exceptions(formulation: Formulation, counts: Mapping[str, int]) -> tuple[str, ...]:
+def notes_on_second_kernel(formulation: Formulation, counts: Mapping[str, int]) -> tuple[str, ...]:
     """A note on the number of steps that the second kernel did; () for none."""
     name, text = formulation.in_other_way
     return (text.format(left=counts[name], steps=counts["steps"]),) if name in counts else ()
 
 
-def completed(
+def outcome_of_completed(
     problem: Problem,
     report: EnergyReport,
     first: int,
     passage: str,
-    massless: Massless,
+    massless: EstimateMasslessError,
     remedy: str = SMALLER_STEP,
     steps: int | None = None,
-    exceptions: tuple[str, ...] = (),
+    second_kernel_notes: tuple[str, ...] = (),
 ) -> Outcome:
-    """The outcome of a run that did all its ``steps``.
+    """The outcome of a run that did all its steps.
 
     Parameters
     ----------
     first
-        steps since the problem's start before this run
+        number of steps from the problem's start to the start of this run
     passage
-        the worst one of two point masses that no step resolved, as a clause; "" for none
+        a clause on the worst unresolved passage of two point masses; "" for none
+    massless
+        as for `outcome_of`
     remedy
-        where the report has none
+        the remedy where the report has none
+    steps
+        number of requested steps; None for a run to a time
     exceptions
-        notes of a run without doubts
+        notes for a run without clauses and with a known energy
     """
-    clauses = _wrong(report)
+    clauses = _error_clauses(report)
     if report.unknown:
         undefined = "the energy is not a number"
         if isinstance(problem.system, Lagrangian) and conserves_energy(problem.system):
             undefined += ": L is undefined there, or no velocity has the momentum"
         clauses.append(undefined)
     clauses += [passage] if passage else []
-    clauses = clauses or off_without_mass(problem, massless())
+    clauses = clauses or massless_clauses(problem, massless())
     unassessed = f"energy could not be assessed {report.unassessed}" if report.unassessed else ""
     if not clauses:
         return (
             Outcome(End.DOUBTFUL, reason=f"the {unassessed}", steps=steps)
             if unassessed
-            else Outcome(notes=exceptions, steps=steps)
+            else Outcome(notes=second_kernel_notes, steps=steps)
         )
     if not report.remedy and _has_derivatives(problem):
         remedy += ", and check that the derivatives are those of the energy"
@@ -127,21 +131,21 @@ def notes_on_energy(
     Parameters
     ----------
     first
-        steps since the problem's start before this run
+        number of steps from the problem's start to the start of this run
     time_of
-        (number of a step since then) -> the time at which it ends
+        (number of a step since the problem's start) -> the time at which it ends
     """
     notes = []
     if report.ruined is not None:
         t = time_of(max(report.ruined, first + 1))
-        notes.append(f"It was ruined from t = {t:.10g} on: {'; '.join(_wrong(report))}.")
+        notes.append(f"It was ruined from t = {t:.10g} on: {'; '.join(_error_clauses(report))}.")
     if report.unassessed:
         notes.append(f"Its energy could not be assessed {report.unassessed}.")
     return tuple(notes)
 
 
-def _wrong(report: EnergyReport) -> list[str]:
-    """Clauses on what is wrong with a run."""
+def _error_clauses(report: EnergyReport) -> list[str]:
+    """Clauses on the defects of a run: the error of its energy, and those of the report."""
     return [*([_energy_clause(report)] if report.error > TOLERATED else []), *report.clauses]
 
 
@@ -157,8 +161,9 @@ def _energy_clause(report: EnergyReport) -> str:
     )
 
 
-def off_without_mass(problem: Problem, error: encounters.MasslessError | None) -> list[str]:
-    """A clause on the massless body whose energy steps change too much; [] for none."""
+def massless_clauses(problem: Problem, error: encounters.MasslessError | None) -> list[str]:
+    """A clause on the massless body whose energy a step changes most, if by more than
+    RESOLVED_ENERGY_CHANGE; [] otherwise."""
     if error is None or not error.share > encounters.RESOLVED_ENERGY_CHANGE:
         return []
     body = encounters.body_names(problem, len(problem.q0))[error.body]

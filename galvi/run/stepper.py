@@ -17,11 +17,11 @@ from galvi.kernels.nystrom.advance import HOLDS
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.request import RunRequest
-from galvi.run.run_arrays import COUNTED, RunArrays, State, has_massless
+from galvi.run.run_arrays import COUNT_NAMES, RunArrays, State, has_massless
 from galvi.systems.nbody import NBody
 
 RunCurves = Curves | FrameCurves
-BY_NEWTON = (
+NEWTON_STEPS_NOTE = (
     "Newton's method did {left} of {steps} steps, as accurately but more slowly, since fixed-point "
     "iteration did not converge there. A smaller step may take less time."
 )
@@ -31,7 +31,7 @@ class Kernel(Protocol):
     """Steps of one run."""
 
     def advance(self, n: int) -> int:
-        """Does n more steps; returns 0, or the code of the step that failed, the first not done."""
+        """Does up to n more steps; returns 0, or the code of the step that failed."""
 
 
 MakeKernel = Callable[[RunRequest, RunArrays], Kernel]
@@ -45,9 +45,9 @@ class Formulation(Protocol):
     velocity_row
         row of the state that is saved with q: velocities or momenta
     guess_kind
-        the kernels' code for the kind of guess that ``guess`` gives
+        the kernels' code for the kind of guess that ``guess`` returns
     in_other_way
-        the name in a run's counts of the steps that the second kernel did, and the note on them
+        the name, in a run's counts, of the steps that the second kernel did, and the note on them
     """
 
     velocity_row: int
@@ -58,13 +58,13 @@ class Formulation(Protocol):
         """The state before the first step; the same arrays for each run, which copies them."""
 
     def is_compiled(self, problem: Problem, method: Galerkin) -> bool:
-        """Whether its kernel is compiled, so that other threads can run at the same time."""
+        """Whether its kernel is compiled, so that several runs can proceed in threads."""
 
     def momenta(self, problem: Problem, saved_moving: Array) -> Array:
-        """The conjugate momenta (saved, ...) of saved rows."""
+        """The conjugate momenta (saved, ...) of rows of `RunArrays.saved_moving`."""
 
     def curve_size(self, problem: Problem, method: Galerkin) -> tuple[int, int]:
-        """The numbers of a curve's base, and the rows of its coefficients."""
+        """The size of a curve's base, and the number of rows of its coefficients."""
 
     def curves(
         self, problem: Problem, method: Galerkin, step: float, t0: float, bases: Array, x: Array
@@ -73,10 +73,11 @@ class Formulation(Protocol):
 
     def guess(self, substeps: Substeps, request: RunRequest, work: RunArrays) -> Array | None:
         """The stages (d, s) from which the second kernel iterates the next step: a guess from
-        smaller steps, or the present stages where it needs none. None: the step is not retried."""
+        smaller steps, or the current stages where it needs none; None where the step is not to be
+        retried."""
 
     def failure(self, request: RunRequest, code: int, work: RunArrays) -> str:
-        """Why the next step failed, and the remedy."""
+        """A sentence on why the next step failed, and the remedy."""
 
 
 def curves_in(
@@ -123,7 +124,7 @@ class Stepper:
     """
 
     work: RunArrays
-    over = reached = False  # in a clock, whether it ends before all steps, and at its time
+    over = reached = False  # with a clock: it must do no more steps; it reached its time
 
     def __init__(
         self,
@@ -144,7 +145,7 @@ class Stepper:
         return self.work.steps_done
 
     def begin(self, *, watched: bool = True) -> None:
-        """Make the arrays; ``watched``: keep states by which the energy is assessed."""
+        """Make the arrays; ``watched`` states whether to keep states to assess the energy."""
         (problem, method, _, _, start, *_), formulation = self.request, self.formulation
         state = start.state, start.stages, start.solver_state
         if not start.state.size:
@@ -154,26 +155,26 @@ class Stepper:
         self._steps = self._kernel(self.request, self.work)
 
     def advance(self, n: int) -> int:
-        """Does n more steps; returns 0, or the code of the step that failed, the first not done."""
+        """Does up to n more steps; returns 0, or the code of the step that failed."""
         return self._steps.advance(n)
 
     def retry(self, engines: Sequence[Engine], code: int) -> int:
-        """Do the step that failed with a code by the second kernel, see `Formulation.guess`;
-        returns its code."""
+        """Do the failed step by the second kernel, from `Formulation.guess`; returns its code, or
+        ``code`` where there is no guess."""
         work, substeps = self.work, partial(solve_steps, engines, retried=False)
         guess = self.formulation.guess(substeps, self.request, work)
         if guess is None:
             return code
-        before, held = work.stages.copy(), work.solver_state[HOLDS]
+        stages_before, held_kind = work.stages.copy(), work.solver_state[HOLDS]
         work.solver_state[HOLDS] = self.formulation.guess_kind
         work.stages[:] = guess
         code = self._second_kernel(self.request, work).advance(1)
         if code:
-            work.stages[:], work.solver_state[HOLDS] = before, held
+            work.stages[:], work.solver_state[HOLDS] = stages_before, held_kind
         return code
 
     def finish(self) -> None:
-        """Nothing is left to do after the last step."""
+        """Does nothing: see `ClockStepper.finish`."""
 
     @property
     def checkpoint(self) -> Checkpoint:
@@ -210,33 +211,36 @@ class Stepper:
         )
 
     def counted(self) -> dict[str, int]:
-        """The counts of the run, by name."""
-        *counted, pairs, left, in_lanes = self.work.counts.tolist()
+        """The counts of the run by name."""
+        *counted, pairs, second_kernel_steps, in_lanes = self.work.counts.tolist()
         system: Any = self.request.problem.system
-        counts = {"steps": self.steps_done, **dict(zip(COUNTED, counted, strict=True))}
+        counts = {"steps": self.steps_done, **dict(zip(COUNT_NAMES, counted, strict=True))}
         forces = counts["force_evaluations"]
         if isinstance(system, NBody):
             counts["pair_evaluations"] = forces * system.pairs + pairs
-        differenced = getattr(system, "potential_calls_per_force", 0)
-        if differenced and forces > in_lanes:
-            called = forces - in_lanes
-            counts["potential_evaluations"] = called * differenced * self.request.problem.v0.size
-        if left:
-            counts[self.formulation.in_other_way[0]] = left
+        calls_per_force = getattr(system, "potential_calls_per_force", 0)
+        if calls_per_force and forces > in_lanes:
+            differenced_forces = forces - in_lanes
+            counts["potential_evaluations"] = (
+                differenced_forces * calls_per_force * self.request.problem.v0.size
+            )
+        if second_kernel_steps:
+            counts[self.formulation.in_other_way[0]] = second_kernel_steps
         return counts
 
     @property
     def is_compiled(self) -> bool:
-        """Whether its kernel is compiled, so that other threads can run at the same time."""
+        """Whether its kernel is compiled, so that several runs can proceed in threads."""
         return self.formulation.is_compiled(self.request.problem, self.request.method)
 
     def failure(self, code: int) -> str:
-        """Why the next step failed, with the remedy."""
+        """A sentence on why the next step failed, and the remedy."""
         return self.formulation.failure(self.request, code, self.work)
 
 
 class Declined(NamedTuple):
-    """An engine's refusal of a run, with its reason; "" for a run of another kind."""
+    """An engine's refusal of a run; its reason is "" where the engine is not meant for such
+    runs."""
 
     reason: str = ""
 
@@ -276,12 +280,12 @@ Substeps = Callable[[RunRequest], tuple[Stepper, int]]  # see `solve_steps`
 def solve_steps(
     engines: Sequence[Engine], request: RunRequest, *, retried: bool = True
 ) -> tuple[Stepper, int]:
-    """The steps of a run, up to one that fails, and its code, 0 for none.
+    """The stepper of a run after its steps, up to one that fails, and the code of that one, or 0.
 
     Parameters
     ----------
     retried
-        whether a step that fails is tried once more, see `Stepper.retry`
+        whether a step that fails is retried once, see `Stepper.retry`
     """
     stepper, code = first_offer(engines, request), 0
     stepper.begin(watched=False)

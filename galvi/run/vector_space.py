@@ -20,28 +20,34 @@ from galvi.problem import Problem
 from galvi.run.point_masses.encounters import encounter
 from galvi.run.request import RunRequest, from_start
 from galvi.run.run_arrays import RunArrays, State, fixed, run_plan
-from galvi.run.stepper import BY_NEWTON, Substeps, curves_in
+from galvi.run.stepper import NEWTON_STEPS_NOTE, Substeps, curves_in
 from galvi.systems.canonical import Canonical
 from galvi.systems.nbody import NBody
 from galvi.systems.system import ForceKernel, VectorSystem
 from galvi.tableau import Tableau
 
-# Of a force, relative: above it the iteration may not settle, see solve.ROUND_OFF_CHANGE.
+# Relative error of a force above which the iteration may not settle, see solve.ROUND_OFF_CHANGE.
 NOISY_FORCE = 1e-11
-CODES = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}  # of solvers
+SOLVER_CODES = {"auto": AUTO, "fixed_point": FIXED_POINT, "newton": NEWTON}
+SUBSTEPS = (4, 16, 64, 256)  # numbers of smaller steps from which a failed step gets its guess
+FAILED_SOLVERS = {
+    "auto": "neither fixed-point iteration nor Newton's method solved",
+    "fixed_point": "fixed-point iteration did not solve",
+    "newton": "Newton's method did not solve",
+}
 
 
 class GeneralVectorKernel:
     """Steps by the general kernel."""
 
     def __init__(self, request: RunRequest, work: RunArrays) -> None:
-        field, force = _force(request.problem.system, request.problem.q0.shape[-1])
+        force_kernel, force = _force(request.problem.system, request.problem.q0.shape[-1])
         self._kernel = (
-            advance.compiled_advance() if field.compiled else interpreted(advance.advance)
+            advance.compiled_advance() if force_kernel.compiled else interpreted(advance.advance)
         )
         tableau, solver = (
             tuple(kernel_tableau(request.method.table)),
-            CODES[request.checkpoint.solver],
+            SOLVER_CODES[request.checkpoint.solver],
         )
         plan, self._progress, self._saved = run_plan(request, work, request.checkpoint.tolerance)
         self._arguments = force, tableau, plan, solver
@@ -51,17 +57,21 @@ class GeneralVectorKernel:
         return int(self._kernel(*self._arguments, n, self._progress, self._saved))
 
 
-def reaching(request: RunRequest) -> Callable[..., None]:
-    """The kernel of galvi.kernels.nystrom.advance for a run, called with what comes after step."""
+def reach_kernel(request: RunRequest) -> Callable[..., None]:
+    """The kernel `galvi.kernels.nystrom.advance.reach` with its arguments up to the step bound to
+    those of a run."""
     field, force = _force(request.problem.system, request.problem.q0.shape[-1])
     kernel = compiled_reach() if field.compiled else interpreted(reach)
-    tableau, solver = tuple(kernel_tableau(request.method.table)), CODES[request.checkpoint.solver]
+    tableau, solver = (
+        tuple(kernel_tableau(request.method.table)),
+        SOLVER_CODES[request.checkpoint.solver],
+    )
     return partial(kernel, force, tableau, solver, request.checkpoint.tolerance, request.step)
 
 
 @lru_cache(maxsize=32)
 def _force(system: Any, dimension: int) -> tuple[ForceKernel, tuple[Any, ...]]:
-    """The force of a system, which owns the functions, and its tuple for the kernel."""
+    """The force of a system, which owns the compiled functions, and the tuple that kernels take."""
     field = system.force_kernel(dimension)
     return field, tuple(
         Force(
@@ -92,17 +102,9 @@ def kernel_tableau(table: Tableau) -> NystromTableau:
     )  # fmt: skip
 
 
-SUBSTEPS = (4, 16, 64, 256)
-FAILED_SOLVERS = {
-    "auto": "neither fixed-point iteration nor Newton's method solved",
-    "fixed_point": "fixed-point iteration did not solve",
-    "newton": "Newton's method did not solve",
-}
-
-
 @lru_cache(maxsize=32)
 def nystrom_start(problem: Problem, stages: int) -> State:
-    """The state's rows are q, its low part, v and its low part; the stages are 0."""
+    """The state before the first step: rows q, its low part, v and its low part, and stages 0."""
     d = problem.q0.size
     state = np.zeros((4, d))
     state[0], state[2] = problem.q0.ravel(), problem.v0.ravel()
@@ -113,10 +115,11 @@ def nystrom_start(problem: Problem, stages: int) -> State:
 
 
 class VectorSpace:
-    """The state's rows are q, its low part, v and its low part."""
+    """`Formulation` on a vector space; the rows of the state are q, its low part, v and its low
+    part."""
 
     velocity_row, guess_kind = 2, GUESS
-    in_other_way = "newton_steps", BY_NEWTON
+    in_other_way = "newton_steps", NEWTON_STEPS_NOTE
 
     def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
@@ -141,10 +144,10 @@ class VectorSpace:
         return curves_in(IdentityChart(problem.q0.shape), problem, method, step, t0, bases, x)
 
     def guess(self, substeps: Substeps, request: RunRequest, work: RunArrays) -> Array | None:
-        """Accelerations (d, s) along the next step by 4, 16, 64 or 256 substeps, or None.
+        """Accelerations (d, s) at the next step's stages, from the first number of SUBSTEPS that
+        fixed-point iteration can solve; None if there is none, and for the solver fixed_point.
 
-        None if none of these runs can be solved by fixed-point iteration, and for the solver
-        fixed_point. Adds the cost to the counts.
+        Adds the cost to ``work.counts``.
         """
         problem, method, step = request.problem, request.method, request.step
         if request.checkpoint.solver == "fixed_point":
@@ -157,14 +160,16 @@ class VectorSpace:
         moved = Problem(problem.system, q.reshape(shape), v.reshape(shape), t)
         for parts in SUBSTEPS:
             begin = from_start("fixed_point", 1e-8)
-            fine, code = substeps(RunRequest(moved, method, step / parts, parts, begin))
-            work.counts[:2] += fine.work.counts[:2]
+            fine_stepper, code = substeps(RunRequest(moved, method, step / parts, parts, begin))
+            work.counts[:2] += fine_stepper.work.counts[:2]
             if code == SOLVED:
                 times = t + method.table.c * step
-                path = fine.curves.position(times)
+                stage_positions = fine_stepper.curves.position(times)
                 work.counts[1] += len(times)
                 system = cast(VectorSystem, problem.system)
-                rows = [system.acceleration(q, s) for q, s in zip(path, times, strict=True)]
+                rows = [
+                    system.acceleration(q, s) for q, s in zip(stage_positions, times, strict=True)
+                ]
                 return np.ascontiguousarray(np.stack(rows).reshape(len(times), -1).T)
         return None
 
@@ -178,9 +183,13 @@ class VectorSpace:
         if isinstance(problem.system, Canonical):
             t = problem.t0 + (request.checkpoint.first + work.steps_done) * request.step
             with np.errstate(all="ignore"):
-                noise = problem.system.noise_of_differences(work.state[0], t)
-            if noise > NOISY_FORCE:
-                accuracy = f"known to {noise:.1g} of itself" if noise < 1.0 else "not known"
+                relative_error = problem.system.noise_of_differences(work.state[0], t)
+            if relative_error > NOISY_FORCE:
+                accuracy = (
+                    f"known to {relative_error:.1g} of itself"
+                    if relative_error < 1.0
+                    else "not known"
+                )
                 return (
                     f"the gradient of the potential is differenced, and {accuracy} there, so that "
                     "the stage equations cannot be solved. Give the potential's gradient, or write "

@@ -139,7 +139,7 @@ def test_up_to_the_limit_a_revolution_is_right_to_1e_12(
 
 def test_the_limit_is_where_it_is_for_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     """The planted fault: at e = 0.98 the frame, let loose, errs by more."""
-    monkeypatch.setattr(kepler_frame, "MOST_ECCENTRIC", 1.0)
+    monkeypatch.setattr(kepler_frame, "MAX_ECCENTRICITY", 1.0)
     worst = max(errors(of_an_orbit(0.98, E, 0.3, 0.4), n)[0] for E in PHASES[:3] for n in (2, 5))
     assert worst > 1e-12, worst
 
@@ -204,7 +204,7 @@ def test_an_orbit_that_is_not_covered_any_more_is_named(
 
 def table() -> None:
     """The largest errors of a revolution by eccentricity, also beyond the limits."""
-    kepler_frame.MOST_ECCENTRIC = 1.0
+    kepler_frame.MAX_ECCENTRICITY = 1.0
     for e in (*np.arange(10) / 10, 0.95, 0.97, 0.98, 0.99, 0.995, 0.999):
         random = np.random.default_rng(int(1e4 * e))
         worst = np.zeros(2)

@@ -15,7 +15,7 @@ import galvi
 from galvi.curves.clock_curves import ClockCurves
 from galvi.curves.curves import FrameCurves
 from galvi.events import bound_events
-from galvi.run.states import Reaching
+from galvi.run.states import RunStates
 
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 FRAME = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6), chart=galvi.KeplerFrame())
@@ -312,7 +312,7 @@ def test_no_place_is_sought_and_no_state_reached_by_itself(
     for kind in (FrameCurves, ClockCurves):
         for part in ("position", "velocity"):
             monkeypatch.setattr(kind, part, lambda *arguments: pytest.fail("a place by itself"))
-    monkeypatch.setattr(Reaching, "__call__", lambda *arguments: pytest.fail("a state by itself"))
+    monkeypatch.setattr(RunStates, "__call__", lambda *arguments: pytest.fail("a state by itself"))
     assert len(galvi.find_events(run, galvi.events.apsis(1, 2))) > 5
 
 

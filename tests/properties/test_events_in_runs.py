@@ -158,7 +158,7 @@ def test_events_behind_an_action_are_counted_once(monkeypatch: pytest.MonkeyPatc
     half = galvi.Event(lambda q, v, t: q[0] - 0.5, name="half")
     unbounded = galvi.integrate(BALL, EIGHT, 0.3, 200, events=[BOUNCE, half])
     for module in (events_in_runs, search):
-        monkeypatch.setattr(module, "MOST_EVENTS", len(unbounded.events))
+        monkeypatch.setattr(module, "MAX_EVENTS", len(unbounded.events))
     again = galvi.integrate(BALL, EIGHT, 0.3, 200, events=[BOUNCE, half])
     assert len(again.events) == len(unbounded.events) > 60 and again.success, again.status
 

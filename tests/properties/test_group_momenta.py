@@ -120,8 +120,8 @@ def test_momenta_are_those_of_noethers_definition(group, seed):
 @pytest.mark.parametrize(
     "name, wrong",
     [
-        ("turned", lambda g, mu: mu),
-        ("turned", lambda g, mu: np.einsum("...ji,...j->...i", g[..., :3, :3], mu)),
+        ("rotate_to_space", lambda g, mu: mu),
+        ("rotate_to_space", lambda g, mu: np.einsum("...ji,...j->...i", g[..., :3, :3], mu)),
         ("moment", lambda x, P: np.cross(P, x)),
         ("moment", lambda x, P: 0.0 * x),
         ("place_and_momentum", lambda factor, space: (factor.q[..., :3, 3], factor.p[..., 3:])),

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import galvi
-from galvi.frames.hierarchy import nested_in
+from galvi.frames.hierarchy import number_hierarchy
 from galvi.lanes.frames import universal
 from references.rebound.ias15 import IAS15
 from references.stored.planets import STORED_TRUTH
@@ -123,7 +123,7 @@ def test_massless_bodies_join_by_their_distance_from_the_first_barycentre() -> N
     q = np.array([[0.0, 0.0], [2.0, 0.0], [-3.0, 0.0], [3.5, 0.0], [2.7, 0.0]])
     v = np.array([[0.0, 0.0], [0.0, 0.7], [0.0, -0.6], [0.0, 0.5], [0.0, 0.6]])
     problem = galvi.Problem(galvi.NBody([1.0, 0.1, 0.01, 0.0, 0.0]), q, v)
-    assert nested_in(problem, ((0, 1), 2)) == (((0, 1), 4, 2, 3), "")
+    assert number_hierarchy(problem, ((0, 1), 2)) == (((0, 1), 4, 2, 3), "")
 
 
 # ---------------------------------------------------------------- forces

@@ -148,7 +148,7 @@ def test_short_runs_go_on_beside_a_long_one():
     def quick(interrupted):
         finished.release()
 
-    ensemble._all_of([long] + [quick] * 500, 2, None)
+    ensemble._run_all([long] + [quick] * 500, 2, None)
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -160,7 +160,7 @@ def test_what_ends_a_thread_ends_the_ensemble(threads):
         raise SystemExit
 
     with pytest.raises(SystemExit):
-        ensemble._all_of([short] * 100 + [leaves] + [short] * 100, threads, None)
+        ensemble._run_all([short] * 100 + [leaves] + [short] * 100, threads, None)
 
 
 def test_of_several_that_raise_the_first_in_order_is_told_and_the_later_ones_stop():
@@ -181,7 +181,7 @@ def test_of_several_that_raise_the_first_in_order_is_told_and_the_later_ones_sto
             time.sleep(0.001)
 
     with pytest.raises(ValueError, match="slow"):
-        ensemble._all_of([slow, quick, long], 3, None)
+        ensemble._run_all([slow, quick, long], 3, None)
 
 
 # ---------------------------------------------------------------- what is refused

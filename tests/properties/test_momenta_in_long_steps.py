@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.run.in_lanes import nystrom as nystrom_stepper
-from galvi.run.in_lanes.tables import extrapolated
+from galvi.run.in_lanes.tables import extrapolate_matrix
 
 EPSILON = 2.0**-52
 ORBIT = galvi.problems.kepler(0.6)
@@ -97,13 +97,13 @@ def test_a_low_part_of_the_extrapolation_is_caught(monkeypatch, problem):
 
     def faulty(table, step, lanes):
         moves, columns, c = parts(table, step, lanes)
-        moves[-1] = extrapolated(table, moves[-1])[-1]
+        moves[-1] = extrapolate_matrix(table, moves[-1])[-1]
         return moves, columns, c
 
     def faulty_on_space(table, form):
         arrays, P = original(table, form), 24
         tables = arrays.tables.copy()
-        tables[P : P + 22] = extrapolated(table, tables[P : P + 22])[-1]
+        tables[P : P + 22] = extrapolate_matrix(table, tables[P : P + 22])[-1]
         return arrays._replace(tables=tables)
 
     original = nystrom_stepper.nystrom_tables

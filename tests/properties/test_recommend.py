@@ -112,7 +112,9 @@ def test_what_does_not_survive_a_second_judgement_gives_way_to_what_does(monkeyp
         return half_step_error(self, candidate) if candidate.steps > 1.5 * cheapest else math.inf
 
     monkeypatch.setattr(scan, "half_step_error", strict)
-    monkeypatch.setattr(importlib.import_module("galvi.recommend.recommend"), "CONFIRMATIONS", 2)
+    monkeypatch.setattr(
+        importlib.import_module("galvi.recommend.recommend"), "MAX_CONFIRMATIONS", 2
+    )
     choice = recommend(ORBIT, 1e-6, 30.0, degrees=(8,))
     assert choice.steps > 1.5 * cheapest and math.isfinite(choice.error)
 
@@ -264,7 +266,7 @@ def test_an_error_that_only_shows_in_the_times_of_a_clock_counts(monkeypatch):
         return runs.measure(4, 40).error
 
     error_at_times = error()
-    monkeypatch.setattr(scan, "at_times_of", lambda run, better: better.q)
+    monkeypatch.setattr(scan, "positions_at_times_of", lambda run, better: better.q)
     assert error() < 0.8 * error_at_times  # 0.7 when this was written
 
 
@@ -273,7 +275,7 @@ def test_a_length_that_was_guessed_from_a_part_is_not_called_whole(monkeypatch):
     """From the apocentre of a long orbit, whose clock is fast only later."""
     problem = apocentre(0.97)
     assert recommend(problem, 1e-5, 12.0, clock=galvi.Sundman()).measured == pytest.approx(12.0)
-    monkeypatch.setattr(scan, "PACED_STEPS", 4)
+    monkeypatch.setattr(scan, "MAX_CLOCK_STEPS", 4)
     guessed = recommend(problem, 1e-5, 12.0, clock=galvi.Sundman())
     assert guessed.measured < 11.0 and "whole duration" not in guessed.status
 

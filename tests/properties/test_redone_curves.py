@@ -64,7 +64,7 @@ def test_states_are_few_in_a_long_run():
         galvi.problems.harmonic_oscillator(), gauss(2), 0.1, 10**6, save_every=10**6
     )
     gaps = np.diff([checkpoint.first for checkpoint in run.again.checkpoints])
-    assert len(run.again.checkpoints) <= loop.MOST_CHECKPOINTS + 1 and set(gaps) == {1954}
+    assert len(run.again.checkpoints) <= loop.MAX_CHECKPOINTS + 1 and set(gaps) == {1954}
 
 
 STIFFNESS = 1.0

@@ -30,29 +30,30 @@ from galvi.spaces.polynomials import Polynomials
 from galvi.systems.nbody import NBody
 from galvi.tableau import Tableau
 
-MOST_STAGES = 32
+MAX_STAGES = 32
 REASON = "point masses in galvi.DynamicalTime() have lanes"
 # The iteration stops where a further pass would change slopes by less than this, relative to their
 # sizes: sixteen times as much makes K = g (H - E0) drift, less only costs passes.
 CLOCK_TOLERANCE = 2.0**-56
-# Below it changes that do not shrink are rounding: for a quarter of all steps passes end in a cycle
-# of two. Which comes last depends on the sign of the guess's error, and K drifts by 2e-17 of g |E0|
-# a step, or as much the other way with one pass more. With the mean of both it does not, to 3e-18
-# (docs/why.md, "In a clock").
+# Relative changes below this that do not shrink are rounding. In a quarter of all steps the passes
+# end in a cycle of two states. Which of these comes last depends on the sign of the guess's error,
+# so that K drifts by 2e-17 of g |E0| a step, or as much the other way with one pass more. Their
+# mean has no drift, to 3e-18 (docs/why.md, "In a clock").
 CLOCK_ROUNDING = 1e-14
 FAILURES = {
     DIVERGED: "the iteration did not converge. Use a smaller step",
     NOT_FINITE: "the state became infinite or NaN. Use a smaller step",
 }
-# Share of the second largest mass below which a body is light: its pairs set the pace as a given
+# Share of the second largest mass below which a body is light: its pairs enter the clock as a given
 # function of tau, since its mass would divide the rounding of H - E0 (at 1e-4 up to 3,000 times the
 # error, at 1e-9 no step is solved). See galvi.lanes.clocks.advance.
 LIGHT = 0.02
-CENTRE_AT_REST = 2.0**-20  # velocity of the centre of mass over the largest one
+CENTRE_AT_REST = 2.0**-20  # share of the largest velocity, up to which the centre counts as at rest
 
 
 def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) -> Motion | Declined:
-    """The motion of point masses in `galvi.DynamicalTime`; else why the kernel has none.
+    """The motion of point masses in `galvi.DynamicalTime`; `Declined` for other problems and
+    methods.
 
     Parameters
     ----------
@@ -64,9 +65,9 @@ def motion_in_lanes(problem: Problem, method: Galerkin, energy: float | None) ->
         return Declined("the clock's lanes are for point masses in galvi.DynamicalTime()")
     if not system.acting.conserve:
         return Declined("the forces depend on velocities or the time")
-    if s > MOST_STAGES or method.space != Polynomials(s) or method.rule != gauss(s):
+    if s > MAX_STAGES or method.space != Polynomials(s) or method.rule != gauss(s):
         return Declined(
-            f"the clock's lanes are for Polynomials(s) with gauss(s), s at most {MOST_STAGES}"
+            f"the clock's lanes are for Polynomials(s) with gauss(s), s at most {MAX_STAGES}"
         )
     return _motion(problem, method, energy)
 
@@ -113,13 +114,17 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
 
     def single_steps(states: list[Checkpoint], lengths: Array) -> tuple[Array, Array, Array, Any]:
         ends, t, codes = np.empty((2, len(states), d)), np.empty((len(states), 2)), []
-        none, used, rates = np.zeros((0, d, m)), tuple(aligned(*scratch)), np.empty((1, s))
+        none, scratch_arrays, rates = (
+            np.zeros((0, d, m)),
+            tuple(aligned(*scratch)),
+            np.empty((1, s)),
+        )
         for k, (begin, h) in enumerate(zip(states, lengths.tolist(), strict=True)):
-            begun = begin.state.copy(), begin.stages.copy(), begin.solver_state.copy()
+            state_copies = begin.state.copy(), begin.stages.copy(), begin.solver_state.copy()
             record = ends[0, k : k + 1], ends[1, k : k + 1], t[k : k + 1], none, rates
             codes.append(kernel(
                 form, (*masses, mean), clock_tables(method.table, h, lanes), 1, np.nan,
-                CLOCK_TOLERANCE, CLOCK_ROUNDING, *begun, begin.clock.copy(), used,
+                CLOCK_TOLERANCE, CLOCK_ROUNDING, *state_copies, begin.clock.copy(), scratch_arrays,
                 np.zeros(2, dtype=np.int64), record,
             ))  # fmt: skip
         return ends[0], ends[1], t.sum(axis=1), np.array(codes)
@@ -128,7 +133,9 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
         state = np.zeros((4, d))
         state[0], state[2] = q.ravel(), v.ravel()
         total = start if energy is None else np.array([energy * system.G, 0.0])
-        clock_energy = as_moving(total, system.G * system.masses, v.reshape(shape), mean)
+        clock_energy = energy_in_moving_frame(
+            total, system.G * system.masses, v.reshape(shape), mean
+        )
         clock = np.concatenate([[t, 0.0], clock_energy])
         none = np.zeros((2 * d, s)), np.zeros(3, dtype=np.int64)
         return Checkpoint(0, state, *none, "auto", ROUND_OFF, clock=clock)
@@ -141,8 +148,8 @@ def _motion(problem: Problem, method: Galerkin, energy: float | None) -> Motion:
 
 
 def mean_velocity(system: NBody, v: Array) -> Array:
-    """The velocity of the centre of mass, (dimension,), or 0 where it is below CENTRE_AT_REST of
-    the largest velocity: subtracting a number near the last bit of v rounds the same way in every
+    """The velocity (dimension,) of the centre of mass. Components up to CENTRE_AT_REST of the
+    largest velocity are 0: subtracting a number near the last bit of v rounds the same way in every
     step."""
     mean = system.masses @ v / system.masses.sum()
     return read_only(np.where(np.abs(mean) > CENTRE_AT_REST * np.max(np.abs(v)), mean, 0.0))
@@ -158,15 +165,15 @@ def masses_in_clock(system: NBody, dimension: int) -> tuple[Array, Any, Any, Arr
     with extended_precision():
         product, low = with_low_part(decimals(M[first]) * decimals(M[second]))
     sums, heavy = M[first] + M[second], (M > 0.0) & (LIGHT * np.sort(M)[-2] <= M)
-    turns = np.where(heavy[first] & heavy[second], sums, 0.0)
-    pairs = np.stack([M[second], M[first], product, low, sums, turns], axis=1)
-    turned = np.where(heavy, 1.0 / np.where(heavy, M, 1.0), 0.0)
+    pace_sums = np.where(heavy[first] & heavy[second], sums, 0.0)
+    pairs = np.stack([M[second], M[first], product, low, sums, pace_sums], axis=1)
+    inverse_masses = np.where(heavy, 1.0 / np.where(heavy, M, 1.0), 0.0)
     starts, seconds = np.searchsorted(first, np.arange(M.size + 1)), dimension * second
     for indices in (seconds, starts):
         indices.setflags(write=False)
     terms, poles = system.acting.terms.copy(), system.acting.poles
     terms[:, WEIGHT] *= system.G
-    bodies = read_only(np.stack([0.5 * M, turned]))
+    bodies = read_only(np.stack([0.5 * M, inverse_masses]))
     return read_only(pairs.ravel()), seconds, starts, bodies, read_only(terms), poles
 
 
@@ -184,7 +191,7 @@ def energy_of(masses: tuple[Array, Any, Any, Array, Array, int], state: Array) -
         return with_low_part(np.sum(decimals(bodies[0]) @ v**2) - np.sum(pulls) + acting_energy)
 
 
-def as_moving(energy: Array, M: Array, v: Array, mean: Array) -> Array:
+def energy_in_moving_frame(energy: Array, M: Array, v: Array, mean: Array) -> Array:
     """An energy and its low part in a frame that moves with the velocity ``mean``."""
     if not np.any(mean):
         return energy
@@ -198,7 +205,7 @@ def as_moving(energy: Array, M: Array, v: Array, mean: Array) -> Array:
 @lru_cache(maxsize=32)
 def clock_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]:
     """mu^T, extrapolation, h b and coefficients from slopes, as the kernel takes them."""
-    mu, ahead, fit = _tables(table, lanes)
+    mu, ahead, fit = _tables_without_step(table, lanes)
     parts, s = np.zeros((1, mu.shape[1])), table.c.size
     parts[0, :s] = step * table.b
     parts[0, s // 2] += step - math.fsum(parts[0])
@@ -206,10 +213,10 @@ def clock_tables(table: Tableau, step: float, lanes: int) -> tuple[Array, ...]:
 
 
 @lru_cache(maxsize=32)
-def _tables(table: Tableau, lanes: int) -> tuple[Array, ...]:
-    """Those of `clock_tables` that do not depend on the step."""
+def _tables_without_step(table: Tableau, lanes: int) -> tuple[Array, ...]:
+    """The tables of `clock_tables` that do not depend on the step."""
     s = table.c.size
-    mu, ahead = (np.zeros((s, stages_in_lanes(s, lanes).size)) for _ in range(2))
+    mu, extrapolation = (np.zeros((s, stages_in_lanes(s, lanes).size)) for _ in range(2))
     with extended_precision():
         b = decimals(table.b) + decimals(table.low_parts[1])
         exact = rounded((decimals(table.integral) + decimals(table.low_parts[4])) / b)
@@ -217,5 +224,5 @@ def _tables(table: Tableau, lanes: int) -> tuple[Array, ...]:
     mu[:, :s] = np.where(larger, exact, 1.0 - exact.T).T
     mu[np.arange(s), np.arange(s)] = 0.5
     guess = table.extrapolation @ table.analysis[: table.growth.size]
-    ahead[:, :s] = (table.b[:, None] * guess / table.b).T
-    return read_only(mu), read_only(ahead), read_only(table.projection / table.b)
+    extrapolation[:, :s] = (table.b[:, None] * guess / table.b).T
+    return read_only(mu), read_only(extrapolation), read_only(table.projection / table.b)

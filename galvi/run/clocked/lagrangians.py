@@ -1,4 +1,4 @@
-"""Any system as a Lagrangian, whose motion in a clock is that of one in transformed time."""
+"""Any system as a Lagrangian, for motion in a clock in transformed time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from galvi.systems.nbody import NBody
 
 @singledispatch
 def lagrangian_of(system: Any, problem: Problem) -> Lagrangian:
-    """A system as a Lagrangian of flat configurations, or of matrices, without checks."""
+    """The Lagrangian of a system, of flat configurations or matrices, without checks."""
     return cast(Lagrangian, system.lagrangian)
 
 

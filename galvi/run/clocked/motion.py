@@ -1,4 +1,4 @@
-"""How a problem moves in a clock: `Motion`, and `ClockSteps`, the steps done."""
+"""`Motion`, the steps of a problem in a clock, and `ClockSteps`, the records of such steps."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ class ClockSteps(NamedTuple):
     Attributes
     ----------
     q, p
-        (n, r), (n, d) after each step
+        configurations (n, r) and momenta (n, d) after each step
     v : array, shape (n, d)
         velocities dq/dt, where momenta do not determine them; else None
     t : array, shape (n, 2)
         time and its low part after each step
     coefficients : array, shape (n, d, m)
-        of the Galerkin curves in tau; (0, d, m) if they are not kept
+        coefficients of the Galerkin curves in tau; (0, d, m) if these are not kept
     rates : array, shape (n, s)
         g at the stages
     counts : array, shape (4,)
-        of all steps, as in galvi.run.run_arrays.COUNTED
+        counts of all steps together, see galvi.run.run_arrays.COUNT_NAMES
     number : array, shape (n,)
-        of steps since the problem's start; a shortened step counts as its share
+        numbers of completed steps since the problem's start; a shortened step adds a fraction
     energy : array, shape (n,)
-        that of the start plus the work of forces since then, as the clock integrates it; None
+        the energy at the start plus the work of forces since then, as the clock integrates it; None
         where it is constant
     """
 
@@ -51,25 +51,28 @@ class ClockSteps(NamedTuple):
     energy: Array | None = None
 
     def rows(self, rows: Any) -> ClockSteps:
-        """Some of the steps, without their curves."""
+        """The steps at these rows, without curves and counts."""
         v, energy = (None if x is None else x[rows] for x in (self.v, self.energy))
         arrays = {name: getattr(self, name)[rows] for name in ("q", "p", "t", "rates", "number")}
-        none = self.coefficients[:0]
-        return ClockSteps(**arrays, v=v, energy=energy, coefficients=none, counts=NO_COUNTS)
+        no_coefficients = self.coefficients[:0]
+        return ClockSteps(
+            **arrays, v=v, energy=energy, coefficients=no_coefficients, counts=NO_COUNTS
+        )
 
 
-def joined(parts: Sequence[ClockSteps]) -> ClockSteps:
-    """Steps one after another."""
+def join_steps(parts: Sequence[ClockSteps]) -> ClockSteps:
+    """The steps of several records as one."""
     arrays: Any = [None if x[0] is None else x for x in zip(*parts, strict=True)]
     steps = ClockSteps(*(x and np.concatenate(x) for x in arrays))
     return steps._replace(counts=np.sum([part.counts for part in parts], axis=0))
 
 
 class Advanced(NamedTuple):
-    """Up to n steps from a state, the state after them, and a code of galvi.kernels.nystrom.solve.
+    """The steps of a call of `Advance`, the state after them, and a code of
+    galvi.kernels.nystrom.solve.
 
-    Fewer steps with the code SOLVED: the next one would pass the requested time. ``reason`` says
-    why a step failed.
+    Fewer steps than requested with the code SOLVED mean that the next one would pass the requested
+    time. ``reason`` says why a step failed.
     """
 
     steps: ClockSteps
@@ -78,27 +81,29 @@ class Advanced(NamedTuple):
     reason: str = ""
 
 
-# (state, h, n, time, keep) -> up to n steps of length h, none beyond ``time`` unless it is None,
-# with their curves if ``keep``. Bit-identical in any portions; the state is not changed.
+# (state, h, n, time, keep) -> up to n steps of length h in tau, none beyond ``time`` unless it is
+# None, with their curves if ``keep``. Steps are bit-identical however many a call does; the given
+# state is not changed.
 Advance = Callable[[Checkpoint, float, int, float | None, bool], Advanced]
 
 
 @dataclass(frozen=True)
 class Motion:
-    """How a problem moves in a clock.
+    """The steps of a problem in a clock.
 
     Attributes
     ----------
     advance
-        does steps
+        see `Advance`
     at
-        (q, v, t) -> a state with the energy of the problem's start
+        (q, v, t) -> a state; its energy is that of the problem's start, or its own where forces do
+        work or depend on the time
     rate
         g of a flat configuration
     chart
-        of the Galerkin curves
+        chart of the Galerkin curves
     reason
-        for `galvi.Trajectory.engine_reason`
+        text for `galvi.Trajectory.engine_reason`
     single_steps
         (states, lengths (k,)) -> one step of its own length from each of k states: q, v (k, d),
         times and codes (k,); None: by ``advance``, one after another

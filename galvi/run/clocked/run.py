@@ -1,4 +1,4 @@
-"""The engine of runs in a clock, and how such a run ended."""
+"""The engine of runs in a clock, and the ending of such a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.outcome import End, Outcome
 from galvi.run.clocked.in_lanes import motion_in_lanes
-from galvi.run.clocked.motion import joined
+from galvi.run.clocked.motion import join_steps
 from galvi.run.clocked.stepper import ClockStepper
 from galvi.run.clocked.transformed import motion_in_transformed_time
 from galvi.run.energies import States, start_energies
@@ -31,13 +31,13 @@ from galvi.run.point_masses.encounters import (
 from galvi.run.point_masses.pairs import costly_pair
 from galvi.run.request import ROUND_OFF, RunRequest
 from galvi.run.run_arrays import has_massless
-from galvi.run.status import completed, notes_on_energy
+from galvi.run.status import notes_on_energy, outcome_of_completed
 from galvi.run.stepper import Declined, Engine
 from galvi.systems.lagrangian import velocity_at
 from galvi.systems.nbody import NBody
 from galvi.trajectory import Ending, Trajectory
 
-TOO_LONG = "the step is too large for the clock"
+STEP_TOO_LARGE = "the step is too large for the clock"
 
 
 def energy_at_start(request: RunRequest) -> float:
@@ -53,7 +53,7 @@ def energy_at_start(request: RunRequest) -> float:
 
 
 def prescribed_energy(request: RunRequest) -> float | None:
-    """The energy E that a request prescribes for its clock; None: that of the start."""
+    """The energy E that a request prescribes for its clock; None where E is that of the start."""
     start = request.checkpoint
     return float(start.clock[2]) if start.clock.size and not start.state.size else None
 
@@ -61,8 +61,15 @@ def prescribed_energy(request: RunRequest) -> float | None:
 def in_transformed_time(
     request: RunRequest, engine: str, reason: str, energy: float
 ) -> ClockStepper:
-    """A stepper for any clock, whose steps are those of a problem in tau; ``energy`` is that at the
-    problem's start."""
+    """A stepper for any clock, by equal steps of a problem in tau.
+
+    Parameters
+    ----------
+    reason
+        why the clock's lanes do not do the run, for `Stepper.engine_reason`
+    energy
+        the energy at the problem's start
+    """
     problem, method, prescribed = request.problem, request.method, prescribed_energy(request)
     total = energy if prescribed is None else prescribed
     settings = request.checkpoint.solver, request.checkpoint.tolerance
@@ -71,7 +78,8 @@ def in_transformed_time(
 
 
 def stepper_in_clock(request: RunRequest) -> ClockStepper | Declined:
-    """A stepper for a method with a clock: by lanes for point masses, else in transformed time."""
+    """A stepper for a method with a clock: in lanes for point masses where these apply, else in
+    transformed time."""
     start, method = request.checkpoint, request.method
     if method.clock is None:
         return Declined()
@@ -89,44 +97,49 @@ CLOCK = Engine("clock", stepper_in_clock)
 
 
 def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
-    """How the run of a stepper ended."""
+    """The ending of the run of a stepper."""
     problem, start, notes = stepper.problem, stepper.first_state, []
-    steps, step, t = stepper.request.steps, stepper.steps_done + 1, float(run.t[-1])
-    report, on_energy = EnergyReport(energies=start.energies), tuple[str, ...]()
+    steps, step_number, t = stepper.request.steps, stepper.steps_done + 1, float(run.t[-1])
+    report, energy_notes = EnergyReport(energies=start.energies), tuple[str, ...]()
     with np.errstate(all="ignore"):
         samples = _samples(stepper)
     if samples is not None:
         report = assess_energy(problem, samples, start.energies, lambda: stepper.first_length)
         numbers, times = samples.steps, samples.states.t
-        on_energy = notes_on_energy(
+        energy_notes = notes_on_energy(
             report, start.first, lambda k: float(times[np.searchsorted(numbers, k)])
         )
     if stepper.failure_reason:
         reason = stepper.failure_reason.removesuffix(".")
-        outcome = Outcome(End.STEP_FAILED, step, t, reason, on_energy, steps)
+        outcome = Outcome(End.STEP_FAILED, step_number, t, reason, energy_notes, steps)
         if start.first + stepper.steps_done == 0:
             notes.append(f"Note that {units_of_steps(stepper.problem, stepper.method.clock)}.")
     elif run.interrupted:
-        outcome = Outcome(End.INTERRUPTED, step, t, notes=on_energy, steps=steps)
+        outcome = Outcome(End.INTERRUPTED, step_number, t, notes=energy_notes, steps=steps)
     elif stepper.time is not None and not stepper.reached:
-        outcome = at_step_limit(stepper.steps_done, t, cast(int, steps), stepper.time)
-        outcome = replace(outcome, notes=on_energy)
+        outcome = outcome_at_step_limit(stepper.steps_done, t, cast(int, steps), stepper.time)
+        outcome = replace(outcome, notes=energy_notes)
     else:
-        outcome = completed(
+        outcome = outcome_of_completed(
             stepper.problem,
             report,
             start.first,
             unresolved_passage(stepper.problem, None, stepper.passage),
             lambda: _massless_error(stepper, run),
         )
-    if isinstance(run.curves, ClockCurves) and (back := run.curves.steps_backwards()).size:
-        begin = run.curves.times[back[0]]
-        notes.append(f"The time does not grow along the step from t = {begin:.10g}: {TOO_LONG}.")
+    if (
+        isinstance(run.curves, ClockCurves)
+        and (backward_steps := run.curves.steps_backwards()).size
+    ):
+        begin = run.curves.times[backward_steps[0]]
+        notes.append(
+            f"The time does not grow along the step from t = {begin:.10g}: {STEP_TOO_LARGE}."
+        )
     if isinstance(problem.system, NBody) and stepper.samples and not stepper.failure_reason:
         q = np.concatenate([part.q for part in stepper.samples])
         notes.append(costly_pair(problem, q))
     outcome = replace(outcome, notes=(*outcome.notes, *filter(None, notes)))
-    last = replace(
+    checkpoint = replace(
         stepper.checkpoint,
         energies=report.energies,
         passage=read_only(stepper.passage[:FOUND]),
@@ -135,18 +148,19 @@ def ending_in_clock(stepper: ClockStepper, run: Trajectory) -> Ending:
         solver=start.solver,
         tolerance=start.tolerance,
     )
-    return Ending(outcome, last)
+    return Ending(outcome, checkpoint)
 
 
-def at_step_limit(steps_done: int, t: float, steps: int, time: float) -> Outcome:
-    """The outcome of a run whose bound of ``steps`` steps was reached at t, before ``time``."""
+def outcome_at_step_limit(steps_done: int, t: float, steps: int, time: float) -> Outcome:
+    """The outcome of a run that did all its ``steps`` and ended at t, before the requested time."""
     reason = f"the bound of {steps} steps was reached before t = {time:.10g}"
     remedy = "Give more steps, or a larger step"
     return Outcome(End.STEP_LIMIT, steps_done + 1, t, reason, steps=steps, remedy=remedy)
 
 
 def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | None:
-    """The error of massless bodies at some of the saved states; None without such bodies."""
+    """The error of massless bodies at some of the saved states; None without such bodies, and where
+    no step could be repeated."""
     if not has_massless(stepper.problem):
         return None
 
@@ -161,7 +175,7 @@ def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | N
             last.first, state, stages, solver_state, last.solver, last.tolerance, clock=clock
         )
 
-    def ends(n: int) -> Array:
+    def states_after(n: int) -> Array:
         q, v, t = run.q[rows], run.v[rows], run.t[rows]
         lengths = np.full(len(q), -stepper.step / n)
         for _ in range(n):
@@ -170,16 +184,17 @@ def _massless_error(stepper: ClockStepper, run: Trajectory) -> MasslessError | N
             q[codes != SOLVED] = np.nan
         return np.stack([q, v]).reshape(2, -1, *shape)
 
-    return massless_error(stepper.problem, ends)
+    return massless_error(stepper.problem, states_after)
 
 
 def _samples(stepper: ClockStepper) -> Samples | None:
-    """The states by whose energies a run is assessed, the last one among them, or None."""
+    """The states by whose energies a run is assessed, with the last one; None before the first step
+    and where the run is not watched."""
     problem, last = stepper.problem, stepper.end if stepper.end is not None else stepper.last
     if last is None or not stepper.watched:
         return None
     is_sampled = stepper.end is None and stepper.steps_done % stepper.stride == 0
-    steps = joined(stepper.samples if is_sampled else [*stepper.samples, last.rows([0])])
+    steps = join_steps(stepper.samples if is_sampled else [*stepper.samples, last.rows([0])])
     n, t, v = len(steps.t), steps.t[:, 0], steps.v
     q, p = steps.q.reshape(n, *problem.q0.shape), steps.p.reshape(n, *problem.v0.shape)
     if v is None:

@@ -1,4 +1,4 @@
-"""The steps of a run in a clock: those of the grid, in chunks, and a shortened one to a time."""
+"""The steps of a run in a clock: whole steps in chunks, and a shortened one to a requested time."""
 
 from __future__ import annotations
 
@@ -14,22 +14,24 @@ from galvi.curves.clock_curves import ClockCurves
 from galvi.kernels.forces.passages import compiled_note_states
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.problem import Problem
-from galvi.run.clocked.motion import Advanced, ClockSteps, Motion, joined
+from galvi.run.clocked.motion import Advanced, ClockSteps, Motion, join_steps
 from galvi.run.point_masses.pairs import closest_pair
 from galvi.run.request import ALWAYS_FREE, RunRequest, free_memory
-from galvi.run.run_arrays import COUNTED, has_massless, passage_record
+from galvi.run.run_arrays import COUNT_NAMES, has_massless, passage_record
 from galvi.run.stepper import Engine, SavedStates
 from galvi.systems.nbody import NBody
 
-STANDS_STILL = 4.0  # ulp of the time, below which a step leaves it where it is
-MOST_ENERGY_SAMPLES = 1024  # states by whose energies a run is assessed
-CHUNK_NUMBERS = 2**22  # numbers of curves in a chunk of steps
+SMALLEST_TIME_CHANGE = 4.0  # in units in the last place of the time; below it time stands still
+MAX_ENERGY_SAMPLES = 1024  # largest number of states by whose energies a run is assessed
+CHUNK_NUMBERS = 2**22  # about the largest number of coefficients in a chunk of steps
 NOT_POSITIVE = (
     "the clock is not positive at a stage of the step, or its time does not grow. Use a smaller "
     "step, or another clock"
 )
-LAST_STEP_ITERATIONS = 20  # iterations for the length of the last step
-FULL = "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
+LAST_STEP_ITERATIONS = 20  # largest number of iterations for the length of the last step
+MEMORY_FULL = (
+    "what is kept fills half of the free memory. Keep fewer with save_every, and curves=False"
+)
 
 
 class ClockStepper:
@@ -47,18 +49,19 @@ class ClockStepper:
     first_state
         the state before the first step; ``checkpoint`` is the current one
     recorded
-        all steps, where curves are kept; else the states at every save_every-th one
+        all steps, where curves are kept; else every save_every-th one, without its curve
     samples
-        states by which the energy is assessed, after every ``stride``-th step
+        steps by whose ends the energy is assessed: every ``stride``-th one
     last
-        the last step
+        the last whole step, without its curve
     failure_reason
         why a step failed; "" where none did
     end
-        the shortened step to the requested time, and ``share``, its length over that of a step;
-        None without one
+        the shortened step to the requested time; None without one
+    share
+        length of that step over the length of a whole one
     passage
-        of point masses, as galvi.kernels.forces.passages has it; else empty
+        the worst passage of point masses, see galvi.kernels.forces.passages; else empty
     """
 
     traced = False
@@ -72,11 +75,12 @@ class ClockStepper:
 
     @property
     def is_compiled(self) -> bool:
-        """Whether other threads can run at the same time."""
+        """Whether several runs can proceed in threads."""
         return isinstance(self.problem.system, NBody)
 
     def begin(self, *, watched: bool = True) -> None:
-        """Set the first state and empty records; ``watched``: keep samples for the energy."""
+        """Set the first state and empty records; ``watched`` states whether to keep samples by
+        which the energy is assessed. ValueError for a state of another engine."""
         problem, start = self.problem, self.request.checkpoint
         state, fresh = start, self.motion.at(problem.q0, problem.v0, problem.t0)
         if not start.state.size:
@@ -107,10 +111,10 @@ class ClockStepper:
         """Returns ``code``: a step in a clock is not retried."""
         return code
 
-    @np.errstate(all="ignore")  # such steps fail
+    @np.errstate(all="ignore")  # steps with numbers that are not finite fail
     def advance(self, n: int) -> int:
-        """Does n steps, or fewer where the requested time or a failure comes first; returns a code
-        of galvi.kernels.nystrom.solve."""
+        """Does up to n steps, fewer where the requested time or a failure comes first or a chunk of
+        curves is full; returns a code of galvi.kernels.nystrom.solve."""
         keep = self.first_state.keeps_curves
         if keep:
             n = min(
@@ -119,20 +123,20 @@ class ClockStepper:
         advanced = self.motion.advance(self.checkpoint, self.step, n, self.time, keep)
         t = advanced.steps.t[:, 0]
         dt = np.diff(t, prepend=self.checkpoint.clock[0])
-        stuck = np.flatnonzero(np.abs(dt) < STANDS_STILL * np.spacing(np.abs(t)))
+        still_steps = np.flatnonzero(np.abs(dt) < SMALLEST_TIME_CHANGE * np.spacing(np.abs(t)))
         with np.errstate(invalid="ignore"):
-            lost = np.flatnonzero(
+            reversed_steps = np.flatnonzero(
                 ~(np.all(advanced.steps.rates > 0.0, axis=1) & (dt * self.step > 0.0))
             )
-        if stuck.size:
+        if still_steps.size:
             self.failure_reason = _collision(
-                self.problem, advanced.steps.q[stuck[0]], float(t[stuck[0]])
+                self.problem, advanced.steps.q[still_steps[0]], float(t[still_steps[0]])
             )
             advanced = self.motion.advance(
-                self.checkpoint, self.step, int(stuck[0]) + 1, None, keep
+                self.checkpoint, self.step, int(still_steps[0]) + 1, None, keep
             )
-        elif lost.size:
-            n_good = int(lost[0])
+        elif reversed_steps.size:
+            n_good = int(reversed_steps[0])
             self.failure_reason = NOT_POSITIVE
             advanced = (
                 self.motion.advance(self.checkpoint, self.step, n_good, None, keep)
@@ -141,7 +145,10 @@ class ClockStepper:
             )
         self.note_passages(advanced.steps)
         self._record(advanced.steps, keep)
-        self.checkpoint, self.over = advanced.after, self.over or bool(stuck.size + lost.size)
+        self.checkpoint, self.over = (
+            advanced.after,
+            self.over or bool(still_steps.size + reversed_steps.size),
+        )
         if advanced.code != SOLVED:
             self.failure_reason = advanced.reason
         elif len(advanced.steps.t) < n:
@@ -149,7 +156,7 @@ class ClockStepper:
         return advanced.code
 
     def note_passages(self, steps: ClockSteps) -> None:
-        """Note passages of two point masses that these steps do not resolve."""
+        """Record in ``passage`` the worst passage of two point masses in these steps."""
         if not self.passage.size or not len(steps.t):
             return
         d, system = self.problem.v0.size, cast(NBody, self.problem.system)
@@ -178,12 +185,12 @@ class ClockStepper:
             self._sample(steps)
         self.bytes += sum(getattr(array, "nbytes", 0) for array in self.recorded[-1])
         if self.bytes > ALWAYS_FREE and self.bytes > 0.5 * (self.bytes + free_memory()):
-            self.over, self.failure_reason = True, FULL
+            self.over, self.failure_reason = True, MEMORY_FULL
         self.steps_done += n
 
     @property
     def first_length(self) -> float:
-        """The approximate length in time of a step at the problem's start."""
+        """The approximate length, in time, of a step at the problem's start."""
         return float(self.motion.rate(self.problem.q0.ravel())) * self.step
 
     def _is_saved(self, steps: ClockSteps) -> Any:
@@ -191,11 +198,12 @@ class ClockStepper:
         return (steps.number - self.first_state.first) % self.first_state.save_every == 0
 
     def _sample(self, steps: ClockSteps) -> None:
-        """Keep the states after every 2^k-th step, at most MOST_ENERGY_SAMPLES of them."""
+        """Add every ``stride``-th step to the samples; where they become more than
+        MAX_ENERGY_SAMPLES, double the stride and drop samples."""
         self.samples.append(self._every_so_many(steps))
-        while sum(len(part.t) for part in self.samples) > MOST_ENERGY_SAMPLES:
+        while sum(len(part.t) for part in self.samples) > MAX_ENERGY_SAMPLES:
             self.stride *= 2
-            self.samples = [self._every_so_many(joined(self.samples))]
+            self.samples = [self._every_so_many(join_steps(self.samples))]
 
     def _every_so_many(self, steps: ClockSteps) -> ClockSteps:
         return steps.rows((steps.number - self.first_state.first) % self.stride == 0)
@@ -219,15 +227,16 @@ class ClockStepper:
             self.note_passages(self.end)
 
     def to_time(self) -> tuple[ClockSteps | None, float]:
-        """The shortened step from the last grid point to the time, by Newton's method for its share
-        of a step; None where the grid point is at the time, or with a ``failure_reason``."""
+        """The shortened step from the last grid point to the requested time, and its length over
+        that of a whole step, by Newton's method for that ratio. The step is None where the grid
+        point is at that time, and where it cannot be solved, which sets ``failure_reason``."""
         t, low = self.checkpoint.clock[:2].tolist()
         time, rate, h = cast(float, self.time), self.motion.rate, self.step
-        wanted, fine = (time - t) - low, 2.0 * math.ulp(max(abs(time), abs(t)))
-        if abs(wanted) <= fine:
+        remaining, time_resolution = (time - t) - low, 2.0 * math.ulp(max(abs(time), abs(t)))
+        if abs(remaining) <= time_resolution:
             return None, 1.0
         q = self.checkpoint.state[0, : self.problem.q0.size]
-        x, low_x, high_x = (min(1.0, wanted / (h * float(rate(q)))), 0.0, 2.0)
+        x, low_x, high_x = (min(1.0, remaining / (h * float(rate(q)))), 0.0, 2.0)
         best: tuple[float, ClockSteps | None, float] = (math.inf, None, 0.0)
         for _ in range(LAST_STEP_ITERATIONS):
             advanced = self.motion.advance(
@@ -238,16 +247,16 @@ class ClockStepper:
                 high_x, x = x, 0.5 * (low_x + x)
                 continue
             after = advanced.steps.t[0]
-            off = wanted - ((after[0] - t) + (after[1] - low))
-            if abs(off) >= best[0]:
+            time_error = remaining - ((after[0] - t) + (after[1] - low))
+            if abs(time_error) >= best[0]:
                 break
-            best = abs(off), advanced.steps, x
-            if abs(off) <= 0.25 * fine:
+            best = abs(time_error), advanced.steps, x
+            if abs(time_error) <= 0.25 * time_resolution:
                 break
-            low_x, high_x = (x, high_x) if off * h > 0.0 else (low_x, x)
-            new = x + off / (h * float(rate(advanced.steps.q[0])))
-            x = new if low_x < new < high_x else 0.5 * (low_x + high_x)
-        if not best[0] <= 64.0 * fine:
+            low_x, high_x = (x, high_x) if time_error * h > 0.0 else (low_x, x)
+            new_x = x + time_error / (h * float(rate(advanced.steps.q[0])))
+            x = new_x if low_x < new_x < high_x else 0.5 * (low_x + high_x)
+        if not best[0] <= 64.0 * time_resolution:
             self.failure_reason = "the step that ends there could not be solved. Use a smaller step"
             return None, 1.0
         number = np.array([self.checkpoint.first + best[2]])
@@ -255,11 +264,12 @@ class ClockStepper:
 
     @property
     def curves(self) -> ClockCurves | None:
-        """The curves of all steps, the shortened one included; None where they were not kept."""
+        """The curves of all steps, with the shortened one; None where they are not kept, and before
+        the first step."""
         parts = self.recorded + ([self.end] if self.end is not None else [])
         if not parts or not self.first_state.keeps_curves:
             return None
-        steps, first = joined(parts), self.first_state.state[0, : self.problem.q0.size]
+        steps, first = join_steps(parts), self.first_state.state[0, : self.problem.q0.size]
         times = np.concatenate([self.first_state.clock[:1], steps.t[:, 0]])
         if self.reached:
             times[-1] = self.time
@@ -276,18 +286,24 @@ class ClockStepper:
         )
 
     def states(self) -> SavedStates:
-        """The saved states: the first, those at every save_every-th step, and the last."""
-        problem, before = self.problem, self.request.continues
+        """The saved states: the first, those after every save_every-th step, and the last."""
+        problem, continued_run = self.problem, self.request.continues
         first: Any = problem.t0, problem.q0, problem.p0, problem.v0, 0.0
-        if before is not None:
-            tau = cast(Array, before.tau)
-            first = before.t[-1], before.q[-1], before.p[-1], before.v[-1], tau[-1]
+        if continued_run is not None:
+            tau = cast(Array, continued_run.tau)
+            first = (
+                continued_run.t[-1],
+                continued_run.q[-1],
+                continued_run.p[-1],
+                continued_run.v[-1],
+                tau[-1],
+            )
         columns = [np.array(x)[None] for x in first]
         parts = [part.rows(self._is_saved(part)) for part in self.recorded]
         last = self.end if self.end is not None else self.last
         if last is not None:
-            saves_it = self.end is None and self.steps_done % self.first_state.save_every == 0
-            saved = joined(parts if saves_it else [*parts, last.rows([0])])
+            last_is_saved = self.end is None and self.steps_done % self.first_state.save_every == 0
+            saved = join_steps(parts if last_is_saved else [*parts, last.rows([0])])
             v = saved.p if saved.v is None else saved.v
             steps = saved.t[:, 0], saved.q, saved.p, v, saved.number * self.step
             columns = [
@@ -300,10 +316,10 @@ class ClockStepper:
         return SavedStates(t, q, p, velocities if has_massless(problem) else None, tau)
 
     def counted(self) -> dict[str, int]:
-        """The counts of the run, by name."""
+        """The counts of the run by name."""
         counts = {
             "steps": self.steps_done,
-            **dict(zip(COUNTED, map(int, self.counts), strict=True)),
+            **dict(zip(COUNT_NAMES, map(int, self.counts), strict=True)),
         }
         if isinstance(self.problem.system, NBody):
             counts["pair_evaluations"] = counts["force_evaluations"] * self.problem.system.pairs

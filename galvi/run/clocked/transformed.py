@@ -6,11 +6,10 @@ With u = dq/dtau, the energy E and an external force F, these are steps of
 
 Without a force and explicit time E stays as it is, and t is a quadrature of g after the steps,
 which are done by the lanes of equal steps where L_tau can be traced, else by the general kernel.
-Otherwise the problem is driven: t and E are
-collocated at the stages. With Gauss s and degree s, or Lobatto s + 1 and degree s, this is a
-(partitioned) Runge-Kutta method of order 2 s; other methods are refused. A step is done by passes
-until t and E settle, in each of which the kernel finds the curve. With Gauss and a constant
-mass this is the collocation of
+Otherwise the problem is driven: t and E are collocated at the stages. With Gauss s and degree s, or
+Lobatto s + 1 and degree s, this is a (partitioned) Runge-Kutta method of order 2 s; other methods
+are refused. A step is done by passes until t and E converge; in each pass the kernel solves for the
+curve. With Gauss and a constant mass this is the collocation of
 
     q' = g v,    p' = g (dL/dq + F) - (H - E) dg/dq,    p = M v
 
@@ -39,12 +38,12 @@ from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.rules.rule import gauss, lobatto
 from galvi.run.clocked.lagrangians import lagrangian_of
-from galvi.run.clocked.motion import NO_COUNTS, Advanced, ClockSteps, Motion, joined
+from galvi.run.clocked.motion import NO_COUNTS, Advanced, ClockSteps, Motion, join_steps
 from galvi.run.energies import has_no_force
 from galvi.run.equal_steps import EQUAL_STEPS
 from galvi.run.general import inertial_formulation
 from galvi.run.request import RunRequest, from_start
-from galvi.run.run_arrays import COUNTED
+from galvi.run.run_arrays import COUNT_NAMES
 from galvi.run.stepper import Declined, solve_steps
 from galvi.spaces.polynomials import Polynomials
 from galvi.systems.canonical import Canonical
@@ -53,8 +52,8 @@ from galvi.systems.forces.external_force import force_at
 from galvi.systems.lagrangian import Lagrangian
 from galvi.systems.nbody import NBody
 
-STAGE_PASSES = 60  # over the stages of a step
-TIME_DIFFERENCE = 2.0**-4  # of the step in time, to differ L by t
+STAGE_PASSES = 60  # largest number of passes over the stages of a step
+TIME_DIFFERENCE = 2.0**-4  # share of a step in time, by which t is shifted to difference L
 UNSETTLED = "the energy and the time at the stages did not settle. Use a smaller step"
 
 
@@ -64,7 +63,7 @@ class StageClock:
     Parameters
     ----------
     nodes : array, shape (s,)
-        of the rule, as shares of the step, whose length in tau is ``step``
+        nodes of the rule in [0, 1]
 
     Attributes
     ----------
@@ -77,11 +76,11 @@ class StageClock:
         self.set(np.outer([t, energy], np.ones(nodes.size)), 1.0)
 
     def set(self, values: Array, step: float) -> None:
-        """Set the values of another step, of length ``step`` in tau."""
+        """Set the times and energies (2, s) of a step of length ``step`` in tau."""
         self.values, self.step = values, step
 
     def at(self, tau: float = 0.0) -> tuple[float, float]:
-        """E and t at the stage next to a time in tau since the step's start."""
+        """E and t at the stage nearest to a time in tau since the step's start."""
         stage = int(np.argmin(np.abs(self.nodes * self.step - float(tau))))
         return float(self.values[1, stage]), float(self.values[0, stage])
 
@@ -92,9 +91,11 @@ class LagrangianInTau:
     Attributes
     ----------
     base
-        the Lagrangian L; ``base_slopes`` are its slopes, or None
+        the Lagrangian L
+    base_slopes
+        its slopes; None where they are not known
     start
-        q and u
+        q and u at the start
     """
 
     def __init__(self, problem: Problem, clock: AnyClock, stages: StageClock) -> None:
@@ -111,14 +112,15 @@ class LagrangianInTau:
         return g * (self.base.function(q, u / g, *t) + energy)
 
     def slopes(self, q: Array, u: Array, *tau: float) -> Array:
-        """By u and by q: dL/dv, and g dL/dq - (H - E) dg/dq."""
+        """The derivatives (2 d,) of L_tau: dL/dv with respect to u, g dL/dq - (H - E) dg/dq with
+        respect to q."""
         energy, *t = self.stages.at(*tau)[: 1 + self.base.explicit_time]
         flat, d = q.reshape(-1), self.base.group.dimension
         g = self.rate(flat)
-        both = np.array(self.base_slopes(q, u / g, *t), dtype=np.float64)
-        excess = float(both[:d] @ u) / g - float(self.base.function(q, u / g, *t)) - energy
-        both[d:] = g * both[d:] - excess * self.slope(flat)
-        return both
+        slopes = np.array(self.base_slopes(q, u / g, *t), dtype=np.float64)
+        excess = float(slopes[:d] @ u) / g - float(self.base.function(q, u / g, *t)) - energy
+        slopes[d:] = g * slopes[d:] - excess * self.slope(flat)
+        return slopes
 
     def force(self, q: Array, u: Array, tau: float) -> Array:
         """g F, (d,)."""
@@ -129,14 +131,14 @@ class LagrangianInTau:
         """dL/dt at one state, by differences over a part of dt."""
         if not self.base.explicit_time:
             return 0.0
-        L, nudge = self.base.function, TIME_DIFFERENCE * dt
-        ends = [L(q, v, t + k * nudge) - L(q, v, t - k * nudge) for k in (1, 2, 3, 4)]
-        return float(np.dot(WEIGHTS, ends)) / nudge
+        L, time_shift = self.base.function, TIME_DIFFERENCE * dt
+        ends = [L(q, v, t + k * time_shift) - L(q, v, t - k * time_shift) for k in (1, 2, 3, 4)]
+        return float(np.dot(WEIGHTS, ends)) / time_shift
 
 
-def in_clock(in_tau: LagrangianInTau, driven: bool, t0: float) -> Problem:
-    """The problem in tau, from t0 on, or if it is driven from 0 on in each step. Its functions are
-    called, with slopes where these are known, if it is driven or they cannot be traced."""
+def problem_in_tau(in_tau: LagrangianInTau, driven: bool, t0: float) -> Problem:
+    """The problem in tau. It starts at t0, or at 0 in each step where it is driven. Its functions
+    are called, with slopes where these are known, if it is driven or they cannot be traced."""
     base, value = in_tau.base, in_tau.value
     if not driven:
         inner = Problem(Lagrangian(value, base.group, check=False), *in_tau.start, t0)
@@ -165,21 +167,25 @@ class TransformedTime:
     Attributes
     ----------
     driven
-        whether the energy changes
+        whether the energy may change
     stages
-        times and energies at the stages; those of the start where the energy is kept
+        times and energies at the stages; those of the start where the energy does not change
     inner
-        the problem in tau; ``plain`` is the method without its clock, ``formulation`` that of both
+        the problem in tau
+    plain
+        the method without its clock
+    formulation
+        the formulation of that problem and method
     integral : array, shape (s, s)
-        of a driven problem: from values at the stages to integrals, from 0 to each node, of the
-        polynomial through them
+        for a driven problem, the matrix from values at the stages to the integrals, from 0 to each
+        node, of the polynomial through them
     at_once
-        whether steps of a driven problem are tried by passes over all of the state at once
+        whether steps of a driven problem are tried by passes over the whole state first
 
     Raises
     ------
     ValueError
-        For massless bodies, and for a method or solver that cannot do it.
+        For massless bodies, and for a method or solver that is not available in transformed time.
     """
 
     def __init__(
@@ -194,23 +200,23 @@ class TransformedTime:
         self.stages = StageClock(self.table.c, problem.t0, energy)
         self.in_tau = LagrangianInTau(problem, clock, self.stages)
         self.rate, self.vectorized = self.in_tau.rate, clock.vectorized
-        self.inner = in_clock(self.in_tau, self.driven, problem.t0)
+        self.inner = problem_in_tau(self.in_tau, self.driven, problem.t0)
         self.plain = Galerkin(method.space, method.rule, method.group_chart)
         self.formulation = inertial_formulation(self.inner, self.plain)
-        constant = isinstance(problem.system, Canonical | NBody)
-        iterates = constant and method.rule == gauss(method.stages)
+        has_constant_mass = isinstance(problem.system, Canonical | NBody)
+        can_iterate = has_constant_mass and method.rule == gauss(method.stages)
         if not self.driven:
             request = RunRequest(self.inner, self.plain, 1.0, 1, from_start("fixed_point"))
-            iterates = any(not isinstance(x.offer(request), Declined) for x in EQUAL_STEPS)
-        if solver == "fixed_point" and not iterates:
+            can_iterate = any(not isinstance(x.offer(request), Declined) for x in EQUAL_STEPS)
+        if solver == "fixed_point" and not can_iterate:
             raise ValueError(_no_fixed_point(problem, method, self.driven))
-        in_lanes = not self.driven and iterates
+        in_lanes = not self.driven and can_iterate
         engine = "the lanes of equal steps" if in_lanes else "the general kernel"
         self.reason = f"in transformed time, by {engine}"
-        self.at_once = iterates and solver != "newton"
+        self.at_once = can_iterate and solver != "newton"
 
     def at(self, q: Array, v: Array, t: float) -> Checkpoint:
-        """See `Motion`; of a driven problem with the energy of the state."""
+        """See `Motion.at`."""
         energy, q = self.energy, q.reshape(self.inner.q0.shape)
         if self.driven:
             energy = float(self.in_tau.base.energy(q, v.ravel(), t))
@@ -242,26 +248,26 @@ class TransformedTime:
                 break
             steps.append(advanced.steps if keep else advanced.steps._replace(coefficients=curves))
             state = advanced.after
-        return Advanced(joined(steps), state, DIVERGED if reason else SOLVED, reason)
+        return Advanced(join_steps(steps), state, DIVERGED if reason else SOLVED, reason)
 
     def _block(
         self, state: Checkpoint, h: float, n: int, time: float | None, keep: bool
     ) -> Advanced:
-        """Up to n steps by the engine, with t by quadrature and E as it is."""
+        """Up to n steps by the engines of equal steps, with t by quadrature and a constant E."""
         begin = state.state, state.stages, state.solver_state
         start = Checkpoint(0, *begin, self.solver, self.tolerance, curves=True)
         stepper, code = solve_steps(EQUAL_STEPS, RunRequest(self.inner, self.plain, h, n, start))
         work = stepper.work
         coefficients = work.coefficients[: work.steps_done]
         curves, stages = self._curves(work.bases[: work.steps_done], coefficients, h)
-        rates = self._rates(curves.places(*stages)).reshape(work.steps_done, self.table.c.size)
-        # One after another: the bits of a product of matrices depend on their sizes.
+        rates = self._rates(curves.positions(*stages)).reshape(work.steps_done, self.table.c.size)
+        # Summed one by one, since the last bits of a product of matrices depend on their sizes.
         lengths = h * sum(b * g for b, g in zip(self.table.b, rates.T, strict=True))
-        t = added(state.clock[:2], lengths)
-        past = np.flatnonzero((t[:, 0] - time) * h > 0.0) if time is not None else np.zeros(0)
-        if past.size and past[0]:
-            return self._block(state, h, int(past[0]), None, keep)
-        steps_done = 0 if past.size else work.steps_done
+        t = running_sums(state.clock[:2], lengths)
+        steps_past = np.flatnonzero((t[:, 0] - time) * h > 0.0) if time is not None else np.zeros(0)
+        if steps_past.size and steps_past[0]:
+            return self._block(state, h, int(steps_past[0]), None, keep)
+        steps_done = 0 if steps_past.size else work.steps_done
         steps = ClockSteps(
             work.saved_q[1 : steps_done + 1],
             work.saved_moving[1 : steps_done + 1],
@@ -269,10 +275,10 @@ class TransformedTime:
             t[:steps_done],
             coefficients[: steps_done if keep else 0],
             rates[:steps_done],
-            NO_COUNTS if past.size else work.counts[: len(COUNTED)].astype(np.float64),
+            NO_COUNTS if steps_past.size else work.counts[: len(COUNT_NAMES)].astype(np.float64),
             state.first + np.arange(1.0, steps_done + 1.0),
         )
-        if past.size:
+        if steps_past.size:
             return Advanced(steps, state, SOLVED)
         after = replace(
             state,
@@ -285,8 +291,8 @@ class TransformedTime:
         return Advanced(steps, after, code, stepper.failure(code) if code else "")
 
     def _by_kernel(self, state: Checkpoint, h: float) -> Advanced | str:
-        """One step of a driven problem by passes over y = (t, E), in each of which the engine finds
-        the curve; else the reason why it failed."""
+        """One step of a driven problem by passes over y = (t, E), in each of which the engine
+        solves for the curve; a sentence on the reason where the step fails."""
         q0, attempts = state.state[:1, : self.problem.q0.size], []
 
         def slopes(y: Array) -> tuple[Array, float]:
@@ -296,7 +302,7 @@ class TransformedTime:
             if attempts[-1].reason:
                 return np.full(y.shape, np.nan), 0.0
             curves, stages = self._curves(q0, step.coefficients, h)
-            q, g = curves.places(*stages), step.rates[0]
+            q, g = curves.positions(*stages), step.rates[0]
             v = curves.velocities(*stages) / g[:, None]
             return self._forces_and_rates(q, v, g, h)[1], float(step.p[0] @ v[-1])
 
@@ -310,10 +316,11 @@ class TransformedTime:
         return Advanced(last, replace(after, clock=clock), SOLVED)
 
     def _by_passes(self, state: Checkpoint, h: float) -> Advanced | str:
-        """One step of a driven problem of constant mass by passes over all of y = (q, p, t, E);
-        else the reason why it failed.
+        """One step of a driven problem of constant mass by passes over y = (q, p, t, E); a sentence
+        on the reason where the step fails.
 
-        The rows of its state are q, p and their low parts; the kernel has none of q.
+        The rows of the state are q, p and their low parts; steps by the kernel have no low part of
+        q.
         """
         table, d, clock = self.table, self.problem.v0.size, state.clock.reshape(2, 2).T
         u = state.stages.T
@@ -356,53 +363,57 @@ class TransformedTime:
         v = system.velocity(p.reshape(-1, *self.problem.v0.shape)).reshape(p.shape)
         g = self._rates(q)
         u = g[:, None] * v
-        pushes, rates = self._forces_and_rates(q, v, g, h)
+        forces, rates = self._forces_and_rates(q, v, g, h)
         rows = zip(q, u, h * self.table.c, strict=True)
-        falls = np.array([self.in_tau.slopes(*row)[d:] for row in rows])
-        return np.hstack([u, falls + g[:, None] * pushes, rates]), float(p[-1] @ v[-1])
+        momentum_slopes = np.array([self.in_tau.slopes(*row)[d:] for row in rows])
+        return np.hstack([u, momentum_slopes + g[:, None] * forces, rates]), float(p[-1] @ v[-1])
 
     def _forces_and_rates(self, q: Array, v: Array, g: Array, h: float) -> tuple[Array, Array]:
         """F (s, d), and (t', E') (s, 2), at the stages of a step."""
         in_tau, states = self.in_tau, list(zip(q, v, self.stages.values[0].tolist(), strict=True))
-        pushes = np.array([force_at(in_tau.base, *state) for state in states])
+        forces = np.array([force_at(in_tau.base, *state) for state in states])
         by_time = np.array([in_tau.by_time(*state, h * g[0]) for state in states])
-        return pushes, np.column_stack([g, g * (np.sum(pushes * v, axis=1) - by_time)])
+        return forces, np.column_stack([g, g * (np.sum(forces * v, axis=1) - by_time)])
 
     def _collocated(
         self, slopes: Callable[[Array], tuple[Array, float]], y: Array, guess: Array, h: float
     ) -> tuple[Array, Array, int] | None:
-        """y after a step, y' at its stages, and the number of passes; None if they do not settle.
+        """y (2, k) after a step with its low part, y' (s, k) at the stages, and the number of
+        passes; None if the passes do not converge.
 
         Parameters
         ----------
         slopes
-            y (s, k) -> y' (s, k), and p . v at the last stage; y ends with t and E
+            y (s, k) -> y' (s, k), and p . v at the last stage; the last columns of y are t and E
         y : array, shape (2, k)
-            before the step, and its low part
+            y before the step, and its low part
         guess : array, shape (s, k)
-            of y'
+            first guess of y'
         """
-        (start, low), last = y, guess
+        (start, low), slopes_before = y, guess
         history, d = np.array([np.inf, 1.0, np.inf, 0.0]), start.size // 2 - 1
         for passes in range(1, STAGE_PASSES + 1):
-            stages = start + (low + h * (self.integral @ last))
+            stages = start + (low + h * (self.integral @ slopes_before))
             if not np.all(np.isfinite(stages)):
                 return None
-            new, twice_kinetic = slopes(stages)
+            new_slopes, twice_kinetic = slopes(stages)
             size = (abs(start[-1]) + abs(twice_kinetic)) / abs(h)
             parts = (slice(d), 0.0), (slice(d, -2), 0.0), (-2, 0.0), (-1, size)
-            change = sum(relative_change(new[:, k], last[:, k], floor) for k, floor in parts)
-            code, last = decide(change, self.tolerance, history), new
+            change = sum(
+                relative_change(new_slopes[:, k], slopes_before[:, k], floor) for k, floor in parts
+            )
+            code, slopes_before = decide(change, self.tolerance, history), new_slopes
             if code == SOLVED:
-                kick = low + h * (self.table.b @ new)
-                end = start + kick
-                return np.stack([end, kick - (end - start)]), new, passes
+                increment = low + h * (self.table.b @ new_slopes)
+                end = start + increment
+                return np.stack([end, increment - (end - start)]), new_slopes, passes
             if code != GOING:
                 break
         return None
 
     def _curves(self, bases: Array, x: Array, h: float) -> tuple[Any, tuple[Any, Array]]:
-        """The curves of steps in tau, and the numbers and shares of their stages."""
+        """The curves of steps in tau, and the indices of the steps and fractions of their
+        stages."""
         curves = self.formulation.curves(self.inner, self.plain, h, self.inner.t0, bases, x)
         n, c = len(x), self.table.c
         return curves, (np.repeat(np.arange(n), c.size), np.tile(c, n))
@@ -432,13 +443,14 @@ def motion_in_transformed_time(
 
 
 def relative_change(new: Array, last: Array, size: float) -> float:
-    """The largest change, relative to the largest entry or to a larger size."""
+    """The largest change, relative to the larger of ``size`` and the largest new entry."""
     change, entry = (float(np.max(np.abs(x), initial=0.0)) for x in (new - last, new))
     return change / (max(entry, size) or 1.0)
 
 
-def added(start: Array, changes: Any) -> Array:
-    """(n, 2) sums with their low parts, of a number and its low part (2,) and changes (n,)."""
+def running_sums(start: Array, changes: Any) -> Array:
+    """The running sums (n, 2), with low parts, of changes (n,) added to a number and its low part
+    (2,)."""
 
     def plus(last: tuple[float, float], change: float) -> tuple[float, float]:
         total, low = last[0], last[1] + change
@@ -449,8 +461,8 @@ def added(start: Array, changes: Any) -> Array:
 
 
 def _refuse(problem: Problem, driven_by: Galerkin | None) -> None:
-    """ValueError for point masses some of which have no mass, and for a method that moves a driven
-    problem unless it collocates t and E."""
+    """ValueError for point masses some of which are massless, and for a method of a driven problem
+    that does not collocate t and E."""
     if isinstance(problem.system, NBody) and problem.system.has_massless:
         raise ValueError(
             "massless bodies have no Lagrangian of their own; in a clock they need lanes: "
@@ -469,7 +481,7 @@ def _refuse(problem: Problem, driven_by: Galerkin | None) -> None:
 
 
 def _no_fixed_point(problem: Problem, method: Galerkin, driven: bool) -> str:
-    """The refusal of fixed-point iteration, with the remedy."""
+    """The message that refuses fixed-point iteration."""
     if not driven:
         return (
             "in this clock the solver fixed_point needs functions that can be traced. Use the "

@@ -12,7 +12,7 @@ from galvi.kernels.nystrom.solve import NOT_FINITE
 from galvi.lanes.frames.collocation import ALARM
 from galvi.method import Galerkin
 from galvi.problem import Problem
-from galvi.run.in_frame.curves import Path
+from galvi.run.in_frame.curves import FrameOfRun
 from galvi.run.in_frame.inertial import InertialKernel
 from galvi.run.in_frame.kernel import FrameKernel, frame_of, frame_start, motion_of
 from galvi.run.in_frame.passes import checks_of
@@ -22,7 +22,7 @@ from galvi.run.run_arrays import RunArrays, State
 from galvi.run.stepper import Declined, Engine, Stepper, Substeps
 from galvi.systems.nbody import NBody
 
-IN_INERTIAL_FRAME = (
+INERTIAL_STEPS_NOTE = (
     "{left} of {steps} steps were done in the inertial frame, in parts, since what the moving "
     "frame leaves was too strong there, or an orbit too eccentric for it."
 )
@@ -37,10 +37,10 @@ def refuse(problem: Problem, method: Galerkin) -> None:
 
 
 class InFrame:
-    """The state is that of galvi.lanes.frames.collocation."""
+    """`Formulation` in a moving frame; the state is that of galvi.lanes.frames.collocation."""
 
     velocity_row, guess_kind = 2, 0
-    in_other_way = "inertial_steps", IN_INERTIAL_FRAME
+    in_other_way = "inertial_steps", INERTIAL_STEPS_NOTE
 
     def initial_state(self, problem: Problem, method: Galerkin) -> State:
         """See `Formulation`."""
@@ -64,14 +64,14 @@ class InFrame:
     ) -> FrameCurves:
         """See `Formulation`."""
         motion = motion_of(problem, method, step)
-        path = Path(problem, method, step, motion.clock, motion.stretch)
+        path = FrameOfRun(problem, method, step, motion.clock, motion.stretch)
         first = round((t0 - problem.t0) / step)
         bases = bases.reshape(len(bases), 4, frame_start(problem, method)[0].shape[1])
         return FrameCurves(method.space, t0, step, bases, x, first, path)
 
     def guess(self, substeps: Substeps, request: RunRequest, work: RunArrays) -> Array | None:
-        """The stages as they are, for a step in the inertial frame; None where the frame never
-        applied."""
+        """The current stages, since the step is retried in the inertial frame; None where the
+        checks rule that out."""
         checks = checks_of(
             request.problem, request.method, request.step, request.checkpoint.tolerance
         )
@@ -88,29 +88,29 @@ class InFrame:
         if outside:
             return outside
         name = frame.name
-        why = (
+        failure = (
             f"the state became infinite or NaN in the {name}"
             if code == NOT_FINITE
             else f"the passes did not converge: what the {name} leaves is too strong for this step"
         )
         if isinstance(problem.system, NBody):
-            where = encounter(
+            encounter_message = encounter(
                 problem,
                 problem.system,
                 method.stages,
                 step,
                 work.state[:4, : problem.q0.size],
-                framed=True,
+                in_frame=True,
             )
-            return f"{why}. In the inertial frame, {where}"
-        return f"{why}. Use a smaller step, or another chart."
+            return f"{failure}. In the inertial frame, {encounter_message}"
+        return f"{failure}. Use a smaller step, or another chart."
 
 
 IN_FRAME = InFrame()
 
 
 def frame_kernel(request: RunRequest, work: RunArrays) -> FrameKernel:
-    """The kernel of a run, with as many passes as it needs."""
+    """The kernel of a run, with the number of passes that `checks_of` measures."""
     checks = checks_of(request.problem, request.method, request.step, request.checkpoint.tolerance)
     return FrameKernel(request, work, np.array(checks))
 
@@ -123,7 +123,8 @@ def stepper_in_frame(request: RunRequest) -> Stepper | Declined:
     refuse(problem, method)
     if request.checkpoint.solver == "newton":
         raise ValueError(
-            "in a moving frame the solver must be one of auto, fixed_point; received 'newton'."
+            "in a moving frame the solver must be one of auto, fixed_point; received 'newton'. Use "
+            "the solver auto."
         )
     reason = f"the method's chart is the {frame_of(method).name}"
     return Stepper(request, IN_FRAME, FRAME.name, reason, frame_kernel, InertialKernel)

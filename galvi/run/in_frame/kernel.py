@@ -27,7 +27,7 @@ from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, State, fixed, run_p
 from galvi.spaces.polynomials import Polynomials
 from galvi.tableau import tabulate
 
-MEETING_CHECK_STEPS = 1024  # between two checks whether bodies can meet
+MEETING_CHECK_STEPS = 1024  # steps between two checks whether bodies can meet
 NO_PASSAGES = np.zeros(0)
 
 
@@ -44,8 +44,8 @@ def frame_start(problem: Problem, method: Galerkin) -> State:
     return fixed(state, np.zeros((0, method.stages)), solver_state)
 
 
-def stretched(y: Array, stretch: float) -> tuple[Array, Array]:
-    """The places in [-1, 1] of Gauss nodes y that are moved, and their slopes by y."""
+def stretched_nodes(y: Array, stretch: float) -> tuple[Array, Array]:
+    """The stretched nodes in [-1, 1] of Gauss nodes y, and their derivatives with respect to y."""
     if stretch < 1e-8:
         return y, np.ones_like(y)
     largest_angle = np.arcsin(stretch)
@@ -76,28 +76,29 @@ def tables_of(motion: Motion, method: Galerkin, checks: Array) -> tuple[Any, ...
         checks,
     )
     arrays: list[Any] = [np.array(x, dtype=np.float64, order="C") for x in numbers]
-    return *arrays, _coarse(method.stages)
+    return *arrays, _first_pass_tables(method.stages)
 
 
 @lru_cache(maxsize=32)
-def _coarse(s: int) -> tuple[Any, ...]:
-    """The tables of a first pass at about half as many nodes, where that saves a row of lanes."""
+def _first_pass_tables(s: int) -> tuple[Any, ...]:
+    """The tables of a first pass at about half as many nodes; empty where that saves no vector."""
     c, width = tabulate(Polynomials(s), gauss(s)).c, stages_in_lanes(s).size
-    fewer = min(-(-width // (2 * LANES)) * LANES, s)
-    if fewer == s or width == LANES:
+    coarse_count = min(-(-width // (2 * LANES)) * LANES, s)
+    if coarse_count == s or width == LANES:
         return np.zeros((0, width)), np.zeros(LANES), np.zeros(LANES), np.zeros((0, width))
-    few = tabulate(Polynomials(fewer), gauss(fewer))
+    coarse_table = tabulate(Polynomials(coarse_count), gauss(coarse_count))
     lanes = stages_in_lanes(s)
-    legendre = legvander(2.0 * few.c - 1.0, fewer - 1)
-    values = np.linalg.solve(legendre.T, legvander(2.0 * c - 1.0, fewer - 1).T)
-    integrals = legendre_integrals(c, fewer) @ np.linalg.inv(legendre)
+    legendre = legvander(2.0 * coarse_table.c - 1.0, coarse_count - 1)
+    values = np.linalg.solve(legendre.T, legvander(2.0 * c - 1.0, coarse_count - 1).T)
+    integrals = legendre_integrals(c, coarse_count) @ np.linalg.inv(legendre)
     matrices = (np.ascontiguousarray(x[:, lanes]) for x in (integrals.T, values))
     matrix, guess = matrices
-    return matrix, few.b.copy(), few.c.copy(), guess
+    return matrix, coarse_table.b.copy(), coarse_table.c.copy(), guess
 
 
 def legendre_integrals(c: Array, count: int) -> Array:
-    """The integrals from 0 to c of the first Legendre polynomials on [0, 1], (len(c), count)."""
+    """The integrals (len(c), count) from 0 to c of the first ``count`` Legendre polynomials on
+    [0, 1]."""
     P = legvander(2.0 * c - 1.0, count)
     k = np.arange(1, count)
     first = 0.5 * (P[:, 1:2] + 1.0)
@@ -124,7 +125,7 @@ class FrameKernel:
             (self._scratch[0][2], tables[2]),
             (self._scratch[1][2], tables[-1][2]),
         ):
-            nodes[PLACE], nodes[PACE] = stretched(2.0 * c - 1.0, motion.stretch)
+            nodes[PLACE], nodes[PACE] = stretched_nodes(2.0 * c - 1.0, motion.stretch)
         self._kernel = collocation.compiled_advance_frame()
         self._plan, self._progress, self._saved = run_plan(
             request, work, request.checkpoint.tolerance
@@ -140,7 +141,7 @@ class FrameKernel:
         work = self._work
         state, solver_state, before = work.state.copy(), work.solver_state.copy(), work.steps_done
         code = self._in_blocks(n)
-        if code != SOLVED:  # the steps before it once more, since the state is lost
+        if code != SOLVED:  # the state is lost: repeat the steps before the failed one
             steps_done, counts = work.steps_done - before, work.counts.copy()
             work.state[:], work.solver_state[:] = state, solver_state
             if steps_done:
@@ -150,7 +151,8 @@ class FrameKernel:
         return code
 
     def _in_blocks(self, n: int) -> int:
-        """Does n steps; `can_meet` is asked at the start of each block of MEETING_CHECK_STEPS."""
+        """Does up to n steps, and evaluates `can_meet` at the start of each MEETING_CHECK_STEPS of
+        the run."""
         request, work, passage, code = self._request, self._work, self._passage, SOLVED
         while n and code == SOLVED:
             block, steps_in_block = divmod(
@@ -162,7 +164,7 @@ class FrameKernel:
                     tuple(work.state[row, : request.problem.q0.size].tolist()) for row in (0, 2)
                 )
                 self._may_meet = can_meet(request.problem, q, v, request.method, request.step)
-            part = min(n, MEETING_CHECK_STEPS - steps_in_block)
+            block_steps = min(n, MEETING_CHECK_STEPS - steps_in_block)
             progress = *self._progress[:-1], passage if self._may_meet else NO_PASSAGES
             code = int(
                 self._kernel(
@@ -170,26 +172,26 @@ class FrameKernel:
                     self._motion.numbers,
                     self.tables,
                     self._plan,
-                    part,
+                    block_steps,
                     progress,
                     self._scratch,
                     self._saved,
                 )
             )
-            n -= part
+            n -= block_steps
         if passage.size and passage[0] > work.passage[0]:
             work.passage[:FOUND] = passage[:FOUND]
         return code
 
 
 def scratch_of(motion: Motion, tables: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
-    """Rows of the stages, rows of the stages of the first pass, work of the functions, and a state
-    of that shape."""
-    rows, width, few = motion.sizes.size, tables[1].size, tables[-1][2].size
+    """Scratch arrays of a frame's kernel: for the stages, for the stages of the first pass, for the
+    functions, and a state of ``shape``."""
+    rows, width, coarse_width = motion.sizes.size, tables[1].size, tables[-1][2].size
     arrays = aligned(
         *(
             shape
-            for m in (width, few)
+            for m in (width, coarse_width)
             for shape in ((rows, m), (rows, m), (5, m), (motion.guesses, m))
         ),
         (motion.work, LANES),

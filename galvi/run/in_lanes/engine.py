@@ -20,8 +20,8 @@ def stepper_in_lanes(request: RunRequest) -> Stepper | Declined:
     if request.checkpoint.solver == "newton":
         return Declined("steps are iterated there, and the solver newton was asked for")
     formulation = inertial_formulation(problem, method)
-    vector = formulation is VECTOR_SPACE
-    kernel = vector_kernel(request) if vector else group_kernel(request)
+    is_vector_space = formulation is VECTOR_SPACE
+    kernel = vector_kernel(request) if is_vector_space else group_kernel(request)
     if isinstance(kernel, str):
         return Declined(kernel)
     return Stepper(
@@ -30,7 +30,7 @@ def stepper_in_lanes(request: RunRequest) -> Stepper | Declined:
         LANES.name,
         "its forces are known as expressions",
         kernel,
-        kernel if vector else NewtonFallback,
+        kernel if is_vector_space else NewtonFallback,
     )
 
 

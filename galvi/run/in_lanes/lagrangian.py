@@ -29,19 +29,19 @@ from galvi.systems.traces import Traces, traces
 from galvi.tracing.lane_law import coupled
 from galvi.tracing.laws_of_systems import LawCode, law_of
 
-# In lanes less is left: a free body (degree 6, 6 points, h = 0.2) loses 3.6e-18 of its energy a
-# step with 2^-55, and 1.2e-18 with 2^-58.
-FINEST_IN_LANES = 2.0**-58
-# On R^d less is left for the energy to drift by: an elastic pendulum (degree 8, 9 points, h = 0.03)
-# loses 5e-19 of it a step with 2^-55, and at most 2e-20 with 2^-60.
-FINEST_ON_RN = 2.0**-60
+# Relative change up to which steps on groups are iterated: a free body (degree 6, 6 points, h =
+# 0.2) loses 3.6e-18 of its energy a step with 2^-55, and 1.2e-18 with 2^-58.
+LEAST_TOLERANCE_ON_GROUP = 2.0**-58
+# On R^d it must be smaller: an elastic pendulum (degree 8, 9 points, h = 0.03) loses 5e-19 of its
+# energy a step with 2^-55, and at most 2e-20 with 2^-60.
+LEAST_TOLERANCE_ON_RN = 2.0**-60
 
 
-NO_LINE = read_only(np.zeros(0))  # of curves that are made from rates alone
+NO_LINE = read_only(np.zeros(0))  # curves whose coefficients depend only on rates have no line
 
 
 def lane_law(system: Any, d: int) -> LawCode | None:
-    """The law for lanes of a system of d coordinates on R^d, or None."""
+    """The law for lanes of a system of d coordinates on R^d; None where it has none."""
     system_traces = traces(system)
     if isinstance(system, NBody) and system.acting.of_velocity:
         system = NBodyOnRn(system, d // system.masses.size)
@@ -56,7 +56,7 @@ def _lane_law(system: Any, d: int, system_traces: Traces) -> LawCode | None:
     return law_of(CanonicalOnRn(system, Rn(d)) if isinstance(system, Canonical) else system)
 
 
-def has_law(problem: Problem, method: Galerkin) -> bool:
+def can_use_law(problem: Problem, method: Galerkin) -> bool:
     """Whether the problem's system has a law for lanes that can be iterated with the method.
 
     Components that its mass couples must have the same degree: a chain of rods with other degrees
@@ -70,7 +70,7 @@ def has_law(problem: Problem, method: Galerkin) -> bool:
 
 
 def component_degrees(method: Galerkin) -> tuple[int, ...] | None:
-    """The degree of each component, where the space has several; else None."""
+    """The degree of each component; None where the space has one degree for all."""
     return getattr(method.space, "degrees", None)
 
 
@@ -82,12 +82,12 @@ def law_kernel(request: RunRequest, work: RunArrays) -> LawKernel:
     lanes, curves = lanes_for(s), (read_only(h * method.table.projection), NO_LINE)
     tables = tables_on_space(method.table, component_degrees(method), Form(h, lanes))
     step = law_on_space(law[0], d, False, lanes, s <= lanes)
-    tolerance = max(request.checkpoint.tolerance, FINEST_ON_RN)
+    tolerance = max(request.checkpoint.tolerance, LEAST_TOLERANCE_ON_RN)
     return LawKernel(step, law[1], tables, curves, tolerance, request, work)
 
 
 def group_law(system: Any) -> LawCode | None:
-    """The law for lanes of a system on a group other than R^d, or None."""
+    """The law for lanes of a system on a group other than R^d; None where it has none."""
     group = getattr(system, "group", None)
     if group is None or isinstance(group, Rn):
         return None
@@ -108,32 +108,32 @@ def group_law_kernel(request: RunRequest, work: RunArrays) -> LawKernel:
     layout = tuple(map(tuple, coupled_layout(system, problem).tolist()))
     step = law_on_group(law[0], layout, method.group_chart.number, lanes, s <= lanes)
     tables = tables_on_group(method.table, Form(h, lanes))
-    tolerance = max(request.checkpoint.tolerance, FINEST_IN_LANES)
+    tolerance = max(request.checkpoint.tolerance, LEAST_TOLERANCE_ON_GROUP)
     return LawKernel(step, law[1], tables, curves, tolerance, request, work)
 
 
 def group_kernel(request: RunRequest) -> MakeKernel | str:
-    """The constructor of the kernel in lanes on a group, or for a Lagrangian; else the reason why
-    there is none."""
+    """The constructor of the kernel in lanes for a Lagrangian on R^d or another group; a clause on
+    the reason where there is none."""
     problem, method = request.problem, request.method
-    if has_law(problem, method):
+    if can_use_law(problem, method):
         return partial(WithNewton, law_kernel)
-    iterates = component_degrees(method) is None and float(np.min(method.table.b)) > 0.0
-    if iterates and has_group_law(problem):
+    can_iterate = component_degrees(method) is None and float(np.min(method.table.b)) > 0.0
+    if can_iterate and has_group_law(problem):
         return partial(WithNewton, group_law_kernel)
     refusal = getattr(problem.system, "untraced", "")
     return "its functions are not known as expressions" + (f" ({refusal})" if refusal else "")
 
 
 class WithNewton:
-    """Steps in lanes; those whose iteration does not converge there, and some after them, by
-    Newton's method in the general kernel."""
+    """Steps in lanes; a step whose iteration does not converge there, and NEWTON_STREAK - 1 steps
+    after it, are done by Newton's method in the general kernel."""
 
     def __init__(self, kernel: MakeKernel, request: RunRequest, work: RunArrays) -> None:
         self._in_lanes, self._request, self._work = kernel(request, work), request, work
 
     @cached_property
-    def _general(self) -> Kernel:  # made when first needed: compiling it takes long
+    def _general(self) -> Kernel:  # made when first needed, since compiling it takes long
         return NewtonFallback(self._request, self._work)
 
     def advance(self, n: int) -> int:

@@ -28,26 +28,26 @@ NO_FACTORS = np.zeros((0, 5), dtype=np.int64)  # of R^d
 
 @dataclass(frozen=True, eq=False)
 class LawInLanes:
-    """A step of a law in lanes, and where its numbers are.
+    """A compiled step of a law in lanes, and the layout of its arrays.
 
     Attributes
     ----------
     function
-        compiled, of the address of the arguments of galvi.lanes.layouts
+        address of the arguments of galvi.lanes.layouts -> None, compiled
     fields
-        of the record
+        fields of the record
     rows
-        (d, l) -> rows of work
+        (d, l) -> number of rows of the work array
     seats : array, shape (n, 4)
-        of galvi.lanes.loops.OneRun
+        see galvi.lanes.loops.OneRun
     rates
-        first row of work for the rates of curves
+        first row, in the work array, of the rates of curves
     velocities
-        first row of work for velocities, or accelerations, at the stages
+        first row of the velocities, or accelerations, at the stages
     last
-        likewise for those of the last step
+        first row of these of the last step
     layout : array, shape (factors, 5)
-        of a group, as galvi.kernels.lie.product
+        layout of a group, see galvi.kernels.lie.product
     """
 
     function: Callable[[int], None]
@@ -61,12 +61,13 @@ class LawInLanes:
 
     @cached_property
     def address(self) -> int:
-        """Of the function."""
+        """The address of the compiled function."""
         return int(addresses((self.function, STEP_OF_LAW))[0])
 
 
 def seats_of(fields: Fields, places: Sequence[tuple[str, int, int]]) -> Any:
-    """The seats of fields whose first numbers are at these rows and columns of the state."""
+    """The seats (n, 4) of fields from triples of the name, and the row and column in the state of
+    the field's first entry."""
     return np.array(
         [(row, column, fields.first[name], fields.size[name]) for name, row, column in places]
     )
@@ -106,7 +107,7 @@ def law_on_group(
     fields = group_fields(d, sum(row[ENTRIES] for row in layout))
     function = compiled_law("group_collocation", lines, layout, chart, lanes, one_vector)
     places = [("q", 0, 0), ("p", 1, 0), ("memory", 2, 0), ("nu_low", 3, 0)]
-    if any(row[ROTATIONS] for row in layout):  # else the state has no room for them, and no need
+    if any(row[ROTATIONS] for row in layout):  # without rotations the state has no such entries
         places += [("nu", 1, 2 * d), ("low", 3, d)]
     return LawInLanes(
         function,

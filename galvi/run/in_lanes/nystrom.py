@@ -14,7 +14,13 @@ from galvi.kernels.nystrom.solve import DIVERGED, FORCES
 from galvi.lanes.nbody import compiled_advance
 from galvi.lanes.vectors import LANES, lanes_for
 from galvi.run.in_lanes.law_kernel import LawKernel, law_on_space
-from galvi.run.in_lanes.tables import Form, aligned, extrapolated, nystrom_tables, stages_in_lanes
+from galvi.run.in_lanes.tables import (
+    Form,
+    aligned,
+    extrapolate_matrix,
+    nystrom_tables,
+    stages_in_lanes,
+)
 from galvi.run.request import ROUND_OFF, RunRequest
 from galvi.run.run_arrays import FORCES_IN_LANES, RunArrays, run_plan
 from galvi.run.stepper import Kernel, MakeKernel
@@ -26,14 +32,15 @@ from galvi.tableau import Tableau
 from galvi.tracing.lane_law import fits, unit_mass_law
 from galvi.tracing.laws_of_systems import LawCode, slopes_of
 
-# What the iteration leaves is not random for one body: 16 runs of a pendulum over 1e6 steps (degree
-# 8, h = 0.2) have 15 standard errors of drift with a tolerance of 2^-64, and 0.3 with 2^-68, for
-# 3 % more time (tests/properties/test_lanes.py).
+# For one body the error left by the iteration is not random: 16 runs of a pendulum over 1e6 steps
+# (degree 8, h = 0.2) have 15 standard errors of drift with a tolerance of 2^-64, and 0.3 with
+# 2^-68, for 3 % more time (tests/properties/test_lanes.py).
 LANE_TOLERANCE = 2.0**-68
 
 
 def vector_kernel(request: RunRequest) -> MakeKernel | str:
-    """The constructor of the kernel in lanes on a vector space; else why there is none."""
+    """The constructor of the kernel in lanes on a vector space; a clause on the reason where there
+    is none."""
     system: Any = request.problem.system
     if isinstance(system, Canonical):
         if _unit_mass_law(system, request.problem.q0.size, traces(system)) is None:
@@ -48,7 +55,8 @@ def vector_kernel(request: RunRequest) -> MakeKernel | str:
 
 
 class WithGeneral:
-    """Steps in lanes; those whose iteration does not converge there, by the general kernel."""
+    """Steps in lanes; a step whose iteration does not converge there is done by the general
+    kernel."""
 
     def __init__(self, kernel: MakeKernel, request: RunRequest, work: RunArrays) -> None:
         self._in_lanes, self._request, self._work = kernel(request, work), request, work
@@ -98,7 +106,8 @@ class PointMassKernel:
 
 @lru_cache(maxsize=32)
 def _unit_mass_law(system: Canonical, d: int, system_traces: Traces) -> LawCode | None:
-    """The law of unit mass, cached with the system's traces, or None."""
+    """The law of unit mass, cached with the system's traces; None where the force is not known as
+    an expression that fits."""
     inverse_mass, slopes = system.inverse_mass(d), slopes_of(system)
     coupled = inverse_mass.shape[1] > 1
     if slopes is None or not fits(d, coupled):
@@ -117,17 +126,20 @@ def canonical_kernel(request: RunRequest, work: RunArrays) -> LawKernel:
         fit = h * h * table.C
     curves = read_only(fit), read_only(h * table.velocity_coefficients)
     tolerance = request.checkpoint.tolerance
-    finer = LANE_TOLERANCE if tolerance == ROUND_OFF else tolerance
+    lane_tolerance = LANE_TOLERANCE if tolerance == ROUND_OFF else tolerance
     lanes = lanes_for(s)
     tables = nystrom_tables(table, Form(h, lanes))
     step = law_on_space(law[0], d, True, lanes, s <= lanes)
-    return LawKernel(step, law[1], tables, curves, finer, request, work)
+    return LawKernel(step, law[1], tables, curves, lane_tolerance, request, work)
 
 
 @lru_cache(maxsize=32)
 def _masses(system: NBody) -> tuple[Array, Any, Any]:
-    """G m, the bodies with a mass and the massless ones, as galvi.lanes.nbody takes it."""
-    heavy, light = (np.flatnonzero(kind) for kind in (system.masses > 0.0, system.masses == 0.0))
+    """G m (n,), and the indices of the bodies with a mass and of the massless ones."""
+    heavy, light = (
+        np.flatnonzero(has_this_mass)
+        for has_this_mass in (system.masses > 0.0, system.masses == 0.0)
+    )
     for bodies in (heavy, light):
         bodies.setflags(write=False)
     return read_only(system.G * system.masses), heavy, light
@@ -136,9 +148,9 @@ def _masses(system: NBody) -> tuple[Array, Any, Any]:
 @lru_cache(maxsize=32)
 def packed_tables(table: Tableau, step: float) -> tuple[Array, ...]:
     """A table, multiplied by the step, in the layout of galvi.lanes.nbody."""
-    moves, columns, c = _nystrom_parts(table, step, LANES)
+    stage_matrices, columns, c = _nystrom_parts(table, step, LANES)
     numbers = (
-        np.concatenate(moves),
+        np.concatenate(stage_matrices),
         table.analysis.T[:, stages_in_lanes(table.c.size)],
         table.growth,
         columns,
@@ -153,9 +165,11 @@ def _nystrom_parts(table: Tableau, step: float, lanes: int) -> tuple[Array, Arra
     stages = stages_in_lanes(table.c.size, lanes)
     high = table.c, table.b, table.beta, table.A
     c, b, beta, A = map(np.stack, zip(high, table.low_parts[:4], strict=True))
-    moves = scaled(A, step, 2)[:, stages].swapaxes(1, 2)
+    stage_matrices = scaled(A, step, 2)[:, stages].swapaxes(1, 2)
     with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
-        moves = np.concatenate([moves[:1], extrapolated(table, moves[0]), moves[1:]])
+        stage_matrices = np.concatenate(
+            [stage_matrices[:1], extrapolate_matrix(table, stage_matrices[0]), stage_matrices[1:]]
+        )
     columns = np.zeros((table.c.size, stages.size))
     columns[:, :4] = np.stack([*scaled(b, step), *scaled(beta, step, 2)])[[0, 2, 1, 3]].T
-    return moves, columns, c[:, stages]
+    return stage_matrices, columns, c[:, stages]

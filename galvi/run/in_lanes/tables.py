@@ -1,4 +1,4 @@
-"""The tables of a method as laws in lanes take them, see galvi.lanes.layouts."""
+"""The tables of a method in the layout that laws in lanes read, see galvi.lanes.layouts."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from galvi.tableau import Tableau
 
 
 class LawTables(NamedTuple):
-    """Tables, complement and growth of galvi.lanes.layouts; ``extra``, the rows of the complement
-    or the number of functions Y; and the nodes (P,)."""
+    """Tables, complement and growth of galvi.lanes.layouts; ``extra``, the number of rows of the
+    complement or of functions Y; and the nodes (P,)."""
 
     tables: Array
     complement: Array
@@ -27,14 +27,14 @@ class LawTables(NamedTuple):
 
 
 class Form(NamedTuple):
-    """The step and the vectors that tables are made for.
+    """The step size and vectors for which tables are made.
 
     Attributes
     ----------
     step
-        h by which they are multiplied, 1 for members
+        h by which the tables are multiplied; 1 for members of an ensemble
     lanes
-        of a vector of one run's stages; 0 for eight runs
+        lanes of a vector of one run's stages; 0 where a vector holds eight runs
     """
 
     step: float
@@ -53,15 +53,15 @@ def tables_on_space(
     Parameters
     ----------
     degrees
-        (d,) number of coefficients of each component; None where all have the table's
+        (d,) number of coefficients of each component; None where all have that of the table
     """
     s, m = table.slope.shape
     A, B = (matrix.swapaxes(1, 2) for matrix in integrals_of(table))
     coefficients, complement = degrees or (m,), np.zeros((0, s))
     if s > min(coefficients):
-        outer = [outside(table, k).T for k in coefficients]
-        complement = np.concatenate([in_rows(matrix, form) for matrix in outer])
-    means = np.zeros(in_lanes(s, form))
+        projections = [complement_projection(table, k).T for k in coefficients]
+        complement = np.concatenate([pad_square(matrix, form) for matrix in projections])
+    means = np.zeros(row_length(s, form))
     return _tables(table, A, B, means, complement, len(complement), form)
 
 
@@ -69,10 +69,10 @@ def tables_on_space(
 def nystrom_tables(table: Tableau, form: Form = MEMBERS) -> LawTables:
     """The tables of a Nystrom method, for laws whose positions alone are iterated."""
     s = table.c.size
-    P = in_lanes(s, form)
+    P = row_length(s, form)
     A, beta = np.stack([table.A.T, table.low_parts[3].T]), np.zeros((2, s, P))
     beta[:, 0, :s] = table.beta, table.low_parts[2]
-    low_nodes = widened(table.low_parts[0][None], P)[0]
+    low_nodes = pad_rows(table.low_parts[0][None], P)[0]
     return _tables(table, A, beta, low_nodes, np.zeros((0, s)), 0, form, 2)
 
 
@@ -80,7 +80,7 @@ def nystrom_tables(table: Tableau, form: Form = MEMBERS) -> LawTables:
 def tables_on_group(table: Tableau, form: Form = MEMBERS) -> LawTables:
     """The tables of a law on a group: the first lane beyond the stages has the step's end."""
     s, m = table.slope.shape
-    P = in_lanes(s, form)
+    P = row_length(s, form)
     A, B = np.zeros((2, 2, s, P))
     A[:, :, :s], B[:, :, :s] = (matrix.swapaxes(1, 2) for matrix in integrals_of(table))
     for k, b in enumerate((table.b, table.low_parts[1])):
@@ -91,7 +91,7 @@ def tables_on_group(table: Tableau, form: Form = MEMBERS) -> LawTables:
     if s > m:
         means[:s] = np.mean(Y * Y, axis=0) * table.b
     weights = np.pad(Y * table.b, ((0, 0), (0, P - s)))
-    complement = np.concatenate([widened(Y, P), weights])
+    complement = np.concatenate([pad_rows(Y, P), weights])
     return _tables(table, A, B, means, complement, s - m, form)
 
 
@@ -107,42 +107,42 @@ def _tables(
 ) -> LawTables:
     """The parts in the order of galvi.lanes.layouts.Tables; A and B times h^power."""
     s, h = table.c.size, form.step
-    P, kicks = in_lanes(s, form), np.stack([table.b, table.low_parts[1]])
+    P, kicks = row_length(s, form), np.stack([table.b, table.low_parts[1]])
     with np.errstate(all="ignore"):  # a step whose square overflows is reported by the status
         A, B, kicks = scaled(A, h, power), scaled(B, h, power), scaled(kicks, h)
-        extended = extrapolated(table, A[0] if power == 2 else np.eye(s))
+        extended = extrapolate_matrix(table, A[0] if power == 2 else np.eye(s))
     rows = np.concatenate([np.pad(kicks, ((0, 0), (0, P - s))), means[None]])
-    nodes = widened(table.c[None], P)
-    blocks = [in_rows(matrix, form) for matrix in (*A, *B)]
-    ahead = [table.extrapolation.T]
+    nodes = pad_rows(table.c[None], P)
+    blocks = [pad_square(matrix, form) for matrix in (*A, *B)]
+    extrapolations = [table.extrapolation.T]
     if form.lanes:
         ends = np.zeros((s, P))
         ends[:, :4] = np.stack([kicks[0], B[0, 0, :s], kicks[1], B[1, 0, :s]], axis=1)
-        ahead = [in_rows(matrix, form) for matrix in (ends, *extended)]
+        extrapolations = [pad_square(matrix, form) for matrix in (ends, *extended)]
     tables, complement = aligned_copies(
-        np.concatenate([*blocks, rows, nodes, in_rows(table.analysis.T, form), *ahead]),
-        widened(complement, P),
+        np.concatenate([*blocks, rows, nodes, pad_square(table.analysis.T, form), *extrapolations]),
+        pad_rows(complement, P),
     )
     return LawTables(tables, complement, read_only(table.growth), extra, read_only(nodes[0].copy()))
 
 
-def in_lanes(s: int, form: Form) -> int:
-    """P, the length of a row for s stages, or s itself for eight runs."""
+def row_length(s: int, form: Form) -> int:
+    """P, the length of a row for s stages; s where a vector holds eight runs."""
     return -(-s // form.lanes) * form.lanes if form.lanes else s
 
 
-def widened(rows: Array, P: int) -> Array:
+def pad_rows(rows: Array, P: int) -> Array:
     """Rows of length P, whose last numbers are repeated."""
     return np.pad(rows, ((0, 0), (0, P - rows.shape[1])), mode="edge")
 
 
-def in_rows(matrix: Array, form: Form) -> Array:
+def pad_square(matrix: Array, form: Form) -> Array:
     """A matrix (s, s or P) with rows of length P and as many of them, the last ones 0."""
-    P = in_lanes(len(matrix), form)
-    return np.pad(widened(matrix, P), ((0, P - len(matrix)), (0, 0)))
+    P = row_length(len(matrix), form)
+    return np.pad(pad_rows(matrix, P), ((0, P - len(matrix)), (0, 0)))
 
 
-def outside(table: Tableau, coefficients: int) -> Array:
+def complement_projection(table: Tableau, coefficients: int) -> Array:
     """C (s, s) of galvi.lanes.collocation for the space's first functions."""
     root = np.sqrt(table.b)
     slopes = np.linalg.qr(root[:, None] * table.slope[:, :coefficients])[0]
@@ -166,18 +166,19 @@ def integrals_of(table: Tableau) -> tuple[Array, Array]:
 
 
 def stages_in_lanes(s: int, lanes: int = LANES) -> Any:
-    """The stage in each lane, (P,), for vectors of ``lanes``; the last stage is repeated."""
+    """The index (P,) of the stage in each lane; the last stage is repeated."""
     return np.minimum(np.arange(-(-s // lanes) * lanes), s - 1)
 
 
 def with_low_part(exact: Any) -> Array:
-    """The nearest float64 numbers and their rounding errors."""
+    """The nearest float64 numbers and their rounding errors, (2, ...)."""
     nearest = rounded(exact)
     return np.stack([nearest, rounded(exact - decimals(nearest))])
 
 
 def aligned(*shapes: tuple[int, ...]) -> list[Array]:
-    """Zeros, the first entry at the start of a cache line, and so for whole lines after it."""
+    """Arrays of zeros in one buffer; the first starts at a cache line, and so does each one that
+    follows whole lines."""
     buffer = np.zeros(sum(map(math.prod, shapes)) + LANES)
     offset, arrays = (-buffer.ctypes.data // 8) % LANES, []
     for shape in shapes:
@@ -188,14 +189,14 @@ def aligned(*shapes: tuple[int, ...]) -> list[Array]:
 
 
 def aligned_copies(*arrays: Array) -> list[Array]:
-    """Copies that start at cache lines."""
+    """Copies of arrays, aligned as by `aligned`."""
     copies = aligned(*(array.shape for array in arrays))
     for copy, array in zip(copies, arrays, strict=True):
         copy[:] = array
     return copies
 
 
-def extrapolated(table: Tableau, matrix: Array) -> Array:
+def extrapolate_matrix(table: Tableau, matrix: Array) -> Array:
     """A matrix (s, P) after the extrapolation to the next step's stages by 1, ..., l Legendre
     polynomials: (l, s, P)."""
     terms = table.extrapolation.T @ matrix

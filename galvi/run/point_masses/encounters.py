@@ -1,10 +1,10 @@
 """Names the point masses for which a step could not be solved, or is too long.
 
-It also estimates the error of massless bodies, to which the energy of the system is blind: at some
-states of a run the last step is repeated backwards, and in two halves. The difference gives
-a body the energy v . dv + G M / r^2 dr, here relative to v^2 / 2 + G M / r, where M attracts it
-most: an estimate of what a step does to it. Other steps may err more, and errors of many steps may
-cancel, as they do for a symplectic method.
+It also estimates the error of massless bodies, which the energy of the system does not show: from
+some states of a run a step is done backwards, whole and in two halves. The difference changes the
+energy of a body by v . dv + G M / r^2 dr, here relative to v^2 / 2 + G M / r, where M is the mass
+that attracts it most: an estimate of the error of a step. Other steps may err more, and errors of
+many steps may cancel, as they do for a symplectic method.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from galvi.kernels.forces.passages import FOUND, UNRESOLVED, UNRESOLVED_IN_A_FRA
 from galvi.problem import Problem
 from galvi.systems.nbody import NBody
 
-SOLVABLE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
-MOST_PARTS = 1e5  # parts of a step that nobody would wait for
-CLOCK_PARTS = 1e3  # parts of a step in which two bodies turn in a passage, that ask for a clock
-ADAPT = "Use clock=galvi.DynamicalTime(), whose steps follow the motion"
-MEETING = 1e-12  # of their distance, at which bodies meet as far as rounding tells
+SOLVABLE_SHARE = 0.5  # largest solvable step / sqrt(r^3 / G(m_i + m_j)), per stage
+MAX_PARTS = 1e5  # largest ratio of the step to a solvable one for which a smaller step is proposed
+CLOCK_PARTS = 1e3  # ratio of the step to the time scale of a passage, above which to use a clock
+USE_CLOCK = "Use clock=galvi.DynamicalTime(), whose steps follow the motion"
+COLLISION_RATIO = 1e-12  # share of their distance, up to which the closest approach is a collision
 
 
 @np.errstate(all="ignore")
 def encounter(
-    problem: Problem, system: NBody, stages: int, step: float, state: Array, framed: bool = False
+    problem: Problem, system: NBody, stages: int, step: float, state: Array, in_frame: bool = False
 ) -> str:
     """The bodies for which the step from ``state`` failed, and the remedy, as a sentence.
 
@@ -40,34 +40,43 @@ def encounter(
 
     Notes
     -----
-    Either a body that is too far away, or the pair with the shortest time scale.
+    It names either a body that is too far away, or the pair with the shortest time scale.
     """
     q, v = (state[row].reshape(problem.q0.shape) for row in (0, 2))
     masses, G = system.masses, system.G
     names = body_names(problem, len(masses))
     distance = np.max(np.abs(q), axis=1)
-    lost = int(np.argmax(distance))
+    farthest = int(np.argmax(distance))
     if abs(step) > LARGEST_SQUARED or np.max(np.abs(v)) > LARGEST_SQUARED:
         return "steps and velocities above 1e100 overflow. Use other units, or a smaller step."
-    if not distance[lost] < LARGEST_SQUARED:
-        return f"body {names[lost]} is {distance[lost]:.1e} away. Remove it, or stop before then."
+    if not distance[farthest] < LARGEST_SQUARED:
+        return (
+            f"body {names[farthest]} is {distance[farthest]:.1e} away. Remove it, or stop before "
+            f"then."
+        )
     i, j = np.triu_indices(len(masses), 1)
     i, j = (x[masses[i] + masses[j] > 0.0] for x in (i, j))
-    gap, speed = q[j] - q[i], v[j] - v[i]
-    rate = np.sum(speed**2, axis=1)
-    nearest = -np.sum(gap * speed, axis=1) / np.where(rate > 0.0, rate, 1.0)
-    passing = np.clip(nearest, min(step, 0.0), max(step, 0.0))
-    closest = np.linalg.norm(gap + passing[:, None] * speed, axis=1)
+    gap, relative_velocity = q[j] - q[i], v[j] - v[i]
+    square_speed = np.sum(relative_velocity**2, axis=1)
+    time_of_closest = -np.sum(gap * relative_velocity, axis=1) / np.where(
+        square_speed > 0.0, square_speed, 1.0
+    )
+    time_in_step = np.clip(time_of_closest, min(step, 0.0), max(step, 0.0))
+    closest = np.linalg.norm(gap + time_in_step[:, None] * relative_velocity, axis=1)
     mu, separation = G * (masses[i] + masses[j]), np.linalg.norm(gap, axis=1)
-    meeting = (nearest * step > 0.0) & (abs(nearest) < 1.5 * abs(step))  # a fall takes 2/3 of that
-    closest = np.where(meeting, _pericentres(mu, gap, speed), np.minimum(closest, separation))
-    pace = np.sqrt(closest**3 / mu)
-    pair = int(np.argmin(pace))
-    solvable = SOLVABLE * stages * pace[pair]
+    meets_soon = (time_of_closest * step > 0.0) & (
+        abs(time_of_closest) < 1.5 * abs(step)
+    )  # a fall takes 2/3 of that
+    closest = np.where(
+        meets_soon, _pericentres(mu, gap, relative_velocity), np.minimum(closest, separation)
+    )
+    time_scales = np.sqrt(closest**3 / mu)
+    pair = int(np.argmin(time_scales))
+    solvable = SOLVABLE_SHARE * stages * time_scales[pair]
     bodies = f"bodies {names[i[pair]]} and {names[j[pair]]}"
-    if not closest[pair] > MEETING * separation[pair]:
+    if not closest[pair] > COLLISION_RATIO * separation[pair]:
         return f"{bodies} collide. Stop before then, or merge them."
-    if system.forces and solvable > abs(step) and not framed:
+    if system.forces and solvable > abs(step) and not in_frame:
         if not system.acting.functions:
             return "with the forces beside gravity the step cannot be solved. Use a smaller step."
         return (
@@ -75,26 +84,26 @@ def encounter(
             "without mass), or it varies too fast. Check its function, or use a smaller step."
         )
     remedy = "Use a smaller step or a higher degree"
-    if not solvable > abs(step) / MOST_PARTS:
-        remedy = ADAPT
+    if not solvable > abs(step) / MAX_PARTS:
+        remedy = USE_CLOCK
     return (
         f"{bodies} pass at a distance of about {closest[pair]:.1e}, where steps of up to about "
         f"{solvable:.1e} can be solved; received {abs(step):g}. {remedy}."
     )
 
 
-def _pericentres(mu: Array, gap: Array, speed: Array) -> Array:
-    """The least distances of pairs of bodies that move under their own attraction."""
-    separation, inward = np.linalg.norm(gap, axis=1), np.sum(gap * speed, axis=1)
-    across = speed - (inward / separation**2)[:, None] * gap
-    square = separation**2 * np.sum(across**2, axis=1)  # of the angular momentum
-    energy = 0.5 * np.sum(speed**2, axis=1) - mu / separation
-    e = np.sqrt(np.maximum(1.0 + 2.0 * energy * square / mu**2, 0.0))
-    return square / (mu * (1.0 + e))
+def _pericentres(mu: Array, gap: Array, velocity: Array) -> Array:
+    """The least distances (pairs,) of pairs of bodies that move under their own attraction."""
+    separation, radial = np.linalg.norm(gap, axis=1), np.sum(gap * velocity, axis=1)
+    transverse = velocity - (radial / separation**2)[:, None] * gap
+    square_momentum = separation**2 * np.sum(transverse**2, axis=1)  # of the angular momentum
+    energy = 0.5 * np.sum(velocity**2, axis=1) - mu / separation
+    e = np.sqrt(np.maximum(1.0 + 2.0 * energy * square_momentum / mu**2, 0.0))
+    return square_momentum / (mu * (1.0 + e))
 
 
-def asks_for_a_clock(problem: Problem, step: float, passage: Array) -> bool:
-    """Whether the worst passage needs steps so small that a clock's are fewer."""
+def needs_clock(problem: Problem, step: float, passage: Array) -> bool:
+    """Whether the step is more than CLOCK_PARTS times the time scale of the worst passage."""
     _error, first, second, distance, _number = passage[:FOUND]
     system: Any = problem.system
     mu = system.G * (system.masses[int(first)] + system.masses[int(second)])
@@ -104,12 +113,13 @@ def asks_for_a_clock(problem: Problem, step: float, passage: Array) -> bool:
 def unresolved_passage(
     problem: Problem, step: float | None, passage: Array, framed: bool = False
 ) -> str:
-    """The worst passage of two bodies, see galvi.kernels.forces.passages, if it is unresolved.
+    """A clause on the worst passage of two bodies, see galvi.kernels.forces.passages; "" if it is
+    resolved.
 
     Parameters
     ----------
     step
-        of the run; None in a clock, where the passage has its time
+        step of the run; None in a clock, where ``passage`` holds the time of the passage
     framed
         whether the run is in a moving frame
     """
@@ -132,9 +142,9 @@ def body_names(problem: Problem, bodies: int) -> Sequence[Any]:
     return names
 
 
-LONG_RUN_STATES = 6  # that are examined in a long run, the last one and others before it
-# Steps of a run for each further state, at which three steps are repeated without a guess. In a
-# clock these are as long as a body's motion allows, and err most near a pericentre.
+LONG_RUN_STATES = 6  # largest number of examined states, with the last one
+# Steps of a run for each further examined state, from which three steps are done without a guess.
+# In a clock steps are as long as a body's motion allows, and err most near a pericentre.
 STEPS_PER_STATE, STEPS_PER_STATE_IN_A_CLOCK = 32768, 256
 RESOLVED_ENERGY_CHANGE = 1e-3  # a step that resolves a body's motion changes less of its energy
 
@@ -147,9 +157,9 @@ class MasslessError(NamedTuple):
     body
         its index
     share
-        that change, relative
+        that change, over v^2 / 2 + G M / r
     states
-        number of examined states at which the step could be repeated
+        number of examined states from which the steps could be done
     """
 
     body: int
@@ -160,49 +170,49 @@ class MasslessError(NamedTuple):
 def examined_states(
     states: int, steps: int, steps_per_state: int, *, start: bool = False
 ) -> list[int]:
-    """Indices of the examined ones of ``states`` states of a run: the last one, a further one for
-    every ``steps_per_state`` of its steps, and with ``start`` the first."""
+    """Indices of the examined states among ``states`` states of a run: the last one, a further one
+    for every ``steps_per_state`` steps, and with ``start`` the first; at most LONG_RUN_STATES."""
     parts = min(LONG_RUN_STATES - start, 1 + steps // steps_per_state)
     return list(dict.fromkeys(round((states - 1) * k / parts) for k in range(parts, -start, -1)))
 
 
 @np.errstate(all="ignore")
 def massless_error(problem: Problem, ends: Callable[[int], Array]) -> MasslessError | None:
-    """The estimate for a run from k of its states; None where no step could be repeated.
+    """The estimated error of massless bodies; None where no step could be done.
 
     Parameters
     ----------
     ends
-        n -> (2, k, bodies, dimension) q and v after n steps backwards from these, of 1 / n of the
-        run's step; NaN where they cannot be done
+        n -> q and v, (2, k, bodies, dimension), after n steps backwards from k states of a run,
+        each 1 / n of its step; NaN where they cannot be done
     """
     full_steps, halves = ends(1), ends(2)
     finite = np.isfinite(full_steps + halves).all(axis=(0, 2, 3))
     if not finite.any():
         return None
     system: Any = problem.system
-    light = np.flatnonzero(system.masses == 0.0)
-    share = _energy_changes(system, light, full_steps[:, finite], halves[:, finite]).max(axis=0)
+    massless = np.flatnonzero(system.masses == 0.0)
+    share = _energy_changes(system, massless, full_steps[:, finite], halves[:, finite]).max(axis=0)
     worst = int(np.argmax(share))
-    return MasslessError(int(light[worst]), float(share[worst]), int(np.count_nonzero(finite)))
+    return MasslessError(int(massless[worst]), float(share[worst]), int(np.count_nonzero(finite)))
 
 
 def _energy_changes(system: Any, light: Any, full_steps: Array, halves: Array) -> Array:
-    """Relative difference (k, n) in energy of the ``light`` bodies (n,) between a step and its two
-    halves."""
+    """Relative differences (k, n) of the energy of the ``light`` bodies (n,) between a step and its
+    two halves."""
     light_states, off = halves[:, :, light], (full_steps - halves)[:, :, light]
-    pull, puller = (
+    strongest_pull, puller = (
         np.zeros(light_states.shape[1:3]),
         np.zeros(light_states.shape[1:3], dtype=np.int64),
     )
     for body in np.flatnonzero(system.masses):  # one by one: there may be many of both
         r = _lengths(light_states[0] - halves[0, :, body, None])
         by_body = system.G * system.masses[body] / r**2
-        puller[by_body > pull] = body
-        pull = np.maximum(by_body, pull)
+        puller[by_body > strongest_pull] = body
+        strongest_pull = np.maximum(by_body, strongest_pull)
     r, speed = _lengths(light_states - halves[:, np.arange(len(puller))[:, None], puller])
     dq, dv = _lengths(off)
-    return np.fmax((speed * dv + pull * dq) / (0.5 * speed**2 + pull * r), 0.0)
+    return np.fmax((speed * dv + strongest_pull * dq) / (0.5 * speed**2 + strongest_pull * r), 0.0)
 
 
 def _lengths(vectors: Array) -> Array:

@@ -1,4 +1,4 @@
-"""The pairs of point masses that set the steps of a clock."""
+"""The pairs of point masses that determine the steps of a clock."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ import numpy as np
 from galvi.arrays import Array, read_only
 from galvi.problem import Problem
 
-COSTLY = 10.0  # times as many steps because of one pair, from which on it is named
-PACED_STATES, PACED_STRIDE = 32, 8  # samples at which the pair is sought, and the least stride
+COSTLY_RATIO = 10.0  # factor of steps because of one pair, above which it is named
+PACED_STATES, PACED_STRIDE = 32, 8  # largest number of examined samples, and their least stride
 
 
-def paces(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
-    """The pairs i, j of bodies, and G (m_i + m_j) / r^3 of them, (pairs, n), at flat q (n, r)."""
+def pair_rates(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
+    """The pairs i, j (pairs,) of bodies, and their G (m_i + m_j) / r^3, (pairs, n), at flat q
+    (n, r)."""
     i, j, mass = _pairs(problem.system)
-    places = np.ascontiguousarray(q.reshape(-1, *problem.q0.shape).T)  # (dimension, bodies, n)
-    gaps = places[:, i] - places[:, j]
+    positions = np.ascontiguousarray(q.reshape(-1, *problem.q0.shape).T)  # (dimension, bodies, n)
+    gaps = positions[:, i] - positions[:, j]
     square = (gaps * gaps).sum(axis=0)
     with np.errstate(all="ignore"):
         return i, j, mass / (square * np.sqrt(square))
@@ -33,27 +34,28 @@ def _pairs(system: Any) -> tuple[Any, Any, Array]:
 
 
 def closest_pair(problem: Problem, q: Array) -> tuple[Any, Any]:
-    """The names of the bodies that set the clock at q."""
-    i, j, pace = paces(problem, q)
-    pair, names = int(np.argmax(pace[:, 0])), problem.body_names()
+    """The names of the pair of bodies with the largest G (m_i + m_j) / r^3 at q."""
+    i, j, rates = pair_rates(problem, q)
+    pair, names = int(np.argmax(rates[:, 0])), problem.body_names()
     return names[i[pair]], names[j[pair]]
 
 
 def costly_pair(problem: Problem, q: Array) -> str:
-    """A sentence on the one pair because of which steps are ``COSTLY`` times as many, or none."""
-    i, j, pace = paces(problem, q[:: max(PACED_STRIDE, -(-len(q) // PACED_STATES))])
-    if len(pace) < 2:
+    """A sentence on one pair because of which there are more than ``COSTLY_RATIO`` times as many
+    steps; "" without one."""
+    i, j, rates = pair_rates(problem, q[:: max(PACED_STRIDE, -(-len(q) // PACED_STATES))])
+    if len(rates) < 2:
         return ""
-    pair = int(np.bincount(np.argmax(pace, axis=0)).argmax())
+    pair = int(np.bincount(np.argmax(rates, axis=0)).argmax())
     with np.errstate(all="ignore"):
-        remaining_pace = pace[:pair].sum(axis=0) + pace[pair + 1 :].sum(axis=0)
-        shares = np.sort(remaining_pace / (remaining_pace + pace[pair]))
-        times = 1.0 / np.sqrt(shares[len(shares) // 2])
-    if not times > COSTLY:
+        remaining_rates = rates[:pair].sum(axis=0) + rates[pair + 1 :].sum(axis=0)
+        shares = np.sort(remaining_rates / (remaining_rates + rates[pair]))
+        step_ratio = 1.0 / np.sqrt(shares[len(shares) // 2])
+    if not step_ratio > COSTLY_RATIO:
         return ""
     names = problem.body_names()
-    about = float(f"{times:.1g}")
+    rounded_ratio = float(f"{step_ratio:.1g}")
     return (
-        f"Bodies {names[i[pair]]} and {names[j[pair]]} set the steps of all: about {about:g} times "
-        f"as many as the others need."
+        f"Bodies {names[i[pair]]} and {names[j[pair]]} set the steps of all: about "
+        f"{rounded_ratio:g} times as many as the others need."
     )

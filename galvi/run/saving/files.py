@@ -1,8 +1,8 @@
 """Runs on disk: one .npz file with arrays and a line of JSON; nothing is pickled.
 
 Spaces, rules, systems and potentials that consist of numbers are written field by field and
-restored as equal values. Functions cannot be written: a run of a system with functions is loaded
-with its problem given again.
+restored as equal values. Functions cannot be written: to load a run of a system with functions, the
+caller gives its problem again.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from galvi.trajectory import Ending, Restarts, Trajectory
 from galvi.whole_files import write_whole
 
 VERSION = 6
-OF_EVENTS = ("t", "step", "value", "index", "q", "v")
-STATE_FIELDS = ("state", "stages", "solver_state")  # of a run before some of its steps
-WATCHED = ("energies", "passage", "clock")  # of a checkpoint
+EVENT_ARRAYS = ("t", "step", "value", "index", "q", "v")
+STATE_FIELDS = ("state", "stages", "solver_state")  # fields of a checkpoint
+ENERGY_ARRAYS = ("energies", "passage", "clock")  # its other arrays
 UNREADABLE = (
     KeyError,
     ValueError,
@@ -42,16 +42,16 @@ UNREADABLE = (
     AttributeError,
     EOFError,
     OSError,
-    tokenize.TokenError,  # of an array's header
-    NotImplementedError,  # of a compression that zipfile does not know
+    tokenize.TokenError,  # raised for an array's header
+    NotImplementedError,  # raised for a compression that zipfile does not know
 )
 
 
 def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     """Write ``run`` to ``path`` (.npz), completely or not at all.
 
-    Of a run that actions changed the curves are not written. Of a symbolic link the file that it
-    points to is written; a pipe or a device is written as it is.
+    The curves of a run that actions changed are not written. A symbolic link stays, and the file to
+    which it points is written; a pipe or a device is opened and written.
 
     Raises
     ------
@@ -83,9 +83,9 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     facts = {
         "version": VERSION,
         "problem": {"name": problem.name, "t0": problem.t0, "units": problem.units,
-                    "parameters": {name: _plain(x) for name, x in problem.parameters.items()}},
-        "system": _written(problem.system),
-        "method": _written(run.method),
+                    "parameters": {key: _plain_value(x) for key, x in problem.parameters.items()}},
+        "system": _to_json(problem.system),
+        "method": _to_json(run.method),
         "outcome": run.outcome.to_json(), "interrupted": run.interrupted,
         "counts": dict(run.counts), "step": run.step, "first": end.first, "solver": end.solver,
         "tolerance": end.tolerance, "save_every": end.save_every, "keep_curves": end.curves,
@@ -123,7 +123,7 @@ def save(run: Trajectory, path: str | os.PathLike[str]) -> None:
     if run.events is not None:
         events = run.events
         facts["events"] = [list(events.name), events.unresolved, events.status]
-        arrays |= {f"events_{name}": getattr(events, name) for name in OF_EVENTS}
+        arrays |= {f"events_{name}": getattr(events, name) for name in EVENT_ARRAYS}
     if run.restarts is not None:
         arrays |= {f"restarts_{name}": getattr(run.restarts, name) for name in "tqv"}
     if run.origin is not None:
@@ -156,9 +156,9 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
         When the file is not a saved run, when a problem is needed but not given, or when the given
         problem differs in its system or initial state.
     TypeError
-        For a problem that is not one.
+        For a ``problem`` that is no `galvi.Problem`.
     FileNotFoundError
-        Without a file.
+        Where there is no such file.
 
     Examples
     --------
@@ -190,8 +190,8 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
             f"again, or load it with the version of galvi that saved it."
         )
     try:
-        run = _restored(path, facts, arrays, problem)
-        _check(run)
+        run = _run_from(path, facts, arrays, problem)
+        _check_run(run)
     except (LookupError, ArithmeticError, TypeError, AttributeError, AssertionError) as error:
         raise ValueError(
             f"{path} must be a run written by galvi.save; some of it is missing or does not fit."
@@ -199,7 +199,7 @@ def load(path: str | os.PathLike[str], problem: Problem | None = None) -> Trajec
     return run
 
 
-def _check(run: Trajectory) -> None:
+def _check_run(run: Trajectory) -> None:
     """AssertionError unless the parts of a run fit each other."""
     end, step = run.checkpoint, run.step
     assert end is not None and step is not None and np.isfinite(step) and step != 0.0
@@ -214,7 +214,7 @@ def _check(run: Trajectory) -> None:
         assert array.shape == expected.shape and array.dtype == expected.dtype
 
 
-def _restored(
+def _run_from(
     path: str | os.PathLike[str],
     facts: dict[str, Any],
     arrays: dict[str, Any],
@@ -223,17 +223,22 @@ def _restored(
     """The run of a file with these facts and arrays."""
     from galvi.events.search import Found  # events stand on runs
 
-    method = _read(facts["method"], path)
+    method = _from_json(facts["method"], path)
     problem = _problem(path, facts, arrays, problem)
-    about, origin, restarts = facts.get("events"), None, None
+    event_facts, origin, restarts = facts.get("events"), None, None
     if "origin" in facts:
         origin = problem.moved(arrays["origin_q"], arrays["origin_v"], facts["origin"])
     if "restarts_t" in arrays:
         restarts = Restarts(*(arrays[f"restarts_{name}"] for name in "tqv"))
     events = None
-    if about:
-        arrays_of = {name: arrays[f"events_{name}"] for name in OF_EVENTS}
-        events = Found(name=tuple(about[0]), unresolved=about[1], status=about[2], **arrays_of)
+    if event_facts:
+        arrays_of = {name: arrays[f"events_{name}"] for name in EVENT_ARRAYS}
+        events = Found(
+            name=tuple(event_facts[0]),
+            unresolved=event_facts[1],
+            status=event_facts[2],
+            **arrays_of,
+        )
     end = Checkpoint(
         facts["first"],
         arrays["state"],
@@ -243,14 +248,14 @@ def _restored(
         facts["tolerance"],
         facts["save_every"],
         facts["keep_curves"],
-        *(arrays[name] for name in WATCHED),
+        *(arrays[name] for name in ENERGY_ARRAYS),
     )
     return Trajectory(
         problem, arrays["t"], arrays["q"], arrays["p"],
         counts=facts["counts"], step=facts["step"], method=method,
         curves=_curves(problem, method, facts, arrays),
         ending=Ending(Outcome.from_json(facts["outcome"]), end), interrupted=facts["interrupted"],
-        velocities=arrays.get("velocities"), again=_curves_again(problem, method, facts, arrays),
+        velocities=arrays.get("velocities"), again=_redone_curves(problem, method, facts, arrays),
         engine=facts["engine"], engine_reason=facts["engine_reason"], tau=arrays.get("tau"),
         events=events, restarts=restarts, origin=origin,
     )  # fmt: skip
@@ -262,24 +267,24 @@ def _problem(
     arrays: dict[str, Any],
     user_problem: Problem | None,
 ) -> Problem:
-    """The problem of a file; ValueError for a given one that differs."""
-    about, problem = facts["problem"], user_problem
+    """The problem of a file; ValueError for a ``user_problem`` that differs."""
+    problem_facts, problem = facts["problem"], user_problem
     if problem is None:
         problem = Problem(
-            _read(facts["system"], path),
+            _from_json(facts["system"], path),
             arrays["q0"],
             arrays["v0"],
-            about["t0"],
-            about["name"],
-            about["parameters"],
-            about["units"],
+            problem_facts["t0"],
+            problem_facts["name"],
+            problem_facts["parameters"],
+            problem_facts["units"],
         )
     same = np.array_equal(problem.q0, arrays["q0"]) and np.array_equal(problem.v0, arrays["v0"])
-    if not same or problem.t0 != about["t0"]:
+    if not same or problem.t0 != problem_facts["t0"]:
         raise ValueError(
             f"problem must start where the run in {path} did; received another q0, v0 or t0."
         )
-    if not _agree(_written(problem.system), facts["system"]):
+    if not _same_json(_to_json(problem.system), facts["system"]):
         raise ValueError(f"problem must have the system of the run in {path}; it has another one.")
     return problem
 
@@ -304,26 +309,30 @@ def _curves(problem: Problem, method: Any, facts: dict[str, Any], arrays: dict[s
         raise LookupError("the curves do not fit") from error
 
 
-def _curves_again(
+def _redone_curves(
     problem: Problem, method: Any, facts: dict[str, Any], arrays: dict[str, Any]
 ) -> RedoneCurves | None:
-    """The curves of a run that did not keep them, computed again; None where it did."""
+    """The curves, computed again when evaluated, of a run that did not keep them; else None."""
     if "again" not in facts:
         return None
-    about, solver, tolerance = facts["again"], facts["solver"], facts["tolerance"]
-    held = zip(*(arrays[f"known_{name}"] for name in (*STATE_FIELDS, "clock")), strict=True)
+    redone_facts, solver, tolerance = facts["again"], facts["solver"], facts["tolerance"]
+    stored_states = zip(
+        *(arrays[f"known_{name}"] for name in (*STATE_FIELDS, "clock")), strict=True
+    )
     checkpoints = tuple(
         Checkpoint(first, state, stages, numbers, solver, tolerance, clock=clock)
-        for first, (state, stages, numbers, clock) in zip(about["known"], held, strict=True)
+        for first, (state, stages, numbers, clock) in zip(
+            redone_facts["known"], stored_states, strict=True
+        )
     )
-    total, steps_done = (about.get(name, 0) for name in ("total", "done"))
+    total, steps_done = (redone_facts.get(name, 0) for name in ("total", "done"))
     last = float(arrays["t"][-1])
     return RedoneCurves(problem, method, facts["step"], total, steps_done, last, checkpoints)
 
 
 def storable_values() -> dict[str, Any]:
-    """The classes whose values can be stored, by name: galvi's public frozen dataclasses, and those
-    of its charts and groups, and of what these are ``stored_with``."""
+    """The classes whose values can be stored, by name: galvi's public frozen dataclasses, the
+    classes of its charts and groups, and those in ``stored_with`` of a public class."""
     public: dict[str, Any] = vars(sys.modules[__name__.partition(".")[0]])
     registered = {type(value).__name__: type(value) for value in (*CHARTS, *GROUPS)}
     for kind in public.values():
@@ -332,7 +341,8 @@ def storable_values() -> dict[str, Any]:
 
 
 def _is_storable_kind(kind: type) -> bool:
-    """Whether it is one of ``storable_values``, which are not gathered for each of many values."""
+    """Whether a class is one of ``storable_values``; other classes than frozen dataclasses are
+    rejected first, since collecting those takes time."""
     return _is_frozen_dataclass(kind) and storable_values().get(kind.__name__) is kind
 
 
@@ -341,11 +351,11 @@ def _is_frozen_dataclass(kind: Any) -> bool:
     return isinstance(kind, type) and parameters is not None and parameters.frozen
 
 
-def _written(value: Any) -> Any:
+def _to_json(value: Any) -> Any:
     kind = type(value).__name__
     if _is_storable_kind(type(value)):
         content = {
-            field.name: _written(getattr(value, field.name))
+            field.name: _to_json(getattr(value, field.name))
             for field in fields(value)
             if field.compare
         }
@@ -353,7 +363,7 @@ def _written(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return {"kind": "array", "values": value.tolist()}
     if isinstance(value, tuple):
-        return {"kind": "tuple", "values": [_written(item) for item in value]}
+        return {"kind": "tuple", "values": [_to_json(item) for item in value]}
     if isinstance(value, Decimal):
         return {"kind": "decimal", "values": str(value)}
     if value is None or isinstance(value, (bool, int, float, str)):
@@ -365,29 +375,29 @@ def _written(value: Any) -> Any:
 
 def is_storable(value: Any) -> bool:
     """Whether a value can be written to a file completely; functions cannot."""
-    return _is_whole(_written(value))
+    return _is_complete(_to_json(value))
 
 
-def _is_whole(written: Any) -> bool:
+def _is_complete(written: Any) -> bool:
     if isinstance(written, list):
-        return all(_is_whole(item) for item in written)
+        return all(_is_complete(item) for item in written)
     if not isinstance(written, dict):
         return True
-    return written["kind"] != "unknown" and all(_is_whole(item) for item in written.values())
+    return written["kind"] != "unknown" and all(_is_complete(item) for item in written.values())
 
 
-def _agree(left: Any, right: Any) -> bool:
+def _same_json(left: Any, right: Any) -> bool:
     """Whether two written values are equal, ignoring parts that cannot be written."""
     if isinstance(left, list) and isinstance(right, list):
-        return len(left) == len(right) and all(map(_agree, left, right))
+        return len(left) == len(right) and all(map(_same_json, left, right))
     if not isinstance(left, dict) or not isinstance(right, dict):
         return bool(left == right)
     if "unknown" in (left["kind"], right["kind"]):
         return left["kind"] == right["kind"] and left["type"] == right["type"]
-    return left.keys() == right.keys() and all(_agree(left[key], right[key]) for key in left)
+    return left.keys() == right.keys() and all(_same_json(left[key], right[key]) for key in left)
 
 
-def _read(written: Any, path: Any = "") -> Any:
+def _from_json(written: Any, path: Any = "") -> Any:
     if not isinstance(written, dict):
         return written
     kind: str = written["kind"]
@@ -395,12 +405,12 @@ def _read(written: Any, path: Any = "") -> Any:
     if kind == "array":
         return np.array(values)
     if kind == "tuple":
-        return tuple(_read(item, path) for item in values)
+        return tuple(_from_json(item, path) for item in values)
     if kind == "decimal":
         return Decimal(values)
     stored_class = storable_values().get(kind)
     if stored_class is not None:
-        content = {name: _read(item, path) for name, item in written.items() if name != "kind"}
+        content = {name: _from_json(item, path) for name, item in written.items() if name != "kind"}
         return stored_class(**content)
     raise ValueError(
         f"the run in {path} needs its problem, because {written.get('description', kind)} cannot "
@@ -408,9 +418,9 @@ def _read(written: Any, path: Any = "") -> Any:
     )
 
 
-def _plain(value: Any) -> Any:
+def _plain_value(value: Any) -> Any:
     if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
     if isinstance(value, (tuple, list)):
-        return [_plain(item) for item in value]
+        return [_plain_value(item) for item in value]
     return value if value is None or isinstance(value, (bool, int, float, str)) else repr(value)
