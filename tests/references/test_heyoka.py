@@ -40,7 +40,8 @@ def test_a_second_run_is_the_first_one_again():
 
 @needs_real128
 def test_quadruple_precision_is_exact_in_double_at_any_eccentricity():
-    for e in (0.3, 0.99, 0.999999):  # the last four times through pericentre, 1e-6 off the centre
+    # the last passes the pericentre four times, 1e-6 from the centre
+    for e in (0.3, 0.99, 0.999999):
         problem = galvi.problems.kepler(e)
         run = HEYOKA_QUADRUPLE.run(problem, 30.0, {"samples": 8})
         exact = KEPLER.run(problem, 30.0, {"samples": 8})

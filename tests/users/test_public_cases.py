@@ -217,7 +217,7 @@ def a_clock_in_steps_that_resolve_the_passage() -> Any:
 
 
 def meteoroid(method: Any, step: float) -> Any:
-    """A run and its approaches: a meteoroid at 25,200 km from the Earth on day 24.5, at 10.2 km/s."""
+    """A run and its approaches: a meteoroid 25,200 km from the Earth on day 24.5, at 10.2 km/s."""
     position = [1.054739257525, -0.018119104481, 0.104431693901]
     velocity = [-0.00248197063638, 0.01785420576982, -0.00402509261234]
     q = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], position]

@@ -211,7 +211,8 @@ ELEMENTS = tuple(
          "the rotation of q0 must be a rotation"),
         (BODY_AND_CART, np.zeros(9), r"q0 must have shape \(10,\), the entries of all factors; "
          r"received shape \(9,\)\. Make it with Product\.join"),
-        (BODY_AND_CART, BODY_AND_CART.join(STRETCHED, np.zeros(1)), "part 0 of q0 must be a rotation"),
+        (BODY_AND_CART, BODY_AND_CART.join(STRETCHED, np.zeros(1)),
+         "part 0 of q0 must be a rotation"),
         (galvi.Product((BODY_AND_CART, galvi.SO2())), np.zeros(14),
          "part 0 of part 0 of q0 must be a rotation"),
     )
