@@ -79,7 +79,7 @@ def test_a_truth_of_another_motion_is_confirmed_by_none(monkeypatch: pytest.Monk
             )
 
     def stored(pair: Any) -> bool:
-        """It knows its own starts only, and refuses others."""
+        """Whether the second truth is stored, and so refuses other starts."""
         return pair.second.name.startswith("stored")
 
     wrong = [

@@ -1,4 +1,4 @@
-"""What steps and runs keep, measured without galvi's own derivatives."""
+"""Symplecticity defects and conserved components, measured without galvi's derivatives."""
 
 import numpy as np
 import pytest
