@@ -139,7 +139,7 @@ def test_what_is_wrong_is_red_with_the_reason(wrong):
         assert any(reason in fault for fault in external.faults)
 
 
-SINGLE_FAULTS = {  # faults shown by their own rows only: (contender, problem, quantities, words of a reason)
+SINGLE_FAULTS = {  # (contender, problem, the quantities that show its fault, words of a reason)
     "another force": (
         with_parts(Stepped(), order=None, conserves={}, strength=1.001),
         ORBIT,

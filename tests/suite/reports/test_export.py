@@ -86,7 +86,7 @@ def report(tmp_path_factory):
 
 @pytest.fixture
 def export(ask, report):
-    """Export from a copy of the report in `out`; what was said."""
+    """A function that exports from a copy of the report in `out`, and returns the printed lines."""
     shutil.copytree(report, "out")
 
     def export(options):
@@ -182,7 +182,7 @@ def test_bytes_in_standard_output_are_those_of_the_file(report, tmp_path, capfdb
 
 
 def piped(export, options):
-    """What a reader of a pipe gets, which stays one."""
+    """The bytes that a reader of a pipe receives; asserts that the pipe was not replaced."""
     os.mkfifo("pipe")
     received = list[bytes]()
     reader = threading.Thread(target=lambda: received.append(Path("pipe").read_bytes()))

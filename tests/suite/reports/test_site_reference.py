@@ -57,13 +57,13 @@ PARSER = doctest.DocTestParser()
 
 
 def example_of(name):
-    """The lines of an interpreter and what they print, at the end of a docstring."""
+    """The example at the end of a docstring: lines of an interpreter and their output."""
     text = inspect.getdoc(attrgetter(name)(galvi)) or ""
     return text[text.find("\n>>> ") + 1 :] if "\n>>> " in text else ""
 
 
 def run(text, name="example"):
-    """What the text prints otherwise than it shows, "" for nothing, and the names that it makes."""
+    """(a report of output that differs from the text, else ""; the names that it defines)."""
     output: list[str] = []
     case = PARSER.get_doctest(text, {"np": np, "galvi": galvi}, name, None, 0)
     doctest.DocTestRunner(verbose=False).run(case, out=output.append, clear_globs=False)

@@ -28,7 +28,7 @@ LONG = walks(1e6, commit="feedfacecafe", drift=1.0, runs=4)
 
 @dataclass
 class Run:
-    """One that leaves a file, or raises."""
+    """A part of a study that leaves a file, or raises."""
 
     folder: Path
     title: str
