@@ -1,4 +1,4 @@
-"""What users do: cases from papers, test sets, and forums and trackers of other projects.
+"""Public cases: from papers, test sets, and forums and trackers of other projects.
 
 Each row is the smallest input that shows the case, with its public source (issues as
 owner/repository#number). The expected value, end of a run or refusal comes from outside galvi.

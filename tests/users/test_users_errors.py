@@ -1,4 +1,4 @@
-"""What a user's function raises during a run reaches the caller, and NaN is a failure."""
+"""Errors that a user's function raises during a run reach the caller; NaN is a failure."""
 
 import numpy as np
 import pytest

@@ -47,9 +47,8 @@ TEST_VARIABLES = {  # variables of these tests that a user's environment lacks
 }
 SUITE = ("references", "benchmarks", "reports")
 GENERATED = "/docs/(generated|theory/__pycache__)/"
-PLUGIN = (
-    "reports/pytest_galvi/"  # a package of its own in the wheel: importing it must not import galvi
-)
+# a package of its own in the wheel: pytest imports it, and must not import galvi
+PLUGIN = "reports/pytest_galvi/"
 
 
 @pytest.fixture(scope="module")

@@ -20,9 +20,8 @@ ROOT = Path(__file__).parents[3]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 EXAMPLE_WORKFLOW = ROOT / "docs" / "workflow.yml"
 PAGE = ROOT / "docs" / "suite.md"
-GALVI_ACTION = (
-    "OWNER/galvi/.github/actions/galvi@COMMIT"  # the name of galvi's action in another project
-)
+# the name of galvi's action in another project
+GALVI_ACTION = "OWNER/galvi/.github/actions/galvi@COMMIT"
 PINNED = re.compile(r"uses: (actions/[a-z/-]+)@([0-9a-f]{40}) # (v\d+\.\d+\.\d+)")
 ON_MAIN = (
     "github.ref == 'refs/heads/main'",

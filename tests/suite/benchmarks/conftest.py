@@ -10,9 +10,8 @@ def folder_of_quick_studies(
     tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
 ) -> None:
     """Set the folder of quick studies: the run's, in which each worker has a subfolder."""
-    from tests.suite.benchmarks import (
-        quick_studies,
-    )  # late: the process that distributes tests does not need it
+    # imported here, since the process that only distributes tests does not need it
+    from tests.suite.benchmarks import quick_studies
 
     base = tmp_path_factory.getbasetemp()
     quick_studies.folder = base.parent if hasattr(request.config, "workerinput") else base

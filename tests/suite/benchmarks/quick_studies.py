@@ -10,7 +10,7 @@ from filelock import FileLock
 import galvi
 from benchmarks.checks.claim import Claim
 
-folder = Path()  # of the workers' common temporary files, set by conftest.py
+folder = Path()  # common to all workers; set by conftest.py
 
 
 def quick(claim: Claim) -> pd.DataFrame:

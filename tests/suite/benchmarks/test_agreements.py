@@ -1,4 +1,4 @@
-"""galvi agrees with every reference; those that are absent, fail or are wrong are told apart."""
+"""galvi agrees with every reference; absent, failing and wrong ones have different verdicts."""
 
 from __future__ import annotations
 

@@ -73,8 +73,7 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other(
         and front_rows["seconds"].is_monotonic_increasing
     )
     for point in points:
-        matched = any(e <= point[0] and s <= point[1] for e, s in front_points)
-        assert matched
+        assert any(e <= point[0] and s <= point[1] for e, s in front_points)
     for end in front_points:
         assert not any(
             (e < end[0] and s <= end[1]) or (e <= end[0] and s < end[1]) for e, s in points
@@ -179,7 +178,7 @@ RUN = st.tuples(st.sampled_from(["galvi a", "galvi b", "peer"]), st.floats(1e-9,
 def test_no_row_of_galvi_is_below_its_best_and_no_time_falls_with_the_error(
     runs: list[tuple[str, float, float, list[float]]],
 ) -> None:
-    """Whatever the rounds of a busy machine: a setting has one time, by which it is chosen too."""
+    """Also on a busy machine: each setting has one time, by which it is chosen and shown."""
     rows = pd.DataFrame(
         [
             {
@@ -495,7 +494,7 @@ def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> Non
         for target in TARGETS
     ]
     assert len(set(keys)) == len(keys)
-    for target in TARGETS:  # of orbits and rotations, the rival's own error too
+    for target in TARGETS:  # targets of orbits and rotations have the rival's own error too
         assert target.source == VECTORS or target.problem in {
             entry.problem for entry in TARGETS if entry.error is None
         }
@@ -506,7 +505,9 @@ def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> Non
 def test_readers_are_told_what_every_problem_is(cases) -> None:
     assert [case.problem.name for case in cases] == list(LABELS)
     for case in cases:
-        year = 1.0 if "Applegate" in case.problem.name else 365.25  # of 365 days, and in days
+        year = (
+            1.0 if "Applegate" in case.problem.name else 365.25
+        )  # Applegate's unit is a year of 365 days, that of others a day
         year = math.tau if "2 pi" in case.problem.units else year
         units = {"units of time": 1.0, "s": 1.0, "periods": math.tau, "years": year}
         units["revolutions"] = math.tau

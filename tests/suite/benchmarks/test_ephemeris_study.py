@@ -14,11 +14,8 @@ from benchmarks.studies import ephemeris
 from benchmarks.studies.ephemeris import LIGHT, displacement, path
 from references.jpl import states as jpl
 
-GM, SEMI_MAJOR_AXIS, ECCENTRICITY = (
-    2.9591e-4,
-    0.387098,
-    0.205630,
-)  # au^3 / day^2, au; Mercury's orbit
+# Mercury's orbit: au^3 / day^2, au
+GM, SEMI_MAJOR_AXIS, ECCENTRICITY = 2.9591e-4, 0.387098, 0.205630
 ARC_SECONDS = 648_000.0 / math.pi  # in a radian
 MERCURY_PERIOD = math.tau * math.sqrt(SEMI_MAJOR_AXIS**3 / GM)  # days
 

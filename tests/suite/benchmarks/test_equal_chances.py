@@ -29,7 +29,7 @@ def scattered(seed: int, rounds: int = ROUNDS) -> np.ndarray:
 
 def fraction_told_apart(width_factor: float = 1.0) -> float:
     """Fraction of JOBS pairs of equal calls that are called faster or slower, by intervals whose
-    distances from the median are multiplied by a factor."""
+    distances from the median are multiplied by `width_factor`."""
 
     def band(a: Any, b: Any) -> Interval:
         low, middle, high = ratio(list(a), list(b))

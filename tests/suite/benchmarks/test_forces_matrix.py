@@ -43,17 +43,12 @@ def test_frame_and_clock_are_right_where_they_take_a_force_and_say_what_they_ref
         right = rows.loc[("J2", contender)]
         assert right["verdict"] == forces.RIGHT
         assert max(right["error"], right["error_quarter"]) < 1e-9  # 1e-11
-    refused, at_one_eccentricity = (
+    refused, single = (
         rows.loc[(forces.QUICK[1], contender)] for contender in (forces.FRAME, forces.CLOCK)
     )
     assert refused["verdict"] == forces.REFUSED and "a KeplerFrame takes" in refused["status"]
-    assert (
-        at_one_eccentricity["verdict"] == forces.RIGHT and at_one_eccentricity["error"] < 1e-9
-    )  # 1e-11
-    assert (
-        np.isnan(at_one_eccentricity["error_quarter"])
-        and at_one_eccentricity["status"] == forces.ONCE
-    )
+    assert single["verdict"] == forces.RIGHT and single["error"] < 1e-9  # 1e-11
+    assert np.isnan(single["error_quarter"]) and single["status"] == forces.ONCE
 
 
 def test_formulas_of_theory_with_a_fault_are_seen(force_rows):

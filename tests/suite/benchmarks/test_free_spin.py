@@ -132,8 +132,10 @@ def test_without_mujoco_a_row_says_why() -> None:
         missing: str = "Install it."
 
     table = free_spin(
-        True, participants=[DriftParticipant("absent", Absent(), 0.1)], on_box=[GALVI]
-    )  # type: ignore[arg-type]
+        True,
+        participants=[DriftParticipant("absent", Absent(), 0.1)],  # type: ignore[arg-type]
+        on_box=[GALVI],
+    )
     assert list(table) == list(COLUMNS) and list(table["status"]) == ["", "Install it."]
     assert table["energy_error"].isna().tolist() == [False, True]
 

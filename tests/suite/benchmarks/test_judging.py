@@ -152,7 +152,7 @@ def own_run(sim: Any, steps: int, save_every: int) -> Trajectory:
 def test_an_own_run_is_the_engines_to_the_last_bit(
     order: list[int], integrator: str, dt: float, steps_before: int, massless: bool
 ) -> None:
-    """Whatever the order of the particles, the direction of time, and what was done before."""
+    """For any order of the particles, either direction of time, and after earlier steps."""
     sim = rebound.Simulation()
     in_order = rebound.Simulation()
     in_order.add(m=1.0)
@@ -488,7 +488,7 @@ def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monke
     )
     assert ends.iloc[1] <= 1.01 * YEAR and math.isnan(ends.iloc[-1])
     assert later.iloc[-1] > 30 * YEAR
-    # Where the runs that are measured have parted, closer starts are not said to stay together.
+    # Where the measured runs have parted, no horizon is longer for closer starts.
     monkeypatch.setattr(neighbours, "deviations", lambda *_: np.linspace(0.0, 1.5, 41))
     ends = neighbours.horizons(bodies, source, truth, 1e-2)["until"]
     assert ends.iloc[-1] == ends.iloc[-2] <= 1.01 * YEAR

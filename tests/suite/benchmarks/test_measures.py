@@ -265,7 +265,7 @@ def test_a_sample_is_the_mean_of_the_quickest_attempt(monkeypatch: pytest.Monkey
 def test_calls_are_repeated_no_more_where_processor_time_stands_still(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """As it does for milliseconds under `ulimit -t`."""
+    """Under `ulimit -t` it stands still for milliseconds."""
     clock = SimpleNamespace(process_time=lambda: 0.0, perf_counter=iter(range(99)).__next__)
     monkeypatch.setattr(worker, "time", clock)
     monkeypatch.setattr(worker, "prepared", lambda case: list)

@@ -257,7 +257,7 @@ def test_momenta_at_a_base_that_stays_are_caught() -> None:
 
 @pytest.mark.parametrize(("held", "low", "high"), [(False, 0.0, 1e-12), (True, 1e-6, 1.0)])
 def test_a_step_with_a_fixed_base_is_not_symplectic(held: bool, low: float, high: float) -> None:
-    """Of a free body, by H's equations (3.51); 2e-14 and 1.7e-4 were measured."""
+    """A free body by H's equations (3.51); 2e-14 and 1.7e-4 were measured."""
     problem, steps = galvi.problems.free_rigid_body(), BodySteps(4, 4, 0.4, printed=held)
     assert np.array_equal(np.diag(problem.system.inertia), printed_formulas.MOMENTS)
 

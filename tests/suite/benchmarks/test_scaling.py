@@ -44,9 +44,8 @@ def test_pairs_a_second_are_counted_and_set_beside_the_limit(table: pd.DataFrame
     galvi_rows = table[table["contender"].str.startswith("galvi") & ~heavy]
     pairs = galvi_rows["bodies"] * (galvi_rows["bodies"] - 1) / 2
     rate = galvi_rows["evaluations_per_orbit"] * pairs / galvi_rows["seconds_per_orbit"]
-    rate_ratio = (
-        galvi_rows["pairs_per_second"] / rate
-    ).to_numpy()  # above 1, since some passes are over two bodies only
+    # above 1, since some passes are over two bodies only
+    rate_ratio = (galvi_rows["pairs_per_second"] / rate).to_numpy()
     assert (rate_ratio > 1.0 - 1e-9).all() and (rate_ratio < 1.5).all()
     # Above 1 on a busy machine.
     share = galvi_rows["pairs_per_second"] / galvi_rows["limit_pairs_per_second"]

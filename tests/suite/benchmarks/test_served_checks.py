@@ -1,4 +1,4 @@
-"""Checks one by one, as the plugin of pytest asks for them, are those of `verify`."""
+"""Checks that the pytest plugin runs one by one have the outcomes of `verify`."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ class Modest(OneSided):
 
 
 class Wrong(Modest):
-    """Of another order than it declares."""
+    """Its order differs from the one that it declares."""
 
     name, order = "wrong", 2
 
@@ -173,7 +173,7 @@ def test_a_planted_fault_fails_its_own_check_with_measured_value_and_bound(
     problem = replace(SWING, long=40.3) if check == "conservation" else SHORT
     failures = failed(serve(contender, problem))
     assert sentence in failures.pop(check)
-    # What drifts does so in its longest run too.
+    # A contender that drifts fails in its longest run too.
     assert set(failures) <= ({"longest run"} if check == "conservation" else set())
 
 

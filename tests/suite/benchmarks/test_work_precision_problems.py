@@ -130,12 +130,8 @@ TAKE_PART: dict[Make, tuple[set[str], set[str], int | None, str]] = {
     solar_system: (IN_SPACE | {SCIPY, WIDE}, set(), None, ""),
     applegate: (IN_SPACE, {SCIPY, WIDE}, None, ""),
 }
-TRUTH_ERRORS = {
-    ATTITUDE: 2e-16,
-    ANGLE: 1e-15,
-    MOTION: 1e-15,
-    COORDINATES: 2e-15,
-}  # of the largest entry
+# relative to the largest entry
+TRUTH_ERRORS = {ATTITUDE: 2e-16, ANGLE: 1e-15, MOTION: 1e-15, COORDINATES: 2e-15}
 for make in MET:
     dominant = make(False).problem.name == "HD 80606 and a companion"
     TAKE_PART[make] = (

@@ -44,9 +44,8 @@ def studied():
         patch.setattr(round_off, "QUICK_YEARS", 100.0)
         patch.setattr(round_off, "QUICK_RUNS", 2)
         patch.setattr(scaling, "WORK", 60)
-        patch.setattr(
-            scaling, "TARGET", 1e-3
-        )  # a contender that does not reach it has no line in a figure
+        # a contender that does not reach the target has no line in a figure
+        patch.setattr(scaling, "TARGET", 1e-3)
         patch.setattr(scaling, "PARTICIPANTS", (GALVI, scaling.TRUTH))
         patch.setattr(free_body_drift, "QUICK_TURNS", 5)
         participants = [DriftParticipant("galvi degree 4", gauss_collocation(4), 0.125)]

@@ -206,7 +206,7 @@ def test_a_pipe_and_a_link_stay_what_they_are(export):
     assert piped(export, "t") == TEXT.encode()
     link, target = Path("link"), Path("target")
     link.symlink_to("target")
-    for _ in range(2):  # of a link to nothing, and to a file
+    for _ in range(2):  # first the link leads to nothing, then to a file
         export("t --to link")
         assert link.is_symlink() and target.read_text(encoding="utf-8") == TEXT
         target.write_text("old")

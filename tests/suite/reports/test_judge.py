@@ -248,7 +248,7 @@ def test_a_command_of_the_page_says_what_the_page_shows(
     assert status == (not reached)
     cases = tree.parse("galvi-out/judge/judge.xml").getroot().iter("testcase")
     tags = [[child.tag for child in case if child.tag not in TEXT_TAGS] for case in cases]
-    assert tags == [[] if reached else ["failure"], []]  # of the own run, and of the truth
+    assert tags == [[] if reached else ["failure"], []]  # cases: the own run, the truth
     assert json.loads(Path("galvi-out/judge/judge.json").read_text())["passed"] is reached
     page = Path("galvi-out/judge/judge.html").read_text()
     assert "<svg" in page and "What reaches the error" in page and ">nan<" not in page.lower()

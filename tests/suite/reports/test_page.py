@@ -61,15 +61,15 @@ class Balance(HTMLParser):
 
 
 def broken_links(page, out):
-    """Targets in a page's results that are neither embedded nor in the folder."""
-    bad = []
+    """Links and sources of a page that lead to no file of the folder, or no id in it."""
+    broken = []
     for target in re.findall(r'(?:src|href)="(?!data:)([^"]*)"', page):
         file, _, anchor = target.partition("#")
         path = out / "results" / file
         text = path.read_text(errors="ignore") if path.is_file() else "" if file else page
         if not (path.is_file() or text) or (anchor and f'id="{anchor}"' not in text):
-            bad.append(target)
-    return bad
+            broken.append(target)
+    return broken
 
 
 def test_every_part_is_a_well_formed_page_whose_tables_have_captions_and_all_are_in_one_file(pages):

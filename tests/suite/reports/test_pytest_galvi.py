@@ -230,8 +230,9 @@ def test_workers_share_the_items_beside_a_benchmark_and_with_warnings_as_errors(
     )
     options = ["-p", "xdist", "-p", "pytest_benchmark.plugin", "--galvi", "mine:It"]
     for workers in ("0", "2"):
-        off = ["-p", "no:warnings"] if workers == "2" else []  # of the benchmark, that it is off
-        completed = run(faked, *options, *off, "-k", "not order", "-n", workers, fake=True)
+        # with workers the benchmark plugin warns that it is off
+        warnings = ["-p", "no:warnings"] if workers == "2" else []
+        completed = run(faked, *options, *warnings, "-k", "not order", "-n", workers, fake=True)
         assert completed.returncode == 0 and "4 passed, 1 skipped" in completed.stdout, (
             completed.stdout
         )

@@ -52,7 +52,7 @@ def test_signatures_that_are_written_out_name_the_parameters():
             assert written == list(inspect.signature(attrgetter(name)(galvi)).parameters), name
 
 
-LINES = 12  # of an example, at most
+LONGEST_EXAMPLE = 12  # lines
 PARSER = doctest.DocTestParser()
 
 
@@ -90,7 +90,7 @@ def test_every_public_name_has_a_short_example_that_prints_what_it_shows(
     name, suite_in_this_process
 ):
     text = example_of(name)
-    assert 1 < len(text.splitlines()) <= LINES
+    assert 1 < len(text.splitlines()) <= LONGEST_EXAMPLE
     differs, namespace = run(text, name)
     assert differs == ""
     kind = getattr(galvi, name, None)

@@ -85,7 +85,7 @@ def alarms_together(comparisons, growth):
     beside="test_track_gates.py::test_what_is_below_the_size_of_each_is_red_by_all_together"
 )
 def test_benchmarks_together_raise_no_alarm_for_equal_code_and_see_seven_percent():
-    """As in `track`, where the memory layout of a process is drawn anew in each round."""
+    """As in `track`; each round has a new memory layout of its processes."""
     assert alarms_together(COMPARISONS, 0.0) == 0
     assert alarms_together(100, 0.07) > 50
 

@@ -1,4 +1,4 @@
-"""What a command refuses: exit status 2, one sentence on stderr, and no file that is new."""
+"""Refusals of commands: exit status 2, one sentence on stderr, and no new file."""
 
 from __future__ import annotations
 
