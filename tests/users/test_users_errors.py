@@ -69,7 +69,7 @@ def test_nan_from_a_users_function_during_the_run_is_a_failure(which):
         if which == "gradient"
         else galvi.Lagrangian(kinetic, SO3, slopes)
     )
-    # from_identity about the vertical at unit speed, R_00 = cos t is below 0.5 from t = 1.047 on
+    # it turns about the vertical at unit speed: R_00 = cos t is below 0.5 from t = 1.047 on
     run = galvi.integrate(start(system, np.eye(3), [0.0, 0.0, 1.0]), FOUR, 0.1, 40)
     assert run.failed_step == 11 and run.outcome.end is galvi.End.STEP_FAILED
     assert np.isfinite(run.q[:11]).all() and np.isnan(run.q[11:]).all()

@@ -1,4 +1,4 @@
-"""Bodies, Lagrangians and groups: what is refused, and in which words."""
+"""Refusals of bodies, Lagrangians and groups: errors and their messages."""
 
 import numba
 import numpy as np

@@ -1,4 +1,4 @@
-"""SymPy's Lagrangians, trees of rigid bodies, MuJoCo's models: what is refused, in which words."""
+"""Refusals of SymPy's Lagrangians, trees of rigid bodies and MuJoCo models: errors and messages."""
 
 import numpy as np
 import pytest
