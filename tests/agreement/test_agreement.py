@@ -290,18 +290,20 @@ def members_agree(cell: Cell) -> None:
     cells = [cell, *(cell.with_problem(perturbed(problem, seed)) for seed in range(1, MEMBERS))]
     q, v = (np.array([getattr(member.problem, x) for member in cells]) for x in ("q0", "v0"))
     sizes = cell.step * np.where(np.arange(MEMBERS) < 7, 1.0, 0.5)
-    many, single = (
+    ensemble, single = (
         galvi.integrate_ensemble(problem, q[:n], v[:n], cell.method, sizes[:n], steps)
         for n in (MEMBERS, 1)
     )
-    assert many.success.all(), many.status
+    assert ensemble.success.all(), ensemble.status
     run_singly = cell.row.engine == "frame" or getattr(problem.system, "forces", ())
-    assert run_singly or not any(outcome.notes for outcome in many.outcomes.values())
+    assert run_singly or not any(outcome.notes for outcome in ensemble.outcomes.values())
     for index in (0, 7):  # one member of either step size
         reference = replace(cells[index], step=float(sizes[index])).reference()
         for k, final in enumerate((reference.q[-1], reference.p[-1])):
-            assert relative_gap(np.asarray(many[k])[index], final) < 4.0 * cell.row.bounds["qp"[k]]
-            assert np.array_equal(np.asarray(many[k])[0], np.asarray(single[k])[0])
+            assert (
+                relative_gap(np.asarray(ensemble[k])[index], final) < 4.0 * cell.row.bounds["qp"[k]]
+            )
+            assert np.array_equal(np.asarray(ensemble[k])[0], np.asarray(single[k])[0])
 
 
 def members(cell: Cell) -> None:

@@ -100,10 +100,10 @@ def test_it_moves_without_a_jump(name):
     weight, mass, _, _ = case = SWINGS[name]
     run = PENDULUM.run(pendulum(*case), 60.0, {"samples": 600})
     v = run.p[:, 0] / mass
-    moved, mean = np.diff(run.q[:, 0]), 0.05 * (v[1:] + v[:-1])
+    increments, mean = np.diff(run.q[:, 0]), 0.05 * (v[1:] + v[:-1])
     # the trapezium rule's error is h^3 / 12 times the largest third derivative of q
     fastest = np.abs(v).max()
-    assert np.all(np.abs(moved - mean) <= 0.1**3 / 12 * weight / mass * fastest * 1.01 + 1e-15)
+    assert np.all(np.abs(increments - mean) <= 0.1**3 / 12 * weight / mass * fastest * 1.01 + 1e-15)
 
 
 def test_the_period_is_four_quarters():
@@ -297,10 +297,10 @@ def test_every_kind_of_turn_is_the_taylor_series_rounded_once(name):
         R, v = (np.array(x, dtype=object) * mp.mpf(1) for x in (problem.q0, problem.v0))
         state = np.vstack([R, v @ np.array(problem.system.inertia, dtype=object)])
         # R' = R hat(v) and p' = p x v: p turns as a row of R
-        end = taylor_series(lambda a, b: np.cross(a, b[3] @ inverse), state, 1, 16, 24)
+        final_state = taylor_series(lambda a, b: np.cross(a, b[3] @ inverse), state, 1, 16, 24)
     # 0 was measured for all: both are rounded once, from more than 30 digits
-    np.testing.assert_allclose(run.q[-1], end[:3].astype(float), rtol=3e-16, atol=1e-20)
-    np.testing.assert_allclose(run.p[-1], end[3].astype(float), rtol=3e-16, atol=1e-20)
+    np.testing.assert_allclose(run.q[-1], final_state[:3].astype(float), rtol=3e-16, atol=1e-20)
+    np.testing.assert_allclose(run.p[-1], final_state[3].astype(float), rtol=3e-16, atol=1e-20)
     assert np.array_equal(run.q[0], problem.q0) and np.array_equal(run.p[0], problem.p0)
 
 
@@ -331,8 +331,11 @@ def test_long_times_by_mpmaths_integral_of_the_third_kind(t):
         u = rate * mp.mpf(t)
         sn, cn, dn = (mp.ellipfun(name, u, m=m) for name in ("sn", "cn", "dn"))
         ratio = (b / a) ** 2
-        turns = mp.nint(u / (2 * mp.ellipk(m)))
-        phi = mp.atan2(sn * (-1) ** int(turns), cn * (-1) ** int(turns)) + turns * mp.pi
+        half_turns = mp.nint(u / (2 * mp.ellipk(m)))
+        phi = (
+            mp.atan2(sn * (-1) ** int(half_turns), cn * (-1) ** int(half_turns))
+            + half_turns * mp.pi
+        )
         third = (u - mp.ellippi(1 - ratio, phi, m)) / (ratio - 1)  # of sn^2 / (1 - n sn^2)
         psi = size * (mp.mpf(t) / Ia + (1 / Ib - 1 / Ia) * ratio * third / rate)
         momentum = [a * cn, b * sn, c * dn]
@@ -386,8 +389,10 @@ def test_it_turns_as_a_free_body_and_falls_on_a_parabola(name):
     run = THROWN_BODY.run(problem, FLIGHT, {"samples": 6})
     system, R, v = problem.system, problem.q0[:3, :3], problem.v0
     turning = galvi.Problem(galvi.RigidBody(system.inertia), R, v[:3])
-    turned = FREE_TOP.run(turning, FLIGHT, {"samples": 6})
-    assert np.array_equal(run.q[:, :3, :3], turned.q) and np.array_equal(run.p[:, :3], turned.p)
+    rotation_run = FREE_TOP.run(turning, FLIGHT, {"samples": 6})
+    assert np.array_equal(run.q[:, :3, :3], rotation_run.q) and np.array_equal(
+        run.p[:, :3], rotation_run.p
+    )
     for t, q, p in zip(run.t.tolist(), run.q, run.p, strict=True):
         t = Decimal(t)
         for i in range(3):

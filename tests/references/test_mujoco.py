@@ -186,9 +186,11 @@ def test_runs_of_different_problems_do_not_touch_each_other():
 
 
 def test_time_runs_backwards():
-    end, v = truth("3D pendulum, skew")
-    back = galvi.Problem(PROBLEMS["3D pendulum, skew"].system, end, v, t0=7.0)
-    run = MUJOCO_RK4.run(back, -2.0, {"step": -(2.0**-9), "save_every": 512})
+    final_attitude, v = truth("3D pendulum, skew")
+    reversed_problem = galvi.Problem(
+        PROBLEMS["3D pendulum, skew"].system, final_attitude, v, t0=7.0
+    )
+    run = MUJOCO_RK4.run(reversed_problem, -2.0, {"step": -(2.0**-9), "save_every": 512})
     np.testing.assert_allclose(run.q[-1], TILT, atol=1e-10)  # 9e-12
     assert np.array_equal(run.t, [7.0, 6.0, 5.0])
 
@@ -301,8 +303,8 @@ def test_a_tree_with_an_anchor_on_the_other_side_would_be_seen():
 
 
 def test_a_spring_that_mjcf_cannot_say_is_not_taken():
-    turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    for rest_rotation, supported in ((None, True), (turned, False)):
+    quarter_turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    for rest_rotation, supported in ((None, True), (quarter_turn, False)):
         ball = galvi.Joint("ball", stiffness=1.0, rest=rest_rotation)
         system = galvi.Multibody(galvi.Link(ball, 1.0, (0, 0, 1), (0.1, 0.1, 0.1)))
         problem = galvi.Problem(system, np.eye(3), [0.0, 0.0, 1.0])

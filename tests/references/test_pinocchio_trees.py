@@ -52,10 +52,10 @@ def test_200_random_trees_have_one_acceleration_in_three_codes(joints, seed):
 def test_springs_of_balls_at_rest_where_mjcf_cannot_say_are_galvis(joints, seed):
     model = mujoco.MjModel.from_xml_string(random_tree(joints, seed, kinds=("ball", "hinge")))
     plain, qpos, qvel = state_of(model, seed)
-    turned = Rotation.from_rotvec([0.3, -0.2, 0.5]).as_matrix()
+    rest_rotation = Rotation.from_rotvec([0.3, -0.2, 0.5]).as_matrix()
 
     def sprung(joint):
-        return replace(joint, rest=turned, stiffness=1.5) if joint.type == "ball" else joint
+        return replace(joint, rest=rest_rotation, stiffness=1.5) if joint.type == "ball" else joint
 
     links = [replace(link, joints=[sprung(joint) for joint in link.joints]) for link in plain.links]
     system = galvi.Multibody(links, plain.gravity)

@@ -185,9 +185,9 @@ def test_a_run_ends_the_same_whether_or_not_it_is_read_on_the_way_and_goes_back(
     assert np.array_equal(often.t, np.arange(6) * 73 * TWO_DAYS) and often.counts["steps"] == 365
     np.testing.assert_allclose(often.q[-1], once.q[-1], rtol=0, atol=tolerance)
     v = once.p[-1] / PLANETS.system.masses[:, None]
-    turned = galvi.Problem(PLANETS.system, once.q[-1], v)
-    back = contender.run(turned, -SPAN, {"step": -TWO_DAYS, "save_every": 365, **best})
-    np.testing.assert_allclose(back.q[-1], PLANETS.q0, rtol=0, atol=1e-9)
+    return_start = galvi.Problem(PLANETS.system, once.q[-1], v)
+    return_run = contender.run(return_start, -SPAN, {"step": -TWO_DAYS, "save_every": 365, **best})
+    np.testing.assert_allclose(return_run.q[-1], PLANETS.q0, rtol=0, atol=1e-9)
 
 
 MASSLESS = galvi.Problem(  # the massless body stands before the last, which has a mass

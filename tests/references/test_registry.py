@@ -22,15 +22,15 @@ SPRING = galvi.problems.harmonic_oscillator()
 PLANETS = galvi.problems.solar_system(pluto=False)
 BODY = galvi.problems.free_body_se3()
 SWING = galvi.problems.planar_pendulum()
-TURN = galvi.problems.free_rigid_body()
+FREE_BODY = galvi.problems.free_rigid_body()
 HANGING = galvi.problems.pendulum_3d()
 CHAIN = galvi.problems.double_pendulum()
 SPRUNG = galvi.problems.elastic_pendulum()
 ARM = galvi.problems.skew_arm()
-SOLVABLE = (SPRING, ORBIT, PLANETS, BODY, SWING, TURN, HANGING, CHAIN, SPRUNG, ARM)
+SOLVABLE = (SPRING, ORBIT, PLANETS, BODY, SWING, FREE_BODY, HANGING, CHAIN, SPRUNG, ARM)
 UNKNOWN = galvi.Problem(galvi.Canonical(1.0, lambda q: float(q @ q) ** 2), [1.0], [0.0])
 ON_GROUPS = (
-    TURN,
+    FREE_BODY,
     BODY,
     galvi.problems.free_box(),
     galvi.problems.heavy_top(),
@@ -165,8 +165,10 @@ def test_a_code_is_the_first_of_its_contenders_that_solves_the_problem(name):
         if able:
             assert named(name, problem) is able[0]
             continue
-        kind = type(problem.system).__name__
-        with pytest.raises(ValueError, match=f"^{name} does not solve this .* {kind} system"):
+        system_name = type(problem.system).__name__
+        with pytest.raises(
+            ValueError, match=f"^{name} does not solve this .* {system_name} system"
+        ):
             named(name, problem)
 
 
@@ -182,7 +184,7 @@ def test_a_code_goes_by_its_full_name_and_heyoka_by_its_own():
         if contender.name != "heyoka":
             assert named(contender.name, solvable(contender)) is contender
     for name in ("heyoka", "heyoka.taylor"):
-        assert named(name, TURN) is reference("heyoka, rigid bodies")
+        assert named(name, FREE_BODY) is reference("heyoka, rigid bodies")
     assert named("scipy.dop853", UNKNOWN).name == "SciPy DOP853"
     assert named("scipy.dop853", CHAIN).name == "SciPy DOP853, chains"
 

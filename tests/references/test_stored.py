@@ -248,8 +248,8 @@ def test_a_time_that_was_rounded_moves_the_bodies_along():
     exact = STORED_TRUTH.run(problem, horizon, {})
     later = np.nextafter(horizon, np.inf)
     run = STORED_TRUTH.run(problem, later, {})
-    moved = exact.p[-1] / problem.system.masses[:, None] * (later - horizon)
-    np.testing.assert_allclose(run.q[-1] - exact.q[-1], moved, rtol=0, atol=8e-15)
+    displacement = exact.p[-1] / problem.system.masses[:, None] * (later - horizon)
+    np.testing.assert_allclose(run.q[-1] - exact.q[-1], displacement, rtol=0, atol=8e-15)
     assert run.t[-1] == later
 
 

@@ -437,8 +437,8 @@ FORMS: dict[str, Callable[[Any], Any]] = {
 def test_the_same_numbers_in_another_form_give_the_same_bits(form: str) -> None:
     planets, same_numbers, run = PROBLEMS["planets"], FORMS[form], short_run("planets")
     problem = galvi.Problem(planets.system, same_numbers(planets.q0), same_numbers(planets.v0))
-    again = galvi.integrate(problem, TWO, 0.1, 5)
-    assert again.q.tobytes() == run.q.tobytes() and again.p.tobytes() == run.p.tobytes()
+    same_run = galvi.integrate(problem, TWO, 0.1, 5)
+    assert same_run.q.tobytes() == run.q.tobytes() and same_run.p.tobytes() == run.p.tobytes()
     times = np.array([0.11, 0.23])
     states, same = galvi.states_at(run, times), galvi.states_at(run, same_numbers(times))
     assert np.array_equal(states, same)

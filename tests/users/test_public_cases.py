@@ -283,18 +283,20 @@ def oblateness_turns_the_node_and_the_pericentre() -> Any:
     v = [[0.0, 0.0, 0.0], [-7.36138, -2.98997, 1.64354]]
     run = completed(galvi.Problem(system, q, v), gauss(8), 240.0, 720)
     elements = galvi.orbital_elements(run, 0)
-    turned = [np.unwrap(np.ravel(x)) for x in (elements.node, elements.pericentre)]
-    return [np.degrees(x[-1] - x[0]) / 48.0 for x in turned]
+    angles = [np.unwrap(np.ravel(x)) for x in (elements.node, elements.pericentre)]
+    return [np.degrees(x[-1] - x[0]) / 48.0 for x in angles]
 
 
 @row("galpy and gala, isochrone potential: a period of the radius", (1.0, 0.0), 1e-12)
 def an_isochrone_orbit() -> Any:
     """In the frame that has turned by the angle of the closed form."""
     system = galvi.Canonical(1.0, lambda q: -1.0 / (1.0 + np.sqrt(1.0 + q @ q)))
-    energy, turn = 0.125 - 1.0 / (1.0 + 2.0**0.5), np.pi * (1.0 + 0.5 / np.sqrt(4.25))
+    energy, rotation_angle = 0.125 - 1.0 / (1.0 + 2.0**0.5), np.pi * (1.0 + 0.5 / np.sqrt(4.25))
     step = 2.0 * np.pi * (-2.0 * energy) ** -1.5 / 100.0
     x, y = completed(galvi.Problem(system, [1.0, 0.0], [0.0, 0.5]), gauss(8), step, 100).q[-1]
-    return np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
+    return np.cos(rotation_angle) * x + np.sin(rotation_angle) * y, np.cos(
+        rotation_angle
+    ) * y - np.sin(rotation_angle) * x
 
 
 @row("Boris 1970, a uniform magnetic field: half a circle", (0.0, -1.0), 1e-13)

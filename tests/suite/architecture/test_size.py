@@ -106,9 +106,9 @@ def test_nothing_is_larger_than_contributing_allows() -> None:
 def test_what_is_larger_is_counted() -> None:
     """Planted: a long function with many parameters, writes into another module, vague names."""
     names = ", ".join(f"a{k}" for k in range(11))
-    long = f"def f(self, {names}):\n" + "    '''Text.'''\n" + "    pass\n" * 80
+    source = f"def f(self, {names}):\n" + "    '''Text.'''\n" + "    pass\n" * 80
     files = {
-        "galvi/a.py": long,
+        "galvi/a.py": source,
         "galvi/b.py": "c.x = 1\nc['y'] = 1\nc.append(1)\n",
         "galvi/c.py": "def kept(one, two):\n    found_ = two  # fmt: skip\n    return found_\n",
     }

@@ -306,9 +306,9 @@ def test_a_ratio_is_to_the_fastest_code_and_a_failure_counts_once_as_never() -> 
 
 
 def test_a_code_that_fails_everywhere_is_flat_at_zero_and_changes_no_other_ratio() -> None:
-    bad = {"broken": [(math.nan, math.nan)] * 4}
+    failures = {"broken": [(math.nan, math.nan)] * 4}
     cost_rows, before = (
-        costs_by_code(runs(*((problem, bad) for problem in THREE))),
+        costs_by_code(runs(*((problem, failures) for problem in THREE))),
         costs_by_code(runs()),
     )
     broken = cost_rows.xs("broken", level="code")

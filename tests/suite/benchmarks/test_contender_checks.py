@@ -71,7 +71,7 @@ SHORT = replace(ORBIT, long=20.3)
 STALE = 3000  # steps after which some integrators become wrong
 
 
-def only(rows: Any, start: str) -> Any:
+def only_row(rows: Any, start: str) -> Any:
     """The only row whose quantity begins with `start`."""
     (row,) = (row for row in rows if row.quantity.startswith(start))
     return row
@@ -130,7 +130,7 @@ def test_what_is_wrong_is_red_with_the_reason(wrong):
     quantities, reason = WRONG_CONTENDERS[wrong]
     rows, differing, external = checked(wrong, SHORT)
     first = f"{quantities[0]}, {ORBIT.problem.name}"
-    caught = only(rows, first)
+    caught = only_row(rows, first)
     assert caught in differing and reason in caught.reason
     assert {row.quantity.partition(",")[0].partition(" at step")[0] for row in differing} >= {
         *quantities
@@ -231,9 +231,9 @@ def test_failed_runs_all_count_and_are_the_reason_why_no_order_is_seen_and_not_r
     assert rows[0].measured == 4 and len(external.faults) == 1  # 2 settings, order, long
     rows, _, _ = checked(Raising())
     assert not any("round-off" in row.reason for row in rows)
-    order = only(rows, "order in the step")
+    order = only_row(rows, "order in the step")
     assert order.reason == "It raised RuntimeError: no, thanks."
-    row = only(rows, "problems where its order is seen")
+    row = only_row(rows, "problems where its order is seen")
     assert "no run came to its end" in row.reason and "no, thanks." in row.reason
 
 
@@ -256,7 +256,7 @@ def test_a_high_order_without_settings_is_seen_at_fewer_steps():
             return super().__getattribute__(name)
 
     rows, differing, _ = checked(Eighth(), ORBIT)
-    order = only(rows, "order in the step")
+    order = only_row(rows, "order in the step")
     assert differing == [] and order.measured == pytest.approx(8.0, abs=0.4)
     assert checked(Eighth(), *CHECK_PROBLEMS)[1] == []
 
@@ -281,7 +281,7 @@ class Nervous(Short):
 
 def test_an_order_is_looked_for_at_longer_steps_than_it_offers():
     rows, differing, external = checked(Short(), replace(SWING, long=1.0))
-    order = only(rows, "order in the step")
+    order = only_row(rows, "order in the step")
     assert order.verdict == "attained" and differing == [] and external.faults == []
 
 
@@ -291,13 +291,13 @@ def test_an_order_is_looked_for_at_longer_steps_than_it_offers():
 def test_an_order_that_is_not_seen_is_no_failure_and_says_what_to_do(kind, why):
     rows, differing, external = checked(kind(), replace(SWING, long=1.0))
     assert differing == [] and external.faults == []
-    row = only(rows, "problems where its order is seen")
+    row = only_row(rows, "problems where its order is seen")
     assert row.verdict == row.expected == "not run" and why in row.reason
 
 
 def test_a_long_run_that_fails_is_named_by_its_duration_and_is_no_reason_of_an_order_unseen():
     rows, _, external = checked(WithoutLongRuns(), replace(SWING, long=6.5))
-    row = only(rows, "problems where its order is seen")
+    row = only_row(rows, "problems where its order is seen")
     assert "with a `step`" in row.reason
     (fault,) = external.faults
     assert ", T = 6.5, " in fault and fault.endswith("It raised RuntimeError: too long.")
@@ -387,7 +387,7 @@ def test_a_correct_method_raises_no_alarm(method, step_counts):
         Compiled(method, step_counts=step_counts, **METHODS[method]), *CHECK_PROBLEMS
     )
     assert differing == [] and external.faults == []
-    row = only(rows, "problems where its order is seen")
+    row = only_row(rows, "problems where its order is seen")
     assert row.verdict == "holds"
 
 
@@ -409,7 +409,7 @@ def test_the_order_of_a_correct_method_is_seen_at_any_steps(step_counts):
     rows, differing, _ = checked(
         Compiled("Yoshida 6", step_counts=step_counts, **METHODS["Yoshida 6"]), SHORT
     )
-    order = only(rows, "order in the step")
+    order = only_row(rows, "order in the step")
     assert differing == [] and order.measured == pytest.approx(6.0, abs=0.3)
 
 
@@ -460,7 +460,7 @@ def test_the_order_of_a_method_in_single_precision_is_seen_where_its_errors_fall
     monkeypatch.setattr(long_runs, "MANY", 1000)
     single = with_parts(InSingle(), order=declared, step_counts=step_counts)
     rows, differing, _ = checked(single, replace(SWING, long=5.0))
-    order = only(rows, "order in the step")
+    order = only_row(rows, "order in the step")
     assert order.measured == pytest.approx(2.0, abs=0.15)
     differing = [row for row in differing if "finest over that" not in row.quantity]
     assert differing == ([] if declared == 2 else [order])
@@ -551,7 +551,7 @@ def test_what_goes_wrong_after_many_steps_only_is_seen(factor, name):
 
 def test_the_longest_run_is_no_longer_than_the_time_limit_allows():
     rows, differing, _ = checked(Late(1.0), SHORT)
-    row = only(rows, "steps of its longest run")
+    row = only_row(rows, "steps of its longest run")
     assert differing == [] and 90_000 < row.measured < 110_000
 
 
@@ -625,10 +625,10 @@ def test_what_chooses_its_steps_is_not_run_back():
     assert row.verdict == row.expected == "not run" and "settings with a `step`" in row.reason
 
 
-def from_zero(kind: type[Gauss]) -> Any:
+def from_zero(contender_class: type[Gauss]) -> Any:
     """A contender that supports only problems with t0 = 0."""
 
-    class FromZero(kind):
+    class FromZero(contender_class):
         def supports(self, problem):
             return problem.t0 == 0.0
 

@@ -321,15 +321,15 @@ def test_it_knows_where_its_class_begins_also_of_one_that_another_module_names(
     for folder in (tmp_path, tmp_path / "src"):
         monkeypatch.syspath_prepend(str(folder))
     monkeypatch.chdir(tmp_path / "src")
-    at = "src/inner/it.py", 3
+    definition = "src/inner/it.py", 3
     elsewhere = tmp_path.parent / f"{tmp_path.name}-site-packages"
     elsewhere.mkdir()
     (elsewhere / "installed.py").write_text(code)
     monkeypatch.syspath_prepend(str(elsewhere))
     nowhere = "", 0
     for path, expected in (
-        ("inner:It", at),
-        ("inner:it", at),
+        ("inner:It", definition),
+        ("inner:it", definition),
         ("made:It", nowhere),
         ("installed:It", nowhere),
     ):

@@ -39,8 +39,8 @@ def fraction_told_apart(width_factor: float = 1.0) -> float:
 
     wrong = 0
     for job in range(JOBS):
-        left, again, right = (scattered(3 * job + k) for k in range(3))
-        wrong += outcome(band(right, left), band(again, left)) != TIE
+        left, repeated, right = (scattered(3 * job + k) for k in range(3))
+        wrong += outcome(band(right, left), band(repeated, left)) != TIE
     return wrong / JOBS
 
 

@@ -592,9 +592,9 @@ class Slow:
         return LEAPFROG.run(problem, duration, setting)
 
 
-def search(wanted: float) -> Search:
+def search(error: float) -> Search:
     truth = KEPLER.run(orbit(), SPAN, {"samples": 100})
-    return Search(cast(Kind, bodies), SPAN, truth, wanted)
+    return Search(cast(Kind, bodies), SPAN, truth, error)
 
 
 def leapfrog(steps: int, contender: Any = LEAPFROG) -> Candidate:
@@ -607,12 +607,12 @@ def test_the_time_of_a_run_is_foreseen_without_its_set_up_in_every_step(
     monkeypatch: pytest.MonkeyPatch, setup: float, step: float, pause: float
 ) -> None:
     """On a clock that only the calls advance."""
-    now, calls = [0.0], [0]
-    monkeypatch.setattr(clock.time, "perf_counter", lambda: now[0])
+    clock_time, calls = [0.0], [0]
+    monkeypatch.setattr(clock.time, "perf_counter", lambda: clock_time[0])
 
     def run(count: int) -> None:
         calls[0] += 1
-        now[0] += setup + count * step + (pause if calls[0] == 3 else 0.0)
+        clock_time[0] += setup + count * step + (pause if calls[0] == 3 else 0.0)
 
     total_steps, enough = 10_000, 1.0
     exact_seconds = setup + total_steps * step

@@ -110,12 +110,12 @@ def test_runs_without_the_force_are_caught(tmp_path: Path, monkeypatch: pytest.M
 def test_a_reading_that_is_wrong_is_caught_at_other_states(tmp_path: Path) -> None:
     file, extras = save_files(*planets(c=100.0), tmp_path)
     problem, engine_sim = read(file, -1, extras)
-    moved = problem.q0 + np.random.default_rng(1).normal(size=problem.q0.shape)
-    check_reading(engine_sim, problem, moved, problem.v0)
+    displaced = problem.q0 + np.random.default_rng(1).normal(size=problem.q0.shape)
+    check_reading(engine_sim, problem, displaced, problem.v0)
     system = galvi.NBody(problem.system.masses, 1.0, galvi.Relativity(101.0, 0, "potential"))
     misread = galvi.Problem(system, problem.q0, problem.v0)
     with pytest.raises(ValueError, match="misreads REBOUNDx's gr_potential"):
-        check_reading(engine_sim, misread, moved, problem.v0)
+        check_reading(engine_sim, misread, displaced, problem.v0)
 
 
 def test_a_force_that_is_read_to_some_order_has_no_other_engine(tmp_path: Path) -> None:

@@ -89,8 +89,8 @@ def test_a_damped_tree_has_no_energy_error() -> None:
 
 def test_errors_of_balls_and_free_bodies_are_angles_and_lengths() -> None:
     links = [
-        galvi.Link(galvi.Joint(kind), mass=1.0, inertia=(1.0, 2.0, 2.5))
-        for kind in ("ball", "free")
+        galvi.Link(galvi.Joint(joint_type), mass=1.0, inertia=(1.0, 2.0, 2.5))
+        for joint_type in ("ball", "free")
     ]
     system = galvi.Multibody(links)
     half = 0.15  # half an angle of 0.3 about x
@@ -198,7 +198,9 @@ def test_a_rebuilt_model_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trees, "own_contender", lambda model, name: trees.INTEGRATORS[name])
     document = body.document
     monkeypatch.setattr(
-        body, "document", lambda gravity, links, off: document(gravity, links, (*off, "eulerdamp"))
+        body,
+        "document",
+        lambda gravity, links, disabled: document(gravity, links, (*disabled, "eulerdamp")),
     )
     judgement = judged_model(hinge(0.5), 1.0, 1e-4)
     with pytest.raises(AssertionError):

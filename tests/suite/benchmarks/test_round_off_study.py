@@ -44,8 +44,8 @@ def test_the_energy_of_a_state_with_what_its_rounding_lost_is_exact() -> None:
 
 def test_the_runs_differ_by_1e_12_and_each_is_always_the_same() -> None:
     problem = galvi.problems.outer_solar_system()
-    first, again, second = round_off.member(0), round_off.member(0), round_off.member(1)
-    assert np.array_equal(first.q0, again.q0) and not np.array_equal(first.q0, second.q0)
+    first, repeated, second = round_off.member(0), round_off.member(0), round_off.member(1)
+    assert np.array_equal(first.q0, repeated.q0) and not np.array_equal(first.q0, second.q0)
     for x, y in ((first.q0, problem.q0), (first.v0, problem.v0)):
         assert 1e-13 < np.abs(x / y - 1.0).max() < 5e-12
 

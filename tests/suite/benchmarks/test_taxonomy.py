@@ -78,13 +78,15 @@ def test_a_table_that_is_slightly_wrong_is_seen() -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("benchmarks.studies.taxonomy.pairs", lambda *_: iter(cubic))
         patch.setattr("benchmarks.studies.taxonomy.QUICK_ARGUMENT", 3)
-        wrong, right = (
+        wrong, correct = (
             methods_of(taxonomy(True, silent, m)).iloc[0] for m in (faulty(A=1.01), galvi.Galerkin)
         )
     assert (
-        abs(right["measured"] - 6.0) < ORDER_TOLERANCE < abs(wrong["measured"] - wrong["predicted"])
+        abs(correct["measured"] - 6.0)
+        < ORDER_TOLERANCE
+        < abs(wrong["measured"] - wrong["predicted"])
     )
-    assert right["symplecticity"] < 1e-14 < wrong["symplecticity"]
+    assert correct["symplecticity"] < 1e-14 < wrong["symplecticity"]
 
 
 def test_kinds_have_names_of_their_own() -> None:

@@ -382,8 +382,8 @@ def rounded_at_each_step(run, count):
             mujoco.mj_step(model, state)
             for values in (state.qpos, state.qvel):
                 towards = random.choice((-math.inf, math.nan, math.inf), values.size)
-                moved = np.nextafter(values, towards)
-                values[:] = np.where(np.isnan(moved), values, moved)
+                neighbours = np.nextafter(values, towards)
+                values[:] = np.where(np.isnan(neighbours), values, neighbours)
         ends.append((state.qpos.copy(), state.qvel.copy()))
     return ends
 

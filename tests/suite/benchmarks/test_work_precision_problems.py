@@ -110,7 +110,7 @@ IN_CLOCKS = {
     "SciPy DOP853",
     *map(clock_label, (8, 12, 16)),
 }
-SCIPY, WIDE, TRACE = "SciPy DOP853", "REBOUND WHFast512", "REBOUND TRACE"
+SCIPY, WHFAST512, TRACE = "SciPy DOP853", "REBOUND WHFast512", "REBOUND TRACE"
 HEAVY_TOP = {MUJOCO_RK4.name, TEXTBOOK_DOP853, "heyoka, rigid bodies"}
 # problem: (contenders that take part, contenders that do not, their number or None, quantity of
 # the errors or "")
@@ -126,9 +126,9 @@ TAKE_PART: dict[Make, tuple[set[str], set[str], int | None, str]] = {
     kepler_polar: (ON_COORDINATES, set(), 6, COORDINATES),
     free_body_se3: (gauss(5, suffix=", general kernel"), set(), None, MOTION),
     brownout: (gauss(4, suffix=", general kernel"), set(), None, COORDINATES),
-    outer_solar_system: (IN_SPACE | {SCIPY}, {WIDE}, None, ""),
-    solar_system: (IN_SPACE | {SCIPY, WIDE}, set(), None, ""),
-    applegate: (IN_SPACE, {SCIPY, WIDE}, None, ""),
+    outer_solar_system: (IN_SPACE | {SCIPY}, {WHFAST512}, None, ""),
+    solar_system: (IN_SPACE | {SCIPY, WHFAST512}, set(), None, ""),
+    applegate: (IN_SPACE, {SCIPY, WHFAST512}, None, ""),
 }
 # relative to the largest entry
 TRUTH_ERRORS = {ATTITUDE: 2e-16, ANGLE: 1e-15, MOTION: 1e-15, COORDINATES: 2e-15}

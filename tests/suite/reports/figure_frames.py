@@ -193,11 +193,11 @@ def _limits(options):
         row(
             study=study,
             quantity=options["quantity"],
-            step=turn,
-            value=1e-15 if turn < limit else np.nan,
+            step=angle,
+            value=1e-15 if angle < limit else np.nan,
         )
         for study, (limit, _) in options["charts"].items()
-        for turn in np.linspace(0.1, 7.5, 40)
+        for angle in np.linspace(0.1, 7.5, 40)
     ]
 
 

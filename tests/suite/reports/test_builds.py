@@ -150,8 +150,8 @@ def test_what_was_drawn_is_not_drawn_again():
     draw = remembering(draw_all)
     left, right = pd.DataFrame({"x": [1]}), pd.DataFrame({"x": [2]})
     first = draw(lambda job: object(), [(Figure, left)])
-    again = draw(lambda job: object(), [(Figure, left), (Figure, right)])
-    assert again[0] is first[0] and again[1] is not first[0]
+    second = draw(lambda job: object(), [(Figure, left), (Figure, right)])
+    assert second[0] is first[0] and second[1] is not first[0]
     assert len(drawn) == 2
 
 

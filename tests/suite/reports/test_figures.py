@@ -53,8 +53,8 @@ def test_a_figure_of_failed_runs_says_that_there_is_nothing_to_draw(figure, draw
 
 @pytest.mark.slow(beside="test_comparisons_draw_without_warnings")
 def test_the_same_frame_gives_the_same_bytes(drawn_frames):
-    first, again = (picture(FIGURES[0], drawn_frames[NAMES[0]]) for _ in range(2))
-    assert (first.svg, first.png) == (again.svg, again.png)
+    first, second = (picture(FIGURES[0], drawn_frames[NAMES[0]]) for _ in range(2))
+    assert (first.svg, first.png) == (second.svg, second.png)
     assert first.svg.startswith(b"<?xml") and first.png.startswith(b"\x89PNG")
     assert first.title.startswith(FIGURES[0].source)
 

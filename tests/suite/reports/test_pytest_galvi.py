@@ -208,15 +208,15 @@ def listed(completed):
 
 
 def test_words_select_and_the_last_failures_are_run_again(faked):
-    both = ("--galvi", "mine:It", "--galvi", "mine:Other", "-q")
-    assert listed(run(faked, *both, "--collect-only", "-k", "It", fake=True)) == IDS
-    chosen = run(faked, *both, "--collect-only", "-k", "Other and conservation", fake=True)
+    contenders = ("--galvi", "mine:It", "--galvi", "mine:Other", "-q")
+    assert listed(run(faked, *contenders, "--collect-only", "-k", "It", fake=True)) == IDS
+    chosen = run(faked, *contenders, "--collect-only", "-k", "Other and conservation", fake=True)
     assert listed(chosen) == [IDS[1].replace("It", "Other")]
     assert "1/9 tests collected (8 deselected)" in chosen.stdout
-    marked = run(faked, *both, "--strict-markers", "--collect-only", "-m", "galvi", fake=True)
+    marked = run(faked, *contenders, "--strict-markers", "--collect-only", "-m", "galvi", fake=True)
     assert listed(marked) == [*IDS, *(name.replace("It", "Other") for name in IDS)]
-    assert run(faked, *both, fake=True).returncode == 1
-    assert listed(run(faked, *both, "--lf", "--collect-only", fake=True)) == [
+    assert run(faked, *contenders, fake=True).returncode == 1
+    assert listed(run(faked, *contenders, "--lf", "--collect-only", fake=True)) == [
         IDS[3],
         IDS[3].replace("It", "Other"),
     ]

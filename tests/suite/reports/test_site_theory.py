@@ -94,13 +94,17 @@ def test_every_included_line_of_code_exists(page):
 
 def _defined(text):
     """Names of functions and classes, and of methods as Class.method."""
-    kinds = (ast.FunctionDef, ast.ClassDef)
-    top = [definition for definition in ast.parse(text).body if isinstance(definition, kinds)]
+    definition_types = (ast.FunctionDef, ast.ClassDef)
+    top = [
+        definition
+        for definition in ast.parse(text).body
+        if isinstance(definition, definition_types)
+    ]
     inner = {
         f"{definition.name}.{part.name}"
         for definition in top
         for part in definition.body
-        if isinstance(part, kinds)
+        if isinstance(part, definition_types)
     }
     return {definition.name for definition in top} | inner
 

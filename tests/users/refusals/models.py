@@ -15,7 +15,7 @@ th = sympy.Function("th")(t)
 X, Y = me.dynamicsymbols("X Y")
 
 
-def at(system, q, v):
+def first_step(system, q, v):
     """A call that runs the first step from a start."""
     return lambda: galvi.integrate(galvi.Problem(system, q, v), FOUR, 0.1, 1)
 
@@ -63,9 +63,9 @@ SYMBOLIC = (
      lambda: from_sympy(FREE, x, u, force=[1, 2])),
     (ValueError, "the force must hold .*received k", lambda: from_sympy(FREE, x, u, force=-k * u)),
     (ValueError, r"degenerate.*along v\[0\] \+ 0\.5 v\[1\],",
-     at(DEGENERATE, [1.0, 1.0], [1.0, 0.0])),
+     first_step(DEGENERATE, [1.0, 1.0], [1.0, 0.0])),
     (ValueError, "must return a finite number; received nan at the start",
-     at(from_sympy(FREE - sympy.log(x), x, u), [-1.0], [1.0])),
+     first_step(from_sympy(FREE - sympy.log(x), x, u), [-1.0], [1.0])),
     (ValueError, "brings its coordinates and forces", of_lagrange([X, Y])),
     (ValueError, "with constraints cannot be used; received 1", of_lagrange(hol_coneqs=[X - Y])),
     (TypeError, "q must hold the coordinates", galvi.Lagrangian.from_sympy, X.diff() ** 2),
@@ -108,7 +108,7 @@ TREES = (
     (TypeError, "on joints with damping, force must be a function; received",
      lambda: galvi.Multibody(DAMPED, force=galvi.RotorDrag(1.0), timed_force=True)),
     (ValueError, r"force must return an array of shape \(1,\)",
-     at(galvi.Multibody(DAMPED, force=lambda q, v: np.zeros(2)), [0.1], [0.0])),
+     first_step(galvi.Multibody(DAMPED, force=lambda q, v: np.zeros(2)), [0.1], [0.0])),
     (ValueError, "positive semidefinite", lambda: galvi.Link(HINGE, 1.0, inertia=(1, -1, 1))),
     (ValueError, r"no body has the inertia \[1\.0, 1\.0, 5\.0\]: its largest .* or check=False",
      lambda: galvi.Link(HINGE, 1.0, inertia=(1, 5, 1))),
@@ -133,7 +133,7 @@ TREES = (
         for axes, L in DEGENERATE_LAGRANGIANS
     ),
     (ValueError, "the Lagrangian is degenerate at the start",  # only there; the run checks
-     at(galvi.Lagrangian(lambda q, v: v[0] ** 2 + (q[1] * v[1]) ** 2, galvi.Rn(2)),
+     first_step(galvi.Lagrangian(lambda q, v: v[0] ** 2 + (q[1] * v[1]) ** 2, galvi.Rn(2)),
         [1.0, 0.0], [0.0, 0.0])),
     (ValueError, r"'masses' must have shape \(2, 2\)", varied(masses=np.ones((2, 3)))),
     (ValueError, "mass must not be negative; received -1", varied(masses=-np.ones((2, 2)))),

@@ -333,7 +333,7 @@ EVENTS = (
 CLOCKED = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=galvi.Sundman())
 FRAMED = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), galvi.KeplerFrame())
 BODY = galvi.problems.free_rigid_body()
-TURNED = np.diag([1.0, -1.0, -1.0])
+HALF_TURN = np.diag([1.0, -1.0, -1.0])
 
 
 def between(q0=KEPLER.q0, q1=KEPLER.q0, h=0.1, problem=KEPLER, method=EIGHT):
@@ -372,7 +372,7 @@ ACTIONS = (
        between([1.0], [sign], half_periods * np.pi, galvi.problems.harmonic_oscillator(),
                galvi.Galerkin(galvi.Polynomials(16), galvi.gauss(16))))
       for half_periods, sign in ((1, -1.0), (2, 1.0))),
-    (RuntimeError, "no curve from q0 to q1", between(np.eye(3), TURNED, problem=BODY)),  # Cayley
+    (RuntimeError, "no curve from q0 to q1", between(np.eye(3), HALF_TURN, problem=BODY)),  # Cayley
     (RuntimeError, "the action of the curve .* is inf",
      between([0.0], [1e200], 1.0, galvi.Problem(galvi.Canonical(1.0, lambda q: 0.0 * q[0]), [0.0],
                                                 [0.0]))),
