@@ -21,11 +21,13 @@ from tests.properties.test_kepler_frame import MOON, TREE
 def nested(planets: int) -> galvi.Problem:
     """A star and planets in three dimensions, in a random order."""
     random = np.random.default_rng(planets)
-    a = 1.0 + 0.9 * np.arange(planets) + random.uniform(0.0, 0.3, planets)
-    turn, pace = random.uniform(0.0, 6.0, planets), a**-0.5
+    radii = 1.0 + 0.9 * np.arange(planets) + random.uniform(0.0, 0.3, planets)
+    angles, speeds = random.uniform(0.0, 6.0, planets), radii**-0.5
     q, v = np.zeros((2, planets + 1, 3))
-    q[1:] = np.stack([a * np.cos(turn), a * np.sin(turn), 0.05 * np.sin(3 * turn)], axis=1)
-    v[1:, :2] = np.stack([-pace * np.sin(turn), pace * np.cos(turn)], axis=1)
+    q[1:] = np.stack(
+        [radii * np.cos(angles), radii * np.sin(angles), 0.05 * np.sin(3 * angles)], axis=1
+    )
+    v[1:, :2] = np.stack([-speeds * np.sin(angles), speeds * np.cos(angles)], axis=1)
     order = random.permutation(planets + 1)
     masses = np.append(1.0, np.full(planets, 1e-4))[order]
     return galvi.Problem(galvi.NBody(masses), q[order], v[order])
@@ -37,8 +39,8 @@ def partly_massless() -> galvi.Problem:
     return galvi.Problem(galvi.NBody(masses), outer.q0, outer.v0)
 
 
-def in_frame(make: Any, step: float, frame: Any, close: float = 16.0) -> Row:
-    return Row(make, step, "frame", 10, None, {"chart": frame}, close, in_short_steps)
+def in_frame(make: Any, step: float, frame: Any, gap_bound: float = 16.0) -> Row:
+    return Row(make, step, "frame", 10, None, {"chart": frame}, gap_bound, in_short_steps)
 
 
 WEAK = {**WITH_ENERGY, "power laws": (galvi.PowerLaw(1, -1e-5, 0.5), galvi.PowerLaw(0, 1e-2, -1))}
@@ -57,22 +59,24 @@ IN_FRAMES: dict[str, Row] = {
     "frame: massless planets": in_frame(partly_massless, 400.0, galvi.KeplerFrame()),
     "frame: the Moon": in_frame(lambda: MOON, 5.0, galvi.KeplerFrame(hierarchy=TREE)),
     **{
-        f"frame: {force}, {last:g}, {hierarchy}{', plane' * plane}": in_frame(
-            partial(bodies, WEAK[force], [1.0, 1e-3, last], plane),
+        f"frame: {force}, {third_mass:g}, {hierarchy}{', plane' * plane}": in_frame(
+            partial(bodies, WEAK[force], [1.0, 1e-3, third_mass], plane),
             0.5,
             galvi.KeplerFrame(hierarchy=HIERARCHIES[hierarchy]),
         )
         for i, force in enumerate(WEAK)
-        for j, last in enumerate((2e-4, 0.0))
+        for j, third_mass in enumerate((2e-4, 0.0))
         for k, hierarchy in enumerate(HIERARCHIES)
-        for plane in ((i + j + k) % 3 == 0 and "J4" not in force,)  # whose pole is out of it
+        for plane in (
+            (i + j + k) % 3 == 0 and "J4" not in force,
+        )  # J4's pole is inclined to the plane's normal
         if (i + k) % 3 < 2
     },
 }
 
 # ---------------------------------------------------------------- clocks
 
-BESIDE_GRAVITY: dict[str, Any] = {
+FORCES_BESIDE_GRAVITY: dict[str, Any] = {
     "none": (),
     "relativity": galvi.Relativity(12.0, form="potential"),
     "a logarithm": galvi.PowerLaw(0, -0.05, -1),
@@ -80,7 +84,7 @@ BESIDE_GRAVITY: dict[str, Any] = {
 
 
 def heavy_bodies(forces: Any, masses: Any = (3.0, 4.0, 5.0), G: float = 1.3) -> galvi.Problem:
-    """Bodies about a unit apart, at moderate speeds."""
+    """Bodies some two units apart, with velocity components of some 0.3."""
     rng, n = np.random.default_rng(11), len(masses)
     q = 1.5 * np.arange(n)[:, None] ** [[1.0, 0.5, 0.2]] + 0.2 * rng.normal(size=(n, 3))
     return galvi.Problem(galvi.NBody(masses, G, forces), q, 0.3 * rng.normal(size=(n, 3)))
@@ -101,20 +105,21 @@ def to_time(make: Any, step: float, clock: Any, duration: float, **options: Any)
     )
 
 
-# Where a run ends, rounding of the time moves places most: 11 to 23 units, by its last bits.
+# These runs end near the pericentre, where rounding of the time changes the positions by 11 to
+# 23 units of ROUND_OFF.
 NEAR_PERICENTRE = {"Kepler, Sundman": 40.0}
-CALLED = ("elastic pendulum",)  # whose Lagrangian in tau is not traced
+UNTRACED = ("elastic pendulum",)  # its Lagrangian in tau cannot be traced
 IN_CLOCKS: dict[str, Row] = {
     **{
         f"clock: {name}": in_clock(lambda problem=problem: problem, 0.5 * step, clock)
         for name, (problem, clock, _, step) in CLOCKS.items()
-        if name not in CALLED
+        if name not in UNTRACED
     },
     **{
         f"clock: three heavy bodies, {name}": in_clock(
             partial(heavy_bodies, force), 0.1, DYNAMICAL, slow=name != "none"
         )
-        for name, force in BESIDE_GRAVITY.items()
+        for name, force in FORCES_BESIDE_GRAVITY.items()
     },
     "clock: damped": in_clock(partial(in_plane_orbit, DAMPED), 0.2, CIRCLES),
     **{
@@ -123,7 +128,7 @@ IN_CLOCKS: dict[str, Row] = {
     },
     **{
         f"clock: relativity, step {step}": in_clock(
-            partial(eccentric, galvi.Relativity(1e2)), step, DYNAMICAL, 6, close=32.0, slow=True
+            partial(eccentric, galvi.Relativity(1e2)), step, DYNAMICAL, 6, gap_bound=32.0, slow=True
         )
         for step in (0.6, 1.9)
     },
@@ -135,15 +140,15 @@ IN_TIME: dict[str, Row] = {
             0.1,
             clock,
             duration,
-            close=NEAR_PERICENTRE.get(name, 16.0),
-            newton=name in CALLED,
-            slow=name in CALLED,
+            gap_bound=NEAR_PERICENTRE.get(name, 16.0),
+            newton=name in UNTRACED,
+            slow=name in UNTRACED,
         )
         for name, (problem, clock, duration, _) in CLOCKS.items()
     },
     "time: damped": to_time(partial(in_plane_orbit, DAMPED), 0.1, CIRCLES, 1.5),
     "time: driven": to_time(
-        partial(in_plane_orbit, DRIVEN), 0.1, CIRCLES, 1.5, close=1000.0, slow=True
+        partial(in_plane_orbit, DRIVEN), 0.1, CIRCLES, 1.5, gap_bound=1000.0, slow=True
     ),
     **{
         f"time: {name}": to_time(

@@ -1,4 +1,4 @@
-"""Runs of which fixed-point iteration cannot solve some steps, and which agree all the same."""
+"""Runs with steps that fixed-point iteration cannot solve and Newton's method does."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 import sympy as sp
 
 import galvi
-from tests.agreement.on_groups import OF_FUNCTIONS
+from tests.agreement.on_groups import BODIES_OF_FUNCTIONS
 from tests.agreement.on_vector_spaces import LAGRANGIANS, vx, vy, x, y
 from tests.properties.group_motions import FREE, hall
 
 
-def gauss(s: int, **moving: Any) -> galvi.Galerkin:
-    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), **moving)
+def gauss(s: int, **options: Any) -> galvi.Galerkin:
+    return galvi.Galerkin(galvi.Polynomials(s), galvi.gauss(s), **options)
 
 
 def without_pivot() -> galvi.Problem:
-    """A mass with nothing on its diagonal."""
+    """A Lagrangian whose mass matrix has a zero diagonal."""
     L = sp.expand(vx * vy - x * y)
     system = galvi.Lagrangian.from_sympy(L, (x, y), (vx, vy))
     return galvi.Problem(system, [0.4, -0.7], [0.5, 0.2])
@@ -36,9 +36,10 @@ def pair() -> galvi.Problem:
 
 COUPLED = galvi.Galerkin(galvi.ComponentPolynomials((5, 4)), galvi.gauss(5))
 PENDULUM = partial(galvi.Problem, *LAGRANGIANS["elastic pendulum"])
-BODY = partial(galvi.Problem, *OF_FUNCTIONS["a potential"])
-# what makes the problem, method, step, steps, whether the run counts some as newton_steps
-LEFT: dict[str, tuple[Any, galvi.Galerkin, float, int, bool]] = {
+BODY = partial(galvi.Problem, *BODIES_OF_FUNCTIONS["a potential"])
+# function that makes the problem, method, step, number of steps, whether `counts` of the run has
+# newton_steps
+LEFT_TO_NEWTON: dict[str, tuple[Any, galvi.Galerkin, float, int, bool]] = {
     "too long a step of a chain": (galvi.problems.double_pendulum, gauss(6), 0.25, 8, True),
     "a mass without a first pivot": (without_pivot, gauss(6), 0.05, 20, True),
     "coupled components of other degrees": (

@@ -19,7 +19,9 @@ from tests.properties.forced_systems import SYSTEMS as FORCED_SPRINGS
 
 # ---------------------------------------------------------------- built-in potentials
 
-POTENTIALS: dict[str, tuple[Callable[[int], Any], tuple[int, ...]]] = {  # and what d may be
+POTENTIALS: dict[
+    str, tuple[Callable[[int], Any], tuple[int, ...]]
+] = {  # potential of d coordinates, its values of d
     "centre": (lambda d: galvi.CentralForce(0.8), (3, 2)),
     "cosine": (lambda d: galvi.CosinePotential(1.2), (4, 1, 2, 7)),
     "spring": (lambda d: galvi.LinearSpring(2.0), (1, 2, 4, 7)),
@@ -34,7 +36,10 @@ MASSES: dict[str, Callable[[np.random.Generator, int], Any]] = {
 
 
 def in_potential(potential: str, masses: str, size: int, seed: int) -> galvi.Problem:
-    """A canonical system with a built-in potential, from a random start."""
+    """A canonical system with a built-in potential, from a random start.
+
+    `size` is an index of the potential's dimensions.
+    """
     random = np.random.default_rng(seed)
     make, sizes = POTENTIALS[potential]
     d = sizes[size % len(sizes)]
@@ -50,7 +55,7 @@ def from_the_origin(V: Any, speed: float) -> galvi.Problem:
 
 HENON = galvi.problems.henon_heiles().system
 COUPLED = [[1.2, 0.3], [0.3, 0.9]]
-DIFFERENCED = {False: 16.0, True: 2000.0}  # bound on gaps: the general kernel differences V
+GAP_BOUNDS = {False: 16.0, True: 2000.0}  # by whether the general kernel has to difference V
 
 
 def morse(q: Any) -> Any:
@@ -90,8 +95,8 @@ CANONICAL: dict[str, tuple[Any, Any]] = {  # V and dV/dq
 }
 
 
-def of_functions(name: str, mass: Any = 1.3, wrap: Any = lambda function: function) -> Any:
-    """A problem with functions of CANONICAL, each of them wrapped."""
+def problem_of_functions(name: str, mass: Any = 1.3, wrap: Any = lambda function: function) -> Any:
+    """A problem with the functions of a row of CANONICAL, each passed through `wrap`."""
     V, gradient = CANONICAL[name]
     system = galvi.Canonical(
         mass, wrap(V), gradient and wrap(gradient), explicit_time=name.startswith("driven")
@@ -147,10 +152,15 @@ PUSHES: dict[str, tuple[str, Callable[[Any, Any], Any]]] = {  # L, force of one 
 def symbolic(name: str, push: Callable[[Any, Any], Any] | None = None) -> galvi.Problem:
     """A problem of SYMBOLIC, with an external force on each coordinate."""
     L, (q, v), q0, v0 = SYMBOLIC[name]
-    timed = push is not None or L.has(t)
+    depends_on_time = push is not None or L.has(t)
     force = [push(*pair) for pair in zip(q, v, strict=True)] if push else None
     system = galvi.Lagrangian.from_sympy(
-        L, q, v, t if timed else None, parameters={drag_rate: 0.3} if push else None, force=force
+        L,
+        q,
+        v,
+        t if depends_on_time else None,
+        parameters={drag_rate: 0.3} if push else None,
+        force=force,
     )
     return galvi.Problem(system, q0, v0)
 
@@ -167,10 +177,10 @@ def spring_energy(stretch, k):
 
 @numba.njit
 def masses_and_springs(q, v):
-    total = spring_energy(q[0], K[0]) + spring_energy(q[-1], K[-1])
+    potential = spring_energy(q[0], K[0]) + spring_energy(q[-1], K[-1])
     for i in range(1, q.size):
-        total += spring_energy(q[i] - q[i - 1], K[i]) + 0.1 * (q[i] - q[i - 1]) ** 4
-    return 0.5 * np.sum(v**2) - total
+        potential += spring_energy(q[i] - q[i - 1], K[i]) + 0.1 * (q[i] - q[i - 1]) ** 4
+    return 0.5 * np.sum(v**2) - potential
 
 
 def elastic_pendulum(q: Any, v: Any) -> Any:
@@ -230,7 +240,7 @@ LAGRANGIANS: dict[str, tuple[Any, ...]] = {  # system, q0, v0
         *PLANE_STATE,
     ),
 }
-FORCED: dict[str, Any] = {  # systems with a force of the user's, beside functions of every kind
+FORCED: dict[str, Any] = {  # systems with a user's force beside functions of every kind
     "a gradient of the time": galvi.Canonical(
         M,
         lambda q, t: 0.5 * q @ q + t * q[0],
@@ -267,11 +277,13 @@ ROWS: dict[str, Row] = {
         for speed in (0.0, 0.5)
     },
     **{
-        f"V: {name}": Row(partial(of_functions, name), 0.1, close=DIFFERENCED[gradient is None])
+        f"V: {name}": Row(
+            partial(problem_of_functions, name), 0.1, gap_bound=GAP_BOUNDS[gradient is None]
+        )
         for name, (_, gradient) in CANONICAL.items()
     },
-    "V: driven, masses": Row(partial(of_functions, "driven", [0.8, 1.7]), 0.1),
-    "V: Python, coupled masses": Row(partial(of_functions, "Python", COUPLED), 0.1),
+    "V: driven, masses": Row(partial(problem_of_functions, "driven", [0.8, 1.7]), 0.1),
+    "V: Python, coupled masses": Row(partial(problem_of_functions, "Python", COUPLED), 0.1),
     **{
         f"grain of {round(1e6 * size)} um, C = {coefficient}": Row(
             partial(galvi.problems.brownout, size, drag_coefficient=coefficient), 0.005

@@ -1,4 +1,4 @@
-"""One table of engines, problems, spaces, rules and options, whose cells agree with their oracles.
+"""Engines, problems, spaces, rules and options in one table whose cells agree with their oracles.
 
 A row is a problem with the engine that runs it and its oracle, see `tests.agreement.row`; a
 column is a method, or an option of a run.
@@ -21,23 +21,25 @@ from galvi.charts import CHARTS
 from galvi.lanes import vectors
 from galvi.run.in_lanes import lagrangian
 from tests.agreement import frames_and_clocks, on_groups, on_vector_spaces, point_masses
-from tests.agreement.left_to_newton import LEFT
+from tests.agreement.left_to_newton import LEFT_TO_NEWTON
 from tests.agreement.row import (
     ROUND_OFF,
     Cell,
     Row,
     check,
+    excessive_gaps,
     gaps,
     in_short_steps,
     relative_gap,
-    wide,
 )
 from tests.properties.ensemble_cases import starts
 from tests.properties.lagrangians import opaque
 
-pytestmark = pytest.mark.skipif(not galvi.FAST, reason="the general kernel alone has none")
+pytestmark = pytest.mark.skipif(
+    not galvi.FAST, reason="with GALVI_FAST=0 only the general kernel runs"
+)
 ROWS = on_vector_spaces.ROWS | on_groups.ROWS | point_masses.ROWS | frames_and_clocks.ROWS
-KERNELS = (  # of each engine; the laws of others take long to compile
+KERNEL_ROWS = (  # rows of every engine; those of other rows take long to compile
     "Kepler",
     "planets and massless bodies",
     "SymPy: elastic pendulum",
@@ -47,18 +49,18 @@ KERNELS = (  # of each engine; the laws of others take long to compile
     "clock: three bodies",
     "clock: Kepler, Sundman",
 )
-STANDARD = {"lanes": 5, "frame": 16, "clock": 8}
+STANDARD_DEGREES = {"lanes": 5, "frame": 16, "clock": 8}
 
 
 def standard(name: str) -> Cell:
-    """The cell of a row by as many points as it has in one or two vectors."""
+    """The cell of a row with the degree of its engine, or 16 where the oracle takes short steps."""
     row = ROWS[name]
-    return row.by(16 if row.oracle is in_short_steps else STANDARD[row.engine])
+    return row.by_gauss(16 if row.oracle is in_short_steps else STANDARD_DEGREES[row.engine])
 
 
 # ---------------------------------------------------------------- every row
 
-VECTORS = {  # degree and points of methods that take other code or other tables
+DEGREES_AND_POINTS = {  # degree and points that take different code or tables in an engine
     "lanes": ((5, 5), (4, 6), (9, 9)),
     "frame": ((16, 16), (20, 20)),
     "clock": ((8, 8), (5, 5)),
@@ -68,20 +70,20 @@ VECTORS = {  # degree and points of methods that take other code or other tables
 def cells() -> Iterator[Any]:
     for name, row in ROWS.items():
         in_time = row.engine == "clock" and row.oracle is in_short_steps
-        pairs = VECTORS["frame" if in_time else row.engine]
-        for degree, points in pairs if name in KERNELS else pairs[:1]:
+        pairs = DEGREES_AND_POINTS["frame" if in_time else row.engine]
+        for degree, points in pairs if name in KERNEL_ROWS else pairs[:1]:
             marks = [pytest.mark.slow] * row.slow
             yield pytest.param(name, degree, points, marks=marks)
 
 
 @pytest.mark.parametrize(("name", "degree", "points"), list(cells()))
 def test_every_problem_agrees(name: str, degree: int, points: int) -> None:
-    check(ROWS[name].by(degree, points))
+    check(ROWS[name].by_gauss(degree, points))
 
 
 # ---------------------------------------------------------------- every method
 
-SQUARE = (
+SQUARE_ROWS = (
     "Kepler",
     "double pendulum",
     "planets and massless bodies",
@@ -94,14 +96,14 @@ SQUARE = (
     ("name", "stages"),
     [
         (name, stages)
-        for k, name in enumerate(SQUARE)
+        for k, name in enumerate(SQUARE_ROWS)
         for stages in range(1, 25)
-        if stages in (1, 8, 9, 24) or stages % len(SQUARE) == k
+        if stages in (1, 8, 9, 24) or stages % len(SQUARE_ROWS) == k
     ],
 )
 def test_every_number_of_stages_agrees(name: str, stages: int) -> None:
     row = ROWS[name]
-    check(replace(row, step=row.step * min(1.0, 0.3 * stages)).by(stages))
+    check(replace(row, step=row.step * min(1.0, 0.3 * stages)).by_gauss(stages))
 
 
 PIECES = galvi.composite(galvi.gauss(4), 2)
@@ -118,7 +120,7 @@ METHODS = (
     (galvi.PiecewisePolynomials(3, 2), PIECES),
     (galvi.PiecewiseHermite(2), PIECES),
 )
-OF_METHODS = (
+METHOD_ROWS = (
     "Kepler",
     "V: driven, masses",
     "SymPy: elastic pendulum",
@@ -135,7 +137,7 @@ OF_METHODS = (
     ("name", "method"),
     [
         pytest.param(name, method, id=f"{name}, {method[0]}, {method[1].name}")
-        for i, name in enumerate(OF_METHODS)
+        for i, name in enumerate(METHOD_ROWS)
         for j, method in enumerate(METHODS)
         if name in ("Kepler", "SymPy: elastic pendulum") or (i + j) % 3 == 0
     ],
@@ -152,41 +154,43 @@ def test_a_degree_for_each_component_agrees(name: str, degrees: Any, points: int
 
 AT_REST = [name for name in ROWS if name.startswith(("free from", "falling from"))]
 MOVING = ("free body", "spherical pendulum")
-IN_CHARTS = ((1, 1), (2, 3), (4, 4), (5, 6), (8, 8))  # degree and points
+CHART_PAIRS = ((1, 1), (2, 3), (4, 4), (5, 6), (8, 8))  # degree and points
 
 
-def in_charts() -> Iterator[Any]:
+def chart_cases() -> Iterator[Any]:
     for i, name in enumerate((*AT_REST, *MOVING)):
         for j, chart in enumerate(CHARTS):
-            pairs = IN_CHARTS if name in MOVING else [IN_CHARTS[(i + j) % len(IN_CHARTS)]]
+            pairs = CHART_PAIRS if name in MOVING else [CHART_PAIRS[(i + j) % len(CHART_PAIRS)]]
             yield from ((name, chart, *pair) for pair in pairs)
 
 
-@pytest.mark.parametrize(("name", "chart", "degree", "points"), list(in_charts()))
+@pytest.mark.parametrize(("name", "chart", "degree", "points"), list(chart_cases()))
 def test_every_chart_agrees(name: str, chart: Any, degree: int, points: int) -> None:
     row = ROWS[name]
-    check(replace(row, step=row.step * min(1.0, 0.5 * degree)).by(degree, points, chart=chart))
+    check(
+        replace(row, step=row.step * min(1.0, 0.5 * degree)).by_gauss(degree, points, chart=chart)
+    )
 
 
 # ---------------------------------------------------------------- every option
 
 
 def same_bits(run: Any, full: Any, rows: Any = slice(None)) -> None:
-    """AssertionError unless a run has the states of some rows of another."""
+    """Assert that a run has exactly the states of the given rows of another."""
     for part in ("q", "p", "t"):
         np.testing.assert_array_equal(getattr(run, part), getattr(full, part)[rows])
 
 
 def agrees(cell: Cell, **options: Any) -> galvi.Trajectory:
-    """The run with options, which has to agree with the oracle with the same ones."""
+    """The run with options, asserted to agree with the oracle with the same options."""
     run = cell.run(**options)
     assert run.success and run.engine == cell.row.engine, run.status
-    assert wide(run, cell.truth(**options), cell.row) == {}
+    assert excessive_gaps(run, cell.reference(**options), cell.row) == {}
     return run
 
 
 def from_later(cell: Cell) -> None:
-    check(cell.of(replace(cell.problem, t0=cell.problem.t0 + 2.5)))
+    check(cell.with_problem(replace(cell.problem, t0=cell.problem.t0 + 2.5)))
 
 
 def thinned(cell: Cell) -> None:
@@ -207,15 +211,15 @@ def coarse(cell: Cell) -> None:
     assert gaps(run, fine)["q"] * ROUND_OFF < 1e-6
 
 
-def in_both_ways(cell: Cell) -> Iterator[Cell]:
-    """The cell, and in lanes that of more points than coefficients too."""
+def with_more_points(cell: Cell) -> Iterator[Cell]:
+    """The cell, and in lanes also one with more points than coefficients."""
     yield cell
     if cell.row.engine == "lanes":
-        yield cell.row.by(4, 6)
+        yield cell.row.by_gauss(4, 6)
 
 
 def resumed(cell: Cell) -> None:
-    for variant in in_both_ways(cell):
+    for variant in with_more_points(cell):
         full = agrees(variant)
         part = galvi.integrate(variant.problem, variant.method, variant.step, 4)
         same_bits(galvi.resume(part, len(full.t) - 5), full, slice(4, None))
@@ -239,27 +243,27 @@ def among_many(cell: Cell) -> None:
         same_bits(run, full)
 
 
-AT_EVENTS = 1e5  # bound on gaps at events, 2e-11, in units of ROUND_OFF
+EVENT_GAP_BOUND = 1e5  # bound on gaps at events in units of ROUND_OFF, 2e-11
 
 
 def crossing(cell: Cell, **options: Any) -> galvi.Event:
-    """An event where the first entry of a configuration passes what it is at 0.41 of the run."""
+    """An event where the configuration's first entry passes its value at 0.41 of the run."""
     run = cell.run()
     level = float(np.ravel(run(run.t[0] + 0.41 * (run.t[-1] - run.t[0])))[0])
     return galvi.Event(lambda q, v, t: np.ravel(q)[0] - level, **options)
 
 
 def with_events(cell: Cell) -> None:
-    """Found, ending the run, and changing its velocity."""
+    """Events that only report, that end the run, and that change its velocity."""
     full = cell.run()
     for options in ({}, {"terminal": True}, {"action": lambda q, v, t: (q, 0.99 * v)}):
         event = crossing(cell, **options)
-        run, truth = cell.run(events=event), cell.truth(events=event)
-        assert run.success and len(run.events) == len(truth.events) > 0
+        run, reference = cell.run(events=event), cell.reference(events=event)
+        assert run.success and len(run.events) == len(reference.events) > 0
         assert (run.outcome.end is galvi.End.STOPPED_BY_EVENT) is ("terminal" in options)
-        assert relative_gap(run.events.t, truth.events.t) < AT_EVENTS
-        assert relative_gap(run.q[-1], truth.q[-1]) < AT_EVENTS
-        assert relative_gap(run.t[-1], truth.t[-1]) < AT_EVENTS
+        assert relative_gap(run.events.t, reference.events.t) < EVENT_GAP_BOUND
+        assert relative_gap(run.q[-1], reference.q[-1]) < EVENT_GAP_BOUND
+        assert relative_gap(run.t[-1], reference.t[-1]) < EVENT_GAP_BOUND
         if not options:
             same_bits(run, full)
     assert relative_gap(run.q[-1], full.q[-1]) > 1e6
@@ -281,40 +285,42 @@ def perturbed(problem: galvi.Problem, seed: int) -> galvi.Problem:
 
 
 def members_agree(cell: Cell) -> None:
-    """Members with steps of their own: the first is the problem, and has the same bits alone."""
+    """Members with steps of two sizes agree; the first has the same bits in an ensemble of one."""
     problem, steps = cell.problem, cell.row.steps
-    cells = [cell, *(cell.of(perturbed(problem, seed)) for seed in range(1, MEMBERS))]
+    cells = [cell, *(cell.with_problem(perturbed(problem, seed)) for seed in range(1, MEMBERS))]
     q, v = (np.array([getattr(member.problem, x) for member in cells]) for x in ("q0", "v0"))
     sizes = cell.step * np.where(np.arange(MEMBERS) < 7, 1.0, 0.5)
-    many, single = (
+    ensemble, single = (
         galvi.integrate_ensemble(problem, q[:n], v[:n], cell.method, sizes[:n], steps)
         for n in (MEMBERS, 1)
     )
-    assert many.success.all(), many.status
-    by_themselves = cell.row.engine == "frame" or getattr(problem.system, "forces", ())
-    assert by_themselves or not any(outcome.notes for outcome in many.outcomes.values())
-    for number in (0, 7):
-        truth = replace(cells[number], step=float(sizes[number])).truth()
-        for k, end in enumerate((truth.q[-1], truth.p[-1])):
-            assert relative_gap(np.asarray(many[k])[number], end) < 4.0 * cell.row.bounds["qp"[k]]
-            assert np.array_equal(np.asarray(many[k])[0], np.asarray(single[k])[0])
+    assert ensemble.success.all(), ensemble.status
+    run_singly = cell.row.engine == "frame" or getattr(problem.system, "forces", ())
+    assert run_singly or not any(outcome.notes for outcome in ensemble.outcomes.values())
+    for index in (0, 7):  # one member of either step size
+        reference = replace(cells[index], step=float(sizes[index])).reference()
+        for k, final in enumerate((reference.q[-1], reference.p[-1])):
+            assert (
+                relative_gap(np.asarray(ensemble[k])[index], final) < 4.0 * cell.row.bounds["qp"[k]]
+            )
+            assert np.array_equal(np.asarray(ensemble[k])[0], np.asarray(single[k])[0])
 
 
 def members(cell: Cell) -> None:
-    for variant in in_both_ways(cell):
+    for variant in with_more_points(cell):
         members_agree(variant)
 
 
-# Degree and points of which AVX2's registers of four lanes leave none idle, where eight would.
+# Degree and points: registers of four lanes (AVX2) leave fewer lanes idle than those of eight.
 FOURS = ((3, 4), (10, 10))
-COUNTED = 200  # steps in which passes are counted
+COUNTED_STEPS = 200  # steps of the runs whose passes are compared
 
 
 def in_fours(cell: Cell) -> None:
-    """As on a processor whose registers have four lanes."""
+    """The run agrees where registers have four lanes, in about as many passes."""
     for degree, points in FOURS:
-        variant = cell.row.by(degree, points)
-        longer = replace(variant, row=replace(variant.row, steps=COUNTED))
+        variant = cell.row.by_gauss(degree, points)
+        longer = replace(variant, row=replace(variant.row, steps=COUNTED_STEPS))
         eights = longer.run(curves=False)
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(vectors, "AVX512", False)
@@ -340,16 +346,16 @@ OPTIONS: dict[str, Callable[[Cell], None]] = {
 }
 
 
-MISSING = {"lanes": (), "frame": ("in_fours",), "clock": ("in_fours", "for_a_duration")}
+INAPPLICABLE = {"lanes": (), "frame": ("in_fours",), "clock": ("in_fours", "for_a_duration")}
 
 
 def options() -> Iterator[tuple[str, str]]:
-    """Rows with each option that they have: what runs in fours are lanes, and a clock's durations
-    are rows of their own."""
-    yield "forces: tides", "members"  # which lanes leave to single runs
-    for name in KERNELS:
+    """Rows with each option that applies: only lanes run in fours, and rows of their own run in a
+    clock for a duration."""
+    yield "forces: tides", "members"  # lanes leave such members to single runs
+    for name in KERNEL_ROWS:
         for option in OPTIONS:
-            if option not in MISSING[ROWS[name].engine]:
+            if option not in INAPPLICABLE[ROWS[name].engine]:
                 yield name, option
 
 
@@ -372,7 +378,7 @@ def test_members_agree_by_other_spaces_and_rules(name: str, space: Any, rule: An
 
 # ---------------------------------------------------------------- drawn cells
 
-UNSTABLE = ("grain of 10 um", "grain of 50 um")  # backwards
+UNSTABLE = ("grain of 10 um", "grain of 50 um")  # in reversed time
 ROBUST = [name for name in ROWS if not name.startswith((*UNSTABLE, "frame: the Moon"))]
 
 
@@ -380,25 +386,27 @@ def check_drawn(
     name: str,
     degree: int,
     extra_points: int,
-    share: float,
-    back: bool,
+    step_fraction: float,
+    reverse: bool,
     seed: int,
     chart: Any,
-    ask: Callable[[Cell], None] = check,
+    assertion: Callable[[Cell], None] = check,
 ) -> None:
     row = ROWS[name]
     moving = {} if row.moving else {"chart": chart}
-    if row.engine != "lanes":  # of which some take square methods alone
+    if row.engine != "lanes":  # some engines take only as many points as coefficients
         degree, extra_points = max(degree, 16 if row.oracle is in_short_steps else 5), 0
-    cell = replace(row, step=share * row.step).by(degree, degree + extra_points, **moving)
-    cell = cell.of(perturbed(row.problem, seed))
-    ask = ask if row.duration is None else check
-    ask(cell.backwards() if back else cell)
+    cell = replace(row, step=step_fraction * row.step).by_gauss(
+        degree, degree + extra_points, **moving
+    )
+    cell = cell.with_problem(perturbed(row.problem, seed))
+    assertion = assertion if row.duration is None else check
+    assertion(cell.backwards() if reverse else cell)
 
 
-OF_ANY_CELL = {
-    "share": st.floats(0.2, 1.0),
-    "back": st.booleans(),
+CELL_STRATEGIES = {
+    "step_fraction": st.floats(0.2, 1.0),
+    "reverse": st.booleans(),
     "seed": st.integers(0, 9999),
     "chart": st.sampled_from(CHARTS),
 }
@@ -408,11 +416,11 @@ OF_ANY_CELL = {
     name=st.sampled_from([name for name in ROBUST if not ROWS[name].slow]),
     degree=st.integers(2, 6),
     extra_points=st.integers(0, 2),
-    **OF_ANY_CELL,
+    **CELL_STRATEGIES,
 )
 @settings(max_examples=60)
-def test_drawn_cells_agree(**drawn: Any) -> None:
-    check_drawn(**drawn)
+def test_drawn_cells_agree(**parameters: Any) -> None:
+    check_drawn(**parameters)
 
 
 @pytest.mark.slow(beside="test_drawn_cells_agree")
@@ -420,12 +428,12 @@ def test_drawn_cells_agree(**drawn: Any) -> None:
     name=st.sampled_from(ROBUST),
     degree=st.integers(2, 24),
     extra_points=st.integers(0, 12),
-    ask=st.sampled_from((check, thinned, resumed, members_agree)),
-    **OF_ANY_CELL,
+    assertion=st.sampled_from((check, thinned, resumed, members_agree)),
+    **CELL_STRATEGIES,
 )
 @settings(max_examples=150)
-def test_many_drawn_cells_agree(**drawn: Any) -> None:
-    check_drawn(**drawn)
+def test_many_drawn_cells_agree(**parameters: Any) -> None:
+    check_drawn(**parameters)
 
 
 @given(
@@ -435,38 +443,39 @@ def test_many_drawn_cells_agree(**drawn: Any) -> None:
     seed=st.integers(0, 999),
     degree=st.sampled_from((1, 2, 5, 8, 9)),
     extra_points=st.sampled_from((0, 1, 3)),
-    back=st.booleans(),
+    reverse=st.booleans(),
 )
 @settings(max_examples=10)
 def test_a_built_in_potential_with_any_masses_agrees(
-    potential: str, masses: str, size: int, seed: int, degree: int, extra_points: int, back: bool
+    potential: str, masses: str, size: int, seed: int, degree: int, extra_points: int, reverse: bool
 ) -> None:
     make = partial(on_vector_spaces.in_potential, potential, masses, size, seed)
-    cell = Row(make, 0.05).by(degree, degree + extra_points)
-    check(cell.backwards() if back else cell)
+    cell = Row(make, 0.05).by_gauss(degree, degree + extra_points)
+    check(cell.backwards() if reverse else cell)
 
 
 # ---------------------------------------------------------------- the general kernel
 
 
-FIELDS = ("function", "slopes", "potential", "gradient", "force")
+FUNCTION_FIELDS = ("function", "slopes", "potential", "gradient", "force")
 
 
 def is_of_user(value: Any) -> bool:
-    """Whether it is a function of Python or of Numba, and no value of galvi's."""
+    """Whether the value is a Python or Numba function and not an object of galvi."""
     return type(value).__name__ == "function" or hasattr(value, "py_func")
 
 
-def called(problem: galvi.Problem) -> galvi.Problem:
-    """A problem whose user's functions are wrapped so that tracing refuses them."""
+def untraceable(problem: galvi.Problem) -> galvi.Problem:
+    """The problem with its user's functions wrapped so that tracing refuses them."""
     system: Any = problem.system
-    functions = {name: getattr(system, name, None) for name in FIELDS}
+    functions = {name: getattr(system, name, None) for name in FUNCTION_FIELDS}
     wrapped = {name: opaque(value) for name, value in functions.items() if is_of_user(value)}
     return replace(problem, system=replace(system, check=False, **wrapped))
 
 
-CALLED = [name for name in ROWS if name.startswith(("V: ", "L: ", "body: ", "force: "))]
-DIFFERENCED = 2.0**20  # units of ROUND_OFF, 2e-10: derivatives of a function that has none
+UNTRACED_ROWS = [name for name in ROWS if name.startswith(("V: ", "L: ", "body: ", "force: "))]
+# units of ROUND_OFF, 2e-10: the derivatives are differences of function values
+DIFFERENCED_GAP_BOUND = 2.0**20
 
 
 @pytest.mark.slow_cases(
@@ -479,58 +488,64 @@ DIFFERENCED = 2.0**20  # units of ROUND_OFF, 2e-10: derivatives of a function th
         "body: a compiled gradient",
     ]
 )
-@pytest.mark.parametrize("name", CALLED)
+@pytest.mark.parametrize("name", UNTRACED_ROWS)
 def test_functions_that_cannot_be_traced_agree_with_those_that_can(name: str) -> None:
-    """In the general kernel: its own fixed-point iteration for forces of places, else Newton's."""
+    """The general kernel iterates by fixed points if forces depend on positions, else by Newton."""
     row = replace(ROWS[name], steps=2)
-    traced, blind = row.by(2).run(), row.by(2).of(called(row.problem)).run()
-    assert traced.success and blind.success, (traced.status, blind.status)
-    assert (traced.engine, blind.engine) == ("lanes", "general")
-    assert traced.problem.system.untraced == "" != blind.problem.system.untraced
+    traced, untraced = (
+        row.by_gauss(2).run(),
+        row.by_gauss(2).with_problem(untraceable(row.problem)).run(),
+    )
+    assert traced.success and untraced.success, (traced.status, untraced.status)
+    assert (traced.engine, untraced.engine) == ("lanes", "general")
+    assert traced.problem.system.untraced == "" != untraced.problem.system.untraced
     assert "potential_evaluations" not in traced.counts
     for part in ("q", "p", "v"):
-        assert relative_gap(getattr(blind, part), getattr(traced, part)) < DIFFERENCED
-    np.testing.assert_allclose(galvi.energy(blind), galvi.energy(traced), rtol=0.0, atol=5e-10)
+        assert relative_gap(getattr(untraced, part), getattr(traced, part)) < DIFFERENCED_GAP_BOUND
+    np.testing.assert_allclose(galvi.energy(untraced), galvi.energy(traced), rtol=0.0, atol=5e-10)
 
 
-@pytest.mark.parametrize(("make", "method", "step", "steps", "counted"), LEFT.values(), ids=LEFT)
+@pytest.mark.parametrize(
+    ("make", "method", "step", "steps", "counted"), LEFT_TO_NEWTON.values(), ids=LEFT_TO_NEWTON
+)
 def test_what_iteration_does_not_solve_is_left_to_newtons_method_and_agrees(
     make: Any, method: galvi.Galerkin, step: float, steps: int, counted: bool
 ) -> None:
     problem = make()
-    run, truth = (
+    run, reference = (
         galvi.integrate(problem, method, step, steps, solver=solver)
         for solver in ("auto", "newton")
     )
     assert run.failed_step is None and run.counts["linear_solves"] > 0
-    assert "newton_steps" not in truth.counts
+    assert "newton_steps" not in reference.counts
     by_newton = run.counts.get("newton_steps", 0)
     assert (0 < by_newton <= steps) is counted
     for part in ("q", "p", "v"):
-        assert relative_gap(getattr(run, part), getattr(truth, part)) < 500.0  # 130 of 2^-52
+        # 130 at most, in units of ROUND_OFF
+        assert relative_gap(getattr(run, part), getattr(reference, part)) < 500.0
 
 
 # ---------------------------------------------------------------- planted faults
 
-WRONG = 1.0 + 1e-9
+FAULT_FACTOR = 1.0 + 1e-9
 
 
 def off_by_a_billionth(problem: galvi.Problem, field: str) -> galvi.Problem:
-    """The first entry of a field of the system that is not 0 is wrong."""
+    """The problem with the first nonzero entry of a field of its system times FAULT_FACTOR."""
     values = np.array(getattr(problem.system, field), dtype=float)
-    values.flat[np.flatnonzero(values)[0]] *= WRONG
+    values.flat[np.flatnonzero(values)[0]] *= FAULT_FACTOR
     return replace(problem, system=replace(problem.system, **{field: values}))
 
 
-def with_links(problem: galvi.Problem) -> galvi.Problem:
+def with_wrong_link(problem: galvi.Problem) -> galvi.Problem:
     chain = problem.system.function
-    wrong = replace(chain, masses=chain.masses * np.array([1.0, WRONG]))
+    wrong = replace(chain, masses=chain.masses * np.array([1.0, FAULT_FACTOR]))
     return replace(problem, system=replace(problem.system, function=wrong))
 
 
 FAULTS: dict[str, Callable[[galvi.Problem], galvi.Problem]] = {
-    "double pendulum": with_links,
-    "grain of 400 um, C = 0.44": lambda problem: galvi.problems.brownout(400e-6 * WRONG),
+    "double pendulum": with_wrong_link,
+    "grain of 400 um, C = 0.44": lambda problem: galvi.problems.brownout(400e-6 * FAULT_FACTOR),
     "spherical pendulum": partial(off_by_a_billionth, field="inertia"),
     **{
         name: partial(off_by_a_billionth, field="masses")
@@ -551,38 +566,38 @@ FAULTS: dict[str, Callable[[galvi.Problem], galvi.Problem]] = {
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_coefficient_that_is_off_by_a_billionth_is_seen(name: str) -> None:
     cell = standard(name)
-    faulty = cell.of(FAULTS[name](cell.problem))
-    assert wide(cell.run(), cell.truth(), cell.row) == {}
-    assert {"q", "p"} <= wide(faulty.run(), cell.truth(), cell.row).keys()
+    faulty = cell.with_problem(FAULTS[name](cell.problem))
+    assert excessive_gaps(cell.run(), cell.reference(), cell.row) == {}
+    assert {"q", "p"} <= excessive_gaps(faulty.run(), cell.reference(), cell.row).keys()
 
 
 @pytest.mark.parametrize("power", point_masses.POWERS)
 def test_the_force_of_every_power_is_felt(power: float) -> None:
     cell = standard(f"force by r^{power}")
     problem = cell.problem
-    without = cell.of(replace(problem, system=replace(problem.system, forces=())))
-    assert "q" in wide(without.run(), cell.truth(), cell.row)
+    without = cell.with_problem(replace(problem, system=replace(problem.system, forces=())))
+    assert "q" in excessive_gaps(without.run(), cell.reference(), cell.row)
 
 
-PLACES, VELOCITIES = ("A", "beta", "b", "C"), ("b", "integral", "projection")
+POSITION_TABLES, VELOCITY_TABLES = ("A", "beta", "b", "C"), ("b", "integral", "projection")
 TABLES = {
-    "Kepler": PLACES,
-    "V: driven, masses": PLACES,
-    "planets and massless bodies": PLACES,
-    "SymPy: elastic pendulum": VELOCITIES,
-    "double pendulum": VELOCITIES,
-    "spherical pendulum": VELOCITIES,
-    "body in the plane": VELOCITIES,
-    "forces: tides": VELOCITIES,
+    "Kepler": POSITION_TABLES,
+    "V: driven, masses": POSITION_TABLES,
+    "planets and massless bodies": POSITION_TABLES,
+    "SymPy: elastic pendulum": VELOCITY_TABLES,
+    "double pendulum": VELOCITY_TABLES,
+    "spherical pendulum": VELOCITY_TABLES,
+    "body in the plane": VELOCITY_TABLES,
+    "forces: tides": VELOCITY_TABLES,
 }
 
 
-def with_entry(method: galvi.Galerkin, array: str) -> galvi.Galerkin:
-    """The same method with an entry of its table, of the second stage, that is wrong."""
+def with_wrong_entry(method: galvi.Galerkin, array: str) -> galvi.Galerkin:
+    """The same method with one entry of an array of its table times FAULT_FACTOR."""
     rule = replace(method.rule, name=f"{method.rule.name}, wrong {array}")
     wrong = replace(method, rule=rule)
     values = getattr(method.table, array).copy()
-    values[(1,) * values.ndim] *= WRONG
+    values[(1,) * values.ndim] *= FAULT_FACTOR
     vars(wrong)["table"] = replace(method.table, **{array: values})
     return wrong
 
@@ -592,15 +607,15 @@ def with_entry(method: galvi.Galerkin, array: str) -> galvi.Galerkin:
 )
 def test_an_entry_of_a_table_that_is_off_by_a_billionth_is_seen(name: str, array: str) -> None:
     cell = standard(name)
-    faulty = replace(cell, method=with_entry(cell.method, array))
-    assert wide(faulty.run(), cell.truth(), cell.row) != {}
+    faulty = replace(cell, method=with_wrong_entry(cell.method, array))
+    assert excessive_gaps(faulty.run(), cell.reference(), cell.row) != {}
 
 
 def test_a_space_of_slopes_that_is_off_by_a_billionth_is_seen() -> None:
-    """What is outside it enters where there are more points than coefficients."""
-    cell = ROWS["SymPy: elastic pendulum"].by(4, 6)
-    faulty = replace(cell, method=with_entry(cell.method, "slope"))
-    assert wide(faulty.run(), cell.truth(), cell.row) != {}
+    """Slopes outside the space enter only where there are more points than coefficients."""
+    cell = ROWS["SymPy: elastic pendulum"].by_gauss(4, 6)
+    faulty = replace(cell, method=with_wrong_entry(cell.method, "slope"))
+    assert excessive_gaps(faulty.run(), cell.reference(), cell.row) != {}
 
 
 def test_a_slip_of_one_lane_in_the_tables_for_fours_is_seen(

@@ -1,4 +1,4 @@
-"""References against each other, in fixed steps, and a broken one that only its motion betrays."""
+"""References against closed forms and each other, and their refusals and failures."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from references.textbook.euler import EXPLICIT_EULER, STORMER_VERLET, SYMPLECTIC
 from references.textbook.fourth_order import FOREST_RUTH, RK4
 from references.textbook.implicit_euler import IMPLICIT_EULER
 
-# name: setting of a run of duration 1, tolerance on the position; measured when set, in the comment
-GOOD: Mapping[str, tuple[dict[str, Any], float]] = {
+# name: setting of a run of duration 1, tolerance on the position; measured errors in comments
+SETTINGS: Mapping[str, tuple[dict[str, Any], float]] = {
     "oscillator, closed form": ({}, 1e-15),
     "Kepler, closed form": ({}, 1e-15),
     "explicit Euler": ({"step": 1e-4}, 4e-4),  # 2e-4
@@ -59,9 +59,9 @@ SOUND = [c for c in (STORMER_VERLET, DOP853, IAS15, WHFAST) if not c.missing]
 
 
 def disagreement(contender: Contender, problem: galvi.Problem) -> float:
-    """Largest distance to the closed form, over the tolerance that holds for a sound contender."""
+    """Largest error of a coordinate at the end, over the tolerance of the contender's name."""
     truth = next(c for c in (OSCILLATOR, KEPLER) if c.supports(problem))
-    setting, tolerance = GOOD[contender.name]
+    setting, tolerance = SETTINGS[contender.name]
     run = contender.run(problem, 1.0, setting)
     assert run.success
     return float(np.abs(run.q[-1] - truth.run(problem, 1.0, {}).q[-1]).max()) / tolerance
@@ -81,7 +81,7 @@ PROBLEMS = {
 }
 
 
-SOLVED = [(c, name) for c in PRESENT for name, p in PROBLEMS.items() if c.supports(p)]
+SUPPORTED = [(c, name) for c in PRESENT for name, p in PROBLEMS.items() if c.supports(p)]
 
 
 @pytest.mark.slow_cases(
@@ -93,7 +93,7 @@ SOLVED = [(c, name) for c in PRESENT for name, p in PROBLEMS.items() if c.suppor
     "REBOUND TRACE-two bodies, the light one first",
 )
 @pytest.mark.parametrize(
-    ("contender", "name"), SOLVED, ids=[f"{c.name}-{name}" for c, name in SOLVED]
+    ("contender", "name"), SUPPORTED, ids=[f"{c.name}-{name}" for c, name in SUPPORTED]
 )
 def test_every_contender_finds_the_closed_form(contender, name):
     assert disagreement(contender, PROBLEMS[name]) <= 1.0
@@ -119,7 +119,7 @@ class ReversedTime:
 def test_a_contender_with_time_reversed_keeps_the_energy_and_is_caught(contender):
     problem = PROBLEMS["orbit"]
     broken = ReversedTime(contender)
-    run = broken.run(problem, 1.0, GOOD[contender.name][0])
+    run = broken.run(problem, 1.0, SETTINGS[contender.name][0])
     np.testing.assert_allclose(galvi.energy(run), galvi.energy(run)[0], rtol=1e-7)
     assert disagreement(broken, problem) > 1e6
 
@@ -175,12 +175,12 @@ def test_default_tolerances_that_are_no_truth_say_so():
         assert tight.status == "Completed."
 
 
-@pytest.mark.parametrize("nudge", [0.0, 1e-8])
+@pytest.mark.parametrize("sideways_speed", [0.0, 1e-8])
 @pytest.mark.parametrize(
     "contender", [c for c in (IAS15, BULIRSCH_STOER, HEYOKA) if not c.missing], ids=lambda c: c.name
 )
-def test_a_collision_is_not_passed_off_as_a_result(contender, nudge):
-    q0, v0 = [[-0.5, 0.0], [0.5, 0.0]], [[0.0, 0.0], [0.0, nudge]]
+def test_a_collision_is_not_passed_off_as_a_result(contender, sideways_speed):
+    q0, v0 = [[-0.5, 0.0], [0.5, 0.0]], [[0.0, 0.0], [0.0, sideways_speed]]
     setting = {"samples": 8} | ({"compact_mode": True} if contender is HEYOKA else {})
     run = contender.run(galvi.Problem(galvi.NBody([1.0, 1.0]), q0, v0), 2.0, setting)
     assert not run.success and run.failed_step == 4  # they meet at t = pi / 4
@@ -282,18 +282,18 @@ def test_a_long_run_is_the_same_whether_or_not_it_is_cut_into_calls(monkeypatch)
     assert np.array_equal(STORMER_VERLET.run(ORBIT, 1.0, {"step": 0.001}).q, uncut.q)
 
 
-def raises(q):
+def raising_force(q):
     if q[0] < 0.9:
         raise ZeroDivisionError("no force here")
     return q
 
 
-def ends(q):
+def nan_force(q):
     return q if q[0] > 0.9 else q * np.nan
 
 
-def pulled(gradient):
-    """A spring with this force."""
+def particle(gradient):
+    """A particle on a line whose potential has this gradient."""
     system = galvi.Canonical(1.0, lambda q: 0.0, gradient, lambda q: np.eye(1), check=False)
     return galvi.Problem(system, [1.0], [0.0])
 
@@ -302,8 +302,8 @@ def pulled(gradient):
 def test_a_force_that_raises_stops_the_run_and_one_that_turns_nan_ends_it(method):
     setting = {"step": 0.01, "save_every": 3}
     with pytest.raises(ZeroDivisionError, match="no force here"):
-        method.run(pulled(raises), 2.0, setting)
-    run = method.run(pulled(ends), 2.0, setting)
+        method.run(particle(raising_force), 2.0, setting)
+    run = method.run(particle(nan_force), 2.0, setting)
     first = run.failed_step
     assert not run.success and 40 < first < 50 and f"tep {first}," in run.status
     assert run.counts["steps"] == first - 1
@@ -337,9 +337,9 @@ def test_implicit_euler_says_when_its_equations_have_no_solution_left():
     assert not run.success and run.failed_step == 18 and "stopped converging" in run.status
     sunward = np.linalg.norm(run.q[:18, 1] - run.q[:18, 0], axis=1)
     assert np.all(np.diff(sunward) < 0.0) and sunward[-1] < 0.17
-    blind = IMPLICIT_EULER.run(
+    unconverged = IMPLICIT_EULER.run(
         problem, 1000 * step, {"step": step, "save_every": 1000, "accept_unconverged": True}
     )
-    assert blind.success and "not states of implicit Euler" in blind.status
-    assert blind.counts["unconverged_steps"] > 0
-    assert np.linalg.norm(blind.q[-1, 1] - blind.q[-1, 0]) > 10.0
+    assert unconverged.success and "not states of implicit Euler" in unconverged.status
+    assert unconverged.counts["unconverged_steps"] > 0
+    assert np.linalg.norm(unconverged.q[-1, 1] - unconverged.q[-1, 0]) > 10.0

@@ -28,10 +28,10 @@ from references.scipy.rigid_ivp import RIGID_DOP853
 EPS = 2.0**-52
 
 
-def by_taylor_series(product, state, duration, per_unit, terms):
-    """The state after a whole time, of y' = product(y, y), bilinear, with 50 digits."""
-    h = mp.mpf(1 if duration > 0 else -1) / per_unit
-    for _ in range(abs(duration) * per_unit):
+def taylor_series(product, state, duration, steps_per_unit, terms):
+    """The state after a whole number of time units by y' = product(y, y), which is bilinear."""
+    h = mp.mpf(1 if duration > 0 else -1) / steps_per_unit
+    for _ in range(abs(duration) * steps_per_unit):
         series = [state]
         for k in range(terms):
             pairs = zip(series, series[::-1], strict=True)
@@ -85,11 +85,11 @@ def test_every_kind_of_swing_is_the_taylor_series_rounded_once(name, duration):
         q, v, strength = mp.mpf(q0), mp.mpf(v0), mp.mpf(weight) / mp.mpf(mass)
 
         def product(a, b):
-            """The rates of q, its rate, sin q, cos q and 1."""
+            """Rates of change of (q, v, sin q, cos q, 1); the factor 1 makes them bilinear."""
             return np.array([a[1] * b[4], -strength * a[2] * b[4], a[3] * b[1], -a[2] * b[1], 0])
 
         state = np.array([q, v, mp.sin(q), mp.cos(q), mp.mpf(1)])
-        q, v, *_ = by_taylor_series(product, state, duration, 8, 26)
+        q, v, *_ = taylor_series(product, state, duration, 8, 26)
     # 0 was measured for all: both are rounded once, from more than 30 digits
     assert run.q[-1, 0] == pytest.approx(float(q), rel=3e-16, abs=0.0)
     assert run.p[-1, 0] == pytest.approx(mass * float(v), rel=6e-16, abs=0.0)
@@ -100,10 +100,10 @@ def test_it_moves_without_a_jump(name):
     weight, mass, _, _ = case = SWINGS[name]
     run = PENDULUM.run(pendulum(*case), 60.0, {"samples": 600})
     v = run.p[:, 0] / mass
-    moved, mean = np.diff(run.q[:, 0]), 0.05 * (v[1:] + v[:-1])
+    increments, mean = np.diff(run.q[:, 0]), 0.05 * (v[1:] + v[:-1])
     # the trapezium rule's error is h^3 / 12 times the largest third derivative of q
     fastest = np.abs(v).max()
-    assert np.all(np.abs(moved - mean) <= 0.1**3 / 12 * weight / mass * fastest * 1.01 + 1e-15)
+    assert np.all(np.abs(increments - mean) <= 0.1**3 / 12 * weight / mass * fastest * 1.01 + 1e-15)
 
 
 def test_the_period_is_four_quarters():
@@ -123,7 +123,7 @@ def test_every_angle_is_its_own_pendulum():
         assert np.array_equal(both.p[:, k], single.p[:, 0])
 
 
-BOUND = 4.0  # eps (|q| + |v| |t|); 0.39 was measured when it was set
+EXCESS_BOUND = 4.0  # in the units of `excess`; 0.39 was measured
 TIMES = [1e-12, 1e-6, 1e-3, 0.5, math.pi, 2 * math.pi, 100.0, 12345.678, 1e7, -3.3]
 
 
@@ -162,19 +162,19 @@ def norm(x):
 
 
 def excess(mu, q0, v0, t):
-    """Error of q in units of eps (|q| + |v| |t|) and of v in units of eps (|v| + |q''| |t|)."""
+    """The larger of the errors of q, in eps (|q| + |v| |t|), and v, in eps (|v| + |q''| |t|)."""
     problem = galvi.Problem(galvi.Canonical(1.0, galvi.CentralForce(mu)), q0, v0)
     run = KEPLER.run(problem, t, {})
     with mp.workdps(60):
         q, v = truth(mu, q0, v0, t)
-        wrong = [
-            norm([mp.mpf(x) - y for x, y in zip(got.tolist(), true, strict=True)])
-            for got, true in ((run.q[-1], q), (run.p[-1], v))
+        errors = [
+            norm([mp.mpf(x) - y for x, y in zip(computed.tolist(), exact, strict=True)])
+            for computed, exact in ((run.q[-1], q), (run.p[-1], v))
         ]
         pull = mu / norm(q) ** 2
         return max(
-            float(wrong[0] / (EPS * (norm(q) + norm(v) * abs(t)))),
-            float(wrong[1] / (EPS * (norm(v) + pull * abs(t)))),
+            float(errors[0] / (EPS * (norm(q) + norm(v) * abs(t)))),
+            float(errors[1] / (EPS * (norm(v) + pull * abs(t)))),
         )
 
 
@@ -182,7 +182,7 @@ def excess(mu, q0, v0, t):
 @pytest.mark.parametrize("e", [0.0, 1e-9, 0.3, 0.9, 0.999, 0.999999, 1.0 - 1e-9, 1.0 - 1e-13])
 def test_from_pericentre_the_error_is_a_rounding_for_any_eccentricity(e):
     problem = galvi.problems.kepler(e)
-    assert max(excess(1.0, problem.q0, problem.v0, t) for t in TIMES) <= BOUND
+    assert max(excess(1.0, problem.q0, problem.v0, t) for t in TIMES) <= EXCESS_BOUND
 
 
 @pytest.mark.slow_cases(but=["0.999999"])
@@ -194,7 +194,7 @@ def test_from_apocentre_through_pericentre_too(e):
         excess(1.0, [-1.0 - e, 0.0, 0.0], [0.0, -0.6 * v, -0.8 * v], t)
         for t in TIMES + mean_anomalies
     )
-    assert worst <= BOUND
+    assert worst <= EXCESS_BOUND
 
 
 @pytest.mark.slow(beside="test_from_pericentre_the_error_is_a_rounding_for_any_eccentricity")
@@ -205,7 +205,7 @@ def test_from_anywhere_with_any_strength():
         q0, v0 = random.normal(size=(2, 3))
         speed = random.uniform(0.05, 1.38) * math.sqrt(mu / np.linalg.norm(q0))
         v0 *= speed / np.linalg.norm(v0)
-        assert excess(mu, q0, v0, 10.0 ** random.uniform(-3.0, 4.0)) <= BOUND
+        assert excess(mu, q0, v0, 10.0 ** random.uniform(-3.0, 4.0)) <= EXCESS_BOUND
 
 
 def test_many_times_at_once_are_the_same_as_one_by_one():
@@ -236,7 +236,7 @@ def test_two_bodies_move_about_a_centre_that_drifts():
 
 COUPLED = [[2.0, 1.0], [1.0, 2.0]]
 SPRING, WEIGHT, PULL = galvi.LinearSpring(1.0), galvi.CosinePotential(1.0), galvi.CentralForce(1.0)
-OTHERS = {
+WITHOUT_CLOSED_FORM = {
     "a spring of coupled masses": (OSCILLATOR, galvi.Canonical(COUPLED, SPRING)),
     "pendulums of coupled masses": (PENDULUM, galvi.Canonical(COUPLED, WEIGHT)),
     "another force than a pendulum's": (
@@ -251,16 +251,16 @@ OTHERS = {
 }
 
 
-@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize("name", WITHOUT_CLOSED_FORM)
 def test_what_has_no_closed_form_is_not_taken(name):
-    contender, system, *state = OTHERS[name]
+    contender, system, *state = WITHOUT_CLOSED_FORM[name]
     assert not contender.supports(galvi.Problem(system, *(state or ([1.0, 0.5], [0.0, 0.0]))))
 
 
-FULL = [[3.0, 0.4, 0.2], [0.4, 2.5, -0.3], [0.2, -0.3, 3.4]]
+FULL_INERTIA = [[3.0, 0.4, 0.2], [0.4, 2.5, -0.3], [0.2, -0.3, 3.4]]
 TILTED = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix()
 # (12, 15, 20) with momentum along (1, b, 1) is on the separatrix, in floating point too
-TURNS = {
+FREE_BODIES = {
     "H's": ((3.3, 2.5, 3.4), (2.0, -1.9, 1.0)),
     "about the longest axis": ((1.0, 2.0, 2.5), (0.3, -0.2, 2.0)),
     "about the shortest axis": ((1.0, 2.0, 2.5), (-2.0, 0.3, 0.1)),
@@ -273,7 +273,7 @@ TURNS = {
     "two short": ((1.0, 1.0, 1.5), (1.0, 2.0, -3.0)),
     "two long": ((2.0, 1.0, 2.0), (1.0, 2.0, 3.0)),
     "almost two": ((1.0, 1.0 + 2.0**-52, 1.5), (1.0, 2.0, 3.0)),
-    "full": (FULL, (1.0, 2.0, 3.0)),
+    "full": (FULL_INERTIA, (1.0, 2.0, 3.0)),
     "full with two equal": ([[2, 0.5, 0.5], [0.5, 2, 0.5], [0.5, 0.5, 2]], (1.0, 2.0, 3.0)),
     "all equal": ((1.5, 1.5, 1.5), (1.0, 2.0, 3.0)),
     "steady about the middle axis": ((12.0, 15.0, 20.0), (0.0, -2.0, 0.0)),
@@ -282,13 +282,13 @@ TURNS = {
 
 
 def body(name: str) -> galvi.Problem:
-    return galvi.problems.free_rigid_body(*TURNS[name], attitude=TILTED)
+    return galvi.problems.free_rigid_body(*FREE_BODIES[name], attitude=TILTED)
 
 
 @pytest.mark.slow_cases(
     but=["two short", "two long", "all equal", "steady about the middle axis", "at rest"]
 )
-@pytest.mark.parametrize("name", TURNS)
+@pytest.mark.parametrize("name", FREE_BODIES)
 def test_every_kind_of_turn_is_the_taylor_series_rounded_once(name):
     problem = body(name)
     run = FREE_TOP.run(problem, 1.0, {"samples": 4})
@@ -297,10 +297,10 @@ def test_every_kind_of_turn_is_the_taylor_series_rounded_once(name):
         R, v = (np.array(x, dtype=object) * mp.mpf(1) for x in (problem.q0, problem.v0))
         state = np.vstack([R, v @ np.array(problem.system.inertia, dtype=object)])
         # R' = R hat(v) and p' = p x v: p turns as a row of R
-        end = by_taylor_series(lambda a, b: np.cross(a, b[3] @ inverse), state, 1, 16, 24)
+        final_state = taylor_series(lambda a, b: np.cross(a, b[3] @ inverse), state, 1, 16, 24)
     # 0 was measured for all: both are rounded once, from more than 30 digits
-    np.testing.assert_allclose(run.q[-1], end[:3].astype(float), rtol=3e-16, atol=1e-20)
-    np.testing.assert_allclose(run.p[-1], end[3].astype(float), rtol=3e-16, atol=1e-20)
+    np.testing.assert_allclose(run.q[-1], final_state[:3].astype(float), rtol=3e-16, atol=1e-20)
+    np.testing.assert_allclose(run.p[-1], final_state[3].astype(float), rtol=3e-16, atol=1e-20)
     assert np.array_equal(run.q[0], problem.q0) and np.array_equal(run.p[0], problem.p0)
 
 
@@ -331,8 +331,11 @@ def test_long_times_by_mpmaths_integral_of_the_third_kind(t):
         u = rate * mp.mpf(t)
         sn, cn, dn = (mp.ellipfun(name, u, m=m) for name in ("sn", "cn", "dn"))
         ratio = (b / a) ** 2
-        turns = mp.nint(u / (2 * mp.ellipk(m)))
-        phi = mp.atan2(sn * (-1) ** int(turns), cn * (-1) ** int(turns)) + turns * mp.pi
+        half_turns = mp.nint(u / (2 * mp.ellipk(m)))
+        phi = (
+            mp.atan2(sn * (-1) ** int(half_turns), cn * (-1) ** int(half_turns))
+            + half_turns * mp.pi
+        )
         third = (u - mp.ellippi(1 - ratio, phi, m)) / (ratio - 1)  # of sn^2 / (1 - n sn^2)
         psi = size * (mp.mpf(t) / Ia + (1 / Ib - 1 / Ia) * ratio * third / rate)
         momentum = [a * cn, b * sn, c * dn]
@@ -354,7 +357,7 @@ def about_third(psi):
     return mp.matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
-@pytest.mark.parametrize("name", TURNS)
+@pytest.mark.parametrize("name", FREE_BODIES)
 def test_momentum_energy_and_the_rotation_are_kept_for_a_million(name):
     problem = body(name)
     run = FREE_TOP.run(problem, 1e6, {"samples": 4})
@@ -386,17 +389,19 @@ def test_it_turns_as_a_free_body_and_falls_on_a_parabola(name):
     run = THROWN_BODY.run(problem, FLIGHT, {"samples": 6})
     system, R, v = problem.system, problem.q0[:3, :3], problem.v0
     turning = galvi.Problem(galvi.RigidBody(system.inertia), R, v[:3])
-    turned = FREE_TOP.run(turning, FLIGHT, {"samples": 6})
-    assert np.array_equal(run.q[:, :3, :3], turned.q) and np.array_equal(run.p[:, :3], turned.p)
+    rotation_run = FREE_TOP.run(turning, FLIGHT, {"samples": 6})
+    assert np.array_equal(run.q[:, :3, :3], rotation_run.q) and np.array_equal(
+        run.p[:, :3], rotation_run.p
+    )
     for t, q, p in zip(run.t.tolist(), run.q, run.p, strict=True):
         t = Decimal(t)
         for i in range(3):
-            speed = sum(Decimal(R[i, j]) * Decimal(v[3 + j]) for j in range(3))
+            velocity = sum(Decimal(R[i, j]) * Decimal(v[3 + j]) for j in range(3))
             g = Decimal(system.g[i])
-            position = Decimal(problem.q0[i, 3]) + t * speed + t * t * g / 2
+            position = Decimal(problem.q0[i, 3]) + t * velocity + t * t * g / 2
             assert abs(Decimal(q[i, 3]) - position) <= Decimal(2.0**-53) * abs(position)
-            drift = system.mass * (q[i, :3] @ p[3:]) / system.mass**2
-            assert drift == pytest.approx(float(speed + t * g), abs=1e-13)
+            computed_velocity = system.mass * (q[i, :3] @ p[3:]) / system.mass**2
+            assert computed_velocity == pytest.approx(float(velocity + t * g), abs=1e-13)
 
 
 @pytest.mark.slow_cases("falling")
@@ -406,7 +411,7 @@ def test_galvi_comes_to_it(name):
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
     truth = THROWN_BODY.run(problem, FLIGHT, {"samples": 1})
     run = galvi.integrate(problem, method, FLIGHT / 40, 40, save_every=40)
-    assert np.abs(run.q[-1] - truth.q[-1]).max() < 1e-12  # 3e-13, places of size 40
+    assert np.abs(run.q[-1] - truth.q[-1]).max() < 1e-12  # 3e-13, positions of size 40
 
 
 @pytest.mark.skipif(bool(HEYOKA_RIGID.missing), reason=HEYOKA_RIGID.missing or "present")
@@ -421,8 +426,8 @@ def test_heyoka_comes_to_it_in_double_and_quadruple_precision(name):
         assert np.abs(run.p - truth.p).max() <= 1e-13 * np.abs(truth.p).max()
 
 
-part = st.floats(-1e60, 1e60).filter(lambda x: abs(x) > 1e-60)
-number = st.tuples(part, st.floats(-1.0, 1.0)).map(
+leading_parts = st.floats(-1e60, 1e60).filter(lambda x: abs(x) > 1e-60)
+double_doubles = st.tuples(leading_parts, st.floats(-1.0, 1.0)).map(
     lambda x: DoubleDouble(x[0], x[0] * x[1] * 2.0**-54)
 )
 
@@ -431,15 +436,15 @@ def as_fraction(x):
     return Fraction(x.hi) + Fraction(x.lo)
 
 
-@given(number, number)
+@given(double_doubles, double_doubles)
 def test_each_operation_on_two_doubles_is_right_to_32_digits(a, b):
     total, product, quotient = (
         as_fraction(a) + as_fraction(b),
         as_fraction(a) * as_fraction(b),
         as_fraction(a) / as_fraction(b),
     )
-    lost = (abs(as_fraction(a)) + abs(as_fraction(b))) / 2**100
-    assert abs(as_fraction(a + b) - total) <= 2.0**-102 * (abs(total) + lost)
+    rounding = (abs(as_fraction(a)) + abs(as_fraction(b))) / 2**100
+    assert abs(as_fraction(a + b) - total) <= 2.0**-102 * (abs(total) + rounding)
     assert as_fraction(a - b) == as_fraction(a + (-b))
     assert abs(as_fraction(a * b) - product) <= 2.0**-102 * abs(product)
     assert abs(as_fraction(a / b) - quotient) <= 2.0**-101 * abs(quotient)

@@ -1,4 +1,4 @@
-"""Forces by formulas of the references' own, and external ones: who takes them, closed forms."""
+"""Forces by the references' own formulas, and references that take external forces."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ BODIES = galvi.Problem(
 )
 
 
-def shaken(potential, **fields):
+def point_in(potential, **fields):
     return galvi.Problem(galvi.Canonical(1.5, potential, **fields), Q, V)
 
 
@@ -52,7 +52,7 @@ def test_every_formula_is_tried_here():
 
 @every_potential
 def test_a_formula_is_minus_the_slope_of_its_potential(potential):
-    force = potential_force(shaken(potential))
+    force = potential_force(point_in(potential))
     assert force.compiled and force.formula is not None
     np.testing.assert_allclose(force(Q, V, T), -gradient(potential, Q), rtol=1e-11, atol=1e-12)
 
@@ -60,11 +60,11 @@ def test_a_formula_is_minus_the_slope_of_its_potential(potential):
 @pytest.mark.slow_cases("SpringChain")
 @every_potential
 def test_its_jacobian_is_exact(potential):
-    problem = shaken(potential)
+    problem = point_in(potential)
     exact = problem.system.acceleration_jacobian(Q, T)
     jacobian = acceleration_jacobian(problem)(Q, T)
     np.testing.assert_allclose(jacobian, exact, rtol=1e-14, atol=1e-15)
-    by_differences = shaken(lambda q: potential(q))
+    by_differences = point_in(lambda q: potential(q))
     np.testing.assert_allclose(
         acceleration_jacobian(by_differences)(Q, T), exact, rtol=1e-6, atol=1e-7
     )
@@ -88,8 +88,8 @@ def test_the_wind_is_the_one_that_is_stated(coefficient):
     problem = galvi.problems.brownout(drag_coefficient=coefficient)
     for q in ([8.5, 0.0, 3.0], [0.1, 0.2, 9.0], [-6.0, 4.0, 5.5]):
         force = external_force(problem)(np.array(q), V, T)
-        stated = problem.system.force(np.array(q), V, T)
-        np.testing.assert_allclose(force, stated, rtol=1e-12)
+        galvi_force = problem.system.force(np.array(q), V, T)
+        np.testing.assert_allclose(force, galvi_force, rtol=1e-12)
 
 
 def test_a_derivative_by_differences_has_eleven_digits():
@@ -107,7 +107,9 @@ def test_no_reference_asks_galvi_for_a_force(monkeypatch):
 
     problems = [BODIES, galvi.problems.brownout(), galvi.problems.henon_heiles()]
     problems += [galvi.problems.spherical_pendulum(), galvi.problems.double_pendulum()]
-    problems += [shaken(potential) for potential in POTENTIALS] + [shaken(lambda q: float(q @ q))]
+    problems += [point_in(potential) for potential in POTENTIALS] + [
+        point_in(lambda q: float(q @ q))
+    ]
     body = galvi.RigidBody([1.0, 2.0, 2.5], lambda R: float(R[2, 2]), force=lambda R, w: -0.1 * w)
     problems += [
         galvi.Problem(replace(body, force=None), np.eye(3), V),
@@ -131,16 +133,16 @@ def test_no_reference_asks_galvi_for_a_force(monkeypatch):
                 monkeypatch.setattr(system, name, refused)
     monkeypatch.setattr(galvi.RotorDrag, "__call__", refused)
     monkeypatch.setattr(galvi.RotorDrag, "compiled", refused)
-    ran = set()
+    names_run = set()
     for contender in REFERENCES:
         for problem in problems:
             if not contender.missing and contender.supports(problem):
                 settings = ({"step": 0.25}, {"samples": 1})
                 key = "step" if "save_every" in _keys(contender, problem) else "samples"
                 contender.run(problem, 0.5, settings[key == "samples"])
-                ran.add(contender.name)
-    assert {"semi-implicit Euler", "implicit Euler", "SciPy DOP853", "Stormer-Verlet"} <= ran
-    assert "SciPy DOP853, quaternions" in ran and "explicit Euler, matrices" in ran
+                names_run.add(contender.name)
+    assert {"semi-implicit Euler", "implicit Euler", "SciPy DOP853", "Stormer-Verlet"} <= names_run
+    assert "SciPy DOP853, quaternions" in names_run and "explicit Euler, matrices" in names_run
 
 
 def _keys(contender, problem):
@@ -149,12 +151,12 @@ def _keys(contender, problem):
     return str(refusal.value)
 
 
-RATE, DURATION = 0.4, 1.0
+DAMPING_RATE, DURATION = 0.4, 1.0
 SPRING = galvi.problems.harmonic_oscillator()
-TURN = galvi.problems.free_rigid_body()
-INERTIA = np.array(TURN.system.inertia)
+FREE_BODY = galvi.problems.free_rigid_body()
+INERTIA = np.array(FREE_BODY.system.inertia)
 
-# name: setting of a run of duration 1, tolerance on q; measured when set, in the comment
+# name: setting of a run of duration 1, tolerance on q; measured errors in comments
 ON_VECTORS: Mapping[str, tuple[dict[str, Any], float]] = {
     "explicit Euler": ({"step": 1e-4}, 1e-4),  # 4e-5
     "symplectic Euler": ({"step": 1e-4}, 1e-4),  # 4e-5
@@ -176,14 +178,14 @@ TAKERS_HERE = [name for name in TAKERS if not reference(name).missing]
 
 @njit
 def friction(q, v):
-    """-RATE v, (d,)."""
-    return -RATE * v
+    """-DAMPING_RATE v, (d,)."""
+    return -DAMPING_RATE * v
 
 
 @njit
-def rubbing(R, w):
-    """A torque -RATE J w, (3,)."""
-    return -RATE * (INERTIA @ w)
+def braking_torque(R, w):
+    """A torque -DAMPING_RATE J w, (3,)."""
+    return -DAMPING_RATE * (INERTIA @ w)
 
 
 def forced(problem: galvi.Problem, force: Any) -> galvi.Problem:
@@ -191,35 +193,35 @@ def forced(problem: galvi.Problem, force: Any) -> galvi.Problem:
     return replace(problem, system=replace(problem.system, force=force))
 
 
-POINTS = ("harmonic_oscillator", "planar_pendulum", "henon_heiles")
-TURNING = ("free_rigid_body", "pendulum_3d", "heavy_top")
-OF_EVERY_KIND = {  # that some reference recognises, with a force upon it
-    **{name: forced(getattr(galvi.problems, name)(), friction) for name in POINTS},
-    **{name: forced(getattr(galvi.problems, name)(), rubbing) for name in TURNING},
+POINT_PROBLEMS = ("harmonic_oscillator", "planar_pendulum", "henon_heiles")
+BODY_PROBLEMS = ("free_rigid_body", "pendulum_3d", "heavy_top")
+FORCED_PROBLEMS = {  # problems that references recognise, with an external force
+    **{name: forced(getattr(galvi.problems, name)(), friction) for name in POINT_PROBLEMS},
+    **{name: forced(getattr(galvi.problems, name)(), braking_torque) for name in BODY_PROBLEMS},
     "kepler": forced(galvi.problems.kepler(0.3), friction),
 }
 
 
 def damped_spring(t: float) -> float:
-    """q of q'' = -q - RATE q' from q = 1, q' = 0."""
-    half = RATE / 2.0
+    """q of q'' = -q - DAMPING_RATE q' from q = 1, q' = 0."""
+    half = DAMPING_RATE / 2.0
     w = np.sqrt(1.0 - half**2)
     return float(np.exp(-half * t) * (np.cos(w * t) + half / w * np.sin(w * t)))
 
 
 def damped_turn(t: float) -> Any:
-    """R of p' = p x w - RATE p: the free motion at the time (1 - exp(-RATE t)) / RATE."""
-    slowed = (1.0 - np.exp(-RATE * t)) / RATE
-    return FREE_TOP.run(TURN, slowed, {"samples": 1}).q[-1]
+    """R of p' = p x w - k p, k = DAMPING_RATE: the free motion at (1 - exp(-k t)) / k."""
+    free_time = (1.0 - np.exp(-DAMPING_RATE * t)) / DAMPING_RATE
+    return FREE_TOP.run(FREE_BODY, free_time, {"samples": 1}).q[-1]
 
 
 def error(contender: Any) -> float:
-    """Of q at the end against the closed form, over the contender's tolerance."""
+    """Largest error of q at the end against the closed form, over the contender's tolerance."""
     setting, tolerance = TAKERS[contender.name]
     if contender.name in ON_VECTORS:
         problem, exact = forced(SPRING, friction), damped_spring(DURATION)
     else:
-        problem, exact = forced(TURN, rubbing), damped_turn(DURATION)
+        problem, exact = forced(FREE_BODY, braking_torque), damped_turn(DURATION)
     run = contender.run(problem, DURATION, setting)
     assert run.success
     return float(np.abs(run.q[-1] - exact).max()) / tolerance
@@ -227,9 +229,9 @@ def error(contender: Any) -> float:
 
 @pytest.mark.parametrize("contender", REFERENCES, ids=lambda contender: contender.name)
 def test_only_references_that_are_listed_here_take_a_force_and_others_refuse_it(contender):
-    takes = [name for name, problem in OF_EVERY_KIND.items() if contender.supports(problem)]
+    takes = [name for name, problem in FORCED_PROBLEMS.items() if contender.supports(problem)]
     assert bool(takes) == (contender.name in TAKERS), takes
-    for problem in () if takes else OF_EVERY_KIND.values():
+    for problem in () if takes else FORCED_PROBLEMS.values():
         with pytest.raises(ValueError, match="does not solve this kind of problem"):
             contender.run(problem, DURATION, {"step": DURATION})
 
@@ -241,7 +243,7 @@ def test_a_reference_that_takes_forces_finds_the_closed_form(name):
 
 
 @dataclass(frozen=True)
-class Deaf:
+class WithoutForce:
     """Deliberately broken: takes a problem with a force, and solves it without."""
 
     inner: Contender
@@ -256,7 +258,7 @@ class Deaf:
 
 @pytest.mark.parametrize("name", TAKERS_HERE)
 def test_a_reference_that_leaves_the_force_out_is_caught(name):
-    assert error(Deaf(reference(name))) > 10.0
+    assert error(WithoutForce(reference(name))) > 10.0
 
 
 @pytest.mark.slow(
@@ -311,13 +313,13 @@ EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 
 
 def test_galvi_finds_the_closed_form_of_a_braked_free_body():
-    run = galvi.integrate(forced(TURN, rubbing), EIGHT, 0.25, 4)
+    run = galvi.integrate(forced(FREE_BODY, braking_torque), EIGHT, 0.25, 4)
     assert np.abs(run.q[-1] - damped_turn(1.0)).max() < 1e-13  # 3e-16
 
 
 def test_galvi_and_dop853_agree_about_a_body_that_its_weight_turns_and_a_torque_brakes():
     hanging = galvi.problems.pendulum_3d()
-    run = galvi.integrate(forced(hanging, rubbing), EIGHT, 0.25, 4)
-    exact = reference("SciPy DOP853, quaternions").run(forced(hanging, rubbing), 1.0, TIGHT)
+    run = galvi.integrate(forced(hanging, braking_torque), EIGHT, 0.25, 4)
+    exact = reference("SciPy DOP853, quaternions").run(forced(hanging, braking_torque), 1.0, TIGHT)
     assert np.abs(run.q[-1] - exact.q[-1]).max() < 1e-12
     assert np.abs(galvi.integrate(hanging, EIGHT, 0.25, 4).q[-1] - exact.q[-1]).max() > 0.01

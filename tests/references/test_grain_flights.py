@@ -15,6 +15,7 @@ FAR = 1e6  # m from the axis, where the wind is 1e-13 m/s
 
 
 def starts(n, seed=4):
+    """Positions (n, 3) above the annulus of 5 to 11 m, velocities (n, 3) and times (n,)."""
     random = np.random.default_rng(seed)
     r, angle = random.uniform(5.0, 11.0, n), random.uniform(0.0, 2.0 * np.pi, n)
     q = np.stack([r * np.cos(angle), r * np.sin(angle), random.uniform(0.05, 1.5, n)], axis=1)
@@ -23,25 +24,25 @@ def starts(n, seed=4):
 
 def test_a_fall_in_still_air_is_the_textbooks():
     problem = galvi.problems.brownout(200e-6)
-    fastest = math.sqrt(float(problem.system.mass) * G / problem.system.force.factor)
+    terminal_speed = math.sqrt(float(problem.system.mass) * G / problem.system.force.factor)
     heights = np.array([0.1, 0.5, 2.0])
     q = np.stack([0.0 * heights + FAR, 0.0 * heights, heights], axis=1)
     flights = landings(problem, q, 0.0 * q, 0.0 * heights, 5.0)
-    time = fastest / G * np.arccosh(np.exp(G * heights / fastest**2))
+    time = terminal_speed / G * np.arccosh(np.exp(G * heights / terminal_speed**2))
     assert np.all(flights.landed) and np.all(flights.q[:, 2] == 0.0)
     np.testing.assert_allclose(flights.t, time, rtol=1e-12)  # 3e-14
 
 
 def test_a_rebound_leaves_the_ground_with_its_share_of_the_speed():
     problem = galvi.problems.brownout(200e-6)
-    fastest = math.sqrt(float(problem.system.mass) * G / problem.system.force.factor)
-    time = fastest / G * math.acosh(math.exp(G / fastest**2))
-    u = 0.5 * fastest * math.tanh(G * time / fastest)
-    rise = fastest / G * math.atan(u / fastest)
+    terminal_speed = math.sqrt(float(problem.system.mass) * G / problem.system.force.factor)
+    time = terminal_speed / G * math.acosh(math.exp(G / terminal_speed**2))
+    u = 0.5 * terminal_speed * math.tanh(G * time / terminal_speed)
+    rise = terminal_speed / G * math.atan(u / terminal_speed)
     flights = landings(
         problem, [[FAR, 0.0, 1.0]], np.zeros((1, 3)), [0.0], time + rise, restitution=0.5
     )
-    top = fastest**2 / (2.0 * G) * math.log(1.0 + (u / fastest) ** 2)
+    top = terminal_speed**2 / (2.0 * G) * math.log(1.0 + (u / terminal_speed) ** 2)
     assert not flights.landed[0]
     assert flights.q[0, 2] == pytest.approx(top, rel=1e-11) and abs(flights.v[0, 2]) < 1e-11
 
@@ -51,15 +52,15 @@ def test_a_rebound_leaves_the_ground_with_its_share_of_the_speed():
 def test_scipys_events_find_the_same_landings(coefficient):
     problem = galvi.problems.brownout(200e-6, drag_coefficient=coefficient)
     q, v, t = starts(5)
-    flights, accelerated = landings(problem, q, v, t, 3.0), acceleration(problem)
+    flights, acceleration_at = landings(problem, q, v, t, 3.0), acceleration(problem)
 
     def ground(t, y):
         return y[2]
 
     ground.terminal, ground.direction = True, -1.0
     for k in range(5):
-        solved = solve_ivp(
-            lambda t, y: np.concatenate([y[3:], accelerated(y[:3], y[3:], t)]),
+        solution = solve_ivp(
+            lambda t, y: np.concatenate([y[3:], acceleration_at(y[:3], y[3:], t)]),
             (t[k], 3.0),
             np.concatenate([q[k], v[k]]),
             "DOP853",
@@ -68,8 +69,8 @@ def test_scipys_events_find_the_same_landings(coefficient):
             events=ground,
             max_step=0.02,
         )
-        assert flights.landed[k] == (solved.status == 1)
-        end = solved.y_events[0][0] if flights.landed[k] else solved.y[:, -1]
+        assert flights.landed[k] == (solution.status == 1)
+        end = solution.y_events[0][0] if flights.landed[k] else solution.y[:, -1]
         np.testing.assert_allclose(flights.q[k], end[:3], atol=1e-9)
 
 

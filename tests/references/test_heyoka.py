@@ -34,13 +34,14 @@ def test_a_second_run_is_the_first_one_again():
     first, second = (HEYOKA.run(problem, 20.0, {"samples": 4, **QUICK}) for _ in range(2))
     assert np.array_equal(first.q, second.q)
     scaled = galvi.Problem(problem.system, 1.1 * problem.q0, problem.v0)
-    moved = HEYOKA.run(scaled, 20.0, QUICK)
-    assert np.abs(moved.q[-1] - KEPLER.run(scaled, 20.0, {}).q[-1]).max() < 1e-11
+    scaled_run = HEYOKA.run(scaled, 20.0, QUICK)
+    assert np.abs(scaled_run.q[-1] - KEPLER.run(scaled, 20.0, {}).q[-1]).max() < 1e-11
 
 
 @needs_real128
 def test_quadruple_precision_is_exact_in_double_at_any_eccentricity():
-    for e in (0.3, 0.99, 0.999999):  # the last four times through pericentre, 1e-6 off the centre
+    # the last passes the pericentre four times, 1e-6 from the centre
+    for e in (0.3, 0.99, 0.999999):
         problem = galvi.problems.kepler(e)
         run = HEYOKA_QUADRUPLE.run(problem, 30.0, {"samples": 8})
         exact = KEPLER.run(problem, 30.0, {"samples": 8})

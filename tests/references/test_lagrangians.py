@@ -69,11 +69,11 @@ def logarithmic(q):
     return 0.5 * np.log(0.01 + q[0] ** 2 + (q[1] / 0.9) ** 2)
 
 
-def in_place(q):
+def gradient_in_floats(q):
     """The gradient of q0^4 / 4 + q1^2, in an array of floats."""
-    slope = np.zeros(2)
-    slope[0], slope[1] = q[0] ** 3, 2.0 * q[1]
-    return slope
+    gradient = np.zeros(2)
+    gradient[0], gradient[1] = q[0] ** 3, 2.0 * q[1]
+    return gradient
 
 
 @njit
@@ -86,7 +86,7 @@ def canonical(potential, gradient=None, mass=1.0, t0=0.0, **options):
     return galvi.Problem(system, [0.8, 0.4], [0.1, 0.7], t0=t0)
 
 
-OWN = {
+USER_POTENTIALS = {
     "logarithmic": canonical(logarithmic),
     "logarithmic, two masses": canonical(logarithmic, mass=[1.0, 2.5]),
     "logarithmic, coupled masses": canonical(logarithmic, mass=STIFFNESS),
@@ -99,7 +99,7 @@ OWN = {
     "of the time": canonical(
         lambda q, t: q[0] ** 2 * np.cos(3.0 * t) + np.cosh(q[1]), explicit_time=True, t0=0.7
     ),
-    "a gradient in floats": canonical(lambda q: q[0] ** 4 / 4 + q[1] ** 2, in_place),
+    "a gradient in floats": canonical(lambda q: q[0] ** 4 / 4 + q[1] ** 2, gradient_in_floats),
     "a compiled gradient": canonical(lambda q: 0.0, jitted, check=False),
     "friction": canonical(lambda q: q @ q, force=lambda q, v: -0.1 * np.linalg.norm(v) * v),
     "a force of the time": canonical(
@@ -116,17 +116,17 @@ def final_error(run, truth) -> float:
     return float(max(np.abs(run.q[-1] - truth.q[-1]).max(), np.abs(run.p[-1] - truth.p[-1]).max()))
 
 
-def tight(problem):
+def dop853_run(problem):
     peer = LAGRANGIAN_DOP853 if isinstance(problem.system, galvi.Lagrangian) else DOP853
     return peer.run(problem, DURATION, {"samples": 1, **TIGHT})
 
 
 @needs_heyoka
-@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("name", USER_POTENTIALS)
 def test_heyoka_and_dop853_agree_about_a_potential_of_ones_own(name):
-    problem = OWN[name]
+    problem = USER_POTENTIALS[name]
     run = HEYOKA_LAGRANGIAN.run(problem, DURATION, {"samples": 1, "compact_mode": True})
-    assert final_error(run, tight(problem)) < 1e-12  # 5e-14
+    assert final_error(run, dop853_run(problem)) < 1e-12  # 5e-14
     if not HEYOKA_LAGRANGIAN_QUADRUPLE.missing:
         assert (
             final_error(run, HEYOKA_LAGRANGIAN_QUADRUPLE.run(problem, DURATION, {})) < 1e-13
@@ -137,7 +137,7 @@ def test_heyoka_and_dop853_agree_about_a_potential_of_ones_own(name):
 def test_galvi_and_dop853_agree(name):
     problem = PROBLEMS[name]
     run = galvi.integrate(problem, EIGHT, DURATION / 80, 80, save_every=80)
-    assert final_error(run, tight(problem)) < 2e-13  # 3e-14
+    assert final_error(run, dop853_run(problem)) < 2e-13  # 3e-14
 
 
 @needs_heyoka
@@ -146,7 +146,7 @@ def test_heyoka_and_dop853_agree(name):
     problem = (PROBLEMS | POTENTIALS)[name]
     setting = {"samples": 1, "compact_mode": True}
     assert (
-        final_error(HEYOKA_LAGRANGIAN.run(problem, DURATION, setting), tight(problem)) < 5e-13
+        final_error(HEYOKA_LAGRANGIAN.run(problem, DURATION, setting), dop853_run(problem)) < 5e-13
     )  # 5e-14
     assert HEYOKA_LAGRANGIAN_QUADRUPLE.exact and not HEYOKA_LAGRANGIAN.exact
 
@@ -177,15 +177,15 @@ def test_polar_kepler_is_the_orbit_in_other_coordinates():
     assert angle[-1] > 6.0 * np.pi  # it counts the turns
 
 
-@pytest.mark.parametrize("name", [*OWN, *POTENTIALS])
+@pytest.mark.parametrize("name", [*USER_POTENTIALS, *POTENTIALS])
 def test_a_potential_is_written_out_and_its_slopes_are_not_differenced(name):
-    problem = (OWN | POTENTIALS)[name]
+    problem = (USER_POTENTIALS | POTENTIALS)[name]
     equations = LagrangeEquations.of(problem)
     assert HEYOKA_LAGRANGIAN.supports(problem) and HEYOKA_LAGRANGIAN_QUADRUPLE.supports(problem)
     for offset in (0.0, 0.3):
         q, v, t = problem.q0 + offset, problem.v0 - offset, problem.t0 + offset
-        slopes = accelerations(equations)(q, v, t)
-        np.testing.assert_allclose(slopes, acceleration(problem)(q, v, t), rtol=1e-9, atol=1e-11)
+        solved = accelerations(equations)(q, v, t)
+        np.testing.assert_allclose(solved, acceleration(problem)(q, v, t), rtol=1e-9, atol=1e-11)
         momenta = [float(p.subs(dict(zip(equations.v, v, strict=True)))) for p in equations.momenta]
         np.testing.assert_allclose(momenta, problem.system.momentum(v), rtol=1e-15)
     assert not is_differenced(problem)
@@ -240,7 +240,7 @@ def test_a_formula_of_any_expression_has_the_values_of_its_function(seed):
 
 
 def random_potential(seed):
-    """A function of q (2,), of five operations drawn by chance, smooth and of moderate size."""
+    """A smooth function of q (2,) of moderate size, of five random pairs of operations."""
     unary = (
         np.sin,
         np.cos,
@@ -263,8 +263,8 @@ def random_potential(seed):
         draw, terms = np.random.default_rng(seed), [q[0], q[1], np.sum(q) / 3]
         for _ in range(5):
             a, b = (terms[draw.integers(len(terms))] for _ in "ab")
-            both = binary[draw.integers(len(binary))](a, b)
-            terms.append(unary[draw.integers(len(unary))](both))
+            combined = binary[draw.integers(len(binary))](a, b)
+            terms.append(unary[draw.integers(len(unary))](combined))
         return terms[-1] + terms[-2]
 
     return potential

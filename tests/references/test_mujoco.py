@@ -34,8 +34,8 @@ from tests.properties.random_trees import random_state, random_tree
 from tests.properties.tree_equations import defects
 
 mujoco = pytest.importorskip("mujoco")
-OTHERS = (MUJOCO_EULER, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO_DISCRETE)
-ALL = (MUJOCO_RK4, *OTHERS)
+OTHER_INTEGRATORS = (MUJOCO_EULER, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO_DISCRETE)
+INTEGRATORS = (MUJOCO_RK4, *OTHER_INTEGRATORS)
 
 TILT = Rotation.from_rotvec([0.7, -1.1, 0.4]).as_matrix()
 SKEW = np.array([[3.3, 0.2, -0.3], [0.2, 2.5, 0.4], [-0.3, 0.4, 3.4]])
@@ -60,7 +60,9 @@ PROBLEMS = {
         galvi.Canonical([[0.3]], galvi.CosinePotential(1.7)), [-1.0], [2.0]
     ),
 }
-every_contender = pytest.mark.parametrize("contender", ALL, ids=lambda contender: contender.name)
+every_contender = pytest.mark.parametrize(
+    "contender", INTEGRATORS, ids=lambda contender: contender.name
+)
 
 
 @cache
@@ -73,7 +75,7 @@ def truth(name: str) -> tuple[np.ndarray, np.ndarray]:
     return run.q[-1], problem.system.velocity(run.p[-1])
 
 
-STEP, GOOD = 2.0**-10, 1e-10  # of RK4; 2e-11 of the heavy top, 1e-12 of the others
+RK4_STEP, RK4_BOUND = 2.0**-10, 1e-10  # errors: 2e-11 for the heavy top, 1e-12 for the others
 
 
 def disagreement(contender, name: str, step: float) -> float:
@@ -82,13 +84,13 @@ def disagreement(contender, name: str, step: float) -> float:
     run = contender.run(problem, 2.0, {"step": step, "save_every": 10**6})
     assert run.success
     q, v = truth(name)
-    moved = problem.system.velocity(run.p[-1]) - v
-    return float(max(np.abs(run.q[-1] - q).max(), np.abs(moved).max()))
+    velocity_error = problem.system.velocity(run.p[-1]) - v
+    return float(max(np.abs(run.q[-1] - q).max(), np.abs(velocity_error).max()))
 
 
-@pytest.mark.parametrize(("name", "contender"), [*zip(PROBLEMS, cycle(OTHERS))])
+@pytest.mark.parametrize(("name", "contender"), [*zip(PROBLEMS, cycle(OTHER_INTEGRATORS))])
 def test_integrators_find_the_motion(name, contender):
-    assert disagreement(MUJOCO_RK4, name, STEP) < GOOD
+    assert disagreement(MUJOCO_RK4, name, RK4_STEP) < RK4_BOUND
     assert disagreement(contender, name, 2.0**-13) < 5e-3  # 2e-3
 
 
@@ -106,8 +108,8 @@ def test_the_order_of_the_attitude_is_what_is_claimed_and_no_more(contender, nam
 
 
 @pytest.fixture
-def wrong_for_once(monkeypatch):
-    """A monkeypatch that leaves no model behind."""
+def patched_models(monkeypatch):
+    """A monkeypatch; the cache of compiled models is empty before and after."""
     engine.compiled.cache_clear()
     yield monkeypatch
     engine.compiled.cache_clear()
@@ -157,9 +159,9 @@ FAULTS = (
 
 
 @pytest.mark.parametrize(("fault", "name"), FAULTS, ids=lambda x: getattr(x, "__name__", x))
-def test_a_wrong_convention_is_caught(fault, name, wrong_for_once):
-    fault(wrong_for_once)
-    assert disagreement(MUJOCO_RK4, name, STEP) > 1e-2
+def test_a_wrong_convention_is_caught(fault, name, patched_models):
+    fault(patched_models)
+    assert disagreement(MUJOCO_RK4, name, RK4_STEP) > 1e-2
 
 
 @every_contender
@@ -184,24 +186,26 @@ def test_runs_of_different_problems_do_not_touch_each_other():
 
 
 def test_time_runs_backwards():
-    end, v = truth("3D pendulum, skew")
-    back = galvi.Problem(PROBLEMS["3D pendulum, skew"].system, end, v, t0=7.0)
-    run = MUJOCO_RK4.run(back, -2.0, {"step": -(2.0**-9), "save_every": 512})
+    final_attitude, v = truth("3D pendulum, skew")
+    reversed_problem = galvi.Problem(
+        PROBLEMS["3D pendulum, skew"].system, final_attitude, v, t0=7.0
+    )
+    run = MUJOCO_RK4.run(reversed_problem, -2.0, {"step": -(2.0**-9), "save_every": 512})
     np.testing.assert_allclose(run.q[-1], TILT, atol=1e-10)  # 9e-12
     assert np.array_equal(run.t, [7.0, 6.0, 5.0])
 
 
-@pytest.mark.parametrize("every_n", [1, 4, 100])
+@pytest.mark.parametrize("save_every", [1, 4, 100])
 def test_a_run_that_blows_up_says_where_and_leaves_nothing_behind(
-    every_n, tmp_path, monkeypatch, capfd
+    save_every, tmp_path, monkeypatch, capfd
 ):
     monkeypatch.chdir(tmp_path)
     handler = mujoco.get_mju_user_warning()
     fast = galvi.Problem(TILTED.system, TILT, [20.0, -19.0, 10.0])
-    run = MUJOCO_EULER.run(fast, 50.0, {"step": 0.5, "save_every": every_n})
+    run = MUJOCO_EULER.run(fast, 50.0, {"step": 0.5, "save_every": save_every})
     assert not run.success and run.failed_step == 5 and "Step 5, towards t = " in run.status
     assert run.counts["steps"] == 4 and run.status.endswith("another integrator.")
-    completed = np.append(np.arange(0, 100, every_n), 100) < run.failed_step
+    completed = np.append(np.arange(0, 100, save_every), 100) < run.failed_step
     for states in (run.q, run.p, engine.energies(run)):
         assert np.all(np.isfinite(states[completed])) and np.all(np.isnan(states[~completed]))
     assert capfd.readouterr() == ("", "") and not list(Path(tmp_path).iterdir())
@@ -237,7 +241,7 @@ def test_mujocos_own_energies_are_those_of_the_problem(name):
     ids=["any potential", "a gradient of its own", "two pendulums", "another force", "no body"],
 )
 def test_other_problems_are_not_taken(problem):
-    assert not any(contender.supports(problem) for contender in ALL)
+    assert not any(contender.supports(problem) for contender in INTEGRATORS)
     with pytest.raises(ValueError, match="MuJoCo RK4 does not solve"):
         MUJOCO_RK4.run(problem, 1.0, {"step": 0.1})
 
@@ -299,8 +303,8 @@ def test_a_tree_with_an_anchor_on_the_other_side_would_be_seen():
 
 
 def test_a_spring_that_mjcf_cannot_say_is_not_taken():
-    turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    for rest_rotation, supported in ((None, True), (turned, False)):
+    quarter_turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    for rest_rotation, supported in ((None, True), (quarter_turn, False)):
         ball = galvi.Joint("ball", stiffness=1.0, rest=rest_rotation)
         system = galvi.Multibody(galvi.Link(ball, 1.0, (0, 0, 1), (0.1, 0.1, 0.1)))
         problem = galvi.Problem(system, np.eye(3), [0.0, 0.0, 1.0])

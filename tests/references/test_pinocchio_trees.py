@@ -17,15 +17,15 @@ from tests.properties.tree_equations import terms
 pytest.importorskip("pinocchio")
 mujoco = pytest.importorskip("mujoco")
 EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
-SAME = 1e-12  # 2e-14 of 300 trees
+RESIDUAL_BOUND = 1e-12  # 2e-14 measured for 300 trees
 
 
 def state_of(model, seed):
-    """The system of a model, and a random state in MuJoCo's coordinates."""
+    """(galvi's system of a model, random qpos, random qvel)."""
     return galvi.from_mujoco(model).system, *random_state(model, seed)
 
 
-def off(system, qpos, qvel, acceleration):
+def relative_residual(system, qpos, qvel, acceleration):
     """|M a - tau| over |tau|, by galvi's Lagrangian."""
     q, v = system.from_mujoco(qpos, qvel)
     tau = terms(system, q, v).sum(axis=0)
@@ -38,7 +38,7 @@ def test_200_random_trees_have_one_acceleration_in_three_codes(joints, seed):
     model = mujoco.MjModel.from_xml_string(random_tree(joints, seed))
     system, qpos, qvel = state_of(model, seed)
     accelerations = PinocchioTree.of(system).accelerations(qpos, qvel)
-    assert off(system, qpos, qvel, accelerations) < SAME
+    assert relative_residual(system, qpos, qvel, accelerations) < RESIDUAL_BOUND
     mj_data = mujoco.MjData(model)
     mj_data.qpos[:], mj_data.qvel[:] = qpos, qvel
     mujoco.mj_forward(model, mj_data)
@@ -52,14 +52,17 @@ def test_200_random_trees_have_one_acceleration_in_three_codes(joints, seed):
 def test_springs_of_balls_at_rest_where_mjcf_cannot_say_are_galvis(joints, seed):
     model = mujoco.MjModel.from_xml_string(random_tree(joints, seed, kinds=("ball", "hinge")))
     plain, qpos, qvel = state_of(model, seed)
-    turned = Rotation.from_rotvec([0.3, -0.2, 0.5]).as_matrix()
+    rest_rotation = Rotation.from_rotvec([0.3, -0.2, 0.5]).as_matrix()
 
     def sprung(joint):
-        return replace(joint, rest=turned, stiffness=1.5) if joint.type == "ball" else joint
+        return replace(joint, rest=rest_rotation, stiffness=1.5) if joint.type == "ball" else joint
 
     links = [replace(link, joints=[sprung(joint) for joint in link.joints]) for link in plain.links]
     system = galvi.Multibody(links, plain.gravity)
-    assert off(system, qpos, qvel, PinocchioTree.of(system).accelerations(qpos, qvel)) < SAME
+    assert (
+        relative_residual(system, qpos, qvel, PinocchioTree.of(system).accelerations(qpos, qvel))
+        < RESIDUAL_BOUND
+    )
 
 
 @pytest.mark.parametrize(("joints", "seed"), [(3, 8), (4, 1), (6, 2)])
@@ -89,5 +92,8 @@ def test_a_planted_fault_of_a_tree_is_seen(fault):
     system, qpos, qvel = state_of(model, 1)
     links = [replace(link, joints=[fault(joint) for joint in link.joints]) for link in system.links]
     wrong = PinocchioTree.of(galvi.Multibody(links, system.gravity))
-    assert off(system, qpos, qvel, PinocchioTree.of(system).accelerations(qpos, qvel)) < SAME
-    assert off(system, qpos, qvel, wrong.accelerations(qpos, qvel)) > 1e-5
+    assert (
+        relative_residual(system, qpos, qvel, PinocchioTree.of(system).accelerations(qpos, qvel))
+        < RESIDUAL_BOUND
+    )
+    assert relative_residual(system, qpos, qvel, wrong.accelerations(qpos, qvel)) > 1e-5

@@ -1,4 +1,4 @@
-"""REBOUND driven as it should be: its options, its orders and what it does not say of itself."""
+"""REBOUND's integrators as references: errors, orders, options, refusals and native builds."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from references.stored.planets import STORED_TRUTH
 
 SOLAR = galvi.problems.solar_system()
 PLANETS = galvi.problems.solar_system(pluto=False)
-SPAN = 730.5  # days, kept in the stored truth
+SPAN = 730.5  # days; the stored truth has states at this time
 TRUTH = STORED_TRUTH.run(PLANETS, SPAN, {})
-HALF, DAILY = SPAN / 146, SPAN / 365
+FIVE_DAYS, TWO_DAYS = SPAN / 146, SPAN / 365  # steps, in days
 ORBIT = galvi.problems.kepler(0.3)
 needs_avx512 = pytest.mark.skipif(bool(WHFAST512.missing), reason=WHFAST512.missing or "present")
 
@@ -43,32 +43,33 @@ def error(contender, problem=PLANETS, duration=SPAN, truth=TRUTH, **setting):
 
 
 def heavy():
-    """The outer planets, 50 times as heavy, which meet."""
+    """The outer planets, 50 times as heavy, so that they have close encounters."""
     planets = galvi.problems.outer_solar_system()
     masses = np.append(planets.system.masses[0], 50.0 * planets.system.masses[1:])
     return galvi.Problem(galvi.NBody(masses), planets.q0, planets.v0)
 
 
-PLAIN = {"1": 1e-6, "CM_1": 1e-6, "CL_1": 1e-6}  # 4e-8; others 7e-14 to 5e-12
-FOUND = [  # contender, setting, error of planets between, measured in the comment
-    *((SABA, {"step": DAILY, "type": kind, "safe_mode": 0}, 0.0, PLAIN.get(kind, 2e-10))
-      for kind in saba.TYPES),
+LARGER_BOUNDS = {"1": 1e-6, "CM_1": 1e-6, "CL_1": 1e-6}  # by type; 4e-8, other types 7e-14 to 5e-12
+ERROR_BOUNDS = [  # contender, setting, bounds on the error; measured errors in comments
+    *((SABA, {"step": TWO_DAYS, "type": saba_type, "safe_mode": 0}, 0.0,
+       LARGER_BOUNDS.get(saba_type, 2e-10))
+      for saba_type in saba.TYPES),
     *((IAS15, {"adaptive_mode": mode}, 0.0, 2e-13)  # 2e-14
       for mode in ("PRS23", "GLOBAL", "INDIVIDUAL", "AARSETH85")),
-    (SABA, {"step": HALF, **saba.BEST}, 0.0, 1e-9),  # 7e-14
-    (WHFAST, {"step": HALF, **whfast.DEFAULT}, 1e-9, 1e-6),  # 2e-7
-    (WHFAST, {"step": DAILY, **whfast.BEST}, 0.0, 1e-10),
+    (SABA, {"step": FIVE_DAYS, **saba.BEST}, 0.0, 1e-9),  # 7e-14
+    (WHFAST, {"step": FIVE_DAYS, **whfast.DEFAULT}, 1e-9, 1e-6),  # 2e-7
+    (WHFAST, {"step": TWO_DAYS, **whfast.BEST}, 0.0, 1e-10),
     (LEAPFROG, {"step": SPAN / 1461, **leapfrog.BEST}, 0.0, 2e-11),  # 3e-13
     (BULIRSCH_STOER, {}, 1e-9, 1e-5),  # 2e-7
     (BULIRSCH_STOER, bulirsch_stoer.BEST, 0.0, 1e-10),  # 7e-12
-    pytest.param(WHFAST512, {"step": DAILY, **whfast512.BEST}, 0.0, 1e-10,  # 5e-12
+    pytest.param(WHFAST512, {"step": TWO_DAYS, **whfast512.BEST}, 0.0, 1e-10,  # 5e-12
                  marks=needs_avx512),
-    pytest.param(WHFAST512, {"step": DAILY, **whfast512.DEFAULT}, 1e-8, 1e-6,  # 4e-8
+    pytest.param(WHFAST512, {"step": TWO_DAYS, **whfast512.DEFAULT}, 1e-8, 1e-6,  # 4e-8
                  marks=needs_avx512),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("contender", "setting", "lower", "upper"), FOUND)
+@pytest.mark.parametrize(("contender", "setting", "lower", "upper"), ERROR_BOUNDS)
 def test_the_stored_planets_are_found_with_errors_of_the_method(contender, setting, lower, upper):
     assert lower <= error(contender, **setting) < upper
     method = contender.run(PLANETS, SPAN, setting).method
@@ -80,7 +81,7 @@ def test_ias15_keeps_the_energy_to_round_off():
     assert np.abs(energy / energy[0] - 1.0).max() < 1e-14  # 2e-15
 
 
-ORDERS = [  # contender, setting, order and how near it is, numbers of steps
+ORDERS = [  # contender, setting, order, bound on its deviation, numbers of steps
     (WHFAST, whfast.DEFAULT, 2, 0.1, (91, 182, 365)),
     (MERCURIUS, {}, 2, 0.05, (146, 292, 584)),
     (TRACE, {}, 2, 0.05, (146, 292, 584)),
@@ -98,9 +99,9 @@ def test_the_order_is_what_is_claimed(contender, setting, order, deviation, coun
     assert abs(np.polyfit(np.log(steps), np.log(errors), 1)[0] - order) < deviation
 
 
-OPTIONS = [  # by which a run differs from one without
+OPTIONS = [  # contender, problem, setting, option by which the run differs
     *(
-        (WHFAST, PLANETS, {"step": 5 * DAILY}, option)
+        (WHFAST, PLANETS, {"step": 5 * TWO_DAYS}, option)
         for option in (
             {"corrector": 11},
             {"corrector2": 1, "corrector": 17},
@@ -130,8 +131,8 @@ def test_every_option_reaches_the_engine(contender, problem, setting, option):
 
 def test_types_of_saba_differ_and_the_default_is_rebounds():
     ends = {
-        kind: SABA.run(PLANETS, SPAN, {"step": SPAN / 73, "type": kind}).q[-1].tobytes()
-        for kind in saba.TYPES
+        saba_type: SABA.run(PLANETS, SPAN, {"step": SPAN / 73, "type": saba_type}).q[-1].tobytes()
+        for saba_type in saba.TYPES
     }
     assert len(set(ends.values())) == len(saba.TYPES)
     bare = SABA.run(PLANETS, SPAN, {"step": SPAN / 73}).q[-1]
@@ -156,7 +157,7 @@ def test_types_of_saba_differ_and_the_default_is_rebounds():
 )
 def test_options_that_do_not_exist_or_go_together_are_refused(contender, setting, complaint):
     with pytest.raises(ValueError, match=complaint):
-        contender.run(PLANETS, SPAN, {"step": DAILY, **setting})
+        contender.run(PLANETS, SPAN, {"step": TWO_DAYS, **setting})
 
 
 def test_bulirsch_stoer_follows_its_tolerance_and_its_longest_step():
@@ -168,28 +169,28 @@ def test_bulirsch_stoer_follows_its_tolerance_and_its_longest_step():
 
 
 @pytest.mark.parametrize(
-    ("contender", "best", "off"),
+    ("contender", "best", "tolerance"),
     [
         (WHFAST, whfast.BEST, 1e-11),  # 7e-13
         pytest.param(WHFAST512, whfast512.BEST, 1e-12, marks=needs_avx512),
     ],
 )
 def test_a_run_ends_the_same_whether_or_not_it_is_read_on_the_way_and_goes_back(
-    contender, best, off
+    contender, best, tolerance
 ):
     often, once = (
-        contender.run(PLANETS, SPAN, {"step": DAILY, "save_every": save_every, **best})
+        contender.run(PLANETS, SPAN, {"step": TWO_DAYS, "save_every": save_every, **best})
         for save_every in (73, 365)
     )
-    assert np.array_equal(often.t, np.arange(6) * 73 * DAILY) and often.counts["steps"] == 365
-    np.testing.assert_allclose(often.q[-1], once.q[-1], rtol=0, atol=off)
+    assert np.array_equal(often.t, np.arange(6) * 73 * TWO_DAYS) and often.counts["steps"] == 365
+    np.testing.assert_allclose(often.q[-1], once.q[-1], rtol=0, atol=tolerance)
     v = once.p[-1] / PLANETS.system.masses[:, None]
-    turned = galvi.Problem(PLANETS.system, once.q[-1], v)
-    back = contender.run(turned, -SPAN, {"step": -DAILY, "save_every": 365, **best})
-    np.testing.assert_allclose(back.q[-1], PLANETS.q0, rtol=0, atol=1e-9)
+    return_start = galvi.Problem(PLANETS.system, once.q[-1], v)
+    return_run = contender.run(return_start, -SPAN, {"step": -TWO_DAYS, "save_every": 365, **best})
+    np.testing.assert_allclose(return_run.q[-1], PLANETS.q0, rtol=0, atol=1e-9)
 
 
-MASSLESS = galvi.Problem(  # before the last, which pulls
+MASSLESS = galvi.Problem(  # the massless body stands before the last, which has a mass
     galvi.NBody([1.0, 0.0, 1e-3]),
     [[0.0, 0.0], [1.6, 0.0], [0.0, 1.0]],
     [[0.0, 0.0], [0.0, 0.8], [-1.0, 0.0]],
@@ -208,22 +209,22 @@ def test_the_order_of_the_bodies_does_not_matter(contender, problem, setting, or
     masses, q, v = problem.system.masses, problem.q0, problem.v0
     shuffled = galvi.Problem(galvi.NBody(masses[order]), q[order], v[order])
     span = 3.0 if problem is MASSLESS else 200.0
-    shuffled_run, run = (contender.run(order, span, setting) for order in (shuffled, problem))
-    off = {"rtol": 0.0, "atol": 1e-12} if problem is MASSLESS else {"atol": 1e-11}
-    np.testing.assert_allclose(shuffled_run.q[-1], run.q[-1][order], **off)
+    shuffled_run, run = (contender.run(start, span, setting) for start in (shuffled, problem))
+    tolerances = {"rtol": 0.0, "atol": 1e-12} if problem is MASSLESS else {"atol": 1e-11}
+    np.testing.assert_allclose(shuffled_run.q[-1], run.q[-1][order], **tolerances)
     assert abs(run.q[-1, 0] - problem.q0[0]).max() > 1e-6  # the others pull
 
 
 def test_hybrids_survive_encounters_that_whfast_does_not():
-    span, left = 365.25 * 600, {}
+    span, energy_errors = 365.25 * 600, {}
     for contender in (WHFAST, MERCURIUS, TRACE):
         energy = galvi.energy(
             contender.run(heavy(), span, {"step": span / 21_915, "save_every": 219})
         )
-        left[contender.name] = np.max(np.abs(energy / energy[0] - 1.0))
+        energy_errors[contender.name] = np.max(np.abs(energy / energy[0] - 1.0))
     # 1.9, 5e-3, 6e-5
-    assert left["REBOUND TRACE"] < 1e-3 < 0.1 < left["REBOUND WHFast"]
-    assert left["REBOUND MERCURIUS"] < 0.05
+    assert energy_errors["REBOUND TRACE"] < 1e-3 < 0.1 < energy_errors["REBOUND WHFast"]
+    assert energy_errors["REBOUND MERCURIUS"] < 0.05
 
 
 def test_the_engines_warnings_are_in_the_status():
@@ -242,8 +243,8 @@ def test_ctrl_c_reaches_the_program_after_a_run_too():
 
 @needs_avx512
 def test_whfast512_is_code_of_its_own_for_any_gravitational_constant_and_leaves_the_arithmetic():
-    plain = WHFAST.run(PLANETS, SPAN, {"step": DAILY, "corrector": 17, "safe_mode": 0})
-    with_options = WHFAST512.run(PLANETS, SPAN, {"step": DAILY, **whfast512.BEST})
+    plain = WHFAST.run(PLANETS, SPAN, {"step": TWO_DAYS, "corrector": 17, "safe_mode": 0})
+    with_options = WHFAST512.run(PLANETS, SPAN, {"step": TWO_DAYS, **whfast512.BEST})
     np.testing.assert_allclose(with_options.q[-1], plain.q[-1], rtol=0, atol=1e-10)
     assert not np.array_equal(with_options.q[-1], plain.q[-1])
     problem = galvi.problems.applegate()
@@ -260,21 +261,21 @@ def test_whfast512_wants_a_dominant_body_and_at_most_eight_more_and_avx512(monke
     monkeypatch.setattr("rebound.avx512_available", False)
     assert "no AVX-512" in WHFAST512.missing
     with pytest.raises(ModuleNotFoundError, match="REBOUND WHFast512 cannot run: this CPU"):
-        WHFAST512.run(PLANETS, SPAN, {"step": DAILY})
+        WHFAST512.run(PLANETS, SPAN, {"step": TWO_DAYS})
 
 
-OTHER = (
+STAND_IN = (
     "__version__ = '{}'\nclass Simulation:\n    def __init__(self): raise OSError('the other')\n"
 )
 
 
 @pytest.fixture
 def build(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """(version) -> a build of this version, whose simulations say that they are its."""
+    """A function that writes a stand-in rebound of a version, whose simulations raise OSError."""
 
     def make(number: str) -> None:
         (tmp_path / "rebound").mkdir(exist_ok=True)
-        (tmp_path / "rebound" / "__init__.py").write_text(OTHER.format(number))
+        (tmp_path / "rebound" / "__init__.py").write_text(STAND_IN.format(number))
 
     monkeypatch.setattr(native, "FOLDER", tmp_path)
     yield make

@@ -1,4 +1,4 @@
-"""What every reference offers, whichever one it is."""
+"""The contract that every registered reference keeps."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ SPRING = galvi.problems.harmonic_oscillator()
 PLANETS = galvi.problems.solar_system(pluto=False)
 BODY = galvi.problems.free_body_se3()
 SWING = galvi.problems.planar_pendulum()
-TURN = galvi.problems.free_rigid_body()
+FREE_BODY = galvi.problems.free_rigid_body()
 HANGING = galvi.problems.pendulum_3d()
 CHAIN = galvi.problems.double_pendulum()
 SPRUNG = galvi.problems.elastic_pendulum()
 ARM = galvi.problems.skew_arm()
-SOLVED = (SPRING, ORBIT, PLANETS, BODY, SWING, TURN, HANGING, CHAIN, SPRUNG, ARM)
+SOLVABLE = (SPRING, ORBIT, PLANETS, BODY, SWING, FREE_BODY, HANGING, CHAIN, SPRUNG, ARM)
 UNKNOWN = galvi.Problem(galvi.Canonical(1.0, lambda q: float(q @ q) ** 2), [1.0], [0.0])
 ON_GROUPS = (
-    TURN,
+    FREE_BODY,
     BODY,
     galvi.problems.free_box(),
     galvi.problems.heavy_top(),
@@ -49,7 +49,7 @@ PRESENT = [contender for contender in REFERENCES if not contender.missing]
 every_present = pytest.mark.parametrize("contender", PRESENT, ids=lambda c: c.name)
 
 
-CATALOGUES = {  # a duration at whose eighths they are
+STORED_DURATIONS = {  # durations to whose eighths these references have states
     "stored truth": 5844.0,
     "stored truth, rigid bodies": 16.0,
     "stored truth, chains": 8.0,
@@ -59,12 +59,12 @@ CATALOGUES = {  # a duration at whose eighths they are
 
 
 def setting(contender: Contender, duration: float, pieces: int) -> dict[str, float]:
-    """The least that asks for `pieces` states after the start."""
+    """The smallest setting for a run with `pieces` states after the start."""
     return {"step": duration / pieces} if contender.fixed_step else {"samples": pieces}
 
 
 def solvable(contender: Contender) -> galvi.Problem:
-    return next(problem for problem in SOLVED if contender.supports(problem))
+    return next(problem for problem in SOLVABLE if contender.supports(problem))
 
 
 def test_every_contender_of_every_module_is_registered():
@@ -125,7 +125,7 @@ def test_the_truths_are_those_we_know():
 
 @every_present
 def test_a_run_says_when_and_how_it_was_made(contender):
-    problem, duration = solvable(contender), CATALOGUES.get(contender.name, -1.0)
+    problem, duration = solvable(contender), STORED_DURATIONS.get(contender.name, -1.0)
     late = galvi.Problem(problem.system, problem.q0, problem.v0, t0=5.0)
     run = contender.run(late, duration, setting(contender, duration, 8))
     assert run.success and run.status.startswith("Completed") and run.failed_step is None
@@ -141,14 +141,14 @@ def test_a_run_says_when_and_how_it_was_made(contender):
 @every_present
 def test_a_contender_is_set_by_a_step_or_by_samples_and_refuses_other_settings(contender):
     assert isinstance(contender, Reference) and isinstance(contender.fixed_step, bool)
-    problem, right = solvable(contender), setting(contender, 1.0, 1)
+    problem, valid = solvable(contender), setting(contender, 1.0, 1)
     key, typed, foreign = (
         ("step", "steq", "samples") if contender.fixed_step else ("samples", "sample", "step")
     )
     for duration, settings, message in (
         (1.0, {typed: 1}, f"received '{typed}'. Did you mean '{key}'"),
         (1.0, {foreign: 1}, f"received '{foreign}'"),
-        *((duration, right, "duration must") for duration in (0.0, float("nan"), float("inf"))),
+        *((duration, valid, "duration must") for duration in (0.0, float("nan"), float("inf"))),
     ):
         with pytest.raises(ValueError, match=message):
             contender.run(problem, duration, settings)
@@ -159,19 +159,21 @@ def test_a_code_is_the_first_of_its_contenders_that_solves_the_problem(name):
     contenders = CODES[name]
     assert set(contenders) <= set(REFERENCES)
     assert len({contender.fixed_step for contender in contenders}) == 1
-    assert {name.partition(".")[0]} == {kind_of(contender) for contender in contenders}
-    for problem in (*SOLVED, UNKNOWN):
+    assert {name.partition(".")[0]} == {folder_of(contender) for contender in contenders}
+    for problem in (*SOLVABLE, UNKNOWN):
         able = [contender for contender in contenders if contender.supports(problem)]
         if able:
             assert named(name, problem) is able[0]
             continue
-        kind = type(problem.system).__name__
-        with pytest.raises(ValueError, match=f"^{name} does not solve this .* {kind} system"):
+        system_name = type(problem.system).__name__
+        with pytest.raises(
+            ValueError, match=f"^{name} does not solve this .* {system_name} system"
+        ):
             named(name, problem)
 
 
-def kind_of(contender: Contender) -> str:
-    """The folder of references that it is in, or for SciPy's solvers that of its name."""
+def folder_of(contender: Contender) -> str:
+    """The contender's folder in references/; "scipy" for those whose name begins with SciPy."""
     if contender.name.startswith("SciPy"):
         return "scipy"
     return type(contender).__module__.split(".")[1]
@@ -182,7 +184,7 @@ def test_a_code_goes_by_its_full_name_and_heyoka_by_its_own():
         if contender.name != "heyoka":
             assert named(contender.name, solvable(contender)) is contender
     for name in ("heyoka", "heyoka.taylor"):
-        assert named(name, TURN) is reference("heyoka, rigid bodies")
+        assert named(name, FREE_BODY) is reference("heyoka, rigid bodies")
     assert named("scipy.dop853", UNKNOWN).name == "SciPy DOP853"
     assert named("scipy.dop853", CHAIN).name == "SciPy DOP853, chains"
 
@@ -196,10 +198,10 @@ def test_a_code_that_does_not_solve_a_problem_is_refused_with_the_reason():
 
 
 def test_a_contender_that_says_the_wrong_kind_of_setting_is_seen():
-    liar = replace(reference("RK4"), name="liar")
-    object.__setattr__(liar, "fixed_step", False)
+    mislabelled = replace(reference("RK4"), name="mislabelled")
+    object.__setattr__(mislabelled, "fixed_step", False)
     with pytest.raises((AssertionError, pytest.fail.Exception)):
-        test_a_contender_is_set_by_a_step_or_by_samples_and_refuses_other_settings(liar)
+        test_a_contender_is_set_by_a_step_or_by_samples_and_refuses_other_settings(mislabelled)
 
 
 @every_reference
@@ -256,8 +258,8 @@ def test_a_gradient_that_belongs_to_the_known_potential_keeps_its_references():
     scaled = replace(HANGING.system, gradient=lambda R: 1.001 * weight.gradient(R), check=False)
     takers = [c for c in REFERENCES if c.supports(replace(HANGING, system=same))]
     assert {"MuJoCo RK4", "RK4 on quaternions, compiled"} <= {c.name for c in takers}
-    some = [c for c in REFERENCES if c.supports(replace(HANGING, system=scaled))]
-    assert {c.name for c in some} == {
+    general = [c for c in REFERENCES if c.supports(replace(HANGING, system=scaled))]
+    assert {c.name for c in general} == {
         "explicit Euler, matrices",
         "SciPy RK45 (ode45), matrices",
         "SciPy DOP853, quaternions",
@@ -286,18 +288,22 @@ def test_a_refusal_says_which_field_of_the_system_it_is_for():
 def test_engines_are_imported_only_when_they_are_used():
     engines = {"rebound", "jplephem", "de421", "heyoka", "mujoco", "pinocchio"}
     engines |= {"pandas", "scipy.integrate", "scipy.optimize", "scipy.spatial", "sympy"}  # 1 s
-    code = f"import sys, references; print({engines} & set(sys.modules))"
-    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert ran.stdout.strip() == "set()"
+    program = f"import sys, references; print({engines} & set(sys.modules))"
+    completed = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert completed.stdout.strip() == "set()"
 
 
 def test_a_missing_engine_is_a_sentence_and_not_a_crash(monkeypatch):
     monkeypatch.setitem(sys.modules, "rebound", None)
     contender = reference("REBOUND IAS15")
     assert "rebound" in contender.missing and contender.missing.endswith(".")
-    with pytest.raises(EngineMissing, match=r"REBOUND IAS15 cannot run: .*Install rebound") as it:
+    with pytest.raises(
+        EngineMissing, match=r"REBOUND IAS15 cannot run: .*Install rebound"
+    ) as error:
         contender.run(ORBIT, 1.0, {})
-    assert it.value.name == "rebound"
+    assert error.value.name == "rebound"
 
 
 def test_every_reference_whose_engine_may_be_missing_names_it():
@@ -320,5 +326,5 @@ ORDERS = {"DOP853": 8, "RK45": 5, "Radau": 5, r"RK4\b": 4, "Stormer-Verlet": 2, 
 def test_the_order_is_that_of_the_method_by_which_it_is_called():
     orders = {reference.name: getattr(reference, "order", None) for reference in REFERENCES}
     for pattern, order in ORDERS.items():
-        named = {name: orders[name] for name in orders if re.search(pattern, name)}
-        assert named and set(named.values()) == {order}, named
+        matching = {name: orders[name] for name in orders if re.search(pattern, name)}
+        assert matching and set(matching.values()) == {order}, matching

@@ -18,26 +18,28 @@ from references.textbook.euler import MATRIX_EULER
 from references.textbook.quaternions import QUATERNION_DOP853, QUATERNION_RK4
 from references.textbook.quaternions import TIGHT as TIGHT_COMPILED
 
-FULL = [[3.0, 0.4, 0.2], [0.4, 2.5, -0.3], [0.2, -0.3, 3.4]]
+FULL_INERTIA = [[3.0, 0.4, 0.2], [0.4, 2.5, -0.3], [0.2, -0.3, 3.4]]
 TILTED = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix()
 LEVER = galvi.UniformGravity(1.3, (0.1, -0.4, 0.6), (1.0, 2.0, -5.0))
 FREE = {
     "free rigid body": galvi.problems.free_rigid_body(),
     "free box": galvi.problems.free_box(),
-    "free, full inertia, tilted": galvi.problems.free_rigid_body(FULL, (1.0, -2.0, 0.5), TILTED),
+    "free, full inertia, tilted": galvi.problems.free_rigid_body(
+        FULL_INERTIA, (1.0, -2.0, 0.5), TILTED
+    ),
 }
 HEAVY = {
     "heavy top": galvi.problems.heavy_top(),
     "3D pendulum": galvi.problems.pendulum_3d(),
     "spherical pendulum": galvi.problems.spherical_pendulum(),
     "heavy, full inertia, tilted": galvi.Problem(
-        galvi.RigidBody(FULL, LEVER), TILTED, (1.0, -2.0, 0.5)
+        galvi.RigidBody(FULL_INERTIA, LEVER), TILTED, (1.0, -2.0, 0.5)
     ),
 }
 PROBLEMS = {**FREE, **HEAVY}
 SOUND = (RIGID_DOP853, QUATERNION_RK4, QUATERNION_DOP853)
-# setting of a run of 4, largest difference of R and relative one of p; measured in the comment
-GOOD = {
+# name: setting of a run of duration 4, bound on its `difference`; measured values in comments
+SETTINGS = {
     RIGID_DOP853.name: (dict(ivp.TIGHT), 5e-13),  # 4e-14
     RIGID_ODE45.name: (dict(ivp.TIGHT), 1e-12),  # 1e-13
     QUATERNION_RK4.name: ({"step": 0.001}, 1e-9),  # 8e-11
@@ -46,8 +48,8 @@ GOOD = {
     HEYOKA_RIGID.name: ({}, 2e-14),  # 2e-15
     HEYOKA_RIGID_QUADRUPLE.name: ({}, 4e-16),  # 0 for free bodies
 }
-EVERY = (*SOUND, RIGID_ODE45, MATRIX_EULER, HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE)
-PRESENT = [contender for contender in EVERY if not contender.missing]
+CONTENDERS = (*SOUND, RIGID_ODE45, MATRIX_EULER, HEYOKA_RIGID, HEYOKA_RIGID_QUADRUPLE)
+PRESENT = [contender for contender in CONTENDERS if not contender.missing]
 
 
 def truth(problem: galvi.Problem, duration: float) -> galvi.Trajectory:
@@ -59,6 +61,7 @@ def truth(problem: galvi.Problem, duration: float) -> galvi.Trajectory:
 
 
 def difference(run: galvi.Trajectory, exact: galvi.Trajectory) -> float:
+    """The larger of the error of R and the relative error of p at the end."""
     size = np.abs(exact.p[-1]).max()
     return max(np.abs(run.q[-1] - exact.q[-1]).max(), np.abs(run.p[-1] - exact.p[-1]).max() / size)
 
@@ -71,7 +74,7 @@ def difference(run: galvi.Trajectory, exact: galvi.Trajectory) -> float:
 @pytest.mark.parametrize("name", PROBLEMS)
 @pytest.mark.parametrize("contender", PRESENT, ids=lambda c: c.name)
 def test_every_contender_finds_the_motion(contender, name):
-    setting, tolerance = GOOD[contender.name]
+    setting, tolerance = SETTINGS[contender.name]
     run = contender.run(PROBLEMS[name], 4.0, setting)
     assert run.success and difference(run, truth(PROBLEMS[name], 4.0)) <= tolerance
     assert run.counts.get("force_evaluations", run.counts.get("steps")) > 3
@@ -150,7 +153,10 @@ def bent(R, t):
 
 
 def test_the_torque_is_minus_the_slope_of_the_potential_along_every_turn():
-    heavy, general = galvi.RigidBody(FULL, LEVER), galvi.RigidBody(FULL, bent, explicit_time=True)
+    heavy, general = (
+        galvi.RigidBody(FULL_INERTIA, LEVER),
+        galvi.RigidBody(FULL_INERTIA, bent, explicit_time=True),
+    )
     for system, potential in ((heavy, LEVER), (general, lambda R: bent(R, 0.7))):
         for axis in np.eye(3):
             plus, minus = (Rotation.from_rotvec(s * 1e-5 * axis).as_matrix() for s in (1, -1))
@@ -188,8 +194,8 @@ def test_a_body_at_rest_with_nothing_to_turn_it_stays():
 
 
 def reversed_precession(self, slope=RigidEquations.slope):
-    right = slope(self)
-    return lambda t, y: right(t, y) * np.append(np.ones(y.size - 3), -np.ones(3))
+    correct = slope(self)
+    return lambda t, y: correct(t, y) * np.append(np.ones(y.size - 3), -np.ones(3))
 
 
 FAULTS = {  # the first keeps energy, rotations and the size of p
@@ -208,7 +214,7 @@ def test_a_term_of_the_wrong_sign_is_caught(fault, monkeypatch):
     name, *patch = FAULTS[fault]
     exact = truth(PROBLEMS[name], 4.0)
     monkeypatch.setattr(*patch)
-    setting, tolerance = GOOD[RIGID_DOP853.name]
+    setting, tolerance = SETTINGS[RIGID_DOP853.name]
     run = RIGID_DOP853.run(PROBLEMS[name], 4.0, setting)
     assert difference(run, exact) > 1e9 * tolerance
     if name in FREE:

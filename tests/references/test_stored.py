@@ -1,4 +1,4 @@
-"""Stored truths of planets, bodies, chains and Lagrangians, and the ephemeris: whence they come."""
+"""Stored truths of planets, bodies, chains and Lagrangians, the ephemeris, and their sources."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 PENDULUM = STORED_ATTITUDE.cases["pendulum_3d"][0]
 double, sprung = galvi.problems.double_pendulum, galvi.problems.elastic_pendulum
 chain = galvi.problems.fermi_pasta_ulam_tsingou
-OTHERS = {  # problems near those whose motions are kept
+SIMILAR_PROBLEMS = {  # problems that differ slightly from those whose motions are stored
     STORED_ATTITUDE: (
         galvi.problems.pendulum_3d(weight=np.nextafter(9.81, 10.0)),
         galvi.problems.pendulum_3d(inverted=True),
@@ -62,8 +62,8 @@ OTHERS = {  # problems near those whose motions are kept
         galvi.problems.kepler_polar(),
     ),
 }
-TRUTHS = {case: truth for truth in OTHERS for case in truth.makers}
-# duration; largest errors of q and p of others, measured in the comment
+TRUTH_OF_CASE = {case: truth for truth in SIMILAR_PROBLEMS for case in truth.makers}
+# case, peer, setting, duration, bounds on the errors of q and p; measured errors in comments
 COMPILED, SLOW, CHAINS = {"tolerance": 1e-15}, {"tolerance": 1e-12}, {"rtol": 3e-14, "atol": 1e-15}
 PEERS = (
     ("heavy_top", QUATERNION_DOP853, COMPILED, 20, 1e-12, 1e-11),  # 1.7e-13
@@ -76,7 +76,7 @@ PEERS = (
     ("henon_heiles", DOP853, TIGHT, 5, 2e-13, 2e-13),
     ("fermi_pasta_ulam_tsingou", DOP853, TIGHT, 5, 2e-13, 2e-13),
 )
-OURS = {  # duration, steps in half a unit, errors of q at most and of the energies that are kept
+GALVI_RUNS = {  # duration, steps per half unit, bounds on the error of q and the range of energy
     "double_pendulum": (4, 40, 1e-11, 2e-13),  # 5e-13
     "planar_chain": (4, 40, 1e-11, 2e-13),
     "elastic_pendulum": (5, 20, 1e-13, 5e-14),  # 3e-15
@@ -86,9 +86,9 @@ OURS = {  # duration, steps in half a unit, errors of q at most and of the energ
 every_planet = pytest.mark.parametrize("case", CASES)
 
 
-@pytest.mark.parametrize("truth", OTHERS, ids=lambda truth: truth.name)
+@pytest.mark.parametrize("truth", SIMILAR_PROBLEMS, ids=lambda truth: truth.name)
 def test_a_truth_is_kept_for_its_problems_at_its_times_and_no_others(truth):
-    assert not any(truth.supports(problem) for problem in OTHERS[truth])
+    assert not any(truth.supports(problem) for problem in SIMILAR_PROBLEMS[truth])
     for problem, horizon in truth.cases.values():
         assert truth.supports(problem)
         for duration, setting in ((horizon, {"samples": 7}), (-1.0, {}), (2 * horizon, {})):
@@ -101,34 +101,34 @@ def test_a_truth_is_kept_for_its_problems_at_its_times_and_no_others(truth):
     "planar_chain-SciPy DOP853, chains", "fermi_pasta_ulam_tsingou-SciPy DOP853"
 )
 @pytest.mark.parametrize(
-    ("case", "peer", "setting", "duration", "off", "off_momentum"),
+    ("case", "peer", "setting", "duration", "q_bound", "p_bound"),
     PEERS,
     ids=[f"{case}-{peer.name}" for case, peer, *_ in PEERS],
 )
-def test_other_methods_come_to_it(case, peer, setting, duration, off, off_momentum):
-    truth, samples = TRUTHS[case], {"samples": 2 * duration}
+def test_other_methods_come_to_it(case, peer, setting, duration, q_bound, p_bound):
+    truth, samples = TRUTH_OF_CASE[case], {"samples": 2 * duration}
     problem, _ = truth.cases[case]
     stored_run = truth.run(problem, float(duration), samples)
     run = peer.run(problem, float(duration), samples | setting)
-    assert run.success and np.max(np.abs(run.q - stored_run.q)) < off
-    assert np.max(np.abs(run.p - stored_run.p)) < off_momentum
+    assert run.success and np.max(np.abs(run.q - stored_run.q)) < q_bound
+    assert np.max(np.abs(run.p - stored_run.p)) < p_bound
 
 
 @pytest.mark.slow_cases("planar_chain", "fermi_pasta_ulam_tsingou")
-@pytest.mark.parametrize("case", OURS)
+@pytest.mark.parametrize("case", GALVI_RUNS)
 def test_galvi_comes_to_it_and_it_keeps_its_energy(case):
-    duration, substeps, off, energy = OURS[case]
-    problem, _ = TRUTHS[case].cases[case]
-    stored_run = TRUTHS[case].run(problem, float(duration), {"samples": 2 * duration})
+    duration, substeps, q_bound, energy_bound = GALVI_RUNS[case]
+    problem, _ = TRUTH_OF_CASE[case].cases[case]
+    stored_run = TRUTH_OF_CASE[case].run(problem, float(duration), {"samples": 2 * duration})
     run = galvi.integrate(problem, EIGHT, 0.5 / substeps, 2 * duration * substeps)
-    assert np.abs(run.q[::substeps] - stored_run.q).max() < off
-    assert np.ptp(galvi.energy(stored_run)) < energy  # 1e-14: the states are rounded
+    assert np.abs(run.q[::substeps] - stored_run.q).max() < q_bound
+    assert np.ptp(galvi.energy(stored_run)) < energy_bound  # 1e-14: the states are rounded
 
 
 @pytest.mark.slow_cases("double_pendulum", "planar_chain")
-@pytest.mark.parametrize("case", TRUTHS)
+@pytest.mark.parametrize("case", TRUTH_OF_CASE)
 def test_it_can_be_made_again(case):
-    truth = TRUTHS[case]
+    truth = TRUTH_OF_CASE[case]
     if truth.engine.missing:
         pytest.skip(truth.engine.missing)
     stored_lines = (FOLDER / f"{case}.csv").read_text("ascii").splitlines()
@@ -248,8 +248,8 @@ def test_a_time_that_was_rounded_moves_the_bodies_along():
     exact = STORED_TRUTH.run(problem, horizon, {})
     later = np.nextafter(horizon, np.inf)
     run = STORED_TRUTH.run(problem, later, {})
-    moved = exact.p[-1] / problem.system.masses[:, None] * (later - horizon)
-    np.testing.assert_allclose(run.q[-1] - exact.q[-1], moved, rtol=0, atol=8e-15)
+    displacement = exact.p[-1] / problem.system.masses[:, None] * (later - horizon)
+    np.testing.assert_allclose(run.q[-1] - exact.q[-1], displacement, rtol=0, atol=8e-15)
     assert run.t[-1] == later
 
 
@@ -274,9 +274,10 @@ DATA = resources.files("galvi") / "problems" / "data" / "solar_system.csv"
 def test_the_stored_file_is_what_its_command_writes():
     if jpl.missing():
         pytest.skip(jpl.missing())
-    stored, written = DATA.read_text("ascii").splitlines(), jpl.table(jpl.ephemeris()).splitlines()
-    assert len(stored) == len(written)
-    for old, new in zip(stored, written, strict=True):
+    stored_lines = DATA.read_text("ascii").splitlines()
+    lines = jpl.table(jpl.ephemeris()).splitlines()
+    assert len(stored_lines) == len(lines)
+    for old, new in zip(stored_lines, lines, strict=True):
         if "," not in old or old.startswith(("#", "body")):
             assert old == new
             continue
@@ -307,9 +308,9 @@ def test_the_planets_are_where_almanacs_have_them():
     )
     mean = [0.3871, 0.7233, 1.0000, 1.5237, 5.203, 9.54, 19.19, 30.07, 39.5]  # Standish, J2000
     np.testing.assert_allclose(semi_axis, mean, rtol=0.01)
-    ratio = masses[0] / masses[1:]  # IAU 1976-2009
-    inverse = [6.0236e6, 408523.7, 328900.56, 3098708, 1047.3486, 3497.9, 22903, 19412.2, 1.36e8]
-    np.testing.assert_allclose(ratio, inverse, rtol=2e-3)
+    mass_ratios = masses[0] / masses[1:]  # IAU 1976-2009
+    expected = [6.0236e6, 408523.7, 328900.56, 3098708, 1047.3486, 3497.9, 22903, 19412.2, 1.36e8]
+    np.testing.assert_allclose(mass_ratios, expected, rtol=2e-3)
     gauss = 0.01720209895**2
     np.testing.assert_allclose(masses[0], gauss, rtol=1e-9)
 

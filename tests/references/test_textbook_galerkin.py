@@ -55,7 +55,8 @@ CASES = [
 ]
 
 
-def both(name, n, rule, points, h=0.1, steps=4):
+def runs_of(name, n, rule, points, h=0.1, steps=4):
+    """The runs of a system by galvi and by the page, in this order."""
     L, chart, problem = SYSTEMS[name]
     rule = RULES[rule](points)
     by_galvi = galvi.integrate(
@@ -77,7 +78,7 @@ def both(name, n, rule, points, h=0.1, steps=4):
 @pytest.mark.parametrize(("n", "rule", "points"), CASES)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_galvi_computes_what_the_page_says(name, n, rule, points):
-    by_galvi, by_page = both(name, n, rule, points)
+    by_galvi, by_page = runs_of(name, n, rule, points)
     assert by_galvi.success, by_galvi.status
     assert np.max(np.abs(by_galvi.q - by_page.q)) < 1e-14  # 2e-15
     assert np.max(np.abs(by_galvi.p.reshape(5, -1) - by_page.p)) < 1e-13

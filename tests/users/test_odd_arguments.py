@@ -1,4 +1,4 @@
-"""Whatever a public call is given, it returns what holds or refuses in one sentence of galvi's own.
+"""Public calls with odd arguments return valid values or refuse in one sentence of galvi's own.
 
 One or two arguments of each call, good otherwise, are odd: numbers of any kind and size, arrays of
 other shapes and types, objects. Faults are an error of numpy, numba or Python below galvi, a
@@ -30,13 +30,14 @@ from hypothesis.extra import numpy as arrays
 import galvi
 from galvi.run.energies import conserves_energy
 
-EXAMPLES = 12  # of each call
+EXAMPLES_PER_CALL = 12
 COUNTS = {"steps", "particles", "masses", "links", "points"}
-MANY, LARGEST = 100, 2**62  # counts in between are good ones, and take long
-LONGEST = 2000  # characters of a refusal, with 64 numbers
-WRONG = 0.01  # of the energy's scale: a run that is called good changes its energy by less
-KINDS = (ValueError, TypeError, OSError, ImportError, AttributeError, RuntimeError)  # of a refusal
-FOLDER = Path(galvi.__file__).parent
+LARGEST_QUICK_COUNT, LARGEST_COUNT = 100, 2**62  # counts in between are valid, and take long
+LONGEST_REFUSAL = 2000  # characters of a refusal, with 64 numbers
+# fraction of the energy's scale; a run that reports success changes its energy by less
+ENERGY_CHANGE = 0.01
+REFUSAL_ERRORS = ValueError, TypeError, OSError, ImportError, AttributeError, RuntimeError
+GALVI_FOLDER = Path(galvi.__file__).parent
 
 TINY, HUGE = float(np.nextafter(0.0, 1.0)), 10**400
 NUMBERS = [
@@ -74,12 +75,12 @@ CHANGES: list[Callable[[Any], Any]] = [
 ]
 
 
-def spoilt(good: Any) -> st.SearchStrategy[Any]:
-    """Arrays like a good one with one entry that is odd, or of another shape, size or type."""
+def altered(good: Any) -> st.SearchStrategy[Any]:
+    """A strategy: the good array with one odd entry, or of another shape, size or type."""
     array = np.atleast_1d(np.asarray(good, dtype=float))
-    places = np.arange(array.size).reshape(array.shape)
+    indices = np.arange(array.size).reshape(array.shape)
     with_odd_entry = st.builds(
-        lambda index, entry: np.where(places == index, entry, array),
+        lambda index, entry: np.where(indices == index, entry, array),
         st.integers(0, array.size - 1),
         ENTRIES,
     )
@@ -137,8 +138,9 @@ ROD = galvi.Link((HINGE,), 1.0, (0.0, 0.0, -1.0), 0.1)
 MODEL = "<mujoco><worldbody><body><joint/><geom size='.1'/></body></worldbody></mujoco>"
 AROUND = {"i": 1, "j": 0}
 
-# Good values, or strategies that draw them, of the parameters that have no default, or another.
-GOOD: dict[str, Mapping[str, Any]] = {
+# Good values, or strategies that draw them, for parameters without a default or where another value
+# than the default is used.
+GOOD_ARGUMENTS: dict[str, Mapping[str, Any]] = {
     "Polynomials": {"degree": DEGREES},
     "Fourier": {"harmonics": 2},
     "PiecewisePolynomials": {"degree": DEGREES, "pieces": DEGREES},
@@ -224,15 +226,15 @@ GOOD: dict[str, Mapping[str, Any]] = {
     "angle": {"joint": 0, "value": 0.5},
     "section": {"function": lambda q, v, t: q[0]},
 }
-RESULTS = {"Citation", "End", "Ensemble", "Found", "Judged", "MomentumBalance", "OrbitalElements",
+RETURNED = {"Citation", "End", "Ensemble", "Found", "Judged", "MomentumBalance", "OrbitalElements",
            "Outcome", "Recommendation", "Theory", "Trajectory"}  # fmt: skip
 SLOW = {"judge", "convergence"}  # their refusals are in tests/users/refusals and test_convergence
-UNTRIED = {"self", "progress", "executor", "folder", "path", "name"}  # parameters
+NEVER_ODD = {"self", "progress", "executor", "folder", "path", "name"}  # names of parameters
 CALLS: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
-    name: (getattr(module, name), GOOD.get(name, {}))
+    name: (getattr(module, name), GOOD_ARGUMENTS.get(name, {}))
     for module in (galvi, galvi.problems, galvi.events)
     for name in module.__all__
-    if callable(getattr(module, name)) and name not in RESULTS | SLOW
+    if callable(getattr(module, name)) and name not in RETURNED | SLOW
 }
 CALLS["run(t)"] = galvi.Trajectory.__call__, {"self": RUN["run"], "t": 0.005}
 CALLS["run.velocity"] = galvi.Trajectory.velocity, {"self": RUN["run"], "t": 0.005}
@@ -241,7 +243,7 @@ CALLS["run.to_frame"] = galvi.Trajectory.to_frame, {"self": RUN["run"]}
 
 
 def odd_call(data: st.DataObject, call: Callable[..., Any], good: Mapping[str, Any]) -> Any:
-    """The call with one or two odd arguments, which are drawn."""
+    """The call with good arguments, of which one or two are replaced by odd ones that are drawn."""
     parameters = inspect.signature(call).parameters.values()
     plain_types = (int, float, str, tuple, type(None))
     values = {
@@ -250,7 +252,7 @@ def odd_call(data: st.DataObject, call: Callable[..., Any], good: Mapping[str, A
         if isinstance(parameter.default, plain_types)
     }
     values |= good
-    may_be_odd = sorted(values.keys() - UNTRIED)
+    may_be_odd = sorted(values.keys() - NEVER_ODD)
     odd = (
         data.draw(st.sets(st.sampled_from(may_be_odd), min_size=1, max_size=2))
         if may_be_odd
@@ -260,23 +262,30 @@ def odd_call(data: st.DataObject, call: Callable[..., Any], good: Mapping[str, A
         if isinstance(value, st.SearchStrategy):
             value = data.draw(value)
         if name in odd:
-            value = data.draw(spoilt(value) | ODD if is_numeric(value) else ODD)
+            value = data.draw(altered(value) | ODD if is_numeric(value) else ODD)
         assume(name not in COUNTS or not is_long(value))
         values[name] = value
     return functools.partial(call, **values)
 
 
 def is_numeric(value: Any) -> bool:
-    kinds = (int, float, tuple, list, np.ndarray)
-    return isinstance(value, kinds) and np.size(value) > 0 and np.asarray(value).dtype.kind in "fi"
+    numeric_types = (int, float, tuple, list, np.ndarray)
+    return (
+        isinstance(value, numeric_types)
+        and np.size(value) > 0
+        and np.asarray(value).dtype.kind in "fi"
+    )
 
 
 def is_long(count: Any) -> bool:
-    return isinstance(count, int | float | np.number) and MANY < abs(count) <= LARGEST
+    return (
+        isinstance(count, int | float | np.number)
+        and LARGEST_QUICK_COUNT < abs(count) <= LARGEST_COUNT
+    )
 
 
 def fault(call: Any) -> str:
-    """What is wrong with the end of a call; "" where it returns what holds, or refuses."""
+    """A description of the fault of a call; "" where it returns valid values or refuses."""
     run = call.keywords.get("run", call.keywords.get("self"))
     try:
         returned = call()
@@ -285,7 +294,7 @@ def fault(call: Any) -> str:
     if isinstance(returned, galvi.Trajectory):
         return fault_of_run(returned)
     if isinstance(run, galvi.Trajectory) and not run.success:
-        return ""  # what is asked of a run past its failure is NaN
+        return ""  # quantities of a run are NaN after its failure
     if isinstance(returned, galvi.Recommendation) and not returned.reached:
         return ""
     values = vars(returned).values() if dataclasses.is_dataclass(returned) else [returned]
@@ -304,22 +313,22 @@ def fault_of_run(run: galvi.Trajectory) -> str:
     if run.status == "Completed." and conserves_energy(run.problem.system):
         energies = galvi.energy(run)
         twice_kinetic = np.abs(run.p * run.v).reshape(len(energies), -1).sum(axis=1)
-        if np.ptp(energies) > WRONG * (np.abs(energies).max() + twice_kinetic.max()):
+        if np.ptp(energies) > ENERGY_CHANGE * (np.abs(energies).max() + twice_kinetic.max()):
             return f"energy from {energies.min():.3g} to {energies.max():.3g}, and called good"
     return ""
 
 
 def is_refusal(error: Exception) -> bool:
-    """Whether galvi itself raised this, with a sentence."""
+    """Whether a `raise` of galvi raised the error, with one sentence of limited length."""
     *_, innermost = traceback.extract_tb(error.__traceback__)
     raised = "raise" in linecache.getline(innermost.filename, innermost.lineno or 0)
-    text, in_galvi = str(error), FOLDER in Path(innermost.filename).parents
-    sentence = text.endswith((".", "?")) and "\n" not in text and len(text) <= LONGEST
-    return isinstance(error, KINDS) and in_galvi and raised and sentence
+    text, in_galvi = str(error), GALVI_FOLDER in Path(innermost.filename).parents
+    sentence = text.endswith((".", "?")) and "\n" not in text and len(text) <= LONGEST_REFUSAL
+    return isinstance(error, REFUSAL_ERRORS) and in_galvi and raised and sentence
 
 
 def property_of(strategy: Any, examples: int) -> Any:
-    """Decorates a function of what is drawn; it is then called with so many examples."""
+    """A decorator: calling the function runs it on `examples` values drawn from the strategy."""
     return lambda check: settings(
         max_examples=examples,
         phases=[Phase.generate],
@@ -335,7 +344,7 @@ def empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("name", CALLS)
 def test_odd_arguments_give_what_holds_or_a_refusal(name: str, empty_folder: Path) -> None:
-    @property_of(st.data(), EXAMPLES)
+    @property_of(st.data(), EXAMPLES_PER_CALL)
     def check(data: st.DataObject) -> None:
         with np.errstate(all="ignore"):
             call = odd_call(data, *CALLS[name])
@@ -349,9 +358,9 @@ def test_odd_arguments_give_what_holds_or_a_refusal(name: str, empty_folder: Pat
 
 def damaged(data: st.DataObject, content: bytes) -> bytes:
     """Bytes cut short, or with some changed, taken out or put in."""
-    at = data.draw(st.integers(0, len(content)))
-    end = at + data.draw(st.sampled_from([0, 1, 20, len(content)]))
-    return content[:at] + data.draw(st.binary(max_size=8)) + content[end:]
+    start = data.draw(st.integers(0, len(content)))
+    end = start + data.draw(st.sampled_from([0, 1, 20, len(content)]))
+    return content[:start] + data.draw(st.binary(max_size=8)) + content[end:]
 
 
 @pytest.mark.parametrize("name", ["run.npz", "model.xml"])
@@ -364,7 +373,7 @@ def test_a_damaged_file_is_refused_or_read(name: str, empty_folder: Path) -> Non
         galvi.save(run, path)
     content, read = path.read_bytes(), galvi.load if name == "run.npz" else galvi.from_mujoco
 
-    @property_of(st.data(), 5 * EXAMPLES)
+    @property_of(st.data(), 5 * EXAMPLES_PER_CALL)
     def check(data: st.DataObject) -> None:
         path.write_bytes(damaged(data, content))
         assert fault(functools.partial(read, path)) == "", path.read_bytes()
@@ -376,31 +385,31 @@ def test_a_damaged_file_is_refused_or_read(name: str, empty_folder: Path) -> Non
     check()
 
 
-def of_facts(**changes: Any) -> Callable[[dict[str, Any]], dict[str, Any]]:
+def with_facts(**changes: Any) -> Callable[[dict[str, Any]], dict[str, Any]]:
     def changed(arrays: dict[str, Any]) -> dict[str, Any]:
         facts = json.loads(str(arrays["facts"])) | changes
-        left = {name: value for name, value in facts.items() if value is not None}
-        return {**arrays, "facts": np.array(json.dumps(left))}
+        present = {name: value for name, value in facts.items() if value is not None}
+        return {**arrays, "facts": np.array(json.dumps(present))}
 
     return changed
 
 
-REFUSED = "must be a run written by galvi.save; some of it is missing or does not fit"
+MISFIT = "must be a run written by galvi.save; some of it is missing or does not fit"
 ODD_FILES: dict[str, tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]] = {
-    "times in falling order": (REFUSED, lambda a: {**a, "t": a["t"][::-1]}),
-    "fewer configurations than times": (REFUSED, lambda a: {**a, "q": a["q"][:3]}),
-    "a state of another shape": (REFUSED, lambda a: {**a, "state": a["state"][:, :1]}),
-    "stages of another shape": (REFUSED, lambda a: {**a, "stages": a["stages"][:1]}),
-    "a state of whole numbers": (REFUSED, lambda a: {**a, "state": a["state"].astype(int)}),
-    "bases of another shape": (REFUSED, lambda a: {**a, "bases": a["bases"][:, :1][:3]}),
+    "times in falling order": (MISFIT, lambda a: {**a, "t": a["t"][::-1]}),
+    "fewer configurations than times": (MISFIT, lambda a: {**a, "q": a["q"][:3]}),
+    "a state of another shape": (MISFIT, lambda a: {**a, "state": a["state"][:, :1]}),
+    "stages of another shape": (MISFIT, lambda a: {**a, "stages": a["stages"][:1]}),
+    "a state of whole numbers": (MISFIT, lambda a: {**a, "state": a["state"].astype(int)}),
+    "bases of another shape": (MISFIT, lambda a: {**a, "bases": a["bases"][:, :1][:3]}),
     "curves of another shape": (
-        REFUSED,
+        MISFIT,
         lambda a: {**a, "coefficients": a["coefficients"][:, :1][:3]},
     ),
-    "no solver state": (REFUSED, lambda a: {x: a[x] for x in a if x != "solver_state"}),
-    "a step of 0": (REFUSED, of_facts(step=0.0)),
-    "no counts": (REFUSED, of_facts(counts=None)),
-    "another format": (r"must have format \d+; received format 3. Run ", of_facts(version=3)),
+    "no solver state": (MISFIT, lambda a: {x: a[x] for x in a if x != "solver_state"}),
+    "a step of 0": (MISFIT, with_facts(step=0.0)),
+    "no counts": (MISFIT, with_facts(counts=None)),
+    "another format": (r"must have format \d+; received format 3. Run ", with_facts(version=3)),
 }
 
 
@@ -428,8 +437,8 @@ FORMS: dict[str, Callable[[Any], Any]] = {
 def test_the_same_numbers_in_another_form_give_the_same_bits(form: str) -> None:
     planets, same_numbers, run = PROBLEMS["planets"], FORMS[form], short_run("planets")
     problem = galvi.Problem(planets.system, same_numbers(planets.q0), same_numbers(planets.v0))
-    again = galvi.integrate(problem, TWO, 0.1, 5)
-    assert again.q.tobytes() == run.q.tobytes() and again.p.tobytes() == run.p.tobytes()
+    same_run = galvi.integrate(problem, TWO, 0.1, 5)
+    assert same_run.q.tobytes() == run.q.tobytes() and same_run.p.tobytes() == run.p.tobytes()
     times = np.array([0.11, 0.23])
     states, same = galvi.states_at(run, times), galvi.states_at(run, same_numbers(times))
     assert np.array_equal(states, same)

@@ -1,8 +1,7 @@
-"""What users do: cases from papers, test sets, and forums and trackers of other projects.
+"""Public cases: from papers, test sets, and forums and trackers of other projects.
 
-Each row is the smallest input that shows the case, with the place where it stands in public (issues
-as owner/repository#number). What is right comes from outside galvi: a value, how a run must end, or
-a refusal.
+Each row is the smallest input that shows the case, with its public source (issues as
+owner/repository#number). The expected value, end of a run or refusal comes from outside galvi.
 """
 
 from __future__ import annotations
@@ -21,13 +20,14 @@ from galvi import End
 ROWS: list[Any] = []
 
 
-def row(source: str, value: Any = None, within: float = 0.0, **right: Any) -> Any:
-    """Enters a function that returns the value, or a run with this `end`, or is `refused`; `words`
-    stand in the run's status or in the refusal."""
+def row(source: str, value: Any = None, within: float = 0.0, **expected: Any) -> Any:
+    """A decorator that adds a function to ROWS. The function returns `value`, to the absolute
+    tolerance `within`, or a run with the outcome `end`, or raises the error `refused`; the status
+    of the run or the message of the error matches the pattern `words`."""
 
     def enter(function: Callable[[], Any]) -> None:
         ROWS.append(
-            pytest.param(function, value, within, right, id=f"{function.__name__}, {source}")
+            pytest.param(function, value, within, expected, id=f"{function.__name__}, {source}")
         )
 
     return enter
@@ -41,17 +41,17 @@ CLOCK = gauss(8, clock=galvi.DynamicalTime())
 FRAME = gauss(8, chart=galvi.KeplerFrame())
 
 
-def checked(run: Any) -> Any:
+def asserted_complete(run: Any) -> Any:
     assert run.outcome.end is End.COMPLETED, run.status
     return run
 
 
 def completed(*arguments: Any, **options: Any) -> Any:
-    return checked(galvi.integrate(*arguments, **options))
+    return asserted_complete(galvi.integrate(*arguments, **options))
 
 
-def last(run: Any) -> Any:
-    """Places and velocities at the end."""
+def final_state(run: Any) -> Any:
+    """Configuration and velocity at the end of a run."""
     return np.append(run.q[-1], run.v[-1])
 
 
@@ -87,7 +87,7 @@ def two_bodies_of_eccentricity_nine_tenths() -> Any:
 @row("Hull et al. 1972, DETEST E2", (2.008149762174948, -0.04250887527320057), 1e-13)
 def van_der_pols_oscillator() -> Any:
     system = galvi.Canonical(1.0, galvi.LinearSpring(), force=lambda q, v: (1.0 - q * q) * v)
-    return last(completed(galvi.Problem(system, [2.0], [0.0]), gauss(8), 0.1, 200))
+    return final_state(completed(galvi.Problem(system, [2.0], [0.0]), gauss(8), 0.1, 200))
 
 
 @row("Hull et al. 1972, DETEST E3", (-0.1004178858647128, 0.2411400132095954), 1e-12)
@@ -96,7 +96,7 @@ def duffings_driven_oscillator() -> Any:
         return q[0] ** 2 / 2.0 - q[0] ** 4 / 24.0 - 2.0 * np.sin(2.78535 * t) * q[0]
 
     system = galvi.Canonical(1.0, potential, explicit_time=True)
-    return last(completed(galvi.Problem(system, [0.0], [0.0]), gauss(8), 0.2, 100))
+    return final_state(completed(galvi.Problem(system, [0.0], [0.0]), gauss(8), 0.2, 100))
 
 
 @row("Hull et al. 1972, DETEST E5", (14.11797390542629, 2.400000000000002), 1e-12)
@@ -105,7 +105,7 @@ def a_pursuit() -> Any:
     system = galvi.Canonical(
         1.0, free, force=lambda q, v, t: np.sqrt(1.0 + v * v) / (25.0 - t), timed_force=True
     )
-    return last(completed(galvi.Problem(system, [0.0], [0.0]), gauss(8), 0.5, 40))
+    return final_state(completed(galvi.Problem(system, [0.0], [0.0]), gauss(8), 0.5, 40))
 
 
 @row(
@@ -131,11 +131,11 @@ def a_pendulum_that_nearly_turns_over() -> Any:
 
 
 def turning(mu: float, q: Any, v: Any, duration: float) -> Any:
-    """Where a massless body ends in the frame that turns with two circling ones."""
-    moved = [v[0] - q[1], v[1] + q[0], v[2]]
-    places = [[-mu, 0.0, 0.0], [1.0 - mu, 0.0, 0.0], q]
-    speeds = [[0.0, -mu, 0.0], [0.0, 1.0 - mu, 0.0], moved]
-    start = galvi.Problem(galvi.NBody([1.0 - mu, mu, 0.0]), places, speeds)
+    """Final position of a massless body in the frame that rotates with two circling bodies."""
+    inertial = [v[0] - q[1], v[1] + q[0], v[2]]
+    positions = [[-mu, 0.0, 0.0], [1.0 - mu, 0.0, 0.0], q]
+    velocities = [[0.0, -mu, 0.0], [0.0, 1.0 - mu, 0.0], inertial]
+    start = galvi.Problem(galvi.NBody([1.0 - mu, mu, 0.0]), positions, velocities)
     x, y, z = completed(start, CLOCK, 0.1, duration=duration).q[-1, 2]
     c, s = np.cos(duration), np.sin(duration)
     return c * x + s * y, c * y - s * x, z
@@ -170,12 +170,12 @@ def three_bodies_on_one_curve() -> Any:
 
 @row("Szebehely and Peters 1967; SciML's Burrau: time, distance", (15.830, 4e-4), 1e-4)
 def burraus_bodies_are_closest() -> Any:
-    places = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]]
-    bodies = galvi.Problem(galvi.NBody([3.0, 4.0, 5.0]), places, np.zeros((3, 2)))
+    positions = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]]
+    bodies = galvi.Problem(galvi.NBody([3.0, 4.0, 5.0]), positions, np.zeros((3, 2)))
     run = completed(bodies, CLOCK, 0.3, duration=17.0)
-    met = galvi.find_events(run, galvi.events.closest_approach(1, 2))
-    nearest = np.argmin(met.value)
-    return met.t[nearest], met.value[nearest]
+    approaches = galvi.find_events(run, galvi.events.closest_approach(1, 2))
+    nearest = np.argmin(approaches.value)
+    return approaches.t[nearest], approaches.value[nearest]
 
 
 MOON = (0.5208229189877062, 0.8396958299645672, 0.0)
@@ -199,7 +199,7 @@ def a_massless_moon_in_a_clock() -> Any:
 
 
 def two_planets(step: float) -> Any:
-    """Two planets of 1e-5 pass each other at t = 3."""
+    """A run in which two planets of mass 1e-5 pass each other at t = 3."""
     q = [[7.2283e-06, -1.89857e-05], [0.6974469761, 0.5594905041], [-1.42027244, 1.3390793551]]
     v = [[7.0939e-06, 2.6277e-06], [-0.7732756731, 0.4940799962], [0.06388694, -0.7568476381]]
     start = galvi.Problem(galvi.NBody([1.0, 1e-5, 1e-5]), q, v)
@@ -213,15 +213,15 @@ def a_clock_steps_over_a_passage() -> Any:
 
 @row("hannorein/rebound#855, #793: IAS15", (-0.9599434139409329, 0.23201791499947325), 1e-7)
 def a_clock_in_steps_that_resolve_the_passage() -> Any:
-    return checked(two_planets(0.05)).q[-1, 1]
+    return asserted_complete(two_planets(0.05)).q[-1, 1]
 
 
 def meteoroid(method: Any, step: float) -> Any:
-    """It passes the Earth at 25,200 km and 10.2 km/s after 24.5 days."""
-    places = [1.054739257525, -0.018119104481, 0.104431693901]
-    speeds = [-0.00248197063638, 0.01785420576982, -0.00402509261234]
-    q = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], places]
-    v = [[0.0, 0.0, 0.0], [0.0, 0.01720212477893, 0.0], speeds]
+    """A run and its approaches: a meteoroid 25,200 km from the Earth on day 24.5, at 10.2 km/s."""
+    position = [1.054739257525, -0.018119104481, 0.104431693901]
+    velocity = [-0.00248197063638, 0.01785420576982, -0.00402509261234]
+    q = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], position]
+    v = [[0.0, 0.0, 0.0], [0.0, 0.01720212477893, 0.0], velocity]
     system = galvi.NBody([1.0, 3.003e-6, 0.0], 0.01720209895**2)
     run = galvi.integrate(galvi.Problem(system, q, v), method, step, duration=60.0)
     passages = galvi.find_events(run, galvi.events.closest_approach(1, 2))
@@ -237,7 +237,7 @@ def a_frame_steps_over_a_passage() -> Any:
 @row("wmpg/WesternMeteorPyLib#99: IAS15, in au", 1.6845844e-4, 1e-10)
 def a_clock_resolves_the_passage() -> Any:
     run, passages = meteoroid(CLOCK, 0.1)
-    checked(run)
+    asserted_complete(run)
     return passages.value.item()
 
 
@@ -248,7 +248,7 @@ def angular_momentum_in_long_steps() -> Any:
 
 
 def craft(step: float) -> Any:
-    """A satellite in kilometres and seconds, for a day."""
+    """A run of ten revolutions of a satellite, in kilometres and seconds."""
     GM = 398600.4418
     system = galvi.Canonical(1.0, galvi.CentralForce(GM))
     speed = np.sqrt(1.2 * GM / 7000.0)  # e = 0.2, a = 8750 km
@@ -268,7 +268,7 @@ def a_step_in_other_units_than_the_clocks() -> Any:
 
 @row("Kepler's third law: ten revolutions", (7000.0, 0.0), 1e-8)
 def a_step_in_units_of_the_clock() -> Any:
-    return checked(craft(0.4 / np.sqrt(398600.4418))).q[-1]
+    return asserted_complete(craft(0.4 / np.sqrt(398600.4418))).q[-1]
 
 
 @row(
@@ -283,18 +283,20 @@ def oblateness_turns_the_node_and_the_pericentre() -> Any:
     v = [[0.0, 0.0, 0.0], [-7.36138, -2.98997, 1.64354]]
     run = completed(galvi.Problem(system, q, v), gauss(8), 240.0, 720)
     elements = galvi.orbital_elements(run, 0)
-    turned = [np.unwrap(np.ravel(x)) for x in (elements.node, elements.pericentre)]
-    return [np.degrees(x[-1] - x[0]) / 48.0 for x in turned]
+    angles = [np.unwrap(np.ravel(x)) for x in (elements.node, elements.pericentre)]
+    return [np.degrees(x[-1] - x[0]) / 48.0 for x in angles]
 
 
 @row("galpy and gala, isochrone potential: a period of the radius", (1.0, 0.0), 1e-12)
 def an_isochrone_orbit() -> Any:
     """In the frame that has turned by the angle of the closed form."""
     system = galvi.Canonical(1.0, lambda q: -1.0 / (1.0 + np.sqrt(1.0 + q @ q)))
-    energy, turn = 0.125 - 1.0 / (1.0 + 2.0**0.5), np.pi * (1.0 + 0.5 / np.sqrt(4.25))
+    energy, rotation_angle = 0.125 - 1.0 / (1.0 + 2.0**0.5), np.pi * (1.0 + 0.5 / np.sqrt(4.25))
     step = 2.0 * np.pi * (-2.0 * energy) ** -1.5 / 100.0
     x, y = completed(galvi.Problem(system, [1.0, 0.0], [0.0, 0.5]), gauss(8), step, 100).q[-1]
-    return np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
+    return np.cos(rotation_angle) * x + np.sin(rotation_angle) * y, np.cos(
+        rotation_angle
+    ) * y - np.sin(rotation_angle) * x
 
 
 @row("Boris 1970, a uniform magnetic field: half a circle", (0.0, -1.0), 1e-13)
@@ -449,7 +451,7 @@ def a_cord_with_an_event_where_it_tightens() -> Any:
     problem = galvi.Problem(galvi.Canonical(1.0, potential), [0.0], [0.0])
     taut = galvi.Event(lambda q, v, t: q[0] - 1.0, action=lambda q, v, t: (q, v))
     half = np.sqrt(2.0 / g) + (np.pi - np.arctan(w * np.sqrt(2.0 / g))) / w
-    return last(completed(problem, gauss(8), half / 10.0, 20, events=taut))
+    return final_state(completed(problem, gauss(8), half / 10.0, 20, events=taut))
 
 
 @row("google-deepmind/mujoco#1668, Zeno's ball", end=End.STEP_FAILED, words="an event chatters")
@@ -463,10 +465,10 @@ def a_ball_that_comes_to_rest() -> Any:
 def a_nut_that_turns_over() -> Any:
     moments, w = np.array([1.0, 2.0, 3.0]), np.array([0.1, 1.0, 0.2])
     energy, momentum = moments @ w**2, moments**2 @ w**2
-    pace = (momentum - energy) / 6.0
+    rate_squared = (momentum - energy) / 6.0
     m = (3.0 * energy - momentum) / (momentum - energy)
     body = galvi.Problem(galvi.RigidBody(moments), np.eye(3), w)
-    return completed(body, gauss(8), 4.0 * ellipk(m) / np.sqrt(pace) / 200.0, 200).v[-1]
+    return completed(body, gauss(8), 4.0 * ellipk(m) / np.sqrt(rate_squared) / 200.0, 200).v[-1]
 
 
 @row("mockingbirdnest/Principia#2251", refused=ValueError, words="no body has the inertia")
@@ -492,16 +494,16 @@ def held_weight_through_a_limited_actuator() -> Any:
     return read(f'<worldbody><body gravcomp="1">{joint}{BODY.format(-0.4)}</body></worldbody>')
 
 
-@pytest.mark.parametrize(("function", "value", "within", "right"), ROWS)
+@pytest.mark.parametrize(("function", "value", "within", "expected"), ROWS)
 def test_a_public_case_is_as_its_source_has_it(
-    function: Callable[[], Any], value: Any, within: float, right: dict[str, Any]
+    function: Callable[[], Any], value: Any, within: float, expected: dict[str, Any]
 ) -> None:
-    if "refused" in right:
-        with pytest.raises(right["refused"], match=right["words"]):
+    if "refused" in expected:
+        with pytest.raises(expected["refused"], match=expected["words"]):
             function()
-    elif "end" in right:
+    elif "end" in expected:
         run = function()
-        assert run.outcome.end is right["end"], run.status
-        assert re.search(right.get("words", ""), run.status), run.status
+        assert run.outcome.end is expected["end"], run.status
+        assert re.search(expected.get("words", ""), run.status), run.status
     else:
         np.testing.assert_allclose(function(), value, rtol=0.0, atol=within)

@@ -1,8 +1,8 @@
-"""What README.md and docs/ show is so: the code runs and prints what stands below it, commands and
-links lead somewhere.
+"""README.md and docs/: the code runs and prints the output shown below it, links and make targets
+exist.
 
-A ```python block is run; a ```text block that comes next after it is what it must have printed.
-The blocks share their names, in the order of the page.
+Each ```python block is run; if the next block is ```text, it is the output to be output_of. The
+blocks of a page run in order and share their names.
 """
 
 from __future__ import annotations
@@ -26,26 +26,26 @@ FENCE = re.compile(r"^```(\w*)[^\n]*\n(.*?)^```[ \t]*$", re.MULTILINE | re.DOTAL
 
 
 def examples(page: str) -> list[tuple[int, str, str | None]]:
-    """(first line, code, output shown or None) of each Python block."""
+    """(number of lines before the code, code, output shown or None) of each Python block."""
     blocks = [
         (match.group(1), match.group(2), page.count("\n", 0, match.start(2)))
         for match in FENCE.finditer(page)
     ]
     following = [*blocks[1:], ("", "", 0)][: len(blocks)]
     return [
-        (line, code, shown if language_after == "text" else None)
-        for (language, code, line), (language_after, shown, _) in zip(
+        (lines_before, code, shown if next_language == "text" else None)
+        for (language, code, lines_before), (next_language, shown, _) in zip(
             blocks, following, strict=True
         )
         if language == "python"
     ]
 
 
-def printed(code: str, first_line: int, names: dict[str, object]) -> str:
-    """What the code prints; a traceback names the line of the page."""
+def output_of(code: str, lines_before: int, names: dict[str, object]) -> str:
+    """The output of the code; its tracebacks have the line numbers of the page."""
     output = io.StringIO()
     with redirect_stdout(output):
-        exec(compile("\n" * first_line + code, "README.md", "exec"), names)
+        exec(compile("\n" * lines_before + code, "README.md", "exec"), names)
     return output.getvalue()
 
 
@@ -66,8 +66,8 @@ def test_the_code_of_a_page_prints_what_the_page_shows(
     (tmp_path / "docs").symlink_to(ROOT / "docs")
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {"__name__": "page"}
-    for first_line, code, shown in examples((ROOT / page).read_text()):
-        output = printed(code, first_line, names)
+    for lines_before, code, shown in examples((ROOT / page).read_text()):
+        output = output_of(code, lines_before, names)
         if shown is not None:
             assert output == shown
 
@@ -114,8 +114,8 @@ def test_an_output_that_differs_from_the_page_would_be_noticed() -> None:
     page = "```python\nx = 1\n```\n\n```python\nprint(x)\n```\nprints\n```text\n2\n```\n"
     (first, second) = examples(page)
     names: dict[str, object] = {}
-    assert first == (1, "x = 1\n", None) and printed(first[1], first[0], names) == ""
-    assert second == (5, "print(x)\n", "2\n") and printed(second[1], second[0], names) == "1\n"
+    assert first == (1, "x = 1\n", None) and output_of(first[1], first[0], names) == ""
+    assert second == (5, "print(x)\n", "2\n") and output_of(second[1], second[0], names) == "1\n"
 
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])

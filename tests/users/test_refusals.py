@@ -1,4 +1,4 @@
-"""Bad input is answered in one sentence, before any work: one table, by subject."""
+"""Tables of bad input, by subject: each call is refused with one message."""
 
 import pytest
 
@@ -15,7 +15,7 @@ ROWS = [
 
 @pytest.mark.parametrize(("error", "message", "call"), ROWS)
 def test_bad_input_is_answered_in_one_sentence(error, message, call):
-    """A row has the error, the words that matter, a function and what it is given."""
+    """A row has the error, a pattern of its message, a function and its arguments."""
     function, *arguments = call
     with pytest.raises(error, match=message) as refusal:
         function(*arguments)

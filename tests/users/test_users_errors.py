@@ -1,4 +1,4 @@
-"""What a user's function raises during a run reaches the caller, and NaN is a failure."""
+"""Errors that a user's function raises during a run reach the caller; NaN is a failure."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ RN = galvi.Rn(1)
 
 
 def within(low, high, value):
-    """A function that raises where the first entry is outside, and is not traced for that."""
+    """A function that raises where q's first entry is outside (low, high); it cannot be traced."""
 
     def function(q, *v):
         if not low < np.ravel(q)[0] < high:
@@ -25,7 +25,7 @@ def point(**fields):
     return galvi.Problem(galvi.Canonical(1.0, **arguments), [0.4], [0.5])
 
 
-def turned(system):
+def from_identity(system):
     return start(system, np.eye(3))
 
 
@@ -35,16 +35,16 @@ PROBLEMS = {
     "Lagrangian": lambda: galvi.Problem(
         galvi.Lagrangian(within(0.0, 0.42, lambda q, v: 0.5 * v @ v), RN), [0.4], [0.5]
     ),
-    "potential of a body": lambda: turned(
+    "potential of a body": lambda: from_identity(
         galvi.RigidBody(MOMENTS, within(0.9, 2.0, lambda R: -R[2, 2]))
     ),
-    "gradient of a body": lambda: turned(
+    "gradient of a body": lambda: from_identity(
         galvi.RigidBody(MOMENTS, bent, within(0.9, 2.0, lambda R: 0.0 * R), check=False)
     ),
-    "Lagrangian on a group": lambda: turned(
+    "Lagrangian on a group": lambda: from_identity(
         galvi.Lagrangian(within(0.9, 2.0, lambda R, v: 0.5 * np.sum(v**2)), SO3)
     ),
-    "its slopes": lambda: turned(
+    "its slopes": lambda: from_identity(
         galvi.Lagrangian(kinetic, SO3, within(0.9, 2.0, lambda R, v: np.append(v, np.zeros(9))))
     ),
 }
@@ -69,7 +69,7 @@ def test_nan_from_a_users_function_during_the_run_is_a_failure(which):
         if which == "gradient"
         else galvi.Lagrangian(kinetic, SO3, slopes)
     )
-    # turned about the vertical at unit speed, R_00 = cos t is below 0.5 from t = 1.047 on
+    # it turns about the vertical at unit speed: R_00 = cos t is below 0.5 from t = 1.047 on
     run = galvi.integrate(start(system, np.eye(3), [0.0, 0.0, 1.0]), FOUR, 0.1, 40)
     assert run.failed_step == 11 and run.outcome.end is galvi.End.STEP_FAILED
     assert np.isfinite(run.q[:11]).all() and np.isnan(run.q[11:]).all()

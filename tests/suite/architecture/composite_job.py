@@ -1,5 +1,5 @@
-"""A job of GitHub's that uses the composite action: its commands run, with the variables that a
-runner sets; what other actions do, such as caches, is left out."""
+"""A GitHub job that runs the commands of the composite action, with the variables that a runner
+sets. Steps that use other actions, such as caches, are left out."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[3]
 ACTION = ROOT / ".github" / "actions" / "galvi" / "action.yml"
 EXPRESSION = re.compile(r"\$\{\{ (.*?) \}\}")
 FILES = ("GITHUB_OUTPUT", "GITHUB_ENV", "GITHUB_STEP_SUMMARY")
-TO_PYTHON = {
+PYTHON_OF_CONDITION = {
     "always()": "True",
     "success()": "passed",
     "failure()": "(not passed)",
@@ -29,26 +29,26 @@ TO_PYTHON = {
 
 @dataclass
 class Job:
-    """A checkout of a project, of which a job runs the action.
+    """A job that runs the action on a checkout of a project.
 
     Attributes
     ----------
     project
         the checkout
     runner
-        folder for the files of the runner
+        folder for the runner's files
     galvi
-        where a runner puts galvi's repository
+        folder into which the runner puts galvi's repository
     event
         such as "pull_request"
     variables
-        of its environment
+        the job's environment
     inputs
-        of the action, beside their defaults
+        the action's inputs that differ from their defaults
     status, printed
-        of each step that was run, by its id or its command
+        exit status and output of each step that ran, by its id or its command
     outputs
-        of the steps, as "step.outputs.name"
+        outputs of the steps, by "step.outputs.name"
     skipped
         ids of the steps whose condition did not hold
     """
@@ -71,11 +71,11 @@ class Job:
 
     @property
     def summary(self) -> str:
-        """What the page of the job shows."""
+        """The text that GitHub shows on the job's page."""
         return (self.runner / "GITHUB_STEP_SUMMARY").read_text(encoding="utf-8")
 
-    def run(self, *only: str) -> None:
-        """Run the commands of the action, or the steps with these ids alone."""
+    def run(self, *step_ids: str) -> None:
+        """Run the commands of the action, or only the steps with these ids."""
         self.runner.mkdir(exist_ok=True)
         for name in FILES:
             (self.runner / name).touch()
@@ -83,7 +83,7 @@ class Job:
         defaults = {name: declaration["default"] for name, declaration in action["inputs"].items()}
         assert set(self.inputs) <= set(defaults)
         for step in action["runs"]["steps"]:
-            if "run" in step and (not only or step.get("id") in only):
+            if "run" in step and (not step_ids or step.get("id") in step_ids):
                 self._run(step, defaults | dict(self.inputs))
 
     def _run(self, step: Mapping[str, Any], inputs: Mapping[str, str]) -> None:
@@ -119,12 +119,14 @@ class Job:
             stderr=subprocess.STDOUT,
         )
         self.status[name], self.printed[name] = completed.returncode, completed.stdout
-        self.outputs |= {f"{name}.outputs.{key}": text for key, text in self._set("GITHUB_OUTPUT")}
-        self.variables |= dict(self._set("GITHUB_ENV"))
+        self.outputs |= {
+            f"{name}.outputs.{key}": text for key, text in self._assignments("GITHUB_OUTPUT")
+        }
+        self.variables |= dict(self._assignments("GITHUB_ENV"))
 
     def _condition_holds(self, condition: str) -> bool:
-        """Whether a step runs after what has run."""
-        for word, python in TO_PYTHON.items():
+        """Whether the condition of a step holds after the steps that ran."""
+        for word, python in PYTHON_OF_CONDITION.items():
             condition = condition.replace(word, python)
         for pattern, holds in (
             (r"steps\.(\w+)\.outcome != 'skipped'", lambda step: step not in self.skipped),
@@ -134,13 +136,13 @@ class Job:
         names = {"passed": self.passed, "on_main": self.event == "push"}
         return bool(eval(condition, {"__builtins__": {}}, names))
 
-    def _set(self, file: str) -> list[tuple[str, str]]:
+    def _assignments(self, file: str) -> list[tuple[str, str]]:
         lines = (self.runner / file).read_text(encoding="utf-8").splitlines()
         return [(line.partition("=")[0], line.partition("=")[2]) for line in lines]
 
 
 def checked_out(repository: Path, folder: Path) -> Path:
-    """A clone of the last commit alone, as actions/checkout makes it."""
+    """The folder with a clone of the last commit only, as actions/checkout makes it."""
     command = ["git", "clone", "--quiet", "--depth", "1", repository.as_uri(), folder]
     subprocess.run(command, check=True, env=os.environ | {"GIT_CONFIG_GLOBAL": os.devnull})
     return folder

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-ELSEWHERE = {
+TESTED_ELSEWHERE = {
     "chart",
     "frame",
     "group",
@@ -145,7 +145,7 @@ ADDED = {
 }  # fmt: skip
 
 
-IN_A_DOCUMENT = ("benchmarks/claims/vector_spaces/mine.py", CLAIM, "benchmarks/claims/own.md")
+ADDED_CLAIM = ("benchmarks/claims/vector_spaces/mine.py", CLAIM, "benchmarks/claims/own.md")
 
 
 def rows() -> dict[str, tuple[list[str], list[tuple[str, str]]]]:
@@ -161,15 +161,15 @@ def rows() -> dict[str, tuple[list[str], list[tuple[str, str]]]]:
     return additions
 
 
-def entered(path: Path, name: str, imported: str, entry: str) -> None:
-    """The import, and one more element at the end of the list of this name."""
+def enter(path: Path, name: str, imported: str, entry: str) -> None:
+    """Append the import to a source file, and the entry to its list `name`."""
     text = path.read_text()
     assert re.search(rf"^{name}\b.*=", text, re.M)
     path.write_text(f"{text}\n{imported}\n\n{name} = (*{name}, {entry})\n")
 
 
 def test_every_row_names_folders_and_lists_that_exist() -> None:
-    assert set(rows()) == set(ADDED) | ELSEWHERE | {"claim"}  # each is followed by a test
+    assert set(rows()) == set(ADDED) | TESTED_ELSEWHERE | {"claim"}  # each is followed by a test
     for kind, (folders, entries) in rows().items():
         assert [folder for folder in folders if not (ROOT / folder).is_dir()] == [], kind
         for name, file in entries:
@@ -179,7 +179,7 @@ def test_every_row_names_folders_and_lists_that_exist() -> None:
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
     for package in ("galvi", "references", "benchmarks", "reports"):
-        ignored = shutil.ignore_patterns("*.pyc", "out")  # compiled kernels are taken along
+        ignored = shutil.ignore_patterns("*.pyc", "out")  # compiled kernels are copied too
         shutil.copytree(ROOT / package, tmp_path / package, ignore=ignored)
     return tmp_path
 
@@ -190,11 +190,11 @@ def test_a_new_member_is_one_file_and_one_entry(copy: Path) -> None:
     for kind, (file, text, imported, entry) in ADDED.items():
         (copy / file).write_text(text)
         name, list_file = table[kind][1][0]
-        entered(copy / list_file, name, imported, entry)
-    file, text, document = IN_A_DOCUMENT
+        enter(copy / list_file, name, imported, entry)
+    file, text, document = ADDED_CLAIM
     (copy / file).write_text(text)
-    with (copy / document).open("a") as end:
-        end.write(SECTION)
+    with (copy / document).open("a") as claims:
+        claims.write(SECTION)
     completed = subprocess.run(
         [sys.executable, "-c", USE],
         cwd=copy,

@@ -1,4 +1,4 @@
-"""The import contracts of pyproject.toml hold, and each catches the fault it is there for."""
+"""The import contracts of pyproject.toml hold, and each catches a planted fault."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ FAULTS = {
 
 def lint_imports(folder: Path, *contracts: str) -> subprocess.CompletedProcess[str]:
     command = "from importlinter.cli import lint_imports_command; lint_imports_command()"
-    chosen = [word for contract in contracts for word in ("--contract", contract)]
+    options = [word for contract in contracts for word in ("--contract", contract)]
     return subprocess.run(
-        [sys.executable, "-c", command, "--no-cache", "--no-logo", *chosen],
+        [sys.executable, "-c", command, "--no-cache", "--no-logo", *options],
         cwd=folder,
         capture_output=True,
         text=True,
@@ -43,7 +43,7 @@ def lint_imports(folder: Path, *contracts: str) -> subprocess.CompletedProcess[s
 
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
-    """The four packages and their contracts, to plant a fault in."""
+    """A folder with the four packages and their contracts, to plant faults in."""
     for package in PACKAGES:
         shutil.copytree(
             ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__", "out")
@@ -90,7 +90,7 @@ def test_an_upward_import_for_types_or_inside_a_function_counts(copy: Path) -> N
 
 
 @pytest.mark.slow(beside="test_an_upward_import_for_types_or_inside_a_function_counts")
-def test_a_room_without_a_place_in_its_package_is_refused(copy: Path) -> None:
+def test_a_module_outside_the_layers_of_its_package_is_refused(copy: Path) -> None:
     for package in PACKAGES:
         stray = copy / package / "stray.py"
         stray.touch()

@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
 FOLDERS = ("galvi", "references", "benchmarks", "reports", "tests")
-KERNELS = ("galvi/kernels/", "galvi/lanes/")  # what is handed over there is not grouped
+KERNELS = ("galvi/kernels/", "galvi/lanes/")  # their arguments are not grouped
 FUNCTION = (ast.FunctionDef, ast.AsyncFunctionDef)
 # They say that something was computed, not what it is.
 EMPTY_NAME = re.compile(
@@ -22,22 +22,22 @@ LIMIT = re.compile(r"^\| (.+?) \| ([\d,]+) \|$", re.MULTILINE)
 
 
 def is_statement(node: ast.AST) -> bool:
-    """Whether it counts: a docstring does not."""
+    """Whether the node is a statement other than a docstring."""
     if not isinstance(node, ast.stmt):
         return False
     return not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))
 
 
 def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """How many it has, without self and cls."""
+    """The number of parameters without self and cls."""
     declared = function.args
-    all_of_them = (*declared.posonlyargs, *declared.args, *declared.kwonlyargs)
-    names = [parameter.arg for parameter in all_of_them]
+    named = (*declared.posonlyargs, *declared.args, *declared.kwonlyargs)
+    names = [parameter.arg for parameter in named]
     return len(names) - (names[:1] in (["self"], ["cls"]))
 
 
 def lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """How many it has, without those of its docstring."""
+    """The number of lines without those of the docstring."""
     first, last = function.body[0], function.end_lineno or 0
     docstring = 0 if is_statement(first) else (first.end_lineno or 0) - first.lineno + 1
     return last - function.lineno + 1 - docstring
@@ -60,7 +60,7 @@ def writes_elsewhere(node: ast.stmt) -> bool:
 
 
 def measured(files: Iterator[tuple[str, str]]) -> Counter[str]:
-    """The rows of CONTRIBUTING.md's table, of files given by path and text."""
+    """Sizes by rows of CONTRIBUTING.md's table; `files` yields (path, text)."""
     sizes: Counter[str] = Counter()
     for path, text in files:
         tree = ast.parse(text)
@@ -104,11 +104,11 @@ def test_nothing_is_larger_than_contributing_allows() -> None:
 
 
 def test_what_is_larger_is_counted() -> None:
-    """Planted: a long function with many parameters, and modules that fill others."""
+    """Planted: a long function with many parameters, writes into another module, vague names."""
     names = ", ".join(f"a{k}" for k in range(11))
-    long = f"def f(self, {names}):\n" + "    '''Text.'''\n" + "    pass\n" * 80
+    source = f"def f(self, {names}):\n" + "    '''Text.'''\n" + "    pass\n" * 80
     files = {
-        "galvi/a.py": long,
+        "galvi/a.py": source,
         "galvi/b.py": "c.x = 1\nc['y'] = 1\nc.append(1)\n",
         "galvi/c.py": "def kept(one, two):\n    found_ = two  # fmt: skip\n    return found_\n",
     }

@@ -1,4 +1,4 @@
-"""What is slow has a faster test of its kind left for `make test`, named beside it."""
+"""Every slow test names a faster one of its kind, which `make test` runs."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import pytest
 from tests.conftest import check_beside
 
 SLOW = pytest.mark.slow.mark
-LEFT = ("tests/a/test_b.py::test_left", "tests/a/test_c.py::test_left")
+FAST_TESTS = ("tests/a/test_b.py::test_left", "tests/a/test_c.py::test_left")
 
 
 class Item:
-    """Of a collected test what is asked here: where it stands, and how it is marked."""
+    """A stand-in for a collected test, with the node id and marks that `check_beside` reads."""
 
     def __init__(self, nodeid: str, *marks: pytest.Mark) -> None:
         self.nodeid, self.marks = nodeid, marks
@@ -26,8 +26,8 @@ class Item:
         return next(iter(self.iter_markers(name)), None)
 
 
-def checked(*items: Item, root: Path = Path()) -> None:
-    collected: Any = [*map(Item, LEFT), *items]
+def check(*items: Item, root: Path = Path()) -> None:
+    collected: Any = [*map(Item, FAST_TESTS), *items]
     check_beside(collected, root)
 
 
@@ -36,12 +36,12 @@ def slow(beside: str, test: str = "tests/a/test_b.py::test_slow") -> Item:
 
 
 def test_a_test_that_is_left_may_be_named_from_near_and_far(tmp_path: Path) -> None:
-    for beside in ("test_left", "test_c.py::test_left", LEFT[1]):
-        checked(slow(beside))
-    checked(Item("tests/a/test_b.py::test_some[1]"), Item("tests/a/test_b.py::test_some[2]", SLOW))
+    for beside in ("test_left", "test_c.py::test_left", FAST_TESTS[1]):
+        check(slow(beside))
+    check(Item("tests/a/test_b.py::test_some[1]"), Item("tests/a/test_b.py::test_some[2]", SLOW))
     (tmp_path / "tests/d").mkdir(parents=True)
     (tmp_path / "tests/d/test_e.py").touch()  # not collected
-    checked(slow("tests/d/test_e.py::test_left"), root=tmp_path)
+    check(slow("tests/d/test_e.py::test_left"), root=tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -61,4 +61,4 @@ def test_a_test_that_is_left_may_be_named_from_near_and_far(tmp_path: Path) -> N
 )
 def test_what_names_no_test_that_is_left_is_refused(items: list[Item], message: str) -> None:
     with pytest.raises(pytest.UsageError, match=message):
-        checked(*items)
+        check(*items)

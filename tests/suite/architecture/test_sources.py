@@ -1,4 +1,4 @@
-"""What the sources hold: frozen values, no pickle that travels, no trace of a machine."""
+"""Rules for the sources: frozen values, no pickles that travel, no paths of a machine."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import pytest
 
 ROOT = Path(__file__).parents[3]
 PACKAGES = ("galvi", "references", "benchmarks", "reports")
-MADE = re.compile(r"^@dataclass(\(.*\))?\nclass (\w+).*((?:\n(?:[ )].*)?)*)", re.MULTILINE)
-ARRAYS = re.compile(
+DATACLASS = re.compile(r"^@dataclass(\(.*\))?\nclass (\w+).*((?:\n(?:[ )].*)?)*)", re.MULTILINE)
+ARRAY_FIELD = re.compile(
     r"^    \w+: ((Array|Codes|pd\.DataFrame)( \| None)?( = .*)?|tuple\[Array, .*)$", re.MULTILINE
 )
-CHANGE = {  # what a search, a measurement or a process knows so far
+MUTABLE = {  # classes with the state of a search, a measurement or a process
     "Scan", "_Motion", "_Ladder", "_Measurement", "_Measured", "ExternalIntegrator", "TimedRun",
     "BuildCache", "Pair", "Printed", "_Runs", "Runs", "ServedChecks",
 }  # fmt: skip
-# Loading a pickle runs whatever it says. Rows, caches, histories, folders of ensembles and saved
-# runs are text or arrays; models of engines are read by these.
+# Loading a pickle runs any code that it names. Rows, caches, histories, folders of ensembles and
+# saved runs are text or arrays.
 PICKLERS = r"\b(pickle|_pickle|cPickle|cloudpickle|dill|joblib|marshal|shelve)\b"
 HARMLESS = r"(?:(?:PicklingError|dumps?|Parallel|cpu_count|delayed)(?:, )?)+$"
 UNPICKLES = re.compile(
@@ -28,14 +28,14 @@ UNPICKLES = re.compile(
     rf"|import {PICKLERS} as|\.read_pickle|\.recv\(|allow_pickle=(?!False)",
     re.MULTILINE,
 )
-ALLOWED = {
+UNPICKLING_FILES = {
     "galvi/interop/rebound.py": "a pipe from the process that reads a file of REBOUND's",
     "galvi/interop/rebound_contents.py": "a pipe from the process that started this one",
     "galvi/kernels/compile/cache.py": "compiled code, in a folder that is the user's own",
     "reports/cli/handed_over.py": "a file of galvi.judge or galvi.convergence, by its digest",
 }
 NAMES_THAT_SAY_NOTHING = {"utils", "helpers", "common", "base", "misc"}
-A_MACHINE = re.compile(r"(?<![\w./])/(?:home|root|tmp|work|opt|mnt|Users)/\w|\b[A-Z]:\\Users\b")
+MACHINE_PATH = re.compile(r"(?<![\w./])/(?:home|root|tmp|work|opt|mnt|Users)/\w|\b[A-Z]:\\Users\b")
 
 
 @pytest.fixture(scope="module")
@@ -51,14 +51,14 @@ def texts() -> dict[Path, str]:
 def test_values_are_frozen_and_those_that_hold_arrays_compared_by_identity(
     package: str, texts: dict[Path, str]
 ) -> None:
-    """Arrays that are compared entry by entry have no truth value, and no digest."""
+    """Arrays are compared entry by entry, so that values with arrays have no equality or hash."""
     package_texts = [text for file, text in texts.items() if file.parts[0] == package]
-    dataclasses = [dataclass for text in package_texts for dataclass in MADE.findall(text)]
+    dataclasses = [dataclass for text in package_texts for dataclass in DATACLASS.findall(text)]
     assert (
         dataclasses
-        and {name for options, name, _ in dataclasses if "frozen=True" not in options} <= CHANGE
+        and {name for options, name, _ in dataclasses if "frozen=True" not in options} <= MUTABLE
     )
-    holders = {name: options for options, name, body in dataclasses if ARRAYS.search(body)}
+    holders = {name: options for options, name, body in dataclasses if ARRAY_FIELD.search(body)}
     assert holders and [name for name in holders if "eq=False" not in holders[name]] == []
 
 
@@ -71,7 +71,7 @@ def test_what_is_unpickled_is_listed_with_the_reason(texts: dict[Path, str]) -> 
         for file in shipped_texts
         if file.suffix == ".py" and UNPICKLES.search(shipped_texts[file])
     }
-    assert unpickling == set(ALLOWED)
+    assert unpickling == set(UNPICKLING_FILES)
 
 
 @pytest.mark.parametrize(
@@ -103,6 +103,8 @@ def test_no_file_or_folder_has_a_name_that_says_nothing(texts: dict[Path, str]) 
 
 
 def test_no_file_names_a_place_on_the_machine_it_was_written_on(texts: dict[Path, str]) -> None:
-    assert [file for file, text in texts.items() if A_MACHINE.search(text)] == []
-    assert A_MACHINE.search("cd " + "/".join(["", "home", "someone", "galvi"]))
-    assert not A_MACHINE.search("see docs/home/index.md, work/precision and https://a.org/home/x")
+    assert [file for file, text in texts.items() if MACHINE_PATH.search(text)] == []
+    assert MACHINE_PATH.search("cd " + "/".join(["", "home", "someone", "galvi"]))
+    assert not MACHINE_PATH.search(
+        "see docs/home/index.md, work/precision and https://a.org/home/x"
+    )

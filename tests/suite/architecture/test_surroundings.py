@@ -15,12 +15,12 @@ import galvi
 
 ROOT = Path(__file__).parents[3]
 SETTINGS = ("GALVI_FAST", "NUMBA_CACHE_DIR")
-WITHOUT_ROOT = (
+DROP_ROOT_RIGHTS = (
     "setpriv",
     "--bounding-set=-dac_override,-dac_read_search",
     "--inh-caps=-dac_override,-dac_read_search",
 )
-ALONE = """
+WITHOUT_LANES = """
 import galvi
 from galvi.run.engines import ENGINES
 from galvi.systems.traces import NO_TRACES, traces
@@ -39,20 +39,20 @@ print(galvi.integrate(galvi.problems.kepler(), method, 0.1, 10).status)
 """
 
 
-def python(at: Path, *arguments: str, before: tuple[str, ...] = (), **settings: str):
-    """Python with these arguments, and galvi of a folder."""
+def python(folder: Path, *arguments: str, before: tuple[str, ...] = (), **settings: str):
+    """Run Python with these arguments and the galvi of a folder; returns the completed process."""
     inherited = {key: value for key, value in os.environ.items() if key not in SETTINGS}
     return subprocess.run(
         [*before, sys.executable, *arguments],
-        env=inherited | {"PYTHONPATH": str(at)} | settings,
-        cwd=at,
+        env=inherited | {"PYTHONPATH": str(folder)} | settings,
+        cwd=folder,
         capture_output=True,
         text=True,
     )
 
 
 def test_the_general_kernel_runs_alone_agrees_and_refuses_moving_frames_in_words() -> None:
-    completed = python(ROOT, "-c", ALONE, GALVI_FAST="0")
+    completed = python(ROOT, "-c", WITHOUT_LANES, GALVI_FAST="0")
     *engines, x, y = completed.stdout.split()
     assert engines == ["general", "general"], completed.stderr
     method = galvi.Galerkin(galvi.Polynomials(6), galvi.gauss(6))
@@ -69,7 +69,7 @@ def test_a_mistyped_setting_is_refused() -> None:
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory: pytest.TempPathFactory):
-    """A copy of galvi and the suite that cannot be written."""
+    """The folder of a copy of galvi and the suite that cannot be written."""
     top = tmp_path_factory.mktemp("read_only")
     for name in ("galvi", "references", "benchmarks", "reports"):
         shutil.copytree(ROOT / name, top / name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -82,11 +82,11 @@ def package(tmp_path_factory: pytest.TempPathFactory):
 
 
 def restricted(package: Path, *arguments: str, **settings: str):
-    """Python without a home, which may not write where the permissions say so."""
+    """Run Python without a home folder and without root's right to write everywhere."""
     as_root = os.geteuid() == 0
     if as_root and shutil.which("setpriv") is None:
         pytest.skip("root may write everywhere, and there is no setpriv to prevent it")
-    before = WITHOUT_ROOT if as_root else ()
+    before = DROP_ROOT_RIGHTS if as_root else ()
     return python(package, *arguments, before=before, HOME="/proc/none", **settings)
 
 
@@ -105,8 +105,8 @@ def test_a_run_is_compiled_in_memory_and_said_to_be(package: Path, tmp_path: Pat
     beside="tests/properties/test_kernel_cache.py::test_without_a_folder_to_write_every_process_compiles"
 )
 def test_commands_work_where_nothing_can_be_written(package: Path, tmp_path: Path) -> None:
-    helped = restricted(package, "-m", "galvi", "--help")
-    assert helped.returncode == 0 and "verify" in helped.stdout, helped.stderr
+    shown_help = restricted(package, "-m", "galvi", "--help")
+    assert shown_help.returncode == 0 and "verify" in shown_help.stdout, shown_help.stderr
     command = ("verify", "--quick", "--claims", "V20", "--out", str(tmp_path / "out"))
     completed = restricted(package, "-m", "galvi", *command)
     assert completed.returncode == 0, completed.stdout + completed.stderr

@@ -26,7 +26,7 @@ from tests.suite.reports import services
 from tests.suite.reports.test_track_against import git
 
 ROOT = Path(__file__).parents[3]
-SHIPPED = {
+SHIPPED_SUFFIXES = {
     ".py",
     ".typed",
     ".csv",
@@ -39,7 +39,7 @@ SHIPPED = {
     ".png",
     ".xml",
 }
-OF_THESE_TESTS = {  # what the environment of a user has not
+TEST_VARIABLES = {  # variables of these tests that a user's environment lacks
     "PYTEST_DISABLE_PLUGIN_AUTOLOAD",
     "PYTEST_ADDOPTS",
     "PYTHONPATH",
@@ -47,7 +47,8 @@ OF_THESE_TESTS = {  # what the environment of a user has not
 }
 SUITE = ("references", "benchmarks", "reports")
 GENERATED = "/docs/(generated|theory/__pycache__)/"
-PLUGIN = "reports/pytest_galvi/"  # apart in the wheel: pytest imports it, and must not import galvi
+# a package of its own in the wheel: pytest imports it, and must not import galvi
+PLUGIN = "reports/pytest_galvi/"
 
 
 @pytest.fixture(scope="module")
@@ -56,21 +57,25 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("wheel")
 
     def leave_out(directory: str, names: list[str]) -> set[str]:
-        built = {"build", "dist"} if Path(directory) == ROOT else set()
+        outputs = {"build", "dist"} if Path(directory) == ROOT else set()
         ignored = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "out")(directory, names)
-        return built & set(names) | ignored
+        return outputs & set(names) | ignored
 
     shutil.copytree(ROOT, folder / "source", ignore=leave_out)
-    built(folder / "source", "build_wheel", folder)
+    build(folder / "source", "build_wheel", folder)
     (path,) = folder.glob("*.whl")
     zipfile.ZipFile(path).extractall(folder / "unpacked")
     return folder / "unpacked"
 
 
 def shipped(folder: Path) -> set[str]:
-    """What of a folder of the checkout belongs to the wheel."""
+    """Relative paths of the files of a folder that belong in the wheel."""
     names = contents(folder)
-    return {name for name in names if Path(name).suffix in SHIPPED and not name.startswith("out/")}
+    return {
+        name
+        for name in names
+        if Path(name).suffix in SHIPPED_SUFFIXES and not name.startswith("out/")
+    }
 
 
 def contents(folder: Path) -> set[str]:
@@ -86,8 +91,8 @@ def test_the_wheel_holds_every_module_the_data_and_the_plugin_of_pytest(wheel: P
     expected = {name for name in modules | suite | documented if PLUGIN not in name} | plugin
     assert packages == {name for name in expected if not re.search(GENERATED, name)}
     assert "galvi/py.typed" in packages
-    (points,) = wheel.glob("*.dist-info/entry_points.txt")
-    assert "[pytest11]\ngalvi = pytest_galvi\n" in points.read_text()
+    (entry_points,) = wheel.glob("*.dist-info/entry_points.txt")
+    assert "[pytest11]\ngalvi = pytest_galvi\n" in entry_points.read_text()
 
 
 @pytest.fixture(scope="module")
@@ -114,18 +119,18 @@ def folder_of_a_user(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def with_kernels(target_root: Path) -> None:
-    """Copy those of this checkout, whose sources are the same, to a copy of galvi."""
+    """Copy this checkout's compiled kernels to a copy of galvi with the same sources."""
     for kernels in (ROOT / "galvi").rglob(f"__pycache__/{KERNELS_FOLDER}"):
         target = target_root / kernels.relative_to(ROOT)
         if not target.exists():
             shutil.copytree(kernels, target)
 
 
-def ran(at: Path, *command: Any, **variables: str) -> str:
-    """What a program printed that ended with 0."""
-    clean = {name: value for name, value in os.environ.items() if name not in OF_THESE_TESTS}
+def output_of(folder: Path, *command: Any, **variables: str) -> str:
+    """The output of a command, asserted to end with status 0."""
+    clean = {name: value for name, value in os.environ.items() if name not in TEST_VARIABLES}
     completed = subprocess.run(
-        command, cwd=at, capture_output=True, text=True, env=clean | variables
+        command, cwd=folder, capture_output=True, text=True, env=clean | variables
     )
     assert completed.returncode == 0, completed.stdout + completed.stderr
     return completed.stdout
@@ -134,7 +139,7 @@ def ran(at: Path, *command: Any, **variables: str) -> str:
 def test_pytest_loads_the_plugin_of_the_wheel_and_leaves_galvis_modules_as_they_are(
     wheel: Path, tmp_path: Path
 ) -> None:
-    """It would rewrite the asserts of all that comes with a plugin, which takes seconds."""
+    """pytest would rewrite the asserts of all modules beside the plugin, which takes seconds."""
     (tmp_path / "test_ours.py").write_text(
         "import importlib.util, sys\n"
         "def test_ours(pytestconfig):\n"
@@ -143,7 +148,9 @@ def test_pytest_loads_the_plugin_of_the_wheel_and_leaves_galvis_modules_as_they_
         "    assert 'rewrite' not in type(importlib.util.find_spec('galvi').loader).__module__\n"
     )
     without_plugins = ("-p", "no:benchmark", "-p", "no:hypothesispytest", "-p", "no:cacheprovider")
-    ran(tmp_path, sys.executable, "-P", "-m", "pytest", *without_plugins, PYTHONPATH=str(wheel))
+    output_of(
+        tmp_path, sys.executable, "-P", "-m", "pytest", *without_plugins, PYTHONPATH=str(wheel)
+    )
 
 
 @pytest.mark.slow(
@@ -155,16 +162,16 @@ def test_the_plugin_of_the_wheel_measures_beside_a_users_folders_of_the_suites_n
     with_kernels(wheel)
     options = ("--galvi", "mine:Leapfrog", "--galvi-problem", "my_problem:spring", "-k", "accuracy")
     pytest_of_the_user = (sys.executable, "-m", "pytest", *options)
-    assert "1 passed" in ran(folder_of_a_user, *pytest_of_the_user, PYTHONPATH=str(wheel))
+    assert "1 passed" in output_of(folder_of_a_user, *pytest_of_the_user, PYTHONPATH=str(wheel))
 
 
 @pytest.fixture(scope="module")
 def script(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The command of an empty environment in which the wheel was installed, with its kernels."""
+    """Path of the command `galvi` in a new environment with the wheel and compiled kernels."""
     environment = tmp_path_factory.mktemp("environment")
-    (built,) = wheel.parent.glob("*.whl")
+    (wheel_file,) = wheel.parent.glob("*.whl")
     pip = [environment / "bin" / "python", "-I", "-m", "pip", "install", "--quiet", "--no-compile"]
-    requirements = [f"{built}[suite]", "-c", ROOT / "constraints.txt"]
+    requirements = [f"{wheel_file}[suite]", "-c", ROOT / "constraints.txt"]
     for command in ([sys.executable, "-I", "-m", "venv", environment], [*pip, *requirements]):
         completed = subprocess.run(command, capture_output=True, text=True)
         if completed.returncode and not os.environ.get("CI"):
@@ -182,11 +189,11 @@ def script(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_an_installed_wheel_verifies_claims_of_each_kind(
     script: Path, folder_of_a_user: Path
 ) -> None:
-    """Those with engines and stored data among them; all are judged by the tests of the claims."""
+    """Claims with engines and stored data among them; tests of the claims cover the others."""
     options = "--require", "rebound,mujoco,jplephem", "--claims", "V8,V10,L7,A3,A4,A8"
-    printed = ran(folder_of_a_user, script, "verify", "--quick", *options)
+    printed = output_of(folder_of_a_user, script, "verify", "--quick", *options)
     assert "every verdict is the expected one" in " ".join(printed.split())
-    ran(folder_of_a_user, script, "build", "--kept")
+    output_of(folder_of_a_user, script, "build", "--kept")
     site = folder_of_a_user / "galvi-out"
     assert 'id="V10"' in (site / "results" / "claims.html").read_text()
     assert (site / "index.html").is_file() and (site / "theory" / "frames.html").is_file()
@@ -204,7 +211,7 @@ def test_an_installed_wheel_verifies_claims_of_each_kind(
 def test_a_command_for_a_users_own_simulation_or_problem_runs_in_another_project(
     script: Path, folder_of_a_user: Path, command: tuple[str, ...]
 ) -> None:
-    printed = ran(folder_of_a_user, script, *command)
+    printed = output_of(folder_of_a_user, script, *command)
     assert (folder_of_a_user / "galvi-out").is_dir()
     if command[0] == "judge":
         verdict = "Your run (REBOUND WHFast, coordinates jacobi, dt = 0.1) is off by up to "
@@ -234,10 +241,10 @@ def commit(repository: Path, message: str) -> None:
 
 def job(project: Path, source: Path, python: Path, event: str, **inputs: str) -> Job:
     """A job on a checkout of the project's last commit, with a Python that comes first on PATH."""
-    clean = {name: value for name, value in os.environ.items() if name not in OF_THESE_TESTS}
+    clean = {name: value for name, value in os.environ.items() if name not in TEST_VARIABLES}
     clean["PATH"] = f"{python}{os.pathsep}{clean['PATH']}"
-    places = project.parent / "checkout", project.parent / "runner"
-    return Job(checked_out(project, places[0]), places[1], source, event, clean, inputs)
+    checkout = checked_out(project, project.parent / "checkout")
+    return Job(checkout, project.parent / "runner", source, event, clean, inputs)
 
 
 @pytest.mark.parametrize(
@@ -272,8 +279,8 @@ def test_the_action_compares_the_first_commit_of_a_repository_with_nothing(proje
 def test_the_action_hands_its_inputs_over_as_they_are_and_compares_what_was_not_verified(
     project: Path, tmp_path: Path, contender: str, contenders: list[str]
 ) -> None:
-    """In the folder that was asked for; the commands are stand-ins that print how they are called
-    and fail."""
+    """In the requested folder. Stand-ins for `galvi` and `python` print their folder and arguments;
+    that for `galvi` fails."""
     for name, status in (("galvi", 1), ("python", 0)):
         stand_in = tmp_path / "bin" / name
         stand_in.parent.mkdir(exist_ok=True)
@@ -303,15 +310,15 @@ def test_the_action_hands_its_inputs_over_as_they_are_and_compares_what_was_not_
 def test_the_action_is_red_where_a_coefficient_is_wrong_and_green_otherwise(
     script: Path, wheel: Path, project: Path, planted: bool
 ) -> None:
-    """Of the install step the first of both is enough; it builds from the repository's files."""
+    """Only the harmless case runs the install step, which builds from the repository's files."""
     source = project / "src" / "mine.py"
     text = source.read_text(encoding="utf-8")
     wrong = "q = q + 0.499 * h * v" if planted else "q = q + 0.5 * h * v  # half a step"
     source.write_text(text.replace("q = q + 0.5 * h * v", wrong, 1))
     commit(project, "third")
     steps = ("base", "verify", "track") if planted else ()
-    at = wheel.parent / "source"
-    run = job(project, at, script.parent, "pull_request", contender="mine:Leapfrog")
+    source_tree = wheel.parent / "source"
+    run = job(project, source_tree, script.parent, "pull_request", contender="mine:Leapfrog")
     run.run(*steps)
     out = run.project / "galvi-out"
     assert run.passed != planted and "## verify: " in run.summary, run.printed
@@ -334,22 +341,25 @@ def test_the_action_is_red_where_a_coefficient_is_wrong_and_green_otherwise(
 def test_every_requirement_has_a_pinned_version() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     groups = [project["dependencies"], *project["optional-dependencies"].values()]
-    needed = {normal(requirement) for group in groups for requirement in group}
+    required = {normal(requirement) for group in groups for requirement in group}
     lines = (ROOT / "constraints.txt").read_text().splitlines()
     pins = [line for line in lines if line and not line.startswith("#")]
     assert all(re.fullmatch(r"[\w.-]+==[\w.!+]+", pin) for pin in pins)
-    assert needed - {normal(pin) for pin in pins} == set()
+    assert required - {normal(pin) for pin in pins} == set()
 
 
 def test_the_version_is_the_same_wherever_it_is_written() -> None:
     assert f"\nversion: {RELEASE}\n" in (ROOT / "CITATION.cff").read_text()
     assert f"\n## {RELEASE}" in (ROOT / "CHANGELOG.md").read_text()
-    now = galvi.__version__
-    assert now.startswith(RELEASE) and provenance()["galvi"] == now
+    version_now = galvi.__version__
+    assert version_now.startswith(RELEASE) and provenance()["galvi"] == version_now
     run = galvi.integrate(
         galvi.problems.kepler(), galvi.Galerkin(galvi.Polynomials(2), galvi.gauss(2)), 0.1, 1
     )
-    assert f"galvi {now} " in galvi.cite(run).sentence and f"{{{now}}}" in bibliography()
+    assert (
+        f"galvi {version_now} " in galvi.cite(run).sentence
+        and f"{{{version_now}}}" in bibliography()
+    )
 
 
 @pytest.mark.parametrize(
@@ -374,7 +384,7 @@ def test_the_version_is_that_of_the_tag_or_the_commit(
             (tmp_path / "file").write_text("2")
         else:
             git(tmp_path, *command.split())
-    commit = ran(tmp_path, "git", "rev-parse", "HEAD")[:12]
+    commit = output_of(tmp_path, "git", "rev-parse", "HEAD")[:12]
     assert version_in_git(tmp_path) == version.format(release=RELEASE, commit=commit)
     assert version_in_git(tmp_path / "file") == ""
 
@@ -391,7 +401,7 @@ def test_the_version_is_that_of_the_tag_or_the_commit(
 def test_an_archive_of_git_has_the_version_of_its_commit(
     commands: list[str], version: str, tmp_path: Path
 ) -> None:
-    """GitHub hands out an action as such an archive, and setup.py asks this file."""
+    """GitHub distributes actions as such archives; setup.py takes the version from release.py."""
     clone, archive = tmp_path / "clone", tmp_path / "archive"
     for name in (".gitattributes", "galvi/interop/release.py"):
         (clone / name).parent.mkdir(parents=True, exist_ok=True)
@@ -403,40 +413,40 @@ def test_an_archive_of_git_has_the_version_of_its_commit(
         git(clone, *command.split())
     git(clone, "archive", "--output", str(tmp_path / "archive.tar"), "HEAD")
     archive.mkdir()
-    ran(tmp_path, "tar", "-xf", "archive.tar", "-C", archive)
+    output_of(tmp_path, "tar", "-xf", "archive.tar", "-C", archive)
     release = runpy.run_path(str(archive / "galvi" / "interop" / "release.py"))
-    commit = ran(clone, "git", "rev-parse", "HEAD")[:12]
+    commit = output_of(clone, "git", "rev-parse", "HEAD")[:12]
     assert release["version_in_git"](archive) == version.format(release=RELEASE, commit=commit)
 
 
 @pytest.mark.slow(beside="test_the_wheel_holds_every_module_the_data_and_the_plugin_of_pytest")
 def test_an_sdist_builds_the_same_wheel(tmp_path: Path, wheel: Path) -> None:
-    """Its version is that of the commit, although no git is there; wheels of both are equal."""
+    """Its version is that of the commit, though it has no git; both wheels hold the same files."""
     clone = tmp_path / "clone"
     git(ROOT, "clone", "-q", "--no-hardlinks", str(ROOT), str(clone))
     expected = version_in_git(clone)
     assert "+g" in expected and "dirty" not in expected
-    built(clone, "build_sdist", tmp_path)
+    build(clone, "build_sdist", tmp_path)
     (archive,) = tmp_path.glob("*.tar.gz")
     (tmp_path / "sdist").mkdir()
-    ran(tmp_path, "tar", "-xf", archive, "-C", "sdist")
+    output_of(tmp_path, "tar", "-xf", archive, "-C", "sdist")
     (source,) = (tmp_path / "sdist").iterdir()
-    built(source, "build_wheel", tmp_path)
+    build(source, "build_wheel", tmp_path)
     (path,) = tmp_path.glob("*.whl")
     assert expected.replace("+", "-") in path.name.replace("+", "-")
-    built(clone, "build_wheel", tmp_path / "other")
+    build(clone, "build_wheel", tmp_path / "other")
     (rebuilt,) = (tmp_path / "other").glob("*.whl")
     assert zipfile.ZipFile(path).namelist() == zipfile.ZipFile(rebuilt).namelist()
     assert rebuilt.name == path.name
 
 
-def built(source: Path, hook: str, folder: Path) -> None:
+def build(source: Path, hook: str, folder: Path) -> None:
     """Build an sdist or a wheel of a source tree into a folder."""
     folder.mkdir(exist_ok=True)
-    build = f"from setuptools.build_meta import {hook}; {hook}({str(folder)!r})"
-    ran(source, sys.executable, "-c", build)
+    program = f"from setuptools.build_meta import {hook}; {hook}({str(folder)!r})"
+    output_of(source, sys.executable, "-c", program)
 
 
 def normal(requirement: str) -> str:
-    """The name in a requirement, as the package index compares names."""
+    """The package's name in a requirement, normalised as the package index does."""
     return re.sub(r"[-_.]+", "-", re.match(r"[\w.-]+", requirement)[0]).lower()

@@ -1,4 +1,4 @@
-"""The workflows for a forge's CI: they parse, and what they run exists."""
+"""GitHub's workflows: they parse, and the commands and actions that they name exist."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from tests.suite.architecture.composite_job import ACTION
 
 ROOT = Path(__file__).parents[3]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
-FOR_OTHERS = ROOT / "docs" / "workflow.yml"
+EXAMPLE_WORKFLOW = ROOT / "docs" / "workflow.yml"
 PAGE = ROOT / "docs" / "suite.md"
-OWN = "OWNER/galvi/.github/actions/galvi@COMMIT"  # as another project names our action
+# the name of galvi's action in another project
+GALVI_ACTION = "OWNER/galvi/.github/actions/galvi@COMMIT"
 PINNED = re.compile(r"uses: (actions/[a-z/-]+)@([0-9a-f]{40}) # (v\d+\.\d+\.\d+)")
 ON_MAIN = (
     "github.ref == 'refs/heads/main'",
@@ -32,7 +33,7 @@ each_workflow = pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path
 
 
 def steps(text: str) -> list[dict[str, Any]]:
-    """Those of all jobs of a workflow, or of a composite action."""
+    """The steps of all jobs of a workflow, or of a composite action."""
     content = yaml.safe_load(text)
     jobs = [content["runs"]] if "runs" in content else content["jobs"].values()
     return [step for job in jobs for step in job["steps"]]
@@ -45,7 +46,7 @@ def commands(text: str) -> list[str]:
 
 
 def unknown(line: str) -> list[str]:
-    """The words of a command that nothing here understands."""
+    """The words of a command that are no command, target, file or option of this project."""
     tokens = shlex.split(re.sub(r"\$\{\{.*?\}\}", "x", line))
     if tokens == [".ci/run"]:
         return [] if (ROOT / ".ci" / "run").stat().st_mode & 0o111 else tokens
@@ -86,18 +87,18 @@ def test_a_workflow_says_when_where_and_for_how_long(path: Path) -> None:
 def unpinned(text: str) -> list[str]:
     """The lines that name an action otherwise than by the digest of a commit and its version."""
     lines = [line.strip().removeprefix("- ") for line in text.splitlines()]
-    uses = [line for line in lines if line.startswith("uses:") and line != f"uses: {OWN}"]
+    uses = [line for line in lines if line.startswith("uses:") and line != f"uses: {GALVI_ACTION}"]
     return [line for line in uses if not PINNED.fullmatch(line)]
 
 
 def saved_anywhere(text: str) -> list[str]:
-    """The actions that save a cache from other branches than main, too."""
+    """The actions that save a cache from branches other than main."""
     saving = [x for x in steps(text) if re.match("actions/cache(/save)?@", x.get("uses", ""))]
     return [x["uses"] for x in saving if not {*ON_MAIN} & {*x.get("if", "").split(" && ")}]
 
 
 pinned = pytest.mark.parametrize(
-    "path", [*WORKFLOWS, FOR_OTHERS, ACTION], ids=lambda path: path.name
+    "path", [*WORKFLOWS, EXAMPLE_WORKFLOW, ACTION], ids=lambda path: path.name
 )
 
 
@@ -138,9 +139,9 @@ def test_every_command_of_a_workflow_exists(path: Path) -> None:
 
 
 def test_the_workflow_to_copy_has_ten_lines_and_names_an_action_and_inputs_that_exist() -> None:
-    text = FOR_OTHERS.read_text()
-    (step,) = [step for step in steps(text) if step["uses"] == OWN]
-    action_path = OWN.removeprefix("OWNER/galvi/").removesuffix("@COMMIT")
+    text = EXAMPLE_WORKFLOW.read_text()
+    (step,) = [step for step in steps(text) if step["uses"] == GALVI_ACTION]
+    action_path = GALVI_ACTION.removeprefix("OWNER/galvi/").removesuffix("@COMMIT")
     assert ROOT / action_path / "action.yml" == ACTION and len(text.splitlines()) <= 10
     inputs = yaml.safe_load(ACTION.read_text())["inputs"]
     assert step["with"].keys() <= inputs.keys()

@@ -9,8 +9,9 @@ import pytest
 def folder_of_quick_studies(
     tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
 ) -> None:
-    """Workers have each a folder inside the one of the run."""
-    from tests.suite.benchmarks import quick_studies  # not where tests are only handed out
+    """Set the folder of quick studies: the run's, in which each worker has a subfolder."""
+    # imported here, since the process that only distributes tests does not need it
+    from tests.suite.benchmarks import quick_studies
 
     base = tmp_path_factory.getbasetemp()
     quick_studies.folder = base.parent if hasattr(request.config, "workerinput") else base

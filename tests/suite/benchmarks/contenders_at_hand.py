@@ -1,5 +1,5 @@
-"""Somebody else's contenders, sound and wrong, without a process of their own: tests of what is
-made of their answers are quick; `test_contender_process.py` has the processes.
+"""Users' contenders, correct and wrong, that run in this process, so that tests of the checks are
+quick; `test_contender_process.py` tests contenders in processes of their own.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from benchmarks.applications.external.worker import ANSWERS
 
 @dataclass(eq=False)
 class Inside(ExternalIntegrator):
-    """An external integrator whose contender is at hand; its memory, which is that of the tests, is
-    looked at where `watched`."""
+    """An external integrator whose contender runs in this process. Its memory is measured only if
+    `watched`."""
 
     contender: Any = None
     watched: bool = False
@@ -35,7 +35,7 @@ class Inside(ExternalIntegrator):
 
     def _ask(self, question: str, *arguments: Any, is_trial: bool = False) -> Any:
         if question == "memory growth" and not self.watched:
-            return 0.0  # of this process, and a second or two
+            return 0.0  # it would be that of this process, and take a second or two
         try:
             return ANSWERS[question](self.contender, *arguments)
         except ContenderError:
@@ -45,7 +45,7 @@ class Inside(ExternalIntegrator):
 
 
 class Gauss:
-    """galvi's, as if somebody else's; supports everything."""
+    """galvi's collocation as a user's contender; supports every problem."""
 
     name, order = "a gauss", 4
     conserves = {"energy": 1e-3, "angular momentum": 1e-11}  # noqa: RUF012
@@ -66,20 +66,20 @@ class Gauss:
 
 
 class Stepped(Gauss):
-    """Compositions of leapfrog; `strength` is of the force, 1 in a sound one."""
+    """Compositions of leapfrog; `strength` is a factor of the force, 1 in a correct one."""
 
     name, order, strength = "leapfrog", 2, 1.0
     conserves = {"energy": 0.02, "angular momentum": 1e-11}  # noqa: RUF012
-    numbers: ClassVar[tuple[int, ...]] = (250, 1000)
+    step_counts: ClassVar[tuple[int, ...]] = (250, 1000)
     weights: Sequence[float] = (1.0,)
 
     def settings(self, problem: galvi.Problem, duration: float) -> list[dict[str, Any]]:
-        return [{"step": duration / n, "save_every": n} for n in self.numbers]
+        return [{"step": duration / n, "save_every": n} for n in self.step_counts]
 
     def pull(self, problem: galvi.Problem, q: Any, t: float) -> Any:
         return self.strength * problem.system.acceleration(q, t)
 
-    def moved(self, problem: galvi.Problem, q: Any, v: Any, t: float, h: float) -> Any:
+    def advanced(self, problem: galvi.Problem, q: Any, v: Any, t: float, h: float) -> Any:
         for w in self.weights:
             q = q + 0.5 * w * h * v
             v = v + w * h * self.pull(problem, q, t + 0.5 * h)
@@ -90,7 +90,7 @@ class Stepped(Gauss):
         h, save_every, q, v = setting["step"], setting["save_every"], problem.q0, problem.v0
         saved = [(q, v)]
         for k in range(round(duration / h)):
-            q, v = self.moved(problem, q, v, problem.t0 + k * h, h)
+            q, v = self.advanced(problem, q, v, problem.t0 + k * h, h)
             saved += [(q, v)] if (k + 1) % save_every == 0 else []
         q, v = np.swapaxes(saved, 0, 1)
         t = problem.t0 + h * save_every * np.arange(len(q))
@@ -105,23 +105,23 @@ class OneSided(Stepped):
     conserves = {"energy": 1e-3, "angular momentum": 1e-11}  # noqa: RUF012
     settings = Gauss.settings
 
-    def moved(self, problem: galvi.Problem, q: Any, v: Any, t: float, h: float) -> Any:
+    def advanced(self, problem: galvi.Problem, q: Any, v: Any, t: float, h: float) -> Any:
         v = v + h * self.pull(problem, q, t)
         return q + h * v, v
 
 
 class Drifting(Stepped):
-    """The explicit Euler method, which wins energy, and says that it does not."""
+    """The explicit Euler method, which gains energy and declares that it conserves it."""
 
-    name, order, numbers = "drifting", 1, (300, 1200)
+    name, order, step_counts = "drifting", 1, (300, 1200)
     conserves = {"energy": 0.02}  # noqa: RUF012
 
-    def moved(self, problem: galvi.Problem, q: Any, v: Any, t: float, h: float) -> Any:
+    def advanced(self, problem: galvi.Problem, q: Any, v: Any, t: float, h: float) -> Any:
         return q + h * v, v + h * self.pull(problem, q, t)
 
 
 class WithoutSteps(Gauss):
-    """It chooses its steps, and declares an order."""
+    """Its settings have tolerances instead of steps, and it declares an order."""
 
     conserves: ClassVar[dict[str, float]] = {}
 
@@ -180,7 +180,7 @@ class FineFirst(Gauss):
 
 
 class Unseen(Gauss):
-    """It conserves what none of its problems has, and what nobody can."""
+    """It declares angular momentum to 1e-30, which none of its problems conserves."""
 
     name = "unseen"
     conserves = {"angular momentum": 1e-30}  # noqa: RUF012
@@ -211,7 +211,7 @@ class Bare(Gauss):
 
 
 class Altered(Gauss):
-    """Its runs are changed after they are made."""
+    """Its runs are changed by a function before they are returned."""
 
     def __init__(self, change: Callable[[galvi.Trajectory], galvi.Trajectory]) -> None:
         self.change, self.name = change, change.__name__.replace("_", " ")
@@ -221,48 +221,48 @@ class Altered(Gauss):
 
 
 def altered(run: galvi.Trajectory, **parts: Any) -> galvi.Trajectory:
-    """The run with other parts, of which galvi knows nothing else."""
+    """A new trajectory of the run's problem, t, q, p and counts, with `parts` in their place."""
     parts_of_run = {name: getattr(run, name) for name in ("problem", "t", "q", "p", "counts")}
     return galvi.Trajectory(**(parts_of_run | parts))
 
 
 class Broken(Altered):
-    """Of which a run does not end as it should."""
+    """A contender each of whose runs is spoilt."""
 
     def __init__(self) -> None:
-        super().__init__(self.spoiled)
+        super().__init__(self.spoilt)
         self.name = type(self).name
 
 
 class Raising(Broken):
     name = "raising"
 
-    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+    def spoilt(self, run: galvi.Trajectory) -> galvi.Trajectory:
         raise RuntimeError("no, thanks")
 
 
 class Flat(Broken):
     name = "flat"
 
-    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+    def spoilt(self, run: galvi.Trajectory) -> galvi.Trajectory:
         return altered(run, q=run.q.reshape(len(run.t), -1, 1))
 
 
 class Silent(Broken):
-    """Its states are not finite, and it says nothing of that."""
+    """Its states are not finite, although it reports success."""
 
     name = "silent"
 
-    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+    def spoilt(self, run: galvi.Trajectory) -> galvi.Trajectory:
         return altered(run, q=run.q * np.nan)
 
 
 class Failing(Broken):
-    """It says that it failed, and why."""
+    """It reports that it failed, and why."""
 
     name = "failing"
 
-    def spoiled(self, run: galvi.Trajectory) -> galvi.Trajectory:
+    def spoilt(self, run: galvi.Trajectory) -> galvi.Trajectory:
         failure = {"success": False, "status": "Out of luck."}
         return altered(run, q=run.q * np.nan, p=run.p * np.nan, **failure)
 
@@ -277,7 +277,7 @@ def heavy(run: galvi.Trajectory) -> galvi.Trajectory:
     return altered(run, p=np.concatenate([run.p[:1], 1.01 * run.p[1:]]))
 
 
-def moved(run: galvi.Trajectory) -> galvi.Trajectory:
+def swapped_start(run: galvi.Trajectory) -> galvi.Trajectory:
     """The first state is the last."""
     return altered(
         run, **{name: np.concatenate([x[-1:], x[1:]]) for name, x in (("q", run.q), ("p", run.p))}
@@ -285,14 +285,14 @@ def moved(run: galvi.Trajectory) -> galvi.Trajectory:
 
 
 def aliased(run: galvi.Trajectory) -> galvi.Trajectory:
-    """Every state that is saved is the same array."""
+    """Every saved state is the last one, as if one array were saved."""
     return altered(
         run, **{name: np.stack([x[-1]] * len(x)) for name, x in (("q", run.q), ("p", run.p))}
     )
 
 
 def between(run: galvi.Trajectory) -> galvi.Trajectory:
-    """Right at the ends only."""
+    """Correct at both ends only."""
     return altered(run, q=np.concatenate([run.q[:1], 0.0 * run.q[1:-1] + 7.0, run.q[-1:]]))
 
 
@@ -307,8 +307,8 @@ RANDOM = np.random.default_rng(5)
 
 def unseeded(run: galvi.Trajectory) -> galvi.Trajectory:
     """Ends that differ from run to run by 1e-13."""
-    off = 1e-13 * RANDOM.standard_normal() * (run.t > run.t[0])
-    return altered(run, q=run.q * (1.0 + off[:, None]))
+    relative = 1e-13 * RANDOM.standard_normal() * (run.t > run.t[0])
+    return altered(run, q=run.q * (1.0 + relative[:, None]))
 
 
 BROKEN = {
@@ -324,7 +324,7 @@ ORBIT, SWING = (
 
 
 def checked(contender, *check_problems):
-    """A contender's rows, those of them that differ from what is expected, and itself."""
+    """(rows of a contender, those with unexpected verdicts, its external integrator)."""
     external = Inside.of(contender)
     (claim,) = contender_checks([external], check_problems or (ORBIT,))
     rows = claim.judge(claim.study(galvi.Galerkin, True, lambda sentence: None))

@@ -1,5 +1,5 @@
-"""Correct integrators of somebody else's: compositions of leapfrog and Runge and Kutta's method,
-compiled and independent of galvi's, Gauss's collocation, and SciPy's DOP853."""
+"""Correct contenders of users: compositions of leapfrog and Runge and Kutta's method, compiled and
+independent of galvi, Gauss collocation, and SciPy's DOP853."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SIX = (0.784513610477560, 0.235573213359357, -1.17767998417887)
 
 
 def triple_jump(order: int) -> list[float]:
-    """Steps of leapfrog that make one of this order."""
+    """Fractions of a step for leapfrog that compose a step of this order."""
     if order == 2:
         return [1.0]
     inner = triple_jump(order - 2)
@@ -29,20 +29,20 @@ def triple_jump(order: int) -> list[float]:
 
 
 class Compiled(Stepped):
-    """A reference as somebody else's, or the composition of leapfrog with these weights."""
+    """A reference as a user's contender, or the composition of leapfrog with these weights."""
 
     def __init__(
         self,
         name: str,
         order: float,
         symplectic: bool,
-        numbers: Any,
+        step_counts: Any,
         weights: Any = (),
         inner: Any = None,
     ) -> None:
         kicks = np.array(weights)
-        kicks[len(kicks) // 2 :][:1] += 1.0 - sum(kicks)  # a rounding
-        self.name, self.order, self.numbers = name, order, numbers
+        kicks[len(kicks) // 2 :][:1] += 1.0 - sum(kicks)  # so that the sum is 1 despite rounding
+        self.name, self.order, self.step_counts = name, order, step_counts
         self.inner = inner or splitting(
             name, order=order, nodes=np.cumsum(kicks) - kicks / 2.0, kicks=kicks
         )
@@ -55,12 +55,12 @@ class Compiled(Stepped):
         return altered(self.inner.run(problem, duration, setting))
 
 
-OUTSIDE = (*SIX, 1.0 - 2.0 * sum(SIX), *SIX[::-1])
+SIXTH_ORDER = (*SIX, 1.0 - 2.0 * sum(SIX), *SIX[::-1])
 FOUR = triple_jump(4)
 METHODS: dict[str, dict[str, Any]] = {
     "leapfrog": {"order": 2, "symplectic": True, "weights": [1.0]},
     "Yoshida 4": {"order": 4, "symplectic": True, "weights": FOUR},
-    "Yoshida 6": {"order": 6, "symplectic": True, "weights": OUTSIDE},
+    "Yoshida 6": {"order": 6, "symplectic": True, "weights": SIXTH_ORDER},
     "Yoshida 8": {"order": 8, "symplectic": True, "weights": triple_jump(8)},
     "Runge-Kutta 4": {"order": 4, "symplectic": False, "inner": RK4},
     **{
@@ -68,7 +68,7 @@ METHODS: dict[str, dict[str, Any]] = {
         for s in (1, 2, 3, 4)
     },
 }
-SETTINGS = {
+SETTINGS = {  # numbers of steps, relative to those of docs/suite.md
     "10 times coarser": (100, 400, 1600),
     "of the page": (1000, 4000, 16000),
     "10 times finer": (10_000, 40_000, 160_000),
@@ -76,7 +76,7 @@ SETTINGS = {
 
 
 class Adaptive(Stepped):
-    """DOP853 as on the page, with these tolerances."""
+    """SciPy's DOP853; `tolerances` are the negative exponents of 10 in its settings."""
 
     name, order, tolerances, conserves = "DOP853", 8, (6, 9, 12), {}
 

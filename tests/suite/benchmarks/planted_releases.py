@@ -1,4 +1,4 @@
-"""Releases of an engine that nobody made: the installed one with a fault that is planted."""
+"""Invented releases of an engine: the installed one with a planted fault."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ answer["release"] = {version!r}
 {after}
 json.dump(answer, sys.stdout)
 """
-# What a fault does to a job, and to an answer.
+# Code of each fault: what it does to a job, and to an answer.
 EULER = ("for each in job['runs']: each['integrator'] = 'Euler'", "")
 EULER_AT_OTHER_STEPS = ("for each in job['runs'][5:]: each['integrator'] = 'Euler'", "")
 GRAVITY = ("job['G'] *= 1.0 + 2e-12", "")
@@ -41,7 +41,7 @@ BLOWS_UP = (
 )
 FAILS = ("sys.exit('ValueError: XML Error: unrecognized attribute')", "")
 SAME = ("", "")
-# Every start is off by a rounding, as where a release adds in another order.
+# Every start is off by a rounding error, as if a release added in another order.
 ROUNDS_MODEL = (
     "for each in job['runs']:\n"
     "    for name in ('qpos', 'qvel'):\n"
@@ -54,13 +54,13 @@ ROUNDS_PLANETS = (
     "                         for m, *row in each['particles']]",
     "",
 )
-# Every state is, after each step, upwards more often than downwards.
+# Every state is off by a rounding error after each step, upwards by twice as much as downwards.
 ROUNDS_EACH_STEP = (
     """
 import random
 
 signs, names = random.Random(0), program["run"].__globals__
-build, kept = names["build"], []
+build, alive = names["build"], []
 
 def rounding(job, particles):
     sim = build(job, particles)
@@ -72,7 +72,7 @@ def rounding(job, particles):
                 setattr(particle, name, getattr(particle, name) * (1.0 + ulp))
 
     sim.post_timestep_modifications = move
-    kept.append((move, sim))
+    alive.append((move, sim))
     return sim
 
 names["build"] = rounding
@@ -82,8 +82,8 @@ names["build"] = rounding
 
 
 def planted(folder: Path, faults: Mapping[str, tuple[str, str]]):
-    """What stands for `interpreter`: of these releases with their faults, and the installed one;
-    all others cannot be installed."""
+    """A stand-in for `interpreter` that has the installed release and those with faults; all others
+    cannot be installed."""
 
     @contextmanager
     def interpreter(package: str, version: str, environment: Path) -> Iterator[Path]:

@@ -1,4 +1,4 @@
-"""What claims say of planted faults, wrong methods among them."""
+"""Verdicts of claims with planted faults, wrong methods among them."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ CLAIM = {claim.id: claim for claim in CLAIMS}
 
 
 def rows(claim: Claim, fault: Fault | Callable[..., Any] = galvi.Galerkin) -> list[Row]:
-    """What the claim's quick study comes to with a fault, or with methods made otherwise; a truth
-    is computed once for all."""
+    """Rows of the claim's quick study with a fault, or with methods that a function makes. Runs of
+    truths are computed once for all studies."""
     if not isinstance(fault, Fault):
         fault = Fault(fault)
     if fault.table is not None:
@@ -35,8 +35,8 @@ def rows(claim: Claim, fault: Fault | Callable[..., Any] = galvi.Galerkin) -> li
         fault.table(table)
         return claim.judge(table)
     with pytest.MonkeyPatch.context() as patch:
-        for kind in TRUTHS:
-            patch.setattr(kind, "run", remembered(kind.run))
+        for truth in TRUTHS:
+            patch.setattr(truth, "run", remembered(truth.run))
         for name, change in fault.wrong.items():
             patch.setattr(name, change(resolve_name(name)))
         return claim.judge(claim.study(fault.make, True, lambda sentence: None))
@@ -44,20 +44,20 @@ def rows(claim: Claim, fault: Fault | Callable[..., Any] = galvi.Galerkin) -> li
 
 @cache
 def remembered(run: Callable[..., Any]) -> Callable[..., Any]:
-    """It runs once for all problems, durations and settings of the same content."""
+    """A `run` that computes once for each content of problem, duration and setting."""
     runs: dict[bytes, Any] = {}
 
-    def again(self: Any, problem: Problem, duration: float, setting: Any) -> Any:
+    def run_once(self: Any, problem: Problem, duration: float, setting: Any) -> Any:
         key = pickle.dumps((self, problem, duration, setting))
         if key not in runs:
             runs[key] = run(self, problem, duration, setting)
         return runs[key]
 
-    return again
+    return run_once
 
 
 def contradicted(claim: Claim, fault: Fault | Callable[..., Any] = galvi.Galerkin) -> set[str]:
-    """The quantities that were, and were not expected to be."""
+    """Quantities that are contradicted although they were not expected to be."""
     return {
         row.quantity
         for row in rows(claim, fault)

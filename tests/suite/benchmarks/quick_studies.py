@@ -1,4 +1,4 @@
-"""The quick studies of the claims, measured once in a run by the first worker in need of one."""
+"""The quick studies of the claims, each measured once in a run of pytest, by one worker."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from filelock import FileLock
 import galvi
 from benchmarks.checks.claim import Claim
 
-folder = Path()  # of the workers' common temporary files, set by conftest.py
+folder = Path()  # common to all workers; set by conftest.py
 
 
 def quick(claim: Claim) -> pd.DataFrame:
-    """The frame of a claim's quick study with galvi's own methods; a copy."""
+    """A new table of a claim's quick study with galvi's own methods."""
     path = folder / f"{claim.id}.pickle"
     with FileLock(path.with_suffix(".lock")):
         if not path.exists():

@@ -1,4 +1,4 @@
-"""galvi agrees with every reference; those that are absent, fail or are wrong are told apart."""
+"""galvi agrees with every reference; absent, failing and wrong ones have different verdicts."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_a_truth_of_another_motion_is_confirmed_by_none(monkeypatch: pytest.Monk
             )
 
     def stored(pair: Any) -> bool:
-        """It knows its own starts only, and refuses others."""
+        """Whether the second truth is stored, and so refuses other starts."""
         return pair.second.name.startswith("stored")
 
     wrong = [

@@ -100,13 +100,13 @@ def test_starts_are_distributed_as_the_mass() -> None:
     r = np.hypot(q[:, 0], q[:, 1])
     grid = emissions._on_grid(emission)
     middles = (np.arange(len(grid)) + 0.5) / len(grid)
-    for sample, of, axis in ((r, 0.5 + 19.5 * middles, 1), (t, UNTIL * middles, 0)):
+    for sample, values, axis in ((r, 0.5 + 19.5 * middles, 1), (t, UNTIL * middles, 0)):
         weights = grid.sum(axis=axis) / grid.sum()
-        mean = float(weights @ of)
-        spread = math.sqrt(float(weights @ (of - mean) ** 2))
+        mean = float(weights @ values)
+        spread = math.sqrt(float(weights @ (values - mean) ** 2))
         assert abs(sample.mean() - mean) < 5.0 * spread / math.sqrt(n)
-    turns = np.arctan2(q[:, 1], q[:, 0]) / (2.0 * np.pi) % 1.0
-    for uniform in (turns, q[:, 2]):
+    angles = np.arctan2(q[:, 1], q[:, 0]) / (2.0 * np.pi) % 1.0
+    for uniform in (angles, q[:, 2]):
         assert abs(uniform.mean() - 0.5) < 5.0 / math.sqrt(12.0 * n)
     np.testing.assert_allclose(v[:, 2], friction_speed(r, t))
     assert np.all(v[:, 2] > threshold(100e-6))
@@ -201,11 +201,11 @@ def test_an_error_that_changes_sign_is_below_only_after_its_last_excess() -> Non
 def test_the_uncertainty_is_that_of_the_errors() -> None:
     errors, uncertainties = np.array([3.0, 1.2, 0.7]), np.array([0.1, 0.02, 0.03])
     cost = cost_at(1.0, COSTS[:3], errors, uncertainties)
-    by = [
+    changes = [
         (cost_at(1.0, COSTS[:3], errors + d, uncertainties).value - cost.value)
         for d in 1e-4 * np.diag(uncertainties)
     ]
-    assert cost.uncertainty == pytest.approx(1e4 * math.hypot(*by), rel=1e-3)
+    assert cost.uncertainty == pytest.approx(1e4 * math.hypot(*changes), rel=1e-3)
 
 
 @pytest.mark.parametrize(

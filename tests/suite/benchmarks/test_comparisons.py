@@ -39,7 +39,7 @@ Points = dict[str, list[tuple[float, float]]]
 
 
 def table(points: Points, problem: str = "p", **columns: Any) -> pd.DataFrame:
-    """Runs of each contender, (error, seconds)."""
+    """A table of runs; `points` has the (error, seconds) of each contender's runs."""
     rows: list[dict[str, Any]] = [
         {
             "problem": problem,
@@ -67,15 +67,14 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other(
     points: list[tuple[float, float]],
 ) -> None:
     front_rows = front(table({"a": points}))
-    ends = set(zip(front_rows["error"], front_rows["seconds"], strict=True))
+    front_points = set(zip(front_rows["error"], front_rows["seconds"], strict=True))
     assert (
         front_rows["error"].is_monotonic_decreasing
         and front_rows["seconds"].is_monotonic_increasing
     )
     for point in points:
-        beaten = any(e <= point[0] and s <= point[1] for e, s in ends)
-        assert beaten
-    for end in ends:
+        assert any(e <= point[0] and s <= point[1] for e, s in front_points)
+    for end in front_points:
         assert not any(
             (e < end[0] and s <= end[1]) or (e <= end[0] and s < end[1]) for e, s in points
         )
@@ -179,7 +178,7 @@ RUN = st.tuples(st.sampled_from(["galvi a", "galvi b", "peer"]), st.floats(1e-9,
 def test_no_row_of_galvi_is_below_its_best_and_no_time_falls_with_the_error(
     runs: list[tuple[str, float, float, list[float]]],
 ) -> None:
-    """Whatever the rounds of a busy machine: a setting has one time, by which it is chosen too."""
+    """Also on a busy machine: each setting has one time, by which it is chosen and shown."""
     rows = pd.DataFrame(
         [
             {
@@ -228,7 +227,7 @@ def test_a_ratio_is_of_the_times_of_the_same_rounds() -> None:
 
 
 def test_without_enough_rounds_in_common_there_is_a_ratio_but_no_outcome() -> None:
-    """As of a long run, which takes part in the first of them."""
+    """A long run takes part in the first rounds only."""
     for galvi_times, peer_times, ratio in (
         ([1.0] * 7, [], 1.5),
         ([1.0, 2.0, 9.0, 9.0, 9.0, 9.0, 9.0], [30.0, 60.0], 30.0),
@@ -282,7 +281,7 @@ THREE: dict[str, Points] = {
 
 
 def runs(*added: tuple[str, Points]) -> pd.DataFrame:
-    """Of three problems, and more."""
+    """Runs of the problems of THREE, and of the added ones."""
     parts = [table(points, problem) for problem, points in (*THREE.items(), *added)]
     return pd.concat(parts, ignore_index=True)
 
@@ -307,9 +306,9 @@ def test_a_ratio_is_to_the_fastest_code_and_a_failure_counts_once_as_never() -> 
 
 
 def test_a_code_that_fails_everywhere_is_flat_at_zero_and_changes_no_other_ratio() -> None:
-    bad = {"broken": [(math.nan, math.nan)] * 4}
+    failures = {"broken": [(math.nan, math.nan)] * 4}
     cost_rows, before = (
-        costs_by_code(runs(*((problem, bad) for problem in THREE))),
+        costs_by_code(runs(*((problem, failures) for problem in THREE))),
         costs_by_code(runs()),
     )
     broken = cost_rows.xs("broken", level="code")
@@ -325,8 +324,7 @@ def test_where_nobody_gets_there_nobody_is_the_fastest() -> None:
 
 
 def test_what_was_never_run_has_no_place() -> None:
-    """An engine that is missing leaves rows with a reason; a row of times without an error, as of a
-    setting between two, wins nothing."""
+    """A missing engine leaves rows without costs; a row with a time and no error wins nothing."""
     absent = runs(("a", {"heyoka": [(math.nan, math.nan)]}))
     absent.loc[absent["contender"] == "heyoka", "steps"] = math.nan
     assert "heyoka" not in costs_by_code(absent).index.get_level_values("code")
@@ -350,12 +348,12 @@ Band = Callable[[int, int], Share]
 
 
 def covered(problems: int, true: float, band: Band = share) -> float:
-    """How often the band holds the true share, over what so many problems may show."""
-    held = 0.0
+    """Probability that the band of `problems` problems contains the true share."""
+    probability = 0.0
     for solved in range(problems + 1):
         low, _, high = band(solved, problems)
-        held += float(binom.pmf(solved, problems, true)) * (low <= true <= high)
-    return held
+        probability += float(binom.pmf(solved, problems, true)) * (low <= true <= high)
+    return probability
 
 
 def too_narrow(solved: int, problems: int) -> Share:
@@ -371,10 +369,10 @@ def without_ends(solved: int, problems: int) -> Share:
 
 @pytest.mark.parametrize("problems", [5, 12])
 def test_bands_cover_and_ones_that_are_too_small_are_seen(problems: int) -> None:
-    trues = [0.02 * k for k in range(1, 50)]
+    true_shares = [0.02 * k for k in range(1, 50)]
 
     def cover(band: Band) -> list[float]:
-        return [covered(problems, true, band) for true in trues]
+        return [covered(problems, true, band) for true in true_shares]
 
     assert np.mean(cover(share)) > 0.93 and min(cover(share)) > 0.8
     assert np.mean(cover(too_narrow)) < 0.6
@@ -388,25 +386,25 @@ def test_no_problems_have_no_share() -> None:
 # ---- targets
 
 GALVI, PEER = "galvi degree 8, Gauss 8", "peer"
-HERE = {GALVI: [(1e-2, 1.0), (1e-8, 1.0)]}
+GALVI_POINTS = {GALVI: [(1e-2, 1.0), (1e-8, 1.0)]}
 MISSING = (math.nan, NOT_RUN)
 
 
 @pytest.mark.parametrize(
     ("points", "error", "ratio", "expected"),
     [
-        (HERE | {PEER: [(1e-9, 4.0)]}, 1e-6, 4.0, (4.0, MET)),
-        (HERE | {PEER: [(1e-9, 3.99)]}, 1e-6, 4.0, (3.99, MISSED)),
-        (HERE | {PEER: [(1e-5, 100.0)]}, 1e-6, 4.0, (NOT_REACHED, NOT_REACHED)),
+        (GALVI_POINTS | {PEER: [(1e-9, 4.0)]}, 1e-6, 4.0, (4.0, MET)),
+        (GALVI_POINTS | {PEER: [(1e-9, 3.99)]}, 1e-6, 4.0, (3.99, MISSED)),
+        (GALVI_POINTS | {PEER: [(1e-5, 100.0)]}, 1e-6, 4.0, (NOT_REACHED, NOT_REACHED)),
         ({GALVI: [(1e-5, 1.0)], PEER: [(1e-9, 1e6)]}, 1e-6, 4.0, (NONE, MISSED)),
         ({GALVI: [(1e-5, 1.0)], PEER: [(1e-5, 1e6)]}, 1e-6, 4.0, (NONE, MISSED)),
         ({PEER: [(1e-9, 1e6)]}, 1e-6, 4.0, (NONE, MISSED)),
-        (HERE, 1e-6, 4.0, MISSING),
-        (HERE | {PEER: [(math.nan, 1.0)]}, 1e-6, 4.0, MISSING),
-        (HERE | {PEER: [(1e-9, math.nan)]}, None, 4.0, MISSING),
-        (HERE | {PEER: [(1e-7, 3.0), (1e-4, 1.0)]}, None, None, (3.0, MET)),
-        (HERE | {PEER: [(1e-5, 3.0)]}, 1e-7, None, (NOT_REACHED, MET)),
-        (HERE | {PEER: [(1e-9, 3.0)]}, None, None, (NONE, MISSED)),
+        (GALVI_POINTS, 1e-6, 4.0, MISSING),
+        (GALVI_POINTS | {PEER: [(math.nan, 1.0)]}, 1e-6, 4.0, MISSING),
+        (GALVI_POINTS | {PEER: [(1e-9, math.nan)]}, None, 4.0, MISSING),
+        (GALVI_POINTS | {PEER: [(1e-7, 3.0), (1e-4, 1.0)]}, None, None, (3.0, MET)),
+        (GALVI_POINTS | {PEER: [(1e-5, 3.0)]}, 1e-7, None, (NOT_REACHED, MET)),
+        (GALVI_POINTS | {PEER: [(1e-9, 3.0)]}, None, None, (NONE, MISSED)),
     ],
 )
 def test_a_target_is_met_from_its_ratio_on_and_not_without_runs(
@@ -426,7 +424,7 @@ def test_a_target_is_met_from_its_ratio_on_and_not_without_runs(
 
 def test_the_fastest_of_a_peer_s_lines_counts_and_of_galvi_s() -> None:
     fast = "galvi degree 16, Gauss 16"
-    points = HERE | {
+    points = GALVI_POINTS | {
         fast: [(1e-8, 0.5)],
         PEER: [(1e-9, 9.0)],
         "peer, looser": [(1e-7, 2.0)],
@@ -461,7 +459,7 @@ def test_only_galvi_s_lines_that_a_target_names_count_and_a_rival_may_be_galvi_s
 
 
 def test_a_warning_about_the_peer_s_own_error_is_told() -> None:
-    runs = table(HERE | {PEER: [(1e-7, 3.0)]})
+    runs = table(GALVI_POINTS | {PEER: [(1e-7, 3.0)]})
     runs.loc[runs["contender"] == PEER, "status"] = "Take it as a bound."
     at_own_error, at_fixed_error = (Target("p", (PEER,), error, None) for error in (None, 1e-6))
     assert list(targets_met(runs, [at_own_error, at_fixed_error])["remark"]) == [
@@ -471,7 +469,7 @@ def test_a_warning_about_the_peer_s_own_error_is_told() -> None:
 
 
 def test_another_problem_s_rows_do_not_count() -> None:
-    runs = table(HERE | {PEER: [(1e-9, 100.0)]}, problem="q")
+    runs = table(GALVI_POINTS | {PEER: [(1e-9, 100.0)]}, problem="q")
     assert list(targets_met(runs, [Target("p", (PEER,), 1e-6, 4.0)])["verdict"]) == [NOT_RUN]
     assert targets_met(runs, ()).empty
 
@@ -496,7 +494,7 @@ def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> Non
         for target in TARGETS
     ]
     assert len(set(keys)) == len(keys)
-    for target in TARGETS:  # of orbits and rotations, the rival's own error too
+    for target in TARGETS:  # targets of orbits and rotations have the rival's own error too
         assert target.source == VECTORS or target.problem in {
             entry.problem for entry in TARGETS if entry.error is None
         }
@@ -507,7 +505,9 @@ def test_every_target_names_contenders_that_take_part(quick: bool, cases) -> Non
 def test_readers_are_told_what_every_problem_is(cases) -> None:
     assert [case.problem.name for case in cases] == list(LABELS)
     for case in cases:
-        year = 1.0 if "Applegate" in case.problem.name else 365.25  # of 365 days, and in days
+        year = (
+            1.0 if "Applegate" in case.problem.name else 365.25
+        )  # Applegate's unit is a year of 365 days, that of others a day
         year = math.tau if "2 pi" in case.problem.units else year
         units = {"units of time": 1.0, "s": 1.0, "periods": math.tau, "years": year}
         units["revolutions"] = math.tau

@@ -1,4 +1,4 @@
-"""`verify` of somebody else's contender: sound ones pass, and each planted fault is caught."""
+"""`verify` of users' contenders: correct ones pass, and each planted fault is caught."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ from tests.suite.benchmarks.contenders_at_hand import (
     erratic,
     heavy,
     mirrored,
-    moved,
+    swapped_start,
     unseeded,
 )
 from tests.suite.benchmarks.correct_contenders import (
@@ -71,14 +71,14 @@ SHORT = replace(ORBIT, long=20.3)
 STALE = 3000  # steps after which some integrators become wrong
 
 
-def only(rows: Any, start: str) -> Any:
-    """The only row on a quantity of which the name begins so."""
+def only_row(rows: Any, start: str) -> Any:
+    """The only row whose quantity begins with `start`."""
     (row,) = (row for row in rows if row.quantity.startswith(start))
     return row
 
 
 def with_parts(contender: Any, **parts: Any) -> Any:
-    """The contender, which declares otherwise."""
+    """The contender, with these attributes replaced."""
     vars(contender).update(parts)
     return contender
 
@@ -97,14 +97,17 @@ def test_a_sound_contender_is_as_expected_and_what_it_does_not_say_is_told():
     assert {row.verdict for row in rows if "relative change" in row.quantity} == {"holds"}
 
 
-WRONG = {  # contender: how the names of all rows begin that show it, and words of a reason
+WRONG_CONTENDERS = {  # contender: (beginnings of the quantities that show it, words of a reason)
     Still(): (["error at its finest over the way from the start"], "Furthest from the truth"),
     Altered(mirrored): (
         ["runs and answers that failed"],
         "Its first p must be the problem's start",
     ),
     Altered(heavy): (["error at its finest over that at its coarsest"], "What becomes no better"),
-    Altered(moved): (["runs and answers that failed"], "Its first q must be the problem's start"),
+    Altered(swapped_start): (
+        ["runs and answers that failed"],
+        "Its first q must be the problem's start",
+    ),
     Altered(aliased): (["runs and answers that failed"], "Its first q must be the problem's start"),
     Altered(between): (["error at its finest over the way from the start"], "its configuration"),
     Single(): (["error at its finest over that at its coarsest"], "It offers one setting"),
@@ -122,12 +125,12 @@ WRONG = {  # contender: how the names of all rows begin that show it, and words 
 }
 
 
-@pytest.mark.parametrize("wrong", WRONG, ids=lambda contender: contender.name)
+@pytest.mark.parametrize("wrong", WRONG_CONTENDERS, ids=lambda contender: contender.name)
 def test_what_is_wrong_is_red_with_the_reason(wrong):
-    quantities, reason = WRONG[wrong]
+    quantities, reason = WRONG_CONTENDERS[wrong]
     rows, differing, external = checked(wrong, SHORT)
     first = f"{quantities[0]}, {ORBIT.problem.name}"
-    caught = only(rows, first)
+    caught = only_row(rows, first)
     assert caught in differing and reason in caught.reason
     assert {row.quantity.partition(",")[0].partition(" at step")[0] for row in differing} >= {
         *quantities
@@ -136,7 +139,7 @@ def test_what_is_wrong_is_red_with_the_reason(wrong):
         assert any(reason in fault for fault in external.faults)
 
 
-ALONE = {  # what shows nothing but its fault: problem, names of the rows that show it, words
+SINGLE_FAULTS = {  # (contender, problem, the quantities that show its fault, words of a reason)
     "another force": (
         with_parts(Stepped(), order=None, conserves={}, strength=1.001),
         ORBIT,
@@ -159,9 +162,9 @@ ALONE = {  # what shows nothing but its fault: problem, names of the rows that s
 }
 
 
-@pytest.mark.parametrize("fault", ALONE)
+@pytest.mark.parametrize("fault", SINGLE_FAULTS)
 def test_a_fault_is_seen_in_its_rows_and_in_no_other(fault):
-    contender, problem, names, reason = ALONE[fault]
+    contender, problem, names, reason = SINGLE_FAULTS[fault]
     _, differing, _ = checked(contender, problem)
     assert {row.quantity.partition(",")[0] for row in differing} == names
     assert all(reason in row.reason for row in differing)
@@ -173,7 +176,7 @@ def test_what_it_conserves_has_to_be_looked_at_somewhere():
 
 
 class Moody(Gauss):
-    """Every second run of a step fails early."""
+    """Its first run and every second one after it fail early."""
 
     count = 0
 
@@ -194,12 +197,12 @@ def test_a_second_run_that_fails_is_no_exception():
 def test_a_body_at_rest_is_measured_by_the_way_of_the_system():
     masses, q = [1.0, 1.0, 1e-3], np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 0.0]])
     v = np.array([[0.0, 0.6], [0.0, -0.6], [0.0, 0.0]])
-    between = galvi.Problem(galvi.NBody(masses), q, v, name="a body between two")
+    middle = galvi.Problem(galvi.NBody(masses), q, v, name="a body between two")
     swing = SWING.problem
     hanging = replace(swing, q0=0.0 * swing.q0, v0=0.0 * swing.v0)
     for problem, strength, verdict in (
-        (between, 1.0, "holds"),
-        (between, 1.3, "contradicted"),
+        (middle, 1.0, "holds"),
+        (middle, 1.3, "contradicted"),
         (hanging, 1.0, "holds"),
     ):
         contender = with_parts(Stepped(), strength=strength, conserves={}, order=None)
@@ -228,9 +231,9 @@ def test_failed_runs_all_count_and_are_the_reason_why_no_order_is_seen_and_not_r
     assert rows[0].measured == 4 and len(external.faults) == 1  # 2 settings, order, long
     rows, _, _ = checked(Raising())
     assert not any("round-off" in row.reason for row in rows)
-    order = only(rows, "order in the step")
+    order = only_row(rows, "order in the step")
     assert order.reason == "It raised RuntimeError: no, thanks."
-    row = only(rows, "problems where its order is seen")
+    row = only_row(rows, "problems where its order is seen")
     assert "no run came to its end" in row.reason and "no, thanks." in row.reason
 
 
@@ -253,7 +256,7 @@ def test_a_high_order_without_settings_is_seen_at_fewer_steps():
             return super().__getattribute__(name)
 
     rows, differing, _ = checked(Eighth(), ORBIT)
-    order = only(rows, "order in the step")
+    order = only_row(rows, "order in the step")
     assert differing == [] and order.measured == pytest.approx(8.0, abs=0.4)
     assert checked(Eighth(), *CHECK_PROBLEMS)[1] == []
 
@@ -278,7 +281,7 @@ class Nervous(Short):
 
 def test_an_order_is_looked_for_at_longer_steps_than_it_offers():
     rows, differing, external = checked(Short(), replace(SWING, long=1.0))
-    order = only(rows, "order in the step")
+    order = only_row(rows, "order in the step")
     assert order.verdict == "attained" and differing == [] and external.faults == []
 
 
@@ -288,13 +291,13 @@ def test_an_order_is_looked_for_at_longer_steps_than_it_offers():
 def test_an_order_that_is_not_seen_is_no_failure_and_says_what_to_do(kind, why):
     rows, differing, external = checked(kind(), replace(SWING, long=1.0))
     assert differing == [] and external.faults == []
-    row = only(rows, "problems where its order is seen")
+    row = only_row(rows, "problems where its order is seen")
     assert row.verdict == row.expected == "not run" and why in row.reason
 
 
 def test_a_long_run_that_fails_is_named_by_its_duration_and_is_no_reason_of_an_order_unseen():
     rows, _, external = checked(WithoutLongRuns(), replace(SWING, long=6.5))
-    row = only(rows, "problems where its order is seen")
+    row = only_row(rows, "problems where its order is seen")
     assert "with a `step`" in row.reason
     (fault,) = external.faults
     assert ", T = 6.5, " in fault and fault.endswith("It raised RuntimeError: too long.")
@@ -331,7 +334,7 @@ def test_checks_have_names_of_their_own():
 
 
 class Remembering(Gauss):
-    """It runs once, and returns what it has."""
+    """It computes each run once, and then returns the same one."""
 
     name = "remembering"
 
@@ -377,14 +380,14 @@ def test_a_setting_that_asks_for_too_much_is_refused_and_a_run_with_it_fails(set
 
 
 @pytest.mark.slow(beside="test_the_order_of_a_correct_method_is_seen_at_any_steps")
-@pytest.mark.parametrize("numbers", SETTINGS.values(), ids=SETTINGS)
+@pytest.mark.parametrize("step_counts", SETTINGS.values(), ids=SETTINGS)
 @pytest.mark.parametrize("method", METHODS)
-def test_a_correct_method_raises_no_alarm(method, numbers):
+def test_a_correct_method_raises_no_alarm(method, step_counts):
     rows, differing, external = checked(
-        Compiled(method, numbers=numbers, **METHODS[method]), *CHECK_PROBLEMS
+        Compiled(method, step_counts=step_counts, **METHODS[method]), *CHECK_PROBLEMS
     )
     assert differing == [] and external.faults == []
-    row = only(rows, "problems where its order is seen")
+    row = only_row(rows, "problems where its order is seen")
     assert row.verdict == "holds"
 
 
@@ -401,12 +404,12 @@ def test_a_correct_adaptive_method_raises_no_alarm(order, shift):
 
 
 @pytest.mark.slow_cases("10 times coarser")
-@pytest.mark.parametrize("numbers", SETTINGS.values(), ids=SETTINGS)
-def test_the_order_of_a_correct_method_is_seen_at_any_steps(numbers):
+@pytest.mark.parametrize("step_counts", SETTINGS.values(), ids=SETTINGS)
+def test_the_order_of_a_correct_method_is_seen_at_any_steps(step_counts):
     rows, differing, _ = checked(
-        Compiled("Yoshida 6", numbers=numbers, **METHODS["Yoshida 6"]), SHORT
+        Compiled("Yoshida 6", step_counts=step_counts, **METHODS["Yoshida 6"]), SHORT
     )
-    order = only(rows, "order in the step")
+    order = only_row(rows, "order in the step")
     assert differing == [] and order.measured == pytest.approx(6.0, abs=0.3)
 
 
@@ -442,29 +445,29 @@ class InSingle(Stepped):
     def pull(self, problem, q, t):
         return super().pull(problem, q.astype(float), t).astype(np.float32)
 
-    def moved(self, problem, q, v, t, h):
+    def advanced(self, problem, q, v, t, h):
         q, v = q.astype(np.float32), v.astype(np.float32)
-        return super().moved(problem, q, v, t, np.float32(h))
+        return super().advanced(problem, q, v, t, np.float32(h))
 
 
 @pytest.mark.parametrize(
-    ("declared", "numbers"),
+    ("declared", "step_counts"),
     [*((order, (25, 100, 400, 1600)) for order in (1, 2, 3)), (2, (250, 1000)), (3, (250, 1000))],
 )
 def test_the_order_of_a_method_in_single_precision_is_seen_where_its_errors_fall(
-    declared, numbers, monkeypatch
+    declared, step_counts, monkeypatch
 ):
     monkeypatch.setattr(long_runs, "MANY", 1000)
-    single = with_parts(InSingle(), order=declared, numbers=numbers)
+    single = with_parts(InSingle(), order=declared, step_counts=step_counts)
     rows, differing, _ = checked(single, replace(SWING, long=5.0))
-    order = only(rows, "order in the step")
+    order = only_row(rows, "order in the step")
     assert order.measured == pytest.approx(2.0, abs=0.15)
     differing = [row for row in differing if "finest over that" not in row.quantity]
     assert differing == ([] if declared == 2 else [order])
 
 
 class Clocked(Stepped):
-    """Leapfrog with a wrong clock."""
+    """Leapfrog with a changed time in the force, or a reversed direction of time."""
 
     name, order = "clocked", None
     conserves: ClassVar[dict[str, float]] = {}
@@ -475,9 +478,9 @@ class Clocked(Stepped):
     def pull(self, problem, q, t):
         return super().pull(problem, q, self.clock(t, problem.t0))
 
-    def moved(self, problem, q, v, t, h):
-        at = t + 0.5 * h - 0.5 * self.sense * h
-        return super().moved(problem, q, v, at, self.sense * h)
+    def advanced(self, problem, q, v, t, h):
+        start = t + 0.5 * h - 0.5 * self.sense * h
+        return super().advanced(problem, q, v, start, self.sense * h)
 
 
 def test_a_wrong_time_and_a_reversed_one_are_seen(monkeypatch):
@@ -514,7 +517,7 @@ def test_a_clock_that_goes_wrong_after_many_steps_is_seen(monkeypatch):
     (row,) = long_runs.cut_run(Inside.of(LateClock()), DRIVEN)
     assert row["steps"] == 8000 and row["value"] > LARGEST_ERROR
     symmetric = [
-        Compiled(name, numbers=(100,), **METHODS[name]) for name in ("leapfrog", "Yoshida 6")
+        Compiled(name, step_counts=(100,), **METHODS[name]) for name in ("leapfrog", "Yoshida 6")
     ]
     for contender in (*symmetric, Clocked(), Adaptive()):
         external = Inside.of(contender)
@@ -526,7 +529,7 @@ class Late(Compiled):
     """Correct up to step STALE only."""
 
     def __init__(self, factor: float) -> None:
-        super().__init__("late", numbers=(100, 400, 1600), **METHODS["leapfrog"])
+        super().__init__("late", step_counts=(100, 400, 1600), **METHODS["leapfrog"])
         self.factor = factor
 
     def run(self, problem: galvi.Problem, duration: float, setting: Any) -> galvi.Trajectory:
@@ -548,7 +551,7 @@ def test_what_goes_wrong_after_many_steps_only_is_seen(factor, name):
 
 def test_the_longest_run_is_no_longer_than_the_time_limit_allows():
     rows, differing, _ = checked(Late(1.0), SHORT)
-    row = only(rows, "steps of its longest run")
+    row = only_row(rows, "steps of its longest run")
     assert differing == [] and 90_000 < row.measured < 110_000
 
 
@@ -556,7 +559,7 @@ def test_the_longest_run_is_no_longer_than_the_time_limit_allows():
 
 
 def turned_back(contender: Any, *check_problems: Any) -> list[Any]:
-    """Its rows on the run back, on each problem that it supports."""
+    """The contender's rows on runs back, for each problem that it supports."""
     contender.symmetric = True
     external = Inside.of(contender)
     judge = Judge("A", external, check_problems)
@@ -569,7 +572,7 @@ def turned_back(contender: Any, *check_problems: Any) -> list[Any]:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_compositions_and_gauss_return_to_their_start_and_runge_and_kutta_do_not(method):
-    contender = Compiled(method, numbers=(100, 400, 1600), **METHODS[method])
+    contender = Compiled(method, step_counts=(100, 400, 1600), **METHODS[method])
     rows = turned_back(contender, *CHECK_PROBLEMS)
     assert len(rows) >= 7
     expected = "contradicted" if method == "Runge-Kutta 4" else "holds"
@@ -584,11 +587,14 @@ class Midpoint(Gauss):
 
 
 def test_rotations_and_lagrangians_return_where_the_method_is_symmetric_on_them():
-    last = [case for case in CHECK_PROBLEMS if case.problem.q0.shape != case.problem.v0.shape]
-    rows = [*turned_back(Midpoint(), *last), *turned_back(Gauss(), PROBLEMS["double pendulum"])]
+    on_groups = [case for case in CHECK_PROBLEMS if case.problem.q0.shape != case.problem.v0.shape]
+    rows = [
+        *turned_back(Midpoint(), *on_groups),
+        *turned_back(Gauss(), PROBLEMS["double pendulum"]),
+    ]
     assert len(rows) == 3 and {row.verdict for row in rows} == {"holds"}
     # Gauss's stages in the chart of a step's start are not symmetric.
-    assert {row.verdict for row in turned_back(Gauss(), *last)} == {"contradicted"}
+    assert {row.verdict for row in turned_back(Gauss(), *on_groups)} == {"contradicted"}
 
 
 class OneWay(Gauss):
@@ -619,10 +625,10 @@ def test_what_chooses_its_steps_is_not_run_back():
     assert row.verdict == row.expected == "not run" and "settings with a `step`" in row.reason
 
 
-def from_zero(kind: type[Gauss]) -> Any:
-    """A contender whose runs start at time 0 alone."""
+def from_zero(contender_class: type[Gauss]) -> Any:
+    """A contender that supports only problems with t0 = 0."""
 
-    class FromZero(kind):
+    class FromZero(contender_class):
         def supports(self, problem):
             return problem.t0 == 0.0
 
@@ -647,7 +653,7 @@ LEAK = 40_000_000  # bytes: more than the C library takes from what was freed be
 
 
 class Keeping(Gauss):
-    """It keeps so many bytes of each run."""
+    """It keeps an array of `size` bytes after each run."""
 
     name = "keeping"
 
@@ -660,7 +666,7 @@ class Keeping(Gauss):
 
 
 def growth(contender):
-    """The row on what its runs keep."""
+    """The row on the memory that a contender's runs keep."""
     external = Inside.of(contender)
     external.watched = True
     (row,) = Judge("A", external, (ORBIT,)).memory(ORBIT, frame(Runs(external).memory(ORBIT)))

@@ -90,7 +90,7 @@ def test_a_name_that_only_reminds_of_one_is_taken(module, monkeypatch, name):
 
 @pytest.fixture
 def module(monkeypatch):
-    """Contenders, and none, in a module of their own."""
+    """Puts contenders, and classes that are none, into the module outside_module."""
     outside = ModuleType("outside_module")
     for contender in (Whole, Nameless, Ours, Lines, Marked, Lacking, Stubborn):
         setattr(outside, contender.__name__, contender)
@@ -131,7 +131,7 @@ ORBIT = galvi.problems.kepler(0.6)
 
 
 def finished(**parts):
-    """What a run on ORBIT for {"samples": 2} over 1 should be, with some parts replaced."""
+    """A valid run of ORBIT for {"samples": 2} over 1 unit of time, with some parts replaced."""
     t, q, p = np.array([0.0, 0.5, 1.0]), np.array([ORBIT.q0] * 3), np.array([ORBIT.p0] * 3)
     return galvi.Trajectory(**{"problem": ORBIT, "t": t, "q": q, "p": p, **parts})
 
@@ -283,17 +283,17 @@ needs_groups = pytest.mark.skipif(os.name != "posix", reason="there are no proce
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where the contender's module is, on the path of new processes."""
+    """The folder of the contender's module, on the path of new processes."""
     (tmp_path / "trouble.py").write_text(TROUBLE)
     monkeypatch.syspath_prepend(str(tmp_path))
     return tmp_path
 
 
-def left(folder: Path) -> list[int]:
-    """Which of the contender's process and its child still run, ten seconds later at most."""
+def still_running(folder: Path) -> list[int]:
+    """Ids of the contender's process and its child that run after ten seconds; they are killed."""
     pids = [int(pid) for pid in (folder / "pids").read_text().split()]
     for _ in range(100):
-        running = [pid for pid in pids if _runs(pid)]
+        running = [pid for pid in pids if is_running(pid)]
         if not running:
             return []
         time.sleep(0.1)
@@ -303,7 +303,7 @@ def left(folder: Path) -> list[int]:
     return running
 
 
-def _runs(pid: int) -> bool:
+def is_running(pid: int) -> bool:
     state = subprocess.run(["ps", "-o", "stat=", "-p", str(pid)], capture_output=True, text=True)
     return state.stdout.strip() not in ("", "Z", "Zs", "ZN")
 
@@ -321,15 +321,15 @@ def test_it_knows_where_its_class_begins_also_of_one_that_another_module_names(
     for folder in (tmp_path, tmp_path / "src"):
         monkeypatch.syspath_prepend(str(folder))
     monkeypatch.chdir(tmp_path / "src")
-    at = "src/inner/it.py", 3
+    definition = "src/inner/it.py", 3
     elsewhere = tmp_path.parent / f"{tmp_path.name}-site-packages"
     elsewhere.mkdir()
     (elsewhere / "installed.py").write_text(code)
     monkeypatch.syspath_prepend(str(elsewhere))
     nowhere = "", 0
     for path, expected in (
-        ("inner:It", at),
-        ("inner:it", at),
+        ("inner:It", definition),
+        ("inner:it", definition),
         ("made:It", nowhere),
         ("installed:It", nowhere),
     ):
@@ -354,9 +354,12 @@ def test_one_that_hangs_dies_or_exits_is_a_sentence_and_the_next_run_goes_on(
             hung = run(action, 1.0, is_trial)
             assert hung.status == "It did not answer within 1 s, and was stopped."
             assert np.isnan(hung.q).all() and hung.q.shape == (2, 2) and not hung.success
-            assert left(folder) == []
+            assert still_running(folder) == []
             assert run().success
-        assert run("dies").status == "Its process ended, with status 3." and left(folder) == []
+        assert (
+            run("dies").status == "Its process ended, with status 3."
+            and still_running(folder) == []
+        )
         assert run("exits").status == "It raised SystemExit: that is all."
         assert run("dies later").success
         time.sleep(1.0)
@@ -455,7 +458,7 @@ class Refused(ContenderError):
 
 
 class Typed(Gauss):
-    """All that it says is of classes of its own."""
+    """Every value that it returns is of a class of its own."""
 
     name, order = Text("typed"), Number(4.0)
     conserves = {Text("energy"): Number(0.5)}  # noqa: RUF012
@@ -476,34 +479,34 @@ class Typed(Gauss):
         return galvi.Trajectory(problem, t, q, p, status=status, counts=counts)
 
 
-def kinds(value: Any) -> set[type]:
+def types_in(value: Any) -> set[type]:
     """The types of a value and of all that it holds."""
     inside: Iterable[Any] = ()
     if isinstance(value, Mapping):
         inside = (*value, *value.values())
     elif isinstance(value, tuple | list):
         inside = value
-    return {type(value)}.union(*map(kinds, inside))
+    return {type(value)}.union(*map(types_in, inside))
 
 
 def test_nothing_of_its_classes_comes_back_from_its_process(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(worker, "contender_at", lambda path: Typed())
-    about = ORBIT, 5.0, {"step": 0.5, "save_every": 10}
+    arguments = ORBIT, 5.0, {"step": 0.5, "save_every": 10}
     answers = {
         "metadata": worker.answer("m:Typed", "metadata"),
         "settings": worker.answer("m:Typed", "settings", ORBIT, 5.0, 100),
-        "claimed error": worker.answer("m:Typed", "claimed error", *about),
-        "timed run": worker.answer("m:Typed", "timed run", *about),
+        "claimed error": worker.answer("m:Typed", "claimed error", *arguments),
+        "timed run": worker.answer("m:Typed", "timed run", *arguments),
     }
     plain = {str, int, float, bool, dict, list, tuple, np.ndarray}
-    assert {name: kinds(value) - plain for name, value in answers.items()} == {
+    assert {name: types_in(value) - plain for name, value in answers.items()} == {
         name: set() for name in answers
     }
     with pytest.raises(ContenderError, match="not this one") as caught:
         worker.answer("m:Typed", "supports", ORBIT)
-    assert type(caught.value) is ContenderError and kinds(caught.value.args) == {tuple, str}
+    assert type(caught.value) is ContenderError and types_in(caught.value.args) == {tuple, str}
 
 
 def test_a_result_that_depends_on_the_process_is_not_deterministic(
@@ -526,7 +529,7 @@ def test_one_that_cannot_be_made_is_a_sentence_and_no_process_stays(folder: Path
         ExternalIntegrator.open("trouble:Breaking")
 
 
-def script(folder: Path, action: str) -> subprocess.Popen[str]:
+def client(folder: Path, action: str) -> subprocess.Popen[str]:
     """A process that runs the contender."""
     path = os.pathsep.join((str(folder), str(ROOT)))
     return subprocess.Popen(
@@ -546,12 +549,12 @@ def script(folder: Path, action: str) -> subprocess.Popen[str]:
     [signal.SIGINT, signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)],
 )
 def test_when_we_are_stopped_it_goes_and_what_it_started(folder: Path, how: int) -> None:
-    process = script(folder, "sleeps")
+    process = client(folder, "sleeps")
     for _ in range(600):
         if (folder / "pids").exists() and (folder / "pids").read_text().count(" "):
             break
         time.sleep(0.1)
     process.send_signal(how)
     errors = process.communicate(timeout=60.0)[1]
-    assert process.returncode != 0 and left(folder) == []
+    assert process.returncode != 0 and still_running(folder) == []
     assert ("KeyboardInterrupt" in errors) is (how == signal.SIGINT)

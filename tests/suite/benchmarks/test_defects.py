@@ -1,4 +1,4 @@
-"""What steps and runs keep, measured without galvi's own derivatives."""
+"""Symplecticity defects and conserved components, measured without galvi's derivatives."""
 
 import numpy as np
 import pytest
@@ -78,7 +78,7 @@ def test_what_the_motion_does_not_keep_is_no_error():
     assert max(changes["kepler"]) < 1e-12
     assert changes["one-sided"][0] < 1e-10 and np.isnan(changes["one-sided"][1])
     assert np.isnan(changes["damped"]).all()
-    assert max(changes["top"]) < 1e-9  # of the momenta, that about the vertical
+    assert max(changes["top"]) < 1e-9  # the conserved momentum is that about the vertical
 
 
 def test_a_method_that_loses_momentum_is_seen():

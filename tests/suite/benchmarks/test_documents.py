@@ -52,7 +52,7 @@ It says it at length.
 
 @pytest.fixture
 def claim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The claim of a table, and of the numbers that a module of this name measures."""
+    """A function that makes the claim of a table whose module measures the given numbers."""
 
     def claim_of(table: str, numbers: dict[str, Any], **attributes: Any) -> Claim:
         module = ModuleType("benchmarks.claims.made_up")
@@ -61,8 +61,8 @@ def claim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
         monkeypatch.setitem(sys.modules, module.__name__, module)
         path = tmp_path / f"{len(list(tmp_path.iterdir()))}.md"
         path.write_text(HEAD + table)
-        (only,) = claims_in(read_document(path))
-        return only
+        (parsed,) = claims_in(read_document(path))
+        return parsed
 
     return claim_of
 

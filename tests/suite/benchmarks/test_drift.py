@@ -1,5 +1,5 @@
-"""A drift is seen, as a trend, as an envelope and beside random walks; what is stationary does not
-drift, what walks at random has its exponent, and levels change where they do."""
+"""Drifts are seen as trends, as envelopes and beside random walks; stationary series do not drift,
+random walks have exponent 1/2, and changes of level are found where they are."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ import pytest
 
 from benchmarks.checks.bounds import CONTRADICTED, HOLDS, NOT_RUN
 from benchmarks.checks.series_bounds import NoGrowth
-from benchmarks.statistics.change_points import FEWEST_POINTS as FEWEST
-from benchmarks.statistics.change_points import change_points, steps
+from benchmarks.statistics.change_points import FEWEST_POINTS, change_points, steps
 from benchmarks.statistics.drift import FEWEST_TIMES, drift, growth
 from benchmarks.studies.round_off_participants import SAMPLED_HUNDREDTHS
 from galvi.arrays import Array
@@ -112,22 +111,22 @@ def test_a_history_with_a_hole_or_too_short_is_not_judged_and_no_error_does_not_
 
 # Errors that walk at random.
 
-T = np.array(SAMPLED_HUNDREDTHS, dtype=float)
+KEPT_TIMES = np.array(SAMPLED_HUNDREDTHS, dtype=float)
 STEP = 1e-17
 
 
 def walks(runs: int, seed: int, drift: float = 0.0) -> np.ndarray:
     """Errors (runs, times) that move by STEP at random, 50 times in each unit of time."""
     moves = np.random.default_rng(seed).standard_normal((runs, 100, 50)).sum(axis=2)
-    return STEP * np.cumsum(moves, axis=1)[:, np.array(SAMPLED_HUNDREDTHS) - 1] + drift * T
+    return STEP * np.cumsum(moves, axis=1)[:, np.array(SAMPLED_HUNDREDTHS) - 1] + drift * KEPT_TIMES
 
 
-def drawn(seeds: range, drift: float = 0.0) -> list:
-    return [growth(T, walks(32, seed, drift)) for seed in seeds]
+def fitted_growths(seeds: range, drift: float = 0.0) -> list:
+    return [growth(KEPT_TIMES, walks(32, seed, drift)) for seed in seeds]
 
 
 def test_a_random_walk_has_exponent_one_half_within_its_uncertainty() -> None:
-    fits = drawn(range(20))
+    fits = fitted_growths(range(20))
     deviations = np.array([(fit.exponent - 0.5) / fit.uncertainty for fit in fits])
     assert np.sqrt(np.mean(deviations**2)) < 1.6  # 1 if the uncertainty is right
     assert np.mean([fit.exponent for fit in fits]) == pytest.approx(0.5, abs=0.02)
@@ -136,30 +135,34 @@ def test_a_random_walk_has_exponent_one_half_within_its_uncertainty() -> None:
 
 
 def test_a_drift_below_the_walk_s_own_size_is_caught() -> None:
-    at_end = STEP * np.sqrt(50.0 * T[-1])
-    fits = drawn(range(5), drift=2.0 * at_end / T[-1])
+    walk_at_end = STEP * np.sqrt(50.0 * KEPT_TIMES[-1])
+    fits = fitted_growths(range(5), drift=2.0 * walk_at_end / KEPT_TIMES[-1])
     assert all(fit.drifts and fit.drift > 0.0 for fit in fits)
     assert all(fit.exponent > 0.6 for fit in fits)
 
 
 def test_an_offset_and_a_common_oscillation_are_no_drift() -> None:
-    errors = walks(32, 3) + 1e-16 * (1.0 + np.sin(40.0 * T))
-    assert not growth(T, errors).drifts
+    errors = walks(32, 3) + 1e-16 * (1.0 + np.sin(40.0 * KEPT_TIMES))
+    assert not growth(KEPT_TIMES, errors).drifts
 
 
 def test_what_a_state_s_rounding_hides_is_left_out_of_the_fit() -> None:
     rng = np.random.default_rng(4)
     floor = 3e-16
-    hidden = walks(200, 5) + floor * rng.standard_normal((200, T.size))
-    assert growth(T, hidden).exponent < 0.35
-    fit = growth(T, walks(200, 5) + 1e-17 * rng.standard_normal((200, T.size)), floor=1e-16)
-    assert fit.first > T[0] and fit.last == T[-1]
+    hidden = walks(200, 5) + floor * rng.standard_normal((200, KEPT_TIMES.size))
+    assert growth(KEPT_TIMES, hidden).exponent < 0.35
+    fit = growth(
+        KEPT_TIMES, walks(200, 5) + 1e-17 * rng.standard_normal((200, KEPT_TIMES.size)), floor=1e-16
+    )
+    assert fit.first > KEPT_TIMES[0] and fit.last == KEPT_TIMES[-1]
     assert fit.exponent == pytest.approx(0.5, abs=0.1)
 
 
-@pytest.mark.parametrize("errors", [np.zeros((1, T.size)), np.full((4, T.size), np.nan)])
+@pytest.mark.parametrize(
+    "errors", [np.zeros((1, KEPT_TIMES.size)), np.full((4, KEPT_TIMES.size), np.nan)]
+)
 def test_one_run_or_a_failed_one_gives_no_exponent(errors: np.ndarray) -> None:
-    fit = growth(T, errors)
+    fit = growth(KEPT_TIMES, errors)
     assert np.isnan(fit.exponent) and not fit.drifts
 
 
@@ -171,7 +174,7 @@ def series(*levels: tuple[float, int]) -> list[float]:
     return [level * (1 + 0.02 * random.standard_normal()) for level, n in levels for _ in range(n)]
 
 
-def with_lone(values: list[float], k: int, value: float) -> list[float]:
+def with_outlier(values: list[float], k: int, value: float) -> list[float]:
     return [*values[:k], value, *values[k + 1 :]]
 
 
@@ -184,10 +187,10 @@ def with_lone(values: list[float], k: int, value: float) -> list[float]:
         ([1.0, math.nan, *series((1.0, 11), (1.5, 12)), math.nan], [13]),  # passed over
         (series((1.0, 30)), []),
         (series((1.0, 15), (1.02, 15)), []),  # a small shift
-        (with_lone(series((1.0, 20)), 10, 3.0), []),
+        (with_outlier(series((1.0, 20)), 10, 3.0), []),
         ([], []),
         ([1.0] * 30, []),
-        ([1.0] * (FEWEST - 1) + [2.0] * (FEWEST - 1), []),  # too few
+        ([1.0] * (FEWEST_POINTS - 1) + [2.0] * (FEWEST_POINTS - 1), []),  # too few
     ],
 )
 def test_a_change_is_found_where_it_is_and_nowhere_else(
@@ -198,7 +201,7 @@ def test_a_change_is_found_where_it_is_and_nowhere_else(
 
 @pytest.mark.slow(beside="test_a_change_is_found_where_it_is_and_nowhere_else")
 def test_noise_alone_is_rarely_a_change() -> None:
-    """Of 200 series of 30, 4 were when this was written, of the first 40 none; 0.05 allows 2."""
+    """4 of 200 series of 30 values gave an alarm, none of the first 40; 0.05 allows 2."""
     random = np.random.default_rng(0)
     false_alarms = sum(
         bool(change_points(1 + 0.05 * random.standard_normal(30))) for _ in range(40)

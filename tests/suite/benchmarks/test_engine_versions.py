@@ -1,4 +1,4 @@
-"""Versions of MuJoCo are judged by their motion, and one that cannot be had says why."""
+"""Versions of MuJoCo are compared by their motions; one that cannot be installed says why."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OLD = "3.6.0"
 
 @pytest.fixture(scope="module")
 def answers():
-    """Those of the installed version."""
+    """The answers of the installed version of MuJoCo."""
     return engine_versions.answers()
 
 
@@ -51,12 +51,12 @@ def test_the_installed_version_turns_bodies_with_order_4_by_rk4_and_1_by_the_oth
 def test_a_wrong_attitude_is_seen_though_its_energy_is_right_and_a_failure_is_a_status(answers):
     motions = list(answers["ball"].motions)
     first = len(STEPS)  # RK4 at the largest step
-    right = motions[first]
-    positions = right.positions[:, [1, 2, 3, 0]]
-    motions[first] = replace(right, positions=positions)
-    ended = np.full_like(right.velocities, np.nan)
-    motions[first + 1] = replace(right, velocities=ended, failure="MuJoCo warned.")
-    motions[first + 2] = replace(right, failure=f"{NO_INTEGRATOR} RK4.")
+    correct = motions[first]
+    positions = correct.positions[:, [1, 2, 3, 0]]
+    motions[first] = replace(correct, positions=positions)
+    ended = np.full_like(correct.velocities, np.nan)
+    motions[first + 1] = replace(correct, velocities=ended, failure="MuJoCo warned.")
+    motions[first + 2] = replace(correct, failure=f"{NO_INTEGRATOR} RK4.")
     before = rows_of({"ball": answers["ball"]})
     after = rows_of({"ball": replace(answers["ball"], motions=tuple(motions))})
     assert len(after) == len(before) - 1
@@ -74,8 +74,8 @@ def test_a_version_that_is_absent_is_a_row_in_the_short_form(monkeypatch):
 
 
 @contextmanager
-def half(package: str, version: str, folder: Path) -> Iterator[Path]:
-    """The environment of the tests for one version, none for the older one."""
+def without_old_version(package: str, version: str, folder: Path) -> Iterator[Path]:
+    """A stand-in for `interpreter`: this Python for all versions but OLD, which it lacks."""
     if version == OLD:
         raise NotHere("No matching distribution found.")
     yield Path(sys.executable)
@@ -84,7 +84,7 @@ def half(package: str, version: str, folder: Path) -> Iterator[Path]:
 @pytest.mark.slow(beside="test_a_version_that_is_absent_is_a_row_in_the_short_form")
 @needs_mujoco
 def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_path, monkeypatch):
-    monkeypatch.setattr(engine_versions, "interpreter", half)
+    monkeypatch.setattr(engine_versions, "interpreter", without_old_version)
     monkeypatch.setattr(engine_versions, "USUAL", {"mujoco": (OLD,)})
     messages: list[str] = []
     assert stored(tmp_path, messages.append).empty
@@ -98,7 +98,7 @@ def test_a_study_keeps_its_rows_and_tries_again_what_could_not_be_installed(tmp_
     assert rows["engine"].iloc[-1] == f"mujoco-core {installed('mujoco')}"
     assert len(rows) == 1 + 3 * 5 * len(STEPS) and rows["commit"].ne("").all()
     assert list(rows) == list(COLUMNS)
-    monkeypatch.setattr(engine_versions, "_digest", lambda: "ffffffff")  # another question
+    monkeypatch.setattr(engine_versions, "_digest", lambda: "ffffffff")  # the digest of other runs
     assert stored(tmp_path, messages.append).empty
 
 

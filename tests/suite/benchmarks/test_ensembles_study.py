@@ -51,7 +51,7 @@ def test_the_page_has_a_line_for_each_way(timings):
 
 
 class Workers(ThreadPoolExecutor):
-    """A client with two workers, which notes those that it is asked for."""
+    """A client with two workers, which records the workers that tasks are submitted to."""
 
     def __init__(self):
         super().__init__(2)

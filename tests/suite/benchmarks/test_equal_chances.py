@@ -27,26 +27,26 @@ def scattered(seed: int, rounds: int = ROUNDS) -> np.ndarray:
     return 1.0 + 0.01 * draw.standard_exponential(rounds) * draw.choice([1.0, 20.0], rounds)
 
 
-def share_told_apart(narrower: float = 1.0) -> float:
-    """Of JOBS pairs of equal calls those that are called faster or slower; intervals about their
-    medians made narrower by a factor."""
+def fraction_told_apart(width_factor: float = 1.0) -> float:
+    """Fraction of JOBS pairs of equal calls that are called faster or slower, by intervals whose
+    distances from the median are multiplied by `width_factor`."""
 
     def band(a: Any, b: Any) -> Interval:
         low, middle, high = ratio(list(a), list(b))
         return Interval(
-            middle - narrower * (middle - low), middle, middle + narrower * (high - middle)
+            middle - width_factor * (middle - low), middle, middle + width_factor * (high - middle)
         )
 
     wrong = 0
     for job in range(JOBS):
-        left, again, right = (scattered(3 * job + k) for k in range(3))
-        wrong += outcome(band(right, left), band(again, left)) != TIE
+        left, repeated, right = (scattered(3 * job + k) for k in range(3))
+        wrong += outcome(band(right, left), band(repeated, left)) != TIE
     return wrong / JOBS
 
 
 def test_equal_calls_tie_and_a_noise_band_that_is_too_small_is_seen() -> None:
-    assert share_told_apart() < 0.02  # 0 of 600 when this was written
-    assert share_told_apart(narrower=0.1) > 0.1  # 0.16
+    assert fraction_told_apart() < 0.02  # 0 of 600 when this was written
+    assert fraction_told_apart(width_factor=0.1) > 0.1  # 0.16
 
 
 @pytest.mark.parametrize("n", [6, 7, 9, 15, 40])
@@ -54,12 +54,14 @@ def test_the_interval_covers_the_median_as_often_as_it_says_and_no_narrower_one_
     n: int,
 ) -> None:
     rank = paired._rank(n)
-    covers = [1.0 - 2.0 * sum(math.comb(n, j) for j in range(k)) * 0.5**n for k in (rank, rank + 1)]
-    assert covers[0] >= paired.COVERAGE > covers[1]
+    coverages = [
+        1.0 - 2.0 * sum(math.comb(n, j) for j in range(k)) * 0.5**n for k in (rank, rank + 1)
+    ]
+    assert coverages[0] >= paired.COVERAGE > coverages[1]
     values = np.random.default_rng(n).standard_exponential((4000, n))
     intervals = [interval(list(row)) for row in values]
-    held = np.mean([band.low <= math.log(2.0) <= band.high for band in intervals])
-    assert held == pytest.approx(covers[0], abs=0.02)
+    covered_fraction = np.mean([band.low <= math.log(2.0) <= band.high for band in intervals])
+    assert covered_fraction == pytest.approx(coverages[0], abs=0.02)
 
 
 def test_few_rounds_have_a_median_and_no_interval() -> None:

@@ -1,5 +1,5 @@
-"""Fits find the rate of synthetic errors, with an error that covers, and leave out what is not
-convergence."""
+"""Fits find the rates of synthetic errors, with uncertainties that cover, and leave out errors
+before convergence and at round-off."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_a_geometric_rate_is_found_also_beside_a_known_factor(
 
 
 def test_a_factor_that_is_left_out_lowers_the_base_beyond_its_uncertainty() -> None:
-    """The wrong verdict that neglect gave: better than claimed."""
+    """Its neglect gives the wrong verdict "better than claimed"."""
     n = np.arange(33.0, 62.0)
     errors = 50.0 * n**-1.5 * 0.745**n
     bare = convergence_fits.geometric(n, errors, floor=FLOOR)
@@ -58,7 +58,7 @@ def test_an_exponent_known_to_within_a_range_adds_its_part() -> None:
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_the_stated_errors_cover_orders_that_have_not_settled(seed: int) -> None:
-    """C h^p (1 + a h + b h^2) with scatter: at most a fifth of a hundred orders are missed."""
+    """C h^p (1 + a h / 2 + b h^2 / 2) with scatter: at most 20 of 100 orders are missed."""
     random, missed = np.random.default_rng(seed), 0
     h = 2.0 ** (-np.arange(2, 14) / 2)
     for _ in range(100):
@@ -71,7 +71,7 @@ def test_the_stated_errors_cover_orders_that_have_not_settled(seed: int) -> None
 
 
 def test_scatter_does_not_meet_an_order() -> None:
-    """Errors without an order have a large uncertainty: not one that any order lies in."""
+    """Errors without an order have a large uncertainty, within which not every order lies."""
     h = np.array([0.25, 0.17, 0.125, 0.083, 0.0625, 0.046, 0.031])
     erratic = [1.9e-6, 2e-7, 2.7e-7, 1.8e-9, 5.2e-9, 1e-9, 3.1e-9]
     fit = convergence_fits.algebraic(h, erratic, floor=1e-14)

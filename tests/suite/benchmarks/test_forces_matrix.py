@@ -1,4 +1,4 @@
-"""Forces and integrators: quadruple runs have theory's rates, planted faults are seen."""
+"""The matrix of forces and integrators: theory and galvi are right, planted faults are seen."""
 
 import csv
 import sys
@@ -34,8 +34,8 @@ def test_theory_and_galvi_are_right_and_a_wrong_sign_and_a_missing_kick_are_seen
         assert missing["verdict"] == forces.WRONG and abs(missing["error"] - 1.0) < 1e-3
     wrong_sign = errors.loc[("J2", forces.WRONG_SIGN)]
     assert wrong_sign["verdict"] == forces.WRONG and abs(wrong_sign["error"] - 2.0) < 1e-3
-    acts = force_rows[force_rows["status"] == "The force does not act."]["contender"]
-    assert forces.NO_KICK in set(acts) and forces.GALVI not in set(acts)
+    without_effect = force_rows[force_rows["status"] == "The force does not act."]["contender"]
+    assert forces.NO_KICK in set(without_effect) and forces.GALVI not in set(without_effect)
 
 
 def test_frame_and_clock_are_right_where_they_take_a_force_and_say_what_they_refuse(force_rows):
@@ -44,12 +44,12 @@ def test_frame_and_clock_are_right_where_they_take_a_force_and_say_what_they_ref
         right = rows.loc[("J2", contender)]
         assert right["verdict"] == forces.RIGHT
         assert max(right["error"], right["error_quarter"]) < 1e-9  # 1e-11
-    refused, once = (
+    refused, single = (
         rows.loc[(forces.QUICK[1], contender)] for contender in (forces.FRAME, forces.CLOCK)
     )
     assert refused["verdict"] == forces.REFUSED and "a KeplerFrame takes" in refused["status"]
-    assert once["verdict"] == forces.RIGHT and once["error"] < 1e-9  # 1e-11
-    assert np.isnan(once["error_quarter"]) and once["status"] == forces.ONCE
+    assert single["verdict"] == forces.RIGHT and single["error"] < 1e-9  # 1e-11
+    assert np.isnan(single["error_quarter"]) and single["status"] == forces.ONCE
 
 
 def test_formulas_of_theory_with_a_fault_are_seen(force_rows):

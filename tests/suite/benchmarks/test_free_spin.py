@@ -1,4 +1,4 @@
-"""Long spins: what MuJoCo's own test says, what drifts, and a wrong motion that energy hides."""
+"""Long spins: values of MuJoCo's own test, drifts, and a wrong motion that keeps its energy."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from galvi import Problem, Trajectory
 from references.mujoco.steps import MUJOCO_EULER, MUJOCO_IMPLICITFAST, MUJOCO_RK4
 
 needs_mujoco = pytest.mark.skipif(bool(MUJOCO_RK4.missing), reason=MUJOCO_RK4.missing or "present")
-OURS = DriftParticipant("galvi", gauss_collocation(4), 0.125)
+GALVI = DriftParticipant("galvi", gauss_collocation(4), 0.125)
 
 
 def box(name: str, joint: str) -> dict[str, Any]:
@@ -39,7 +39,7 @@ def box(name: str, joint: str) -> dict[str, Any]:
     return row
 
 
-GAINED, LOST = 0.0868945514, -0.0739917268
+GAINED, LOST = 0.0868945514, -0.0739917268  # relative energy errors, as in MuJoCo's own test
 
 
 @needs_mujoco
@@ -84,12 +84,19 @@ def test_every_integrator_spins_and_the_marks_are_1_2_5() -> None:
 @needs_mujoco
 def test_the_energy_of_rk4_drifts_and_galvi_s_and_all_momenta_stay() -> None:
     rk4 = DriftParticipant("RK4", MUJOCO_RK4, 0.02, "free")
-    of_rk4, of_galvi = (pd.DataFrame(body_rows(participant, 200)) for participant in (rk4, OURS))
-    size = of_rk4.set_index(np.arange(len(of_rk4)))["energy_error"].abs()
+    rk4_rows, galvi_rows = (
+        pd.DataFrame(body_rows(participant, 200)) for participant in (rk4, GALVI)
+    )
+    size = rk4_rows.set_index(np.arange(len(rk4_rows)))["energy_error"].abs()
     assert size.iloc[-1] > 5.0 * size.iloc[3] > 1e-13  # 200 and 10 turns: 1.8e-10 and 1.8e-11
-    assert of_galvi["energy_error"].abs().max() < 1e-12 and of_galvi["momentum_error"].max() < 1e-14
-    assert list(of_rk4["turn"]) == pytest.approx(marks(200), rel=2e-3)
-    assert of_rk4["attitude_error"].notna().sum() == 1 and of_rk4["attitude_error"].iloc[-1] > 1e-8
+    assert (
+        galvi_rows["energy_error"].abs().max() < 1e-12
+        and galvi_rows["momentum_error"].max() < 1e-14
+    )
+    assert list(rk4_rows["turn"]) == pytest.approx(marks(200), rel=2e-3)
+    assert (
+        rk4_rows["attitude_error"].notna().sum() == 1 and rk4_rows["attitude_error"].iloc[-1] > 1e-8
+    )
 
 
 @needs_mujoco
@@ -101,18 +108,18 @@ def test_a_run_that_bursts_says_so_and_keeps_what_was_before() -> None:
 
 @dataclass(frozen=True)
 class Backwards:
-    """galvi on a body that turns the other way: energy does not see it."""
+    """galvi on a body that turns the other way, which its energy does not show."""
 
     name: str = "backwards"
     missing: str = ""
 
     def run(self, problem: Problem, duration: float, setting: Any) -> Trajectory:
-        return OURS.contender.run(reversed_clock(problem), duration, setting)
+        return GALVI.contender.run(reversed_clock(problem), duration, setting)
 
 
 def test_a_wrong_motion_keeps_energy_and_stands_out_by_momentum_and_attitude() -> None:
     planted = pd.DataFrame(body_rows(DriftParticipant("planted", Backwards(), 0.125), 5))
-    correct = pd.DataFrame(body_rows(OURS, 5))
+    correct = pd.DataFrame(body_rows(GALVI, 5))
     assert planted["energy_error"].abs().max() < 1e-6
     assert planted["momentum_error"].max() > 0.1 and correct["momentum_error"].max() < 1e-14
     assert planted["attitude_error"].iloc[-1] > 0.1 > 1e-6 > correct["attitude_error"].iloc[-1]
@@ -124,7 +131,11 @@ def test_without_mujoco_a_row_says_why() -> None:
         name: str = "absent"
         missing: str = "Install it."
 
-    table = free_spin(True, participants=[DriftParticipant("absent", Absent(), 0.1)], on_box=[OURS])  # type: ignore[arg-type]
+    table = free_spin(
+        True,
+        participants=[DriftParticipant("absent", Absent(), 0.1)],  # type: ignore[arg-type]
+        on_box=[GALVI],
+    )
     assert list(table) == list(COLUMNS) and list(table["status"]) == ["", "Install it."]
     assert table["energy_error"].isna().tolist() == [False, True]
 
@@ -132,7 +143,7 @@ def test_without_mujoco_a_row_says_why() -> None:
 def test_the_long_form_is_kept_and_not_run_again(tmp_path: Path) -> None:
     messages: list[str] = []
     assert stored(tmp_path, messages.append).empty
-    participants = (OURS, DriftParticipant("fast", MUJOCO_IMPLICITFAST, 0.02, "free"))
+    participants = (GALVI, DriftParticipant("fast", MUJOCO_IMPLICITFAST, 0.02, "free"))
     study_parts = parts(tmp_path, messages.append, 20, participants, "feedface")
     assert len(study_parts) == 1 + (not MUJOCO_IMPLICITFAST.missing)
     for part in study_parts:

@@ -35,7 +35,7 @@ def gauss(s: int) -> galvi.Galerkin:
 
 
 def rates_of(problem: galvi.Problem, n: int) -> tuple[Any, Any]:
-    """The drag law of a grain, and its numbers for n grains."""
+    """The drag law of a grain, and its rates (n, numbers) for n grains."""
     system: Any = problem.system
     law, factor = system.force.drag_law, system.force.factor / float(system.mass)
     return law, np.tile([[factor, *law.numbers]], (n, 1))
@@ -52,7 +52,7 @@ def still(
     t0: Any = 0.0,
     **options: Any,
 ) -> flights.Flights:
-    """In still air, with as many points as named."""
+    """Flights in still air, or in the `wind` of the options, by Gauss's rule of s points."""
     q, v = np.broadcast_arrays(np.asarray(q, float), np.asarray(v, float))
     rates = np.tile([[rate, *drag.numbers]], (len(q), 1))
     options = {"gravity": G, "wind": STILL} | options
@@ -79,27 +79,34 @@ HEIGHTS = np.linspace(0.5, 1.0, 40)
 RATE = 4.0  # 1/s, of Stokes' drag
 
 
-def fallen(height: Any, fastest: float) -> tuple[Any, Any]:
+def fallen(height: Any, terminal_speed: float) -> tuple[Any, Any]:
     """Time and speed of a fall from rest with quadratic drag."""
-    time = fastest / G * np.arccosh(np.exp(G * height / fastest**2))
-    return time, fastest * np.tanh(G * time / fastest)
+    time = terminal_speed / G * np.arccosh(np.exp(G * height / terminal_speed**2))
+    return time, terminal_speed * np.tanh(G * time / terminal_speed)
 
 
 def landed(height: Any, up: Any) -> tuple[Any, Any]:
     """Time and speed of landing with Stokes' drag, from a height with a speed upwards."""
-    fastest = G / RATE
+    terminal_speed = G / RATE
     height, up = np.broadcast_arrays(height, up)
 
     def above(t: float, z: float, u: float) -> float:
-        return z + (u + fastest) / RATE * -math.expm1(-RATE * t) - fastest * t
+        return z + (u + terminal_speed) / RATE * -math.expm1(-RATE * t) - terminal_speed * t
 
     time = np.array(
         [
-            brentq(above, math.log1p(u / fastest) / RATE, 10.0, args=(z, u), xtol=1e-15, rtol=1e-15)
+            brentq(
+                above,
+                math.log1p(u / terminal_speed) / RATE,
+                10.0,
+                args=(z, u),
+                xtol=1e-15,
+                rtol=1e-15,
+            )
             for z, u in zip(height, up, strict=True)
         ]
     )
-    return time, fastest - (up + fastest) * np.exp(-RATE * time)
+    return time, terminal_speed - (up + terminal_speed) * np.exp(-RATE * time)
 
 
 def drop(
@@ -146,10 +153,10 @@ def a_fall() -> tuple[Any, Any, int, tuple[Any, ...]]:
 
 
 def a_rebound() -> tuple[Any, Any, int, tuple[Any, ...]]:
-    """Up again with half the speed, and down."""
+    """A rebound with half the speed, and the second landing."""
     time, speed = landed(HEIGHTS, 0.0)
-    again, second = landed(0.0, 0.5 * speed)
-    return time + again, 1.5 * speed + second, 2, (Ground(0.5, 0.9), RATE, STOKES)
+    second_time, second_speed = landed(0.0, 0.5 * speed)
+    return time + second_time, 1.5 * speed + second_speed, 2, (Ground(0.5, 0.9), RATE, STOKES)
 
 
 @pytest.mark.parametrize("motion", [a_fall, a_rebound])
@@ -267,7 +274,7 @@ def test_places_are_kept_from_the_start_to_the_end_and_on_the_ground() -> None:
 
 
 def test_grains_that_cannot_be_solved_fail_alone() -> None:
-    """The wind is not a number beyond x = 4."""
+    """The wind is NaN beyond x = 4."""
     wind = (
         "from galvi.lanes.elementary import sqrt\n\n\n"
         "def wind(q, decay):\n    return 2.0 + 0.0 * sqrt(4.0 - q[0]), 0.0, 0.0\n"
@@ -286,17 +293,17 @@ def test_a_grain_that_starts_at_the_end_of_a_step_takes_whole_steps(step: float)
     """Also where the division of its time by the step is rounded down; thrown from the ground."""
     k = np.arange(min(40, round(0.5 / step)))
     grains = still(2, *upright(0.0 * k, 2.0), step, 1.0, G / 9.0, t0=k * step)
-    landed = grains.status == LANDED
-    assert landed[0] and np.all(landed | (k * step + grains.t[0] > 1.0 - 2.0 * step))
-    np.testing.assert_allclose((grains.t - k * step)[landed], grains.t[0], atol=1e-9)
-    assert np.all(grains.steps[landed] - grains.steps[0] <= 2)
+    has_landed = grains.status == LANDED
+    assert has_landed[0] and np.all(has_landed | (k * step + grains.t[0] > 1.0 - 2.0 * step))
+    np.testing.assert_allclose((grains.t - k * step)[has_landed], grains.t[0], atol=1e-9)
+    assert np.all(grains.steps[has_landed] - grains.steps[0] <= 2)
 
 
-@given(parts=st.integers(1, 400), share=st.floats(0.0, 1.0, exclude_max=True))
+@given(parts=st.integers(1, 400), fraction=st.floats(0.0, 1.0, exclude_max=True))
 @settings(max_examples=60, deadline=None)
-def test_a_start_at_a_saved_time_is_a_saved_place(parts: int, share: float) -> None:
+def test_a_start_at_a_saved_time_is_a_saved_place(parts: int, fraction: float) -> None:
     """Although k / n may not be k (1 / n); also a unit in the last place before or after."""
-    k = int(share * parts)
+    k = int(fraction * parts)
     t = k / parts + np.array([-1.0, 0.0, 1.0]) * np.spacing(k / parts) * (k > 0)
     grains = still(2, *upright([9.0] * 3, 0.0), 1.0 / parts, 1.0, 1.0, t0=t, saves=parts)
     assert np.all(np.isnan(grains.places[:, :k])) and not np.any(np.isnan(grains.places[:, k:]))
@@ -312,7 +319,7 @@ def test_a_grain_that_starts_after_the_end_waits() -> None:
 
 
 def test_a_start_from_two_steps_saves_passes() -> None:
-    """Of 60 steps with two points: 280 passes, 292 with a start from one step, 336 with none."""
+    """60 steps with two points take 280 passes; 292 with a start from one step, 336 with none."""
     start = galvi.problems.brownout(200e-6, [8.5, 0.0, 12.0])
     law, rates = rates_of(start, 1)
     grains = follow(gauss(2), [start.q0], [start.v0], [0.0], rates, law, 0.03, 1.8, gravity=G)

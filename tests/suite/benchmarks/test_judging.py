@@ -1,5 +1,5 @@
-"""Judging simulations of point masses: the run that is judged is that of the user's engine on their
-own model, what is said of it is true, and what is recommended is tried and enough."""
+"""Judging simulations of point masses: the judged run is the engine's on the user's own model, the
+sentences on it are true, and the recommended setting was tried and reaches the error."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ YEAR = 2.0 * math.pi
 
 
 def simulation(*particles: dict[str, Any], **settings: Any) -> Any:
-    """One of REBOUND with these particles."""
+    """A REBOUND simulation with these particles and attributes."""
     sim = rebound.Simulation()
     for particle in particles:
         sim.add(**particle)
@@ -47,16 +47,16 @@ STAR = {"m": 1.0}
 
 
 def planet(eccentricity: float = 0.2, **overrides) -> Problem:
-    """A star and a massless planet, whose motion is known."""
-    gap, speed = 1.0 - eccentricity, math.sqrt((1.0 + eccentricity) / (1.0 - eccentricity))
+    """A star and a massless planet, whose motion has a closed form."""
+    pericentre, speed = 1.0 - eccentricity, math.sqrt((1.0 + eccentricity) / (1.0 - eccentricity))
     q, v = np.zeros((2, 3)), np.zeros((2, 3))
-    q[1, 0], v[1, 1] = gap, speed
+    q[1, 0], v[1, 1] = pericentre, speed
     parameters = {"integrator": "leapfrog", "dt": YEAR / 200, **overrides}
     return Problem(galvi.NBody([1.0, 0.0]), q, v, name="planet", parameters=parameters)
 
 
 def planets(**overrides) -> Problem:
-    """Jupiter and Saturn around the Sun, nearly."""
+    """Jupiter and Saturn around the Sun and the inner planets."""
     outer = galvi.problems.outer_solar_system()
     system = galvi.NBody(outer.system.masses[:3])
     parameters = {
@@ -92,8 +92,8 @@ def judged(
     return judge(Model(problem, engine_sim), duration, error, integrator_settings, quick=True)
 
 
-def off_by_hand(sim: Any, steps: int) -> float:
-    """The largest distance of a particle from IAS15's after so many steps."""
+def error_by_rebound(sim: Any, steps: int) -> float:
+    """Largest distance of a particle from IAS15's after `steps` steps, by REBOUND alone."""
     users_sim, truth = sim.copy(), sim.copy()
     truth.integrator, truth.gravity = "ias15", "basic"
     users_sim.steps(steps)
@@ -107,7 +107,9 @@ def off_by_hand(sim: Any, steps: int) -> float:
 def test_particles_keep_their_order_and_a_ruined_run_is_not_called_good(monkeypatch) -> None:
     sim = star_last()
     judgement = judged(sim, 100.0, 1e-3)
-    assert judgement.own_errors["error"].iloc[-1] == pytest.approx(off_by_hand(sim, 2000), rel=1e-6)
+    assert judgement.own_errors["error"].iloc[-1] == pytest.approx(
+        error_by_rebound(sim, 2000), rel=1e-6
+    )
     assert judgement.own["error"] > 100.0 and not judgement.passed
     expected = "2, is particle 2, but REBOUND WHFast expects it first"
     assert any(expected in note for note in judgement.notes)
@@ -115,7 +117,7 @@ def test_particles_keep_their_order_and_a_ruined_run_is_not_called_good(monkeypa
     # Planted: the run of a simulation that was built from the problem, the heaviest first.
     monkeypatch.setattr(bodies, "own_contender", lambda model, name: bodies.INTEGRATORS[name])
     planted = judged(sim, 10.0).own_errors["error"].iloc[-1]
-    assert planted != pytest.approx(off_by_hand(sim, 200), rel=1e-2)
+    assert planted != pytest.approx(error_by_rebound(sim, 200), rel=1e-2)
 
 
 @pytest.mark.slow_cases(but=["janus"])
@@ -150,7 +152,7 @@ def own_run(sim: Any, steps: int, save_every: int) -> Trajectory:
 def test_an_own_run_is_the_engines_to_the_last_bit(
     order: list[int], integrator: str, dt: float, steps_before: int, massless: bool
 ) -> None:
-    """Whatever the order of the particles, the direction of time, and what was done before."""
+    """For any order of the particles, either direction of time, and after earlier steps."""
     sim = rebound.Simulation()
     in_order = rebound.Simulation()
     in_order.add(m=1.0)
@@ -229,7 +231,9 @@ def test_a_tree_of_gravity_is_that_of_the_own_run_only() -> None:
     direct = sim.copy()
     direct.gravity = "basic"
     assert judgement.own["error"] != pytest.approx(judged(direct, 5.0).own["error"], rel=0.1)
-    assert judgement.own_errors["error"].iloc[-1] == pytest.approx(off_by_hand(sim, 500), rel=1e-6)
+    assert judgement.own_errors["error"].iloc[-1] == pytest.approx(
+        error_by_rebound(sim, 500), rel=1e-6
+    )
 
 
 def kepler_16() -> Any:
@@ -262,7 +266,7 @@ def test_what_does_not_agree_is_not_said_to() -> None:
     """galvi's opinion, of eight steps a revolution, is off by hundreds at e = 0.99."""
     judgement = judged(simulation(STAR, {"m": 3e-6, "e": 0.99, "a": 1.0}), 60.0, 1e-6)
     opinion = next(agreement for agreement in judgement.agreements if agreement.source.opinion)
-    truth = _of_truth(judgement)
+    truth = truth_sentence(judgement)
     claim, agreed = truth.split("It agrees with ", 1)
     assert opinion.largest > 1.0 and agreed.startswith("REBOUND") and "galvi" not in agreed
     assert claim.endswith("runs of galvi are never the truth. ")
@@ -274,13 +278,13 @@ def test_what_does_not_agree_is_not_said_to() -> None:
         judgement.agreements[0], distances=np.full_like(judgement.agreements[0].distances, 8.5e-4)
     )
     parted = replace(judgement, agreements=(disagreeing,), error=1e-6)
-    assert "REBOUND IAS15 differs from it by up to 8.50·10⁻⁴" in _of_truth(
+    assert "REBOUND IAS15 differs from it by up to 8.50·10⁻⁴" in truth_sentence(
         parted
-    ) and "Smaller errors cannot be measured" in _of_truth(parted)
+    ) and "Smaller errors cannot be measured" in truth_sentence(parted)
     assert not any("Nothing that was tried" in sentence for sentence in sentences(parted))
 
 
-def _of_truth(judgement: Judgement) -> str:
+def truth_sentence(judgement: Judgement) -> str:
     return next(
         sentence for sentence in sentences(judgement) if sentence.startswith("The truth is")
     )
@@ -352,8 +356,8 @@ def test_the_own_error_is_that_against_the_closed_form():
     leapfrog_run = bodies.INTEGRATORS["leapfrog"].run(
         planet(), judgement.duration, {"step": YEAR / 200}
     )
-    off = np.linalg.norm(leapfrog_run.q - exact.q, axis=-1).max()
-    assert judgement.own["error"] == pytest.approx(off, rel=1e-9)
+    leapfrog_error = np.linalg.norm(leapfrog_run.q - exact.q, axis=-1).max()
+    assert judgement.own["error"] == pytest.approx(leapfrog_error, rel=1e-9)
     assert (
         not judgement.passed
         and judgement.truth_agreement < 1e-10
@@ -361,14 +365,16 @@ def test_the_own_error_is_that_against_the_closed_form():
     )
     assert judgement.parts["largest_error"].iloc[1] == judgement.own["error"]
     # A leapfrog is ahead of or behind its planet by what its error is along the orbit.
-    assert 0.5 < abs(judgement.parts["phase_error"].iloc[1]) / off < 2.0
+    assert 0.5 < abs(judgement.parts["phase_error"].iloc[1]) / leapfrog_error < 2.0
 
 
 @pytest.mark.slow(beside="test_coarser_steps_are_tried_while_they_reach_the_error")
 def test_a_truth_is_trusted_at_whole_revolutions_and_no_error_is_the_own_one():
-    # Where each state is nearly the first.
-    again = judge(planet(integrator="ias15"), duration=100 * YEAR, quick=True)
-    assert math.isinf(again.trusted_until) and bodies.size(again.truth) == pytest.approx(0.8)
+    # At whole revolutions each state is nearly the first one.
+    ias15_judgement = judge(planet(integrator="ias15"), duration=100 * YEAR, quick=True)
+    assert math.isinf(ias15_judgement.trusted_until) and bodies.size(
+        ias15_judgement.truth
+    ) == pytest.approx(0.8)
     without_error = judge(planets(), duration=40_000.0)
     assert without_error.error == without_error.own["error"] and without_error.passed
 
@@ -477,12 +483,12 @@ def test_neighbouring_starts_part_linearly_on_an_orbit_and_faster_in_chaos(monke
     assert 30.0 < grown[40] / grown[1] < 60.0
     # From starts closer than can be told apart it is in proportion: a millionth from 1e-15.
     ends, later = (
-        neighbours.horizons(bodies, source, truth, share * grown.max())["until"]
-        for share in (2e-6, 0.9e-6)
+        neighbours.horizons(bodies, source, truth, fraction * grown.max())["until"]
+        for fraction in (2e-6, 0.9e-6)
     )
     assert ends.iloc[1] <= 1.01 * YEAR and math.isnan(ends.iloc[-1])
     assert later.iloc[-1] > 30 * YEAR
-    # Where the runs that are measured have parted, closer starts are not said to stay together.
+    # Where the measured runs have parted, no horizon is longer for closer starts.
     monkeypatch.setattr(neighbours, "deviations", lambda *_: np.linspace(0.0, 1.5, 41))
     ends = neighbours.horizons(bodies, source, truth, 1e-2)["until"]
     assert ends.iloc[-1] == ends.iloc[-2] <= 1.01 * YEAR
@@ -558,7 +564,7 @@ ROOMY = Limits(1.0, 5.0, 10.0, 1.0)
 
 
 def orbit(**overrides: Any) -> Problem:
-    """A star and a massless planet, whose motion is known."""
+    """A star and a massless planet, whose motion has a closed form."""
     q, v = np.zeros((2, 3)), np.zeros((2, 3))
     q[1, 0], v[1, 1] = 1.0, 1.1
     parameters = {"integrator": "leapfrog", "dt": YEAR / 100, **overrides}
@@ -567,11 +573,11 @@ def orbit(**overrides: Any) -> Problem:
 
 @dataclass(frozen=True, eq=False)
 class Slow:
-    """REBOUND's leapfrog after so many seconds of set-up; ``ran`` holds who ran."""
+    """REBOUND's leapfrog after `setup` seconds; `labels_run` collects the labels of its runs."""
 
     setup: float = 0.0
     label: str = ""
-    ran: list[str] = field(default_factory=list)
+    labels_run: list[str] = field(default_factory=list)
     name: str = "slow leapfrog"
     order: int = 2
     exact: bool = False
@@ -582,13 +588,13 @@ class Slow:
 
     def run(self, problem: Problem, duration: float, setting: Mapping[str, Any]) -> Trajectory:
         time.sleep(self.setup)
-        self.ran.append(self.label)
+        self.labels_run.append(self.label)
         return LEAPFROG.run(problem, duration, setting)
 
 
-def search(wanted: float) -> Search:
+def search(error: float) -> Search:
     truth = KEPLER.run(orbit(), SPAN, {"samples": 100})
-    return Search(cast(Kind, bodies), SPAN, truth, wanted)
+    return Search(cast(Kind, bodies), SPAN, truth, error)
 
 
 def leapfrog(steps: int, contender: Any = LEAPFROG) -> Candidate:
@@ -600,18 +606,21 @@ def leapfrog(steps: int, contender: Any = LEAPFROG) -> Candidate:
 def test_the_time_of_a_run_is_foreseen_without_its_set_up_in_every_step(
     monkeypatch: pytest.MonkeyPatch, setup: float, step: float, pause: float
 ) -> None:
-    """On a clock that runs only where it is told to."""
-    now, calls = [0.0], [0]
-    monkeypatch.setattr(clock.time, "perf_counter", lambda: now[0])
+    """On a clock that only the calls advance."""
+    clock_time, calls = [0.0], [0]
+    monkeypatch.setattr(clock.time, "perf_counter", lambda: clock_time[0])
 
     def run(count: int) -> None:
         calls[0] += 1
-        now[0] += setup + count * step + (pause if calls[0] == 3 else 0.0)
+        clock_time[0] += setup + count * step + (pause if calls[0] == 3 else 0.0)
 
     total_steps, enough = 10_000, 1.0
-    real = setup + total_steps * step
+    exact_seconds = setup + total_steps * step
     expected_seconds = clock.expected(run, total_steps, enough)
-    assert expected_seconds == pytest.approx(real, rel=1e-9) or real <= expected_seconds <= enough
+    assert (
+        expected_seconds == pytest.approx(exact_seconds, rel=1e-9)
+        or exact_seconds <= expected_seconds <= enough
+    )
 
 
 def test_a_long_set_up_keeps_no_integrator_from_being_tried() -> None:
@@ -673,10 +682,12 @@ def test_fewer_steps_than_states_are_compared_at_some_of_the_states() -> None:
 
 
 def test_times_are_taken_in_turns_and_have_a_spread() -> None:
-    ran: list[str] = []
-    pair = [leapfrog(100, Slow(0.0, label, ran)) for label in "ab"]
+    labels_run: list[str] = []
+    pair = [leapfrog(100, Slow(0.0, label, labels_run)) for label in "ab"]
     times = clock.race([*pair, leapfrog(100)], [1e-3, 1e-3, 1e3], orbit(), SPAN, 100, 1.0)
-    assert "".join(ran).replace("ab", "") == "" and len(ran) >= 2 * clock.FEWEST_TIMINGS
+    assert (
+        "".join(labels_run).replace("ab", "") == "" and len(labels_run) >= 2 * clock.FEWEST_TIMINGS
+    )
     assert times[0].size == times[1].size >= clock.FEWEST_TIMINGS and times[2].size == 0
     middle, low, high = clock.quartiles(np.array([5.0, 1.0, 2.0, 4.0, 3.0]))
     assert (low, middle, high) == (2.0, 3.0, 4.0)
@@ -758,9 +769,9 @@ def test_units_that_are_not_set_are_those_of_the_simulation(judgement: Judgement
     sim.add(m=1.0)
     sim.add(a=1.0)
     setting = UserSetting("", LEAPFROG, {}, 0.1)
-    read = Model(galvi.from_rebound(sim))
-    assert bodies.unit(read.problem, "length") == " units of length"
-    assert units_note in bodies.notes(read, setting, judgement.truth)[0]
+    model = Model(galvi.from_rebound(sim))
+    assert bodies.unit(model.problem, "length") == " units of length"
+    assert units_note in bodies.notes(model, setting, judgement.truth)[0]
     assert " units of length over 25.1 units of time" in sentences(judgement)[0]
     page = rendered(judgement, "planet", {})
     assert "in units of length" in page and "dt in units of time" in page
@@ -774,20 +785,20 @@ def trial(steps: int, **fields: Any) -> ScanRow:
 
 
 def test_where_newtons_method_does_steps_more_of_them_are_tried() -> None:
-    """They may take less time; where none is left to it, the search ends."""
-    looking = search(1e-6)
+    """More steps may take less time; where no step needs it, the search ends."""
+    error_search = search(1e-6)
     hard = trial(100, reached=True, hard=True)
-    candidate, _ = looking._next([hard], [], 10.0)
+    candidate, _ = error_search._next([hard], [], 10.0)
     assert candidate is not None and candidate.steps == 200
     easy = trial(200, reached=True)
-    assert looking._next([trial(50), hard, easy], [], 10.0) == (None, "")
+    assert error_search._next([trial(50), hard, easy], [], 10.0) == (None, "")
 
 
 def test_a_stop_that_no_step_cures_ends_a_search() -> None:
-    looking, rows = search(1e-6), [trial(100, stopped=0.5), trial(200, stopped=0.51)]
-    candidate, reason = looking._next(rows, [], 10.0)
+    error_search, rows = search(1e-6), [trial(100, stopped=0.5), trial(200, stopped=0.51)]
+    candidate, reason = error_search._next(rows, [], 10.0)
     assert (
         candidate is None and reason == "a force reaches its limit at t = 0.51, whatever the step"
     )
-    candidate, _ = looking._next([*rows, trial(400, stopped=1.0)], [], 10.0)
+    candidate, _ = error_search._next([*rows, trial(400, stopped=1.0)], [], 10.0)
     assert candidate is not None

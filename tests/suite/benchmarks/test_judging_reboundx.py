@@ -34,13 +34,13 @@ def planets(force: str = "gr_potential", c: float = C, **overrides: Any) -> tupl
     for name, value in {"integrator": "whfast", "dt": 0.05, **overrides}.items():
         setattr(sim, name, value)
     rebx = reboundx.Extras(sim)
-    added = rebx.load_force(force)
-    rebx.add_force(added)
-    added.params["c"] = c
+    loaded_force = rebx.load_force(force)
+    rebx.add_force(loaded_force)
+    loaded_force.params["c"] = c
     return sim, rebx
 
 
-def saved(sim: Any, rebx: Any, folder: Path) -> tuple[str, str]:
+def save_files(sim: Any, rebx: Any, folder: Path) -> tuple[str, str]:
     files = str(folder / "planets.bin"), str(folder / "rebx.bin")
     sim.save_to_file(files[0])
     rebx.save(files[1])
@@ -50,13 +50,13 @@ def saved(sim: Any, rebx: Any, folder: Path) -> tuple[str, str]:
 def judged(
     sim: Any, rebx: Any, folder: Path, duration: float, error: float, **integrator_settings: Any
 ) -> Judgement:
-    file, extras = saved(sim, rebx, folder)
+    file, extras = save_files(sim, rebx, folder)
     problem, engine_sim = read(file, -1, extras)
     return judge(Model(problem, engine_sim), duration, error, integrator_settings, quick=True)
 
 
-def places_by_hand(sim_and_extras: Any, integrator: str, t: float) -> np.ndarray:
-    """Of the particles at a multiple of the step, run by REBOUND and REBOUNDx alone."""
+def positions_by_rebound(sim_and_extras: Any, integrator: str, t: float) -> np.ndarray:
+    """Positions of the particles at t, a multiple of the step, by REBOUND and REBOUNDx alone."""
     sim, _ = sim_and_extras
     sim.integrator, sim.exact_finish_time = integrator, int(integrator == "ias15")
     if integrator == "ias15":
@@ -68,23 +68,24 @@ def places_by_hand(sim_and_extras: Any, integrator: str, t: float) -> np.ndarray
 
 
 def test_the_own_error_is_that_of_an_independent_run() -> None:
-    """Of a force strong enough that a run without it is off by a thousand times as much."""
+    """With a force so strong that a run without it errs by more than a thousand times as much."""
     sim, rebx = planets(c=100.0)
     judgement = galvi.judge(sim, duration=50.0, error=1e-5, extras=rebx, quick=True)
     runs = [
-        places_by_hand(planets(c=100.0), integrator, 50.0) for integrator in ("whfast", "ias15")
+        positions_by_rebound(planets(c=100.0), integrator, 50.0)
+        for integrator in ("whfast", "ias15")
     ]
-    off = float(np.linalg.norm(runs[0] - runs[1], axis=1).max())
-    assert judgement.own["last_error"] == pytest.approx(off, rel=1e-2)
+    whfast_error = float(np.linalg.norm(runs[0] - runs[1], axis=1).max())
+    assert judgement.own["last_error"] == pytest.approx(whfast_error, rel=1e-2)
     plain = planets(c=1e9)
-    assert np.abs(places_by_hand(plain, "ias15", 50.0) - runs[1]).max() > 1e3 * off
+    assert np.abs(positions_by_rebound(plain, "ias15", 50.0) - runs[1]).max() > 1e3 * whfast_error
     assert judgement.passed and judgement.truth_agreement < 1e-11
     assert "SciPy DOP853" in " ".join(judgement.summary)  # another engine, with the force as read
     reached = judgement.table[judgement.table["reached"]]["integrator"]
     for name in ("galvi degree 8", "REBOUND IAS15", "REBOUND BS", "REBOUND WHFast", "REBOUND SABA"):
         assert reached.str.startswith(name).any(), name
     assert not judgement.table["integrator"].str.contains("512").any()
-    assert len(sim.particles) == 3 and sim.t == 0.0  # the user's own is as it was
+    assert len(sim.particles) == 3 and sim.t == 0.0  # the user's simulation is unchanged
 
 
 def test_the_truth_is_right_as_its_own_run() -> None:
@@ -94,7 +95,7 @@ def test_the_truth_is_right_as_its_own_run() -> None:
 
 
 def test_runs_without_the_force_are_caught(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Planted: REBOUND's runs on the simulation without its forces."""
+    """Planted: REBOUND runs the simulation without its forces."""
     of_user = bodies.of_user
 
     def wrong(contender: Any, sim: Any, problem: Any, **options: Any) -> Any:
@@ -103,18 +104,18 @@ def test_runs_without_the_force_are_caught(tmp_path: Path, monkeypatch: pytest.M
 
     monkeypatch.setattr(bodies, "of_user", wrong)
     judgement = judged(*planets(c=100.0), tmp_path, 20.0, 1e-6)
-    assert judgement.truth_agreement > 1e-5  # of SciPy's, with them
+    assert judgement.truth_agreement > 1e-5  # with SciPy's run, which has them
 
 
 def test_a_reading_that_is_wrong_is_caught_at_other_states(tmp_path: Path) -> None:
-    file, extras = saved(*planets(c=100.0), tmp_path)
+    file, extras = save_files(*planets(c=100.0), tmp_path)
     problem, engine_sim = read(file, -1, extras)
-    moved = problem.q0 + np.random.default_rng(1).normal(size=problem.q0.shape)
-    check_reading(engine_sim, problem, moved, problem.v0)
+    displaced = problem.q0 + np.random.default_rng(1).normal(size=problem.q0.shape)
+    check_reading(engine_sim, problem, displaced, problem.v0)
     system = galvi.NBody(problem.system.masses, 1.0, galvi.Relativity(101.0, 0, "potential"))
     misread = galvi.Problem(system, problem.q0, problem.v0)
     with pytest.raises(ValueError, match="misreads REBOUNDx's gr_potential"):
-        check_reading(engine_sim, misread, moved, problem.v0)
+        check_reading(engine_sim, misread, displaced, problem.v0)
 
 
 def test_a_force_that_is_read_to_some_order_has_no_other_engine(tmp_path: Path) -> None:
@@ -126,7 +127,7 @@ def test_a_force_that_is_read_to_some_order_has_no_other_engine(tmp_path: Path) 
 
 
 def test_the_command_takes_a_file_of_extras(tmp_path: Path) -> None:
-    file, extras = saved(*planets(), tmp_path)
+    file, extras = save_files(*planets(), tmp_path)
 
     def command(*options: str) -> subprocess.CompletedProcess[str]:
         arguments = [file, "--duration", "5", "--error", "1e-3", "--quick", "--out", str(tmp_path)]
@@ -153,7 +154,7 @@ def test_the_command_takes_a_file_of_extras(tmp_path: Path) -> None:
 
 def test_extras_are_refused_where_they_do_not_belong(tmp_path: Path) -> None:
     sim, rebx = planets()
-    file, _ = saved(sim, rebx, tmp_path)
+    file, _ = save_files(sim, rebx, tmp_path)
     problem = galvi.from_rebound(sim, extras=rebx)
     for source in (file, problem, "<mujoco/>"):
         with pytest.raises(ValueError, match="extras belong to a"):

@@ -1,4 +1,4 @@
-"""Judging a tree of rigid bodies: errors of its joints, of one against its closed form."""
+"""Judging trees of rigid bodies: errors of their joints, for a pendulum against its closed form."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def test_the_error_of_a_pendulum_is_that_against_the_closed_form(judgement: Judg
     plain = galvi.Problem(galvi.Canonical(1.01, galvi.CosinePotential(9.81)), [2.0], [0.0])
     exact = PENDULUM.run(plain, judgement.duration, {"samples": 100})
     rk4_run = trees.INTEGRATORS["rk4"].run(swing(), 10.0, {"step": 0.02, "save_every": 5})
-    off = np.abs(rk4_run.q - exact.q).max()
-    assert judgement.own["error"] == pytest.approx(off, rel=1e-4)
+    rk4_error = np.abs(rk4_run.q - exact.q).max()
+    assert judgement.own["error"] == pytest.approx(rk4_error, rel=1e-4)
     assert judgement.truth_agreement < 1e-9 and judgement.own["energy"] > 0.0
     assert list(judgement.parts["joint"]) == ["hinge of rod"]
     assert judgement.recommended is not None and judgement.recommended["error"] <= 1e-6
@@ -89,11 +89,11 @@ def test_a_damped_tree_has_no_energy_error() -> None:
 
 def test_errors_of_balls_and_free_bodies_are_angles_and_lengths() -> None:
     links = [
-        galvi.Link(galvi.Joint(kind), mass=1.0, inertia=(1.0, 2.0, 2.5))
-        for kind in ("ball", "free")
+        galvi.Link(galvi.Joint(joint_type), mass=1.0, inertia=(1.0, 2.0, 2.5))
+        for joint_type in ("ball", "free")
     ]
     system = galvi.Multibody(links)
-    half = 0.15  # of an angle of 0.3 about x
+    half = 0.15  # half an angle of 0.3 about x
     left, right = np.zeros((2, 11))
     left[[0, 7]] = 1.0
     right[:2] = math.cos(half), math.sin(half)
@@ -112,20 +112,20 @@ def test_a_start_at_which_nothing_moves_is_refused() -> None:
         judge(still)
 
 
-FLOATING = (ROOT / "docs" / "models" / "floating_arm.xml").read_text()
+FLOATING_ARM = (ROOT / "docs" / "models" / "floating_arm.xml").read_text()
 
 
 @pytest.mark.parametrize(
-    ("start", "warned"),
+    ("start", "note_count"),
     [({}, 1), ({"key": 0}, 0), ({"qvel": [0.0] * 9}, 1), ({"qvel": [0.0] * 8 + [0.1]}, 0)],
 )
-def test_a_floating_model_that_only_falls_is_told(start: dict[str, Any], warned: int) -> None:
-    text = FLOATING.replace('gravity="0 0 0"', "")
+def test_a_floating_model_that_only_falls_is_told(start: dict[str, Any], note_count: int) -> None:
+    text = FLOATING_ARM.replace('gravity="0 0 0"', "")
     problem, _ = from_mujoco.read(text, (), start.get("key"), None, start.get("qvel"))
     truth = trees.INTEGRATORS["rk4"].run(problem, 1.0, {"step": 0.001, "save_every": 100})
     setting = own_setting(cast(Kind, trees), Model(problem), {})
     notes = trees.notes(Model(problem), setting, truth)
-    assert len(notes) == warned
+    assert len(notes) == note_count
     assert all("moves as one rigid body" in note and "--key" in note for note in notes)
 
 
@@ -198,7 +198,9 @@ def test_a_rebuilt_model_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trees, "own_contender", lambda model, name: trees.INTEGRATORS[name])
     document = body.document
     monkeypatch.setattr(
-        body, "document", lambda gravity, links, off: document(gravity, links, (*off, "eulerdamp"))
+        body,
+        "document",
+        lambda gravity, links, disabled: document(gravity, links, (*disabled, "eulerdamp")),
     )
     judgement = judged_model(hinge(0.5), 1.0, 1e-4)
     with pytest.raises(AssertionError):
@@ -230,15 +232,15 @@ def test_an_own_run_is_mj_steps_to_the_last_bit(
 
 
 def test_a_time_is_the_engines_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Planted: a conversion of ours that takes a quarter of an hour, by the clock that is read."""
-    late, real = 0.0, time.perf_counter
+    """Planted: a conversion by galvi that advances the clock by 1000 s."""
+    added_seconds, real = 0.0, time.perf_counter
 
     def clock() -> float:
-        return real() + late
+        return real() + added_seconds
 
     def slow(*arguments: Any, **keywords: Any) -> Any:
-        nonlocal late
-        late += 1000.0
+        nonlocal added_seconds
+        added_seconds += 1000.0
         return converted(*arguments, **keywords)
 
     converted = as_trajectory.momentum_at
@@ -251,7 +253,7 @@ def test_a_time_is_the_engines_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     sim.integrator, sim.dt = "whfast", 0.05
     points = Model(*read(sim, -1))
     for judgement in (judge(points, 5.0, quick=True), judged_model(hinge(0.1), 0.2)):
-        assert late >= 1000.0 and judgement.own["seconds"] < 500.0
+        assert added_seconds >= 1000.0 and judgement.own["seconds"] < 500.0
         engines = judgement.table[~judgement.table["integrator"].str.startswith("galvi")]
         assert (engines["seconds"].dropna() < 500.0).all()
 

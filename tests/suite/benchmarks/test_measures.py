@@ -187,8 +187,8 @@ def test_the_chance_is_the_share_of_all_choices_and_is_what_holm_asks_of_equal_t
 
 @pytest.mark.parametrize("slow", [1, 4, 6, 7, 11])
 def test_equal_code_on_a_coarse_clock_looks_slower_no_more_often_than_stated(slow: int) -> None:
-    """Of 14 times, so many are a tick longer: all ways to share them between the sides. Ranks that
-    ties share, in the distribution without ties, are below the true share by up to 40 %."""
+    """`slow` of 14 times are a tick longer, in all ways to divide them between the sides. Shared
+    ranks in the distribution without ties would give probabilities up to 40 % too small."""
     chances = {
         count: p_value(
             [1.0] * (7 - slow + count) + [2.0] * (slow - count), [1.0] * (7 - count) + [2.0] * count
@@ -197,8 +197,8 @@ def test_equal_code_on_a_coarse_clock_looks_slower_no_more_often_than_stated(slo
     }
     splits = {count: math.comb(slow, count) * math.comb(14 - slow, 7 - count) for count in chances}
     for stated in chances.values():
-        share = sum(splits[count] for count in chances if chances[count] <= stated)
-        assert share / math.comb(14, 7) <= stated * (1.0 + 1e-12)
+        alarms = sum(splits[count] for count in chances if chances[count] <= stated)
+        assert alarms / math.comb(14, 7) <= stated * (1.0 + 1e-12)
 
 
 def test_too_few_samples_and_equal_ones_decide_nothing() -> None:
@@ -249,13 +249,15 @@ def test_a_faster_head_is_no_alarm_and_the_size_is_each_benchmark_s_own() -> Non
 
 
 def test_a_sample_is_the_mean_of_the_quickest_attempt(monkeypatch: pytest.MonkeyPatch) -> None:
-    now = [0.0]
+    clock_time = [0.0]
     seconds = iter([20.0, 1.0, 3.0, 5.0, 9.0, 1.0])
 
     def call() -> None:
-        now[0] += next(seconds)
+        clock_time[0] += next(seconds)
 
-    clock = SimpleNamespace(process_time=lambda: now[0], perf_counter=lambda: 3.0 * now[0])
+    clock = SimpleNamespace(
+        process_time=lambda: clock_time[0], perf_counter=lambda: 3.0 * clock_time[0]
+    )
     monkeypatch.setattr(worker, "time", clock)
     assert worker.sample(call, 2, 3) == {"processor": 4.0, "wall": 12.0}
 
@@ -263,7 +265,7 @@ def test_a_sample_is_the_mean_of_the_quickest_attempt(monkeypatch: pytest.Monkey
 def test_calls_are_repeated_no_more_where_processor_time_stands_still(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """As it does for milliseconds under `ulimit -t`."""
+    """Under `ulimit -t` it stands still for milliseconds."""
     clock = SimpleNamespace(process_time=lambda: 0.0, perf_counter=iter(range(99)).__next__)
     monkeypatch.setattr(worker, "time", clock)
     monkeypatch.setattr(worker, "prepared", lambda case: list)

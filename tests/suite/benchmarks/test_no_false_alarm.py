@@ -17,8 +17,8 @@ from tests.suite.benchmarks.contenders_at_hand import Gauss, Stepped
 from tests.suite.benchmarks.correct_contenders import triple_jump
 
 DURATIONS = np.random.default_rng(12).uniform(90.0, 150.0, 50)
-FEW = [123.0, *DURATIONS[:4]]  # the first is that of a false alarm
-STEPS, FINE = 4000, 2000
+FEW_DURATIONS = [123.0, *DURATIONS[:4]]  # the first once gave a false alarm
+STEPS, FEWER_STEPS = 4000, 2000
 NAMES = ("harmonic oscillator", "planar pendulum", "kepler", "henon-heiles")
 PROBLEMS = {
     check.problem.name: (check.watched or check.problem, check.energy) for check in CHECK_PROBLEMS
@@ -27,10 +27,10 @@ PROBLEMS = {
 
 INTEGRATORS = {"leapfrog, order 2": (Stepped(), STEPS)}
 for order in (4, 8):
-    INTEGRATORS[f"leapfrog, order {order}"] = Stepped(), FINE
+    INTEGRATORS[f"leapfrog, order {order}"] = Stepped(), FEWER_STEPS
     INTEGRATORS[f"leapfrog, order {order}"][0].weights = triple_jump(order)
 for points in (1, 2, 3, 4):
-    INTEGRATORS[f"Gauss {points}"] = Gauss(), FINE
+    INTEGRATORS[f"Gauss {points}"] = Gauss(), FEWER_STEPS
     INTEGRATORS[f"Gauss {points}"][0].method = galvi.Galerkin(
         galvi.Polynomials(points), galvi.gauss(points)
     )
@@ -48,7 +48,7 @@ def changes(integrator: str, name: str, duration: float) -> tuple[np.ndarray, np
 
 
 def alarm(t: np.ndarray, values: np.ndarray) -> str:
-    """What `verify` says of both samplings, if both are suspicious."""
+    """The sentence of `verify` if the samplings of all seeds show a drift, else ""."""
     faults = [_growth(np.inf, drift(*at_random(t, values, seed))) for seed in SEEDS]
     return faults[0] if all(faults) else ""
 
@@ -69,7 +69,9 @@ def alarm(t: np.ndarray, values: np.ndarray) -> str:
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize(
-    "durations", [FEW, pytest.param(DURATIONS, marks=pytest.mark.slow)], ids=["few", "fifty"]
+    "durations",
+    [FEW_DURATIONS, pytest.param(DURATIONS, marks=pytest.mark.slow)],
+    ids=["few", "fifty"],
 )
 def test_there_is_no_false_alarm(integrator, name, durations):
     alarms = {
@@ -79,11 +81,11 @@ def test_there_is_no_false_alarm(integrator, name, durations):
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("share", [0.05, -0.05])
-def test_a_drift_of_a_twentieth_is_seen(name, share):
-    for duration in FEW:
+@pytest.mark.parametrize("fraction", [0.05, -0.05])
+def test_a_drift_of_a_twentieth_is_seen(name, fraction):
+    for duration in FEW_DURATIONS:
         t, values = changes("leapfrog, order 2", name, float(duration))
-        drifting = values + share * np.max(values) * t / t[-1]
+        drifting = values + fraction * np.max(values) * t / t[-1]
         assert "Over the run" in alarm(t, drifting), duration
 
 

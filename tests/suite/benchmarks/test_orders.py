@@ -24,8 +24,8 @@ H = 0.5 ** np.arange(2, 10)
     seed=st.integers(0, 2**32 - 1),
 )
 def test_a_power_of_the_step_is_recovered_above_a_rough_floor(order, constant, size, floor, seed):
-    rough = floor * np.random.default_rng(seed).uniform(0.5, 1.5, H.size)
-    errors = constant * (H / H[0]) ** order + rough
+    noisy_floor = floor * np.random.default_rng(seed).uniform(0.5, 1.5, H.size)
+    errors = constant * (H / H[0]) ** order + noisy_floor
     measured = orders(H, size * errors, size)
     uncertainty = measured.fit.uncertainty
     if measured.fit.points and uncertainty < 0.1:
@@ -48,7 +48,7 @@ def test_each_error_that_is_left_out_says_why():
 
 
 def test_errors_that_stop_falling_far_above_round_off_are_named():
-    """As of a method that tends to the solution of another problem, or a truth of few digits."""
+    """As with a method that converges to another problem's solution, or a truth of few digits."""
     measured = orders(H, 1e-5 + 0.05 * (H / H[0]) ** 4)
     assert STALLED in measured.notes and ROUND_OFF not in measured.notes
     assert measured.fit.rate == pytest.approx(4.0, abs=0.2)
@@ -76,7 +76,7 @@ def rows_of_the_page():
 
 
 def agrees(row):
-    """Whether the measured order of a row is that of theory."""
+    """Whether the measured order of a row is theory's, within 0.15 or twice its uncertainty."""
     measured, error = map(float, row["order measured"].split(" ± "))
     return abs(measured - float(row["order of theory"])) < max(0.15, 2.0 * error)
 

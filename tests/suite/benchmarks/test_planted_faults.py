@@ -55,7 +55,7 @@ def test_invariants_alone_do_not_see_a_wrong_motion(change: Any) -> None:
 
 
 def slowest(start: str) -> float:
-    """The smallest velocity relative to the wind on the way [m/s]."""
+    """The smallest speed relative to the wind along the motion [m/s]."""
     problem: Any = problem_of(start)
     four = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(5))
     run = galvi.integrate(problem, four, DURATION[start] / 64, 64)
@@ -71,7 +71,7 @@ def test_the_brownout_particles_starts_are_what_their_words_say() -> None:
 
 
 def test_steps_that_fail_below_a_bound_are_not_left_out() -> None:
-    """The least of eigenvalues of which one is missing is not known."""
+    """Where one eigenvalue is missing, the least one is not known."""
 
     def failing(integrate: Any) -> Any:
         return lambda problem, method, h, steps: (
@@ -125,7 +125,7 @@ def test_a_grain_that_was_not_solved_is_counted_and_its_run_not_compared(
 
 @IN_COLUMNS
 def test_without_a_rising_wind_no_grain_gets_above_the_bound() -> None:
-    """Thrown upwards in still air: what the row on the highest place rules out."""
+    """Thrown upwards in still air: the row on the highest position rules this out."""
     cloud = model.Cloud(DIAMETERS[-1], BY_REYNOLDS, np.arange(500))
     law, rates = cloud.rates
     run = FOLLOW(
@@ -147,7 +147,7 @@ def test_without_a_rising_wind_no_grain_gets_above_the_bound() -> None:
 
 
 def test_nodes_that_follow_the_start_are_not_held() -> None:
-    """What V29 finds of them is no round-off, and shrinks with the step's error."""
+    """Their defect in V29 is no round-off, and shrinks with the error of the step."""
     problem, chart, longest, _ = v29.FRAMES["Kepler frame, moved nodes"]
     method = galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(3), chart)
     long, short = (
@@ -213,7 +213,7 @@ def test_a_coupling_that_is_dropped_spoils_every_order_of_its_motion(dropped: st
     q, p = wrong.flow(problem.q0, problem.p0, l14.DURATION)
 
     def ends(flown: Problem, *_: Any) -> Any:
-        """The other motions are not run."""
+        """The final state of the uncoupled motion; other motions fail."""
         is_uncoupled = flown.name == problem.name
         return SimpleNamespace(
             q=q[None],
@@ -231,7 +231,7 @@ def test_a_coupling_that_is_dropped_spoils_every_order_of_its_motion(dropped: st
 
 
 def test_a_flow_without_a_coupling_is_not_symplectic() -> None:
-    """2e-15 with them, and 1e-2 without were measured."""
+    """2e-15 was measured with all couplings, and 1e-2 without one."""
     defect, *broken = (
         l16.defect(partial(coupled.flow, duration=l16.STEP), coupled.problem())
         for coupled in (HUNG_BODY, *(wrong for _, wrong in UNCOUPLED.values()))
@@ -240,7 +240,7 @@ def test_a_flow_without_a_coupling_is_not_symplectic() -> None:
 
 
 def test_momenta_at_a_base_that_stays_are_caught() -> None:
-    """Each is told at the other end of its step."""
+    """Each momentum is given at the other end of its step."""
 
     def held(momenta_of: Any) -> Any:
         def momenta(run: Any, *arguments: Any) -> Any:
@@ -257,7 +257,7 @@ def test_momenta_at_a_base_that_stays_are_caught() -> None:
 
 @pytest.mark.parametrize(("held", "low", "high"), [(False, 0.0, 1e-12), (True, 1e-6, 1.0)])
 def test_a_step_with_a_fixed_base_is_not_symplectic(held: bool, low: float, high: float) -> None:
-    """Of a free body, by H's equations (3.51); 2e-14 and 1.7e-4 were measured."""
+    """A free body by H's equations (3.51); 2e-14 and 1.7e-4 were measured."""
     problem, steps = galvi.problems.free_rigid_body(), BodySteps(4, 4, 0.4, printed=held)
     assert np.array_equal(np.diag(problem.system.inertia), printed_formulas.MOMENTS)
 
@@ -270,7 +270,7 @@ def test_a_step_with_a_fixed_base_is_not_symplectic(held: bool, low: float, high
 
 def test_formulas_that_are_right_are_not_accused(monkeypatch: pytest.MonkeyPatch) -> None:
     def moving(body: BodySteps, x: Any, sums: Any, p: Any, first: Any) -> Any:
-        """The momentum matched with the base moved, whatever is asked for."""
+        """The mismatch of momenta with the base moved, whatever the argument `first`."""
         return p - textbook.cayley(x[-1]) @ body.after(x, sums)
 
     monkeypatch.setattr(printed_formulas, "J_D", 0.5 * printed_formulas.J_D)

@@ -1,5 +1,5 @@
-"""Measurements planted in a claim's quick study have the verdicts that they deserve: what is false
-is told, a drift of 5 % among it, and what would be true is not accused."""
+"""Measurements planted in claims' quick studies get the right verdicts: false ones, such as a drift
+of 5 %, are contradicted, and true ones are not."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from tests.suite.benchmarks.quick_studies import quick
 
 # Claims whose quick studies take more than a second or two.
 SLOW = ("V2", "V15", "V33", "L8")
-PLANTED = 0.05
+PLANTED_DRIFT = 0.05  # of the largest error
 RAMPS: dict[str, Callable[[Any, Any], Any]] = {
-    "rising": lambda errors, ramp: errors + PLANTED * np.max(np.abs(errors)) * ramp,
-    "falling": lambda errors, ramp: errors - PLANTED * np.max(np.abs(errors)) * ramp,
-    "widening": lambda errors, ramp: errors * (1.0 + PLANTED * ramp),
+    "rising": lambda errors, ramp: errors + PLANTED_DRIFT * np.max(np.abs(errors)) * ramp,
+    "falling": lambda errors, ramp: errors - PLANTED_DRIFT * np.max(np.abs(errors)) * ramp,
+    "widening": lambda errors, ramp: errors * (1.0 + PLANTED_DRIFT * ramp),
 }
 
 
@@ -43,30 +43,30 @@ def verdicts(claim: Claim, table: pd.DataFrame) -> dict[str, str]:
 
 
 def drifting(history: str, ramp: str, table: pd.DataFrame) -> None:
-    """Half the errors with a drift: none leaves the bound on the largest one."""
+    """Halve the errors and add a drift: none exceeds the bound on the largest one."""
     rows = (table["study"] == "history") & (table["quantity"] == history)
     errors = table.loc[rows, "value"].to_numpy()
     table.loc[rows, "value"] = 0.5 * RAMPS[ramp](errors, np.linspace(0.0, 1.0, errors.size))
 
 
-def curves_beside_ends(by: float, studies: tuple[str, ...], table: pd.DataFrame) -> None:
-    """Errors of curves so many times those of step ends."""
+def curves_beside_ends(factor: float, studies: tuple[str, ...], table: pd.DataFrame) -> None:
+    """Set errors of curves to a multiple of those of step ends."""
     for study in studies:
         ends, curve = (
             (table["study"] == study) & (table["quantity"] == name) for name in ENDS_AND_CURVE
         )
-        table.loc[curve, "value"] = by * table.loc[ends, "value"].to_numpy()
+        table.loc[curve, "value"] = factor * table.loc[ends, "value"].to_numpy()
 
 
 def gaining(gain: float, table: pd.DataFrame) -> None:
-    """Errors h^(gain n + 2): H reads off a gain of one half."""
+    """Set errors to h^(gain n + 2); H reads off a gain of one half."""
     selected = (table["quantity"] == v07.ANGULAR) & (table["study"] == fixed_number(100))
     h, n = (table.loc[selected, name].to_numpy(float) for name in ("step", "n"))
     table.loc[selected, "value"] = np.maximum((10.0 * h) ** (gain * n + 2.0), 1e-15)
 
 
 def with_ms_own_n(table: pd.DataFrame) -> None:
-    """M's N in the place of N - 1."""
+    """Set the largest ratios to those with M's N in the place of N - 1."""
     named = table["quantity"].str.startswith("largest ratio")
     N = table.loc[named, "quantity"].str.rsplit(" ", n=1).str[-1].astype(float)
     table.loc[named, "value"] = (2.0 + 1.0 / N) ** 0.5
@@ -99,7 +99,7 @@ def drifts(claim: str, history: str, quantity: str, *ramps: str) -> dict[str, Pl
     }
 
 
-# A claim, what is changed of its table, and verdicts by the beginnings of quantities.
+# (claim, change of its table, expected verdicts by the beginnings of quantities)
 PLANTS: dict[str, Plant] = {
     **drifts("V2", v02.QUANTITY, "energy error, n = 14", "rising"),
     **drifts("V8", "energy error", "energy error, n = 8", "falling", "widening"),
@@ -162,10 +162,10 @@ def test_a_planted_measurement_is_judged_as_it_deserves(name: str) -> None:
     table = quick(CLAIM[claim])
     change(table)
     by_quantity = verdicts(CLAIM[claim], table)
-    for begins, verdict in expected.items():
+    for beginning, verdict in expected.items():
         assert {
-            by_quantity[quantity] for quantity in by_quantity if quantity.startswith(begins)
-        } == {verdict}, begins
+            by_quantity[quantity] for quantity in by_quantity if quantity.startswith(beginning)
+        } == {verdict}, beginning
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The study of round-off: tiny energies are exact, a drift is caught, and no row is lost."""
+"""The study of round-off: energy errors are exact, a drift is caught, and no row is lost."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ def test_the_energy_of_a_state_with_what_its_rounding_lost_is_exact() -> None:
 
     with mpmath.workdps(50):
         start = energy(exact(problem.q0), exact(problem.v0))
-        end = energy(*(exact(x) + exact(lost) for x, lost in zip(state, low, strict=True)))
+        end = energy(
+            *(exact(x) + exact(remainder) for x, remainder in zip(state, low, strict=True))
+        )
         truth = (end - start) / abs(start)
     assert float(error) == pytest.approx(float(truth), rel=1e-13, abs=1e-28)
     assert abs(float(relative_energy_error(problem, exactly(problem.q0), exactly(problem.v0)))) == 0
@@ -46,8 +48,8 @@ def test_the_energy_of_a_state_with_what_its_rounding_lost_is_exact() -> None:
 
 def test_the_runs_differ_by_1e_12_and_each_is_always_the_same() -> None:
     problem = galvi.problems.outer_solar_system()
-    first, again, second = round_off.member(0), round_off.member(0), round_off.member(1)
-    assert np.array_equal(first.q0, again.q0) and not np.array_equal(first.q0, second.q0)
+    first, repeated, second = round_off.member(0), round_off.member(0), round_off.member(1)
+    assert np.array_equal(first.q0, repeated.q0) and not np.array_equal(first.q0, second.q0)
     for x, y in ((first.q0, problem.q0), (first.v0, problem.v0)):
         assert 1e-13 < np.abs(x / y - 1.0).max() < 5e-12
 
@@ -71,7 +73,7 @@ class Stop(Exception):
 
 
 def study(folder: Path, messages: list[str], stop: int | None = None) -> pd.DataFrame:
-    """A run of a method over 20 years; killed at the sample of this number."""
+    """Rows of a run of one method over 200 years; killed at sample number `stop`."""
     samples = 0
 
     def report(sentence: str) -> None:

@@ -44,7 +44,8 @@ def test_pairs_a_second_are_counted_and_set_beside_the_limit(table: pd.DataFrame
     galvi_rows = table[table["contender"].str.startswith("galvi") & ~heavy]
     pairs = galvi_rows["bodies"] * (galvi_rows["bodies"] - 1) / 2
     rate = galvi_rows["evaluations_per_orbit"] * pairs / galvi_rows["seconds_per_orbit"]
-    rate_ratio = (galvi_rows["pairs_per_second"] / rate).to_numpy()  # passes over two bodies alone
+    # above 1, since some passes are over two bodies only
+    rate_ratio = (galvi_rows["pairs_per_second"] / rate).to_numpy()
     assert (rate_ratio > 1.0 - 1e-9).all() and (rate_ratio < 1.5).all()
     # Above 1 on a busy machine.
     share = galvi_rows["pairs_per_second"] / galvi_rows["limit_pairs_per_second"]
@@ -55,7 +56,7 @@ def test_pairs_a_second_are_counted_and_set_beside_the_limit(table: pd.DataFrame
 
 
 def test_massless_bodies_cost_the_pairs_that_pull(table: pd.DataFrame) -> None:
-    """Of 30 bodies 10 have a mass: 45 pairs attract one another, and 200 one the other."""
+    """10 of 30 bodies have a mass: in 45 pairs both bodies attract, in 200 only one does."""
     rows = table[table["contender"] == "galvi degree 8, Gauss 8, 10 heavy"]
     assert set(rows["bodies"]) == {12} and (rows["error"] < 1e-6).all()
     problem = many_planets(30, 10)

@@ -1,4 +1,4 @@
-"""Checks one by one, as the plugin of pytest asks for them, are those of `verify`."""
+"""Checks that the pytest plugin runs one by one have the outcomes of `verify`."""
 
 from __future__ import annotations
 
@@ -94,8 +94,8 @@ def knotted():
 
 @pytest.fixture
 def serve(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The outcomes, by check and problem, of a contender at hand on these problems of the suite;
-    those of the check `only`, where it is named."""
+    """A function that returns {(check, problem): (outcome, text)} of a contender on these problems;
+    of the check `only` alone, if it is given."""
 
     def served(
         contender: Any, *problems: Any, only: str = ""
@@ -119,7 +119,7 @@ def serve(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 def failed(outcomes: dict[tuple[str, str], tuple[str, str]]) -> dict[str, str]:
-    """The checks that failed, and why."""
+    """The text of each check that failed."""
     return {check: text for (check, _), (end, text) in outcomes.items() if end == "failed"}
 
 
@@ -129,14 +129,14 @@ def test_a_sound_contender_passes_each_check_that_it_has(serve):
     outcomes = serve(contender, SHORT, replace(SWING, long=20.3))
     assert failed(outcomes) == {}
     orbit, swing = ORBIT.problem.name, SWING.problem.name
-    both = {check.name for check in (FAILURES, *CHECKS)} - {
+    on_each_problem = {check.name for check in (FAILURES, *CHECKS)} - {
         "order",
         "declarations",
         "longest run",
         "restart half way",
     }
     assert {key: end for key, (end, _) in outcomes.items()} == {
-        **{(check, name): "passed" for check in both for name in (orbit, swing)},
+        **{(check, name): "passed" for check in on_each_problem for name in (orbit, swing)},
         ("order", ""): "passed",
         ("declarations", ""): "passed",
         ("longest run", orbit): "passed",
@@ -150,7 +150,7 @@ class Modest(OneSided):
 
 
 class Wrong(Modest):
-    """Of another order than it declares."""
+    """Its order differs from the one that it declares."""
 
     name, order = "wrong", 2
 
@@ -173,7 +173,7 @@ def test_a_planted_fault_fails_its_own_check_with_measured_value_and_bound(
     problem = replace(SWING, long=40.3) if check == "conservation" else SHORT
     failures = failed(serve(contender, problem))
     assert sentence in failures.pop(check)
-    # What drifts does so in its longest run too.
+    # A contender that drifts fails in its longest run too.
     assert set(failures) <= ({"longest run"} if check == "conservation" else set())
 
 
@@ -207,7 +207,7 @@ def test_what_is_not_run_is_skipped_with_the_reason(serve):
 
 
 class Hanging(Gauss):
-    """It does not come to an end on one problem."""
+    """Its runs on one problem do not end."""
 
     def run(self, problem, duration, setting):
         if problem.name == ORBIT.problem.name:

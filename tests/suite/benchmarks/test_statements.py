@@ -38,13 +38,13 @@ SECTIONS = {
 
 @pytest.fixture(scope="module")
 def rows() -> list[Row]:
-    """Of claims that are measured in this run anyway; `make report` has all, and fails where they
-    do not found the statements."""
+    """Rows of the claims whose quick studies other tests need anyway; `make report` has all rows,
+    and fails where they do not support the statements."""
     return [row for claim in CLAIMS if claim.id in MEASURED for row in claim.judge(quick(claim))]
 
 
-def of_measured() -> list[Statement]:
-    """The statements of these claims alone."""
+def measured_statements() -> list[Statement]:
+    """The statements that rest on claims in MEASURED only."""
     return [
         statement
         for statement in statements()
@@ -57,10 +57,10 @@ def test_every_status_is_what_the_rows_say_and_every_accusation_has_its_statemen
 ) -> None:
     complaints = [
         complaint
-        for complaint in unfounded(of_measured(), rows)
+        for complaint in unfounded(measured_statements(), rows)
         if "no statement of it" not in complaint
     ]
-    assert len(of_measured()) > 20 and complaints == []
+    assert len(measured_statements()) > 20 and complaints == []
 
 
 def test_lines_are_complete() -> None:
@@ -89,7 +89,7 @@ def test_a_status_that_no_row_supports_and_a_verdict_that_praises_are_told(
     rows: list[Row],
 ) -> None:
     """Planted: a figure that is not reproduced is called so; and its rows exceed it."""
-    measured = of_measured()
+    measured = measured_statements()
     wrong = [
         replace(statement, status="reproduced", why="")
         if statement.status == NOT_REPRODUCED and "L3" in statement.claims
@@ -144,7 +144,7 @@ def test_the_places_of_a_source_are_read(source: str, expected: list[str]) -> No
 
 
 def test_a_row_that_is_named_and_not_there_is_told(rows: list[Row]) -> None:
-    statement = next(x for x in of_measured() if x.rows)
+    statement = next(x for x in measured_statements() if x.rows)
     (complaint,) = unfounded([replace(statement, rows=f"{statement.rows}; H fig. 9.9")], rows)[:1]
     assert complaint.endswith("names rows that are not there: H fig. 9.9.")
 
@@ -172,7 +172,7 @@ CHECKS: dict[tuple[str, str], Callable[[], tuple[float, float]]] = {}
 
 
 def misprint(where: str, begins: str) -> Callable[..., Callable[[], tuple[float, float]]]:
-    """Registers a function: () -> (misfit of what is printed, misfit of what follows)."""
+    """A decorator for a function that returns (misfit of the print, misfit of its correction)."""
 
     def register(check: Callable[[], tuple[float, float]]) -> Callable[[], tuple[float, float]]:
         CHECKS[where, begins] = check
@@ -211,22 +211,22 @@ def _() -> tuple[float, float]:
 @misprint("H 1.2.3", "Frechet derivative")
 def _() -> tuple[float, float]:
     """F(x) = x^2 at 1: the limits from either side differ; the remainder's does not."""
-    slopes, rests = [], []
+    slopes, remainders = [], []
     for dx in (1e-6, -1e-6):
         change = (1.0 + dx) ** 2 - 1.0
         slopes.append(change / abs(dx))
-        rests.append((change - 2.0 * dx) / abs(dx))
-    return abs(slopes[0] - slopes[1]), abs(rests[0] - rests[1])
+        remainders.append((change - 2.0 * dx) / abs(dx))
+    return abs(slopes[0] - slopes[1]), abs(remainders[0] - remainders[1])
 
 
 @misprint("H 2.2.2", "Nodes h_i")
 def _() -> tuple[float, float]:
     """The last node over h, for i = 1 .. n and for i = 0 .. n."""
     n = 6
-    first, all_of_them = (
+    from_one, from_zero = (
         0.5 * np.cos(np.pi * np.arange(start, n + 1) / n) + 0.5 for start in (1, 0)
     )
-    return abs(float(first.max()) - 1.0), abs(float(all_of_them.max()) - 1.0)
+    return abs(float(from_one.max()) - 1.0), abs(float(from_zero.max()) - 1.0)
 
 
 @misprint("H 2.4.2", "Kepler with m_1")
@@ -283,11 +283,12 @@ def _() -> tuple[float, float]:
 def _() -> tuple[float, float]:
     """Lobatto 3, f = t^2, p of degree 2 without mean: 0 on the right side for s = 3."""
     nodes, weights = np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3.0
-    gauss, their = np.polynomial.legendre.leggauss(3)
+    gauss_nodes, gauss_weights = np.polynomial.legendre.leggauss(3)
     legendre = np.polynomial.legendre.Legendre([0.0, 0.0, 1.0])
     exact = 4.0 / 15.0
     errors = [
-        abs(float(w @ (x**2 * legendre(x))) - exact) for x, w in ((nodes, weights), (gauss, their))
+        abs(float(w @ (x**2 * legendre(x))) - exact)
+        for x, w in ((nodes, weights), (gauss_nodes, gauss_weights))
     ]
     return errors[0], errors[1]
 

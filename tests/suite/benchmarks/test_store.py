@@ -1,5 +1,5 @@
-"""What is kept: provenance, benches, the catalogue of timings, and texts of others in tables, of
-which a spreadsheet runs nothing and a terminal obeys nothing."""
+"""Stored data: provenance, benches, the catalogue of timings, and foreign texts in tables, which
+are harmless in spreadsheets and terminals."""
 
 from __future__ import annotations
 
@@ -165,8 +165,8 @@ def test_control_characters_are_shown(text: str) -> None:
 
 @given(draw.one_of(draw.text(), texts))
 def test_any_text_is_harmless_and_read_as_it_is_shown(text: str) -> None:
-    once = unguarded(guarded(text))
-    assert once == visible(text) and unguarded(guarded(once)) == once
+    shown = unguarded(guarded(text))
+    assert shown == visible(text) and unguarded(guarded(shown)) == shown
     assert guarded(text)[:1] not in ("=", "@", "\t", "\r")
 
 
@@ -178,14 +178,14 @@ def test_a_text_without_control_characters_is_shown_as_it_is(text: str) -> None:
 @given(draw.lists(draw.tuples(texts.filter(bool), draw.floats()), min_size=1))
 def test_a_table_is_read_as_it_was(rows: list[tuple[str, float]]) -> None:
     table = pd.DataFrame(rows, columns=["text", "value"])
-    again = read_csv(
+    read_back = read_csv(
         io.StringIO(as_csv(table), newline=""),
         dtype={"text": str},
         keep_default_na=False,
         na_values={"value": [""]},
     )
-    assert list(again["text"]) == list(table["text"])
-    assert np.array_equal(again["value"], table["value"], equal_nan=True)
+    assert list(read_back["text"]) == list(table["text"])
+    assert np.array_equal(read_back["value"], table["value"], equal_nan=True)
 
 
 def test_cells_that_are_no_texts_are_written_as_pandas_writes_them() -> None:
@@ -194,7 +194,7 @@ def test_cells_that_are_no_texts_are_written_as_pandas_writes_them() -> None:
     )
     assert as_csv(table) == "a,b,c\n1,True,-1.5\n,False,\n'=1,True,inf\n"
     assert as_csv(table.iloc[:2]) == table.iloc[:2].to_csv(index=False)
-    assert list(table["a"]) == [1, None, "=1"]  # the frame itself stays
+    assert list(table["a"]) == [1, None, "=1"]  # the table itself is unchanged
 
 
 def test_kept_rows_are_read_as_they_were_and_damaged_ones_are_set_aside(tmp_path: Path) -> None:
@@ -203,8 +203,8 @@ def test_kept_rows_are_read_as_they_were_and_damaged_ones_are_set_aside(tmp_path
     names = [*FORMULAS, *PLAIN]
     table = pd.DataFrame({"name": names, "value": 1e-3 * np.arange(float(len(names)))})
     row_files.write("rows", table)
-    again = row_files.read("rows")
-    assert again is not None and again.equals(table) and messages == []
+    read_back = row_files.read("rows")
+    assert read_back is not None and read_back.equals(table) and messages == []
     path = tmp_path / "rows.csv"
     with path.open(newline="") as file:
         cells = [line[0] for line in csv.reader(file) if line]

@@ -1,4 +1,4 @@
-"""What is kept of other codes, and still so: how peers move, their defects, public models."""
+"""Stored tables on other codes still hold: signatures of peers, defects, public models."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_what_is_written_and_read_again_is_the_same(
 DEFECTS, CHANGES, VERSIONS = (
     ROOT / "docs" / name for name in ("defects.csv", "changes_of_mujoco.csv", "engine_versions.csv")
 )
-SHOWN = 0.0125  # step of the errors that the lines on versions state
+QUOTED_STEP = 0.0125  # step of the errors that the lines on versions quote
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing() or "present")
@@ -73,12 +73,12 @@ def test_what_was_seen_of_rebound_is_seen_again_or_the_page_is_old() -> None:
 
 
 def unknown(written: pd.DataFrame, versions: pd.DataFrame) -> list[str]:
-    """Figures of the lines on versions that are not those kept of the integrator, to the digits."""
+    """Figures in the lines on versions that are not among the stored ones of the integrator."""
     unknown_figures = []
     for line in written[written["command"].str.startswith("`galvi studies")].to_dict("records"):
         name = line["what"].split()[0]
         errors = versions.loc[versions["integrator"] == name, "attitude_error"]
-        expected = {f"{x:{form}}" for x in errors for form in (".1e", ".3g")} | {f"{SHOWN:g}"}
+        expected = {f"{x:{form}}" for x in errors for form in (".1e", ".3g")} | {f"{QUOTED_STEP:g}"}
         figures = re.findall(r"0\.\d+|\d\.\d+e-\d+", line["seen"].partition("attitude error")[2])
         unknown_figures += [f"{name}: {figure}" for figure in figures if figure not in expected]
         assert figures, line
@@ -98,7 +98,7 @@ def test_figures_of_mujoco_are_those_kept_of_its_versions_and_another_is_told() 
 
 # ---- public models
 
-CLOSE = 1e-11  # 1e-12: MuJoCo's rounding and ours, in trees of 56 velocities
+LARGEST_DIFFERENCE = 1e-11  # 1e-12 measured: rounding in trees of 56 velocities
 
 
 def stored() -> pd.DataFrame:
@@ -107,11 +107,11 @@ def stored() -> pd.DataFrame:
 
 
 def changes(before: pd.DataFrame, now: pd.DataFrame) -> list[str]:
-    """What is said of a model in one table and not in the other; and differences above CLOSE."""
+    """Rows on models that only one table has, and models whose difference is too large."""
     columns = ["model", "version", "velocities", "left_out", "why_not"]
     rows = (table[columns].itertuples(index=False) for table in (before, now))
     earlier, later = ({tuple(row) for row in table} for table in rows)
-    large = now[now["difference"] > CLOSE]["model"]
+    large = now[now["difference"] > LARGEST_DIFFERENCE]["model"]
     return sorted(f"{row}" for row in earlier ^ later) + sorted(large)
 
 
@@ -129,7 +129,7 @@ def test_every_public_model_that_moves_and_that_mujoco_reads_is_read() -> None:
     table = stored()
     assert len(table) == 153 and table["velocities"].max() == 132
     assert (table["why_not"] == "").equals(table["velocities"] > 0)
-    assert table["difference"].max() <= CLOSE
+    assert table["difference"].max() <= LARGEST_DIFFERENCE
     assert not changes(table, table)
 
 

@@ -83,24 +83,23 @@ DISTRIBUTIONS = {
 
 
 def false_alarms(distribution, rule=bound_of, tests=200, reruns=1000, seed=5):
-    """How many of all reruns exceed the bound of another sample, and the share of samples that have
-    none."""
+    """(fraction of reruns above another sample's bound, fraction of samples without a bound)."""
     random = np.random.default_rng(seed)
-    alarms = without = 0
+    alarms = without_bound = 0
     for _ in range(tests):
         bound = rule(1e-12 * distribution(random, (64,)), ULP, 1e9)
         fresh = 1e-12 * distribution(random, (reruns,))
-        without += math.isnan(bound.value)
+        without_bound += math.isnan(bound.value)
         alarms += int((fresh > bound.value).sum())
-    return alarms / (tests * reruns), without / tests
+    return alarms / (tests * reruns), without_bound / tests
 
 
 @pytest.mark.parametrize("name", DISTRIBUTIONS)
 def test_samples_of_every_kind_give_no_false_alarms(name):
-    alarms, without = false_alarms(DISTRIBUTIONS[name])
+    alarms, without_bound = false_alarms(DISTRIBUTIONS[name])
     assert alarms <= (1e-4 if name == "Student" else 1e-5)  # one in 1,000 of these is 3 floors
-    assert (without > 0.8) == (name == "two groups")
-    assert without < 0.5 or name == "two groups"
+    assert (without_bound > 0.8) == (name == "two groups")
+    assert without_bound < 0.5 or name == "two groups"
 
 
 def test_a_bound_of_half_a_floor_raises_false_alarms():
@@ -157,7 +156,7 @@ ORBITS = {"whfast": 60.0, "ias15": 60.0, "leapfrog": 60.0, "chaotic bodies": 70.
 
 @pytest.fixture
 def run_of(tmp_path):
-    """A run by its name."""
+    """A function that returns the run of a name in MODELS or ORBITS."""
 
     def run_of(name, **overrides):
         if name in MODELS:
@@ -173,7 +172,7 @@ def run_of(tmp_path):
 
 
 def orbits(name):
-    """A star with two planets, or the three bodies of Pythagoras, who meet closely."""
+    """A simulation: a star with two planets, the three bodies of Pythagoras, or massless bodies."""
     sim = rebound.Simulation()
     if name == "chaotic bodies":
         for mass, x, y in ((3.0, 1.0, 3.0), (4.0, -2.0, -1.0), (5.0, 1.0, -1.0)):
@@ -197,7 +196,7 @@ def measured(run, folder, releases=(), seed=0):
 
 
 def reruns(run, motion, count):
-    """So many fresh runs, half of them without fused products."""
+    """`count` fresh runs, half of them without fused products where the C library allows."""
     moved = moved_runs(run, motion, count, seed=12345)
     half = count // 2
     environments = (None, UNFUSED if has_unfused() else None)
@@ -209,8 +208,8 @@ def reruns(run, motion, count):
 
 
 def trial(run, tolerance, count):
-    """Of so many fresh runs: those with a false alarm at the end, at any time, and how many faults
-    of FLOORS floors are seen and planted."""
+    """Of `count` fresh runs: the number with a false alarm at the end, and at any time; the numbers
+    of faults of FLOORS floors that are seen, and planted."""
     motions = reruns(run, tolerance.motion, count)
     sizes = differences(tolerance.motion, motions)
     bounds = np.array([[bound.value for bound in tolerance.bounds[name]] for name in QUANTITIES])
@@ -223,17 +222,17 @@ def trial(run, tolerance, count):
 
 
 def faults(tolerance, motions):
-    """How many faults of FLOORS floors are seen, and how many are planted: in each coordinate of
-    each quantity, of both signs, at each time that has a bound."""
+    """The numbers of faults of FLOORS floors that are seen, and planted: in each coordinate of each
+    quantity, of both signs, at each time that has a bound."""
     detected = planted_ones = 0
     for motion in motions:
         for name in QUANTITIES:
-            off = motion.quantities[name] - tolerance.motion.quantities[name]
+            difference = motion.quantities[name] - tolerance.motion.quantities[name]
             for k, bound in enumerate(tolerance.bounds[name]):
                 if bound.reason:
                     continue
                 for sign in (-1.0, 1.0):
-                    fault = np.abs(off[k] + sign * FLOORS * bound.floor)
+                    fault = np.abs(difference[k] + sign * FLOORS * bound.floor)
                     detected += int((fault > bound.value).sum())
                     planted_ones += fault.size
     return detected, planted_ones
@@ -266,8 +265,8 @@ def test_a_thousand_fresh_reruns_raise_no_alarm(name, run_of, tmp_path):
 
 
 def alarms_and_gaps(sizes, ulps, extents, draws=200):
-    """Of bounds by 64 of these runs drawn at random, (alarms at any time in a million others, share
-    of times and quantities without a bound)."""
+    """For bounds from 64 of these runs, drawn at random: (alarms at any time in a million others,
+    fraction of times and quantities without a bound)."""
     random, alarms, gaps, tested = np.random.default_rng(1), 0, 0, 0
     for _ in range(draws):
         order = random.permutation(len(sizes))
@@ -329,13 +328,13 @@ def test_a_model_at_rest_has_bounds_that_a_rounding_of_its_forces_keeps(
 
 
 def test_an_energy_without_a_bound_leaves_positions_and_velocities_theirs(run_of, tmp_path):
-    """A test compares these; massless bodies about one at rest have no energy at all."""
+    """A test compares these two; massless bodies about one at rest have no energy."""
     run = run_of("whfast")
     tolerance = measured(run, tmp_path)
-    without = tuple(replace(bound, reason=SPREAD) for bound in tolerance.bounds["energy"])
-    assert replace(tolerance, bounds={**tolerance.bounds, "energy": without}).holds
-    without = tuple(replace(bound, reason=SPREAD) for bound in tolerance.bounds["velocities"])
-    lacking = replace(tolerance, bounds={**tolerance.bounds, "velocities": without})
+    without_bound = tuple(replace(bound, reason=SPREAD) for bound in tolerance.bounds["energy"])
+    assert replace(tolerance, bounds={**tolerance.bounds, "energy": without_bound}).holds
+    without_bound = tuple(replace(bound, reason=SPREAD) for bound in tolerance.bounds["velocities"])
+    lacking = replace(tolerance, bounds={**tolerance.bounds, "velocities": without_bound})
     assert lacking.latest == -1 and not lacking.holds
 
 
@@ -372,8 +371,8 @@ def test_without_moved_runs_the_bound_raises_false_alarms(run_of, tmp_path, monk
 
 
 def rounded_at_each_step(run, count):
-    """Ends of so many runs of a model, each entry of which is moved to a neighbouring number after
-    each step, up, down or not at all."""
+    """Final states of `count` runs of a model, whose entries are moved to a neighbouring number
+    after each step, up, down or not at all."""
     model = mujoco.MjModel.from_xml_path(run.job["file"])
     random, ends = np.random.default_rng(7), []
     for _ in range(count):
@@ -383,8 +382,8 @@ def rounded_at_each_step(run, count):
             mujoco.mj_step(model, state)
             for values in (state.qpos, state.qvel):
                 towards = random.choice((-math.inf, math.nan, math.inf), values.size)
-                moved = np.nextafter(values, towards)
-                values[:] = np.where(np.isnan(moved), values, moved)
+                neighbours = np.nextafter(values, towards)
+                values[:] = np.where(np.isnan(neighbours), values, neighbours)
         ends.append((state.qpos.copy(), state.qvel.copy()))
     return ends
 
@@ -395,8 +394,8 @@ def test_runs_that_round_otherwise_at_each_step_raise_no_alarm(name, run_of, tmp
     tolerance = measured(run, tmp_path)
     for end in rounded_at_each_step(run, 50):
         for quantity, values in zip(("positions", "velocities"), end, strict=True):
-            off = np.abs(values - tolerance.motion.quantities[quantity][-1]).max()
-            assert off <= tolerance.bounds[quantity][-1].value
+            difference = np.abs(values - tolerance.motion.quantities[quantity][-1]).max()
+            assert difference <= tolerance.bounds[quantity][-1].value
 
 
 def test_starts_alone_that_are_moved_do_not_bound_long_runs(run_of, tmp_path, monkeypatch):
@@ -409,15 +408,15 @@ def test_starts_alone_that_are_moved_do_not_bound_long_runs(run_of, tmp_path, mo
     with monkeypatch.context() as patch:
         patch.setattr(tolerances, "moved_runs", starts)
         bound = measured(run, tmp_path).bounds["positions"][-1]
-    right = measured(run, tmp_path)
+    complete = measured(run, tmp_path)
     distances = [
-        np.abs(q - right.motion.positions[-1]).max() for q, _ in rounded_at_each_step(run, 20)
+        np.abs(q - complete.motion.positions[-1]).max() for q, _ in rounded_at_each_step(run, 20)
     ]
-    assert bound.value < max(distances) < right.bounds["positions"][-1].value
+    assert bound.value < max(distances) < complete.bounds["positions"][-1].value
 
 
 def test_all_differences_are_those_of_the_runs(run_of, tmp_path):
-    """Against runs of MuJoCo here, in this process."""
+    """Compared with runs of MuJoCo in this process."""
     run = run_of("double pendulum")
     tolerance = measured(run, tmp_path)
     model = mujoco.MjModel.from_xml_path(run.job["file"])

@@ -22,7 +22,7 @@ def tree_rows() -> pd.DataFrame:
 
 
 def misses(tree_rows: pd.DataFrame) -> list[float]:
-    """How far each fitted order is from that of theory, and its uncertainty twice."""
+    """For each fit, the distance of its order from theory's plus twice its uncertainty."""
     theory = tree_rows.groupby(["problem", "contender"], sort=False)["order"].first()
     return [
         abs(fit.rate - theory[key]) + 2.0 * fit.uncertainty

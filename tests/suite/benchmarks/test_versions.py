@@ -1,5 +1,5 @@
-"""Releases of an engine on a user's own run: what changed is found between which releases, and what
-rounding does is no change."""
+"""Releases of an engine on a user's own run: changes are found between the right releases, and
+rounding is no change."""
 
 from __future__ import annotations
 
@@ -307,7 +307,7 @@ def test_releases_are_read_and_ordered_by_age_and_others_refused(monkeypatch):
 
 
 def of_real_releases(run: OwnRun, names: list[str], folder: Path) -> Versions:
-    """Skips where one of them cannot be installed."""
+    """The comparison of real releases; skips the test where one cannot be installed."""
     try:
         comparison = compare_releases(run, names, False, folder)
     except ValueError as error:

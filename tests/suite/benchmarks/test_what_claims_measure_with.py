@@ -1,4 +1,4 @@
-"""What claims measure with, and hold against: other formulas, mpmath, and cases that are known."""
+"""Measures and references of claims, against other formulas, mpmath and known cases."""
 
 from __future__ import annotations
 
@@ -161,8 +161,8 @@ def test_best_errors_are_those_of_mpmath() -> None:
         pieces = [0.0, singularity, 1.0]
         square = mp.quad(lambda t: slope(t) ** 2, pieces)
         for k in range(3):
-            part = mp.quad(lambda t, k=k: slope(t) * mp.legendre(k, 2 * t - 1), pieces)
-            square -= (2 * k + 1) * part**2
+            component = mp.quad(lambda t, k=k: slope(t) * mp.legendre(k, 2 * t - 1), pieces)
+            square -= (2 * k + 1) * component**2
         expected = float(mp.sqrt(square))
     assert closed_errors(singularity, b, 0.0, 1.0, [3])[0] == pytest.approx(expected, rel=1e-8)
     error = quadrature_error(SingularDrive(singularity, b).motion, singularity, 0.0, 1.0, 3)

@@ -25,11 +25,13 @@ from benchmarks.work_precision.problems.planets import kepler, solar_system
 from benchmarks.work_precision.problems.rigid_bodies import free_body
 from galvi import Problem, Trajectory
 
-OURS, IAS15 = "galvi degree 8, Gauss 8", "REBOUND IAS15"
-FEW = (OURS, "Stormer-Verlet", "SciPy DOP853", IAS15)
+GALVI, IAS15 = "galvi degree 8, Gauss 8", "REBOUND IAS15"
+FEW_LABELS = (GALVI, "Stormer-Verlet", "SciPy DOP853", IAS15)
 
 
-def only(case: WorkPrecisionProblem, *labels: str, **changes: Any) -> WorkPrecisionProblem:
+def with_participants(
+    case: WorkPrecisionProblem, *labels: str, **changes: Any
+) -> WorkPrecisionProblem:
     participants = tuple(
         participant for participant in case.participants if participant.label in labels
     )
@@ -41,7 +43,7 @@ def study(case: WorkPrecisionProblem) -> pd.DataFrame:
 
 
 def test_every_row_has_error_time_with_interval_status_and_truth() -> None:
-    case = only(kepler(2, quick=True), *FEW)
+    case = with_participants(kepler(2, quick=True), *FEW_LABELS)
     rows = study(case)
     assert tuple(rows.columns) == work_precision.COLUMNS
     assert set(rows["rounds"].map(read).map(len)) == {work_precision.ROUNDS}
@@ -49,19 +51,19 @@ def test_every_row_has_error_time_with_interval_status_and_truth() -> None:
         [statistics.median(read(rounds)) for rounds in rows["rounds"]], rel=1e-4
     )
     assert ((rows["again"] != "") == rows["contender"].str.startswith("galvi")).all()
-    assert set(rows["contender"]) == set(FEW) and rows["error"].notna().all()
+    assert set(rows["contender"]) == set(FEW_LABELS) and rows["error"].notna().all()
     assert rows["seconds"].between(rows["seconds_low"], rows["seconds_high"]).all()
     assert set(rows["reference"]) == {"Kepler, closed form"}
     assert set(rows["truth_error"]) == {case.truth().error}
     assert rows["settings"].str.len().min() > 0
-    galvi_rows = rows[rows["contender"] == OURS]
+    galvi_rows = rows[rows["contender"] == GALVI]
     assert (
         galvi_rows["error"].min() < 1e-9 and (galvi_rows["evaluations"] > galvi_rows["steps"]).all()
     )
 
 
 def test_the_truth_is_not_judged_by_itself() -> None:
-    case = only(kepler(2, quick=True), IAS15)
+    case = with_participants(kepler(2, quick=True), IAS15)
     source = (IAS15, readable_setting(case.participants[0].settings[-1]))
     truth = Truth(case.truth().end, 0.0, IAS15, source)
     rows = study(replace(case, truth=lambda: truth, notes={IAS15: "A note."}))
@@ -75,7 +77,7 @@ def test_without_the_engine_of_the_truth_every_row_says_why() -> None:
     def absent() -> Truth:
         raise ModuleNotFoundError("Install the engine.")
 
-    rows = study(only(kepler(2, quick=True), *FEW, truth=absent))
+    rows = study(with_participants(kepler(2, quick=True), *FEW_LABELS, truth=absent))
     assert len(rows) and (rows["status"] == "Install the engine.").all()
     assert rows["error"].isna().all()
 
@@ -87,7 +89,7 @@ def test_a_tolerance_and_a_number_of_passes_stop_an_iteration_early() -> None:
 
 
 def test_point_masses_have_an_error_of_energy_beside_that_of_position() -> None:
-    rows = study(only(solar_system(quick=True), "galvi degree 12, Gauss 12"))
+    rows = study(with_participants(solar_system(quick=True), "galvi degree 12, Gauss 12"))
     assert rows["error"].min() < 1e-10 and rows["energy"].min() < 1e-13  # 3e-12
 
 
@@ -96,7 +98,7 @@ def test_point_masses_have_an_error_of_energy_beside_that_of_position() -> None:
 
 @dataclass(frozen=True)
 class Counted:
-    """Notes what it is asked for; fails from a duration on."""
+    """Records the durations and settings of its runs; fails from the duration `until` on."""
 
     requests: list[tuple[float, Any]]
     until: float = np.inf
@@ -109,33 +111,33 @@ class Counted:
 
 
 def test_a_run_is_made_longer_by_a_whole_number_and_keeps_its_last_state() -> None:
-    problem, noted = galvi.problems.free_rigid_body(), Counted([])
-    repeated = repeated_run(noted, problem, 2.0, {"step": 0.5, "save_every": 4}, 1e-3, 0.01)
-    assert noted.requests[0] == (20.0, {"step": 0.5, "save_every": 40})
+    problem, recorder = galvi.problems.free_rigid_body(), Counted([])
+    repeated = repeated_run(recorder, problem, 2.0, {"step": 0.5, "save_every": 4}, 1e-3, 0.01)
+    assert recorder.requests[0] == (20.0, {"step": 0.5, "save_every": 40})
     assert repeated.times >= 10 and repeated.failure == "" and repeated.seconds > 0.0
     repeated.call()
-    assert noted.requests[-1] == (
+    assert recorder.requests[-1] == (
         2.0 * repeated.times,
         {"step": 0.5, "save_every": 4 * repeated.times},
     )
-    slow = repeated_run(noted, problem, 2.0, {"samples": 1}, 5.0, 0.01)
-    assert noted.requests[-1][1] == {"samples": 1} and slow.times >= 1
+    slow = repeated_run(recorder, problem, 2.0, {"samples": 1}, 5.0, 0.01)
+    assert recorder.requests[-1][1] == {"samples": 1} and slow.times >= 1
 
 
 def test_the_short_run_of_a_net_time_is_one_step() -> None:
-    noted, problem = Counted([]), galvi.problems.harmonic_oscillator()
-    net = net_time(noted, problem, 2.0, {"step": 0.5, "save_every": 4}, 4)
-    assert noted.requests == [(0.5, {"step": 0.5, "save_every": 1})]
+    recorder, problem = Counted([]), galvi.problems.harmonic_oscillator()
+    net = net_time(recorder, problem, 2.0, {"step": 0.5, "save_every": 4}, 4)
+    assert recorder.requests == [(0.5, {"step": 0.5, "save_every": 1})]
     net()
-    assert noted.requests[-1] == (2.0, {"step": 0.5, "save_every": 4}) and net.failure == ""
-    net_time(noted, problem, 2.0, {"samples": 1, "tolerance": 1e-9}, 4)
-    assert noted.requests[-1] == (2e-6, {"samples": 1, "tolerance": 1e-9})
+    assert recorder.requests[-1] == (2.0, {"step": 0.5, "save_every": 4}) and net.failure == ""
+    net_time(recorder, problem, 2.0, {"samples": 1, "tolerance": 1e-9}, 4)
+    assert recorder.requests[-1] == (2e-6, {"samples": 1, "tolerance": 1e-9})
 
 
 def test_a_setting_that_fails_later_has_its_error_and_no_time() -> None:
     case = free_body(True)
     fails = Counted([], until=case.duration + 1.0)
-    participant = Participant(OURS, fails, [{"step": 0.5, "save_every": 40}])
+    participant = Participant(GALVI, fails, [{"step": 0.5, "save_every": 40}])
     start = Truth(np.eye(3), 0.0, "the start")
     (row,) = study(replace(case, participants=(participant,), truth=lambda: start)).to_dict(
         "records"
@@ -178,17 +180,17 @@ def test_a_setting_without_a_net_time_says_so() -> None:
 
 @pytest.fixture
 def called(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Calls that take these seconds, the last of them again and again, on a machine that may slow
-    down, and the order in which they were made."""
-    now, order = [0.0], []
-    monkeypatch.setattr(timing.time, "perf_counter", lambda: now[0])
+    """(a function that makes calls of given seconds, names of the calls made, in order). The last
+    time is repeated; with `slower` each call takes longer than the one before."""
+    clock_time, order = [0.0], []
+    monkeypatch.setattr(timing.time, "perf_counter", lambda: clock_time[0])
 
     def call(name: str, *seconds: float, slower: float = 0.0) -> Any:
         times = iter(seconds)
 
         def run_once() -> None:
             order.append(name)
-            now[0] += next(times, seconds[-1]) * (1.0 + slower * len(order))
+            clock_time[0] += next(times, seconds[-1]) * (1.0 + slower * len(order))
 
         return run_once
 

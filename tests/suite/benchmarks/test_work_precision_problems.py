@@ -110,9 +110,10 @@ IN_CLOCKS = {
     "SciPy DOP853",
     *map(clock_label, (8, 12, 16)),
 }
-SCIPY, WIDE, TRACE = "SciPy DOP853", "REBOUND WHFast512", "REBOUND TRACE"
+SCIPY, WHFAST512, TRACE = "SciPy DOP853", "REBOUND WHFast512", "REBOUND TRACE"
 HEAVY_TOP = {MUJOCO_RK4.name, TEXTBOOK_DOP853, "heyoka, rigid bodies"}
-# A problem: who takes part; who does not; of how many, where that is known; what errors are of.
+# problem: (contenders that take part, contenders that do not, their number or None, quantity of
+# the errors or "")
 TAKE_PART: dict[Make, tuple[set[str], set[str], int | None, str]] = {
     free_body: (ON_BODIES | MORE, set(), None, ATTITUDE),
     pendulum: (ON_BODIES, MORE, None, ATTITUDE),
@@ -125,11 +126,12 @@ TAKE_PART: dict[Make, tuple[set[str], set[str], int | None, str]] = {
     kepler_polar: (ON_COORDINATES, set(), 6, COORDINATES),
     free_body_se3: (gauss(5, suffix=", general kernel"), set(), None, MOTION),
     brownout: (gauss(4, suffix=", general kernel"), set(), None, COORDINATES),
-    outer_solar_system: (IN_SPACE | {SCIPY}, {WIDE}, None, ""),
-    solar_system: (IN_SPACE | {SCIPY, WIDE}, set(), None, ""),
-    applegate: (IN_SPACE, {SCIPY, WIDE}, None, ""),
+    outer_solar_system: (IN_SPACE | {SCIPY}, {WHFAST512}, None, ""),
+    solar_system: (IN_SPACE | {SCIPY, WHFAST512}, set(), None, ""),
+    applegate: (IN_SPACE, {SCIPY, WHFAST512}, None, ""),
 }
-EXACT = {ATTITUDE: 2e-16, ANGLE: 1e-15, MOTION: 1e-15, COORDINATES: 2e-15}  # of the largest entry
+# relative to the largest entry
+TRUTH_ERRORS = {ATTITUDE: 2e-16, ANGLE: 1e-15, MOTION: 1e-15, COORDINATES: 2e-15}
 for make in MET:
     dominant = make(False).problem.name == "HD 80606 and a companion"
     TAKE_PART[make] = (
@@ -148,7 +150,9 @@ def test_everyone_takes_part_and_the_truth_is_better_than_they_are(make: Make) -
         if make in PLANETS:
             assert "quadruple" in truth.description or "real128" in truth.description
         assert truth.source is None
-        assert truth.error < (EXACT[quantity] * np.abs(truth.end).max() if quantity else 1e-11)
+        assert truth.error < (
+            TRUTH_ERRORS[quantity] * np.abs(truth.end).max() if quantity else 1e-11
+        )
 
 
 def test_contenders_take_part_at_their_defaults_and_at_their_best() -> None:
@@ -189,9 +193,9 @@ def test_the_quick_report_leaves_applegate_out_and_most_encounters() -> None:
     of_quick, of_full = (
         {case.problem.name for case in work_precision_problems(quick)} for quick in (True, False)
     )
-    met, left = {make(False).problem.name for make in MET}, of_full - of_quick
-    assert of_quick < of_full and left - met == {"outer solar system after Applegate"}
-    assert met - left == {"Burrau's problem", "two bodies, e = 0.99"}
+    met, left_out = {make(False).problem.name for make in MET}, of_full - of_quick
+    assert of_quick < of_full and left_out - met == {"outer solar system after Applegate"}
+    assert met - left_out == {"Burrau's problem", "two bodies, e = 0.99"}
 
 
 # ---- truths
@@ -247,7 +251,7 @@ def test_the_error_is_the_largest_difference_of_an_entry() -> None:
 
 @dataclass(frozen=True)
 class WrongLaw:
-    """galvi on a problem with a wrong law."""
+    """galvi on a problem with a wrong force law."""
 
     problem: Problem
     name: str = "galvi, wrong law"
@@ -261,7 +265,7 @@ class WrongLaw:
 
 
 def pulled_up() -> Problem:
-    """The pendulum, its weight pulling up: a sign gone wrong."""
+    """The pendulum with a planted fault: its weight pulls up."""
     problem: Any = pendulum(True).problem
     weight = problem.system.potential
     up = galvi.UniformGravity(weight.mass, weight.centre, -weight.g)
@@ -291,8 +295,10 @@ def test_a_wrong_law_stands_out_though_it_conserves_its_own_energy(
         repeated_run=False,
         net_time=False,
     )
-    right, fault = (rows["error"][rows["contender"] == x].max() for x in (label, planted.label))
-    assert right < 1e-5 < 1e-4 < fault
+    correct_error, planted_error = (
+        rows["error"][rows["contender"] == x].max() for x in (label, planted.label)
+    )
+    assert correct_error < 1e-5 < 1e-4 < planted_error
     energy = galvi.energy(contender.run(case.problem, case.duration, participant.settings[0]))
     assert np.ptp(energy) < 1e-6 * max(1.0, abs(energy[0]))
 
@@ -300,8 +306,8 @@ def test_a_wrong_law_stands_out_though_it_conserves_its_own_energy(
 # ---- problems of one's own
 
 TEXTBOOK = {"Stormer-Verlet", "Forest-Ruth", "RK4"}
-MUJOCO = {f"MuJoCo {name}" for name in ("RK4", "Euler", "implicit", "implicitfast")}
-REBOUND = {
+MUJOCO_CODES = {f"MuJoCo {name}" for name in ("RK4", "Euler", "implicit", "implicitfast")}
+REBOUND_CODES = {
     f"REBOUND {name}"
     for name in ("WHFast", "SABA", "MERCURIUS", "TRACE", "leapfrog", "BS", "IAS15")
 }
@@ -360,12 +366,12 @@ KINDS = {
     ),
     "point masses": (
         bodies,
-        {"SciPy DOP853", "heyoka", "REBOUND WHFast512", *REBOUND, *TEXTBOOK},
+        {"SciPy DOP853", "heyoka", "REBOUND WHFast512", *REBOUND_CODES, *TEXTBOOK},
         "heyoka, quadruple precision",
     ),
     "a tree made by hand": (
         by_hand,
-        {*MUJOCO, MUJOCO_ACCELERATIONS.name, "SciPy DOP853 on Pinocchio's accelerations"},
+        {*MUJOCO_CODES, MUJOCO_ACCELERATIONS.name, "SciPy DOP853 on Pinocchio's accelerations"},
         MUJOCO_ACCELERATIONS.name,
     ),
 }

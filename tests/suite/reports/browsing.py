@@ -1,4 +1,4 @@
-"""Pages in a real browser: what tests with the mark `browser` share."""
+"""Pages in a real browser, for tests with the mark `browser`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MARKS = [
 
 @contextmanager
 def browsing():
-    """A chromium of the system."""
+    """A context with the system's chromium."""
     sync = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with sync.sync_playwright() as driver:
         started = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
@@ -29,14 +29,14 @@ def browsing():
 
 
 @contextmanager
-def looking(browser, out, notice="\0"):
-    """(name, width, dark, javascript) -> the page; what its console said is in `page.said`.
+def page_opener(browser, out, notice="\0"):
+    """A context with a function that opens a page of `out` in the browser.
 
-    notice  what is in lines of the console that say nothing
+    `page.console_lines` of its result collects messages and errors, but not lines with `notice`.
     """
     contexts = []
 
-    def look(name, width=1400, dark=False, scripts=True, **context_options):
+    def open_page(name, width=1400, dark=False, scripts=True, **context_options):
         context = browser.new_context(
             viewport={"width": width, "height": 900},
             java_script_enabled=scripts,
@@ -46,20 +46,25 @@ def looking(browser, out, notice="\0"):
         )
         contexts.append(context)
         page = context.new_page()
-        page.said = []
-        page.on("console", lambda message: notice in message.text or page.said.append(message.text))
-        page.on("pageerror", lambda error: page.said.append(str(error)))
-        page.on("requestfailed", lambda request: page.said.append(f"not found: {request.url}"))
+        page.console_lines = []
+        page.on(
+            "console",
+            lambda message: notice in message.text or page.console_lines.append(message.text),
+        )
+        page.on("pageerror", lambda error: page.console_lines.append(str(error)))
+        page.on(
+            "requestfailed", lambda request: page.console_lines.append(f"not found: {request.url}")
+        )
         page.goto((out / f"{name}.html").as_uri())
         return page
 
-    yield look
+    yield open_page
     for context in contexts:
         context.close()
 
 
 def violations(page):
-    """(rule, element) of what axe finds."""
+    """(rule, its first element) of each violation that axe finds."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
     failures = axe.Axe().run(page).response["violations"]
     return [(violation["id"], violation["nodes"][0]["html"][:200]) for violation in failures]

@@ -1,7 +1,7 @@
 """Fixtures of the tests of reports.
 
-The process that hands out the tests imports this file and runs none: what is needed is imported by
-the fixtures.
+The process that distributes the tests imports this file and runs none, so that the fixtures import
+what they need.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import pytest
 
 @pytest.fixture
 def ask(tmp_path, monkeypatch, capsys):
-    """(a command line, claims or a suite) -> the exit status and what was said, in an empty folder
-    where the report is in `out`."""
+    """A function that runs a command line, with claims or a suite, in an empty folder with the
+    report in `out`, and returns its status, out and err."""
     from reports.cli.commands import run
     from reports.results.suite import Suite
     from tests.suite.reports.small_reports import suite_of
@@ -36,7 +36,7 @@ def ask(tmp_path, monkeypatch, capsys):
 
 @pytest.fixture(scope="session")
 def drawn_frames():
-    """A frame for each figure of the catalogue, by its name."""
+    """A table for each figure of the catalogue, by its name."""
     from reports.figures.catalogue.all import FIGURES
     from tests.suite.reports.figure_frames import table_for
 
@@ -45,7 +45,7 @@ def drawn_frames():
 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch):
-    """A build draws nothing, which is most of its time."""
+    """Builds draw no figures, which would take most of their time."""
     from reports.figures.drawing import Gallery
 
     monkeypatch.setattr("reports.build.build.draw", lambda *measured: Gallery({}, {}))
@@ -53,7 +53,7 @@ def undrawn(monkeypatch: pytest.MonkeyPatch):
 
 @pytest.fixture(scope="session", autouse=True)
 def pages_as_text():
-    """Sphinx takes seconds, and does not change what the pages say."""
+    """Pages are written without Sphinx, which takes seconds and leaves their text as it is."""
     from tests.suite.reports.sites import BUILDER, TextSite
 
     with pytest.MonkeyPatch.context() as patch:
@@ -65,21 +65,25 @@ def pages_as_text():
 def labels_parsed_once():
     """matplotlib parses the labels of a figure in every pass that draws it: a third of the time.
 
-    It keeps what it parsed for one renderer; here it is kept for all that are of the same kind.
+    It caches parsed labels for one renderer; here the cache serves all of the same output type.
     """
     from matplotlib.mathtext import MathTextParser
 
     parse_cached = getattr(MathTextParser, "_parse_cached", None)  # not public: it may go
     with pytest.MonkeyPatch.context() as patch:
         if parse_cached is not None:
-            patch.setattr(MathTextParser, "__eq__", lambda left, right: kind(left) == kind(right))
-            patch.setattr(MathTextParser, "__hash__", lambda parser: hash(kind(parser)))
+            patch.setattr(
+                MathTextParser,
+                "__eq__",
+                lambda left, right: output_type(left) == output_type(right),
+            )
+            patch.setattr(MathTextParser, "__hash__", lambda parser: hash(output_type(parser)))
             patch.setattr(
                 MathTextParser, "_parse_cached", lru_cache(4096)(parse_cached.__wrapped__)
             )
         yield
 
 
-def kind(parser):
-    """Vectors or pixels."""
+def output_type(parser):
+    """The parser's output, vectors or pixels."""
     return parser._output_type

@@ -1,4 +1,4 @@
-"""What each figure of the catalogue reads: plausible numbers, and failed runs among them."""
+"""Rows for each figure of the catalogue: plausible numbers, and failed runs among them."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from reports.figures.plots.spheres import momentum_spheres, pendulum_spheres
 
 
 def lay_out(figure, table):
-    """Draw a figure without writing its files, which is most of the time; raises NoData."""
+    """Draw a figure without writing files, which would take most of the time; raises NoData."""
     with matplotlib.style.context(STYLE):
         drawn(figure, table)
 
 
 def table_for(figure):
-    """By what draws it."""
+    """A table with the rows that the figure's plot reads."""
     return frame(ROWS[figure.draw](figure.options))
 
 
@@ -92,7 +92,7 @@ def _history(options):
 
 
 def _energies(options):
-    """One falls and ends early, the others go on."""
+    """The first energy falls, and its run ends early; those of the others do not fall."""
     return [
         row(
             study=study,
@@ -134,7 +134,7 @@ def _on_spheres(options):
 
 
 def _momenta(options):
-    """Two starts of one energy, which the ellipsoid is of, and another one."""
+    """Two starts with the energy of the ellipsoid, and one with another energy."""
     starts = {"0": (0.6, 0.8), "1": (0.6, -0.8), "2": (0.8, 0.6)}
     return [
         row(study=study, quantity="momentum", label=label, t=t, x=x, y=y * (-1) ** t, z=0.0)
@@ -154,7 +154,7 @@ def _departures(options):
 
 
 def _jumps(options):
-    """Runs of which the last ends early, and single steps of which some were not solved."""
+    """Runs, of which the later ones end earlier, and single steps, some of them not solved."""
     rows = [
         row(
             study=study,
@@ -193,11 +193,11 @@ def _limits(options):
         row(
             study=study,
             quantity=options["quantity"],
-            step=turn,
-            value=1e-15 if turn < limit else np.nan,
+            step=angle,
+            value=1e-15 if angle < limit else np.nan,
         )
         for study, (limit, _) in options["charts"].items()
-        for turn in np.linspace(0.1, 7.5, 40)
+        for angle in np.linspace(0.1, 7.5, 40)
     ]
 
 

@@ -1,4 +1,4 @@
-"""What CI services read of a job: JUnit files, annotations, and numbers to draw over time."""
+"""Parsers of what CI services read of a job: JUnit files, annotations, and metrics."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from junitparser import JUnitXml, Properties
 
 COMMAND = re.compile(r"::(\w+)(?: ([^:]*))?::(.*)")  # of a workflow, as GitHub documents it
 ESCAPES = {"%25": "%", "%0D": "\r", "%0A": "\n", "%3A": ":", "%2C": ","}
-# Published at https://bencher.dev/bmf.json, but for the lengths, which its reference page says.
+# Published at https://bencher.dev/bmf.json; the lengths are from bencher's reference page.
 BENCHER_METRIC_FORMAT = {
     "$schema": "http://json-schema.org/draft-07/schema",
     "type": "object",
@@ -67,8 +67,10 @@ def junit_cases(path: Path) -> dict[tuple[str, str], dict[str, Any]]:
 
 
 def bencher_metrics(path: Path) -> dict[str, dict[str, dict[str, float]]]:
-    """Benchmark -> measure -> value and its ends. ValidationError for another format, ValueError
-    for NaN and infinities, which JSON does not have."""
+    """{benchmark: {measure: {"value": .., "lower_value": .., "upper_value": ..}}}.
+
+    Raises ValidationError for another format, ValueError for NaN and infinities.
+    """
     text = path.read_text(encoding="utf-8")
     content: dict[str, dict[str, dict[str, float]]] = json.loads(text, parse_constant=_refuse)
     jsonschema.validate(content, BENCHER_METRIC_FORMAT)

@@ -1,4 +1,4 @@
-"""Sites for tests: the text of the pages without Sphinx, or the pages of results alone."""
+"""Builders of sites for tests: the pages' text without Sphinx, or the pages of results alone."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BUILDER = "reports.build.build.SiteBuilder"
 
 
 class TextSite(SiteBuilder):
-    """Writes what Sphinx would read, in the place of each page of results and of the first page."""
+    """Writes the source that Sphinx would read in place of the first page and pages of results."""
 
     def __enter__(self):
         return self
@@ -42,7 +42,7 @@ class SiteOfResults(SiteBuilder):
 
 @contextmanager
 def pages_of_results():
-    """Builds have real pages of results."""
+    """A context in which builds make real pages of results."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(BUILDER, SiteOfResults)
         yield

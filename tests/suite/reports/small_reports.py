@@ -1,4 +1,4 @@
-"""Small claims, frames and sections, so that the report can be tested without its studies."""
+"""Small claims, tables and sections, so that the report can be tested without its studies."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def series(**where):
 
 
 def claim(id="V1", rows=(ROW,), raises=None):
-    """Its judge gives these rows; its study can raise."""
+    """A claim whose judge returns `rows`, and whose study raises `raises` if that is given."""
 
     def study(make_method, quick, report):
         report("half way")

@@ -1,4 +1,4 @@
-"""Studies for the workers of a build, in a module that is imported at once."""
+"""Studies for the workers of a build, in a module that is quick to import."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import pandas as pd
 
 
 def quiet(seconds, quick, report):
-    """The number of its process, after a while."""
+    """A table with the id of its process, after `seconds`."""
     time.sleep(seconds)
     print("a line that nobody reads")
     return pd.DataFrame({"process": [os.getpid()], "quick": [quick]})
 
 
 def meet(own_file, other_file, quick, report):
-    """As `quiet`, once the study of the other file has begun too."""
+    """As `quiet`, once the study with the other file has begun too."""
     own_file.touch()
     for _ in range(1200):
         if other_file.exists():

@@ -1,4 +1,4 @@
-"""Small frames of what each study measures, for the tests of reports."""
+"""Small tables as each study measures them, for the tests of reports."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from benchmarks.studies.taxonomy import COLUMNS as TAXONOMY
 
 
 def walks(years=1e4, commit="", drift=0.0, runs=16):
-    """Random walks of two contenders, one of which hands out rounded states."""
+    """Random walks of two contenders, one of which returns rounded states."""
     rng = np.random.default_rng(1)
     rows = []
     for contender, low in (("galvi degree 8, Gauss 8", 1e-18), ("REBOUND IAS15", 0.0)):

@@ -15,14 +15,14 @@ import pytest
 from reports.cli.commands import run
 from reports.site.build import SiteBuilder
 from reports.site.pages import PAGES
-from tests.suite.reports.browsing import MARKS, WIDTHS, browsing, looking, violations
+from tests.suite.reports.browsing import MARKS, WIDTHS, browsing, page_opener, violations
 from tests.suite.reports.sites import BUILDER
 from tests.suite.reports.small_reports import ROW, claim, suite_of
 
 OPEN = "document.querySelectorAll('details').forEach(one => { one.open = true; })"
 SHOW = "document.querySelectorAll('[hidden]').forEach(one => one.removeAttribute('hidden'))"
 RESULTS = tuple(f"results/{name}" for name in PAGES)
-DOCS = (  # a page of each kind, and those with what is widest
+DOCS = (  # a page of each kind, and those with the widest contents
     "index",
     "which",
     "trust",
@@ -45,8 +45,8 @@ DOCS = (  # a page of each kind, and those with what is widest
 )
 NAMES = (*RESULTS, *DOCS)
 A4 = 680  # pixels of CSS across a page of A4 within its margins
-NOTICE = "[PST]:"  # of the theme, on what it does
-# What may be wider than the window scrolls in a box of its own.
+NOTICE = "[PST]:"  # in console lines of the theme
+# Contents that may be wider than the window scroll in these boxes.
 BOXES = "pre, .wide, .picture, .pst-scrollable-table-container, .ledger, mjx-container"
 OVERFLOW = """([inside, scrolls, boxes]) => [...document.querySelectorAll(inside)].filter(one => {
     const box = one.getBoundingClientRect();
@@ -64,7 +64,7 @@ pytestmark = MARKS
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory):
-    """The report to look at."""
+    """The folder of the report to open."""
     if "REPORT" in os.environ:
         return Path(os.environ["REPORT"]).resolve()
     folder = tmp_path_factory.mktemp("report")
@@ -85,11 +85,11 @@ def browser():
 
 @pytest.fixture
 def opened(browser, out):
-    """See `looking`; without a network, and with the formulas set."""
-    with looking(browser, out, NOTICE) as look:
+    """The function of `page_opener`, without a network; it waits until formulas are set."""
+    with page_opener(browser, out, NOTICE) as open_page:
 
         def opened(name, width=1400, dark=False, scripts=True):
-            page = look(name, width, dark, scripts, offline=True)
+            page = open_page(name, width, dark, scripts, offline=True)
             if scripts:
                 page.wait_for_function(
                     "!document.querySelector('.math') || document.querySelector('mjx-container')"
@@ -100,7 +100,7 @@ def opened(browser, out):
 
 
 def overflow(page, scrolls=True):
-    """What is wider than the window."""
+    """Elements that are wider than the window."""
     inside = "article *" if page.locator("article.bd-article").count() else "main *"
     return page.evaluate(OVERFLOW, [inside, scrolls, BOXES])
 
@@ -118,7 +118,7 @@ def test_pictures_load_nothing_is_too_wide_and_the_console_is_silent_without_a_n
         assert page.evaluate(UNLOADED) == 0, (name, width)
         assert page.evaluate("document.documentElement.scrollWidth") <= width, (name, width)
         assert overflow(page) == [], (name, width)
-        assert page.said == []
+        assert page.console_lines == []
 
 
 def test_a_telephone_is_shown_the_narrow_figures(opened):

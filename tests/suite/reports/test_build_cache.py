@@ -1,4 +1,4 @@
-"""Results of a build: kept to the last bit, measured again when damaged, studied by workers."""
+"""Cached results of a build: equal to the last bit, measured again if damaged; workers."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ FRAMES = (
 
 
 def cache_of(out, build="mine"):
-    """The cache of a build as it begins, on a monday."""
+    """The loaded cache of a build whose run is called "monday"."""
     cache = BuildCache(out / FOLDER / build, "monday")
     cache.load()
     return cache
@@ -45,11 +45,11 @@ def cache_of(out, build="mine"):
 @pytest.mark.parametrize("table", FRAMES)
 def test_a_kept_frame_is_the_same_to_the_last_bit(tmp_path, table):
     cache_of(tmp_path).keep("V1", table, 0.1 + 0.2)
-    back = cache_of(tmp_path).entries["V1"]
-    assert (back.seconds, back.run) == (0.1 + 0.2, "monday")
-    pd.testing.assert_frame_equal(back.table, table, check_exact=True)
+    cached = cache_of(tmp_path).entries["V1"]
+    assert (cached.seconds, cached.run) == (0.1 + 0.2, "monday")
+    pd.testing.assert_frame_equal(cached.table, table, check_exact=True)
     for name in table.select_dtypes("float"):
-        assert back.table[name].to_numpy().tobytes() == table[name].to_numpy().tobytes()
+        assert cached.table[name].to_numpy().tobytes() == table[name].to_numpy().tobytes()
 
 
 def test_results_of_other_sources_are_neither_seen_nor_removed(tmp_path):
@@ -182,7 +182,7 @@ if __name__ == "__main__":
         for k, after in enumerate(seconds)
     ]
     next(finished := study_in_workers(studies, cache))
-    (process,) = cache.entries["0"].frame["process"]
+    (process,) = cache.entries["0"].table["process"]
     print(process, flush=True)
     if sys.argv[1] == "kill":
         os.kill(os.getpid(), signal.SIGKILL)

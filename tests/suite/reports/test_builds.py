@@ -25,14 +25,14 @@ from tests.suite.reports.small_reports import claim, suite_of
 
 
 class Killed(BaseException):
-    """Nothing catches it."""
+    """An exception that no handler of the build catches."""
 
 
 class Bench:
     """A suite of two claims, two problems, a cost and two studies, which counts what it runs.
 
     stop  the part in which the run ends; empty for none
-    how   it ends there
+    how   the exception that ends it
     """
 
     def __init__(self):
@@ -69,7 +69,7 @@ class Bench:
         )
 
     def __call__(self, *arguments):
-        """Run the command; its status, and the parts that it measured."""
+        """Run the command; returns its status and the names of the parts that it measured."""
         self.calls = []
         status = run(lambda: self.suite, list(arguments))
         return status, self.calls
@@ -150,8 +150,8 @@ def test_what_was_drawn_is_not_drawn_again():
     draw = remembering(draw_all)
     left, right = pd.DataFrame({"x": [1]}), pd.DataFrame({"x": [2]})
     first = draw(lambda job: object(), [(Figure, left)])
-    again = draw(lambda job: object(), [(Figure, left), (Figure, right)])
-    assert again[0] is first[0] and again[1] is not first[0]
+    second = draw(lambda job: object(), [(Figure, left), (Figure, right)])
+    assert second[0] is first[0] and second[1] is not first[0]
     assert len(drawn) == 2
 
 
@@ -162,14 +162,14 @@ with FileLock(sys.argv[1]):
     print("held", flush=True)
     sys.stdin.read()
 """
-NOTHING = Comparison(None, None)
-ALL = ["V1", "V3", "ball", "top", "cost", "sky", "study"]
+NO_COMPARISON = Comparison(None, None)
+PARTS = ["V1", "V3", "ball", "top", "cost", "sky", "study"]
 
 
 @pytest.fixture
 def resumed(bench: Bench, monkeypatch: pytest.MonkeyPatch):
-    """It shows nothing early, and writes its tables as CSV alone."""
-    monkeypatch.setattr("reports.build.build.first_look", lambda suite: ([], NOTHING))
+    """A bench whose builds show no page early, and write tables as CSV only."""
+    monkeypatch.setattr("reports.build.build.first_look", lambda suite: ([], NO_COMPARISON))
     monkeypatch.setattr("reports.tables.writing.as_latex", lambda *_: "")
     monkeypatch.setattr("reports.tables.writing.as_markdown", lambda table: "")
     monkeypatch.setattr(cache, "digest_of_sources", lambda code: "as they are")
@@ -177,45 +177,45 @@ def resumed(bench: Bench, monkeypatch: pytest.MonkeyPatch):
 
 
 def stopped(bench, part, *arguments):
-    """A run that ends in this part."""
+    """Run the command and end it in this part."""
     bench.stop = part
     assert bench(*arguments)[0] == 2
     bench.stop, bench.faults[:] = "", []
 
 
 def stored_results(out):
-    """The results of all builds in this folder that were stopped."""
+    """Paths of the cached results of all stopped builds in this folder."""
     if not (out / FOLDER).exists():
         return []
     return list((out / FOLDER).rglob("*.json"))
 
 
 @pytest.mark.slow_cases(but=["top"])
-@pytest.mark.parametrize("last", ["V1", "top", "study"])
+@pytest.mark.parametrize("stopped_part", ["V1", "top", "study"])
 def test_a_build_that_was_stopped_resumes_with_what_it_was_measuring(
-    resumed, tmp_path, capsys, last
+    resumed, tmp_path, capsys, stopped_part
 ):
-    out, where = ["--out", str(tmp_path)], ALL.index(last)
-    stopped(resumed, last, *out)
-    assert len(stored_results(tmp_path)) == where
+    out, count = ["--out", str(tmp_path)], PARTS.index(stopped_part)
+    stopped(resumed, stopped_part, *out)
+    assert len(stored_results(tmp_path)) == count
     resumed.date = "2026-01-01 00:20 UTC"
     capsys.readouterr()
     status, calls = resumed(*out)
-    assert calls == ALL[where:]
+    assert calls == PARTS[count:]
     printed = capsys.readouterr().out
     phrase = (
-        f"{where} results of the build of 2026-01-01 00:00 UTC, which was stopped; --anew starts"
+        f"{count} results of the build of 2026-01-01 00:00 UTC, which was stopped; --anew starts"
     )
     # "top" reports a fault.
-    assert (phrase in printed) == (where > 0) and status == (last != "study")
+    assert (phrase in printed) == (count > 0) and status == (stopped_part != "study")
     assert not (tmp_path / FOLDER).exists()
-    assert resumed(*out)[1] == ALL
+    assert resumed(*out)[1] == PARTS
     assert "Resuming" not in capsys.readouterr().out
 
 
 def test_an_interrupted_build_says_that_it_can_be_resumed(resumed, tmp_path, capsys):
     resumed.stop, resumed.how = "ball", KeyboardInterrupt
-    assert resumed("--out", str(tmp_path)) == (130, ALL[:3])
+    assert resumed("--out", str(tmp_path)) == (130, PARTS[:3])
     errors = capsys.readouterr().err
     assert "Finished results are kept: the same command resumes the build.\nInterrupted" in errors
     assert len(stored_results(tmp_path)) == 2
@@ -243,9 +243,9 @@ def test_a_resumed_build_is_the_same_report_and_says_which_run_measured_what(res
 def test_anew_starts_over_and_another_setting_leaves_what_was_kept(resumed, tmp_path):
     out = ["--out", str(tmp_path)]
     stopped(resumed, "study", *out)
-    assert resumed("--claims", "V1", *out)[1] == ["V1", *ALL[2:]]
+    assert resumed("--claims", "V1", *out)[1] == ["V1", *PARTS[2:]]
     assert len(stored_results(tmp_path)) == 6
-    assert resumed("--anew", *out)[1] == ALL
+    assert resumed("--anew", *out)[1] == PARTS
 
 
 def test_what_it_depends_on_makes_another_build(resumed, tmp_path, monkeypatch):
@@ -280,8 +280,8 @@ def test_an_edit_during_a_build_is_reported_and_no_result_is_kept_from_then_on(
 
 
 @contextmanager
-def held(out):
-    """Another process that builds there."""
+def another_build(out):
+    """A context in which another process holds the lock of a build there."""
     out.mkdir(exist_ok=True)
     command = [sys.executable, "-c", HOLD, str(out / LOCK)]
     with subprocess.Popen(command, stdin=-1, stdout=-1, text=True) as process:
@@ -292,14 +292,14 @@ def held(out):
 
 @pytest.mark.slow(beside="test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence")
 def test_two_builds_in_one_folder_are_refused_until_the_first_is_gone(resumed, tmp_path, capsys):
-    with held(tmp_path):
+    with another_build(tmp_path):
         assert resumed("--out", str(tmp_path)) == (2, [])
         assert capsys.readouterr().err == (
             f"Another build is at work in {tmp_path}; wait until it ends, or choose another folder "
             "with --out.\n"
         )
         assert resumed("verify", "--out", str(tmp_path))[1] == ["V1", "V3"]
-    assert resumed("--out", str(tmp_path))[1] == ALL
+    assert resumed("--out", str(tmp_path))[1] == PARTS
 
 
 def test_work_precision_takes_one_problem_at_a_time_and_knows_their_names():
@@ -311,7 +311,7 @@ def test_work_precision_takes_one_problem_at_a_time_and_knows_their_names():
 def test_a_folder_that_nothing_can_be_written_in_is_answered_in_a_sentence(
     resumed, tmp_path, capsys
 ):
-    (tmp_path / LOCK).mkdir()  # as if it were not ours: whoever may do everything is refused, too
+    (tmp_path / LOCK).mkdir()  # refuses even root, as if the folder were another user's
     assert resumed("--out", str(tmp_path)) == (2, [])
     errors = capsys.readouterr().err
     assert "--out expects a folder to write in; " in errors and len(errors.splitlines()) == 1

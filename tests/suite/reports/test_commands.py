@@ -1,5 +1,5 @@
-"""The command line: what is written and shown, exit statuses, and how a command ends that cannot be
-carried out."""
+"""The command line: files and output, exit statuses, and ends of commands that cannot be carried
+out."""
 
 from __future__ import annotations
 
@@ -117,10 +117,10 @@ print("status", status, *sys.modules)
 @pytest.mark.slow(beside="test_the_command_is_run_under_the_name_by_which_it_was_called")
 def test_the_module_is_the_command_and_help_names_what_was_called():
     command = [sys.executable, "-m", "galvi", "--help"]
-    help = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    assert help.returncode == 0 and help.stdout.startswith("Usage: python -m galvi ")
+    completed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert completed.returncode == 0 and completed.stdout.startswith("Usage: python -m galvi ")
     for word in ("verify", "compare", "build", "Without a command"):
-        assert word in help.stdout
+        assert word in completed.stdout
 
 
 def test_the_command_is_run_under_the_name_by_which_it_was_called(monkeypatch):
@@ -148,7 +148,7 @@ def test_warm_compiles_for_every_problem_and_says_how_far_it_is(monkeypatch, cap
 
 @pytest.mark.parametrize("widest", [False, True])
 def test_warm_runs_all_kinds_of_vectors_in_each_chart(monkeypatch, widest):
-    """The law of a group has code for one vector of stages and for several, of each length."""
+    """The force law of a group has code for one and for several vectors of stages."""
     runs = set()
 
     def integrate(problem, method, step, steps, solver):
@@ -172,7 +172,7 @@ def test_what_is_written_in_another_project_is_ignored_by_its_git(tmp_path, monk
     assert not list((tmp_path / "elsewhere").iterdir())
 
 
-# What nobody caught is no verdict: status 2 and one sentence, whatever was raised.
+# An exception that no code caught is no verdict: status 2 and one sentence, whatever it is.
 
 
 class Wordless(Exception):
@@ -269,7 +269,7 @@ def test_where_it_was_raised_is_shown_where_asked_for(tmp_path, monkeypatch, cap
 
 
 def ended(action, environment=None, **streams):
-    """A command that does this, in a process of its own."""
+    """The completed process of a command that runs the line `action`."""
     code = (
         "import sys\nfrom reports.cli.endings import ended\n"
         f"def command():\n    {action}\n    return 0\nsys.exit(ended(command))"

@@ -1,5 +1,5 @@
-"""Somebody else's integrators and problems in the commands: the page's examples, settings and truth
-that are found, and every way of going wrong."""
+"""Users' integrators and problems in the commands: the page's examples, settings, truths and
+failures."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def example(name):
 
 
 def definitions(name):
-    """What an example of the page defines."""
+    """The names that an example of the page defines, and their values."""
     names: dict[str, type] = {}
     exec(compile(example(name), f"{name}.py", "exec"), names)
     return names
@@ -70,7 +70,7 @@ def definitions(name):
 
 @pytest.fixture(scope="module", autouse=True)
 def outside(tmp_path_factory):
-    """A place that Python imports from, with the page's examples and one that goes wrong."""
+    """A folder on Python's path with the page's examples and a contender that fails."""
     folder = tmp_path_factory.mktemp("outside")
     for name in ("mine", "my_problem"):
         (folder / f"{name}.py").write_text(example(name))
@@ -129,7 +129,7 @@ def test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal(
     rows = compared()
     assert set(rows["contender"]) == {*FEW, "trouble"}
     reference_rows, trouble_rows = (
-        rows[(rows["contender"] == "trouble") == which] for which in (False, True)
+        rows[(rows["contender"] == "trouble") == is_trouble] for is_trouble in (False, True)
     )
     first, second, *_ = trouble_rows["status"]
     assert first == "It raised RuntimeError: no, thanks."
@@ -139,7 +139,7 @@ def test_what_goes_wrong_is_a_sentence_in_the_table_and_on_the_terminal(
 
 
 class Hanging(Inside):
-    """Its process is stopped whenever it is to run."""
+    """Each of its runs ends as if its process were stopped."""
 
     def _ask(self, question, *arguments, is_trial=False):
         if question == "timed run":
@@ -149,8 +149,8 @@ class Hanging(Inside):
 
 @pytest.fixture
 def verify(monkeypatch, ask):
-    """`verify --contender` on an orbit, with the contender at hand and no process: what came of it,
-    and claims.csv."""
+    """A function that runs `verify --contender` on an orbit, with a contender in this process, and
+    returns the outcome of the command and claims.csv."""
     chosen = [
         check_problem
         for check_problem in CHECK_PROBLEMS

@@ -1,4 +1,4 @@
-"""Somebody else's contender in every table and figure that compares integrators, or named there."""
+"""Users' contenders in every table and figure that compares integrators."""
 
 import pytest
 from matplotlib.text import Text
@@ -20,8 +20,10 @@ from reports.figures.picture import drawn
 from reports.studies.engines import EPHEMERIS
 from tests.suite.benchmarks.contenders_at_hand import BROKEN, Failing, Gauss, Inside, Raising
 
-OURS = scaling.ScalingParticipant("galvi degree 8, Gauss 8", gauss_collocation(8), 6)
-SHOWN = {section.name: section for section in SECTIONS if section.open and not section.compared}
+GALVI = scaling.ScalingParticipant("galvi degree 8, Gauss 8", gauss_collocation(8), 6)
+OPEN_SECTIONS = {
+    section.name: section for section in SECTIONS if section.open and not section.compared
+}
 # The mechanism is the same for each way of breaking; a fault's sentence is found by its beginning.
 WHY = {kind.name: sentence for kind, sentence in BROKEN.items()}
 
@@ -37,13 +39,14 @@ def written_in(figure, table):
 
 @pytest.fixture(scope="module")
 def studied():
-    """Frames of the open studies, small, with one sound external integrator and two broken ones."""
+    """Small tables of the open studies, with a correct external integrator and two broken ones."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(round_off, "QUICK_YEARS", 100.0)
         patch.setattr(round_off, "QUICK_RUNS", 2)
         patch.setattr(scaling, "WORK", 60)
-        patch.setattr(scaling, "TARGET", 1e-3)  # who does not reach it has no line in a figure
-        patch.setattr(scaling, "PARTICIPANTS", (OURS, scaling.TRUTH))
+        # a contender that does not reach the target has no line in a figure
+        patch.setattr(scaling, "TARGET", 1e-3)
+        patch.setattr(scaling, "PARTICIPANTS", (GALVI, scaling.TRUTH))
         patch.setattr(free_body_drift, "QUICK_TURNS", 5)
         participants = [DriftParticipant("galvi degree 4", gauss_collocation(4), 0.125)]
         tables = {
@@ -53,14 +56,14 @@ def studied():
                 True, participants=participants, on_box=[], externals=externals()
             ),
         }
-        assert set(tables) == set(SHOWN)
+        assert set(tables) == set(OPEN_SECTIONS)
         return tables
 
 
 @pytest.mark.slow_cases("free-spin")
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize("name", OPEN_SECTIONS)
 def test_a_sound_integrator_has_a_line_and_a_broken_one_is_named(studied, name):
-    table, study = studied[name], SHOWN[name]
+    table, study = studied[name], OPEN_SECTIONS[name]
     rows = {contender: part for contender, part in table.groupby("contender")}
     assert (rows["a gauss"]["status"] == "").all()
     for contender in ("raising", "failing"):

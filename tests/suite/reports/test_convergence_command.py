@@ -46,7 +46,7 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "more.py").write_text(MORE)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
-    for name in ("my_problem", "mine", "more"):  # of other tests of this process
+    for name in ("my_problem", "mine", "more"):  # modules of other tests in this process
         monkeypatch.delitem(sys.modules, name, raising=False)
     yield tmp_path
     for name in ("my_problem", "mine", "more"):

@@ -86,7 +86,7 @@ def report(tmp_path_factory):
 
 @pytest.fixture
 def export(ask, report):
-    """Export from a copy of the report in `out`; what was said."""
+    """A function that exports from a copy of the report in `out`, and returns the printed lines."""
     shutil.copytree(report, "out")
 
     def export(options):
@@ -182,7 +182,7 @@ def test_bytes_in_standard_output_are_those_of_the_file(report, tmp_path, capfdb
 
 
 def piped(export, options):
-    """What a reader of a pipe gets, which stays one."""
+    """The bytes that a reader of a pipe receives; asserts that the pipe was not replaced."""
     os.mkfifo("pipe")
     received = list[bytes]()
     reader = threading.Thread(target=lambda: received.append(Path("pipe").read_bytes()))
@@ -206,7 +206,7 @@ def test_a_pipe_and_a_link_stay_what_they_are(export):
     assert piped(export, "t") == TEXT.encode()
     link, target = Path("link"), Path("target")
     link.symlink_to("target")
-    for _ in range(2):  # of a link to nothing, and to a file
+    for _ in range(2):  # first the link leads to nothing, then to a file
         export("t --to link")
         assert link.is_symlink() and target.read_text(encoding="utf-8") == TEXT
         target.write_text("old")

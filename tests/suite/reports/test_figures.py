@@ -1,5 +1,4 @@
-"""Figures: every one of the catalogue draws, fits in any width, and shows each contender in its own
-look."""
+"""Figures: each of the catalogue draws and fits in any width; each contender has its own style."""
 
 from __future__ import annotations
 
@@ -54,8 +53,8 @@ def test_a_figure_of_failed_runs_says_that_there_is_nothing_to_draw(figure, draw
 
 @pytest.mark.slow(beside="test_comparisons_draw_without_warnings")
 def test_the_same_frame_gives_the_same_bytes(drawn_frames):
-    first, again = (picture(FIGURES[0], drawn_frames[NAMES[0]]) for _ in range(2))
-    assert (first.svg, first.png) == (again.svg, again.png)
+    first, second = (picture(FIGURES[0], drawn_frames[NAMES[0]]) for _ in range(2))
+    assert (first.svg, first.png) == (second.svg, second.png)
     assert first.svg.startswith(b"<?xml") and first.png.startswith(b"\x89PNG")
     assert first.title.startswith(FIGURES[0].source)
 
@@ -175,8 +174,8 @@ def test_a_figure_is_exported_from_kept_rows(ask):
 
 # No figure has text on text, its legend on an axes, or anything beyond its edge, at any width.
 
-ALL = {"own": 0.0, "narrow": NARROW, **WIDTHS}
-TOUCH = 1.0  # pixels, by which the boxes of letters may overlap
+ALL_WIDTHS = {"own": 0.0, "narrow": NARROW, **WIDTHS}
+TOUCH = 1.0  # pixels by which the boxes of texts may overlap
 STUDIED = {
     figure.name: (figure, FRAMES[section.name])
     for section in SECTIONS
@@ -191,9 +190,9 @@ def laid_out(figure, table, width):
 
 
 def faults(canvas):
-    """What is wrong with a layout."""
+    """One sentence on each fault of a layout."""
     edge = canvas.bbox
-    texts = [(text, text.get_window_extent()) for text in seen_texts(canvas)]
+    texts = [(text, text.get_window_extent()) for text in drawn_texts(canvas)]
     for text, box in texts:
         if not (
             box.x0 > edge.x0 - TOUCH
@@ -216,8 +215,8 @@ def faults(canvas):
             yield f"axes of {box.width:.0f} by {box.height:.0f} pixels"
 
 
-def seen_texts(canvas):
-    """Those that are drawn: labels of ticks only within the range of their axis."""
+def drawn_texts(canvas):
+    """The texts that are drawn; labels of ticks only within the range of their axis."""
     ticks: set[int] = set()
     for axes in canvas.axes:
         for axis in (axes.xaxis, axes.yaxis):
@@ -239,7 +238,7 @@ def overlap(a, b):
 @pytest.mark.slow_cases(but=["fig-2-12"])
 @pytest.mark.parametrize("figure", FIGURES, ids=[figure.name for figure in FIGURES])
 def test_a_figure_of_a_claim_fits_in_any_width(figure, drawn_frames):
-    for name, width in ALL.items():
+    for name, width in ALL_WIDTHS.items():
         canvas = laid_out(figure, drawn_frames[figure.name], width)
         assert not list(faults(canvas)), name
         assert canvas.get_figwidth() == (width or figure.size[0])
@@ -250,9 +249,9 @@ def test_a_figure_of_a_claim_fits_in_any_width(figure, drawn_frames):
 def test_a_figure_of_a_study_fits_in_any_width(name):
     figure, measure = STUDIED[name]
     table = measure(True, print)
-    for which, width in ALL.items():
+    for name_of_width, width in ALL_WIDTHS.items():
         if not 0.0 < width < figure.min_width:
-            assert not list(faults(laid_out(figure, table, width))), which
+            assert not list(faults(laid_out(figure, table, width))), name_of_width
 
 
 @pytest.mark.slow(beside="test_a_figure_of_a_claim_fits_in_any_width")
@@ -275,7 +274,7 @@ def test_comparisons_fit_in_any_width():
     runs = work_precision(True, print)
     shown = [(comparison_figure("kepler e=0.6", runs), runs)]
     shown += [(headline, pd.DataFrame(rows).assign(error_is_bound=False)) for headline in HEADLINES]
-    for width, (figure, table) in itertools.product(ALL.values(), shown):
+    for width, (figure, table) in itertools.product(ALL_WIDTHS.values(), shown):
         assert not list(faults(laid_out(figure, table, width)))
 
 
@@ -289,7 +288,7 @@ def decades_of_time(axes, table, *, span):
 @pytest.mark.parametrize("span", [0.4, 2.4, 6.0])
 def test_ticks_of_a_logarithmic_axis_do_not_touch(span):
     figure = Figure("f", "f", decades_of_time, options={"span": span}, size=(9.0, 3.9))
-    for width in ALL.values():
+    for width in ALL_WIDTHS.values():
         assert not list(faults(laid_out(figure, pd.DataFrame(), width)))
 
 
@@ -314,11 +313,11 @@ def test_lines_break_between_words_and_not_within_mathematics():
     assert wrapped("the error of $R - R_0$ at the end", 14) == "the error of\n$R - R_0$ at\nthe end"
 
 
-# One look for each contender in every figure, and legends that stay readable.
+# Each contender has one style in all figures, and legends stay readable.
 
-APART = 10.0  # in CIELAB, of two families that meet in a figure, unless their markers differ
-LONGEST = 10  # entries of a legend: the families of the rigid bodies
-MARKERS_APART = 20.0  # of two families with one marker; 23 when this was written
+COLOR_DISTANCE = 10.0  # in CIELAB, between two families in a figure with different markers
+LONGEST_LEGEND = 10  # entries; the families of the rigid bodies
+SAME_MARKER_DISTANCE = 20.0  # in CIELAB, between two families with the same marker; 23 measured
 
 
 def lab(color):
@@ -344,14 +343,14 @@ CONTENDERS = in_order(name for names in PROBLEMS.values() for name in names)
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_no_two_of_a_comparison_look_alike_and_the_legend_is_short(problem):
     looks = {name: identity(name) for name in PROBLEMS[problem]}
-    assert len(grouped(looks)) <= LONGEST
-    drawn = {(look.color, look.marker, str(look.dash)) for look in looks.values()}
+    assert len(grouped(looks)) <= LONGEST_LEGEND
+    styles = {(look.color, look.marker, str(look.dash)) for look in looks.values()}
     variants = {n for n in looks if n.startswith(OURS)}  # the same degree, with more points
     families = {identity(name).family for name in looks if name not in variants}
-    assert len(drawn) >= len(families) + (1 if variants else 0)
+    assert len(styles) >= len(families) + (1 if variants else 0)
     look_of_family = {look.family: look for name, look in looks.items() if name not in variants}
     for a, b in itertools.combinations(look_of_family.values(), 2):
-        least_distance = MARKERS_APART if a.marker == b.marker else APART
+        least_distance = SAME_MARKER_DISTANCE if a.marker == b.marker else COLOR_DISTANCE
         assert np.linalg.norm(lab(a.color) - lab(b.color)) > least_distance, (a.family, b.family)
 
 
@@ -383,4 +382,4 @@ def test_an_unknown_integrator_has_a_look_that_stays():
 
 def test_families_that_share_a_colour_would_be_found():
     a = b = identity("heyoka")
-    assert not np.linalg.norm(lab(a.color) - lab(b.color)) > APART
+    assert not np.linalg.norm(lab(a.color) - lab(b.color)) > COLOR_DISTANCE

@@ -136,8 +136,8 @@ def test_sources_of_every_kind_are_judged(suite_in_this_process):
     sim.heartbeat = lambda pointer: None
     orbits = galvi.judge(sim, duration=2.0, error=1e-3, quick=True)
     assert orbits.duration == pytest.approx(-2.0)
-    again = galvi.judge(galvi.from_rebound(sim), duration=2.0, error=1e-3, quick=True)
-    assert again.own["error"] == pytest.approx(orbits.own["error"], rel=1e-9)
+    from_problem = galvi.judge(galvi.from_rebound(sim), duration=2.0, error=1e-3, quick=True)
+    assert from_problem.own["error"] == pytest.approx(orbits.own["error"], rel=1e-9)
     with pytest.raises(ValueError, match=r"there is no file no/such\.xml"):
         galvi.judge("no/such.xml")
     with pytest.raises(TypeError, match=r"a rebound\.Simulation, a mujoco\.MjModel, a galvi\.Prob"):
@@ -181,7 +181,7 @@ def test_a_problem_that_no_other_process_can_judge_is_refused_in_a_sentence():
         galvi.judge(galvi.Problem(pair, [[0, 0], [1, 0]], [[0, 0], [0, 1]]), 1.0)
 
 
-# docs/judge.md: its commands say what stands below them, but for times and what rests on them.
+# docs/judge.md: its commands print the text below them, but for times and what depends on them.
 
 PAGE = (ROOT / "docs" / "judge.md").read_text()
 OF_AN_ARM = (
@@ -207,7 +207,7 @@ SHOWN = [
 ]
 NUMBER = re.compile(r"(?<![\w])\d+(?:\.\d+)?(?:e-?\d+|·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?")
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-# What a slower machine may have given up or found otherwise, and times.
+# Times, and phrases that may differ on a slower machine.
 LOOSE = (
     r" It takes .*?\.(?= |$)",
     r" until t = [^,;.]*(?:\.\d+)?",
@@ -226,16 +226,16 @@ def without_numbers(text):
 
 
 def numbers(sentence):
-    """Those of what is said of the own run, whose truth any machine agrees on, without times."""
+    """Numbers in the sentence on the own run, without times; any machine has the same."""
     figures = NUMBER.findall(re.sub(LOOSE[0], "", sentence))
     return [float(figure.translate(POWERS).replace("·10", "e")) for figure in figures]
 
 
-TEXTS = ("properties", "system-out")
+TEXT_TAGS = ("properties", "system-out")
 
 
 def test_the_words_of_a_summary_are_compared_and_its_errors():
-    """What would have to be noticed is."""
+    """A changed word would be noticed."""
     assert f"galvi {OF_AN_ARM[0]}\n" in PAGE
     sentence = SHOWN[0][1].splitlines()[0]
     assert without_numbers(sentence) != without_numbers(
@@ -261,7 +261,7 @@ def test_a_command_of_the_page_says_what_the_page_shows(
     arguments = [*shlex.split(command), "--out", "galvi-out/judge"]
     status = run(None, arguments)  # type: ignore[arg-type]
     printed = capsys.readouterr().out
-    if HEYOKA.missing and PINOCCHIO_ACCELERATIONS.missing:  # the page shows what is said then
+    if HEYOKA.missing and PINOCCHIO_ACCELERATIONS.missing:  # as on the page
         assert without_numbers(printed) == without_numbers(shown), printed
     assert numbers(printed.splitlines()[0]) == pytest.approx(
         numbers(shown.splitlines()[0]), rel=0.02
@@ -269,8 +269,8 @@ def test_a_command_of_the_page_says_what_the_page_shows(
     reached = "damped_arm" not in command  # as the page says
     assert status == (not reached)
     cases = tree.parse("galvi-out/judge/judge.xml").getroot().iter("testcase")
-    tags = [[child.tag for child in case if child.tag not in TEXTS] for case in cases]
-    assert tags == [[] if reached else ["failure"], []]  # of the own run, and of the truth
+    tags = [[child.tag for child in case if child.tag not in TEXT_TAGS] for case in cases]
+    assert tags == [[] if reached else ["failure"], []]  # cases: the own run, the truth
     assert json.loads(Path("galvi-out/judge/judge.json").read_text())["passed"] is reached
     page = Path("galvi-out/judge/judge.html").read_text()
     assert "<svg" in page and "What reaches the error" in page and ">nan<" not in page.lower()

@@ -1,4 +1,4 @@
-"""The kit: its truths have two sources, its tests need no galvi and fail where they should."""
+"""The kit: its truths have two sources, its tests need no galvi and see planted faults."""
 
 from __future__ import annotations
 
@@ -24,7 +24,14 @@ from references import IAS15, MUJOCO_RK4
 from reports.tables import kit as kit_files
 
 ROOT = Path(__file__).parents[3]
-FEW = {"two_bodies_e03", "figure_eight", "retrograde_planet", "pendulum", "free_body", "heavy_top"}
+SMALL_KIT_NAMES = {
+    "two_bodies_e03",
+    "figure_eight",
+    "retrograde_planet",
+    "pendulum",
+    "free_body",
+    "heavy_top",
+}
 COMPILER = shutil.which("g++")
 OLD = "mujoco==3.17.0"  # whose RK4 turns bodies with order 2
 needs_engines = pytest.mark.skipif(
@@ -64,7 +71,7 @@ def small_kit(tmp_path_factory):
     folder = tmp_path_factory.mktemp("kit")
     with pytest.MonkeyPatch.context() as patch:
         for name, make in (("all_point_masses", all_point_masses), ("all_models", all_models)):
-            cases = tuple(case for case in make() if case.name in FEW)
+            cases = tuple(case for case in make() if case.name in SMALL_KIT_NAMES)
             patch.setattr(kit_files, name, lambda few=cases: few)
         return kit_files.write_kit(folder)
 
@@ -75,10 +82,10 @@ def copied(small_kit, tmp_path):
     return Path(shutil.copytree(small_kit, tmp_path / "kit"))
 
 
-def ran(
+def run_test(
     kit_folder: Path, name: str, python: str = sys.executable, before: str = ""
 ) -> tuple[int, str]:
-    """The exit status of a test, and what it said, in a process that knows no galvi."""
+    """The exit status and stderr of a test, in a process without galvi."""
     path = kit_folder / "tests" / f"test_{name}.py"
     path.write_text(before + path.read_text(), "utf-8")
     completed = subprocess.run(
@@ -87,7 +94,7 @@ def ran(
     return completed.returncode, completed.stderr
 
 
-def table_ran(kit_folder: Path, folder: Path) -> int:
+def run_table_test(kit_folder: Path, folder: Path) -> int:
     """The exit status of the test in C++."""
     program, source = folder / "test_table", kit_folder / "tests" / "test_table.cpp"
     subprocess.run([str(COMPILER), "-o", program, source], check=True)
@@ -95,7 +102,7 @@ def table_ran(kit_folder: Path, folder: Path) -> int:
 
 
 def failures(text: str) -> set[tuple[str, str]]:
-    """The problem or model, and the rest, of each subtest that unittest says has failed."""
+    """(problem or model, further parameters) of each subtest that failed in a text of unittest."""
     return set(re.findall(r"^FAIL: .*\[(.*)\] \((.*)\)$", text, re.MULTILINE))
 
 
@@ -108,7 +115,7 @@ def edited(path: Path, old: str, new: str) -> None:
 @needs_engines
 @pytest.mark.parametrize("name", ["rebound", "mujoco", "plain"])
 def test_the_kit_s_tests_pass_without_galvi(copied, name):
-    status, text = ran(copied, name)
+    status, text = run_test(copied, name)
     assert status == 0, text
     assert "galvi" not in (ROOT / f"docs/kit/test_{name}.py").read_text()
 
@@ -116,10 +123,10 @@ def test_the_kit_s_tests_pass_without_galvi(copied, name):
 @needs_engines
 @needs_compiler
 def test_the_table_is_read_without_a_library(copied, tmp_path):
-    assert table_ran(copied, tmp_path) == 0
+    assert run_table_test(copied, tmp_path) == 0
     table = copied / "point_masses/two_bodies_e03.txt"
     table.write_text(table.read_text().replace(" 0.25 ", " 0.250001 "))
-    assert table_ran(copied, tmp_path) == 1  # the mass of a body is off by 4e-6
+    assert run_table_test(copied, tmp_path) == 1  # the mass of a body is off by 4e-6
 
 
 @needs_engines
@@ -147,20 +154,20 @@ def test_the_table_is_read_without_a_library(copied, tmp_path):
 )
 def test_a_planted_fault_is_seen_where_it_is(copied, file, old, new, name, faulty):
     edited(copied / file, old, new)
-    status, text = ran(copied, name)
+    status, text = run_test(copied, name)
     assert status == 1 and {problem for problem, _ in failures(text)} == {faulty}
 
 
 @needs_engines
 def test_a_runge_kutta_method_of_order_2_is_seen_on_every_model(copied):
-    status, text = ran(copied, "mujoco", before=MIDPOINT)
+    status, text = run_test(copied, "mujoco", before=MIDPOINT)
     models = ("free_body", "heavy_top", "pendulum")
     assert status == 1 and failures(text) == {(name, "integrator='RK4'") for name in models}
 
 
 @needs_engines
 def test_an_engine_with_the_wrong_constant_is_seen_on_every_problem(copied):
-    status, text = ran(copied, "rebound", before=WRONG_G)
+    status, text = run_test(copied, "rebound", before=WRONG_G)
     names = {name for name, _ in failures(text)}
     assert status == 1 and names == {"figure_eight", "retrograde_planet", "two_bodies_e03"}
 
@@ -179,7 +186,7 @@ def test_an_engine_with_the_wrong_constant_is_seen_on_every_problem(copied):
 )
 def test_a_faulty_integrator_fails(copied, name, old, new):
     edited(copied / "tests" / f"test_{name}.py", old, new)
-    assert ran(copied, name)[0] == 1
+    assert run_test(copied, name)[0] == 1
 
 
 @needs_engines
@@ -191,7 +198,7 @@ def test_a_faulty_integrator_fails(copied, name, old, new):
 )
 def test_a_faulty_integrator_in_cpp_fails(copied, tmp_path, old, new):
     edited(copied / "tests/test_table.cpp", old, new)
-    assert table_ran(copied, tmp_path) == 1
+    assert run_table_test(copied, tmp_path) == 1
 
 
 @needs_engines
@@ -240,7 +247,7 @@ def test_arenstorf_s_orbit_closes_after_the_published_period():
 
 
 def _sources(growth: float) -> tuple[Source, Source]:
-    """Two that part like growth^k."""
+    """Two sources whose distance grows as growth^k with the k-th time."""
     gap = 1e-13 * growth ** np.arange(11.0)[:, None, None]
     still = np.ones((11, 1, 2))
     first = Source("first", lambda problem, duration: (still, still))
@@ -303,11 +310,11 @@ def test_the_whole_kit_is_small_its_tests_pass_and_an_old_mujoco_fails(ask, tmp_
     kit_folder = Path("out/kit").absolute()
     assert sum(path.stat().st_size for path in kit_folder.rglob("*")) < 1e6
     for name in ("rebound", "mujoco", "plain"):
-        status, text = ran(kit_folder, name)
+        status, text = run_test(kit_folder, name)
         assert status == 0, text
     try:
         with environment(OLD, tmp_path / "old") as python:
-            status, text = ran(kit_folder, "mujoco", str(python))
+            status, text = run_test(kit_folder, "mujoco", str(python))
     except NotHere as error:
         pytest.skip(f"{OLD} cannot be installed here: {error}")
     turning = {

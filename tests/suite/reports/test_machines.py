@@ -42,7 +42,9 @@ def test_rows_and_benches_come_with_where_they_are_from(tmp_path):
     assert merged.runs["seconds"].tolist() == pytest.approx(
         work_precision(True, print)["seconds"].tolist(), nan_ok=True
     )
-    assert any("skipped" in message for message in merge(out, [remote]))  # as new
+    assert any(
+        "skipped" in message for message in merge(out, [remote])
+    )  # the rows in `out` are as new
     newer = report(tmp_path / "newer", date="2026-02-02 00:00 UTC")
     merge(out, [newer])
     assert [machine.origin["date"][:7] for machine in machines(out)] == ["2026-01", "2026-02"]

@@ -21,7 +21,7 @@ VOID = ("meta", "link", "img", "source", "br", "input", "circle", "path", "ellip
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory):
-    """Three claims: one holds, one differs, one raised; a fourth was not asked for."""
+    """The folder of a report: one claim holds, one differs, one raised; a fourth was left out."""
     out = tmp_path_factory.mktemp("page")
     differs = replace(ROW, verdict="contradicted", quantity="<drift> & 1e-9", setup="a^2")
     raised = claim("V3", raises=OSError("no such engine"))
@@ -40,7 +40,7 @@ def pages(out):
 
 
 def main_part(page):
-    """What a page says, without navigation and style."""
+    """The article of a page, without navigation and style."""
     return page[page.index("<article") : page.index("</article>")]
 
 
@@ -61,15 +61,15 @@ class Balance(HTMLParser):
 
 
 def broken_links(page, out):
-    """Targets in a page's results that are neither embedded nor in the folder."""
-    bad = []
+    """Links and sources of a page that lead to no file of the folder, or no id in it."""
+    broken = []
     for target in re.findall(r'(?:src|href)="(?!data:)([^"]*)"', page):
         file, _, anchor = target.partition("#")
         path = out / "results" / file
         text = path.read_text(errors="ignore") if path.is_file() else "" if file else page
         if not (path.is_file() or text) or (anchor and f'id="{anchor}"' not in text):
-            bad.append(target)
-    return bad
+            broken.append(target)
+    return broken
 
 
 def test_every_part_is_a_well_formed_page_whose_tables_have_captions_and_all_are_in_one_file(pages):
@@ -125,7 +125,7 @@ SAYS = {
     "reproduce": ("<code>sky_and_model.csv</code>", 'href="claims.html#V2"'),
     "provenance": ("0123456789abcdef+dirty", "--claims V1,V2,V3 --quick"),
 }  # fmt: skip
-OF_ALL = (
+ON_ALL_PAGES = (
     "2026-01-02 03:04 UTC, commit 0123456789ab with changes, in the quick setting",
     "runs are fewer and shorter than texts and titles say",
 )
@@ -134,7 +134,7 @@ OF_ALL = (
 @pytest.mark.parametrize("name", SAYS)
 def test_a_page_says_what_was_found_from_what_and_what_is_missing(pages, out, name):
     page = re.sub(r"\s*\n\s*(?=<t[hd])", "", pages[name])
-    assert [part for part in (*SAYS[name], *OF_ALL) if part not in page] == []
+    assert [part for part in (*SAYS[name], *ON_ALL_PAGES) if part not in page] == []
     assert str(out) not in page and "--out" not in page
 
 

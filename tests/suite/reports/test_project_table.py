@@ -33,7 +33,7 @@ VALUES = {
 
 @pytest.fixture
 def project(tmp_path, monkeypatch):
-    """Write this project's table, and stand in its folder."""
+    """A function that writes the table [tool.galvi] of a project in the current folder."""
     monkeypatch.chdir(tmp_path)
 
     def write(*keys, folder=tmp_path, **values):
@@ -47,7 +47,7 @@ def project(tmp_path, monkeypatch):
 
 @pytest.fixture
 def suite(monkeypatch):
-    """Three claims, the second of which fails, and those of the contenders that were asked for."""
+    """(a suite of three claims, of which the second fails, and of contenders'; the requests)."""
     requests = []
 
     @contextmanager
@@ -62,7 +62,7 @@ def suite(monkeypatch):
     return suite, requests
 
 
-def checked(folder=OUT):
+def checked_ids(folder=OUT):
     return list(pd.read_csv(Path(folder) / "claims.csv")["id"].unique())
 
 
@@ -107,7 +107,7 @@ def test_verify_takes_what_the_table_says_where_the_command_line_does_not(
 ):
     project(*keys)
     assert run(lambda: suite[0], ["verify", *options.split()]) == status
-    assert suite[1] == requests and checked(folder) == ids
+    assert suite[1] == requests and checked_ids(folder) == ids
     assert OUT.exists() == (folder == OUT)
 
 
@@ -170,10 +170,10 @@ def test_the_table_of_the_repository_counts_in_its_folders(project, suite, tmp_p
     below.mkdir(parents=True)
     monkeypatch.chdir(below)
     assert run(lambda: suite[0], ["verify"]) == 0
-    assert checked(str(tmp_path / "results")) == ["V1", "V3"]
+    assert checked_ids(str(tmp_path / "results")) == ["V1", "V3"]
     project("out", folder=below, claims='["V1"]')
     assert run(lambda: suite[0], ["verify"]) == 0
-    assert checked("results") == ["V1"]
+    assert checked_ids("results") == ["V1"]
 
 
 def test_results_of_compare_and_judge_lie_below_the_folder_of_the_table(project, suite):

@@ -16,7 +16,7 @@ import pytest
 from galvi import command
 
 ROOT = Path(__file__).parents[3]
-# In place of galvi where only the plugin is looked at: it lists four items, and measures none.
+# A stand-in for galvi in tests of the plugin alone: it lists four items, and measures none.
 ANSWERS = """
 import json, os, signal, sys
 
@@ -158,12 +158,12 @@ def run(folder, *arguments, fake=False):
 
 @pytest.fixture
 def faked(tmp_path):
-    """A project beside a galvi that measures nothing."""
+    """A project beside the stand-in for galvi."""
     return project(tmp_path, {"fake/galvi/__init__.py": "", "fake/galvi/command.py": ANSWERS})
 
 
-def left(folder):
-    """The started processes that are still there."""
+def still_running(folder):
+    """Ids of the started processes that still run."""
     pids = [int(pid) for pid in (folder / "pids").read_text().split()]
     listed = subprocess.run(["ps", "-o", "pid=", *map(str, pids)], capture_output=True, text=True)
     return [int(pid) for pid in listed.stdout.split()]
@@ -199,7 +199,7 @@ def test_items_stand_beside_the_tests_and_a_failure_is_its_sentence(faked):
         IDS[2]: ["skipped"],
         IDS[3]: ["failure"],
     }
-    assert left(faked) == []
+    assert still_running(faked) == []
 
 
 def listed(completed):
@@ -208,15 +208,15 @@ def listed(completed):
 
 
 def test_words_select_and_the_last_failures_are_run_again(faked):
-    both = ("--galvi", "mine:It", "--galvi", "mine:Other", "-q")
-    assert listed(run(faked, *both, "--collect-only", "-k", "It", fake=True)) == IDS
-    chosen = run(faked, *both, "--collect-only", "-k", "Other and conservation", fake=True)
+    contenders = ("--galvi", "mine:It", "--galvi", "mine:Other", "-q")
+    assert listed(run(faked, *contenders, "--collect-only", "-k", "It", fake=True)) == IDS
+    chosen = run(faked, *contenders, "--collect-only", "-k", "Other and conservation", fake=True)
     assert listed(chosen) == [IDS[1].replace("It", "Other")]
     assert "1/9 tests collected (8 deselected)" in chosen.stdout
-    marked = run(faked, *both, "--strict-markers", "--collect-only", "-m", "galvi", fake=True)
+    marked = run(faked, *contenders, "--strict-markers", "--collect-only", "-m", "galvi", fake=True)
     assert listed(marked) == [*IDS, *(name.replace("It", "Other") for name in IDS)]
-    assert run(faked, *both, fake=True).returncode == 1
-    assert listed(run(faked, *both, "--lf", "--collect-only", fake=True)) == [
+    assert run(faked, *contenders, fake=True).returncode == 1
+    assert listed(run(faked, *contenders, "--lf", "--collect-only", fake=True)) == [
         IDS[3],
         IDS[3].replace("It", "Other"),
     ]
@@ -230,12 +230,13 @@ def test_workers_share_the_items_beside_a_benchmark_and_with_warnings_as_errors(
     )
     options = ["-p", "xdist", "-p", "pytest_benchmark.plugin", "--galvi", "mine:It"]
     for workers in ("0", "2"):
-        off = ["-p", "no:warnings"] if workers == "2" else []  # of the benchmark, that it is off
-        completed = run(faked, *options, *off, "-k", "not order", "-n", workers, fake=True)
+        # with workers the benchmark plugin warns that it is off
+        warnings = ["-p", "no:warnings"] if workers == "2" else []
+        completed = run(faked, *options, *warnings, "-k", "not order", "-n", workers, fake=True)
         assert completed.returncode == 0 and "4 passed, 1 skipped" in completed.stdout, (
             completed.stdout
         )
-    assert left(faked) == []
+    assert still_running(faked) == []
 
 
 @pytest.mark.parametrize("workers", [[], ["-p", "xdist", "-n", "2"]], ids=["alone", "workers"])
@@ -243,7 +244,7 @@ def test_what_cannot_be_loaded_ends_the_run_with_a_sentence_and_status_4(faked, 
     completed = run(faked, "--galvi", "nowhere:It", *workers, fake=True)
     assert completed.returncode == 4
     assert completed.stderr.strip() == "ERROR: --galvi nowhere:It: there is no module 'nowhere'."
-    assert left(faked) == []
+    assert still_running(faked) == []
 
 
 @pytest.mark.parametrize(
@@ -305,7 +306,7 @@ def test_without_the_option_nothing_is_imported_and_nothing_changes(tmp_path):
     assert without.returncode == 0 and "2 passed" in without.stdout, without.stdout
 
 
-def ends(folder, *arguments):
+def failure_texts(folder, *arguments):
     """The texts of failed items, "" of others, by contender and check."""
     completed = run(folder, *arguments, "-q", "--junitxml=out.xml")
     assert completed.returncode in (0, 1), completed.stdout + completed.stderr
@@ -327,7 +328,7 @@ def test_an_integrator_in_a_src_layout_is_checked_on_a_problem_of_the_project(tm
     files = {"src/mine/methods.py": CONTENDERS, "lib/ours.py": reading, "pytest.ini": settings}
     project(tmp_path, files)
     options = ("--galvi", "ours:Leapfrog", "--galvi-problem", "ours:swing")
-    assert ends(tmp_path, *options, "-k", "reversal or test_ours") == dict.fromkeys(
+    assert failure_texts(tmp_path, *options, "-k", "reversal or test_ours") == dict.fromkeys(
         [("tests.test_ours", "test_ours"), ("my leapfrog", "time reversal")], ""
     )
 
@@ -362,7 +363,7 @@ def test_planted_faults_fail_the_right_items_and_what_is_sound_passes(tmp_path):
     project(tmp_path, {"mine.py": CONTENDERS})
     names = ("Leapfrog", "FirstOrder", "FalselySymmetric", "Damped", "Random", "Leaking")
     options = [word for name in names for word in ("--galvi", f"mine:{name}")]
-    texts = ends(tmp_path, *options, "--galvi-problem", "mine:swing")
+    texts = failure_texts(tmp_path, *options, "--galvi-problem", "mine:swing")
     assert len(texts) > 6 * len(names)
     failed = {key: text for key, text in texts.items() if text}
     expected = {

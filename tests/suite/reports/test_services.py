@@ -1,5 +1,5 @@
-"""What services that read a job's files and lines make of ours: each is read by the consumer itself
-where that can be had, else by its published format."""
+"""Files and lines for CI services, read by the consumer itself where it can be installed, else by
+its published format."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ def test_verify_xml_and_its_annotations_point_at_the_class_and_have_the_numbers(
     completed = ask("verify", suite)
     cases = junit_cases(Path("out/verify.xml"))
     assert cases["claim.V2", ROW.quantity]["at"] == (None, None)
-    bad = cases["claim.A-mine", ROW.quantity]
-    assert bad["results"] == ["Failure"] and bad["at"] == ("src/a b,c.py", "12")
-    assert bad["measured"].startswith("0.25") and bad["bound"] == ROW.bound
+    failed = cases["claim.A-mine", ROW.quantity]
+    assert failed["results"] == ["Failure"] and failed["at"] == ("src/a b,c.py", "12")
+    assert failed["measured"].startswith("0.25") and failed["bound"] == ROW.bound
     (shown,) = annotations(completed.out)
     assert (shown["kind"], shown["file"], shown["line"]) == ("error", "src/a b,c.py", "12")
     assert shown["title"] == f"claim.A-mine: {ROW.quantity}" and "bound at most" in shown["message"]
@@ -59,8 +59,8 @@ def test_numbers_of_which_more_is_better_or_that_were_not_measured_are_left_out(
         replace(ROW, bound="none", quantity="slope"),
     ]
     assert row_metrics(rows) == []
-    some = [replace(ROW, measured=np.int64(2), uncertainty=None, bound="below 3")]
-    assert [metric.value for metric in row_metrics(some)] == [2.0]
+    measured_rows = [replace(ROW, measured=np.int64(2), uncertainty=None, bound="below 3")]
+    assert [metric.value for metric in row_metrics(measured_rows)] == [2.0]
 
 
 def test_metrics_are_of_benchers_format_whatever_the_names_are(tmp_path):
@@ -132,16 +132,17 @@ def benchmark_action(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def drawn(action: Path, folder: Path, commit: str) -> subprocess.CompletedProcess[str]:
+def run_action(action: Path, folder: Path, commit: str) -> subprocess.CompletedProcess[str]:
     """Run the action as a job of a push would, with its numbers in data.json of the folder."""
     event = {
         "head_commit": COMMIT | {"id": commit},
         "repository": {"html_url": "https://github.com/a/b"},
     }
     (folder / "event.json").write_text(json.dumps(event))
-    about = yaml.safe_load((action / "action.yml").read_text(encoding="utf-8"))["inputs"]
+    declarations = yaml.safe_load((action / "action.yml").read_text(encoding="utf-8"))["inputs"]
     inputs = {
-        name: str(declaration.get("default", "")).lower() for name, declaration in about.items()
+        name: str(declaration.get("default", "")).lower()
+        for name, declaration in declarations.items()
     } | {
         "tool": "customSmallerIsBetter",
         "output-file-path": "track-benchmark-action.json",
@@ -170,7 +171,7 @@ def test_github_action_benchmark_reads_the_numbers_and_sees_one_that_grows(
     benchmark_action, tmp_path
 ):
     write_metrics(tmp_path, "track", METRICS)
-    completed = drawn(benchmark_action, tmp_path, "first")
+    completed = run_action(benchmark_action, tmp_path, "first")
     assert completed.returncode == 0, completed.stdout + completed.stderr
     ((entry,),) = json.loads((tmp_path / "data.json").read_text(encoding="utf-8"))[
         "entries"
@@ -178,5 +179,5 @@ def test_github_action_benchmark_reads_the_numbers_and_sees_one_that_grows(
     names = [(bench["name"], bench["value"], bench.get("range", "")) for bench in entry["benches"]]
     assert names[0] == ("orbit: latency", 2.5e6, "± 1e+05") and len(names) == 3
     write_metrics(tmp_path, "track", [replace(METRICS[0], value=5e6)])
-    completed = drawn(benchmark_action, tmp_path, "second")
+    completed = run_action(benchmark_action, tmp_path, "second")
     assert completed.returncode == 1 and "Performance Alert" in completed.stdout

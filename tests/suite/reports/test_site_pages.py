@@ -28,7 +28,7 @@ from tests.suite.reports.small_reports import suite_of
 ROOT = Path(__file__).parents[3]
 COMMANDS = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
 PINS = dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "constraints.txt").read_text(), re.M))
-A_MACHINE = re.compile(r"/(?:home|root|tmp|work|opt|mnt|Users)/\w")
+MACHINE_PATH = re.compile(r"/(?:home|root|tmp|work|opt|mnt|Users)/\w")
 
 
 def test_the_page_of_commands_holds_every_command_and_exit_status_and_explains_each_option():
@@ -74,7 +74,7 @@ def test_every_section_of_an_integrator_says_what_readers_ask(page):
             assert re.search(rf"^{heading}\n: \S", section, re.M), (peer.family, heading)
         assert re.search(r"\d+\.\d+|not installed|this repository", peer.package)
         assert f'<a href="#{peer.anchor}">' in page
-    assert not A_MACHINE.search(page) and not A_MACHINE.search(COMMANDS)
+    assert not MACHINE_PATH.search(page) and not MACHINE_PATH.search(COMMANDS)
 
 
 def test_the_table_of_facts_names_studies_and_files_that_exist():

@@ -52,18 +52,18 @@ def test_signatures_that_are_written_out_name_the_parameters():
             assert written == list(inspect.signature(attrgetter(name)(galvi)).parameters), name
 
 
-LINES = 12  # of an example, at most
+LONGEST_EXAMPLE = 12  # lines
 PARSER = doctest.DocTestParser()
 
 
 def example_of(name):
-    """The lines of an interpreter and what they print, at the end of a docstring."""
+    """The example at the end of a docstring: lines of an interpreter and their output."""
     text = inspect.getdoc(attrgetter(name)(galvi)) or ""
     return text[text.find("\n>>> ") + 1 :] if "\n>>> " in text else ""
 
 
 def run(text, name="example"):
-    """What the text prints otherwise than it shows, "" for nothing, and the names that it makes."""
+    """(a report of output that differs from the text, else ""; the names that it defines)."""
     output: list[str] = []
     case = PARSER.get_doctest(text, {"np": np, "galvi": galvi}, name, None, 0)
     doctest.DocTestRunner(verbose=False).run(case, out=output.append, clear_globs=False)
@@ -90,7 +90,7 @@ def test_every_public_name_has_a_short_example_that_prints_what_it_shows(
     name, suite_in_this_process
 ):
     text = example_of(name)
-    assert 1 < len(text.splitlines()) <= LINES
+    assert 1 < len(text.splitlines()) <= LONGEST_EXAMPLE
     differs, namespace = run(text, name)
     assert differs == ""
     kind = getattr(galvi, name, None)

@@ -37,7 +37,7 @@ ROUND_OFF = 1e-14  # of a step, whose numbers have size 1; 4e-16 was measured
 
 
 def tables_of(page):
-    """The lines of each directive of a page's text."""
+    """The statements of each ledger directive of a page."""
     shown: list[Any] = []
     for argument in FENCE.findall(page):
         lines = ledger.chosen(argument, shown)
@@ -94,19 +94,23 @@ def test_every_included_line_of_code_exists(page):
 
 def _defined(text):
     """Names of functions and classes, and of methods as Class.method."""
-    kinds = (ast.FunctionDef, ast.ClassDef)
-    top = [definition for definition in ast.parse(text).body if isinstance(definition, kinds)]
+    definition_types = (ast.FunctionDef, ast.ClassDef)
+    top = [
+        definition
+        for definition in ast.parse(text).body
+        if isinstance(definition, definition_types)
+    ]
     inner = {
         f"{definition.name}.{part.name}"
         for definition in top
         for part in definition.body
-        if isinstance(part, kinds)
+        if isinstance(part, definition_types)
     }
     return {definition.name for definition in top} | inner
 
 
-def is_of(run, q, p):
-    """A step that ends at these is that of a run."""
+def assert_step(run, q, p):
+    """Assert that the first step of a run ends at q and p."""
     assert np.max(np.abs(q - run.q[1])) < ROUND_OFF and np.max(np.abs(p - run.p[1])) < ROUND_OFF
 
 
@@ -138,9 +142,9 @@ def test_the_step_on_a_vector_space_is_galvis(degree, points, make):
     q, v, x = vector_step(
         rule[1], powers(rule[0], degree), _attraction, problem.q0, problem.v0, 0.2
     )
-    is_of(run, q, v)
-    at = problem.q0 + powers(np.array([0.37]), degree)[0] @ x
-    assert np.max(np.abs(at - run(0.37 * 0.2))) < ROUND_OFF
+    assert_step(run, q, v)
+    position = problem.q0 + powers(np.array([0.37]), degree)[0] @ x
+    assert np.max(np.abs(position - run(0.37 * 0.2))) < ROUND_OFF
 
 
 def _attraction(q):
@@ -160,7 +164,7 @@ def test_the_weak_form_with_a_force_that_depends_on_velocity_is_galvis_step():
     run = galvi.integrate(problem, galvi.Galerkin(galvi.Polynomials(3), galvi.gauss(4)), h, 1)
     space = c[:, None] ** n, n * c[:, None] ** np.maximum(n - 1, 0), 1.0 * (n == 0), np.ones(4)
     x, p_h = weak_step(b, space, 2.0, F, problem.q0, run.p[0], h)
-    is_of(run, np.sum(x, axis=0), p_h)
+    assert_step(run, np.sum(x, axis=0), p_h)
 
 
 def test_the_step_of_a_body_is_galvis():
@@ -172,9 +176,9 @@ def test_the_step_of_a_body_is_galvis():
         return 9.81 * np.cross([0.0, 0.0, 1.0], R[2])
 
     R, mu, x = group_step(rule[1], powers(rule[0], 4), J, torque, problem.q0, J @ problem.v0, 0.3)
-    is_of(run, R, mu)
-    at = problem.q0 @ cayley(powers(np.array([0.6]), 4)[0][0] @ x)
-    assert np.max(np.abs(at - run(0.6 * 0.3))) < ROUND_OFF
+    assert_step(run, R, mu)
+    position = problem.q0 @ cayley(powers(np.array([0.6]), 4)[0][0] @ x)
+    assert np.max(np.abs(position - run(0.6 * 0.3))) < ROUND_OFF
 
 
 def test_formulas_of_cayleys_chart_hold():
@@ -195,7 +199,7 @@ def test_a_step_in_the_kepler_frame_is_galvis():
     run = galvi.integrate(galvi.Problem(galvi.NBody(m), q, v), method, h, 1)
     flow, remaining_force, into = kepler_frame(m)
     Q, V = frame_step((c, b), flow, remaining_force, np.stack([into @ q, into @ v]), h)
-    is_of(run, np.linalg.solve(into, Q), m[:, None] * np.linalg.solve(into, V))
+    assert_step(run, np.linalg.solve(into, Q), m[:, None] * np.linalg.solve(into, V))
 
 
 def test_a_step_in_the_harmonic_frame_is_galvis():
@@ -224,7 +228,7 @@ def test_a_step_in_the_harmonic_frame_is_galvis():
         return squares * x - F.T @ gradient(F @ x)
 
     x, rate = frame_step((c, b), flow, remaining_force, np.stack([F.T @ q, F.T @ v]), h)
-    is_of(run, F @ x, F @ rate)
+    assert_step(run, F @ x, F @ rate)
 
 
 def test_the_numbers_on_the_pages_follow():
@@ -244,9 +248,9 @@ def test_the_numbers_on_the_pages_follow():
 
 def test_with_the_printed_sign_a_free_particle_jumps_to_and_fro():
     """n = 2, L = v^2 / 2: dS/dq^1 = -(q^2 - q^1) / h, set to +p as H (2.4) prints it."""
-    q, p, h, places = 0.0, 1.0, 0.5, []
+    q, p, h, positions = 0.0, 1.0, 0.5, []
     for _ in range(4):
         end = q - h * p
         q, p = end, (end - q) / h
-        places.append(q)
-    assert places == [-0.5, 0.0, -0.5, 0.0]
+        positions.append(q)
+    assert positions == [-0.5, 0.0, -0.5, 0.0]

@@ -28,7 +28,7 @@ LONG = walks(1e6, commit="feedfacecafe", drift=1.0, runs=4)
 
 @dataclass
 class Run:
-    """One that leaves a file, or raises."""
+    """A part of a study that leaves a file, or raises."""
 
     folder: Path
     title: str
@@ -160,8 +160,8 @@ def test_the_table_of_bodies_says_what_was_reached_and_how_far_from_galvi():
         contender=of_100["contender"] + ", 10 heavy",
         seconds_per_orbit=0.3 * of_100["seconds_per_orbit"],
     )
-    both = scaling_table(pd.concat([frame, of_100]))[0]
-    assert list(both[relative])[-2:] == [f"1.0{TIMES}", f"100{TIMES}"]
+    combined_table = scaling_table(pd.concat([frame, of_100]))[0]
+    assert list(combined_table[relative])[-2:] == [f"1.0{TIMES}", f"100{TIMES}"]
 
 
 def test_numbers_of_a_study_have_the_digits_that_they_need():

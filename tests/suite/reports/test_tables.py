@@ -147,7 +147,7 @@ def test_a_setting_is_called_stopped_early_by_its_row_and_not_by_its_words():
 
 def test_a_choice_is_a_run_that_was_made_and_reached_the_error():
     table = choices(SMALL, 1e-4, 1e-8, 1e-12)
-    best, of_galvi = (table[table["of"] == of] for of in ("all", "galvi"))
+    best, of_galvi = (table[table["of"] == group] for group in ("all", "galvi"))
     assert list(best["contender"]) == ["SciPy DOP853", "galvi degree 8, Gauss 8", "Taylor"]
     assert list(of_galvi["settings"]) == ["step=1", "step=1", ""]
     text = fastest_lines(table)
@@ -283,10 +283,10 @@ def test_without_both_codes_nothing_is_said(name):
 def test_all_are_compared_at_the_same_errors_that_their_truth_can_tell():
     assert errors_of(runs()) == ERRORS
     assert errors_of(runs().assign(truth_error=2e-13)) == ERRORS[:-1]
-    both = pd.concat([runs(), runs(quantity=POSITION).assign(problem="planets")])
-    table = matched(both.reset_index(drop=True))
+    two_problems = pd.concat([runs(), runs(quantity=POSITION).assign(problem="planets")])
+    table = matched(two_problems.reset_index(drop=True))
     assert set(table["problem"]) == {"body", "planets"} and set(table["error"]) == set(ERRORS)
-    assert matched(both.head(0)).empty
+    assert matched(two_problems.head(0)).empty
 
 
 def test_the_best_of_mujoco_has_lines_of_its_own_and_a_sentence():

@@ -32,7 +32,7 @@ NUMBER = re.compile(r"\d+\.?\d*(?:e[-+]\d+)?|:-+")
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """An empty one, with docs."""
+    """The current folder: empty but for a link to docs."""
     (tmp_path / "docs").symlink_to(ROOT / "docs")
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -72,11 +72,11 @@ def test_the_pasted_lines_pass_on_the_users_own_run_and_fail_on_a_fault(folder, 
     faults = [(state.qpos, "positions", k) for k in range(4)]
     faults += [(state.qvel, "velocities", k) for k in range(3)]
     for (values, name, k), sign in product(faults, (-1.0, 1.0)):
-        right = values.copy()
+        correct = values.copy()
         values[k] += sign * 20.0 * floors[f"{name}_floor"]
         with pytest.raises(AssertionError, match="Not equal to tolerance"):
             exec(lines, names)
-        values[:] = right
+        values[:] = correct
     written = json.loads(Path("tolerance.json").read_text())
     assert written["seed"] == 0 and len(written["start"]["velocities"]) == 3
     assert written["expected"] == written["states"][-1] and written["provenance"]["cpu"]

@@ -76,7 +76,7 @@ def write(folder, text):
 
 @pytest.fixture
 def checkout(tmp_path, monkeypatch):
-    """A repository with one commit of the stub, entered; temporary folders are made beside it."""
+    """The current folder: a repository with one commit of the stub; `tempfile` works beside it."""
     root, spare = tmp_path / "root", tmp_path / "spare"
     write(root, stub())
     spare.mkdir()
@@ -91,20 +91,20 @@ def checkout(tmp_path, monkeypatch):
 
 
 def test_compiled_kernels_are_taken_along(checkout):
-    """Else both sides compile all that they measure."""
+    """Without them both sides would compile all kernels."""
     kernel = Path("galvi", "__pycache__", KERNELS_FOLDER, "step.nbc")
     (checkout / kernel).parent.mkdir(parents=True)
     (checkout / kernel).write_bytes(b"code")
-    with checkouts("HEAD", checkout) as both:
-        assert [(side.folder / kernel).read_bytes() for side in both] == [b"code"] * 2
+    with checkouts("HEAD", checkout) as sides:
+        assert [(side.folder / kernel).read_bytes() for side in sides] == [b"code"] * 2
 
 
 def test_files_that_archives_leave_out_are_on_both_sides(checkout):
     (checkout / ".gitattributes").write_text("galvi export-ignore\n")
     commit(checkout)
-    with checkouts("HEAD", checkout) as both:
-        assert all((side.folder / "galvi" / "__init__.py").is_file() for side in both)
-        assert not any(side.changed for side in both)
+    with checkouts("HEAD", checkout) as sides:
+        assert all((side.folder / "galvi" / "__init__.py").is_file() for side in sides)
+        assert not any(side.changed for side in sides)
 
 
 def compared(root, revision="HEAD"):
@@ -226,8 +226,8 @@ def test_a_side_that_hangs_twice_is_not_asked_again_in_any_process(tmp_path):
 @pytest.mark.slow(beside="test_what_an_integrator_says_is_harmless_and_what_it_starts_ends_with_it")
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="processes are not listed")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_leaves_no_folder_and_no_process(checkout, number):
+@pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_leaves_no_folder_and_no_process(checkout, signal_number):
     write(checkout, stub() + "import time\ntime.sleep(60)\n")
     program = (
         "import sys, tempfile; from pathlib import Path\n"
@@ -247,7 +247,7 @@ def test_an_interrupt_leaves_no_folder_and_no_process(checkout, number):
         while not _workers(spare) and time.monotonic() < deadline:
             time.sleep(0.05)
         assert _workers(spare)
-        process.send_signal(number)
+        process.send_signal(signal_number)
         assert process.wait(30) != 0
     assert list(spare.iterdir()) == [] and not out.exists()
     assert _workers(spare) == []
@@ -335,7 +335,7 @@ def test_another_projects_integrator_is_compared_with_its_own_revision(ask, proj
 
 @pytest.mark.slow(beside="test_track_history.py::test_each_quantity_of_each_bench_is_a_row")
 def test_each_comparison_of_another_project_adds_a_point_to_its_history(ask, project):
-    """Else only galvi's own checkout has one; without a bench, a sentence names the way to it."""
+    """Without a comparison, a sentence names the command that adds one."""
     printed = ask("track").out
     assert "`galvi track --against REV --contender package.module:Class` adds one" in printed
     assert ask(AGAINST).status == ask(AGAINST).status == 0

@@ -33,7 +33,8 @@ COUNTS = {"steps": 10, "iterations": 50, "force_evaluations": 200}
 
 
 class Fake:
-    """A process with these times, and what its first call reaches; fails where it says so.
+    """A stand-in for a worker's process: a call takes about `factor` seconds, a run returns
+    `reached`; it raises Failed with the text `why`, or in `time` if it `hangs`.
 
     noise   by which its ends differ from run to run
     leaves  bytes that each call leaves; a worker makes two between its answers on the memory
@@ -102,9 +103,9 @@ Side = Fake | tuple[Fake, Fake]  # in the first round, and in further ones
 
 @pytest.fixture
 def compared(monkeypatch: pytest.MonkeyPatch):
-    """Compare two fakes."""
+    """A function that compares two fakes."""
 
-    def do(base, head, *cases):
+    def compare_fakes(base, head, *cases):
         fakes = {"base": base, "head": head}
 
         def worker(checkout, limit):
@@ -119,17 +120,17 @@ def compared(monkeypatch: pytest.MonkeyPatch):
         json.loads(as_json(outcome, {}))
         return outcome
 
-    return do
+    return compare_fakes
 
 
-LOST = {"ends": [[math.nan, 0.0]]}
-FAILED = {"success": False, "status": "Newton failed."} | LOST
+NOT_FINITE = {"ends": [[math.nan, 0.0]]}
+FAILED = {"success": False, "status": "Newton failed."} | NOT_FINITE
 EXACT = {"ends": [[1.0, 0.0]]}
-KNOWN = {"start": [0.0, 1.0], "acceleration": [-1.0, 1e-17, math.nan]}
+PROBLEM = {"start": [0.0, 1.0], "acceleration": [-1.0, 1e-17, math.nan]}
 ABSENT = "AttributeError: no kepler"
-# As where its result depends on the hash of a text: each process has ends of its own.
-ELSEWHERE = Fake(), Fake(ends=[[1.0 + 1e-9, 1e-15]])
-# Base, head, the gates that are red, what the report says, and what is special in the benchmark.
+# As if its result depended on the hash of a text: its ends differ between processes.
+OTHER_PROCESS = Fake(), Fake(ends=[[1.0 + 1e-9, 1e-15]])
+# (base, head, the gate that is red or "", pattern of the report, fields of the benchmark)
 SITUATIONS: dict[str, tuple[Any, ...]] = {
     "a head slower by a seventh": (Fake(), Fake(1.15), "time", r"\(time\): It is 1.* % slower \(p"),
     "a head at half the speed": (Fake(), Fake(2.0), "time", " % in a second round"),
@@ -188,13 +189,13 @@ SITUATIONS: dict[str, tuple[Any, ...]] = {
     ),
     "a head whose processes differ": (
         Fake(),
-        ELSEWHERE,
+        OTHER_PROCESS,
         "not deterministic",
         "Runs of the head in two processes differ",
     ),
     "sides whose processes differ": (
-        ELSEWHERE,
-        ELSEWHERE,
+        OTHER_PROCESS,
+        OTHER_PROCESS,
         "",
         "Runs of the base in two processes differ",
     ),
@@ -250,10 +251,15 @@ SITUATIONS: dict[str, tuple[Any, ...]] = {
         "",
     ),
     "an error above rounding": (Fake(**EXACT), Fake(ends=[[1.0, 2e-14]]), "error", "rose"),
-    "an end that is not finite": (Fake(), Fake(**LOST), "error", "head's final state is not fin"),
+    "an end that is not finite": (
+        Fake(),
+        Fake(**NOT_FINITE),
+        "error",
+        "head's final state is not fin",
+    ),
     "an end that is not finite, without a truth": (
         Fake(),
-        Fake(**LOST),
+        Fake(**NOT_FINITE),
         "error",
         "",
         {"problem": "unknown"},
@@ -265,21 +271,21 @@ SITUATIONS: dict[str, tuple[Any, ...]] = {
         "Its error is unknown: no engine.",
         {"problem": "unknown"},
     ),
-    "a base whose end is not finite": (Fake(**LOST), Fake(), "", "errors cannot be compared"),
+    "a base whose end is not finite": (Fake(**NOT_FINITE), Fake(), "", "errors cannot be compared"),
     "a force that the truth would hide": (
-        Fake(ends=[[5.0, 0.0]], problem=KNOWN),
-        Fake(problem=KNOWN | {"acceleration": [1.0, 0.0, math.nan]}),
+        Fake(ends=[[5.0, 0.0]], problem=PROBLEM),
+        Fake(problem=PROBLEM | {"acceleration": [1.0, 0.0, math.nan]}),
         "problem",
         r"The problem itself changed \(acceleration\).",
     ),
     "a problem of another dimension": (
-        Fake(problem=KNOWN),
-        Fake(ends=[[1.0, 0.0, 0.0]], problem=KNOWN | {"start": [0.0, 1.0, 2.0]}),
+        Fake(problem=PROBLEM),
+        Fake(ends=[[1.0, 0.0, 0.0]], problem=PROBLEM | {"start": [0.0, 1.0, 2.0]}),
         "problem",
         "changed",
     ),
     "a force that was rounded otherwise": (
-        Fake(problem=KNOWN),
+        Fake(problem=PROBLEM),
         Fake(problem={"acceleration": [-1.0 - 2e-16, -1e-17, math.nan], "more": [1.0]}),
         "",
         "",
@@ -295,8 +301,8 @@ SITUATIONS: dict[str, tuple[Any, ...]] = {
 
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_a_change_is_red_at_its_gate_alone(compared, situation):
-    base, head, gate, pattern, *special = SITUATIONS[situation]
-    outcome = compared(base, head, *(replace(CASE, **fields) for fields in special))
+    base, head, gate, pattern, *case_fields = SITUATIONS[situation]
+    outcome = compared(base, head, *(replace(CASE, **fields) for fields in case_fields))
     (finding,) = outcome.findings
     assert list(finding.alarms) == ([gate] if gate else [])
     assert re.search(pattern, outcome.report(), re.S)
@@ -357,7 +363,7 @@ def test_a_long_run_is_as_long_as_the_time_allows_and_sees_what_fails_late(
     class Late(Fake):
         def run(self, case):
             late = case.kind == LONG and case.setting["save_every"] == 10 * case.steps
-            return super().run(case) | (LOST if late else {})
+            return super().run(case) | (NOT_FINITE if late else {})
 
     case = replace(MINE, setting={"step": 0.1, "save_every": 10}, step=1.0, steps=1)
     outcome = compared(Fake(warm=warm), Late(warm=warm), case)

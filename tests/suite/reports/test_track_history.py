@@ -27,7 +27,7 @@ COMPARISONS = 1000
 
 
 def samples(random):
-    """Two sides of each benchmark, drawn from all samples of it, whichever side they are of."""
+    """Both sides of each benchmark, drawn from all of its samples, whichever side they are from."""
     drawn = {}
     for name, rows in RECORDED.groupby("benchmark", sort=False):
         count = int((rows["side"] == "base").sum())
@@ -35,19 +35,19 @@ def samples(random):
     return drawn
 
 
-# Equal code in two processes differs by its memory layout, alike in all benchmarks of a process and
-# apart in each: standard deviations of the logarithm of a time.
-LAYOUT, APART = 0.015, 0.02
+# Equal code in two processes differs by its memory layout, by a factor for all benchmarks of a
+# process and a factor for each: standard deviations of the logarithm of a time.
+PROCESS_SPREAD, BENCHMARK_SPREAD = 0.015, 0.02
 
 
-def a_round(random, growth):
-    """The benchmarks of an integrator together, of which the head is so much slower."""
-    processes = np.array([1.0, 1.0 + growth]) * np.exp(LAYOUT * random.standard_normal(2))
+def random_round(random, growth):
+    """Mean times of BENCHMARKS benchmarks of an integrator, whose head is slower by `growth`."""
+    processes = np.array([1.0, 1.0 + growth]) * np.exp(PROCESS_SPREAD * random.standard_normal(2))
     benchmarks = [rows["seconds"].to_numpy() for _, rows in RECORDED.groupby("benchmark")]
     chosen = random.choice(len(benchmarks), BENCHMARKS, replace=False)
     drawn = []
     for seconds in (benchmarks[k] for k in chosen):
-        factors = processes * np.exp(APART * random.standard_normal(2))
+        factors = processes * np.exp(BENCHMARK_SPREAD * random.standard_normal(2))
         drawn.append(tuple(random.choice(seconds, (2, 14)) * factors[:, None]))
     return means(drawn)
 
@@ -58,22 +58,24 @@ BENCHMARKS = 6
 @pytest.mark.slow(beside="test_track_gates.py::test_equal_sides_are_green_in_one_sentence")
 def test_a_thousand_comparisons_of_equal_code_raise_no_alarm():
     """As in `track`: slower in a first round, and again in a second one."""
-    random, alarms, looked = np.random.Generator(np.random.Philox(7)), 0, 0
+    random, alarms, suspects = np.random.Generator(np.random.Philox(7)), 0, 0
     for _ in range(COMPARISONS):
         first = slower(samples(random), SIZES)
-        looked += len(first)
+        suspects += len(first)
         alarms += bool(first and first & slower(samples(random), SIZES))
-    print(f"{COMPARISONS} comparisons of equal code: {alarms} alarms, {looked} suspects in round 1")
+    print(
+        f"{COMPARISONS} comparisons of equal code: {alarms} alarms, {suspects} suspects in round 1"
+    )
     assert alarms == 0
-    assert looked <= 4  # the level is 0.002 a comparison; 0 when this was written
+    assert suspects <= 4  # the level is 0.002 a comparison; 0 when this was written
 
 
 def alarms_together(comparisons, growth):
     random, alarms = np.random.Generator(np.random.Philox(11)), 0
     for _ in range(comparisons):
-        first = Together("mine:Mine", frozenset(), (a_round(random, growth),), size=0.05)
+        first = Together("mine:Mine", frozenset(), (random_round(random, growth),), size=0.05)
         if first.suspicious:
-            further = tuple(a_round(random, growth) for _ in range(FURTHER))
+            further = tuple(random_round(random, growth) for _ in range(FURTHER))
             alarms += bool(replace(first, rounds=first.rounds + further).alarms)
     print(f"{comparisons} comparisons with {growth:.0%} more time: {alarms} alarms")
     return alarms
@@ -83,7 +85,7 @@ def alarms_together(comparisons, growth):
     beside="test_track_gates.py::test_what_is_below_the_size_of_each_is_red_by_all_together"
 )
 def test_benchmarks_together_raise_no_alarm_for_equal_code_and_see_seven_percent():
-    """As in `track`, where the memory layout of a process is drawn anew in each round."""
+    """As in `track`; each round has a new memory layout of its processes."""
     assert alarms_together(COMPARISONS, 0.0) == 0
     assert alarms_together(100, 0.07) > 50
 

@@ -63,9 +63,9 @@ WASTE = "                for _ in range({}):\n                    q * v\n"
 
 @dataclass(frozen=True)
 class Plant:
-    """Edits of a module (text, other text), the exit code, and the gates one of which sees it.
+    """Edits of a module (text, other text), the exit status, and the gates that may see it.
 
-    min_problems  of the problems that must show it
+    min_problems  smallest number of problems that must show it
     """
 
     name: str
@@ -188,7 +188,7 @@ def adaptive():
 
 @pytest.fixture
 def repository(tmp_path, monkeypatch: pytest.MonkeyPatch):
-    """A repository with src/ layout and both integrators, entered; its src."""
+    """The src folder of the current folder, a repository with both integrators."""
     src = tmp_path / "project" / "src"
     src.mkdir(parents=True)
     (src / "yoshida.py").write_text(YOSHIDA)

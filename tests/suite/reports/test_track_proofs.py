@@ -25,7 +25,7 @@ COMPARISONS = int(os.environ.get("COMPARISONS", "20"))
 
 @dataclass(frozen=True)
 class Fault:
-    """Edits (file of galvi, text, other text), where it must show, and at which gates."""
+    """Edits (file of galvi, text, other text), the cases that show it, and their gates."""
 
     name: str
     edits: tuple[tuple[str, str, str], ...]
@@ -34,7 +34,7 @@ class Fault:
 
 
 def slowed(times):
-    """Kepler's force with so many roots of squares more, which change no bit of it.
+    """Edits that add `times` roots of squares to Kepler's force, which change no bit of it.
 
     One took 18 % of the run on an Intel Xeon, two 36 %, six 100 %.
     """

@@ -1,4 +1,4 @@
-"""`galvi verify`: exit status, what a person and a forge read, rows that stay, and what changed."""
+"""`galvi verify`: exit status, output for people and CI, rows that are kept, and changes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from benchmarks.claims.statements import Statement, claims_by_place, places, sta
 from references import EngineMissing
 from reports.build.kept import kept_claims
 from reports.build.verify import moved
-from reports.results import summary as outcome
+from reports.results import summary as summary_module
 from reports.results.junit import JUnitCase, github_annotations, junit_xml
 from reports.results.rows import merged, read_rows
 from reports.results.summary import Summary
@@ -25,9 +25,9 @@ from tests.suite.reports.small_reports import ROW, claim, suite_of
 ABSENT = "No module named 'rebound'. Install rebound 5 or newer."
 WITHOUT = EngineMissing(f"REBOUND IAS15 cannot run: {ABSENT}", name="rebound")
 CONTRADICTED = replace(ROW, verdict="contradicted")
-GONE = replace(ROW, verdict="not run", measured=None, reason=f"Not by REBOUND. {ABSENT}")
-# Orders of which each misses its true value by five of its stated errors.
-OFF = [
+NOT_RUN_ROW = replace(ROW, verdict="not run", measured=None, reason=f"Not by REBOUND. {ABSENT}")
+# Orders that miss their true values by five of their stated errors.
+MISSED_ORDERS = [
     replace(ROW, quantity=f"order {k}", bound="order 2", measured=2.0 + k, misses=5.0)
     for k in range(20)
 ]
@@ -61,7 +61,7 @@ def rows():
         ([claim("V1", (replace(CONTRADICTED, expected="contradicted"),))], 0, "1 contradicted;"),
         ([claim(), claim("V2", ())], 1, "V2 title of V2 was not run: ValueError: its judge"),
         (
-            [claim(), claim("V2", (GONE,))],
+            [claim(), claim("V2", (NOT_RUN_ROW,))],
             1,
             "V2 base of the error was not run: There are too few numbers to judge by. Expected was "
             f"holds: Not by REBOUND. {ABSENT}",
@@ -73,7 +73,11 @@ def rows():
         ),
         ([claim(), claim("V2", raises=ModuleNotFoundError("no flts", name="flts"))], 1, "no flts"),
         ([claim("V1", raises=WITHOUT)], 1, "nothing was measured"),
-        ([claim("V1", tuple(OFF))], 1, "are too small: of 20 fitted orders whose true value is"),
+        (
+            [claim("V1", tuple(MISSED_ORDERS))],
+            1,
+            "are too small: of 20 fitted orders whose true value is",
+        ),
     ],
 )
 def test_the_status_is_0_where_every_verdict_is_the_expected_one(ask, claims, status, sentence):
@@ -148,7 +152,7 @@ def test_every_row_is_a_test_case_with_its_bound_and_measured_value(ask):
     claim_rows = (
         replace(ROW, quantity="good"),
         replace(CONTRADICTED, quantity="wrong [<&\x00], again", measured=0.75),
-        replace(GONE, quantity="absent", reason="No numbers."),
+        replace(NOT_RUN_ROW, quantity="absent", reason="No numbers."),
     )
     assert ask(
         "verify", claim("V1", claim_rows), claim("V2", raises=RuntimeError("it broke"))
@@ -169,7 +173,7 @@ def test_every_row_is_a_test_case_with_its_bound_and_measured_value(ask):
     [
         ([claim("V1", (CONTRADICTED,))], ("claim.V1", "base of the error")),
         ([claim("V1", raises=WITHOUT)], ("statements", "measured rows")),
-        ([claim("V1", tuple(OFF))], ("statements", "stated errors of orders")),
+        ([claim("V1", tuple(MISSED_ORDERS))], ("statements", "stated errors of orders")),
     ],
 )
 def test_what_makes_the_command_fail_is_red_in_the_file(ask, claims, case):
@@ -316,7 +320,7 @@ def test_claims_are_counted_apart_from_their_checks():
 
 
 def test_orders_whose_stated_errors_are_too_small_are_no_success():
-    """Planted: as many orders off by three of their stated errors as lie within two."""
+    """Planted: ten orders off by one of their stated errors, and ten by three."""
     within, off = (
         [
             replace(ROW, id=f"V{k}", measured=4.0 + k, misses=misses)
@@ -347,7 +351,7 @@ def test_a_statement_that_its_rows_do_not_found_is_no_success(
     monkeypatch, statement, claim_rows, passes
 ):
     """Only where every claim that statements name has rows, and all are as expected."""
-    monkeypatch.setattr(outcome, "statements", lambda: (statement,))
+    monkeypatch.setattr(summary_module, "statements", lambda: (statement,))
     summary = Summary(claim_rows)
     assert summary.holds(fail_under=90.0) == passes
     sentence = "1 printed statement unfounded: H fig. 2.4 (It is so.) is called reproduced; no row"

@@ -24,7 +24,7 @@ NUMBER = re.compile(r"\d+\.?\d*(?:e[-+]\d+)?")
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """An empty one, with docs."""
+    """The current folder: empty but for a link to docs."""
     (tmp_path / "docs").symlink_to(ROOT / "docs")
     monkeypatch.chdir(tmp_path)
     return tmp_path

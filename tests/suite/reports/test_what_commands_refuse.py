@@ -1,4 +1,4 @@
-"""What a command refuses: exit status 2, one sentence on stderr, and no file that is new."""
+"""Refusals of commands: exit status 2, one sentence on stderr, and no new file."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def local(): return galvi.Problem(galvi.Canonical(1.0, lambda q: q[0] ** 4), [1.
 TABLE, FIGURE = "export work_precision --out out", "export --all --format svg --out out"
 OWN, ORDERS = "compare --problem outside", "convergence --problem outside"
 JUDGE = "judge model.bin"
-# Said by typer, pydantic or argparse in words of theirs: that it is one sentence is enough.
+# The messages are those of typer, pydantic or argparse; only that they are one line is tested.
 MISUSED = "verify --out", "verify x", "export", "verify --quick=yes", "--out x y", "track --only"
 REFUSED = (
     *((command, "") for command in MISUSED),
@@ -124,8 +124,7 @@ REFUSED = (
 
 @pytest.fixture(scope="module")
 def folder_and_suite(tmp_path_factory):
-    """A folder that Python imports from, with a compared report, a model, and what is damaged; and
-    the suite."""
+    """(a folder on Python's path with a compared report, a model and damaged files; the suite)."""
     rebound = pytest.importorskip("rebound")
     folder = tmp_path_factory.mktemp("place")
     (folder / "outside.py").write_text(OUTSIDE)

@@ -191,11 +191,11 @@ def test_a_number_keeps_three_digits(x):
 
 
 @given(st.floats(1e-12, 1e12), st.floats(1e-6, 1.0))
-def test_an_uncertainty_keeps_two_digits_and_its_number_as_many(x, share):
-    text = siunitx(x, share * x)
-    got, error = value_of(text)
-    assert error == pytest.approx(share * x, rel=0.051)
-    assert abs(got - x) <= 0.51 * error
+def test_an_uncertainty_keeps_two_digits_and_its_number_as_many(x, relative_error):
+    text = siunitx(x, relative_error * x)
+    number, error = value_of(text)
+    assert error == pytest.approx(relative_error * x, rel=0.051)
+    assert abs(number - x) <= 0.51 * error
     assert 10 <= int(re.search(r"\((\d+)\)", text)[1]) <= 100
 
 

@@ -1,4 +1,4 @@
-"""Bodies, Lagrangians and groups: what is refused, and in which words."""
+"""Refusals of bodies, Lagrangians and groups: errors and their messages."""
 
 import numba
 import numpy as np
@@ -29,15 +29,15 @@ def one_step(problem):
 
 
 def moving(*factors):
-    """A step of free motion on these groups."""
+    """The run of a step of free motion on these groups."""
     group = galvi.Product(factors) if len(factors) > 1 else factors[0]
     system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v, group)
-    start = element(group, np.zeros(group.dimension)), np.ones(group.dimension)
-    return one_step(galvi.Problem(system, *start))
+    state = element(group, np.zeros(group.dimension)), np.ones(group.dimension)
+    return one_step(galvi.Problem(system, *state))
 
 
 def line(L):
-    """A step of a Lagrangian of one coordinate."""
+    """A call that runs a step of a Lagrangian of one coordinate."""
     return lambda: one_step(galvi.Problem(galvi.Lagrangian(L, galvi.Rn(1)), [0.6], [1.0]))
 
 
@@ -183,11 +183,11 @@ GROUPS = (
 
 
 BODY_AND_CART = galvi.Product((SO3, galvi.Rn(1)))
-OFF = np.eye(3) + 1e-4 * np.diag([1.0, 0.0, 0.0])
+STRETCHED = np.eye(3) + 1e-4 * np.diag([1.0, 0.0, 0.0])
 
 
 def starting(group, q0):
-    """A problem on the group with this start."""
+    """A call that makes a problem on the group with this start."""
     system = galvi.Lagrangian(lambda q, v: 0.5 * v @ v, group)
     return lambda: galvi.Problem(system, q0, np.ones(group.dimension))
 
@@ -195,7 +195,7 @@ def starting(group, q0):
 ELEMENTS = tuple(
     (ValueError, message, starting(group, q0))
     for group, q0, message in (
-        (SO3, OFF, r"q0 must be a rotation, R\^T R = I with determinant 1, to 1e-09; "
+        (SO3, STRETCHED, r"q0 must be a rotation, R\^T R = I with determinant 1, to 1e-09; "
          r"received \|R\^T R - I\| = 2\.0e-04\. The nearest rotation is \[\[1\.0, 0\.0, 0\.0\], "
          r".*\], from galvi\.nearest_rotation\."),
         (SO3, np.diag([1.0, 1.0, -1.0]), r"received determinant -1\. The nearest rotation is"),
@@ -211,7 +211,8 @@ ELEMENTS = tuple(
          "the rotation of q0 must be a rotation"),
         (BODY_AND_CART, np.zeros(9), r"q0 must have shape \(10,\), the entries of all factors; "
          r"received shape \(9,\)\. Make it with Product\.join"),
-        (BODY_AND_CART, BODY_AND_CART.join(OFF, np.zeros(1)), "part 0 of q0 must be a rotation"),
+        (BODY_AND_CART, BODY_AND_CART.join(STRETCHED, np.zeros(1)),
+         "part 0 of q0 must be a rotation"),
         (galvi.Product((BODY_AND_CART, galvi.SO2())), np.zeros(14),
          "part 0 of part 0 of q0 must be a rotation"),
     )

@@ -1,4 +1,4 @@
-"""Rules, spaces, pairs of both, frames and their theory: what is refused, and in which words."""
+"""Refusals of rules, spaces, methods, frames, clocks and theory: errors and their messages."""
 
 from dataclasses import replace
 from functools import partial
@@ -12,7 +12,7 @@ from galvi.spaces.piecewise import PiecewisePolynomials
 from tests.properties.own_spaces import Bernstein, Changeable, Even, Nameless, Sines
 from tests.properties.theory_pairs import KEPLER, method
 
-WRONG = ValueError, TypeError
+EITHER_ERROR = ValueError, TypeError
 HENON = galvi.problems.henon_heiles()
 PIECES = galvi.PiecewisePolynomials(2, 3)
 ON_PIECES = r".*galvi.composite\(rule, 3\)"
@@ -21,25 +21,25 @@ rule = partial(partial, galvi.Rule, "mine")
 
 
 def pair(space, points=5):
-    """A space with Gauss's rule of so many points, or with a rule."""
-    at = galvi.gauss(points) if isinstance(points, int) else points
-    return lambda: galvi.Galerkin(space, at)
+    """A call that makes a method of the space and a rule, or Gauss's of that number of points."""
+    quadrature = galvi.gauss(points) if isinstance(points, int) else points
+    return lambda: galvi.Galerkin(space, quadrature)
 
 
 def broken_space(**fields):
-    """A user's space that breaks a promise."""
+    """A call that makes a method of a user's space which breaks a promise."""
     return pair(replace(Bernstein(), **fields))
 
 
-def unlike(*degrees, problem=HENON):
-    """A step with a degree for each component."""
+def by_component(*degrees, problem=HENON):
+    """A call that runs a step with a degree for each component."""
     space = galvi.ComponentPolynomials(degrees)
-    by_component = galvi.Galerkin(space, galvi.gauss(max(degrees)))
-    return lambda: galvi.integrate(problem, by_component, 0.1, 1)
+    component_method = galvi.Galerkin(space, galvi.gauss(max(degrees)))
+    return lambda: galvi.integrate(problem, component_method, 0.1, 1)
 
 
 OUTER = galvi.problems.outer_solar_system()
-THREE = galvi.Polynomials(3), galvi.gauss(3)
+DEGREE_THREE = galvi.Polynomials(3), galvi.gauss(3)
 ALONE = galvi.Problem(galvi.NBody([1.0]), [[0.0, 0.0, 1.0]], [[0.0, 1.0, 0.0]])
 RULES = (
     (ValueError, "sum to 1", rule(1, (0.2, 0.8), (0.5, 0.6))),
@@ -57,8 +57,8 @@ RULES = (
     (ValueError, "degree of a rule must be a whole number of at least 0",
      rule(-1, (0.2, 0.8), (0.5, 0.5))),
     *(
-        (ValueError, r"points must be a whole number of at least .; received", partial(*of))
-        for of in zip(FAMILIES, (True, 2.5, float("nan"), "3", 0), strict=True)
+        (ValueError, r"points must be a whole number of at least .; received", partial(*call))
+        for call in zip(FAMILIES, (True, 2.5, float("nan"), "3", 0), strict=True)
     ),
     *(
         (ValueError, "from 2 to 8, since .* 9 points is the first with a negative weight; received",
@@ -77,44 +77,52 @@ RULES = (
 )  # fmt: skip
 SPACES = (
     (
-        WRONG,
+        EITHER_ERROR,
         "first basis function of a space must be the constant 1; that of",
         broken_space(broken="constant"),
     ),
     (
-        WRONG,
+        EITHER_ERROR,
         "basis of Bernstein must be finite .* received nan for function 2",
         broken_space(broken="nan"),
     ),
-    (WRONG, "basis of Bernstein must return real numbers of shape", broken_space(broken="complex")),
     (
-        WRONG,
+        EITHER_ERROR,
+        "basis of Bernstein must return real numbers of shape",
+        broken_space(broken="complex"),
+    ),
+    (
+        EITHER_ERROR,
         r"return .*\(1, 4\) for t of shape \(1,\); received .*\(4, 1\)",
         broken_space(broken="turned"),
     ),
     (
-        WRONG,
+        EITHER_ERROR,
         r"derivative of Bernstein must return .* received shape \(1,\)",
         broken_space(broken="flat"),
     ),
     (
-        WRONG,
+        EITHER_ERROR,
         "must be that of its basis; function 2 differs from its difference",
         broken_space(broken="sign"),
     ),
     (
-        WRONG,
+        EITHER_ERROR,
         "degree of Bernstein must be a whole number from 0 to 3; received 4",
         broken_space(degree=4),
     ),
     (
-        WRONG,
+        EITHER_ERROR,
         "dimension of Bernstein must be a whole number of at least 2",
         broken_space(dimension=1),
     ),
-    (WRONG, "exact of Bernstein must be True or False; received 'yes'", broken_space(exact="yes")),
     (
-        WRONG,
+        EITHER_ERROR,
+        "exact of Bernstein must be True or False; received 'yes'",
+        broken_space(exact="yes"),
+    ),
+    (
+        EITHER_ERROR,
         "exact of Bernstein must be False unless its functions .*decimal",
         broken_space(exact=True),
     ),
@@ -123,11 +131,11 @@ SPACES = (
     (TypeError, r"a space must be hashable, .* Make it a frozen dataclass", pair(Changeable())),
     (ValueError, "is inconsistent" + ON_PIECES, pair(PIECES, galvi.gauss(8))),
     (ValueError, "is ill-posed" + ON_PIECES, pair(PIECES, galvi.composite(galvi.gauss(1), 3))),
-    (ValueError, "a degree for each of the 2 components; received 3", unlike(4, 4, 4)),
+    (ValueError, "a degree for each of the 2 components; received 3", by_component(4, 4, 4)),
     (
         ValueError,
         "for Canonical and Lagrangian systems",
-        unlike(*(3,) * OUTER.v0.size, problem=OUTER),
+        by_component(*(3,) * OUTER.v0.size, problem=OUTER),
     ),
     *(
         (ValueError, "degrees", partial(galvi.ComponentPolynomials, degrees))
@@ -139,8 +147,8 @@ SPACES = (
         for space in (partial(galvi.Fourier, 2), partial(galvi.PolynomialFourier, 2, 2))
     ),
     *(
-        (ValueError, "harmonics must be a whole number from 1 to 64; received", partial(*of))
-        for of in product((galvi.Fourier, partial(galvi.PolynomialFourier, 2)), (0, 65))
+        (ValueError, "harmonics must be a whole number from 1 to 64; received", partial(*call))
+        for call in product((galvi.Fourier, partial(galvi.PolynomialFourier, 2)), (0, 65))
     ),
     (ValueError, "must be at most 512 radians a step; received 10 times", galvi.Fourier, 10, 60.0),
     (
@@ -172,22 +180,22 @@ PAIRS = (
     (TypeError, r"rule must be a rule such as galvi.gauss", pair(galvi.Polynomials(3), None)),
     (TypeError, r"theory is of a method such as galvi.Galerkin\(.* received 5\.", theory(5)),
     (TypeError, "a space must have dimension", theory(Nameless(), galvi.gauss(3))),
-    (TypeError, r"needs a rule such as galvi.gauss\(8\); received None", theory(THREE[0])),
+    (TypeError, r"needs a rule such as galvi.gauss\(8\); received None", theory(DEGREE_THREE[0])),
     (TypeError, "a method has its own rule", theory(method(), galvi.gauss(3))),
-    (TypeError, r"problem must be a galvi.Problem .* received 7", theory(*THREE, 7)),
-    (ValueError, "step means nothing without a problem", theory(*THREE, None, 0.1)),
-    (ValueError, "lipschitz means nothing without", theory(*THREE, None, None, 1.0)),
-    (ValueError, "step must not be zero; received 0.0", theory(*THREE, KEPLER, 0.0)),
-    (ValueError, "step must be a finite real number", theory(*THREE, KEPLER, np.nan)),
-    (ValueError, "lipschitz must not be negative", theory(*THREE, KEPLER, 0.1, -1.0)),
-    (ValueError, "lipschitz must be a finite", theory(*THREE, KEPLER, 0.1, np.inf)),
+    (TypeError, r"problem must be a galvi.Problem .* received 7", theory(*DEGREE_THREE, 7)),
+    (ValueError, "step means nothing without a problem", theory(*DEGREE_THREE, None, 0.1)),
+    (ValueError, "lipschitz means nothing without", theory(*DEGREE_THREE, None, None, 1.0)),
+    (ValueError, "step must not be zero; received 0.0", theory(*DEGREE_THREE, KEPLER, 0.0)),
+    (ValueError, "step must be a finite real number", theory(*DEGREE_THREE, KEPLER, np.nan)),
+    (ValueError, "lipschitz must not be negative", theory(*DEGREE_THREE, KEPLER, 0.1, -1.0)),
+    (ValueError, "lipschitz must be a finite", theory(*DEGREE_THREE, KEPLER, 0.1, np.inf)),
     (ValueError, "a degree for each of the 2 components; received 3",
      theory(galvi.ComponentPolynomials((8, 4, 3)), galvi.gauss(8), KEPLER)),
 )  # fmt: skip
 
 
 def framed(problem, frame, **options):
-    """A step in a frame."""
+    """A call that runs a step in a frame."""
     within = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart=frame)
     return lambda: galvi.integrate(problem, within, 0.1, 1, **options)
 
@@ -204,7 +212,7 @@ FAST = galvi.Problem(PAIR.system, PAIR.q0, 3.0 * PAIR.v0, parameters={"bodies": 
 
 
 def on_a_barycentre(mass):
-    """A third body at the centre of mass of two."""
+    """A call that runs a step with a third body at the centre of mass of two."""
     q, v = np.zeros((3, 3)), np.zeros((3, 3))
     q[:2, 0], v[:2, 1] = (-1.0, 1.0), (-0.5, 0.5)
     frame = galvi.KeplerFrame(hierarchy=((0, 1), 2))
@@ -212,12 +220,12 @@ def on_a_barycentre(mass):
 
 
 def nested(tree, problem=OUTER):
-    """A step in the frame of a hierarchy."""
+    """A call that runs a step in the frame of a hierarchy."""
     return framed(problem, galvi.KeplerFrame(hierarchy=tree))
 
 
 def eccentric(e):
-    """A step from the pericentre of a comet."""
+    """A call that runs a step from the pericentre of a comet."""
     q, v = np.zeros((2, 2, 2))
     q[1, 0], v[1, 1] = 1.0 - e, np.sqrt((1.0 + e) / (1.0 - e))
     system, names = galvi.NBody([1.0, 0.0]), {"bodies": ("Sun", "comet")}
@@ -225,7 +233,7 @@ def eccentric(e):
 
 
 def pulled(*forces):
-    """A step in the frame with forces beside gravity."""
+    """A call that runs a step in the frame with forces beside gravity."""
     system = galvi.NBody(PAIR.system.masses, forces=forces)
     return framed(galvi.Problem(system, PAIR.q0, PAIR.v0), IN_KEPLERS)
 
@@ -285,7 +293,7 @@ FRAMES = (
     (ValueError, CONSERVE + "with Relativity. Use", pulled(galvi.Relativity(9.0))),
     (ValueError, CONSERVE + "with Force. Use", pulled(galvi.Force(lambda q: 0.0 * q))),
     (ValueError, "exclude each other",
-     lambda: galvi.Galerkin(*THREE, chart=IN_KEPLERS, clock=galvi.DynamicalTime())),
+     lambda: galvi.Galerkin(*DEGREE_THREE, chart=IN_KEPLERS, clock=galvi.DynamicalTime())),
 )  # fmt: skip
 MANY_POINTS = tuple(
     (ValueError, r"from . to 1000; received 100000\. .*galvi\.composite", partial(family, 100000))
@@ -294,18 +302,18 @@ MANY_POINTS = tuple(
 
 
 def timed(problem, clock, step=0.1, steps=3, points=4, **options):
-    """Steps in a clock."""
+    """A call that runs steps in a clock."""
     rule = galvi.gauss(points) if isinstance(points, int) else points
     within = galvi.Galerkin(galvi.Polynomials(4), rule, clock=clock)
     return lambda: galvi.integrate(problem, within, step, steps, **options)
 
 
 def in_clock(clock):
-    return lambda: galvi.Galerkin(*THREE, clock=clock)
+    return lambda: galvi.Galerkin(*DEGREE_THREE, clock=clock)
 
 
 def dragged(force, *masses):
-    """Three bodies with a force."""
+    """A problem of three bodies with a force."""
     return galvi.Problem(galvi.NBody(masses, forces=force), np.eye(3), np.eye(3)[::-1])
 
 

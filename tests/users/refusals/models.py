@@ -1,4 +1,4 @@
-"""SymPy's Lagrangians, trees of rigid bodies, MuJoCo's models: what is refused, in which words."""
+"""Refusals of SymPy's Lagrangians, trees of rigid bodies and MuJoCo models: errors and messages."""
 
 import numpy as np
 import pytest
@@ -15,13 +15,13 @@ th = sympy.Function("th")(t)
 X, Y = me.dynamicsymbols("X Y")
 
 
-def at(system, q, v):
-    """The first step from a start."""
+def first_step(system, q, v):
+    """A call that runs the first step from a start."""
     return lambda: galvi.integrate(galvi.Problem(system, q, v), FOUR, 0.1, 1)
 
 
 def of_lagrange(*names, **options):
-    """Lagrange's method of SymPy for free coordinates, with what `from_sympy` gets besides."""
+    """A call of `from_sympy` with SymPy's LagrangesMethod of X and Y and the arguments `names`."""
     method = me.LagrangesMethod(X.diff() ** 2 + Y.diff() ** 2, [X, Y], **options)
     return lambda: galvi.Lagrangian.from_sympy(method, *names)
 
@@ -63,9 +63,9 @@ SYMBOLIC = (
      lambda: from_sympy(FREE, x, u, force=[1, 2])),
     (ValueError, "the force must hold .*received k", lambda: from_sympy(FREE, x, u, force=-k * u)),
     (ValueError, r"degenerate.*along v\[0\] \+ 0\.5 v\[1\],",
-     at(DEGENERATE, [1.0, 1.0], [1.0, 0.0])),
+     first_step(DEGENERATE, [1.0, 1.0], [1.0, 0.0])),
     (ValueError, "must return a finite number; received nan at the start",
-     at(from_sympy(FREE - sympy.log(x), x, u), [-1.0], [1.0])),
+     first_step(from_sympy(FREE - sympy.log(x), x, u), [-1.0], [1.0])),
     (ValueError, "brings its coordinates and forces", of_lagrange([X, Y])),
     (ValueError, "with constraints cannot be used; received 1", of_lagrange(hol_coneqs=[X - Y])),
     (TypeError, "q must hold the coordinates", galvi.Lagrangian.from_sympy, X.diff() ** 2),
@@ -77,7 +77,7 @@ DAMPED = galvi.Link(galvi.Joint("hinge", damping=1.0), 1.0, (0.0, 0.0, -1.0))
 ARM = [LINK, galvi.Link(galvi.Joint("hinge", damping=0.1), 0.5, (0.0, 0.0, -0.3), parent=0)]
 
 
-IN_PLANE = (  # of degenerate Lagrangians the directions without a momentum
+DEGENERATE_LAGRANGIANS = (  # direction of the velocity without a momentum, Lagrangian
     (r"v\[0\] \+ v\[1\]", lambda q, v: (v[0] - v[1]) ** 2 - q[0] ** 2),
     (r"v\[1\]", lambda q, v: v[0] ** 2 + q[0] * v[1]),
     (r"v\[1\]", lambda q, v: v[0] ** 2 if q[0] < 9.0 else 0.0),  # differenced
@@ -85,12 +85,12 @@ IN_PLANE = (  # of degenerate Lagrangians the directions without a momentum
 
 
 def in_plane(L):
-    """A problem of a Lagrangian of two coordinates."""
+    """A call that makes a problem of a Lagrangian of two coordinates."""
     return lambda: galvi.Problem(galvi.Lagrangian(L, galvi.Rn(2)), [1.0, 0.0], [0.0, 0.0])
 
 
 def varied(**parameters):
-    """A step of two arms with these numbers."""
+    """A call that runs a step of two arms with these parameters."""
     q, v = np.ones((2, 2)), np.zeros((2, 2))
     arms = galvi.Problem(galvi.Multibody(ARM), q[0], v[0])
     return lambda: galvi.integrate_ensemble(arms, q, v, FOUR, 0.1, 1, parameters)
@@ -108,7 +108,7 @@ TREES = (
     (TypeError, "on joints with damping, force must be a function; received",
      lambda: galvi.Multibody(DAMPED, force=galvi.RotorDrag(1.0), timed_force=True)),
     (ValueError, r"force must return an array of shape \(1,\)",
-     at(galvi.Multibody(DAMPED, force=lambda q, v: np.zeros(2)), [0.1], [0.0])),
+     first_step(galvi.Multibody(DAMPED, force=lambda q, v: np.zeros(2)), [0.1], [0.0])),
     (ValueError, "positive semidefinite", lambda: galvi.Link(HINGE, 1.0, inertia=(1, -1, 1))),
     (ValueError, r"no body has the inertia \[1\.0, 1\.0, 5\.0\]: its largest .* or check=False",
      lambda: galvi.Link(HINGE, 1.0, inertia=(1, 5, 1))),
@@ -130,10 +130,10 @@ TREES = (
       [0.0], [1.0]), FOUR, 0.1, 1),
     *(
         (ValueError, rf"degenerate at the start: .* along {axes}, or does not", in_plane(L))
-        for axes, L in IN_PLANE
+        for axes, L in DEGENERATE_LAGRANGIANS
     ),
-    (ValueError, "the Lagrangian is degenerate at the start",  # there alone: by the run
-     at(galvi.Lagrangian(lambda q, v: v[0] ** 2 + (q[1] * v[1]) ** 2, galvi.Rn(2)),
+    (ValueError, "the Lagrangian is degenerate at the start",  # only there; the run checks
+     first_step(galvi.Lagrangian(lambda q, v: v[0] ** 2 + (q[1] * v[1]) ** 2, galvi.Rn(2)),
         [1.0, 0.0], [0.0, 0.0])),
     (ValueError, r"'masses' must have shape \(2, 2\)", varied(masses=np.ones((2, 3)))),
     (ValueError, "mass must not be negative; received -1", varied(masses=-np.ones((2, 2)))),
@@ -144,17 +144,17 @@ TREES = (
 
 
 def mujoco():
-    """What is refused of MuJoCo's models, where there is MuJoCo."""
+    """Rows of refused MuJoCo models; skips the test where MuJoCo is not installed."""
     engine = pytest.importorskip("mujoco")
     body = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
 
-    def read(inner, **options):
+    def read(world, **options):
         return lambda: galvi.from_mujoco(
-            f"<mujoco><worldbody>{inner}</worldbody></mujoco>", **options
+            f"<mujoco><worldbody>{world}</worldbody></mujoco>", **options
         )
 
     def ball(**changed):
-        """A ball joint, one of its numbers changed after compilation."""
+        """A model of a ball joint with entry 1 of some of its arrays changed after compilation."""
         text = f'<body><joint type="ball" damping="1"/>{body}</body>'
         model = engine.MjModel.from_xml_string(f"<mujoco><worldbody>{text}</worldbody></mujoco>")
         for name, value in changed.items():
@@ -162,16 +162,16 @@ def mujoco():
         return model
 
     hinge = f'<body><joint type="hinge"/>{body}</body>'
-    held = f"""<mujoco><worldbody><body><joint name="a"/>{body}</body></worldbody><actuator>
+    actuated = f"""<mujoco><worldbody><body><joint name="a"/>{body}</body></worldbody><actuator>
         <position joint="a" ctrlrange="-1 1"/></actuator></mujoco>"""
 
     def driven(**options):
-        return lambda: galvi.from_mujoco(held, **options)
+        return lambda: galvi.from_mujoco(actuated, **options)
 
-    def numbers(ctrl):
-        return lambda: galvi.from_mujoco(held).system.with_numbers(ctrl=ctrl)
+    def with_ctrl(ctrl):
+        return lambda: galvi.from_mujoco(actuated).system.with_numbers(ctrl=ctrl)
 
-    def ticked(problem, **options):
+    def resumed(problem, **options):
         return lambda: galvi.resume(galvi.integrate(problem, FOUR, 0.1, 1), **options)
 
     return (
@@ -180,12 +180,12 @@ def mujoco():
         (ValueError, "ctrl is of actuators, which are ignored",
          driven(ignore="actuators", ctrl=[0.1])),
         (ValueError, r"ctrl\[0\] must be within its range, from -1 to 1; received 4",
-         numbers([4.0])),
-        (ValueError, r"ctrl must have shape \(1,\); received shape \(2,\)", numbers([0.0, 0.0])),
+         with_ctrl([4.0])),
+        (ValueError, r"ctrl must have shape \(1,\); received shape \(2,\)", with_ctrl([0.0, 0.0])),
         (ValueError, "ctrl is of the actuators of a MuJoCo model",
-         ticked(galvi.problems.pendulum_3d(), steps=1, ctrl=[0.0])),
+         resumed(galvi.problems.pendulum_3d(), steps=1, ctrl=[0.0])),
         (ValueError, "with ctrl give steps or duration; received until",
-         ticked(galvi.from_mujoco(held), until=1.0, ctrl=[0.0])),
+         resumed(galvi.from_mujoco(actuated), until=1.0, ctrl=[0.0])),
         (ValueError, "the model has no keyframes; received key 0", read(hinge, key=0)),
         (ValueError, "one in which nothing can move", read(f"<body>{body}</body>")),
         (ValueError, "MuJoCo cannot read the text as a model", read("<body><joint/></body>")),

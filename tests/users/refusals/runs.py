@@ -1,4 +1,4 @@
-"""Runs, ensembles and what is asked of them: what is refused, and in which words."""
+"""Refusals of runs, ensembles, events and quantities of runs: errors and messages."""
 
 from functools import cache
 
@@ -13,7 +13,7 @@ EIGHT = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
 FOUR = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4))
 KEPLER = galvi.problems.kepler(0.3)
 SPRING = galvi.LinearSpring()
-WRONG = ValueError, TypeError
+EITHER_ERROR = ValueError, TypeError
 STARS = galvi.Problem(galvi.NBody([1.0, 0.1]), np.eye(2), np.eye(2)[::-1])
 IN_CLOCK = {
     "method": galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=galvi.DynamicalTime()),
@@ -39,7 +39,7 @@ def members(problem=KEPLER, **changes):
 
 
 def keeping(keep):
-    """An ensemble whose last member has another shape."""
+    """A call that runs an ensemble with `keep`, whose last member starts from zeros."""
     problem, step = CASES["henon_heiles"]
     q, v = starts(problem, 3)
     q[2] = 0.0
@@ -57,7 +57,7 @@ def elements(gm, eccentricity):
 
 
 def planets():
-    """A step of the outer planets."""
+    """The run of a step of the outer planets."""
     return galvi.integrate(galvi.problems.outer_solar_system(), FOUR, 10.0, 1)
 
 
@@ -151,29 +151,30 @@ MANY = (
     (ValueError, "v0 must have shape", KEPLER.with_initial_state, [1.0], [0.0, 1.0]),
 )  # fmt: skip
 ENSEMBLES = (
-    (WRONG, "q0 must have shape", members(q0=np.zeros((3, 5)))),
-    (WRONG, "must have the same number of members",
+    (EITHER_ERROR, "q0 must have shape", members(q0=np.zeros((3, 5)))),
+    (EITHER_ERROR, "must have the same number of members",
      members(q0=np.ones((3, 2)), v0=np.ones((4, 2)))),
-    (WRONG, "finite", members(q0=np.full((3, 2), np.nan))),
-    (WRONG, "step must not be zero", members(step=[0.1, 0.0])),
-    (WRONG, "steps must be", members(steps=0)),
-    (WRONG, "parameters must be named", members(parameters={"m": [1.0]})),
-    (WRONG, "one value for each", members(parameters={"mu": 1.0})),
-    (WRONG, "mu must be positive", members(parameters={"mu": [-1.0]})),
-    (WRONG, "whole numbers of steps", members(keep=galvi.StatesAt([0.15]))),
-    (WRONG, "keep must be", members(keep=galvi.FinalStates)),
-    (WRONG, "executor must have", members(executor=3)),
-    (WRONG, "parameters must be a dict", members(parameters=3)),
-    (WRONG, "must be an array of real numbers", members(parameters={"mu": "abc"})),
-    (WRONG, "must be an array of real numbers", members(parameters={"mu": [[1.0], [1.0, 2.0]]})),
-    (WRONG, "folder must be the path", members(folder=3)),
-    (WRONG, "where a file is", members(folder=__file__)),
+    (EITHER_ERROR, "finite", members(q0=np.full((3, 2), np.nan))),
+    (EITHER_ERROR, "step must not be zero", members(step=[0.1, 0.0])),
+    (EITHER_ERROR, "steps must be", members(steps=0)),
+    (EITHER_ERROR, "parameters must be named", members(parameters={"m": [1.0]})),
+    (EITHER_ERROR, "one value for each", members(parameters={"mu": 1.0})),
+    (EITHER_ERROR, "mu must be positive", members(parameters={"mu": [-1.0]})),
+    (EITHER_ERROR, "whole numbers of steps", members(keep=galvi.StatesAt([0.15]))),
+    (EITHER_ERROR, "keep must be", members(keep=galvi.FinalStates)),
+    (EITHER_ERROR, "executor must have", members(executor=3)),
+    (EITHER_ERROR, "parameters must be a dict", members(parameters=3)),
+    (EITHER_ERROR, "must be an array of real numbers", members(parameters={"mu": "abc"})),
+    (EITHER_ERROR, "must be an array of real numbers",
+     members(parameters={"mu": [[1.0], [1.0, 2.0]]})),
+    (EITHER_ERROR, "folder must be the path", members(folder=3)),
+    (EITHER_ERROR, "where a file is", members(folder=__file__)),
     (TypeError, "version must be a text, or None; received 3", members(version=3)),
-    (WRONG, "progress must be True or False", members(progress="x")),
-    (WRONG, "shape \\(1, ...\\)", members(keep=galvi.Extrema(lambda t, q, p: 1.0))),
-    (WRONG, "a number for each member",
+    (EITHER_ERROR, "progress must be True or False", members(progress="x")),
+    (EITHER_ERROR, "shape \\(1, ...\\)", members(keep=galvi.Extrema(lambda t, q, p: 1.0))),
+    (EITHER_ERROR, "a number for each member",
      members(keep=galvi.Histogram(lambda t, q, p: q, [0.0, 1.0]))),
-    (WRONG, "Return one array", members(keep=numba.njit(lambda t, q, p: (1.0, 2.0)))),
+    (EITHER_ERROR, "Return one array", members(keep=numba.njit(lambda t, q, p: (1.0, 2.0)))),
     (TypeError, "quantity must be a function", lambda: galvi.Extrema(quantity=3)),
     (TypeError, "quantity must be a function", galvi.Histogram, 3, [0.0, 1.0]),
     (ValueError, r"times must have shape \(times,\)", galvi.StatesAt, [[0.1], [0.2]]),
@@ -183,7 +184,7 @@ ENSEMBLES = (
     (ValueError, r"'masses' must have shape \(20, 3\)",
      members(CASES["three_bodies"][0], parameters={"masses": np.ones((20, 2))})),
 )  # fmt: skip
-ASKED = (
+QUANTITIES = (
     (ValueError, "error must be positive; received 0.0. Give it in the problem's unit",
      recommended(error=0.0)),
     (ValueError, "duration must be positive; received -1.0", recommended(duration=-1.0)),
@@ -263,7 +264,7 @@ def leg():
     return galvi.integrate(galvi.Problem(tree, start, [1.0, 0.0, 0.0, 2.0]), EIGHT, 0.02, 2)
 
 
-def sought(event, run=pair, names=("star", "planet")):
+def sought_in(event, run=pair, names=("star", "planet")):
     return lambda: galvi.find_events(run(*names), event)
 
 
@@ -282,38 +283,39 @@ def wall(action):
 EVENTS = (
     (TypeError, "must be a function", lambda: galvi.Event(3)),
     (ValueError, "direction", lambda: galvi.Event(lambda q, v, t: 0.0, 2)),
-    (TypeError, "galvi.Event values", sought([3])),
-    (ValueError, "a body must be one of", sought(galvi.events.apsis("moon", 0))),
-    (ValueError, "two bodies", sought(galvi.events.apsis(1, 1))),
-    (ValueError, "coordinate of a vector", sought(galvi.events.angle(0, 1.0))),
-    (ValueError, "finite number", sought(galvi.Event(lambda q, v, t: np.nan))),
+    (TypeError, "galvi.Event values", sought_in([3])),
+    (ValueError, "a body must be one of", sought_in(galvi.events.apsis("moon", 0))),
+    (ValueError, "two bodies", sought_in(galvi.events.apsis(1, 1))),
+    (ValueError, "coordinate of a vector", sought_in(galvi.events.angle(0, 1.0))),
+    (ValueError, "finite number", sought_in(galvi.Event(lambda q, v, t: np.nan))),
     (ValueError, "runs of galvi.integrate",
      lambda: galvi.find_events(3, galvi.events.apsis(1, 0))),
     (ValueError, "distance", lambda: galvi.events.within(0, 1, -1.0)),
     (ValueError, "vector other than 0", lambda: galvi.events.plane_crossing((0.0, 0.0))),
     (ValueError, "either distance or hill_radii", lambda: galvi.events.within(0, 1)),
     (ValueError, "hill_radii", lambda: galvi.events.within("any", "any", hill_radii=-1.0)),
-    (ValueError, "a body must be", sought(galvi.events.within("any", 9, 1.0))),
-    (ValueError, "heaviest body has no Hill", sought(galvi.events.within(0, 1, hill_radii=1.0))),
-    (ValueError, "no such pair", sought(galvi.events.within("any", 0, hill_radii=1.0))),
+    (ValueError, "a body must be", sought_in(galvi.events.within("any", 9, 1.0))),
+    (ValueError, "heaviest body has no Hill", sought_in(galvi.events.within(0, 1, hill_radii=1.0))),
+    (ValueError, "no such pair", sought_in(galvi.events.within("any", 0, hill_radii=1.0))),
     (ValueError, "a body must have a name of its own; received 'star'",
-     sought(galvi.events.apsis("star", 0), names=("star", "star"))),
+     sought_in(galvi.events.apsis("star", 0), names=("star", "star"))),
     (ValueError, r"a joint must be one of \['shoulder', 'elbow'\], or",
-     sought(galvi.events.angle("wrist", 0.2), rods, ("shoulder", "elbow"))),
+     sought_in(galvi.events.angle("wrist", 0.2), rods, ("shoulder", "elbow"))),
     (ValueError, "must be a number below 2; received 'elbow'",
-     sought(galvi.events.angle("elbow", 0.2), rods, ("", ""))),
+     sought_in(galvi.events.angle("elbow", 0.2), rods, ("", ""))),
     (ValueError, r"received 'bend', the name of numbers \[0, 1\]",
-     sought(galvi.events.angle("bend", 0.2), rods, ("bend", "bend"))),
+     sought_in(galvi.events.angle("bend", 0.2), rods, ("bend", "bend"))),
     (ValueError, "one angle or length; received 'hip', a ball joint",
-     sought(galvi.events.angle("hip", 0.0), leg, ())),
+     sought_in(galvi.events.angle("hip", 0.0), leg, ())),
     (ValueError, r"must be one of \['knee'\], or its number; received 'ankle'",
-     sought(galvi.events.angle("ankle", 0.0), leg, ())),
+     sought_in(galvi.events.angle("ankle", 0.0), leg, ())),
     (ValueError, "received 1, an entry of the rotation matrix of a ball joint",
-     sought(galvi.events.angle(1, 0.0), leg, ())),
+     sought_in(galvi.events.angle(1, 0.0), leg, ())),
     (ValueError, "the event odd must be a finite number",
      in_run(lambda q, v, t: float("nan"), name="odd")),
-    (WRONG, "the event odd must return a real number", in_run(lambda q, v, t: 1j, name="odd")),
-    (WRONG, "the event odd must return a number; received an array",
+    (EITHER_ERROR, "the event odd must return a real number",
+     in_run(lambda q, v, t: 1j, name="odd")),
+    (EITHER_ERROR, "the event odd must return a number; received an array",
      in_run(lambda q, v, t: q, name="odd")),
     (ZeroDivisionError, "of the user", in_run(raising)),
     *(
@@ -331,20 +333,20 @@ EVENTS = (
 CLOCKED = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), clock=galvi.Sundman())
 FRAMED = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), galvi.KeplerFrame())
 BODY = galvi.problems.free_rigid_body()
-TURNED = np.diag([1.0, -1.0, -1.0])
+HALF_TURN = np.diag([1.0, -1.0, -1.0])
 
 
 def between(q0=KEPLER.q0, q1=KEPLER.q0, h=0.1, problem=KEPLER, method=EIGHT):
-    """A discrete Lagrangian."""
+    """A call for a discrete Lagrangian."""
     return lambda: galvi.discrete_lagrangian(problem, method, q0, q1, h)
 
 
 def acting(**changes):
-    """The action of a run."""
+    """A call for the action of a run."""
     return lambda: galvi.action(run(**changes)())
 
 
-def ending(q, v, t):
+def past_half(q, v, t):
     return q[1] - 0.5
 
 
@@ -370,7 +372,7 @@ ACTIONS = (
        between([1.0], [sign], half_periods * np.pi, galvi.problems.harmonic_oscillator(),
                galvi.Galerkin(galvi.Polynomials(16), galvi.gauss(16))))
       for half_periods, sign in ((1, -1.0), (2, 1.0))),
-    (RuntimeError, "no curve from q0 to q1", between(np.eye(3), TURNED, problem=BODY)),  # Cayley
+    (RuntimeError, "no curve from q0 to q1", between(np.eye(3), HALF_TURN, problem=BODY)),  # Cayley
     (RuntimeError, "the action of the curve .* is inf",
      between([0.0], [1e200], 1.0, galvi.Problem(galvi.Canonical(1.0, lambda q: 0.0 * q[0]), [0.0],
                                                 [0.0]))),
@@ -381,12 +383,12 @@ ACTIONS = (
     (ValueError, "the action of a run needs .* a moving frame",
      acting(problem=galvi.problems.outer_solar_system(), method=FRAMED, step=10.0)),
     (ValueError, "of whole steps; received one that an event ended at t = 0.39.*, within a step",
-     acting(steps=9, events=galvi.Event(ending, terminal=True))),
+     acting(steps=9, events=galvi.Event(past_half, terminal=True))),
     (ValueError, "an event ended at t = 0.50000001.*, within a step",
      acting(steps=9, events=galvi.Event(lambda q, v, t: t - 0.50000001, terminal=True))),
     *((ValueError, message, acting(
         steps=9, save_every=save_every,
-        events=galvi.Event(ending, action=lambda q, v, t: (q, -v)),
+        events=galvi.Event(past_half, action=lambda q, v, t: (q, -v)),
     )) for save_every, message in (
         (1, "that actions of events changed"), (2, "with actions of events"),
     )),
@@ -396,6 +398,6 @@ TABLE = {
     "actions": ACTIONS,
     "many runs": MANY,
     "ensembles": ENSEMBLES,
-    "asked of runs": ASKED,
+    "asked of runs": QUANTITIES,
     "events": EVENTS,
 }

@@ -1,4 +1,4 @@
-"""Point masses, Canonical systems, forces and problems: what is refused, and in which words."""
+"""Refusals of point masses, Canonical systems, forces and problems: errors and messages."""
 
 from functools import partial
 
@@ -14,7 +14,7 @@ KEPLER = galvi.problems.kepler(0.3)
 WRONG_GRADIENT = r"^gradient must be the derivative of the potential: along .* at q = .*"
 
 
-OF_TIME = (  # without their flag; what they should take
+FUNCTIONS_OF_TIME = (  # without explicit_time=True; the arguments in the message, call
     (r"\(q\)", lambda: galvi.Canonical(1.0, lambda q, t: 0.0)),
     (r"\(q\)", lambda: galvi.Canonical(1.0, numba.njit(lambda q, t: 0.0))),
     (r"\(q\)", lambda: galvi.FreeBody(1.0, (1, 1, 1), potential=lambda q, t: 0.0)),
@@ -24,19 +24,19 @@ OF_TIME = (  # without their flag; what they should take
 
 
 def stepped(solver="auto", **fields):
-    """A step of a spring with another gradient, or a force."""
+    """A call that runs a step of a spring with another gradient, or a force."""
     problem = galvi.Problem(galvi.Canonical(1.0, SPRING, **fields), *START)
     return lambda: galvi.integrate(problem, FOUR, 0.1, 1, solver=solver)
 
 
-def slope(value):
-    """A problem of the potential 3 q whose gradient is this number."""
+def of_gradient(value):
+    """A call that makes a problem of the potential 3 q whose gradient is `value`."""
     system = partial(galvi.Canonical, 1.0, lambda q: 3.0 * q[0], lambda q: np.full(1, value))
     return lambda: galvi.Problem(system(), [2.0], [0.0])
 
 
 def balance(*run, **options):
-    """The balance of momentum of a run."""
+    """A call for the balance of momentum of a run."""
     return lambda: galvi.momentum_balance(galvi.integrate(*run, **options))
 
 
@@ -99,8 +99,8 @@ FUNCTIONS = (
     (TypeError, "check must be True or False; received 1",
      lambda: galvi.Canonical(1.0, lambda q: 0.0, check=1)),
     (ValueError, WRONG_GRADIENT + r"expected 3, .* received -3, of the opposite sign\. ",
-     slope(-3.0)),
-    (ValueError, WRONG_GRADIENT + r"expected 3, .* received 6, 2 times that\. ", slope(6.0)),
+     of_gradient(-3.0)),
+    (ValueError, WRONG_GRADIENT + r"expected 3, .* received 6, 2 times that\. ", of_gradient(6.0)),
     (ValueError, r"force must return an array of shape \(2,\); received",
      stepped(force=lambda q, v: np.zeros(3))),
     (ValueError, "force must be finite at the start", stepped(force=lambda q, v: v * np.nan)),
@@ -127,7 +127,7 @@ FUNCTIONS = (
     ),
     *(
         (TypeError, rf"must be a function of {args}; received .* give explicit_time=True", call)
-        for args, call in OF_TIME
+        for args, call in FUNCTIONS_OF_TIME
     ),
     (TypeError,
      r"with explicit_time=True; received a function of 1, \(q\)\. Leave explicit_time out",
@@ -161,15 +161,15 @@ BROWNOUT = (
     (TypeError, r"drag_law must be galvi.QuadraticDrag.* received 3",
      galvi.RotorDrag, 1.0, 3),
 )  # fmt: skip
-TURN, QUATERNION = Rotation.from_rotvec([0.1, 0.2, 0.3]), r"Rotation\.from_quat"
+ROTATION, QUATERNION = Rotation.from_rotvec([0.1, 0.2, 0.3]), r"Rotation\.from_quat"
 BODY, FLYING = galvi.RigidBody((1.0, 2.0, 2.5)), galvi.FreeBody(1.0, (1.0, 2.0, 2.5))
-TRIED_FIRST = (  # by users: other forms of a rotation, and what is no system yet
+COMMON_MISTAKES = (  # other forms of a rotation, and objects that are no system yet
     (TypeError, r"received <class .*\.Canonical.>\.$",
      galvi.Problem, galvi.Canonical, [1.0], [0.0]),
-    (ValueError, r"Give q0\.as_matrix\(\)\.", lambda: galvi.Problem(BODY, TURN, np.zeros(3))),
+    (ValueError, r"Give q0\.as_matrix\(\)\.", lambda: galvi.Problem(BODY, ROTATION, np.zeros(3))),
     (ValueError, r"Rotation\.from_quat\(quaternion\)\.as_matrix\(\)",
-     lambda: galvi.Problem(BODY, TURN.as_quat(), np.zeros(3))),
-    (ValueError, QUATERNION, lambda: galvi.Problem(FLYING, TURN.as_quat(), np.zeros(6))),
+     lambda: galvi.Problem(BODY, ROTATION.as_quat(), np.zeros(3))),
+    (ValueError, QUATERNION, lambda: galvi.Problem(FLYING, ROTATION.as_quat(), np.zeros(6))),
     (ValueError, QUATERNION, lambda: galvi.Problem(FLYING, np.zeros(7), np.zeros(6))),
     (TypeError, r"galvi\.Lagrangian\(PlanarChain\(\.\.\.\), galvi\.Rn",
      lambda: galvi.Problem(galvi.PlanarChain([1.0], [1.0]), [1.0], [0.0])),
@@ -181,17 +181,17 @@ TRIED_FIRST = (  # by users: other forms of a rotation, and what is no system ye
 
 
 def beside_gravity(forces, masses=(1.0, 1e-3, 0.0)):
-    """Three bodies with forces, in the plane."""
-    return lambda: galvi.Problem(galvi.NBody(masses, forces=forces), PLACES, 0.0 * PLACES)
+    """A call that makes a problem of three bodies with forces, in the plane."""
+    return lambda: galvi.Problem(galvi.NBody(masses, forces=forces), POSITIONS, 0.0 * POSITIONS)
 
 
-def at_one(force):
-    """From t = 1 on."""
+def late_force(force):
+    """A call that makes a problem of three bodies with a force of the time, from t = 1."""
     system = galvi.NBody([1.0, 1e-3, 2e-4], forces=galvi.Force(force, takes_time=True))
-    return lambda: galvi.Problem(system, PLACES, 0.0 * PLACES, t0=1.0)
+    return lambda: galvi.Problem(system, POSITIONS, 0.0 * POSITIONS, t0=1.0)
 
 
-PLACES = np.array([[0.0, 0.0], [1.0, 0.1], [-0.3, 2.1]])
+POSITIONS = np.array([[0.0, 0.0], [1.0, 0.1], [-0.3, 2.1]])
 CELESTIAL = (
     (ValueError, "a body with a mass; received 2", beside_gravity(galvi.Oblateness(2, 1e-3, 0.1))),
     (ValueError, "one of 3 bodies, by number; received 3",
@@ -202,7 +202,7 @@ CELESTIAL = (
     (ValueError, r"pole of Oblateness must be \(0, 0, z\)",
      beside_gravity(galvi.Oblateness(0, 1e-3, 0.1, pole=(1, 0, 1)))),
     (ValueError, "a Force must be finite at the start",
-     at_one(lambda q, t: q - (np.inf if t > 0.5 else 0.0))),
+     late_force(lambda q, t: q - (np.inf if t > 0.5 else 0.0))),
     (TypeError, "forces must be values", lambda: galvi.NBody([1.0], forces=(3.0,))),
     (ValueError, "a number for each of 2 bodies",
      lambda: galvi.NBody([1.0, 1.0], forces=galvi.Drag([1.0]))),
@@ -244,7 +244,7 @@ CELESTIAL = (
     (ValueError, "particles must be", lambda: galvi.problems.outer_solar_system(particles=-1)),
 )  # fmt: skip
 TABLE = {
-    "tried first": TRIED_FIRST,
+    "tried first": COMMON_MISTAKES,
     "point masses": POINT_MASSES,
     "functions": FUNCTIONS,
     "brownout": BROWNOUT,
