@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from galvi.arrays import Array
-from galvi.lanes.collocation import filled
+from galvi.lanes.collocation import nonzero_factors
 from galvi.tracing import code as symbolic_code
 from galvi.tracing.code import POWER
 
@@ -56,7 +56,7 @@ def built_in(name: str, *arguments: Any) -> str:
 @lru_cache(maxsize=256)
 def coupled(law: str, d: int) -> list[tuple[int, int]]:
     """The pairs of components (i, j), j < i, that the mass of the law couples."""
-    return filled(function_of(law), d)
+    return nonzero_factors(function_of(law), d)
 
 
 def with_force(law: tuple[str, Array], force: tuple[str, Array]) -> tuple[str, Array]:
