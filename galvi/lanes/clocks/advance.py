@@ -169,9 +169,9 @@ def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, has_g
     return solve.DIVERGED, solve.FIXED_POINT_PASSES
 
 
-@jit_inline def advance_clock(form, masses, tables, todo, end_time, tolerance, noise, state, stages,
-solver_state,
-                  clock, scratch, counts, recording):  # fmt: skip
+@jit_inline
+def advance_clock(form, masses, tables, todo, end_time, tolerance, noise, state, stages,
+                  solver_state, clock, scratch, counts, recording):  # fmt: skip
     """Do up to ``todo`` steps; returns a code.
 
     A step that fails, or would pass ``end_time`` (NaN for none), ends the run and leaves the state
