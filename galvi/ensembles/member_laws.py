@@ -33,7 +33,7 @@ from galvi.systems.nbody import NBody
 from galvi.tracing.lane_law import (
     built_in,
     compiled_law,
-    coupled,
+    coupled_components,
     function_of,
     unit_mass_law,
 )
@@ -187,7 +187,7 @@ def is_iterated(law: Law, numbers: LawNumbers, method: Galerkin) -> bool:
         return False
     if numbers.mass is not None and numbers.mass.ndim == 3:
         return len(set(degrees)) == 1
-    return all(degrees[i] == degrees[j] for i, j in coupled(law.lines, law.dimension))
+    return all(degrees[i] == degrees[j] for i, j in coupled_components(law.lines, law.dimension))
 
 
 def iterates_places(law: Law, method: Galerkin) -> bool:

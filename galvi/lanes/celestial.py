@@ -7,9 +7,9 @@ from llvmlite import ir
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.compile.jit import jit_inline
 from galvi.kernels.forces.celestial import (
-    BACK,
     COLUMNS,
-    NUMBERS,
+    FIRST_NUMBER,
+    RECOIL,
     SOURCE,
     TARGET,
     WEIGHT,
@@ -48,8 +48,8 @@ def _term_adder(law):
                 gaps, start, energy = frame_terms
                 start = builder.add(start, builder.mul(loop.index, start.type(n)))
                 gap = [component + gaps.number(start, x) for x, component in enumerate(gap)]
-            parameters = [terms.number(first, k) for k in range(NUMBERS, COLUMNS)]
-            pull, back = law([*gap, at.none][:3], parameters), terms.number(first, BACK)
+            parameters = [terms.number(first, k) for k in range(FIRST_NUMBER, COLUMNS)]
+            pull, back = law([*gap, at.none][:3], parameters), terms.number(first, RECOIL)
             if frame_terms:
                 energy[0] = energy[0] - terms.number(first, WEIGHT) * pull[3]
             for x in at.axes:
@@ -89,7 +89,7 @@ def add_in_frame(orbits, lanes, begin, end, gap, add):
         )
         back, *parameters = (
             Lane(builder, lanes.spread(lanes.number(orbits.numbers, lanes.plus(row, k))))
-            for k in (BACK, *range(NUMBERS, COLUMNS))
+            for k in (RECOIL, *range(FIRST_NUMBER, COLUMNS))
         )
         gap_in_space = [*gap(source, target), Lane(builder, ZEROS)][:3]
         pointers = [lanes.variable(ZEROS) for _ in range(D)]

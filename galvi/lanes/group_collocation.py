@@ -53,7 +53,7 @@ import numpy as np
 
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger, larger_size
-from galvi.kernels.lie.dispatch import REACHES
+from galvi.kernels.lie.dispatch import LARGEST_ROTATIONS_IN_LANES
 from galvi.kernels.lie.product import COUPLED, DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
 from galvi.kernels.on_group.scale import LEAST_COUPLED_MOTION
 from galvi.lanes.collocation import Constants, Factors, GenericConstants, differences, sums
@@ -553,7 +553,7 @@ class GroupStep:
                 after[name][entries] = lanes
             for name, lanes in zip(STATE_FIELDS[3:], (mu, nu, nu_low), strict=True):
                 after[name][components] = lanes
-        reach = REACHES[chart.number]
+        reach = LARGEST_ROTATIONS_IN_LANES[chart.number]
         end_rows = [(name, i, lane) for name in STATE_FIELDS for i, lane in enumerate(after[name])]
         return end_rows, largest_square <= reach * reach
 

@@ -231,8 +231,8 @@ def iterate(axes, bodies, fastest_planet, moves, s, step, tolerance, counts):
             change = move_body(axes, moves, 0, s, a, step, change, body)
         counts[solve.ITERATIONS] += 1
         counts[solve.FORCES] += s
-        code = solve.verdict(change, tolerance, history)
-        if not has_low_parts and solve.close_enough(change, tolerance):
+        code = solve.decide_inline(change, tolerance, history)
+        if not has_low_parts and solve.gives_low_parts_inline(change, tolerance):
             has_low_parts = True
             add_low_parts(axes, moves, s, a, step.low)
         elif code != solve.GOING:

@@ -88,9 +88,11 @@ def count_down(change, tolerance, history):
     excess = remaining * rate - tolerance * (1.0 - rate)  # above 0 if a further pass is needed
     solved, smallest, idle = code < solve.NOT_FINITE, history[2], history[3]
     # A rate may be small by chance, and some components converge later than others.
-    needs_pass = solved & (idle < solve.IDLE) & (tolerance < LEAST_CLEAR_CHANGE) & (excess > 0.0)
+    needs_pass = (
+        solved & (idle < solve.IDLE_PASSES) & (tolerance < LEAST_CLEAR_CHANGE) & (excess > 0.0)
+    )
     converges_slowly = (
-        solved & (smallest > SLOW_CONVERGENCE) & (idle >= solve.IDLE) & (idle < SLOW_PASSES)
+        solved & (smallest > SLOW_CONVERGENCE) & (idle >= solve.IDLE_PASSES) & (idle < SLOW_PASSES)
     )
     remaining, code = (
         where(needs_pass, 0.0, remaining),

@@ -41,7 +41,7 @@ from galvi.arrays import Array, read_only
 from galvi.checkpoint import NOTHING
 from galvi.kernels.energy_errors import (
     ROWS,
-    TOLERATED,
+    TOLERATED_SHARE,
     WORST,
     assess_errors,
     errors_since_start,
@@ -120,7 +120,7 @@ class EnergyReport(NamedTuple):
     @property
     def is_doubtful(self) -> bool:
         """Whether the error is reported."""
-        return not self.error <= TOLERATED or self.unknown
+        return not self.error <= TOLERATED_SHARE or self.unknown
 
 
 def assess_energy(

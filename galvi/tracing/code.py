@@ -33,7 +33,7 @@ FROM_NUMPY = {
     "atanh", "exp", "expm1", "log", "log10", "log1p", "log2", "sqrt", "hypot", "floor", "ceil",
     "sign", "maximum", "minimum", "pi", "e", "nan",
 }  # fmt: skip
-IN_NUMPY = {
+NUMPY_NAMES = {
     "asin": "arcsin",
     "acos": "arccos",
     "atan": "arctan",
@@ -44,7 +44,7 @@ IN_NUMPY = {
 }
 
 
-def written(
+def code_lines(
     expressions: Sequence[Any],
     arguments: Mapping[Any, str],
     store: Callable[[int, str], str],
@@ -73,11 +73,11 @@ def written(
     )
     used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
     lines = [f"{s} = {code}" for s, code in arguments.items() if s in used]
-    lines += [f"{name} = {printed(e, power)}" for name, e in shared]
-    return lines + [store(k, printed(e, power)) for k, e in enumerate(reduced)]
+    lines += [f"{name} = {python_code(e, power)}" for name, e in shared]
+    return lines + [store(k, python_code(e, power)) for k, e in enumerate(reduced)]
 
 
-def printed(expression: Any, power: str = "") -> str:
+def python_code(expression: Any, power: str = "") -> str:
     """The Python code of an expression, in the functions of FROM_MATH and FROM_NUMPY.
 
     Parameters
@@ -98,28 +98,28 @@ def printed(expression: Any, power: str = "") -> str:
 
         _print_Half = _print_Rational
 
-        def _print_Pow(self, of: Any, rational: bool = False) -> str:
-            if not power or of.exp == sympy.Rational(1, 2):
-                return str(super()._print_Pow(of, rational))
-            return f"{power}({self._print(of.base)}, {self._print(of.exp)})"
+        def _print_Pow(self, node: Any, rational: bool = False) -> str:
+            if not power or node.exp == sympy.Rational(1, 2):
+                return str(super()._print_Pow(node, rational))
+            return f"{power}({self._print(node.base)}, {self._print(node.exp)})"
 
-        def _print_sign(self, of: Any) -> str:
-            return f"sign({self._print(of.args[0])})"
+        def _print_sign(self, node: Any) -> str:
+            return f"sign({self._print(node.args[0])})"
 
-        def _print_Piecewise(self, of: Any) -> str:
+        def _print_Piecewise(self, node: Any) -> str:
             code = "nan"  # where no condition holds
-            for value, condition in reversed(of.args):
+            for value, condition in reversed(node.args):
                 code = f"({self._print(value)} if {self._print(condition)} else {code})"
             return code
 
-        def _print_Max(self, of: Any) -> str:
-            return self._nested("maximum", of.args)
+        def _print_Max(self, node: Any) -> str:
+            return self._nested("maximum", node.args)
 
-        def _print_Min(self, of: Any) -> str:
-            return self._nested("minimum", of.args)
+        def _print_Min(self, node: Any) -> str:
+            return self._nested("minimum", node.args)
 
-        def _nested(self, name: str, of: Any) -> str:
-            first, *following = of
+        def _nested(self, name: str, operands: Any) -> str:
+            first, *following = operands
             nested = following and self._nested(name, following)
             return f"{name}({self._print(first)}, {nested})" if nested else str(self._print(first))
 
@@ -147,7 +147,9 @@ def source(bodies: Mapping[str, tuple[str, list[str]]]) -> str:
     )
     names = _names(text)
     math = sorted(names & FROM_MATH)
-    numpy = [f"{IN_NUMPY[n]} as {n}" if n in IN_NUMPY else n for n in sorted(names & FROM_NUMPY)]
+    numpy = [
+        f"{NUMPY_NAMES[n]} as {n}" if n in NUMPY_NAMES else n for n in sorted(names & FROM_NUMPY)
+    ]
     head = [f"from math import {', '.join(math)}"] * bool(math)
     head += [f"from numpy import {', '.join(numpy)}"] * bool(numpy)
     return with_digest("\n".join(head) + text + "\n")
@@ -170,8 +172,12 @@ def functions(text: str) -> Mapping[str, Any]:
     # Compiled code on disk is tied to a module that can be imported.
     names: dict[str, Any] = {"__name__": __name__, "np": np}
     exec(compile(text, str(path or "<an expression>"), "exec"), names)
-    generated = {name: f for name, f in names.items() if re.search("_[0-9a-f]{16}$", name)}
-    return {name.rpartition("_")[0]: jit(function) for name, function in generated.items()}
+    generated_functions = {
+        name: f for name, f in names.items() if re.search("_[0-9a-f]{16}$", name)
+    }
+    return {
+        name.rpartition("_")[0]: jit(function) for name, function in generated_functions.items()
+    }
 
 
 def _cached_file(text: str) -> Path | None:
@@ -186,13 +192,13 @@ def _cached_file(text: str) -> Path | None:
         if not path.exists() or path.read_text("utf-8") != text:
             entry.mkdir(parents=True, exist_ok=True)
             write_whole(path, text)
-            _tidy(folder)
+            _delete_old_expressions(folder)
         os.utime(path)
         return path
     return None
 
 
-def _tidy(folder: Path) -> None:
+def _delete_old_expressions(folder: Path) -> None:
     """Delete all but the MAX_CACHED_EXPRESSIONS most recently used expressions."""
     by_use = sorted(folder.glob("*/expression.source"), key=lambda path: path.stat().st_mtime)
     for path in by_use[:-MAX_CACHED_EXPRESSIONS]:

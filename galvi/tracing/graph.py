@@ -73,7 +73,7 @@ class Graph:
         self.refusal = self.refusal or why
         raise Untraceable(why)
 
-    def lifted(self, x: Any) -> Node | None:
+    def as_node(self, x: Any) -> Node | None:
         """x as a node; None for what is no real number."""
         if isinstance(x, np.ndarray) and x.ndim == 0:
             x = x.item()
@@ -146,8 +146,8 @@ class Graph:
             except (ArithmeticError, ValueError):
                 self.refuse(f"it takes {name} of {a}")
         if name in ODD + EVEN:
-            turned = u.kind == "-" and u.arguments[0].index < u.arguments[1].index
-            if (a < 0.0) != turned:
+            has_swapped_arguments = u.kind == "-" and u.arguments[0].index < u.arguments[1].index
+            if (a < 0.0) != has_swapped_arguments:
                 node = self.node(name, -x)
                 return -node if name in ODD else node
         return self.node(name, x)
@@ -166,11 +166,11 @@ class Graph:
             return self.inverse(x.sqrt()) if p < 0.0 else x.sqrt()
         if p != int(p) or abs(p) > MAX_FACTORS:
             return self.node("power", x, p)
-        product, square, left = self.number(1.0), x, abs(int(p))
-        while left:
-            product = product * square if left % 2 else product
-            left //= 2
-            square = square * square if left else square
+        product, square, exponent = self.number(1.0), x, abs(int(p))
+        while exponent:
+            product = product * square if exponent % 2 else product
+            exponent //= 2
+            square = square * square if exponent else square
         return self.inverse(product) if p < 0.0 else product
 
 
@@ -185,7 +185,7 @@ def _operator(operation: Callable[[Graph, Node, Node], Node]) -> Callable[[Node,
     """A method of a node and an operand, NotImplemented unless that is a number."""
 
     def of_nodes(node: Node, operand: Any) -> Any:
-        y = node.graph.lifted(operand)
+        y = node.graph.as_node(operand)
         return NotImplemented if y is None else operation(node.graph, node, y)
 
     return of_nodes
@@ -261,7 +261,7 @@ class Node:
 
     def arctan2(self, abscissa: Any) -> Node:
         """The angle of the point (abscissa, self)."""
-        x = self.graph.lifted(abscissa)
+        x = self.graph.as_node(abscissa)
         if x is None:
             self.graph.refuse("it takes an angle of what is no number")
         if self.kind == x.kind == "number":

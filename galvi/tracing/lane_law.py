@@ -14,7 +14,7 @@ from galvi.tracing import code as symbolic_code
 from galvi.tracing.code import POWER
 
 # of galvi.lanes.elementary
-FUNCTIONS = {"sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER}
+LANE_FUNCTIONS = {"sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan2", POWER}
 # Coordinates up to which a force in lanes is written out.
 WIDEST_FORCE, WIDEST_COUPLED_FORCE = 64, 12
 MAX_OPERATIONS = 4_000  # operations: two milliseconds of compilation each
@@ -54,7 +54,7 @@ def built_in(name: str, *arguments: Any) -> str:
 
 
 @lru_cache(maxsize=256)
-def coupled(law: str, d: int) -> list[tuple[int, int]]:
+def coupled_components(law: str, d: int) -> list[tuple[int, int]]:
     """The pairs of components (i, j), j < i, that the mass of the law couples."""
     return nonzero_factors(function_of(law), d)
 
@@ -90,7 +90,7 @@ def function_of(law: str, name: str = "law") -> Callable[..., Any]:
 
 def printed_force(forces: Sequence[Any], places: Any) -> str:
     """The lines that define SymPy forces; "" where lanes lack a function of them."""
-    lines = symbolic_code.written(forces, places, lambda k, code: f"r{k} = {code}", POWER)
+    lines = symbolic_code.code_lines(forces, places, lambda k, code: f"r{k} = {code}", POWER)
     return function_lines("force(q, v, t, c)", lines, [f"r{k}" for k in range(len(forces))])
 
 
@@ -100,7 +100,7 @@ def printed_law(q: Any, v: Any, t: Any, L: Any, places: Any, differentiated: Any
     momenta = [differentiated(L, x) for x in v]
     expressions = [differentiated(L, x) for x in q] + momenta
     expressions += [differentiated(momenta[i], v[j]) for i in range(d) for j in range(i + 1)]
-    lines = symbolic_code.written(expressions, places, lambda k, code: f"r{k} = {code}", POWER)
+    lines = symbolic_code.code_lines(expressions, places, lambda k, code: f"r{k} = {code}", POWER)
     return law_lines(lines, [f"r{k}" for k in range(len(expressions))], d)
 
 
@@ -116,8 +116,8 @@ def law_lines(lines: Sequence[str], formulas: Sequence[str], d: int) -> str:
     for i in range(d):
         rows.append(f"[{', '.join(packed[: i + 1])}]")
         packed = packed[i + 1 :]
-    listed = [f"[{', '.join(part)}]" for part in (formulas[:d], formulas[d : 2 * d], rows)]
-    return function_lines("law(q, v, t, c)", lines, listed)
+    rows_of_code = [f"[{', '.join(part)}]" for part in (formulas[:d], formulas[d : 2 * d], rows)]
+    return function_lines("law(q, v, t, c)", lines, rows_of_code)
 
 
 def function_lines(head: str, lines: Sequence[str], formulas: Sequence[str]) -> str:
@@ -130,7 +130,7 @@ def function_lines(head: str, lines: Sequence[str], formulas: Sequence[str]) -> 
     """
     text = "\n".join([*lines, *formulas])
     used = sorted(symbolic_code.functions_in(text))
-    if set(used) - FUNCTIONS or " if " in text:
+    if set(used) - LANE_FUNCTIONS or " if " in text:
         return ""
     imports = [f"from galvi.lanes.elementary import {', '.join(used)}"] * bool(used)
     body = (f"    {line}" for line in [*lines, f"return [{', '.join(formulas)}]"])

@@ -114,8 +114,10 @@ def slopes_of(system: Canonical) -> LawCode | None:
     name = potential.slopes.__name__
     if getattr(potentials, name, None) is not potential.slopes:
         return None
-    head = f"from galvi.lanes.laws import listed\nfrom {potentials.__name__} import {name}"
-    return f"{head}\n\nslopes = listed({name})\n", potential.constants
+    head = (
+        f"from galvi.lanes.laws import returning_slopes\nfrom {potentials.__name__} import {name}"
+    )
+    return f"{head}\n\nslopes = returning_slopes({name})\n", potential.constants
 
 
 def force_of(system: Forced | NBody) -> LawCode | None:
@@ -206,19 +208,19 @@ def _literals(value: RigidTree) -> dict[int, float]:
         "armature": (tree.ARMATURE,),
         "stiffness": (tree.STIFFNESS,),
     }
-    left_open = {k for name in value.varied for k in rows.get(name, ())}
+    varied_numbers = {k for name in value.varied for k in rows.get(name, ())}
     literals = {0: value.numbers[0]}
     for j in range(len(value.joints)):
         first = tree.HEAD + tree.JOINT * j
         row = value.numbers[first : first + tree.JOINT]
         for k, number in enumerate(row.tolist()):
             units = (0.0, 1.0, -1.0) if tree.SHIFT <= k < tree.MASS else (0.0,)
-            if k < tree.SHIFT or (number in units and k not in left_open):
+            if k < tree.SHIFT or (number in units and k not in varied_numbers):
                 literals[first + k] = number
-    of_masses = range(4, tree.HEAD) if "masses" in value.varied else ()
-    of_gravity = range(1, 4) if "gravity" in value.varied else ()
+    mass_indices = range(4, tree.HEAD) if "masses" in value.varied else ()
+    gravity_indices = range(1, 4) if "gravity" in value.varied else ()
     for k in range(1, tree.HEAD):
-        if value.numbers[k] == 0.0 and k not in (*of_masses, *of_gravity):
+        if value.numbers[k] == 0.0 and k not in (*mass_indices, *gravity_indices):
             literals[k] = 0.0
     return {k: float(x) for k, x in literals.items()}
 

@@ -69,11 +69,13 @@ class SymbolicLagrangian:
             return value, at_rest, slopes[:, : self.dimension]
         functions = symbolic_code.functions(self.source)
         numbers, entries = np.array(self.constants), q.reshape(len(q), -1).T
-        places, rates = entries[:, None], np.zeros((self.dimension, 2, len(q)))
-        rates[:, 0] = v.T
+        positions, velocities = entries[:, None], np.zeros((self.dimension, 2, len(q)))
+        velocities[:, 0] = v.T
         values, derivatives = np.empty((1, 2, len(q))), np.empty((2, self.dimension, len(q)))
         with np.errstate(all="ignore"):
-            functions["value"].py_func(places, rates, t, numbers, values)  # with v, and without
+            functions["value"].py_func(
+                positions, velocities, t, numbers, values
+            )  # with v, and without
             functions["law"].py_func(entries, v.T, t, numbers, derivatives)
         return values[0, 0], values[0, 1], derivatives[0].T
 

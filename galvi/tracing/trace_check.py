@@ -22,7 +22,7 @@ from galvi.tracing.graph_code import reachable
 from galvi.tracing.lane_law import function_of
 
 
-def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, Array]:
+def values_and_bounds(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, Array]:
     """The nodes (k, ...) and bounds of their rounding errors, from values (...) of the variables.
 
     Parameters
@@ -45,11 +45,11 @@ def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, 
             elif node.kind == "number":
                 value, bound = np.float64(node.value), 0.0
             else:
-                of = [y.index if isinstance(y, Node) else y for y in node.arguments]
+                operands = [y.index if isinstance(y, Node) else y for y in node.arguments]
                 value, bound = _operation(
                     node.kind,
-                    [x[k] if isinstance(k, int) else k for k in of],
-                    [error[k] if isinstance(k, int) else 0.0 for k in of],
+                    [x[k] if isinstance(k, int) else k for k in operands],
+                    [error[k] if isinstance(k, int) else 0.0 for k in operands],
                 )
             x[node.index], error[node.index] = value, bound + EPSILON * np.abs(value)
     shape = np.broadcast_shapes(*(np.shape(sample) for sample in values.values()))
@@ -93,9 +93,13 @@ def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]
 # States at which a function is compared, and how many must be finite.
 COMPARED_STATES, MIN_FINITE_STATES = 8, 3
 STATE_DISTANCE = 0.4  # distance of these states from the start, over the scales of a function
-ROUNDINGS = 64.0  # bounds on the rounding error that a difference from the function may have
-STEPS = 2.0**-17, 2.0**-25  # of differences, over the scales of the function
-ACCURACY = 1e-3  # of a difference, relative to its terms; that of a slope left out is about 1
+ALLOWED_ERROR_BOUNDS = (
+    64.0  # bounds on the rounding error that a difference from the function may have
+)
+DIFFERENCE_STEPS = 2.0**-17, 2.0**-25  # of differences, over the scales of the function
+DIFFERENCE_ACCURACY = (
+    1e-3  # of a difference, relative to its terms; that of a slope left out is about 1
+)
 CAYLEY = 0  # the chart, of which only the derivative at 0 matters, that moves states
 
 
@@ -174,7 +178,10 @@ class Sample:
         Call it before tracing: an object that creates a constant in its first call then creates it
         from numbers.
         """
-        rows = [_called(function, states.arguments(k, takes), size) for k in range(len(states.t))]
+        rows = [
+            _returned_numbers(function, states.arguments(k, takes), size)
+            for k in range(len(states.t))
+        ]
         return cls(function, states, takes, np.array(rows))
 
     @property
@@ -184,7 +191,7 @@ class Sample:
         return np.array_equal(again.returned, self.returned, equal_nan=True)
 
 
-def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int) -> Array:
+def _returned_numbers(function: Callable[..., Any], arguments: tuple[Any, ...], size: int) -> Array:
     """The function's numbers, (size,); NaN where it raises."""
     try:
         with np.errstate(all="ignore"):
@@ -199,13 +206,13 @@ def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int)
 
 def check_values(sample: Sample, nodes: Sequence[Node]) -> Sample:
     """`Untraceable` unless the nodes are what the function returns, up to their rounding errors."""
-    values, error = (x.T for x in evaluated(nodes, sample.states.values))
+    values, error = (x.T for x in values_and_bounds(nodes, sample.states.values))
     with np.errstate(invalid="ignore"):
-        off = np.abs(values - sample.returned) > ROUNDINGS * error
+        differs = np.abs(values - sample.returned) > ALLOWED_ERROR_BOUNDS * error
     finite = np.all(np.isfinite(sample.returned), axis=1)
     if not finite[0] or np.sum(finite) < MIN_FINITE_STATES:
         raise Untraceable("it is not finite at the start, or near it")
-    if np.any(off[finite]) or not np.all(np.isfinite(values[finite])):
+    if np.any(differs[finite]) or not np.all(np.isfinite(values[finite])):
         raise Untraceable("called with numbers it returns something else than with symbols")
     return sample
 
@@ -226,12 +233,14 @@ def check_slopes(
     by_v
         (d,), or () for a value that does not depend on v
     """
-    slopes = evaluated([*by_q, *by_v], states.values)[0].T
+    slopes = values_and_bounds([*by_q, *by_v], states.values)[0].T
     _refuse_undefined(slopes)
     along_q, along_v = _directions(states, scales)
     terms = slopes * np.concatenate([along_q, along_v], axis=1)[:, : slopes.shape[1]]
     _compare(
-        lambda distance: evaluated([value], states.moved(distance, along_q, along_v).values),
+        lambda distance: values_and_bounds(
+            [value], states.moved(distance, along_q, along_v).values
+        ),
         np.sum(terms, axis=1)[None],
         np.sum(np.abs(terms), axis=1)[None],
     )
@@ -240,19 +249,19 @@ def check_slopes(
 def check_mass(
     law: str,
     constants: Sequence[float],
-    by: Sequence[Node],
+    slopes_of_L: Sequence[Node],
     states: States,
     scales: Sequence[Array],
 ) -> None:
     """`Untraceable` unless the lines of a law give these slopes, and the derivatives of dL/dv."""
-    d = len(by) // 2
+    d = len(slopes_of_L) // 2
     with np.errstate(all="ignore"):
         q, v = states.q.T, states.v.T
         forces, momenta, rows = function_of(law)(list(q), list(v), states.t, constants)
     slopes = np.array([np.broadcast_to(x, states.t.shape) for x in (*momenta, *forces)])
-    traced_slopes, error = evaluated(by, states.values)
+    traced_slopes, error = values_and_bounds(slopes_of_L, states.values)
     with np.errstate(invalid="ignore"):
-        if np.any(np.abs(slopes - traced_slopes) > ROUNDINGS * error):
+        if np.any(np.abs(slopes - traced_slopes) > ALLOWED_ERROR_BOUNDS * error):
             raise Untraceable("its generated code is wrong")
     mass = np.empty((d, d, states.t.size))
     for i in range(d):
@@ -262,7 +271,9 @@ def check_mass(
     _, by_v = _directions(states, scales)
     terms = mass * by_v.T
     _compare(
-        lambda distance: evaluated(by[:d], states.moved(distance, 0.0 * by_v, by_v).values),
+        lambda distance: values_and_bounds(
+            slopes_of_L[:d], states.moved(distance, 0.0 * by_v, by_v).values
+        ),
         np.sum(terms, axis=1),
         np.sum(np.abs(terms), axis=1),
     )
@@ -292,11 +303,14 @@ def _compare(
         sizes (k, n) of the derivative's terms
     """
     agrees = np.zeros(derivative.shape, dtype=bool)
-    for step in STEPS:
+    for step in DIFFERENCE_STEPS:
         (ahead, first), (behind, second) = moved(step), moved(-step)
         with np.errstate(all="ignore"):
-            off = np.abs((ahead - behind) / (2.0 * step) - derivative)
-            limit = ACCURACY * (terms + 1e-3 * np.max(terms, axis=0)) + (first + second) / step
-            agrees |= ~(off > limit)
+            difference = np.abs((ahead - behind) / (2.0 * step) - derivative)
+            limit = (
+                DIFFERENCE_ACCURACY * (terms + 1e-3 * np.max(terms, axis=0))
+                + (first + second) / step
+            )
+            agrees |= ~(difference > limit)
     if not np.all(agrees):
         raise Untraceable("its derivatives are not those of the function")

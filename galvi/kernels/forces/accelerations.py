@@ -85,7 +85,7 @@ def apply_full(inverse_mass, gradients):
 
 
 GRADIENT = force_kinds.GRADIENT
-STEP = 2.0**-20
+DIFFERENCE_STEP = 2.0**-20
 
 
 @jit
@@ -101,10 +101,10 @@ def jacobians(kind, functions, has_hessian, constants, inverse_mass, Q, t, out):
         step = difference_step(Q)
         ahead, behind = np.empty((d, stages)), np.empty((d, stages))
         for j in range(width):
-            moved = shifted(Q, j, step)
-            accelerations(kind, functions, constants, inverse_mass, moved, t, ahead)
-            moved = shifted(Q, j, -step)
-            accelerations(kind, functions, constants, inverse_mass, moved, t, behind)
+            moved_Q = shifted(Q, j, step)
+            accelerations(kind, functions, constants, inverse_mass, moved_Q, t, ahead)
+            moved_Q = shifted(Q, j, -step)
+            accelerations(kind, functions, constants, inverse_mass, moved_Q, t, behind)
             for i in range(d):
                 for k in range(stages):
                     out[i, j, k] = (ahead[i, k] - behind[i, k]) / (2.0 * step)
@@ -128,7 +128,7 @@ def difference_step(Q):
     for i in range(Q.shape[0]):
         for k in range(Q.shape[1]):
             size = max(size, abs(Q[i, k]))
-    return STEP * size if size > 0.0 else STEP
+    return DIFFERENCE_STEP * size if size > 0.0 else DIFFERENCE_STEP
 
 
 @jit

@@ -123,11 +123,11 @@ def rigid_body_slopes(g, v, c, momenta, forces):
 @generic
 def free_body_slopes(g, v, c, momenta, forces):
     """L = w.Jw/2 + m |v|^2/2 + m x.a.   constants: J by rows (9,), m, a (3,)."""
-    fall = times(columns(g, 4), (c[10], c[11], c[12]))
+    gravity = times(columns(g, 4), (c[10], c[11], c[12]))
     fill(times(symmetric(c), v), momenta)
     for i in range(3):
         momenta[3 + i] = c[9] * v[3 + i]
-        forces[i], forces[3 + i] = 0.0, c[9] * fall[i]
+        forces[i], forces[3 + i] = 0.0, c[9] * gravity[i]
 
 
 @jit
@@ -154,7 +154,7 @@ def rotation_slopes(gradient, v, constants, layout, g, out):
 
 
 @jit
-def spread(values, kind, layout, g, out):
+def enter_slopes(values, kind, layout, g, out):
     """out <- the values of a user's slopes; NaN when they have a wrong length."""
     d = out.shape[1]
     size = d + (d if kind == LEFT else g.size)
@@ -175,11 +175,11 @@ def spread(values, kind, layout, g, out):
 def canonical(kind, functions, constants, g, v, t, out):
     """L = v.Mv/2 - V(q, t); kind as in galvi.kernels.forces.force_kinds."""
     d = v.size
-    Q, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
-    when[0] = t
+    Q, time, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
+    time[0] = t
     for i in range(d):
         Q[i, 0] = g[i]
-    accelerations(kind, functions, constants[d * d :], np.empty((0, 0)), Q, when, pull)
+    accelerations(kind, functions, constants[d * d :], np.empty((0, 0)), Q, time, pull)
     for i in range(d):
         out[0, i], out[1, i] = 0.0, -pull[i, 0]
         for j in range(d):
@@ -189,19 +189,25 @@ def canonical(kind, functions, constants, g, v, t, out):
 @jit
 def external_force(law, g, v, t, out):
     """out[1] <- out[1] + the external force."""
-    force, timed = law.functions[1], law.force_kind == TIMED_FORCE
+    force, takes_time = law.functions[1], law.force_kind == TIMED_FORCE
     if law.force_kind == FORCE_LAW:
         call_void(force, g, v, t, law.force_constants, out)
     elif law.matrix_rows == 0:
         q = g.copy()
-        add(call_vector(force, q, v.copy(), t) if timed else call_vector(force, q, v.copy()), out)
+        add_force(
+            call_vector(force, q, v.copy(), t) if takes_time else call_vector(force, q, v.copy()),
+            out,
+        )
     else:
         R = g.copy().reshape((law.matrix_rows, law.matrix_rows))
-        add(call_vector(force, R, v.copy(), t) if timed else call_vector(force, R, v.copy()), out)
+        add_force(
+            call_vector(force, R, v.copy(), t) if takes_time else call_vector(force, R, v.copy()),
+            out,
+        )
 
 
 @jit
-def add(values, out):
+def add_force(values, out):
     """out[1] <- out[1] + values of a user's force; NaN when they have a wrong length."""
     for i in range(out.shape[1]):
         out[1, i] += values[i] if values.size == out.shape[1] else np.nan
@@ -219,13 +225,13 @@ def slopes(law, layout, g, v, t, out):
     if law.kind == LAW:
         call_void(law.functions[0], g, v, t, law.constants, out)
     else:
-        own_slopes(law, layout, g, v, t, out)
+        slopes_by_kind(law, layout, g, v, t, out)
     if law.force_kind > 0:
         external_force(law, g, v, t, out)
 
 
 @jit
-def own_slopes(law, layout, g, v, t, out):
+def slopes_by_kind(law, layout, g, v, t, out):
     """As ``slopes`` without the force, for a Lagrangian of a kind other than LAW."""
     functions, kind, time_dependent, matrix_rows, constants, _, _ = law
     if kind >= CANONICAL:
@@ -239,12 +245,12 @@ def own_slopes(law, layout, g, v, t, out):
     elif matrix_rows == 0:
         q = g.copy()
         if time_dependent:
-            spread(call_vector(functions[0], q, v.copy(), t), kind, layout, g, out)
+            enter_slopes(call_vector(functions[0], q, v.copy(), t), kind, layout, g, out)
         else:
-            spread(call_vector(functions[0], q, v.copy()), kind, layout, g, out)
+            enter_slopes(call_vector(functions[0], q, v.copy()), kind, layout, g, out)
     else:
         R = g.copy().reshape((matrix_rows, matrix_rows))
         if time_dependent:
-            spread(call_vector(functions[0], R, v.copy(), t), kind, layout, g, out)
+            enter_slopes(call_vector(functions[0], R, v.copy(), t), kind, layout, g, out)
         else:
-            spread(call_vector(functions[0], R, v.copy()), kind, layout, g, out)
+            enter_slopes(call_vector(functions[0], R, v.copy()), kind, layout, g, out)

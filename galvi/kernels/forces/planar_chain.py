@@ -30,11 +30,14 @@ def planar_chain_slopes(q, v, c, sines, cosines, momenta, forces, mass):
         momenta[i], forces[i] = c[n * i + i] * v[i], 0.0
         for j in range(i):
             A = c[n * i + j]
-            aligned = A * (cosines[i] * cosines[j] + sines[i] * sines[j])
-            crossed = A * (sines[i] * cosines[j] - cosines[i] * sines[j])
-            momenta[i], momenta[j] = momenta[i] + aligned * v[j], momenta[j] + aligned * v[i]
-            forces[i], forces[j] = forces[i] + crossed * v[j], forces[j] - crossed * v[i]
-            mass[i][j] = aligned
+            cosine_term = A * (cosines[i] * cosines[j] + sines[i] * sines[j])
+            sine_term = A * (sines[i] * cosines[j] - cosines[i] * sines[j])
+            momenta[i], momenta[j] = (
+                momenta[i] + cosine_term * v[j],
+                momenta[j] + cosine_term * v[i],
+            )
+            forces[i], forces[j] = forces[i] + sine_term * v[j], forces[j] - sine_term * v[i]
+            mass[i][j] = cosine_term
     for i in range(n):
         forces[i] = -(v[i] * forces[i]) - c[n * n + i] * sines[i]
 

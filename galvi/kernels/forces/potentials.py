@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from galvi.kernels.compile.jit import jit_noalloc, renamed
+from galvi.kernels.compile.jit import jit_noalloc, set_name
 from galvi.kernels.lie.arithmetic import generic
 from galvi.kernels.lie.elementary import over_cube, sin, sine_cosine
 
@@ -120,7 +120,7 @@ def uniform_field_hessian(q, c, out):
 
 
 @cache
-def over_stages(slopes, second):
+def over_stages(slopes, second_derivatives):
     """The gradient and the Hessian of a potential at all stages, from dV/dq and d2V/dq2, which
     leaves zeros as they are."""
 
@@ -131,7 +131,7 @@ def over_stages(slopes, second):
     def hessian(Q, t, constants, out):
         out[:, :, :] = 0.0
         for k in range(Q.shape[1]):
-            second(Q[:, k], constants, out[:, :, k])
+            second_derivatives(Q[:, k], constants, out[:, :, k])
 
     names = f"{slopes.__name__}_gradient", f"{slopes.__name__}_hessian"
-    return jit_noalloc(renamed(gradient, names[0])), jit_noalloc(renamed(hessian, names[1]))
+    return jit_noalloc(set_name(gradient, names[0])), jit_noalloc(set_name(hessian, names[1]))

@@ -26,21 +26,21 @@ from __future__ import annotations
 
 from functools import cache
 
-from galvi.kernels.compile.jit import jit_noalloc, renamed
+from galvi.kernels.compile.jit import jit_noalloc, set_name
 from galvi.kernels.forces.celestial_velocity import LEAST_SQUARE
 from galvi.kernels.lie.arithmetic import dot, generic
 from galvi.kernels.lie.elementary import exp, inverse_seven_quarters, log, sqrt
 
 R, CORE = 7.0, 2.5
 DOWNWASH = 10.0  # m / s, for a hovering helicopter of 3.8 t, by T = 2 rho pi R^2 v^2
-HIGH, LOW, DESCENT = 16.0, 6.0, 2.0
-SHARES = (1.0, 0.75, 0.5, 0.25)
+HIGHEST_ROTOR, LOWEST_ROTOR, DESCENT_TIME = 16.0, 6.0, 2.0
+RING_HEIGHTS = (1.0, 0.75, 0.5, 0.25)
 INERTIAL_DRAG, INERTIAL_DRAG_POWER = 0.15, 0.687  # Schiller and Naumann, Z. VDI 77 (1933) 318
 
 
 def _strength():
     """Gamma R^2 / 4 of each ring, from the downwash when the rotor is at HIGH."""
-    offsets = [(1.0 - s) * HIGH for s in SHARES]
+    offsets = [(1.0 - s) * HIGHEST_ROTOR for s in RING_HEIGHTS]
     return -0.5 * DOWNWASH / sum((R**2 + z**2 + CORE**2) ** -1.5 for z in offsets)
 
 
@@ -50,13 +50,13 @@ STRENGTH = _strength()
 @generic
 def decay(t):
     """exp(-t / DESCENT), with which the rotor descends."""
-    return exp(t * (-1.0 / DESCENT))
+    return exp(t * (-1.0 / DESCENT_TIME))
 
 
 @generic
 def rotor_height(decayed):
     """H, from `decay`."""
-    return LOW + (HIGH - LOW) * decayed
+    return LOWEST_ROTOR + (HIGHEST_ROTOR - LOWEST_ROTOR) * decayed
 
 
 @generic
@@ -73,10 +73,13 @@ def rotor_wind(q, decayed):
     square = q[0] * q[0] + q[1] * q[1]
     height = rotor_height(decayed)
     outwards, upwards = 0.0, 0.0
-    for share in SHARES:
-        spread, rise = ring(square, q[2] - share * height)
-        mirrored, falling = ring(square, q[2] + share * height)
-        outwards, upwards = outwards + (spread - mirrored), upwards + (rise - falling)
+    for height_ratio in RING_HEIGHTS:
+        ring_outwards, ring_upwards = ring(square, q[2] - height_ratio * height)
+        image_outwards, image_upwards = ring(square, q[2] + height_ratio * height)
+        outwards, upwards = (
+            outwards + (ring_outwards - image_outwards),
+            upwards + (ring_upwards - image_upwards),
+        )
     outwards = 3.0 * STRENGTH * outwards
     return outwards * q[0], outwards * q[1], STRENGTH * upwards
 
@@ -120,4 +123,4 @@ def drag_kernel(rate):
         for i in range(3):
             out[1, i] += pull[i]
 
-    return jit_noalloc(renamed(add, f"{rate.__name__}_drag"))
+    return jit_noalloc(set_name(add, f"{rate.__name__}_drag"))

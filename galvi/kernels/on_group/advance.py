@@ -31,8 +31,8 @@ from galvi.kernels.on_group.stages import (
     Curve,
     Discretisation,
     Start,
-    carried,
-    end_place,
+    end_coordinates,
+    end_momentum_in_frame,
 )
 from galvi.kernels.run_record import PLAN, PROGRESS, RECORDING, Plan, Recording, record, watched_row
 
@@ -41,12 +41,12 @@ RATES = 3  # content of stages, as in galvi.kernels.nystrom.advance: xi' of the 
 
 
 @jit
-def arrive(method, start, curve, g1, mu, nu, low):
+def end_step(method, start, curve, g1, mu, nu, low):
     """g1, mu, nu, low <- those at the step's end; returns the largest |xi(1)| of a rotation."""
     layout, chart, g, d = method.layout, method.chart, start.g, mu.size
     xi, kick = np.empty(d), np.empty(d)
-    end_place(method.basis, curve.x, xi)
-    carried(method.basis, start.h, np.zeros(d), curve.forces, kick)
+    end_coordinates(method.basis, curve.x, xi)
+    end_momentum_in_frame(method.basis, start.h, np.zeros(d), curve.forces, kick)
     product.place(layout, chart, g, xi, g1)
     product.restore(layout, g1)
     product.carry(layout, chart, g, g1, xi, kick, mu, nu, low)
@@ -96,7 +96,7 @@ def guess(method, start, stages, holds, curve):
 
 
 @jit_noalloc
-def keep(plan, recording, step, start, nodes, curve, g1, mu1, passage):
+def record_step(plan, recording, step, start, nodes, curve, g1, mu1, passage):
     """Record the step that ends at (g1, mu1)."""
     (d, s), r, m = curve.coordinates.shape, g1.size, curve.x.shape[1]
     record(plan, recording, step, start.g, g1, mu1)
@@ -116,7 +116,9 @@ def keep(plan, recording, step, start, nodes, curve, g1, mu1, passage):
 
 
 @jit
-def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, turned, recording):
+def advance_group(
+    law, layout, chart, largest_rotation, basis, plan, todo, progress, turned, recording
+):
     """Do ``todo`` more steps; returns a code. A step that fails leaves the state unchanged.
 
     Parameters
@@ -147,16 +149,16 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
         code = solve_group(law, method, start, curve, plan.tolerance, allow_damping, counts)
         if code != SOLVED:
             return code
-        reached = arrive(method, start, curve, g1, mu1, nu, low)
-        if not reached <= farthest:
-            turned[0] = angle_of(chart, reached)
+        rotation = end_step(method, start, curve, g1, mu1, nu, low)
+        if not rotation <= largest_rotation:
+            turned[0] = angle_of(chart, rotation)
             return LEFT_CHART
         if not sum_of_sizes(g1) + sum_of_sizes(mu1) < np.inf:
             return NOT_FINITE
         copy_into(stages, curve.velocities)
         set_state(state, g1, mu1, nu, low)
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
-        keep(plan, recording, step, start, basis.c, curve, g1, mu1, passage)
+        record_step(plan, recording, step, start, basis.c, curve, g1, mu1, passage)
     return SOLVED
 
 

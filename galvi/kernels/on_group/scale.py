@@ -12,7 +12,7 @@ from galvi.kernels.compile.jit import jit_noalloc
 from galvi.kernels.constants import LEAST_NORMAL
 from galvi.kernels.lie.product import COUPLED, DIMENSION, ROTATIONS
 
-QUIET = 2.0**-47  # share of the largest rate below which changes may be round-off
+QUIET_RATE = 2.0**-47  # share of the largest rate below which changes may be round-off
 BAD_SCALE_RATIO = 16.0  # ratio of scales above which the larger one was a bad guess
 # Of the largest motion: round-off of it is below ROUND_OFF_CHANGE of galvi.kernels.nystrom.solve.
 LEAST_COUPLED_MOTION = 2.0**-12
@@ -111,7 +111,7 @@ def largest(values):
 
 
 @jit_noalloc
-def relative(coordinates, rate, h, scale, rate_scale):
+def relative_size(coordinates, rate, h, scale, rate_scale):
     """The largest |coordinate| and |h rate| (d, s) over scale; 0 for 0, NaN unless all are finite.
 
     Rates are included, since only they see every function of a space (M lemma 1), except for the
@@ -120,20 +120,20 @@ def relative(coordinates, rate, h, scale, rate_scale):
     size, total = 0.0, 0.0
     for a in range(coordinates.shape[0]):
         for j in range(coordinates.shape[1]):
-            moved = abs(coordinates[a, j])
-            if abs(rate[a, j]) > QUIET * rate_scale:
-                moved = max(moved, abs(h * rate[a, j]))
-            if moved > 0.0:
-                size = max(size, moved / scale[a] if scale[a] > 0.0 else 1.0)
+            motion = abs(coordinates[a, j])
+            if abs(rate[a, j]) > QUIET_RATE * rate_scale:
+                motion = max(motion, abs(h * rate[a, j]))
+            if motion > 0.0:
+                size = max(size, motion / scale[a] if scale[a] > 0.0 else 1.0)
             total += abs(coordinates[a, j]) + abs(rate[a, j])
     return size if total < np.inf else np.nan
 
 
 @jit_noalloc
-def shrink_scale(now, scale):
+def shrink_scale(new_scale, scale):
     """Whether scale (d,) was much larger than now in some component; if so, scale <- now."""
-    shrunk = False
+    has_shrunk = False
     for a in range(scale.size):
-        if scale[a] > BAD_SCALE_RATIO * now[a] > 0.0:
-            scale[a], shrunk = now[a], True
-    return shrunk
+        if scale[a] > BAD_SCALE_RATIO * new_scale[a] > 0.0:
+            scale[a], has_shrunk = new_scale[a], True
+    return has_shrunk

@@ -177,8 +177,8 @@ def verdict(method, h, curve, change, tolerance, history):
     What changes that no longer shrink may be, to be round-off, grows with the coordinates of
     rotations near the chart's limit.
     """
-    code = solve.verdict(change, tolerance, history)
-    if code != solve.NOT_FINITE and history[3] >= solve.IDLE:
+    code = solve.decide_inline(change, tolerance, history)
+    if code != solve.NOT_FINITE and history[3] >= solve.IDLE_PASSES:
         amplified = scales.amplification(method.layout, curve.coordinates, curve.rate, h)
         if history[2] <= solve.ROUND_OFF_CHANGE * amplified and scales.is_resolved(
             method.basis.analysis, curve.velocities
@@ -217,7 +217,7 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
         change = np.inf
         if formed:
             correct(basis, h, newton)
-            change = scales.relative(
+            change = scales.relative_size(
                 newton.to_place, newton.to_rate, h, scale, scales.largest(rate)
             )
             nearly_solved = NEARLY_SOLVED * scales.amplification(layout, coordinates, rate, h)
@@ -236,7 +236,7 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
             rounds = MEASURED if passes == 0 else 1
             if not differentiate(law, method, scratch, start, curve, newton, rounds, counts):
                 return solve.NOT_FINITE
-            change = scales.relative(
+            change = scales.relative_size(
                 newton.to_place, newton.to_rate, h, scale, scales.largest(rate)
             )
             formed = True

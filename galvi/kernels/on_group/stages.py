@@ -81,11 +81,11 @@ def place_curve(basis, h, x, coordinates, rate):
     psi, slope = basis.psi, basis.slope
     for a in range(x.shape[0]):
         for j in range(psi.shape[0]):
-            where, speed = 0.0, 0.0
+            coordinate, rate_sum = 0.0, 0.0
             for i in range(psi.shape[1]):
-                where += psi[j, i] * x[a, i]
-                speed += slope[j, i] * x[a, i]
-            coordinates[a, j], rate[a, j] = where, speed / h
+                coordinate += psi[j, i] * x[a, i]
+                rate_sum += slope[j, i] * x[a, i]
+            coordinates[a, j], rate[a, j] = coordinate, rate_sum / h
 
 
 class Discretisation(NamedTuple):
@@ -200,7 +200,7 @@ def stage_slopes(law, layout, chart, scratch, start, curve):
 
 
 @jit_noalloc
-def end_place(basis, x, xi):
+def end_coordinates(basis, x, xi):
     """xi <- xi(1), (d,)."""
     end = basis.end
     for a in range(x.shape[0]):
@@ -210,7 +210,7 @@ def end_place(basis, x, xi):
 
 
 @jit_noalloc
-def carried(basis, h, mu0, forces, out):
+def end_momentum_in_frame(basis, h, mu0, forces, out):
     """out <- mu0 + h sum_j b_j n_j, the final momentum in the frame of g."""
     b = basis.b
     for a in range(mu0.size):
@@ -238,8 +238,8 @@ def residual(method, scratch, start, curve, R):
     x, forces, h, mu0 = curve.x, curve.forces, start.h, start.mu0
     psi, slope, end, b, first = basis.psi, basis.slope, basis.end, basis.b, basis.first
     xi, momentum, mu1, p1 = scratch.xi, scratch.eta, scratch.velocity, scratch.slopes[0]
-    end_place(basis, x, xi)
-    carried(basis, h, mu0, forces, momentum)
+    end_coordinates(basis, x, xi)
+    end_momentum_in_frame(basis, h, mu0, forces, momentum)
     end_momentum(layout, chart, xi, momentum, mu1, p1)
     for a in range(x.shape[0]):
         for i in range(first[a + 1] - first[a]):

@@ -83,7 +83,7 @@ def sum_of(a, b):
 
 
 @generic
-def less(a, b):
+def difference_of(a, b):
     """a - b."""
     return minus(a[0], b[0]), minus(a[1], b[1]), minus(a[2], b[2])
 
@@ -95,13 +95,13 @@ def scaled(x, a):
 
 
 @generic
-def turned(a, k, b):
+def rotated(a, k, b):
     """The matrix with rows at k times b."""
     return dot(triple(a, k), b), dot(triple(a, k + 3), b), dot(triple(a, k + 6), b)
 
 
 @generic
-def turned_back(a, k, b):
+def rotated_back(a, k, b):
     """The transposed matrix with rows at k times b."""
     first, second = scaled(b[0], triple(a, k)), scaled(b[1], triple(a, k + 3))
     return sum_of(sum_of(first, second), scaled(b[2], triple(a, k + 6)))
@@ -123,6 +123,6 @@ def _is_there(x):
 
 
 @in_kernels(_is_there)
-def is_there(x):
+def may_be_nonzero(x):
     """Whether x may be other than 0."""
     return not isinstance(x, float) or x != 0.0

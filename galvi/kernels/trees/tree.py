@@ -28,19 +28,19 @@ from galvi.kernels.lie.arithmetic import generic
 from galvi.kernels.lie.elementary import atan2, sine_cosine, sqrt
 from galvi.kernels.trees.sparse import (
     cross,
+    difference_of,
     dot,
-    is_there,
     keep,
-    less,
+    may_be_nonzero,
     minus,
     plus,
+    rotated,
+    rotated_back,
     scaled,
     sum_of,
     symmetric,
     times,
     triple,
-    turned,
-    turned_back,
 )
 
 HINGE, SLIDE, BALL, FREE = range(4)
@@ -73,7 +73,7 @@ def place_joint(c, k, q, work, a):
         elif kind == SLIDE:
             work[a + R + i] = plus(work[a + R + i], times(row[2], minus(q[entry], c[k + ZERO])))
         elif kind == BALL:
-            row = turned_back(q, entry, row)
+            row = rotated_back(q, entry, row)
         else:
             row = triple(q, entry + 3 + 3 * i)
             work[a + R + i] = q[entry + i]
@@ -91,10 +91,10 @@ def outward(c, q, v, work):
         place_joint(c, k, q, work, a)
         w = triple(work, up + W)
         swept = sum_of(triple(work, up + V), cross(w, triple(work, a + R)))
-        w, velocity = turned_back(work, a + C, w), turned_back(work, a + C, swept)
-        keep(turned_back(work, a + C, triple(work, up + FIELD)), work, a + FIELD)
+        w, velocity = rotated_back(work, a + C, w), rotated_back(work, a + C, swept)
+        keep(rotated_back(work, a + C, triple(work, up + FIELD)), work, a + FIELD)
         if kind == FREE:  # on the world, U = 0; what R turns is the velocity in space
-            velocity = turned_back(work, a + C, triple(v, dof))
+            velocity = rotated_back(work, a + C, triple(v, dof))
         keep(w, work, a + UW)
         keep(velocity, work, a + UV)
         if kind == HINGE:
@@ -107,7 +107,7 @@ def outward(c, q, v, work):
         keep(w, work, a + W)
         keep(velocity, work, a + V)
         keep(sum_of(symmetric(c, k + INERTIA, w), cross(h, velocity)), work, a + L)
-        keep(less(scaled(m, velocity), cross(h, w)), work, a + F)
+        keep(difference_of(scaled(m, velocity), cross(h, w)), work, a + F)
         work[a + M] = m
         keep(h, work, a + H)
 
@@ -132,11 +132,11 @@ def inward(c, v, work, tau, mu):
             keep(l, mu, dof + DOFS[kind] - 3)
             if kind == FREE:
                 keep(scaled(m, triple(work, up + FIELD)), tau, dof)
-                keep(turned(work, a + C, f), mu, dof)
+                keep(rotated(work, a + C, f), mu, dof)
         for i in range(DOFS[kind]):
             mu[dof + i] = plus(mu[dof + i], times(c[k + ARMATURE], v[dof + i]))
         r = triple(work, a + R)
-        l, f, h = turned(work, a + C, l), turned(work, a + C, f), turned(work, a + C, h)
+        l, f, h = rotated(work, a + C, l), rotated(work, a + C, f), rotated(work, a + C, h)
         l = sum_of(l, cross(r, f))
         h = sum_of(h, scaled(m, r))
         keep(sum_of(triple(work, up + L), l), work, up + L)
@@ -178,14 +178,14 @@ def springs(c, q, tau):
             pull = times(stiffness, away)
             tau[dof] = minus(tau[dof], pull)
             energy = plus(energy, times(0.5, times(pull, away)))
-        elif is_there(stiffness):
+        elif may_be_nonzero(stiffness):
             if kind == FREE:
-                away = less(triple(q, entry), triple(c, k + REST_PLACE))
-                keep(less(triple(tau, dof), scaled(stiffness, away)), tau, dof)
+                away = difference_of(triple(q, entry), triple(c, k + REST_PLACE))
+                keep(difference_of(triple(tau, dof), scaled(stiffness, away)), tau, dof)
                 energy = plus(energy, times(0.5 * stiffness, dot(away, away)))
                 dof, entry = dof + 3, entry + 3
             turn = rotation_vector(q, entry, c, k + REST)
-            keep(less(triple(tau, dof), scaled(stiffness, turn)), tau, dof)
+            keep(difference_of(triple(tau, dof), scaled(stiffness, turn)), tau, dof)
             energy = plus(energy, times(0.5 * stiffness, dot(turn, turn)))
     return energy
 
@@ -194,7 +194,7 @@ def springs(c, q, tau):
 def add_inertia(work, a, up):
     """The inertia of a frame, in that of the joint before it, is added to that one's."""
     m, r = work[a + M], triple(work, a + R)
-    h = turned(work, a + C, triple(work, a + H))
+    h = rotated(work, a + C, triple(work, a + H))
     x, y, z = triple(work, a + C), triple(work, a + C + 3), triple(work, a + C + 6)
     jx, jy, jz = (symmetric(work, a + J, x), symmetric(work, a + J, y), symmetric(work, a + J, z))
     moved = sum_of(h, sum_of(h, scaled(m, r)))  # 2 h + m r
@@ -257,7 +257,7 @@ def composite(c, work, mass):
                 offset, before = STRIDE * joint, int(c[HEAD + JOINT * (joint - 1) + UP])
                 if before == 0:
                     break
-                f, l = turned(work, offset + C, f), turned(work, offset + C, l)
+                f, l = rotated(work, offset + C, f), rotated(work, offset + C, l)
                 l = sum_of(l, cross(triple(work, offset + R), f))
                 parent_row = HEAD + JOINT * (before - 1)
                 type_, first = int(c[parent_row + KIND]), int(c[parent_row + DOF])
@@ -292,8 +292,8 @@ def recursion(c, q, v, d):
     outward(c, q, v, work)
     inward(c, v, work, tau, mu)
     composite(c, work, mass)
-    stored = springs(c, q, tau)
-    return tau, mu, mass, minus(stored, dot(triple(c, 1), triple(work, H)))
+    spring_energy = springs(c, q, tau)
+    return tau, mu, mass, minus(spring_energy, dot(triple(c, 1), triple(work, H)))
 
 
 def tree(d, literals):
@@ -319,9 +319,9 @@ def tree_slopes(g, v, t, constants, out):
 def tree_mass(g, constants, mass):
     """mass (d, d) <- d2L/dv2; returns the potential energy."""
     d, work = mass.shape[0], np.zeros(STRIDE * (int(constants[0]) + 1))
-    still, packed, out = np.zeros(d), np.zeros(d * (d + 1) // 2), np.zeros((2, d))
-    outward(constants, g, still, work)
-    inward(constants, still, work, out[1], out[0])
+    zero_velocity, packed, out = np.zeros(d), np.zeros(d * (d + 1) // 2), np.zeros((2, d))
+    outward(constants, g, zero_velocity, work)
+    inward(constants, zero_velocity, work, out[1], out[0])
     composite(constants, work, packed)
     for i in range(d):
         for j in range(i + 1):
@@ -370,27 +370,29 @@ def tree_forces(g, v, constants, tau):
         )
         alpha = triple(A, before)
         swept = sum_of(triple(A, before + 3), cross(alpha, triple(work, a + R)))
-        alpha, swept = turned_back(work, a + C, alpha), turned_back(work, a + C, swept)
+        alpha, swept = rotated_back(work, a + C, alpha), rotated_back(work, a + C, swept)
         if int(constants[k + KIND]) == FREE:
             swept = cross(velocity, w)  # R^T x' turns
         else:
-            turning, moving = less(w, u), less(velocity, U)
+            turning, moving = difference_of(w, u), difference_of(velocity, U)
             alpha = sum_of(alpha, cross(u, turning))
             swept = sum_of(swept, sum_of(cross(u, moving), cross(U, turning)))
         keep(alpha, A, 6 * j)
         keep(swept, A, 6 * j + 3)
         m, h, field = work[a + M], triple(work, a + H), triple(work, a + FIELD)
-        l, f, pull = triple(work, a + L), triple(work, a + F), less(swept, field)
+        l, f, pull = triple(work, a + L), triple(work, a + F), difference_of(swept, field)
         moment = sum_of(symmetric(constants, k + INERTIA, alpha), cross(h, pull))
-        keep(less(moment, sum_of(cross(l, w), cross(f, velocity))), work, a + L)
-        keep(less(less(scaled(m, pull), cross(h, alpha)), cross(f, w)), work, a + F)
+        keep(difference_of(moment, sum_of(cross(l, w), cross(f, velocity))), work, a + L)
+        keep(
+            difference_of(difference_of(scaled(m, pull), cross(h, alpha)), cross(f, w)), work, a + F
+        )
     for j in range(n, 0, -1):
         k, a = HEAD + JOINT * (j - 1), STRIDE * j
         kind, up, dof = int(constants[k + KIND]), int(constants[k + UP]), int(constants[k + DOF])
         l, f = triple(work, a + L), triple(work, a + F)
         for i in range(DOFS[kind]):
             tau[dof + i] -= component(kind, work, a, l, f, i)
-        l, f = turned(work, a + C, l), turned(work, a + C, f)
+        l, f = rotated(work, a + C, l), rotated(work, a + C, f)
         l = sum_of(l, cross(triple(work, a + R), f))
         keep(sum_of(triple(work, STRIDE * up + L), l), work, STRIDE * up + L)
         keep(sum_of(triple(work, STRIDE * up + F), f), work, STRIDE * up + F)

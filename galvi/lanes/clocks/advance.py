@@ -157,7 +157,7 @@ def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, has_g
         for part in range(0, 4, 2):
             relative = lanes.sum_of(form, changes, part) / lanes.sum_of(form, changes, part + 1)
             change = relative if not relative <= change else change  # NaN too
-        code = solve.verdict(change, tolerance, history)
+        code = solve.decide_inline(change, tolerance, history)
         if has_guess and passes == 1 and not change < BAD_GUESS_CHANGE:
             return solve.DIVERGED, passes
         if share < 1.0 and change < np.inf:

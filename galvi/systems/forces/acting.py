@@ -109,7 +109,7 @@ class Acting:
         """The accelerations by users' functions and forces of velocity, (bodies, D)."""
         q, v = (np.array(x, dtype=np.float64) for x in (q, v))
         constants = self.velocity_constants(q.shape[1])
-        a: Array = celestial_velocity.accelerated(q, v, float(t), constants)
+        a: Array = celestial_velocity.accelerations_of_blocks(q, v, float(t), constants)
         pushed = np.sum([np.zeros(q.shape), *(f.at(q, v, t) for f in self.functions)], axis=0)
         with np.errstate(divide="ignore"):  # infinite where a body without mass is pushed
             return a + np.divide(

@@ -372,7 +372,7 @@ class Tides(_Builtin):
             _set(self, raised_by=input_checks.whole("raised_by", self.raised_by, 0))
 
     def block(self, masses: Array, G: float) -> list[float]:
-        by = of_velocity.ALL if self.raised_by is None else self.raised_by
+        by = of_velocity.ALL_BODIES if self.raised_by is None else self.raised_by
         return [of_velocity.TIDES, 7, self.body, self.k2 * self.radius**5, self.lag, by, *self.spin]
 
     def wrong(self, masses: Array) -> str:
