@@ -24,8 +24,8 @@ from galvi.kernels.compile.jit import jit
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.whole_files import write_whole
 
-POWER = "power"  # of galvi.lanes.elementary
-MAX_CACHED_EXPRESSIONS = 1000  # most expressions whose code is kept on disk, 60 kB each
+POWER = "power"  # name of the function in galvi.lanes.elementary
+MAX_CACHED_EXPRESSIONS = 1000  # largest number of expressions whose code stays on disk, 60 kB each
 EXPRESSIONS_FOLDER = "galvi-expressions"
 FROM_MATH = {"erf", "erfc", "gamma", "lgamma"}
 FROM_NUMPY = {
@@ -55,7 +55,7 @@ def code_lines(
     Parameters
     ----------
     arguments
-        symbol -> its place in the code, e.g. 'q[0]'
+        symbol -> its code, e.g. 'q[0]'
     store
         (index of the expression, its code) -> the line that stores it
     power
@@ -64,7 +64,7 @@ def code_lines(
     Raises
     ------
     ValueError
-        For a function that has no compiled form, naming it.
+        For a function that has no compiled form; the message names it.
     """
     import sympy
 
@@ -78,12 +78,17 @@ def code_lines(
 
 
 def python_code(expression: Any, power: str = "") -> str:
-    """The Python code of an expression, in the functions of FROM_MATH and FROM_NUMPY.
+    """The Python code of an expression, by the functions of FROM_MATH and FROM_NUMPY.
 
     Parameters
     ----------
     power
         name of a function for powers; "" for the operator **
+
+    Raises
+    ------
+    ValueError
+        For a function that has no compiled form; the message names it.
     """
     import sympy
     from sympy.printing.codeprinter import PrintMethodNotImplementedError
@@ -140,7 +145,8 @@ def python_code(expression: Any, power: str = "") -> str:
 
 
 def source(bodies: Mapping[str, tuple[str, list[str]]]) -> str:
-    """The source of a module from name -> (arguments, lines); names get a digest of the source."""
+    """The source of a module of functions, from name -> (arguments, lines); a digest of the source
+    is appended to each name."""
     text = "\n".join(
         f"\n\ndef {name}_DIGEST({arguments}):\n" + "\n".join(f"    {line}" for line in lines)
         for name, (arguments, lines) in bodies.items()
@@ -156,18 +162,18 @@ def source(bodies: Mapping[str, tuple[str, list[str]]]) -> str:
 
 
 def with_digest(text: str) -> str:
-    """The source with its own digest in the names that end with _DIGEST."""
+    """The source with _DIGEST in names of functions replaced by a digest of the source."""
     return text.replace("_DIGEST(", f"_{hashlib.sha256(text.encode()).hexdigest()[:16]}(")
 
 
 def functions_in(code: str) -> set[str]:
-    """The functions of FROM_MATH and FROM_NUMPY that occur in code."""
+    """The names of FROM_MATH and FROM_NUMPY, and POWER, that occur in code."""
     return _names(code) & (FROM_MATH | FROM_NUMPY | {POWER})
 
 
 @lru_cache(maxsize=256)
 def functions(text: str) -> Mapping[str, Any]:
-    """The functions of a source by name, without the digest; compiled at the first call."""
+    """Name without the digest -> function of a source, compiled at its first call."""
     path = _cached_file(text)
     # Compiled code on disk is tied to a module that can be imported.
     names: dict[str, Any] = {"__name__": __name__, "np": np}
@@ -181,7 +187,7 @@ def functions(text: str) -> Mapping[str, Any]:
 
 
 def _cached_file(text: str) -> Path | None:
-    """The cached file with this text, written if absent; None where the cache is not writable."""
+    """The cached file with this text, written if absent; None if the cache is not writable."""
     with suppress(RuntimeError, OSError):
         folder = (
             Path(KernelCache(lagrangian_derivatives.rigid_body.py_func).cache_path)

@@ -1,4 +1,4 @@
-"""SymPy expressions of a user: read, checked, and real."""
+"""Reads and checks a user's SymPy expressions, and writes them in real symbols."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from galvi.input_checks import shown
 
 
 def in_words(expression: Any, readable: Mapping[Any, str]) -> str:
-    """The expression as text, its symbols replaced by these names."""
+    """The expression as text, with its symbols replaced by the names in ``readable``."""
     import sympy
 
     return str(
@@ -20,14 +20,14 @@ def in_words(expression: Any, readable: Mapping[Any, str]) -> str:
 
 
 def real_expression(label: str, expression: Any) -> Any:
-    """The expression itself, numbers converted to SymPy.
+    """The expression, if it is a number converted to SymPy.
 
     Raises
     ------
     TypeError
-        For something that is no SymPy expression.
+        For a value that is neither a number nor a SymPy expression.
     ValueError
-        For a complex or infinite one.
+        For an expression with I, an infinity or NaN.
     """
     import sympy
 
@@ -47,7 +47,7 @@ def real_expression(label: str, expression: Any) -> Any:
 def checked_expression(
     label: str, expression: Any, allowed: set[Any], readable: Mapping[Any, str], names: set[str]
 ) -> Any:
-    """The expression itself; ValueError for an unevaluated operation or an unknown symbol.
+    """The expression itself.
 
     Parameters
     ----------
@@ -58,6 +58,12 @@ def checked_expression(
     names
         names of the symbols given by the user; another symbol of such a name has different
         assumptions
+
+    Raises
+    ------
+    ValueError
+        For an unevaluated operation, an unknown symbol, an undefined function, or an expression
+        with I, an infinity or NaN.
     """
     import sympy
     from sympy.core.function import AppliedUndef
@@ -104,7 +110,7 @@ def _give_remedy(unknown: set[str]) -> str:
 
 
 def assumptions_remedy(names: set[str]) -> str:
-    """A sentence on symbols of the same name with different assumptions; '' for none."""
+    """The remedy for symbols of the same name with different assumptions; '' for no names."""
     if not names:
         return ""
     listed = ", ".join(sorted(names))
@@ -121,10 +127,14 @@ class Expressions:
         the Lagrangian
     forces
         (d,) generalised forces; None for none
-    q, v, t
-        the symbols, (d,), (d,) and one
+    q, v : tuple, shape (d,)
+        the symbols of the coordinates and velocities
+    t
+        the symbol of the time
     c
-        the symbols of the parameters, sorted by the user's names; `values` holds their values
+        the symbols of the parameters, sorted by the user's names
+    values
+        the values of the parameters
     readable
         symbol -> its name in the user's notation
     """
@@ -140,7 +150,7 @@ class Expressions:
 
     @property
     def places(self) -> dict[Any, str]:
-        """Symbol -> its place in generated code, e.g. 'q[0]'; t stands for itself."""
+        """Symbol -> its generated code, e.g. 'q[0]', for q, v and c; the code of t is its name."""
         named = (("q", self.q), ("v", self.v), ("c", self.c))
         return {x: f"{name}[{i}]" for name, symbols in named for i, x in enumerate(symbols)}
 
@@ -155,7 +165,8 @@ class Expressions:
 
 
 def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> Expressions:
-    """From the arguments of `galvi.Lagrangian.from_sympy`; TypeError or ValueError as there."""
+    """`Expressions` from the arguments of `galvi.Lagrangian.from_sympy`; raises TypeError or
+    ValueError for unusable ones."""
     import sympy
 
     coordinates = _coordinate_symbols("q", q)
@@ -251,7 +262,8 @@ def _as_list(name: str, collection: Any) -> list[Any]:
 
 
 def _velocities(coordinates: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
-    """The velocities, by default the derivatives of functions of time, and the time or None."""
+    """The velocities, by default the derivatives of functions of the time; and the symbol of the
+    time, None if there is none."""
     from sympy import Symbol
 
     times = {x.args for x in coordinates if not isinstance(x, Symbol)}

@@ -31,7 +31,7 @@ class SymbolicForce:
     constants
         values of the parameters
     law
-        the lines that define it for lanes, see `BuiltinForce`; "" for none
+        the code that defines it for lanes, see `BuiltinForce`; "" if lanes lack a function of it
     names
         the parameters in the user's notation, in the order of the constants
     """
@@ -64,7 +64,7 @@ class SymbolicForce:
 
 
 def symbolic_force(parsed: Expressions) -> SymbolicForce:
-    """The generalised forces of these expressions, compiled."""
+    """The generalised forces of the expressions, as generated code."""
     assert parsed.forces is not None
     lines = symbolic_code.code_lines(
         parsed.forces, parsed.places, lambda k, code: f"out[1, {k}] += {code}"
@@ -87,9 +87,10 @@ def is_lagranges_method(value: Any) -> bool:
 
 
 def read_lagranges_method(method: Any) -> tuple[Any, list[Any], list[Any] | None]:
-    """L, the coordinates, and the generalised forces of its loads, or None.
+    """L, the coordinates, and the generalised forces of the loads, None without loads.
 
-    A load on a point or a frame has the force F dv/dq' with its velocity, or angular velocity, v.
+    A load F on a point or a frame gives the forces F . dv/dq', where v is the velocity of the
+    point, or the angular velocity of the frame.
 
     Raises
     ------
@@ -120,14 +121,16 @@ def read_lagranges_method(method: Any) -> tuple[Any, list[Any], list[Any] | None
 def symbolic(
     L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any
 ) -> tuple[SymbolicLagrangian, bool, SymbolicForce | None]:
-    """The Lagrangian, whether it depends on the time, and the force or None.
+    """The Lagrangian, whether it depends on the time, and the force, None without one.
+
+    Warns of a Lagrangian that is not twice differentiable somewhere.
 
     Raises
     ------
     ImportError
         Without SymPy.
     TypeError, ValueError
-        For unusable input; warns of a Lagrangian that is not twice differentiable somewhere.
+        For unusable input.
     """
     sympy = sympy_module()
     if is_lagranges_method(L):

@@ -1,4 +1,4 @@
-"""Derivatives of a graph, and its code."""
+"""Derivatives of nodes of a graph, and their code."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def reachable(nodes: Sequence[Node]) -> list[Node]:
 
 
 def gradient(node: Node, variables: Sequence[Node]) -> list[Node]:
-    """The derivatives of a node by variables; the number 0 where it does not depend on one."""
+    """The derivatives of a node by variables; the number 0 for one that it does not depend on."""
     zero = node.graph.number(0.0)
     adjoints = {node.index: node.graph.number(1.0)}
     for descendant in reversed(reachable([node])):
@@ -34,7 +34,7 @@ def gradient(node: Node, variables: Sequence[Node]) -> list[Node]:
 
 
 def partials(node: Node) -> list[tuple[Node, Node]]:
-    """Pairs of an argument that is no number and the derivative by it."""
+    """Pairs (argument, derivative by it) for the arguments that are no numbers."""
     if node.kind in ("number", "variable"):
         return []
     x, *second = node.arguments
@@ -80,20 +80,15 @@ LITERAL_NUMBERS = (0.0, 1.0, -1.0)
 
 
 class GraphCode:
-    """Prints nodes; numbers other than 0, 1 and -1 become entries of the array ``c``.
-
-    Attributes
-    ----------
-    constants
-        these numbers, in the order in which they were first printed
-    """
+    """Python code of nodes, in which numbers other than 0, 1 and -1 are entries of the array
+    ``c``."""
 
     def __init__(self) -> None:
         self.constant_indices: dict[float, int] = {}
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """The numbers in c."""
+        """The numbers in ``c``, in the order of their first use."""
         return tuple(self.constant_indices)
 
     def written(self, outputs: Sequence[Node], power: str = "") -> tuple[list[str], list[str]]:
@@ -125,7 +120,8 @@ class GraphCode:
 
 
 def _divisors(nodes: Sequence[Node], outputs: Sequence[Node]) -> set[int]:
-    """The inverses that are used once, as a factor, so that the product can be a quotient."""
+    """Indices of the inverses whose only use is as a factor: that product is printed as a
+    quotient."""
     uses = dict.fromkeys((x.index for x in outputs), 2)
     for node in nodes:
         for x in node.arguments:
@@ -139,7 +135,7 @@ def _divisors(nodes: Sequence[Node], outputs: Sequence[Node]) -> set[int]:
 
 
 def _formula(node: Node, code: dict[int, str], power: str) -> str:
-    """The code of one operation from that of its arguments."""
+    """The code of an operation, from the code of its arguments."""
     arguments = [code.get(x.index, "") if isinstance(x, Node) else repr(x) for x in node.arguments]
     if node.kind == "*":
         for x, y in (node.arguments, node.arguments[::-1]):

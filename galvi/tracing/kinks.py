@@ -14,11 +14,11 @@ import numpy as np
 from galvi.arrays import Array
 
 JUMP_NAMES = ("values jump", "first derivatives jump", "second derivatives jump")
-# Growth from FAR_FROM_SURFACE to NEAR_SURFACE at which second derivatives count as unbounded.
+# Growth from FAR_FROM_SURFACE to NEAR_SURFACE above which second derivatives count as unbounded.
 UNBOUNDED_GROWTH = 4.0
 # Distances from the surface, relative to the state.
 FAR_FROM_SURFACE, NEAR_SURFACE = 2.0**-10, 2.0**-17
-# Fraction of a difference left from FAR_FROM_SURFACE to NEAR_SURFACE at which it is a jump.
+# Ratio of a difference at NEAR_SURFACE to that at FAR_FROM_SURFACE above which it is a jump.
 PERSISTENT_FRACTION = 0.3
 DIFFERENCE_NOISE = 2.0**-30  # relative noise of differences over NEAR_SURFACE: round-off is 2^-35
 STATE_SIZES, TRIALS, BRACKET_HALVINGS = (1.0, 0.1, 10.0), 20, 60
@@ -45,7 +45,13 @@ def surfaces(L: Any, moving: set[Any]) -> tuple[Any, ...]:
 
 
 def derivative_off_kinks(L: Any, x: Any) -> Any:
-    """dL/dx away from kinks; ValueError for a function without a known derivative, naming it."""
+    """dL/dx away from kinks.
+
+    Raises
+    ------
+    ValueError
+        For a function whose derivative SymPy does not know; the message names it.
+    """
     import sympy
 
     derivative = L.diff(x).replace(sympy.DiracDelta, lambda *_: sympy.Integer(0))
@@ -64,7 +70,7 @@ def derivative_off_kinks(L: Any, x: Any) -> Any:
 
 
 def find_kink(L: Any, k: int) -> str:
-    """The discontinuity of L at a random point of surface k, in words; '' when none is found."""
+    """A discontinuity of L at random points of surface k, in words; '' if none is found."""
     d = L.dimension
     draw = np.random.default_rng(0)
     for trial in range(TRIALS):
@@ -88,7 +94,7 @@ def find_kink(L: Any, k: int) -> str:
 
 
 def check_start(L: Any, q: Array, v: Array, t: float) -> None:
-    """Raise ValueError when the motion starts on a kink, where L has no second derivatives."""
+    """Raise ValueError if the motion starts on a kink, where L has no second derivatives."""
     for k, surface in enumerate(L.switching):
         if is_kink(L, k, q, v, t):
             raise ValueError(
@@ -113,7 +119,7 @@ def is_kink(L: Any, k: int, q: Array, v: Array, t: float) -> bool:
 
 
 def _sizes(x: Array) -> Array:
-    """|x| of each component; for a zero component the largest of the others, or 1."""
+    """|x| of each component; for a component 0 the largest of all, or 1 if all are 0."""
     size = np.abs(x)
     return np.where(size > 0.0, size, np.max(size) or 1.0)
 
@@ -152,7 +158,7 @@ def _one_sided(L: Any, x: Array, offset: Array, distance: float) -> list[Array]:
 
 
 def _sign(L: Any, k: int, x: Array) -> float:
-    """The sign of surface k's expression, 1 or -1; 0 where it is undefined."""
+    """1 if the expression of surface k is positive at x, 0 if it is NaN, else -1."""
     value = L.switches(*_split(x))[k]
     return 0.0 if np.isnan(value) else (1.0 if value > 0.0 else -1.0)
 

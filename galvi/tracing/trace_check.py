@@ -1,4 +1,4 @@
-"""Whether a trace computes what the function does, to round-off.
+"""Checks that a trace has the values of its function, up to rounding errors.
 
 Bounds on rounding errors are by running error analysis (N. Higham, Accuracy and Stability of
 Numerical Algorithms (2002), 3.3).
@@ -23,7 +23,7 @@ from galvi.tracing.lane_law import function_of
 
 
 def values_and_bounds(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, Array]:
-    """The nodes (k, ...) and bounds of their rounding errors, from values (...) of the variables.
+    """Values of nodes (k, ...) and bounds of their rounding errors, from values of the variables.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def values_and_bounds(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple
 
     Notes
     -----
-    Where an expression is undefined both are NaN or infinite.
+    Where an expression is undefined, both are NaN or infinite.
     """
     x: dict[int, Any] = {}
     error: dict[int, Any] = {}
@@ -59,7 +59,7 @@ def values_and_bounds(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple
 
 
 def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]:
-    """The value, and the part of its error that comes from the arguments."""
+    """The value of an operation on x, and the part of its error from the errors e of x."""
     if kind in ("+", "-"):
         return (x[0] + x[1] if kind == "+" else x[0] - x[1]), e[0] + e[1]
     if kind == "*":
@@ -90,7 +90,7 @@ def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]
     return value, np.abs(slope) * e[0]
 
 
-# States at which a function is compared, and how many must be finite.
+# Number of states at which a function is compared, and smallest number that must be finite.
 COMPARED_STATES, MIN_FINITE_STATES = 8, 3
 STATE_DISTANCE = 0.4  # distance of these states from the start, over the scales of a function
 ALLOWED_ERROR_BOUNDS = (
@@ -114,7 +114,7 @@ class States:
 
     @classmethod
     def around(cls, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]) -> States:
-        """The start, then random states at decreasing distances from it."""
+        """COMPARED_STATES states: the start, then random states at decreasing distances from it."""
         random = np.random.default_rng(20)
         distances = np.append(0.0, STATE_DISTANCE * 0.7 ** np.arange(COMPARED_STATES - 1.0))[
             :, None
@@ -132,7 +132,8 @@ class States:
         return start.moved(1.0, distances * by_q * scales[0], distances * by_v * scales[1])
 
     def moved(self, distance: float, by_q: Array, by_v: Array) -> States:
-        """The states with q moved along the group, and v, by ``distance`` times (n, d)."""
+        """The states with q moved by ``distance`` times by_q (n, d) in the group's chart, and v by
+        ``distance`` times by_v (n, d)."""
         rows = zip(self.q.tolist(), (distance * by_q).tolist(), strict=True)
         chart = self.chart
         q = np.array([chart.place(g, xi) for g, xi in rows])
@@ -145,7 +146,7 @@ class States:
 
     @property
     def values(self) -> dict[str, Array]:
-        """Name of a variable of the expressions -> its values (n,)."""
+        """Name of a variable of expressions -> its values (n,)."""
         columns = {f"{name}[{i}]": x for name in "qv" for i, x in enumerate(getattr(self, name).T)}
         return {**columns, "t": self.t}
 
@@ -158,12 +159,14 @@ class States:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """What a function returned at n states, (n, k); NaN stands for an exception.
+    """The numbers that a function returned at n states.
 
     Attributes
     ----------
     takes
         the arguments of the function, e.g. "qv" or "qvt"
+    returned : array, shape (n, k)
+        the numbers; NaN where the function raised an exception
     """
 
     function: Callable[..., Any]
@@ -173,7 +176,7 @@ class Sample:
 
     @classmethod
     def of(cls, function: Callable[..., Any], states: States, takes: str, size: int) -> Sample:
-        """The function called at these states.
+        """A sample of a function of ``size`` numbers at these states.
 
         Call it before tracing: an object that creates a constant in its first call then creates it
         from numbers.
@@ -192,20 +195,22 @@ class Sample:
 
 
 def _returned_numbers(function: Callable[..., Any], arguments: tuple[Any, ...], size: int) -> Array:
-    """The function's numbers, (size,); NaN where it raises."""
+    """The numbers (size,) that a function returns; NaN if it raises an exception or returns other
+    than ``size`` real numbers."""
     try:
         with np.errstate(all="ignore"):
             returned = np.asarray(function(*arguments))
             if returned.dtype.kind not in "iufO":
                 return np.full(size, np.nan)
             numbers = returned.astype(np.float64).ravel()
-    except Exception:  # a user's own
+    except Exception:  # a user's function can raise any exception
         return np.full(size, np.nan)
     return numbers if numbers.size == size else np.full(size, np.nan)
 
 
 def check_values(sample: Sample, nodes: Sequence[Node]) -> Sample:
-    """`Untraceable` unless the nodes are what the function returns, up to their rounding errors."""
+    """The sample itself; raises `Untraceable` unless the nodes have its values, up to their
+    rounding errors."""
     values, error = (x.T for x in values_and_bounds(nodes, sample.states.values))
     with np.errstate(invalid="ignore"):
         differs = np.abs(values - sample.returned) > ALLOWED_ERROR_BOUNDS * error
@@ -224,14 +229,15 @@ def check_slopes(
     states: States,
     scales: Sequence[Array],
 ) -> None:
-    """`Untraceable` unless these are the derivatives of a value, and finite at the start.
+    """Raise `Untraceable` unless the nodes are the derivatives of ``value``, and finite at the
+    start.
 
     Parameters
     ----------
     by_q
-        (d,), along q hat(e_a)
+        d derivatives along q hat(e_a)
     by_v
-        (d,), or () for a value that does not depend on v
+        d derivatives by v; () for a value that does not depend on v
     """
     slopes = values_and_bounds([*by_q, *by_v], states.values)[0].T
     _refuse_undefined(slopes)
@@ -253,7 +259,14 @@ def check_mass(
     states: States,
     scales: Sequence[Array],
 ) -> None:
-    """`Untraceable` unless the lines of a law give these slopes, and the derivatives of dL/dv."""
+    """Raise `Untraceable` unless the code of a law has these slopes, and as mass the derivatives of
+    dL/dv by v.
+
+    Parameters
+    ----------
+    slopes_of_L
+        dL/dv and the derivatives along q hat(e_a), 2 d nodes
+    """
     d = len(slopes_of_L) // 2
     with np.errstate(all="ignore"):
         q, v = states.q.T, states.v.T
@@ -293,7 +306,7 @@ def _directions(states: States, scales: Sequence[Array]) -> tuple[Array, Array]:
 def _compare(
     moved: Callable[[float], tuple[Array, Array]], derivative: Array, terms: Array
 ) -> None:
-    """`Untraceable` unless a derivative (k, n) is the difference quotient of values on both sides.
+    """Raise `Untraceable` unless a derivative (k, n) is a difference quotient for one of the steps.
 
     Parameters
     ----------

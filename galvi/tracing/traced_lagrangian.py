@@ -34,7 +34,7 @@ Function = Callable[..., Any]
 
 @dataclass(frozen=True, eq=False)
 class TracedTerm:
-    """A function of galvi.lanes.elementary that returns a list of d values.
+    """A traced force or gradient: a function for lanes that returns a list of d values.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class TracedTerm:
     constants
         constants c[0], c[1], ...
     sample
-        what the traced function returned at some states
+        the values of the traced function at some states
     """
 
     lines: str
@@ -55,7 +55,7 @@ class TracedTerm:
         return self.sample.holds
 
     def defined(self, q: Array, t: float) -> bool:
-        """Whether slopes(q, t, c) are finite there."""
+        """Whether the traced slopes(q, t, c) are finite at q and t."""
         with np.errstate(all="ignore"):
             slopes = function_of(self.lines, "slopes")(q, np.float64(t), np.array(self.constants))
         return bool(np.all(np.isfinite(np.array(slopes))))
@@ -75,9 +75,9 @@ def traced_force(
     Parameters
     ----------
     q, v, t
-        state near which it is checked
-    scales
-        (d,), (d,) lengths over which it changes with q and v
+        state near which the trace is checked
+    scales : array, shape (d,)
+        two arrays: lengths over which the force changes with q and with v
 
     Notes
     -----
@@ -134,13 +134,13 @@ class TracedLagrangian:
     Attributes
     ----------
     law
-        the lines that define its law for lanes, see galvi.tracing.lane_law
+        code that defines its law for lanes, see galvi.tracing.lane_law
     constants
-        of the law
+        constants of the law
     lagrangian
-        L with these derivatives; None where slopes are given, which were traced instead
+        L with these derivatives; None if the user's slopes were traced instead of L
     samples
-        what the traced functions returned at some states
+        the values of the traced functions at some states
     """
 
     law: str
@@ -170,7 +170,7 @@ def traced_lagrangian(
 ) -> TracedLagrangian:
     """Trace the slopes, if given, else the Lagrangian, and check the law near a state.
 
-    With slopes the Lagrangian itself is not called: it serves for energies only.
+    With slopes the Lagrangian is not called, since it is used for energies only.
 
     Parameters
     ----------
@@ -178,8 +178,8 @@ def traced_lagrangian(
         dL/dv and the Euclidean dL/dq in one vector, (d + entries of q,)
     timed
         whether the functions take (q, v, t) instead of (q, v)
-    scales
-        (d,), (d,) lengths over which L changes with q and v
+    scales : array, shape (d,)
+        two arrays: lengths over which L changes with q and with v
 
     Notes
     -----
@@ -217,7 +217,7 @@ def traced_lagrangian(
 
 
 def traced_kernel(kernel: LagrangianKernel, d: int) -> tuple[str, Array]:
-    """The law on R^d of built-in functions with a force, and its constants.
+    """The law on R^d of a kernel with an external force, as code and constants.
 
     Raises `Untraceable`.
     """
@@ -242,7 +242,8 @@ def _law(
     v: Sequence[Node],
     max_operations: int = MAX_OPERATIONS,
 ) -> tuple[GraphCode, str]:
-    """The code of a law, and its lines; `Untraceable` above ``max_operations`` operations."""
+    """The `GraphCode` of a law, and the code that defines it; raises `Untraceable` above
+    ``max_operations`` operations."""
     graph_code = GraphCode()
     lines, formulas = graph_code.written([*forces, *momenta, *mass(momenta, v)], POWER)
     if len(lines) > max_operations:
@@ -264,7 +265,7 @@ def _lagrangian(
     L: Node,
     law: str,
 ) -> SymbolicLagrangian:
-    """L and its derivatives as compiled functions, as of galvi.tracing.from_sympy."""
+    """L and its derivatives as a `SymbolicLagrangian` with the representation ``text``."""
     d, bodies = len(slopes_of_L) // 2, {}
     entries = [f"out[{k // d}, {k % d}]" for k in range(2 * d)]
     functions = [("law", slopes_of_L, entries), ("value", [L], ["out[0]"])]

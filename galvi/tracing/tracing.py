@@ -21,20 +21,20 @@ FUNCTIONS = (
     "hypot",
 )  # fmt: skip
 IN_MATH = {"arctan": "atan", "arcsin": "asin", "arccos": "acos", "arctan2": "atan2"}
-# functions that make an array, and the position of the argument dtype
+# Functions that create an array -> position of the argument dtype.
 ARRAY_FUNCTIONS = {
     "zeros": 1, "ones": 1, "empty": 1, "full": 2, "zeros_like": 1, "ones_like": 1, "empty_like": 1,
     "full_like": 2, "eye": 3, "identity": 1, "array": 1, "asarray": 1, "ascontiguousarray": 1,
     "diag": 9,
 }  # fmt: skip
-MAX_FUNCTIONS = 200  # that a function calls, directly or not
+MAX_FUNCTIONS = 200  # largest number of functions that a traced one may call, directly or not
 
 
 class StandIns:
-    """Numpy and math for symbols of one graph, and functions that use these.
+    """Replacements of numpy and math for symbols of a graph, and of functions that use them.
 
-    Numbers and arrays without symbols are left to the true functions, except that new arrays of
-    real numbers can hold symbols.
+    For arguments without symbols they call the functions of numpy and math, but new arrays of real
+    numbers can hold symbols.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -78,7 +78,7 @@ class StandIns:
         return self.functions.get(id(value), value)
 
     def _rewrite(self, function: FunctionType) -> FunctionType:
-        """The function with stand-ins for what it refers to."""
+        """The function with stand-ins for the functions and modules that it refers to."""
         if len(self.rewritten) == MAX_FUNCTIONS:
             self.graph.refuse(f"it calls more than {MAX_FUNCTIONS} functions")
         names = dict(function.__globals__)
@@ -135,7 +135,7 @@ class StandIns:
         return function
 
     def _entries(self, values: Any) -> Any:
-        """The values as an array of nodes; entries that are no numbers stay."""
+        """An array of nodes for the values; entries that are no numbers are unchanged."""
         nodes = np.empty(values.shape, dtype=object)
         for k in np.ndindex(values.shape):
             node = self.graph.as_node(values[k])
@@ -155,12 +155,12 @@ class _Module:
 
 
 def _has_symbols(*values: Any) -> bool:
-    """Whether a symbol is among the values, or in an array or a list of them."""
+    """Whether a value is a symbol, or an array or a list of objects, which may hold symbols."""
     return any(isinstance(x, Node) or np.asarray(x).dtype == object for x in values)
 
 
 def _names(code: CodeType) -> set[str]:
-    """The names in a function's code, and in that of the functions inside."""
+    """The names in a function's code, and in the code of functions defined in it."""
     names = set(code.co_names)
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -181,8 +181,8 @@ def traced_nodes(
     Raises
     ------
     Untraceable
-        For a function that needs a symbol's value, as a branch does, that calls what has no
-        expression here, or that raises an exception of its own.
+        For a function that needs the value of a symbol, as a branch does, that calls a function
+        without an expression here, that raises an exception, or that returns another shape.
 
     Notes
     -----

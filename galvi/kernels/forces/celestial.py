@@ -1,11 +1,12 @@
-"""Forces that act between point masses beside gravity, and on them.
+"""Forces between point masses other than Newton's gravity.
 
-A pull depends on the gap from a body, its source, to another one, which it gives the acceleration a
-and the energy phi for each unit of its mass, a = -dphi/dgap; the source recoils.
+A pull depends on the gap from a source to a target body. It gives the target the acceleration a
+and, per unit of its mass, the energy phi, a = -dphi/dgap; the source recoils.
 
-terms      (rows, COLUMNS)  SOURCE and TARGET, BACK = m_target / m_source, WEIGHT = m_target, then
-                            numbers of ``pole_pull`` or ``power_pull``; poles first
-constants  what galvi.kernels.forces.nbody takes, then rows, those of ``pole_pull``, and the terms
+terms      (rows, COLUMNS)  SOURCE and TARGET, RECOIL = m_target / m_source, WEIGHT = m_target, then
+                            numbers of ``pole_pull`` or ``power_pull``; those of ``pole_pull`` first
+constants  those of galvi.kernels.forces.nbody, then the number of rows, that of rows of
+           ``pole_pull``, and the terms
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ def power_pull(gap, numbers):
     Parameters
     ----------
     numbers
-        A, n, and -A / (n + 1); where n is -1, 0, and -A / 2 as a fourth one, else 0
+        A, n, -A / (n + 1) and 0; for n = -1: A, n, 0 and -A / 2
     """
     square = dot(gap, gap)
     power = power_of(square, 0.5 * (numbers[1] - 1.0))
@@ -81,7 +82,7 @@ def power_pull(gap, numbers):
 
 @jit
 def accelerations(Q, t, constants, out):
-    """As galvi.kernels.forces.nbody, with the terms."""
+    """Accelerations as of galvi.kernels.forces.nbody, plus those of the terms."""
     attractions(Q, t, constants, out)
     dimension = int(constants[0])
     head = 1 + Q.shape[0] // dimension
@@ -101,7 +102,7 @@ def accelerations(Q, t, constants, out):
 
 @jit
 def lagrangian(g, v, t, constants, out):
-    """L = sum m |v|^2 / 2 - V of galvi.kernels.forces.lagrangian_derivatives.
+    """The law of L = sum m |v|^2 / 2 - V, see galvi.kernels.forces.lagrangian_derivatives.
 
     Parameters
     ----------

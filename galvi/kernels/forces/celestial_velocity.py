@@ -1,7 +1,7 @@
 """Forces on point masses that depend on their velocities.
 
-constants  dimension, bodies, m and G m (bodies,) each, then blocks one after another, each of its
-           kind, how many numbers follow, and these, which the functions below list
+constants  dimension, number of bodies, m and G m (bodies,) each, then blocks, each of its kind, the
+           number of the numbers that follow, and these, which the functions below list
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import numpy as np
 from galvi.kernels.compile.jit import jit
 
 ONE_SOURCE, EIH, RADIATION, DRAG, TIDES = range(5)
-ALL_BODIES = -1  # instead of a body
-LEAST_SQUARE = 1e-300  # added to a square, whose power or logarithm may be infinite at 0
+ALL_BODIES = -1  # in place of the index of a body
+LEAST_SQUARE = 1e-300  # added to a square whose power or logarithm may be infinite at 0
 
 
 @jit
@@ -95,7 +95,7 @@ def all_sources(q, v, mu, numbers, a):
 
 @jit
 def radiation(q, v, mu, numbers, a):
-    """Pressure and Poynting-Robertson drag; numbers: c, source, and beta of each body.
+    """Radiation pressure and Poynting-Robertson drag; numbers: c, source, and beta of each body.
 
     a = beta M / r^2 [(1 - x.w / (r c)) x / r - w / c], without recoil (Burns, Lamy and Soter,
     Icarus 40 (1979) 1, eq. 5).
@@ -120,11 +120,12 @@ def drag(q, v, mu, numbers, a):
 
 @jit
 def tides(q, v, mu, numbers, a):
-    """Tides with a constant time lag; numbers: body, k2 radius^5, lag, raised by, spin (3,).
+    """Tides with a constant time lag; numbers: body, k2 radius^5, lag, raising body, spin (3,).
 
-    The body at x from what raises them, of mass m, is accelerated by -3 k2 R^5 m^2 / (M r^8)
-    [(1 + 3 lag x.w / r^2) x + lag (w' - spin x x)], masses times G and w' across x, and the other
-    one recoils (Hut, Astron. Astrophys. 99 (1981) 126, eq. 8).
+    The raising body may be ALL_BODIES. The body, of mass M, at x from the raising one, of mass m,
+    is accelerated by -3 k2 R^5 m^2 / (M r^8) [(1 + 3 lag x.w / r^2) x + lag (w' - spin x x)],
+    masses times G and w' the part of w across x; the other one recoils (Hut, Astron. Astrophys. 99
+    (1981) 126, eq. 8).
     """
     body, lag, spin = int(numbers[0]), numbers[2], numbers[4:7]
     for i in range(mu.size):

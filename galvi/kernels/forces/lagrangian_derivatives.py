@@ -5,9 +5,9 @@ out  (2, d)  rows dL/dv and the derivative of L along g hat(e_a)
 
 A system has two functions: one for the Lagrangian, of one of these kinds, and its external force:
 
-LAW        built in, (g, v, t, constants, out)
+LAW        a built-in law (g, v, t, constants, out)
 EUCLIDEAN  a user's (q, v) or (q, v, t) -> (d + r,): dL/dv and the Euclidean dL/dq
-LEFT       the same with the left-trivialised derivative, (d + d,)
+LEFT       a user's (q, v) or (q, v, t) -> (d + d,): dL/dv and the left-trivialised derivative
 BODY_GRADIENT   for a rigid body with inertia in constants: a user's dV/dR of (R) or (R, t)
 CANONICAL  L = v.Mv/2 - V on R^d, M by rows in constants: a law of galvi.kernels.forces.force_kinds
            for dV/dq, whose constants follow M
@@ -36,7 +36,7 @@ from galvi.kernels.lie.groups.so3 import columns, fill
 from galvi.kernels.lie.rotations import times
 
 LAW, EUCLIDEAN, LEFT, BODY_GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
-NO_FORCE, FORCE, TIMED_FORCE, FORCE_LAW = 0, 1, 2, 3  # which force acts
+NO_FORCE, FORCE, TIMED_FORCE, FORCE_LAW = 0, 1, 2, 3  # kinds of external force
 
 
 class Law(NamedTuple):
@@ -45,7 +45,7 @@ class Law(NamedTuple):
     Attributes
     ----------
     functions : array, shape (2,)
-        of the Lagrangian and of the force
+        addresses of the functions of the Lagrangian and of the force
     kind
         kind of the Lagrangian, as above
     time_dependent
@@ -55,7 +55,9 @@ class Law(NamedTuple):
     constants : array, shape (c,)
         constants of the Lagrangian
     force_kind
-        kind of external force; force_constants (c,) are its constants
+        kind of external force
+    force_constants : array, shape (c,)
+        constants of a force of kind FORCE_LAW
     """
 
     functions: Any
@@ -108,13 +110,16 @@ def gradient_kind(kind, time_dependent):
 
 @generic
 def symmetric(c):
-    """The rows of the symmetric matrix (3, 3) that c begins with."""
+    """The rows of the symmetric matrix (3, 3), by rows in c[:9]."""
     return (c[0], c[3], c[6]), (c[3], c[4], c[7]), (c[6], c[7], c[8])
 
 
 @generic
 def rigid_body_slopes(g, v, c, momenta, forces):
-    """L = v.Jv/2 + w . R c.   constants: J by rows (9,), w = mass g (3,), c = centre (3,)."""
+    """momenta and forces <- the slopes of L = v.Jv/2 + w . R c.
+
+    Constants: J by rows (9,), w = mass g (3,), c = centre of mass (3,).
+    """
     weight = times(columns(g, 3), (c[9], c[10], c[11]))
     fill(times(symmetric(c), v), momenta)
     fill(cross((c[12], c[13], c[14]), weight), forces)
@@ -122,7 +127,10 @@ def rigid_body_slopes(g, v, c, momenta, forces):
 
 @generic
 def free_body_slopes(g, v, c, momenta, forces):
-    """L = w.Jw/2 + m |v|^2/2 + m x.a.   constants: J by rows (9,), m, a (3,)."""
+    """momenta and forces <- the slopes of L = w.Jw/2 + m |v|^2/2 + m x.a.
+
+    Constants: J by rows (9,), m, a (3,).
+    """
     gravity = times(columns(g, 4), (c[10], c[11], c[12]))
     fill(times(symmetric(c), v), momenta)
     for i in range(3):
@@ -144,7 +152,8 @@ def free_body(g, v, t, constants, out):
 
 @jit
 def rotation_slopes(gradient, v, constants, layout, g, out):
-    """Slopes of a rigid body: J v from constants, and the torque of -dV/dR."""
+    """out <- J v, with J from constants, and the torque of -dV/dR; NaN if ``gradient``, dV/dR, is
+    not (3, 3)."""
     slope = np.empty(9)
     fits = gradient.shape[0] == 3 and gradient.shape[1] == 3
     for i in range(9):
@@ -155,7 +164,7 @@ def rotation_slopes(gradient, v, constants, layout, g, out):
 
 @jit
 def enter_slopes(values, kind, layout, g, out):
-    """out <- the values of a user's slopes; NaN when they have a wrong length."""
+    """out <- the values of a user's slopes; NaN if they have another length than expected."""
     d = out.shape[1]
     size = d + (d if kind == LEFT else g.size)
     if values.size != size:
@@ -173,7 +182,7 @@ def enter_slopes(values, kind, layout, g, out):
 
 @jit
 def canonical(kind, functions, constants, g, v, t, out):
-    """L = v.Mv/2 - V(q, t); kind as in galvi.kernels.forces.force_kinds."""
+    """out <- the slopes of L = v.Mv/2 - V(q, t); kind as in galvi.kernels.forces.force_kinds."""
     d = v.size
     Q, time, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
     time[0] = t
@@ -208,14 +217,14 @@ def external_force(law, g, v, t, out):
 
 @jit
 def add_force(values, out):
-    """out[1] <- out[1] + values of a user's force; NaN when they have a wrong length."""
+    """out[1] <- out[1] + values of a user's force; NaN if they are not (d,)."""
     for i in range(out.shape[1]):
         out[1, i] += values[i] if values.size == out.shape[1] else np.nan
 
 
 @jit_inline
 def slopes(law, layout, g, v, t, out):
-    """out (2, d) <- both rows at one state.
+    """out (2, d) <- dL/dv and the derivative along g hat(e_a) plus the external force.
 
     Parameters
     ----------
@@ -232,7 +241,7 @@ def slopes(law, layout, g, v, t, out):
 
 @jit
 def slopes_by_kind(law, layout, g, v, t, out):
-    """As ``slopes`` without the force, for a Lagrangian of a kind other than LAW."""
+    """`slopes` without the external force, for a Lagrangian of a kind other than LAW."""
     functions, kind, time_dependent, matrix_rows, constants, _, _ = law
     if kind >= CANONICAL:
         canonical(gradient_kind(kind, time_dependent), functions, constants, g, v, t, out)

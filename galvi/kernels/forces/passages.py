@@ -1,7 +1,7 @@
 """Passages of two point masses that are too short for a step.
 
-A step of size h whose curves have n coefficients knows the attraction of two bodies along their
-passage up to about
+A step of size h whose curves have n coefficients resolves the attraction of two bodies along their
+passage with an error of about
 
     error = kick min(rho^-2n, exp(-4 n tau / h))
 
@@ -16,11 +16,11 @@ The error is one of the relative velocity, over that velocity. Measured on plane
 another star it is 1 to 10 times too small for the positions an orbit later
 (tests/properties/test_ruined_runs.py).
 
-masses   (bodies,)               G m; two massless bodies do not meet
+masses   (bodies,)               G m; pairs of two massless bodies have no passages
 Q, c     (bodies * dimension, s) positions at the stages, and the nodes (s,)
-passage  (FOUND + 1 + bodies,)   largest error so far, its bodies, their distance, and its step,
-                                 in a clock its time; then what a run does not change, the
-                                 dimension and the masses
+passage  (FOUND + 1 + bodies,)   largest error so far, its two bodies, their distance, and its step,
+                                 in a clock its time; then, at FOUND, the dimension and the masses,
+                                 which a run does not change
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ from numba import types
 
 from galvi.kernels.compile.jit import MATRIX, VECTOR, compiled_for, jit_inline, jit_noalloc
 
-FOUND = 5
+FOUND = 5  # number of entries of ``passage`` that a run changes
 # Passages whose error exceeds ``UNRESOLVED`` are within PASSAGE_REACH h v / n at some stage.
 PASSAGE_REACH = 3.0
 PARABOLA_ECCENTRICITY = 1e-6  # |e - 1| below which a conic section is taken as a parabola
 PARABOLA_ENERGY = 1e-3  # |v^2 d / 2 - G m| / G m below which its times are those of a parabola
 UNRESOLVED = 1e-5  # error above which a passage is reported; e^(-4 n tau / h) for tau = 2.9 h / n
-# Also in a clock: of 240 runs through 40 passages of planets it left none unsaid that was wrong by
-# more than 1e-3, and named 4 that were right to 1e-6; in problems that clocks solve the error stays
+# Also in a clock: of 240 runs through 40 passages of planets it missed none that was wrong by more
+# than 1e-3, and reported 4 that were right to 1e-6; in problems that clocks solve the error stays
 # below 4e-7 up to steps of 0.8 (tests/properties/test_passages_in_a_clock.py).
 # In a frame errors are as large as this estimate where bodies pass fast, up to 300 times as large
 # where they pass slowly or are bound for a while: of 208 runs of comets past Jupiter 154 were wrong
-# by more than 1e-4 au, all but one of 4e-4 were named, and none that was right to 1e-7
+# by more than 1e-4 au; all but one, wrong by 4e-4, were reported, and none that was right to 1e-7
 # (tests/properties/test_passages_in_frames.py has some of them).
 SLOW_PASSAGE_WEIGHT = 60.0  # weight, in a frame, of a passage with d v^2 = G m
 UNRESOLVED_IN_A_FRAME = 6e-7
@@ -93,12 +93,12 @@ def passage_error(squared_distance, squared_speed, along, mu, fraction, h, n):
 
 @jit_inline
 def near_limit(passage, v, h, n):
-    """(fast, slow): a passage is resolved where the squared distance at the stages exceeds fast,
-    for v from velocities (d,), and its power 3/2 exceeds slow, for a parabola's v; both are from
-    (PASSAGE_REACH h v / n)^2.
+    """(fast, slow): a passage is resolved if the squared distance at the stages exceeds fast, and
+    its power 3/2 exceeds slow.
 
-    v is at most the sum of the two largest speeds relative to the heaviest body, and at most that
-    of a parabola, v^2 = 2 G m / d, whichever is larger.
+    Both are (PASSAGE_REACH h v / n)^2. For fast, v is the sum of the two largest speeds relative to
+    the heaviest body, from the velocities v (d,); for slow it is that of a parabola, v^2 = 2 G m /
+    d.
     """
     dimension, masses = int(passage[FOUND]), passage[FOUND + 1 :]
     star, first, second, heavy = 0, 0.0, 0.0, 0.0
@@ -201,8 +201,8 @@ def note_states(passage, q, v, t, n):
     dimension) at times t (k + 1,), each with its own length.
 
     A step that ends close to another body errs most, and the closest approach may lie beyond it:
-    the conic section of the nearer end is evaluated. Where the path along the chord does not come
-    within ``PASSAGE_REACH`` of that length nothing can be wrong.
+    so the conic section of the end with the smaller distance is evaluated. A pair whose path along
+    the chord stays farther away than PASSAGE_REACH h v / n is skipped.
     """
     dimension, masses = int(passage[FOUND]), passage[FOUND + 1 :]
     for step in range(t.size - 1):
@@ -243,8 +243,8 @@ def note_states(passage, q, v, t, n):
 
 @jit_inline
 def bodies_of(passage):
-    """How many bodies there are where ``passage`` ends with bodies^2 numbers more, which say 1 for
-    pairs that a frame moves about each other, exactly."""
+    """The number of bodies of a ``passage`` in a frame, which ends with bodies^2 further numbers: 1
+    for pairs whose motion about each other is exact in the frame, else 0."""
     numbers = passage.size - FOUND - 1
     return int(0.5 * (math.sqrt(1.0 + 4.0 * numbers) - 1.0) + 0.5)
 
@@ -252,8 +252,10 @@ def bodies_of(passage):
 @jit_inline
 def may_pass(passage, q, v, h, n):
     """Whether two bodies may pass in a step of a frame, of size h, with the state q, v (bodies *
-    dimension,) at its centre: paths are those about the heaviest body, to the second order in time,
-    which says nothing where they move farther in half a step than that body is.
+    dimension,) at its centre.
+
+    Paths are those about the heaviest body, to the second order in time. True also for a pair whose
+    relative motion in half a step exceeds its distance from that body, for which this is no bound.
     """
     dimension, bodies = int(passage[FOUND]), bodies_of(passage)
     masses, is_kepler_pair = passage[FOUND + 1 : FOUND + 1 + bodies], passage[FOUND + 1 + bodies :]
@@ -325,7 +327,7 @@ def note_paths(passage, Q, h, n, number):
 
 @cache
 def compiled_note_states():
-    """``note_states`` compiled or cached."""
+    """The compiled ``note_states``."""
     return compiled_for(
         note_states, types.void(VECTOR, MATRIX, MATRIX, VECTOR, types.int64), jit_inline
     )

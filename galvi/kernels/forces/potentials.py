@@ -1,9 +1,8 @@
-"""dV/dq and d2V/dq2 of the built-in potentials, and from them both at all s stages at once.
+"""dV/dq and d2V/dq2 of the built-in potentials, at one configuration and at all s stages.
 
-q (d,), c constants; slopes fill out (d,), for numbers, complex or not, arrays and lanes, and second
-derivatives what is not 0 in out (d, d)
-
-Q (d, s) configurations; a gradient fills out (d, s), a Hessian out (d, d, s)
+At q (d,) with constants c, dV/dq fills out (d,), for numbers, complex or not, arrays and lanes;
+d2V/dq2 sets the entries of out (d, d) that are not 0. At Q (d, s), a gradient fills out (d, s), a
+Hessian out (d, d, s).
 """
 
 from __future__ import annotations
@@ -116,13 +115,12 @@ def spring_stiffness(r, c):
 
 @generic
 def uniform_field_hessian(q, c, out):
-    """0."""
+    """0: no entry of out is set."""
 
 
 @cache
 def over_stages(slopes, second_derivatives):
-    """The gradient and the Hessian of a potential at all stages, from dV/dq and d2V/dq2, which
-    leaves zeros as they are."""
+    """The compiled gradient and Hessian of a potential at all stages, from dV/dq and d2V/dq2."""
 
     def gradient(Q, t, constants, out):
         for k in range(Q.shape[1]):

@@ -18,7 +18,8 @@ from galvi.kernels.on_group.stages import (
 
 @jit_noalloc
 def factor(matrix, pivots):
-    """matrix <- its LU factors with partial pivoting, in place; returns whether it is regular."""
+    """Replace a matrix by its LU factors, with partial pivoting; returns False if it is singular or
+    not finite."""
     n = matrix.shape[0]
     for k in range(n):
         best, row = 0.0, k
@@ -42,7 +43,7 @@ def factor(matrix, pivots):
 
 @jit_noalloc
 def substitute(matrix, pivots, rhs):
-    """rhs <- A^-1 rhs from the factors of A."""
+    """rhs <- A^-1 rhs, from the factors of A by ``factor``."""
     n = matrix.shape[0]
     for k in range(n):
         rhs[k], rhs[pivots[k]] = rhs[pivots[k]], rhs[k]
@@ -61,7 +62,8 @@ SLOPE_DIFFERENCE = 2.0**-22
 
 @jit_noalloc
 def curvature(law, layout, chart, scratch, scale, rate_scale, g, t, xi, eta, stage_forces, blocks):
-    """blocks (2, 3, d, d) <- derivatives by xi and xi' of pi, f and n, which are stage_forces."""
+    """blocks (2, 3, d, d) <- derivatives by xi and xi' of pi, f and n, by forward differences from
+    their values ``stage_forces`` (3, d)."""
     d = xi.size
     velocity, moved_slopes = scratch.velocity, scratch.local
     for a in range(d):
@@ -81,7 +83,8 @@ def curvature(law, layout, chart, scratch, scale, rate_scale, g, t, xi, eta, sta
 
 @jit_noalloc
 def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_momentum):
-    """Derivatives (d, d) of p1 by xi(1) and by the momentum, by central differences."""
+    """by_place, by_momentum (d, d) <- derivatives of p1 by xi(1) and by the momentum, by central
+    differences."""
     d = xi.size
     if is_flat(layout):
         by_place[:, :] = 0.0

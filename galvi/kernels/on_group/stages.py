@@ -21,7 +21,7 @@ basis        a ``Basis``; the unknowns of component a are x[a, i] with i < first
              the others are 0
 law          a ``Law`` of galvi.kernels.forces.lagrangian_derivatives
 scale        (d,)       1 for rotations; for translations the size of positions and displacements
-rate_scale              size of xi'; as scale, not 0
+rate_scale              size of xi'; not 0
 scratch      a ``Scratch``
 """
 
@@ -77,7 +77,7 @@ BASIS = types.Tuple(
 
 @jit_noalloc
 def place_curve(basis, h, x, coordinates, rate):
-    """xi_j = sum_i psi_ji x_i,  xi'_j = sum_i psi_ji' x_i / h."""
+    """coordinates and rate (d, s) <- xi_j = sum_i psi_ji x_i and xi'_j = sum_i psi_ji' x_i / h."""
     psi, slope = basis.psi, basis.slope
     for a in range(x.shape[0]):
         for j in range(psi.shape[0]):
@@ -89,9 +89,9 @@ def place_curve(basis, h, x, coordinates, rate):
 
 
 class Discretisation(NamedTuple):
-    """How a motion on a group is discretised: see above.
+    """The group, as layout and chart of galvi.kernels.lie.product, and the basis of a method.
 
-    Without the law, which kernels that are compiled cannot take where it is Python's.
+    The law is not included, since compiled kernels cannot take one that is in Python.
     """
 
     layout: Any
@@ -181,7 +181,7 @@ def local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, out):
 
 @jit_noalloc
 def stage_slopes(law, layout, chart, scratch, start, curve):
-    """The curve's forces and velocities <- their values at all stages."""
+    """Set the curve's forces and velocities at all stages."""
     coordinates, rate, forces, velocities = (
         curve.coordinates,
         curve.rate,
@@ -222,7 +222,7 @@ def end_momentum_in_frame(basis, h, mu0, forces, out):
 
 @jit_noalloc
 def end_momentum(layout, chart, xi, momentum, mu1, p1):
-    """mu1 and p1 = T^T mu1 from xi(1) and the momentum in the frame of g."""
+    """Set mu1 and p1 = T^T mu1, from xi(1) and the final momentum in the frame of g."""
     if is_flat(layout):
         for i in range(xi.size):
             mu1[i] = p1[i] = momentum[i]

@@ -4,15 +4,16 @@ A pull has a length l with arms dl/dq, of joints or of a path through points of 
 
     f = (dl/dq)^T F,   F = F_0 - x (k + k_1 x + k_2 x^2) - l' (b + b_1 |l'| + b_2 l'^2)
 
-x is how far l is above ``high`` or below ``low``; they are equal but for a spring with slack. A
-pull of its own (an actuator's) may have limits: beyond them it is NaN, so that the step fails.
-Other forces are wrenches on the links in their joints' frames, carried inwards as in
-galvi.kernels.trees.tree, whose ``work`` they are gathered in.
+x is the amount by which l exceeds HIGH or, negative, falls below LOW; these two are equal but for a
+spring with slack. An actuator's pull may have limits: beyond them it is NaN, so that the step
+fails. Other forces are wrenches on the links in their joints' frames, summed in ``work`` of
+galvi.kernels.trees.tree and carried inwards as there.
 
-c       constants of galvi.kernels.trees.tree; then at ``first`` FORCES_HEAD numbers, the d
-        coefficients of damping, and rows, at the places below, of each kind, one after the other
-world   12 numbers for each frame, its rotation by rows and its place in the world, from zeros
-motors  (d,) from zeros, what actuators exert through joints
+c       constants of galvi.kernels.trees.tree; then FORCES_HEAD numbers, the d coefficients of
+        damping, and the rows of each kind, one kind after the other; for their entries see the
+        indices below
+world   12 numbers for each frame, its rotation by rows and its position in the world, from zeros
+motors  (d,) from zeros, forces of actuators through joints
 """
 
 import numpy as np
@@ -38,9 +39,10 @@ from galvi.kernels.trees.sparse import (
 )
 from galvi.kernels.trees.tree import FIELD, LEAST_SINE_SQUARE, STRIDE, F, L, R, V, W
 
-# whether there are wrenches; numbers of rows; wind in the world
+# Of FORCES_HEAD numbers: whether there are wrenches; numbers of rows; wind in the world.
 WRENCHES, PULLS, BOUNDS, WEIGHTS, PUSHES, WET, WIND, FORCES_HEAD = 0, 1, 2, 3, 4, 5, 6, 9
-# of a pull: its arms and points, whether it is an actuator's, has slack and limits; its numbers
+# Of a pull: numbers of arms and points; whether it is an actuator's, has slack, has limits; its
+# other numbers.
 ARMS, POINTS, OWN, SLACK, LIMITED, CONSTANT, LOW, HIGH, LEAST, MOST = range(10)
 OFFSET, SPRING, DAMPER, PULL = 10, 11, 14, 17
 ARM, POINT = 3, 5  # velocity, entry (-1: none), ratio; frame, place (3,), share of the way to it
@@ -51,19 +53,19 @@ NAN = float("nan")
 
 @generic
 def absolute(x):
-    """|x|"""
+    """|x|."""
     return where(x < 0.0, minus(0.0, x), x)
 
 
 @generic
 def within(x, c, k):
-    """x, or NaN where it is not between c[k] and c[k + 1]."""
+    """x, or NaN where it is outside [c[k], c[k + 1]]."""
     return where(x <= c[k + 1], where(x >= c[k], x, NAN), NAN)
 
 
 @generic
 def stretch(c, k, l):
-    """x of a pull at k."""
+    """x of the pull at k of c, for the length l."""
     if int(c[k + SLACK]) > 0:
         above, below = minus(l, c[k + HIGH]), minus(l, c[k + LOW])
         return where(above > 0.0, above, where(below < 0.0, below, 0.0))
@@ -72,7 +74,7 @@ def stretch(c, k, l):
 
 @generic
 def pull_of(c, k, l, rate):
-    """F of a pull at k."""
+    """F of the pull at k of c, for the length l and its rate."""
     x, s, b = stretch(c, k, l), k + SPRING, k + DAMPER
     stiffness = plus(c[s], times(x, plus(c[s + 1], times(x, c[s + 2]))))
     damping = c[b]
@@ -85,7 +87,7 @@ def pull_of(c, k, l, rate):
 
 @generic
 def point_in_world(c, k, work, world):
-    """Place and velocity in the world of a point of a frame."""
+    """Position and velocity in the world of the point at k of c, in a frame."""
     a, b, p = STRIDE * int(c[k]), 12 * int(c[k]), triple(c, k + 1)
     moving = sum_of(triple(work, a + V), cross(triple(work, a + W), p))
     return sum_of(triple(world, b + 9), rotated(world, b, p)), rotated(world, b, moving)
@@ -93,28 +95,27 @@ def point_in_world(c, k, work, world):
 
 @generic
 def safe_length(along):
-    """The length of a triple; 1e-100 where it is 0, so that what is drawn along it has no direction
-    there, and no force."""
+    """The length of a triple, but 1e-100 where it is 0, so that a force along it is 0 there."""
     return sqrt(plus(dot(along, along), LEAST_SINE_SQUARE))
 
 
 @generic
 def add_force_in_world(work, world, c, k, force):
-    """A force in the world acts at a point."""
+    """Add a force, by its components in the world, at the point at k of c."""
     a, b = STRIDE * int(c[k]), 12 * int(c[k])
     add_force(work, a, triple(c, k + 1), rotated_back(world, b, force))
 
 
 @generic
 def add_force(work, a, p, force):
-    """A force acts at a point p of a frame."""
+    """Add a force at a point p of the frame at a of work."""
     keep(sum_of(triple(work, a + L), cross(p, force)), work, a + L)
     keep(sum_of(triple(work, a + F), force), work, a + F)
 
 
 @generic
 def add_pull(c, k, q, v, work, world, tau, motors):
-    """One pull, at k; returns where the next one is."""
+    """Add the pull at k of c; returns the index of the next pull."""
     first, arms, points = k + PULL, int(c[k + ARMS]), int(c[k + POINTS])
     l, rate, path = c[k + OFFSET], 0.0, first + ARM * arms
     for i in range(arms):
@@ -155,7 +156,8 @@ def add_pull(c, k, q, v, work, world, tau, motors):
 
 @generic
 def add_drag(c, k, wind, work, world):
-    """What a medium does to a body: F = -(b + b_1 |u|) u of each component u along its axes."""
+    """Add the drag of a medium on a body: -(b + b_1 |u|) u for each component u of the linear and
+    angular velocity along the body's axes."""
     a, p, axes = STRIDE * int(c[k]), triple(c, k + 1), k + 4
     w = triple(work, a + W)
     v = sum_of(triple(work, a + V), cross(w, p))
@@ -183,7 +185,8 @@ def resistance(b, b_1, u):
 
 @generic
 def set_world_frames(c, work, world):
-    """Rotation and place of each frame in the world, after ``outward``; no wrenches yet."""
+    """Set the rotation and position of each frame in the world, after ``outward``, and reset the
+    wrenches in work to 0."""
     world[0] = world[4] = world[8] = 1.0
     for j in range(int(c[0]) + 1):
         a, b = STRIDE * j, 12 * j
@@ -199,7 +202,7 @@ def set_world_frames(c, work, world):
 
 @generic
 def add_wrenches(c, work, tau):
-    """Adds to tau what the wrenches in work do."""
+    """Add to tau the forces of the wrenches in work along the joints."""
     for j in range(int(c[0]), 0, -1):
         k, a = tree.HEAD + tree.JOINT * (j - 1), STRIDE * j
         kind, dof, up = int(c[k + tree.KIND]), int(c[k + tree.DOF]), STRIDE * int(c[k + tree.UP])
@@ -214,7 +217,7 @@ def add_wrenches(c, work, tau):
 
 @generic
 def joint_forces(c, d, q, v, work, world, tau, motors):
-    """Adds the forces to tau (d,)."""
+    """Add all forces to tau (d,)."""
     s = tree.HEAD + tree.JOINT * int(c[0])
     for i in range(d):
         tau[i] = minus(tau[i], times(c[s + FORCES_HEAD + i], v[i]))
@@ -267,7 +270,8 @@ def tree_joint_forces(q, v, t, constants, out):
 
 @generic
 def spring_energy(c, k, l):
-    """The energy of a pull's spring, and of its constant force."""
+    """The energy of the spring and of the constant force of the pull at k of c, for the length
+    l."""
     x, s = stretch(c, k, l), k + SPRING
     terms = plus(0.5 * c[s], times(x, plus(c[s + 1] / 3.0, times(0.25 * x, c[s + 2]))))
     return minus(times(times(x, x), terms), times(c[k + CONSTANT], l))
@@ -275,8 +279,11 @@ def spring_energy(c, k, l):
 
 @jit
 def tree_force_potentials(places, d, constants, energies):
-    """energies (n,) <- those of the springs and constant forces of pulls that are no actuator's,
-    and of weights held up, at n configurations (n, r) of d velocities."""
+    """energies (n,) <- the energies of the springs and constant forces of all pulls but those of
+    actuators, and of the forces that hold up weights, at n configurations (n, r).
+
+    ``d`` is the number of velocities.
+    """
     frames, s = int(constants[0]) + 1, tree.HEAD + tree.JOINT * int(constants[0])
     zero_velocity = np.zeros(d)
     for n in range(places.shape[0]):

@@ -1,10 +1,10 @@
 """Lagrangian of a tree of rigid bodies by recursion, for lanes, numbers, arrays and kernels alike.
 
-A joint carries a frame: of a hinge and a slide, on the axis, which is its z axis; of a ball joint,
-at its centre; of a free joint, the body's own, with the velocity of its origin in space, then w.
-Frame 0 is the world's. With C and r the rotation and the displacement from a joint's frame to that
-of the joint before it, S the joint's axes, X = (C, r), twists V = (w, v) and wrenches P = (l, f) in
-the joint's frame at its origin,
+Each joint has a frame: for a hinge and a slide, on the axis, which is its z axis; for a ball joint,
+at its centre; for a free joint, that of the body, whose velocities are that of the origin in space,
+then w. Frame 0 is the world. With C and r the rotation and the displacement from a joint's frame to
+that of the joint before it, S the joint's axes, X = (C, r), twists V = (w, v) and wrenches P = (l,
+f) in the joint's frame at its origin,
 
     U_j = X_j^-1 V_up(j),   V_j = U_j + S_j v_j,   P_j = I_j V_j + sum over next joints of X_k P_k,
     dL/dv_j = S_j^T P_j + armature v_j,
@@ -15,9 +15,9 @@ with m_j, c_j mass and centre of all that the joint carries, and g_j gravity in 
 joint by S_j e changes V_j by -[S_j e, U_j] and turns what it carries in the field (Featherstone,
 Rigid Body Dynamics Algorithms, ch. 6, for the mass by composite bodies).
 
-c     HEAD numbers: joints, gravity (3,), mass times centre of what is fixed (3,); then JOINT
-      numbers for each joint, at the places below
-work  STRIDE numbers for each frame, at the places below, from zeros
+c     HEAD numbers: number of joints, gravity (3,), mass times centre of fixed bodies (3,); then
+      JOINT numbers for each joint, see the indices below
+work  STRIDE numbers for each frame, see the indices below, from zeros
 q, v  entries and velocities of all joints
 """
 
@@ -60,7 +60,7 @@ LEAST_SINE_SQUARE = 1e-200
 
 @generic
 def place_joint(c, k, q, work, a):
-    """C and r of a joint at its coordinates."""
+    """Set C and r of the joint at k of c, at a of work, from its coordinates."""
     kind, entry = int(c[k + KIND]), int(c[k + ENTRY])
     keep(triple(c, k + SHIFT), work, a + R)
     for i in range(3):
@@ -82,7 +82,8 @@ def place_joint(c, k, q, work, a):
 
 @generic
 def outward(c, q, v, work):
-    """C, r, U, V, gravity, and each joint's own momentum, mass and first moment."""
+    """Set C, r, U, V and gravity of each joint, and the momentum, mass and first moment of its
+    body."""
     keep(triple(c, 1), work, FIELD)
     keep(triple(c, 4), work, H)
     for j in range(1, int(c[0]) + 1):
@@ -114,7 +115,8 @@ def outward(c, q, v, work):
 
 @generic
 def inward(c, v, work, tau, mu):
-    """tau <- dL/dq but for the springs', mu <- dL/dv; masses and first moments of all carried."""
+    """tau <- dL/dq without the springs, mu <- dL/dv; masses and first moments in work become those
+    of all bodies that each joint carries."""
     for j in range(int(c[0]), 0, -1):
         k, a = HEAD + JOINT * (j - 1), STRIDE * j
         kind, up, dof = int(c[k + KIND]), STRIDE * int(c[k + UP]), int(c[k + DOF])
@@ -147,7 +149,7 @@ def inward(c, v, work, tau, mu):
 
 @generic
 def rotation_vector(q, entry, c, k):
-    """The rotation vector from the matrix at k of c to that at ``entry`` of q."""
+    """The rotation vector from the matrix at index k of c to that at index ``entry`` of q."""
     a0, a1, a2 = triple(c, k), triple(c, k + 3), triple(c, k + 6)
     b0, b1, b2 = triple(q, entry), triple(q, entry + 3), triple(q, entry + 6)
     turn = (  # columns of A^T B
@@ -167,7 +169,7 @@ def rotation_vector(q, entry, c, k):
 
 @generic
 def springs(c, q, tau):
-    """Adds the springs' forces to tau; returns their energy."""
+    """Add the forces of the springs to tau; returns their energy."""
     energy = 0.0
     for j in range(1, int(c[0]) + 1):
         k = HEAD + JOINT * (j - 1)
@@ -192,7 +194,7 @@ def springs(c, q, tau):
 
 @generic
 def add_inertia(work, a, up):
-    """The inertia of a frame, in that of the joint before it, is added to that one's."""
+    """Add the inertia of the frame at a of work to that of the joint before it, at ``up``."""
     m, r = work[a + M], triple(work, a + R)
     h = rotated(work, a + C, triple(work, a + H))
     x, y, z = triple(work, a + C), triple(work, a + C + 3), triple(work, a + C + 6)
@@ -214,7 +216,7 @@ def add_inertia(work, a, up):
 
 @generic
 def component(kind, work, a, l, f, i):
-    """The i-th component of a wrench along a joint's axes."""
+    """The component of the wrench (l, f) along the i-th axis of a joint."""
     if kind == HINGE:
         return l[2]
     if kind == SLIDE:
@@ -230,7 +232,7 @@ def unit(i):
 
 @generic
 def composite(c, work, mass):
-    """mass[i (i + 1) / 2 + j] <- d2L/dv_i dv_j, j up to i, from zeros, after ``inward``."""
+    """mass[i (i + 1) / 2 + j] <- d2L/dv_i dv_j for j <= i, after ``inward``; mass is 0 before."""
     n = int(c[0])
     for j in range(1, n + 1):
         for i in range(6):
@@ -269,7 +271,7 @@ def composite(c, work, mass):
 
 
 class ConstantsWithLiterals:
-    """Constants of which some are literal numbers.
+    """Constants some of which are literal numbers, so that code for lanes depends on them.
 
     Parameters
     ----------
@@ -286,7 +288,7 @@ class ConstantsWithLiterals:
 
 
 def recursion(c, q, v, d):
-    """dL/dq, dL/dv, the mass (d (d + 1) / 2,), V and nothing else, for lanes, numbers or arrays."""
+    """(dL/dq, dL/dv, mass (d (d + 1) / 2,), V), for lanes, numbers or arrays."""
     work = [0.0] * (STRIDE * (int(c[0]) + 1))
     tau, mu, mass = [0.0] * d, [0.0] * d, [0.0] * (d * (d + 1) // 2)
     outward(c, q, v, work)
@@ -297,7 +299,7 @@ def recursion(c, q, v, d):
 
 
 def tree(d, literals):
-    """The law of a tree with d velocities, with its constants, some of which are known numbers."""
+    """The law of a tree with d velocities; ``literals``, index -> number, replace constants."""
 
     def law(q, v, t, c):
         tau, mu, mass, _ = recursion(ConstantsWithLiterals(literals, c), q, v, d)
@@ -353,8 +355,11 @@ def tree_states(places, rates, constants, value, at_rest, momenta, in_space):
 
 @jit
 def tree_forces(g, v, constants, tau):
-    """tau (d,), from zeros, <- what M v' equals, by Newton and Euler: springs, and minus the wrench
-    that moves the bodies without v', d(I V)/dt = I A - ad_V^T (I V), less gravity."""
+    """tau (d,) <- M v' by Newton and Euler; tau is 0 before.
+
+    That is the force of the springs, minus the wrench that moves the bodies with v' = 0,
+    d(I V)/dt = I A - ad_V^T (I V), less gravity.
+    """
     n = int(constants[0])
     work, A = np.zeros(STRIDE * (n + 1)), np.zeros(6 * (n + 1))
     outward(constants, g, v, work)
