@@ -154,7 +154,7 @@ class Lane:
     def clipped(self, low, high):
         """These numbers, clipped to [low, high]; NaN stays NaN."""
         clipped_below = self.where(self._comparison(">=", low, "fcmp_unordered"), low)
-        return clipped_below.where(clipped_below._compared("<=", high, "fcmp_unordered"), high)
+        return clipped_below.where(clipped_below._comparison("<=", high, "fcmp_unordered"), high)
 
     def call(self, name, *operands):
         """The LLVM intrinsic ``name`` of this lane and the operands, lanes or numbers."""

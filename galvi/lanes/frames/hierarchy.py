@@ -94,7 +94,7 @@ def add_attraction(orbits, bodies, pair):
     """Add the attraction of a pair's two sides less that of its Kepler motion, and other forces
     between them; move the positions of its bodies to its barycentre."""
     lanes = bodies.lanes
-    first, middle, end = (bodies.bound(pair, k) for k in (FIRST, MIDDLE, END))
+    first, middle, end = (bodies.limit_of(pair, k) for k in (FIRST, MIDDLE, END))
     Q = orbits.load_vector(orbits.work_lanes, orbits.work, 0, (pair,))
     inverse = orbits.load(orbits.work_lanes, orbits.work, 2 * orbits.D, (pair,))
     square = inverse * inverse
@@ -157,7 +157,7 @@ def hierarchy_pass(orbits, lanes):
         add_attraction(orbits, bodies, loop.index)
     with bodies.loop(orbits.row(0), orbits.n) as loop:
         pair = loop.index
-        first, middle = (bodies.bound(pair, k) for k in (FIRST, MIDDLE))
+        first, middle = (bodies.limit_of(pair, k) for k in (FIRST, MIDDLE))
         first_pull, middle_pull = bodies.load(1, first), bodies.load(1, middle)
         a = [x - y for x, y in zip(middle_pull, first_pull, strict=True)]
         share = orbits.number(lanes, MASS_SHARE, (pair,))
