@@ -23,7 +23,7 @@ changed by errors of the curve. A pass of the iteration takes n from xi, momenta
 the last D, velocities from these by one Newton step with the last mass, their rates eta, projected
 to those of curves, f from the last xi and eta with these momenta, and from eta and f the next xi, D
 and multipliers; p0 is not an unknown. A step for which the iteration does not converge, or whose
-rotation exceeds REACHES, is left to the general kernel.
+rotation exceeds LARGEST_ROTATIONS_IN_LANES, is left to the general kernel.
 
 A law is a Python function (g, v, t, constants) -> (tau, mu, mass) of lanes or numbers: g holds the
 entries of an element, tau the left-trivialised dL/dg, mu = dL/dv, and mass the rows of d2L/dv2 up
