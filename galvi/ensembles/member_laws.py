@@ -33,7 +33,7 @@ from galvi.systems.nbody import NBody
 from galvi.tracing.lane_law import (
     built_in,
     compiled_law,
-    coupled,
+    coupled_components,
     function_of,
     unit_mass_law,
 )
@@ -190,7 +190,7 @@ def can_iterate_in_lanes(law: Law, numbers: LawNumbers, method: Galerkin) -> boo
         return False
     if numbers.mass is not None and numbers.mass.ndim == 3:
         return len(set(degrees)) == 1
-    return all(degrees[i] == degrees[j] for i, j in coupled(law.lines, law.dimension))
+    return all(degrees[i] == degrees[j] for i, j in coupled_components(law.lines, law.dimension))
 
 
 def iterates_positions_only(law: Law, method: Galerkin) -> bool:

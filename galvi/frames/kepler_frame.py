@@ -34,7 +34,7 @@ from galvi.lanes.frames.collocation import DRIFT, LEAVE, RATES
 from galvi.lanes.frames.hierarchy import rows_of_hierarchy
 from galvi.lanes.frames.kepler import rows_of_planets
 from galvi.lanes.frames.kepler_drift import LARGEST_ANOMALY_CHANGE
-from galvi.lanes.frames.kepler_motion import ARGUMENT_HALVINGS, LEAST_DISTANCE
+from galvi.lanes.frames.kepler_motion import ARGUMENT_HALVINGS, LEAST_DISTANCE_RATIO
 from galvi.lanes.vectors import LANES
 from galvi.problem import Problem
 from galvi.systems.forces.celestial import Force
@@ -169,7 +169,7 @@ class KeplerFrame:
                 f"the orbit of {bodies} is not bound any more, which the Kepler frame does not "
                 f"cover. Use another chart from there on."
             )
-        eccentric = _above_eccentricity(problem, hierarchy, 1.0 - LEAST_DISTANCE)
+        eccentric = _above_eccentricity(problem, hierarchy, 1.0 - LEAST_DISTANCE_RATIO)
         if eccentric:
             return (
                 f"an orbit is more eccentric than the Kepler frame covers: {eccentric}. Use "

@@ -1,4 +1,4 @@
-"""Numbers that the whole of galvi shares."""
+"""Numbers that several folders of galvi use."""
 
 import math
 

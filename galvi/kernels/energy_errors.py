@@ -1,14 +1,14 @@
-"""Errors of the energy: what they are measured by, and when they are too large.
+"""Errors of the energy: the measures they are compared with, and whether they ruin a run.
 
 Rows of a table of n errors, (8, n):
 
-ERROR            those up to ROUNDING become 0; NaN where an energy is unknown
-RUINING          the part of an error that ruins a run where it exceeds the measure
-SIZE             by which an error is measured if it exceeds the range of V
-LEAST, GREATEST  V there
-ROUNDING         errors up to which are none
-LARGEST          the measure if that sample is good; filled by `assess_errors`, as the next is
-LIMIT            the measure after it
+ERROR            errors; `assess_errors` sets those up to ROUNDING to 0; NaN for an unknown energy
+RUINING          the part of an error that ruins a run if it exceeds the measure
+SIZE             least measure of an error; the range of V so far is used if it is larger
+LEAST, GREATEST  smallest and largest V of the sample
+ROUNDING         largest error that counts as round-off
+LARGEST          measure with this sample; set by `assess_errors`, as is the next
+LIMIT            measure after this sample: it grows only with samples of small error
 """
 
 import math
@@ -16,24 +16,26 @@ import math
 from galvi.kernels.compile.jit import jit
 
 ERROR, RUINING, SIZE, LEAST, GREATEST, ROUNDING, LARGEST, LIMIT, ROWS = range(9)
-LOWEST, HIGHEST, MEASURE, WORST = range(4)  # of `Checkpoint.energies`
-TOLERATED = 0.01  # share of its measure up to which an error is not reported
-ENERGY_ROUND_OFF = 2.0**-40  # share of |T| + |V| that is not an error
-REST_SHARE = 1e-9  # share of what a step gives below which a kinetic energy is none
+LOWEST, HIGHEST, MEASURE, WORST = range(4)  # indices in `Checkpoint.energies`
+TOLERATED_SHARE = 0.01  # largest ratio of an error to its measure that is not reported
+ENERGY_ROUND_OFF = 2.0**-40  # largest ratio of an error to |T| + |V| that counts as round-off
+REST_SHARE = 1e-9  # largest ratio of T at the start to that after a step for a start at rest
 
 
 @jit
-def errors_since_start(kinetic, potential, energies, driven, start, start_kinetic, table):
-    """table (8, n) <- the errors of T + V, (n,) each, since the start.
+def errors_since_start(kinetic, potential, energies, uses_work, start, start_kinetic, table):
+    """Fill table (8, n) with the errors of T + V since the start; LARGEST and LIMIT are not set.
 
     Parameters
     ----------
-    energies
-        (n,) or (1,) exact T + V
-    driven
-        whether errors are measured by T and the work since the start too
-    start
-        the energy at the start; ``start_kinetic`` is the size of its T
+    kinetic, potential : array, shape (n,)
+        T and V
+    energies : array, shape (n,) or (1,)
+        exact T + V
+    uses_work
+        whether SIZE includes |T| and the work since the start
+    start, start_kinetic
+        T + V and |T| at the start
     """
     for k in range(kinetic.size):
         energy = energies[min(k, energies.size - 1)]
@@ -42,9 +44,9 @@ def errors_since_start(kinetic, potential, energies, driven, start, start_kineti
         if math.isnan(error) and math.isfinite(start):
             table[RUINING, k] = math.inf
         size = start_kinetic
-        if driven and abs(kinetic[k]) > size:
+        if uses_work and abs(kinetic[k]) > size:
             size = abs(kinetic[k])
-        if driven and abs(energy - start) > size:
+        if uses_work and abs(energy - start) > size:
             size = abs(energy - start)
         table[SIZE, k] = size
         table[LEAST, k] = table[GREATEST, k] = potential[k]
@@ -53,55 +55,60 @@ def errors_since_start(kinetic, potential, energies, driven, start, start_kineti
 
 @jit
 def share_of(error, measure):
-    """error / measure; 0 for no error, infinite without a measure."""
+    """error / measure; 0 unless the error is positive, infinite unless the measure is."""
     if not error > 0.0:
         return 0.0
     return error / measure if measure > 0.0 else math.inf
 
 
 @jit
-def grow_measures(table, single, floor, so_far):
-    """Fill the rows LARGEST and LIMIT, the measures with and up to each error, and set errors of
-    round-off to 0; whether an error is NaN. The arguments are those of `assess_errors`."""
+def grow_measures(table, are_single_steps, floor, so_far):
+    """Fill the rows LARGEST and LIMIT, and set errors of round-off to 0.
+
+    Returns whether an error is NaN. The arguments are those of `assess_errors`.
+    """
     low, high, measure = so_far[LOWEST], so_far[HIGHEST], so_far[MEASURE]
-    unknown = False
+    any_nan = False
     for k in range(table.shape[1]):
         rounding = max(floor, table[ROUNDING, k])
         if table[ERROR, k] <= rounding:
             table[ERROR, k] = 0.0
-        error, reached = table[ERROR, k], table[SIZE, k]
-        unknown = unknown or math.isnan(error)
+        error, size = table[ERROR, k], table[SIZE, k]
+        any_nan = any_nan or math.isnan(error)
         if table[LEAST, k] < low or math.isnan(low):
             low = table[LEAST, k]
         if table[GREATEST, k] > high or math.isnan(high):
             high = table[GREATEST, k]
-        if high - low > reached:
-            reached = high - low
-        table[LARGEST, k] = reached if reached > measure else measure
-        if error <= TOLERATED * table[LARGEST, k] and (
-            single or error <= measure or measure <= rounding
+        if high - low > size:
+            size = high - low
+        table[LARGEST, k] = size if size > measure else measure
+        if error <= TOLERATED_SHARE * table[LARGEST, k] and (
+            are_single_steps or error <= measure or measure <= rounding
         ):
             measure = table[LARGEST, k]
         table[LIMIT, k] = measure
     so_far[LOWEST], so_far[HIGHEST], so_far[MEASURE] = low, high, measure
-    return unknown
+    return any_nan
 
 
 @jit
 def assess_single_steps(table, least_measure, so_far):
-    """Errors of single steps, up to one that ruins the run: see `assess_errors`.
+    """Assess errors of single steps, up to the first that ruins the run.
+
+    Returns the largest ratio of an error to its measure, its index, and the index of the ruining
+    error or -1; with a ruining error, its ratio and index.
 
     Parameters
     ----------
     least_measure
-        smallest measure of an error that ruins the run
+        least measure for the decision whether an error ruins the run
     """
     share, worst = 0.0, 0
     for k in range(table.shape[1]):
         error, limit = table[ERROR, k], table[LIMIT, k]
         if least_measure > limit:
             limit = least_measure
-        if table[RUINING, k] > limit and not error <= TOLERATED * table[LARGEST, k]:
+        if table[RUINING, k] > limit and not error <= TOLERATED_SHARE * table[LARGEST, k]:
             so_far[WORST] = math.inf
             return share_of(error, limit), k, k
         if share_of(error, table[LARGEST, k]) > share:
@@ -111,52 +118,63 @@ def assess_single_steps(table, least_measure, so_far):
 
 @jit
 def assess_since_start(table, measure, so_far):
-    """Errors since the start, which share one measure: see `assess_errors`."""
-    share, worst, ruined = 0.0, 0, -1
+    """Assess errors since the start, which share one measure.
+
+    Returns the largest ratio of an error to the measure, its index, and the index of the first
+    ruining error or -1.
+    """
+    share, worst, ruining_index = 0.0, 0, -1
     for k in range(table.shape[1]):
         error = table[ERROR, k]
-        if ruined < 0 and table[RUINING, k] > measure and not error <= TOLERATED * measure:
-            ruined = k
+        if (
+            ruining_index < 0
+            and table[RUINING, k] > measure
+            and not error <= TOLERATED_SHARE * measure
+        ):
+            ruining_index = k
         if share_of(error, measure) > share:
             share, worst = share_of(error, measure), k
         if error > so_far[WORST]:
             so_far[WORST] = error
-    return share, worst, ruined
+    return share, worst, ruining_index
 
 
 @jit
-def assess_errors(table, single, start_kinetic, floor, kick, so_far):
-    """The largest error over its measure, its index, that of the first error that ruins the run or
-    -1, whether one is NaN, and the measure of the run.
+def assess_errors(table, are_single_steps, start_kinetic, floor, kick_energy, so_far):
+    """Assess the errors of a table.
+
+    Returns the largest ratio of an error to its measure, its index, the index of the first error
+    that ruins the run or -1, whether an error is NaN, and the measure of the run.
 
     Parameters
     ----------
     table : array, shape (8, n)
-        in the order of the run
-    single
-        whether these are errors of single steps, each good if small, and measured by what was up to
-        it. One since the start must not exceed the measure before it either, and is measured by the
-        whole run: a run that jumps into a deep well is not measured by its depth
+        see above, in the order of the run
+    are_single_steps
+        whether these are errors of single steps. Such an error is measured by the samples up to it.
+        An error since the start is measured by the whole run; for the measure to grow, it must also
+        not exceed the measure before it, so that a run that jumps into a deep well is not measured
+        by the depth of the well
     start_kinetic
-        the size of T at the start
+        |T| at the start
     floor
-        a larger ROUNDING
-    kick
+        least value of ROUNDING
+    kick_energy
         the kinetic energy that the forces at the start give in a step
     so_far : array, shape (4,)
-        least and greatest V, measure and largest error of the steps before; they become those of
-        these too, the last one infinite where a single step ruins
+        smallest and largest V, measure and largest error of the samples before; they are updated.
+        The largest error becomes infinite if a single step ruins the run
     """
-    before = so_far[WORST]
-    unknown = grow_measures(table, single, floor, so_far)
-    measure, at_rest = so_far[MEASURE], start_kinetic <= REST_SHARE * kick
-    if single:
-        least_measure = kick if at_rest else 0.0
-        share, worst, ruined = assess_single_steps(table, least_measure, so_far)
-        if ruined >= 0:
-            return share, worst, ruined, unknown, measure
+    worst_before = so_far[WORST]
+    any_nan = grow_measures(table, are_single_steps, floor, so_far)
+    measure, at_rest = so_far[MEASURE], start_kinetic <= REST_SHARE * kick_energy
+    if are_single_steps:
+        least_measure = kick_energy if at_rest else 0.0
+        share, worst, ruining_index = assess_single_steps(table, least_measure, so_far)
+        if ruining_index >= 0:
+            return share, worst, ruining_index, any_nan, measure
     else:
         if at_rest and measure <= start_kinetic:
-            measure = kick
-        share, worst, ruined = assess_since_start(table, measure, so_far)
-    return max(share, share_of(before, measure)), worst, ruined, unknown, measure
+            measure = kick_energy
+        share, worst, ruining_index = assess_since_start(table, measure, so_far)
+    return max(share, share_of(worst_before, measure)), worst, ruining_index, any_nan, measure

@@ -44,7 +44,7 @@ class Plan(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """The current state of a run, updated by each kernel; for rows see the kernels.
+    """The current state of a run, which kernels update; their docstrings describe the rows.
 
     Attributes
     ----------
@@ -68,12 +68,12 @@ class Recording(NamedTuple):
 
     Attributes
     ----------
-    q, p
-        (saved, r), (saved, d) row k is step k save_every; the last row is the final state
-    bases, curves
-        (steps, r), (steps, d, m); no rows when curves are not recorded
+    q, p : array, shape (saved, r), (saved, d)
+        row k is the state after k save_every steps; the last row is the final state
+    bases, curves : array, shape (steps, r), (steps, d, m)
+        start and coefficients of each step's curve; no rows if curves are not recorded
     watched : array, shape (watched, r + d or more)
-        q and p of the watched steps, and on groups where the energy is not known without velocities
+        q and p after the watched steps; on groups whose energy needs the velocities, followed by
         the stages (d, s)
     """
 
@@ -91,7 +91,7 @@ RECORDING = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3, MATRIX))
 
 @jit_inline
 def watched_row(plan, recording, step):
-    """Row of the (step + 1)-th step among the watched ones, or -1."""
+    """The row of ``watched`` for the (step + 1)-th step; -1 if it has none."""
     number = plan.first + step + 1
     if number & ((1 << plan.watch) - 1) != 0:
         return -1
@@ -101,7 +101,7 @@ def watched_row(plan, recording, step):
 
 @jit_inline
 def record(plan, recording, step, start, q, p):
-    """Record the (step + 1)-th step, from ``start`` to (q, p), except its curve coefficients."""
+    """Record the (step + 1)-th step, from ``start`` to (q, p), without its curve's coefficients."""
     row, remainder = divmod(step + 1, plan.save_every)
     if step + 1 == plan.total:
         row, remainder = recording.q.shape[0] - 1, 0

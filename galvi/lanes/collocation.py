@@ -13,29 +13,32 @@ sum_j b_j x_j y_j; b_j B_jk + b_k A_kj = b_j b_k. If s = m, C = 0 and lambda = 0
 lambda has s - m free numbers. m is the largest number of coefficients of a component; one with
 fewer has its own C, and the same A and B.
 
-A pass of the iteration takes the forces from the last places and velocities, p - lambda from the
+A pass of the iteration takes the forces from the last positions and velocities, p - lambda from the
 forces, velocities from one step for (1 - C) dL/dv = p - lambda with the last mass M = d2L/dv2, and
-places from the velocities. That step is v += (1 - C) M^-1 (1 - C) (p - dL/dv): Newton's if s = m,
-or if M is the same at all stages and couples only components with the same C; its error is of
-second order in the differences of M between stages. A step for which the iteration does not
+positions from the velocities. That step is v += (1 - C) M^-1 (1 - C) (p - dL/dv): Newton's if
+s = m, or if M is the same at all stages and couples only components with the same C; its error is
+of second order in the differences of M between stages. A step for which the iteration does not
 converge is left to the general kernel.
 
-A canonical system without an external force iterates places ``alone``, by the Nystrom method of
-galvi.tableau and galvi.kernels.nystrom.advance, as a law of unit mass: Q = q + c h v + h^2 A a(Q).
+For a canonical system without an external force only the positions are iterated (``places_only``),
+by the Nystrom method of galvi.tableau and galvi.kernels.nystrom.advance, as for a law of unit mass:
+Q = q + c h v + h^2 A a(Q).
 
 A law is a function as described in galvi.lanes.elementary. Rows of work:
 
-q, v, f, p      (d,) each: places, velocities, forces dL/dq and momenta at the stages
-low_q, low_p    (d,) each: what low parts add to q and p, those of the state from the start, those
-                of the tables once a pass changes little
+q, v, f, p      (d,) each: positions, velocities, forces dL/dq and momenta at the stages
+low_q, low_p    (d,) each: the sum of the low parts that are added to q and p: from the start those
+                of the state, and once a pass changes little those of the tables
 series          (d,)      coefficients of the velocities' series
-t               times
-found           dL/dv (d,), then the factors of d2L/dv2 by rows: L D L^T without pivots, with 1 / D
-                on the diagonal
+t               (1,)      times
+momenta         (d,)      dL/dv
+factors         (d (d + 1) / 2,)  factors of d2L/dv2 by rows: L D L^T without pivots, with 1 / D on
+                the diagonal
 steps           (d,)      changes of the velocities
 
-The complement is C^T, a matrix for all components or one for each; without rows where C is 0.
-Alone, v holds accelerations, p the ways c h v, and low_q what is added to these.
+The complement is C^T: one matrix for all components, or a matrix for each. It has no rows if
+C = 0. With ``places_only``, v holds accelerations, p the displacements c h v, and low_q the low
+parts of these and of q.
 """
 
 from __future__ import annotations
@@ -43,58 +46,59 @@ from __future__ import annotations
 import numpy as np
 
 from galvi.kernels.lie.arithmetic import larger_size, where
-from galvi.lanes.dense import Triangle, factored, is_written_out
+from galvi.lanes.dense import Triangle, is_written_out, ldl_factors
 from galvi.lanes.functions import two_product
 from galvi.lanes.layouts import Fields, layout
-from galvi.lanes.nbody import moved
-from galvi.lanes.step import generated
+from galvi.lanes.nbody import move_compensated
+from galvi.lanes.step import step_intrinsic
 from galvi.lanes.stopping import BY_CHANGES
 from galvi.lanes.values import Lane
 
 Q, V, F, P, LOW_Q, LOW_P, SERIES, T = range(8)  # times d, but for T, which has one row
-UNKNOWN_CHANGE = 1e300  # says nothing
+UNMEASURED_CHANGE = 1e300  # stands for a change whose scale is not known yet
 
 
 def law_fields(d):
-    """The record of a run on R^d: q, p, 1 over their sizes, their low parts, and SHARED."""
+    """The record of a run on R^d: q, p, the inverses of their sizes, their low parts, and
+    SHARED."""
     return Fields((("q", d), ("p", d), ("sizes", 2), ("q_low", d), ("p_low", d)), d)
 
 
-def first_of_steps(d):
-    """The first row of the changes of velocities, scratch of a pass."""
+def first_step_row(d):
+    """The first row of work for the changes of the velocities."""
     return T * d + 1 + d + d * (d + 1) // 2
 
 
 def rows_of_work(d):
-    """Rows of work for d coordinates."""
-    return first_of_steps(d) + d
+    """The number of rows of work for d coordinates."""
+    return first_step_row(d) + d
 
 
-def filled(law, d):
+def nonzero_factors(law, d):
     """Indices (i, j), j < i, of the entries of L that are not 0 at a generic state."""
     sample = np.linspace(0.3, 0.7, 2 * d + 1) ** 0.5
     with np.errstate(all="ignore"):
-        mass = law(list(sample[:d]), list(sample[d:-1]), sample[-1], Generic())[2]
-        rows = factored([list(map(np.float64, row)) for row in mass])
+        mass = law(list(sample[:d]), list(sample[d:-1]), sample[-1], GenericConstants())[2]
+        rows = ldl_factors([list(map(np.float64, row)) for row in mass])
     return [(i, j) for i in range(d) for j in range(i) if rows[i][j] != 0.0]
 
 
-class Generic:
-    """Generic constants, in no special relation."""
+class GenericConstants:
+    """Distinct constants, so that no entry of a mass vanishes by a special choice of them."""
 
     def __getitem__(self, k):
         return np.float64(1.0 + 0.1 / (k + 1.5))
 
 
 class Constants:
-    """Constants of a law, spread over all lanes when they are first used.
+    """Constants of a law; each is spread over all lanes when it is first used.
 
     Parameters
     ----------
     lanes
-        of a stage, a `galvi.lanes.vectors.Lanes`
+        a `galvi.lanes.vectors.Lanes`
     array
-        their address
+        pointer to the first constant
     """
 
     def __init__(self, lanes, array):
@@ -116,6 +120,8 @@ class Factors:
         row of the first factor
     below
         indices (i, j), j < i, of the entries of L that are not 0
+    written_out
+        whether the factorisation is written out; None to decide by ``below``
     """
 
     def __init__(self, rows, first, below, written_out=None):
@@ -124,13 +130,13 @@ class Factors:
         self.constant = {}  # numbers that are the same for every state
 
     def triangle(self, lanes):
-        """The factors that are not written out."""
+        """The factors as rows of work, for loops."""
         rows = self.rows
         return Triangle(rows.builder, lanes, rows.work, self.first, rows.d)
 
     def keep(self, lanes, mass, lane):
         """Factor a mass and store the factors; ``lane`` is any lane at these stages."""
-        entries = [x for row in (factored(mass) if self.written_out else mass) for x in row]
+        entries = [x for row in (ldl_factors(mass) if self.written_out else mass) for x in row]
         if self.written_out:
             self.constant = {k: x for k, x in enumerate(entries) if not isinstance(x, Lane)}
         for k, value in enumerate(entries):
@@ -140,7 +146,7 @@ class Factors:
             self.triangle(lanes).factor()
 
     def solved(self, lanes, x):
-        """The changes of v that change dL/dv by x."""
+        """M^-1 x, the changes of v that change dL/dv by x; ``x`` may be overwritten."""
         if not self.written_out:
             return self.triangle(lanes).solve(x)
         for i, j in self.below:
@@ -151,7 +157,7 @@ class Factors:
         return x
 
     def at(self, lanes, i, j):
-        """An entry of the factors."""
+        """Entry (i, j) of the factors."""
         k = i * (i + 1) // 2 + j
         return self.constant[k] if k in self.constant else self.rows.load_row(lanes, self.first + k)
 
@@ -161,8 +167,10 @@ class LawStep:
 
     Parameters
     ----------
+    below
+        indices (i, j), j < i, of the entries of L that are not 0
     places_only
-        whether places alone are iterated
+        whether only the positions are iterated
     """
 
     rule = BY_CHANGES
@@ -172,9 +180,9 @@ class LawStep:
         self.rows, self.law, self.places_only = rows, law, places_only
         self.velocity_row, self.series_row, self.guess_row = V * d, SERIES * d, Q * d
         self.time_row = T * d
-        self.momentum_row, self.steps = T * d + 1, first_of_steps(d)
+        self.momentum_row, self.steps = T * d + 1, first_step_row(d)
         self.factors = Factors(rows, self.momentum_row + d, below)
-        rows.guarded = range(0, 3 * d)  # q, v and f
+        rows.guarded_rows = range(0, 3 * d)  # q, v and f
         builder = rows.builder
         several = builder.icmp_unsigned(">", rows.extra, rows.block)
         self.matrix_stride = builder.select(several, rows.block, rows.row(0))
@@ -187,14 +195,14 @@ class LawStep:
         self.rows.store_rows(lanes, values, block * self.rows.d)
 
     def at_stages(self, name):
-        """The d rows of a field."""
+        """The d rows of a field of the record, in the lanes of the stages."""
         return [self.rows.at_stages(name, i) for i in range(self.rows.d)]
 
     def prepare(self):
         """Do nothing: no factors are common to all states."""
 
     def begin(self, convergence):
-        """Set the first places, with the low parts of the state."""
+        """Set the initial positions at the stages, with the low parts of the state."""
         if self.places_only:
             self.coast_stages()
         else:
@@ -202,45 +210,45 @@ class LawStep:
             self.place_stages()
 
     def project_velocities(self):
-        """V <- (1 - C) V."""
+        """Replace V by (1 - C) V."""
         rows = self.rows
 
-        def outside(lanes):
+        def store_complement(lanes):
             rows.store_rows(lanes, self.outside(lanes, self.velocity_row), self.steps)
 
-        def inside(lanes):
-            lost = rows.load_rows(lanes, self.steps)
-            self.store(lanes, differences(self.load(lanes, V), lost), V)
+        def subtract_complement(lanes):
+            complement_part = rows.load_rows(lanes, self.steps)
+            self.store(lanes, differences(self.load(lanes, V), complement_part), V)
 
         with rows.builder.if_then(rows.projects):
-            rows.chunks(outside)
-            rows.chunks(inside)
+            rows.chunks(store_complement)
+            rows.chunks(subtract_complement)
 
     def outside(self, lanes, row):
-        """C x, x in d rows of work."""
+        """C x for x in d rows of work from ``row`` on."""
         rows = self.rows
         return rows.sums(lanes, rows.complement, rows.row(0), row, self.matrix_stride)
 
     def place_stages(self):
-        """Set the first places at the stages; low parts are those of the state."""
+        """Set the initial positions at the stages, and the low parts to those of the state."""
 
-        def first(lanes):
+        def set_positions(lanes):
             self.store(lanes, self.at_stages("q_low"), LOW_Q)
             self.store(lanes, self.at_stages("p_low"), LOW_P)
             displacements = self.rows.scaled_sums(
-                lanes, None, self.rows.tabled.drift, self.velocity_row
+                lanes, None, self.rows.table_rows.drift, self.velocity_row
             )
             self.store(lanes, sums(self.at_stages("q"), displacements), Q)
 
-        self.rows.chunks(first)
+        self.rows.chunks(set_positions)
 
     def keep_size(self, k, size):
-        """Store 1 / size, 0 where the size is 0."""
+        """Store 1 / size, or 0 where the size is 0, as entry k of the field ``sizes``."""
         self.rows.keep("sizes", (1.0 / size).where(size > 0.0, 0.0), k)
 
     def coast_stages(self):
-        """Set the displacements without forces, their low parts, the first places, by the last
-        accelerations, and their size, the larger of q and q + h v."""
+        """Set the displacements without forces, their low parts, and the initial positions by the
+        last accelerations; and the size of the positions, the largest |q_i| or |q_i + h v_i|."""
         rows = self.rows
         size, step = rows.variable().lane, rows.field("step")
         for i in range(rows.d):
@@ -250,36 +258,40 @@ class LawStep:
         rows.chunks(self.coast)
 
     def coast(self, lanes):
-        """As `coast_stages`, for a vector of stages."""
+        """Do the work of `coast_stages` for a vector of stages."""
         rows, h = self.rows, self.rows.at_stages("step")
         node, low_node = (
             Lane(rows.builder, lanes.factor(rows.tables, row))
-            for row in (rows.tabled.nodes, rows.tabled.means)
+            for row in (rows.table_rows.nodes, rows.table_rows.means)
         )
-        bent = rows.bent(lanes, self.velocity_row)
-        paths, smalls = [], []
+        bent = rows.force_displacements(lanes, self.velocity_row)
+        path_displacements, low_displacements = [], []
         for i in range(rows.d):
             displacement, displacement_low = two_product(h, rows.at_stages("p", i))
             displacement_low = displacement_low + h * rows.at_stages("p_low", i)
-            path, error = two_product(displacement, node.exact)
-            paths.append(path)
-            small = low_node * displacement + node * displacement_low
-            smalls.append((error + rows.at_stages("q_low", i)).fused + small)
-        self.store(lanes, paths, P)
-        self.store(lanes, smalls, LOW_Q)
-        self.store(lanes, sums(self.at_stages("q"), sums(paths, sums(smalls, bent))), Q)
+            path_displacement, error = two_product(displacement, node.exact)
+            path_displacements.append(path_displacement)
+            low_displacement = low_node * displacement + node * displacement_low
+            low_displacements.append((error + rows.at_stages("q_low", i)).fused + low_displacement)
+        self.store(lanes, path_displacements, P)
+        self.store(lanes, low_displacements, LOW_Q)
+        self.store(
+            lanes,
+            sums(self.at_stages("q"), sums(path_displacements, sums(low_displacements, bent))),
+            Q,
+        )
 
     def one_pass(self, first):
-        """Forces from places and velocities, then momenta, velocities and places."""
+        """Update the forces, then momenta, velocities and positions."""
         if self.places_only:
             self.rows.chunks(self.accelerate)
         else:
             self.rows.chunks(self.evaluate)
-            self.rates()
+            self.update_velocities()
         self.rows.chunks(self.drift)
 
     def evaluate(self, lanes):
-        """f, dL/dv and the factors from q and v."""
+        """Store f, dL/dv and the factors of d2L/dv2 at q and v."""
         q, v = self.load(lanes, Q), self.load(lanes, V)
         time = self.rows.load_row(lanes, self.time_row)
         forces, momenta, mass = self.law(q, v, time, Constants(lanes, self.rows.constants))
@@ -288,79 +300,86 @@ class LawStep:
         self.factors.keep(lanes, mass, q[0])
 
     def accelerate(self, lanes):
-        """The accelerations from q."""
+        """Store the accelerations at q."""
         q, time = self.load(lanes, Q), self.rows.load_row(lanes, self.time_row)
-        still = [0.0] * self.rows.d
-        accelerations = self.law(q, still, time, Constants(lanes, self.rows.constants))[0]
+        zero_velocity = [0.0] * self.rows.d
+        accelerations = self.law(q, zero_velocity, time, Constants(lanes, self.rows.constants))[0]
         self.store(lanes, [q[0].same(acceleration) for acceleration in accelerations], V)
 
-    def rates(self):
-        """p from f, and one Newton step for v with dL/dv = p."""
+    def update_velocities(self):
+        """Update p from f, and v by one Newton step for dL/dv = p."""
         rows, solved = self.rows, self.factors.solved
 
-        def newton(lanes):
-            steps = solved(lanes, self.missing(lanes, self.kick(lanes)))
+        def newton_step(lanes):
+            steps = solved(lanes, self.missing(lanes, self.update_momenta(lanes)))
             self.store(lanes, sums(self.load(lanes, V), steps), V)
 
-        def missing(lanes):
-            rows.store_rows(lanes, self.missing(lanes, self.kick(lanes)), self.momentum_row)
+        def store_missing(lanes):
+            rows.store_rows(
+                lanes, self.missing(lanes, self.update_momenta(lanes)), self.momentum_row
+            )
 
-        def steps(lanes):
+        def store_steps(lanes):
             rows.store_rows(lanes, solved(lanes, self.inside(lanes, self.momentum_row)), self.steps)
 
-        def landed(lanes):
-            inside = self.inside(lanes, self.steps)
-            self.store(lanes, sums(self.load(lanes, V), inside), V)
+        def add_steps(lanes):
+            projected_steps = self.inside(lanes, self.steps)
+            self.store(lanes, sums(self.load(lanes, V), projected_steps), V)
 
         with rows.builder.if_else(rows.projects) as (more_points, square):
             with more_points:
-                for part in (missing, steps, landed):
+                for part in (store_missing, store_steps, add_steps):
                     rows.chunks(part)
             with square:
-                rows.chunks(newton)
+                rows.chunks(newton_step)
 
     def inside(self, lanes, row):
-        """x - C x, x in d rows of work."""
+        """x - C x for x in d rows of work from ``row`` on."""
         return differences(self.rows.load_rows(lanes, row), self.outside(lanes, row))
 
-    def kick(self, lanes):
-        """p from f."""
+    def update_momenta(self, lanes):
+        """Update p from f; returns p."""
         rows = self.rows
-        totals = rows.scaled_sums(lanes, LOW_P * rows.d, rows.tabled.back, F * rows.d)
-        return self.moved(lanes, totals, P, "p", 1)
+        totals = rows.scaled_sums(lanes, LOW_P * rows.d, rows.table_rows.back, F * rows.d)
+        return self.store_moved(lanes, totals, P, "p", 1)
 
     def missing(self, lanes, p):
         """p - dL/dv."""
         return differences(p, self.rows.load_rows(lanes, self.momentum_row))
 
     def drift(self, lanes):
-        """q from v, or from accelerations."""
+        """Update q from v, or from accelerations with ``places_only``."""
         rows = self.rows
         totals = rows.scaled_sums(
-            lanes, LOW_Q * rows.d, rows.tabled.drift, self.velocity_row, 1 + self.places_only
+            lanes, LOW_Q * rows.d, rows.table_rows.drift, self.velocity_row, 1 + self.places_only
         )
         if self.places_only:
-            totals = sums([way.exact for way in self.load(lanes, P)], totals)
-        self.moved(lanes, totals, Q, "q", 0)
+            totals = sums([path.exact for path in self.load(lanes, P)], totals)
+        self.store_moved(lanes, totals, Q, "q", 0)
 
-    def moved(self, lanes, totals, block, name, scale):
-        """Store field ``name`` + totals in a block, and note its largest change over its size."""
+    def store_moved(self, lanes, totals, block, name, size_index):
+        """Store field ``name`` + totals in a block, and note the largest change relative to the
+        size with index ``size_index``; returns the new rows."""
         rows = self.rows
-        size, places = rows.at_stages("sizes", scale), sums(self.at_stages(name), totals)
-        for new, old in zip(places, self.load(lanes, block), strict=True):
+        size, moved_rows = rows.at_stages("sizes", size_index), sums(self.at_stages(name), totals)
+        for new, old in zip(moved_rows, self.load(lanes, block), strict=True):
             rows.note_bits(((new - old) * size).call("fabs").bits)
-        self.store(lanes, places, block)
-        return [new.fused for new in places]
+        self.store(lanes, moved_rows, block)
+        return [new.fused for new in moved_rows]
 
     def after_first_pass(self, convergence, change):
-        """Set the sizes of q and p."""
+        """Set the sizes of q and p.
+
+        With ``places_only`` the size of q is 0 only at rest at the origin; it is then set from the
+        positions of this pass, and the change of the pass is not used.
+        """
         rows, d = self.rows, self.rows.d
         step = rows.field("step")
-        if self.places_only:  # at rest at the origin, its size is known after it
+        if self.places_only:
             has_size = rows.field("sizes") > 0.0
             size = rows.largest_of(range(Q * d, (Q + 1) * d))
             self.keep_size(0, where(has_size, 1.0 / rows.field("sizes"), size))
-            convergence.judge(where(has_size, change, UNKNOWN_CHANGE), rows.real(rows.terms))
+            convergence.update(where(has_size, change, UNMEASURED_CHANGE), rows.real(rows.terms))
             return
         for k, (block, name) in enumerate(((V, "q"), (F, "p"))):
             size = abs(rows.largest_of(range(block * d, (block + 1) * d)) * step)
@@ -369,10 +388,10 @@ class LawStep:
             self.keep_size(k, size)
 
     def add_low_parts(self, chosen):
-        """Add the low parts of the tables times the rates, for the runs ``chosen``."""
+        """Add the low parts of the tables times the slopes, for the runs ``chosen``."""
         rows, d = self.rows, self.rows.d
-        parts = [(V, rows.tabled.low_drift, LOW_Q, 1 + self.places_only)]
-        parts += [] if self.places_only else [(F, rows.tabled.low_back, LOW_P, 1)]
+        parts = [(V, rows.table_rows.low_drift, LOW_Q, 1 + self.places_only)]
+        parts += [] if self.places_only else [(F, rows.table_rows.low_back, LOW_P, 1)]
         chosen = rows.spread_truth(chosen)
 
         def add(lanes):
@@ -384,29 +403,32 @@ class LawStep:
         rows.chunks(add)
 
     def ends(self):
-        """The state at the step's end, by compensated sums, and which runs are valid."""
-        rows, step, end_fields = self.rows, self.rows.field("step"), []
+        """[(field, i, number at the step's end), ...], by compensated sums, and which runs are
+        alive."""
+        rows, step, end_rows = self.rows, self.rows.field("step"), []
         for block, name in ((V, "q"), (V if self.places_only else F, "p")):
-            bends = self.places_only and name == "q"
-            parts = ("back", "low_back") if bends else ("kicks", "low_kicks")
-            for i, pair in enumerate(rows.totals(block * rows.d, *parts)):
-                way, remainder = rows.times_step(*pair, 1 + bends)
+            curves_forward = self.places_only and name == "q"
+            parts = ("back", "low_back") if curves_forward else ("kicks", "low_kicks")
+            for i, pair in enumerate(rows.sums_over_step(block * rows.d, *parts)):
+                increment, remainder = rows.times_step(*pair, 1 + curves_forward)
                 low, displacement = rows.field(f"{name}_low", i), 0.0
-                if bends:
+                if curves_forward:
                     displacement, error = two_product(step, rows.field("p", i))
                     remainder = remainder + (error + step * rows.field("p_low", i))
-                high, low = moved(rows.field(name, i), low, displacement, way, remainder)
-                end_fields += [(name, i, high), (f"{name}_low", i, low)]
-        return end_fields, rows.field("alive") > 0.0
+                high, low = move_compensated(
+                    rows.field(name, i), low, displacement, increment, remainder
+                )
+                end_rows += [(name, i, high), (f"{name}_low", i, low)]
+        return end_rows, rows.field("alive") > 0.0
 
 
 def sums(x, y):
-    """x + y of several lanes."""
+    """The sums x_i + y_i."""
     return [a + b for a, b in zip(x, y, strict=True)]
 
 
 def differences(x, y):
-    """x - y of several lanes."""
+    """The differences x_i - y_i."""
     return [a - b for a, b in zip(x, y, strict=True)]
 
 
@@ -416,20 +438,21 @@ def generated_step(law, d, places_only, lanes=0, single_vector=False, stages=0):
     Parameters
     ----------
     places_only
-        whether places alone are iterated
+        whether only the positions are iterated
     lanes
-        lanes of a vector of one run's stages; 0 for eight runs
+        number of stages of one run in a vector; 0 for vectors of eight runs
     single_vector
         whether one vector holds all stages
     stages
-        stages of eight runs, for which loops are written out; 0 for any
+        number of stages of eight runs, so that loops are written out; 0 for a number that is only
+        known at run time
     """
-    below = filled(law, d)
+    below = nonzero_factors(law, d)
 
-    def kind(context, builder, arguments):
+    def make_step(context, builder, arguments):
         rows = layout(
             context, builder, arguments, law_fields(d), lanes, single_vector, stages, places_only
         )
         return LawStep(rows, law, below, places_only)
 
-    return generated(kind)
+    return step_intrinsic(make_step)

@@ -1,8 +1,8 @@
-"""Symmetric matrices in lanes: factors L D L^T without pivots, and what is solved with them.
+"""Symmetric matrices in lanes: factors L D L^T without pivots, and solutions by them.
 
-Rows up to the diagonal are Python lists of lanes and numbers, so that what is 0 for every state
-costs nothing; or, where writing them out would take long to compile, they lie one after another in
-rows of an array, and loops go over these.
+Rows up to the diagonal are Python lists of lanes and numbers, so that entries that are 0 for every
+state cost nothing. Where code without loops would take long to compile, the entries are rows of an
+array, and loops go over these.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from typing import Any
 from galvi.kernels.compile.internals import cgutils
 from galvi.lanes.values import Lane
 
-# Products of a factorisation beyond which it is done in loops: the law of 12 ball joints in a chain
-# (36 velocities, 7,140) compiles in 6 s, and in 11 s written out, for steps of 0.21 and 0.19 ms.
+# Largest number of products of a factorisation without loops. The law of 12 ball joints in a chain
+# (36 velocities, 7,140 products) compiles in 6 s with loops and in 11 s without, for steps of
+# 0.21 and 0.19 ms.
 WRITTEN_OUT_PRODUCTS = 4500
 COLUMNS_TOGETHER = 4  # columns that are eliminated together
 
@@ -25,16 +26,16 @@ def is_zero(x):
 
 
 def product(x, y):
-    """x y, the number 0 where a factor is the number 0."""
+    """x y, or the number 0 if a factor is the number 0."""
     return 0.0 if is_zero(x) or is_zero(y) else x * y
 
 
 def difference(x, y):
-    """x - y, and x itself where y is the number 0."""
+    """x - y, or x itself if y is the number 0."""
     return x if is_zero(y) else x - y
 
 
-def factored(mass):
+def ldl_factors(mass):
     """The rows of L, with 1 / D on the diagonal, from the rows of a matrix up to its diagonal.
 
     A pivot that is always 0 gives NaN, so that every step is left to the general kernel.
@@ -55,12 +56,12 @@ def factored(mass):
 
 
 def times_symmetric(rows, v):
-    """M v from the rows of M up to its diagonal."""
+    """M v for a symmetric M, given by its rows up to the diagonal."""
     return [sum(rows[max(i, j)][min(i, j)] * v[j] for j in range(len(v))) for i in range(len(v))]
 
 
-def inverse_of(rows):
-    """The inverse, its rows up to the diagonal, from the factors of a matrix."""
+def inverse_from_factors(rows):
+    """The rows up to the diagonal of the inverse, from the factors L and 1 / D of a matrix."""
     d = len(rows)
     inverse = [[0.0] * (i + 1) for i in range(d)]
     for column in range(d):
@@ -78,7 +79,7 @@ def inverse_of(rows):
 
 
 def is_written_out(below):
-    """Whether a factorisation is short enough to be written out.
+    """Whether a factorisation is short enough for code without loops.
 
     Parameters
     ----------
@@ -93,12 +94,14 @@ def is_written_out(below):
 
 
 class Triangle:
-    """A lower triangle of lanes, its entries in successive rows of an array.
+    """A lower triangle of lanes, whose entries are successive rows of an array.
 
     Parameters
     ----------
     first
-        row of the array for the first entry
+        row of the array that holds the first entry
+    d
+        number of rows of the triangle
     """
 
     def __init__(self, builder, lanes, array, first, d):
@@ -107,7 +110,7 @@ class Triangle:
         self.first = self.row(first)
 
     def start(self, i):
-        """The row of the array where row i begins."""
+        """The row of the array that holds the first entry of row i."""
         builder = self.builder
         square = builder.mul(i, builder.add(i, self.row(1)))
         return builder.add(self.first, builder.lshr(square, self.row(1)))
@@ -119,7 +122,7 @@ class Triangle:
         self.lanes.store(lane.value, self.data, row)
 
     def factor(self):
-        """Factor in place, by the operations of ``factored`` in the same order."""
+        """Replace a matrix by its factors, by the operations of `ldl_factors` in the same order."""
         builder = self.builder
         with cgutils.for_range(builder, self.row(self.d), intp=self.row) as rows:
             i = rows.index
@@ -139,13 +142,14 @@ class Triangle:
             self.keep(1.0 / self.at(last), last)
 
     def eliminate(self, row_start, i, k, count):
-        """Subtract ``count`` columns of L D from the k-th on from the later ones of row i."""
+        """Subtract from row i of the matrix the products with ``count`` columns of L D, from the
+        k-th on: from these columns and from all later ones."""
         builder, scaled = self.builder, list[Lane]()
 
-        def reduce(j, to):
+        def reduce(j, count):
             target, pivot_row = builder.add(row_start, j), builder.add(self.start(j), k)
             reduced = self.at(target)
-            for m in range(to):
+            for m in range(count):
                 reduced = reduced - scaled[m] * self.at(builder.add(pivot_row, self.row(m)))
             self.keep(reduced, target)
             return reduced
@@ -157,7 +161,7 @@ class Triangle:
             reduce(loop.index, count)
 
     def solve(self, x):
-        """M^-1 x, from the factors of M; d lanes or numbers."""
+        """M^-1 x from the factors of M, as d lanes; x holds d lanes or numbers."""
         builder, d = self.builder, self.d
         solution = cgutils.alloca_once(builder, self.lanes.kind, self.row(d))
 

@@ -1,8 +1,9 @@
 """Elementary functions of the numbers in all lanes at once.
 
 Each errs by less than 1 ulp, a hyperbolic one by less than 3. Where an argument is outside the
-domain, or too large to be reduced exactly, the result is NaN. Coefficients are those that
-tests/properties/test_lane_functions.py computes: series ascend; constants are sums of their parts.
+domain, or too large to be reduced exactly, the result is NaN. tests/properties/
+test_lane_functions.py computes the coefficients, in ascending order; a constant of more than one
+number is the sum of these.
 """
 
 from __future__ import annotations
@@ -48,53 +49,55 @@ TWO_THIRDS = (0.6666666666666666, 3.700743415417188e-17)
 
 
 NAN = float("nan")
-LARGEST_ANGLE = 1e9  # its multiple of pi / 2 has 30 bits
+LARGEST_REDUCED_ANGLE = 1e9  # the nearest multiple of pi / 2 has a factor of at most 30 bits
 INTEGER_SHIFT = 1.5 * 2.0**52  # added to a number, leaves its nearest integer in the last bits
 LARGEST_FINITE = 1.7976931348623157e308
-HALF_ROOT = 0x3FE6A09E667F3BCD  # bits of sqrt(1/2)
-FOURTH_ROOT = 0x4FEB03126E978C00  # less a quarter of a number's bits, those of its root, nearly
+ROOT_HALF_BITS = 0x3FE6A09E667F3BCD  # bits of sqrt(1/2)
+# Minus a quarter of the bits of x, these are nearly the bits of x^(-1/4).
+INVERSE_FOURTH_ROOT_BITS = 0x4FEB03126E978C00
 INTEGER_SHIFT_BITS = 0x4338000000000000  # bits of INTEGER_SHIFT
-SIGN = -(2**63)
-BIAS, MANTISSA = 1023, 52
-HUGE = 2.0**1000  # above it, sums of two numbers may overflow
-OVERFLOW, UNDERFLOW = 710.0, -746.0  # exp is infinite above, 0 below
+SIGN_BIT = -(2**63)
+BIAS, MANTISSA = 1023, 52  # of the exponent of a double, and the bits after it
+HUGE = 2.0**1000  # larger numbers are scaled: the sum of two may overflow
+OVERFLOW, UNDERFLOW = 710.0, -746.0  # exp x is infinite for larger x, and 0 for smaller x
 SINH = tuple(1.0 / math.factorial(2 * k + 3) for k in range(9))  # Taylor; the next is 2e-20
-ONE = 20.0  # tanh is 1 above
-EIGHTH = 0.41421356237309503  # tan(pi / 8)
+TANH_IS_ONE_ABOVE = 20.0
+TAN_PI_EIGHTH = 0.41421356237309503  # tan(pi / 8)
 
 
 def two_sum(x, y):
-    """x + y of lanes as a sum and its rounding error, whose operations are not fused."""
+    """The rounded x + y of lanes and its rounding error; operations on both are not fused."""
     return arithmetic.two_sum(x.exact, y.exact)
 
 
 def two_product(x, y):
-    """x y as a product and its rounding error; y may be a number."""
+    """The rounded x y of lanes and its rounding error; y may be a number."""
     x = x.exact
     product = x * y
     return product, x.call("fma", y, -product)
 
 
 def nearest(x):
-    """The nearest integer of |x| < 2^51, as a lane, and in the last bits of integers."""
+    """The integer nearest to x, |x| < 2^51, as a lane, and as 64-bit integers of whose bits the
+    last ones hold it."""
     shifted = x.exact + INTEGER_SHIFT
     return shifted - INTEGER_SHIFT, shifted.bits
 
 
 def square_root(x):
-    """NaN below 0."""
+    """The square root of a lane; NaN below 0."""
     return x.call("sqrt")
 
 
 def inverse_fourth_root(x):
-    """x^(-1/4) without square roots and divisions; NaN unless x is positive and not subnormal.
+    """x^(-1/4) without square roots and divisions; NaN unless x is at least LEAST_NORMAL.
 
     The bits of a number are nearly linear in its logarithm, so that a quarter of them, subtracted
     from a constant, gives z with e = 1 - x z^4 below 0.124. The root is z (1 - e)^(-1/4), whose
     series in e is used twice.
     """
     quarter = x.builder.lshr(x.bits, x.integers(2))
-    z = x.of_bits(x.builder.sub(x.integers(FOURTH_ROOT), quarter))
+    z = x.of_bits(x.builder.sub(x.integers(INVERSE_FOURTH_ROOT_BITS), quarter))
     for _ in range(2):
         square = z * z
         e = 1.0 - x * (square * square)
@@ -103,7 +106,7 @@ def inverse_fourth_root(x):
 
 
 def sine_cosine(x):
-    """(sin x, cos x); NaN above LARGEST_ANGLE.
+    """(sin x, cos x); NaN where |x| is above LARGEST_REDUCED_ANGLE.
 
     x = k pi / 2 + r, r as a sum of two, with pi / 2 as a sum of three (Cody and Waite). k times the
     first part has 63 bits, and x less that is exact. The low part of r is small beside what r adds
@@ -126,9 +129,9 @@ def sine_cosine(x):
     odd = x.is_odd(bits)
     swapped_sine, swapped_cosine = cosine.where(odd, sine), sine.where(odd, cosine)
     sign = builder.shl(builder.and_(bits, x.integers(2)), x.integers(62))
-    turned = builder.and_(builder.add(bits, x.integers(1)), x.integers(2))
-    cosine_sign = builder.shl(turned, x.integers(62))
-    valid = x.call("fabs") <= LARGEST_ANGLE
+    cosine_bits = builder.and_(builder.add(bits, x.integers(1)), x.integers(2))
+    cosine_sign = builder.shl(cosine_bits, x.integers(62))
+    valid = x.call("fabs") <= LARGEST_REDUCED_ANGLE
     return (
         with_sign(swapped_sine, sign).where(valid, NAN),
         with_sign(swapped_cosine, cosine_sign).where(valid, NAN),
@@ -146,7 +149,7 @@ def exponential(x):
 
 
 def _exponential(x, low):
-    """exp(x + low), for a small correction or number low.
+    """exp(x + low) for a small correction ``low``, a lane or a number.
 
     x = k log 2 + r, with log 2 as a sum of two whose first part times k is exact.
     """
@@ -162,15 +165,15 @@ def _exponential(x, low):
 
 
 def _power_of_two(x, exponent):
-    """2 to these integers, from -1022 to 1023, as a lane."""
+    """2^exponent as a lane, for integers from -1022 to 1023."""
     biased = x.builder.add(exponent, x.integers(BIAS))
     return x.of_bits(x.builder.shl(biased, x.integers(MANTISSA)))
 
 
 def _split(x):
-    """(k, f) with x = 2^k (1 + f), 1 + f from sqrt(1/2) to sqrt(2); both exact."""
+    """(k, f) with x = 2^k (1 + f) exactly, and 1 + f from sqrt(1/2) to sqrt(2)."""
     builder, bits = x.builder, x.bits
-    shifted = builder.sub(bits, x.integers(HALF_ROOT))
+    shifted = builder.sub(bits, x.integers(ROOT_HALF_BITS))
     exponent = builder.ashr(shifted, x.integers(MANTISSA))
     mantissa = builder.sub(bits, builder.shl(exponent, x.integers(MANTISSA)))
     k = x.exact.of_bits(builder.add(exponent, x.integers(INTEGER_SHIFT_BITS))) - INTEGER_SHIFT
@@ -198,7 +201,7 @@ def _where_normal(x, value):
 def power(x, y):
     """x to the power y, x and y lanes; NaN unless x is positive, normal and finite.
 
-    log x is a sum of two, whose error times y stays below one half ulp of the result.
+    log x is a sum of two numbers; its error times y stays below one half ulp of the result.
     """
     k, f = _split(x)
     d, d_low = two_sum(f, 2.0 + 0.0 * f)
@@ -233,59 +236,66 @@ def arctangent(y, x):
     x_size, y_size = (x_size * 0.25).where(large, x_size), (y_size * 0.25).where(large, y_size)
     steep = y_size > x_size
     minor, major = x_size.where(steep, y_size), y_size.where(steep, x_size)
-    wide = minor > major * EIGHTH
+    is_wide = minor > major * TAN_PI_EIGHTH
     difference, difference_low = two_sum(minor, -major)
     total, total_low = two_sum(minor, major)
-    above, above_low = difference.where(wide, minor).fused, difference_low.where(wide, 0.0).fused
-    below, below_low = total.where(wide, major).fused, total_low.where(wide, 0.0).fused
-    inverse = 1.0 / below
-    ratio = above * inverse
-    error = (-ratio).call("fma", below, above) + (above_low - ratio * below_low)
+    numerator, numerator_low = (
+        difference.where(is_wide, minor).fused,
+        difference_low.where(is_wide, 0.0).fused,
+    )
+    denominator, denominator_low = (
+        total.where(is_wide, major).fused,
+        total_low.where(is_wide, 0.0).fused,
+    )
+    inverse = 1.0 / denominator
+    ratio = numerator * inverse
+    error = (-ratio).call("fma", denominator, numerator) + (numerator_low - ratio * denominator_low)
     square = ratio * ratio
     low = ratio * square * polynomial(ARCTANGENT, square) + error * inverse * (1.0 - square)
-    behind = x < 0.0
-    eighths = (0.0 * x_size + 1.0).where(wide, 0.0)
+    is_left = x < 0.0
+    eighths = (0.0 * x_size + 1.0).where(is_wide, 0.0)
     eighths = (2.0 - eighths).where(steep, eighths)
-    eighths = (4.0 - eighths).where(behind, eighths)
-    back = steep ^ behind
-    ratio, low = (-ratio).where(back, ratio), (-low).where(back, low)
-    turn, turn_low = two_product(eighths, 0.5 * HALF_PI[0])
-    value, error = two_sum(turn, ratio)
-    value = value.fused + (error.fused + turn_low.fused + eighths * (0.5 * HALF_PI[1]) + low)
-    return with_sign(value, builder.and_(y.bits, y.integers(SIGN)))
+    eighths = (4.0 - eighths).where(is_left, eighths)
+    is_negative = steep ^ is_left
+    ratio, low = (-ratio).where(is_negative, ratio), (-low).where(is_negative, low)
+    base_angle, base_angle_low = two_product(eighths, 0.5 * HALF_PI[0])
+    value, error = two_sum(base_angle, ratio)
+    value = value.fused + (error.fused + base_angle_low.fused + eighths * (0.5 * HALF_PI[1]) + low)
+    return with_sign(value, builder.and_(y.bits, y.integers(SIGN_BIT)))
 
 
 def hyperbolic_sine(x):
-    """sinh x; infinite above 709.78."""
-    square, growing = x * x, exponential(x)
+    """sinh x; infinite where |x| is above 709.78."""
+    square, exponential_x = x * x, exponential(x)
     series = x + x * square * polynomial(SINH, square)
-    return series.where(x.call("fabs") < 1.0, 0.5 * growing - 0.5 / growing)
+    return series.where(x.call("fabs") < 1.0, 0.5 * exponential_x - 0.5 / exponential_x)
 
 
 def hyperbolic_cosine(x):
-    """cosh x; infinite above 709.78."""
-    growing = exponential(x)
-    return 0.5 * growing + 0.5 / growing
+    """cosh x; infinite where |x| is above 709.78."""
+    exponential_x = exponential(x)
+    return 0.5 * exponential_x + 0.5 / exponential_x
 
 
 def hyperbolic_tangent(x):
-    """tanh x."""
-    x = x.clipped(-ONE, ONE)
+    """tanh x, by sinh x / cosh x."""
+    x = x.clipped(-TANH_IS_ONE_ABOVE, TANH_IS_ONE_ABOVE)
     return hyperbolic_sine(x) / hyperbolic_cosine(x)
 
 
 class Reciprocals:
-    """1 / x, 1 / sqrt(x) and x^(-n/4), from the estimates of the processor that a context compiles
-    for, if it has them.
+    """1 / x, 1 / sqrt(x) and x^(-n/4) by the estimates of AVX-512, if the processor that a context
+    compiles for has it.
 
-    To about 1 ulp, 3 for x^(-7/4), enough inside of a step: AVX-512 estimates to 2^-14, and one
-    correction of fourth or fifth order replaces a division or a square root, which take several
-    times as long. (To third order, 6e-13, the outer planets' energy drifts by 1e-18 a step.)
+    The error is about 1 ulp, 3 for x^(-7/4), which is enough inside a step. The estimates are
+    accurate to 2^-14; one correction of fourth or fifth order replaces a division or a square root,
+    which take several times as long. (With one of third order, 6e-13, the energy of the outer
+    planets drifts by 1e-18 a step.)
     """
 
     def __init__(self, context, builder):
         self.builder = builder
-        self.fast = has_avx512(context)
+        self.has_estimates = has_avx512(context)
 
     def _estimate(self, name, x):
         byte = ir.IntType(LANES)
@@ -297,7 +307,7 @@ class Reciprocals:
 
     def reciprocal(self, x):
         """1 / x."""
-        if not self.fast:
+        if not self.has_estimates:
             return 1.0 / x
         y = self._estimate("rcp", x)
         error = 1.0 - x * y
@@ -305,15 +315,15 @@ class Reciprocals:
 
     def root(self, x):
         """1 / sqrt(x)."""
-        if not self.fast:
+        if not self.has_estimates:
             return 1.0 / x.call("sqrt")
         y = self._estimate("rsqrt", x)
         error = 1.0 - x * y * y
         return y + y * error * (0.5 + error * (0.375 + 0.3125 * error))
 
-    def quarters(self, x, n):
+    def inverse_quarters(self, x, n):
         """x^(-n/4), from the estimates y of 1 / sqrt(x) and of 1 / sqrt(x y)."""
-        if not self.fast:
+        if not self.has_estimates:
             return inverse_fourth_root(x).power_by_products(2 * n)
         y = self._estimate("rsqrt", x * self._estimate("rsqrt", x))
         error = 1.0 - x * y.power_by_products(8)  # below 4e-4

@@ -1,7 +1,7 @@
-"""Vector instructions over the stages of a step, eight at a time.
+"""Vector instructions over the stages of a step of point masses, eight at a time.
 
 numba does not vectorise loops whose arrays may overlap; these functions use LLVM's vector types
-instead. In an array (rows, P) the lanes after the last stage repeat it.
+instead. In an array (rows, P) the lanes after the last stage repeat the last stage.
 """
 
 from __future__ import annotations
@@ -28,41 +28,45 @@ __all__ = [
 ]
 
 
-def _attracting(massless):
-    """Attraction in eight stages, and the same that measures distances.
+def _attraction_intrinsics(massless):
+    """Two intrinsics for the attraction of a body in eight stages; the second measures distances.
 
-    Between body i = heavy[k] and those before it in ``heavy``, the last j first: a_i += Gm_j g,
-    a_j -= Gm_i g, g = (q_j - q_i) / |q_j - q_i|^3; rows are the axes of each body. For the last i,
-    a of these bodies is initialised to zero. Of a ``massless`` body i = k: a_i <- its attraction by
-    all in ``heavy``. nearest (P,) <- the smaller of it and each squared distance, by stages.
+    With a mass, i = heavy[k] and the bodies j before it in ``heavy``, the last one first, attract
+    each other: a_i += Gm_j g, a_j -= Gm_i g, g = (q_j - q_i) / |q_j - q_i|^3; rows are the axes of
+    each body. For the last k the accelerations of all these bodies start from zero. If
+    ``massless``, i = k, and a_i is set to the attraction by all bodies in ``heavy``. The second
+    intrinsic lowers nearest (P,) to the smallest squared distance at each stage.
     """
     integer = types.intp
 
     @intrinsic
-    def plain(typingctx, axes, Q, a, masses, heavy, k, padded, chunk):
+    def attract_only(typingctx, axes, Q, a, masses, heavy, k, padded, chunk):
         signature = types.void(axes, Q, a, masses, heavy, integer, integer, integer)
 
         def generate(context, builder, signature, arguments):
-            _attraction(context, builder, signature, arguments, None, massless)
+            _generate_attraction(context, builder, signature, arguments, None, massless)
             return context.get_dummy_value()
 
         return signature, generate
 
     @intrinsic
-    def measured(typingctx, axes, Q, a, masses, heavy, k, padded, chunk, nearest):
+    def attract_and_measure_distances(
+        typingctx, axes, Q, a, masses, heavy, k, padded, chunk, nearest
+    ):
         signature = types.void(axes, Q, a, masses, heavy, integer, integer, integer, nearest)
 
         def generate(context, builder, signature, arguments):
-            _attraction(context, builder, signature, arguments[:8], arguments[8], massless)
+            _generate_attraction(context, builder, signature, arguments[:8], arguments[8], massless)
             return context.get_dummy_value()
 
         return signature, generate
 
-    return plain, measured
+    return attract_only, attract_and_measure_distances
 
 
-def _attraction(context, builder, signature, arguments, nearest, massless):
-    """The instructions of ``_attracting``; distances are measured if ``nearest`` is given."""
+def _generate_attraction(context, builder, signature, arguments, nearest, massless):
+    """Generate the code of `_attraction_intrinsics`; ``nearest`` is None to measure no
+    distances."""
     entry, padded, chunk = arguments[5:]
     lanes = Lanes(context, builder, padded, chunk)
     dimension = signature.args[0].count
@@ -71,16 +75,16 @@ def _attraction(context, builder, signature, arguments, nearest, massless):
     )
     count = context.make_array(signature.args[4])(context, builder, arguments[4]).nitems
     unit, step = ir.Constant(entry.type, 1), ir.Constant(entry.type, dimension)
-    fresh = builder.icmp_signed("==", builder.add(entry, unit), count)
+    is_last = builder.icmp_signed("==", builder.add(entry, unit), count)
 
-    def earlier(row):
-        return ZEROS if massless else builder.select(fresh, ZEROS, lanes.load(pulls, row))
+    def accumulated(row):
+        return ZEROS if massless else builder.select(is_last, ZEROS, lanes.load(pulls, row))
 
     i = entry if massless else lanes.number(bodies, entry)
     row_i = builder.mul(i, step)
     q_i = [lanes.load(places, lanes.plus(row_i, x)) for x in range(dimension)]
     mass_i = lanes.spread(lanes.number(weights, i))
-    pulled = [lanes.variable(earlier(lanes.plus(row_i, x))) for x in range(dimension)]
+    pulled = [lanes.variable(accumulated(lanes.plus(row_i, x))) for x in range(dimension)]
     nearest_square, zero = None, ir.Constant(i.type, 0)
     if nearest is not None:
         squares = lanes.pointer_to(signature.args[8], nearest)
@@ -100,7 +104,7 @@ def _attraction(context, builder, signature, arguments, nearest, massless):
         for x, gap in enumerate(gaps):
             row = lanes.plus(row_j, x)
             if not massless:
-                lanes.store(lanes.sub(earlier(row), lanes.mul(onto_j, gap)), pulls, row)
+                lanes.store(lanes.sub(accumulated(row), lanes.mul(onto_j, gap)), pulls, row)
             total = lanes.add(builder.load(pulled[x]), lanes.mul(onto_i, gap))
             builder.store(total, pulled[x])
     for x in range(dimension):
@@ -109,13 +113,14 @@ def _attraction(context, builder, signature, arguments, nearest, massless):
         lanes.store(builder.load(nearest_square), squares, zero)
 
 
-attract, attract_and_measure = _attracting(massless=False)
-follow, follow_and_measure = _attracting(massless=True)
+attract, attract_and_measure = _attraction_intrinsics(massless=False)
+follow, follow_and_measure = _attraction_intrinsics(massless=True)
 
 
 @intrinsic
 def attract_pair(typingctx, axes, Q, initial, a, i, j, mass_i, mass_j, padded, chunk):
-    """a_i <- given_i + mass_j g, a_j <- given_j - mass_i g for one pair, as in ``attract``."""
+    """a_i <- initial_i + mass_j g, a_j <- initial_j - mass_i g for one pair, g as for
+    ``attract``."""
     integer, real = types.intp, types.float64
     signature = types.void(axes, Q, initial, a, integer, integer, real, real, integer, integer)
 
@@ -123,7 +128,7 @@ def attract_pair(typingctx, axes, Q, initial, a, i, j, mass_i, mass_j, padded, c
         i, j, mass_i, mass_j, padded, chunk = arguments[4:]
         lanes = Lanes(context, builder, padded, chunk)
         dimension = signature.args[0].count
-        places, before, pulls = (
+        places, initial_rows, pulls = (
             lanes.pointer_to(signature.args[k], arguments[k]) for k in (1, 2, 3)
         )
         row_i, row_j = (builder.mul(body, ir.Constant(i.type, dimension)) for body in (i, j))
@@ -134,28 +139,30 @@ def attract_pair(typingctx, axes, Q, initial, a, i, j, mass_i, mass_j, padded, c
             lanes.mul(lanes.spread(mass_i), pull),
         )
         for x, gap in enumerate(gaps):
-            this, opposite = lanes.plus(row_i, x), lanes.plus(row_j, x)
-            lanes.store(lanes.add(lanes.load(before, this), lanes.mul(onto_i, gap)), pulls, this)
+            i_row, j_row = lanes.plus(row_i, x), lanes.plus(row_j, x)
             lanes.store(
-                lanes.sub(lanes.load(before, opposite), lanes.mul(onto_j, gap)), pulls, opposite
+                lanes.add(lanes.load(initial_rows, i_row), lanes.mul(onto_i, gap)), pulls, i_row
+            )
+            lanes.store(
+                lanes.sub(lanes.load(initial_rows, j_row), lanes.mul(onto_j, gap)), pulls, j_row
             )
         return context.get_dummy_value()
 
     return signature, generate
 
 
-def _combining(onto=False):
-    """out <- sum_j a_j matrix[start + j] for all axes of one body, in one vector of stages.
+def _combine_intrinsic(adds=False):
+    """An intrinsic: out <- sum_j a_j matrix[start + j] for the axes of a body, in eight stages.
 
     Parameters
     ----------
     onto
-        whether the sum is added to what out holds
+        whether the sum is added to ``out``
     """
     integer = types.intp
 
     @intrinsic
-    def combined(typingctx, axes, matrix, start, a, out, body, stages, padded, chunk):
+    def combine_rows(typingctx, axes, matrix, start, a, out, body, stages, padded, chunk):
         signature = types.void(axes, matrix, integer, a, out, integer, integer, integer, integer)
 
         def generate(context, builder, signature, arguments):
@@ -167,7 +174,7 @@ def _combining(onto=False):
             )
             row = builder.mul(body, ir.Constant(body.type, dimension))
             first = [lanes.zero] * dimension
-            if onto:
+            if adds:
                 first = [lanes.load(targets, lanes.plus(row, x)) for x in range(dimension)]
             sums = lanes.sums(first, factors, start, values, row, stages)
             for x, total in enumerate(sums):
@@ -176,17 +183,19 @@ def _combining(onto=False):
 
         return signature, generate
 
-    return combined
+    return combine_rows
 
 
-combine, add_combined = _combining(), _combining(onto=True)
+combine, add_combined = _combine_intrinsic(), _combine_intrinsic(adds=True)
 
 
 @intrinsic
 def move(typingctx, axes, matrix, start, a, base, low, q, Q, change, size, body, stages, chunk):
-    """Q <- q + (base + (low + sum_j a_j matrix[start + j])), all axes of one body, eight stages.
+    """Q <- q + (base + (low + sum_j a_j matrix[start + j])) for the axes of a body, in eight
+    stages.
 
-    Returns the larger of ``change`` and size |change of Q|; NaN counts as largest.
+    Returns the larger of ``change`` and ``size`` times the largest |change of Q|; NaN counts as
+    largest.
     """
     integer, real = types.intp, types.float64
     signature = real(
@@ -195,63 +204,66 @@ def move(typingctx, axes, matrix, start, a, base, low, q, Q, change, size, body,
 
     def generate(context, builder, signature, arguments):
         start, change, size, body, stages, chunk = (arguments[k] for k in (2, *range(8, 13)))
-        stages_of = context.make_array(signature.args[7])(context, builder, arguments[7])
-        padded = builder.extract_value(stages_of.shape, 1)
+        stage_array = context.make_array(signature.args[7])(context, builder, arguments[7])
+        padded = builder.extract_value(stage_array.shape, 1)
         lanes = Lanes(context, builder, padded, chunk)
         dimension = signature.args[0].count
         factors, values, bases, lows, origin, places = (
             lanes.pointer_to(signature.args[k], arguments[k]) for k in (1, 3, 4, 5, 6, 7)
         )
         row = builder.mul(body, ir.Constant(body.type, dimension))
-        small = [lanes.load(lows, lanes.plus(row, x)) for x in range(dimension)]
-        sums = lanes.sums(small, factors, start, values, row, stages)
+        low_parts = [lanes.load(lows, lanes.plus(row, x)) for x in range(dimension)]
+        sums = lanes.sums(low_parts, factors, start, values, row, stages)
         scale = lanes.spread(size)
         largest = builder.bitcast(lanes.spread(change), BITS)
         for x, total in enumerate(sums):
-            this = lanes.plus(row, x)
-            step = builder.fadd(lanes.load(bases, this), total)
-            moved = builder.fadd(lanes.spread(lanes.number(origin, this)), step)
-            scaled_change = lanes.mul(builder.fsub(moved, lanes.load(places, this)), scale)
+            axis_row = lanes.plus(row, x)
+            step = builder.fadd(lanes.load(bases, axis_row), total)
+            moved = builder.fadd(lanes.spread(lanes.number(origin, axis_row)), step)
+            scaled_change = lanes.mul(builder.fsub(moved, lanes.load(places, axis_row)), scale)
             # The bit patterns of nonnegative numbers are ordered like the numbers, with NaN last.
             bits = builder.bitcast(lanes.call("fabs", scaled_change), BITS)
             largest = builder.select(builder.icmp_signed(">", bits, largest), bits, largest)
-            lanes.store(moved, places, this)
+            lanes.store(moved, places, axis_row)
         return builder.bitcast(lanes.largest(largest), DOUBLE)
 
     return signature, generate
 
 
 @intrinsic
-def drift(typingctx, c, base, low, row, displacement, displacement_low, lost, padded, chunk):
-    """base <- c far and low <- its rounding error and that of q, for one row, in eight stages.
+def drift(typingctx, c, base, low, row, displacement, displacement_low, q_low, padded, chunk):
+    """base <- c displacement, and low <- its rounding error plus all low parts, for one row, in
+    eight stages.
 
     Parameters
     ----------
     c : array, shape (2, P)
         nodes and their low parts
-    displacement
-        h v, ``displacement_low`` its low part, ``lost`` the low part of q
+    displacement, displacement_low
+        h v and its low part
+    q_low
+        low part of q
     """
     integer, real = types.intp, types.float64
     signature = types.void(c, base, low, integer, real, real, real, integer, integer)
 
     def generate(context, builder, signature, arguments):
-        row, displacement, displacement_low, lost, padded, chunk = arguments[3:]
+        row, displacement, displacement_low, q_low, padded, chunk = arguments[3:]
         lanes = Lanes(context, builder, padded, chunk)
         nodes, bases, lows = (lanes.pointer_to(signature.args[k], arguments[k]) for k in range(3))
         zero = ir.Constant(row.type, 0)
         node, node_low = lanes.load(nodes, zero), lanes.load(nodes, lanes.plus(zero, 1))
-        displacement, displacement_low, lost = (
+        displacement, displacement_low, q_low = (
             lanes.spread(displacement),
             lanes.spread(displacement_low),
-            lanes.spread(lost),
+            lanes.spread(q_low),
         )
         path = builder.fmul(node, displacement)
         error = lanes.call("fma", node, displacement, builder.fneg(path))
-        small = lanes.add(lanes.mul(node_low, displacement), lanes.mul(node, displacement_low))
-        small = lanes.add(lanes.add(error, lost), small)
+        low_part = lanes.add(lanes.mul(node_low, displacement), lanes.mul(node, displacement_low))
+        low_part = lanes.add(lanes.add(error, q_low), low_part)
         lanes.store(path, bases, row)
-        lanes.store(small, lows, row)
+        lanes.store(low_part, lows, row)
         return context.get_dummy_value()
 
     return signature, generate

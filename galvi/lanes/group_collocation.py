@@ -18,12 +18,12 @@ and Q(1) at the step's end, pi_j = Q_j + D_j, where the defect
 
     D_j = Q(1) - Q_j + h sum_k (B_jk - b_k) f_k + sum_l m_l Y_lj
 
-is the error of the rule for the rate of Q along a curve: as small as that of a step, and as little
+is the error of the rule for dQ/dt along a curve: as small as that of a step, and as little
 changed by errors of the curve. A pass of the iteration takes n from xi, momenta T^-T (Q + D) with
 the last D, velocities from these by one Newton step with the last mass, their rates eta, projected
 to those of curves, f from the last xi and eta with these momenta, and from eta and f the next xi, D
-and multipliers; p0 is not an unknown. A step for which that does not converge, or whose rotation
-exceeds REACHES, is left to the general kernel.
+and multipliers; p0 is not an unknown. A step for which the iteration does not converge, or whose
+rotation exceeds LARGEST_ROTATIONS_IN_LANES, is left to the general kernel.
 
 A law is a Python function (g, v, t, constants) -> (tau, mu, mass) of lanes or numbers: g holds the
 entries of an element, tau the left-trivialised dL/dg, mu = dL/dv, and mass the rows of d2L/dv2 up
@@ -35,8 +35,9 @@ series              (d,)      coefficients of the velocities' series
 n, v, mu, pulled    (d,) each: impulses, velocities, dL/dv, and Q
 end                 (d,)      xi(1), where no lane of one run has the step's end
 t                   times
-factors             of the mass, as in galvi.lanes.collocation, or a constant mass's inverse
-response            the same of the multipliers' response
+factors             of the mass, as in galvi.lanes.collocation; the inverse of a constant mass if
+                    the momenta are linear in the velocities
+response            factors of the multipliers' response, see ``store_response``
 multipliers         (l d,)    m, at the first stage
 
 complement  (2 l rows)  l functions Y at the stages and b Y, orthonormal in the rule's inner product
@@ -52,13 +53,19 @@ import numpy as np
 
 from galvi.kernels.compile.internals import cgutils
 from galvi.kernels.lie.arithmetic import larger, larger_size
-from galvi.kernels.lie.dispatch import REACHES
+from galvi.kernels.lie.dispatch import LARGEST_ROTATIONS_IN_LANES
 from galvi.kernels.lie.product import COUPLED, DIMENSION, ENTRIES, GROUPS, NUMBER, ROTATIONS
 from galvi.kernels.on_group.scale import LEAST_COUPLED_MOTION
-from galvi.lanes.collocation import Constants, Factors, Generic, differences, sums
-from galvi.lanes.dense import factored, inverse_of, is_written_out, is_zero, times_symmetric
+from galvi.lanes.collocation import Constants, Factors, GenericConstants, differences, sums
+from galvi.lanes.dense import (
+    inverse_from_factors,
+    is_written_out,
+    is_zero,
+    ldl_factors,
+    times_symmetric,
+)
 from galvi.lanes.layouts import Fields, layout
-from galvi.lanes.step import generated
+from galvi.lanes.step import step_intrinsic
 from galvi.lanes.stopping import BY_COUNTDOWN
 from galvi.lanes.values import Lane, Truth
 
@@ -66,21 +73,22 @@ from galvi.lanes.values import Lane, Truth
     14
 )  # times d
 ITERATED = XI, ETA, F, DEFECT, N, VELOCITY
-# At most so many corrections of an initial guess by the chart's tangent map.
-GUESS_CORRECTIONS_IN_LANES = 6
-LAST_CORRECTION_ANGLE = 1e-4  # radians: smaller ones are the last
-WRITTEN_OUT_COLUMNS = 6  # columns of the response; a loop over them is slower by a twentieth
-STATE = ("q", "memory", "low", "p", "nu", "nu_low")  # fields, entries and then velocities
+# Largest number of corrections of an initial guess by the chart's tangent map.
+MAX_GUESS_CORRECTIONS_IN_LANES = 6
+LAST_CORRECTION_ANGLE = 1e-4  # radians; no correction follows a smaller one
+# Largest number of columns of the response without a loop, which is slower by a twentieth.
+WRITTEN_OUT_COLUMNS = 6
+STATE_FIELDS = ("q", "memory", "low", "p", "nu", "nu_low")  # three of entries, three of momenta
 
 
 def rows_of_group_work(d, extra):
-    """Rows of work for d coordinates and ``extra`` functions Y."""
+    """The number of rows of work for d coordinates and ``extra`` functions Y."""
     return TIMES * d + 1 + d * (d + 1) + extra * d
 
 
 def group_fields(d, entries):
-    """The record of a run on a group: 1 over the sizes of xi and pi, g, mu = p, what
-    galvi.kernels.lie.product keeps beside them, and SHARED."""
+    """The record of a run on a group: p = mu, the inverses of the sizes of xi and pi, q = g, the
+    numbers that galvi.kernels.lie.product keeps beside g and mu, and SHARED."""
     own_fields = (
         ("p", d),
         ("xi_sizes", d),
@@ -95,11 +103,11 @@ def group_fields(d, entries):
 
 
 def law_at_generic_state(law, chart, state):
-    """The momenta, the mass and the velocity at a generic state; states of different index share no
-    number."""
+    """The momenta, the mass and the velocity at a generic state; each number of the state depends
+    on its index ``state``."""
     sample = (np.linspace(0.3, 0.7, chart.entries + chart.dimension + 1) + 0.1 * state) ** 0.5
     g, v = list(sample[: chart.entries]), list(sample[chart.entries : -1])
-    _, mu, mass = law(g, v, sample[-1], Generic())
+    _, mu, mass = law(g, v, sample[-1], GenericConstants())
     return mu, [list(map(np.float64, row)) for row in mass], v
 
 
@@ -113,31 +121,33 @@ class GroupStep:
         self.rows, self.law, self.chart, self.builder = rows, law, chart, rows.builder
         self.velocity_row, self.series_row, self.guess_row = VELOCITY * d, SERIES * d, MU * d
         self.time_row = TIMES * d
-        rows.guarded = {block * d + i for block in ITERATED for i in range(d)}
-        self.pulls = True  # whether there are forces, known after ``fall``
+        rows.guarded_rows = {block * d + i for block in ITERATED for i in range(d)}
+        self.has_forces = True  # set by ``store_law``
         self.examine(law)
 
     def examine(self, law):
-        """Set which entries of the law's mass are not 0, whether it is constant, and whether the
-        momenta are linear in the velocities."""
+        """Set which entries of the inverse mass are not 0, whether the mass is constant, and
+        whether the momenta are the constant mass times the velocities."""
         d, first = self.rows.d, self.time_row + 1
         with np.errstate(all="ignore"):
             states = [law_at_generic_state(law, self.chart, state) for state in range(2)]
-            factors = factored(states[0][1])
+            factors = ldl_factors(states[0][1])
         below = [(i, j) for i in range(d) for j in range(i) if factors[i][j] != 0.0]
-        inverse = inverse_of(factors)
-        self.filled = {(i, j) for i in range(d) for j in range(i + 1) if inverse[i][j] != 0.0}
+        inverse = inverse_from_factors(factors)
+        self.nonzero_inverse = {
+            (i, j) for i in range(d) for j in range(i + 1) if inverse[i][j] != 0.0
+        }
         self.constant_mass = states[0][1] == states[1][1]
         written_out = self.constant_mass or is_written_out(below)
-        self.linear = self.constant_mass and all(
+        self.momenta_are_linear = self.constant_mass and all(
             np.allclose(mu, times_symmetric(mass, v), rtol=1e-12, atol=0.0)
             for mu, mass, v in states
         )
         lower = [(i, j) for i in range(d) for j in range(i)]
-        size = d * (d + 1) // 2
+        triangle_size = d * (d + 1) // 2
         self.factors = Factors(self.rows, first, below, written_out)
-        self.response = Factors(self.rows, first + size, lower, written_out)
-        self.multipliers = first + 2 * size
+        self.response = Factors(self.rows, first + triangle_size, lower, written_out)
+        self.multipliers = first + 2 * triangle_size
 
     def load(self, lanes, block):
         """The d rows of a block of work."""
@@ -149,14 +159,14 @@ class GroupStep:
         self.rows.store_rows(lanes, [zero.same(x) for x in values], block * self.rows.d)
 
     def block(self, block):
-        """The numbers of the d rows of a block of work."""
+        """The indices of the d rows of a block of work."""
         return range(block * self.rows.d, (block + 1) * self.rows.d)
 
     def first_lanes(self):
         return self.rows.at(self.rows.row(0))
 
-    def state(self, lanes):
-        """xi, the velocity, and (tau, mu, mass) of the law there."""
+    def evaluate_law(self, lanes):
+        """xi, the velocity, and (tau, mu, mass) of the law at both."""
         rows, xi, eta = self.rows, self.load(lanes, XI), self.load(lanes, ETA)
         g = [rows.at_stages("q", i).fused for i in range(self.chart.entries)]
         velocity = self.chart.apply("velocity", xi, eta)
@@ -172,106 +182,108 @@ class GroupStep:
             self.rows.chunks(self.keep_constant_mass)
 
     def keep_constant_mass(self, lanes):
-        """As `prepare`, for a vector of stages."""
-        mass = self.state(lanes)[2][2]
-        if self.linear:
-            inverse = [x for row in inverse_of(factored(mass)) for x in row]
+        """Do the work of `prepare` for a vector of stages."""
+        mass = self.evaluate_law(lanes)[2][2]
+        if self.momenta_are_linear:
+            inverse = [x for row in inverse_from_factors(ldl_factors(mass)) for x in row]
             zero = self.rows.zero()
             self.rows.store_rows(lanes, [zero.same(x) for x in inverse], self.factors.first)
         else:
             self.factors.keep(lanes, mass, self.rows.zero())
 
-    def fall(self, lanes):
-        """Evaluate the law at (xi, eta): f, n, velocity, dL/dv and the factored mass."""
-        xi, velocity, (tau, mu, mass) = self.state(lanes)
-        self.pulls = any(not is_zero(x) for x in tau)
-        if self.pulls:
-            swung = self.chart.apply("coadjoint_change", xi, tau)
+    def store_law(self, lanes):
+        """Evaluate the law at (xi, eta), and store f and n if there are forces, the velocity and
+        dL/dv unless the momenta are linear, and the factors of a mass that varies."""
+        xi, velocity, (tau, mu, mass) = self.evaluate_law(lanes)
+        self.has_forces = any(not is_zero(x) for x in tau)
+        if self.has_forces:
+            coadjoint_part = self.chart.apply("coadjoint_change", xi, tau)
             self.store(lanes, self.chart.apply("momentum", xi, tau), F)
-            self.store(lanes, [total(*pair) for pair in zip(tau, swung, strict=True)], N)
-        if not self.linear:
+            self.store(lanes, [total(*pair) for pair in zip(tau, coadjoint_part, strict=True)], N)
+        if not self.momenta_are_linear:
             self.store(lanes, velocity, VELOCITY)
             self.store(lanes, mu, MU)
         if not self.constant_mass:
             self.factors.keep(lanes, mass, self.rows.zero())
 
     def velocity_change(self, lanes, x):
-        """The change of velocities that changes momenta by x."""
-        if not self.linear:
+        """The change of the velocities that changes the momenta by x."""
+        if not self.momenta_are_linear:
             return self.factors.solved(lanes, x)
         change = []
         for i in range(self.rows.d):
             value = 0.0
             for j in range(self.rows.d):
                 row, column = max(i, j), min(i, j)
-                if (row, column) in self.filled:
+                if (row, column) in self.nonzero_inverse:
                     factor_row = self.factors.first + row * (row + 1) // 2 + column
                     value = total(value, self.rows.load_row(lanes, factor_row) * x[j])
             change.append(value)
         return change
 
-    def at_end(self):
-        """mu0 and the impulse of the whole step, in all lanes."""
+    def momenta_at_end(self):
+        """mu0 plus the impulse of the whole step, in all lanes."""
         rows = self.rows
         momenta = [rows.at_stages("p", i).fused for i in range(rows.d)]
-        if self.pulls:
+        if self.has_forces:
             kicks = rows.over_step(self.block(N))
             momenta = sums(momenta, [rows.spread(kick) for kick in kicks])
         return momenta
 
-    def turn(self, lanes, ended):
-        """Update the rates: f, and eta from the momenta."""
+    def update_rates(self, lanes, end_momenta):
+        """Update f, Q, the velocities and eta, from the momenta at the stages."""
         rows = self.rows
         xi, eta, defect = (self.load(lanes, block) for block in (XI, ETA, DEFECT))
-        if self.pulls:
-            kicks = rows.scaled_sums(lanes, LOW_N * rows.d, rows.tabled.back, N * rows.d)
-            ended = sums(ended, [kick.fused for kick in kicks])
-        pulled = self.chart.apply("momentum", [-x for x in xi], ended)
+        if self.has_forces:
+            kicks = rows.scaled_sums(lanes, LOW_N * rows.d, rows.table_rows.back, N * rows.d)
+            end_momenta = sums(end_momenta, [kick.fused for kick in kicks])
+        pulled = self.chart.apply("momentum", [-x for x in xi], end_momenta)
         momenta = self.chart.apply("covector", xi, sums(pulled, defect))
         velocity = momenta
-        if not self.linear:
+        if not self.momenta_are_linear:
             velocity = differences(momenta, self.load(lanes, MU))
         velocity = self.velocity_change(lanes, velocity)
-        if not self.linear:
+        if not self.momenta_are_linear:
             velocity = sums(self.load(lanes, VELOCITY), velocity)
         f = self.chart.apply("momentum_slope", xi, eta, momenta)
-        if self.pulls:
+        if self.has_forces:
             f = [total(x, y) for x, y in zip(f, self.load(lanes, F), strict=True)]
         self.store(lanes, f, F)
         self.store(lanes, pulled, PULLED)
         self.store(lanes, velocity, VELOCITY)
         self.store(lanes, self.chart.apply("rate", xi, velocity), ETA)
 
-    def guess(self, lanes):
-        """Set eta from the velocities."""
+    def store_rates(self, lanes):
+        """Store eta, from the velocities."""
         xi, velocity = self.load(lanes, XI), self.load(lanes, VELOCITY)
         self.store(lanes, self.chart.apply("rate", xi, velocity), ETA)
 
     def drift(self, lanes):
-        """Set xi from eta."""
+        """Store xi, from eta, and note its largest change."""
         rows = self.rows
-        places = rows.scaled_sums(lanes, LOW_XI * rows.d, rows.tabled.drift, ETA * rows.d)
-        self.note(places, self.load(lanes, XI), "xi_sizes")
-        self.store(lanes, places, XI)
+        coordinates = rows.scaled_sums(lanes, LOW_XI * rows.d, rows.table_rows.drift, ETA * rows.d)
+        self.note(coordinates, self.load(lanes, XI), "xi_sizes")
+        self.store(lanes, coordinates, XI)
 
     def note(self, new, old, sizes):
-        """Note the largest change, relative to the sizes of a field."""
+        """Note the largest change, times the inverse sizes in the field ``sizes``."""
         for i, (x, y) in enumerate(zip(new, old, strict=True)):
             self.rows.note_bits(abs((x - y) * self.rows.at_stages(sizes, i)).bits)
 
-    def correct(self, lanes, end_Q):
-        """Set the defect from f, with the multipliers' part; ``end_Q`` is Q at the end."""
+    def update_defects(self, lanes, end_Q):
+        """Store the defects with the multipliers' part, from f and ``end_Q``, Q at the step's
+        end."""
         rows, builder = self.rows, self.builder
-        force_sums = rows.scaled_sums(lanes, LOW_F * rows.d, rows.tabled.back, F * rows.d)
+        force_sums = rows.scaled_sums(lanes, LOW_F * rows.d, rows.table_rows.back, F * rows.d)
         missing = sums(differences(end_Q, self.load(lanes, PULLED)), force_sums)
-        places = [lanes.variable(x.value) for x in missing]
+        pointers = [lanes.variable(x.value) for x in missing]
         with cgutils.for_range(builder, rows.extra, intp=rows.row) as loop:
             Y = Lane(builder, lanes.factor(rows.complement, loop.index))
-            for pointer, m in zip(places, self.multiplier_rows(loop.index), strict=True):
+            for pointer, m in zip(pointers, self.multiplier_rows(loop.index), strict=True):
                 first = lanes.number(rows.work, m, rows.row(0))
                 part = Y * Lane(builder, lanes.spread(first))
                 builder.store((Lane(builder, builder.load(pointer)) + part).value, pointer)
-        defects = [Lane(builder, builder.load(pointer), ()) for pointer in places]
+        defects = [Lane(builder, builder.load(pointer), ()) for pointer in pointers]
         self.note(defects, self.load(lanes, DEFECT), "pi_sizes")
         self.store(lanes, defects, DEFECT)
 
@@ -281,50 +293,54 @@ class GroupStep:
         first = builder.add(row(self.multipliers), builder.mul(index, row(self.rows.d)))
         return [builder.add(first, row(i)) for i in range(self.rows.d)]
 
-    def project(self, corrects):
-        """Project eta to the rates of curves, and correct the multipliers by what was lost."""
+    def project(self, updates_multipliers):
+        """Project eta to the rates of curves, and, if asked, correct the multipliers by the
+        components that this removes."""
         rows, builder = self.rows, self.builder
         with cgutils.for_range(builder, rows.extra, intp=rows.row) as loop:
             weights = builder.add(rows.extra, loop.index)
-            lost = rows.weighted(self.block(ETA), weights, matrix=rows.complement)
-            lost = [rows.spread(x).fused for x in lost]
+            components = rows.weighted_sums(self.block(ETA), weights, matrix=rows.complement)
+            components = [rows.spread(x).fused for x in components]
 
             def subtract(lanes):
                 Y = Lane(builder, lanes.factor(rows.complement, loop.index))
-                left = [eta - Y * x for eta, x in zip(self.load(lanes, ETA), lost, strict=True)]
-                self.store(lanes, left, ETA)
+                projected_rates = [
+                    eta - Y * x for eta, x in zip(self.load(lanes, ETA), components, strict=True)
+                ]
+                self.store(lanes, projected_rates, ETA)
 
             rows.chunks(subtract)
-            if corrects:
+            if updates_multipliers:
                 lanes = self.first_lanes()
-                steps = self.response.solved(lanes, list(lost))
+                steps = self.response.solved(lanes, list(components))
                 for m, step in zip(self.multiplier_rows(loop.index), steps, strict=True):
                     new = Lane(builder, lanes.load(rows.work, m)) - step
                     lanes.store(new.value, rows.work, m)
 
-    def respond(self):
-        """Store the factors of the mean response of eta to the multipliers."""
+    def store_response(self):
+        """Store the factors of the response of eta to the multipliers, its weighted mean over the
+        stages."""
         rows, d, builder = self.rows, self.rows.d, self.builder
         vector = rows.zero().value.type
         responses = [cgutils.alloca_once(builder, vector, rows.row(d)) for _ in range(d)]
 
-        def respond_to(column):
-            def answer(lanes):
+        def store_column(column):
+            def store_rates_of(lanes):
                 xi = self.load(lanes, XI)
                 pi = self.chart.apply("covector", xi, self.unit(column))
                 velocity = self.velocity_change(lanes, pi)
                 self.store(lanes, self.chart.apply("rate", xi, velocity), PULLED)
 
-            rows.chunks(answer)
-            for i, x in enumerate(rows.weighted(self.block(PULLED), rows.tabled.means)):
+            rows.chunks(store_rates_of)
+            for i, x in enumerate(rows.weighted_sums(self.block(PULLED), rows.table_rows.means)):
                 builder.store(rows.spread(x).value, builder.gep(responses[i], [column]))
 
         if d <= WRITTEN_OUT_COLUMNS:
             for column in range(d):
-                respond_to(rows.row(column))
+                store_column(rows.row(column))
         else:
             with cgutils.for_range(builder, rows.row(d), intp=rows.row) as loop:
-                respond_to(loop.index)
+                store_column(loop.index)
         mean = [
             [
                 Lane(builder, builder.load(builder.gep(responses[i], [rows.row(j)])))
@@ -335,82 +351,85 @@ class GroupStep:
         self.response.keep(self.first_lanes(), mean, rows.zero())
 
     def unit(self, index):
-        """The unit vector of an index, an integer of LLVM's, in all lanes."""
+        """The unit vector of an index, an LLVM integer, in all lanes."""
         builder, ones = self.builder, self.rows.zero().same(1.0)
-        places = [builder.icmp_unsigned("==", index, self.rows.row(i)) for i in range(self.rows.d)]
-        return [ones.where(Truth(builder, matches), 0.0) for matches in places]
+        matches_by_row = [
+            builder.icmp_unsigned("==", index, self.rows.row(i)) for i in range(self.rows.d)
+        ]
+        return [ones.where(Truth(builder, matches), 0.0) for matches in matches_by_row]
 
     def keep_end(self):
-        """Store xi at the step's end, where no lane has it."""
+        """Store xi at the step's end if all lanes hold stages; else a lane after them holds it."""
         rows = self.rows
-        with self.builder.if_then(rows.full):
+        with self.builder.if_then(rows.lanes_are_full):
             ends = [rows.spread(x) for x in rows.over_step(self.block(ETA))]
             self.store(self.first_lanes(), ends, END)
 
-    def pulled_end(self, ended):
+    def pulled_end(self, end_momenta):
         """Q at the step's end, in all lanes."""
         rows, lanes = self.rows, self.first_lanes()
-        places = [lanes.variable(lanes.zero) for _ in range(rows.d)]
-        with self.builder.if_else(rows.full) as (computed, stored):
+        pointers = [lanes.variable(lanes.zero) for _ in range(rows.d)]
+        with self.builder.if_else(rows.lanes_are_full) as (computed, stored):
             with computed:
                 minus_end = [-x for x in self.load(lanes, END)]
                 for pointer, x in zip(
-                    places, self.chart.apply("momentum", minus_end, ended), strict=True
+                    pointers, self.chart.apply("momentum", minus_end, end_momenta), strict=True
                 ):
                     self.builder.store(x.value, pointer)
             with stored:
                 rows.reload()
-                for pointer, row in zip(places, self.block(PULLED), strict=True):
+                for pointer, row in zip(pointers, self.block(PULLED), strict=True):
                     value = lanes.number(rows.work, rows.row(row), rows.stages)
                     self.builder.store(lanes.spread(value), pointer)
-        return [Lane(self.builder, self.builder.load(pointer)) for pointer in places]
+        return [Lane(self.builder, self.builder.load(pointer)) for pointer in pointers]
 
     def one_pass(self, first):
-        """One pass; the largest change is noted."""
+        """Do one pass, and note the largest change."""
         rows = self.rows
-        rows.chunks(self.fall)
+        rows.chunks(self.store_law)
         if not self.constant_mass:
             with self.builder.if_then(self.builder.and_(first, rows.projects)):
-                self.respond()
-        ended = self.at_end()
-        rows.chunks(lambda lanes: self.turn(lanes, ended))
-        end_Q = self.pulled_end(ended)
-        self.project(corrects=True)
+                self.store_response()
+        end_momenta = self.momenta_at_end()
+        rows.chunks(lambda lanes: self.update_rates(lanes, end_momenta))
+        end_Q = self.pulled_end(end_momenta)
+        self.project(updates_multipliers=True)
         rows.chunks(self.drift)
-        rows.chunks(lambda lanes: self.correct(lanes, end_Q))
+        rows.chunks(lambda lanes: self.update_defects(lanes, end_Q))
         self.keep_end()
 
     def begin(self, convergence):
-        """Set xi, eta and more from the velocities, corrected by the tangent map."""
+        """Set xi, eta, defects and multipliers from the velocities at the stages; xi and eta are
+        corrected by the tangent map."""
         rows, builder = self.rows, self.builder
-        self.measure_rotations()
+        self.set_rotation_sizes()
         self.begin_at_rest()
         with cgutils.for_range(
-            builder, rows.row(GUESS_CORRECTIONS_IN_LANES), intp=rows.row
+            builder, rows.row(MAX_GUESS_CORRECTIONS_IN_LANES), intp=rows.row
         ) as loop:
-            rows.forget()
-            rows.chunks(self.guess)
-            self.project(corrects=False)
+            rows.reset_change()
+            rows.chunks(self.store_rates)
+            self.project(updates_multipliers=False)
             rows.chunks(self.drift)
-            unsettled = convergence.active.value & ~(rows.change() < LAST_CORRECTION_ANGLE)
-            convergence.active.set(unsettled)
-            with builder.if_then((~unsettled).all):
+            changes_much = convergence.active.value & ~(rows.change() < LAST_CORRECTION_ANGLE)
+            convergence.active.set(changes_much)
+            with builder.if_then((~changes_much).all):
                 loop.do_break()
         convergence.active.set(rows.field("alive") > 0.0)
         self.keep_end()
         if self.constant_mass:
             with builder.if_then(rows.projects):
-                self.respond()
+                self.store_response()
 
     def begin_at_rest(self):
-        """Set xi from the velocities alone, and no defect."""
+        """Set xi from the velocities as if these were eta, and all else to zero."""
         rows, zero = self.rows, self.rows.zero()
 
         def reset(lanes):
             for block in (DEFECT, LOW_XI, LOW_F, LOW_N):
                 self.store(lanes, [zero] * rows.d, block)
             self.store(
-                lanes, rows.scaled_sums(lanes, None, rows.tabled.drift, self.velocity_row), XI
+                lanes, rows.scaled_sums(lanes, None, rows.table_rows.drift, self.velocity_row), XI
             )
 
         rows.chunks(reset)
@@ -419,10 +438,10 @@ class GroupStep:
                 self.first_lanes().store(zero.value, rows.work, row)
 
     def add_low_parts(self, chosen):
-        """Set the low parts of sums for the runs ``chosen``."""
+        """Set the low parts of the sums over stages for the runs ``chosen``."""
         rows, d, chosen = self.rows, self.rows.d, self.rows.spread_truth(chosen)
-        parts = [(ETA, rows.tabled.low_drift, LOW_XI), (F, rows.tabled.low_back, LOW_F)]
-        parts += [(N, rows.tabled.low_back, LOW_N)] if self.pulls else []
+        parts = [(ETA, rows.table_rows.low_drift, LOW_XI), (F, rows.table_rows.low_back, LOW_F)]
+        parts += [(N, rows.table_rows.low_back, LOW_N)] if self.has_forces else []
 
         def add(lanes):
             for block, first, low in parts:
@@ -432,7 +451,7 @@ class GroupStep:
 
         rows.chunks(add)
 
-    def measure_rotations(self):
+    def set_rotation_sizes(self):
         """Set inverse sizes: 1 for rotations, 0 for translations and momenta."""
         zero = self.rows.variable().lane
         for _, components, _, rotations in self.chart.factors:
@@ -442,13 +461,13 @@ class GroupStep:
                 self.rows.keep("pi_sizes", zero, i)
 
     def after_first_pass(self, convergence, change):
-        """Set 1 / sizes of xi and pi, 0 where all are 0.
+        """Set the inverse sizes of xi and pi, 0 where a size is 0.
 
-        Rotations have size 1. All translations of a factor share a size, that of its positions and
-        displacements, and so do the momenta of its translations and of its rotations. An angular
-        momentum is at least a displacement times a momentum. No momentum is
-        below LEAST_COUPLED_MOTION of the largest one that a mass couples to it: it may be
-        round-off of that.
+        Rotations have size 1. The translations of a factor share one size, the largest of its
+        positions and displacements. The momenta of its translations share another, and those of its
+        rotations a third, which is at least a displacement times a momentum. The size of a momentum
+        is at least LEAST_COUPLED_MOTION times the largest size of the momenta that the mass couples
+        to it, since smaller ones may be round-off of these.
         """
         rows, d, chart = self.rows, self.rows.d, self.chart
         step = rows.field("step")
@@ -464,24 +483,31 @@ class GroupStep:
         for number, (group, components, entries, rotations) in zip(
             chart.coupled, chart.factors, strict=True
         ):
-            turns = range(components.start, components.start + rotations)
-            translations = range(components.start + rotations, components.stop)
+            rotation_range = range(components.start, components.start + rotations)
+            translation_range = range(components.start + rotations, components.stop)
             sizes = []
-            for part in (turns, translations):
+            for part in (rotation_range, translation_range):
                 size = abs(rows.largest_of([F * d + i for i in part]) * step)
                 for i in part:
                     size = larger_size(size, rows.field("p", i))
                 sizes.append(size)
-            moment, moving = sizes
-            if translations:
-                way = abs(rows.largest_of([ETA * d + i for i in translations]) * step)
-                moment = larger_size(moment, moving * way)
-                extent = larger_size(floors[number], way.same(group.position_scale(g[entries])))
-                extent = larger_size(extent, way)
-                extent = larger_size(extent, rows.largest_of([XI * d + i for i in translations]))
-                for i in translations:
+            rotation_size, translation_size = sizes
+            if translation_range:
+                displacement = abs(rows.largest_of([ETA * d + i for i in translation_range]) * step)
+                rotation_size = larger_size(rotation_size, translation_size * displacement)
+                extent = larger_size(
+                    floors[number], displacement.same(group.position_scale(g[entries]))
+                )
+                extent = larger_size(extent, displacement)
+                extent = larger_size(
+                    extent, rows.largest_of([XI * d + i for i in translation_range])
+                )
+                for i in translation_range:
                     rows.keep("xi_sizes", (1.0 / extent).where(extent > 0.0, 0.0), i)
-            momenta += [(number, moment, turns), (number, moving, translations)]
+            momenta += [
+                (number, rotation_size, rotation_range),
+                (number, translation_size, translation_range),
+            ]
         largest: dict[int, Any] = {}
         for number, size, _ in momenta:
             largest[number] = larger_size(largest.get(number, 0.0), size)
@@ -491,26 +517,27 @@ class GroupStep:
                 rows.keep("pi_sizes", (1.0 / size).where(size > 0.0, 0.0), i)
 
     def ends(self):
-        """The state at the step's end, and whether its rotations are within the chart."""
+        """[(field, i, number at the step's end), ...], and for which runs all rotations, at the
+        stages and at the end, are within the chart."""
         rows, chart = self.rows, self.chart
         end = rows.over_step(self.block(ETA))
         zero = rows.variable().lane
-        kick = rows.over_step(self.block(N)) if self.pulls else [zero] * rows.d
-        rows.forget()
+        kick = rows.over_step(self.block(N)) if self.has_forces else [zero] * rows.d
+        rows.reset_change()
 
-        def note_turns(lanes):
-            for square in chart.squares_of_turns(self.load(lanes, XI)):
+        def note_squares(lanes):
+            for square in chart.squared_rotations(self.load(lanes, XI)):
                 rows.note_bits(abs(square).bits)
 
-        rows.chunks(note_turns)
-        farthest = rows.change()
-        for square in chart.squares_of_turns(end):
-            farthest = larger(square, farthest)
-        before = {name: rows.fields_of(name, rows.fields.size[name]) for name in STATE}
-        now = {name: list(lanes) for name, lanes in before.items()}
+        rows.chunks(note_squares)
+        largest_square = rows.change()
+        for square in chart.squared_rotations(end):
+            largest_square = larger(square, largest_square)
+        before = {name: rows.fields_of(name, rows.fields.size[name]) for name in STATE_FIELDS}
+        after = {name: list(lanes) for name, lanes in before.items()}
         for group, components, entries, _ in chart.factors:
-            g, memory, low = (now[name][entries] for name in STATE[:3])
-            mu, nu, nu_low = (now[name][components] for name in STATE[3:])
+            g, memory, low = (after[name][entries] for name in STATE_FIELDS[:3])
+            mu, nu, nu_low = (after[name][components] for name in STATE_FIELDS[3:])
             group.advance(chart.number, end[components], g, memory, low)
             group.carry(
                 chart.number,
@@ -522,13 +549,13 @@ class GroupStep:
                 nu,
                 nu_low,
             )
-            for name, lanes in zip(STATE[:3], (g, memory, low), strict=True):
-                now[name][entries] = lanes
-            for name, lanes in zip(STATE[3:], (mu, nu, nu_low), strict=True):
-                now[name][components] = lanes
-        reach = REACHES[chart.number]
-        end_fields = [(name, i, lane) for name in STATE for i, lane in enumerate(now[name])]
-        return end_fields, farthest <= reach * reach
+            for name, lanes in zip(STATE_FIELDS[:3], (g, memory, low), strict=True):
+                after[name][entries] = lanes
+            for name, lanes in zip(STATE_FIELDS[3:], (mu, nu, nu_low), strict=True):
+                after[name][components] = lanes
+        reach = LARGEST_ROTATIONS_IN_LANES[chart.number]
+        end_rows = [(name, i, lane) for name in STATE_FIELDS for i, lane in enumerate(after[name])]
+        return end_rows, largest_square <= reach * reach
 
 
 class Chart:
@@ -538,6 +565,8 @@ class Chart:
     ----------
     layout
         rows of numbers, see galvi.kernels.lie.product
+    chart
+        number of the chart, see galvi.kernels.lie.dispatch
     """
 
     def __init__(self, layout, chart):
@@ -560,7 +589,8 @@ class Chart:
         return element
 
     def left_derivative(self, g, slope):
-        """The derivatives along g hat(e_a) of a function with Euclidean derivative slope."""
+        """The derivatives along g hat(e_a) of a function with derivatives ``slope`` by the entries
+        of g."""
         derivatives = []
         for group, components, entries, _ in self.factors:
             out = [0.0] * (components.stop - components.start)
@@ -568,8 +598,8 @@ class Chart:
             derivatives += out
         return derivatives
 
-    def squares_of_turns(self, xi):
-        """|xi|^2 of each factor with a rotation."""
+    def squared_rotations(self, xi):
+        """|xi|^2 of the rotation of each factor that has one."""
         return [
             reduce(total, [x * x for x in xi[components.start : components.start + rotations]])
             for _, components, _, rotations in self.factors
@@ -577,7 +607,8 @@ class Chart:
         ]
 
     def apply(self, name, xi, *vectors):
-        """A function of galvi.kernels.lie.groups to d numbers; 0.0 where the last vector is 0."""
+        """The d numbers of the function ``name`` of galvi.kernels.lie.groups at xi; 0.0 for a
+        factor whose part of the last vector is 0."""
         image = []
         for group, components, _, _ in self.factors:
             parts = [list(vector[components]) for vector in vectors]
@@ -589,7 +620,7 @@ class Chart:
 
 
 def total(x, y):
-    """x + y; the other where one is the number 0."""
+    """x + y; where x or y is the number 0, the other itself."""
     return y if is_zero(x) else (x if is_zero(y) else x + y)
 
 
@@ -601,13 +632,13 @@ def generated_step(law, groups, chart, lanes=0, single_vector=False):
     groups, chart
         layout and chart of galvi.kernels.lie.product
     lanes, single_vector
-        as of galvi.lanes.collocation.generated_step
+        as for galvi.lanes.collocation.generated_step
     """
     functions = Chart(groups, chart)
 
-    def kind(context, builder, arguments):
+    def make_step(context, builder, arguments):
         fields = group_fields(functions.dimension, functions.entries)
         rows = layout(context, builder, arguments, fields, lanes, single_vector, 0)
         return GroupStep(rows, law, functions)
 
-    return generated(kind)
+    return step_intrinsic(make_step)

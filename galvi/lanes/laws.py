@@ -1,7 +1,7 @@
-"""Built-in laws of motion, put together from the functions of galvi.kernels.forces.
+"""Built-in laws of motion, made of the functions of galvi.kernels.forces.
 
-See galvi.lanes.elementary, and for laws on groups galvi.lanes.group_collocation; constants are
-those of these functions.
+For laws see galvi.lanes.elementary, and on groups galvi.lanes.group_collocation. The constants are
+those of the functions.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ from galvi.kernels.forces.planar_chain import planar_chain_slopes
 from galvi.lanes import elementary
 
 
-def listed(slopes):
-    """dV/dq of galvi.kernels.forces.potentials as a function that returns it."""
+def returning_slopes(slopes):
+    """A function (q, t, constants) that returns dV/dq, from one of galvi.kernels.forces.potentials
+    that writes it into its last argument."""
 
     def law(q, t, c):
         out = [0.0] * len(q)
@@ -23,7 +24,7 @@ def listed(slopes):
 
 
 def planar_chain(n):
-    """The law of galvi.kernels.forces.planar_chain for n links, with its constants."""
+    """The law of galvi.kernels.forces.planar_chain for n links."""
 
     def law(q, v, t, c):
         sines, cosines, momenta, forces = ([0.0] * n for _ in range(4))
@@ -34,9 +35,9 @@ def planar_chain(n):
     return law
 
 
-def body(d, heavy):
+def body(d, has_torque):
     """The law of a rigid body, d = 3, or of a free one, d = 6, with the constants of
-    galvi.kernels.forces.lagrangian_derivatives."""
+    galvi.kernels.forces.lagrangian_derivatives; without ``has_torque`` the forces are 0."""
     slopes = rigid_body_slopes if d == 3 else free_body_slopes
 
     def law(g, v, t, c):
@@ -44,7 +45,7 @@ def body(d, heavy):
         slopes(g, v, c, momenta, forces)
         mass = [[c[3 * i + j] for j in range(i + 1)] for i in range(3)]
         mass += [[0.0] * i + [c[9]] for i in range(3, d)]
-        return forces if heavy else [0.0] * d, momenta, mass
+        return forces if has_torque else [0.0] * d, momenta, mass
 
     return law
 
@@ -55,7 +56,7 @@ def canonical(slopes, d, diagonal):
     Parameters
     ----------
     slopes
-        dV/dq, as above
+        (q, t, constants) -> dV/dq
     diagonal
         whether M is diagonal
     """
@@ -74,14 +75,14 @@ def canonical(slopes, d, diagonal):
 def of_unit_mass(slopes, force, d, coupled, forced_from):
     """The law of a canonical system in velocities: M^-1 times its forces, v and the unit mass.
 
-    Constants: M^-1, diagonal unless ``coupled``, then those of V and those of the force.
+    Constants: M^-1, by rows if ``coupled`` and else its diagonal, then those of V and of the force.
 
     Parameters
     ----------
     slopes
-        dV/dq, as above
+        (q, t, constants) -> dV/dq
     force
-        (q, v, t, constants) -> d values; None without one
+        (q, v, t, constants) -> d values; None without an external force
     forced_from
         index of the first constant of the force
     """
@@ -90,15 +91,16 @@ def of_unit_mass(slopes, force, d, coupled, forced_from):
     def law(q, v, t, c):
         pulls = [-x for x in slopes(q, t, From(c, first))]
         if force is not None:
-            added = force(q, v, t, From(c, forced_from))
-            pulls = [f + x for f, x in zip(pulls, added, strict=True)]
+            external_forces = force(q, v, t, From(c, forced_from))
+            pulls = [f + x for f, x in zip(pulls, external_forces, strict=True)]
         return times_mass(pulls, d, coupled, c), list(v), unit_mass(d)
 
     return law
 
 
 def times_mass(x, d, coupled, c):
-    """M x, with M the first constants, or its inverse; diagonal unless ``coupled``."""
+    """The product of x with the matrix in the first constants: by rows if ``coupled``, else its
+    diagonal."""
     if not coupled:
         return [c[i] * x[i] for i in range(d)]
     products = []
@@ -116,17 +118,17 @@ def unit_mass(d):
 
 
 def point_masses(bodies, dimension):
-    """The law of bodies that attract each other, in velocities; constants: G m of each.
+    """The law of bodies that attract each other, with v as momenta; constants: G m of each.
 
     q and v are the coordinates of the first body, then those of the others.
     """
 
     def law(q, v, t, c):
-        places = [q[dimension * i : dimension * (i + 1)] for i in range(bodies)]
+        positions = [q[dimension * i : dimension * (i + 1)] for i in range(bodies)]
         accelerations = [[0.0] * dimension for _ in range(bodies)]
         for i in range(bodies):
             for j in range(i):
-                gap = [x - y for x, y in zip(places[j], places[i], strict=True)]
+                gap = [x - y for x, y in zip(positions[j], positions[i], strict=True)]
                 square = gap[0] * gap[0]
                 for x in gap[1:]:
                     square = square + x * x
@@ -146,13 +148,13 @@ def forced(law, force, first):
     Parameters
     ----------
     first
-        number of the law's constants, before those of the force
+        number of constants of the law, after which those of the force follow
     """
 
     def forced_law(q, v, t, c):
         forces, momenta, mass = law(q, v, t, c)
-        added = force(q, v, t, From(c, first))
-        return [f + x for f, x in zip(forces, added, strict=True)], momenta, mass
+        external_forces = force(q, v, t, From(c, first))
+        return [f + x for f, x in zip(forces, external_forces, strict=True)], momenta, mass
 
     return forced_law
 

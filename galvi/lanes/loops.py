@@ -1,7 +1,7 @@
 """Many steps of a law in lanes: of one run, which is recorded, or of many members.
 
-A law's step is a function of the address of the arguments of galvi.lanes.layouts, which is itself
-called by address: these loops are compiled once for all laws.
+The step of a law is a function of the address of the arguments of galvi.lanes.layouts. The loops
+call it by its own address, so that they are compiled once for all laws.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ STEP_OF_LAW = types.void(types.int64)
 LENGTH, START, ALIVE, CODE, PASSES, TERMS = (
     SHARED.index(name) for name in ("step", "start", "alive", "code", "passes", "terms")
 )
-TERMS_KEPT = 3  # index in solver_state
+TERMS_INDEX = 3  # in solver_state: the number of terms to extrapolate
 
 
 class OneRun(NamedTuple):
-    """The arrays of a run in lanes, and where its numbers are.
+    """The arrays of a run in lanes, and the rows that hold its numbers.
 
     Attributes
     ----------
@@ -50,23 +50,24 @@ class OneRun(NamedTuple):
     record : array, shape (rows,)
         the numbers of the run
     seats : array, shape (n, 4)
-        of each part of the state: row and first column in galvi.run.run_arrays' state, first row
-        in the record, and size
+        for each part of the state: its row and first column in the state of galvi.run.run_arrays,
+        its first row in the record, and its size
     work : array, shape (rows, P)
+        see galvi.lanes.layouts
     before : array, shape (2, n)
-        q and p, or v, before a step
+        q, and p or v, before a step
     layout : array, shape (factors, 5)
         of galvi.kernels.lie.product; no factors on R^d
     q, p
-        first rows of the record for these
+        first rows of the record for q, and for p or v
     shared
         first row of the record for the numbers of SHARED
     rates
-        first row of work for the rates of curves
+        first row of work for the slopes of the curves at the stages
     velocities
         first row of work for the velocities at the stages
     last
-        first row of work for those of the last step
+        first row of work for the velocities at the stages of the last step
     """
 
     arguments: Any
@@ -84,15 +85,15 @@ class OneRun(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """What gives the coefficients of a step's curve.
+    """The matrices for the coefficients of a step's curve.
 
     Attributes
     ----------
     fit : array, shape (m, s)
-        h times its coefficients from the rates at the stages; with places_only h^2 times those
-        from the accelerations
+        coefficients from the slopes at the stages, times h; with places_only those from the
+        accelerations, times h^2
     line : array, shape (m,)
-        with places_only, h times its coefficients from the velocity; else (0,)
+        with places_only, coefficients from the velocity at the start, times h; else shape (0,)
     c : array, shape (P,)
         nodes
     """
@@ -111,15 +112,16 @@ CURVES = types.Tuple((FIXED_MATRIX, FIXED_VECTOR, FIXED_VECTOR))
 
 
 @jit_inline
-def do(law, address, arguments, part):
-    """Do a part of a step."""
+def run_part(law, address, arguments, part):
+    """Run a part of the step of a law: PREPARE or STEP."""
     arguments[PART] = part
     call_void(law, address)
 
 
 @jit_inline
 def curve_of(fit, rates, out):
-    """out (d, m) <- coefficients of a step's curve from its rates (d, at least s) at the stages."""
+    """out (d, m) <- coefficients of a step's curve from its slopes (d, at least s) at the
+    stages."""
     for i in range(out.shape[0]):
         for l in range(fit.shape[0]):
             coefficient = 0.0
@@ -129,8 +131,9 @@ def curve_of(fit, rates, out):
 
 
 @jit_inline
-def keep(plan, recording, step, curves, rates, velocities, before):
-    """Record the curve of a step from q and v, and its velocities where it is watched."""
+def record_curve(plan, recording, step, curves, rates, velocities, before):
+    """Record the curve of a step, if curves are kept, and its velocities at the stages, if the step
+    is watched and they are."""
     fit, line, d = curves.fit, curves.line, velocities.shape[0]
     if recording.bases.shape[0] > 0:
         curve_of(fit, rates, recording.curves[step])
@@ -146,12 +149,13 @@ def keep(plan, recording, step, curves, rates, velocities, before):
 
 
 @jit_inline
-def begin(run, plan, state, stages, terms):
-    """Copy the state and the velocities at the stages into the record and work."""
+def enter_state(run, plan, state, stages, terms):
+    """Copy the state into the record and the velocities at the stages into work, and set the shared
+    numbers of the record."""
     numbers, shared, s = run.record, run.shared, stages.shape[1]
     numbers[shared + LENGTH], numbers[shared + START] = plan.step, plan.t0
     numbers[shared + ALIVE], numbers[shared + TERMS] = 1.0, terms
-    if run.layout.shape[0] > 0 and nothing_remembered(state):
+    if run.layout.shape[0] > 0 and memory_is_empty(state):
         product.remember(run.layout, state[0], state[2])
     for row, column, first, count in run.seats:
         for k in range(count):
@@ -162,8 +166,8 @@ def begin(run, plan, state, stages, terms):
 
 
 @jit_inline
-def put_back(run, state, velocities, stages):
-    """Copy the record and the velocities back into the state and the stages."""
+def leave_state(run, state, velocities, stages):
+    """Copy the record into the state, and ``velocities`` into the stages."""
     for row, column, first, count in run.seats:
         for k in range(count):
             state[row, column + k] = run.record[first + k]
@@ -171,8 +175,9 @@ def put_back(run, state, velocities, stages):
 
 
 @jit_inline
-def nothing_remembered(state):
-    """Whether the memory of galvi.kernels.lie.product is empty, as after a step elsewhere."""
+def memory_is_empty(state):
+    """Whether the memory of galvi.kernels.lie.product is all 0, as after steps of another
+    kernel."""
     size = 0.0
     for i in range(state.shape[1]):
         size += abs(state[2, i])
@@ -181,7 +186,8 @@ def nothing_remembered(state):
 
 @jit_inline
 def advance_run(law, address, run, curves, plan, todo, progress, recording):
-    """Do ``todo`` more steps; returns a code. A step that fails leaves the state unchanged."""
+    """Do ``todo`` more steps; returns SOLVED, or the code of a step that failed, which leaves the
+    state as it was before this step."""
     run, curves, plan = OneRun(*run), Curves(*curves), Plan(*plan)
     progress, recording = Progress(*progress), Recording(*recording)
     state, stages, solver_state = progress.state, progress.stages, progress.solver_state
@@ -190,8 +196,8 @@ def advance_run(law, address, run, curves, plan, todo, progress, recording):
     q, p = numbers[run.q : run.q + r], numbers[run.p : run.p + d]
     velocities = run.work[run.velocities : run.velocities + d]
     last, rates = run.work[run.last : run.last + d], run.work[run.rates : run.rates + d]
-    begin(run, plan, state, stages, solver_state[TERMS_KEPT])
-    do(law, address, arguments, PREPARE)
+    enter_state(run, plan, state, stages, solver_state[TERMS_INDEX])
+    run_part(law, address, arguments, PREPARE)
     for number in range(solver_state[DONE], solver_state[DONE] + todo):
         arguments[NUMBER] = plan.first + number
         arguments[CONTINUES] = 1 if solver_state[HOLDS] == LAST_STEP else 0
@@ -201,17 +207,17 @@ def advance_run(law, address, run, curves, plan, todo, progress, recording):
                 before[0, i] = q[i]
             for i in range(d):
                 before[1, i] = p[i]
-        do(law, address, arguments, STEP)
+        run_part(law, address, arguments, STEP)
         passes = int(numbers[shared + PASSES])
         progress.counts[solve.ITERATIONS] += passes
         progress.counts[solve.FORCES] += passes * s
         if numbers[shared + ALIVE] == 0.0:
-            put_back(run, state, last, stages)
+            leave_state(run, state, last, stages)
             return int(numbers[shared + CODE])
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, number + 1
-        solver_state[TERMS_KEPT] = int(numbers[shared + TERMS])
+        solver_state[TERMS_INDEX] = int(numbers[shared + TERMS])
         record(plan, recording, number, before[0], q, p)
-        keep(plan, recording, number, curves, rates, velocities, before)
+        record_curve(plan, recording, number, curves, rates, velocities, before)
         if passage.size > 0:
             m, h = curves.fit.shape[0], plan.step
             fast, slow = near_limit(passage, velocities[:, 0], h, m)
@@ -226,13 +232,13 @@ def advance_run(law, address, run, curves, plan, todo, progress, recording):
                 max(fast, slow ** (2.0 / 3.0)),
                 plan.first + number + 1,
             )
-    put_back(run, state, velocities, stages)
+    leave_state(run, state, velocities, stages)
     return solve.SOLVED
 
 
 @jit_inline
 def copy_lanes(source, out):
-    """out <- the numbers of eight members."""
+    """out <- source, one number for each of eight members."""
     for k in range(LANES):
         out[k] = source[k]
 
@@ -241,15 +247,16 @@ def copy_lanes(source, out):
 def advance_members(
     law, address, arguments, records, constants, work, velocities, first, number, todo
 ):
-    """Do ``todo`` steps of all members from the number-th on.
+    """Do ``todo`` steps of all members, from step ``number`` on.
 
     Parameters
     ----------
     records, constants : array, shape (blocks, rows, 8)
-        for eight members each
+        a block for eight members
     work : array, shape (rows, s, 8)
+        scratch of one block
     velocities, first
-        the first rows of work and of a record for the velocities at the stages
+        first rows of work and of a record for the velocities at the stages
     """
     d, s = (records.shape[1] - first) // work.shape[1], work.shape[1]
     record_address, constant_address = arguments[RECORD], arguments[CONSTANTS]
@@ -258,11 +265,11 @@ def advance_members(
         arguments[CONSTANTS] = constant_address + 8 * LANES * block * constants.shape[1]
         for i in range(d * s):
             copy_lanes(records[block, first + i], work[velocities + i // s, i % s])
-        do(law, address, arguments, PREPARE)
+        run_part(law, address, arguments, PREPARE)
         for k in range(number, number + todo):
             arguments[NUMBER] = k
             arguments[CONTINUES] = 1 if k > 0 else 0
-            do(law, address, arguments, STEP)
+            run_part(law, address, arguments, STEP)
         for i in range(d * s):
             copy_lanes(work[velocities + i // s, i % s], records[block, first + i])
     arguments[RECORD], arguments[CONSTANTS] = record_address, constant_address
@@ -270,7 +277,7 @@ def advance_members(
 
 @cache
 def compiled_advance_run():
-    """``advance_run`` compiled or cached, one kernel for all laws."""
+    """The compiled ``advance_run``, one kernel for all laws."""
     integer = types.int64
     signature = integer(integer, integer, ONE_RUN, CURVES, PLAN, integer, PROGRESS, RECORDING)
     return compiled_for(advance_run, signature, jit_inline)
@@ -278,7 +285,7 @@ def compiled_advance_run():
 
 @cache
 def compiled_advance_members():
-    """``advance_members`` compiled or cached, one kernel for all laws."""
+    """The compiled ``advance_members``, one kernel for all laws."""
     integer = types.int64
     signature = types.void(
         integer,

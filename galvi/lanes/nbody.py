@@ -4,12 +4,11 @@ Method, prediction, stopping rule and compensated updates are the same, with few
 bodies; a step that fixed-point iteration cannot solve is left to the general kernel. One
 compilation serves every number of stages s, padded to P, a multiple of LANES.
 
-The first pass over all bodies is followed by some over two bodies alone, the star and the planet
-that moves fastest relative to its distance, which extrapolation predicts by far the worst: for the
-Sun and planets, the innermost to 1e-4, the next to 1e-10 (docs/why.md, "Point masses").
+The first pass over all bodies is followed by PAIR_PASSES over two bodies only, the star and the
+planet that moves fastest relative to its distance, which extrapolation predicts by far the worst:
+for the Sun and planets, the innermost to 1e-4, the next to 1e-10 (docs/why.md, "Point masses").
 These passes only improve the guess. Iterations and force evaluations count the passes over all
-bodies; the PAIR_PASSES + 1 evaluations of the single pair are counted as PAIRS. In them moves
-begins with h^2 A^T, and Q, a, base, low and background are (d, P).
+bodies; the PAIR_PASSES + 1 evaluations of the single pair, at s stages each, are counted as PAIRS.
 
 d = bodies * dimension rows, one for each coordinate
 ahead         ((l + 2) s, P)          h^2 A^T; then for r = 1 .. l the same after extrapolation to
@@ -20,10 +19,11 @@ sums          (s, P)                  columns h b, h^2 beta and the low part of 
 c             (2, P)                  nodes and their low parts
 work          (6, d, P)               stages, last accelerations, h c v, its low part, scratch, new
                                       accelerations
-spare         (8, at least d and P)   state before the step, sizes, the iteration's history,
-                                      scratch, least squared distances of two bodies at the stages
+spare         (8, at least d and P)   state before the step (4 rows), sizes, history of the
+                                      iteration, scratch, smallest squared distance of two bodies at
+                                      each stage
 solver_state  (3 + bodies,)           as in the general kernel, then the number of Legendre terms
-                                      kept for each body
+                                      to extrapolate for each body
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ PAIR_PASSES = 3  # 2 and 4 are slower for some problems: docs/why.md
 
 
 class Bodies(NamedTuple):
-    """The bodies, and the terms beside their attraction.
+    """The bodies, and the terms of other forces than their attraction.
 
     Attributes
     ----------
@@ -68,9 +68,9 @@ class Bodies(NamedTuple):
     heavy, light
         indices of the bodies with a mass, and of the massless ones
     pulls, poles
-        terms of galvi.kernels.forces.celestial
+        terms of galvi.kernels.forces.celestial, and the number of pole terms, which come first
     star
-        the heaviest body
+        index of the heaviest body
     """
 
     masses: Any
@@ -82,7 +82,7 @@ class Bodies(NamedTuple):
 
 
 class Tables(NamedTuple):
-    """The tables of a method, see above."""
+    """The tables of a method, see the docstring of the module."""
 
     ahead: Any
     series: Any
@@ -101,10 +101,10 @@ class Step(NamedTuple):
     Q, a : array, shape (d, P)
         stages and their last accelerations
     base, low : array, shape (d, P)
-        h c v, and its low part with that of q
+        h c v, and the sum of its low part and that of q
     scratch : array, shape (d, P)
     sizes : array, shape (bodies,)
-        1 / distances from the origin
+        inverse sizes of the coordinates of each body, at the start and after a step without forces
     history : array, shape (4,)
         see galvi.kernels.nystrom.solve
     nearest : array, shape (P,)
@@ -124,7 +124,7 @@ class Step(NamedTuple):
 
 @jit_inline
 def pull_all(axes, bodies, Q, a):
-    """a <- accelerations at stages Q, adding the attractions of the last pairs first."""
+    """a <- accelerations at stages Q; the attractions of the last pairs are added first."""
     masses, heavy, light = bodies.masses, bodies.heavy, bodies.light
     for k in range(heavy.size - 1, -1, -1):
         for chunk in range(Q.shape[1] // gravity.LANES):
@@ -136,7 +136,7 @@ def pull_all(axes, bodies, Q, a):
 
 @jit_inline
 def pull_and_measure(axes, bodies, Q, a, nearest):
-    """As ``pull_all``; nearest (P,) <- the smallest squared distance of two bodies, by stages."""
+    """`pull_all`, and nearest (P,) <- the smallest squared distance of two bodies at each stage."""
     masses, heavy, light = bodies.masses, bodies.heavy, bodies.light
     for k in range(Q.shape[1]):
         nearest[k] = math.inf
@@ -152,7 +152,8 @@ def pull_and_measure(axes, bodies, Q, a, nearest):
 
 @jit_inline
 def pull_pair(axes, bodies, planet, sign, Q, initial, a):
-    """a <- initial + sign times the attraction between the star and a planet, in their rows."""
+    """Set the rows of the star and of a planet in ``a`` to those of ``initial`` plus ``sign`` times
+    the attraction between the two."""
     star, masses = bodies.star, bodies.masses
     star_mass, planet_mass = sign * masses[star], sign * masses[planet]
     for chunk in range(Q.shape[1] // gravity.LANES):
@@ -162,8 +163,11 @@ def pull_pair(axes, bodies, planet, sign, Q, initial, a):
 
 
 @jit_inline
-def move_one(axes, moves, start, s, a, step, change, body):
-    """Q <- q + (base + (low + h^2 A a)) of one body; returns the largest change so far."""
+def move_body(axes, moves, start, s, a, step, change, body):
+    """Q <- q + (base + (low + h^2 A a)) for one body.
+
+    Returns the larger of ``change`` and the largest change of Q relative to the body's size.
+    """
     for chunk in range(a.shape[1] // gravity.LANES):
         change = gravity.move(
             axes, moves, start, a, step.base, step.low, step.state, step.Q, change,
@@ -184,7 +188,8 @@ def add_low_parts(axes, moves, s, a, low):
 
 @jit_inline
 def iterate_pair(axes, bodies, planet, moves, s, step):
-    """PAIR_PASSES passes over the star and one planet; the scratch holds the other attractions.
+    """Do PAIR_PASSES passes over the star and one planet; ``step.scratch`` holds their
+    accelerations without the attraction between the two.
 
     Extrapolation predicts the fastest planet worst, and these passes are cheap. They contract like
     the passes over all bodies, which continue from there.
@@ -194,8 +199,8 @@ def iterate_pair(axes, bodies, planet, moves, s, step):
     for _passes in range(PAIR_PASSES):
         last = change
         pull_pair(axes, bodies, planet, 1.0, step.Q, step.scratch, a)
-        change = move_one(axes, moves, 0, s, a, step, 0.0, bodies.star)
-        change = move_one(axes, moves, 0, s, a, step, change, planet)
+        change = move_body(axes, moves, 0, s, a, step, 0.0, bodies.star)
+        change = move_body(axes, moves, 0, s, a, step, change, planet)
     solve.reset_history(history)
     if change > 0.0:
         history[0], history[1] = change, change / last
@@ -203,11 +208,12 @@ def iterate_pair(axes, bodies, planet, moves, s, step):
 
 @jit_inline
 def iterate(axes, bodies, fastest_planet, moves, s, step, tolerance, counts):
-    """Fixed-point iteration from stages Q until convergence; a holds the last accelerations.
+    """Iterate from stages Q until convergence; returns a code.
 
-    Distances are measured in the second pass, which is accurate enough.
+    Then ``step.a`` holds the last accelerations, and ``step.nearest`` the distances of the second
+    pass, which is accurate enough for them; ``step.nearest[0]`` is 0 if there was none.
     """
-    Q, a, history, settled = step.Q, step.a, step.history, False
+    Q, a, history, has_low_parts = step.Q, step.a, step.history, False
     step.nearest[0] = 0.0
     solve.reset_history(history)
     for passes in range(solve.FIXED_POINT_PASSES):
@@ -222,12 +228,12 @@ def iterate(axes, bodies, fastest_planet, moves, s, step, tolerance, counts):
             counts[solve.PAIRS] += (PAIR_PASSES + 1) * s
         change = 0.0
         for body in range(bodies.masses.size):
-            change = move_one(axes, moves, 0, s, a, step, change, body)
+            change = move_body(axes, moves, 0, s, a, step, change, body)
         counts[solve.ITERATIONS] += 1
         counts[solve.FORCES] += s
-        code = solve.verdict(change, tolerance, history)
-        if not settled and solve.close_enough(change, tolerance):
-            settled = True
+        code = solve.decide_inline(change, tolerance, history)
+        if not has_low_parts and solve.gives_low_parts_inline(change, tolerance):
+            has_low_parts = True
             add_low_parts(axes, moves, s, a, step.low)
         elif code != solve.GOING:
             return code
@@ -238,7 +244,7 @@ def iterate(axes, bodies, fastest_planet, moves, s, step, tolerance, counts):
 
 GRAVITY_TABLES = types.Tuple((FIXED_MATRIX, FIXED_MATRIX, FIXED_VECTOR, FIXED_MATRIX, FIXED_MATRIX))
 FIXED_NUMBERS = types.Array(types.int64, 1, "C", readonly=True)
-RECONSIDER = 16  # steps between choices of the number of terms to extrapolate
+STEPS_BETWEEN_CHOICES = 16  # steps from one choice of the terms to extrapolate to the next
 
 
 @jit_inline
@@ -261,16 +267,17 @@ def choose_terms(axes, tables, a, out, terms, sizes):
 
 @jit_inline
 def start_step(axes, bodies, tables, h, terms, a, step):
-    """The start of a step: base, low, sizes = 1 / distances from the origin, and first stages Q.
+    """Set ``base``, ``low``, ``sizes`` and the initial stages Q of a step.
 
-    a holds the last step's accelerations, or the guess itself if ``terms`` is empty. Returns the
-    body, other than the star, with the largest displacement in a step relative to its distance.
+    ``a`` holds accelerations at the stages: of the last step, to extrapolate by terms[i] terms for
+    body i, or of this step if terms[i] is 0. Returns the body other than the star with the largest
+    displacement relative to its size.
     """
     state, sizes, c, star = step.state, step.sizes, tables.c, bodies.star
     dimension, padded, s = len(axes), c.shape[1], tables.series.shape[0]
     largest, largest_ratio, fastest_planet = 0.0, 0.0, 1 if star == 0 else 0
     for body in range(sizes.size):
-        size, way = 0.0, 0.0
+        size, displacement_size = 0.0, 0.0
         for x in range(dimension):
             i = body * dimension + x
             displacement = h * state[2, i]
@@ -287,22 +294,26 @@ def start_step(axes, bodies, tables, h, terms, a, step):
                     padded,
                     chunk,
                 )
-            way = max(way, abs(displacement))
+            displacement_size = max(displacement_size, abs(displacement))
             size = max(size, abs(state[0, i]), abs(state[0, i] + displacement))
         sizes[body] = size
         largest = max(largest, size)
-        if body != star and way > largest_ratio * size:
-            fastest_planet, largest_ratio = body, way / size
+        if body != star and displacement_size > largest_ratio * size:
+            fastest_planet, largest_ratio = body, displacement_size / size
     for body in range(sizes.size):
         size = sizes[body] if sizes[body] > 0.0 else largest
         sizes[body] = 1.0 / size if size > 0.0 else 1.0
-        move_one(axes, tables.ahead, terms[body] * s, s, a, step, 0.0, body)
+        move_body(axes, tables.ahead, terms[body] * s, s, a, step, 0.0, body)
     return fastest_planet
 
 
 @jit_inline
-def any_near(nearest, fast, slow):
-    """The squared distance ``fast`` if some bodies are within it or within slow^(1/3), else 0."""
+def passage_limit(nearest, fast, slow):
+    """The squared distance within which passages of the step are noted; 0 if there are none.
+
+    There are some if the smallest squared distance is below ``fast`` or below slow^(2/3). The limit
+    is ``fast``, or 1.01 times the smallest squared distance if that is larger.
+    """
     closest = math.inf
     for k in range(nearest.size):
         closest = min(closest, nearest[k])
@@ -313,36 +324,40 @@ def any_near(nearest, fast, slow):
 
 @jit_inline
 def finish(axes, sums, h, a, state, out):
-    """The end of the step, as galvi.kernels.nystrom.step.complete_step; ``out`` is scratch, (d, P).
+    """Move the state to the end of the step, as galvi.kernels.nystrom.step.complete_step.
 
-    Returns whether the state is finite.
+    ``out`` (d, P) is scratch. Returns whether the state is finite.
     """
-    total = 0.0
+    absolute_sum = 0.0
     for body in range(a.shape[0] // len(axes)):
         combine(axes, sums, 0, a, out, body, sums.shape[0], a.shape[1], 0)
     for i in range(state.shape[1]):
         q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
         displacement = h * v
         remainder = fused(h, v, -displacement) + (h * v_low + out[i, 3])
-        state[0, i], state[1, i] = moved(q, q_low, displacement, out[i, 1], remainder)
+        state[0, i], state[1, i] = move_compensated(q, q_low, displacement, out[i, 1], remainder)
         kicked, kick_low = two_sum(v, out[i, 0])
         state[2, i], state[3, i] = two_sum(kicked, kick_low + (v_low + out[i, 2]))
-        total += abs(state[0, i]) + abs(state[2, i])
-    return total < np.inf
+        absolute_sum += abs(state[0, i]) + abs(state[2, i])
+    return absolute_sum < np.inf
 
 
 @generic
-def moved(x, low, displacement, increment, remainder):
-    """x + displacement + increment and its error, from ``low`` of x and a small remainder."""
-    end, lost = two_sum(x, displacement)
-    end, less = two_sum(end, increment)
-    return two_sum(end, lost + (less + (low + remainder)))
+def move_compensated(x, low, displacement, increment, remainder):
+    """x + low + displacement + increment + remainder as a rounded sum and its low part; ``low`` and
+    ``remainder`` are small."""
+    end, error = two_sum(x, displacement)
+    end, second_error = two_sum(end, increment)
+    return two_sum(end, error + (second_error + (low + remainder)))
 
 
 @jit_inline
 def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, todo, progress, work,
             spare, recording):  # fmt: skip
-    """Do ``todo`` more steps of a run; returns a code, as galvi.kernels.nystrom.advance."""
+    """Do ``todo`` more steps of a run; returns a code of galvi.kernels.nystrom.solve.
+
+    A step that fails leaves the state as it was before this step.
+    """
     tableau, plan, recording, tables = (
         NystromTableau(*tableau),
         Plan(*plan),
@@ -352,7 +367,7 @@ def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, tod
     state, stages, solver_state, counts, passage = progress
     h, n = plan.step, tableau.velocity_coefficients.size
     s, d = tables.series.shape[0], state.shape[1]
-    Q, a, scratch, new = work[0], work[1], work[4], work[5]
+    Q, a, scratch, new_a = work[0], work[1], work[4], work[5]
     before, terms, nearest = spare[:4, :d], solver_state[3:], spare[7, : Q.shape[1]]
     star = 0
     for body in range(masses.size):
@@ -364,23 +379,33 @@ def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, tod
         copy_into(before, state)
         if solver_state[HOLDS] != LAST_STEP:
             terms[:] = 0
-        elif (plan.first + step) % RECONSIDER == 0 or terms[0] == 0:
+        elif (plan.first + step) % STEPS_BETWEEN_CHOICES == 0 or terms[0] == 0:
             choose_terms(axes, tables, a, scratch, terms, spare[6, :s])
-        now = Step(
-            state, Q, new, work[2], work[3], scratch, spare[4, : masses.size], spare[5, :4], nearest
+        current = Step(
+            state,
+            Q,
+            new_a,
+            work[2],
+            work[3],
+            scratch,
+            spare[4, : masses.size],
+            spare[5, :4],
+            nearest,
         )
-        fastest_planet = start_step(axes, bodies, tables, h, terms, a, now)
-        code = iterate(axes, bodies, fastest_planet, tables.ahead, s, now, plan.tolerance, counts)
-        if code == SOLVED and not finish(axes, tables.sums, h, new, state, scratch):
+        fastest_planet = start_step(axes, bodies, tables, h, terms, a, current)
+        code = iterate(
+            axes, bodies, fastest_planet, tables.ahead, s, current, plan.tolerance, counts
+        )
+        if code == SOLVED and not finish(axes, tables.sums, h, new_a, state, scratch):
             code = NOT_FINITE
         if code != SOLVED:
             copy_into(state, before)
             copy_rows(stages, a)
             return code
-        a, new = new, a
+        a, new_a = new_a, a
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
         record(plan, recording, step, before[0], state[0], state[2])
-        limit = any_near(nearest, *near_limit(passage, before[2], h, n))
+        limit = passage_limit(nearest, *near_limit(passage, before[2], h, n))
         if limit > 0.0:
             note_passages(
                 passage, Q, tableau.c, before[0], state[0], h, n, limit, plan.first + step + 1
@@ -394,7 +419,7 @@ def advance(axes, masses, heavy, light, pulls, poles, tableau, tables, plan, tod
 
 @jit_inline
 def copy_rows(target, source):
-    """Copy the leading columns that both arrays have from source to target."""
+    """Copy the rows of ``target`` from ``source``, as many columns as both arrays have."""
     for i in range(target.shape[0]):
         for k in range(min(target.shape[1], source.shape[1])):
             target[i, k] = source[i, k]
@@ -402,7 +427,7 @@ def copy_rows(target, source):
 
 @cache
 def compiled_advance(dimension):
-    """``advance`` compiled or cached for bodies in the plane or in space."""
+    """The compiled ``advance`` for bodies in the plane or in space."""
     integer = types.int64
     signature = integer(
         types.UniTuple(integer, dimension), FIXED_VECTOR, *(FIXED_NUMBERS,) * 2, FIXED_MATRIX,

@@ -1,10 +1,10 @@
 """Vector instructions at all stages of a step of point masses, on rows of arrays.
 
-Each function is called with the form of the kernel, then with arrays, whole and real numbers. The
-first row of a body is its number times the dimension.
+Each function is called with the form of the kernel, then with arrays, integers and real numbers.
+The first row of a body is its index times the dimension.
 
-form  tuples of as many numbers as there are dimensions and lanes of a vector; the stages s, and
-      their number padded P
+form  two tuples, whose lengths are the dimension and the number of lanes of a vector; s, the number
+      of stages; and P, s padded to full vectors
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from galvi.lanes.functions import Reciprocals
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import DOUBLE, Lanes
 
-CHANGE, SIZE = 0, 1  # rows of changes, for velocities; then the same for places
+CHANGE, SIZE = 0, 1  # rows of changes for velocities; two more for positions follow
 
 
 class Rows:
-    """Rows of an array at a vector of stages; an index is a number, or (row, offset)."""
+    """Rows of an array at a vector of stages; an index is an integer, or (LLVM integer, offset)."""
 
     def __init__(self, at, array):
         self.at, self.data = at, array
@@ -37,7 +37,7 @@ class Rows:
         self.at.store(lane.value, self.data, self.row(index))
 
     def number(self, *index):
-        """A number of an array in one dimension, in all lanes."""
+        """A number of a one-dimensional array, in all lanes."""
         return Lane(self.at.builder, self.at.spread(self.at.number(self.data, self.row(index))))
 
 
@@ -58,19 +58,19 @@ class Stages(Lanes):
         return Lane(self.builder, self.spread(value)) if isinstance(kind, types.Float) else value
 
     def sums_of(self, matrix, values, row):
-        """sum_j values_j matrix_j of a body, for each axis."""
+        """sum_j values_j matrix_j for each axis of the body whose first row is ``row``."""
         first = [self.zero] * len(self.axes)
         sums = self.sums(first, matrix.data, row.type(0), values.data, row, self.stages)
         return [Lane(self.builder, total) for total in sums]
 
-    def renew(self, slopes, row, new, share, changes, first):
-        """A body's slopes <- share * new + (1 - share) * old; their changes and sizes are added to
-        rows ``first`` and ``first + 1`` of ``changes``."""
+    def average_slopes(self, slopes, row, new, new_share, changes, first):
+        """Replace the slopes of a body by new_share * new + (1 - new_share) * old, and add |new -
+        old| and |new| to rows ``first`` and ``first + 1`` of ``changes``."""
         changed, size = changes[first + CHANGE], changes[first + SIZE]
         for x, slope in enumerate(new):
             old = slopes[row, x]
             changed, size = changed + abs(slope - old), size + abs(slope)
-            slopes[row, x] = share * slope + (1.0 - share) * old
+            slopes[row, x] = new_share * slope + (1.0 - new_share) * old
         changes[first + CHANGE], changes[first + SIZE] = changed, size
 
 
@@ -80,13 +80,15 @@ def square(vector):
 
 
 def in_lanes(code, returned=types.void):
-    """An intrinsic function that generates ``code(stages, *arguments)`` for all stages of a step.
+    """An intrinsic (form, *arguments) that runs ``code(stages, *arguments)`` at all stages of a
+    step.
 
-    The lanes that the code returns are summed over the stages.
+    If ``returned`` is a float type, it returns the sum over all lanes of the `Lane` that ``code``
+    returns.
     """
 
     @intrinsic
-    def called(typingctx, form, *arguments):
+    def stage_function(typingctx, form, *arguments):
         def generate(context, builder, signature, values):
             unpacked = [builder.extract_value(values[1], i) for i in range(len(arguments))]
             padded, width = builder.extract_value(values[0], 3), form.types[1].count
@@ -101,10 +103,10 @@ def in_lanes(code, returned=types.void):
             if returned == types.void:
                 return context.get_dummy_value()
             name = f"llvm.vector.reduce.fadd.v{width}f64"
-            shape = ir.FunctionType(DOUBLE, [DOUBLE, kind])
-            add = cgutils.get_or_insert_function(builder.module, shape, name)
+            reduction_type = ir.FunctionType(DOUBLE, [DOUBLE, kind])
+            add = cgutils.get_or_insert_function(builder.module, reduction_type, name)
             return builder.call(add, [DOUBLE(-0.0), builder.load(total)], fastmath=("reassoc",))
 
         return returned(form, types.StarArgTuple(arguments)), generate
 
-    return called
+    return stage_function

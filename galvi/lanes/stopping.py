@@ -1,16 +1,16 @@
-"""When the passes of a step end, and how many terms of the last step its guess keeps.
+"""Rules that end the passes of a step, and the number of terms of the last step in its guess.
 
-For one run or eight, whose numbers lie in the lanes of a vector, one of each run.
+The numbers of one run, or of eight, are the lanes of a vector.
 
-A pass gives the largest relative change. BY_CHANGES ends the passes from the rate of changes, see
-galvi.kernels.nystrom.solve.decide. BY_COUNTDOWN is for groups: changes of about a rounding error
-say nothing of what is still missing, and a pass that is not needed costs as much as any other. So
-the rate is taken from the changes above CLEAR, and the passes that it asks for below are counted
-down.
+A pass yields the largest relative change. BY_CHANGES ends the passes by the rate of these changes,
+see galvi.kernels.nystrom.solve.decide. BY_COUNTDOWN is for groups: changes near round-off do not
+show how far the solution is, and a needless pass costs as much as any other. So the rate of
+convergence is taken from changes above LEAST_CLEAR_CHANGE, and the passes that it implies from
+there on are counted down.
 
-The history of BY_COUNTDOWN is HISTORY numbers, of which the first four are those of ``decide``;
-the last change above CLEAR times the rate of each pass since; that rate; RATE_CHANGES changes,
-the newest first.
+The history of BY_COUNTDOWN has HISTORY numbers: the four of ``decide``; the last clear change,
+multiplied by the rate in each pass since; that rate; and the last RATE_CHANGES changes, the newest
+first.
 """
 
 from __future__ import annotations
@@ -30,26 +30,28 @@ from galvi.lanes.values import Lane, Truth
 from galvi.lanes.vectors import DOUBLE, everywhere
 
 HISTORY = 10  # numbers of history
-REST_CHANGE, RATE, CHANGES = 4, 5, 6  # indices there
-RATE_CHANGES = 4  # changes kept: errors oscillate, and the rate of convergence is a mean
-FAR_FROM_SOLVED = 1e4  # changes so many times larger than the tolerance are not looked at closely
-COUNTED_BELOW = 1e-11  # relative change from which on the remaining passes are counted
-CLEAR = 3e-15  # relative change that is not round-off
-# Relative change that may be slow convergence, if SLOW_PASSES passes lessen it.
+ESTIMATED_CHANGE, RATE, CHANGES = 4, 5, 6  # indices there
+RATE_CHANGES = 4  # number of changes for a mean rate of convergence, since errors oscillate
+UNCHECKED_CHANGE = 1e4  # ratio to the tolerance above which a falling change needs no decision
+COUNTED_BELOW = 1e-11  # relative change below which the remaining passes are counted
+LEAST_CLEAR_CHANGE = 3e-15  # relative change above which it is more than round-off
+# If the smallest relative change is above this, convergence may be slow: the iteration goes on for
+# up to SLOW_PASSES passes without a smaller one.
 SLOW_CONVERGENCE = 1e-13
-SLOW_PASSES = 12.0  # without a smaller change, after which convergence has ended
+SLOW_PASSES = 12.0
 
 
 def begin_countdown(history):
+    """Set a history of BY_COUNTDOWN to its initial values."""
     solve.reset_history(history)
-    history[REST_CHANGE], history[RATE] = np.inf, 0.5
+    history[ESTIMATED_CHANGE], history[RATE] = np.inf, 0.5
     for k in range(CHANGES, CHANGES + RATE_CHANGES):
         history[k] = np.inf
 
 
 def where_any(condition, compute, alternative):
-    """``compute()`` where a condition is true, elsewhere the alternative; not computed where it is
-    true of no run."""
+    """``compute()`` where a condition is true, elsewhere the alternative; ``compute`` is not run if
+    the condition is true for no run."""
     if not isinstance(condition, Truth):
         return compute() if condition else alternative
     builder, runs = condition.builder, condition.value.type.count
@@ -60,43 +62,52 @@ def where_any(condition, compute, alternative):
 
 
 def rate_of(change, last, second, first):
-    """The mean rate over RATE_CHANGES changes; from fewer an upper estimate, 0 for none."""
+    """The rate by which changes shrink: the mean over RATE_CHANGES passes; an upper estimate if
+    there were fewer, which is 0 after the first change."""
     guess = where(second < np.inf, larger(change / last, last / second), sqrt(change / last))
     return where(first < np.inf, sqrt(sqrt(change / first)), guess)
 
 
 def count_down(change, tolerance, history):
-    """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass with this largest relative change."""
+    """GOING, SOLVED, DIVERGED or NOT_FINITE after a pass with the largest relative change
+    ``change``; updates the history."""
     last, second, third, first = (history[k] for k in range(CHANGES, CHANGES + RATE_CHANGES))
     for k, shifted in enumerate((change, last, second, third)):
         history[CHANGES + k] = shifted
-    old = [history[k] for k in range(CHANGES)]
-    quick = (
-        (change > larger(FAR_FROM_SOLVED * tolerance, COUNTED_BELOW))
+    history_before = [history[k] for k in range(CHANGES)]
+    is_early = (
+        (change > larger(UNCHECKED_CHANGE * tolerance, COUNTED_BELOW))
         & (change < 0.5 * last)
         & (last < np.inf)
     )
-    rate = old[RATE]
-    code, remaining = solve.decide(change, tolerance, history), old[REST_CHANGE] * rate
-    left = remaining * rate - tolerance * (1.0 - rate)  # above 0 where a further pass is needed
-    solved, smallest, idle = code < solve.NOT_FINITE, history[2], history[3]
-    # a rate may be small by chance, and some parts lag
-    once_more = solved & (idle < solve.IDLE) & (tolerance < CLEAR) & (left > 0.0)
-    patient = solved & (smallest > SLOW_CONVERGENCE) & (idle >= solve.IDLE) & (idle < SLOW_PASSES)
-    remaining, code = (
-        where(once_more, 0.0, remaining),
-        where(once_more | patient, solve.GOING, code),
+    rate = history_before[RATE]
+    code, remaining = (
+        solve.decide(change, tolerance, history),
+        history_before[ESTIMATED_CHANGE] * rate,
     )
-    clear = (change > CLEAR) & (change < COUNTED_BELOW)
-    new = where_any(clear, lambda: rate_of(change, last, second, first), 0.0)
-    unknown = (new <= 0.0) | (new >= 1.0)
-    left = where(unknown, left, change * new - tolerance * (1.0 - new))
-    remaining, rate = where(unknown, remaining, change), where(unknown, rate, new)
-    code = where((code > solve.DIVERGED) & (left <= 0.0), solve.SOLVED, code)
-    history[REST_CHANGE], history[RATE] = remaining, rate
-    for k, number in enumerate(old[1:], 1):
-        history[k] = where(quick, number, history[k])
-    return where(quick, solve.GOING, code)
+    excess = remaining * rate - tolerance * (1.0 - rate)  # above 0 if a further pass is needed
+    solved, smallest, idle = code < solve.NOT_FINITE, history[2], history[3]
+    # A rate may be small by chance, and some components converge later than others.
+    needs_pass = (
+        solved & (idle < solve.IDLE_PASSES) & (tolerance < LEAST_CLEAR_CHANGE) & (excess > 0.0)
+    )
+    converges_slowly = (
+        solved & (smallest > SLOW_CONVERGENCE) & (idle >= solve.IDLE_PASSES) & (idle < SLOW_PASSES)
+    )
+    remaining, code = (
+        where(needs_pass, 0.0, remaining),
+        where(needs_pass | converges_slowly, solve.GOING, code),
+    )
+    is_clear = (change > LEAST_CLEAR_CHANGE) & (change < COUNTED_BELOW)
+    new_rate = where_any(is_clear, lambda: rate_of(change, last, second, first), 0.0)
+    has_no_rate = (new_rate <= 0.0) | (new_rate >= 1.0)
+    excess = where(has_no_rate, excess, change * new_rate - tolerance * (1.0 - new_rate))
+    remaining, rate = where(has_no_rate, remaining, change), where(has_no_rate, rate, new_rate)
+    code = where((code > solve.DIVERGED) & (excess <= 0.0), solve.SOLVED, code)
+    history[ESTIMATED_CHANGE], history[RATE] = remaining, rate
+    for k, number in enumerate(history_before[1:], 1):
+        history[k] = where(is_early, number, history[k])
+    return where(is_early, solve.GOING, code)
 
 
 BY_CHANGES = solve.reset_history, solve.decide, 4
@@ -104,7 +115,7 @@ BY_COUNTDOWN = begin_countdown, count_down, HISTORY
 
 
 class Mask:
-    """A variable, one truth value a run; initially true."""
+    """A variable that holds one truth value for each run; initially true."""
 
     def __init__(self, builder, runs):
         self.builder, kind = builder, ir.VectorType(ir.IntType(1), runs)
@@ -120,7 +131,7 @@ class Mask:
 
 
 class Variable:
-    """A variable, one number a run."""
+    """A variable that holds one number for each run."""
 
     def __init__(self, builder, runs, number=0.0):
         self.builder, self.kind = builder, ir.VectorType(DOUBLE, runs)
@@ -139,24 +150,27 @@ class Variable:
 
 
 class Convergence:
-    """Which runs of a step still iterate, and which failed.
+    """The state of the iteration of each run of a step: active, solved or failed.
 
     Parameters
     ----------
     rule
-        (begin, decide, size): functions that initialise a history of ``size`` numbers, and decide
-        by it after a pass whether the iteration ends
+        (begin, decide, size): ``begin`` initialises a history of ``size`` numbers, from which
+        ``decide`` returns a code after each pass
 
     Attributes
     ----------
+    alive
+        runs that take this step
     active
-        runs whose iteration goes on; the numbers of the others stay
+        runs whose iteration goes on; the numbers of the others do not change
     code
-        how the iteration of each run ended, or GOING
+        the code of the iteration of each run; GOING before it ends
     settled
-        runs of which a pass changed little enough that its slopes give low parts
+        runs of which a pass changed so little that its slopes give low parts; and runs that are
+        not alive
     settles
-        runs whose last pass was the first such one; they iterate on
+        runs of which the last pass was the first of this kind; their iteration goes on
     """
 
     def __init__(self, builder, rule, runs):
@@ -173,7 +187,7 @@ class Convergence:
         self.numbers[k].set(number)
 
     def begin(self, alive):
-        """A step begins for the runs that are alive."""
+        """Reset all for a step of the runs ``alive``."""
         self.alive.set(alive)
         self.active.set(alive)
         self.settled.set(~alive)
@@ -181,8 +195,9 @@ class Convergence:
         self.code.set(GOING)
         self.begin_history(self)
 
-    def judge(self, change, tolerance):
-        """Update all after a pass whose largest relative change is ``change``; lanes."""
+    def update(self, change, tolerance):
+        """Update codes and masks after a pass whose largest relative change is ``change``, a
+        lane."""
         active = self.active.value
         settles = active & ~self.settled.value & gives_low_parts(change, tolerance)
         self.settles.set(settles)
@@ -193,7 +208,8 @@ class Convergence:
         self.active.set(active & (code > DIVERGED))
 
     def end(self, finite, within):
-        """Update the codes after the last pass, where the end state is finite, and within reach.
+        """Update the codes after the last pass: NOT_FINITE for a solved step that is not
+        ``finite``, DIVERGED for one that is not ``within`` reach or whose iteration has not ended.
 
         Returns the runs whose step succeeded, and those whose step failed.
         """
@@ -205,19 +221,20 @@ class Convergence:
         return alive & (code < NOT_FINITE), alive & (code >= NOT_FINITE)
 
 
-def terms_kept(rows, size):
-    """How many Legendre terms to extrapolate, as galvi.kernels.nystrom.step.terms_to_extrapolate.
+def terms_of_guess(rows, size):
+    """The number of Legendre terms to extrapolate, as
+    galvi.kernels.nystrom.step.terms_to_extrapolate.
 
     Parameters
     ----------
     rows
         a layout
     size
-        (index) -> the magnitude of a term, for each run
+        (index) -> the magnitude of a coefficient, for each run
     """
     builder, row, count, growth = rows.builder, rows.row, rows.terms, rows.real
     largest, best, terms = rows.variable(), rows.variable(math.inf), rows.variable(1.0)
-    open_ = Mask(builder, rows.runs)
+    may_continue = Mask(builder, rows.runs)
     with cgutils.for_range(builder, count, intp=row) as loop:
         largest.set(larger(size(loop.index), largest.lane))
     second, last = builder.sub(count, row(2)), builder.sub(count, row(1))
@@ -226,9 +243,11 @@ def terms_kept(rows, size):
     with cgutils.for_range(builder, count, intp=row) as loop:
         term = size(loop.index) * growth(loop.index)
         first = builder.icmp_unsigned("==", loop.index, row(0))
-        small = term <= 4.0 * largest.lane
-        still = builder.select(first, everywhere(small.value.type, 1), small.value)
-        open_.set(open_.value & Truth(builder, still))
+        is_small = term <= 4.0 * largest.lane
+        is_first_or_small = builder.select(
+            first, everywhere(is_small.value.type, 1), is_small.value
+        )
+        may_continue.set(may_continue.value & Truth(builder, is_first_or_small))
         cost = EPSILON * largest.lane * growth(loop.index)
         kept_count = builder.add(loop.index, row(1))
         first = builder.select(builder.icmp_unsigned("<", kept_count, second), kept_count, second)
@@ -236,7 +255,7 @@ def terms_kept(rows, size):
         after = builder.select(builder.icmp_unsigned("<", after, last), after, last)
         for index in (first, after):
             cost = larger(size(index) * growth(index), cost)
-        better = open_.value & (cost <= best.lane)
-        best.set(cost.where(better, best.lane))
-        terms.set(rows.whole_number(kept_count).where(better, terms.lane))
+        is_better = may_continue.value & (cost <= best.lane)
+        best.set(cost.where(is_better, best.lane))
+        terms.set(rows.integer_as_real(kept_count).where(is_better, terms.lane))
     return terms.lane

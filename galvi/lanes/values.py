@@ -1,6 +1,7 @@
-"""Arithmetic operators on eight numbers at once, or on four.
+"""Arithmetic operators on the numbers in a vector: eight, four or one.
 
-A Lane wraps an LLVM vector under construction; sums of products may be fused, unless it is exact.
+A `Lane` wraps an LLVM vector of a function that is being generated. Its sums of products may be
+fused, unless it is exact.
 """
 
 from __future__ import annotations
@@ -11,21 +12,21 @@ from galvi.kernels.compile.internals import cgutils
 from galvi.lanes import functions
 from galvi.lanes.vectors import DOUBLE, FUSED, everywhere, spread
 
-QUARTER_BITS = 6  # powers below 2^6 / 4 are taken by products
+QUARTER_BITS = 6  # powers below 2^6 / 4 are computed by products
 
 
 class Lane:
-    """Eight doubles, or four, with +, -, * and / by another Lane or a number, and comparisons.
+    """A vector of doubles, with +, -, * and / by another Lane or a number, and comparisons.
 
     Parameters
     ----------
     flags
-        of its operations: FUSED, or () where rounding errors are computed
+        LLVM flags of its operations: FUSED, or () if their rounding errors are computed
 
     Attributes
     ----------
     sine_cosine
-        (sine, cosine) once computed, else None
+        (sine, cosine), or None before they are computed
     """
 
     def __init__(self, builder, value, flags=FUSED):
@@ -34,12 +35,12 @@ class Lane:
 
     @property
     def exact(self):
-        """The same numbers; their operations are not fused."""
+        """The same numbers as a lane whose operations are not fused."""
         return Lane(self.builder, self.value, ())
 
     @property
     def fused(self):
-        """The same numbers; their sums of products may be fused."""
+        """The same numbers as a lane whose sums of products may be fused."""
         return Lane(self.builder, self.value)
 
     def _lane(self, operand):
@@ -48,11 +49,11 @@ class Lane:
         return everywhere(self.value.type, float(operand))
 
     def same(self, operand):
-        """A lane or a number as a lane."""
+        """The operand as a lane: itself, or a number in all lanes of this vector's type."""
         return operand if isinstance(operand, Lane) else self._with_value(self._lane(operand))
 
     def power_by_products(self, twice):
-        """The power twice / 2, an integer of at most 64 halves, by products and a square root."""
+        """x^(twice / 2) for an integer ``twice``, by products and, if it is odd, a square root."""
         exponent, half = divmod(abs(twice), 2)
         factors = [self.call("sqrt")] if half else []
         square = self
@@ -66,13 +67,16 @@ class Lane:
         return 1.0 / product if twice < 0 else product
 
     def power(self, exponent):
-        """x^exponent, one exponent for all lanes: x to its nearest multiple of 1/4 by products and
-        roots, times exp(r log x) for the remainder r."""
-        builder, cap = self.builder, DOUBLE(2.0**QUARTER_BITS - 1.0)
+        """x^exponent; the exponent is that of the first lane. x to its nearest multiple of 1/4,
+        below 2^QUARTER_BITS / 4, is computed by products and roots; a remainder r by exp(r log
+        x)."""
+        builder, largest_count = self.builder, DOUBLE(2.0**QUARTER_BITS - 1.0)
         scalar = builder.extract_element(self.same(exponent).value, ir.IntType(32)(0))
-        nearest = _of_numbers(builder, "rint", builder.fmul(scalar, DOUBLE(4.0)))
-        count = _of_numbers(builder, "minnum", _of_numbers(builder, "fabs", nearest), cap)
-        signed = _of_numbers(builder, "copysign", count, scalar)
+        nearest = _call_scalar(builder, "rint", builder.fmul(scalar, DOUBLE(4.0)))
+        count = _call_scalar(
+            builder, "minnum", _call_scalar(builder, "fabs", nearest), largest_count
+        )
+        signed = _call_scalar(builder, "copysign", count, scalar)
         remainder = builder.fsub(scalar, builder.fmul(signed, DOUBLE(0.25)))
         pointer = cgutils.alloca_once_value(builder, self.same(1.0).value)
         self._multiply_by_quarters(pointer, builder.fptoui(count, ir.IntType(64)))
@@ -85,13 +89,14 @@ class Lane:
         return self._with_value(builder.load(pointer))
 
     def _multiply_by_quarters(self, pointer, count):
-        """The number at ``pointer`` times x^(count / 4), count below 2^QUARTER_BITS."""
+        """Multiply the numbers at ``pointer`` by x^(count / 4), for a count below
+        2^QUARTER_BITS."""
         builder, factor = self.builder, self.call("sqrt")
         for bit in range(QUARTER_BITS):
             if bit > 1:
                 factor = self if bit == 2 else factor * factor
-            chosen = builder.trunc(builder.lshr(count, count.type(bit)), ir.IntType(1))
-            with builder.if_then(chosen):
+            is_set = builder.trunc(builder.lshr(count, count.type(bit)), ir.IntType(1))
+            with builder.if_then(is_set):
                 power = factor if bit else factor.call("sqrt")
                 builder.store((self._with_value(builder.load(pointer)) * power).value, pointer)
 
@@ -124,21 +129,21 @@ class Lane:
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def _compared(self, sign, operand, compare="fcmp_ordered"):
-        mask = getattr(self.builder, compare)(sign, self.value, self._lane(operand))
+    def _comparison(self, operator, operand, compare="fcmp_ordered"):
+        mask = getattr(self.builder, compare)(operator, self.value, self._lane(operand))
         return Truth(self.builder, mask)
 
     def __gt__(self, other):
-        return self._compared(">", other)
+        return self._comparison(">", other)
 
     def __lt__(self, other):
-        return self._compared("<", other)
+        return self._comparison("<", other)
 
     def __ge__(self, other):
-        return self._compared(">=", other)
+        return self._comparison(">=", other)
 
     def __le__(self, other):
-        return self._compared("<=", other)
+        return self._comparison("<=", other)
 
     def where(self, condition, alternative):
         """These numbers where a `Truth` is true, elsewhere the alternative."""
@@ -147,12 +152,12 @@ class Lane:
         )
 
     def clipped(self, low, high):
-        """These numbers, clipped to [low, high]; NaN stays."""
-        at_least = self.where(self._compared(">=", low, "fcmp_unordered"), low)
-        return at_least.where(at_least._compared("<=", high, "fcmp_unordered"), high)
+        """These numbers, clipped to [low, high]; NaN stays NaN."""
+        clipped_below = self.where(self._comparison(">=", low, "fcmp_unordered"), low)
+        return clipped_below.where(clipped_below._comparison("<=", high, "fcmp_unordered"), high)
 
     def call(self, name, *operands):
-        """LLVM's intrinsic function of this lane and the operands, lanes or numbers."""
+        """The LLVM intrinsic ``name`` of this lane and the operands, lanes or numbers."""
         values = [self.value, *(self._lane(operand) for operand in operands)]
         kind = self.value.type
         function = cgutils.get_or_insert_function(
@@ -175,19 +180,19 @@ class Lane:
         return everywhere(self._integers_of(64), number)
 
     def is_odd(self, bits):
-        """Where the integers are odd."""
+        """The `Truth` whether each of these integers is odd."""
         return Truth(self.builder, self.builder.trunc(bits, self._integers_of(1)))
 
     def of_bits(self, bits):
-        """The lane with these bits."""
+        """The numbers with these bits, as a lane."""
         return self._with_value(self.builder.bitcast(bits, self.value.type))
 
 
-def _of_numbers(builder, name, *numbers):
-    """LLVM's intrinsic function of scalars."""
+def _call_scalar(builder, name, *numbers):
+    """The LLVM intrinsic ``name`` of scalars."""
     kind = ir.FunctionType(DOUBLE, [DOUBLE] * len(numbers))
-    called = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.f64")
-    return builder.call(called, numbers)
+    function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.f64")
+    return builder.call(function, numbers)
 
 
 class Truth:
@@ -209,40 +214,42 @@ class Truth:
         return Truth(self.builder, self.builder.not_(self.value))
 
     def select(self, x, y):
-        """x where it is true, else y, lanes or numbers; operations on it are not fused."""
+        """x where this is true, else y, for lanes or numbers; the lane's operations are not
+        fused."""
         kind = ir.VectorType(DOUBLE, self.value.type.count)
         values = [z.value if isinstance(z, Lane) else everywhere(kind, float(z)) for z in (x, y)]
         return Lane(self.builder, self.builder.select(self.value, *values), ())
 
     @property
     def bits(self):
-        """One bit for each lane, as an integer."""
+        """An LLVM integer with one bit for each lane."""
         return self.builder.bitcast(self.value, ir.IntType(self.value.type.count))
 
     @property
     def any(self):
-        """Whether it is true in at least one lane."""
+        """LLVM truth value: true if some lane is true."""
         return self.builder.icmp_unsigned("!=", self.bits, self.bits.type(0))
 
     @property
     def all(self):
-        """Whether it is true in all lanes."""
+        """LLVM truth value: true if all lanes are true."""
         return self.builder.icmp_unsigned("==", self.bits, self.bits.type(-1))
 
 
-class Several:
-    """A lane for each of a few planets, whose long chains of operations run in parallel."""
+class LaneTuple:
+    """One lane for each of a few planets, so that their long chains of operations run in
+    parallel."""
 
     def __init__(self, lanes):
         self.lanes = tuple(lanes)
 
     def _lanes_of(self, operand):
-        return operand.lanes if isinstance(operand, Several) else (operand,) * len(self.lanes)
+        return operand.lanes if isinstance(operand, LaneTuple) else (operand,) * len(self.lanes)
 
     def map(self, function, *operands):
         """The function applied to the lanes of each planet."""
         columns = (self._lanes_of(operand) for operand in operands)
-        return Several(function(*row) for row in zip(self.lanes, *columns, strict=True))
+        return LaneTuple(function(*row) for row in zip(self.lanes, *columns, strict=True))
 
     def __add__(self, other):
         return self.map(lambda a, b: a + b, other)

@@ -1,4 +1,4 @@
-"""Operations on eight doubles at a time, or on four, in LLVM's vector types.
+"""Operations on eight doubles at a time, or on another number of them, in LLVM's vector types.
 
 Each row of an array (rows, P), P a multiple of the lanes of a vector, holds a number for every
 stage. Sums of products may be fused.
@@ -13,14 +13,15 @@ from numba.extending import intrinsic
 from galvi.kernels.compile.internals import cgutils, cpu_target, event
 from galvi.kernels.compile.watching import GENERATED
 
-LANES, NARROW_LANES = 8, 4  # of a vector
+LANES, NARROW_LANES = 8, 4  # numbers of doubles in a vector
 DOUBLE = ir.DoubleType()
 VECTOR = ir.VectorType(DOUBLE, LANES)
 BITS = ir.VectorType(ir.IntType(64), LANES)
 FUSED = ("contract",)
-# Processor time in seconds to compile an instruction of a generated law, twice that where vectors
-# of eight fill two registers (12 ball joints in a chain: 57,000 instructions, 6 s).
-PER_INSTRUCTION = 1e-4
+# Processor time in seconds to compile an instruction of a generated law with AVX-512; without, a
+# vector of eight fills two registers, and it takes twice as long (12 ball joints in a chain: 57,000
+# instructions, 6 s).
+SECONDS_PER_INSTRUCTION = 1e-4
 ZEROS = ir.Constant(VECTOR, [0.0] * LANES)
 
 
@@ -33,63 +34,65 @@ AVX512 = has_avx512(cpu_target.target_context)
 
 
 def lanes_for(stages):
-    """The lanes of a vector for steps of ``stages`` stages.
+    """The number of lanes of a vector for steps of ``stages`` stages.
 
-    Without AVX-512 a register has four lanes; the second of a vector of eight would be idle for
-    1 to 4, 9 to 12, ... stages.
+    Without AVX-512 a register has four lanes. Of the two registers of a vector of eight, the second
+    would be idle for 1 to 4, 9 to 12, ... stages.
     """
     return NARROW_LANES if 1 <= stages % LANES <= NARROW_LANES and not AVX512 else LANES
 
 
-def announce(builder):
+def announce_compilation(builder):
     """Broadcast the estimated compilation time of a function to the listeners of GENERATED."""
     count = sum(len(block.instructions) for block in builder.function.blocks)
-    seconds = PER_INSTRUCTION * count * (1 if AVX512 else 2)
+    seconds = SECONDS_PER_INSTRUCTION * count * (1 if AVX512 else 2)
     event.broadcast(event.Event(GENERATED, event.EventStatus.START, {"seconds": seconds}))
 
 
-def of_address(do):
-    """An intrinsic of the address of some integers, which does what ``do`` (context, builder,
-    arguments) generates."""
+def address_intrinsic(generate_code):
+    """An intrinsic of the address of integers, whose code ``generate_code(context, builder,
+    pointer to the integers)`` generates."""
 
     @intrinsic
-    def generated(typingctx, address):
+    def run_at_address(typingctx, address):
         signature = types.void(types.int64)
 
         def generate(context, builder, signature, values):
-            do(context, builder, builder.inttoptr(values[0], values[0].type.as_pointer()))
-            announce(builder)
+            generate_code(
+                context, builder, builder.inttoptr(values[0], values[0].type.as_pointer())
+            )
+            announce_compilation(builder)
             return context.get_dummy_value()
 
         return signature, generate
 
-    return generated
+    return run_at_address
 
 
 def everywhere(kind, number):
-    """A constant vector of a type, with the same number in all lanes."""
+    """The constant vector of type ``kind`` with ``number`` in all lanes."""
     return ir.Constant(kind, [number] * kind.count)
 
 
 def spread(builder, scalar, lanes):
-    """A vector with a number in all of its lanes."""
+    """A vector of ``lanes`` lanes, all of which hold ``scalar``."""
     undefined = ir.Constant(ir.VectorType(scalar.type, lanes), ir.Undefined)
-    half = ir.IntType(32)
-    first = builder.insert_element(undefined, scalar, half(0))
-    return builder.shuffle_vector(first, undefined, everywhere(ir.VectorType(half, lanes), 0))
+    int32 = ir.IntType(32)
+    first = builder.insert_element(undefined, scalar, int32(0))
+    return builder.shuffle_vector(first, undefined, everywhere(ir.VectorType(int32, lanes), 0))
 
 
 class Lanes:
-    """Loads, stores and arithmetic on the stages of a row from width * chunk on.
+    """Loads, stores and arithmetic on ``width`` stages of a row, from stage width * chunk on.
 
     Parameters
     ----------
-    builder
-        LLVM builder of the function being compiled, in its context
+    context, builder
+        LLVM builder of the function that is generated, and numba's context
     padded
         P, the length of a row, a multiple of the width
     width
-        lanes of a vector
+        number of lanes of a vector
     """
 
     def __init__(self, context, builder, padded, chunk, width=LANES):
@@ -115,7 +118,7 @@ class Lanes:
         self.builder.store(value, self.address(array, row)).align = 8
 
     def factor(self, matrix, row):
-        """Numbers of a matrix, one for each stage."""
+        """The numbers of a row of a matrix, one for each stage."""
         return self.load(matrix, row)
 
     def number(self, array, row, column=None):
@@ -153,7 +156,7 @@ class Lanes:
         return pointer
 
     def largest(self, bits):
-        """The largest lane of a vector of integers."""
+        """The largest of a vector of signed integers."""
         name = f"llvm.vector.reduce.smax.v{self.width}i64"
         kind = ir.FunctionType(bits.type.element, [bits.type])
         return self.builder.call(
@@ -179,8 +182,8 @@ class Lanes:
         with cgutils.for_range(builder, builder.udiv(stages, two)) as loop:
             add(builder.mul(loop.index, two), even)
             add(builder.add(builder.mul(loop.index, two), unit), odd)
-        last = builder.trunc(stages, ir.IntType(1))
-        with builder.if_then(last):
+        stages_are_odd = builder.trunc(stages, ir.IntType(1))
+        with builder.if_then(stages_are_odd):
             add(builder.sub(stages, unit), even)
         return [
             self.add(builder.load(even_sum), builder.load(odd_sum))

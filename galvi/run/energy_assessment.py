@@ -42,7 +42,7 @@ from galvi.arrays import Array, read_only
 from galvi.checkpoint import NOTHING
 from galvi.kernels.energy_errors import (
     ROWS,
-    TOLERATED,
+    TOLERATED_SHARE,
     WORST,
     assess_errors,
     errors_since_start,
@@ -130,7 +130,7 @@ class EnergyReport(NamedTuple):
     @property
     def is_doubtful(self) -> bool:
         """Whether the error exceeds TOLERATED, or an energy is NaN."""
-        return not self.error <= TOLERATED or self.unknown
+        return not self.error <= TOLERATED_SHARE or self.unknown
 
 
 def assess_energy(

@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from galvi.kernels.energy_errors import TOLERATED, WORST
+from galvi.kernels.energy_errors import TOLERATED_SHARE, WORST
 from galvi.kernels.nystrom.solve import SOLVED
 from galvi.outcome import End, Outcome
 from galvi.problem import Problem
@@ -146,7 +146,7 @@ def notes_on_energy(
 
 def _error_clauses(report: EnergyReport) -> list[str]:
     """Clauses on the defects of a run: the error of its energy, and those of the report."""
-    return [*([_energy_clause(report)] if report.error > TOLERATED else []), *report.clauses]
+    return [*([_energy_clause(report)] if report.error > TOLERATED_SHARE else []), *report.clauses]
 
 
 def _energy_clause(report: EnergyReport) -> str:
@@ -156,8 +156,8 @@ def _energy_clause(report: EnergyReport) -> str:
     if np.isfinite(report.error):
         return f"{change} by {report.error:.2g} times {measure}"
     return (
-        f"{change} by {report.energies[WORST]:.2g}, and no step kept it to {TOLERATED:g} times "
-        f"{measure}"
+        f"{change} by {report.energies[WORST]:.2g}, and no step kept it to "
+        f"{TOLERATED_SHARE:g} times {measure}"
     )
 
 

@@ -12,7 +12,7 @@ from galvi.arrays import Array, read_only
 from galvi.curves.curves import Curves, IdentityChart
 from galvi.kernels.compile.function_pointers import interpreted
 from galvi.kernels.nystrom import advance
-from galvi.kernels.nystrom.advance import GUESS, NOTHING, compiled_reach, reach
+from galvi.kernels.nystrom.advance import GUESS, NOTHING, advance_states, compiled_advance_states
 from galvi.kernels.nystrom.solve import AUTO, FIXED_POINT, NEWTON, NOT_FINITE, SOLVED, Force
 from galvi.kernels.nystrom.step import NystromTableau
 from galvi.method import Galerkin
@@ -61,7 +61,7 @@ def reach_kernel(request: RunRequest) -> Callable[..., None]:
     """The kernel `galvi.kernels.nystrom.advance.reach` with its arguments up to the step bound to
     those of a run."""
     field, force = _force(request.problem.system, request.problem.q0.shape[-1])
-    kernel = compiled_reach() if field.compiled else interpreted(reach)
+    kernel = compiled_advance_states() if field.compiled else interpreted(advance_states)
     tableau, solver = (
         tuple(kernel_tableau(request.method.table)),
         SOLVER_CODES[request.checkpoint.solver],

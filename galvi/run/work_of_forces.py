@@ -24,7 +24,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from galvi.arrays import Array, read_only
-from galvi.kernels.energy_errors import ENERGY_ROUND_OFF, REST_SHARE, TOLERATED
+from galvi.kernels.energy_errors import ENERGY_ROUND_OFF, REST_SHARE, TOLERATED_SHARE
 from galvi.kernels.nystrom.advance import UNWATCHED
 from galvi.problem import Problem, WithFunctions
 from galvi.run.energies import States, energies, force_on, mass_matrix, working_force
@@ -394,7 +394,7 @@ def unresolved_rate(
         error = np.real(modes[:, is_fast] @ (factor_errors * parts[is_fast] / rates[is_fast]))
         largest_speeds = np.sqrt(2.0 * largest / np.diag(mass_matrix(problem, q, v, t)))
         share = float(np.max(np.abs(error) / np.maximum(fastest, REST_SHARE * largest_speeds)))
-        if share > TOLERATED and (worst is None or share > worst.share):
+        if share > TOLERATED_SHARE and (worst is None or share > worst.share):
             worst = Unresolved(rate, share, int(steps.numbers[k]))
     return worst
 
@@ -436,7 +436,7 @@ def _with_clauses(
     begin, clauses, remedy = request.problem.t0, [], ""
     if report.ruined == 0:
         clauses.append(RUINED_EARLIER)
-    elif report.error > TOLERATED:
+    elif report.error > TOLERATED_SHARE:
         which = "before it" if report.ruined == report.worst else "up to there"
         end = begin + cast(int, report.worst) * request.step
         clauses.append(

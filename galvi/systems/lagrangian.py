@@ -248,7 +248,7 @@ class Lagrangian:
         def rate(flat: Array) -> Array:
             rates = np.empty(size)
             for k, row in enumerate(rows):
-                lagrangian_derivatives.spread(
+                lagrangian_derivatives.enter_slopes(
                     row, lagrangian_derivatives.EUCLIDEAN, layout, flat, out
                 )
                 rates[k] = out[1] @ xi
@@ -426,7 +426,7 @@ class Lagrangian:
         out = np.empty((2, self.group.dimension))
         values = self._checked(*arguments(self, q, v, t))
         flat = np.ascontiguousarray(q, dtype=np.float64).ravel()
-        lagrangian_derivatives.spread(
+        lagrangian_derivatives.enter_slopes(
             values, lagrangian_derivatives.EUCLIDEAN, self.group.layout, flat, out
         )
         return out

@@ -24,8 +24,8 @@ from galvi.kernels.compile.jit import jit
 from galvi.kernels.forces import lagrangian_derivatives
 from galvi.whole_files import write_whole
 
-POWER = "power"  # of galvi.lanes.elementary
-MAX_CACHED_EXPRESSIONS = 1000  # most expressions whose code is kept on disk, 60 kB each
+POWER = "power"  # name of the function in galvi.lanes.elementary
+MAX_CACHED_EXPRESSIONS = 1000  # largest number of expressions whose code stays on disk, 60 kB each
 EXPRESSIONS_FOLDER = "galvi-expressions"
 FROM_MATH = {"erf", "erfc", "gamma", "lgamma"}
 FROM_NUMPY = {
@@ -33,7 +33,7 @@ FROM_NUMPY = {
     "atanh", "exp", "expm1", "log", "log10", "log1p", "log2", "sqrt", "hypot", "floor", "ceil",
     "sign", "maximum", "minimum", "pi", "e", "nan",
 }  # fmt: skip
-IN_NUMPY = {
+NUMPY_NAMES = {
     "asin": "arcsin",
     "acos": "arccos",
     "atan": "arctan",
@@ -44,7 +44,7 @@ IN_NUMPY = {
 }
 
 
-def written(
+def code_lines(
     expressions: Sequence[Any],
     arguments: Mapping[Any, str],
     store: Callable[[int, str], str],
@@ -55,7 +55,7 @@ def written(
     Parameters
     ----------
     arguments
-        symbol -> its place in the code, e.g. 'q[0]'
+        symbol -> its code, e.g. 'q[0]'
     store
         (index of the expression, its code) -> the line that stores it
     power
@@ -64,7 +64,7 @@ def written(
     Raises
     ------
     ValueError
-        For a function that has no compiled form, naming it.
+        For a function that has no compiled form; the message names it.
     """
     import sympy
 
@@ -73,17 +73,22 @@ def written(
     )
     used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
     lines = [f"{s} = {code}" for s, code in arguments.items() if s in used]
-    lines += [f"{name} = {printed(e, power)}" for name, e in shared]
-    return lines + [store(k, printed(e, power)) for k, e in enumerate(reduced)]
+    lines += [f"{name} = {python_code(e, power)}" for name, e in shared]
+    return lines + [store(k, python_code(e, power)) for k, e in enumerate(reduced)]
 
 
-def printed(expression: Any, power: str = "") -> str:
-    """The Python code of an expression, in the functions of FROM_MATH and FROM_NUMPY.
+def python_code(expression: Any, power: str = "") -> str:
+    """The Python code of an expression, by the functions of FROM_MATH and FROM_NUMPY.
 
     Parameters
     ----------
     power
         name of a function for powers; "" for the operator **
+
+    Raises
+    ------
+    ValueError
+        For a function that has no compiled form; the message names it.
     """
     import sympy
     from sympy.printing.codeprinter import PrintMethodNotImplementedError
@@ -98,28 +103,28 @@ def printed(expression: Any, power: str = "") -> str:
 
         _print_Half = _print_Rational
 
-        def _print_Pow(self, of: Any, rational: bool = False) -> str:
-            if not power or of.exp == sympy.Rational(1, 2):
-                return str(super()._print_Pow(of, rational))
-            return f"{power}({self._print(of.base)}, {self._print(of.exp)})"
+        def _print_Pow(self, node: Any, rational: bool = False) -> str:
+            if not power or node.exp == sympy.Rational(1, 2):
+                return str(super()._print_Pow(node, rational))
+            return f"{power}({self._print(node.base)}, {self._print(node.exp)})"
 
-        def _print_sign(self, of: Any) -> str:
-            return f"sign({self._print(of.args[0])})"
+        def _print_sign(self, node: Any) -> str:
+            return f"sign({self._print(node.args[0])})"
 
-        def _print_Piecewise(self, of: Any) -> str:
+        def _print_Piecewise(self, node: Any) -> str:
             code = "nan"  # where no condition holds
-            for value, condition in reversed(of.args):
+            for value, condition in reversed(node.args):
                 code = f"({self._print(value)} if {self._print(condition)} else {code})"
             return code
 
-        def _print_Max(self, of: Any) -> str:
-            return self._nested("maximum", of.args)
+        def _print_Max(self, node: Any) -> str:
+            return self._nested("maximum", node.args)
 
-        def _print_Min(self, of: Any) -> str:
-            return self._nested("minimum", of.args)
+        def _print_Min(self, node: Any) -> str:
+            return self._nested("minimum", node.args)
 
-        def _nested(self, name: str, of: Any) -> str:
-            first, *following = of
+        def _nested(self, name: str, operands: Any) -> str:
+            first, *following = operands
             nested = following and self._nested(name, following)
             return f"{name}({self._print(first)}, {nested})" if nested else str(self._print(first))
 
@@ -140,42 +145,49 @@ def printed(expression: Any, power: str = "") -> str:
 
 
 def source(bodies: Mapping[str, tuple[str, list[str]]]) -> str:
-    """The source of a module from name -> (arguments, lines); names get a digest of the source."""
+    """The source of a module of functions, from name -> (arguments, lines); a digest of the source
+    is appended to each name."""
     text = "\n".join(
         f"\n\ndef {name}_DIGEST({arguments}):\n" + "\n".join(f"    {line}" for line in lines)
         for name, (arguments, lines) in bodies.items()
     )
     names = _names(text)
     math = sorted(names & FROM_MATH)
-    numpy = [f"{IN_NUMPY[n]} as {n}" if n in IN_NUMPY else n for n in sorted(names & FROM_NUMPY)]
+    numpy = [
+        f"{NUMPY_NAMES[n]} as {n}" if n in NUMPY_NAMES else n for n in sorted(names & FROM_NUMPY)
+    ]
     head = [f"from math import {', '.join(math)}"] * bool(math)
     head += [f"from numpy import {', '.join(numpy)}"] * bool(numpy)
     return with_digest("\n".join(head) + text + "\n")
 
 
 def with_digest(text: str) -> str:
-    """The source with its own digest in the names that end with _DIGEST."""
+    """The source with _DIGEST in names of functions replaced by a digest of the source."""
     return text.replace("_DIGEST(", f"_{hashlib.sha256(text.encode()).hexdigest()[:16]}(")
 
 
 def functions_in(code: str) -> set[str]:
-    """The functions of FROM_MATH and FROM_NUMPY that occur in code."""
+    """The names of FROM_MATH and FROM_NUMPY, and POWER, that occur in code."""
     return _names(code) & (FROM_MATH | FROM_NUMPY | {POWER})
 
 
 @lru_cache(maxsize=256)
 def functions(text: str) -> Mapping[str, Any]:
-    """The functions of a source by name, without the digest; compiled at the first call."""
+    """Name without the digest -> function of a source, compiled at its first call."""
     path = _cached_file(text)
     # Compiled code on disk is tied to a module that can be imported.
     names: dict[str, Any] = {"__name__": __name__, "np": np}
     exec(compile(text, str(path or "<an expression>"), "exec"), names)
-    generated = {name: f for name, f in names.items() if re.search("_[0-9a-f]{16}$", name)}
-    return {name.rpartition("_")[0]: jit(function) for name, function in generated.items()}
+    generated_functions = {
+        name: f for name, f in names.items() if re.search("_[0-9a-f]{16}$", name)
+    }
+    return {
+        name.rpartition("_")[0]: jit(function) for name, function in generated_functions.items()
+    }
 
 
 def _cached_file(text: str) -> Path | None:
-    """The cached file with this text, written if absent; None where the cache is not writable."""
+    """The cached file with this text, written if absent; None if the cache is not writable."""
     with suppress(RuntimeError, OSError):
         folder = (
             Path(KernelCache(lagrangian_derivatives.rigid_body.py_func).cache_path)
@@ -186,13 +198,13 @@ def _cached_file(text: str) -> Path | None:
         if not path.exists() or path.read_text("utf-8") != text:
             entry.mkdir(parents=True, exist_ok=True)
             write_whole(path, text)
-            _tidy(folder)
+            _delete_old_expressions(folder)
         os.utime(path)
         return path
     return None
 
 
-def _tidy(folder: Path) -> None:
+def _delete_old_expressions(folder: Path) -> None:
     """Delete all but the MAX_CACHED_EXPRESSIONS most recently used expressions."""
     by_use = sorted(folder.glob("*/expression.source"), key=lambda path: path.stat().st_mtime)
     for path in by_use[:-MAX_CACHED_EXPRESSIONS]:

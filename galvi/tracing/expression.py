@@ -1,4 +1,4 @@
-"""SymPy expressions of a user: read, checked, and real."""
+"""Reads and checks a user's SymPy expressions, and writes them in real symbols."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from galvi.input_checks import shown
 
 
 def in_words(expression: Any, readable: Mapping[Any, str]) -> str:
-    """The expression as text, its symbols replaced by these names."""
+    """The expression as text, with its symbols replaced by the names in ``readable``."""
     import sympy
 
     return str(
@@ -20,14 +20,14 @@ def in_words(expression: Any, readable: Mapping[Any, str]) -> str:
 
 
 def real_expression(label: str, expression: Any) -> Any:
-    """The expression itself, numbers converted to SymPy.
+    """The expression, if it is a number converted to SymPy.
 
     Raises
     ------
     TypeError
-        For something that is no SymPy expression.
+        For a value that is neither a number nor a SymPy expression.
     ValueError
-        For a complex or infinite one.
+        For an expression with I, an infinity or NaN.
     """
     import sympy
 
@@ -44,10 +44,10 @@ def real_expression(label: str, expression: Any) -> Any:
     return expression
 
 
-def complete(
+def checked_expression(
     label: str, expression: Any, allowed: set[Any], readable: Mapping[Any, str], names: set[str]
 ) -> Any:
-    """The expression itself; ValueError for an unevaluated operation or an unknown symbol.
+    """The expression itself.
 
     Parameters
     ----------
@@ -58,32 +58,39 @@ def complete(
     names
         names of the symbols given by the user; another symbol of such a name has different
         assumptions
+
+    Raises
+    ------
+    ValueError
+        For an unevaluated operation, an unknown symbol, an undefined function, or an expression
+        with I, an infinity or NaN.
     """
     import sympy
     from sympy.core.function import AppliedUndef
 
-    left = expression.atoms(
+    unevaluated = expression.atoms(
         sympy.Derivative, sympy.Integral, sympy.Sum, sympy.Product, sympy.Limit, sympy.Subs
     )
-    if left:
-        received = ", ".join(sorted(in_words(x, readable) for x in left))
+    if unevaluated:
+        received = ", ".join(sorted(in_words(x, readable) for x in unevaluated))
         raise ValueError(
             f"{label} must be an expression of q, v and t without derivatives, integrals or sums "
             f"left to do; received {received}. Call doit() on it, or replace velocities by those "
-            f"in v.{unlike({*map(str, left)} & names)}"
+            f"in v.{assumptions_remedy({*map(str, unevaluated)} & names)}"
         )
     unknown = {*map(str, expression.free_symbols - allowed)}
     if unknown:
         raise ValueError(
             f"{label} must hold nothing but q, v, t and parameters; received "
-            f"{', '.join(sorted(unknown))}.{_to_give(unknown - names)}{unlike(unknown & names)}"
+            f"{', '.join(sorted(unknown))}.{_give_remedy(unknown - names)}"
+            f"{assumptions_remedy(unknown & names)}"
         )
     undefined = expression.atoms(AppliedUndef)
     if undefined:
         received = ", ".join(sorted(in_words(x, readable) for x in undefined))
         raise ValueError(
             f"{label} must be made of known functions; received {received}. Put its formula in its "
-            f"place.{unlike({*map(str, undefined)} & names)}"
+            f"place.{assumptions_remedy({*map(str, undefined)} & names)}"
         )
     if expression.has(sympy.I, sympy.zoo, sympy.oo, -sympy.oo, sympy.nan):
         raise ValueError(
@@ -93,7 +100,7 @@ def complete(
     return expression
 
 
-def _to_give(unknown: set[str]) -> str:
+def _give_remedy(unknown: set[str]) -> str:
     """The remedy for symbols that were not given; '' for none."""
     if not unknown:
         return ""
@@ -102,8 +109,8 @@ def _to_give(unknown: set[str]) -> str:
     return f" Give parameters={{{values}}}{time}."
 
 
-def unlike(names: set[str]) -> str:
-    """A sentence on symbols of the same name with different assumptions; '' for none."""
+def assumptions_remedy(names: set[str]) -> str:
+    """The remedy for symbols of the same name with different assumptions; '' for no names."""
     if not names:
         return ""
     listed = ", ".join(sorted(names))
@@ -120,10 +127,14 @@ class Expressions:
         the Lagrangian
     forces
         (d,) generalised forces; None for none
-    q, v, t
-        the symbols, (d,), (d,) and one
+    q, v : tuple, shape (d,)
+        the symbols of the coordinates and velocities
+    t
+        the symbol of the time
     c
-        the symbols of the parameters, sorted by the user's names; `values` holds their values
+        the symbols of the parameters, sorted by the user's names
+    values
+        the values of the parameters
     readable
         symbol -> its name in the user's notation
     """
@@ -139,7 +150,7 @@ class Expressions:
 
     @property
     def places(self) -> dict[Any, str]:
-        """Symbol -> its place in generated code, e.g. 'q[0]'; t stands for itself."""
+        """Symbol -> its generated code, e.g. 'q[0]', for q, v and c; the code of t is its name."""
         named = (("q", self.q), ("v", self.v), ("c", self.c))
         return {x: f"{name}[{i}]" for name, symbols in named for i, x in enumerate(symbols)}
 
@@ -154,33 +165,34 @@ class Expressions:
 
 
 def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> Expressions:
-    """From the arguments of `galvi.Lagrangian.from_sympy`; TypeError or ValueError as there."""
+    """`Expressions` from the arguments of `galvi.Lagrangian.from_sympy`; raises TypeError or
+    ValueError for unusable ones."""
     import sympy
 
-    places = _several("q", q)
-    rates, t = _velocities(places, v, t)
-    if len(rates) != len(places):
+    coordinates = _coordinate_symbols("q", q)
+    velocities, t = _velocities(coordinates, v, t)
+    if len(velocities) != len(coordinates):
         raise ValueError(
-            f"v must hold one velocity for each coordinate; received {len(rates)} for "
-            f"{len(places)}. Give them in the order of q."
+            f"v must hold one velocity for each coordinate; received {len(velocities)} for "
+            f"{len(coordinates)}. Give them in the order of q."
         )
     numbers = _numbers(parameters, sympy)
-    symbols = [*places, *rates, *([] if t is None else [t]), *numbers]
-    twice = sorted({str(x) for x in symbols if symbols.count(x) > 1})
-    if twice:
+    symbols = [*coordinates, *velocities, *([] if t is None else [t]), *numbers]
+    repeated = sorted({str(x) for x in symbols if symbols.count(x) > 1})
+    if repeated:
         raise ValueError(
             f"coordinates, velocities, time and parameters must all differ; received "
-            f"{', '.join(twice)} more than once. Rename one of them."
+            f"{', '.join(repeated)} more than once. Rename one of them."
         )
     real_symbols = {
         kind: tuple(sympy.Symbol(f"{kind}{i}", real=True) for i in range(count))
-        for kind, count in (("q", len(places)), ("v", len(rates)), ("c", len(numbers)))
+        for kind, count in (("q", len(coordinates)), ("v", len(velocities)), ("c", len(numbers)))
     }
     time = sympy.Symbol("t", real=True)
-    replaced = [
-        dict(zip(rates, real_symbols["v"], strict=True)),
+    replacements = [
+        dict(zip(velocities, real_symbols["v"], strict=True)),
         {
-            **dict(zip(places, real_symbols["q"], strict=True)),
+            **dict(zip(coordinates, real_symbols["q"], strict=True)),
             **dict(zip(numbers, real_symbols["c"], strict=True)),
         },
         {} if t is None else {t: time},
@@ -190,22 +202,22 @@ def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> 
 
     def read(label: str, expression: Any) -> Any:
         expression = real_expression(label, expression)
-        for step in replaced:
-            expression = expression.xreplace(step)
-        return complete(label, expression, allowed, readable, names)
+        for replacement in replacements:
+            expression = expression.xreplace(replacement)
+        return checked_expression(label, expression, allowed, readable, names)
 
-    readable = {a: _name(x) for a, x in zip(real_symbols["q"], places, strict=True)}
-    readable |= {a: _name(x) for a, x in zip(real_symbols["v"], rates, strict=True)}
+    readable = {a: _name(x) for a, x in zip(real_symbols["q"], coordinates, strict=True)}
+    readable |= {a: _name(x) for a, x in zip(real_symbols["v"], velocities, strict=True)}
     readable |= {a: str(x) for a, x in zip(real_symbols["c"], numbers, strict=True)}
     if t is not None:
         readable[time] = str(t)
     forces = None
     if force is not None:
-        rows = _listed("force", force)
-        if len(rows) != len(places):
+        rows = _as_list("force", force)
+        if len(rows) != len(coordinates):
             raise ValueError(
                 f"force must hold one expression for each coordinate; received {len(rows)} for "
-                f"{len(places)}."
+                f"{len(coordinates)}."
             )
         forces = tuple(read("the force", row) for row in rows)
     return Expressions(
@@ -220,11 +232,11 @@ def expressions(L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any) -> 
     )
 
 
-def _several(name: str, symbols: Any) -> list[Any]:
+def _coordinate_symbols(name: str, symbols: Any) -> list[Any]:
     from sympy import Derivative, Symbol
     from sympy.core.function import AppliedUndef
 
-    items = _listed(name, symbols)
+    items = _as_list(name, symbols)
     if not items or not all(isinstance(x, Symbol | AppliedUndef | Derivative) for x in items):
         raise TypeError(
             f"{name} must hold SymPy symbols, or functions of the time such as theta(t); received "
@@ -233,7 +245,7 @@ def _several(name: str, symbols: Any) -> list[Any]:
     return items
 
 
-def _listed(name: str, collection: Any) -> list[Any]:
+def _as_list(name: str, collection: Any) -> list[Any]:
     """The items of a list, tuple, array or matrix; a single item as a list of one."""
     import sympy
 
@@ -243,38 +255,39 @@ def _listed(name: str, collection: Any) -> list[Any]:
             f"received {shown(collection)}, which "
             f"has no order."
         )
-    several = isinstance(collection, Iterable | sympy.MatrixBase) and not isinstance(
+    is_collection = isinstance(collection, Iterable | sympy.MatrixBase) and not isinstance(
         collection, str
     )
-    return list(collection) if several else [collection]
+    return list(collection) if is_collection else [collection]
 
 
-def _velocities(places: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
-    """The velocities, by default the derivatives of functions of time, and the time or None."""
+def _velocities(coordinates: list[Any], v: Any, t: Any) -> tuple[list[Any], Any]:
+    """The velocities, by default the derivatives of functions of the time; and the symbol of the
+    time, None if there is none."""
     from sympy import Symbol
 
-    times = {x.args for x in places if not isinstance(x, Symbol)}
+    times = {x.args for x in coordinates if not isinstance(x, Symbol)}
     if times:
-        (when, *further_times) = times
-        single = len(when) == 1 and isinstance(when[0], Symbol)
-        if further_times or not single or (t is not None and t != when[0]):
+        (time_arguments, *other_times) = times
+        is_one_symbol = len(time_arguments) == 1 and isinstance(time_arguments[0], Symbol)
+        if other_times or not is_one_symbol or (t is not None and t != time_arguments[0]):
             raise ValueError(
                 f"coordinates must be functions of the time alone, the same for all; received "
-                f"{', '.join(map(str, places))}"
+                f"{', '.join(map(str, coordinates))}"
                 + (f" with t = {t}." if t is not None else ".")
-                + unlike({str(t)} & {str(x) for (x, *_) in times if t is not None})
+                + assumptions_remedy({str(t)} & {str(x) for (x, *_) in times if t is not None})
             )
-        t = when[0]
+        t = time_arguments[0]
     if t is not None and not isinstance(t, Symbol):
         raise TypeError(f"t must be a SymPy symbol; received {t!r}.")
     if v is not None:
-        return _several("v", v), t
-    if any(isinstance(x, Symbol) for x in places):
+        return _coordinate_symbols("v", v), t
+    if any(isinstance(x, Symbol) for x in coordinates):
         raise ValueError(
             f"v must hold the velocities where coordinates are no functions of the time; received "
-            f"none, with q = {', '.join(map(str, places))}. Give a symbol for each."
+            f"none, with q = {', '.join(map(str, coordinates))}. Give a symbol for each."
         )
-    return [x.diff(t) for x in places], t
+    return [x.diff(t) for x in coordinates], t
 
 
 def _numbers(parameters: Any, sympy: Any) -> dict[Any, float]:
@@ -288,11 +301,11 @@ def _numbers(parameters: Any, sympy: Any) -> dict[Any, float]:
                 + " Give the symbol, not its name." * isinstance(symbol, str)
             )
     ordered = sorted(numbers, key=lambda symbol: (symbol.name, str(symbol.assumptions0)))
-    plain = {
+    real_values = {
         x: float(y) if isinstance(y, sympy.Expr) and y.is_number and y.is_real else y
         for x, y in numbers.items()
     }
-    return {x: input_checks.real(f"parameter {x}", plain[x]) for x in ordered}
+    return {x: input_checks.real(f"parameter {x}", real_values[x]) for x in ordered}
 
 
 def _name(x: Any) -> str:

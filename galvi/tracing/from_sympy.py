@@ -31,7 +31,7 @@ class SymbolicForce:
     constants
         values of the parameters
     law
-        the lines that define it for lanes, see `BuiltinForce`; "" for none
+        the code that defines it for lanes, see `BuiltinForce`; "" if lanes lack a function of it
     names
         the parameters in the user's notation, in the order of the constants
     """
@@ -64,9 +64,9 @@ class SymbolicForce:
 
 
 def symbolic_force(parsed: Expressions) -> SymbolicForce:
-    """The generalised forces of these expressions, compiled."""
+    """The generalised forces of the expressions, as generated code."""
     assert parsed.forces is not None
-    lines = symbolic_code.written(
+    lines = symbolic_code.code_lines(
         parsed.forces, parsed.places, lambda k, code: f"out[1, {k}] += {code}"
     )
     text = symbolic_code.source({"force": ("q, v, t, c, out", lines)})
@@ -75,20 +75,22 @@ def symbolic_force(parsed: Expressions) -> SymbolicForce:
     return SymbolicForce(readable, text, parsed.values, law, parsed.names)
 
 
-NAME = "LagrangesMethod"
+METHOD_CLASS = "LagrangesMethod"
 
 
 def is_lagranges_method(value: Any) -> bool:
     """Whether a value is a ``sympy.physics.mechanics.LagrangesMethod``, without importing that."""
     return any(
-        kind.__name__ == NAME and kind.__module__.startswith("sympy.") for kind in type(value).mro()
+        kind.__name__ == METHOD_CLASS and kind.__module__.startswith("sympy.")
+        for kind in type(value).mro()
     )
 
 
 def read_lagranges_method(method: Any) -> tuple[Any, list[Any], list[Any] | None]:
-    """L, the coordinates, and the generalised forces of its loads, or None.
+    """L, the coordinates, and the generalised forces of the loads, None without loads.
 
-    A load on a point or a frame has the force F dv/dq' with its velocity, or angular velocity, v.
+    A load F on a point or a frame gives the forces F . dv/dq', where v is the velocity of the
+    point, or the angular velocity of the frame.
 
     Raises
     ------
@@ -109,24 +111,26 @@ def read_lagranges_method(method: Any) -> tuple[Any, list[Any], list[Any] | None
     forces: list[Any] = [0] * len(coordinates)
     for target, load in method.forcelist:
         velocity = getattr(target, "ang_vel_in" if hasattr(target, "ang_vel_in") else "vel")
-        moving = velocity(method.inertial)
+        target_velocity = velocity(method.inertial)
         for k, rate in enumerate(rates):
-            along = moving.diff(rate, method.inertial, var_in_dcm=False)
-            forces[k] += along.dot(load)
+            partial_velocity = target_velocity.diff(rate, method.inertial, var_in_dcm=False)
+            forces[k] += partial_velocity.dot(load)
     return lagrangian, coordinates, forces
 
 
 def symbolic(
     L: Any, q: Any, v: Any, t: Any, parameters: Any, force: Any
 ) -> tuple[SymbolicLagrangian, bool, SymbolicForce | None]:
-    """The Lagrangian, whether it depends on the time, and the force or None.
+    """The Lagrangian, whether it depends on the time, and the force, None without one.
+
+    Warns of a Lagrangian that is not twice differentiable somewhere.
 
     Raises
     ------
     ImportError
         Without SymPy.
     TypeError, ValueError
-        For unusable input; warns of a Lagrangian that is not twice differentiable somewhere.
+        For unusable input.
     """
     sympy = sympy_module()
     if is_lagranges_method(L):
@@ -149,17 +153,18 @@ def symbolic(
         ""
         if surfaces
         else lane_law.printed_law(
-            parsed.q, parsed.v, parsed.t, parsed.L, parsed.places, kinks.differentiated
+            parsed.q, parsed.v, parsed.t, parsed.L, parsed.places, kinks.derivative_off_kinks
         ),
         sympy.srepr(parsed.L),
         parsed.names,
     )
     for k, surface in enumerate(lagrangian.switching):
-        where = kinks.find_kink(lagrangian, k)
-        if where:
+        discontinuity = kinks.find_kink(lagrangian, k)
+        if discontinuity:
             warnings.warn(
                 f"the Lagrangian is not twice differentiable where {surface} changes its sign: its "
-                f"{where} there. Steps across lose their order; smooth it, or end the run there.",
+                f"{discontinuity} there. Steps across lose their order; smooth it, or end the run "
+                f"there.",
                 stacklevel=3,
             )
     external = None if parsed.forces is None else symbolic_force(parsed)
@@ -168,15 +173,15 @@ def symbolic(
 
 def _source(parsed: Expressions, surfaces: tuple[Any, ...]) -> str:
     d, places = len(parsed.q), parsed.places
-    by = [kinks.differentiated(parsed.L, x) for x in (*parsed.v, *parsed.q)]
+    slopes = [kinks.derivative_off_kinks(parsed.L, x) for x in (*parsed.v, *parsed.q)]
     bodies = {
-        "law": (by, lambda k, code: f"out[{k // d}, {k % d}] = {code}"),
+        "law": (slopes, lambda k, code: f"out[{k // d}, {k % d}] = {code}"),
         "value": ([parsed.L], lambda k, code: f"out[{k}] = {code}"),
         "switches": (surfaces, lambda k, code: f"out[{k}] = {code}"),
     }
     return symbolic_code.source(
         {
-            name: ("q, v, t, c, out", symbolic_code.written(formulas, places, store))
+            name: ("q, v, t, c, out", symbolic_code.code_lines(formulas, places, store))
             for name, (formulas, store) in bodies.items()
             if formulas
         }

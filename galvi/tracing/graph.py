@@ -1,18 +1,18 @@
-"""Expressions as a graph in which equal ones are one node; simplified as they are made.
+"""Expressions as a graph in which equal expressions are one node, simplified when it is created.
 
-A node is one of
+Kinds of nodes, and their arguments:
 
 number                      a value
-variable                    its place in generated code, e.g. "q[0]"
-"+", "-", "*"               of two nodes; a number factor is the first argument
-"inverse"                   1 / x
-"atan2"                     of two nodes
-"power"                     of two nodes, or of a node and a number
-sin, cos, ... of UNARY      of one node
+variable                    its generated code, e.g. "q[0]"
+"+", "-", "*"               two nodes; a number factor is the first argument
+"inverse"                   a node x, for 1 / x
+"atan2"                     two nodes
+"power"                     two nodes, or a node and a number
+sin, cos, ... of UNARY      a node
 
-Nodes have the operators of numbers and the methods by which numpy's functions treat an array of
-objects, so that a function of numbers and arrays can be called on them. What needs the value of a
-node raises `Untraceable`.
+Nodes have the operators of numbers and the methods that numpy's functions call for an array of
+objects, so that a function of numbers and arrays can be called on them. An operation that needs the
+value of a node raises `Untraceable`.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ UNARY: dict[str, Callable[[float], float]] = {
     for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh")
 }
 ODD, EVEN = ("sin", "tan", "sinh", "tanh"), ("cos", "cosh")
-MAX_NODES = 20_000  # nodes, beyond which tracing is given up
-MAX_FACTORS = 64  # a power up to which an integer one is made of products
+MAX_NODES = 20_000  # largest number of nodes of a graph
+MAX_FACTORS = 64  # largest integer power that is computed by products
 
 
 class Graph:
-    """The nodes, each after its arguments."""
+    """The nodes of expressions, each after its arguments."""
 
     def __init__(self) -> None:
         self.nodes: dict[tuple[Any, ...], Node] = {}
         self.refusal = ""
 
     def node(self, kind: str, *arguments: Any) -> Node:
-        """The node of this kind and arguments, without simplification."""
+        """The node of this kind and arguments, new if there is none; it is not simplified."""
         key = (kind, *(x.index if isinstance(x, Node) else (x,) for x in arguments))
         node = self.nodes.get(key)
         if node is None:
@@ -54,7 +54,7 @@ class Graph:
         return node
 
     def number(self, value: float) -> Node:
-        """A number; -0.0 is 0.0."""
+        """The node of a number; that of -0.0 is that of 0.0."""
         value = float(value)
         if not math.isfinite(value):
             self.refuse("it uses a number that is not finite")
@@ -69,12 +69,12 @@ class Graph:
         return out.reshape(shape)
 
     def refuse(self, why: str) -> NoReturn:
-        """Raise `Untraceable`, and store why: the traced function may catch the exception."""
+        """Raise `Untraceable`, and store the reason, since the traced function may catch it."""
         self.refusal = self.refusal or why
         raise Untraceable(why)
 
-    def lifted(self, x: Any) -> Node | None:
-        """x as a node; None for what is no real number."""
+    def as_node(self, x: Any) -> Node | None:
+        """x as a node; None if it is neither a node nor a real number."""
         if isinstance(x, np.ndarray) and x.ndim == 0:
             x = x.item()
         if isinstance(x, Node):
@@ -107,7 +107,7 @@ class Graph:
         return self.node("+", *sorted((x, y), key=_index))
 
     def product(self, x: Node, y: Node) -> Node:
-        """x y, its number factor first."""
+        """x y, with its number factor first."""
         (a, u), (b, w) = x.split, y.split
         factor = a * b
         if factor == 0.0 and a != 0.0 and b != 0.0:
@@ -138,7 +138,8 @@ class Graph:
         )
 
     def unary(self, name: str, x: Node) -> Node:
-        """A function of `UNARY`; those of x and -x share one node if odd or even."""
+        """The function ``name`` of `UNARY` at x; an odd or even one has a single node for x and
+        -x."""
         a, u = x.split
         if u is None:
             try:
@@ -146,14 +147,14 @@ class Graph:
             except (ArithmeticError, ValueError):
                 self.refuse(f"it takes {name} of {a}")
         if name in ODD + EVEN:
-            turned = u.kind == "-" and u.arguments[0].index < u.arguments[1].index
-            if (a < 0.0) != turned:
+            has_swapped_arguments = u.kind == "-" and u.arguments[0].index < u.arguments[1].index
+            if (a < 0.0) != has_swapped_arguments:
                 node = self.node(name, -x)
                 return -node if name in ODD else node
         return self.node(name, x)
 
     def power(self, x: Node, y: Node) -> Node:
-        """x to the power y; by products where y is a small integer."""
+        """x to the power y; by products if y is an integer up to MAX_FACTORS in size."""
         if y.kind != "number":
             return self.node("power", x, y)
         p = y.value
@@ -166,11 +167,11 @@ class Graph:
             return self.inverse(x.sqrt()) if p < 0.0 else x.sqrt()
         if p != int(p) or abs(p) > MAX_FACTORS:
             return self.node("power", x, p)
-        product, square, left = self.number(1.0), x, abs(int(p))
-        while left:
-            product = product * square if left % 2 else product
-            left //= 2
-            square = square * square if left else square
+        product, square, exponent = self.number(1.0), x, abs(int(p))
+        while exponent:
+            product = product * square if exponent % 2 else product
+            exponent //= 2
+            square = square * square if exponent else square
         return self.inverse(product) if p < 0.0 else product
 
 
@@ -182,10 +183,10 @@ def _unary(name: str) -> Callable[[Any], Any]:
 
 
 def _operator(operation: Callable[[Graph, Node, Node], Node]) -> Callable[[Node, Any], Any]:
-    """A method of a node and an operand, NotImplemented unless that is a number."""
+    """A method of a node; NotImplemented for an operand that is neither a node nor a number."""
 
     def of_nodes(node: Node, operand: Any) -> Any:
-        y = node.graph.lifted(operand)
+        y = node.graph.as_node(operand)
         return NotImplemented if y is None else operation(node.graph, node, y)
 
     return of_nodes
@@ -196,7 +197,7 @@ def _comparison(compare: Callable[[Any, Any], bool]) -> Callable[[Node, Any], bo
 
 
 class Node:
-    """An expression. Its operators are those of numbers, its methods those of numpy's functions."""
+    """An expression with the operators of numbers and the methods that numpy's functions call."""
 
     __slots__ = ("arguments", "graph", "index", "kind")
     __hash__ = None  # type: ignore[assignment]
@@ -213,7 +214,7 @@ class Node:
 
     @property
     def split(self) -> tuple[float, Node | None]:
-        """The number factor, and the node that it multiplies; None for 1."""
+        """The number factor, and the node that it multiplies; for a number, the node is None."""
         if self.kind == "number":
             return self.arguments[0], None
         if self.kind == "*" and self.arguments[0].kind == "number":
@@ -261,7 +262,7 @@ class Node:
 
     def arctan2(self, abscissa: Any) -> Node:
         """The angle of the point (abscissa, self)."""
-        x = self.graph.lifted(abscissa)
+        x = self.graph.as_node(abscissa)
         if x is None:
             self.graph.refuse("it takes an angle of what is no number")
         if self.kind == x.kind == "number":
@@ -304,6 +305,7 @@ def _index(node: Node) -> int:
 
 
 def _halves(x: Node) -> tuple[Node, int]:
-    """x as a power of a node, and twice the exponent: of sqrt(u), 1 / u, 1 / sqrt(u), else of x."""
+    """(u, n) with x = u^(n / 2): n = 1 for sqrt(u), -2 for 1 / u, -1 for 1 / sqrt(u); else (x,
+    2)."""
     inner, sign = (x.arguments[0], -1) if x.kind == "inverse" else (x, 1)
     return (inner.arguments[0], sign) if inner.kind == "sqrt" else (inner, 2 * sign)

@@ -1,4 +1,4 @@
-"""Derivatives of a graph, and its code."""
+"""Derivatives of nodes of a graph, and their code."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ from galvi.tracing.graph import Node
 
 def reachable(nodes: Sequence[Node]) -> list[Node]:
     """The nodes and all that they depend on, each after its arguments."""
-    by_index, left = {}, list(nodes)
-    while left:
-        node = left.pop()
+    by_index, pending = {}, list(nodes)
+    while pending:
+        node = pending.pop()
         if node.index not in by_index:
             by_index[node.index] = node
-            left += [x for x in node.arguments if isinstance(x, Node)]
+            pending += [x for x in node.arguments if isinstance(x, Node)]
     return [by_index[k] for k in sorted(by_index)]
 
 
 def gradient(node: Node, variables: Sequence[Node]) -> list[Node]:
-    """The derivatives of a node by variables; the number 0 where it does not depend on one."""
+    """The derivatives of a node by variables; the number 0 for one that it does not depend on."""
     zero = node.graph.number(0.0)
-    by = {node.index: node.graph.number(1.0)}
+    adjoints = {node.index: node.graph.number(1.0)}
     for descendant in reversed(reachable([node])):
-        adjoint = by.get(descendant.index)
+        adjoint = adjoints.get(descendant.index)
         if adjoint is None:
             continue
         for argument, partial in partials(descendant):
-            so_far = by.get(argument.index)
+            so_far = adjoints.get(argument.index)
             term = adjoint * partial
-            by[argument.index] = term if so_far is None else so_far + term
-    return [by.get(x.index, zero) for x in variables]
+            adjoints[argument.index] = term if so_far is None else so_far + term
+    return [adjoints.get(x.index, zero) for x in variables]
 
 
 def partials(node: Node) -> list[tuple[Node, Node]]:
-    """Pairs of an argument that is no number and the derivative by it."""
+    """Pairs (argument, derivative by it) for the arguments that are no numbers."""
     if node.kind in ("number", "variable"):
         return []
     x, *second = node.arguments
@@ -76,25 +76,20 @@ def _derivative(node: Node, x: Node) -> Node:
     return derivatives[node.kind]()
 
 
-LITERAL = (0.0, 1.0, -1.0)
+LITERAL_NUMBERS = (0.0, 1.0, -1.0)
 
 
 class GraphCode:
-    """Prints nodes; numbers other than 0, 1 and -1 become entries of the array ``c``.
-
-    Attributes
-    ----------
-    constants
-        these numbers, in the order in which they were first printed
-    """
+    """Python code of nodes, in which numbers other than 0, 1 and -1 are entries of the array
+    ``c``."""
 
     def __init__(self) -> None:
-        self.places: dict[float, int] = {}
+        self.constant_indices: dict[float, int] = {}
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """The numbers in c."""
-        return tuple(self.places)
+        """The numbers in ``c``, in the order of their first use."""
+        return tuple(self.constant_indices)
 
     def written(self, outputs: Sequence[Node], power: str = "") -> tuple[list[str], list[str]]:
         """Lines that compute the nodes, and the code of each.
@@ -119,13 +114,14 @@ class GraphCode:
         return lines, [code[x.index] for x in outputs]
 
     def _number(self, value: float) -> str:
-        if value in LITERAL:
+        if value in LITERAL_NUMBERS:
             return repr(value)
-        return f"c[{self.places.setdefault(value, len(self.places))}]"
+        return f"c[{self.constant_indices.setdefault(value, len(self.constant_indices))}]"
 
 
 def _divisors(nodes: Sequence[Node], outputs: Sequence[Node]) -> set[int]:
-    """The inverses that are used once, as a factor, so that the product can be a quotient."""
+    """Indices of the inverses whose only use is as a factor: that product is printed as a
+    quotient."""
     uses = dict.fromkeys((x.index for x in outputs), 2)
     for node in nodes:
         for x in node.arguments:
@@ -133,23 +129,23 @@ def _divisors(nodes: Sequence[Node], outputs: Sequence[Node]) -> set[int]:
                 uses[x.index] = uses.get(x.index, 0) + 1
     divisors: set[int] = set()
     for node in nodes:
-        once = [x for x in node.arguments if node.kind == "*" and x.kind == "inverse"]
-        divisors.update(x.index for x in once[:1] if uses[x.index] == 1)
+        inverses = [x for x in node.arguments if node.kind == "*" and x.kind == "inverse"]
+        divisors.update(x.index for x in inverses[:1] if uses[x.index] == 1)
     return divisors
 
 
 def _formula(node: Node, code: dict[int, str], power: str) -> str:
-    """The code of one operation from that of its arguments."""
-    of = [code.get(x.index, "") if isinstance(x, Node) else repr(x) for x in node.arguments]
+    """The code of an operation, from the code of its arguments."""
+    arguments = [code.get(x.index, "") if isinstance(x, Node) else repr(x) for x in node.arguments]
     if node.kind == "*":
         for x, y in (node.arguments, node.arguments[::-1]):
             if x.index not in code:
                 return f"{code[y.index]} / {code[x.arguments[0].index]}"
-        return f"-{of[1]}" if of[0] == "-1.0" else f"{of[0]} * {of[1]}"
+        return f"-{arguments[1]}" if arguments[0] == "-1.0" else f"{arguments[0]} * {arguments[1]}"
     if node.kind in ("+", "-"):
-        return f"{of[0]} {node.kind} {of[1]}"
+        return f"{arguments[0]} {node.kind} {arguments[1]}"
     if node.kind == "inverse":
-        return f"1.0 / {of[0]}"
+        return f"1.0 / {arguments[0]}"
     if node.kind != "power":
-        return f"{node.kind}({', '.join(of)})"
-    return f"{power}({', '.join(of)})" if power else f"{of[0]} ** {of[1]}"
+        return f"{node.kind}({', '.join(arguments)})"
+    return f"{power}({', '.join(arguments)})" if power else f"{arguments[0]} ** {arguments[1]}"

@@ -13,15 +13,15 @@ import numpy as np
 
 from galvi.arrays import Array
 
-NAMES = ("values jump", "first derivatives jump", "second derivatives jump")
-# Growth from FAR_FROM_SURFACE to NEAR_SURFACE at which second derivatives count as unbounded.
+JUMP_NAMES = ("values jump", "first derivatives jump", "second derivatives jump")
+# Growth from FAR_FROM_SURFACE to NEAR_SURFACE above which second derivatives count as unbounded.
 UNBOUNDED_GROWTH = 4.0
 # Distances from the surface, relative to the state.
 FAR_FROM_SURFACE, NEAR_SURFACE = 2.0**-10, 2.0**-17
-# Fraction of a difference left from FAR_FROM_SURFACE to NEAR_SURFACE at which it is a jump.
-PERSISTS = 0.3
+# Ratio of a difference at NEAR_SURFACE to that at FAR_FROM_SURFACE above which it is a jump.
+PERSISTENT_FRACTION = 0.3
 DIFFERENCE_NOISE = 2.0**-30  # relative noise of differences over NEAR_SURFACE: round-off is 2^-35
-SIZES, TRIALS, BRACKET_HALVINGS = (1.0, 0.1, 10.0), 20, 60
+STATE_SIZES, TRIALS, BRACKET_HALVINGS = (1.0, 0.1, 10.0), 20, 60
 
 
 def surfaces(L: Any, moving: set[Any]) -> tuple[Any, ...]:
@@ -44,14 +44,20 @@ def surfaces(L: Any, moving: set[Any]) -> tuple[Any, ...]:
     return tuple(sorted(switching, key=sympy.default_sort_key))
 
 
-def differentiated(L: Any, x: Any) -> Any:
-    """dL/dx away from kinks; ValueError for a function without a known derivative, naming it."""
+def derivative_off_kinks(L: Any, x: Any) -> Any:
+    """dL/dx away from kinks.
+
+    Raises
+    ------
+    ValueError
+        For a function whose derivative SymPy does not know; the message names it.
+    """
     import sympy
 
     derivative = L.diff(x).replace(sympy.DiracDelta, lambda *_: sympy.Integer(0))
-    left = derivative.atoms(sympy.Derivative, sympy.Subs)
-    if left:
-        heads = sorted({str(f.func) for term in left for f in term.atoms(sympy.Function)})
+    unevaluated = derivative.atoms(sympy.Derivative, sympy.Subs)
+    if unevaluated:
+        heads = sorted({str(f.func) for term in unevaluated for f in term.atoms(sympy.Function)})
         raise ValueError(
             f"the Lagrangian must be differentiable; received {', '.join(heads)}, whose derivative "
             f"SymPy does not know. Write it in other functions."
@@ -64,11 +70,11 @@ def differentiated(L: Any, x: Any) -> Any:
 
 
 def find_kink(L: Any, k: int) -> str:
-    """The discontinuity of L at a random point of surface k, in words; '' when none is found."""
+    """A discontinuity of L at random points of surface k, in words; '' if none is found."""
     d = L.dimension
     draw = np.random.default_rng(0)
     for trial in range(TRIALS):
-        size = SIZES[trial % len(SIZES)]
+        size = STATE_SIZES[trial % len(STATE_SIZES)]
         ends = size * draw.standard_normal((2, 2 * d + 1))
         start, end = ends
         signs = [_sign(L, k, x) for x in ends]
@@ -88,7 +94,7 @@ def find_kink(L: Any, k: int) -> str:
 
 
 def check_start(L: Any, q: Array, v: Array, t: float) -> None:
-    """Raise ValueError when the motion starts on a kink, where L has no second derivatives."""
+    """Raise ValueError if the motion starts on a kink, where L has no second derivatives."""
     for k, surface in enumerate(L.switching):
         if is_kink(L, k, q, v, t):
             raise ValueError(
@@ -107,13 +113,13 @@ def is_kink(L: Any, k: int, q: Array, v: Array, t: float) -> bool:
     )
     across = [i for i, (a, b) in enumerate(zip(ahead, behind, strict=True)) if a != b]
     level = L.switches(q, v, t)[k]
-    ahead_most = max(abs(L.switches(*_split(x + step))[k] - level) for step in steps)
-    on = abs(level) <= 1e-12 * ahead_most
-    return on and any(_jump(L, x, steps[i] / sizes[i], sizes[i]) for i in across)
+    largest_change = max(abs(L.switches(*_split(x + step))[k] - level) for step in steps)
+    is_on_surface = abs(level) <= 1e-12 * largest_change
+    return is_on_surface and any(_jump(L, x, steps[i] / sizes[i], sizes[i]) for i in across)
 
 
 def _sizes(x: Array) -> Array:
-    """|x| of each component; for a zero component the largest of the others, or 1."""
+    """|x| of each component; for a component 0 the largest of all, or 1 if all are 0."""
     size = np.abs(x)
     return np.where(size > 0.0, size, np.max(size) or 1.0)
 
@@ -125,30 +131,34 @@ def _jump(L: Any, x: Array, along: Array, size: float) -> str:
         sides = [_one_sided(L, x, sign * distance * along, distance) for sign in (1.0, -1.0)]
         gaps.append([np.abs(a - b) for a, b in zip(*sides, strict=True)])
         scales.append([np.abs(a) + np.abs(b) for a, b in zip(*sides, strict=True)])
-    for name, distant_gap, close_gap, scale in zip(NAMES, *gaps, scales[1], strict=True):
+    for name, distant_gap, close_gap, scale in zip(JUMP_NAMES, *gaps, scales[1], strict=True):
         if np.any(
-            (close_gap > PERSISTS * distant_gap)
+            (close_gap > PERSISTENT_FRACTION * distant_gap)
             & (close_gap > DIFFERENCE_NOISE * np.max(scale, initial=1e-300))
         ):
             return name
-    rough, fine = (float(np.max(scale[2])) for scale in scales)
+    distant_size, close_size = (float(np.max(scale[2])) for scale in scales)
     return (
         "second derivatives have no bound"
-        if fine > UNBOUNDED_GROWTH * rough + DIFFERENCE_NOISE
+        if close_size > UNBOUNDED_GROWTH * distant_size + DIFFERENCE_NOISE
         else ""
     )
 
 
-def _one_sided(L: Any, x: Array, away: Array, distance: float) -> list[Array]:
+def _one_sided(L: Any, x: Array, offset: Array, distance: float) -> list[Array]:
     """L, its first derivatives and their change along the direction, at a distance from x."""
-    close, distant = _split(x + away), _split(x + 2.0 * away)
+    close, distant = _split(x + offset), _split(x + 2.0 * offset)
     slopes = L.slopes(*close)
-    sense = 1.0 if np.sum(away) >= 0.0 else -1.0
-    return [np.array([L(*close)]), slopes, sense * (L.slopes(*distant) - slopes) / distance]
+    direction_sign = 1.0 if np.sum(offset) >= 0.0 else -1.0
+    return [
+        np.array([L(*close)]),
+        slopes,
+        direction_sign * (L.slopes(*distant) - slopes) / distance,
+    ]
 
 
 def _sign(L: Any, k: int, x: Array) -> float:
-    """The sign of surface k's expression, 1 or -1; 0 where it is undefined."""
+    """1 if the expression of surface k is positive at x, 0 if it is NaN, else -1."""
     value = L.switches(*_split(x))[k]
     return 0.0 if np.isnan(value) else (1.0 if value > 0.0 else -1.0)
 

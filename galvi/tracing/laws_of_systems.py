@@ -1,5 +1,5 @@
-"""The laws of systems for lanes: the lines that define them, and their constants; and the tracers
-of a user's functions."""
+"""The laws of systems for lanes, as code and constants; and functions that trace a user's
+functions."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ from galvi.tracing.traced_lagrangian import (
     traced_lagrangian,
 )
 
-LawCode = tuple[str, Array]  # the lines that define a law, and its constants
-MAX_LANE_VELOCITIES = 40  # velocities of a tree in lanes
+LawCode = tuple[str, Array]  # code that defines a law, and its constants
+MAX_LANE_VELOCITIES = 40  # largest number of velocities of a tree in lanes
 
 
 @singledispatch
 def law_of(system: Any) -> LawCode | None:
-    """The law of a system on a group, its external force included; None where it has none."""
+    """The law of a system on a group with its external force; None if it has no law for lanes."""
     return None
 
 
@@ -105,7 +105,8 @@ def _(system: NBodyOnRn) -> LawCode | None:
 
 
 def slopes_of(system: Canonical) -> LawCode | None:
-    """dV/dq of a canonical system, see galvi.tracing.lane_law; None where it has none."""
+    """Code that defines ``slopes``, dV/dq of a canonical system, and its constants; None if there
+    is none for lanes."""
     trace, potential = traces(system).traced.get("dV/dq"), system.builtin
     if trace is not None:
         return trace.lines, np.array(trace.constants)
@@ -114,13 +115,15 @@ def slopes_of(system: Canonical) -> LawCode | None:
     name = potential.slopes.__name__
     if getattr(potentials, name, None) is not potential.slopes:
         return None
-    head = f"from galvi.lanes.laws import listed\nfrom {potentials.__name__} import {name}"
-    return f"{head}\n\nslopes = listed({name})\n", potential.constants
+    head = (
+        f"from galvi.lanes.laws import returning_slopes\nfrom {potentials.__name__} import {name}"
+    )
+    return f"{head}\n\nslopes = returning_slopes({name})\n", potential.constants
 
 
 def force_of(system: Forced | NBody) -> LawCode | None:
-    """The external force of a system, a function (q, v, t, constants) -> d values; None where it
-    has none for lanes."""
+    """Code that defines the external force (q, v, t, constants) -> d values of a system, and its
+    constants; None if there is none for lanes."""
     force = getattr(system, "force", None)
     if isinstance(force, BuiltinForce):
         lines = lines_of(force)
@@ -138,8 +141,8 @@ def _with_force(law: LawCode | None, system: Forced) -> LawCode | None:
 
 @singledispatch
 def lines_of(value: Any) -> str:
-    """The lines that define a built-in Lagrangian's law, or a force, with the constants of its
-    ``compiled``; "" for none."""
+    """Code that defines the law of a built-in Lagrangian, or a force, for the constants of its
+    ``compiled``; "" if there is none for lanes."""
     return ""
 
 
@@ -171,8 +174,8 @@ def _(value: RotorDrag) -> str:
 
 @lines_of.register
 def _(value: RigidTree) -> str:
-    """Numbers 0, 1 and -1 of the geometry are part of it. None for more than
-    MAX_LANE_VELOCITIES, whose law would take long to compile."""
+    """Numbers 0, 1 and -1 of the geometry are literals in it. "" for more than MAX_LANE_VELOCITIES
+    velocities: such a law would take long to compile."""
     if value.dimension > MAX_LANE_VELOCITIES:
         return ""
     return _tree_lines(value)
@@ -200,31 +203,31 @@ def _force_lines(value: RigidTree, structure: tuple[tuple[int, float], ...]) -> 
 
 
 def _literals(value: RigidTree) -> dict[int, float]:
-    """The numbers that are part of a tree's law, by their index in its constants."""
+    """Index in the constants of a tree -> number, for the numbers that are literals in its law."""
     rows = {
         "masses": range(tree.MASS, tree.ARMATURE),
         "armature": (tree.ARMATURE,),
         "stiffness": (tree.STIFFNESS,),
     }
-    left_open = {k for name in value.varied for k in rows.get(name, ())}
+    varied_numbers = {k for name in value.varied for k in rows.get(name, ())}
     literals = {0: value.numbers[0]}
     for j in range(len(value.joints)):
         first = tree.HEAD + tree.JOINT * j
         row = value.numbers[first : first + tree.JOINT]
         for k, number in enumerate(row.tolist()):
             units = (0.0, 1.0, -1.0) if tree.SHIFT <= k < tree.MASS else (0.0,)
-            if k < tree.SHIFT or (number in units and k not in left_open):
+            if k < tree.SHIFT or (number in units and k not in varied_numbers):
                 literals[first + k] = number
-    of_masses = range(4, tree.HEAD) if "masses" in value.varied else ()
-    of_gravity = range(1, 4) if "gravity" in value.varied else ()
+    mass_indices = range(4, tree.HEAD) if "masses" in value.varied else ()
+    gravity_indices = range(1, 4) if "gravity" in value.varied else ()
     for k in range(1, tree.HEAD):
-        if value.numbers[k] == 0.0 and k not in (*of_masses, *of_gravity):
+        if value.numbers[k] == 0.0 and k not in (*mass_indices, *gravity_indices):
             literals[k] = 0.0
     return {k: float(x) for k, x in literals.items()}
 
 
 def finders_of(system: Any, q: Array, v: Array, t: float) -> Mapping[str, Callable[[], Trace]]:
-    """Name of a function of the system -> what traces it near a state."""
+    """Name of a function of the system -> a function that traces it near a state."""
     if isinstance(system, NBody):
         space, function = Rn(q.size), system.acting.pushes(q.shape[1])
         q, v = q.ravel(), v.ravel()

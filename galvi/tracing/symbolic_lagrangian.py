@@ -31,7 +31,7 @@ class SymbolicLagrangian:
     switching
         the expressions whose sign changes where L may not be C^2, in the user's notation
     law
-        the lines that define its law for lanes; "" for none
+        code that defines its law for lanes; "" if there is none
     expression
         L as text for sympy.sympify, exact, in the real symbols q0, ..., v0, ..., t, and c0, ... for
         the constants
@@ -59,6 +59,7 @@ class SymbolicLagrangian:
         return self._in_python("slopes" if "def slopes_" in self.source else "law", q, v, *t)
 
     def at_states(self, q: Array, v: Array, t: Array) -> tuple[Array, Array, Array]:
+        """L (n,), L without velocities (n,) and dL/dv (n, d) at n states."""
         if " if " in self.source or "from math" in self.source:  # code for one state
             zeros = np.zeros(self.dimension)
             rows = [
@@ -69,20 +70,22 @@ class SymbolicLagrangian:
             return value, at_rest, slopes[:, : self.dimension]
         functions = symbolic_code.functions(self.source)
         numbers, entries = np.array(self.constants), q.reshape(len(q), -1).T
-        places, rates = entries[:, None], np.zeros((self.dimension, 2, len(q)))
-        rates[:, 0] = v.T
+        positions, velocities = entries[:, None], np.zeros((self.dimension, 2, len(q)))
+        velocities[:, 0] = v.T
         values, derivatives = np.empty((1, 2, len(q))), np.empty((2, self.dimension, len(q)))
         with np.errstate(all="ignore"):
-            functions["value"].py_func(places, rates, t, numbers, values)  # with v, and without
+            functions["value"].py_func(
+                positions, velocities, t, numbers, values
+            )  # with v, and without
             functions["law"].py_func(entries, v.T, t, numbers, derivatives)
         return values[0, 0], values[0, 1], derivatives[0].T
 
     def check_start(self, q: Array, v: Array, t: float) -> None:
-        """ValueError where L is not C^2 at a state: see `galvi.tracing.kinks`."""
+        """Raise ValueError if L is not C^2 at a state, see `galvi.tracing.kinks`."""
         kinks.check_start(self, q, v, t)
 
     def switches(self, q: Array, v: Array, *t: Any) -> Array:
-        """The values of the expressions of ``switching``."""
+        """The values of the expressions in ``switching``."""
         return self._in_python("switches", q, v, *t)
 
     def compiled(self) -> tuple[Callable[..., Any], Array]:

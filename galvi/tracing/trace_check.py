@@ -1,4 +1,4 @@
-"""Whether a trace computes what the function does, to round-off.
+"""Checks that a trace has the values of its function, up to rounding errors.
 
 Bounds on rounding errors are by running error analysis (N. Higham, Accuracy and Stability of
 Numerical Algorithms (2002), 3.3).
@@ -22,8 +22,8 @@ from galvi.tracing.graph_code import reachable
 from galvi.tracing.lane_law import function_of
 
 
-def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, Array]:
-    """The nodes (k, ...) and bounds of their rounding errors, from values (...) of the variables.
+def values_and_bounds(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Values of nodes (k, ...) and bounds of their rounding errors, from values of the variables.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, 
 
     Notes
     -----
-    Where an expression is undefined both are NaN or infinite.
+    Where an expression is undefined, both are NaN or infinite.
     """
     x: dict[int, Any] = {}
     error: dict[int, Any] = {}
@@ -45,11 +45,11 @@ def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, 
             elif node.kind == "number":
                 value, bound = np.float64(node.value), 0.0
             else:
-                of = [y.index if isinstance(y, Node) else y for y in node.arguments]
+                operands = [y.index if isinstance(y, Node) else y for y in node.arguments]
                 value, bound = _operation(
                     node.kind,
-                    [x[k] if isinstance(k, int) else k for k in of],
-                    [error[k] if isinstance(k, int) else 0.0 for k in of],
+                    [x[k] if isinstance(k, int) else k for k in operands],
+                    [error[k] if isinstance(k, int) else 0.0 for k in operands],
                 )
             x[node.index], error[node.index] = value, bound + EPSILON * np.abs(value)
     shape = np.broadcast_shapes(*(np.shape(sample) for sample in values.values()))
@@ -59,7 +59,7 @@ def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> tuple[Array, 
 
 
 def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]:
-    """The value, and the part of its error that comes from the arguments."""
+    """The value of an operation on x, and the part of its error from the errors e of x."""
     if kind in ("+", "-"):
         return (x[0] + x[1] if kind == "+" else x[0] - x[1]), e[0] + e[1]
     if kind == "*":
@@ -90,12 +90,16 @@ def _operation(kind: str, x: Sequence[Any], e: Sequence[Any]) -> tuple[Any, Any]
     return value, np.abs(slope) * e[0]
 
 
-# States at which a function is compared, and how many must be finite.
+# Number of states at which a function is compared, and smallest number that must be finite.
 COMPARED_STATES, MIN_FINITE_STATES = 8, 3
 STATE_DISTANCE = 0.4  # distance of these states from the start, over the scales of a function
-ROUNDINGS = 64.0  # bounds on the rounding error that a difference from the function may have
-STEPS = 2.0**-17, 2.0**-25  # of differences, over the scales of the function
-ACCURACY = 1e-3  # of a difference, relative to its terms; that of a slope left out is about 1
+ALLOWED_ERROR_BOUNDS = (
+    64.0  # bounds on the rounding error that a difference from the function may have
+)
+DIFFERENCE_STEPS = 2.0**-17, 2.0**-25  # of differences, over the scales of the function
+DIFFERENCE_ACCURACY = (
+    1e-3  # of a difference, relative to its terms; that of a slope left out is about 1
+)
 CAYLEY = 0  # the chart, of which only the derivative at 0 matters, that moves states
 
 
@@ -110,7 +114,7 @@ class States:
 
     @classmethod
     def around(cls, group: Group, q: Array, v: Array, t: float, scales: Sequence[Array]) -> States:
-        """The start, then random states at decreasing distances from it."""
+        """COMPARED_STATES states: the start, then random states at decreasing distances from it."""
         random = np.random.default_rng(20)
         distances = np.append(0.0, STATE_DISTANCE * 0.7 ** np.arange(COMPARED_STATES - 1.0))[
             :, None
@@ -128,7 +132,8 @@ class States:
         return start.moved(1.0, distances * by_q * scales[0], distances * by_v * scales[1])
 
     def moved(self, distance: float, by_q: Array, by_v: Array) -> States:
-        """The states with q moved along the group, and v, by ``distance`` times (n, d)."""
+        """The states with q moved by ``distance`` times by_q (n, d) in the group's chart, and v by
+        ``distance`` times by_v (n, d)."""
         rows = zip(self.q.tolist(), (distance * by_q).tolist(), strict=True)
         chart = self.chart
         q = np.array([chart.place(g, xi) for g, xi in rows])
@@ -141,7 +146,7 @@ class States:
 
     @property
     def values(self) -> dict[str, Array]:
-        """Name of a variable of the expressions -> its values (n,)."""
+        """Name of a variable of expressions -> its values (n,)."""
         columns = {f"{name}[{i}]": x for name in "qv" for i, x in enumerate(getattr(self, name).T)}
         return {**columns, "t": self.t}
 
@@ -154,12 +159,14 @@ class States:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """What a function returned at n states, (n, k); NaN stands for an exception.
+    """The numbers that a function returned at n states.
 
     Attributes
     ----------
     takes
         the arguments of the function, e.g. "qv" or "qvt"
+    returned : array, shape (n, k)
+        the numbers; NaN where the function raised an exception
     """
 
     function: Callable[..., Any]
@@ -169,12 +176,15 @@ class Sample:
 
     @classmethod
     def of(cls, function: Callable[..., Any], states: States, takes: str, size: int) -> Sample:
-        """The function called at these states.
+        """A sample of a function of ``size`` numbers at these states.
 
         Call it before tracing: an object that creates a constant in its first call then creates it
         from numbers.
         """
-        rows = [_called(function, states.arguments(k, takes), size) for k in range(len(states.t))]
+        rows = [
+            _returned_numbers(function, states.arguments(k, takes), size)
+            for k in range(len(states.t))
+        ]
         return cls(function, states, takes, np.array(rows))
 
     @property
@@ -184,28 +194,30 @@ class Sample:
         return np.array_equal(again.returned, self.returned, equal_nan=True)
 
 
-def _called(function: Callable[..., Any], arguments: tuple[Any, ...], size: int) -> Array:
-    """The function's numbers, (size,); NaN where it raises."""
+def _returned_numbers(function: Callable[..., Any], arguments: tuple[Any, ...], size: int) -> Array:
+    """The numbers (size,) that a function returns; NaN if it raises an exception or returns other
+    than ``size`` real numbers."""
     try:
         with np.errstate(all="ignore"):
             returned = np.asarray(function(*arguments))
             if returned.dtype.kind not in "iufO":
                 return np.full(size, np.nan)
             numbers = returned.astype(np.float64).ravel()
-    except Exception:  # a user's own
+    except Exception:  # a user's function can raise any exception
         return np.full(size, np.nan)
     return numbers if numbers.size == size else np.full(size, np.nan)
 
 
 def check_values(sample: Sample, nodes: Sequence[Node]) -> Sample:
-    """`Untraceable` unless the nodes are what the function returns, up to their rounding errors."""
-    values, error = (x.T for x in evaluated(nodes, sample.states.values))
+    """The sample itself; raises `Untraceable` unless the nodes have its values, up to their
+    rounding errors."""
+    values, error = (x.T for x in values_and_bounds(nodes, sample.states.values))
     with np.errstate(invalid="ignore"):
-        off = np.abs(values - sample.returned) > ROUNDINGS * error
+        differs = np.abs(values - sample.returned) > ALLOWED_ERROR_BOUNDS * error
     finite = np.all(np.isfinite(sample.returned), axis=1)
     if not finite[0] or np.sum(finite) < MIN_FINITE_STATES:
         raise Untraceable("it is not finite at the start, or near it")
-    if np.any(off[finite]) or not np.all(np.isfinite(values[finite])):
+    if np.any(differs[finite]) or not np.all(np.isfinite(values[finite])):
         raise Untraceable("called with numbers it returns something else than with symbols")
     return sample
 
@@ -217,21 +229,24 @@ def check_slopes(
     states: States,
     scales: Sequence[Array],
 ) -> None:
-    """`Untraceable` unless these are the derivatives of a value, and finite at the start.
+    """Raise `Untraceable` unless the nodes are the derivatives of ``value``, and finite at the
+    start.
 
     Parameters
     ----------
     by_q
-        (d,), along q hat(e_a)
+        d derivatives along q hat(e_a)
     by_v
-        (d,), or () for a value that does not depend on v
+        d derivatives by v; () for a value that does not depend on v
     """
-    slopes = evaluated([*by_q, *by_v], states.values)[0].T
+    slopes = values_and_bounds([*by_q, *by_v], states.values)[0].T
     _refuse_undefined(slopes)
     along_q, along_v = _directions(states, scales)
     terms = slopes * np.concatenate([along_q, along_v], axis=1)[:, : slopes.shape[1]]
     _compare(
-        lambda distance: evaluated([value], states.moved(distance, along_q, along_v).values),
+        lambda distance: values_and_bounds(
+            [value], states.moved(distance, along_q, along_v).values
+        ),
         np.sum(terms, axis=1)[None],
         np.sum(np.abs(terms), axis=1)[None],
     )
@@ -240,19 +255,26 @@ def check_slopes(
 def check_mass(
     law: str,
     constants: Sequence[float],
-    by: Sequence[Node],
+    slopes_of_L: Sequence[Node],
     states: States,
     scales: Sequence[Array],
 ) -> None:
-    """`Untraceable` unless the lines of a law give these slopes, and the derivatives of dL/dv."""
-    d = len(by) // 2
+    """Raise `Untraceable` unless the code of a law has these slopes, and as mass the derivatives of
+    dL/dv by v.
+
+    Parameters
+    ----------
+    slopes_of_L
+        dL/dv and the derivatives along q hat(e_a), 2 d nodes
+    """
+    d = len(slopes_of_L) // 2
     with np.errstate(all="ignore"):
         q, v = states.q.T, states.v.T
         forces, momenta, rows = function_of(law)(list(q), list(v), states.t, constants)
     slopes = np.array([np.broadcast_to(x, states.t.shape) for x in (*momenta, *forces)])
-    traced_slopes, error = evaluated(by, states.values)
+    traced_slopes, error = values_and_bounds(slopes_of_L, states.values)
     with np.errstate(invalid="ignore"):
-        if np.any(np.abs(slopes - traced_slopes) > ROUNDINGS * error):
+        if np.any(np.abs(slopes - traced_slopes) > ALLOWED_ERROR_BOUNDS * error):
             raise Untraceable("its generated code is wrong")
     mass = np.empty((d, d, states.t.size))
     for i in range(d):
@@ -262,7 +284,9 @@ def check_mass(
     _, by_v = _directions(states, scales)
     terms = mass * by_v.T
     _compare(
-        lambda distance: evaluated(by[:d], states.moved(distance, 0.0 * by_v, by_v).values),
+        lambda distance: values_and_bounds(
+            slopes_of_L[:d], states.moved(distance, 0.0 * by_v, by_v).values
+        ),
         np.sum(terms, axis=1),
         np.sum(np.abs(terms), axis=1),
     )
@@ -282,7 +306,7 @@ def _directions(states: States, scales: Sequence[Array]) -> tuple[Array, Array]:
 def _compare(
     moved: Callable[[float], tuple[Array, Array]], derivative: Array, terms: Array
 ) -> None:
-    """`Untraceable` unless a derivative (k, n) is the difference quotient of values on both sides.
+    """Raise `Untraceable` unless a derivative (k, n) is a difference quotient for one of the steps.
 
     Parameters
     ----------
@@ -292,11 +316,14 @@ def _compare(
         sizes (k, n) of the derivative's terms
     """
     agrees = np.zeros(derivative.shape, dtype=bool)
-    for step in STEPS:
+    for step in DIFFERENCE_STEPS:
         (ahead, first), (behind, second) = moved(step), moved(-step)
         with np.errstate(all="ignore"):
-            off = np.abs((ahead - behind) / (2.0 * step) - derivative)
-            limit = ACCURACY * (terms + 1e-3 * np.max(terms, axis=0)) + (first + second) / step
-            agrees |= ~(off > limit)
+            difference = np.abs((ahead - behind) / (2.0 * step) - derivative)
+            limit = (
+                DIFFERENCE_ACCURACY * (terms + 1e-3 * np.max(terms, axis=0))
+                + (first + second) / step
+            )
+            agrees |= ~(difference > limit)
     if not np.all(agrees):
         raise Untraceable("its derivatives are not those of the function")

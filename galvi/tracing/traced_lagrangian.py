@@ -27,14 +27,14 @@ from galvi.tracing.lane_law import (
 )
 from galvi.tracing.symbolic_lagrangian import SymbolicLagrangian
 from galvi.tracing.trace_check import Sample, States, check_mass, check_slopes, check_values
-from galvi.tracing.tracing import traced
+from galvi.tracing.tracing import traced_nodes
 
 Function = Callable[..., Any]
 
 
 @dataclass(frozen=True, eq=False)
 class TracedTerm:
-    """A function of galvi.lanes.elementary that returns a list of d values.
+    """A traced force or gradient: a function for lanes that returns a list of d values.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class TracedTerm:
     constants
         constants c[0], c[1], ...
     sample
-        what the traced function returned at some states
+        the values of the traced function at some states
     """
 
     lines: str
@@ -55,7 +55,7 @@ class TracedTerm:
         return self.sample.holds
 
     def defined(self, q: Array, t: float) -> bool:
-        """Whether slopes(q, t, c) are finite there."""
+        """Whether the traced slopes(q, t, c) are finite at q and t."""
         with np.errstate(all="ignore"):
             slopes = function_of(self.lines, "slopes")(q, np.float64(t), np.array(self.constants))
         return bool(np.all(np.isfinite(np.array(slopes))))
@@ -75,9 +75,9 @@ def traced_force(
     Parameters
     ----------
     q, v, t
-        state near which it is checked
-    scales
-        (d,), (d,) lengths over which it changes with q and v
+        state near which the trace is checked
+    scales : array, shape (d,)
+        two arrays: lengths over which the force changes with q and with v
 
     Notes
     -----
@@ -86,7 +86,7 @@ def traced_force(
     takes = "qvt" if timed else "qv"
     states = States.around(group, q, v, t, scales)
     sample = Sample.of(force, states, takes, v.size)
-    nodes = traced(force, _symbols(q.shape, v.size, takes), (v.size,))
+    nodes = traced_nodes(force, _symbols(q.shape, v.size, takes), (v.size,))
     return _term("force(q, v, t, c)", nodes, check_values(sample, nodes))
 
 
@@ -103,13 +103,13 @@ def traced_gradient(
     symbols = _symbols(q.shape, q.size, takes)
     if gradient is None:
         sample = Sample.of(potential, states, takes, 1)
-        (V,) = traced(potential, symbols, ())
+        (V,) = traced_nodes(potential, symbols, ())
         check_values(sample, [V])
         nodes = derivatives(V, symbols[0])
         check_slopes(V, nodes, (), states, scales)
     else:
         sample = Sample.of(gradient, states, takes, q.size)
-        nodes = traced(gradient, symbols, (q.size,))
+        nodes = traced_nodes(gradient, symbols, (q.size,))
         check_values(sample, nodes)
     return _term("slopes(q, t, c)", nodes, sample)
 
@@ -120,11 +120,11 @@ def _symbols(shape: tuple[int, ...], d: int, takes: str) -> list[Any]:
 
 
 def _term(head: str, nodes: Sequence[Node], sample: Sample) -> TracedTerm:
-    printed = GraphCode()
-    lines, formulas = printed.written(nodes, POWER)
+    graph_code = GraphCode()
+    lines, formulas = graph_code.written(nodes, POWER)
     if len(lines) > MAX_OPERATIONS:
         raise Untraceable(f"it takes more than {MAX_OPERATIONS} operations")
-    return TracedTerm(function_lines(head, lines, formulas), printed.constants, sample)
+    return TracedTerm(function_lines(head, lines, formulas), graph_code.constants, sample)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,13 +134,13 @@ class TracedLagrangian:
     Attributes
     ----------
     law
-        the lines that define its law for lanes, see galvi.tracing.lane_law
+        code that defines its law for lanes, see galvi.tracing.lane_law
     constants
-        of the law
+        constants of the law
     lagrangian
-        L with these derivatives; None where slopes are given, which were traced instead
+        L with these derivatives; None if the user's slopes were traced instead of L
     samples
-        what the traced functions returned at some states
+        the values of the traced functions at some states
     """
 
     law: str
@@ -170,7 +170,7 @@ def traced_lagrangian(
 ) -> TracedLagrangian:
     """Trace the slopes, if given, else the Lagrangian, and check the law near a state.
 
-    With slopes the Lagrangian itself is not called: it serves for energies only.
+    With slopes the Lagrangian is not called, since it is used for energies only.
 
     Parameters
     ----------
@@ -178,8 +178,8 @@ def traced_lagrangian(
         dL/dv and the Euclidean dL/dq in one vector, (d + entries of q,)
     timed
         whether the functions take (q, v, t) instead of (q, v)
-    scales
-        (d,), (d,) lengths over which L changes with q and v
+    scales : array, shape (d,)
+        two arrays: lengths over which L changes with q and with v
 
     Notes
     -----
@@ -190,60 +190,65 @@ def traced_lagrangian(
     states, samples = States.around(group, q, v, t, scales), []
     entries = symbols[0].ravel()
 
-    def find(function: Function, shape: tuple[int, ...]) -> list[Node]:
+    def trace(function: Function, shape: tuple[int, ...]) -> list[Node]:
         sample = Sample.of(function, states, takes, math.prod(shape))
-        nodes = traced(function, symbols[: len(takes)], shape)
+        nodes = traced_nodes(function, symbols[: len(takes)], shape)
         samples.append(check_values(sample, nodes))
         return nodes
 
     L: Node | None = None
     if slopes is not None:
-        euclidean = find(slopes, (d + q.size,))
+        euclidean = trace(slopes, (d + q.size,))
     else:
-        (L,) = find(function, ())
+        (L,) = trace(function, ())
         euclidean = derivatives(L, [*symbols[1], *entries])
-    momenta, along = euclidean[:d], states.chart.left_derivative(entries, euclidean[d:])
-    by = [*momenta, *(x + graph.number(0.0) for x in along)]
+    momenta, left_derivative = euclidean[:d], states.chart.left_derivative(entries, euclidean[d:])
+    slopes_of_L = [*momenta, *(x + graph.number(0.0) for x in left_derivative)]
     if L is not None:
-        check_slopes(L, by[d:], by[:d], states, scales)
-    printed, law = _law(by[d:], momenta, symbols[1])
-    check_mass(law, printed.constants, by, states, scales)
-    lagrangian = None if L is None else _lagrangian(repr(function), printed, by, euclidean, L, law)
-    return TracedLagrangian(law, printed.constants, lagrangian, tuple(samples))
+        check_slopes(L, slopes_of_L[d:], slopes_of_L[:d], states, scales)
+    graph_code, law = _law(slopes_of_L[d:], momenta, symbols[1])
+    check_mass(law, graph_code.constants, slopes_of_L, states, scales)
+    lagrangian = (
+        None
+        if L is None
+        else _lagrangian(repr(function), graph_code, slopes_of_L, euclidean, L, law)
+    )
+    return TracedLagrangian(law, graph_code.constants, lagrangian, tuple(samples))
 
 
 def traced_kernel(kernel: LagrangianKernel, d: int) -> tuple[str, Array]:
-    """The law on R^d of built-in functions with a force, and its constants.
+    """The law on R^d of a kernel with an external force, as code and constants.
 
     Raises `Untraceable`.
     """
     law, constants = kernel.function, kernel.constants
-    force, of_force = cast(Function, kernel.force), kernel.force_constants
+    force, force_constants = cast(Function, kernel.force), kernel.force_constants
 
     def slopes(q: Array, v: Array, t: float) -> Array:
         out = np.zeros((2, d))
         law(q, v, t, constants, out)
-        force(q, v, t, of_force, out)
+        force(q, v, t, force_constants, out)
         return out.ravel()
 
     symbols = _symbols((d,), d, "qvt")
-    nodes = traced(slopes, symbols, (2 * d,))
-    printed, lines = _law(nodes[d:], nodes[:d], symbols[1], MAX_BUILT_IN_OPERATIONS)
-    return lines, np.array(printed.constants)
+    nodes = traced_nodes(slopes, symbols, (2 * d,))
+    graph_code, lines = _law(nodes[d:], nodes[:d], symbols[1], MAX_BUILT_IN_OPERATIONS)
+    return lines, np.array(graph_code.constants)
 
 
 def _law(
     forces: Sequence[Node],
     momenta: Sequence[Node],
     v: Sequence[Node],
-    longest: int = MAX_OPERATIONS,
+    max_operations: int = MAX_OPERATIONS,
 ) -> tuple[GraphCode, str]:
-    """The code of a law, and its lines; `Untraceable` above ``longest`` operations."""
-    printed = GraphCode()
-    lines, formulas = printed.written([*forces, *momenta, *mass(momenta, v)], POWER)
-    if len(lines) > longest:
-        raise Untraceable(f"its derivatives take more than {longest} operations")
-    return printed, law_lines(lines, formulas, len(v))
+    """The `GraphCode` of a law, and the code that defines it; raises `Untraceable` above
+    ``max_operations`` operations."""
+    graph_code = GraphCode()
+    lines, formulas = graph_code.written([*forces, *momenta, *mass(momenta, v)], POWER)
+    if len(lines) > max_operations:
+        raise Untraceable(f"its derivatives take more than {max_operations} operations")
+    return graph_code, law_lines(lines, formulas, len(v))
 
 
 def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:
@@ -253,16 +258,21 @@ def mass(momenta: Sequence[Node], v: Sequence[Node]) -> list[Node]:
 
 
 def _lagrangian(
-    text: str, printed: GraphCode, by: Sequence[Node], euclidean: Sequence[Node], L: Node, law: str
+    text: str,
+    graph_code: GraphCode,
+    slopes_of_L: Sequence[Node],
+    euclidean: Sequence[Node],
+    L: Node,
+    law: str,
 ) -> SymbolicLagrangian:
-    """L and its derivatives as compiled functions, as of galvi.tracing.from_sympy."""
-    d, bodies = len(by) // 2, {}
-    places = [f"out[{k // d}, {k % d}]" for k in range(2 * d)]
-    functions = [("law", by, places), ("value", [L], ["out[0]"])]
-    if [x.index for x in by] != [x.index for x in euclidean]:
+    """L and its derivatives as a `SymbolicLagrangian` with the representation ``text``."""
+    d, bodies = len(slopes_of_L) // 2, {}
+    entries = [f"out[{k // d}, {k % d}]" for k in range(2 * d)]
+    functions = [("law", slopes_of_L, entries), ("value", [L], ["out[0]"])]
+    if [x.index for x in slopes_of_L] != [x.index for x in euclidean]:
         functions.append(("slopes", euclidean, [f"out[{k}]" for k in range(len(euclidean))]))
-    for name, nodes, stored in functions:
-        lines, formulas = printed.written(nodes)
-        stores = [f"{target} = {code}" for target, code in zip(stored, formulas, strict=True)]
+    for name, nodes, targets in functions:
+        lines, formulas = graph_code.written(nodes)
+        stores = [f"{target} = {code}" for target, code in zip(targets, formulas, strict=True)]
         bodies[name] = ("q, v, t, c, out", [*lines, *stores])
-    return SymbolicLagrangian(text, symbolic_code.source(bodies), printed.constants, d, law=law)
+    return SymbolicLagrangian(text, symbolic_code.source(bodies), graph_code.constants, d, law=law)

@@ -21,61 +21,64 @@ FUNCTIONS = (
     "hypot",
 )  # fmt: skip
 IN_MATH = {"arctan": "atan", "arcsin": "asin", "arccos": "acos", "arctan2": "atan2"}
-# functions that make an array, and the position of the argument dtype
-ARRAYS = {
+# Functions that create an array -> position of the argument dtype.
+ARRAY_FUNCTIONS = {
     "zeros": 1, "ones": 1, "empty": 1, "full": 2, "zeros_like": 1, "ones_like": 1, "empty_like": 1,
     "full_like": 2, "eye": 3, "identity": 1, "array": 1, "asarray": 1, "ascontiguousarray": 1,
     "diag": 9,
 }  # fmt: skip
-MAX_FUNCTIONS = 200  # that a function calls, directly or not
+MAX_FUNCTIONS = 200  # largest number of functions that a traced one may call, directly or not
 
 
 class StandIns:
-    """Numpy and math for symbols of one graph, and functions that use these.
+    """Replacements of numpy and math for symbols of a graph, and of functions that use them.
 
-    Numbers and arrays without symbols are left to the true functions, except that new arrays of
-    real numbers can hold symbols.
+    For arguments without symbols they call the functions of numpy and math, but new arrays of real
+    numbers can hold symbols.
     """
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
         self.rewritten: dict[int, Any] = {}
-        numpy, plain = {}, {}
+        numpy, math_functions = {}, {}
         for name in FUNCTIONS:
-            true = getattr(np, name)
-            numpy[name] = self._elementwise(name, true)
+            numpy_function = getattr(np, name)
+            numpy[name] = self._elementwise(name, numpy_function)
             math_name = IN_MATH.get(name, name)
             if hasattr(math, math_name):
-                plain[math_name] = self._elementwise(name, getattr(math, math_name))
+                math_functions[math_name] = self._elementwise(name, getattr(math, math_name))
         for name, twin in IN_MATH.items():
             numpy[twin] = numpy[name]
-        plain["log"] = self._log
-        plain["pow"] = lambda x, y: x**y if _symbolic(x, y) else math.pow(x, y)
-        numpy |= {name: self._new(name, dtype_position) for name, dtype_position in ARRAYS.items()}
-        self.modules = {np: _Module(np, numpy), math: _Module(math, plain)}
+        math_functions["log"] = self._log
+        math_functions["pow"] = lambda x, y: x**y if _has_symbols(x, y) else math.pow(x, y)
+        numpy |= {
+            name: self._new(name, dtype_position)
+            for name, dtype_position in ARRAY_FUNCTIONS.items()
+        }
+        self.modules = {np: _Module(np, numpy), math: _Module(math, math_functions)}
         self.functions = {
             id(getattr(module, name)): function
-            for module, stand_ins in ((np, numpy), (math, plain))
+            for module, stand_ins in ((np, numpy), (math, math_functions))
             for name, function in stand_ins.items()
             if hasattr(module, name)
         }
 
-    def replaced(self, value: Any) -> Any:
+    def stand_in_of(self, value: Any) -> Any:
         """The stand-in of a module or a function; any other value itself."""
         if isinstance(value, ModuleType):
             return self.modules.get(value, value)
         if is_jitted(value):
             value = value.py_func
         if isinstance(value, MethodType):
-            return MethodType(self.replaced(value.__func__), value.__self__)
+            return MethodType(self.stand_in_of(value.__func__), value.__self__)
         if isinstance(value, functools.partial):
-            return functools.partial(self.replaced(value.func), *value.args, **value.keywords)
+            return functools.partial(self.stand_in_of(value.func), *value.args, **value.keywords)
         if isinstance(value, FunctionType):
-            return self.rewritten.get(id(value)) or self._rewritten(value)
+            return self.rewritten.get(id(value)) or self._rewrite(value)
         return self.functions.get(id(value), value)
 
-    def _rewritten(self, function: FunctionType) -> FunctionType:
-        """The function with stand-ins for what it refers to."""
+    def _rewrite(self, function: FunctionType) -> FunctionType:
+        """The function with stand-ins for the functions and modules that it refers to."""
         if len(self.rewritten) == MAX_FUNCTIONS:
             self.graph.refuse(f"it calls more than {MAX_FUNCTIONS} functions")
         names = dict(function.__globals__)
@@ -83,29 +86,29 @@ class StandIns:
         rewritten = FunctionType(function.__code__, names, function.__name__, None, cells or None)
         self.rewritten[id(function)] = rewritten
         for name in _names(function.__code__) & names.keys():
-            names[name] = self.replaced(names[name])
+            names[name] = self.stand_in_of(names[name])
         for cell, original in zip(cells, function.__closure__ or (), strict=True):
             try:
-                cell.cell_contents = self.replaced(original.cell_contents)
+                cell.cell_contents = self.stand_in_of(original.cell_contents)
             except ValueError:  # not yet assigned
                 continue
         if function.__defaults__:
-            rewritten.__defaults__ = tuple(map(self.replaced, function.__defaults__))
+            rewritten.__defaults__ = tuple(map(self.stand_in_of, function.__defaults__))
         if function.__kwdefaults__:
             rewritten.__kwdefaults__ = {
-                k: self.replaced(x) for k, x in function.__kwdefaults__.items()
+                k: self.stand_in_of(x) for k, x in function.__kwdefaults__.items()
             }
         return rewritten
 
     def _elementwise(self, name: str, true: Callable[..., Any]) -> Callable[..., Any]:
         def evaluate(x: Any, *operands: Any) -> Any:
-            node = self.graph.lifted(x)
+            node = self.graph.as_node(x)
             if node is None:
                 self.graph.refuse(f"it calls {name} of {type(x).__name__}")
             return getattr(node, name)(*operands)
 
         def function(*arguments: Any, **options: Any) -> Any:
-            if not _symbolic(*arguments):
+            if not _has_symbols(*arguments):
                 return true(*arguments, **options)
             if options:
                 self.graph.refuse(f"it calls {name} with {', '.join(options)}")
@@ -114,9 +117,9 @@ class StandIns:
         return function
 
     def _log(self, x: Any, *base: Any) -> Any:
-        if not _symbolic(x, *base):
+        if not _has_symbols(x, *base):
             return math.log(x, *base)
-        logarithm = self.graph.lifted(x).log()  # type: ignore[union-attr]
+        logarithm = self.graph.as_node(x).log()  # type: ignore[union-attr]
         return logarithm / self._log(*base) if base else logarithm
 
     def _new(self, name: str, dtype_position: int) -> Callable[..., Any]:
@@ -132,10 +135,10 @@ class StandIns:
         return function
 
     def _entries(self, values: Any) -> Any:
-        """The values as an array of nodes; entries that are no numbers stay."""
+        """An array of nodes for the values; entries that are no numbers are unchanged."""
         nodes = np.empty(values.shape, dtype=object)
         for k in np.ndindex(values.shape):
-            node = self.graph.lifted(values[k])
+            node = self.graph.as_node(values[k])
             nodes[k] = values[k] if node is None else node
         return nodes
 
@@ -151,13 +154,13 @@ class _Module:
         return getattr(self._module, name) if stand_in is None else stand_in
 
 
-def _symbolic(*values: Any) -> bool:
-    """Whether a symbol is among the values, or in an array or a list of them."""
+def _has_symbols(*values: Any) -> bool:
+    """Whether a value is a symbol, or an array or a list of objects, which may hold symbols."""
     return any(isinstance(x, Node) or np.asarray(x).dtype == object for x in values)
 
 
 def _names(code: CodeType) -> set[str]:
-    """The names in a function's code, and in that of the functions inside."""
+    """The names in a function's code, and in the code of functions defined in it."""
     names = set(code.co_names)
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -165,7 +168,7 @@ def _names(code: CodeType) -> set[str]:
     return names
 
 
-def traced(
+def traced_nodes(
     function: Callable[..., Any], arguments: Sequence[Any], shape: tuple[int, ...]
 ) -> list[Node]:
     """The numbers that a function returns, as nodes: an array of this shape, () or (n,).
@@ -178,8 +181,8 @@ def traced(
     Raises
     ------
     Untraceable
-        For a function that needs a symbol's value, as a branch does, that calls what has no
-        expression here, or that raises an exception of its own.
+        For a function that needs the value of a symbol, as a branch does, that calls a function
+        without an expression here, that raises an exception, or that returns another shape.
 
     Notes
     -----
@@ -191,7 +194,7 @@ def traced(
     try:
         with np.errstate(all="ignore"):
             returned = np.asarray(_callable(function, StandIns(graph))(*copies), dtype=object)
-            entries = [graph.lifted(x) for x in returned.ravel()]
+            entries = [graph.as_node(x) for x in returned.ravel()]
     except Untraceable:
         raise
     except Exception as error:  # whatever the function raises with symbols
@@ -209,4 +212,4 @@ def _callable(function: Any, stand_ins: StandIns) -> Callable[..., Any]:
     call = getattr_static(function, "__call__", None)
     if not is_jitted(function) and isinstance(call, FunctionType):
         function = MethodType(call, function)
-    return stand_ins.replaced(function)
+    return stand_ins.stand_in_of(function)

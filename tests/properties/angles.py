@@ -9,7 +9,7 @@ from galvi.kernels.lie.charts import exponential
 
 CAYLEY, EXPONENTIAL, RODRIGUES = galvi.Cayley(), galvi.Exponential(), galvi.ModifiedRodrigues()
 DECADES = [10.0**k for k in range(-12, 1)]
-SWITCH = np.sqrt(exponential.SERIES_REACH)
+SWITCH = np.sqrt(exponential.LARGEST_SERIES_U)
 # |xi| up to where a step may go, and on either side of the switch from one series to another
 SIZES = {
     CAYLEY: [*DECADES, 2.0, 20.0, CAYLEY.farthest],

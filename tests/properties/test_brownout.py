@@ -28,9 +28,11 @@ def off():
     """How far the wind is from the curl of its stream function."""
 
     def stream(r, z, t):
-        height = field.LOW + (field.HIGH - field.LOW) * mp.exp(-t / field.DESCENT)
+        height = field.LOWEST_ROTOR + (field.HIGHEST_ROTOR - field.LOWEST_ROTOR) * mp.exp(
+            -t / field.DESCENT_TIME
+        )
         total = mp.mpf(0)
-        for share in field.SHARES:
+        for share in field.RING_HEIGHTS:
             for zeta, sign in ((z - share * height, 1), (z + share * height, -1)):
                 inner = (r - field.R) ** 2 + zeta**2 + mp.mpf(field.CORE) ** 2
                 outer = (r + field.R) ** 2 + zeta**2 + mp.mpf(field.CORE) ** 2
@@ -90,12 +92,13 @@ def test_far_away_a_ring_is_that_of_biot_and_savart_and_on_the_axis_with_its_cor
 
 def test_the_downwash_at_the_hub_is_the_one_stated_and_the_rotor_descends():
     downwash = sum(
-        field.STRENGTH * field.ring(0.0, (1.0 - s) * field.HIGH)[1] for s in field.SHARES
+        field.STRENGTH * field.ring(0.0, (1.0 - s) * field.HIGHEST_ROTOR)[1]
+        for s in field.RING_HEIGHTS
     )
     assert downwash == pytest.approx(-field.DOWNWASH, rel=1e-14)
     heights = [field.rotor_height(field.decay(t)) for t in (0.0, 1.0, 2.0, 50.0)]
-    assert heights[0] == field.HIGH and np.all(np.diff(heights) < 0.0)
-    assert heights[-1] == pytest.approx(field.LOW, rel=1e-9)
+    assert heights[0] == field.HIGHEST_ROTOR and np.all(np.diff(heights) < 0.0)
+    assert heights[-1] == pytest.approx(field.LOWEST_ROTOR, rel=1e-9)
 
 
 def test_on_the_axis_the_wind_is_exactly_vertical():

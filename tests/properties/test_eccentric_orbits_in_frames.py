@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 import galvi
 from galvi.frames import kepler_frame
-from galvi.lanes.frames.kepler_motion import LEAST_DISTANCE
+from galvi.lanes.frames.kepler_motion import LEAST_DISTANCE_RATIO
 
 FRAME = galvi.Galerkin(galvi.Polynomials(4), galvi.gauss(4), chart=galvi.KeplerFrame())
 DIGITS = 40
@@ -210,7 +210,7 @@ def table() -> None:
         worst = np.zeros(2)
         for steps in STEPS:
             for E in (*PHASES, *random.uniform(-np.pi, np.pi, 7)):
-                for third in (False, True)[: 1 + (steps >= 2 and e <= 1.0 - LEAST_DISTANCE)]:
+                for third in (False, True)[: 1 + (steps >= 2 and e <= 1.0 - LEAST_DISTANCE_RATIO)]:
                     ratio, turn = random.choice([0.0, 1e-3, 0.3]), random.uniform(0.0, 6.3)
                     start = of_an_orbit(e, E, ratio, turn, third)
                     worst = np.maximum(worst, errors(start, steps))

@@ -35,7 +35,7 @@ def test_universal_functions_are_their_series(beta: float, X: float) -> None:
         )
         true = float(sum(terms))
         assert abs(value - true) <= 4e-15 * abs(X) ** n * np.cosh(abs(beta) ** 0.5 * abs(X)), n
-    shifted = universal.moved(beta, universal.universal(beta, X - 1e-6, 10), 1e-6)
+    shifted = universal.shifted(beta, universal.universal(beta, X - 1e-6, 10), 1e-6)
     assert np.allclose(shifted, functions, rtol=1e-13, atol=1e-13)
 
 

@@ -181,7 +181,7 @@ print(cache.stamp(*cache.sources("generated")))
 def test_the_imports_read_from_the_sources_are_those_of_the_interpreter():
     """Each name of a kernel that comes from another kernel has that file among its sources."""
     root, checked = Path(galvi.__file__).parent, Counter()
-    tops = [root / folder for folder in cache.FOLDERS]
+    tops = [root / folder for folder in cache.KERNEL_FOLDERS]
     for name, module in list(sys.modules.items()):
         file = Path(getattr(module, "__file__", None) or "/")
         (of,) = [top for top in tops if top in file.parents] or [None]
@@ -237,8 +237,8 @@ WHOLE = {
 def test_what_is_whole_and_cannot_be_read_is_compiled_anew_and_mended(folder, monkeypatch, code):
     compiled_anew(kernel)
     (path,) = files_in(folder)
-    monkeypatch.setattr(cache.KernelFiles, "_digest", lambda *arguments: bytes(cache.DIGEST))
-    path.write_bytes(bytes(cache.DIGEST) + WHOLE[code])
+    monkeypatch.setattr(cache.KernelFiles, "_digest", lambda *arguments: bytes(cache.DIGEST_BYTES))
+    path.write_bytes(bytes(cache.DIGEST_BYTES) + WHOLE[code])
     assert compiled_anew(kernel)
     assert not compiled_anew(kernel)
 

@@ -209,7 +209,7 @@ def all_of(features: str) -> Any:
 
     def of(x: Any) -> Any:
         operations = functions.Reciprocals(context, x.builder)
-        return operations.reciprocal(x), operations.root(x), operations.quarters(x, 7)
+        return operations.reciprocal(x), operations.root(x), operations.inverse_quarters(x, 7)
 
     return of
 

@@ -156,7 +156,7 @@ LAWS: dict[str, tuple[Any, Any]] = {  # the law, and its constants
     "chain": (laws.planar_chain(3), chain(3).system.function.numbers),
     **{
         name: (
-            laws.canonical(laws.listed(FIELD.slopes), 3, name == "masses"),
+            laws.canonical(laws.returning_slopes(FIELD.slopes), 3, name == "masses"),
             np.append(mass.ravel(), FIELD.constants),
         )
         for name, mass in (("masses", np.diag([1.0, 2.0, 3.0])), ("coupled", np.eye(3) + 0.3))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import galvi
-from galvi.lanes.clocks.rows import COLUMNS, PACE, TURN
+from galvi.lanes.clocks.rows import COLUMNS, RATE_WEIGHT, TURN
 from galvi.run.clocked import in_lanes as clock_stepper
 from references.rebound.ias15 import IAS15
 from references.stored.encounters import THIRD_BODIES, third_body
@@ -121,7 +121,7 @@ def test_a_term_on_one_body_of_a_pair_is_caught(monkeypatch: pytest.MonkeyPatch)
     def faulty(*arguments: Any) -> Any:
         pairs, *remaining = masses_in_clock(*arguments)
         columns = pairs.reshape(-1, COLUMNS).copy()
-        columns[:, TURN] = columns[:, PACE]
+        columns[:, TURN] = columns[:, RATE_WEIGHT]
         return columns.ravel(), *remaining
 
     monkeypatch.setattr(clock_stepper, "masses_in_clock", faulty)

@@ -83,11 +83,11 @@ def test_quaternions_and_plane_angles_are_those_of_the_angle(chart, size):
 
 
 def test_a_series_with_too_few_terms_is_seen_at_the_switch(monkeypatch):
-    u = exponential.SERIES_REACH * (1.0 - 1e-15)
+    u = exponential.LARGEST_SERIES_U * (1.0 - 1e-15)
     full = np.array(exponential.stumpff(u))
     monkeypatch.setattr(exponential, "STUMPFF_TERMS", 5)
     wrong = np.array(exponential.stumpff(u))
-    beyond = np.array(exponential.stumpff(exponential.SERIES_REACH))
+    beyond = np.array(exponential.stumpff(exponential.LARGEST_SERIES_U))
     assert np.max(np.abs(full - beyond) / full) < 1e-13  # 1.4e-14, in c7
     assert np.max(np.abs(wrong - beyond) / full) > 1e-10
 

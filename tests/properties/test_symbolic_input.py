@@ -109,7 +109,7 @@ def test_code_that_was_not_used_for_longest_goes(tmp_path):
         path.parent.mkdir()
         path.touch()
         os.utime(path, (i, i))
-    symbolic_code._tidy(tmp_path)
+    symbolic_code._delete_old_expressions(tmp_path)
     left = sorted(int(path.name) for path in tmp_path.iterdir())
     assert left == list(range(3, symbolic_code.MAX_CACHED_EXPRESSIONS + 3))
 

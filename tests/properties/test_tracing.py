@@ -17,10 +17,10 @@ from galvi.groups.group import Rn
 from galvi.systems.traces import Untraceable
 from galvi.tracing import graph_code, traced_lagrangian
 from galvi.tracing.graph import Graph
-from galvi.tracing.trace_check import evaluated
+from galvi.tracing.trace_check import values_and_bounds
 from galvi.tracing.traced_lagrangian import traced_force, traced_gradient
 from galvi.tracing.traced_lagrangian import traced_lagrangian as trace_lagrangian
-from galvi.tracing.tracing import traced
+from galvi.tracing.tracing import traced_nodes
 
 Q, V, T = np.array([0.7, -0.4]), np.array([0.3, 0.9]), 0.6
 SCALES = np.ones(2), np.ones(2)
@@ -81,10 +81,10 @@ def test_the_derivatives_of_an_expression_are_those_by_complex_steps(text: str) 
     function: Any = eval(f"lambda q, v: {text} + 0.0 * q[0]", {"np": np, "k": 0.37})
     graph = Graph()
     q, v = graph.variables("q", 2), graph.variables("v", 2)
-    (node,) = traced(function, (q, v), ())
+    (node,) = traced_nodes(function, (q, v), ())
     by = graph_code.gradient(node, [*q, *v])
     at = {"q[0]": 0.7, "q[1]": -0.4, "v[0]": 0.3, "v[1]": 0.9}
-    values, errors = evaluated([node, *by], at)
+    values, errors = values_and_bounds([node, *by], at)
     assume(np.all(np.abs(values) < 1e6))
     x = np.array(list(at.values()))
     exact = by_complex_steps(lambda x: function(x[:2], x[2:]), x)

@@ -20,7 +20,7 @@ from galvi.arrays import Array
 from galvi.input_checks import shown
 from galvi.kernels.compile.cache import stamp
 from galvi.kernels.compile.function_pointers import addresses
-from galvi.kernels.forces.rotor_wind import DESCENT
+from galvi.kernels.forces.rotor_wind import DESCENT_TIME
 from galvi.lanes.vectors import LANES
 from galvi.method import Galerkin
 from galvi.run.ensemble import processors
@@ -366,7 +366,16 @@ def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
     twice = np.concatenate([np.zeros((s, s)), once], axis=1)
     if s <= FEW_POINTS:
         twice = _extrapolation(np.append(table.c - 1.0, table.c), 1.0 + table.c)
-    parts = B, A @ B, table.c, table.b, [-gravity, tolerance, -1.0 / DESCENT], powers, once, twice
+    parts = (
+        B,
+        A @ B,
+        table.c,
+        table.b,
+        [-gravity, tolerance, -1.0 / DESCENT_TIME],
+        powers,
+        once,
+        twice,
+    )
     return np.concatenate([np.ravel(part) for part in parts])
 
 

@@ -6,8 +6,8 @@ but passing a dozen of them to the next kernel takes longer than evaluating a sm
 interpreted form of a kernel takes the functions themselves, in a tuple.
 
     call_void(functions[0], Q, t, constants, out)       a function that returns nothing
-    call_vector(functions[0], q)                        one that returns a vector (d,)
-    call_matrix(functions[1], q, t)                     one that returns a matrix (d, d)
+    call_vector(functions[0], q)                        a function that returns a vector (d,)
+    call_matrix(functions[1], q, t)                     a function that returns a matrix (d, d)
 """
 
 from __future__ import annotations
@@ -57,13 +57,19 @@ def _address(function: Any, signature: Any) -> int:
     return address
 
 
-def _call(returned, address, arguments):
-    """Type and code generator of a call; exceptions of the function reach the caller."""
+def _typed_call(returned, address, arguments):
+    """The type and the code generator of a call; exceptions of the function reach the caller.
+
+    Raises
+    ------
+    TypingError
+        For an argument that is no float, array of floats or int64.
+    """
     for argument in arguments:
         if argument not in (REAL, VECTOR, MATRIX, TENSOR3, types.int64):
             raise errors.TypingError(f"a function called by its address cannot take {argument}")
 
-    def code(context, builder, signature, values):
+    def generate(context, builder, signature, values):
         kind = context.call_conv.get_function_type(returned, arguments).as_pointer()
         unpacked = [builder.extract_value(values[1], i) for i in range(len(arguments))]
         status, returned_value = context.call_conv.call_function(
@@ -75,57 +81,58 @@ def _call(returned, address, arguments):
             return context.get_dummy_value()
         return impl_ret_new_ref(context, builder, returned, returned_value)
 
-    return returned(address, types.StarArgTuple(arguments)), code
+    return returned(address, types.StarArgTuple(arguments)), generate
 
 
 @intrinsic
 def call_void(typing_context, address, *arguments):
     """Call a function that returns nothing."""
-    return _call(types.void, address, arguments)
+    return _typed_call(types.void, address, arguments)
 
 
 @intrinsic
 def call_vector(typing_context, address, *arguments):
     """Call a function that returns a vector."""
-    return _call(VECTOR, address, arguments)
+    return _typed_call(VECTOR, address, arguments)
 
 
 @intrinsic
 def call_matrix(typing_context, address, *arguments):
     """Call a function that returns a matrix."""
-    return _call(MATRIX, address, arguments)
+    return _typed_call(MATRIX, address, arguments)
 
 
 CALLS = (call_void, call_vector, call_matrix)
 
 
 def interpreted(kernel: Any) -> Callable[..., Any]:
-    """The Python form of a compiled kernel and of every kernel below it that calls user code, for
-    functions that cannot be compiled.
+    """The Python form of a kernel, for functions of a user that cannot be compiled.
 
-    All other kernels stay compiled. Exceptions and Ctrl-C then behave as in any Python program.
+    Of the kernels that it calls, directly or not, those that call a function by its address are in
+    Python form too; all others stay compiled. Exceptions and Ctrl-C behave as in any Python
+    program.
     """
     source = kernel.py_func
     names = dict(source.__globals__)
-    for name, value in _used(kernel).items():
+    for name, value in _referenced_functions(kernel).items():
         if value in CALLS:
             names[name] = operator.call
-        elif is_jitted(value) and _calls_out(value):
+        elif is_jitted(value) and _calls_by_address(value):
             names[name] = interpreted(value)
     return FunctionType(source.__code__, names, source.__name__, source.__defaults__)
 
 
 @cache
-def _calls_out(kernel: Any) -> bool:
+def _calls_by_address(kernel: Any) -> bool:
     """Whether the kernel, or one that it calls, calls a function by its address."""
     return any(
-        value in CALLS or (is_jitted(value) and _calls_out(value))
-        for value in _used(kernel).values()
+        value in CALLS or (is_jitted(value) and _calls_by_address(value))
+        for value in _referenced_functions(kernel).values()
     )
 
 
-def _used(kernel: Any) -> dict[str, Any]:
-    """The functions named in the kernel's source, except itself."""
+def _referenced_functions(kernel: Any) -> dict[str, Any]:
+    """Name -> callable, for the global names in a kernel's code; without the kernel itself."""
     source = kernel.py_func
     referenced = {name: source.__globals__.get(name) for name in source.__code__.co_names}
     return {

@@ -1,7 +1,7 @@
-"""What galvi uses of numba beyond its public interface; no other folder imports that.
+"""The parts of numba beyond its public interface that galvi uses; only this folder imports them.
 
-Vector code is generated with the builders of ``cgutils``; kernels are compiled as
-galvi.kernels.compile.parts has it, and cached as galvi.kernels.compile.cache has it.
+Vector code is generated with the builders of ``cgutils``. galvi.kernels.compile.parts compiles
+kernels, and galvi.kernels.compile.cache stores them, with the classes below.
 """
 
 from numba.core import cgutils, errors, event

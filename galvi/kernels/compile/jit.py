@@ -1,8 +1,8 @@
 """Compiler settings of all kernels: cached on disk, IEEE division, no reordering of sums.
 
 Kernels release the interpreter's lock while they run. Functions that they call are parts of them,
-see galvi.kernels.compile.parts. With GALVI_PLAIN_NUMBA=1 numba compiles and caches them as it does
-by itself: the same bits, after about twice the time.
+see galvi.kernels.compile.parts. With GALVI_PLAIN_NUMBA=1 numba compiles and caches kernels in its
+usual way, which takes about twice the time and gives the same bits.
 """
 
 from __future__ import annotations
@@ -17,27 +17,28 @@ import numba
 from numba import types
 
 from galvi.kernels.compile.cache import KernelCache, kernels, stamp
-from galvi.kernels.compile.parts import PLAIN, call_as_part, public
+from galvi.kernels.compile.parts import PLAIN, call_as_part, public_options
 from galvi.kernels.compile.watching import watch_compilation
 
-_ONE_AT_A_TIME = threading.RLock()
+_COMPILATION_LOCK = threading.RLock()
 
 
 def watch_before_compiling(dispatcher):
     """Call `watch_compilation` before a dispatcher's first compilation or load from disk."""
-    compile_it = dispatcher.compile
+    compile_function = dispatcher.compile
 
-    def watched(signature):
+    def compile_watched(signature):
         watch_compilation()
-        return compile_it(signature)
+        return compile_function(signature)
 
-    dispatcher.compile = watched
+    dispatcher.compile = compile_watched
 
 
 def jit(function, **options):
-    """``function`` compiled at the first call, for the types of its arguments; options of njit.
+    """A dispatcher that compiles ``function`` at the first call for each set of argument types.
 
-    All options are stated, since numba would inherit missing ones from the first calling kernel.
+    ``options`` are those of njit. All are set explicitly, since numba would take missing ones from
+    the first kernel that calls the function.
     """
     settings = {
         "error_model": "numpy",
@@ -59,54 +60,57 @@ def jit(function, **options):
 
 
 def plainly_compiled(function, options):
-    """``function`` compiled and cached by numba as it is, but for options that are not public.
+    """``function`` compiled and cached by numba, without the options that are not public.
 
-    numba's cache looks at the file of a function alone; its folder is named by all kernels here.
+    numba's cache checks only the file of the function; the name of its folder contains a digest of
+    all kernel sources. Without a writable folder the function is compiled in every process.
     """
     settings: Any = numba.config
     before = settings.CACHE_DIR
     try:
         folder = Path(KernelCache(function).cache_path) / f"galvi-plain-{stamp(*kernels())[:16]}"
         settings.CACHE_DIR = str(folder)
-        return numba.njit(cache=True, **public(options))(function)
+        return numba.njit(cache=True, **public_options(options))(function)
     except (RuntimeError, OSError):  # no folder can be written
-        return numba.njit(**public(options))(function)
+        return numba.njit(**public_options(options))(function)
     finally:
         settings.CACHE_DIR = before
 
 
 def jit_inline(function):
-    """As ``jit``, for a function that allocates no arrays and is called many times a step.
+    """`jit` for a function that allocates no arrays and is called many times a step.
 
-    It is inlined and compiled without reference counting (``_nrt``, not public in numba): passing
-    arrays takes as long as one iteration for a few bodies.
+    It is inlined and compiled without reference counting (``_nrt``, not public in numba): to pass
+    arrays with it takes as long as one iteration for a few bodies.
     """
     return jit(function, _nrt=False, forceinline=True)
 
 
 def jit_noalloc(function):
-    """As ``jit_inline``, but not inlined: for long functions, or those with many callers."""
+    """`jit` for a long function, or one with many callers, that allocates no arrays: without
+    reference counting, but not inlined."""
     return jit(function, _nrt=False)
 
 
-def renamed(function, name):
-    """The function under a name of its own, which its code on disk has too."""
+def set_name(function, name):
+    """Set the name of a function, which its files in the cache contain; returns the function."""
     function.__name__ = function.__qualname__ = name
     return function
 
 
 def compiled_for(dispatcher, signature, compiler=jit):
-    """A dispatcher of the same function compiled by ``compiler`` for this signature only."""
-    with _ONE_AT_A_TIME:
+    """A dispatcher of the function of ``dispatcher``, compiled by ``compiler`` for one
+    signature."""
+    with _COMPILATION_LOCK:
         return _compiled_for(dispatcher, signature, compiler)
 
 
 @cache
 def _compiled_for(dispatcher, signature, compiler):
-    fixed = compiler(dispatcher.py_func)
-    fixed.compile(signature)
-    fixed.disable_compile()
-    return fixed
+    single_signature = compiler(dispatcher.py_func)
+    single_signature.compile(signature)
+    single_signature.disable_compile()
+    return single_signature
 
 
 REAL = types.float64

@@ -1,8 +1,8 @@
-"""Functions that kernels call, compiled as parts of them and no further.
+"""Functions that kernels call, compiled as parts of the kernels and not by themselves.
 
-numba makes machine code of every function that another one calls, optimised with all that it calls
-in turn, as if it were called from Python too. Without that a kernel of three hundred functions
-takes half as long to compile and runs as fast.
+For every function that a kernel calls, numba makes optimised machine code that could be called from
+Python, with all that the function calls. Without that a kernel of three hundred functions takes
+half as long to compile and runs as fast.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ if environ.get("GALVI_PLAIN_NUMBA", "0") not in ("0", "1"):
     raise ValueError(
         f"GALVI_PLAIN_NUMBA must be 0 or 1; received {environ['GALVI_PLAIN_NUMBA']!r}."
     )
-# Leave numba as it is: no parts, and its own cache.
+# Whether numba compiles and caches functions in its usual way.
 PLAIN = environ.get("GALVI_PLAIN_NUMBA", "0") == "1"
 
 
 class PartCode(JITCodeLibrary):
-    """Code that is optimised and made machine code by what it is linked into."""
+    """LLVM code without optimisation and machine code, which the library it is linked into adds."""
 
     def _optimize_final_module(self):
         pass
@@ -43,7 +43,7 @@ class PartCode(JITCodeLibrary):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class PartLowering(NativeLowering):
-    """LLVM's code of a function, without an address."""
+    """numba's lowering to LLVM code, for a function that is not called by an address."""
 
     _name = "part_lowering"
 
@@ -52,7 +52,8 @@ class PartLowering(NativeLowering):
         state.library = PartCode(context.codegen(), state.func_id.func_qualname)
         state.flags.no_compile = True
         super().run_pass(state)
-        key: object = [].append  # numba has built-in functions only as keys; each list's is another
+        # numba takes only built-in functions as keys; the method of a new list is a new one.
+        key: object = [].append
         context.insert_user_function(key, state.cr.fndesc, [state.library])
         state["cr"] = state.cr._replace(cfunc=key)
         return True
@@ -61,8 +62,8 @@ class PartLowering(NativeLowering):
 class PartFlags(Flags):
     """numba's Flags, compared by the options that are set.
 
-    numba's own compare all of them, for each operation of a function several times: a fifth of the
-    time that a kernel takes to compile.
+    numba's comparison reads all options, several times for each operation of a function, which is a
+    fifth of the time to compile a kernel.
     """
 
     __slots__ = ()
@@ -75,29 +76,29 @@ class PartFlags(Flags):
 
 
 class PartCompiler(CompilerBase):
-    """numba's, with `PartLowering`; for `pipeline_class`."""
+    """numba's compiler with `PartLowering`, for the option `pipeline_class`."""
 
     def __init__(self, typing, target, library, args, returned, flags, local):
         super().__init__(typing, target, library, args, returned, PartFlags(flags), local)
 
     def define_pipelines(self):
-        usual = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        parts = PassManager("part")
-        for step, text in usual.passes:
-            parts.add_pass(PartLowering if step is NativeLowering else step, text)
-        parts.finalize()
-        return [parts]
+        numba_pipeline = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        part_pipeline = PassManager("part")
+        for step, text in numba_pipeline.passes:
+            part_pipeline.add_pass(PartLowering if step is NativeLowering else step, text)
+        part_pipeline.finalize()
+        return [part_pipeline]
 
 
-def public(options):
-    """Those of numba's options that are public: without the leading underscore."""
+def public_options(options):
+    """The options of njit without those whose name has a leading underscore."""
     return {name: value for name, value in options.items() if not name.startswith("_")}
 
 
-def as_part(options):
-    """The options of njit for a part."""
+def part_settings(options):
+    """The options of njit for a part of a kernel."""
     if PLAIN:
-        return public(options)
+        return public_options(options)
     part_options = {
         "pipeline_class": PartCompiler,
         "no_cpython_wrapper": True,
@@ -107,11 +108,12 @@ def as_part(options):
 
 
 def call_as_part(dispatcher, options):
-    """Let functions that call a jitted one compile it as a part; calls from Python as before."""
+    """Let jitted functions that call this dispatcher compile it as a part; calls from Python are
+    unchanged."""
 
     @cache
     def part():
-        return numba.njit(**as_part(options))(dispatcher.py_func)
+        return numba.njit(**part_settings(options))(dispatcher.py_func)
 
     dispatcher.get_call_template = lambda args, kws: part().get_call_template(args, kws)
     dispatcher.get_overload = lambda signature: part().get_overload(signature)

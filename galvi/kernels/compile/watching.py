@@ -11,7 +11,7 @@ from typing import Any
 from galvi.kernels.compile.cache import KernelCache
 from galvi.kernels.compile.internals import event
 
-GENERATED = "galvi:generated"  # event of numba's kind: ``seconds`` to compile what is generated
+GENERATED = "galvi:generated"  # numba event; ``seconds`` is the time to compile generated code
 
 # Processor time in seconds to compile each entry point of a kernel and all it calls, measured with
 # an empty NUMBA_CACHE_DIR. For common systems: column `cold` of benchmarks/studies/start_up.py.
@@ -23,7 +23,7 @@ SECONDS = {
     "galvi.kernels.on_group.advance.advance_group": 21,
     "galvi.kernels.on_group.solve.guess_curve": 12,  # the rest of it is interpreted
 }
-LEAST_SECONDS = 3.0  # seconds for a law that are worth a word
+LEAST_REPORTED_SECONDS = 3.0  # shortest compilation of a law that is reported
 ONCE = "once; later runs load it"
 IN_EACH_PROCESS = (
     "in each process, since no folder for it can be written; set NUMBA_CACHE_DIR to one that can"
@@ -32,7 +32,8 @@ LOG = logging.getLogger("galvi")
 
 
 class CompilationNotice(event.Listener):
-    """Logs one sentence for each kernel that has to be compiled, as a warning of logger ``galvi``.
+    """Logs a sentence for each kernel in SECONDS that is compiled, as a warning of logger
+    ``galvi``.
 
     Without logging configuration it is printed to stderr;
     ``logging.getLogger("galvi").setLevel("ERROR")`` silences it.
@@ -44,10 +45,10 @@ class CompilationNotice(event.Listener):
         self._when = ONCE
 
     def on_start(self, event: Any) -> None:
-        """Called before a function is compiled; those that it calls are compiled inside. A law
-        that was generated in it is optimised next, which is what takes long."""
+        """Called before a function is compiled, and, with ``seconds``, before a generated law is
+        optimised, which takes most of the time. Functions that it calls are compiled in between."""
         if "seconds" in event.data:
-            if event.data["seconds"] >= LEAST_SECONDS:
+            if event.data["seconds"] >= LEAST_REPORTED_SECONDS:
                 self._say("the law of this system", event.data["seconds"])
             return
         dispatcher = event.data["dispatcher"]
@@ -72,11 +73,11 @@ class CompilationNotice(event.Listener):
 
 
 class DeferredInterrupts(event.Listener):
-    """Delivers a Ctrl-C that arrives while numba compiles or loads a function once it is ready.
+    """Defers a Ctrl-C that arrives while numba compiles or loads a function until that is done.
 
     LLVM calls back into Python, where an exception would be printed and dropped. The handler of the
-    calling program, or Python's own, is called then; at once at a second Ctrl-C. Only in the main
-    thread, where signals arrive, and where SIGINT has a handler in Python.
+    calling program, or Python's own, is called afterwards, or at once at a second Ctrl-C. This
+    applies to the main thread, where signals arrive, and to a SIGINT with a handler in Python.
     """
 
     def __init__(self) -> None:
@@ -119,7 +120,7 @@ class DeferredInterrupts(event.Listener):
 
 @cache
 def watch_compilation() -> None:
-    """Log every later compilation, and defer Ctrl-C in it; called before the first one."""
+    """Report later compilations and defer Ctrl-C in them; called before the first compilation."""
     event.register("numba:compiler_lock", DeferredInterrupts())
     notice = CompilationNotice()
     for kind in ("numba:compile", GENERATED):

@@ -1,9 +1,10 @@
-"""Accelerations of any system at all stages: a = -M^-1 dV/dq, or given directly by a law.
+"""Accelerations of any system at all stages: a = -M^-1 dV/dq, or those that a force law returns.
 
-functions     (2,) force of a kind in galvi.kernels.forces.force_kinds, and its derivative
+functions     (2,) addresses of a force of a kind in galvi.kernels.forces.force_kinds, and of its
+              derivative
 Q             (d, s)  configuration at the stages
 t             (s,)    stage times
-inverse_mass  (d, 1) diagonal, (d, d) full, or (0, 0) when the law gives accelerations
+inverse_mass  (d, 1) diagonal, (d, d) full, or (0, 0) if the force law returns accelerations
 
 Their derivatives, for Newton's method, are (d, w, s): row i holds da_i/dq for the w components in
 the block of i.
@@ -23,7 +24,7 @@ TIMED_GRADIENT = force_kinds.TIMED_GRADIENT
 
 @jit_inline
 def accelerations(kind, functions, constants, inverse_mass, Q, t, out):
-    """Fill out (d, s) with the accelerations; all forces are evaluated here."""
+    """Fill out (d, s) with the accelerations."""
     if kind == BUILT_IN:
         call_void(functions[0], Q, t, constants, out)
     else:
@@ -52,7 +53,7 @@ def stage(Q, k):
 
 @jit
 def fill_stage(values, k, out):
-    """out[:, k] <- values, (d,); NaN when a user's function returned a wrong length."""
+    """out[:, k] <- values (d,); NaN if a user's function returned another length."""
     fits = values.size == out.shape[0]
     for i in range(out.shape[0]):
         out[i, k] = values[i] if fits else np.nan
@@ -60,7 +61,7 @@ def fill_stage(values, k, out):
 
 @jit_inline
 def apply_inverse_mass(inverse_mass, gradients):
-    """gradients <- -M^-1 gradients, in place, (d, s)."""
+    """gradients (d, s) <- -M^-1 gradients; unchanged for an inverse mass (0, 0)."""
     if inverse_mass.shape[1] == 1:
         for i in range(gradients.shape[0]):
             for k in range(gradients.shape[1]):
@@ -71,7 +72,7 @@ def apply_inverse_mass(inverse_mass, gradients):
 
 @jit
 def apply_full(inverse_mass, gradients):
-    """As ``apply_inverse_mass``, for a full inverse mass (d, d)."""
+    """`apply_inverse_mass` for a full inverse mass (d, d)."""
     d, stages = gradients.shape
     column = np.empty(d)
     for k in range(stages):
@@ -85,26 +86,25 @@ def apply_full(inverse_mass, gradients):
 
 
 GRADIENT = force_kinds.GRADIENT
-STEP = 2.0**-20
+DIFFERENCE_STEP = 2.0**-20
 
 
 @jit
 def jacobians(kind, functions, has_hessian, constants, inverse_mass, Q, t, out):
-    """Fill out; from the Hessian where there is one, else by central differences of the force.
+    """Fill out (d, w, s), from the Hessian if there is one, else by central differences.
 
-    Differences move one component of a whole configuration: they need a single block, w = d.
-
-    Returns the number of force evaluations at single configurations (0 with a Hessian).
+    Differences move one component of a whole configuration, so that they need a single block, w =
+    d. Returns the number of force evaluations at single configurations, 0 with a Hessian.
     """
     d, width, stages = out.shape
     if not has_hessian:
         step = difference_step(Q)
         ahead, behind = np.empty((d, stages)), np.empty((d, stages))
         for j in range(width):
-            moved = shifted(Q, j, step)
-            accelerations(kind, functions, constants, inverse_mass, moved, t, ahead)
-            moved = shifted(Q, j, -step)
-            accelerations(kind, functions, constants, inverse_mass, moved, t, behind)
+            moved_Q = shifted(Q, j, step)
+            accelerations(kind, functions, constants, inverse_mass, moved_Q, t, ahead)
+            moved_Q = shifted(Q, j, -step)
+            accelerations(kind, functions, constants, inverse_mass, moved_Q, t, behind)
             for i in range(d):
                 for k in range(stages):
                     out[i, j, k] = (ahead[i, k] - behind[i, k]) / (2.0 * step)
@@ -123,12 +123,12 @@ def jacobians(kind, functions, has_hessian, constants, inverse_mass, Q, t, out):
 
 @jit
 def difference_step(Q):
-    """2^-20 of the largest |Q|."""
+    """2^-20 times the largest |Q|, or 2^-20 if all are 0."""
     size = 0.0
     for i in range(Q.shape[0]):
         for k in range(Q.shape[1]):
             size = max(size, abs(Q[i, k]))
-    return STEP * size if size > 0.0 else STEP
+    return DIFFERENCE_STEP * size if size > 0.0 else DIFFERENCE_STEP
 
 
 @jit
@@ -143,7 +143,7 @@ def shifted(Q, j, step):
 
 @jit
 def fill_matrix(values, k, out):
-    """out[:, :, k] <- values, (d, d); NaN when a user's function returned a wrong shape."""
+    """out[:, :, k] <- values (d, d); NaN if a user's function returned another shape."""
     d = out.shape[0]
     fits = values.shape[0] == d and values.shape[1] == d
     for i in range(d):
@@ -153,7 +153,7 @@ def fill_matrix(values, k, out):
 
 @jit
 def apply_inverse_mass_to_rows(inverse_mass, hessians):
-    """hessians <- -M^-1 hessians, in place, (d, w, s); w = d unless the law is the acceleration."""
+    """hessians (d, w, s) <- -M^-1 hessians; unchanged for an inverse mass (0, 0), else w = d."""
     d, width, stages = hessians.shape
     if inverse_mass.shape[1] == 1:
         for i in range(d):

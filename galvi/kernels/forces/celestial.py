@@ -1,11 +1,12 @@
-"""Forces that act between point masses beside gravity, and on them.
+"""Forces between point masses other than Newton's gravity.
 
-A pull depends on the gap from a body, its source, to another one, which it gives the acceleration a
-and the energy phi for each unit of its mass, a = -dphi/dgap; the source recoils.
+A pull depends on the gap from a source to a target body. It gives the target the acceleration a
+and, per unit of its mass, the energy phi, a = -dphi/dgap; the source recoils.
 
-terms      (rows, COLUMNS)  SOURCE and TARGET, BACK = m_target / m_source, WEIGHT = m_target, then
-                            numbers of ``pole_pull`` or ``power_pull``; poles first
-constants  what galvi.kernels.forces.nbody takes, then rows, those of ``pole_pull``, and the terms
+terms      (rows, COLUMNS)  SOURCE and TARGET, RECOIL = m_target / m_source, WEIGHT = m_target, then
+                            numbers of ``pole_pull`` or ``power_pull``; those of ``pole_pull`` first
+constants  those of galvi.kernels.forces.nbody, then the number of rows, that of rows of
+           ``pole_pull``, and the terms
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from galvi.kernels.forces.nbody import accelerations as attractions
 from galvi.kernels.lie.arithmetic import dot, generic, in_kernels
 from galvi.kernels.lie.elementary import log, sqrt
 
-SOURCE, TARGET, BACK, WEIGHT, NUMBERS = range(5)
-COLUMNS = NUMBERS + 6
+SOURCE, TARGET, RECOIL, WEIGHT, FIRST_NUMBER = range(5)
+COLUMNS = FIRST_NUMBER + 6
 
 
 @generic
@@ -37,28 +38,28 @@ def pole_pull(gap, numbers):
     u, root = height * height * inverse, sqrt(inverse)
     inverse_r4 = inverse * inverse
     cube, outer = root * inverse_r4, fourth * inverse
-    along = inverse_cube * inverse_r4 + cube * (
+    gap_factor = inverse_cube * inverse_r4 + cube * (
         second * (7.5 * u - 1.5) + outer * (1.875 + u * (39.375 * u - 26.25))
     )
-    across = cube * height * (3.0 * second + outer * (17.5 * u - 7.5))
+    pole_factor = cube * height * (3.0 * second + outer * (17.5 * u - 7.5))
     phi = 0.5 * inverse_cube * inverse + root * inverse * (
         second * (1.5 * u - 0.5) + outer * (0.375 + u * (4.375 * u - 3.75))
     )
     return (
-        along * gap[0] - across * pole[0],
-        along * gap[1] - across * pole[1],
-        along * gap[2] - across * pole[2],
+        gap_factor * gap[0] - pole_factor * pole[0],
+        gap_factor * gap[1] - pole_factor * pole[1],
+        gap_factor * gap[2] - pole_factor * pole[2],
         phi,
     )
 
 
-def raised_number(x, power):
+def power_of_number(x, power):
     """x^power of a number."""
     return x**power
 
 
-@in_kernels(raised_number)
-def raised(x, power):
+@in_kernels(power_of_number)
+def power_of(x, power):
     """x^power of numbers or of lanes."""
     return x.power(power) if hasattr(x, "call") else x**power
 
@@ -70,18 +71,18 @@ def power_pull(gap, numbers):
     Parameters
     ----------
     numbers
-        A, n, and -A / (n + 1); where n is -1, 0, and -A / 2 as a fourth one, else 0
+        A, n, -A / (n + 1) and 0; for n = -1: A, n, 0 and -A / 2
     """
     square = dot(gap, gap)
-    power = raised(square, 0.5 * (numbers[1] - 1.0))
-    along = numbers[0] * power
+    power = power_of(square, 0.5 * (numbers[1] - 1.0))
+    gap_factor = numbers[0] * power
     phi = numbers[2] * (square * power) + numbers[3] * log(square)
-    return along * gap[0], along * gap[1], along * gap[2], phi
+    return gap_factor * gap[0], gap_factor * gap[1], gap_factor * gap[2], phi
 
 
 @jit
 def accelerations(Q, t, constants, out):
-    """As galvi.kernels.forces.nbody, with the terms."""
+    """Accelerations as of galvi.kernels.forces.nbody, plus those of the terms."""
     attractions(Q, t, constants, out)
     dimension = int(constants[0])
     head = 1 + Q.shape[0] // dimension
@@ -96,12 +97,12 @@ def accelerations(Q, t, constants, out):
             pull = pole_pull(gap, numbers) if term < poles else power_pull(gap, numbers)
             for x in range(dimension):
                 out[j + x, k] += pull[x]
-                out[i + x, k] -= row[BACK] * pull[x]
+                out[i + x, k] -= row[RECOIL] * pull[x]
 
 
 @jit
 def lagrangian(g, v, t, constants, out):
-    """L = sum m |v|^2 / 2 - V of galvi.kernels.forces.lagrangian_derivatives.
+    """The law of L = sum m |v|^2 / 2 - V, see galvi.kernels.forces.lagrangian_derivatives.
 
     Parameters
     ----------
@@ -109,9 +110,9 @@ def lagrangian(g, v, t, constants, out):
         m of each coordinate (d,), then those of ``accelerations``
     """
     d = v.size
-    Q, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
-    Q[:, 0], when[0] = g, t
-    accelerations(Q, when, constants[d:], pull)
+    Q, time, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
+    Q[:, 0], time[0] = g, t
+    accelerations(Q, time, constants[d:], pull)
     for i in range(d):
         out[0, i], out[1, i] = constants[i] * v[i], constants[i] * pull[i, 0]
 
@@ -122,10 +123,10 @@ def pulls(terms, poles, q):
     for k, row in enumerate(terms):
         i, j = int(row[SOURCE]), int(row[TARGET])
         gap = [q[..., j, x] - q[..., i, x] for x in range(q.shape[-1])] + [0.0]
-        *pull, phi = (pole_pull if k < poles else power_pull)(gap[:3], row[NUMBERS:])
+        *pull, phi = (pole_pull if k < poles else power_pull)(gap[:3], row[FIRST_NUMBER:])
         for x in range(q.shape[-1]):
             a[..., j, x] += pull[x]
-            a[..., i, x] -= row[BACK] * pull[x]
+            a[..., i, x] -= row[RECOIL] * pull[x]
         energy += row[WEIGHT] * phi
     return a, energy
 

@@ -8,7 +8,7 @@ A system has two functions, its force and, optionally, the derivative of the for
 BUILT_IN        a law for all stages at once, (Q, t, constants, out (d, s)), and its derivative,
                 (Q, t, constants, out (d, w, s)), w components of the block of each row
 GRADIENT        a user's dV/dq (q (d,)) -> (d,) of one configuration, and d2V/dq2 (q) -> (d, d)
-TIMED_GRADIENT  the same, of (q, t)
+TIMED_GRADIENT  the same functions of (q, t)
 """
 
 from __future__ import annotations
@@ -33,5 +33,5 @@ SIGNATURES = {
 
 
 def no_constants():
-    """The empty constants (0,) of a law without any."""
+    """The constants (0,) of a force law that has none."""
     return np.zeros(0)

@@ -5,9 +5,9 @@ out  (2, d)  rows dL/dv and the derivative of L along g hat(e_a)
 
 A system has two functions: one for the Lagrangian, of one of these kinds, and its external force:
 
-LAW        built in, (g, v, t, constants, out)
+LAW        a built-in law (g, v, t, constants, out)
 EUCLIDEAN  a user's (q, v) or (q, v, t) -> (d + r,): dL/dv and the Euclidean dL/dq
-LEFT       the same with the left-trivialised derivative, (d + d,)
+LEFT       a user's (q, v) or (q, v, t) -> (d + d,): dL/dv and the left-trivialised derivative
 BODY_GRADIENT   for a rigid body with inertia in constants: a user's dV/dR of (R) or (R, t)
 CANONICAL  L = v.Mv/2 - V on R^d, M by rows in constants: a law of galvi.kernels.forces.force_kinds
            for dV/dq, whose constants follow M
@@ -36,7 +36,7 @@ from galvi.kernels.lie.groups.so3 import columns, fill
 from galvi.kernels.lie.rotations import times
 
 LAW, EUCLIDEAN, LEFT, BODY_GRADIENT, CANONICAL, CANONICAL_GRADIENT = 0, 1, 2, 3, 4, 5
-NO_FORCE, FORCE, TIMED_FORCE, FORCE_LAW = 0, 1, 2, 3  # which force acts
+NO_FORCE, FORCE, TIMED_FORCE, FORCE_LAW = 0, 1, 2, 3  # kinds of external force
 
 
 class Law(NamedTuple):
@@ -45,7 +45,7 @@ class Law(NamedTuple):
     Attributes
     ----------
     functions : array, shape (2,)
-        of the Lagrangian and of the force
+        addresses of the functions of the Lagrangian and of the force
     kind
         kind of the Lagrangian, as above
     time_dependent
@@ -55,7 +55,9 @@ class Law(NamedTuple):
     constants : array, shape (c,)
         constants of the Lagrangian
     force_kind
-        kind of external force; force_constants (c,) are its constants
+        kind of external force
+    force_constants : array, shape (c,)
+        constants of a force of kind FORCE_LAW
     """
 
     functions: Any
@@ -108,13 +110,16 @@ def gradient_kind(kind, time_dependent):
 
 @generic
 def symmetric(c):
-    """The rows of the symmetric matrix (3, 3) that c begins with."""
+    """The rows of the symmetric matrix (3, 3), by rows in c[:9]."""
     return (c[0], c[3], c[6]), (c[3], c[4], c[7]), (c[6], c[7], c[8])
 
 
 @generic
 def rigid_body_slopes(g, v, c, momenta, forces):
-    """L = v.Jv/2 + w . R c.   constants: J by rows (9,), w = mass g (3,), c = centre (3,)."""
+    """momenta and forces <- the slopes of L = v.Jv/2 + w . R c.
+
+    Constants: J by rows (9,), w = mass g (3,), c = centre of mass (3,).
+    """
     weight = times(columns(g, 3), (c[9], c[10], c[11]))
     fill(times(symmetric(c), v), momenta)
     fill(cross((c[12], c[13], c[14]), weight), forces)
@@ -122,12 +127,15 @@ def rigid_body_slopes(g, v, c, momenta, forces):
 
 @generic
 def free_body_slopes(g, v, c, momenta, forces):
-    """L = w.Jw/2 + m |v|^2/2 + m x.a.   constants: J by rows (9,), m, a (3,)."""
-    fall = times(columns(g, 4), (c[10], c[11], c[12]))
+    """momenta and forces <- the slopes of L = w.Jw/2 + m |v|^2/2 + m x.a.
+
+    Constants: J by rows (9,), m, a (3,).
+    """
+    gravity = times(columns(g, 4), (c[10], c[11], c[12]))
     fill(times(symmetric(c), v), momenta)
     for i in range(3):
         momenta[3 + i] = c[9] * v[3 + i]
-        forces[i], forces[3 + i] = 0.0, c[9] * fall[i]
+        forces[i], forces[3 + i] = 0.0, c[9] * gravity[i]
 
 
 @jit
@@ -144,7 +152,8 @@ def free_body(g, v, t, constants, out):
 
 @jit
 def rotation_slopes(gradient, v, constants, layout, g, out):
-    """Slopes of a rigid body: J v from constants, and the torque of -dV/dR."""
+    """out <- J v, with J from constants, and the torque of -dV/dR; NaN if ``gradient``, dV/dR, is
+    not (3, 3)."""
     slope = np.empty(9)
     fits = gradient.shape[0] == 3 and gradient.shape[1] == 3
     for i in range(9):
@@ -154,8 +163,8 @@ def rotation_slopes(gradient, v, constants, layout, g, out):
 
 
 @jit
-def spread(values, kind, layout, g, out):
-    """out <- the values of a user's slopes; NaN when they have a wrong length."""
+def enter_slopes(values, kind, layout, g, out):
+    """out <- the values of a user's slopes; NaN if they have another length than expected."""
     d = out.shape[1]
     size = d + (d if kind == LEFT else g.size)
     if values.size != size:
@@ -173,13 +182,13 @@ def spread(values, kind, layout, g, out):
 
 @jit
 def canonical(kind, functions, constants, g, v, t, out):
-    """L = v.Mv/2 - V(q, t); kind as in galvi.kernels.forces.force_kinds."""
+    """out <- the slopes of L = v.Mv/2 - V(q, t); kind as in galvi.kernels.forces.force_kinds."""
     d = v.size
-    Q, when, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
-    when[0] = t
+    Q, time, pull = np.empty((d, 1)), np.empty(1), np.empty((d, 1))
+    time[0] = t
     for i in range(d):
         Q[i, 0] = g[i]
-    accelerations(kind, functions, constants[d * d :], np.empty((0, 0)), Q, when, pull)
+    accelerations(kind, functions, constants[d * d :], np.empty((0, 0)), Q, time, pull)
     for i in range(d):
         out[0, i], out[1, i] = 0.0, -pull[i, 0]
         for j in range(d):
@@ -189,27 +198,33 @@ def canonical(kind, functions, constants, g, v, t, out):
 @jit
 def external_force(law, g, v, t, out):
     """out[1] <- out[1] + the external force."""
-    force, timed = law.functions[1], law.force_kind == TIMED_FORCE
+    force, takes_time = law.functions[1], law.force_kind == TIMED_FORCE
     if law.force_kind == FORCE_LAW:
         call_void(force, g, v, t, law.force_constants, out)
     elif law.matrix_rows == 0:
         q = g.copy()
-        add(call_vector(force, q, v.copy(), t) if timed else call_vector(force, q, v.copy()), out)
+        add_force(
+            call_vector(force, q, v.copy(), t) if takes_time else call_vector(force, q, v.copy()),
+            out,
+        )
     else:
         R = g.copy().reshape((law.matrix_rows, law.matrix_rows))
-        add(call_vector(force, R, v.copy(), t) if timed else call_vector(force, R, v.copy()), out)
+        add_force(
+            call_vector(force, R, v.copy(), t) if takes_time else call_vector(force, R, v.copy()),
+            out,
+        )
 
 
 @jit
-def add(values, out):
-    """out[1] <- out[1] + values of a user's force; NaN when they have a wrong length."""
+def add_force(values, out):
+    """out[1] <- out[1] + values of a user's force; NaN if they are not (d,)."""
     for i in range(out.shape[1]):
         out[1, i] += values[i] if values.size == out.shape[1] else np.nan
 
 
 @jit_inline
 def slopes(law, layout, g, v, t, out):
-    """out (2, d) <- both rows at one state.
+    """out (2, d) <- dL/dv and the derivative along g hat(e_a) plus the external force.
 
     Parameters
     ----------
@@ -219,14 +234,14 @@ def slopes(law, layout, g, v, t, out):
     if law.kind == LAW:
         call_void(law.functions[0], g, v, t, law.constants, out)
     else:
-        own_slopes(law, layout, g, v, t, out)
+        slopes_by_kind(law, layout, g, v, t, out)
     if law.force_kind > 0:
         external_force(law, g, v, t, out)
 
 
 @jit
-def own_slopes(law, layout, g, v, t, out):
-    """As ``slopes`` without the force, for a Lagrangian of a kind other than LAW."""
+def slopes_by_kind(law, layout, g, v, t, out):
+    """`slopes` without the external force, for a Lagrangian of a kind other than LAW."""
     functions, kind, time_dependent, matrix_rows, constants, _, _ = law
     if kind >= CANONICAL:
         canonical(gradient_kind(kind, time_dependent), functions, constants, g, v, t, out)
@@ -239,12 +254,12 @@ def own_slopes(law, layout, g, v, t, out):
     elif matrix_rows == 0:
         q = g.copy()
         if time_dependent:
-            spread(call_vector(functions[0], q, v.copy(), t), kind, layout, g, out)
+            enter_slopes(call_vector(functions[0], q, v.copy(), t), kind, layout, g, out)
         else:
-            spread(call_vector(functions[0], q, v.copy()), kind, layout, g, out)
+            enter_slopes(call_vector(functions[0], q, v.copy()), kind, layout, g, out)
     else:
         R = g.copy().reshape((matrix_rows, matrix_rows))
         if time_dependent:
-            spread(call_vector(functions[0], R, v.copy(), t), kind, layout, g, out)
+            enter_slopes(call_vector(functions[0], R, v.copy(), t), kind, layout, g, out)
         else:
-            spread(call_vector(functions[0], R, v.copy()), kind, layout, g, out)
+            enter_slopes(call_vector(functions[0], R, v.copy()), kind, layout, g, out)

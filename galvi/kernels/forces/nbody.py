@@ -68,7 +68,8 @@ def pull_slope(Q, i, j, k, dimension, mass, slope):
 
 @jit
 def fill_jacobians(Q, constants, coupled, out):
-    """out <- derivatives of accelerations by each body's own position or, if coupled, by all."""
+    """out <- derivatives of each body's acceleration by its own position or, if ``coupled``, by all
+    positions."""
     dimension = int(constants[0])
     bodies = Q.shape[0] // dimension
     out[:, :, :] = 0.0
@@ -130,5 +131,5 @@ def pair_potential(q, masses, G, out):
 
 @cache
 def compiled_pair_potential():
-    """``pair_potential`` compiled or cached."""
+    """The compiled ``pair_potential``."""
     return compiled_for(pair_potential, SIGNATURE, jit_noalloc)

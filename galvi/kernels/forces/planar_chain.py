@@ -21,8 +21,9 @@ NUMBERS = types.Array(types.float64, 1, "C", readonly=True)
 
 @generic
 def planar_chain_slopes(q, v, c, sines, cosines, momenta, forces, mass):
-    """momenta <- sum_j A_ij cos(q_i - q_j) v_j, forces <- -sum_j A_ij sin(q_i - q_j) v_i v_j
-    - B_i sin(q_i), mass <- the rows of A_ij cos(q_i - q_j) up to the diagonal; all (n,)."""
+    """momenta (n,) <- sum_j A_ij cos(q_i - q_j) v_j; forces (n,) <- -sum_j A_ij sin(q_i - q_j) v_i
+    v_j - B_i sin(q_i); mass <- the rows of A_ij cos(q_i - q_j) up to the diagonal; sines and
+    cosines (n,) <- those of q_i."""
     n = len(q)
     for i in range(n):
         sines[i], cosines[i] = sine_cosine(q[i])
@@ -30,11 +31,14 @@ def planar_chain_slopes(q, v, c, sines, cosines, momenta, forces, mass):
         momenta[i], forces[i] = c[n * i + i] * v[i], 0.0
         for j in range(i):
             A = c[n * i + j]
-            aligned = A * (cosines[i] * cosines[j] + sines[i] * sines[j])
-            crossed = A * (sines[i] * cosines[j] - cosines[i] * sines[j])
-            momenta[i], momenta[j] = momenta[i] + aligned * v[j], momenta[j] + aligned * v[i]
-            forces[i], forces[j] = forces[i] + crossed * v[j], forces[j] - crossed * v[i]
-            mass[i][j] = aligned
+            cosine_term = A * (cosines[i] * cosines[j] + sines[i] * sines[j])
+            sine_term = A * (sines[i] * cosines[j] - cosines[i] * sines[j])
+            momenta[i], momenta[j] = (
+                momenta[i] + cosine_term * v[j],
+                momenta[j] + cosine_term * v[i],
+            )
+            forces[i], forces[j] = forces[i] + sine_term * v[j], forces[j] - sine_term * v[i]
+            mass[i][j] = cosine_term
     for i in range(n):
         forces[i] = -(v[i] * forces[i]) - c[n * n + i] * sines[i]
 
@@ -65,7 +69,7 @@ def planar_chain_states(g, v, constants, value, at_rest, momenta):
 
 @cache
 def compiled_planar_chain_states():
-    """``planar_chain_states`` compiled or cached."""
+    """The compiled ``planar_chain_states``."""
     return compiled_for(
         planar_chain_states, types.void(ROWS, ROWS, NUMBERS, VECTOR, VECTOR, MATRIX)
     )

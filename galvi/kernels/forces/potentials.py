@@ -1,16 +1,15 @@
-"""dV/dq and d2V/dq2 of the built-in potentials, and from them both at all s stages at once.
+"""dV/dq and d2V/dq2 of the built-in potentials, at one configuration and at all s stages.
 
-q (d,), c constants; slopes fill out (d,), for numbers, complex or not, arrays and lanes, and second
-derivatives what is not 0 in out (d, d)
-
-Q (d, s) configurations; a gradient fills out (d, s), a Hessian out (d, d, s)
+At q (d,) with constants c, dV/dq fills out (d,), for numbers, complex or not, arrays and lanes;
+d2V/dq2 sets the entries of out (d, d) that are not 0. At Q (d, s), a gradient fills out (d, s), a
+Hessian out (d, d, s).
 """
 
 from __future__ import annotations
 
 from functools import cache
 
-from galvi.kernels.compile.jit import jit_noalloc, renamed
+from galvi.kernels.compile.jit import jit_noalloc, set_name
 from galvi.kernels.lie.arithmetic import generic
 from galvi.kernels.lie.elementary import over_cube, sin, sine_cosine
 
@@ -116,13 +115,12 @@ def spring_stiffness(r, c):
 
 @generic
 def uniform_field_hessian(q, c, out):
-    """0."""
+    """0: no entry of out is set."""
 
 
 @cache
-def over_stages(slopes, second):
-    """The gradient and the Hessian of a potential at all stages, from dV/dq and d2V/dq2, which
-    leaves zeros as they are."""
+def over_stages(slopes, second_derivatives):
+    """The compiled gradient and Hessian of a potential at all stages, from dV/dq and d2V/dq2."""
 
     def gradient(Q, t, constants, out):
         for k in range(Q.shape[1]):
@@ -131,7 +129,7 @@ def over_stages(slopes, second):
     def hessian(Q, t, constants, out):
         out[:, :, :] = 0.0
         for k in range(Q.shape[1]):
-            second(Q[:, k], constants, out[:, :, k])
+            second_derivatives(Q[:, k], constants, out[:, :, k])
 
     names = f"{slopes.__name__}_gradient", f"{slopes.__name__}_hessian"
-    return jit_noalloc(renamed(gradient, names[0])), jit_noalloc(renamed(hessian, names[1]))
+    return jit_noalloc(set_name(gradient, names[0])), jit_noalloc(set_name(hessian, names[1]))

@@ -4,7 +4,7 @@ The axis is z, the ground z = 0. Lengths in m, times in s, speeds in m/s.
 
 R        radius of the rings                          a       radius of their cores
 v        downwash at the hub far from the ground: rings below the rotor, no images
-H(t)     height of the rotor, LOW + (HIGH - LOW) exp(-t / DESCENT)
+H(t)     height of the rotor, LOWEST_ROTOR + (HIGHEST_ROTOR - LOWEST_ROTOR) exp(-t / DESCENT_TIME)
 Z_j      height of ring j, s_j H(t) with s_j = 1, 3/4, 1/2, 1/4: the wake, down to the ground
 zeta     height above a ring, z - Z_j, and above its image, z + Z_j, of opposite circulation
 
@@ -26,21 +26,21 @@ from __future__ import annotations
 
 from functools import cache
 
-from galvi.kernels.compile.jit import jit_noalloc, renamed
+from galvi.kernels.compile.jit import jit_noalloc, set_name
 from galvi.kernels.forces.celestial_velocity import LEAST_SQUARE
 from galvi.kernels.lie.arithmetic import dot, generic
 from galvi.kernels.lie.elementary import exp, inverse_seven_quarters, log, sqrt
 
 R, CORE = 7.0, 2.5
 DOWNWASH = 10.0  # m / s, for a hovering helicopter of 3.8 t, by T = 2 rho pi R^2 v^2
-HIGH, LOW, DESCENT = 16.0, 6.0, 2.0
-SHARES = (1.0, 0.75, 0.5, 0.25)
+HIGHEST_ROTOR, LOWEST_ROTOR, DESCENT_TIME = 16.0, 6.0, 2.0
+RING_HEIGHTS = (1.0, 0.75, 0.5, 0.25)
 INERTIAL_DRAG, INERTIAL_DRAG_POWER = 0.15, 0.687  # Schiller and Naumann, Z. VDI 77 (1933) 318
 
 
 def _strength():
-    """Gamma R^2 / 4 of each ring, from the downwash when the rotor is at HIGH."""
-    offsets = [(1.0 - s) * HIGH for s in SHARES]
+    """Gamma R^2 / 4 of each ring, from the downwash when the rotor is at HIGHEST_ROTOR."""
+    offsets = [(1.0 - s) * HIGHEST_ROTOR for s in RING_HEIGHTS]
     return -0.5 * DOWNWASH / sum((R**2 + z**2 + CORE**2) ** -1.5 for z in offsets)
 
 
@@ -49,14 +49,14 @@ STRENGTH = _strength()
 
 @generic
 def decay(t):
-    """exp(-t / DESCENT), with which the rotor descends."""
-    return exp(t * (-1.0 / DESCENT))
+    """exp(-t / DESCENT_TIME), the factor by which the rotor's height approaches LOWEST_ROTOR."""
+    return exp(t * (-1.0 / DESCENT_TIME))
 
 
 @generic
 def rotor_height(decayed):
-    """H, from `decay`."""
-    return LOW + (HIGH - LOW) * decayed
+    """H(t) from ``decayed``, the value of `decay` at t."""
+    return LOWEST_ROTOR + (HIGHEST_ROTOR - LOWEST_ROTOR) * decayed
 
 
 @generic
@@ -69,28 +69,32 @@ def ring(square, zeta):
 
 @generic
 def rotor_wind(q, decayed):
-    """The wind (u_x, u_y, u_z) at one place, and time by its `decay`."""
+    """The wind (u_x, u_y, u_z) at a point q, at the time t given by ``decayed``, its `decay`."""
     square = q[0] * q[0] + q[1] * q[1]
     height = rotor_height(decayed)
     outwards, upwards = 0.0, 0.0
-    for share in SHARES:
-        spread, rise = ring(square, q[2] - share * height)
-        mirrored, falling = ring(square, q[2] + share * height)
-        outwards, upwards = outwards + (spread - mirrored), upwards + (rise - falling)
+    for height_ratio in RING_HEIGHTS:
+        ring_outwards, ring_upwards = ring(square, q[2] - height_ratio * height)
+        image_outwards, image_upwards = ring(square, q[2] + height_ratio * height)
+        outwards, upwards = (
+            outwards + (ring_outwards - image_outwards),
+            upwards + (ring_upwards - image_upwards),
+        )
     outwards = 3.0 * STRENGTH * outwards
     return outwards * q[0], outwards * q[1], STRENGTH * upwards
 
 
 @generic
 def quadratic(square, c):
-    """k |w|, and its change by |w| times |w|, from |w|^2.   constants [k]"""
+    """The drag rate k |w| and its derivative by log |w|, from square = |w|^2; constants [k]."""
     rate = c[0] * sqrt(square)
     return rate, rate
 
 
 @generic
 def schiller_naumann(square, c):
-    """k (1 + 0.15 Re^0.687), Re = s |w|, as above.   constants [k, s]"""
+    """The drag rate k (1 + 0.15 Re^0.687), Re = s |w|, and its derivative by log |w|, from
+    square = |w|^2; constants [k, s]."""
     logarithm = log(c[1] * c[1] * square + LEAST_SQUARE)
     inertial = c[0] * (INERTIAL_DRAG * exp(logarithm * (0.5 * INERTIAL_DRAG_POWER)))
     return c[0] + inertial, INERTIAL_DRAG_POWER * inertial
@@ -98,7 +102,8 @@ def schiller_naumann(square, c):
 
 @cache
 def drag_of(rate):
-    """The force -rate w, w = v - wind, (q, v, t, c) -> 3 values, from one of the above."""
+    """The force (q, v, t, c) -> 3 values, -rate w with w = v - wind; ``rate`` is `quadratic` or
+    `schiller_naumann`."""
 
     @generic
     def force(q, v, t, c):
@@ -112,7 +117,7 @@ def drag_of(rate):
 
 @cache
 def drag_kernel(rate):
-    """out[1] <- out[1] + the force of `drag_of`, a kernel as of `RotorDrag.compiled`."""
+    """A kernel (g, v, t, constants, out) that adds the force of `drag_of` to out[1]."""
     force = drag_of(rate)
 
     def add(g, v, t, constants, out):
@@ -120,4 +125,4 @@ def drag_kernel(rate):
         for i in range(3):
             out[1, i] += pull[i]
 
-    return jit_noalloc(renamed(add, f"{rate.__name__}_drag"))
+    return jit_noalloc(set_name(add, f"{rate.__name__}_drag"))

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 from numba.extending import overload, register_jitable
 
-from galvi.kernels.compile.parts import as_part
+from galvi.kernels.compile.parts import part_settings
 
-OPTIONS: Any = as_part({"error_model": "numpy", "_nrt": False, "forceinline": True})
+OPTIONS: Any = part_settings({"error_model": "numpy", "_nrt": False, "forceinline": True})
 generic = register_jitable(**OPTIONS)
 
 
 def in_kernels(compiled):
-    """A decorator: kernels compile the Python function ``compiled`` for calls of the decorated."""
+    """A decorator: kernels that call the decorated function compile ``compiled`` instead of it."""
 
     def mark(function):
         overload(function, jit_options=OPTIONS, strict=False)(lambda *arguments: compiled)
@@ -40,24 +40,24 @@ def cross(v, w):
     return v[1] * w[2] - v[2] * w[1], v[2] * w[0] - v[0] * w[2], v[0] * w[1] - v[1] * w[0]
 
 
-def one_of_numbers(condition, x, y):
+def where_of_numbers(condition, x, y):
     """x where the condition is true, else y."""
     return x if condition else y
 
 
-@in_kernels(one_of_numbers)
+@in_kernels(where_of_numbers)
 def where(condition, x, y):
-    """x where a comparison is true, else y, of numbers, lanes or arrays."""
+    """x where a condition is true, else y, for numbers, lanes or arrays."""
     if hasattr(condition, "select"):
         return condition.select(x, y)
     if isinstance(condition, np.ndarray):
         return np.where(condition, x, y)
-    return one_of_numbers(condition, x, y)
+    return where_of_numbers(condition, x, y)
 
 
 @generic
 def larger(x, y):
-    """The larger of two numbers, lanes or arrays, y where one is NaN."""
+    """The larger of two numbers, lanes or arrays; y where x or y is NaN."""
     return where(x > y, x, y)
 
 
@@ -68,7 +68,8 @@ def larger_size_of_numbers(size, x):
 
 @in_kernels(larger_size_of_numbers)
 def larger_size(size, x):
-    """The larger of size and |x|, for a number or lanes x; size may be 0.0."""
+    """The larger of ``size`` and |x|, for a number or a lane x; ``size`` may be a number for
+    both."""
     if not hasattr(x, "where"):
         return larger_size_of_numbers(size, x)
     magnitude = abs(x)
@@ -77,7 +78,7 @@ def larger_size(size, x):
 
 @generic
 def two_sum(x, y):
-    """x + y = sum + error exactly (Knuth), for numbers."""
+    """The rounded sum of x and y and its error, x + y = sum + error (Knuth)."""
     total = x + y
     part = total - x
     return total, (x - (total - part)) + (y - part)

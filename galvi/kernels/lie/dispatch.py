@@ -1,8 +1,8 @@
 """Selection of charts and groups by number, so that one compiled kernel serves all of them.
 
 A chart or a group is a module with functions of fixed names; its number is its index among the
-modules of its package in alphabetical order. Nothing else branches on charts or groups. For what
-the functions do see galvi.kernels.lie.charts and galvi.kernels.lie.groups.
+modules of its package in alphabetical order. Only this module branches on charts or groups.
+galvi.kernels.lie.charts and galvi.kernels.lie.groups describe the functions.
 """
 
 from importlib import import_module
@@ -41,4 +41,4 @@ half_turn = by_number("half_turn", CHARTS)
 from_quaternion = by_number("from_quaternion", CHARTS)
 angle_of = by_number("angle", CHARTS)
 coordinate_of = by_number("coordinate", CHARTS)
-REACHES = tuple(chart.LARGEST_IN_LANES for chart in CHARTS)
+LARGEST_ROTATIONS_IN_LANES = tuple(chart.LARGEST_IN_LANES for chart in CHARTS)

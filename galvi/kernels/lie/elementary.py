@@ -1,6 +1,6 @@
-"""Elementary functions that laws are written in: of numbers, complex or not, of arrays and lanes.
+"""Elementary functions for laws of motion: of numbers, complex or not, of arrays and lanes.
 
-Kernels compile the form for numbers; lanes have theirs in galvi.lanes.elementary.
+Kernels compile the form for numbers; galvi.lanes.elementary has the form for lanes.
 """
 
 from __future__ import annotations
@@ -11,12 +11,13 @@ from galvi.kernels.lie.arithmetic import in_kernels
 
 
 def for_lanes_too(of_numbers):
-    """The function, which takes lanes to that of the same name of galvi.lanes.elementary."""
+    """The function for numbers and arrays, extended to lanes by the function of the same name in
+    galvi.lanes.elementary."""
 
     @in_kernels(of_numbers)
     def function(*arguments):
         if any(hasattr(argument, "builder") for argument in arguments):
-            from galvi.lanes import elementary  # lanes stand on kernels
+            from galvi.lanes import elementary  # galvi.lanes imports this module
 
             return getattr(elementary, of_numbers.__name__)(*arguments)
         return of_numbers(*arguments)
@@ -26,7 +27,7 @@ def for_lanes_too(of_numbers):
 
 @for_lanes_too
 def sine_cosine(x):
-    """Both."""
+    """(sin x, cos x)."""
     return np.sin(x), np.cos(x)
 
 

@@ -1,7 +1,8 @@
 """Products of groups: charts, tangent maps, coordinates and momenta of all factors.
 
-layout  (factors, 4)  for each factor the number of its group, its dimension, the entries of an
-                      element, and the number of leading components that are rotations
+layout  (factors, 4 or 5)  for each factor the number of its group, its dimension, the number of
+                      entries of an element, the number of leading components that are rotations,
+                      and COUPLED
 chart   number of a chart of rotations (galvi.kernels.lie.dispatch)
 g       (r,)  an element, the entries of all factors; xi, eta (d,) in the algebra
 
@@ -16,18 +17,20 @@ from galvi.kernels.lie.dispatch import by_number, modules_of
 
 GROUPS = modules_of(groups)
 NUMBER, DIMENSION, ENTRIES, ROTATIONS = 0, 1, 2, 3
-COUPLED = 4  # a further column in kernels of steps: factors that a mass couples share a number
+COUPLED = 4  # column in kernels of steps: factors that the mass couples have the same number
 
 _position_scale = by_number("position_scale", GROUPS)
 
 
 def over_factors(name, *arguments):
-    """A kernel (layout, *arguments) that calls ``name`` of each factor's group with its parts.
+    """A kernel (layout, *arguments) that calls the function ``name`` of each factor's group with
+    the factor's parts of the arguments.
 
     Parameters
     ----------
     arguments
-        names; those of elements, (r,), end in "*", and the chart is that of all factors
+        names of the arguments: with a final "*" for vectors (r,), without for vectors (d,); "chart"
+        is passed on as it is
     """
     parts = ["row[NUMBER]"]
     for argument in arguments:
@@ -42,8 +45,8 @@ def {name}(layout, {", ".join(arguments).replace("*", "")}):
         of_group({", ".join(parts)})
         first, start = first + row[ENTRIES], start + row[DIMENSION]
 """
-    # numba looks in this file for its source, from the line that the code says: one that begins a
-    # function, since Python 3.13 cannot read a block that begins within a text.
+    # numba reads the source of a function in this file, from the line number of its code. The line
+    # must begin a function, since Python 3.13 cannot read a block that begins within a string.
     code = "\n" * (over_factors.__code__.co_firstlineno - 2) + code
     names = {**globals(), "of_group": by_number(name, GROUPS)}
     exec(compile(code, __file__, "exec"), names)
@@ -64,13 +67,13 @@ left_derivative = over_factors("left_derivative", "g*", "slope*", "out")
 remember = over_factors("remember", "g*", "memory*")
 advance = over_factors("advance", "chart", "xi", "g*", "memory*", "low*")
 in_space = over_factors("in_space", "g*", "mu", "out")
-# nu is not used by groups where the momentum is the body's; low is then that of mu
+# Groups on which Ad* = 1 do not use nu; low is then the low part of mu.
 carry = over_factors("carry", "chart", "g*", "g1*", "xi", "kick", "mu", "nu", "low")
 
 
 @jit_inline
 def is_flat(layout):
-    """Whether the group is R^n alone, where T = Ad* = 1."""
+    """Whether the group is R^n, where T = Ad* = 1."""
     return layout.shape[0] == 1 and layout[0, ROTATIONS] == 0
 
 
@@ -84,7 +87,7 @@ def coadjoint_inverse(layout, chart, xi, mu, out):
 
 @jit_noalloc
 def position_scale(layout, g, scale):
-    """scale (d,) <- 1 for rotations, the largest coordinate of the factor for positions (or 0)."""
+    """scale (d,) <- 1 for rotations; for positions the largest |coordinate| of the factor."""
     first, start = 0, 0
     for factor in range(layout.shape[0]):
         row = layout[factor]

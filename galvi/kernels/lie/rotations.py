@@ -10,7 +10,7 @@ from galvi.kernels.compile.jit import jit_inline, jit_noalloc
 from galvi.kernels.lie import dispatch
 from galvi.kernels.lie.arithmetic import cross, dot, generic, two_sum
 
-LAST_BIT = 1.5 * 2.0**26  # added to a number below 1, leaves a multiple of 2^-26
+ROUNDING_SHIFT = 1.5 * 2.0**26  # a number below 1 plus this is rounded to a multiple of 2^-26
 
 
 @generic
@@ -27,7 +27,7 @@ def rotation(chart, xi):
 
 
 @generic
-def turned(first, second, xi, v):
+def hat_polynomial(first, second, xi, v):
     """(first hat(xi) + second hat(xi)^2) v, three numbers."""
     once = cross(xi, v)
     twice = cross(xi, once)
@@ -40,7 +40,7 @@ def turned(first, second, xi, v):
 
 @generic
 def transpose(R):
-    """The columns of three rows."""
+    """The transposed matrix, three rows."""
     return (
         (R[0][0], R[1][0], R[2][0]),
         (R[0][1], R[1][1], R[2][1]),
@@ -58,7 +58,7 @@ def times(R, v):
 def change(chart, sign, xi, v):
     """R v - v for sign = 1, R^T v - v for sign = -1."""
     sine, cosine = dispatch.rotation_radial(chart, dot(xi, xi))
-    return turned(sign * sine, cosine, xi, v)
+    return hat_polynomial(sign * sine, cosine, xi, v)
 
 
 @generic
@@ -135,7 +135,7 @@ def quaternion(R):
 
 @jit_inline
 def coordinates(chart, R, xi):
-    """xi <- the coordinates of the rotation with rows R, by the angle of at most pi."""
+    """xi <- the coordinates of the rotation with rows R, whose angle is taken in [0, pi]."""
     w, x, y, z = quaternion(R)
     factor = dispatch.from_quaternion(chart, abs(w), np.sqrt(x * x + y * y + z * z))
     factor = -factor if w < 0.0 else factor
@@ -156,36 +156,37 @@ def orthonormal(R, out):
 
 @generic
 def turn_quaternion(chart, xi, q, low):
-    """q (4,) <- q times the quaternion of xi, by a change whose rounding errors low (4,) keeps.
+    """q (4,) <- q times the quaternion of xi; low (4,) holds the rounding errors of q.
 
-    q + low is a unit quaternion to about 1e-32. Else the rounding of |q| near 1, the same for many
-    steps, would make matrices slightly larger or smaller than rotations, and energies drift.
+    q + low is a unit quaternion to about 1e-32. With the rounding error of |q|, which is the same
+    for many steps, matrices would be slightly larger or smaller than rotations, and energies drift.
     """
-    along, less = dispatch.half_turn(chart, dot(xi, xi))
-    a, b, c = along * xi[0], along * xi[1], along * xi[2]
+    vector_factor, w_change = dispatch.half_turn(chart, dot(xi, xi))
+    a, b, c = vector_factor * xi[0], vector_factor * xi[1], vector_factor * xi[2]
     w, x, y, z = q[0], q[1], q[2], q[3]
     steps = (
-        less * w - (a * x + b * y + c * z),
-        less * x + (a * w + c * y - b * z),
-        less * y + (b * w + a * z - c * x),
-        less * z + (c * w + b * x - a * y),
+        w_change * w - (a * x + b * y + c * z),
+        w_change * x + (a * w + c * y - b * z),
+        w_change * y + (b * w + a * z - c * x),
+        w_change * z + (c * w + b * x - a * y),
     )
     for i in range(4):
         q[i], low[i] = two_sum(q[i], low[i] + steps[i])
-    half = 0.5 * defect(q, low)
+    half = 0.5 * norm_defect(q, low)
     for i in range(4):
         low[i] = low[i] + half * q[i]
 
 
 @generic
-def defect(q, low):
-    """1 - |q + low|^2, small.
+def norm_defect(q, low):
+    """1 - |q + low|^2, which is small.
 
-    Multiples of 2^-26 have squares whose sum is exact; what is left of q is at most 2^-27.
+    The entries of q are rounded to multiples of 2^-26, the sum of whose squares is exact; the
+    remainders are at most 2^-27.
     """
     large, small = 1.0, 0.0
     for i in range(4):
-        rounded = (q[i] + LAST_BIT) - LAST_BIT
+        rounded = (q[i] + ROUNDING_SHIFT) - ROUNDING_SHIFT
         large = large - rounded * rounded
         small = small + ((q[i] - rounded) * (q[i] + rounded) + 2.0 * (q[i] * low[i]))
     return large - small

@@ -2,7 +2,8 @@
 
 state         (4, d)   see galvi.kernels.nystrom.step
 a             (d, s)   accelerations at the last step's stages, from which the next is predicted
-solver_state  (3,)     [content of a: NOTHING, LAST_STEP or GUESS; steps to start with Newton; done]
+solver_state  (3,)     content of a (NOTHING, LAST_STEP or GUESS), number of steps that start with
+                       Newton's method, number of steps done; indices HOLDS, STREAK and DONE
 passage       (p,)     see galvi.kernels.forces.passages, for point masses; (0,) for other systems
 counts        (7,)     iterations, force and Hessian evaluations, linear solves, pair evaluations;
                        see galvi.kernels.nystrom.solve
@@ -26,9 +27,10 @@ HOLDS, STREAK, DONE = 0, 1, 2
 
 @jit
 def commit(tableau, plan, step, streak, work, progress, recording, before):
-    """Complete the (step + 1)-th step and record it; False, with nothing changed, if not finite.
+    """Complete the (step + 1)-th step and record it.
 
-    before (4, d) <- the state at the start of the step
+    before (4, d) is set to the state at the start of the step. Returns False if the state at the
+    end is not finite; the run is then unchanged.
     """
     state, h = progress.state, plan.step
     steps.copy_into(before, state)
@@ -47,9 +49,9 @@ def commit(tableau, plan, step, streak, work, progress, recording, before):
 
 @jit
 def advance(force, tableau, plan, solver, todo, progress, recording):
-    """Do ``todo`` more steps of a run; returns a code.
+    """Do ``todo`` more steps of a run; returns SOLVED, or the code of the step that failed.
 
-    solver_state[DONE] counts the steps; one that fails leaves the state unchanged.
+    solver_state[DONE] counts the steps. A step that fails leaves the state unchanged.
     """
     force, tableau = Force(*force), steps.NystromTableau(*tableau)
     plan, progress, recording = Plan(*plan), Progress(*progress), Recording(*recording)
@@ -101,53 +103,56 @@ def advance(force, tableau, plan, solver, todo, progress, recording):
 
 @cache
 def compiled_advance():
-    """``advance`` compiled or cached, one kernel for all systems."""
+    """The compiled ``advance``, one kernel for all systems."""
     integer = types.int64
     return compiled_for(
         advance, integer(FORCE, steps.TABLEAU, PLAN, integer, integer, PROGRESS, RECORDING)
     )
 
 
-UNWATCHED = 62  # 2^62 steps between those that are watched
+UNWATCHED = 62  # `Plan.watch` for no watched steps: 2^62 steps from one to the next
 
 
 @jit
-def reach(
+def advance_states(
     force, tableau, solver, tolerance, step, begin, full_steps, last_step, states, stages, codes
 ):
-    """Do full_steps[k] steps of ``step`` and, unless it is 0, one of last_step[k] from each state.
+    """Advance each state by full_steps[k] steps of ``step`` and, unless it is 0, one of
+    last_step[k].
 
     Parameters
     ----------
     begin : array, shape (n,)
-        times of the states (n, 4, d), see galvi.kernels.nystrom.step, which are advanced
+        times of the states
+    states : array, shape (n, 4, d)
+        see galvi.kernels.nystrom.step; they are replaced
     stages : array, shape (n, d, s)
-        accelerations from which the last step's iteration starts, and with which it ends
+        accelerations from which the iteration of the last step starts, and at which it ends
     codes : array, shape (n,)
-        <- the code of the step that failed, 0 for none
+        set to the code of the step that failed, SOLVED if none did
     """
-    none, counts, holds = np.zeros((1, 0)), np.zeros(8, np.int64), np.zeros(3, np.int64)
-    unrecorded = (none, none, none[:0], np.zeros((0, 0, 0)), none[:0])
+    empty, counts, solver_state = np.zeros((1, 0)), np.zeros(8, np.int64), np.zeros(3, np.int64)
+    unrecorded = (empty, empty, empty[:0], np.zeros((0, 0, 0)), empty[:0])
     for k in range(codes.size):
-        holds[:], n, code = 0, full_steps[k], SOLVED
+        solver_state[:], n, code = 0, full_steps[k], SOLVED
         if n > 0:
             plan = (begin[k], step, tolerance, 0, n, n, UNWATCHED)
-            progress = (states[k], np.zeros(stages[k].shape), holds, counts, none[0])
+            progress = (states[k], np.zeros(stages[k].shape), solver_state, counts, empty[0])
             code = advance(force, tableau, plan, solver, n, progress, unrecorded)
         if code == SOLVED and last_step[k] != 0.0:
-            holds[HOLDS], holds[DONE] = GUESS, 0
+            solver_state[HOLDS], solver_state[DONE] = GUESS, 0
             plan = (begin[k] + n * step, last_step[k], tolerance, 0, 1, 1, UNWATCHED)
-            progress = (states[k], stages[k], holds, counts, none[0])
+            progress = (states[k], stages[k], solver_state, counts, empty[0])
             code = advance(force, tableau, plan, solver, 1, progress, unrecorded)
         codes[k] = code
 
 
 @cache
-def compiled_reach():
-    """``reach`` compiled or cached, one kernel for all systems."""
+def compiled_advance_states():
+    """The compiled ``advance_states``, one kernel for all systems."""
     integer = types.int64
     numbers = integer[::1]
-    return compiled_for(reach, types.void(
+    return compiled_for(advance_states, types.void(
         FORCE, TABLEAU, integer, types.float64, types.float64, VECTOR, numbers, VECTOR, TENSOR3,
         TENSOR3, numbers,
     ))  # fmt: skip

@@ -1,7 +1,8 @@
 """Solves the stage equations of one step by fixed-point iteration or Newton's method.
 
-Both start from stages Q (d, s) and leave accelerations a (d, s) from which the step is completed.
-``tolerance`` bounds the estimated change of a further pass, relative to ``scale``.
+Both start from stages Q (d, s) and set the accelerations a (d, s) from which the step is completed.
+They end when the estimated change of a further pass, relative to ``scale``, is at most
+``tolerance``, or when changes are round-off.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from galvi.kernels.nystrom import step as steps
 
 
 class Force(NamedTuple):
-    """The force of a system, as galvi.kernels.forces.accelerations takes it.
+    """The force of a system, for galvi.kernels.forces.accelerations.
 
-    Parameters
+    Attributes
     ----------
     has_hessian
-        whether functions[1] gives its derivative
+        whether functions[1] computes the derivative of the force
     width
         size of the diagonal blocks of its derivative
     """
@@ -43,10 +44,12 @@ SOLVED, NOT_FINITE, DIVERGED, GOING = 0, 1, 2, 3
 
 ITERATIONS, FORCES, HESSIANS, SOLVES, PAIRS = 0, 1, 2, 3, 4
 ROUND_OFF_CHANGE = 1e-11  # relative change below which changes that no longer shrink are round-off
-TRUSTED = 0.3  # largest relative size of a first Newton correction near its start
-LINEAR = 1e-8  # relative size of a second correction below which the force is linear
-LOW_PART_CHANGE = 2.0**-16  # largest relative change of a pass whose slopes give low parts
-IDLE = 3.0  # passes without a smaller change that mean round-off; twice as many, divergence
+# Relative size of a first Newton correction above which the second must be negligible.
+LARGEST_TRUSTED_CORRECTION = 0.3
+LARGEST_LINEAR_CORRECTION = 1e-8  # largest relative size of a second correction that is negligible
+LOW_PART_CHANGE = 2.0**-16  # relative change below which the slopes of a pass give low parts
+# Passes without a smaller change after which changes are round-off; twice as many mean divergence.
+IDLE_PASSES = 3.0
 FIXED_POINT_PASSES = 200
 NEWTON_PASSES = 30
 NEWTON_STREAK = 16  # number of steps that start with Newton after it was needed
@@ -61,7 +64,7 @@ def decide(change, tolerance, history):
     change
         largest relative change of the pass
     history : array, shape (4,)
-        last change and rate, smallest change, passes since; initially (inf, 1, inf, 0)
+        last change and rate, smallest change, and passes since it; initially (inf, 1, inf, 0)
 
     Notes
     -----
@@ -70,30 +73,30 @@ def decide(change, tolerance, history):
     """
     last = history[0]
     rate = where(last < np.inf, change / last, 1.0)
-    slower, less = larger(rate, history[1]), change < history[2]
-    smallest, idle = where(less, change, history[2]), where(less, 0.0, history[3] + 1.0)
+    slower, is_smaller = larger(rate, history[1]), change < history[2]
+    smallest, idle = where(is_smaller, change, history[2]), where(is_smaller, 0.0, history[3] + 1.0)
     history[0], history[1], history[2], history[3] = change, rate, smallest, idle
     enough = (change <= tolerance) | (change * slower <= tolerance * (1.0 - slower))
-    at_rest = (idle >= IDLE) & (smallest <= ROUND_OFF_CHANGE)
-    code = where(enough | at_rest, SOLVED, where(idle >= 2.0 * IDLE, DIVERGED, GOING))
+    at_rest = (idle >= IDLE_PASSES) & (smallest <= ROUND_OFF_CHANGE)
+    code = where(enough | at_rest, SOLVED, where(idle >= 2.0 * IDLE_PASSES, DIVERGED, GOING))
     return where(change < np.inf, code, NOT_FINITE)
 
 
-verdict = jit_inline(decide)
+decide_inline = jit_inline(decide)
 
 
 @generic
 def gives_low_parts(change, tolerance):
-    """Whether the slopes of a pass with this change are close enough to form low parts from.
+    """Whether the slopes of a pass with this change are accurate enough for low parts.
 
-    Those of the tables are 2^-53 of their sums, and from the slopes of a guess they may be wrong by
-    any factor. So may the sizes to which changes are relative, where a guess gave them. They are
-    not worth a pass where the tolerance exceeds them.
+    The sums with the low parts of the tables are 2^-53 of the sums. From the slopes of a guess they
+    may be wrong by any factor, as may the sizes to which changes are relative. If the tolerance
+    exceeds EPSILON, low parts are not worth a pass.
     """
     return (change < LOW_PART_CHANGE) & (tolerance <= EPSILON)
 
 
-close_enough = jit_inline(gives_low_parts)
+gives_low_parts_inline = jit_inline(gives_low_parts)
 
 
 @generic
@@ -110,7 +113,7 @@ def force_at_stages(force, Q, t, a):
 
 @jit
 def solve_fixed_point(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
-    """Iterate Q <- stages from a(Q) to the tolerance; returns a code."""
+    """Iterate Q <- stages from a(Q) until `decide` ends it; returns a code."""
     moved, history = np.empty(Q.shape), np.empty(4)
     reset_history(history)
     for _passes in range(FIXED_POINT_PASSES):
@@ -118,7 +121,7 @@ def solve_fixed_point(force, tableau, h, t, state, tolerance, scale, counts, a, 
         steps.place_stages(tableau, h, state, a, moved)
         counts[ITERATIONS] += 1
         counts[FORCES] += Q.shape[1]
-        code = verdict(steps.largest_change(Q, moved, scale), tolerance, history)
+        code = decide_inline(steps.largest_change(Q, moved, scale), tolerance, history)
         if code != GOING:
             return code
     return DIVERGED
@@ -126,10 +129,11 @@ def solve_fixed_point(force, tableau, h, t, state, tolerance, scale, counts, a, 
 
 @jit
 def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
-    """Newton's method on the curve's coefficients; all passes but one must halve the last change.
+    """Newton's method on the curve's coefficients; returns a code.
 
-    A first correction as large as the motion itself is accepted only when the second is negligible
-    (a linear force): far from its start Newton's method may find another root.
+    It has diverged when two passes have not halved the change of the pass before. After a first
+    correction above LARGEST_TRUSTED_CORRECTION the second must be negligible, as for a linear
+    force: far from its start Newton's method may find another root.
     """
     (d, s), width = Q.shape, force.width
     x = np.empty((d, tableau.velocity_coefficients.size))
@@ -137,10 +141,10 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
     jacobian = np.empty((d, width, s))
     moved = np.empty((d, s))
     previous = np.inf
-    slow = 0
+    slow_passes = 0
     for passes in range(NEWTON_PASSES):
         force_at_stages(force, Q, t, a)
-        extra = jacobians(
+        force_evaluations = jacobians(
             force.kind,
             force.functions,
             force.has_hessian,
@@ -151,7 +155,7 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
             jacobian,
         )
         counts[ITERATIONS] += 1
-        counts[FORCES] += s + extra
+        counts[FORCES] += s + force_evaluations
         counts[HESSIANS] += s if force.has_hessian else 0
         counts[SOLVES] += d // width
         finite = steps.all_finite(a)
@@ -165,7 +169,11 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
         if not change < np.inf:
             return NOT_FINITE
         halved = change <= 0.5 * previous
-        if passes == 1 and previous > TRUSTED and change > LINEAR:
+        if (
+            passes == 1
+            and previous > LARGEST_TRUSTED_CORRECTION
+            and change > LARGEST_LINEAR_CORRECTION
+        ):
             return DIVERGED
         if change <= tolerance or (
             passes > 0
@@ -177,8 +185,8 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
             force_at_stages(force, Q, t, a)
             counts[FORCES] += s
             return SOLVED
-        slow += 0 if halved else 1
-        if slow >= 2:
+        slow_passes += 0 if halved else 1
+        if slow_passes >= 2:
             return DIVERGED
         previous = change
     return DIVERGED
@@ -186,7 +194,10 @@ def solve_newton(force, tableau, h, t, state, tolerance, scale, counts, a, Q):
 
 @jit
 def solve(force, tableau, h, t, state, solver, tolerance, streak, counts, a, Q):
-    """Solve one step from the accelerations in a; returns (code, streak of Newton steps left)."""
+    """Solve one step from the accelerations in a.
+
+    Returns a code, and the number of next steps that start with Newton's method.
+    """
     steps.place_stages(tableau, h, state, a, Q)
     scale = np.empty(Q.shape[0])
     steps.measure_scale(h, force.width, state, scale)

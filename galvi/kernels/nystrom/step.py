@@ -30,28 +30,35 @@ SIGNATURE = types.intc(
     NUMBERS,
     INTEGER,
 )
-DGESV: Any = types.ExternalFunction("numba_xgesv", SIGNATURE)  # numba's name for SciPy's
+DGESV: Any = types.ExternalFunction("numba_xgesv", SIGNATURE)  # numba's name of LAPACK's function
 DOUBLE = ord("d")
 
 
 @jit
-def solve_equations(columns, pivots, right):
-    """right (n,) <- the solution; returns whether there is one.
+def solve_equations(columns, pivots, solution):
+    """Solve linear equations by LAPACK, in place; returns False for a singular matrix.
 
-    By LAPACK, as ``np.linalg.solve`` has it, but in place and without its checks: their messages
-    alone would take a third of the time in which the kernel compiles.
-    columns (n, n): those of the matrix, as rows; overwritten. pivots (n,) of int64: overwritten,
-    half of it where LAPACK's integers have 32 bits. Where right is not finite, the solution is not.
+    ``np.linalg.solve`` calls the same function, but the messages of its checks would take a third
+    of the time to compile the kernel.
+
+    Parameters
+    ----------
+    columns : array, shape (n, n)
+        columns of the matrix, as rows; overwritten
+    pivots : array, shape (n,)
+        scratch of int64, of which LAPACK's integers may use half
+    solution : array, shape (n,)
+        right side; replaced by the solution, which is not finite if the right side is not
     """
-    n = right.size
-    return DGESV(DOUBLE, n, 1, columns.ctypes, n, pivots.ctypes, right.ctypes, n) == 0
+    n = solution.size
+    return DGESV(DOUBLE, n, 1, columns.ctypes, n, pivots.ctypes, solution.ctypes, n) == 0
 
 
-SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
+SPLIT_FACTOR = 134217729.0  # 2^27 + 1, Dekker's splitting of a double
 
 
 class NystromTableau(NamedTuple):
-    """A `galvi.tableau.Tableau` as kernels take it: matrices are transposed; C is given both ways.
+    """A `galvi.tableau.Tableau` for kernels: matrices are transposed, C in both forms.
 
     c, b, beta, b_low, beta_low (s,), A (s, s), psi (m, s), velocity_coefficients (m,), C (m, s),
     C_transposed (s, m), analysis (s, s), extrapolation (l, s), growth (l,), psi_low (m, s),
@@ -96,7 +103,7 @@ TABLEAU = types.Tuple(
 
 @jit_inline
 def terms_to_extrapolate(sizes, growth):
-    """Number of terms of a Legendre series to keep one step ahead, where they grow by ``growth``.
+    """Number of terms of a Legendre series to extrapolate by a step, where they grow by ``growth``.
 
     Parameters
     ----------
@@ -168,24 +175,24 @@ def place_stages(tableau, h, state, a, Q):
 
 @jit_inline
 def largest_change(Q, moved, scale):
-    """max |moved - Q| / scale, or NaN when something is not finite; then Q <- moved.
+    """max |moved - Q| / scale, or NaN if ``moved`` is not finite; Q is set to ``moved``.
 
-    Where the scale is 0, at rest at the origin, changes are relative to the position itself.
+    If the scale is 0, as at rest at the origin, changes are relative to the position itself.
     """
-    change, total = 0.0, 0.0
+    change, absolute_sum = 0.0, 0.0
     for i in range(Q.shape[0]):
         for k in range(Q.shape[1]):
             size = scale[i] if scale[i] > 0.0 else abs(moved[i, k])
             if size > 0.0:
                 change = max(change, abs(moved[i, k] - Q[i, k]) / size)
-            total += abs(moved[i, k])
+            absolute_sum += abs(moved[i, k])
             Q[i, k] = moved[i, k]
-    return change if total < np.inf else np.nan
+    return change if absolute_sum < np.inf else np.nan
 
 
 @jit_inline
 def measure_scale(h, width, state, scale):
-    """scale_i = the largest |q| and |q + h v| in the Newton block of component i."""
+    """scale_i <- the largest |q| or |q + h v| in the Newton block of component i."""
     for first in range(0, scale.size, width):
         size = 0.0
         for i in range(first, first + width):
@@ -196,23 +203,23 @@ def measure_scale(h, width, state, scale):
 
 @jit_inline
 def exact_coefficients(tableau, h, state, a, x):
-    """As ``curve_coefficients``, to about half an ulp."""
+    """`curve_coefficients` with an error of about half an ulp."""
     line, line_low = tableau.velocity_coefficients, tableau.velocity_coefficients_low
     C, C_low = tableau.C, tableau.C_low
     for i in range(a.shape[0]):
         for l in range(x.shape[1]):
-            total, lost = 0.0, 0.0
+            total, low = 0.0, 0.0
             for j in range(a.shape[1]):
                 total, error = two_sum(total, C[l, j] * a[i, j])
-                lost += error + C_low[l, j] * a[i, j]
-            straight, error = two_sum(h * h * total, h * state[2, i] * line[l])
-            lost = h * h * lost + h * (state[3, i] * line[l] + state[2, i] * line_low[l])
-            x[i, l] = straight + (error + lost)
+                low += error + C_low[l, j] * a[i, j]
+            coefficient, error = two_sum(h * h * total, h * state[2, i] * line[l])
+            low = h * h * low + h * (state[3, i] * line[l] + state[2, i] * line_low[l])
+            x[i, l] = coefficient + (error + low)
 
 
 @jit_inline
 def curve_coefficients(tableau, h, state, a, x):
-    """x = h v velocity_coefficients + h^2 C a, (d, m)."""
+    """x (d, m) <- h v velocity_coefficients + h^2 C a."""
     velocity_coefficients, C = tableau.velocity_coefficients, tableau.C_transposed
     for i in range(a.shape[0]):
         for l in range(x.shape[1]):
@@ -228,10 +235,10 @@ def curve_coefficients(tableau, h, state, a, x):
 def newton_update(tableau, h, width, state, a, jacobian, x, Q):
     """One Newton correction of the coefficients x (d, m) block by block, and the new stages Q.
 
-    Returns whether the equations could be solved.
-    Residual r = x - h v velocity_coefficients - h^2 C a(q + psi x); derivative
-    I - h^2 C diag_j(da_j) psi. Stages are those of the rounded c, and sums to half an ulp with
-    the low parts of psi and C: without these the angular momentum of H's orbit (V8) falls by
+    Returns False if the equations are singular or not finite. The residual is
+    r = x - h v velocity_coefficients - h^2 C a(q + psi x), its derivative
+    I - h^2 C diag_j(da_j) psi. Stages are those of the rounded c. Sums include the low parts of psi
+    and C and err by half an ulp; without low parts the angular momentum of H's orbit (V8) falls by
     7.3e-17 of itself a step.
     """
     psi, psi_low, C = tableau.psi, tableau.psi_low, tableau.C
@@ -260,11 +267,11 @@ def newton_update(tableau, h, width, state, a, jacobian, x, Q):
                 x[first + i, l] += step[i * m + l]
     for i in range(d):
         for k in range(stages):
-            total, lost = state[0, i], state[1, i] - tableau.c_low[k] * (h * state[2, i])
+            total, low = state[0, i], state[1, i] - tableau.c_low[k] * (h * state[2, i])
             for l in range(m):
                 total, error = two_sum(total, psi[l, k] * x[i, l])
-                lost += error + psi_low[l, k] * x[i, l]
-            Q[i, k] = total + lost
+                low += error + psi_low[l, k] * x[i, l]
+            Q[i, k] = total + low
     return True
 
 
@@ -279,19 +286,19 @@ def copy_into(target, source):
 @jit_inline
 def all_finite(values):
     """Whether every entry of (d, s) is finite."""
-    total = 0.0
+    absolute_sum = 0.0
     for i in range(values.shape[0]):
         for k in range(values.shape[1]):
-            total += abs(values[i, k])
-    return total < np.inf
+            absolute_sum += abs(values[i, k])
+    return absolute_sum < np.inf
 
 
 @jit_inline
 def two_product(x, y):
-    """x y = product + error exactly (Dekker)."""
+    """The rounded product of x and y and its error, x y = product + error (Dekker)."""
     product = x * y
-    x_high = SPLIT * x - (SPLIT * x - x)
-    y_high = SPLIT * y - (SPLIT * y - y)
+    x_high = SPLIT_FACTOR * x - (SPLIT_FACTOR * x - x)
+    y_high = SPLIT_FACTOR * y - (SPLIT_FACTOR * y - y)
     x_low, y_low = x - x_high, y - y_high
     error = ((x_high * y_high - product) + x_high * y_low + x_low * y_high) + x_low * y_low
     return product, error
@@ -302,17 +309,17 @@ def complete_step(tableau, h, a, state):
     """q += h v + h^2 sum_j beta_j a_j,  v += h sum_j b_j a_j, with compensated summation."""
     b, beta, b_low, beta_low = tableau.b, tableau.beta, tableau.b_low, tableau.beta_low
     for i in range(a.shape[0]):
-        kick, bend, kick_low, bend_low = 0.0, 0.0, 0.0, 0.0
+        kick_sum, bend_sum, kick_low, bend_low = 0.0, 0.0, 0.0, 0.0
         for j in range(a.shape[1]):
-            kick += b[j] * a[i, j]
-            bend += beta[j] * a[i, j]
+            kick_sum += b[j] * a[i, j]
+            bend_sum += beta[j] * a[i, j]
             kick_low += b_low[j] * a[i, j]
             bend_low += beta_low[j] * a[i, j]
         q, q_low, v, v_low = state[0, i], state[1, i], state[2, i], state[3, i]
         drift, drift_low = two_product(h, v)
         moved, moved_low = two_sum(q, drift)
         low = moved_low + (q_low + (drift_low + (h * v_low + h * h * bend_low)))
-        moved, moved_low = two_sum(moved, h * h * bend)
+        moved, moved_low = two_sum(moved, h * h * bend_sum)
         state[0, i], state[1, i] = two_sum(moved, moved_low + low)
-        kicked, kicked_low = two_sum(v, h * kick)
+        kicked, kicked_low = two_sum(v, h * kick_sum)
         state[2, i], state[3, i] = two_sum(kicked, kicked_low + (v_low + h * kick_low))

@@ -6,8 +6,10 @@ state         (4, n)   0: g (r,)
                        2: memory (r,) of galvi.kernels.lie.groups, zeros after this kernel
                        3: low parts of nu, or else of mu (d,), and of memory (r,)
 stages        (d, s)   velocities at the last step's stages, from which the next is predicted
-solver_state  (4,)     [LAST_STEP, GUESS or RATES; steps left to this kernel; done; -]
-turned        (1,)     rotation angle of a step that left the chart
+solver_state  (4,)     content of stages (LAST_STEP, GUESS or RATES), number of steps that remain
+for
+                       this kernel, number of steps done, not used
+turned        (1,)     set to the rotation angle of a step that leaves the chart
 """
 
 from functools import cache
@@ -31,8 +33,8 @@ from galvi.kernels.on_group.stages import (
     Curve,
     Discretisation,
     Start,
-    carried,
-    end_place,
+    end_coordinates,
+    end_momentum_in_frame,
 )
 from galvi.kernels.run_record import PLAN, PROGRESS, RECORDING, Plan, Recording, record, watched_row
 
@@ -41,12 +43,12 @@ RATES = 3  # content of stages, as in galvi.kernels.nystrom.advance: xi' of the 
 
 
 @jit
-def arrive(method, start, curve, g1, mu, nu, low):
-    """g1, mu, nu, low <- those at the step's end; returns the largest |xi(1)| of a rotation."""
+def end_step(method, start, curve, g1, mu, nu, low):
+    """Set g1, mu, nu and low at the step's end; returns the largest |xi(1)| of a rotation."""
     layout, chart, g, d = method.layout, method.chart, start.g, mu.size
     xi, kick = np.empty(d), np.empty(d)
-    end_place(method.basis, curve.x, xi)
-    carried(method.basis, start.h, np.zeros(d), curve.forces, kick)
+    end_coordinates(method.basis, curve.x, xi)
+    end_momentum_in_frame(method.basis, start.h, np.zeros(d), curve.forces, kick)
     product.place(layout, chart, g, xi, g1)
     product.restore(layout, g1)
     product.carry(layout, chart, g, g1, xi, kick, mu, nu, low)
@@ -55,14 +57,14 @@ def arrive(method, start, curve, g1, mu, nu, low):
 
 @jit_noalloc
 def copy_vector(target, source, first):
-    """target (n,) <- the entries of the source from ``first`` on; slices take longer."""
+    """target (n,) <- source[first : first + n]; slices would take longer."""
     for i in range(target.size):
         target[i] = source[first + i]
 
 
 @jit_noalloc
 def set_state(state, g, mu, nu, low):
-    """The state at the end of a step."""
+    """Set the state (4, n) at the end of a step."""
     d = mu.size
     state[1:, :] = 0.0
     for i in range(g.size):
@@ -84,7 +86,7 @@ def sum_of_sizes(x):
 
 @jit
 def guess(method, start, stages, holds, curve):
-    """The curve's x <- the start of the iteration, from the stages."""
+    """Set the curve's x and velocities for the start of the iteration, from the stages."""
     if holds == LAST_STEP:
         predict(method.basis, stages, curve.velocities)
     else:
@@ -96,7 +98,7 @@ def guess(method, start, stages, holds, curve):
 
 
 @jit_noalloc
-def keep(plan, recording, step, start, nodes, curve, g1, mu1, passage):
+def record_step(plan, recording, step, start, nodes, curve, g1, mu1, passage):
     """Record the step that ends at (g1, mu1)."""
     (d, s), r, m = curve.coordinates.shape, g1.size, curve.x.shape[1]
     record(plan, recording, step, start.g, g1, mu1)
@@ -116,8 +118,12 @@ def keep(plan, recording, step, start, nodes, curve, g1, mu1, passage):
 
 
 @jit
-def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, turned, recording):
-    """Do ``todo`` more steps; returns a code. A step that fails leaves the state unchanged.
+def advance_group(
+    law, layout, chart, largest_rotation, basis, plan, todo, progress, turned, recording
+):
+    """Do ``todo`` more steps; returns SOLVED, LEFT_CHART or another code.
+
+    A step that fails leaves the state unchanged.
 
     Parameters
     ----------
@@ -147,22 +153,22 @@ def advance_group(law, layout, chart, farthest, basis, plan, todo, progress, tur
         code = solve_group(law, method, start, curve, plan.tolerance, allow_damping, counts)
         if code != SOLVED:
             return code
-        reached = arrive(method, start, curve, g1, mu1, nu, low)
-        if not reached <= farthest:
-            turned[0] = angle_of(chart, reached)
+        rotation = end_step(method, start, curve, g1, mu1, nu, low)
+        if not rotation <= largest_rotation:
+            turned[0] = angle_of(chart, rotation)
             return LEFT_CHART
         if not sum_of_sizes(g1) + sum_of_sizes(mu1) < np.inf:
             return NOT_FINITE
         copy_into(stages, curve.velocities)
         set_state(state, g1, mu1, nu, low)
         solver_state[HOLDS], solver_state[DONE] = LAST_STEP, step + 1
-        keep(plan, recording, step, start, basis.c, curve, g1, mu1, passage)
+        record_step(plan, recording, step, start, basis.c, curve, g1, mu1, passage)
     return SOLVED
 
 
 @cache
 def compiled_advance_group():
-    """``advance_group`` compiled or cached, one kernel for all systems."""
+    """The compiled ``advance_group``, one kernel for all systems."""
     integer, real = types.int64, types.float64
     signature = integer(
         LAW_TUPLE,

@@ -8,12 +8,18 @@ import numpy as np
 
 from galvi.kernels.compile.jit import jit_noalloc
 from galvi.kernels.lie.product import is_flat
-from galvi.kernels.on_group.stages import carried, end_momentum, end_place, local_slopes
+from galvi.kernels.on_group.stages import (
+    end_coordinates,
+    end_momentum,
+    end_momentum_in_frame,
+    local_slopes,
+)
 
 
 @jit_noalloc
 def factor(matrix, pivots):
-    """matrix <- its LU factors with partial pivoting, in place; returns whether it is regular."""
+    """Replace a matrix by its LU factors, with partial pivoting; returns False if it is singular or
+    not finite."""
     n = matrix.shape[0]
     for k in range(n):
         best, row = 0.0, k
@@ -37,7 +43,7 @@ def factor(matrix, pivots):
 
 @jit_noalloc
 def substitute(matrix, pivots, rhs):
-    """rhs <- A^-1 rhs from the factors of A."""
+    """rhs <- A^-1 rhs, from the factors of A by ``factor``."""
     n = matrix.shape[0]
     for k in range(n):
         rhs[k], rhs[pivots[k]] = rhs[pivots[k]], rhs[k]
@@ -56,25 +62,29 @@ SLOPE_DIFFERENCE = 2.0**-22
 
 @jit_noalloc
 def curvature(law, layout, chart, scratch, scale, rate_scale, g, t, xi, eta, stage_forces, blocks):
-    """blocks (2, 3, d, d) <- derivatives by xi and xi' of pi, f and n, which are stage_forces."""
+    """blocks (2, 3, d, d) <- derivatives by xi and xi' of pi, f and n, by forward differences from
+    their values ``stage_forces`` (3, d)."""
     d = xi.size
-    velocity, ahead = scratch.velocity, scratch.local
+    velocity, moved_slopes = scratch.velocity, scratch.local
     for a in range(d):
         for kind in range(2):
-            moved = xi if kind == 0 else eta
-            centre = moved[a]
-            moved[a] = centre + SLOPE_DIFFERENCE * (scale[a] if kind == 0 else rate_scale)
-            nudge = moved[a] - centre
-            local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, ahead)
-            moved[a] = centre
+            argument = xi if kind == 0 else eta
+            centre = argument[a]
+            argument[a] = centre + SLOPE_DIFFERENCE * (scale[a] if kind == 0 else rate_scale)
+            difference = argument[a] - centre
+            local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, moved_slopes)
+            argument[a] = centre
             for row in range(3):
                 for i in range(d):
-                    blocks[kind, row, i, a] = (ahead[row, i] - stage_forces[row, i]) / nudge
+                    blocks[kind, row, i, a] = (
+                        moved_slopes[row, i] - stage_forces[row, i]
+                    ) / difference
 
 
 @jit_noalloc
 def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_momentum):
-    """Derivatives (d, d) of p1 by xi(1) and by the momentum, by central differences."""
+    """by_place, by_momentum (d, d) <- derivatives of p1 by xi(1) and by the momentum, by central
+    differences."""
     d = xi.size
     if is_flat(layout):
         by_place[:, :] = 0.0
@@ -89,17 +99,17 @@ def end_curvature(layout, chart, scratch, scale, xi, momentum, by_place, by_mome
         size = max(size, abs(momentum[a]))
     for a in range(d):
         for kind in range(2):
-            moved = xi if kind == 0 else momentum
+            argument = xi if kind == 0 else momentum
             out = by_place if kind == 0 else by_momentum
-            centre = moved[a]
-            nudge = SLOPE_DIFFERENCE * (scale[a] if kind == 0 else max(size, 1e-100))
-            moved[a] = centre + nudge
+            centre = argument[a]
+            difference = SLOPE_DIFFERENCE * (scale[a] if kind == 0 else max(size, 1e-100))
+            argument[a] = centre + difference
             end_momentum(layout, chart, xi, momentum, mu1, ahead)
-            moved[a] = centre - nudge
+            argument[a] = centre - difference
             end_momentum(layout, chart, xi, momentum, mu1, behind)
-            moved[a] = centre
+            argument[a] = centre
             for i in range(d):
-                out[i, a] = 0.5 * (ahead[i] - behind[i]) / nudge
+                out[i, a] = 0.5 * (ahead[i] - behind[i]) / difference
 
 
 @jit_noalloc
@@ -135,25 +145,30 @@ def derivative(law, method, scratch, start, curve, scale, rate_scale, matrix):
         )
         for a in range(d):
             for k in range(d):
-                late, bend = h * b[j] * blocks[0, 2, a, k], b[j] * blocks[1, 2, a, k]
+                value_factor, slope_factor = (
+                    h * b[j] * blocks[0, 2, a, k],
+                    b[j] * blocks[1, 2, a, k],
+                )
                 for l in range(end.size):
-                    kicks[a, k, l] += late * psi[j, l] + bend * slope[j, l]
+                    kicks[a, k, l] += value_factor * psi[j, l] + slope_factor * slope[j, l]
                 for i in range(first[a + 1] - first[a]):
-                    late, bend = h * b[j] * psi[j, i], b[j] * slope[j, i]
-                    by_place = late * blocks[0, 1, a, k] + bend * blocks[0, 0, a, k]
-                    by_rate = (late * blocks[1, 1, a, k] + bend * blocks[1, 0, a, k]) / h
+                    value_factor, slope_factor = h * b[j] * psi[j, i], b[j] * slope[j, i]
+                    by_place = value_factor * blocks[0, 1, a, k] + slope_factor * blocks[0, 0, a, k]
+                    by_rate = (
+                        value_factor * blocks[1, 1, a, k] + slope_factor * blocks[1, 0, a, k]
+                    ) / h
                     for l in range(first[k + 1] - first[k]):
                         matrix[first[a] + i, first[k] + l] += (
                             by_place * psi[j, l] + by_rate * slope[j, l]
                         )
-    end_place(basis, curve.x, xi)
-    carried(basis, h, start.mu0, forces, momentum)
+    end_coordinates(basis, curve.x, xi)
+    end_momentum_in_frame(basis, h, start.mu0, forces, momentum)
     end_curvature(layout, chart, scratch, scale, xi, momentum, by_end, by_momentum)
     for a in range(d):
         for k in range(d):
             for l in range(first[k + 1] - first[k]):
-                moved = by_end[a, k] * end[l]
+                end_derivative = by_end[a, k] * end[l]
                 for n in range(d):
-                    moved += by_momentum[a, n] * kicks[n, k, l]
+                    end_derivative += by_momentum[a, n] * kicks[n, k, l]
                 for i in range(first[a + 1] - first[a]):
-                    matrix[first[a] + i, first[k] + l] -= end[i] * moved
+                    matrix[first[a] + i, first[k] + l] -= end[i] * end_derivative

@@ -1,9 +1,9 @@
 """Scales of the motion in one step on a group; notation of galvi.kernels.on_group.stages.
 
-scale  (d,)  of each component: 1 for rotations, one for all positions of a factor, 0 if unknown;
-             at least the smallest normal number, below which no change is small beside a motion,
-             and LEAST_COUPLED_MOTION of the largest motion that a mass couples to it: what moves
-             less may be round-off of that
+scale  (d,)  scale of each component: 1 for rotations; the same for all positions of a factor, 0 if
+             it is not known. A known scale is at least LEAST_NORMAL, below which changes lose their
+             relative accuracy, and LEAST_COUPLED_MOTION times the largest motion that the mass
+             couples to the factor, since a smaller motion may be round-off of that one
 """
 
 import numpy as np
@@ -12,16 +12,18 @@ from galvi.kernels.compile.jit import jit_noalloc
 from galvi.kernels.constants import LEAST_NORMAL
 from galvi.kernels.lie.product import COUPLED, DIMENSION, ROTATIONS
 
-QUIET = 2.0**-47  # share of the largest rate below which changes may be round-off
+QUIET_RATE = 2.0**-47  # ratio of a rate to the largest up to which it may be round-off
 BAD_SCALE_RATIO = 16.0  # ratio of scales above which the larger one was a bad guess
-# Of the largest motion: round-off of it is below ROUND_OFF_CHANGE of galvi.kernels.nystrom.solve.
+# Least ratio of a scale to the largest coupled motion: changes that are round-off of this motion
+# are then below ROUND_OFF_CHANGE of galvi.kernels.nystrom.solve.
 LEAST_COUPLED_MOTION = 2.0**-12
-UNRESOLVED_SHARE = 0.1  # share of its last Legendre terms from which on a motion is not resolved
+# Ratio of the last two Legendre terms to the largest from which on a motion is not resolved.
+UNRESOLVED_SHARE = 0.1
 
 
 @jit_noalloc
 def largest_coupled(layout, number, sizes):
-    """The largest |size|, (d,), of factors that share this number."""
+    """The largest |size| in ``sizes`` (d,) of the factors with this number in column COUPLED."""
     start, size = 0, 0.0
     for factor in range(layout.shape[0]):
         end = start + layout[factor, DIMENSION]
@@ -34,7 +36,8 @@ def largest_coupled(layout, number, sizes):
 
 @jit_noalloc
 def grow_scale(layout, coordinates, rate, h, scale):
-    """Increase scale (d,) of translations to the factor's largest coordinate and h rate, (d, s)."""
+    """Raise the scales (d,) of translations to the largest |coordinate| and |h rate| (d, s) of
+    their factor."""
     start, number, floor = 0, -1, 0.0
     for factor in range(layout.shape[0]):
         first, end = start + layout[factor, ROTATIONS], start + layout[factor, DIMENSION]
@@ -74,16 +77,17 @@ def amplification(layout, coordinates, rate, h):
 
 @jit_noalloc
 def is_resolved(analysis, velocities):
-    """Whether the last two Legendre terms of the velocities (d, s) at the stages are small.
+    """Whether the last two Legendre terms of the velocities (d, s) at the stages are small; False
+    for less than three stages.
 
-    Near the limit of a chart there are roots of the stage equations that are no motions: a steady
-    turning by 4 radians in a step "ends" at 178.7 degrees, at velocities from 0.008 to 1.2 times
-    the true one.
+    Near the limit of a chart the stage equations have roots that are no motions: a steady turning
+    by 4 radians in a step "ends" at 178.7 degrees, at velocities from 0.008 to 1.2 times the true
+    one.
 
     Parameters
     ----------
     analysis : array, shape (s, s)
-        row j has what the value at stage j adds to each term
+        row j holds the contribution of the value at stage j to each term
     """
     d, s = velocities.shape
     if s < 3:
@@ -111,29 +115,31 @@ def largest(values):
 
 
 @jit_noalloc
-def relative(coordinates, rate, h, scale, rate_scale):
-    """The largest |coordinate| and |h rate| (d, s) over scale; 0 for 0, NaN unless all are finite.
+def relative_size(coordinates, rate, h, scale, rate_scale):
+    """The largest ratio of |coordinate| and |h rate| (d, s) to the scale, 1 for a scale of 0; 0 if
+    all are 0, NaN if one is not finite.
 
-    Rates are included, since only they see every function of a space (M lemma 1), except for the
-    rounding errors of rates of size rate_scale.
+    Rates are included, since only they depend on every function of a space (M lemma 1), but not
+    those up to QUIET_RATE times rate_scale, which may be round-off.
     """
     size, total = 0.0, 0.0
     for a in range(coordinates.shape[0]):
         for j in range(coordinates.shape[1]):
-            moved = abs(coordinates[a, j])
-            if abs(rate[a, j]) > QUIET * rate_scale:
-                moved = max(moved, abs(h * rate[a, j]))
-            if moved > 0.0:
-                size = max(size, moved / scale[a] if scale[a] > 0.0 else 1.0)
+            motion = abs(coordinates[a, j])
+            if abs(rate[a, j]) > QUIET_RATE * rate_scale:
+                motion = max(motion, abs(h * rate[a, j]))
+            if motion > 0.0:
+                size = max(size, motion / scale[a] if scale[a] > 0.0 else 1.0)
             total += abs(coordinates[a, j]) + abs(rate[a, j])
     return size if total < np.inf else np.nan
 
 
 @jit_noalloc
-def shrink_scale(now, scale):
-    """Whether scale (d,) was much larger than now in some component; if so, scale <- now."""
-    shrunk = False
+def shrink_scale(new_scale, scale):
+    """Set the components of scale (d,) that exceed BAD_SCALE_RATIO times a positive ``new_scale``
+    to that; returns whether there were any."""
+    has_shrunk = False
     for a in range(scale.size):
-        if scale[a] > BAD_SCALE_RATIO * now[a] > 0.0:
-            scale[a], shrunk = now[a], True
-    return shrunk
+        if scale[a] > BAD_SCALE_RATIO * new_scale[a] > 0.0:
+            scale[a], has_shrunk = new_scale[a], True
+    return has_shrunk

@@ -186,8 +186,8 @@ def verdict(method, h, curve, change, tolerance, history):
     amplification, which grows near the limit of the chart, but only where the velocities are
     resolved; elsewhere the root may be spurious.
     """
-    code = solve.verdict(change, tolerance, history)
-    if code != solve.NOT_FINITE and history[3] >= solve.IDLE:
+    code = solve.decide_inline(change, tolerance, history)
+    if code != solve.NOT_FINITE and history[3] >= solve.IDLE_PASSES:
         amplified = scales.amplification(method.layout, curve.coordinates, curve.rate, h)
         if history[2] <= solve.ROUND_OFF_CHANGE * amplified and scales.is_resolved(
             method.basis.analysis, curve.velocities
@@ -229,7 +229,7 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
         change = np.inf
         if reusable:
             correct(basis, h, newton)
-            change = scales.relative(
+            change = scales.relative_size(
                 newton.xi_change, newton.rate_change, h, scale, scales.largest(rate)
             )
             nearly_solved = NEARLY_SOLVED * scales.amplification(layout, coordinates, rate, h)
@@ -250,7 +250,7 @@ def solve_group(law, method, start, curve, tolerance, allow_damping, counts):
                 law, method, scratch, start, curve, newton, max_derivatives, counts
             ):
                 return solve.NOT_FINITE
-            change = scales.relative(
+            change = scales.relative_size(
                 newton.xi_change, newton.rate_change, h, scale, scales.largest(rate)
             )
             reusable = True

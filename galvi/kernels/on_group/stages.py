@@ -21,7 +21,7 @@ basis        a ``Basis``; the unknowns of component a are x[a, i] with i < first
              the others are 0
 law          a ``Law`` of galvi.kernels.forces.lagrangian_derivatives
 scale        (d,)       1 for rotations; for translations the size of positions and displacements
-rate_scale              size of xi'; as scale, not 0
+rate_scale              size of xi'; not 0
 scratch      a ``Scratch``
 """
 
@@ -77,21 +77,21 @@ BASIS = types.Tuple(
 
 @jit_noalloc
 def place_curve(basis, h, x, coordinates, rate):
-    """xi_j = sum_i psi_ji x_i,  xi'_j = sum_i psi_ji' x_i / h."""
+    """coordinates and rate (d, s) <- xi_j = sum_i psi_ji x_i and xi'_j = sum_i psi_ji' x_i / h."""
     psi, slope = basis.psi, basis.slope
     for a in range(x.shape[0]):
         for j in range(psi.shape[0]):
-            where, speed = 0.0, 0.0
+            coordinate, rate_sum = 0.0, 0.0
             for i in range(psi.shape[1]):
-                where += psi[j, i] * x[a, i]
-                speed += slope[j, i] * x[a, i]
-            coordinates[a, j], rate[a, j] = where, speed / h
+                coordinate += psi[j, i] * x[a, i]
+                rate_sum += slope[j, i] * x[a, i]
+            coordinates[a, j], rate[a, j] = coordinate, rate_sum / h
 
 
 class Discretisation(NamedTuple):
-    """How a motion on a group is discretised: see above.
+    """The group, as layout and chart of galvi.kernels.lie.product, and the basis of a method.
 
-    Without the law, which kernels that are compiled cannot take where it is Python's.
+    The law is not included, since compiled kernels cannot take one that is in Python.
     """
 
     layout: Any
@@ -181,7 +181,7 @@ def local_slopes(law, layout, chart, scratch, g, xi, eta, t, velocity, out):
 
 @jit_noalloc
 def stage_slopes(law, layout, chart, scratch, start, curve):
-    """The curve's forces and velocities <- their values at all stages."""
+    """Set the curve's forces and velocities at all stages."""
     coordinates, rate, forces, velocities = (
         curve.coordinates,
         curve.rate,
@@ -200,7 +200,7 @@ def stage_slopes(law, layout, chart, scratch, start, curve):
 
 
 @jit_noalloc
-def end_place(basis, x, xi):
+def end_coordinates(basis, x, xi):
     """xi <- xi(1), (d,)."""
     end = basis.end
     for a in range(x.shape[0]):
@@ -210,7 +210,7 @@ def end_place(basis, x, xi):
 
 
 @jit_noalloc
-def carried(basis, h, mu0, forces, out):
+def end_momentum_in_frame(basis, h, mu0, forces, out):
     """out <- mu0 + h sum_j b_j n_j, the final momentum in the frame of g."""
     b = basis.b
     for a in range(mu0.size):
@@ -222,7 +222,7 @@ def carried(basis, h, mu0, forces, out):
 
 @jit_noalloc
 def end_momentum(layout, chart, xi, momentum, mu1, p1):
-    """mu1 and p1 = T^T mu1 from xi(1) and the momentum in the frame of g."""
+    """Set mu1 and p1 = T^T mu1, from xi(1) and the final momentum in the frame of g."""
     if is_flat(layout):
         for i in range(xi.size):
             mu1[i] = p1[i] = momentum[i]
@@ -238,8 +238,8 @@ def residual(method, scratch, start, curve, R):
     x, forces, h, mu0 = curve.x, curve.forces, start.h, start.mu0
     psi, slope, end, b, first = basis.psi, basis.slope, basis.end, basis.b, basis.first
     xi, momentum, mu1, p1 = scratch.xi, scratch.eta, scratch.velocity, scratch.slopes[0]
-    end_place(basis, x, xi)
-    carried(basis, h, mu0, forces, momentum)
+    end_coordinates(basis, x, xi)
+    end_momentum_in_frame(basis, h, mu0, forces, momentum)
     end_momentum(layout, chart, xi, momentum, mu1, p1)
     for a in range(x.shape[0]):
         for i in range(first[a + 1] - first[a]):

@@ -1,6 +1,6 @@
-"""Arithmetic of numbers and triples that costs nothing where one is the number 0, 1 or -1.
+"""Arithmetic of numbers and triples without operations on the numbers 0, 1 and -1.
 
-For lanes, numbers, complex numbers and arrays; kernels compile the plain operations.
+For lanes, numbers, complex numbers and arrays; kernels compile the usual operations.
 """
 
 from galvi.kernels.lie.arithmetic import generic, in_kernels
@@ -23,7 +23,7 @@ def _minus(x, y):
 
 @in_kernels(_times)
 def times(x, y):
-    """x y; nothing is computed where a factor is the number 0, 1 or -1."""
+    """x y, without a product if a factor is the number 0, 1 or -1."""
     for factor, cofactor in ((x, y), (y, x)):
         if isinstance(factor, float) and factor in (0.0, 1.0, -1.0):
             if factor == 0.0:
@@ -34,7 +34,7 @@ def times(x, y):
 
 @in_kernels(_plus)
 def plus(x, y):
-    """x + y; nothing is computed where one is the number 0."""
+    """x + y, without a sum if x or y is the number 0."""
     if isinstance(x, float) and x == 0.0:
         return y
     return x if isinstance(y, float) and y == 0.0 else x + y
@@ -42,7 +42,7 @@ def plus(x, y):
 
 @in_kernels(_minus)
 def minus(x, y):
-    """x - y; nothing is computed where y is the number 0."""
+    """x - y, without a difference if x or y is the number 0."""
     if isinstance(y, float) and y == 0.0:
         return x
     return -y if isinstance(x, float) and x == 0.0 else x - y
@@ -83,7 +83,7 @@ def sum_of(a, b):
 
 
 @generic
-def less(a, b):
+def difference_of(a, b):
     """a - b."""
     return minus(a[0], b[0]), minus(a[1], b[1]), minus(a[2], b[2])
 
@@ -95,21 +95,22 @@ def scaled(x, a):
 
 
 @generic
-def turned(a, k, b):
-    """The matrix with rows at k times b."""
+def rotated(a, k, b):
+    """The product of the matrix (3, 3), by rows from index k of a on, and b."""
     return dot(triple(a, k), b), dot(triple(a, k + 3), b), dot(triple(a, k + 6), b)
 
 
 @generic
-def turned_back(a, k, b):
-    """The transposed matrix with rows at k times b."""
+def rotated_back(a, k, b):
+    """The product of the transposed matrix (3, 3), by rows from index k of a on, and b."""
     first, second = scaled(b[0], triple(a, k)), scaled(b[1], triple(a, k + 3))
     return sum_of(sum_of(first, second), scaled(b[2], triple(a, k + 6)))
 
 
 @generic
 def symmetric(a, k, b):
-    """The symmetric matrix with xx, xy, xz, yy, yz, zz at k, times b."""
+    """The product of the symmetric matrix with xx, xy, xz, yy, yz, zz from index k of a on, and
+    b."""
     return (
         dot((a[k], a[k + 1], a[k + 2]), b),
         dot((a[k + 1], a[k + 3], a[k + 4]), b),
@@ -123,6 +124,6 @@ def _is_there(x):
 
 
 @in_kernels(_is_there)
-def is_there(x):
-    """Whether x may be other than 0."""
+def may_be_nonzero(x):
+    """Whether x may be nonzero: False only for the number 0."""
     return not isinstance(x, float) or x != 0.0

@@ -1,10 +1,10 @@
 """Lagrangian of a tree of rigid bodies by recursion, for lanes, numbers, arrays and kernels alike.
 
-A joint carries a frame: of a hinge and a slide, on the axis, which is its z axis; of a ball joint,
-at its centre; of a free joint, the body's own, with the velocity of its origin in space, then w.
-Frame 0 is the world's. With C and r the rotation and the displacement from a joint's frame to that
-of the joint before it, S the joint's axes, X = (C, r), twists V = (w, v) and wrenches P = (l, f) in
-the joint's frame at its origin,
+Each joint has a frame: for a hinge and a slide, on the axis, which is its z axis; for a ball joint,
+at its centre; for a free joint, that of the body, whose velocities are that of the origin in space,
+then w. Frame 0 is the world. With C and r the rotation and the displacement from a joint's frame to
+that of the joint before it, S the joint's axes, X = (C, r), twists V = (w, v) and wrenches P = (l,
+f) in the joint's frame at its origin,
 
     U_j = X_j^-1 V_up(j),   V_j = U_j + S_j v_j,   P_j = I_j V_j + sum over next joints of X_k P_k,
     dL/dv_j = S_j^T P_j + armature v_j,
@@ -15,9 +15,9 @@ with m_j, c_j mass and centre of all that the joint carries, and g_j gravity in 
 joint by S_j e changes V_j by -[S_j e, U_j] and turns what it carries in the field (Featherstone,
 Rigid Body Dynamics Algorithms, ch. 6, for the mass by composite bodies).
 
-c     HEAD numbers: joints, gravity (3,), mass times centre of what is fixed (3,); then JOINT
-      numbers for each joint, at the places below
-work  STRIDE numbers for each frame, at the places below, from zeros
+c     HEAD numbers: number of joints, gravity (3,), mass times centre of fixed bodies (3,); then
+      JOINT numbers for each joint, see the indices below
+work  STRIDE numbers for each frame, see the indices below, from zeros
 q, v  entries and velocities of all joints
 """
 
@@ -28,19 +28,19 @@ from galvi.kernels.lie.arithmetic import generic
 from galvi.kernels.lie.elementary import atan2, sine_cosine, sqrt
 from galvi.kernels.trees.sparse import (
     cross,
+    difference_of,
     dot,
-    is_there,
     keep,
-    less,
+    may_be_nonzero,
     minus,
     plus,
+    rotated,
+    rotated_back,
     scaled,
     sum_of,
     symmetric,
     times,
     triple,
-    turned,
-    turned_back,
 )
 
 HINGE, SLIDE, BALL, FREE = range(4)
@@ -60,7 +60,7 @@ LEAST_SINE_SQUARE = 1e-200
 
 @generic
 def place_joint(c, k, q, work, a):
-    """C and r of a joint at its coordinates."""
+    """Set C and r of the joint at k of c, at a of work, from its coordinates."""
     kind, entry = int(c[k + KIND]), int(c[k + ENTRY])
     keep(triple(c, k + SHIFT), work, a + R)
     for i in range(3):
@@ -73,7 +73,7 @@ def place_joint(c, k, q, work, a):
         elif kind == SLIDE:
             work[a + R + i] = plus(work[a + R + i], times(row[2], minus(q[entry], c[k + ZERO])))
         elif kind == BALL:
-            row = turned_back(q, entry, row)
+            row = rotated_back(q, entry, row)
         else:
             row = triple(q, entry + 3 + 3 * i)
             work[a + R + i] = q[entry + i]
@@ -82,7 +82,8 @@ def place_joint(c, k, q, work, a):
 
 @generic
 def outward(c, q, v, work):
-    """C, r, U, V, gravity, and each joint's own momentum, mass and first moment."""
+    """Set C, r, U, V and gravity of each joint, and the momentum, mass and first moment of its
+    body."""
     keep(triple(c, 1), work, FIELD)
     keep(triple(c, 4), work, H)
     for j in range(1, int(c[0]) + 1):
@@ -91,10 +92,10 @@ def outward(c, q, v, work):
         place_joint(c, k, q, work, a)
         w = triple(work, up + W)
         swept = sum_of(triple(work, up + V), cross(w, triple(work, a + R)))
-        w, velocity = turned_back(work, a + C, w), turned_back(work, a + C, swept)
-        keep(turned_back(work, a + C, triple(work, up + FIELD)), work, a + FIELD)
+        w, velocity = rotated_back(work, a + C, w), rotated_back(work, a + C, swept)
+        keep(rotated_back(work, a + C, triple(work, up + FIELD)), work, a + FIELD)
         if kind == FREE:  # on the world, U = 0; what R turns is the velocity in space
-            velocity = turned_back(work, a + C, triple(v, dof))
+            velocity = rotated_back(work, a + C, triple(v, dof))
         keep(w, work, a + UW)
         keep(velocity, work, a + UV)
         if kind == HINGE:
@@ -107,14 +108,15 @@ def outward(c, q, v, work):
         keep(w, work, a + W)
         keep(velocity, work, a + V)
         keep(sum_of(symmetric(c, k + INERTIA, w), cross(h, velocity)), work, a + L)
-        keep(less(scaled(m, velocity), cross(h, w)), work, a + F)
+        keep(difference_of(scaled(m, velocity), cross(h, w)), work, a + F)
         work[a + M] = m
         keep(h, work, a + H)
 
 
 @generic
 def inward(c, v, work, tau, mu):
-    """tau <- dL/dq but for the springs', mu <- dL/dv; masses and first moments of all carried."""
+    """tau <- dL/dq without the springs, mu <- dL/dv; masses and first moments in work become those
+    of all bodies that each joint carries."""
     for j in range(int(c[0]), 0, -1):
         k, a = HEAD + JOINT * (j - 1), STRIDE * j
         kind, up, dof = int(c[k + KIND]), STRIDE * int(c[k + UP]), int(c[k + DOF])
@@ -132,11 +134,11 @@ def inward(c, v, work, tau, mu):
             keep(l, mu, dof + DOFS[kind] - 3)
             if kind == FREE:
                 keep(scaled(m, triple(work, up + FIELD)), tau, dof)
-                keep(turned(work, a + C, f), mu, dof)
+                keep(rotated(work, a + C, f), mu, dof)
         for i in range(DOFS[kind]):
             mu[dof + i] = plus(mu[dof + i], times(c[k + ARMATURE], v[dof + i]))
         r = triple(work, a + R)
-        l, f, h = turned(work, a + C, l), turned(work, a + C, f), turned(work, a + C, h)
+        l, f, h = rotated(work, a + C, l), rotated(work, a + C, f), rotated(work, a + C, h)
         l = sum_of(l, cross(r, f))
         h = sum_of(h, scaled(m, r))
         keep(sum_of(triple(work, up + L), l), work, up + L)
@@ -147,7 +149,7 @@ def inward(c, v, work, tau, mu):
 
 @generic
 def rotation_vector(q, entry, c, k):
-    """The rotation vector from the matrix at k of c to that at ``entry`` of q."""
+    """The rotation vector from the matrix at index k of c to that at index ``entry`` of q."""
     a0, a1, a2 = triple(c, k), triple(c, k + 3), triple(c, k + 6)
     b0, b1, b2 = triple(q, entry), triple(q, entry + 3), triple(q, entry + 6)
     turn = (  # columns of A^T B
@@ -167,7 +169,7 @@ def rotation_vector(q, entry, c, k):
 
 @generic
 def springs(c, q, tau):
-    """Adds the springs' forces to tau; returns their energy."""
+    """Add the forces of the springs to tau; returns their energy."""
     energy = 0.0
     for j in range(1, int(c[0]) + 1):
         k = HEAD + JOINT * (j - 1)
@@ -178,23 +180,23 @@ def springs(c, q, tau):
             pull = times(stiffness, away)
             tau[dof] = minus(tau[dof], pull)
             energy = plus(energy, times(0.5, times(pull, away)))
-        elif is_there(stiffness):
+        elif may_be_nonzero(stiffness):
             if kind == FREE:
-                away = less(triple(q, entry), triple(c, k + REST_PLACE))
-                keep(less(triple(tau, dof), scaled(stiffness, away)), tau, dof)
+                away = difference_of(triple(q, entry), triple(c, k + REST_PLACE))
+                keep(difference_of(triple(tau, dof), scaled(stiffness, away)), tau, dof)
                 energy = plus(energy, times(0.5 * stiffness, dot(away, away)))
                 dof, entry = dof + 3, entry + 3
             turn = rotation_vector(q, entry, c, k + REST)
-            keep(less(triple(tau, dof), scaled(stiffness, turn)), tau, dof)
+            keep(difference_of(triple(tau, dof), scaled(stiffness, turn)), tau, dof)
             energy = plus(energy, times(0.5 * stiffness, dot(turn, turn)))
     return energy
 
 
 @generic
 def add_inertia(work, a, up):
-    """The inertia of a frame, in that of the joint before it, is added to that one's."""
+    """Add the inertia of the frame at a of work to that of the joint before it, at ``up``."""
     m, r = work[a + M], triple(work, a + R)
-    h = turned(work, a + C, triple(work, a + H))
+    h = rotated(work, a + C, triple(work, a + H))
     x, y, z = triple(work, a + C), triple(work, a + C + 3), triple(work, a + C + 6)
     jx, jy, jz = (symmetric(work, a + J, x), symmetric(work, a + J, y), symmetric(work, a + J, z))
     moved = sum_of(h, sum_of(h, scaled(m, r)))  # 2 h + m r
@@ -214,7 +216,7 @@ def add_inertia(work, a, up):
 
 @generic
 def component(kind, work, a, l, f, i):
-    """The i-th component of a wrench along a joint's axes."""
+    """The component of the wrench (l, f) along the i-th axis of a joint."""
     if kind == HINGE:
         return l[2]
     if kind == SLIDE:
@@ -230,7 +232,7 @@ def unit(i):
 
 @generic
 def composite(c, work, mass):
-    """mass[i (i + 1) / 2 + j] <- d2L/dv_i dv_j, j up to i, from zeros, after ``inward``."""
+    """mass[i (i + 1) / 2 + j] <- d2L/dv_i dv_j for j <= i, after ``inward``; mass is 0 before."""
     n = int(c[0])
     for j in range(1, n + 1):
         for i in range(6):
@@ -257,7 +259,7 @@ def composite(c, work, mass):
                 offset, before = STRIDE * joint, int(c[HEAD + JOINT * (joint - 1) + UP])
                 if before == 0:
                     break
-                f, l = turned(work, offset + C, f), turned(work, offset + C, l)
+                f, l = rotated(work, offset + C, f), rotated(work, offset + C, l)
                 l = sum_of(l, cross(triple(work, offset + R), f))
                 parent_row = HEAD + JOINT * (before - 1)
                 type_, first = int(c[parent_row + KIND]), int(c[parent_row + DOF])
@@ -269,7 +271,7 @@ def composite(c, work, mass):
 
 
 class ConstantsWithLiterals:
-    """Constants of which some are literal numbers.
+    """Constants some of which are literal numbers, so that code for lanes depends on them.
 
     Parameters
     ----------
@@ -286,18 +288,18 @@ class ConstantsWithLiterals:
 
 
 def recursion(c, q, v, d):
-    """dL/dq, dL/dv, the mass (d (d + 1) / 2,), V and nothing else, for lanes, numbers or arrays."""
+    """(dL/dq, dL/dv, mass (d (d + 1) / 2,), V), for lanes, numbers or arrays."""
     work = [0.0] * (STRIDE * (int(c[0]) + 1))
     tau, mu, mass = [0.0] * d, [0.0] * d, [0.0] * (d * (d + 1) // 2)
     outward(c, q, v, work)
     inward(c, v, work, tau, mu)
     composite(c, work, mass)
-    stored = springs(c, q, tau)
-    return tau, mu, mass, minus(stored, dot(triple(c, 1), triple(work, H)))
+    spring_energy = springs(c, q, tau)
+    return tau, mu, mass, minus(spring_energy, dot(triple(c, 1), triple(work, H)))
 
 
 def tree(d, literals):
-    """The law of a tree with d velocities, with its constants, some of which are known numbers."""
+    """The law of a tree with d velocities; ``literals``, index -> number, replace constants."""
 
     def law(q, v, t, c):
         tau, mu, mass, _ = recursion(ConstantsWithLiterals(literals, c), q, v, d)
@@ -319,9 +321,9 @@ def tree_slopes(g, v, t, constants, out):
 def tree_mass(g, constants, mass):
     """mass (d, d) <- d2L/dv2; returns the potential energy."""
     d, work = mass.shape[0], np.zeros(STRIDE * (int(constants[0]) + 1))
-    still, packed, out = np.zeros(d), np.zeros(d * (d + 1) // 2), np.zeros((2, d))
-    outward(constants, g, still, work)
-    inward(constants, still, work, out[1], out[0])
+    zero_velocity, packed, out = np.zeros(d), np.zeros(d * (d + 1) // 2), np.zeros((2, d))
+    outward(constants, g, zero_velocity, work)
+    inward(constants, zero_velocity, work, out[1], out[0])
     composite(constants, work, packed)
     for i in range(d):
         for j in range(i + 1):
@@ -353,8 +355,11 @@ def tree_states(places, rates, constants, value, at_rest, momenta, in_space):
 
 @jit
 def tree_forces(g, v, constants, tau):
-    """tau (d,), from zeros, <- what M v' equals, by Newton and Euler: springs, and minus the wrench
-    that moves the bodies without v', d(I V)/dt = I A - ad_V^T (I V), less gravity."""
+    """tau (d,) <- M v' by Newton and Euler; tau is 0 before.
+
+    That is the force of the springs, minus the wrench that moves the bodies with v' = 0,
+    d(I V)/dt = I A - ad_V^T (I V), less gravity.
+    """
     n = int(constants[0])
     work, A = np.zeros(STRIDE * (n + 1)), np.zeros(6 * (n + 1))
     outward(constants, g, v, work)
@@ -370,27 +375,29 @@ def tree_forces(g, v, constants, tau):
         )
         alpha = triple(A, before)
         swept = sum_of(triple(A, before + 3), cross(alpha, triple(work, a + R)))
-        alpha, swept = turned_back(work, a + C, alpha), turned_back(work, a + C, swept)
+        alpha, swept = rotated_back(work, a + C, alpha), rotated_back(work, a + C, swept)
         if int(constants[k + KIND]) == FREE:
             swept = cross(velocity, w)  # R^T x' turns
         else:
-            turning, moving = less(w, u), less(velocity, U)
+            turning, moving = difference_of(w, u), difference_of(velocity, U)
             alpha = sum_of(alpha, cross(u, turning))
             swept = sum_of(swept, sum_of(cross(u, moving), cross(U, turning)))
         keep(alpha, A, 6 * j)
         keep(swept, A, 6 * j + 3)
         m, h, field = work[a + M], triple(work, a + H), triple(work, a + FIELD)
-        l, f, pull = triple(work, a + L), triple(work, a + F), less(swept, field)
+        l, f, pull = triple(work, a + L), triple(work, a + F), difference_of(swept, field)
         moment = sum_of(symmetric(constants, k + INERTIA, alpha), cross(h, pull))
-        keep(less(moment, sum_of(cross(l, w), cross(f, velocity))), work, a + L)
-        keep(less(less(scaled(m, pull), cross(h, alpha)), cross(f, w)), work, a + F)
+        keep(difference_of(moment, sum_of(cross(l, w), cross(f, velocity))), work, a + L)
+        keep(
+            difference_of(difference_of(scaled(m, pull), cross(h, alpha)), cross(f, w)), work, a + F
+        )
     for j in range(n, 0, -1):
         k, a = HEAD + JOINT * (j - 1), STRIDE * j
         kind, up, dof = int(constants[k + KIND]), int(constants[k + UP]), int(constants[k + DOF])
         l, f = triple(work, a + L), triple(work, a + F)
         for i in range(DOFS[kind]):
             tau[dof + i] -= component(kind, work, a, l, f, i)
-        l, f = turned(work, a + C, l), turned(work, a + C, f)
+        l, f = rotated(work, a + C, l), rotated(work, a + C, f)
         l = sum_of(l, cross(triple(work, a + R), f))
         keep(sum_of(triple(work, STRIDE * up + L), l), work, STRIDE * up + L)
         keep(sum_of(triple(work, STRIDE * up + F), f), work, STRIDE * up + F)

@@ -15,9 +15,9 @@ the heavy bodies, whose momenta are exact, and their map is symplectic for given
 of a pair instead breaks that: momentum is lost, and H - E0 grows with absolute velocities.
 
 Slopes are L = h b times the derivative by tau, stages are q + sum_j mu_ij L_j with mu_ij + mu_ji
-= 1 exactly: the rounded method is symplectic. Separations of bodies are that at the step's start,
-from q and its low part, and the difference of the stages' shifts. A pass takes g and H - E0 from
-the last one, then new velocities, then new places.
+= 1 exactly: the rounded method is symplectic. The separation of two bodies is that at the step's
+start, from q and its low part, plus the difference of their shifts at the stage. A pass computes g
+and H - E0 from the last stages, then new velocities, then new positions.
 
 d = bodies * dimension rows, one for each coordinate; s stages, then zeros, P in all
 
@@ -31,15 +31,15 @@ masses        pairs (6 n,): M_j, M_i, M_i M_j, its low part, M_i + M_j, and the 
 tables        mu^T and the extrapolation of slopes to the next step (s, P); h b (1, P); the curve's
               coefficients from slopes (m, s)
 state         (4, d)   q, its low part, v, its low part
-stages        (2 d, s) the last step's slopes of q and v, if solver_state[0] says so
+stages        (2 d, s) the last step's slopes of q and v, if solver_state[HOLDS] is LAST_STEP
 clock         (4,)     t, its low part, E0, its low part
-scratch       rows (8, d, P): slopes of q and v, shifts, pulls, turns, the last step's slopes, none;
-              totals (6, P), changes (4, P), gaps of pairs, then of terms, one row for each axis,
-              history (4,)
-noise         changes below it that do not shrink are rounding; a last pass takes the mean of old
-              and new slopes then
-done          (2,)     <- steps, passes
-kept          q, v, t, coefficients and g at the stages after each step, see
+scratch       rows (8, d, P): slopes of q and v, shifts, pulls, turns, the last step's slopes of q
+              and v, scratch; totals (6, P), changes (4, P), gaps of pairs, then of terms, one for
+              each axis, history (4,)
+noise         relative change below which changes that do not shrink are round-off; then a last pass
+              takes the mean of old and new slopes
+counts        (2,)     number of steps, which is set, and of passes, which is added to
+recording     q, v, t, coefficients and g at the stages after each step, see
               galvi.run.clocked.motion
 """
 
@@ -61,7 +61,7 @@ from galvi.lanes.clocks import rows as lanes
 from galvi.lanes.loops import curve_of
 from galvi.lanes.nbody import FIXED_NUMBERS, copy_rows
 
-# Relative change by the first pass from which on an extrapolated guess is no use.
+# Relative change of the first pass from which on an extrapolated guess is discarded.
 BAD_GUESS_CHANGE = 0.5
 MASSES = types.Tuple(
     (
@@ -75,7 +75,7 @@ MASSES = types.Tuple(
     )
 )
 SCRATCH = types.Tuple((TENSOR3, MATRIX, MATRIX, VECTOR, VECTOR))
-TAKEN = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3, MATRIX))
+RECORDS = types.Tuple((MATRIX, MATRIX, MATRIX, TENSOR3, MATRIX))
 
 
 @jit_inline
@@ -87,8 +87,9 @@ def clear(rows):
 
 
 @jit_inline
-def begin(form, masses, tables, state, scratch, guessed):
-    """The start of a step: separations, slopes (extrapolated, or 0) and shifts."""
+def start_step(form, masses, tables, state, scratch, has_guess):
+    """Set the separations, slopes and shifts at the start of a step; slopes are extrapolated if
+    ``has_guess``, else 0."""
     dimension, (rows, totals, changes, gaps, _) = len(form[0]), scratch
     terms, pairs = masses[4], masses[1].size
     for k in range(terms.shape[0]):
@@ -102,17 +103,18 @@ def begin(form, masses, tables, state, scratch, guessed):
                 i, j = body * dimension + x, masses[1][k] + x
                 gaps[k * dimension + x] = (state[0, i] - state[0, j]) + (state[1, i] - state[1, j])
     for part in range(2):
-        if not guessed:
+        if not has_guess:
             clear(rows[part])
-        for row in range(0, state.shape[1] if guessed else 0, dimension):
+        for row in range(0, state.shape[1] if has_guess else 0, dimension):
             lanes.combine(form, tables[1], rows[5 + part], row, rows[part])
     clear(totals)
-    move(form, masses, tables[0], state, totals, rows, rows[7], 1.0, changes)
+    update_positions(form, masses, tables[0], state, totals, rows, rows[7], 1.0, changes)
 
 
 @jit_inline
-def move(form, masses, mu, state, totals, rows, slopes, share, changes):
-    """New slopes of places, from velocities, and shifts from the slopes in rows."""
+def update_positions(form, masses, mu, state, totals, rows, slopes, share, changes):
+    """Set ``slopes`` to new slopes of the positions, from velocities, and the shifts from
+    rows[0]."""
     dimension, bodies = len(form[0]), masses[3]
     for body in range(bodies.shape[1]):
         lanes.drift(form, mu, state[2], state[3], masses[6], body * dimension, bodies[0, body],
@@ -122,13 +124,13 @@ def move(form, masses, mu, state, totals, rows, slopes, share, changes):
 
 
 @jit_inline
-def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guessed):
-    """Iterate from the slopes in rows to convergence; returns a code and the number of passes."""
+def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, has_guess):
+    """Iterate the slopes of a step to convergence; returns a code and the number of passes."""
     rows, totals, changes, gaps, history = scratch
     pairs, seconds, starts, bodies, terms, poles, _ = masses
     dimension, share = len(form[0]), 1.0
     first = seconds.size * dimension
-    begin(form, masses, tables, state, scratch, guessed)
+    start_step(form, masses, tables, state, scratch, has_guess)
     solve.reset_history(history)
     for passes in range(1, solve.FIXED_POINT_PASSES + 1):
         for body in range(bodies.shape[1]):
@@ -150,13 +152,13 @@ def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guess
                 share,
                 changes,
             )
-        move(form, masses, tables[0], state, totals, rows, rows[0], share, changes)
+        update_positions(form, masses, tables[0], state, totals, rows, rows[0], share, changes)
         change = 0.0
         for part in range(0, 4, 2):
             relative = lanes.sum_of(form, changes, part) / lanes.sum_of(form, changes, part + 1)
             change = relative if not relative <= change else change  # NaN too
-        code = solve.verdict(change, tolerance, history)
-        if guessed and passes == 1 and not change < BAD_GUESS_CHANGE:
+        code = solve.decide_inline(change, tolerance, history)
+        if has_guess and passes == 1 and not change < BAD_GUESS_CHANGE:
             return solve.DIVERGED, passes
         if share < 1.0 and change < np.inf:
             return solve.SOLVED, passes
@@ -168,19 +170,22 @@ def iterate(form, masses, tables, state, clock, tolerance, noise, scratch, guess
 
 
 @jit_inline
-def advance_clock(form, masses, tables, todo, until, tolerance, noise, state, stages, solver_state,
-                  clock, scratch, counts, recording):  # fmt: skip
-    """Do ``todo`` steps; returns a code. A step that fails, or would pass the time ``until`` (NaN:
-    none), leaves the state unchanged."""
+def advance_clock(form, masses, tables, todo, end_time, tolerance, noise, state, stages,
+                  solver_state, clock, scratch, counts, recording):  # fmt: skip
+    """Do up to ``todo`` steps; returns a code.
+
+    A step that fails, or would pass ``end_time`` (NaN for none), ends the run and leaves the state
+    unchanged.
+    """
     rows, totals, d, code = scratch[0], scratch[1], state.shape[1], solve.SOLVED
     q, v, times, curves, rates = recording
     for part in range(2):
         copy_rows(rows[part], stages[part * d : (part + 1) * d])
     for step in range(todo):
-        code, guessed = solve.DIVERGED, solver_state[HOLDS] == LAST_STEP
+        code, has_guess = solve.DIVERGED, solver_state[HOLDS] == LAST_STEP
         for part in range(2):
             copy_rows(rows[5 + part], rows[part])
-        for attempt in range(0 if guessed else 1, 2):
+        for attempt in range(0 if has_guess else 1, 2):
             if code != solve.SOLVED:
                 code, passes = iterate(
                     form, masses, tables, state, clock, tolerance, noise, scratch, attempt == 0
@@ -189,7 +194,7 @@ def advance_clock(form, masses, tables, todo, until, tolerance, noise, state, st
         t, low = two_sum(clock[0], clock[1] + lanes.sum_of(form, totals, lanes.LENGTH))
         if code == solve.SOLVED and not abs(t) < np.inf:
             code = solve.NOT_FINITE
-        if code != solve.SOLVED or (t - until) * (t - clock[0]) > 0.0:
+        if code != solve.SOLVED or (t - end_time) * (t - clock[0]) > 0.0:
             for part in range(2):
                 copy_rows(rows[part], rows[5 + part])
             break
@@ -197,8 +202,8 @@ def advance_clock(form, masses, tables, todo, until, tolerance, noise, state, st
         solver_state[HOLDS], counts[0] = LAST_STEP, step + 1
         for part in range(2):
             for i in range(d):
-                moved = state[2 * part + 1, i] + lanes.sum_of(form, rows[part], i)
-                state[2 * part, i], state[2 * part + 1, i] = two_sum(state[2 * part, i], moved)
+                low_sum = state[2 * part + 1, i] + lanes.sum_of(form, rows[part], i)
+                state[2 * part, i], state[2 * part + 1, i] = two_sum(state[2 * part, i], low_sum)
         for i in range(d):
             q[step, i], v[step, i] = state[0, i], state[2, i]
         for k in range(stages.shape[1]):
@@ -212,13 +217,13 @@ def advance_clock(form, masses, tables, todo, until, tolerance, noise, state, st
 
 @cache
 def compiled_advance_clock(dimension, width):
-    """``advance_clock`` compiled or cached for a dimension and the lanes of a vector."""
+    """The compiled ``advance_clock`` for a dimension and a number of lanes of a vector."""
     integer, real, numbers = types.int64, types.float64, types.int64[::1]
     form = types.Tuple(
         [*(types.UniTuple(integer, n) for n in (dimension, width)), integer, integer]
     )
     signature = integer(
         form, MASSES, types.UniTuple(FIXED_MATRIX, 4), integer, real, real, real, MATRIX, MATRIX,
-        numbers, VECTOR, SCRATCH, numbers, TAKEN,
+        numbers, VECTOR, SCRATCH, numbers, RECORDS,
     )  # fmt: skip
     return compiled_for(advance_clock, signature, jit_inline)

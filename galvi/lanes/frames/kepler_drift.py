@@ -1,8 +1,8 @@
 """Kepler's motions of all planets over a step, in vector instructions over the planets.
 
-Numbers as in `galvi.lanes.frames.kepler_motion`. In rows 4 to 7 of the state: D times n
-entries, Q by coordinates, then D of the barycentre; likewise their low parts, the velocities and
-theirs. Rows have at least LANES entries more.
+Numbers as in `galvi.lanes.frames.kepler_motion`. Row 4 of the state holds D n entries, Q by
+coordinates, then D entries of the barycentre. Row 5 holds their low parts, row 6 the velocities,
+and row 7 the low parts of these. Rows have at least LANES entries more.
 """
 
 from __future__ import annotations
@@ -21,16 +21,17 @@ from galvi.lanes.functions import square_root, two_product, two_sum
 from galvi.lanes.values import Lane, Truth
 from galvi.lanes.vectors import LANES, ZEROS, Lanes, spread
 
-LAST_CORRECTION = 2e-6  # share of X up to which a correction of it is the last one
-LARGEST_ANOMALY_CHANGE = 8.0  # largest change of the mean anomaly in a step, in radians
+LAST_CORRECTION_RATIO = 2e-6  # largest ratio to X of a correction that is the last one
+LARGEST_ANOMALY_CHANGE = 8.0  # largest change of the mean anomaly in a step, radians
 
 
 @jit_inline
 def kepler_drift(axes, numbers, share, state):
     """Move the planets of rows 4 to 7 of the state along Kepler's orbits; ``axes`` has D entries.
 
-    The steps of Q and v are added with their rounding errors. NaN where Kepler's equation was not
-    solved, or a step is too long.
+    The changes of Q and v are added with their rounding errors. NaN where the iteration for
+    Kepler's equation did not converge, or the mean anomaly of a step exceeds
+    LARGEST_ANOMALY_CHANGE.
     """
     n = planets_of(numbers)
     for first in range(0, n, LANES):
@@ -39,7 +40,7 @@ def kepler_drift(axes, numbers, share, state):
 
 @intrinsic
 def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
-    """Move a vector of planets."""
+    """Move LANES planets, from index ``begin`` on, or those up to the last."""
     D = axes.count
 
     def generate(context, builder, signature, values):
@@ -50,7 +51,7 @@ def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
         row = width.type
         n = builder.fptosi(builder.load(builder.gep(constants.data, [row(COUNT)])), row)
         first = values[4]
-        left = builder.sub(n, first)
+        remaining = builder.sub(n, first)
         lanes = Lanes(context, builder, width, row(0))
 
         def address(array, index):
@@ -65,14 +66,14 @@ def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
             begin = builder.add(builder.mul(width, row(r)), first)
             return builder.add(begin, builder.mul(n, row(x)))
 
-        mask = _below(builder, left)
+        mask = _below(builder, remaining)
         h = Lane(builder, lanes.spread(lanes.number(constants.data, row(STEP))))
-        part = Lane(builder, lanes.spread(values[2]))
+        share_lane = Lane(builder, lanes.spread(values[2]))
         masses = builder.add(row(HEAD), builder.mul(n, row(MASS)))
         mu = load(constants.data, builder.add(first, masses))
         parts = [[load(rows.data, entry(r, x)) for x in range(D)] for r in range(4, 8)]
-        moved, solved = _moved(builder, lanes, mask, mu, h, part, *parts)
-        is_full = builder.icmp_unsigned(">=", left, row(LANES))
+        moved, solved = _after_step(builder, lanes, mask, mu, h, share_lane, *parts)
+        is_full = builder.icmp_unsigned(">=", remaining, row(LANES))
         for r, vector in zip(range(4, 8), moved, strict=True):
             for x, new in enumerate(vector):
                 lane = new.where(solved, NAN)
@@ -80,7 +81,7 @@ def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
                     with together:
                         store = builder.store(lane.value, address(rows.data, entry(r, x)))
                         store.align = 8
-                    with one_by_one, cgutils.for_range(builder, left, intp=row) as inner:
+                    with one_by_one, cgutils.for_range(builder, remaining, intp=row) as inner:
                         number = builder.extract_element(lane.value, inner.index)
                         index = builder.add(entry(r, x), inner.index)
                         builder.store(number, builder.gep(rows.data, [index]))
@@ -90,49 +91,53 @@ def planets_in_lanes(typingctx, axes, numbers, share, state, begin):
 
 
 def _below(builder, count):
-    """The lanes whose number is below a count."""
+    """The `Truth` whether the index of each lane is below ``count``."""
     numbers = ir.Constant(ir.VectorType(count.type, LANES), list(range(LANES)))
     return Truth(builder, builder.icmp_signed("<", numbers, spread(builder, count, LANES)))
 
 
-def _moved(builder, lanes, mask, mu, h, part, q, q_low, v, v_low):
-    """q, its low part, v and its low part after a part of the step h, and where they converged."""
+def _after_step(builder, lanes, mask, mu, h, share, q, q_low, v, v_low):
+    """[q, its low part, v, its low part] after ``share`` steps h, and where the iteration converged
+    and the step is short enough."""
     r0 = dot(q, q).call("sqrt")
     inverse_0, eta = 1.0 / r0, dot(q, v)
     beta = 2.0 * mu / r0 - dot(v, v)
     zeta = mu - beta * r0
-    pace, t = h * beta / mu, h * part
-    X, G, solved = _solved(builder, lanes, mask, pace * part, beta, r0, eta, zeta, t)
-    solved = solved & (pace * pace * abs(beta) <= LARGEST_ANOMALY_CHANGE * LARGEST_ANOMALY_CHANGE)
+    mean_X, t = h * beta / mu, h * share
+    X, G, solved = _solve_anomaly(builder, lanes, mask, mean_X * share, beta, r0, eta, zeta, t)
+    solved = solved & (
+        mean_X * mean_X * abs(beta) <= LARGEST_ANOMALY_CHANGE * LARGEST_ANOMALY_CHANGE
+    )
     r = r0 + (eta * G[0] + zeta * G[1])
     inverse = 1.0 / r
     f, g = -(mu * inverse_0) * G[1], t - mu * G[2]
     rate_f, rate_g = -(mu * inverse_0) * inverse * G[0], -(mu * inverse) * G[1]
-    displacements, turns = [], []
+    displacements, velocity_changes = [], []
     for x, x_low, y, y_low in zip(q, q_low, v, v_low, strict=True):
         displacements.append((f * x + g * y, f * x_low + g * y_low))
-        turns.append((rate_f * x + rate_g * y, rate_f * x_low + rate_g * y_low))
-    places, place_change = _added(q, q_low, displacements)
-    speeds, speed_change = _added(v, v_low, turns)
-    # What rounding changed in v.v / 2 - mu / r is taken from the speed: it would add up.
-    end_q, end_v = ([high for high, _ in vector] for vector in (places, speeds))
+        velocity_changes.append((rate_f * x + rate_g * y, rate_f * x_low + rate_g * y_low))
+    positions, position_change = _add_compensated(q, q_low, displacements)
+    velocities, velocity_change = _add_compensated(v, v_low, velocity_changes)
+    # The change of v.v / 2 - mu / r by rounding is corrected by the speed: it would add up.
+    end_q, end_v = ([high for high, _ in vector] for vector in (positions, velocities))
     r = dot(end_q, end_q).call("sqrt")
-    gained = 0.5 * speed_change + mu * place_change * inverse_0 / (r * (r0 + r))
-    back = gained / dot(end_v, end_v)
-    speeds = [(high, low - back * high) for high, low in speeds]
+    energy_gain = 0.5 * velocity_change + mu * position_change * inverse_0 / (r * (r0 + r))
+    correction = energy_gain / dot(end_v, end_v)
+    velocities = [(high, low - correction * high) for high, low in velocities]
     ends = [
         end_q,
-        [low for _, low in places],
+        [low for _, low in positions],
         end_v,
-        [low for _, low in speeds],
+        [low for _, low in velocities],
     ]
     return ends, solved
 
 
-def _added(start, start_low, changes):
-    """A vector after a change, in two parts, and the change of its square, to 1e-32 of it.
+def _add_compensated(start, start_low, changes):
+    """A vector after a change, as pairs (high, low), and the change of its square.
 
-    The latter is change . (start + end), whose terms nearly cancel on a circle.
+    The change of the square, change . (start + end), is accurate to 1e-32 of the square: its terms
+    nearly cancel on a circle.
     """
     ends: list[Any] = []
     square: Any = None
@@ -149,12 +154,13 @@ def _added(start, start_low, changes):
     return ends, square.fused + square_low
 
 
-def _solved(builder, lanes, mask, mean, beta, r0, eta, zeta, t):
-    """X and G1 to G5 after the time t, from X of the mean motion, and where X converged."""
+def _solve_anomaly(builder, lanes, mask, mean, beta, r0, eta, zeta, t):
+    """X and G1 to G5 after the time t, and where X converged; the iteration starts from ``mean``,
+    the X of the mean motion, and ends when the lanes of ``mask`` have converged."""
     reach = universal.LARGEST_ANOMALY_LEAD / beta.call("sqrt")
     ends = (lanes.variable(x.value) for x in (mean, mean - reach, mean + reach))
     anomaly, low, high = ends
-    changed = lanes.variable(ZEROS)
+    last_step = lanes.variable(ZEROS)
     functions = [lanes.variable(ZEROS) for _ in range(5)]
     with cgutils.for_range(builder, ir.Constant(ir.IntType(64), MAX_CORRECTIONS)) as loop:
         X = Lane(builder, builder.load(anomaly))
@@ -162,8 +168,8 @@ def _solved(builder, lanes, mask, mean, beta, r0, eta, zeta, t):
         step = universal.correction(beta, r0, eta, zeta, X, G, t, lambda r: 1.0 / r)
         for variable, value in zip(functions, G, strict=True):
             builder.store(value.value, variable)
-        builder.store(step.value, changed)
-        small = (abs(step) <= LAST_CORRECTION * abs(X)) | ~mask
+        builder.store(step.value, last_step)
+        small = (abs(step) <= LAST_CORRECTION_RATIO * abs(X)) | ~mask
         with builder.if_then(small.all):
             loop.do_break()
         correction = universal.far_correction(
@@ -173,13 +179,15 @@ def _solved(builder, lanes, mask, mean, beta, r0, eta, zeta, t):
         bracket = universal.bracketed(X, correction, *limits, lambda c, x, y: x.where(c, y))
         for variable, value in zip((anomaly, low, high), bracket, strict=True):
             builder.store(value.value, variable)
-    X, step = (Lane(builder, builder.load(pointer)) for pointer in (anomaly, changed))
-    solved = abs(step) <= LAST_CORRECTION * abs(X)
-    G = universal.moved(beta, [Lane(builder, builder.load(pointer)) for pointer in functions], step)
+    X, step = (Lane(builder, builder.load(pointer)) for pointer in (anomaly, last_step))
+    solved = abs(step) <= LAST_CORRECTION_RATIO * abs(X)
+    G = universal.shifted(
+        beta, [Lane(builder, builder.load(pointer)) for pointer in functions], step
+    )
     return X + step, G, solved
 
 
 @jit_inline
 def planets_of(numbers):
-    """The number n of planets."""
+    """The number of planets."""
     return int(numbers[COUNT])

@@ -12,20 +12,26 @@ from galvi.lanes.functions import sine_cosine, two_sum
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import BITS, DOUBLE, LANES, ZEROS, Lanes
 
-UNROLLED = 8  # terms of a sum that are written out
-BLOCKS = 12, 4, 1  # rows that are done together: chains of sums that run in parallel
-TIME, OFFSET, WEIGHT, PLACE, PACE = range(5)  # rows of nodes
-TURNS, ECCENTRICITY, PHASE = range(3)  # of a clock
+UNROLLED_TERMS = 8  # terms of a sum without a loop
+BLOCK_ROWS = 12, 4, 1  # numbers of rows that are updated at once: their sums run in parallel
+TIME, OFFSET, WEIGHT, POSITION, SLOPE = range(5)  # rows of nodes
+REVOLUTIONS, ECCENTRICITY, PHASE = range(3)  # numbers of a clock, see `place_nodes`
+# Pairs of shuffles of two vectors; three rounds sum the lanes of eight vectors.
+SHUFFLES = (
+    ([0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]),
+    ([0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]),
+    ([0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]),
+)
 
 
-def _arrays(context, builder, signature, values, which):
-    return [context.make_array(signature.args[k])(context, builder, values[k]) for k in which]
+def _arrays(context, builder, signature, values, indices):
+    return [context.make_array(signature.args[k])(context, builder, values[k]) for k in indices]
 
 
-class MovedRows:
-    """Generates W <- the state + the sums of k by the rows of the matrix: see `place_rows`.
+class RowUpdate:
+    """The code of W <- the state + the sums of k by the rows of the matrix, see `place_rows`.
 
-    The arrays are numba's; ``largest`` points to the bits of the largest change.
+    The arrays are numba's; ``largest`` points to the bits of the largest change at each lane.
     """
 
     def __init__(self, context, builder, table, slopes, out, scales):
@@ -33,35 +39,37 @@ class MovedRows:
         self.slopes, self.row = slopes, builder.extract_value(out.shape, 1).type
         self.of_k = Lanes(context, builder, builder.extract_value(slopes.shape, 1), self.row(0))
         self.stages = builder.extract_value(table.shape, 0)
-        self.eights = builder.udiv(self.stages, self.row(UNROLLED))
+        self.eights = builder.udiv(self.stages, self.row(UNROLLED_TERMS))
         self.largest = cgutils.alloca_once(builder, BITS)
         builder.store(ir.Constant(BITS, [0] * LANES), self.largest)
 
-    def do(self, lanes, first, origin, offset, count, measured):
-        """``count`` rows of the state in ``origin`` from ``first`` on, in eight stages."""
+    def update(self, lanes, first, origin, offset, count, measured):
+        """Update the rows of W for ``count`` numbers of ``origin``, from ``first`` on, in eight
+        stages; ``offset`` is the row of W for the first number of ``origin``."""
         builder, row = self.builder, self.row
         r = builder.add(first, offset)
         sums = [
             lanes.variable(lanes.spread(lanes.number(origin, lanes.plus(first, i))))
             for i in range(count)
         ]
-        written = builder.mul(self.eights, row(UNROLLED))
+        unrolled = builder.mul(self.eights, row(UNROLLED_TERMS))
         with cgutils.for_range(builder, self.eights, intp=row) as loop:
-            self._add(lanes, r, sums, builder.mul(loop.index, row(UNROLLED)), UNROLLED)
-        with cgutils.for_range(builder, builder.sub(self.stages, written), intp=row) as loop:
-            self._add(lanes, r, sums, builder.add(written, loop.index), 1)
+            self._add(lanes, r, sums, builder.mul(loop.index, row(UNROLLED_TERMS)), UNROLLED_TERMS)
+        with cgutils.for_range(builder, builder.sub(self.stages, unrolled), intp=row) as loop:
+            self._add(lanes, r, sums, builder.add(unrolled, loop.index), 1)
         totals = [builder.load(pointer) for pointer in sums]
         for i, moved in enumerate(totals):
-            this = lanes.plus(r, i)
+            target_row = lanes.plus(r, i)
             if measured:
-                self._measure(lanes, this, moved)
-            lanes.store(moved, self.out.data, this)
+                self._measure(lanes, target_row, moved)
+            lanes.store(moved, self.out.data, target_row)
 
-    def _add(self, lanes, r, sums, stage, many):
-        """Add the products of ``many`` stages to the sums of rows from r on."""
+    def _add(self, lanes, r, sums, stage, count):
+        """Add the products with ``count`` stages, from ``stage`` on, to the sums of rows from r
+        on."""
         builder = self.builder
         totals = [builder.load(pointer) for pointer in sums]
-        for j in range(many):
+        for j in range(count):
             column = builder.add(stage, self.row(j))
             factor = lanes.load(self.table.data, column)
             for i in range(len(sums)):
@@ -70,10 +78,10 @@ class MovedRows:
         for total, pointer in zip(totals, sums, strict=True):
             builder.store(total, pointer)
 
-    def _measure(self, lanes, this, moved):
+    def _measure(self, lanes, target_row, moved):
         builder = self.builder
-        scale = lanes.spread(lanes.number(self.scales.data, this))
-        change = Lane(builder, builder.fsub(moved, lanes.load(self.out.data, this)))
+        scale = lanes.spread(lanes.number(self.scales.data, target_row))
+        change = Lane(builder, builder.fsub(moved, lanes.load(self.out.data, target_row)))
         bits = abs(change * Lane(builder, scale)).bits
         before = builder.load(self.largest)
         # Bit patterns of nonnegative numbers are ordered like these, with NaN last.
@@ -83,66 +91,66 @@ class MovedRows:
 
 @intrinsic
 def place_rows(typingctx, matrix, k, q, v, W, sizes, measure):
-    """W <- the state + the sums of k by the rows of the matrix; returns the largest change.
+    """W <- the state + the sums of k by the rows of the matrix; returns the largest change of W.
 
     Parameters
     ----------
     matrix : array, shape (s, P)
         A^T of the collocation
     k, W : array, shape (2 n, P)
-        slopes and states at the stages: n rows of places, n of velocities; k may have another P
+        slopes and states at the stages: n rows of positions, n of velocities; P of k may differ
     q, v : array, shape (n or more,)
         the state
     sizes : array, shape (2 n,)
-        1 / sizes of the rows; the change is relative to them, NaN the largest
+        inverse sizes of the rows, to which changes are relative; NaN counts as the largest change
     measure
-        whether the change is measured; else 0 is returned
+        whether the change is measured; if not, 0 is returned
     """
     signature = types.float64(matrix, k, q, v, W, sizes, types.boolean)
 
     def generate(context, builder, signature, values):
-        table, slopes, places, speeds, out, scales = _arrays(
+        table, slopes, positions, velocities, out, scales = _arrays(
             context, builder, signature, values, range(6)
         )
-        moved = MovedRows(context, builder, table, slopes, out, scales)
-        padded, row = builder.extract_value(out.shape, 1), moved.row
+        row_update = RowUpdate(context, builder, table, slopes, out, scales)
+        padded, row = builder.extract_value(out.shape, 1), row_update.row
         rows = builder.udiv(builder.extract_value(out.shape, 0), row(2))
 
         def all_rows(measured):
             chunks = builder.udiv(padded, row(LANES))
             with cgutils.for_range(builder, chunks, intp=row) as outer:
                 lanes = Lanes(context, builder, padded, outer.index)
-                for half, origin in enumerate((places.data, speeds.data)):
+                for half, origin in enumerate((positions.data, velocities.data)):
                     offset = builder.mul(rows, row(half))
                     next_row = row(0)
-                    for size in BLOCKS:
+                    for size in BLOCK_ROWS:
                         blocks = builder.udiv(builder.sub(rows, next_row), row(size))
                         with cgutils.for_range(builder, blocks, intp=row) as loop:
                             first = builder.add(next_row, builder.mul(loop.index, row(size)))
-                            moved.do(lanes, first, origin, offset, size, measured)
+                            row_update.update(lanes, first, origin, offset, size, measured)
                         next_row = builder.add(next_row, builder.mul(blocks, row(size)))
 
-        with builder.if_else(values[6]) as (yes, no):
-            with yes:
+        with builder.if_else(values[6]) as (measuring, only_updating):
+            with measuring:
                 all_rows(True)
-            with no:
+            with only_updating:
                 all_rows(False)
         lanes = Lanes(context, builder, padded, row(0))
-        return builder.bitcast(lanes.largest(builder.load(moved.largest)), DOUBLE)
+        return builder.bitcast(lanes.largest(builder.load(row_update.largest)), DOUBLE)
 
     return signature, generate
 
 
 @intrinsic
 def interpolate_rows(typingctx, matrix, source, target):
-    """The target's rows <- those of the source times the matrix.
+    """target <- source times the matrix.
 
     Parameters
     ----------
     matrix : array, shape (s, P)
-        values of the polynomials of the source's nodes
+        values of the interpolation polynomials of the s nodes of ``source`` at those of ``target``
     source, target : array, shape (rows, P)
-        each
+        values at the nodes; P may differ
     """
     signature = types.void(matrix, source, target)
 
@@ -156,13 +164,13 @@ def interpolate_rows(typingctx, matrix, source, target):
         with cgutils.for_range(builder, builder.udiv(padded, row(LANES)), intp=row) as outer:
             lanes = Lanes(context, builder, padded, outer.index)
             with cgutils.for_range(builder, count, intp=row) as loop:
-                this = loop.index
+                row_index = loop.index
                 total = lanes.variable(ZEROS)
                 with cgutils.for_range(builder, stages, intp=row) as inner:
-                    value = lanes.spread(of_source.number(source_rows.data, this, inner.index))
+                    value = lanes.spread(of_source.number(source_rows.data, row_index, inner.index))
                     term = lanes.mul(value, lanes.load(table.data, inner.index))
                     builder.store(lanes.add(builder.load(total), term), total)
-                lanes.store(builder.load(total), out.data, this)
+                lanes.store(builder.load(total), out.data, row_index)
         return context.get_dummy_value()
 
     return signature, generate
@@ -174,13 +182,13 @@ def spread_rows(typingctx, q, v, W):
     signature = types.void(q, v, W)
 
     def generate(context, builder, signature, values):
-        places, speeds, out = _arrays(context, builder, signature, values, range(3))
+        positions, velocities, out = _arrays(context, builder, signature, values, range(3))
         padded = builder.extract_value(out.shape, 1)
         row = padded.type
         rows = builder.udiv(builder.extract_value(out.shape, 0), row(2))
         with cgutils.for_range(builder, builder.udiv(padded, row(LANES)), intp=row) as outer:
             lanes = Lanes(context, builder, padded, outer.index)
-            for half, origin in enumerate((places.data, speeds.data)):
+            for half, origin in enumerate((positions.data, velocities.data)):
                 offset = builder.mul(rows, row(half))
                 with cgutils.for_range(builder, rows, intp=row) as loop:
                     value = lanes.spread(lanes.number(origin, loop.index))
@@ -192,7 +200,7 @@ def spread_rows(typingctx, q, v, W):
 
 @intrinsic
 def add_rows(typingctx, b, k, high, low, first, rows):
-    """high + low <- high + low + sum_j b_j k_j, compensated, for ``rows`` rows of k from ``first``.
+    """Add sum_j b_j k_j to high + low, compensated, for ``rows`` rows of k from ``first`` on.
 
     Parameters
     ----------
@@ -232,54 +240,47 @@ def add_rows(typingctx, b, k, high, low, first, rows):
             begin = builder.mul(loop.index, row(LANES))
             r = builder.add(begin, first)
             row_sums = [products(builder.add(r, row(i))) for i in range(LANES)]
-            places = [
+            pointers = [
                 builder.bitcast(builder.gep(array.data, [begin]), ZEROS.type.as_pointer())
                 for array in (highs, lows)
             ]
-            state = [builder.load(pointer) for pointer in places]
+            state = [builder.load(pointer) for pointer in pointers]
             for value in state:
                 value.align = 8
             moved = compensated(
                 *(Lane(builder, value, ()) for value in state),
                 Lane(builder, sums_of_eight(builder, row_sums), ()),
             )
-            for value, pointer in zip(moved, places, strict=True):
+            for value, pointer in zip(moved, pointers, strict=True):
                 builder.store(value.value, pointer).align = 8
         tail_start = builder.mul(eights, row(LANES))
         with cgutils.for_range(builder, builder.sub(rows, tail_start), intp=row) as loop:
-            this = builder.add(tail_start, loop.index)
-            total = added_up(builder, products(builder.add(this, first)))
-            places = [builder.gep(array.data, [this]) for array in (highs, lows)]
-            high, low = (Lane(builder, builder.load(pointer), ()) for pointer in places)
+            row_index = builder.add(tail_start, loop.index)
+            total = sum_of_lanes(builder, products(builder.add(row_index, first)))
+            pointers = [builder.gep(array.data, [row_index]) for array in (highs, lows)]
+            high, low = (Lane(builder, builder.load(pointer), ()) for pointer in pointers)
             moved = compensated(high, low, Lane(builder, total, ()))
-            for value, pointer in zip(moved, places, strict=True):
+            for value, pointer in zip(moved, pointers, strict=True):
                 builder.store(value.value, pointer)
         return context.get_dummy_value()
 
     return signature, generate
 
 
-PAIRS = (
-    ([0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]),
-    ([0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]),
-    ([0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]),
-)
-
-
 def sums_of_eight(builder, vectors):
-    """The sums of eight vectors' lanes, as the lanes of one."""
+    """A vector whose lanes are the sums of the lanes of eight vectors."""
     kind = ir.VectorType(ir.IntType(32), LANES)
-    for pairs in PAIRS:
+    for shuffles in SHUFFLES:
         vectors = [
             builder.fadd(
-                *(builder.shuffle_vector(a, b, ir.Constant(kind, places)) for places in pairs)
+                *(builder.shuffle_vector(a, b, ir.Constant(kind, indices)) for indices in shuffles)
             )
             for a, b in zip(vectors[::2], vectors[1::2], strict=True)
         ]
     return vectors[0]
 
 
-def added_up(builder, vector):
+def sum_of_lanes(builder, vector):
     """The sum of eight lanes, by halves."""
     width = LANES
     while width > 1:
@@ -298,14 +299,16 @@ def added_up(builder, vector):
 
 @intrinsic
 def place_nodes(typingctx, clock, number, h, b, nodes):
-    """The offsets from the step's centre and the weights of the nodes, on a reference orbit.
+    """Set the times since the step's centre and the weights of the nodes, on a reference orbit.
 
     Parameters
     ----------
     clock : array, shape (3,)
-        revolutions a step, eccentricity e, and the mean anomaly at the start over 2 pi
+        revolutions in a step, eccentricity e, and the mean anomaly at the problem's start over 2 pi
     number
-        of the step since the problem's start, as a float
+        number of steps since the problem's start, a float
+    h
+        length of the step
     b : array, shape (P,)
         weights of the rule
     nodes : array, shape (5, P)
@@ -313,10 +316,10 @@ def place_nodes(typingctx, clock, number, h, b, nodes):
 
     Notes
     -----
-    With u the eccentric anomaly, n t = u - e sin u from one end of the step to the other; these
-    ends are taken at u = M + e sin M (1 + e cos M), which differs from Kepler's by e^3, since any
-    smooth map will do. Times are scaled so that the step's length is h, and weights so that they
-    integrate a constant exactly.
+    With u the eccentric anomaly, n t = u - e sin u from one end of the step to the other. The ends
+    are taken at u = M + e sin M (1 + e cos M), which differs from the solution of Kepler's equation
+    by O(e^3): any smooth map is admissible. Times are scaled so that the step's length is h, and
+    weights so that they integrate a constant exactly.
     """
     real = types.float64
     signature = types.void(clock, real, real, b, nodes)
@@ -330,20 +333,26 @@ def place_nodes(typingctx, clock, number, h, b, nodes):
         def clock_number(k):
             return Lane(builder, lanes.spread(lanes.number(numbers.data, row(k))))
 
-        turns, e, phase = clock_number(TURNS), clock_number(ECCENTRICITY), clock_number(PHASE)
+        revolutions_per_step, e, phase = (
+            clock_number(REVOLUTIONS),
+            clock_number(ECCENTRICITY),
+            clock_number(PHASE),
+        )
         h = Lane(builder, lanes.spread(values[2]))
         ends = ir.Constant(ZEROS.type, [0.0] + [1.0] * (LANES - 1))
         count = Lane(builder, lanes.spread(values[1])).exact
-        revolutions = (turns * count + phase).exact
-        fraction = (revolutions - revolutions.call("floor")).fused + turns * Lane(builder, ends)
+        revolutions = (revolutions_per_step * count + phase).exact
+        fraction = (revolutions - revolutions.call("floor")).fused + revolutions_per_step * Lane(
+            builder, ends
+        )
         mean = fraction * TWO_PI
         sine, cosine = sine_cosine(mean)
         u = mean + e * sine * (1.0 + e * cosine)
         time = u - e * sine_cosine(u)[0]
-        half = ir.IntType(32)
+        int32 = ir.IntType(32)
 
         def at(lane, k):
-            return Lane(builder, lanes.spread(builder.extract_element(lane.value, half(k))))
+            return Lane(builder, lanes.spread(builder.extract_element(lane.value, int32(k))))
 
         u_0, t_0 = at(u, 0), at(time, 0)
         length, span = at(u, 1) - u_0, at(time, 1) - t_0
@@ -356,20 +365,20 @@ def place_nodes(typingctx, clock, number, h, b, nodes):
             def load(k, part=part):
                 return Lane(builder, part.load(rows.data, row(k)))
 
-            node_u = middle + length * 0.5 * load(PLACE)
+            node_u = middle + length * 0.5 * load(POSITION)
             sine, cosine = sine_cosine(node_u)
             offset = (node_u - e * sine - t_0) * scale - h * 0.5
-            weight = scale * length * load(PACE) * (1.0 - e * cosine)
+            weight = scale * length * load(SLOPE) * (1.0 - e * cosine)
             part.store(offset.value, rows.data, row(OFFSET))
             part.store(weight.value, rows.data, row(WEIGHT))
-            share = Lane(builder, part.load(rule.data, row(0))) * weight
-            builder.store((Lane(builder, builder.load(total)) + share).value, total)
-        summed = Lane(builder, lanes.spread(added_up(builder, builder.load(total))))
-        right = h / summed
+            term = Lane(builder, part.load(rule.data, row(0))) * weight
+            builder.store((Lane(builder, builder.load(total)) + term).value, total)
+        weight_sum = Lane(builder, lanes.spread(sum_of_lanes(builder, builder.load(total))))
+        factor = h / weight_sum
         with cgutils.for_range(builder, chunks, intp=row) as loop:
             part = Lanes(context, builder, padded, loop.index)
             weight = Lane(builder, part.load(rows.data, row(WEIGHT)))
-            part.store((weight * right).value, rows.data, row(WEIGHT))
+            part.store((weight * factor).value, rows.data, row(WEIGHT))
         return context.get_dummy_value()
 
     return signature, generate

@@ -9,7 +9,14 @@ import numpy as np
 
 from galvi.arrays import Array
 from galvi.groups.group import Rn
-from galvi.kernels.forces.celestial import NUMBERS, SOURCE, TARGET, WEIGHT, pole_pull, power_pull
+from galvi.kernels.forces.celestial import (
+    FIRST_NUMBER,
+    SOURCE,
+    TARGET,
+    WEIGHT,
+    pole_pull,
+    power_pull,
+)
 from galvi.problem import Problem
 from galvi.systems.canonical import Canonical
 from galvi.systems.lagrangian import Lagrangian
@@ -66,7 +73,7 @@ def _(system: NBody, problem: Problem) -> Lagrangian:
             first, second = (int(row[column]) * size for column in (SOURCE, TARGET))
             way: Any = [q[second + x] - q[first + x] for x in range(size)]
             law: Any = pole_pull if k < acting.poles else power_pull
-            total = total - row[WEIGHT] * law([*way, 0.0][:3], row[NUMBERS:].tolist())[3]
+            total = total - row[WEIGHT] * law([*way, 0.0][:3], row[FIRST_NUMBER:].tolist())[3]
         return total
 
     def slopes(q: Any, v: Any) -> Array:

@@ -14,8 +14,12 @@ from galvi.frames.frame import revolution
 from galvi.frames.kepler_frame import KeplerFrame
 from galvi.kernels.constants import TWO_PI
 from galvi.lanes.frames.kepler_motion import HEAD, MASS
-from galvi.lanes.frames.rows import ECCENTRICITY, PHASE, TURNS
-from galvi.lanes.within_steps import WIDE, compiled_places_in_steps, compiled_states_in_steps
+from galvi.lanes.frames.rows import ECCENTRICITY, PHASE, REVOLUTIONS
+from galvi.lanes.within_steps import (
+    POINTS_AT_ONCE,
+    compiled_places_in_steps,
+    compiled_states_in_steps,
+)
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.in_frame.inertial import inertial_curves
@@ -49,7 +53,7 @@ class FrameOfRun:
     def node(self, number: Array, tau: Array) -> tuple[Array, Array]:
         """The node c and dc/dtau at fractions tau (k,) of the steps ``number`` (k,) since the
         problem's start; the inverse of galvi.lanes.frames.rows.place_nodes."""
-        revolutions_per_step, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
+        revolutions_per_step, e, phase = (self.clock[k] for k in (REVOLUTIONS, ECCENTRICITY, PHASE))
         if e < 0.0:
             return tau, np.ones_like(tau)
         begin = revolutions_per_step * number + phase
@@ -84,7 +88,7 @@ class FrameOfRun:
     def times(self, number: Any, c: Array) -> tuple[Array, Array]:
         """Times (k, P) since the centres of steps ``number`` (k, 1) at nodes c (P,), and dt/dc, as
         in the kernel; both (P,) where they are the same for all steps."""
-        turns, e, phase = (self.clock[k] for k in (TURNS, ECCENTRICITY, PHASE))
+        turns, e, phase = (self.clock[k] for k in (REVOLUTIONS, ECCENTRICITY, PHASE))
         if e < 0.0:
             return (c - 0.5) * self.step, np.full(c.size, self.step)
         begin = turns * number + phase
@@ -113,7 +117,7 @@ class FrameOfRun:
             return q.reshape(k, P, -1).transpose(0, 2, 1)
         numbers, pairs = motion_of(self.problem, self.method, self.step).numbers, n // D
         masses, positions = numbers[HEAD + pairs * MASS :][:pairs].copy(), np.empty((k, n + D, P))
-        (rows,) = aligned((2 * D + 1, -(-P // WIDE) * WIDE))
+        (rows,) = aligned((2 * D + 1, -(-P // POINTS_AT_ONCE) * POINTS_AT_ONCE))
         compiled_places_in_steps(D)(
             (0,) * D,
             masses,
@@ -137,7 +141,7 @@ class FrameOfRun:
         (k, _, m), d = bases.shape, self.problem.q0.size
         scratch = scratch_of(motion, tables, (8, m))
         (state,) = aligned((8, m))
-        phases = self.clock[TURNS] * numbers + self.clock[PHASE]
+        phases = self.clock[REVOLUTIONS] * numbers + self.clock[PHASE]
         states, codes, counts = np.empty((2, k, d)), np.zeros(k, np.int64), np.zeros(8, np.int64)
         with np.errstate(all="ignore"):
             compiled_states_in_steps()(

@@ -9,7 +9,7 @@ import numpy as np
 from galvi.arrays import Array
 from galvi.curves.curves import FrameCurves
 from galvi.kernels.nystrom.solve import NOT_FINITE
-from galvi.lanes.frames.collocation import ALARM
+from galvi.lanes.frames.collocation import ALARM_CHANGE
 from galvi.method import Galerkin
 from galvi.problem import Problem
 from galvi.run.in_frame.curves import FrameOfRun
@@ -75,7 +75,7 @@ class InFrame:
         checks = checks_of(
             request.problem, request.method, request.step, request.checkpoint.tolerance
         )
-        return work.stages if checks[ALARM] >= 0.0 else None
+        return work.stages if checks[ALARM_CHANGE] >= 0.0 else None
 
     def failure(self, request: RunRequest, code: int, work: RunArrays) -> str:
         """See `Formulation`."""

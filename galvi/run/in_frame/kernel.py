@@ -15,7 +15,7 @@ from galvi.kernels.forces.passages import FOUND
 from galvi.kernels.nystrom.advance import NOTHING, UNWATCHED
 from galvi.kernels.nystrom.solve import FORCES, SOLVED
 from galvi.lanes.frames import collocation
-from galvi.lanes.frames.rows import PACE, PLACE
+from galvi.lanes.frames.rows import POSITION, SLOPE
 from galvi.lanes.vectors import LANES
 from galvi.method import Galerkin
 from galvi.problem import Problem
@@ -125,7 +125,7 @@ class FrameKernel:
             (self._scratch[0][2], tables[2]),
             (self._scratch[1][2], tables[-1][2]),
         ):
-            nodes[PLACE], nodes[PACE] = stretched_nodes(2.0 * c - 1.0, motion.stretch)
+            nodes[POSITION], nodes[SLOPE] = stretched_nodes(2.0 * c - 1.0, motion.stretch)
         self._kernel = collocation.compiled_advance_frame()
         self._plan, self._progress, self._saved = run_plan(
             request, work, request.checkpoint.tolerance

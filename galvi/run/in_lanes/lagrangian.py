@@ -26,7 +26,7 @@ from galvi.systems.canonical_on_rn import CanonicalOnRn
 from galvi.systems.nbody import NBody
 from galvi.systems.nbody_on_rn import NBodyOnRn
 from galvi.systems.traces import Traces, traces
-from galvi.tracing.lane_law import coupled
+from galvi.tracing.lane_law import coupled_components
 from galvi.tracing.laws_of_systems import LawCode, law_of
 
 # Relative change up to which steps on groups are iterated: a free body (degree 6, 6 points, h =
@@ -66,7 +66,7 @@ def can_use_law(problem: Problem, method: Galerkin) -> bool:
     law = lane_law(problem.system, problem.q0.size)
     if law is None or degrees is None:
         return law is not None
-    return all(degrees[i] == degrees[j] for i, j in coupled(law[0], len(degrees)))
+    return all(degrees[i] == degrees[j] for i, j in coupled_components(law[0], len(degrees)))
 
 
 def component_degrees(method: Galerkin) -> tuple[int, ...] | None:

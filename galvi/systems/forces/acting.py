@@ -116,7 +116,7 @@ class Acting:
         """The accelerations (bodies, D) by users' functions and built-in forces of velocity."""
         q, v = (np.array(x, dtype=np.float64) for x in (q, v))
         constants = self.velocity_constants(q.shape[1])
-        a: Array = celestial_velocity.accelerated(q, v, float(t), constants)
+        a: Array = celestial_velocity.accelerations_of_blocks(q, v, float(t), constants)
         pushed = np.sum([np.zeros(q.shape), *(f.at(q, v, t) for f in self.functions)], axis=0)
         with np.errstate(divide="ignore"):  # infinite where a body without mass is pushed
             return a + np.divide(

@@ -386,7 +386,7 @@ class Tides(_Builtin):
             _set(self, raised_by=input_checks.whole("raised_by", self.raised_by, 0))
 
     def block(self, masses: Array, G: float) -> list[float]:
-        by = celestial_velocity.ALL if self.raised_by is None else self.raised_by
+        by = celestial_velocity.ALL_BODIES if self.raised_by is None else self.raised_by
         return [
             celestial_velocity.TIDES,
             7,

@@ -404,7 +404,7 @@ class JointForces:
         thrust = {drive.part for drive in self.drives if drive.thrust is not None}
         for number, (link, point, force, moment) in enumerate(self.pushes):
             frame, r, C = self._frame(link)
-            of_control = range(4, kernel.PUSHED) if number in thrust else ()
+            of_control = range(4, kernel.PUSH) if number in thrust else ()
             numbers = [[frame], r + C @ point, C @ force, C @ moment]
             yield ConstantsRow.of(numbers, (0,), of_control=of_control, begins=True)
 
@@ -413,7 +413,7 @@ class JointForces:
             (frame, r, C), body = self._frame(link), self.tree.links[link]
             drag = drag_coefficients(body, axes, medium)
             numbers = [[frame], r + C @ body.centre, C @ axes, drag]
-            yield ConstantsRow.of(numbers, (0,), of_mass=range(13, kernel.SUNK))
+            yield ConstantsRow.of(numbers, (0,), of_mass=range(13, kernel.WET_BODY))
 
     def beyond(self, q: Array, v: Array) -> str:
         """The first force beyond its limits at a state, as a clause; "" where all are within."""

@@ -80,8 +80,8 @@ FAULTS = (
         (
             (
                 "lanes/collocation.py",
-                'end_fields += [(name, i, high), (f"{name}_low", i, low)]',
-                'end_fields += [(name, i, high), (f"{name}_low", i, 0.0)]',
+                'end_rows += [(name, i, high), (f"{name}_low", i, low)]',
+                'end_rows += [(name, i, high), (f"{name}_low", i, 0.0)]',
             ),
         ),
         ("Kepler, rounding",),

@@ -15,15 +15,15 @@ from galvi.kernels.lie.arithmetic import generic, in_kernels, polynomial
 
 SINGULAR_ANGLE = 2.0 * math.pi
 LARGEST_IN_STEP = 0.995 * SINGULAR_ANGLE
-LARGEST_IN_LANES = 2.0  # up to which the series for lanes have full accuracy
-STUMPFF_TERMS = 12  # terms of the series of c6 and c7, for u up to SERIES_REACH
-SERIES_REACH = 9.0  # largest u at which the series are summed
-ONE_OVER = np.array([1.0 / math.factorial(k) for k in range(10 + 2 * STUMPFF_TERMS)])
-# What rounding lost of 1 / k!, always of the same sign: without it, energies drift.
-LOST = np.array(
+LARGEST_IN_LANES = 2.0  # the series for lanes have full accuracy up to here
+STUMPFF_TERMS = 12  # terms of the series of c6 and c7, for u below LARGEST_SERIES_U
+LARGEST_SERIES_U = 9.0  # from this u on, closed formulas replace the series
+INVERSE_FACTORIALS = np.array([1.0 / math.factorial(k) for k in range(10 + 2 * STUMPFF_TERMS)])
+# The rounding errors of 1 / k!: they are the same in each step, so that energies would drift.
+INVERSE_FACTORIALS_LOW = np.array(
     [
         float(1 / Fraction(math.factorial(k)) - Fraction(x))
-        for k, x in enumerate(ONE_OVER[:6].tolist())
+        for k, x in enumerate(INVERSE_FACTORIALS[:6].tolist())
     ]
 )
 LANE_SERIES = [[(-1.0) ** j / math.factorial(2 * j + k) for j in range(11)] for k in (6, 7)]
@@ -32,28 +32,28 @@ LANE_SERIES = [[(-1.0) ** j / math.factorial(2 * j + k) for j in range(11)] for 
 def stumpff_of_number(u):
     """c1 to c7 at one u >= 0, as a tuple.
 
-    For u below SERIES_REACH from the series of c6 and c7 by c_k = 1/k! - u c_{k+2}; above from c1
-    and c2 by the same relation upwards, which loses no digits there.
+    For u below LARGEST_SERIES_U from the series of c6 and c7 by c_k = 1/k! - u c_{k+2}; else from
+    c1 and c2 by the same relation upwards, which loses no digits there.
     """
-    if u < SERIES_REACH:
+    if u < LARGEST_SERIES_U:
         c6, c7, power = 0.0, 0.0, 1.0
         for j in range(STUMPFF_TERMS):
-            c6 += power * ONE_OVER[6 + 2 * j]
-            c7 += power * ONE_OVER[7 + 2 * j]
+            c6 += power * INVERSE_FACTORIALS[6 + 2 * j]
+            c7 += power * INVERSE_FACTORIALS[7 + 2 * j]
             power *= -u
-        c5 = ONE_OVER[5] + (LOST[5] - u * c7)
-        c4 = ONE_OVER[4] + (LOST[4] - u * c6)
-        c3 = ONE_OVER[3] + (LOST[3] - u * c5)
-        c2 = ONE_OVER[2] - u * c4
+        c5 = INVERSE_FACTORIALS[5] + (INVERSE_FACTORIALS_LOW[5] - u * c7)
+        c4 = INVERSE_FACTORIALS[4] + (INVERSE_FACTORIALS_LOW[4] - u * c6)
+        c3 = INVERSE_FACTORIALS[3] + (INVERSE_FACTORIALS_LOW[3] - u * c5)
+        c2 = INVERSE_FACTORIALS[2] - u * c4
         return 1.0 - u * c3, c2, c3, c4, c5, c6, c7
     angle = np.sqrt(u)
     half = np.sin(0.5 * angle)
     c1 = np.sin(angle) / angle
     c2 = 2.0 * half * half / u
     c3 = (1.0 - c1) / u
-    c4 = (ONE_OVER[2] - c2) / u
-    c5 = (ONE_OVER[3] - c3) / u
-    return c1, c2, c3, c4, c5, (ONE_OVER[4] - c4) / u, (ONE_OVER[5] - c5) / u
+    c4 = (INVERSE_FACTORIALS[2] - c2) / u
+    c5 = (INVERSE_FACTORIALS[3] - c3) / u
+    return c1, c2, c3, c4, c5, (INVERSE_FACTORIALS[4] - c4) / u, (INVERSE_FACTORIALS[5] - c5) / u
 
 
 @in_kernels(stumpff_of_number)
@@ -62,9 +62,9 @@ def stumpff(u):
     if isinstance(u, float):
         return stumpff_of_number(u)
     c6, c7 = (polynomial(series, u) for series in LANE_SERIES)
-    c5 = ONE_OVER[5] + (LOST[5] - u * c7)
-    c4 = ONE_OVER[4] + (LOST[4] - u * c6)
-    c3 = ONE_OVER[3] + (LOST[3] - u * c5)
+    c5 = INVERSE_FACTORIALS[5] + (INVERSE_FACTORIALS_LOW[5] - u * c7)
+    c4 = INVERSE_FACTORIALS[4] + (INVERSE_FACTORIALS_LOW[4] - u * c6)
+    c3 = INVERSE_FACTORIALS[3] + (INVERSE_FACTORIALS_LOW[3] - u * c5)
     c2 = 0.5 - u * c4
     return 1.0 - u * c3, c2, c3, c4, c5, c6, c7
 
@@ -99,11 +99,11 @@ def translation(u):
 
 
 def half_turn_of_number(u):
-    """As ``half_turn`` for a number."""
+    """`half_turn` for a number."""
     half = 0.25 * np.sqrt(u)
     sine = np.sin(half)
-    along = 0.5 * sine * np.cos(half) / half if half > 0.0 else 0.5
-    return along, -2.0 * sine * sine
+    vector_factor = 0.5 * sine * np.cos(half) / half if half > 0.0 else 0.5
+    return vector_factor, -2.0 * sine * sine
 
 
 @in_kernels(half_turn_of_number)

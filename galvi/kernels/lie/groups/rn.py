@@ -49,7 +49,7 @@ def coordinates(chart, g, k, xi):
 
 @generic
 def restore(g):
-    """There are no rotations."""
+    """Do nothing: there are no rotations."""
 
 
 @generic
@@ -60,7 +60,7 @@ def with_rotation(chart, xi, w, out):
 
 @generic
 def position_scale(g):
-    """The largest coordinate."""
+    """The largest |coordinate|."""
     size = 0.0
     for i in range(len(g)):
         size = larger_size(size, g[i])
@@ -69,7 +69,7 @@ def position_scale(g):
 
 @generic
 def remember(g, memory):
-    """Nothing: low parts are 0 at first."""
+    """Do nothing: the low parts of g start at 0."""
 
 
 @generic
@@ -87,6 +87,6 @@ def in_space(g, mu, out):
 
 @generic
 def carry(chart, g, g1, xi, kick, mu, nu, low):
-    """mu <- mu + kick; nu is not used."""
+    """mu <- mu + kick; low is its low part; nu is not used."""
     for i in range(len(kick)):
         mu[i], low[i] = two_sum(mu[i], low[i] + kick[i])

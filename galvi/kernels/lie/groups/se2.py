@@ -35,8 +35,8 @@ def inverse(matrix):
 @generic
 def rotation(chart, x):
     """R as (p, q)."""
-    less, sine = so2.change(chart, x)
-    return 1.0 + less, sine
+    cosine_less_one, sine = so2.change(chart, x)
+    return 1.0 + cosine_less_one, sine
 
 
 @generic
@@ -62,7 +62,7 @@ def place(chart, g, xi, out):
 
 
 @generic
-def shift_pace(chart, xi, eta):
+def shift_velocity(chart, xi, eta):
     """R^T d(V v)/dt."""
     V, V1, _ = shift_matrix(chart, xi[0])
     x, y = times(V1, xi[1], xi[2])
@@ -73,17 +73,17 @@ def shift_pace(chart, xi, eta):
 @generic
 def velocity(chart, xi, eta, out):
     out[0] = so2.slopes(chart, xi[0])[0] * eta[0]
-    out[1], out[2] = shift_pace(chart, xi, eta)
+    out[1], out[2] = shift_velocity(chart, xi, eta)
 
 
 @generic
 def rate(chart, xi, v, out):
     V, V1, _ = shift_matrix(chart, xi[0])
-    turning = v[0] / so2.slopes(chart, xi[0])[0]
+    angle_rate = v[0] / so2.slopes(chart, xi[0])[0]
     x, y = times(V1, xi[1], xi[2])
     dx, dy = times(rotation(chart, xi[0]), v[1], v[2])
-    out[0] = turning
-    out[1], out[2] = times(inverse(V), dx - x * turning, dy - y * turning)
+    out[0] = angle_rate
+    out[1], out[2] = times(inverse(V), dx - x * angle_rate, dy - y * angle_rate)
 
 
 @generic
@@ -106,14 +106,14 @@ def covector(chart, xi, pi, out):
 
 @generic
 def momentum_slope(chart, xi, eta, mu, out):
-    slope, bend = so2.slopes(chart, xi[0])
+    slope, slope_derivative = so2.slopes(chart, xi[0])
     _, V1, V2 = shift_matrix(chart, xi[0])
     fx, fy = times(rotation(chart, xi[0]), mu[1], mu[2])
     x, y = times(V2, xi[1], xi[2])
     dx, dy = times(V1, eta[1], eta[2])
-    v, w = shift_pace(chart, xi, eta)
-    bent = fx * (x * eta[0] + dx) + fy * (y * eta[0] + dy)
-    out[0] = (bend * (eta[0] * mu[0]) + bent) + slope * (mu[1] * w - mu[2] * v)
+    v, w = shift_velocity(chart, xi, eta)
+    shift_part = fx * (x * eta[0] + dx) + fy * (y * eta[0] + dy)
+    out[0] = (slope_derivative * (eta[0] * mu[0]) + shift_part) + slope * (mu[1] * w - mu[2] * v)
     fx, fy = times(transposed(V1), fx, fy)
     out[1], out[2] = fx * eta[0], fy * eta[0]
 
@@ -121,10 +121,10 @@ def momentum_slope(chart, xi, eta, mu, out):
 @generic
 def coadjoint_change(chart, xi, mu, out):
     """out <- (y cross R f, R f - f) for mu = (m, f) and y = V v."""
-    less, sine = so2.change(chart, xi[0])
+    cosine_less_one, sine = so2.change(chart, xi[0])
     V, _, _ = shift_matrix(chart, xi[0])
     x, y = times(V, xi[1], xi[2])
-    v, w = times((less, sine), mu[1], mu[2])
+    v, w = times((cosine_less_one, sine), mu[1], mu[2])
     out[0] = x * (mu[2] + w) - y * (mu[1] + v)
     out[1], out[2] = v, w
 
@@ -167,7 +167,7 @@ def restore(g):
 
 @generic
 def with_rotation(chart, xi, w, out):
-    """out <- w and the translation part with which the motion is that of xi."""
+    """out <- w and the coordinates of the translation for which the motion is that of xi."""
     V, _, _ = shift_matrix(chart, xi[0])
     shift = times(V, xi[1], xi[2])
     out[0] = w[0]
@@ -176,13 +176,13 @@ def with_rotation(chart, xi, w, out):
 
 @generic
 def position_scale(g):
-    """The largest coordinate of the position."""
+    """The largest |coordinate| of the position."""
     return larger_size(larger_size(0.0, g[2]), g[5])
 
 
 @generic
 def shift_in_space(chart, g, xi):
-    """R V v, the way from g to g Phi(xi)."""
+    """R V v, the displacement from g to g Phi(xi)."""
     V, _, _ = shift_matrix(chart, xi[0])
     x, y = times(V, xi[1], xi[2])
     return times((g[0], g[3]), x, y)
@@ -212,7 +212,8 @@ def in_space(g, mu, out):
 
 @generic
 def carry(chart, g, g1, xi, kick, mu, nu, low):
-    """The force's impulse, then its moment and that of the momentum about the new point."""
+    """Add the force's impulse to the momentum in space, then its moment to the angular momentum,
+    which is moved to the new point."""
     x, y = shift_in_space(chart, g, xi)
     fx, fy = times((g[0], g[3]), kick[1], kick[2])
     nu[1], low[1] = two_sum(nu[1], low[1] + fx)

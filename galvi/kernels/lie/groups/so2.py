@@ -29,21 +29,22 @@ def slopes(chart, x):
 @generic
 def turn(chart, g, x, row, out):
     """out <- g rotated by the coordinate x, in the first two columns of rows of length ``row``."""
-    less, sine = change(chart, x)
+    cosine_less_one, sine = change(chart, x)
     for i in (0, row):
         first, second = g[i], g[i + 1]
-        out[i] = first + (first * less + second * sine)
-        out[i + 1] = second + (second * less - first * sine)
+        out[i] = first + (first * cosine_less_one + second * sine)
+        out[i + 1] = second + (second * cosine_less_one - first * sine)
 
 
 @generic
 def turn_frame(chart, x, row, g, memory, low):
-    """As ``turn`` in place; memory (2,) holds cos and sin, not normalised, low their low parts."""
+    """Rotate g in place, as ``turn``; memory (2,) holds cos and sin, which are not normalised, and
+    low their low parts."""
     c, s = memory[0], memory[1]
-    less, sine = change(chart, x)
-    by_c, by_s = c * less - s * sine, s * less + c * sine
-    c, low[0] = two_sum(c, low[0] + by_c)
-    s, low[1] = two_sum(s, low[1] + by_s)
+    cosine_less_one, sine = change(chart, x)
+    c_change, s_change = c * cosine_less_one - s * sine, s * cosine_less_one + c * sine
+    c, low[0] = two_sum(c, low[0] + c_change)
+    s, low[1] = two_sum(s, low[1] + s_change)
     memory[0], memory[1] = c, s
     size = sqrt(c * c + s * s)
     g[0], g[1], g[row], g[row + 1] = c / size, -s / size, s / size, c / size
@@ -156,5 +157,5 @@ def in_space(g, mu, out):
 
 @generic
 def carry(chart, g, g1, xi, kick, mu, nu, low):
-    """mu <- mu + kick; nu is not used."""
+    """mu <- mu + kick; low is its low part; nu is not used."""
     mu[0], low[0] = two_sum(mu[0], low[0] + kick[0])

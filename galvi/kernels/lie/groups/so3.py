@@ -28,8 +28,8 @@ def columns(g, row):
 def relative_coordinates(chart, g, k, row, xi):
     """xi <- coordinates of the rotation from g to k, in matrices with rows of length ``row``."""
     start, end = columns(g, row), columns(k, row)
-    turn = times(end, start[0]), times(end, start[1]), times(end, start[2])
-    rotations.coordinates(chart, turn, xi)
+    relative_rotation = times(end, start[0]), times(end, start[1]), times(end, start[2])
+    rotations.coordinates(chart, relative_rotation, xi)
 
 
 @jit
@@ -145,7 +145,7 @@ def remember(g, memory):
 
 @generic
 def remember_frame(row, g, memory):
-    """The same of R in rows of length ``row``."""
+    """memory <- the quaternion of R in a matrix with rows of length ``row``."""
     start = rotations.quaternion(transpose(columns(g, row)))
     memory[0], memory[1], memory[2], memory[3] = start
 
@@ -163,8 +163,9 @@ def in_space(g, mu, out):
 
 @generic
 def carry(chart, g, g1, xi, kick, mu, nu, low):
-    """nu <- nu + R kick, which only torques change, so that errors of mu are not carried."""
-    push = times(transpose(columns(g, 3)), kick)
+    """nu <- nu + R kick, and mu <- nu in the frame of g1. Only torques change nu, so that rounding
+    errors of mu do not add up."""
+    impulse = times(transpose(columns(g, 3)), kick)
     for i in range(3):
-        nu[i], low[i] = two_sum(nu[i], low[i] + push[i])
+        nu[i], low[i] = two_sum(nu[i], low[i] + impulse[i])
     fill(times(columns(g1, 3), nu), mu)
