@@ -2,7 +2,7 @@
 
 Of a run by another engine the time is the engine's, without our conversions of its states. A call
 in another process is timed there: it has ``seconds(repeats)``, the mean over that many calls, and
-``took``, the time of the last one.
+``seconds_of_last_call``, the time of the last one.
 """
 
 from __future__ import annotations
@@ -131,4 +131,4 @@ def once(call: Callable[[], Any]) -> tuple[Any, float]:
         start = time.perf_counter()
         returned = call()
         seconds = spent.seconds or time.perf_counter() - start
-    return returned, float(getattr(call, "took", seconds))
+    return returned, float(getattr(call, "seconds_of_last_call", seconds))

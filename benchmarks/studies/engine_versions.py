@@ -21,7 +21,12 @@ import pandas as pd
 
 import galvi
 from benchmarks.applications.releases.own_run import SAMPLES, Answer, Motion, OwnRun
-from benchmarks.applications.releases.requirements import USUAL, installed, interpreter, requirement
+from benchmarks.applications.releases.requirements import (
+    USUAL_RELEASES,
+    installed,
+    interpreter,
+    requirement,
+)
 from benchmarks.checks.claim import Report
 from benchmarks.store.isolated_environment import NotHere
 from benchmarks.store.provenance import today, version
@@ -113,7 +118,7 @@ def engine_versions(quick: bool = False, report: Report = lambda sentence: None)
 def parts(studies: Path, report: Report, versions: Sequence[str] = ()) -> list[Part]:
     """A part for each version: older ones and the installed one."""
     files = RowFiles(studies / FOLDER, COLUMNS, report)
-    selected = versions or (*USUAL["mujoco"], installed("mujoco"))
+    selected = versions or (*USUAL_RELEASES["mujoco"], installed("mujoco"))
     return [Part(version, files) for version in selected if version]
 
 

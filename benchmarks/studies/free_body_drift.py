@@ -21,7 +21,7 @@ from benchmarks.store.row_files import RowFiles, stored_rows
 from benchmarks.work_precision.galvi_methods import gauss_collocation
 from benchmarks.work_precision.participants import finest, label_beside
 from benchmarks.work_precision.problem import largest_difference
-from benchmarks.work_precision.problems.rigid_bodies import MUJOCO
+from benchmarks.work_precision.problems.rigid_bodies import MUJOCO_CONTENDERS
 from galvi import Problem
 from galvi.arrays import Array
 from galvi.charts import CHARTS
@@ -84,7 +84,7 @@ class DriftParticipant:
         """The engine: galvi, or name and version of another."""
         if self.origin:
             return self.origin
-        mujoco = self.contender in MUJOCO and not self.contender.missing
+        mujoco = self.contender in MUJOCO_CONTENDERS and not self.contender.missing
         return mujoco_engine.version() if mujoco else "galvi"
 
 
@@ -102,7 +102,7 @@ def _galvi(degree: int, step: float) -> list[DriftParticipant]:
 def _mujoco(joint: str, step: float) -> list[DriftParticipant]:
     return [
         DriftParticipant(f"{contender.name}, {joint} joint", contender, step, joint)
-        for contender in MUJOCO
+        for contender in MUJOCO_CONTENDERS
     ]
 
 

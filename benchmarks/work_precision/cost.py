@@ -114,7 +114,7 @@ def cost_table(
     is the solver of the stage equations: fixed point, Newton, or both. Seconds are those of a whole
     run divided by its steps.
     """
-    runs, calls, warm = [], [], []
+    runs, calls, warm_seconds = [], [], []
     cases = [case for case in _cases(quick) if not only or case.problem.name in only]
     for case in cases:
         report(f"{case.problem.name}: {case.method.name}")
@@ -132,8 +132,8 @@ def cost_table(
         run, seconds = warmed(call)
         runs.append(run)
         calls.append(call)
-        warm.append(seconds)
-    timings = interleaved(calls, ROUNDS, 0.01 if quick else 0.05, warm)
+        warm_seconds.append(seconds)
+    timings = interleaved(calls, ROUNDS, 0.01 if quick else 0.05, warm_seconds)
     costs = [
         Cost(case, run, timing.seconds)
         for case, run, timing in zip(cases, runs, timings, strict=True)
@@ -154,11 +154,11 @@ def _cases(quick: bool) -> list[Case]:
         *((kepler, _gauss(s), math.tau / k, steps) for s, k in ((2, 256), (4, 64), (8, 24))),
         (kepler, _gauss(16), math.tau / 8, steps),
         *((planets, _gauss(s), h, steps) for s, h in ((4, 4.0), (8, 8.0), (16, 32.0))),
-        (oscillator, _papers(16), 20.0, 1000),
-        (oscillator, _papers(24), 20.0, 1000),
-        (kepler, _papers(8), 2.0, 1000),
-        (kepler, _papers(32), 2.0, 1000),
-        (planets, _papers(25), 100.0, 100),
+        (oscillator, _gauss_of_hall_and_leok(16), 20.0, 1000),
+        (oscillator, _gauss_of_hall_and_leok(24), 20.0, 1000),
+        (kepler, _gauss_of_hall_and_leok(8), 2.0, 1000),
+        (kepler, _gauss_of_hall_and_leok(32), 2.0, 1000),
+        (planets, _gauss_of_hall_and_leok(25), 100.0, 100),
         (planets, _gauss(16, galvi.KeplerFrame()), 32.0, steps),
         (galvi.problems.outer_solar_system(), _gauss(16, galvi.KeplerFrame()), 400.0, steps),
         (springs, _gauss(8, galvi.HarmonicFrame()), 2.0, steps // 5),
@@ -169,18 +169,20 @@ def _cases(quick: bool) -> list[Case]:
 
 def _clocks_events_and_forces(steps: int) -> Iterator[Case]:
     """Steps in clocks, and the outer planets with events that do not occur, and with forces."""
-    eight, outer = _gauss(8), galvi.problems.outer_solar_system()
-    yield Case(encounters.burrau(), replace(eight, clock=galvi.DynamicalTime()), 0.4, 400)
-    yield Case(galvi.problems.kepler(0.99), replace(eight, clock=galvi.Sundman()), 0.4, steps // 10)
+    degree_8, outer = _gauss(8), galvi.problems.outer_solar_system()
+    yield Case(encounters.burrau(), replace(degree_8, clock=galvi.DynamicalTime()), 0.4, 400)
+    yield Case(
+        galvi.problems.kepler(0.99), replace(degree_8, clock=galvi.Sundman()), 0.4, steps // 10
+    )
     events = [galvi.events.within(k, k + 1, 0.5) for k in (1, 2, 3)]
     with_events = replace(outer, name=f"{outer.name}, three events")
-    yield Case(with_events, eight, 200.0, steps, events)
-    sun = (galvi.Oblateness(0, 2e-7, 0.00465), galvi.Relativity(173.145, form="potential"))
-    for force in sun:
+    yield Case(with_events, degree_8, 200.0, steps, events)
+    sun_forces = (galvi.Oblateness(0, 2e-7, 0.00465), galvi.Relativity(173.145, form="potential"))
+    for force in sun_forces:
         system = replace(outer.system, forces=[force])
         name = f"{outer.name}, {type(force).__name__.lower()}"
-        yield Case(replace(outer, system=system, name=name), eight, 200.0, steps)
-    yield Case(outer, eight, 200.0, steps)
+        yield Case(replace(outer, system=system, name=name), degree_8, 200.0, steps)
+    yield Case(outer, degree_8, 200.0, steps)
 
 
 def _lagrangians_and_bodies(steps: int) -> Iterator[tuple[Problem, galvi.Galerkin, float, int]]:
@@ -210,6 +212,6 @@ def _gauss(degree: int, *chart: Any) -> galvi.Galerkin:
     return galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), *chart)
 
 
-def _papers(n: int) -> galvi.Galerkin:
+def _gauss_of_hall_and_leok(n: int) -> galvi.Galerkin:
     """H's choice: n basis functions, Gauss with 2 n points."""
     return galvi.Galerkin(galvi.Polynomials(n - 1), galvi.gauss(2 * n))

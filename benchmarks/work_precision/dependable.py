@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pandas as pd
 
-FINENESS = r"\b(?:step|epsilon|tolerance)=([\d.e+-]+)"  # the first of a setting
+FINENESS_PATTERN = r"\b(?:step|epsilon|tolerance)=([\d.e+-]+)"  # the first of a setting
 
 
 def dependable(table: pd.DataFrame) -> pd.DataFrame:
@@ -22,14 +22,14 @@ def dependable(table: pd.DataFrame) -> pd.DataFrame:
         return table
     settings = table["settings"].fillna("").astype(str)
     rows = table.assign(
-        fineness=pd.to_numeric(settings.str.extract(FINENESS)[0], errors="coerce"),
-        others=settings.str.replace(FINENESS, "", n=1, regex=True),
+        fineness=pd.to_numeric(settings.str.extract(FINENESS_PATTERN)[0], errors="coerce"),
+        others=settings.str.replace(FINENESS_PATTERN, "", n=1, regex=True),
     )
     rows = rows[rows["error"].notna() & rows["fineness"].notna()].sort_values("fineness")
-    finer = rows.groupby(["problem", "contender", "others"], sort=False)["error"].shift(1)
-    counted = np.fmax(table["error"], finer.reindex(table.index))
+    finer_error = rows.groupby(["problem", "contender", "others"], sort=False)["error"].shift(1)
+    counted = np.fmax(table["error"], finer_error.reindex(table.index))
     counted = table.assign(error=np.maximum(counted, _resolutions(table, table)))
-    return counted.assign(error_is_bound=bounds(counted, table), own_error=table["error"])
+    return counted.assign(error_is_bound=error_is_bound(counted, table), own_error=table["error"])
 
 
 def resolution(runs: pd.DataFrame) -> float:
@@ -39,7 +39,7 @@ def resolution(runs: pd.DataFrame) -> float:
     return 0.0 if math.isnan(truth_error) else 10.0 * truth_error
 
 
-def bounds(table: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
+def error_is_bound(table: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
     """Whether each `error` of a table is a bound alone: no larger than its problem's `resolution`
     in these runs."""
     return table["error"] <= _resolutions(table, runs)

@@ -23,7 +23,7 @@ from benchmarks.work_precision.problem import (
 from galvi import Problem
 from references import Contender
 
-SECOND, MIDDLE = slice(1, 2), slice(1, 3)  # which settings a quick form keeps
+SECOND_VALUE, MIDDLE_VALUES = slice(1, 2), slice(1, 3)  # which settings a quick form keeps
 
 
 class Entry(NamedTuple):
@@ -46,21 +46,21 @@ class Entry(NamedTuple):
     contender: Contender
     values: Sequence[float]
     label: str = ""
-    few: slice = SECOND
-    early: bool = False
+    quick_values: slice = SECOND_VALUE
+    stops_early_too: bool = False
     options: Mapping[str, Any] = {}
 
     def participant(self, duration: float, quick: bool) -> Participant:
         """With its settings, from coarse to fine."""
-        values = self.values[self.few] or self.values if quick else self.values
-        steps = all(isinstance(number, int) for number in values)
+        values = self.values[self.quick_values] or self.values if quick else self.values
+        are_steps = all(isinstance(number, int) for number in values)
         settings: list[Setting] = (
             [fixed(duration, int(number)) for number in values]
-            if steps
+            if are_steps
             else adaptive("tolerance", values)
         )
         settings = [{**setting, **self.options} for setting in settings]
-        if self.early and not quick:
+        if self.stops_early_too and not quick:
             settings = stopped_early_too(settings)
         return Participant(self.label or self.contender.name, self.contender, settings)
 
@@ -93,8 +93,12 @@ def compared(
     return WorkPrecisionProblem(problem, duration, participants, truth, **fields)
 
 
-def rounded(
-    reference: Contender, problem: Problem, duration: float, of: str, size: float | None = None
+def truth_to_rounding(
+    reference: Contender,
+    problem: Problem,
+    duration: float,
+    quantity: str,
+    size: float | None = None,
 ) -> Callable[[], Truth]:
     """The truth of a reference that errs by the rounding of its numbers.
 
@@ -110,6 +114,8 @@ def rounded(
         run = reference.run(problem, duration, {"samples": 1})
         largest = float(np.max(np.abs(run.q[-1]))) if size is None else size
         description = run.method.removesuffix(" samples=1")  # which closed forms tell
-        return Truth(run.q[-1], 0.5 * EPS * largest, f"{description}; to the rounding of the {of}")
+        return Truth(
+            run.q[-1], 0.5 * EPS * largest, f"{description}; to the rounding of the {quantity}"
+        )
 
     return truth

@@ -14,7 +14,7 @@ from galvi import Problem, Trajectory
 from references.contender import require, steps_of_run
 from references.setting import check_keys, sample_times
 
-LARGEST = 2**62  # of save_every: the last state alone is kept
+SAVE_LAST_ONLY = 2**62  # of save_every: the last state alone is kept
 SYSTEMS = (galvi.Canonical, galvi.NBody, galvi.Lagrangian, galvi.RigidBody, galvi.FreeBody)
 
 
@@ -94,16 +94,16 @@ class InClock:
         require(self, problem)
         check_keys(setting, ("step", "samples", "save_every"))
         times = sample_times(problem.t0, duration, {"samples": setting.get("samples", 1)})
-        ends = len(times) == 2
+        only_ends = len(times) == 2
         run = galvi.integrate(
             problem,
             self.method,
             math.copysign(setting["step"], duration),
             duration=abs(duration),
-            save_every=setting.get("save_every", LARGEST if ends else 1),
-            curves=False if ends else None,
+            save_every=setting.get("save_every", SAVE_LAST_ONLY if only_ends else 1),
+            curves=False if only_ends else None,
         )
-        if ends or not run.success:
+        if only_ends or not run.success:
             return run
         q, p = galvi.states_at(run, times[1:-1])
         q, p = (np.concatenate([x[:1], y, x[-1:]]) for x, y in ((run.q, q), (run.p, p)))

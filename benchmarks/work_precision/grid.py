@@ -17,30 +17,40 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.work_precision.asked import ERRORS, code_of
-from benchmarks.work_precision.dependable import FINENESS, dependable
+from benchmarks.work_precision.dependable import FINENESS_PATTERN, dependable
 from benchmarks.work_precision.fronts import front_indices
 from benchmarks.work_precision.problem import Setting
 
-GAP = 0.5  # decades of error between neighbours
-CLOSEST = 0.03  # logarithm of the ratio of steps below which none are put between
-COARSER, TIGHTEST = math.sqrt(2.0), 1e-14  # at the ends: ratio of steps, and least tolerance
-KEYS = ("step", "epsilon", "tolerance")  # of which the first in a setting says how fine it is
-TURNS, MAX_ADDED = 5, 20  # of adding, and settings added to a code
-PATIENCE, BRIEF = 1.5, 0.3  # seconds of the runs added to a code, and of a run beside which one is
+LARGEST_GAP = 0.5  # decades of error between neighbours
+LEAST_LOG_RATIO = 0.03  # logarithm of the ratio of steps below which none are put between
+STEP_FACTOR, LEAST_TOLERANCE = (
+    math.sqrt(2.0),
+    1e-14,
+)  # at the ends: ratio of steps, and least tolerance
+FINENESS_KEYS = (
+    "step",
+    "epsilon",
+    "tolerance",
+)  # of which the first in a setting says how fine it is
+MOST_ROUNDS, MAX_ADDED = 5, 20  # of adding, and settings added to a code
+ADDED_SECONDS, BRIEF_RUN_SECONDS = (
+    1.5,
+    0.3,
+)  # seconds of the runs added to a code, and of a run beside which one is
 
 CurrentRows = Callable[[], pd.DataFrame]
 Add = Callable[[str, Setting], None]
 
 
-def fine(setting: Setting) -> tuple[str, float]:
+def fineness_of(setting: Setting) -> tuple[str, float]:
     """The key that says how fine a setting is, and its value; ('', NaN) without one."""
-    key = next((name for name in KEYS if name in setting), "")
+    key = next((name for name in FINENESS_KEYS if name in setting), "")
     return key, float(setting[key]) if key else math.nan
 
 
 def with_fineness(setting: Setting, value: float, duration: float) -> Setting:
     """The setting with another step, so that the run ends where it should, or tolerance."""
-    key, _ = fine(setting)
+    key, _ = fineness_of(setting)
     if "save_every" not in setting:
         return {**setting, key: value}
     count = max(1, round(duration / value))
@@ -49,7 +59,7 @@ def with_fineness(setting: Setting, value: float, duration: float) -> Setting:
 
 def line_of(setting: Setting) -> tuple[Any, ...]:
     """What the settings of a line share: all entries but the step or the tolerance."""
-    key, _ = fine(setting)
+    key, _ = fineness_of(setting)
     return tuple(sorted((k, v) for k, v in setting.items() if k not in (key, "save_every")))
 
 
@@ -58,12 +68,16 @@ def neighbour(key: str, value: float, line: Sequence[float], finer: bool) -> flo
     further = [v for v in line if (v < value if finer else v > value)]
     if further:
         adjacent = max(further) if finer else min(further)
-        return math.sqrt(value * adjacent) if abs(math.log(adjacent / value)) > CLOSEST else 0.0
-    factor = COARSER if key == "step" else 10.0**GAP
+        return (
+            math.sqrt(value * adjacent)
+            if abs(math.log(adjacent / value)) > LEAST_LOG_RATIO
+            else 0.0
+        )
+    factor = STEP_FACTOR if key == "step" else 10.0**LARGEST_GAP
     return value / factor if finer else value * factor
 
 
-def wanted(
+def settings_to_add(
     runs: pd.DataFrame, settings: Mapping[Any, tuple[str, Setting]], duration: float
 ) -> list[tuple[str, Setting]]:
     """New settings for one code, each as (contender, setting).
@@ -76,28 +90,32 @@ def wanted(
     lines = {
         index: (contender, line_of(setting)) for index, (contender, setting) in settings.items()
     }
-    have = {(lines[index], fine(setting)) for index, (_, setting) in settings.items()}
+    known_settings = {
+        (lines[index], fineness_of(setting)) for index, (_, setting) in settings.items()
+    }
     additions: list[tuple[str, Setting]] = []
 
     def offer(index: Any, finer: bool) -> None:
         """Add a setting's neighbour, where it is affordable and new."""
         contender, setting = settings[index]
-        key, value = fine(setting)
-        values = [fine(settings[k][1])[1] for k, line in lines.items() if line == lines[index]]
-        if not key or runs["seconds"][index] > BRIEF:
+        key, value = fineness_of(setting)
+        values = [
+            fineness_of(settings[k][1])[1] for k, line in lines.items() if line == lines[index]
+        ]
+        if not key or runs["seconds"][index] > BRIEF_RUN_SECONDS:
             return
         new = neighbour(key, value, values, finer)
-        if new <= 0.0 or (key != "step" and new < TIGHTEST):
+        if new <= 0.0 or (key != "step" and new < LEAST_TOLERANCE):
             return
         added = with_fineness(setting, new, duration)
-        if (lines[index], fine(added)) not in have:
-            have.add((lines[index], fine(added)))
+        if (lines[index], fineness_of(added)) not in known_settings:
+            known_settings.add((lines[index], fineness_of(added)))
             additions.append((contender, added))
 
     errors, points = runs["error"], front_indices(runs)
     widest = sorted(_holes(errors, points, lines), key=lambda hole: -hole[2])
     for coarser, finer, gap in widest:
-        if gap > GAP:
+        if gap > LARGEST_GAP:
             offer(coarser, finer=True)
             offer(finer, finer=False)
     if points and errors[points[0]] < ERRORS[0]:
@@ -121,7 +139,7 @@ def _holes(
                 yield c, d, math.log10(high / low)
 
 
-def refined(
+def add_settings(
     current_rows: CurrentRows,
     settings: Mapping[Any, tuple[str, Setting]],
     duration: float,
@@ -138,22 +156,22 @@ def refined(
     """
     spent: dict[str, float] = {}
     added: dict[str, int] = {}
-    for _ in range(TURNS):
+    for _ in range(MOST_ROUNDS):
         rows = dependable(current_rows())
         codes = rows["contender"].map(code_of)
-        idle = True
+        is_complete = True
         for code in codes.drop_duplicates():
-            of_code = rows[codes == code]
-            code_settings = {index: settings[index] for index in of_code.index}
-            for contender, setting in wanted(of_code, code_settings, duration):
-                if spent.get(code, 0.0) > PATIENCE or added.get(code, 0) >= MAX_ADDED:
+            code_rows = rows[codes == code]
+            code_settings = {index: settings[index] for index in code_rows.index}
+            for contender, setting in settings_to_add(code_rows, code_settings, duration):
+                if spent.get(code, 0.0) > ADDED_SECONDS or added.get(code, 0) >= MAX_ADDED:
                     break
                 start = time.process_time()
                 add(contender, setting)
                 spent[code] = spent.get(code, 0.0) + time.process_time() - start
                 added[code] = added.get(code, 0) + 1
-                idle = False
-        if idle:
+                is_complete = False
+        if is_complete:
             return
 
 
@@ -164,7 +182,7 @@ def gaps(table: pd.DataFrame) -> pd.DataFrame:
     asked for no setting at all."""
     rows = []
     text = table["settings"].fillna("").astype(str)
-    lines = table["contender"] + text.str.replace(FINENESS, "", n=1, regex=True)
+    lines = table["contender"] + text.str.replace(FINENESS_PATTERN, "", n=1, regex=True)
     codes = table["contender"].map(code_of)
     for (problem, code), runs in table.groupby(["problem", codes], sort=False):
         errors = runs["error"].dropna()
@@ -177,7 +195,7 @@ def gaps(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["problem", "code", "settings", "gap", "above"])
 
 
-def unequal(table: pd.DataFrame, widest: float = 2.0 * GAP) -> Sequence[str]:
+def wide_gaps(table: pd.DataFrame, widest: float = 2.0 * LARGEST_GAP) -> Sequence[str]:
     """A sentence for each code whose settings leave a wider gap than `widest` decades."""
     return [
         f"{row['code']} has no setting in {row['gap']:.1f} decades above {row['above']:.0e}."

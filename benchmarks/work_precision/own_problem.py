@@ -25,7 +25,7 @@ from references import Contender, reference
 from references.newton import is_differenced
 from references.rebound import ias15, leapfrog, saba, whfast, whfast512
 
-OURS = (4, 8, 12)  # degrees
+GALVI_DEGREES = (4, 8, 12)  # degrees
 FIXED: Mapping[str, Mapping[str, Any]] = {  # of equal steps, with their best options
     "REBOUND WHFast": whfast.BEST,
     "REBOUND SABA": saba.BEST,
@@ -59,11 +59,14 @@ ADAPTIVE = (
 )
 TOLERANCES = (1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 # Those that take the force of references.newton.
-OF_NEWTON = ("SciPy DOP853", "Stormer-Verlet", "Forest-Ruth", "RK4")
-DIFFERENCED = "Force differenced from the potential: with a gradient it takes less time."
-COARSEST = 10  # steps
-PATIENCE = 2.0  # seconds of the runs that find a contender's settings
-COARSE, FINE = 0.1, 1e-13  # errors between which settings are of interest, relatively
+NEWTON_FORCE_CODES = ("SciPy DOP853", "Stormer-Verlet", "Forest-Ruth", "RK4")
+DIFFERENCED_NOTE = "Force differenced from the potential: with a gradient it takes less time."
+COARSEST_STEPS = 10  # steps
+LADDER_SECONDS = 2.0  # seconds of the runs that find a contender's settings
+LARGEST_ERROR, SMALLEST_ERROR = (
+    0.1,
+    1e-13,
+)  # errors between which settings are of interest, relatively
 
 
 def own_problem(
@@ -81,7 +84,7 @@ def own_problem(
     """
     truth = truth_of(problem, duration, report)
     participants = []
-    for degree in OURS:
+    for degree in GALVI_DEGREES:
         label, method = galvi_label(degree), gauss_collocation(degree)
         report(f"settings of {label}")
         settings = ladder(problem, duration, method, truth, quick)
@@ -101,7 +104,9 @@ def own_problem(
         lambda: truth,
         *measure_of(problem),
         repeated_run=True,
-        notes=dict.fromkeys(OF_NEWTON if is_differenced(problem) else (), DIFFERENCED),
+        notes=dict.fromkeys(
+            NEWTON_FORCE_CODES if is_differenced(problem) else (), DIFFERENCED_NOTE
+        ),
     )
 
 
@@ -156,23 +161,23 @@ class _Ladder:
         """From coarse to fine; the finest that was tried where all are too coarse."""
         _, distance = measure_of(self.problem)
         size = size_of(self.problem, self.truth.end)
-        floor = max(self.truth.error, FINE * size)
-        start, count, setting = math.inf, COARSEST, dict[str, Any]()
-        elsewhere = hasattr(self.contender, "timed")  # in another process
-        now = time.perf_counter if elsewhere else time.process_time
-        while now() - start < PATIENCE:
+        floor = max(self.truth.error, SMALLEST_ERROR * size)
+        start, count, setting = math.inf, COARSEST_STEPS, dict[str, Any]()
+        in_other_process = hasattr(self.contender, "timed")  # in another process
+        clock = time.perf_counter if in_other_process else time.process_time
+        while clock() - start < LADDER_SECONDS:
             setting = {**fixed(self.duration, count), **self.options}
             try:
                 run = self.contender.run(self.problem, self.duration, setting)
             except ValueError:  # steps that it does not take
                 break
-            start = min(start, now())  # from the end of the first run: it may compile
-            off = distance(run.q[-1], self.truth.end) if run.success else math.inf
-            usable = off <= COARSE * size
-            self.usable_settings += [setting] if usable else []
-            if off <= floor:
+            start = min(start, clock())  # from the end of the first run: it may compile
+            error = distance(run.q[-1], self.truth.end) if run.success else math.inf
+            is_usable = error <= LARGEST_ERROR * size
+            self.usable_settings += [setting] if is_usable else []
+            if error <= floor:
                 break
-            count *= 2 if usable else 4
+            count *= 2 if is_usable else 4
         if self.quick:
             return self.usable_settings[1:4:2] or self.usable_settings or [setting]
         return self.usable_settings or [setting]

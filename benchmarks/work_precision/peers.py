@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from references.heyoka import taylor
 from references.rebound import ias15, native, saba, whfast, whfast512
 
-Named = Mapping[str, Any]
+OptionValues = Mapping[str, Any]
 
 
 class Options(NamedTuple):
@@ -31,8 +31,8 @@ class Options(NamedTuple):
         where its documentation describes them
     """
 
-    closed: Named
-    open: Mapping[str, Named]
+    closed: OptionValues
+    open: Mapping[str, OptionValues]
     built: str
     source: str
 

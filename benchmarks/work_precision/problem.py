@@ -16,7 +16,7 @@ Setting = Mapping[str, Any]
 POSITION, ATTITUDE, ANGLE = "position", "attitude", "angle"
 COORDINATES, MOTION = "coordinates", "attitude and place"
 # A coarse error needs no solution to round-off: tolerances, and the settings for which they pay.
-STOPS = {1e-9: slice(2), 1e-12: slice(3), 1e-14: slice(1, None)}
+EARLY_TOLERANCES = {1e-9: slice(2), 1e-12: slice(3), 1e-14: slice(1, None)}
 EPS = float(np.finfo(float).eps)
 
 
@@ -124,7 +124,7 @@ def stopped_early_too(settings: Sequence[Setting]) -> list[Setting]:
         *settings,
         *(
             {**setting, "tolerance": stop}
-            for stop, part in STOPS.items()
+            for stop, part in EARLY_TOLERANCES.items()
             for setting in settings[part]
         ),
     ]

@@ -21,8 +21,13 @@ from benchmarks.statistics.paired import COVERAGE, FASTER, SLOWER
 from benchmarks.work_precision.asked import code_of, errors_of
 from benchmarks.work_precision.fronts import OURS
 
-FAILED = math.inf  # what a problem costs that a code does not solve
-TRACES = ("error", "seconds", "steps", "evaluations")  # what a run leaves; a missing engine nothing
+FAILED_COST = math.inf  # what a problem costs that a code does not solve
+RUN_COLUMNS = (
+    "error",
+    "seconds",
+    "steps",
+    "evaluations",
+)  # what a run leaves; a missing engine nothing
 
 
 class Share(NamedTuple):
@@ -63,14 +68,14 @@ def costs(runs: pd.DataFrame, cells: pd.DataFrame, error: float) -> pd.DataFrame
     with_error = [
         name for name, rows in runs.groupby("problem", sort=False) if error in errors_of(rows)
     ]
-    left = [name for name in TRACES if name in runs]
-    measured = runs[runs["problem"].isin(with_error) & runs[left].notna().any(axis=1)]
+    run_columns = [name for name in RUN_COLUMNS if name in runs]
+    measured = runs[runs["problem"].isin(with_error) & runs[run_columns].notna().any(axis=1)]
     table = measured[["problem"]].assign(code=measured["contender"].map(code_of)).drop_duplicates()
     at_error = cells[(cells["error"] == error) & (cells["contender"] != OURS)]
     at_error = at_error.assign(code=at_error["contender"].map(code_of)).dropna(subset="seconds")
     best = at_error.loc[at_error.groupby(["problem", "code"])["seconds"].idxmin()]
     table = table.merge(best[["problem", "code", "seconds", "outcome"]], how="left")
-    table["cost"] = table.pop("seconds").fillna(FAILED)
+    table["cost"] = table.pop("seconds").fillna(FAILED_COST)
     least_cost = table.groupby("problem")["cost"].transform("min")
     table["ratio"] = table["cost"] / least_cost.where(np.isfinite(least_cost), 1.0)
     galvi_costs = table[table["code"] == "galvi"].set_index("problem")["cost"]

@@ -47,9 +47,11 @@ TRUTHS: Mapping[str, Mapping[str, Any]] = {
     "SciPy DOP853, Lagrangians": {"tolerance": 1e-13},
     "SciPy DOP853, quaternions": ivp.TIGHT,
 }
-ROUGH = {"tolerance": 1e-9}  # of a force that is differenced, and so no smoother than that
-ALIKE = 1e-8  # relative distance of ends from which on runs are of one motion
-LOOSER = 30.0  # by which a tolerance differs where a truth is compared with itself
+DIFFERENCED_SETTING = {
+    "tolerance": 1e-9
+}  # of a force that is differenced, and so no smoother than that
+SAME_MOTION_DISTANCE = 1e-8  # relative distance of ends from which on runs are of one motion
+LOOSER_FACTOR = 30.0  # by which a tolerance differs where a truth is compared with itself
 
 
 def measure_of(problem: Problem) -> tuple[str, Callable[[Array, Array], float]]:
@@ -58,8 +60,8 @@ def measure_of(problem: Problem) -> tuple[str, Callable[[Array, Array], float]]:
         return POSITION, farthest_body
     if isinstance(problem.system, RigidBody):
         return ATTITUDE, largest_difference
-    flat = problem.q0.ndim == 1 and problem.q0.shape == problem.v0.shape
-    return COORDINATES if flat else MOTION, largest_difference
+    is_vector = problem.q0.ndim == 1 and problem.q0.shape == problem.v0.shape
+    return COORDINATES if is_vector else MOTION, largest_difference
 
 
 def can_run(contender: Contender, problem: Problem) -> bool:
@@ -70,7 +72,7 @@ def can_run(contender: Contender, problem: Problem) -> bool:
 def truth_setting(contender: Contender, problem: Problem) -> Mapping[str, Any]:
     """Its most accurate setting on the problem, of those in TRUTHS."""
     differenced = contender.name == "SciPy DOP853" and is_differenced(problem)
-    return ROUGH if differenced else TRUTHS[contender.name]
+    return DIFFERENCED_SETTING if differenced else TRUTHS[contender.name]
 
 
 def truth_of(problem: Problem, duration: float, report: Report) -> Truth:
@@ -110,12 +112,14 @@ def truth_of(problem: Problem, duration: float, report: Report) -> Truth:
         difference = distance(second[2], end)
         text = f"{name}; by its difference from {second[0]}"
         return Truth(end, max(difference, rounding), text, source, momenta)
-    looser = {key: LOOSER * value for key, value in setting.items() if key in ("tolerance", "rtol")}
+    looser = {
+        key: LOOSER_FACTOR * value for key, value in setting.items() if key in ("tolerance", "rtol")
+    }
     if not looser:
         return Truth(end, rounding, f"{name}; to rounding", source, momenta)
     run = reference(name).run(problem, duration, {"samples": 1, **setting, **looser})
     difference = distance(run.q[-1], end)
-    text = f"{name}; by its difference from itself at {LOOSER:g} times the tolerance"
+    text = f"{name}; by its difference from itself at {LOOSER_FACTOR:g} times the tolerance"
     return Truth(end, max(difference, rounding), text, source, momenta)
 
 
@@ -232,8 +236,10 @@ def _pair(
         from_end = state_distance(problem, (run.q[-1], run.p[-1]), run)
         differences += [from_end((coarser.q[-1], coarser.p[-1])) for coarser in runs[-1:]]
         runs.append(run)
-        small = len(differences) > 1 and differences[-2] < ALIKE * size_of(problem, run.q[-1])
-        if small and differences[-1] > 0.25 * differences[-2]:
+        is_small = len(differences) > 1 and differences[-2] < SAME_MOTION_DISTANCE * size_of(
+            problem, run.q[-1]
+        )
+        if is_small and differences[-1] > 0.25 * differences[-2]:
             break
     if not differences:
         raise ValueError(
@@ -256,7 +262,7 @@ def accurate_motion(problem: Problem, duration: float, truth: Truth) -> Trajecto
     method = galvi.Galerkin(galvi.Polynomials(8), galvi.gauss(8))
     for count in (2 * SAMPLES * 4**k for k in range(5)):
         run = galvi.integrate(problem, method, duration / count, count, save_every=count // SAMPLES)
-        tolerance = ALIKE * size_of(problem, truth.end)
+        tolerance = SAME_MOTION_DISTANCE * size_of(problem, truth.end)
         if run.success and distance(run.q[-1], truth.end) <= tolerance:
             return run
     return None

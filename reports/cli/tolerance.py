@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.applications.releases.own_run import read_own_run
-from benchmarks.applications.releases.requirements import RANGE, asked_releases
+from benchmarks.applications.releases.requirements import RANGE, requested_releases
 from benchmarks.applications.releases.tolerance import Tolerance, measure
 from benchmarks.store.atomic import write
 from benchmarks.store.foreign_texts import visible
@@ -34,7 +34,7 @@ progress = partial(show_progress, COMMAND)
 def tolerance_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: Path) -> Tolerance:
     """The tolerance of the run of a file. Raises REFUSALS for what cannot be carried out."""
     run = read_own_run(file, request)
-    releases, halved = asked_releases(run.package, texts) if texts else ([], False)
+    releases, halved = requested_releases(run.package, texts) if texts else ([], False)
     if halved:
         raise ValueError(
             f"--releases of tolerance expects a list as 3.17.0,4.0.1; received the range "

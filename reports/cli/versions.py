@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.applications.releases.own_run import read_own_run
-from benchmarks.applications.releases.requirements import asked_releases
+from benchmarks.applications.releases.requirements import requested_releases
 from benchmarks.applications.releases.versions import Versions, compare_releases
 from benchmarks.store.atomic import write
 from benchmarks.store.foreign_texts import visible
@@ -28,7 +28,7 @@ def versions_of(file: Path, request: JudgeRequest, texts: Sequence[str], out: Pa
     """What the releases that are asked for make of the run of a file. Raises REFUSALS for what
     cannot be carried out."""
     run = read_own_run(file, request)
-    named, halved = asked_releases(run.package, texts)
+    named, halved = requested_releases(run.package, texts)
     versions = compare_releases(run, named, halved, out, progress)
     progress("")
     return versions

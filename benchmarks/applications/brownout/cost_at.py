@@ -33,16 +33,18 @@ def cost_at(level: float, costs: Array, errors: Array, standard_errors: Array) -
         return Estimate(math.nan)
     k = above[-1]
     sign, fall = np.sign(errors[k]), errors[k] - errors[k + 1]
-    part = (errors[k] - sign * level) / fall
+    fraction = (errors[k] - sign * level) / fall
     slope = math.log(costs[k + 1] / costs[k]) / abs(fall)
-    cost = costs[k] * (costs[k + 1] / costs[k]) ** part
+    cost = costs[k] * (costs[k + 1] / costs[k]) ** fraction
     error = (
-        cost * slope * math.hypot((1.0 - part) * standard_errors[k], part * standard_errors[k + 1])
+        cost
+        * slope
+        * math.hypot((1.0 - fraction) * standard_errors[k], fraction * standard_errors[k + 1])
     )
     return Estimate(float(cost), float(error))
 
 
-def over(first: Estimate, second: Estimate) -> Estimate:
+def ratio_of(first: Estimate, second: Estimate) -> Estimate:
     """The ratio of two estimates whose errors are independent."""
     ratio = first.value / second.value
     errors = ((estimate.uncertainty or 0.0) / estimate.value for estimate in (first, second))

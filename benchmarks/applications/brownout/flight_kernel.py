@@ -40,7 +40,7 @@ from benchmarks.applications.brownout.grain_pass import (
     HAS_EARLIER,
     INDEX,
     LOWEST,
-    PASSES,
+    MOST_PASSES_A_STEP,
     PASSES_DONE,
     PUSH,
     SOLVED,
@@ -63,15 +63,17 @@ from galvi.lanes.vectors import LANES
 
 FLYING, ALOFT, LANDED, FAILED, BOUNCING = range(5)  # codes; 0 at the end: it has not started
 ABOVE, DOWN, AGAIN = range(3)  # what a solved step leads to
-SOLVES = 8  # most solves of one contact
-CONTACTS = 1000  # most of one grain
-DISTURBED = 2 + CONTACTS * (SOLVES + 2)  # more solves than the contacts of one grain can ask for
-SEARCH = 80  # halvings that find a root of the curve
+MOST_SOLVES = 8  # most solves of one contact
+MOST_CONTACTS = 1000  # most of one grain
+EXTRA_SOLVES = 2 + MOST_CONTACTS * (
+    MOST_SOLVES + 2
+)  # more solves than the contacts of one grain can ask for
+HALVINGS = 80  # halvings that find a root of the curve
 ROOT_TOLERANCE = 1e-15  # of the way down, at the root of the step's end
 NO_GRAIN = -1
-WHOLE, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
+FULL_STEP, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
 END_TIME, IMPULSE, CONTACT = 6, 7, 10  # columns of ends
-WHO, PHASE, ROOTS, TRIED_TWICE, MOST_PASSES = range(5)  # rows of `lane`
+GRAIN, PHASE, ROOTS, TRIED_TWICE, MOST_PASSES = range(5)  # rows of `lane`
 
 
 @jit_inline
@@ -106,7 +108,7 @@ def first_root(coefficients, scratch):
             at_low, at_high = value_at(part, low), value_at(part, high)
             if (at_low > 0.0) != (at_high > 0.0):
                 a, b = low, high
-                for _ in range(SEARCH):
+                for _ in range(HALVINGS):
                     middle = 0.5 * (a + b)
                     if (value_at(part, middle) > 0.0) == (at_low > 0.0):
                         a = middle
@@ -122,7 +124,7 @@ def first_root(coefficients, scratch):
 
 
 @jit_inline
-def way_down(work, l, numbers, s, scratch):
+def contact_fraction(work, l, numbers, s, scratch):
     """The first fraction of the step at which the curve meets the ground; 2 where it does not."""
     h, z, curve = work[H, l], work[Q + 2, l], curve_at(s)
     coefficients = scratch[3, : s + 1]
@@ -139,9 +141,9 @@ def way_down(work, l, numbers, s, scratch):
             return 0.0
         scratch[3, s + 1] = 0.0
         coefficients = scratch[3, 1 : s + 2]
-        less = h * work[V + 2, l] - coefficients[0]  # of the order of the curve's error
+        correction = h * work[V + 2, l] - coefficients[0]  # of the order of the curve's error
         coefficients[0] = h * work[V + 2, l]
-        coefficients[1] -= less  # so that the end is that of the curve
+        coefficients[1] -= correction  # so that the end is that of the curve
     lowest = coefficients[0]
     for m in range(1, coefficients.size):
         lowest += min(0.0, coefficients[m])
@@ -167,7 +169,7 @@ def set_guess(work, l, s):
 
 
 @jit_inline
-def take(work, l):
+def advance(work, l):
     """Move the state to the end of the solved step."""
     for i in range(3):
         work[Q + i, l], work[V + i, l] = work[END + i, l], work[END + 3 + i, l]
@@ -177,7 +179,7 @@ def take(work, l):
 
 
 @jit_inline
-def enter(work, l, start, t, step, index, constants, numbers, s):
+def start_grain(work, l, start, t, step, index, constants, numbers, s):
     """Give a lane to a grain, whose first step ends at a multiple of the whole one."""
     work[:, l] = 0.0
     for i in range(6):
@@ -192,49 +194,49 @@ def enter(work, l, start, t, step, index, constants, numbers, s):
 
 
 @jit_inline
-def leave(work, lane, l, how, ends, codes):
+def finish_grain(work, lane, l, outcome, ends, codes):
     """Write the end of a grain and its counts, and free its lane."""
-    who = lane[WHO, l]
-    codes[who, 0] = how
-    codes[who, 2], codes[who, 3] = int(work[STEPS_TAKEN, l]), int(work[PASSES_DONE, l])
+    grain = lane[GRAIN, l]
+    codes[grain, 0] = outcome
+    codes[grain, 2], codes[grain, 3] = int(work[STEPS_TAKEN, l]), int(work[PASSES_DONE, l])
     for i in range(3):
-        ends[who, i], ends[who, 3 + i] = work[Q + i, l], work[V + i, l]
-        ends[who, IMPULSE + i] = work[PUSH + i, l]
-    ends[who, END_TIME] = work[TIME, l]
-    empty(work, lane, l)
+        ends[grain, i], ends[grain, 3 + i] = work[Q + i, l], work[V + i, l]
+        ends[grain, IMPULSE + i] = work[PUSH + i, l]
+    ends[grain, END_TIME] = work[TIME, l]
+    set_idle(work, lane, l)
 
 
 @jit_inline
-def empty(work, lane, l):
+def set_idle(work, lane, l):
     """Idle lanes integrate a resting particle with h = 0."""
     work[:, l] = 0.0
     work[Q + 2, l] = 1.0
-    lane[WHO, l] = NO_GRAIN
+    lane[GRAIN, l] = NO_GRAIN
 
 
 @jit_inline
-def keep(saved, who, index, save_every, x, y, z):
+def save_at(saved, grain, index, save_every, x, y, z):
     """Save a position if the end of step `index` is a saved time."""
     if saved.shape[1] and index % save_every == 0 and index // save_every < saved.shape[1]:
         row = index // save_every
-        saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
+        saved[grain, row, 0], saved[grain, row, 1], saved[grain, row, 2] = x, y, z
 
 
 @jit_inline
-def fill(saved, who, index, save_every, x, y, z):
+def save_from(saved, grain, index, save_every, x, y, z):
     """Save a position at all saved times from the end of step `index` on."""
     for row in range((index + save_every - 1) // save_every, saved.shape[1]):
-        saved[who, row, 0], saved[who, row, 1], saved[who, row, 2] = x, y, z
+        saved[grain, row, 0], saved[grain, row, 1], saved[grain, row, 2] = x, y, z
 
 
 @jit_inline
-def after_step(work, lane, l, numbers, s, polish, scratch):
+def after_step(work, lane, l, numbers, s, finds_root, scratch):
     """ABOVE or DOWN after a solved step, or AGAIN where a step up to the ground has begun."""
     h, phase = work[H, l], lane[PHASE, l]
-    if phase == WHOLE:
+    if phase == FULL_STEP:
         tau = 2.0
         if not work[LOWEST, l] > 0.0:  # also from the ground
-            tau = way_down(work, l, numbers, s, scratch)
+            tau = contact_fraction(work, l, numbers, s, scratch)
         low, speed = work[END + 2, l], work[END + 5, l]
         if tau > 1.0 and (low < 0.0 or (low == 0.0 and speed < 0.0)):  # the curve stays above
             tau = 1.0
@@ -251,7 +253,7 @@ def after_step(work, lane, l, numbers, s, polish, scratch):
     lane[ROOTS, l] += 1
     z, speed = work[END + 2, l], work[END + 5, l]
     on_ground = abs(z) <= ROOT_TOLERANCE * (work[Q + 2, l] + h * abs(speed))
-    if polish > 0.0 and not on_ground and lane[ROOTS, l] < SOLVES and speed < 0.0:
+    if finds_root > 0.0 and not on_ground and lane[ROOTS, l] < MOST_SOLVES and speed < 0.0:
         longer = h - z / speed
         if longer >= work[TIME_LEFT, l]:  # not within the step
             lane[PHASE, l] = LAST_TRY
@@ -264,66 +266,66 @@ def after_step(work, lane, l, numbers, s, polish, scratch):
 
 
 @jit_inline
-def touch(work, who, l, rules, ends, codes):
+def make_contact(work, grain, l, rules, ends, codes):
     """Contact at the end of the step that was solved; returns FLYING, LANDED or BOUNCING."""
-    restitution, slow, _ = rules
+    restitution, slowest, _ = rules
     h = work[H, l]
     if h > 0.0:
-        take(work, l)
+        advance(work, l)
     work[TIME, l] += h
     work[TIME_LEFT, l] -= h
     if h > 0.0 and work[V + 2, l] > 0.0:  # the curve came down, the step does not
         work[Q + 2, l] = max(work[Q + 2, l], 0.0)
         return FLYING
-    codes[who, 1] += 1
+    codes[grain, 1] += 1
     work[Q + 2, l] = 0.0
-    down = work[V + 2, l]
-    if restitution < 0.0 or not -restitution * down > slow:
+    vertical_velocity = work[V + 2, l]
+    if restitution < 0.0 or not -restitution * vertical_velocity > slowest:
         for i in range(3):
-            ends[who, CONTACT + i] -= work[V + i, l]
+            ends[grain, CONTACT + i] -= work[V + i, l]
             work[V + i, l] = 0.0
         return LANDED
-    work[V + 2, l] = -restitution * down
-    ends[who, CONTACT + 2] -= (1.0 + restitution) * down
-    return BOUNCING if codes[who, 1] >= CONTACTS else FLYING
+    work[V + 2, l] = -restitution * vertical_velocity
+    ends[grain, CONTACT + 2] -= (1.0 + restitution) * vertical_velocity
+    return BOUNCING if codes[grain, 1] >= MOST_CONTACTS else FLYING
 
 
 @jit_inline
-def go_on(work, lane, l, numbers, s, rules, save_every, last, scratch, records):
-    """After a pass that ends a lane's solve: FLYING, or how its grain has ended."""
+def after_solve(work, lane, l, numbers, s, rules, save_every, last, scratch, records):
+    """After a pass that ends a lane's solve: FLYING, or outcome its grain has ended."""
     ends, codes, saved = records
-    who, index, solved = lane[WHO, l], int(work[INDEX, l]), work[STATE, l] == SOLVED
-    if not solved and lane[TRIED_TWICE, l] == 0:  # without what was extrapolated
+    grain, index, is_solved = lane[GRAIN, l], int(work[INDEX, l]), work[STATE, l] == SOLVED
+    if not is_solved and lane[TRIED_TWICE, l] == 0:  # without what was extrapolated
         lane[TRIED_TWICE, l] = 1
         set_guess(work, l, s)
         set_step(work, l, work[H, l], numbers, s)
         return FLYING
-    if not solved or work[PASSES_DONE, l] > lane[MOST_PASSES, l]:
+    if not is_solved or work[PASSES_DONE, l] > lane[MOST_PASSES, l]:
         for i in range(6):
             work[Q + i, l] = np.nan
-        fill(saved, who, index, save_every, np.nan, np.nan, np.nan)
+        save_from(saved, grain, index, save_every, np.nan, np.nan, np.nan)
         return FAILED
     lane[TRIED_TWICE, l] = 0
     event = after_step(work, lane, l, numbers, s, rules[2], scratch)
     if event == AGAIN:
         return FLYING
-    lane[PHASE, l] = WHOLE
+    lane[PHASE, l] = FULL_STEP
     if event == ABOVE:
-        keep(saved, who, index, save_every, work[END, l], work[END + 1, l], work[END + 2, l])
+        save_at(saved, grain, index, save_every, work[END, l], work[END + 1, l], work[END + 2, l])
         if index < last:
             return FLYING  # the next pass begins the next step
-        take(work, l)
+        advance(work, l)
         work[TIME, l] = index * work[STEP, l]
         return ALOFT
-    how = touch(work, who, l, rules, ends, codes)
-    if how == FLYING:
+    outcome = make_contact(work, grain, l, rules, ends, codes)
+    if outcome == FLYING:
         set_guess(work, l, s)
         set_step(work, l, work[TIME_LEFT, l], numbers, s)  # the rest, which may be 0
-    elif how == LANDED:
-        fill(saved, who, index, save_every, work[Q, l], work[Q + 1, l], 0.0)
+    elif outcome == LANDED:
+        save_from(saved, grain, index, save_every, work[Q, l], work[Q + 1, l], 0.0)
     else:
-        fill(saved, who, index, save_every, np.nan, np.nan, np.nan)
-    return how
+        save_from(saved, grain, index, save_every, np.nan, np.nan, np.nan)
+    return outcome
 
 
 @jit
@@ -334,49 +336,53 @@ def fly(law, grains, s, numbers, rules, save_every, work, records):
     n = starts.shape[0]
     lane, scratch = np.zeros((5, LANES), np.int64), np.zeros((4, s + 2))
     for l in range(LANES):
-        empty(work, lane, l)
-    following, busy = 0, 0
+        set_idle(work, lane, l)
+    next_grain, busy = 0, 0
     while True:
-        if busy < LANES and following < n:
+        if busy < LANES and next_grain < n:
             for l in range(LANES):
-                while lane[WHO, l] == NO_GRAIN and following < n:
-                    who = following
-                    following += 1
-                    t, step = clocks[who, 0], clocks[who, 1]
-                    index, last = counts[who, 0], counts[who, 1]
+                while lane[GRAIN, l] == NO_GRAIN and next_grain < n:
+                    grain = next_grain
+                    next_grain += 1
+                    t, step = clocks[grain, 0], clocks[grain, 1]
+                    index, last = counts[grain, 0], counts[grain, 1]
                     for i in range(6):
-                        ends[who, i] = starts[who, i]
-                    ends[who, END_TIME] = t
+                        ends[grain, i] = starts[grain, i]
+                    ends[grain, END_TIME] = t
                     if index > last:
                         continue
                     if t == (index - 1) * step:
-                        keep(
+                        save_at(
                             saved,
-                            who,
+                            grain,
                             index - 1,
                             save_every,
-                            starts[who, 0],
-                            starts[who, 1],
-                            starts[who, 2],
+                            starts[grain, 0],
+                            starts[grain, 1],
+                            starts[grain, 2],
                         )
                     lane[:, l] = 0
-                    lane[WHO, l], lane[MOST_PASSES, l] = (
-                        who,
-                        (last - index + 1 + DISTURBED) * 2 * PASSES,
+                    lane[GRAIN, l], lane[MOST_PASSES, l] = (
+                        grain,
+                        (last - index + 1 + EXTRA_SOLVES) * 2 * MOST_PASSES_A_STEP,
                     )
-                    enter(work, l, starts[who], t, step, index, constants[who], numbers, s)
+                    start_grain(
+                        work, l, starts[grain], t, step, index, constants[grain], numbers, s
+                    )
                     busy += 1
         if busy == 0:
             break
         call_void(law[0], work, numbers)
         for l in range(LANES):
-            who = lane[WHO, l]
-            if who == NO_GRAIN or work[STATE, l] == GOES_ON:
+            grain = lane[GRAIN, l]
+            if grain == NO_GRAIN or work[STATE, l] == GOES_ON:
                 continue
-            last = counts[who, 1]
-            how = go_on(work, lane, l, numbers, s, rules, save_every, last, scratch, records)
-            if how != FLYING:
-                leave(work, lane, l, how, ends, codes)
+            last = counts[grain, 1]
+            outcome = after_solve(
+                work, lane, l, numbers, s, rules, save_every, last, scratch, records
+            )
+            if outcome != FLYING:
+                finish_grain(work, lane, l, outcome, ends, codes)
                 busy -= 1
 
 

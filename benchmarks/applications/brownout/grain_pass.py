@@ -51,10 +51,12 @@ DECAY = 32  # exp(-t / DESCENT) at the stages, then its ratio to that at the sta
 # s each; then accelerations at the stages, and where HAS_EARLIER is 1 those of the step before,
 # 3 s each
 GOES_ON, SOLVED, GIVEN_UP = 0.0, 1.0, 2.0  # of STATE
-PASSES = 64  # of one step
-PART = 0.999  # of a step: what is shorter is the rest of one
-SMALL = 3e-13  # below this a change is assumed to shrink on at its last rate
-ROUNDING = 1e-11  # changes below this that are not halved are taken for rounding errors of the wind
+MOST_PASSES_A_STEP = 64  # of one step
+FULL_STEP_FRACTION = 0.999  # of a step: what is shorter is the rest of one
+SMALL_CHANGE = 3e-13  # below this a change is assumed to shrink on at its last rate
+ROUNDING_CHANGE = (
+    1e-11  # changes below this that are not halved are taken for rounding errors of the wind
+)
 PASS_OF_GRAINS = types.void(MATRIX, VECTOR)
 TINY = 1e-300
 
@@ -82,7 +84,7 @@ def curve_at(s):
     return 2 * s * s + 2 * s + 3
 
 
-def solved(B, z, right):
+def solutions(B, z, right):
     """x with (1 + z B) x = r for each r of several right-hand sides, all lanes.
 
     No pivoting is needed for z >= 0 and the matrices B of Gauss points: the leading minors of
@@ -108,7 +110,7 @@ def solved(B, z, right):
     return sides
 
 
-def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
+def newton_step(wind, drag, s, q, v, h, constants, decay, a, tables):
     """New accelerations, the accelerations by the forces at the old ones, and the relative change.
 
     q, v (3,) at the start, h; decay (s,), a (s, 3): lanes, or arrays of any one shape
@@ -128,12 +130,12 @@ def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
         forced.append([-rate * wj[0], -rate * wj[1], g - rate * wj[2]])
     mean = [total(b, [w[j][i] for j in stages]) for i in axes]
     across, steeper = h * total(b, rates), h * total(b, slopes)
-    share = inverse(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2] + TINY)
-    missing = [[forced[j][i] - a[j][i] for i in axes] for j in stages]
-    along = [share * total(mean, missing[j]) for j in stages]
-    crosswise = [[missing[j][i] - along[j] * mean[i] for j in stages] for i in axes]
-    aside = solved(B, across, crosswise)
-    (ahead,) = solved(B, across + steeper, [along])
+    inverse_square = inverse(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2] + TINY)
+    residual = [[forced[j][i] - a[j][i] for i in axes] for j in stages]
+    along = [inverse_square * total(mean, residual[j]) for j in stages]
+    crosswise = [[residual[j][i] - along[j] * mean[i] for j in stages] for i in axes]
+    aside = solutions(B, across, crosswise)
+    (ahead,) = solutions(B, across + steeper, [along])
     new, change = [], 0.0
     for j in stages:
         step = [aside[i][j] + ahead[j] * mean[i] for i in axes]
@@ -145,7 +147,7 @@ def corrected(wind, drag, s, q, v, h, constants, decay, a, tables):
     return new, forced, abs(h) * change * inverse(size)
 
 
-def outcome(s, q, v, h, a, forced, tables, curve):
+def end_of_step(s, q, v, h, a, forced, tables, curve):
     """The end of a solved step.
 
     a, forced (s, 3): accelerations at the stages, and those by the forces before a was corrected
@@ -173,11 +175,11 @@ def state_of(change, last, tries, tolerance):
 
     A small change is the last one where the next would be below the tolerance, as they shrink.
     """
-    shrunk = (change <= SMALL) & (change * change <= tolerance * last)
-    stands = (change <= ROUNDING) & (change >= 0.5 * last)
-    solved = (change <= tolerance) | ((tries > 1.0) & (shrunk | stands))
-    may_go_on = (change < math.inf) & (tries < PASSES)
-    return where(solved, SOLVED, where(may_go_on, GOES_ON, GIVEN_UP))
+    will_converge = (change <= SMALL_CHANGE) & (change * change <= tolerance * last)
+    is_rounding = (change <= ROUNDING_CHANGE) & (change >= 0.5 * last)
+    is_solved = (change <= tolerance) | ((tries > 1.0) & (will_converge | is_rounding))
+    may_go_on = (change < math.inf) & (tries < MOST_PASSES_A_STEP)
+    return where(is_solved, SOLVED, where(may_go_on, GOES_ON, GIVEN_UP))
 
 
 def total(factors, values):
@@ -221,7 +223,7 @@ class Rows:
         return [[self.number(k + columns * j + i) for i in range(columns)] for j in range(self.s)]
 
 
-def begin_next_step(rows, ready, rate, once, twice):
+def begin_next_step(rows, ready, rate, from_one_step, from_two_steps):
     """Begin the next step in the lanes that are ready for it.
 
     Parameters
@@ -239,14 +241,14 @@ def begin_next_step(rows, ready, rate, once, twice):
         rows.at(HAS_EARLIER),
     )
     h, index, step = rows.at(H), rows.at(INDEX), rows.at(STEP)
-    full_step, time = h > PART * step, index * step
-    left = (index + 1.0) * step - time
+    is_full_step, time = h > FULL_STEP_FRACTION * step, index * step
+    time_left = (index + 1.0) * step - time
     start = exp(rate * time)
     ratios = [rows.at(DECAY + s + j) for j in range(s)]
     guess = [
-        total(twice[j], [a[i] for a in before + last])
-        .where(has_earlier > 0.0, total(once[j], [a[i] for a in last]))
-        .where(full_step, last[-1][i])
+        total(from_two_steps[j], [a[i] for a in before + last])
+        .where(has_earlier > 0.0, total(from_one_step[j], [a[i] for a in last]))
+        .where(is_full_step, last[-1][i])
         for j in range(s)
         for i in range(3)
     ]
@@ -255,11 +257,11 @@ def begin_next_step(rows, ready, rate, once, twice):
     new = {
         Q: rows.axes(END),
         V: rows.axes(END + 3),
-        H: [left],
+        H: [time_left],
         TRIES: [has_earlier.same(0.0)],
-        HAS_EARLIER: [has_earlier.same(1.0).where(full_step, 0.0)],
+        HAS_EARLIER: [has_earlier.same(1.0).where(is_full_step, 0.0)],
         INDEX: [index + 1.0],
-        TIME: [time, left],
+        TIME: [time, time_left],
         STEPS_TAKEN: [steps_taken],
         PUSH: push,
         DECAY: [start * x for x in ratios],
@@ -278,14 +280,14 @@ def grain_pass(wind, drag, s):
         signature = types.void(work, numbers)
 
         def generate(context, builder, signature, values):
-            kinds = signature.args
+            array_types = signature.args
             work, numbers = (
-                context.make_array(kinds[k])(context, builder, values[k]) for k in range(2)
+                context.make_array(array_types[k])(context, builder, values[k]) for k in range(2)
             )
             builder.reciprocals = Reciprocals(context, builder)
             rows = Rows(s, context, builder, work, numbers)
             at, number, block = rows.at, rows.number, rows.block
-            nodes, of_rate, curve = (f.py_func(s) for f in (nodes_at, rate_at, curve_at))
+            nodes, rate_index, curve = (f.py_func(s) for f in (nodes_at, rate_at, curve_at))
             tables = (
                 block(0, s),
                 block(s * s, s),
@@ -293,13 +295,16 @@ def grain_pass(wind, drag, s):
                 [number(nodes + s + j) for j in range(s)],
                 number(nodes + 2 * s),
             )
-            tolerance, rate = number(of_rate - 1), number(of_rate)
+            tolerance, rate = number(rate_index - 1), number(rate_index)
             ready = at(STATE) > GOES_ON
             with builder.if_then(ready.any):
-                once, twice = block(curve + s * s, s), block(curve + 2 * s * s, 2 * s)
-                begin_next_step(rows, ready, rate, once, twice)
+                from_one_step, from_two_steps = (
+                    block(curve + s * s, s),
+                    block(curve + 2 * s * s, 2 * s),
+                )
+                begin_next_step(rows, ready, rate, from_one_step, from_two_steps)
             q, v, h = rows.axes(Q), rows.axes(V), at(H)
-            new, forced, change = corrected(
+            new, forced, change = newton_step(
                 wind,
                 drag,
                 s,
@@ -317,7 +322,7 @@ def grain_pass(wind, drag, s):
             rows.put(STATE, [state, tries, change])
             rows.put(PASSES_DONE, [at(PASSES_DONE) + 1.0])
             with builder.if_then((state > GOES_ON).any):
-                end, lowest = outcome(s, q, v, h, new, forced, tables, block(curve, s))
+                end, lowest = end_of_step(s, q, v, h, new, forced, tables, block(curve, s))
                 rows.put(END, [*end, lowest])
             return context.get_dummy_value()
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.applications.brownout.cloud import DIAMETERS, UNTIL, Cloud, optical_depth
+from benchmarks.applications.brownout.cloud import DIAMETERS, END_TIME, Cloud, optical_depth
 from benchmarks.applications.brownout.emission import Emission
 from benchmarks.applications.brownout.flights import FAILED, Flights
 from benchmarks.statistics.estimate import Estimate
@@ -24,7 +24,7 @@ DEPTH, HEIGHT = "optical depth", "height of the centre of mass [m]"
 
 
 @dataclass(frozen=True, eq=False)
-class Answers:
+class ParticleShares:
     """The shares of the super-particles in the statistics, (sizes, n), to be summed.
 
     Attributes
@@ -45,15 +45,15 @@ class Answers:
         """Super-particles of all sizes."""
         return float(self.depth.size)
 
-    def of(self, quantity: str) -> Array:
+    def shares_in(self, quantity: str) -> Array:
         """The shares in DEPTH or HEIGHT."""
         return self.depth if quantity == DEPTH else self.height
 
 
-def answers(clouds: Mapping[float, Cloud], method: Any, steps: int) -> Answers:
+def particle_shares(clouds: Mapping[float, Cloud], method: Any, steps: int) -> ParticleShares:
     """The answers of clouds by diameter, with the same number of super-particles each."""
     runs = {diameter: cloud.flights(method, steps) for diameter, cloud in clouds.items()}
-    return Answers(
+    return ParticleShares(
         np.array([_depth(run, clouds[d]) for d, run in runs.items()]),
         np.array([_height(run, clouds[d]) for d, run in runs.items()]),
         float(sum(run.passes.sum() for run in runs.values())) * method.stages,
@@ -68,7 +68,7 @@ def _depth(run: Flights, cloud: Cloud) -> Array:
 
 def _height(run: Flights, cloud: Cloud) -> Array:
     """Shares in the height of all lifted mass, 0 for grains on the ground."""
-    masses = [Emission(d, UNTIL, 1.0 / len(DIAMETERS)).mass for d in DIAMETERS]
+    masses = [Emission(d, END_TIME, 1.0 / len(DIAMETERS)).mass for d in DIAMETERS]
     return cloud.emission.mass / sum(masses) / len(run.t) * run.q[:, 2]
 
 

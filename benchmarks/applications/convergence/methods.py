@@ -9,7 +9,7 @@ from typing import Any
 
 import galvi
 from benchmarks.applications.convergence.own_class import OwnIntegrator
-from benchmarks.applications.external.integrator import LIMIT, ExternalIntegrator
+from benchmarks.applications.external.integrator import TIME_LIMIT, ExternalIntegrator
 from benchmarks.applications.external.loading import ContenderError
 from benchmarks.work_precision.galvi_methods import InClock, Variational, gauss_collocation
 from benchmarks.work_precision.own_problem import FIXED, ladder, peers, tolerances
@@ -22,14 +22,14 @@ from references.setting import WHOLE
 
 DEGREES = (2, 4, 8)  # of galvi's methods where none are named
 FEWEST_STEPS = 20  # steps of an integrator that offers its settings
-FEW_COUNTS = 6  # numbers of steps that were tried, to which those between are added
+LEAST_RUNGS = 6  # numbers of steps that were tried, to which those between are added
 HALVINGS = 12  # of a step in a clock, until a run comes to its end
 
 Methods = Mapping[str, Contender]
 
 
 @contextmanager
-def opened(request: ConvergenceRequest, timeout: float = LIMIT) -> Iterator[Methods]:
+def opened(request: ConvergenceRequest, timeout: float = TIME_LIMIT) -> Iterator[Methods]:
     """The contenders of a request by their names; processes of integrators end with the context.
 
     Parameters
@@ -125,7 +125,7 @@ def _settings(request: ConvergenceRequest, contender: Any, truth: Truth) -> Sequ
         return [{**fixed(duration, count), **options} for count in counts]
     rungs = ladder(problem, duration, contender, truth, options=options)
     counts = [setting["save_every"] for setting in rungs]
-    while 1 < len(counts) < FEW_COUNTS:  # a high order falls to round-off in a few halvings
+    while 1 < len(counts) < LEAST_RUNGS:  # a high order falls to round-off in a few halvings
         counts = sorted({*counts, *(round((a * b) ** 0.5) for a, b in pairwise(counts))})
     return [{**fixed(duration, count), **options} for count in counts]
 

@@ -34,7 +34,7 @@ COLUMNS = (
     "note",
 )  # fmt: skip
 STATES = 128  # states, at most, in which changes of invariants are looked for
-ROUNDS, ROUND_SECONDS, QUICK_ROUND_SECONDS = (
+TIMING_ROUNDS, ROUND_SECONDS, QUICK_ROUND_SECONDS = (
     3,
     0.05,
     0.01,
@@ -52,10 +52,10 @@ class _Measured:
     setting: Setting
     run: Trajectory
     call: Any
-    warm: float
-    times: int = 1
+    warm_seconds: float
+    repeats: int = 1
     timing: Timing | None = None
-    why: str = ""
+    failure: str = ""
 
 
 def order_table(
@@ -90,15 +90,17 @@ def order_table(
     """
     motion = accurate_motion(problem, duration, truth)
     conserved = {} if motion is None else kept_components(motion)
-    lengthened = bool(conserved.get("energy", np.array([False]))[0])
+    is_lengthened = bool(conserved.get("energy", np.array([False]))[0])
     measured = []
     for participant in participants:
         for setting in participant.settings:
             report(f"{participant.label}, {readable_setting(setting)}")
-            measured.append(_first_run(problem, duration, participant, setting, lengthened, quick))
+            measured.append(
+                _first_run(problem, duration, participant, setting, is_lengthened, quick)
+            )
     report("times")
     _time(measured, quick)
-    away = state_distance(problem, (truth.end, truth.momenta), motion)
+    error_of = state_distance(problem, (truth.end, truth.momenta), motion)
     rows = []
     for measurement in measured:
         report(
@@ -108,7 +110,7 @@ def order_table(
         if truth.source == (measurement.participant.contender.name, row["setting"]):
             row["note"] = TRUTH_NOTE
         elif measurement.run.success:
-            row["error"] = away((measurement.run.q[-1], measurement.run.p[-1]))
+            row["error"] = error_of((measurement.run.q[-1], measurement.run.p[-1]))
         rows.append(row)
     table = pd.DataFrame(rows, columns=list(COLUMNS))
     return _with_orders(table, size_of(problem, truth.end), truth.error)
@@ -132,7 +134,7 @@ def _first_run(
     duration: float,
     participant: Participant,
     setting: Setting,
-    lengthened: bool,
+    is_lengthened: bool,
     quick: bool,
 ) -> _Measured:
     """The run whose states are kept, and the call that is timed, of the last state alone.
@@ -144,8 +146,8 @@ def _first_run(
     """
     contender = participant.contender
     call = call_of(contender, problem, duration, setting)
-    last, warm = warmed(call)
-    measured = _Measured(participant, setting, last, call, warm)
+    last, warm_seconds = warmed(call)
+    measured = _Measured(participant, setting, last, call, warm_seconds)
     if not last.success:
         measured.why = last.status
         return measured
@@ -154,9 +156,9 @@ def _first_run(
         run = contender.run(problem, duration, with_states)
         if run.success:
             measured.run = replace(run, counts=last.counts)
-    if lengthened:
+    if is_lengthened:
         least_seconds = QUICK_ROUND_SECONDS if quick else ROUND_SECONDS
-        longer = repeated_run(contender, problem, duration, setting, warm, least_seconds)
+        longer = repeated_run(contender, problem, duration, setting, warm_seconds, least_seconds)
         if not longer.failure:
             measured.call, measured.warm, measured.times = longer.call, longer.seconds, longer.times
     return measured
@@ -178,7 +180,7 @@ def _time(measured: Sequence[_Measured], quick: bool) -> None:
     timed = [measurement for measurement in measured if not measurement.why]
     timings = interleaved(
         [measurement.call for measurement in timed],
-        ROUNDS,
+        TIMING_ROUNDS,
         QUICK_ROUND_SECONDS if quick else ROUND_SECONDS,
         [measurement.warm for measurement in timed],
         [measurement.times > 1 for measurement in timed],
@@ -196,13 +198,13 @@ def _row(
         measurement.participant.contender,
         measurement.run.counts,
     )
-    equal_steps = "step" in measurement.setting
+    has_equal_steps = "step" in measurement.setting
     row: dict[str, Any] = {
         "method": measurement.participant.label,
-        "h": measurement.setting["step"] if equal_steps else math.nan,
+        "h": measurement.setting["step"] if has_equal_steps else math.nan,
         "outcome": COMPLETED if run.success else FAILED,
         "setting": readable_setting(measurement.setting),
-        "theory": _theory(contender, measurement.setting) if equal_steps else math.nan,
+        "theory": _theory(contender, measurement.setting) if has_equal_steps else math.nan,
         "steps": float(counts.get("steps", measurement.setting.get("save_every", math.nan))),
         "evaluations": float(counts.get("force_evaluations", math.nan)),
         "seconds": measurement.timing.seconds / measurement.times
@@ -221,9 +223,9 @@ def _row(
             measurement.setting["step"],
             len(run.t) - 1,
         )
-    elif equal_steps:
+    elif has_equal_steps:
         row["symmetry"] = _round_trip(problem, duration, measurement)
-    if equal_steps:
+    if has_equal_steps:
         row["symplecticity"] = _symplecticity(problem, measurement)
     return row
 
@@ -253,12 +255,12 @@ def _round_trip(problem: Problem, duration: float, measurement: _Measured) -> fl
     run = measurement.run
     back = replace(problem, q0=run.q[-1], v0=run.v[-1], t0=problem.t0 + duration)
 
-    def away() -> float:
+    def distance_from_start() -> float:
         # a failure is no fault
         returned = getattr(contender, "trial", contender.run)(back, -duration, setting)
         return distance(returned.q[-1], problem.q0) if returned.success else math.nan
 
-    return _or_nan(away)
+    return _or_nan(distance_from_start)
 
 
 def _symplecticity(problem: Problem, measurement: _Measured) -> float:
@@ -282,8 +284,10 @@ def _with_orders(table: pd.DataFrame, size: float, truth_error: float) -> pd.Dat
     """The table with the columns of orders of each method's equal steps."""
     table["fit"] = False
     table[["order", "fitted", "fitted_se"]] = np.nan
-    bound = table["h"].isna() & (table["error"] <= RESOLVED * truth_error) & (table["note"] == "")
-    table.loc[bound, "note"] = BOUND
+    is_bound = (
+        table["h"].isna() & (table["error"] <= RESOLVED * truth_error) & (table["note"] == "")
+    )
+    table.loc[is_bound, "note"] = BOUND
     for _, rows in table.groupby("method", sort=False):
         fine = rows[rows["h"].notna()].sort_values("h", ascending=False)
         if fine.empty:

@@ -14,7 +14,7 @@ from benchmarks.work_precision.own_problem import tolerances
 from benchmarks.work_precision.participants import readable_setting
 from benchmarks.work_precision.problem import EPS, Truth
 from benchmarks.work_precision.truths import (
-    LOOSER,
+    LOOSER_FACTOR,
     TRUTHS,
     Report,
     best_truth,
@@ -81,7 +81,9 @@ def _of_code(problem: Problem, duration: float, name: str, report: Report) -> Tr
     report(f"truth: {contender.name}")
     has_setting = contender.name in TRUTHS
     tight = truth_setting(contender, problem) if has_setting else tolerances(contender)[-1]
-    looser = {k: LOOSER * v for k, v in tight.items() if k in ("tolerance", "rtol", "epsilon")}
+    looser = {
+        k: LOOSER_FACTOR * v for k, v in tight.items() if k in ("tolerance", "rtol", "epsilon")
+    }
     runs = []
     for setting in ({**tight, **looser}, tight):
         run = contender.run(problem, duration, {"samples": 1, **setting})
@@ -91,7 +93,7 @@ def _of_code(problem: Problem, duration: float, name: str, report: Report) -> Tr
     end = runs[-1].q[-1]
     error = max(distance(runs[0].q[-1], end), EPS * max(1.0, float(np.max(np.abs(end)))))
     how = (
-        f"by its difference from itself at {LOOSER:g} times the tolerance"
+        f"by its difference from itself at {LOOSER_FACTOR:g} times the tolerance"
         if looser
         else ("to rounding")
     )

@@ -8,18 +8,18 @@ from statistics import NormalDist
 
 import numpy as np
 
-from benchmarks.applications.releases.behaviour import FLOORS
+from benchmarks.applications.releases.behaviour import CHANGE_FLOORS
 from galvi.arrays import Array
 
 # What FEWEST_FLOORS and MOST_FLOORS rest on is printed by
 # pytest -m slow -s tests/suite/benchmarks/test_tolerance.py -k limits
-UPPER = 0.95  # quantile that gives the spread, with the median
-DEVIATIONS = 4.0  # to which the tail is extrapolated
+UPPER_QUANTILE = 0.95  # quantile that gives the spread, with the median
+TAIL_DEVIATIONS = 4.0  # to which the tail is extrapolated
 FEWEST_FLOORS = 5.0  # least number of floors of a bound
-MOST_FLOORS = FLOORS / 2.0  # a run within such a bound, displaced by FLOORS, is outside
+MOST_FLOORS = CHANGE_FLOORS / 2.0  # a run within such a bound, displaced by FLOORS, is outside
 FEWEST_ULPS = 4.0  # ulp of the size, below which no floor is
-LARGEST = 700.0  # logarithm of a factor
-CHAOS_SHARE = 1e-3  # share of the motion, above which a floor is no longer rounding
+LARGEST_LOGARITHM = 700.0  # logarithm of a factor
+CHAOS_FRACTION = 1e-3  # share of the motion, above which a floor is no longer rounding
 
 FAILED = "runs from starts moved by rounding fail"
 CHAOS = "rounding has grown to more than a thousandth of the motion"
@@ -77,10 +77,12 @@ def bound_of(differences: Array, ulp: float, motion: float) -> Bound:
         return Bound(math.inf, math.nan, math.nan, FAILED)
     smallest = max(FEWEST_ULPS * ulp, float(np.finfo(float).tiny))
     median, upper, floor = np.quantile(
-        np.maximum(differences, smallest), (0.5, UPPER, 1.0)
+        np.maximum(differences, smallest), (0.5, UPPER_QUANTILE, 1.0)
     ).tolist()
-    exponent = math.log(upper / median) * DEVIATIONS / NormalDist().inv_cdf(UPPER)
-    factor = max(FEWEST_FLOORS, math.exp(min(math.log(median / floor) + exponent, LARGEST)))
-    if motion and floor > max(CHAOS_SHARE * motion, smallest):
+    exponent = math.log(upper / median) * TAIL_DEVIATIONS / NormalDist().inv_cdf(UPPER_QUANTILE)
+    factor = max(
+        FEWEST_FLOORS, math.exp(min(math.log(median / floor) + exponent, LARGEST_LOGARITHM))
+    )
+    if motion and floor > max(CHAOS_FRACTION * motion, smallest):
         return Bound(floor, factor, median, CHAOS)
     return Bound(floor, factor, median, SPREAD if factor > MOST_FLOORS else "")

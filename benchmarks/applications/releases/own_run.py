@@ -25,7 +25,7 @@ from references.rebound import own_simulation
 from references.rebound.users import defaults
 
 SAMPLES = 10  # times at which a run is compared
-OWN = ("integrator", "dt")  # what is no option of the integrator
+RUN_KEYS = ("integrator", "dt")  # what is no option of the integrator
 OPTIONS_OF = {name: OPTIONS[name] for name in bodies.INTEGRATORS}
 
 
@@ -232,15 +232,15 @@ def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
     if step is not None and step < 0.0:
         raise ValueError(f"own dt of a MuJoCo model must be positive; received {step:g}.")
     job["integrator"] = integrator
-    span = trees.DURATION if request.duration is None else request.duration
+    span = trees.DEFAULT_DURATION if request.duration is None else request.duration
     duration, step = _in_full_steps(trees.span(span, 0.0), step)
     start = own_model.at_start(model, job)
     try:
         start_options = request.key, request.qpos, request.qvel, request.ctrl
-        read, unread = Model(*from_mujoco.read(model, (), *start_options)), ""
+        model_read, unread = Model(*from_mujoco.read(model, (), *start_options)), ""
     except ValueError as error:
         lines = str(error).partition("\nLeave them out")[0].splitlines()
-        read, unread = None, f"{lines[0]} {'; '.join(line.strip() for line in lines[1:])}"
+        model_read, unread = None, f"{lines[0]} {'; '.join(line.strip() for line in lines[1:])}"
     return OwnRun(
         "mujoco",
         Path(own_model.__file__),
@@ -250,7 +250,7 @@ def _of_mujoco(file: Path, request: JudgeRequest) -> OwnRun:
         integrator,
         step,
         duration,
-        read,
+        model_read,
         unread,
     )
 
@@ -274,7 +274,7 @@ def _of_rebound(file: Path, request: JudgeRequest) -> OwnRun:
     options = {**parameters.get("options", {})} if integrator == parameters["integrator"] else {}
     usual = defaults(integrator)  # of this release: the others have theirs
     options = {name: value for name, value in options.items() if usual.get(name) != value}
-    options |= {name: value for name, value in request.own.items() if name not in OWN}
+    options |= {name: value for name, value in request.own.items() if name not in RUN_KEYS}
     span = bodies.default_duration(problem) if request.duration is None else request.duration
     input_checks.positive("duration", abs(span))
     duration, step = (span, None) if integrator in bodies.ADAPTIVE else _in_full_steps(span, step)
@@ -341,10 +341,10 @@ def _integrator_and_step(
             f"own integrator must be one of {', '.join(options_of)}; received {name!r}."
         )
     options = options_of[name.lower()]
-    wrong = [option for option in request.own if option not in (*OWN, *options)]
+    wrong = [option for option in request.own if option not in (*RUN_KEYS, *options)]
     if wrong:
         raise ValueError(
-            f"options of your run must be among {', '.join((*OWN, *options))} with {name}; "
+            f"options of your run must be among {', '.join((*RUN_KEYS, *options))} with {name}; "
             f"received {wrong[0]!r}."
         )
     dt = request.own.get("dt", step)

@@ -12,11 +12,11 @@ from pathlib import Path
 from benchmarks.store.isolated_environment import NotHere, environment, finished
 
 # Compared with the installed release where none are named.
-USUAL = {
+USUAL_RELEASES = {
     "mujoco": ("3.6.0", "3.10.0", "3.11.0", "3.13.0", "3.17.0"),
     "rebound": ("3.28.4", "4.0.3", "4.6.0", "5.0.1"),
 }
-CORE = "mujoco-core"  # the library alone, from 4 on
+CORE_PACKAGE = "mujoco-core"  # the library alone, from 4 on
 RANGE = ".."
 NO_WHEEL = "No matching distribution"  # how pip begins
 PATTERN = re.compile(r"\d+(\.\d+)+(\.post\d+)?")
@@ -38,10 +38,10 @@ def by_age(version: str) -> tuple[int, ...]:
 def requirement(package: str, version: str) -> str:
     """The requirement for pip."""
     of_core = package == "mujoco" and by_age(version) >= (4,)
-    return f"{CORE if of_core else package}=={version}"
+    return f"{CORE_PACKAGE if of_core else package}=={version}"
 
 
-def asked_releases(package: str, texts: Sequence[str]) -> tuple[list[str], bool]:
+def requested_releases(package: str, texts: Sequence[str]) -> tuple[list[str], bool]:
     """The releases of a list, oldest first, and whether it is a range, of which they are the ends.
 
     Parameters
@@ -55,7 +55,7 @@ def asked_releases(package: str, texts: Sequence[str]) -> tuple[list[str], bool]
         For another text.
     """
     is_range = len(texts) == 1 and RANGE in texts[0]
-    versions = texts[0].split(RANGE) if is_range else list(texts or USUAL[package])
+    versions = texts[0].split(RANGE) if is_range else list(texts or USUAL_RELEASES[package])
     versions = [version.strip() for version in versions]
     wrong = [version for version in versions if not PATTERN.fullmatch(version)]
     if wrong or (is_range and len(versions) != 2):
@@ -70,10 +70,10 @@ def listed(package: str) -> list[str]:
     """All final releases on the package index, oldest first. Raises NotHere where it is not
     reached."""
     versions: set[str] = set()
-    for name in (package, CORE) if package == "mujoco" else (package,):
+    for name in (package, CORE_PACKAGE) if package == "mujoco" else (package,):
         pip = [sys.executable, "-I", "-m", "pip", "--disable-pip-version-check", "index"]
-        printed = finished([*pip, "versions", "--only-binary=:all:", name])
-        line = re.search("^Available versions: (.*)$", printed, re.MULTILINE)
+        output = finished([*pip, "versions", "--only-binary=:all:", name])
+        line = re.search("^Available versions: (.*)$", output, re.MULTILINE)
         if line is None:
             raise NotHere(f"pip lists no releases of {name}.")
         versions |= {version for version in line[1].split(", ") if PATTERN.fullmatch(version)}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.applications.judging.candidate import Kind, Model
-from benchmarks.applications.judging.judgement import LOST_SHARE, kind_of, own_setting
+from benchmarks.applications.judging.judgement import LOST_FRACTION, kind_of, own_setting
 from benchmarks.applications.judging.truth import states_of
 from benchmarks.applications.releases.own_run import SAMPLES, Motion, OwnRun
 from galvi import Trajectory
@@ -66,7 +66,7 @@ def _truth(run: OwnRun, model: Model) -> RunTruth:
     sources = [
         candidate
         for candidate in kind.sources(model, run.duration, user_setting)
-        if not candidate.opinion
+        if not candidate.is_galvi
     ]
     reached = []
     for source in sources:
@@ -82,7 +82,7 @@ def _truth(run: OwnRun, model: Model) -> RunTruth:
     if len(reached) == 1:
         return RunTruth(kind, truth, label, "", float("nan"))
     disagreement = float(np.max(kind.errors(confirming, truth)))
-    if not disagreement < LOST_SHARE * kind.size(truth):
+    if not disagreement < LOST_FRACTION * kind.size(truth):
         raise ValueError(
             f"its sources, {label} and {confirmed_by}, part by {disagreement:.3g}. Take a shorter "
             "--duration."

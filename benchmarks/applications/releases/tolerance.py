@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.applications.releases.behaviour import FLOORS, moved
+from benchmarks.applications.releases.behaviour import CHANGE_FLOORS, displaced
 from benchmarks.applications.releases.bounds import FAILED, Bound, bound_of
 from benchmarks.applications.releases.own_run import SAMPLES, Motion, OwnRun
 from benchmarks.applications.releases.requirements import interpreter
@@ -23,13 +23,13 @@ from galvi.kernels.constants import EPSILON
 STATES = ("positions", "velocities")  # that a test compares
 QUANTITIES = (*STATES, "energy")
 STARTS = 64  # of runs that round differently, half of them without fused products
-REST_SHARE = 1e-6  # share of the size, below which a motion is rest
+REST_FRACTION = 1e-6  # share of the size, below which a motion is rest
 MOVED_RUNS = "rounding at every step"
 LONG_SECONDS = 60.0  # seconds of the plain run, above which it is said how long all takes
-PART = SECONDS / 3.0  # seconds of runs in one process
+PROCESS_SECONDS = SECONDS / 3.0  # seconds of runs in one process
 # glibc's functions without fused products and wide vectors; nothing elsewhere.
 UNFUSED = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX512F"}
-LIBM = """import math
+LIBM_PROGRAM = """import math
 print([f(0.3 + 0.001 * k) for k in range(1000) for f in (math.sin, math.exp)])"""
 Report = Callable[[str], None]
 
@@ -61,7 +61,7 @@ class Variant:
     @property
     def is_rounding(self) -> bool:
         """Whether it differs by no more than FLOORS floors; other variants are not in the bound."""
-        return not self.failure and self.floors <= FLOORS
+        return not self.failure and self.floors <= CHANGE_FLOORS
 
     @property
     def is_identical(self) -> bool:
@@ -94,8 +94,8 @@ class Tolerance:
     @property
     def latest(self) -> int:
         """The last sample at which positions and velocities have a bound; -1 for none."""
-        without = [any(self.bounds[name][k].reason for name in STATES) for k in range(SAMPLES)]
-        return max((k for k in range(SAMPLES) if not without[k]), default=-1)
+        is_unbounded = [any(self.bounds[name][k].reason for name in STATES) for k in range(SAMPLES)]
+        return max((k for k in range(SAMPLES) if not is_unbounded[k]), default=-1)
 
     @property
     def holds(self) -> bool:
@@ -135,9 +135,9 @@ def measure(
     if not run.velocities.size:
         raise ValueError("nothing can move in your model: it has no joints.")
     report("your run")
-    begin = perf_counter()
+    start = perf_counter()
     (motion,) = run.answer([run.request()]).motions
-    seconds = perf_counter() - begin
+    seconds = perf_counter() - start
     if motion.failure or not np.isfinite(differences(motion, [motion])).all():
         why = motion.failure or "its states are not finite."
         raise NotHere(f"your run fails, so that there is nothing to compare: {why}")
@@ -145,7 +145,7 @@ def measure(
         count = STARTS + 5 + len(releases)
         minutes = seconds * count / 60.0
         report(f"your run takes {seconds:.0f} s, the {count} to come about {minutes:.0f} minutes")
-    at_once = max(1, int(PART / seconds))
+    at_once = max(1, int(PROCESS_SECONDS / seconds))
     variants = [*_moved_variants(run, motion, at_once, seed, report)]
     first = bounds_of(run, motion, [variants[0].differences])
     floors = np.array([[bound.floor for bound in bounds] for bounds in first.values()])
@@ -161,14 +161,14 @@ def _moved_variants(
     """Runs that are moved, with fused products and without, where this machine has both."""
     unfused = has_unfused()
     runs = moved_runs(run, motion, STARTS, seed)
-    share = STARTS // 2 if unfused else STARTS
-    yield moved_variant(MOVED_RUNS, run, motion, runs[:share], at_once, report)
+    fused_count = STARTS // 2 if unfused else STARTS
+    yield moved_variant(MOVED_RUNS, run, motion, runs[:fused_count], at_once, report)
     name = "without fused products"
     if not unfused:
         why = "not tried, since the C library rounds alike with and without them here"
         yield Variant(name, np.empty((0, 3, SAMPLES)), why)
         return
-    yield moved_variant(name, run, motion, runs[share:], at_once, report, UNFUSED)
+    yield moved_variant(name, run, motion, runs[fused_count:], at_once, report, UNFUSED)
 
 
 def _unmoved_variants(
@@ -184,7 +184,7 @@ def _unmoved_variants(
         yield Variant("two threads", differences(motion, threads))
     if run.step is None:
         report("without stops")
-        yield Variant("without stops", differences(motion, [_straight(run)]))
+        yield Variant("without stops", differences(motion, [_without_stops(run)]))
     for version in releases:
         report(f"{run.package} {version}")
         yield _of_release(run, motion, version, folder)
@@ -197,7 +197,7 @@ def moved_runs(run: OwnRun, motion: Motion, count: int, seed: int) -> list[dict[
     sizes = [_sizes(run, motion)[name][0] for name in STATES]
     return [
         {
-            **run.request(*moved((run.positions, run.velocities), sizes, signs)),
+            **run.request(*displaced((run.positions, run.velocities), sizes, signs)),
             "rounding": int(signs.integers(2**32)),
         }
         for _ in range(count)
@@ -224,11 +224,11 @@ def moved_variant(
 
 def has_unfused() -> bool:
     """Whether UNFUSED changes last bits of the mathematical functions on this machine."""
-    command = [sys.executable, "-I", "-c", LIBM]
+    command = [sys.executable, "-I", "-c", LIBM_PROGRAM]
     return finished(command) != finished(command, variables=UNFUSED)
 
 
-def _straight(run: OwnRun) -> Motion:
+def _without_stops(run: OwnRun) -> Motion:
     """The run from its start to each of its times, without a stop at the others."""
     request: dict[str, Any] = run.request()
     parts = run.answer([{**request, "times": [time]} for time in request["times"]]).motions
@@ -294,8 +294,8 @@ def _sizes(run: OwnRun, motion: Motion) -> dict[str, tuple[float, float]]:
     size, extent = float(np.abs(q).max()) or 1.0, float(np.abs(q - q[0]).max())
     speed = float(np.abs(v).max())
     energy = float(max(np.abs(motion.energy).max(), motion.kinetic.max()))
-    if extent < REST_SHARE * size:
-        extent, speed = REST_SHARE * size, max(speed, size / abs(run.duration))
+    if extent < REST_FRACTION * size:
+        extent, speed = REST_FRACTION * size, max(speed, size / abs(run.duration))
     return {
         "positions": (size, extent),
         "velocities": (speed, speed),

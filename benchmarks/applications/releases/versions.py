@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.applications.releases.behaviour import FLOORS, Behaviour, Questions
+from benchmarks.applications.releases.behaviour import CHANGE_FLOORS, Behaviour, ReleaseQuestions
 from benchmarks.applications.releases.own_run import OwnRun
 from benchmarks.applications.releases.requirements import (
     RANGE,
@@ -24,7 +24,10 @@ from benchmarks.store.isolated_environment import NotHere
 from galvi.arrays import Array
 
 ORDER_CHANGE = 0.5  # by which orders differ that are not the same
-OF_ONE_RELEASE = (".mjb", ".mjz")  # compiled models, and archives that older releases cannot read
+ONE_RELEASE_SUFFIXES = (
+    ".mjb",
+    ".mjz",
+)  # compiled models, and archives that older releases cannot read
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ class Difference:
     @property
     def is_change(self) -> bool:
         """Whether it is more than rounding."""
-        return self.floors > FLOORS
+        return self.floors > CHANGE_FLOORS
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +101,7 @@ def _difference(quantity: str, before: Array, after: Array, floors: Array) -> Di
     sizes = np.abs(after - before).max(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = np.where(sizes > 0.0, sizes / floors, 0.0)
-    above = ratios > FLOORS
+    above = ratios > CHANGE_FLOORS
     k = int(np.argmax(np.where(above, sizes, 0.0) if above.any() else sizes))
     scale = float(np.abs(before[k]).max())
     relative = sizes[k] / scale if scale else sizes[k]
@@ -114,13 +117,13 @@ class Versions:
     behaviours
         by version, oldest first, also those that are missing
     truth
-        None where there is none; then ``without`` is a sentence why
+        None where there is none; then ``reason_without_truth`` is a sentence why
     """
 
     run: OwnRun
     behaviours: dict[str, Behaviour]
     truth: RunTruth | None
-    without: str = ""
+    reason_without_truth: str = ""
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -166,7 +169,7 @@ def compare_releases(
         Where the installed release cannot do it.
     """
     file = Path(run.job.get("file", ""))
-    if file.suffix in OF_ONE_RELEASE:
+    if file.suffix in ONE_RELEASE_SUFFIXES:
         raise ValueError(
             f"other releases cannot read {file.name}, which holds what one of them compiled; give "
             f"the .xml or .urdf that it was made from."
@@ -175,7 +178,7 @@ def compare_releases(
     if len(all_versions) < 2:
         raise ValueError(f"name a release besides the installed one, {all_versions[0]}.")
     report(f"{run.package} {installed(run.package)}: your run")
-    questions = Questions.of(run)
+    questions = ReleaseQuestions.of(run)
     behaviours: dict[str, Behaviour] = {}
 
     def behaviour_of(version: str) -> Behaviour:
@@ -204,11 +207,11 @@ def compare_releases(
     return compared
 
 
-def _behaviour(questions: Questions, version: str, folder: Path) -> Behaviour:
+def _behaviour(questions: ReleaseQuestions, version: str, folder: Path) -> Behaviour:
     """The behaviour of a release, or the reason why it is missing."""
     try:
         with interpreter(questions.run.package, version, folder) as python:
-            return questions.answered(version, python)
+            return questions.behaviour_of(version, python)
     except (NotHere, ValueError) as error:  # ValueError: other coordinates, no JSON
         return Behaviour(version, " ".join(str(error).split()))
 

@@ -10,7 +10,12 @@ import pytest
 import galvi
 from benchmarks.applications.releases import requirements, versions
 from benchmarks.applications.releases.own_run import OwnRun, read_own_run
-from benchmarks.applications.releases.requirements import asked_releases, by_age, installed, listed
+from benchmarks.applications.releases.requirements import (
+    by_age,
+    installed,
+    listed,
+    requested_releases,
+)
 from benchmarks.applications.releases.requirements import requirement as required
 from benchmarks.applications.releases.versions import Versions, compare_releases
 from benchmarks.store.isolated_environment import NotHere
@@ -286,15 +291,15 @@ def test_files_of_one_release_and_runs_in_which_nothing_moves_are_refused(tmp_pa
 
 
 def test_releases_are_read_and_ordered_by_age_and_others_refused(monkeypatch):
-    assert asked_releases("mujoco", ["4.0.1", "3.6.0", "3.10.0"]) == (
+    assert requested_releases("mujoco", ["4.0.1", "3.6.0", "3.10.0"]) == (
         ["3.6.0", "3.10.0", "4.0.1"],
         False,
     )
-    assert asked_releases("rebound", ["5.2.0 .. 4.0.0"]) == (["4.0.0", "5.2.0"], True)
-    assert asked_releases("rebound", []) == ([*requirements.USUAL["rebound"]], False)
+    assert requested_releases("rebound", ["5.2.0 .. 4.0.0"]) == (["4.0.0", "5.2.0"], True)
+    assert requested_releases("rebound", []) == ([*requirements.USUAL_RELEASES["rebound"]], False)
     for wrong in (["newest"], ["3.6.0.."], ["1.0..2.0..3.0"], ["--upgrade"], ["4"]):
         with pytest.raises(ValueError, match="--releases expects"):
-            asked_releases("mujoco", wrong)
+            requested_releases("mujoco", wrong)
     assert required("mujoco", "4.0.1") == "mujoco-core==4.0.1"
     assert required("mujoco", "3.17.0") == "mujoco==3.17.0"
     assert sorted(["3.10.0", "3.6.0", "2.3.1.post1", "2.3.1"], key=by_age)[0] == "2.3.1"

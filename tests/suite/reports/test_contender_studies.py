@@ -119,6 +119,6 @@ def test_an_integrator_with_our_name_says_where_it_is_from_and_one_that_is_slow_
     assert label_beside(external, ["a gauss 2"]) == "a gauss"
     assert finest(external, body, 3.0, 10)["save_every"] == 8
     assert len(list(ensemble(external, [body] * 3, 3.0, 10, 100))) == 3
-    monkeypatch.setattr("benchmarks.work_precision.participants.PATIENCE", 0.0)
+    monkeypatch.setattr("benchmarks.work_precision.participants.ENSEMBLE_SECONDS", 0.0)
     assert len(list(ensemble(external, [body] * 3, 3.0, 10, 100))) == 1
     assert len(list(ensemble(Inside.of(Raising()), [body] * 3, 3.0, 10, 100))) == 1
