@@ -22,8 +22,8 @@ STEPS, GRAINS, TRACKED = 200, 2000, 50
 def test_a_cloud(benchmark: Any, drag: str, diameter: float) -> None:
     cloud = Cloud(diameter, drag, np.arange(GRAINS))
     run = timed(benchmark, partial(cloud.flights, METHOD, STEPS, threads=1))
-    some = Cloud(diameter, drag, np.arange(TRACKED))
-    truth = landings(some.problem, *some.starts(), END_TIME)
+    tracked_cloud = Cloud(diameter, drag, np.arange(TRACKED))
+    truth = landings(tracked_cloud.problem, *tracked_cloud.starts(), END_TIME)
     failed = int(np.sum(~run.success))
     annotate(
         benchmark,

@@ -22,21 +22,13 @@ from benchmarks.work_precision.fronts import front_indices
 from benchmarks.work_precision.problem import Setting
 
 LARGEST_GAP = 0.5  # decades of error between neighbours
-LEAST_LOG_RATIO = 0.03  # logarithm of the ratio of steps below which none are put between
-STEP_FACTOR, LEAST_TOLERANCE = (
-    math.sqrt(2.0),
-    1e-14,
-)  # at the ends: ratio of steps, and least tolerance
-FINENESS_KEYS = (
-    "step",
-    "epsilon",
-    "tolerance",
-)  # of which the first in a setting says how fine it is
-MOST_ROUNDS, MAX_ADDED = 5, 20  # of adding, and settings added to a code
-ADDED_SECONDS, BRIEF_RUN_SECONDS = (
-    1.5,
-    0.3,
-)  # seconds of the runs added to a code, and of a run beside which one is
+LEAST_LOG_RATIO = 0.03  # of two steps between which another is tried
+STEP_FACTOR = math.sqrt(2.0)  # ratio of steps beyond either end
+LEAST_TOLERANCE = 1e-14  # that is tried
+FINENESS_KEYS = ("step", "epsilon", "tolerance")  # the first one in a setting is its fineness
+MOST_ROUNDS, MAX_ADDED = 5, 20  # rounds of adding, and settings added to a code
+ADDED_SECONDS = 1.5  # processor time of the runs added to a code
+BRIEF_RUN_SECONDS = 0.3  # longer runs get no neighbours
 
 CurrentRows = Callable[[], pd.DataFrame]
 Add = Callable[[str, Setting], None]

@@ -63,10 +63,7 @@ NEWTON_FORCE_CODES = ("SciPy DOP853", "Stormer-Verlet", "Forest-Ruth", "RK4")
 DIFFERENCED_NOTE = "Force differenced from the potential: with a gradient it takes less time."
 COARSEST_STEPS = 10  # steps
 LADDER_SECONDS = 2.0  # seconds of the runs that find a contender's settings
-LARGEST_ERROR, SMALLEST_ERROR = (
-    0.1,
-    1e-13,
-)  # errors between which settings are of interest, relatively
+LARGEST_ERROR, SMALLEST_ERROR = 0.1, 1e-13  # relative errors between which settings are shown
 
 
 def own_problem(

@@ -22,12 +22,8 @@ from benchmarks.work_precision.asked import code_of, errors_of
 from benchmarks.work_precision.fronts import OURS
 
 FAILED_COST = math.inf  # what a problem costs that a code does not solve
-RUN_COLUMNS = (
-    "error",
-    "seconds",
-    "steps",
-    "evaluations",
-)  # what a run leaves; a missing engine nothing
+# columns that a run fills; all are empty where the engine is missing
+RUN_COLUMNS = ("error", "seconds", "steps", "evaluations")
 
 
 class Share(NamedTuple):

@@ -23,10 +23,8 @@ COORDINATE_PROBLEMS = (
 )
 MORE_POINTS = tuple(f"galvi degree {s}, Gauss {s + 1}, Cayley" for s in (6, 7, 8, 10))
 FRAME_SOURCE = "the project's targets for moving frames"
-CONVERGED_FRAMES = (
-    "galvi Kepler frame, Gauss 8",
-    "galvi Kepler frame, Gauss 16",
-)  # they do not drift
+# iterated until converged: their energies do not drift
+CONVERGED_FRAMES = ("galvi Kepler frame, Gauss 8", "galvi Kepler frame, Gauss 16")
 TWO_PASS_FRAMES = tuple(f"{label}, 2 passes" for label in CONVERGED_FRAMES)
 ALL_FRAMES = CONVERGED_FRAMES + TWO_PASS_FRAMES
 GALVI_METHODS = {  # those of galvi's labels that a target names, in words

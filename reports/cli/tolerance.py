@@ -12,7 +12,7 @@ from benchmarks.applications.releases.requirements import RANGE, requested_relea
 from benchmarks.applications.releases.tolerance import Tolerance, measure
 from benchmarks.store.atomic import write
 from benchmarks.store.foreign_texts import visible
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from benchmarks.store.provenance import provenance
 from galvi.interop.judge import JudgeRequest
 from reports.cli.handed_over import show_progress
@@ -27,7 +27,14 @@ from reports.tables.tolerance import (
 from reports.tables.writing import as_markdown
 
 COMMAND = "tolerance"
-REFUSALS = (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError, NotHere)
+REFUSALS = (
+    ValueError,
+    TypeError,
+    FileNotFoundError,
+    ImportError,
+    RuntimeError,
+    EnvironmentUnavailable,
+)
 progress = partial(show_progress, COMMAND)
 
 

@@ -12,7 +12,7 @@ from benchmarks.applications.releases.requirements import requested_releases
 from benchmarks.applications.releases.versions import Versions, compare_releases
 from benchmarks.store.atomic import write
 from benchmarks.store.foreign_texts import visible
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from benchmarks.store.provenance import provenance
 from galvi.interop.judge import JudgeRequest
 from reports.cli.handed_over import show_progress
@@ -20,7 +20,14 @@ from reports.judge.files import plain
 from reports.tables.versions import changes, label, rows, sentences, truth_facts, write_versions
 
 COMMAND = "versions"
-REFUSALS = (ValueError, TypeError, FileNotFoundError, ImportError, RuntimeError, NotHere)
+REFUSALS = (
+    ValueError,
+    TypeError,
+    FileNotFoundError,
+    ImportError,
+    RuntimeError,
+    EnvironmentUnavailable,
+)
 progress = partial(show_progress, COMMAND)
 
 

@@ -1,7 +1,8 @@
 """The stated model of a brownout cloud: grains of five sizes in the wind of a landing rotor.
 
-Each super-particle stands for many grains: the mass that the wind lifts of its size until the end,
-divided by the number of super-particles of this size. They neither meet nor move the air, as in M.
+Each super-particle stands for many grains: its mass is that which the wind lifts of its size until
+the end, divided by the number of super-particles of this size. They neither meet nor move the air,
+as in M.
 """
 
 from __future__ import annotations
@@ -22,11 +23,8 @@ DIAMETERS = (10e-6, 50e-6, 100e-6, 200e-6, 400e-6)  # m
 END_TIME = 6.0  # s; the rotor has come from 16 m down to 6.5 m
 CONSTANT_DRAG, REYNOLDS_DRAG = "C_d = 0.44", "Schiller-Naumann"
 DRAG_COEFFICIENTS = {CONSTANT_DRAG: DRAG_COEFFICIENT, REYNOLDS_DRAG: None}
-PILOT_EYE, SIGHT_TARGET = (
-    (2.0, 4.5),
-    (15.0, 0.0),
-)  # r and z in m: the eye, and what it looks at on the ground
-RAY_HALF_WIDTH = 0.25  # m, half the width of the pencil of rays
+PILOT_EYE, SIGHT_TARGET = (2.0, 4.5), (15.0, 0.0)  # r and z in m; the target is on the ground
+RAY_HALF_WIDTH = 0.25  # m, of the pencil of rays
 EXTINCTION = 2.0  # cross-sections that a grain removes from a ray, much larger than a wavelength
 
 
@@ -41,9 +39,9 @@ class Cloud:
     drag
         CONSTANT or BY_REYNOLDS
     grains
-        numbers of the super-particles, (n,)
+        identifying numbers of the super-particles, (n,)
     ground
-        what a contact does
+        effect of a contact with the ground
     """
 
     diameter: float
@@ -53,7 +51,7 @@ class Cloud:
 
     @property
     def problem(self) -> Any:
-        """A single grain, of which the numbers of the drag are read."""
+        """The problem of a single grain, from which the drag is taken."""
         return galvi.problems.brownout(self.diameter, drag_coefficient=DRAG_COEFFICIENTS[self.drag])
 
     @property
@@ -63,7 +61,7 @@ class Cloud:
 
     @property
     def rates(self) -> tuple[Any, Array]:
-        """The drag law, and its factor over the mass with its numbers."""
+        """The drag law, and an array of its factor over the mass and its numbers."""
         system = self.problem.system
         law = system.force.drag_law
         return law, np.array([system.force.factor / float(system.mass), *law.numbers])

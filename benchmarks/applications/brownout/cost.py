@@ -53,11 +53,11 @@ EXPLANATION = (
 def cost_of_clouds(
     quick: bool = False, report: Callable[[str], None] = lambda sentence: None
 ) -> pd.DataFrame:
-    """One row for each drag law, size and degree, in one thread, and for single runs.
+    """One row for each drag law, size and degree, in one thread.
 
-    passes        of the iteration, a step
-    microseconds  a step, of one thread
-    single        microseconds of a step of a single run over these; NaN where there is none
+    passes        passes of the iteration for each step
+    microseconds  microseconds for each step
+    single        ratio of the time of a step of a single run to this; NaN where there is none
     """
     n = QUICK_GRAINS if quick else GRAINS
     cases = [(drag, d, 2) for drag in (CONSTANT_DRAG, REYNOLDS_DRAG) for d in DIAMETERS]
@@ -118,7 +118,7 @@ def _row(drag: str, diameter: float, degree: int, run: Any) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class SizeRun:
-    """A million grains of all sizes, a fifth of them of each; a size is a part."""
+    """The run of one size of grains in a cloud of MILLION grains, equally many of each size."""
 
     diameter: float
     files: RowFiles
@@ -139,7 +139,7 @@ class SizeRun:
         return self.files.read(self.name) is not None
 
     def run(self, report: Callable[[str], None]) -> None:
-        """Compute and write its row: microseconds of all threads together, starts included."""
+        """Compute and write its row; the time includes the starts, in all threads."""
         report(self.title)
         cloud = Cloud(self.diameter, grains=np.arange(MILLION // len(DIAMETERS)))
         replace(cloud, grains=np.arange(8)).flights(_gauss(2), STEPS)

@@ -1,4 +1,4 @@
-"""How the wind lifts grains from the ground: a threshold, a flux and its samples.
+"""Emission of grains from the ground by the wind: a threshold, a flux and its samples.
 
 Friction speed, from the wind U at 1 m above the ground by the law of the wall, with von Karman's
 constant 0.4 and a roughness of 1 mm:
@@ -37,7 +37,7 @@ FLUX_FACTOR = 2.61
 UPWARD_FRACTION = 1e-3  # 1/m
 INNER_RADIUS, OUTER_RADIUS = 0.5, 20.0  # m, from the axis: there is no emission elsewhere
 MOST_ATTEMPTS = 2000  # to draw a grain
-GRID_PANELS = 400  # of the quadrature, in each direction
+GRID_PANELS = 400  # panels of the quadrature in each direction
 
 
 def friction_speed(r: Any, t: Any) -> Any:
@@ -70,7 +70,7 @@ class Emission:
     until
         s
     share
-        of the ground that they cover
+        fraction of the ground that they cover
     """
 
     diameter: float
@@ -84,7 +84,7 @@ class Emission:
 
     @property
     def mass(self) -> float:
-        """kg in all, by the midpoint rule, whose error is 1e-5 of it."""
+        """Total mass in kg, by the midpoint rule, to about 1e-5."""
         return (
             float(np.sum(_on_grid(self)))
             * (OUTER_RADIUS - INNER_RADIUS)
@@ -93,14 +93,14 @@ class Emission:
         )
 
     def starts(self, grains: Any, seed: int = 1) -> tuple[Array, Array, Array]:
-        """q (n, 3), v (n, 3) and t (n,) of grains by their numbers (n,), each of the same mass.
+        """q (n, 3), v (n, 3) and t (n,) of grains with these numbers (n,), each of the same mass.
 
-        Radius and time are drawn by rejection.
+        Radius and time are sampled by rejection.
 
         Raises
         ------
         RuntimeError
-            Where nothing is lifted.
+            Where MOST_ATTEMPTS attempts do not suffice for a grain.
         """
         grains = np.asarray(grains, dtype=np.uint64)
         peak = 1.02 * float(np.max(_on_grid(self)))

@@ -3,26 +3,26 @@
 A lane whose grain has landed, or has reached its last time, takes the next grain. Each lane is in
 its own step and iteration: a pass serves all eight, and none waits for another, so that a grain's
 numbers depend on nothing but the grain. A step leads to the next multiple of the grain's step; the
-first one, from the start, is shorter. Passes begin the following steps themselves: what is done
-here, lane by lane, is starts, contacts and ends.
+first one, from the start, may be shorter. Passes begin the following steps themselves; this module
+handles starts, contacts and ends, lane by lane.
 
 Contact with the ground z = 0: where the curve of a solved step comes down to it, or the step ends
-below it, the step is done anew up to the first root of the curve, or its end, and then, where
-asked, up to the root of its own end, by Newton's method: the curve is of order s + 1 inside the
-step, the end of order 2 s. A grain that moves upwards there goes on. Another stays, or its vertical
-velocity changes to -e times itself, and the rest of the step is done anew.
+below it, the step is repeated up to the first root of the curve, or its end, and then, if
+requested, up to the root of the repeated step's end, by Newton's method: the curve is of order
+s + 1 inside the step, the end of order 2 s. A grain that moves upwards there flies on. Another
+stays, or its vertical velocity is multiplied by -e, and the remaining step is solved again.
 
 starts     (n, 6)    q and v                      clocks  (n, 2)  time of the start, step
-constants  (n, 2)    those of the drag law        counts  (n, 2)  the first step's end, and the last
+constants  (n, 2)    numbers of the drag law      counts  (n, 2)  the first step's end, and the last
                      time, in steps from 0; a grain whose first is beyond its last does not start
 numbers              as in benchmarks.applications.brownout.grain_pass
 rules      (3,)      e, below 0: grains stay; the speed up to which they stay; whether the root of
                      the step's end is found
-save_every           steps between saved places
+save_every           steps between saved positions
 ends       (n, 13)   q, v, time, impulses of the drag and of contacts over the mass
-codes      (n, 4)    how it ended, contacts, steps, passes
-saved      (n, r, 3) places after save_every k steps, k = 0, 1, ...; NaN before the start, after a
-           failure, and of a grain that does not start
+codes      (n, 4)    end (FLYING and following codes), contacts, steps, passes
+saved      (n, r, 3) positions after save_every k steps, k = 0, 1, ...; NaN before the start, after
+                     a failure, and of a grain that does not start
 """
 
 import math
@@ -61,15 +61,15 @@ from galvi.kernels.compile.function_pointers import call_void
 from galvi.kernels.compile.jit import MATRIX, TENSOR3, VECTOR, compiled_for, jit, jit_inline
 from galvi.lanes.vectors import LANES
 
-FLYING, ALOFT, LANDED, FAILED, BOUNCING = range(5)  # codes; 0 at the end: it has not started
+FLYING, ALOFT, LANDED, FAILED, BOUNCING = range(5)  # codes; at the end 0: it has not started
 ABOVE, DOWN, AGAIN = range(3)  # what a solved step leads to
-MOST_SOLVES = 8  # most solves of one contact
-MOST_CONTACTS = 1000  # most of one grain
+MOST_SOLVES = 8  # of one contact
+MOST_CONTACTS = 1000  # of one grain
 EXTRA_SOLVES = 2 + MOST_CONTACTS * (
     MOST_SOLVES + 2
 )  # more solves than the contacts of one grain can ask for
 HALVINGS = 80  # halvings that find a root of the curve
-ROOT_TOLERANCE = 1e-15  # of the way down, at the root of the step's end
+ROOT_TOLERANCE = 1e-15  # of the height over the step, at the root of the step's end
 NO_GRAIN = -1
 FULL_STEP, SHORTENED, LAST_TRY = 0, 1, 2  # what a lane is solving
 END_TIME, IMPULSE, CONTACT = 6, 7, 10  # columns of ends
@@ -89,8 +89,8 @@ def value_at(coefficients, tau):
 def first_root(coefficients, scratch):
     """The first root in (0, 1] of a polynomial that is positive at 0; 2 where there is none.
 
-    Between roots of its derivative it is monotone: these are found first, from the derivative of
-    the highest order on. scratch (3, at least size + 1): a derivative and its roots, and new ones.
+    Between roots of its derivative it is monotone, so that the roots of its derivatives are found
+    first, from the highest order on. scratch (at least 3, at least size + 1) is overwritten.
     """
     n = coefficients.size
     derivative, roots, new = scratch[0], scratch[1], scratch[2]
@@ -141,7 +141,7 @@ def contact_fraction(work, l, numbers, s, scratch):
             return 0.0
         scratch[3, s + 1] = 0.0
         coefficients = scratch[3, 1 : s + 2]
-        correction = h * work[V + 2, l] - coefficients[0]  # of the order of the curve's error
+        correction = h * work[V + 2, l] - coefficients[0]  # as large as the curve's error
         coefficients[0] = h * work[V + 2, l]
         coefficients[1] -= correction  # so that the end is that of the curve
     lowest = coefficients[0]
@@ -152,7 +152,7 @@ def contact_fraction(work, l, numbers, s, scratch):
 
 @jit_inline
 def set_step(work, l, h, numbers, s):
-    """Begin the solve of a step of size h from the state in work."""
+    """Prepare the solve of a step of size h from the state in work."""
     work[H, l], work[STATE, l], work[TRIES, l] = h, GOES_ON, 0.0
     rate, nodes = numbers[rate_at(s)], nodes_at(s)
     start = math.exp(rate * work[TIME, l])
@@ -162,7 +162,7 @@ def set_step(work, l, h, numbers, s):
 
 @jit_inline
 def set_guess(work, l, s):
-    """Set all accelerations to 0, without those of an earlier step."""
+    """Set all accelerations to 0, and mark those of the step before as missing."""
     work[HAS_EARLIER, l] = 0.0
     for k in range(3 * s):
         work[DECAY + 2 * s + k, l] = 0.0
@@ -180,7 +180,7 @@ def advance(work, l):
 
 @jit_inline
 def start_grain(work, l, start, t, step, index, constants, numbers, s):
-    """Give a lane to a grain, whose first step ends at a multiple of the whole one."""
+    """Give a lane to a grain; its first step ends at `index` times its step."""
     work[:, l] = 0.0
     for i in range(6):
         work[Q + i, l] = start[i]
@@ -195,7 +195,7 @@ def start_grain(work, l, start, t, step, index, constants, numbers, s):
 
 @jit_inline
 def finish_grain(work, lane, l, outcome, ends, codes):
-    """Write the end of a grain and its counts, and free its lane."""
+    """Write the end and the counts of a grain, and set its lane idle."""
     grain = lane[GRAIN, l]
     codes[grain, 0] = outcome
     codes[grain, 2], codes[grain, 3] = int(work[STEPS_TAKEN, l]), int(work[PASSES_DONE, l])
@@ -208,7 +208,7 @@ def finish_grain(work, lane, l, outcome, ends, codes):
 
 @jit_inline
 def set_idle(work, lane, l):
-    """Idle lanes integrate a resting particle with h = 0."""
+    """Set a lane idle: it integrates a resting particle with h = 0."""
     work[:, l] = 0.0
     work[Q + 2, l] = 1.0
     lane[GRAIN, l] = NO_GRAIN
@@ -231,7 +231,7 @@ def save_from(saved, grain, index, save_every, x, y, z):
 
 @jit_inline
 def after_step(work, lane, l, numbers, s, finds_root, scratch):
-    """ABOVE or DOWN after a solved step, or AGAIN where a step up to the ground has begun."""
+    """ABOVE or DOWN after a solved step, or AGAIN where another solve was prepared."""
     h, phase = work[H, l], lane[PHASE, l]
     if phase == FULL_STEP:
         tau = 2.0
@@ -267,7 +267,7 @@ def after_step(work, lane, l, numbers, s, finds_root, scratch):
 
 @jit_inline
 def make_contact(work, grain, l, rules, ends, codes):
-    """Contact at the end of the step that was solved; returns FLYING, LANDED or BOUNCING."""
+    """Apply a contact at the end of the solved step; returns FLYING, LANDED or BOUNCING."""
     restitution, slowest, _ = rules
     h = work[H, l]
     if h > 0.0:
@@ -292,10 +292,10 @@ def make_contact(work, grain, l, rules, ends, codes):
 
 @jit_inline
 def after_solve(work, lane, l, numbers, s, rules, save_every, last, scratch, records):
-    """After a pass that ends a lane's solve: FLYING, or outcome its grain has ended."""
+    """Continue after a pass that ends a lane's solve; returns FLYING, or how its grain ended."""
     ends, codes, saved = records
     grain, index, is_solved = lane[GRAIN, l], int(work[INDEX, l]), work[STATE, l] == SOLVED
-    if not is_solved and lane[TRIED_TWICE, l] == 0:  # without what was extrapolated
+    if not is_solved and lane[TRIED_TWICE, l] == 0:  # once more, without an extrapolated guess
         lane[TRIED_TWICE, l] = 1
         set_guess(work, l, s)
         set_step(work, l, work[H, l], numbers, s)
@@ -330,7 +330,7 @@ def after_solve(work, lane, l, numbers, s, rules, save_every, last, scratch, rec
 
 @jit
 def fly(law, grains, s, numbers, rules, save_every, work, records):
-    """Do all flights of a batch, into ends, codes and saved."""
+    """Do all flights of a batch; writes ends, codes and saved."""
     starts, clocks, constants, counts = grains
     ends, codes, saved = records
     n = starts.shape[0]
@@ -388,7 +388,7 @@ def fly(law, grains, s, numbers, rules, save_every, work, records):
 
 @cache
 def compiled_fly():
-    """``fly`` compiled or cached, one kernel for all winds and drag laws."""
+    """The compiled or cached ``fly``, one kernel for all winds and drag laws."""
     signature = types.void(
         types.int64[::1],
         types.Tuple((MATRIX, MATRIX, MATRIX, types.int64[:, ::1])),

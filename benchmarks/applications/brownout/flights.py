@@ -41,15 +41,13 @@ def grain_pass_DIGEST(work, numbers):
     pass_of_grains(work, numbers)
 """
 ROTOR_WIND = "from galvi.kernels.forces.rotor_wind import rotor_wind as wind\n"
-BATCH_GRAINS = 4096  # grains of one call of the kernel
+BATCH_GRAINS = 4096  # most in one call of the kernel
 TOLERANCE = 1e-14  # change of one more pass, relative to the velocities
 TWO_STEP_POINTS = (
     2  # points up to which the accelerations of two steps are extrapolated to the next
 )
-MOST_POINTS = (
-    8  # most: the end of the curve in powers of the time errs by 4e-13 with 8, 2e-4 with 20
-)
-MOST_STEPS = 10**9  # most
+MOST_POINTS = 8  # the end of the curve in powers of the time errs by 4e-13 with 8, 2e-4 with 20
+MOST_STEPS = 10**9
 WAITING, ALOFT, LANDED, FAILED, BOUNCING = range(5)
 STATUSES = (
     "not started: its time is the end or after it",
@@ -68,12 +66,13 @@ class Ground:
     Attributes
     ----------
     restitution
-        vertical speed after a contact over that before; None: a grain stays where it lands
+        ratio of the vertical speed after a contact to that before; None: a grain stays where it
+        lands
     slowest
-        m/s; a grain that would leave the ground no faster stays
+        m/s; a grain that would leave the ground at this speed or slower stays
     exact
         whether the time of contact is the root of the end of a shortened step, of order 2 s with s
-        points, or that of the curve of the whole step, of order s + 1
+        points; otherwise that of the curve of the full step, of order s + 1
     """
 
     restitution: float | None = None
@@ -102,22 +101,21 @@ class Flights:
     Attributes
     ----------
     status
-        (n,) index of STATUSES
+        (n,) index in STATUSES
     t, q, v
-        (n,), (n, 3) the last time and state: at the end, at the last contact, at the start of a
-        grain that waits; where equations were not solved, the time at which that step starts, and
-        NaN
+        (n,), (n, 3) the last time and state: at the end, at the last contact, or at the start of a
+        grain that does not start; where equations were not solved, the start of that step, and NaN
     drag : array, shape (n, 3)
         impulse of the drag over the mass, m/s
     contact : array, shape (n, 3)
         impulses of the ground over the mass
     contacts, steps, passes
-        (n,) how many; passes of the iteration
+        (n,) numbers of contacts, steps and passes of the iteration
     places : array, shape (n, k, 3)
-        at the saved times; NaN before the start, after a failure or the last contact allowed, and
-        of a grain that does not start
+        positions at the saved times; NaN before the start, after a failure or the last contact
+        allowed, and of a grain that does not start
     success
-        (n,) aloft at the end, on the ground to stay, or not started
+        (n,) whether it is aloft at the end, stays on the ground, or did not start
     """
 
     status: Codes
@@ -163,8 +161,8 @@ def follow(
     q0, v0 : array, shape (n, 3)
         in m and m/s, z above the ground or on it with an upward velocity
     t0 : array, shape (n,)
-        starts in s, from 0 on; a grain that would start at the end, but for rounding, or after it
-        does not
+        times of the starts in s, from 0 on; a grain does not start whose time is the end, up to
+        rounding, or after it
     rates : array, shape (n, 1 + numbers of the drag law)
         none negative: factor over mass, then the law's numbers
     step
@@ -173,11 +171,12 @@ def follow(
     saves
         positions are saved at the ends of this number of equal parts of ``until``, and at 0
     tolerance
-        of the iteration: the change of the last pass, or that expected of one more, relative to the
-        velocities; it also ends where a change below 1e-11 is more than half the last
+        tolerance of the iteration: for the change of the last pass, or the expected one of the
+        next, relative to the velocities; it also ends where a change below 1e-11 is at least half
+        the one before
     wind
-        the lines that define ``wind`` in lanes, see brownout.grain_pass; also evaluated below the
-        ground, to which a step may lead before it is repeated up to the contact
+        source lines that define ``wind`` in lanes, see brownout.grain_pass; it is also evaluated
+        below the ground, where a step may end before it is repeated up to the contact
 
     Raises
     ------
@@ -247,7 +246,8 @@ def follow(
 
 
 def _run_batches(batch: Callable[[Any], None], parts: list[Any], threads: int | None) -> None:
-    """Do all batches; after Ctrl-C no new one begins."""
+    """Run all batches in threads; after Ctrl-C no new one begins, and KeyboardInterrupt is
+    raised."""
     with defer_interrupts() as pressed:
 
         def run_batch(part: Any) -> None:
@@ -272,7 +272,7 @@ def _batches(steps: Codes) -> list[Any]:
 def _times_and_counts(t0: Array, until: float, steps: Codes) -> tuple[Array, Codes]:
     """Start and step (n, 2); the first step's end and the last time, in steps from 0, (n, 2).
 
-    A start is at the end of a step where it is so to rounding: k / n may not be k (1 / n).
+    A start at the end of a step to rounding is moved there: k / n may differ from k (1 / n).
     """
     sizes, never_starts = until / steps, t0 >= until
     t = np.where(never_starts, 0.0, t0)
@@ -359,7 +359,7 @@ def _check_method(method: Galerkin) -> None:
 
 @lru_cache(maxsize=32)
 def _compiled(wind: str, drag: str, s: int) -> tuple[Any, Any]:
-    """The address of a compiled pass, and the function, which must outlive the address."""
+    """The address of a compiled pass, and the function, which must be kept while it is used."""
     lines = f"from galvi.kernels.forces.rotor_wind import {drag} as drag\n"
     function = compiled_grain_pass(wind, lines, s)
     return addresses((function, PASS_OF_GRAINS)), function
@@ -390,7 +390,7 @@ def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
 
 
 def _extrapolation(times: Array, new_times: Array) -> Array:
-    """Values of a polynomial at new times, from those at as many times as coefficients."""
+    """The matrix from values of a polynomial at n times to its values at new times, degree n - 1."""
     n = len(times)
     return np.vander(new_times, n, increasing=True) @ np.linalg.inv(
         np.vander(times, n, increasing=True)
@@ -399,9 +399,11 @@ def _extrapolation(times: Array, new_times: Array) -> Array:
 
 @lru_cache(maxsize=64)
 def compiled_grain_pass(wind: str, drag: str, s: int) -> Any:
-    """`brownout.grain_pass` of s stages, of the lines that define ``wind`` and ``drag``,
+    """`brownout.grain_pass` of s stages, with source lines that define ``wind`` and ``drag``;
     compiled at the first call."""
-    version_line = f"# {stamp(grain_pass.__file__)}\n"  # which compiled code on disk depends on too
+    version_line = (
+        f"# {stamp(grain_pass.__file__)}\n"  # part of the digest, as cached code depends on it
+    )
     source = code.with_digest(
         version_line + GRAIN_PASS_IMPORT + wind + drag + GRAIN_PASS_SOURCE.format(s=s)
     )

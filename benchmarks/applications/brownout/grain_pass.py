@@ -1,4 +1,4 @@
-"""One pass of the stage equations of eight grains, one in each lane, as vector instructions.
+"""A pass of the stage equations of eight grains, one in each lane, in vector instructions.
 
 A grain moves by v' = g - k w, with w = v - wind(q, t) and a rate k = k(|w|). With as many points as
 coefficients the stage equations are, for accelerations a_j at the stages,
@@ -7,12 +7,12 @@ coefficients the stage equations are, for accelerations a_j at the stages,
     a_j = g - k(|w_j|) w_j.
 
 A pass is a step of Newton's method with one derivative for all stages and without that of the wind:
--k across the mean w and -(k + |w| k') along it. What is left shrinks by a factor of the order of h
+-k across the mean w and -(k + |w| k') along it. The error shrinks by a factor of the order of h
 times the wind's gradient, however short the grain's relaxation time 1 / k is, and two systems of s
 equations are solved instead of one of 3 s.
 
-In lanes whose STATE is not GOES_ON a pass first begins the next step; the caller resets STATE where
-something else comes first.
+In lanes whose STATE is not GOES_ON a pass first begins the next step; a caller that prepares
+another solve sets STATE to GOES_ON.
 
 wind        (q, decay) -> 3 values, and
 drag        (|w|^2, constants) -> (k, |w| k'), written as in galvi.lanes.elementary
@@ -40,23 +40,30 @@ from galvi.lanes.functions import Reciprocals
 from galvi.lanes.values import Lane
 from galvi.lanes.vectors import LANES, Lanes
 
-Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, HAS_EARLIER = 0, 3, 6, 7, 9, 10, 11, 12  # first rows
+Q, V, H, CONSTANTS, STATE, TRIES, CHANGE, HAS_EARLIER = (
+    0,
+    3,
+    6,
+    7,
+    9,
+    10,
+    11,
+    12,
+)  # first row of each quantity
 END = 13  # q and v at the step's end
 DRAG = 19  # impulse of the drag over the mass
-LOWEST = 22  # a height that no point of the curve is below
+LOWEST = 22  # a lower bound of the curve's height
 INDEX, STEP = 23, 24  # the step's end is at their product
 TIME, TIME_LEFT = 25, 26  # at the state, and from there to the step's end
-STEPS_TAKEN, PASSES_DONE, PUSH = 27, 28, 29  # and the sum of DRAG over the steps
+STEPS_TAKEN, PASSES_DONE, PUSH = 27, 28, 29  # PUSH: sum of DRAG over the steps
 DECAY = 32  # exp(-t / DESCENT) at the stages, then its ratio to that at the start of a whole step,
 # s each; then accelerations at the stages, and where HAS_EARLIER is 1 those of the step before,
 # 3 s each
 GOES_ON, SOLVED, GIVEN_UP = 0.0, 1.0, 2.0  # of STATE
-MOST_PASSES_A_STEP = 64  # of one step
-FULL_STEP_FRACTION = 0.999  # of a step: what is shorter is the rest of one
-SMALL_CHANGE = 3e-13  # below this a change is assumed to shrink on at its last rate
-ROUNDING_CHANGE = (
-    1e-11  # changes below this that are not halved are taken for rounding errors of the wind
-)
+MOST_PASSES_A_STEP = 64  # at most
+FULL_STEP_FRACTION = 0.999  # of a step: a shorter one is the remainder of a step
+SMALL_CHANGE = 3e-13  # smaller changes are assumed to shrink further at their last rate
+ROUNDING_CHANGE = 1e-11  # smaller changes that are not halved are rounding errors of the wind
 PASS_OF_GRAINS = types.void(MATRIX, VECTOR)
 TINY = 1e-300
 
@@ -85,7 +92,7 @@ def curve_at(s):
 
 
 def solutions(B, z, right):
-    """x with (1 + z B) x = r for each r of several right-hand sides, all lanes.
+    """x with (1 + z B) x = r for each right-hand side r, in all lanes.
 
     No pivoting is needed for z >= 0 and the matrices B of Gauss points: the leading minors of
     1 + z B are positive.
@@ -111,9 +118,9 @@ def solutions(B, z, right):
 
 
 def newton_step(wind, drag, s, q, v, h, constants, decay, a, tables):
-    """New accelerations, the accelerations by the forces at the old ones, and the relative change.
+    """Corrected accelerations, those by the forces at the given ones, and the relative change.
 
-    q, v (3,) at the start, h; decay (s,), a (s, 3): lanes, or arrays of any one shape
+    q, v (3,) at the start, h, decay (s,) and a (s, 3) are lanes, or arrays of one shape.
     """
     B, AB, c, b, g = tables
     axes, stages = range(3), range(s)
@@ -173,7 +180,7 @@ def end_of_step(s, q, v, h, a, forced, tables, curve):
 def state_of(change, last, tries, tolerance):
     """GOES_ON, SOLVED or GIVEN_UP, from the changes of this pass and the last one; in lanes.
 
-    A small change is the last one where the next would be below the tolerance, as they shrink.
+    A step is also solved where a small change predicts that the next one is below the tolerance.
     """
     will_converge = (change <= SMALL_CHANGE) & (change * change <= tolerance * last)
     is_rounding = (change <= ROUNDING_CHANGE) & (change >= 0.5 * last)
@@ -191,7 +198,7 @@ def total(factors, values):
 
 
 class Rows:
-    """The rows of work, and the numbers, in an intrinsic for s stages."""
+    """Access to the rows of work, and to the numbers, in an intrinsic for s stages."""
 
     def __init__(self, s, context, builder, work, numbers):
         self.s, self.builder, self.work, self.numbers = s, builder, work.data, numbers.data
@@ -232,7 +239,7 @@ def begin_next_step(rows, ready, rate, from_one_step, from_two_steps):
         -1 / DESCENT
     once, twice
         coefficients of the accelerations at its stages, from those of one step or of two; after a
-        part of a step those at its last stage are taken
+        shortened step the accelerations at its last stage are the guess
     """
     s = rows.s
     last, before, has_earlier = (

@@ -1,7 +1,7 @@
 """Random numbers as a function of a key and a counter: Philox4x32-10.
 
-Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3, SC '11 (2011). A grain's
-numbers follow from its own number, whichever grains are drawn with it, and in whatever order.
+Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3, SC '11 (2011). The
+random numbers of a grain depend on its identifying number alone, not on other grains or the order.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from galvi.arrays import Array
 Words = npt.NDArray[np.uint64]  # each below 2^32
 PHILOX_ROUNDS = 10
 PHILOX_FACTORS = 0xD2511F53, 0xCD9E8D57
-KEY_STEPS = 0x9E3779B9, 0xBB67AE85  # of the two words of the key, each round
+KEY_STEPS = 0x9E3779B9, 0xBB67AE85  # added to the two words of the key in each round
 LOW_BITS = np.uint64(0xFFFFFFFF)
 WORD_BITS = np.uint64(32)
 
@@ -38,7 +38,7 @@ def philox(counter: Any, key: Any) -> Words:
 
 
 def uniforms(grains: Any, attempt: int, seed: int) -> Array:
-    """Four numbers (4, n) in (0, 1) for each grain (n,) by its number, and an attempt."""
+    """Four random numbers (4, n) in (0, 1) for each grain number (n,) and an attempt."""
     grain = np.asarray(grains, dtype=np.uint64)
     zero = np.zeros_like(grain)
     draws = philox(

@@ -25,14 +25,14 @@ DEPTH, HEIGHT = "optical depth", "height of the centre of mass [m]"
 
 @dataclass(frozen=True, eq=False)
 class ParticleShares:
-    """The shares of the super-particles in the statistics, (sizes, n), to be summed.
+    """The shares (sizes, n) of the super-particles in the statistics, which are their sums.
 
     Attributes
     ----------
     work
-        passes of the iteration times stages: evaluations of the wind
+        number of evaluations of the wind: passes of the iteration times stages
     unsolved
-        grains whose step equations were not solved, and whose shares are NaN
+        number of grains whose step equations were not solved; their shares are NaN
     """
 
     depth: Array
@@ -42,7 +42,7 @@ class ParticleShares:
 
     @property
     def grains(self) -> float:
-        """Super-particles of all sizes."""
+        """The number of super-particles of all sizes."""
         return float(self.depth.size)
 
     def shares_in(self, quantity: str) -> Array:
@@ -51,7 +51,7 @@ class ParticleShares:
 
 
 def particle_shares(clouds: Mapping[float, Cloud], method: Any, steps: int) -> ParticleShares:
-    """The answers of clouds by diameter, with the same number of super-particles each."""
+    """Run clouds, by diameter, with the same number of super-particles each; returns the shares."""
     runs = {diameter: cloud.flights(method, steps) for diameter, cloud in clouds.items()}
     return ParticleShares(
         np.array([_depth(run, clouds[d]) for d, run in runs.items()]),
@@ -67,7 +67,7 @@ def _depth(run: Flights, cloud: Cloud) -> Array:
 
 
 def _height(run: Flights, cloud: Cloud) -> Array:
-    """Shares in the height of all lifted mass, 0 for grains on the ground."""
+    """Shares in the height of the centre of all lifted mass, 0 for grains on the ground."""
     masses = [Emission(d, END_TIME, 1.0 / len(DIAMETERS)).mass for d in DIAMETERS]
     return cloud.emission.mass / sum(masses) / len(run.t) * run.q[:, 2]
 

@@ -39,8 +39,12 @@ SAMPLING, STEP_ERROR, GRAINS = "standard error", "error of the step", "super-par
 def step_errors(
     make_method: MakeMethod, quick: bool, grains: int, report: Report
 ) -> list[dict[str, Any]]:
-    """DEPTH and HEIGHT of grains of each size with their SAMPLING errors, and of each run OF_STEP
-    with `SAMPLING of it`, named in `study`; WORK and UNSOLVED."""
+    """Rows of the study of step errors.
+
+    DEPTH and HEIGHT of the finest run with their SAMPLING errors and numbers of GRAINS; for each
+    other run the STEP_ERROR of both with its standard error; WORK and UNSOLVED. The statistic is
+    named in `study`.
+    """
     clouds = {diameter: Cloud(diameter, grains=np.arange(grains)) for diameter in DIAMETERS}
     s, steps = QUICK_FINEST if quick else FINEST
     report(f"statistics, degree {s} in {steps} steps")
@@ -76,21 +80,21 @@ def compared() -> list[tuple[int, int]]:
 def _error_of_step(
     quantity: str, run: ParticleShares, best: ParticleShares, where: dict[str, Any]
 ) -> list[dict[str, Any]]:
-    """The error of the step, and its own standard error."""
+    """The rows of the error of the step and of its standard error."""
     difference = total(run.shares_in(quantity) - best.shares_in(quantity))
     values = {STEP_ERROR: difference.value, f"{SAMPLING} of it": difference.uncertainty or 0.0}
     return rows_of(values, study=quantity, **where)
 
 
 def sampling_error(table: pd.DataFrame, quantity: str, grains: float | None = None) -> float:
-    """The standard error with a number of grains; None: with those of the study."""
+    """The standard error of a statistic with a number of grains; None: the number of the study."""
     n = number(table, study=quantity, quantity=GRAINS)
     error = number(table, study=quantity, quantity=SAMPLING)
     return error * float(np.sqrt(n / (grains or n)))
 
 
 def cost_of(table: pd.DataFrame, quantity: str, s: int, level: float) -> Estimate:
-    """Evaluations for a grain with which the error of the step is at the level."""
+    """Evaluations of the wind for each grain at which the error of the step is at the level."""
     steps_and_errors = [
         series(table, "steps", study=study, quantity=name, n=s + 1)[1][::-1]
         for study, name in (

@@ -12,7 +12,7 @@ import pandas as pd
 
 import galvi
 from benchmarks.measures.defects import kept_components, largest_changes, map_symplecticity_defect
-from benchmarks.statistics.orders import BOUND, RESOLVED, orders
+from benchmarks.statistics.orders import BOUND, RESOLVED_RATIO, orders
 from benchmarks.statistics.repeated_run import repeated_run
 from benchmarks.statistics.timing import Timing, call_of, interleaved, warmed
 from benchmarks.work_precision.galvi_methods import InClock, Variational
@@ -33,14 +33,11 @@ COLUMNS = (
     "symplecticity", "seconds", "evaluations", "outcome", "setting", "steps", "fit", "theory",
     "note",
 )  # fmt: skip
-STATES = 128  # states, at most, in which changes of invariants are looked for
-TIMING_ROUNDS, ROUND_SECONDS, QUICK_ROUND_SECONDS = (
-    3,
-    0.05,
-    0.01,
-)  # rounds of timing, and seconds of a setting in each
+STATES = 128  # largest number of states of equal steps at which invariants are compared
+TIMING_ROUNDS = 3
+ROUND_SECONDS, QUICK_ROUND_SECONDS = 0.05, 0.01  # of a setting in each round
 COMPLETED, FAILED = "completed", "failed"
-ORDER_DISTANCE = 0.25  # of an order from that of theory
+ORDER_DISTANCE = 0.25  # of an order from the theoretical one
 TRUTH_NOTE = "the truth"  # note of the run that is the truth
 
 
@@ -75,18 +72,21 @@ def order_table(
     order          between this error and the one before
     fitted         the order fitted to the rows with `fit`; fitted_se its standard error; see
                    `benchmarks.statistics.orders.RULE`
-    energy         largest change at the states kept, up to STATES, relative to its size; at the end
-                   alone for a code that chooses its steps; NaN where the motion does not keep it
-    momentum       likewise of the components of angular and linear momentum that the motion keeps
+    energy         largest change at up to STATES states, at all steps in a clock and at the end
+                   alone for a code that chooses its steps, relative to its size; NaN where the
+                   motion does not conserve it
+    momentum       the same for the components of angular and linear momentum that the motion
+                   conserves
     symmetry       distance from the start after the run and another back from its end
     symplecticity  defect of one step from the start, relative
     seconds        median of interleaved rounds, of runs that are lengthened where they are short
                    and the motion keeps its energy, so that later parts take as long
-    evaluations    of the force; NaN where the code does not count
+    evaluations    number of evaluations of the force; NaN where the code does not count
     outcome        completed or failed
-    setting        as text; steps, the number of steps; fit, whether the fit rests on the row
-    theory         the method's order as it is known or declared; NaN where it is not
-    note           why the fit does not rest on the row, or why the run failed
+    setting        the setting as text; steps: the number of steps; fit: whether the fit uses the
+                   row
+    theory         the method's theoretical or declared order; NaN where it is unknown
+    note           reason why the fit does not use the row, or why the run failed
     """
     motion = accurate_motion(problem, duration, truth)
     conserved = {} if motion is None else kept_components(motion)
@@ -117,7 +117,8 @@ def order_table(
 
 
 def remarks(table: pd.DataFrame) -> list[str]:
-    """A sentence for each method whose order is not that of theory."""
+    """A sentence for each method whose fitted order differs from the theoretical one by more than
+    ORDER_DISTANCE and five standard errors."""
     sentences = []
     for name, rows in table.groupby("method", sort=False):
         order, error, theory = rows[["fitted", "fitted_se", "theory"]].iloc[0]
@@ -137,11 +138,11 @@ def _first_run(
     is_lengthened: bool,
     quick: bool,
 ) -> _Measured:
-    """The run whose states are kept, and the call that is timed, of the last state alone.
+    """Run a setting; returns its run, with states in between, and a call to time, without these.
 
     Parameters
     ----------
-    lengthened
+    is_lengthened
         whether a short run is timed by a longer one, since its later parts take as long
     """
     contender = participant.contender
@@ -165,8 +166,10 @@ def _first_run(
 
 
 def _with_states(contender: Any, setting: Setting) -> Setting:
-    """The setting that keeps states at up to STATES step ends; itself for a code that chooses its
-    steps, whose states in between are interpolated."""
+    """The setting that saves states at up to STATES step ends, in a clock at all.
+
+    The setting itself for a code that chooses its steps, as it interpolates states in between.
+    """
     if isinstance(contender, InClock):
         return {"step": setting["step"], "save_every": 1}
     if "step" not in setting:
@@ -231,7 +234,8 @@ def _row(
 
 
 def _theory(contender: Any, setting: Setting) -> float:
-    """The theoretical order of a method, its option "order" where it has one; NaN if unknown."""
+    """The theoretical or declared order of a method; with further options in its setting, the
+    option "order". NaN if unknown."""
     if isinstance(contender, InClock):
         return float(contender.method.order)
     if setting.keys() - {"step", "save_every"}:
@@ -248,7 +252,7 @@ def _or_nan(measure: Callable[..., float], *arguments: Any) -> float:
 
 
 def _round_trip(problem: Problem, duration: float, measurement: _Measured) -> float:
-    """Distance from the start after a run from the end and back; NaN where that fails."""
+    """Distance from the start after a run back from the end; NaN where that fails."""
     _, distance = measure_of(problem)
     contender: Any = measurement.participant.contender
     setting = {**measurement.setting, "step": -measurement.setting["step"]}
@@ -256,7 +260,7 @@ def _round_trip(problem: Problem, duration: float, measurement: _Measured) -> fl
     back = replace(problem, q0=run.q[-1], v0=run.v[-1], t0=problem.t0 + duration)
 
     def distance_from_start() -> float:
-        # a failure is no fault
+        # `trial`: a failure here is no fault of the integrator
         returned = getattr(contender, "trial", contender.run)(back, -duration, setting)
         return distance(returned.q[-1], problem.q0) if returned.success else math.nan
 
@@ -264,8 +268,11 @@ def _round_trip(problem: Problem, duration: float, measurement: _Measured) -> fl
 
 
 def _symplecticity(problem: Problem, measurement: _Measured) -> float:
-    """The defect of a step from the start: by galvi in clocks, whose phase space includes the time,
-    and in frames, whose runs take longer; otherwise by differences of runs."""
+    """The defect of a step from the start, by differences of runs; NaN where it is not defined.
+
+    In clocks, whose phase space includes the time, and in frames, where runs take longer, it is
+    galvi's own.
+    """
     contender, h = measurement.participant.contender, measurement.setting["step"]
     if isinstance(contender, InClock) or (
         isinstance(contender, Variational) and contender.method.in_frame
@@ -281,11 +288,11 @@ def _symplecticity(problem: Problem, measurement: _Measured) -> float:
 
 
 def _with_orders(table: pd.DataFrame, size: float, truth_error: float) -> pd.DataFrame:
-    """The table with the columns of orders of each method's equal steps."""
+    """The table with the columns fit, order, fitted and fitted_se of each method's equal steps."""
     table["fit"] = False
     table[["order", "fitted", "fitted_se"]] = np.nan
     is_bound = (
-        table["h"].isna() & (table["error"] <= RESOLVED * truth_error) & (table["note"] == "")
+        table["h"].isna() & (table["error"] <= RESOLVED_RATIO * truth_error) & (table["note"] == "")
     )
     table.loc[is_bound, "note"] = BOUND
     for _, rows in table.groupby("method", sort=False):

@@ -1,4 +1,4 @@
-"""The truth of an order table: given, exact, or the finest pair of runs."""
+"""The truth of an order table: passed by the user, by a named code, or the best one found."""
 
 from __future__ import annotations
 
@@ -30,13 +30,15 @@ DEGREE = 8  # of galvi's pair, where no method of a higher order is compared
 
 
 def truth_of_request(request: ConvergenceRequest, methods: Methods, report: Report) -> Truth:
-    """The configuration at the end, with its error and where it is from.
+    """The true configuration at the end, with its error and its source.
 
     Raises
     ------
     ValueError
-        For a truth of another shape, of a code that does not reach the end, and where there is
-        none.
+        For a function that raises or returns another shape, a code that takes equal steps or does
+        not reach the end, and where there is no truth.
+    ModuleNotFoundError
+        For a code that is not installed.
     """
     problem, duration, truth = request.problem, request.duration, request.truth
     if isinstance(truth, str):

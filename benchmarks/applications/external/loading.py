@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.store.foreign_texts import STARTS, visible
+from benchmarks.store.foreign_texts import FORMULA_STARTS, visible
 from references import REFERENCES
 
 METHODS = ("supports", "run")
@@ -56,7 +56,7 @@ def load_class(path: str) -> Any:
         raise ContenderError(
             f"the name of {path} must be words in one line, of {LONGEST} letters at most, none of "
             f"{MARKUP}, that do not begin with {RESERVED_NAME!r}, which are galvi's own methods, "
-            f"nor with a formula's {' '.join(STARTS[:4])}, "
+            f"nor with a formula's {' '.join(FORMULA_STARTS[:4])}, "
             "and that no other code of the suite "
             f"has; received {contender.name!r}"
         )
@@ -125,7 +125,7 @@ def _suggested_path(path: str, noun: str) -> str:
 def _is_name(name: str) -> bool:
     one_line = name.strip() and name.isprintable() and len(name) <= LONGEST
     word = " ".join(name.casefold().split())
-    is_reserved = word.startswith((RESERVED_NAME, *STARTS))
+    is_reserved = word.startswith((RESERVED_NAME, *FORMULA_STARTS))
     same_names = {code.name.casefold() for code in REFERENCES} & {
         word,
         word.partition(",")[0].rstrip(),

@@ -26,10 +26,7 @@ ORDER = "error in between"
 STEP_SIZES, LARGEST_RATIO = 9, 2.0  # step sizes: number, and largest ratio
 SMALLEST_SPAN = 4.0  # least ratio of the longest to the shortest step
 LARGEST_SPAN = 8.0  # the same where the errors stay above round-off
-LARGEST_FIRST_ERROR, SMALLEST_FIRST_ERROR = (
-    1e-2,
-    1e-6,
-)  # errors between which the fit begins
+LARGEST_FIRST_ERROR, SMALLEST_FIRST_ERROR = 1e-2, 1e-6  # the fit begins in between
 FIRST_ERROR_FACTOR = 10.0  # least ratio of the first error to SMALLEST_SPAN^p times the floor
 FEWEST_STEPS = 10  # of a run
 ERRATIC_RISES = (

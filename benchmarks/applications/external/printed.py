@@ -7,7 +7,7 @@ import threading
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 
-from benchmarks.store.foreign_texts import LONGEST, log_line
+from benchmarks.store.foreign_texts import LONGEST_LOG_LINE, log_line
 
 FIRST_LINES = 20  # lines that are kept
 READ_BYTES = 1 << 16  # bytes of a read
@@ -58,7 +58,7 @@ class Printed:
                 *completed, unfinished = (line + block).split(b"\n")
                 self.lines += len(completed)
                 self.first += map(_text, completed[: FIRST_LINES - len(self.first)])
-                line = unfinished[: 8 * LONGEST]  # more bytes than are shown
+                line = unfinished[: 8 * LONGEST_LOG_LINE]  # more bytes than are shown
         if line:
             self.lines += 1
             self.first += [_text(line)] if len(self.first) < FIRST_LINES else []

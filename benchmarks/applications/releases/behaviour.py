@@ -12,22 +12,22 @@ import numpy as np
 
 from benchmarks.applications.releases.own_run import SAMPLES, Motion, OwnRun
 from benchmarks.statistics.orders import orders
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from galvi.arrays import Array
 from galvi.kernels.constants import EPSILON
 from references.mujoco.own_model import WARNED
 
-ULPS = 2.0  # of the largest entry, by which each entry of a start is moved
-MOVED_STARTS = 4  # starts that are moved
-CHANGE_FLOORS = 20.0  # differences above so many floors are changes
+ULPS = 2.0  # each entry of a start is moved by so many ulp of the largest entry
+MOVED_STARTS = 4
+CHANGE_FLOORS = 20.0  # floors above which a difference is a change
 COARSER_LEVELS, STEP_LEVELS = 3, 7  # halvings of the step: from eight times the user's to an eighth
-LARGEST_ORDER_ERROR = 0.1  # largest standard error of an order that is seen
+LARGEST_ORDER_ERROR = 0.1  # largest standard error of an order that is reported
 COMPARED_SAMPLES = (2, 5, 9)  # samples at which accelerations are compared, beside the start
 
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Rows of numbers, (rows, n), and the floor of each: what rounding may move, (rows,)."""
+    """Values (rows, n), and the floor of each row, (rows,): the largest change by rounding."""
 
     values: Array
     floors: Array
@@ -42,17 +42,18 @@ class Behaviour:
     version
         such as "4.0.1"
     missing
-        a sentence why it cannot be installed or cannot do the run; "" where it can
+        reason why the release cannot be installed or cannot do the run; "" where it can
     failure
-        how the run fails in it: it diverges; "" where it comes to its end
+        a sentence on how the run diverges; "" where it reaches its end
     motion
         the user's run
     quantities
         positions, velocities and energy at SAMPLES times, accelerations at the start and STATES
     order, order_error
-        of the user's integrator over the first of SAMPLES parts of the run; NaN where none is seen
+        order of the user's integrator over the first of SAMPLES parts of the run, and its standard
+        error; NaN where none is found
     energy_change
-        the largest along the run, relative to its largest size
+        range of the energy along the run, relative to its largest magnitude
     """
 
     version: str
@@ -67,14 +68,14 @@ class Behaviour:
 
 @dataclass(frozen=True, eq=False)
 class ReleaseQuestions:
-    """The runs and states that each release is asked for.
+    """The runs and states that each release computes.
 
     Attributes
     ----------
     states
-        at which accelerations are compared, as (positions, velocities)
+        states (positions, velocities) at which accelerations are compared
     sizes
-        the largest position and velocity of the run
+        largest magnitude of a position and of a velocity in the run
     """
 
     run: OwnRun
@@ -83,8 +84,16 @@ class ReleaseQuestions:
 
     @classmethod
     def of(cls, run: OwnRun) -> ReleaseQuestions:
-        """The questions of a run, by the installed release; at its start only where the run
-        diverges. Raises NotHere where the release cannot do it, ValueError where nothing moves."""
+        """The questions of a run, from a run by the installed release; where that diverges, they
+        are at the start only.
+
+        Raises
+        ------
+        EnvironmentUnavailable
+            Where the installed release cannot do the run.
+        ValueError
+            Where nothing moves.
+        """
         (motion,) = run.answer([run.request()]).motions
         start = run.positions, run.velocities
         if _divergence(motion):
@@ -101,15 +110,18 @@ class ReleaseQuestions:
 
     @property
     def step_counts(self) -> list[int]:
-        """Numbers of steps in the first part of the run, coarse to fine; none where the integrator
-        chooses them."""
+        """Numbers of steps in the first part of the run, coarse to fine; empty where the integrator
+        chooses its steps."""
         if self.run.step is None:
             return []
         coarsest = max(1, round(self.run.steps / SAMPLES / 2**COARSER_LEVELS))
         return [coarsest * 2**k for k in range(STEP_LEVELS)]
 
     def behaviour_of(self, version: str, python: Path) -> Behaviour:
-        """The behaviour of a release, by this interpreter. Raises NotHere where it fails."""
+        """The behaviour of a release, run by this interpreter.
+
+        Raises EnvironmentUnavailable where the release cannot do the run.
+        """
         run, signs = self.run, np.random.default_rng(0)
         own_start = run.positions, run.velocities
         starts = [displaced(own_start, self.sizes, signs) for _ in range(MOVED_STARTS)]
@@ -157,14 +169,14 @@ class ReleaseQuestions:
     def _with_floors(
         self, values: Array, neighbours: Sequence[Array], steps_taken: int
     ) -> Quantity:
-        """The values of a run, with a floor at each sample: the largest spread and size until then,
-        infinite where a moved run diverges.
+        """The values of a run, with a floor at each sample.
 
-        A release that rounds otherwise is off by a new error in each step. No such error grows
-        to more than the spread, and together they grow as the root of the number of steps: FLOORS
-        floors are at least that root times the spread. Random errors of an ulp in each of 4e4 steps
-        of WHFast came to 0.05 floors; errors that go upwards more often than downwards, to 6, and
-        without the root to 60.
+        The floor is the largest spread of the moved runs, and of ULPS ulp, until then; infinite
+        where a moved run diverges. A release that rounds otherwise makes a new error in each step.
+        Each of them grows to the spread at most, and together they grow as the root of the number
+        of steps, so that CHANGE_FLOORS floors are at least that root times the spread. Random
+        errors of an ulp in each of 4e4 steps of WHFast came to 0.05 floors; errors that are more
+        often positive than negative, to 6, and without the root to 60.
         """
         size = np.abs(values).max(axis=1)
         spread = np.max(
@@ -179,8 +191,8 @@ class ReleaseQuestions:
     def _order(
         self, levels: Sequence[Motion], motion: Mapping[str, Quantity]
     ) -> tuple[float, float]:
-        """The order, by differences between runs at successive steps, relative to sizes, and its
-        standard error; NaN where differences do not show one."""
+        """The order, from differences between runs at successive steps, and its standard error; NaN
+        where there are no such runs or the differences show no order."""
         if not levels:
             return math.nan, math.nan
         names = dict(zip(("positions", "velocities"), self.sizes, strict=True))
@@ -202,12 +214,14 @@ class ReleaseQuestions:
 
 
 def _divergence(motion: Motion) -> str:
-    """A sentence on how a run diverges; "" where it does not. Raises NotHere where the release
-    could not do it."""
+    """A sentence on how a run diverges; "" where it does not.
+
+    Raises EnvironmentUnavailable where the release cannot do the run.
+    """
     if motion.failure.startswith(WARNED):
         return motion.failure
     if motion.failure:
-        raise NotHere(f"it cannot do your run: {motion.failure}")
+        raise EnvironmentUnavailable(f"it cannot do your run: {motion.failure}")
     is_finite = all(np.isfinite(values).all() for values in motion.quantities.values())
     return "" if is_finite else "its states are not finite."
 
@@ -215,7 +229,7 @@ def _divergence(motion: Motion) -> str:
 def displaced(
     state: tuple[Array, Array], sizes: Sequence[float], signs: np.random.Generator
 ) -> tuple[Array, Array]:
-    """Positions and velocities whose entries are off by ULPS of these sizes, up or down."""
+    """Positions and velocities whose entries are moved by ULPS ulp of these sizes, up or down."""
     q, v = (
         x + ULPS * EPSILON * size * signs.choice((-1.0, 1.0), x.size)
         for x, size in zip(state, sizes, strict=True)
@@ -224,7 +238,7 @@ def displaced(
 
 
 def _accelerations(rows: Sequence[Array]) -> Quantity:
-    """The accelerations at each state; their floors are the differences from its neighbours."""
+    """The accelerations at each state; the floors are the largest differences at moved states."""
     values, floors = [], []
     for k in range(0, len(rows), 1 + MOVED_STARTS):
         state_itself, *neighbours = rows[k : k + 1 + MOVED_STARTS]

@@ -16,16 +16,17 @@ from galvi.systems.lagrangian import momentum_at
 
 @dataclass(frozen=True, eq=False)
 class RunTruth:
-    """States at the times at which a run is compared.
+    """The true states at the times at which a run is compared.
 
     Attributes
     ----------
     trajectory
-        of the best source, after the start
+        states of the best source, after the start
     source, confirmed_by
         labels of the best source and of the second one; "" where no second one reaches the end
     disagreement
-        the largest distance of a part of the model between the two; NaN without a second one
+        largest distance of a part of the model between the two at any time; NaN without a second
+        one
     """
 
     kind: Kind
@@ -35,7 +36,7 @@ class RunTruth:
     disagreement: float
 
     def error(self, motion: Motion) -> float:
-        """The largest distance of a part of the model from its true place, at any sample."""
+        """The largest distance of a part of the model from its true position, at any sample."""
         truth, system = self.trajectory, self.trajectory.problem.system
         if hasattr(system, "from_mujoco"):
             q, v = system.from_mujoco(motion.positions, motion.velocities)
@@ -48,7 +49,7 @@ class RunTruth:
 
 
 def truth_of(run: OwnRun) -> tuple[RunTruth | None, str]:
-    """The truth, and a sentence why there is none, or ""."""
+    """The truth and ""; None and the reason, as a sentence, where there is none."""
     if run.model is None:
         return None, f"There is no truth to compare with: {run.unread}"
     try:

@@ -20,30 +20,30 @@ from benchmarks.applications.releases.requirements import (
     listed,
 )
 from benchmarks.applications.releases.run_truth import RunTruth, truth_of
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from galvi.arrays import Array
 
-ORDER_CHANGE = 0.5  # by which orders differ that are not the same
-ONE_RELEASE_SUFFIXES = (
-    ".mjb",
-    ".mjz",
-)  # compiled models, and archives that older releases cannot read
+ORDER_CHANGE = 0.5  # orders that differ by more are not the same
+# compiled models, and archives that older releases cannot read
+ONE_RELEASE_SUFFIXES = (".mjb", ".mjz")
 
 
 @dataclass(frozen=True)
 class Difference:
-    """The largest difference of a quantity between two releases, of its changes if there are any.
+    """The largest difference of a quantity between two releases; of differences that are changes,
+    if there are any.
 
     Attributes
     ----------
     quantity
         positions, velocities, energy, accelerations
     sample
-        number of the row, from 0
+        index of the row
     size, relative
-        the largest of an entry, and that relative to the largest entry of the earlier release
+        largest difference of an entry, and its ratio to the row's largest entry in the earlier
+        release
     floors
-        in units of the floor
+        the difference in units of the floor
     """
 
     quantity: str
@@ -54,20 +54,20 @@ class Difference:
 
     @property
     def is_change(self) -> bool:
-        """Whether it is more than rounding."""
+        """Whether it is larger than CHANGE_FLOORS floors."""
         return self.floors > CHANGE_FLOORS
 
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """From one release to the next."""
+    """The step from one release to the next."""
 
     earlier: Behaviour
     later: Behaviour
 
     @property
     def differences(self) -> list[Difference]:
-        """The difference of each quantity; none where one of the two fails."""
+        """The largest difference of each quantity; empty where the run fails in a release."""
         before, after = self.earlier.quantities, self.later.quantities
         if before is None or after is None:
             return []
@@ -83,7 +83,7 @@ class Step:
 
     @property
     def order_changed(self) -> bool:
-        """Whether both show an order and the orders differ."""
+        """Whether both show an order and the orders differ by more than ORDER_CHANGE."""
         return abs(self.earlier.order - self.later.order) > ORDER_CHANGE
 
     @property
@@ -93,7 +93,7 @@ class Step:
 
     @property
     def changed(self) -> bool:
-        """Whether the run changed; a changed order, of other steps, does not count alone."""
+        """Whether the run changed; a change of the order alone, measured at other steps, is none."""
         return self.failure_changed or any(difference.is_change for difference in self.differences)
 
 
@@ -115,9 +115,9 @@ class Versions:
     Attributes
     ----------
     behaviours
-        by version, oldest first, also those that are missing
+        behaviours by version, oldest first, including missing ones
     truth
-        None where there is none; then ``reason_without_truth`` is a sentence why
+        the truth of the run; None where there is none, for the `reason_without_truth`
     """
 
     run: OwnRun
@@ -133,7 +133,7 @@ class Versions:
 
     @property
     def steps(self) -> list[Step]:
-        """Between each release that is not missing and the next."""
+        """The steps between successive releases that are not missing."""
         present = [behaviour for behaviour in self.behaviours.values() if not behaviour.missing]
         return [Step(*pair) for pair in pairwise(present)]
 
@@ -156,16 +156,16 @@ def compare_releases(
     Parameters
     ----------
     halved
-        whether releases between the first and the last of them are tried too, so that each change
-        is between neighbours
+        whether further releases between the first and the last are run, by bisection, so that each
+        change is between neighbours
     folder
-        in which environments are made, one after the other, and removed
+        folder in which environments are made, one after the other, and removed
 
     Raises
     ------
     ValueError
         Where fewer than two releases can do it, or the file is of one release only.
-    NotHere
+    EnvironmentUnavailable
         Where the installed release cannot do it.
     """
     file = Path(run.job.get("file", ""))
@@ -212,15 +212,17 @@ def _behaviour(questions: ReleaseQuestions, version: str, folder: Path) -> Behav
     try:
         with interpreter(questions.run.package, version, folder) as python:
             return questions.behaviour_of(version, python)
-    except (NotHere, ValueError) as error:  # ValueError: other coordinates, no JSON
+    except (EnvironmentUnavailable, ValueError) as error:  # ValueError: other coordinates, no JSON
         return Behaviour(version, " ".join(str(error).split()))
 
 
 def _halve(
     package: str, ends: Sequence[str], behaviour_of: Callable[[str], Behaviour]
 ) -> list[str]:
-    """Try releases between the two, until each change is between neighbours that can be tried;
-    returns a note where an end is missing, so that there is nothing to halve."""
+    """Run releases between the two ends until each change is between neighbours that can be run.
+
+    Returns no notes, or one where an end is missing, so that there is nothing to halve.
+    """
     earlier, later = behaviour_of(ends[0]), behaviour_of(ends[-1])
     missing = [behaviour for behaviour in (earlier, later) if behaviour.missing]
     if missing:

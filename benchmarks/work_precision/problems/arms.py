@@ -28,10 +28,7 @@ from references.mujoco.steps import (
 from references.scipy.ivp import DOP853, ODE45
 from references.scipy.ivp import TIGHT as TIGHTEST
 
-TIGHT, SECOND_TOLERANCE = (
-    1e-13,
-    1e-12,
-)  # tolerances of the truth, and of what its error is taken from
+TIGHT, SECOND_TOLERANCE = 1e-13, 1e-12  # of the truth, and of the run that gives its error
 RK4_STEPS, FIRST_ORDER_STEPS = (200, 800, 3200, 12_800), (2000, 16_000)
 FIRST_ORDER = (MUJOCO_EULER, MUJOCO_IMPLICIT, MUJOCO_IMPLICITFAST, MUJOCO_DISCRETE)
 

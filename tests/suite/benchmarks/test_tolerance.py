@@ -31,7 +31,7 @@ from benchmarks.applications.releases.tolerance import (
     measure,
     moved_runs,
 )
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from galvi.interop.judge import JudgeRequest
 from tests.suite.benchmarks.planted_releases import EULER, FAILS, ROUNDS_MODEL, planted
 
@@ -466,7 +466,9 @@ def test_a_release_that_moves_otherwise_is_not_in_the_bound_and_one_that_rounds_
 
 def test_a_run_that_fails_has_no_tolerance_and_failing_neighbours_no_bound(run_of, tmp_path):
     blown = run_of("box", qvel=[0.0] * 5 + [1e12])
-    with pytest.raises(NotHere, match="your run fails, so that there is nothing to compare"):
+    with pytest.raises(
+        EnvironmentUnavailable, match="your run fails, so that there is nothing to compare"
+    ):
         measured(blown, tmp_path)
     run = run_of("box")
     (motion,) = run.answer([run.request()]).motions

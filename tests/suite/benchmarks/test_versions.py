@@ -18,7 +18,7 @@ from benchmarks.applications.releases.requirements import (
 )
 from benchmarks.applications.releases.requirements import requirement as required
 from benchmarks.applications.releases.versions import Versions, compare_releases
-from benchmarks.store.isolated_environment import NotHere
+from benchmarks.store.isolated_environment import EnvironmentUnavailable
 from galvi.interop.judge import JudgeRequest
 from references.mujoco.body import mujoco_body
 from reports.tables.versions import changes, rows, sentences
@@ -304,8 +304,8 @@ def test_releases_are_read_and_ordered_by_age_and_others_refused(monkeypatch):
     assert required("mujoco", "3.17.0") == "mujoco==3.17.0"
     assert sorted(["3.10.0", "3.6.0", "2.3.1.post1", "2.3.1"], key=by_age)[0] == "2.3.1"
     printed = {"mujoco": "Available versions: 3.10.0, 3.6.0, 3.6.0rc1", "mujoco-core": "none"}
-    monkeypatch.setattr(requirements, "finished", lambda command: printed[command[-1]])
-    with pytest.raises(NotHere, match="no releases of mujoco-core"):
+    monkeypatch.setattr(requirements, "output_of", lambda command: printed[command[-1]])
+    with pytest.raises(EnvironmentUnavailable, match="no releases of mujoco-core"):
         listed("mujoco")
     printed["mujoco-core"] = "mujoco-core (4.0.1)\nAvailable versions: 4.0.1, 4.0.0\n"
     assert listed("mujoco") == ["3.6.0", "3.10.0", "4.0.0", "4.0.1"]

@@ -23,7 +23,7 @@ from benchmarks.applications.kit.point_masses import (
     all_point_masses,
 )
 from benchmarks.applications.kit.truths import LARGEST_DISAGREEMENT, Source, agreed_truth
-from benchmarks.store.isolated_environment import NotHere, environment
+from benchmarks.store.isolated_environment import EnvironmentUnavailable, environment
 from references import IAS15, MUJOCO_RK4
 from reports.tables import kit as kit_files
 
@@ -312,7 +312,7 @@ def test_the_whole_kit_is_small_its_tests_pass_and_an_old_mujoco_fails(ask, tmp_
     try:
         with environment(OLD, tmp_path / "old") as python:
             status, text = ran(kit_folder, "mujoco", str(python))
-    except NotHere as error:
+    except EnvironmentUnavailable as error:
         pytest.skip(f"{OLD} cannot be installed here: {error}")
     turning = {
         (model.name, "integrator='RK4'")
