@@ -21,7 +21,7 @@ class Coverage:
 
     @property
     def is_plausible(self) -> bool:
-        """Whether as many misses have at least the probability CHANCE; True without orders."""
+        """Whether as many misses have at least the LEAST_PROBABILITY; True without orders."""
         from scipy.stats import binom  # half a second
 
         return (

@@ -71,7 +71,7 @@ def residual_norms(
 
 
 def _nodes(starts: Array, stops: Array) -> tuple[Array, Array]:
-    """Gauss points and weights of each interval, (K, POINTS)."""
+    """Gauss points and weights of each interval, (K, GAUSS_POINTS)."""
     x, w = leggauss(GAUSS_POINTS)
     half = 0.5 * (stops - starts)[:, None]
     return starts[:, None] + half * (1.0 + x), half * w

@@ -72,7 +72,7 @@ def map_symplecticity_defect(problem: Problem, step: StepMap) -> float:
     """Largest entry of DF^T W1 DF - W0 over |DF|^2 for a step (q0, p0) -> (q1, p1), differenced
     with order eight, to about 1e-12; it shares no code with `galvi.symplecticity_defect`.
 
-    NaN where a step fails, where the differences would take more than LONGEST seconds, and for
+    NaN where a step fails, where the differences would take more than MOST_SECONDS, and for
     massless bodies, whose momenta are no coordinates.
     """
     system: Any = problem.system

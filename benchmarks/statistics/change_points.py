@@ -20,8 +20,8 @@ CHANGE_RULE = (
     "A change is marked where a rank test between the values before and after it, corrected for "
     f"the number of candidates, gives p below {SIGNIFICANCE}, and the medians differ by more than "
     f"{100 * LEAST_CHANGE:.0f} %, with at least {FEWEST_POINTS} runs on either side. Counts are "
-    "exact: every difference is marked. Errors: every difference beyond the benchmark's tolerance is "
-    "marked."
+    "exact: every difference is marked. Errors: every difference beyond the benchmark's tolerance "
+    "is marked."
 )
 
 

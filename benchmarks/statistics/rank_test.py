@@ -74,7 +74,8 @@ def holm(p_values: Mapping[str, float], level: float = SIGNIFICANCE) -> set[str]
 
 
 def samples_needed(benchmarks: int, level: float = SIGNIFICANCE) -> int:
-    """Samples per side with which complete separation passes Holm's first step by SPARE."""
+    """Samples per side with which complete separation passes Holm's first step by the factor
+    SIGNIFICANCE_MARGIN; at least FEWEST_SAMPLES."""
     count = FEWEST_SAMPLES
     while 1.0 / math.comb(2 * count, count) >= level / (max(1, benchmarks) * SIGNIFICANCE_MARGIN):
         count += 1

@@ -76,8 +76,8 @@ def repeated_run(
 #
 # A run of a few hundred microseconds cannot be lengthened where its later parts would take another
 # time, as in chaotic motion, or where coordinates grow that a tolerance is relative to. A run of
-# one step at the same setting is timed in turn with it and subtracted. The difference is the time of
-# n - 1 steps, so it is multiplied by n / (n - 1).
+# one step at the same setting is timed in turn with it and subtracted. The difference is the time
+# of n - 1 steps, so it is multiplied by n / (n - 1).
 
 FEWEST_REPEATS, ENOUGH_SECONDS = 5, 0.02  # repeats, fewer where they take longer than this
 ONE_STEP_FRACTION = 1e-6  # of the duration: a run of one step by a contender that chooses its steps

@@ -18,7 +18,7 @@ ROUNDS = 3
 
 
 class Case(NamedTuple):
-    """A method on a problem, with `steps` steps of size `step`, and events that are sought."""
+    """A method on a problem, with `steps` steps of size `step`, and events to search for."""
 
     problem: Problem
     method: galvi.Galerkin
@@ -28,7 +28,7 @@ class Case(NamedTuple):
 
 
 class Cost(NamedTuple):
-    """A finished run of a case, and its time in seconds."""
+    """The run of a case, and its time in seconds."""
 
     case: Case
     run: Trajectory
@@ -46,11 +46,11 @@ class Column:
     Attributes
     ----------
     name
-        in cost.csv
+        name in cost.csv
     value
-        Cost -> value
+        function of a Cost that returns the value
     heading
-        on the page; "" for a column that is in cost.csv only
+        heading on the page; "" for a column that is in cost.csv only
     kind
         "text", "number" or "seconds"
     """
@@ -145,7 +145,8 @@ def cost_table(
 
 
 def _cases(quick: bool) -> list[Case]:
-    """Gauss collocation at practical steps, H's methods at H's steps, clocks, events, forces."""
+    """The cases: Gauss collocation at practical steps, H's methods at H's steps, clocks, events and
+    forces."""
     oscillator, kepler = galvi.problems.harmonic_oscillator(), galvi.problems.kepler(0.6)
     planets = galvi.problems.solar_system()
     springs = galvi.problems.fermi_pasta_ulam_tsingou()
@@ -154,11 +155,11 @@ def _cases(quick: bool) -> list[Case]:
         *((kepler, _gauss(s), math.tau / k, steps) for s, k in ((2, 256), (4, 64), (8, 24))),
         (kepler, _gauss(16), math.tau / 8, steps),
         *((planets, _gauss(s), h, steps) for s, h in ((4, 4.0), (8, 8.0), (16, 32.0))),
-        (oscillator, _gauss_of_hall_and_leok(16), 20.0, 1000),
-        (oscillator, _gauss_of_hall_and_leok(24), 20.0, 1000),
-        (kepler, _gauss_of_hall_and_leok(8), 2.0, 1000),
-        (kepler, _gauss_of_hall_and_leok(32), 2.0, 1000),
-        (planets, _gauss_of_hall_and_leok(25), 100.0, 100),
+        (oscillator, _oversampled_gauss(16), 20.0, 1000),
+        (oscillator, _oversampled_gauss(24), 20.0, 1000),
+        (kepler, _oversampled_gauss(8), 2.0, 1000),
+        (kepler, _oversampled_gauss(32), 2.0, 1000),
+        (planets, _oversampled_gauss(25), 100.0, 100),
         (planets, _gauss(16, galvi.KeplerFrame()), 32.0, steps),
         (galvi.problems.outer_solar_system(), _gauss(16, galvi.KeplerFrame()), 400.0, steps),
         (springs, _gauss(8, galvi.HarmonicFrame()), 2.0, steps // 5),
@@ -212,6 +213,6 @@ def _gauss(degree: int, *chart: Any) -> galvi.Galerkin:
     return galvi.Galerkin(galvi.Polynomials(degree), galvi.gauss(degree), *chart)
 
 
-def _gauss_of_hall_and_leok(n: int) -> galvi.Galerkin:
+def _oversampled_gauss(n: int) -> galvi.Galerkin:
     """H's choice: n basis functions, Gauss with 2 n points."""
     return galvi.Galerkin(galvi.Polynomials(n - 1), galvi.gauss(2 * n))

@@ -1,4 +1,4 @@
-"""Errors to rely on: not one lucky end, and not below what the truth can tell."""
+"""Errors that are neither small by chance at one end nor below the resolution of the truth."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import math
 import numpy as np
 import pandas as pd
 
-FINENESS_PATTERN = r"\b(?:step|epsilon|tolerance)=([\d.e+-]+)"  # the first of a setting
+FINENESS_PATTERN = r"\b(?:step|epsilon|tolerance)=([\d.e+-]+)"  # the first match in a setting
 
 
 def dependable(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of a comparison with the `error` that counts; unchanged where they have it.
+    """The rows of a comparison with the `error` that counts; unchanged if they have `own_error`.
 
-    An error at one time may be small by chance. It counts as the larger of `own_error`, that of the
-    run, and that of the next finer setting, which differs by a smaller step (or tolerance) alone;
-    round-off that grows from there on is not held against it. None is below `resolution`:
-    `error_is_bound` where it would be.
+    An error at one time may be small by chance. The larger of `own_error`, that of the run, and of
+    the error of the next finer setting counts, which differs by a smaller step (or tolerance)
+    alone; errors of still finer settings do not count. `error` is at least the `resolution`, and
+    `error_is_bound` tells where it is that.
     """
     if "own_error" in table:
         return table
@@ -33,15 +33,15 @@ def dependable(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def resolution(runs: pd.DataFrame) -> float:
-    """The least error that one problem's truth resolves: ten times its own error; 0 where that is
+    """The least error that a problem's truth resolves, ten times its own error; 0 where that is
     unknown."""
     truth_error = float(runs["truth_error"].max()) if "truth_error" in runs else math.nan
     return 0.0 if math.isnan(truth_error) else 10.0 * truth_error
 
 
 def error_is_bound(table: pd.DataFrame, runs: pd.DataFrame) -> pd.Series:
-    """Whether each `error` of a table is a bound alone: no larger than its problem's `resolution`
-    in these runs."""
+    """Whether each `error` of a table is at most the `resolution` of its problem in these runs, and
+    so a bound only."""
     return table["error"] <= _resolutions(table, runs)
 
 

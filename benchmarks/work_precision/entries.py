@@ -23,7 +23,7 @@ from benchmarks.work_precision.problem import (
 from galvi import Problem
 from references import Contender
 
-SECOND_VALUE, MIDDLE_VALUES = slice(1, 2), slice(1, 3)  # which settings a quick form keeps
+SECOND_VALUE, MIDDLE_VALUES = slice(1, 2), slice(1, 3)  # values that the quick form keeps
 
 
 class Entry(NamedTuple):
@@ -32,15 +32,15 @@ class Entry(NamedTuple):
     Attributes
     ----------
     values
-        whole numbers of steps, or tolerances
+        numbers of steps if all are int, otherwise tolerances
     label
-        the contender's name where empty
-    few
-        which of the values a quick form keeps, all where that leaves none
-    early
-        whether galvi's iterations are stopped early too, but in the quick form
+        label in tables; "" for the contender's name
+    quick_values
+        slice of the values that the quick form keeps; all where that is empty
+    stops_early_too
+        whether settings are added that stop galvi's iterations early, except in the quick form
     options
-        of every setting
+        options of every setting
     """
 
     contender: Contender
@@ -51,7 +51,7 @@ class Entry(NamedTuple):
     options: Mapping[str, Any] = {}
 
     def participant(self, duration: float, quick: bool) -> Participant:
-        """With its settings, from coarse to fine."""
+        """The contender with its settings, from coarse to fine."""
         values = self.values[self.quick_values] or self.values if quick else self.values
         are_steps = all(isinstance(number, int) for number in values)
         settings: list[Setting] = (
@@ -66,7 +66,7 @@ class Entry(NamedTuple):
 
 
 def galvi_entries(counts: Mapping[int, Sequence[int]], **fields: Any) -> list[Entry]:
-    """Gauss collocation by its degree, with numbers of steps; `fields` of every Entry."""
+    """Entries of Gauss collocation from degree -> numbers of steps; `fields` are fields of each."""
     return [
         Entry(gauss_collocation(degree), steps, galvi_label(degree), **fields)
         for degree, steps in counts.items()
@@ -100,20 +100,20 @@ def truth_to_rounding(
     quantity: str,
     size: float | None = None,
 ) -> Callable[[], Truth]:
-    """The truth of a reference that errs by the rounding of its numbers.
+    """A function that returns the truth of a reference whose error is the rounding of its numbers.
 
     Parameters
     ----------
     of
-        what is rounded, in words
+        the rounded numbers in words
     size
-        of the numbers; None for the largest
+        size of the numbers; None for that of the largest
     """
 
     def truth() -> Truth:
         run = reference.run(problem, duration, {"samples": 1})
         largest = float(np.max(np.abs(run.q[-1]))) if size is None else size
-        description = run.method.removesuffix(" samples=1")  # which closed forms tell
+        description = run.method.removesuffix(" samples=1")  # closed forms name their samples
         return Truth(
             run.q[-1], 0.5 * EPS * largest, f"{description}; to the rounding of the {quantity}"
         )

@@ -21,7 +21,7 @@ COLUMNS = (
     *("problem", "contender", "error", "settings", "seconds", "ratio", "low", "high"),
     *("noise_low", "noise_high", "outcome", "closer"),
 )
-CLOSER_FACTOR = 10.0  # times as accurate as asked: what is more is said
+CLOSER_FACTOR = 10.0  # runs that are this many times as accurate as requested are marked
 
 
 def front(table: pd.DataFrame) -> pd.DataFrame:
@@ -36,15 +36,18 @@ def front(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def front_indices(rows: pd.DataFrame) -> list[Any]:
-    """Of the rows with error and time those that no other beats in both, by falling error."""
+    """Indices, by increasing time, of the rows with error and time that no other row beats in
+    both."""
     usable = rows[(rows["error"] > 0.0) & (rows["seconds"] > 0.0)]
     ordered = usable.sort_values(["seconds", "error"])["error"]
     return list(ordered.index[ordered < ordered.cummin().shift(fill_value=math.inf)])
 
 
 def fastest(rows: pd.DataFrame, target: float) -> pd.Series | None:
-    """The row of least `seconds` among those that were run and reach the error; of contenders that
-    do not, that of the run that is the truth; None without either."""
+    """The row of least `seconds` among those that reach the error.
+
+    Where none does, the row of the run that is the truth; None without such a row.
+    """
     seconds, error = rows["seconds"].to_numpy(float), rows["error"].to_numpy(float)
     eligible = (seconds > 0.0) & (error > 0.0) & (error <= target)
     if not eligible.any():
@@ -62,8 +65,8 @@ def seconds_at(errors: Sequence[float], seconds: Sequence[float], target: float)
 def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
     """Times at equal error: one row of COLUMNS for each problem, contender and error.
 
-    settings   of the contender's fastest run that reaches the error
-    seconds    its time
+    settings   settings of the contender's fastest run that reaches the error
+    seconds    time of this run
     ratio      this time over that of galvi's fastest (above 1: galvi is faster), the median over
                the rounds that both took part in, for galvi's own the ratio of the medians, by
                which the fastest is chosen; 'not reached' where no run of the contender
@@ -71,8 +74,8 @@ def ratios(table: pd.DataFrame, errors: Sequence[float]) -> pd.DataFrame:
     low, high  the ratio's interval; NaN where the two shared too few rounds
     noise_low, noise_high  that of galvi's run against itself in these rounds
     outcome    of both intervals, see `benchmarks.statistics.paired`
-    closer     how many times as accurate as asked the loosest of its runs is that reach the error,
-               where these are more than CLOSER: a looser one might take less time
+    closer     ratio of the requested error to the largest error of its runs that reach it, where
+               that exceeds CLOSER_FACTOR: a looser setting might take less time
 
     Rows of contender 'galvi, best' hold galvi's time and, as ratio, 1. A contender whose run is the
     truth has that run's time at errors that no other run of it reaches.

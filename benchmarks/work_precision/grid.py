@@ -1,9 +1,9 @@
-"""Equal chances: settings added until no code's front has a gap of more than half a decade.
+"""Add settings until no code's front has a gap of more than half a decade.
 
 Every code is treated alike. Between two neighbours of its front whose errors differ by more than
-GAP, their lines (settings that differ in the step or the tolerance alone) get the geometric mean of
-neighbouring settings; at either end, settings are added until the largest error asked for is just
-missed, or the smallest is reached.
+LARGEST_GAP, their lines (settings that differ in the step or the tolerance alone) get the geometric
+mean of neighbouring settings. At either end settings are added until the largest of ERRORS is
+exceeded, or the smallest is reached.
 """
 
 from __future__ import annotations
@@ -35,13 +35,14 @@ Add = Callable[[str, Setting], None]
 
 
 def fineness_of(setting: Setting) -> tuple[str, float]:
-    """The key that says how fine a setting is, and its value; ('', NaN) without one."""
+    """The first of FINENESS_KEYS in a setting, and its value; ('', NaN) without one."""
     key = next((name for name in FINENESS_KEYS if name in setting), "")
     return key, float(setting[key]) if key else math.nan
 
 
 def with_fineness(setting: Setting, value: float, duration: float) -> Setting:
-    """The setting with another step, so that the run ends where it should, or tolerance."""
+    """The setting with another tolerance, or another step, rounded so that steps fill the
+    duration."""
     key, _ = fineness_of(setting)
     if "save_every" not in setting:
         return {**setting, key: value}
@@ -50,13 +51,14 @@ def with_fineness(setting: Setting, value: float, duration: float) -> Setting:
 
 
 def line_of(setting: Setting) -> tuple[Any, ...]:
-    """What the settings of a line share: all entries but the step or the tolerance."""
+    """The entries that the settings of a line share: all but the step or the tolerance."""
     key, _ = fineness_of(setting)
     return tuple(sorted((k, v) for k, v in setting.items() if k not in (key, "save_every")))
 
 
 def neighbour(key: str, value: float, line: Sequence[float], finer: bool) -> float:
-    """Halfway from a value to the next of its line, or beyond its end; 0 where it is close."""
+    """The geometric mean of a value and the next of its line, or a value beyond the line's end; 0
+    where the next value is close."""
     further = [v for v in line if (v < value if finer else v > value)]
     if further:
         adjacent = max(further) if finer else min(further)
@@ -77,7 +79,7 @@ def settings_to_add(
     Parameters
     ----------
     runs
-        its rows so far, with `dependable` errors; a row's index is a key of `settings`
+        its current rows, with `dependable` errors; a row's index is a key of `settings`
     """
     lines = {
         index: (contender, line_of(setting)) for index, (contender, setting) in settings.items()
@@ -120,8 +122,10 @@ def settings_to_add(
 def _holes(
     errors: pd.Series, points: Sequence[Any], lines: Mapping[Any, Any]
 ) -> Iterator[tuple[Any, Any, float]]:
-    """(coarser, finer, decades between their errors) of neighbours by error on the lines of each
-    two neighbours of the front, as far as the decades are asked for."""
+    """Yield (coarser, finer, decades between their errors within the range of ERRORS).
+
+    They are neighbours by error among the settings on the lines of two neighbours of the front.
+    """
     for a, b in pairwise(points):
         between = errors[[line in (lines[a], lines[b]) for line in map(lines.get, errors.index)]]
         between = between[(between <= errors[a]) & (between >= errors[b])]
@@ -137,14 +141,14 @@ def add_settings(
     duration: float,
     add: Add,
 ) -> None:
-    """Add settings to each code until nothing is wanted, or its share is used up.
+    """Add settings to each code until none is missing, or its limits are reached.
 
     Parameters
     ----------
     current_rows
-        () -> the rows so far, of which the index is a key of `settings`
+        function that returns the current rows, whose index is a key of `settings`
     add
-        (contender, setting): runs it and enters it in both
+        function (contender, setting) that runs a setting and adds it to the rows and to `settings`
     """
     spent: dict[str, float] = {}
     added: dict[str, int] = {}
@@ -168,10 +172,12 @@ def add_settings(
 
 
 def gaps(table: pd.DataFrame) -> pd.DataFrame:
-    """problem, code, settings, gap, above: for each code the number of its settings with an error,
-    and the widest gap at its front among the errors asked for, in decades, above which error: where
-    none of the settings lies that the lines of the two neighbours have, or up to the largest error
-    asked for no setting at all."""
+    """The widest gap of each code on each problem: problem, code, settings, gap, above.
+
+    settings is the number of settings with an error; gap the widest interval of errors, in decades
+    and within ERRORS, between neighbours of the front without a setting on their lines, or from the
+    largest error to the largest of ERRORS; above is its lower end.
+    """
     rows = []
     text = table["settings"].fillna("").astype(str)
     lines = table["contender"] + text.str.replace(FINENESS_PATTERN, "", n=1, regex=True)

@@ -25,7 +25,7 @@ from references import Contender, reference
 from references.newton import is_differenced
 from references.rebound import ias15, leapfrog, saba, whfast, whfast512
 
-GALVI_DEGREES = (4, 8, 12)  # degrees
+GALVI_DEGREES = (4, 8, 12)
 FIXED: Mapping[str, Mapping[str, Any]] = {  # of equal steps, with their best options
     "REBOUND WHFast": whfast.BEST,
     "REBOUND SABA": saba.BEST,
@@ -69,10 +69,10 @@ LARGEST_ERROR, SMALLEST_ERROR = 0.1, 1e-13  # relative errors between which sett
 def own_problem(
     problem: Problem, duration: float, quick: bool = False, report: Report = lambda sentence: None
 ) -> WorkPrecisionProblem:
-    """galvi and every other code here that takes the problem, at settings found by trying them.
+    """galvi and every other installed code that supports the problem, at settings found by trials.
 
-    Steps are halved from where a contender is within a tenth of the motion until it is as accurate
-    as the truth, or takes PATIENCE.
+    Steps are halved from where the error is a tenth of the motion until a contender is as accurate
+    as the truth, or its trials take LADDER_SECONDS.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def own_problem(
 
 
 def peers(problem: Problem) -> list[Contender]:
-    """Every code but galvi that is installed and takes the problem."""
+    """Every code but galvi that is installed and supports the problem."""
     contenders = (reference(name) for name in (*FIXED, *ADAPTIVE))
     return [contender for contender in contenders if can_run(contender, problem)]
 
@@ -129,14 +129,15 @@ def ladder(
     quick: bool = False,
     options: Mapping[str, Any] | None = None,
 ) -> list[Setting]:
-    """Settings of equal steps, each of half the step of the one before, found by trying them: from
-    where the contender is within a tenth of the motion until it is as accurate as the truth, or
-    takes PATIENCE.
+    """Settings of equal steps found by trials, each with half the step of the one before.
+
+    They begin where the error is a tenth of the motion, and end where it is that of the truth, or
+    the trials take LADDER_SECONDS.
 
     Parameters
     ----------
     options
-        entries of each setting; None for its best here
+        further entries of each setting; None for those in FIXED
     """
     options = FIXED.get(contender.name, {}) if options is None else options
     return _Ladder(problem, duration, contender, options, truth, quick).settings()
@@ -144,7 +145,7 @@ def ladder(
 
 @dataclass
 class _Ladder:
-    """Numbers of equal steps that a contender may be shown at, found by trying them."""
+    """The search for the numbers of equal steps of a contender."""
 
     problem: Problem
     duration: float
@@ -155,7 +156,7 @@ class _Ladder:
     usable_settings: list[Setting] = field(default_factory=list)
 
     def settings(self) -> list[Setting]:
-        """From coarse to fine; the finest that was tried where all are too coarse."""
+        """The settings from coarse to fine; the finest that was tried where all are too coarse."""
         _, distance = measure_of(self.problem)
         size = size_of(self.problem, self.truth.end)
         floor = max(self.truth.error, SMALLEST_ERROR * size)

@@ -24,10 +24,10 @@ class ExternalContender(Contender, Protocol):
     """
 
     def settings(self, problem: Problem, duration: float, fewest: int) -> Sequence[Setting]:
-        """Its settings, from coarse to fine."""
+        """The settings that it offers, from coarse to fine."""
 
 
-FEWEST_STEPS = 100  # steps, where no other contender takes equal steps
+FEWEST_STEPS = 100  # where no other contender takes equal steps
 ENSEMBLE_SECONDS = 120.0  # seconds after which no further run of an ensemble is started
 
 
@@ -89,7 +89,7 @@ def ensemble(
     parts: int,
     fewest: int,
 ) -> Iterator[tuple[Setting, Trajectory]]:
-    """Runs from each start at the finest setting, until one fails or PATIENCE is exceeded.
+    """Runs from each start at the finest setting, until one fails or ENSEMBLE_SECONDS have passed.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ BOUND_REMARK = "Its error is a bound: the truth tells no smaller one, ten times 
 
 @dataclass
 class _Measurement:
-    """One setting of one contender, with the results of its first run."""
+    """One setting of one contender, with its first run and its times."""
 
     contender: str
     settings: str
@@ -159,7 +159,7 @@ def _study(case: WorkPrecisionProblem, report: Callable[[str], None], quick: boo
 def _refine(
     case: WorkPrecisionProblem, measured: list[_Measurement], truth: Truth, round_seconds: float
 ) -> None:
-    """Settings where the fronts have gaps; those of a contender stay together, coarse to fine."""
+    """Add settings where the fronts have gaps; those of a contender stay together."""
     contenders = {label: contender for label, contender, _ in case.participants}
     settings = {
         k: (measurement.contender, measurement.setting)
@@ -191,7 +191,7 @@ def _refine(
 
 
 def _time(measured: Sequence[_Measurement], round_seconds: float) -> None:
-    """Rounds in which all settings take turns, those of galvi twice."""
+    """Time all settings in turn, those of galvi twice in each round."""
     timed = [
         measurement
         for measurement in measured
@@ -212,7 +212,7 @@ def _time(measured: Sequence[_Measurement], round_seconds: float) -> None:
 
 
 def _fastest_of_codes(table: pd.DataFrame) -> set[Any]:
-    """Indices of the rows that are the fastest of their code at an error."""
+    """Indices of the rows that are the fastest of their code at an error of `errors_of`."""
     codes = [runs for _, runs in table.groupby(table["contender"].map(code_of), sort=False)]
     best = [fastest(runs, error) for error in errors_of(table) for runs in codes]
     return {row.name for row in best if row is not None}
@@ -263,7 +263,7 @@ def _first_run(
 
 
 def _without_truth(case: WorkPrecisionProblem, reason: str) -> pd.DataFrame:
-    """The rows of a study without measurements, when the engine of its truth is missing."""
+    """The rows of a study without measurements, as the engine of its truth is missing."""
     rows = [
         {
             "problem": case.problem.name,

@@ -19,8 +19,8 @@ LARGEST_GROWTH = 100 * GROWTHS[-1]  # percent, of the growths that `smallest_vis
 LEGEND = f"""
 - **time**: growth of the median processor time; samples of base and head are taken in turn. A time
   is worse when p is below {SIGNIFICANCE} after Holm's correction and the growth exceeds the
-  benchmark's threshold, in two rounds of fresh processes. All times of an integrator together are worse at half
-  of that threshold, in five rounds.
+  benchmark's threshold, in two rounds of fresh processes. All times of an integrator together are
+  worse at half of that threshold, in five rounds.
 - **p**: probability that equal code looks at least this much slower (one-sided Mann-Whitney test).
 - **detectable from**: the smallest growth that a round with this scatter detects in
   {100 * POWER:.0f} % of cases.

@@ -37,7 +37,7 @@ class Cloud:
     diameter
         m
     drag
-        CONSTANT or BY_REYNOLDS
+        CONSTANT_DRAG or REYNOLDS_DRAG
     grains
         identifying numbers of the super-particles, (n,)
     ground
@@ -73,7 +73,7 @@ class Cloud:
     def flights(
         self, method: Any, steps: int, saves: int = 0, threads: int | None = None
     ) -> Flights:
-        """The flights in a number of steps from 0 to UNTIL."""
+        """The flights in `steps` steps from 0 to END_TIME."""
         q, v, t = self.starts()
         law, rates = self.rates
         return follow(
@@ -97,7 +97,7 @@ def optical_depth(q: Array, diameter: float) -> Array:
 
     The model is axisymmetric, so that a super-particle stands for a ring. A ray in a plane through
     the axis sees tau = sum m / (m_grain 2 pi r) 2 (pi d^2 / 4) delta(distance to the ray), with a
-    triangle of half width BLUR for delta. Grains on the ground do not count.
+    triangle of half width RAY_HALF_WIDTH for delta. Grains on the ground do not count.
     """
     r, z = np.hypot(q[:, 0], q[:, 1]), q[:, 2]
     along = np.subtract(SIGHT_TARGET, PILOT_EYE)

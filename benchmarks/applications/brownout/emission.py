@@ -136,7 +136,7 @@ class Emission:
 
 @lru_cache(maxsize=32)
 def _on_grid(emission: Emission) -> Array:
-    """The emission's density at the middles of PANELS x PANELS rectangles of radius and time."""
+    """The emission's density at the middles of a grid of GRID_PANELS^2 rectangles in (r, t)."""
     middles = (np.arange(GRID_PANELS) + 0.5) / GRID_PANELS
     r = INNER_RADIUS + (OUTER_RADIUS - INNER_RADIUS) * middles
     return emission.density(r[:, None], emission.until * middles[None, :])

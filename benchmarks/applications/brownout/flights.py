@@ -261,7 +261,7 @@ def _run_batches(batch: Callable[[Any], None], parts: list[Any], threads: int | 
 
 
 def _batches(steps: Codes) -> list[Any]:
-    """Slices of at most BATCH grains with steps of one size."""
+    """Slices of at most BATCH_GRAINS grains with steps of one size."""
     changes = np.flatnonzero(np.diff(steps)) + 1
     edges = np.unique(
         np.concatenate([[0], changes, np.arange(0, len(steps), BATCH_GRAINS), [len(steps)]])
@@ -390,7 +390,7 @@ def _tables(method: Galerkin, gravity: float, tolerance: float) -> Array:
 
 
 def _extrapolation(times: Array, new_times: Array) -> Array:
-    """The matrix from values of a polynomial at n times to its values at new times, degree n - 1."""
+    """The matrix from values of a polynomial of degree n - 1 at n times to those at new times."""
     n = len(times)
     return np.vander(new_times, n, increasing=True) @ np.linalg.inv(
         np.vander(times, n, increasing=True)

@@ -133,10 +133,11 @@ def timed_run(
 def memory_growth(
     contender: Any, problem: Problem, duration: float, setting: Mapping[str, Any]
 ) -> float:
-    """Bytes by which the memory of this process grows in ROUNDS equal rounds of runs after a warm
-    one: ROUNDS times the least growth of a round, so that what is taken once is no growth.
+    """Bytes by which repeated runs make this process grow.
 
-    NaN where a single run takes longer than SLOW.
+    After a warm round there are MEMORY_ROUNDS equal ones. The growth is MEMORY_ROUNDS times the
+    least growth of a round, so that memory that is allocated once does not count. NaN where a run
+    takes longer than SLOW_RUN_SECONDS.
     """
 
     def seconds(runs: int) -> float:

@@ -48,7 +48,8 @@ class Behaviour:
     motion
         the user's run
     quantities
-        positions, velocities and energy at SAMPLES times, accelerations at the start and STATES
+        positions, velocities and energy at SAMPLES times, accelerations at the start and
+        COMPARED_SAMPLES
     order, order_error
         order of the user's integrator over the first of SAMPLES parts of the run, and its standard
         error; NaN where none is found

@@ -101,7 +101,7 @@ class Tolerance:
 
     @property
     def holds(self) -> bool:
-        """Whether there is a bound at the end, and every named release differs by rounding alone."""
+        """Whether there is a bound at the end, and named releases differ by rounding alone."""
         releases = [variant for variant in self.variants if variant.is_release]
         return self.latest == SAMPLES - 1 and all(variant.is_rounding for variant in releases)
 

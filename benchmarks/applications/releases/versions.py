@@ -93,7 +93,7 @@ class Step:
 
     @property
     def changed(self) -> bool:
-        """Whether the run changed; a change of the order alone, measured at other steps, is none."""
+        """Whether the run changed; the order, measured at other steps, does not count."""
         return self.failure_changed or any(difference.is_change for difference in self.differences)
 
 

@@ -40,11 +40,11 @@ class Case(NamedTuple):
     Attributes
     ----------
     maps
-        steps of TRACE and MERCURIUS, in its unit of time; none where no mass dominates
+        steps of TRACE and MERCURIUS, in the problem's unit of time; () where no mass dominates
     share
-        of the stored truth's time that is run
+        fraction of the stored truth's duration that is run
     loose
-        whether DOP853, far behind, runs at its loosest tolerance alone, as that takes a second
+        whether DOP853, which is far slower, runs at its loosest tolerance alone
     """
 
     map_steps: tuple[float, ...] = ()

@@ -60,7 +60,7 @@ def rigid_body(
     few_contenders: bool = False,
     longer_steps: Counts | None = None,
 ) -> WorkPrecisionProblem:
-    """Everyone on one body; a few settings of each when quick.
+    """All contenders on one body; a few settings of each when quick.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def rigid_body(
     more_points
         the same with one point more, H's n points for n functions, in Cayley's chart
     longer
-        more numbers of steps, fewer, for the chart of modified Rodrigues parameters alone
+        further, smaller numbers of steps for the chart of modified Rodrigues parameters
     brief
         Cayley's chart, MuJoCo's RK4, the compiled DOP853 and heyoka alone
     """
