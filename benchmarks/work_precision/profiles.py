@@ -56,8 +56,7 @@ def costs(runs: pd.DataFrame, cells: pd.DataFrame, error: float) -> pd.DataFrame
 
     The columns are problem, code, cost, ratio and outcome.
 
-    cost     seconds of its fastest run that reaches the error; FAILED_COST where none does, however many
-             were tried
+    cost     seconds of its fastest run that reaches the error; FAILED_COST where none does
     ratio    to the least cost of the problem; FAILED_COST where that is
     outcome  FASTER where galvi is, with the interval of `fronts.ratios` where there is one, SLOWER,
              TIE, or '' for galvi itself and where neither solves it

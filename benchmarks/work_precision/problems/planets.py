@@ -253,8 +253,8 @@ INACCURATE_LABELS = ("2 passes", "SciPy")  # errors of 1e-2, the latter after se
 def applegate(quick: bool) -> WorkPrecisionProblem:
     """Applegate's outer planets: 10,000 years of 365 days, or 1000 when quick.
 
-    The contenders of `outer_solar_system`, but for those of INACCURATE_LABELS, at the few settings of
-    its quick form: the same planets, with other masses and another start.
+    The contenders of `outer_solar_system`, but for those of INACCURATE_LABELS, at the few
+    settings of its quick form: the same planets, with other masses and another start.
     """
     case = planets(
         galvi.problems.applegate(),
