@@ -68,7 +68,7 @@ def _arm(
         return Truth(end, largest_difference(end, coarser), description, source)
 
     entries = [
-        *galvi_entries(counts, early=True),
+        *galvi_entries(counts, stops_early_too=True),
         Entry(MUJOCO_RK4, (*RK4_STEPS, round(duration / DEFAULT_STEP))),
         *(Entry(contender, FIRST_ORDER_STEPS) for contender in FIRST_ORDER),
         Entry(MUJOCO_ACCELERATIONS, (1e-6, 1e-9, 1e-11, TIGHT)),

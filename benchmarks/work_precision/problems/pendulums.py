@@ -44,7 +44,7 @@ def chain(
     MuJoCo's discrete and implicitfast equal its Euler without damping, so they are omitted.
     """
     entries = [
-        *galvi_entries(counts, early=True),
+        *galvi_entries(counts, stops_early_too=True),
         Entry(MUJOCO_RK4, RK4_STEPS),
         *(Entry(contender, FIRST_ORDER_STEPS) for contender in (MUJOCO_EULER, MUJOCO_IMPLICIT)),
         Entry(CHAIN_DOP853, (1e-6, 1e-9, 1e-11)),
@@ -78,7 +78,7 @@ def on_coordinates(
         `repeated_run` or `net_time`
     """
     entries = [
-        *galvi_entries(counts, early=True, few=MIDDLE_VALUES),
+        *galvi_entries(counts, stops_early_too=True, quick_values=MIDDLE_VALUES),
         Entry(HEYOKA_LAGRANGIAN, TOLERANCES, quick_values=MIDDLE_VALUES),
         Entry(peer, (1e-6, 1e-9, 1e-12), quick_values=MIDDLE_VALUES),
     ]
