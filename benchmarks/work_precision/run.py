@@ -169,7 +169,7 @@ def _refine(
 
     def current_rows() -> pd.DataFrame:
         rows = [_row(case, measured[k], truth) for k in settings]
-        seconds = [measured[k].warm_seconds / measured[k].times for k in settings]
+        seconds = [measured[k].warm_seconds / measured[k].repeats for k in settings]
         return pd.DataFrame(rows, index=list(settings)).assign(seconds=seconds)
 
     def add(label: str, setting: Setting) -> None:
@@ -202,7 +202,7 @@ def _time(measured: Sequence[_Measurement], round_seconds: float) -> None:
         [measurement.call for measurement in (*timed, *by_galvi)], ROUNDS, round_seconds
     )
     seconds = [
-        [call / measurement.times for call in calls]
+        [call / measurement.repeats for call in calls]
         for measurement, calls in zip((*timed, *by_galvi), samples, strict=True)
     ]
     for measurement, rounds in zip(timed, seconds[: len(timed)], strict=True):
@@ -250,7 +250,7 @@ def _first_run(
         longer = repeated_run(
             contender, case.problem, case.duration, setting, measurement.warm_seconds, round_seconds
         )
-        measurement.call, measurement.warm_seconds, measurement.times = (
+        measurement.call, measurement.warm_seconds, measurement.repeats = (
             longer.call,
             longer.seconds,
             longer.times,

@@ -150,7 +150,7 @@ def _first_run(
     last, warm_seconds = warmed(call)
     measured = _Measured(participant, setting, last, call, warm_seconds)
     if not last.success:
-        measured.why = last.status
+        measured.failure = last.status
         return measured
     with_states = _with_states(contender, setting)
     if with_states is not setting:
@@ -161,7 +161,11 @@ def _first_run(
         least_seconds = QUICK_ROUND_SECONDS if quick else ROUND_SECONDS
         longer = repeated_run(contender, problem, duration, setting, warm_seconds, least_seconds)
         if not longer.failure:
-            measured.call, measured.warm, measured.times = longer.call, longer.seconds, longer.times
+            measured.call, measured.warm_seconds, measured.repeats = (
+                longer.call,
+                longer.seconds,
+                longer.times,
+            )
     return measured
 
 
@@ -180,13 +184,13 @@ def _with_states(contender: Any, setting: Setting) -> Setting:
 
 
 def _time(measured: Sequence[_Measured], quick: bool) -> None:
-    timed = [measurement for measurement in measured if not measurement.why]
+    timed = [measurement for measurement in measured if not measurement.failure]
     timings = interleaved(
         [measurement.call for measurement in timed],
         TIMING_ROUNDS,
         QUICK_ROUND_SECONDS if quick else ROUND_SECONDS,
-        [measurement.warm for measurement in timed],
-        [measurement.times > 1 for measurement in timed],
+        [measurement.warm_seconds for measurement in timed],
+        [measurement.repeats > 1 for measurement in timed],
     )
     for measurement, timing in zip(timed, timings, strict=True):
         measurement.timing = timing
@@ -210,10 +214,10 @@ def _row(
         "theory": _theory(contender, measurement.setting) if has_equal_steps else math.nan,
         "steps": float(counts.get("steps", measurement.setting.get("save_every", math.nan))),
         "evaluations": float(counts.get("force_evaluations", math.nan)),
-        "seconds": measurement.timing.seconds / measurement.times
+        "seconds": measurement.timing.seconds / measurement.repeats
         if measurement.timing
         else math.nan,
-        "note": measurement.why,
+        "note": measurement.failure,
     }
     if not run.success:
         return row

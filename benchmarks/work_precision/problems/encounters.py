@@ -86,7 +86,7 @@ def encounter(case: str, quick: bool) -> WorkPrecisionProblem:
         if maps
         else []
     )
-    return _case(problem, duration, by_maps, truth, quick, case_options.loose)
+    return _case(problem, duration, by_maps, truth, quick, case_options.only_loose_dop853)
 
 
 def eccentric(e: float, quick: bool) -> WorkPrecisionProblem:
